@@ -8,12 +8,13 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ..derivation import Derivation, derive
-from ..emit.emitter import Emitter
+from ..emit.beside import beside
+from ..emit.emitter import Emitter, Files
 from ..emit.languages import EMITTERS
 from ..emit.manifest import manifest
 from ..model.errors import RobotError
 from ..model.mechanism import Described
-from ..program.programs import programs
+from ..program.programs import NO_PROGRAMS, Programs, programs
 
 MANIFEST = "manifest.json"
 
@@ -42,12 +43,12 @@ def artifacts(
     Raises:
         RobotError: The description or a function's name is wrong, or two languages write one file.
     """
-    with _no_search_for_cycles():
+    with without_search_for_cycles():
         return files_of(derive(robot, functions, give=give, parametric=parametric), emitters)
 
 
 @contextmanager
-def _no_search_for_cycles() -> Iterator[None]:
+def without_search_for_cycles() -> Iterator[None]:
     """Leaves out Python's search for unreachable cycles of objects.
 
     A derivation makes millions of objects that live to its end, and the search through them, again
@@ -64,11 +65,18 @@ def _no_search_for_cycles() -> Iterator[None]:
 
 def files_of(derivation: Derivation, emitters: Sequence[Emitter] = EMITTERS) -> dict[str, str]:
     """Every generated file of a derivation, as :func:`artifacts`."""
-    made = programs(derivation.functions, derivation.robot.name)
-    files = {emitter.language: emitter.files(derivation, made) for emitter in emitters}
+    articles = [emitter for emitter in emitters if emitter.prints_equations]
+    others = [emitter for emitter in emitters if not emitter.prints_equations]
+    with beside(lambda: _files(articles, derivation, NO_PROGRAMS)) as printed:
+        made = programs(derivation.functions, derivation.robot.name)
+        files = {**_files(others, derivation, made), **printed()}
     texts = _merged(files)
     texts[MANIFEST] = manifest(derivation, made, files)
     return dict(sorted(texts.items()))
+
+
+def _files(emitters: Sequence[Emitter], derivation: Derivation, made: Programs) -> dict[str, Files]:
+    return {emitter.language: emitter.files(derivation, made) for emitter in emitters}
 
 
 def write(

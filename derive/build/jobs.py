@@ -9,18 +9,19 @@ from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
 
+from ..derivation import Derivation, derive
 from ..description.cleaned_robot import cleaned
 from ..description.importers.chains import chains, is_imported, opened
 from ..description.importers.identifiers import identifier, prefix
 from ..description.importers.ur_calibration import calibrated
 from ..description.robot_files import load
 from ..emit.languages import DETAILS
-from ..inverse.explanation import explain
+from ..inverse.explanation import explain, explanation
 from ..model.errors import RobotError
 from ..model.mechanism import Described, Mechanism
 from ..quality.model_report import model_report
 from .freshness import Job, stamp
-from .generate import MANIFEST, artifacts, put, strays
+from .generate import MANIFEST, files_of, put, strays, without_search_for_cycles
 from .time_limit import at_most
 
 
@@ -134,7 +135,7 @@ def _each(work: Callable[[Job], Report], jobs: Sequence[Job], workers: int) -> I
 
 def _attempt(work: Callable[[Job], Report], job: Job) -> Report:
     try:
-        with at_most(job.limit):
+        with at_most(job.limit), without_search_for_cycles():
             return work(job)
     except RobotError as error:
         return Report(False, f"{job.file}: {error}")
@@ -156,25 +157,26 @@ def _judge(job: Job) -> Report:
 def _derive(job: Job) -> Report:
     started = time.perf_counter()
     robot = read(job)
-    files = _files(job, robot)
+    derivation = _derivation(job, robot)
+    files = files_of(derivation, DETAILS[job.detail])
     folder = job.to / robot.name
     put(files, folder)
     stamp(job, folder)
     parts = [f"{robot.name:<12} {_summary(files)}  {time.perf_counter() - started:5.2f} s"]
     parts += [robot.cleaning.line] if robot.cleaning.numbers else []
-    lines = [", ".join(parts), *([] if job.functions else [explain(robot, give=job.give).line])]
+    found = explanation(robot, derivation.inverse, derivation.hybrid)
+    lines = [", ".join(parts), *([] if job.functions else [found.line])]
     notes = json.loads(files[MANIFEST])["notes"]
     return Report(True, "\n    ".join([*lines, *(n for n in notes if n not in parts)]))
 
 
-def _files(job: Job, robot: Described) -> dict[str, str]:
-    wanted = job.functions or None
-    return artifacts(robot, wanted, DETAILS[job.detail], give=job.give, parametric=job.parametric)
+def _derivation(job: Job, robot: Described) -> Derivation:
+    return derive(robot, job.functions or None, give=job.give, parametric=job.parametric)
 
 
 def _compare(job: Job) -> Report:
     robot = read(job)
-    files = _files(job, robot)
+    files = files_of(_derivation(job, robot), DETAILS[job.detail])
     folder = job.to / robot.name
     differing = [name for name, text in files.items() if _text(folder / name) != text]
     differing += strays(files, folder)

@@ -9,9 +9,11 @@ already, pi/2 or sqrt(2)/2 or 0.2025, stays.
 """
 
 import math
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 from itertools import product
+from typing import TypeVar
 
 import numpy as np
 import sympy as sp
@@ -20,6 +22,8 @@ from ..model.cleaning import decimal_places
 from ..model.exact import snap_angle
 from ..model.placements import Vector
 from ..model.tolerances import CHANCE, DOUBLE, EVALUATION_DIGITS, NOISE, NOISE_GAP, SINGLE
+
+Number = TypeVar("Number", float, sp.Expr)
 
 _PI = Fraction(str(sp.N(sp.pi, EVALUATION_DIGITS)))
 _STEPS = (sp.pi / 12, sp.pi / 2)
@@ -37,6 +41,17 @@ _PI_AS_WRITTEN = (
     ),
 )
 """Pi, then rounded and cut off to places that increase up to a double's."""
+_QUARTER = 6
+"""Steps of 15 degrees in a right angle."""
+_FIRST_SINES = (
+    *(0.0, (math.sqrt(6) - math.sqrt(2)) / 4, 0.5, math.sqrt(0.5)),
+    *(math.sqrt(3) / 2, (math.sqrt(6) + math.sqrt(2)) / 4),
+)
+_FALLING = (1.0, *_FIRST_SINES[:0:-1])
+_HALF = (*_FIRST_SINES, *_FALLING)
+_SINES = (*_HALF, *(-sine if sine else 0.0 for sine in _HALF), *_HALF)
+"""Sines of multiples of 15 degrees, from 0 on, with exact zeros."""
+_THIRD = math.sqrt(3) / 3
 _FEWEST_DIGITS = 13
 """Digits above which a number may be one of single precision: exact binary fractions have fewer."""
 _SINGLE_PLACES = 7
@@ -152,31 +167,62 @@ def exact_direction(vector: Vector) -> Vector:
         off = max(abs(number - length * component) for number, component in pairs)
         same_zeros = all((number == 0) == (component == 0) for number, component in pairs)
         if same_zeros and off <= max(unit, NOISE * length):
-            return direction
+            return direction.exact
     return x, y, z
 
 
+@dataclass(frozen=True)
+class _Turned:
+    """A direction turned from an axis, and then about another, by multiples of 15 degrees."""
+
+    azimuth: int
+    tilt: int
+    shift: int
+
+    @property
+    def numbers(self) -> tuple[float, float, float]:
+        level, along = _SINES[self.tilt], _SINES[self.tilt + _QUARTER]
+        x, y, z = level * _SINES[self.azimuth + _QUARTER], level * _SINES[self.azimuth], along
+        return _shifted((x, y, z), self.shift)
+
+    @property
+    def exact(self) -> Vector:
+        azimuth, tilt = sp.pi * self.azimuth / 12, sp.pi * self.tilt / 12
+        x, y = (sp.expand(sp.sin(tilt) * f(azimuth)) for f in (sp.cos, sp.sin))
+        return _shifted((x, y, sp.cos(tilt)), self.shift)
+
+
+@dataclass(frozen=True)
+class _Diagonal:
+    """A diagonal of a cube."""
+
+    signs: tuple[int, ...]
+
+    @property
+    def numbers(self) -> tuple[float, float, float]:
+        x, y, z = (sign * _THIRD for sign in self.signs)
+        return x, y, z
+
+    @property
+    def exact(self) -> Vector:
+        x, y, z = (sign * sp.sqrt(3) / 3 for sign in self.signs)
+        return x, y, z
+
+
 @cache
-def exact_directions() -> tuple[tuple[Vector, tuple[float, float, float]], ...]:
-    """Unit vectors that files round, exact and in floats.
-
-    They are turned from an axis of the frame by multiples of 15 degrees, then about another one by
-    such multiples, or point along a diagonal of a cube.
-    """
-    found: dict[tuple[float, float, float], Vector] = {}
-    steps = [sp.pi * k / 12 for k in range(24)]
-    for azimuth, tilt in product(steps, steps[:13]):
-        level = sp.sin(tilt)
-        across, beside = (sp.expand(level * f(azimuth)) for f in (sp.cos, sp.sin))
-        along = sp.cos(tilt)
-        for turned in ((across, beside, along), (along, across, beside), (beside, along, across)):
-            found.setdefault(_floats(turned), turned)
-    for signs in product((1, -1), repeat=3):
-        diagonal = tuple(sign * sp.sqrt(3) / 3 for sign in signs)
-        found.setdefault(_floats(diagonal), diagonal)
-    return tuple((direction, numbers) for numbers, direction in found.items())
+def exact_directions() -> tuple[tuple[_Turned | _Diagonal, tuple[float, float, float]], ...]:
+    """Unit vectors that files round, with their numbers; each is made exact when it is found."""
+    found: dict[tuple[float, ...], tuple[_Turned | _Diagonal, tuple[float, float, float]]] = {}
+    directions: list[_Turned | _Diagonal] = []
+    directions += [_Turned(*at) for at in product(range(24), range(13), range(3))]
+    directions += [_Diagonal(signs) for signs in product((1, -1), repeat=3)]
+    for direction in directions:
+        numbers = direction.numbers
+        found.setdefault(tuple(round(number, 12) for number in numbers), (direction, numbers))
+    return tuple(found.values())
 
 
-def _floats(vector: Vector) -> tuple[float, float, float]:
-    x, y, z = (float(c) for c in vector)
+def _shifted(vector: tuple[Number, Number, Number], by: int) -> tuple[Number, Number, Number]:
+    """The components, moved on cyclically."""
+    x, y, z = (vector[(k - by) % 3] for k in range(3))
     return x, y, z

@@ -18,7 +18,10 @@ class Emitter:
         language: Its name, under which the manifest lists its files.
         files: Function from a derivation and the programs of its functions to the files; the same
             derivation gives the same texts on any machine.
+        prints_equations: Whether it prints the equations themselves and takes no programs: its
+            files are written while the programs are made.
     """
 
     language: str
     files: Callable[[Derivation, Programs], Files]
+    prints_equations: bool = False

@@ -9,11 +9,11 @@ EMITTERS = (
     Emitter("c", c.files),
     Emitter("casadi", casadi_file.files),
     Emitter("python", python_package.files),
-    Emitter("latex", latex.files),
+    Emitter("latex", latex.files, prints_equations=True),
 )
 DETAILS = {
     "full": EMITTERS,
-    "brief": (*EMITTERS[:-1], Emitter("latex", latex.brief_files)),
+    "brief": (*EMITTERS[:-1], Emitter("latex", latex.brief_files, prints_equations=True)),
     "none": EMITTERS[:-1],
 }
 """The languages by how much the article tells."""

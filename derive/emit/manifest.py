@@ -2,9 +2,9 @@
 
 import hashlib
 from collections.abc import Mapping
-from importlib.metadata import version
 from typing import Any
 
+import casadi as ca
 import sympy as sp
 
 from ..derivation import Derivation
@@ -78,7 +78,7 @@ def manifest(
         "description_sha256": sha256(_identity(robot)),
         "languages": {language: sorted(texts) for language, texts in sorted(files.items())},
         "files": {name: sha256(text) for name, text in sorted(_together(files).items())},
-        "versions": {package: version(package) for package in ("casadi", "sympy")},
+        "versions": {"casadi": ca.CasadiMeta.version(), "sympy": sp.__version__},
     }
     return json_text(content) + "\n"
 

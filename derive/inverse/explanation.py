@@ -127,17 +127,30 @@ def explain(
         from it with their degenerate cases, and how many solutions there can be; where there is no
         closed form, how far the axes are from each structure that has one.
     """
+    if not isinstance(robot, Mechanism):
+        terms = Terms({parameter.symbol: parameter.value for parameter in robot.parameters})
+        return explanation(robot, inverses_for_given(robot, terms, families, give), None)
+    hybrid = Hybrid(robot)
+    found = None
+    if hybrid.may_have_inverse:
+        iterated = (
+            LoopClosure(hybrid) if hybrid.forward.open and not hybrid.chain_is_known else None
+        )
+        found = hybrid_inverses_for_given(hybrid, families, give, iterated)
+    return explanation(robot, found, hybrid)
+
+
+def explanation(robot: Described, inverses: Inverses | None, hybrid: Hybrid | None) -> Explanation:
+    """The explanation of an inverse that is derived.
+
+    Args:
+        robot: The robot.
+        inverses: Its inverse; None where loops allow the tool more than one pose.
+        hybrid: Its loops; None for a serial robot.
+    """
     chain = robot.main_chain if isinstance(robot, Mechanism) else robot
-    title = robot.title or robot.name
-    if isinstance(robot, Mechanism):
-        hybrid = Hybrid(robot)
-        found = None
-        if hybrid.may_have_inverse:
-            closure = LoopClosure(hybrid) if hybrid.forward.open else None
-            found = hybrid_inverses_for_given(hybrid, families, give, closure)
-        return Explanation(title, chain, found, _of_loops(hybrid), hybrid)
-    terms = Terms({parameter.symbol: parameter.value for parameter in chain.parameters})
-    return Explanation(title, chain, inverses_for_given(chain, terms, families, give))
+    loops = _of_loops(hybrid) if hybrid is not None else ""
+    return Explanation(robot.title or robot.name, chain, inverses, loops, hybrid)
 
 
 def _structure(classification: Classification, is_general: bool) -> str:

@@ -31,6 +31,10 @@ class Programs:
         return self.branch.get(function.name) or self.whole[function.name]
 
 
+NO_PROGRAMS = Programs({}, {})
+"""For languages that print the equations themselves."""
+
+
 def programs(functions: Sequence[SymbolicFunction], prefix: str) -> Programs:
     """Lowers functions to CasADi and reads their programs.
 

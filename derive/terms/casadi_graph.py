@@ -11,7 +11,9 @@ from contextlib import contextmanager
 from functools import reduce
 
 import casadi as ca
+import numpy as np
 import sympy as sp
+from numpy.typing import NDArray
 from sympy.core.relational import Relational
 from sympy.logic.boolalg import Boolean
 
@@ -46,6 +48,22 @@ def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Functio
         else shared.function(function, prefix)
         for function in functions
     ]
+
+
+def values_at(function: ca.Function, arguments: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The results (m, k) of a function of one argument at m arguments (m, n).
+
+    CasADi reads and writes the arrays themselves, which takes a tenth of the time of its matrices.
+    """
+    arguments = np.ascontiguousarray(arguments)
+    results = np.empty((len(arguments), function.numel_out(0)))
+    if not len(arguments):
+        return results
+    buffer, run = function.map(len(arguments)).buffer()
+    buffer.set_arg(0, arguments.data)  # type: ignore[call-arg]
+    buffer.set_res(0, results.data)  # type: ignore[call-arg]
+    run()
+    return results
 
 
 def whole(functions: Sequence[SymbolicFunction], name: str) -> ca.Function:

@@ -104,14 +104,14 @@ def test_files_that_are_missing(name):
 
 
 def test_a_defect_of_chasles_ends_one_robot_and_not_the_others(arm, tmp_path, monkeypatch):
-    artifacts = jobs.artifacts
+    derive = jobs.derive
 
     def fails(robot, *choices, **options):
         if robot.name == "arm":
             return {}["[/key]"]
-        return artifacts(robot, *choices, **options)
+        return derive(robot, *choices, **options)
 
-    monkeypatch.setattr(jobs, "artifacts", fails)
+    monkeypatch.setattr(jobs, "derive", fails)
     other = arm.with_name("other.toml")
     other.write_text(ARM.replace('"arm"', '"other"'))
     done = run(arm, other, "--to", tmp_path / "out")

@@ -49,13 +49,11 @@ def nearest_singular(robot: Robot, start: Sequence[float], most: int) -> tuple[F
     found: list[FloatArray] = []
     # Multiples of roots of primes fill a cube evenly, and equal on any machine.
     roots = np.sqrt(np.array(PRIMES[: len(joints)])) % 1
-    starts = [np.asarray(start, float)]
-    starts += [low + (k * roots) % 1 * (high - low) for k in range(1, STARTS)]
-    if _smallest(S, starts[1], scale) < RANK_LOST:
+    drawn = [low + (k * roots) % 1 * (high - low) for k in range(1, STARTS)]
+    if _smallest(S, drawn[0], scale) < RANK_LOST:
         return ()
-    for first in starts:
-        q = _led(S, first, scale)
-        if q is None or (q < low).any() or (q > high).any():
+    for q in _led(S, np.vstack([start, *drawn]), scale):
+        if (q < low).any() or (q > high).any():
             continue
         if all(float(np.abs((q - other) / scale).max()) > OTHER_POSTURE for other in found):
             found.append(q)
@@ -72,8 +70,8 @@ def general_rank(robot: Robot) -> int:
     """
     S, _ = _screws(robot)
     drawn = np.random.default_rng(SEED).uniform(-3, 3, (DRAWS, S.shape[1]))
-    sizes = (np.linalg.svd(seen_screws(S, q, 0), compute_uv=False) for q in drawn)
-    return max(int((size > RANK_LOST).sum()) for size in sizes)
+    sizes = np.linalg.svd(seen_screws(S, drawn, 0), compute_uv=False)
+    return int((sizes > RANK_LOST).sum(axis=1).max())
 
 
 def _screws(robot: Robot) -> tuple[FloatArray, float]:
@@ -115,35 +113,62 @@ def _smallest(S: FloatArray, q: FloatArray, scale: FloatArray) -> float:
     return float(np.linalg.svd(_jacobian(S, q, scale), compute_uv=False)[-1])
 
 
-def _led(S: FloatArray, q: FloatArray, scale: FloatArray) -> FloatArray | None:
-    """The singular posture that Newton's steps lead to; None where they do not end."""
+def _led(S: FloatArray, q: FloatArray, scale: FloatArray) -> FloatArray:
+    """The singular postures (k, n) that Newton's steps lead postures (m, n) to, in their order.
+
+    Those whose steps do not end are left out.
+    """
     is_tall = S.shape[1] < WHOLE
     J = _jacobian(S, q, scale)
     U, _, Vt = np.linalg.svd(J)
-    y = Vt[-1] if is_tall else U[:, -1]
+    y = Vt[:, -1] if is_tall else U[..., -1]
+    ended = np.full(q.shape, np.nan)
+    on_way = np.arange(len(q))
     for _ in range(STEPS):
-        D = _slopes(J)
-        if is_tall:
-            value, slope = J @ y, np.hstack([np.einsum("aik,i->ak", D, y), J])
-        else:
-            value, slope = J.T @ y, np.hstack([np.einsum("aik,a->ik", D, y), J.T])
-        value = np.append(value, (y @ y - 1) / 2)
-        slope = np.vstack([slope, np.append(np.zeros(len(q)), y)])
-        # Smaller singular values are rounding, which would lead every machine elsewhere.
-        step = np.linalg.lstsq(slope, value, rcond=RANK_LOST)[0]
-        far = float(np.linalg.norm(step))
-        if np.abs(value).max() <= NO_WORK and far <= LAST_STEP:
-            return q
-        step /= max(1.0, far)
-        q, y = q - step[: len(q)] * scale, y - step[len(q) :]
+        value, slope = _equations(J, y, is_tall=is_tall)
+        step = _least_step(slope, value)
+        far = np.linalg.norm(step, axis=1)
+        is_there = (np.abs(value).max(axis=1) <= NO_WORK) & (far <= LAST_STEP)
+        ended[on_way[is_there]] = q[is_there]
+        on_way, q, y, step, far = (part[~is_there] for part in (on_way, q, y, step, far))
+        if not len(on_way):
+            break
+        step = step / np.maximum(1.0, far)[:, None]
+        q, y = q - step[:, : q.shape[1]] * scale, y - step[:, q.shape[1] :]
         J = _jacobian(S, q, scale)
-    return None
+    return np.asarray(ended[~np.isnan(ended[:, 0])])
+
+
+def _equations(J: FloatArray, y: FloatArray, *, is_tall: bool) -> tuple[FloatArray, FloatArray]:
+    """The values (m, e) that are 0 at singular postures, y of unit length, and their slopes."""
+    D = _slopes(J)
+    if is_tall:
+        value, turned = np.einsum("mai,mi->ma", J, y), J
+        slope = np.einsum("maik,mi->mak", D, y)
+    else:
+        value, turned = np.einsum("mai,ma->mi", J, y), np.swapaxes(J, 1, 2)
+        slope = np.einsum("maik,ma->mik", D, y)
+    rows = np.concatenate([slope, turned], axis=2)
+    of_length = np.concatenate([np.zeros((len(J), slope.shape[2])), y], axis=1)
+    too_long = ((y * y).sum(axis=1) - 1) / 2
+    return np.column_stack([value, too_long]), np.concatenate([rows, of_length[:, None]], axis=1)
+
+
+def _least_step(slope: FloatArray, value: FloatArray) -> FloatArray:
+    """The steps (m, n) of least length that solve slope * step = value in least squares."""
+    U, sizes, Vt = np.linalg.svd(slope, full_matrices=False)
+    # Smaller singular values are rounding, which would lead every machine elsewhere.
+    kept = sizes > RANK_LOST * sizes[:, :1]
+    inverse = np.where(kept, 1 / np.where(kept, sizes, 1.0), 0.0)
+    step: FloatArray = np.einsum("mki,mk->mi", Vt, inverse * np.einsum("mek,me->mk", U, value))
+    return step
 
 
 def _slopes(J: FloatArray) -> FloatArray:
-    """The derivatives (6, n, n) of the Jacobian's columns by the coordinates, as Lie brackets."""
-    moved, by = J[:, :, None], J[:, None, :]
+    """The derivatives (m, 6, n, n) of the Jacobians' columns by coordinates, as Lie brackets."""
+    moved, by = np.moveaxis(J, 1, 0)[..., :, None], np.moveaxis(J, 1, 0)[..., None, :]
     linear = np.cross(by[3:], moved[:3], axis=0) + np.cross(by[:3], moved[3:], axis=0)
     angular = np.cross(by[3:], moved[3:], axis=0)
     # A joint moves the screws of those behind it. The order in memory is that of sums over it.
-    return np.ascontiguousarray(np.tril(np.concatenate([linear, angular]), -1))
+    slopes = np.tril(np.concatenate([linear, angular]), -1)
+    return np.ascontiguousarray(np.moveaxis(slopes, 0, 1))

@@ -5,6 +5,7 @@ frame and point (Murray, Li and Sastry 1994, 3.4). As seen by a body in the midd
 at a point where axes meet, rows and columns fall into small blocks.
 """
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -125,7 +126,7 @@ def _views(
     postures = np.random.default_rng(SEED).uniform(-3, 3, (TRIES, S.shape[1]))
     points = [(p, np.array(p.xreplace(values).evalf(), float).ravel()) for p in _points(robot)]
     for body in range(S.shape[1] + 1):
-        stacked = np.stack([seen_screws(in_numbers, posture, body) for posture in postures])
+        stacked = seen_screws(in_numbers, postures, body)
         for point, at in points:
             moved = stacked.copy()
             moved[:, :3] += np.cross(stacked[:, 3:], at[None, :, None], axis=1)
@@ -144,34 +145,47 @@ def _points(robot: Robot) -> list[sp.Matrix]:
 
 
 def seen_screws(S: FloatArray, q: FloatArray, body: int) -> FloatArray:
-    """The screws of all joints (6, n) as the body behind so many joints sees them."""
-    columns = []
-    for i, screw in enumerate(S.T):
-        between = range(body - 1, i, -1) if i < body else range(body, i)
-        carried = screw
-        for k in between[::-1]:
-            carried = _carried(S[:, k], -q[k] if i < body else q[k], carried)
-        columns.append(carried)
-    return np.stack(columns, axis=1)
+    """The screws of all joints (..., 6, n) as the body behind so many joints sees them.
+
+    Args:
+        S: The screws in the base frame (6, n), axes of unit length.
+        q: Postures (..., n).
+        body: Number of joints before the body.
+    """
+    # Components come first, so that the cross product of all screws is one of rows.
+    seen = np.repeat(S[:, None], math.prod(q.shape[:-1]), axis=1)
+    angles = q.reshape(-1, q.shape[-1], 1)
+    for k in range(body):
+        seen[..., :k] = _carried(S[:, k], -angles[:, k], seen[..., :k])
+    for k in range(S.shape[1] - 1, body - 1, -1):
+        seen[..., k + 1 :] = _carried(S[:, k], angles[:, k], seen[..., k + 1 :])
+    return np.moveaxis(seen, 0, 1).reshape(*q.shape[:-1], *S.shape)
 
 
-def _carried(axis: FloatArray, angle: float, screw: FloatArray) -> FloatArray:
-    """A screw that a joint carries along."""
+def _carried(axis: FloatArray, angle: FloatArray, screws: FloatArray) -> FloatArray:
+    """Screws (6, m, k) that a joint carries along, turned by an angle (m, 1)."""
     v, w = axis[:3], axis[3:]
+    linear, angular = screws[:3], screws[3:]
     if not w.any():
-        return np.hstack([screw[:3] + angle * _cross(v, screw[3:]), screw[3:]])
-    x, y, z = w
-    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    R = np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * (K @ K)
-    p = (np.eye(3) - R) @ _cross(w, v)
-    turned = R @ screw[3:]
-    return np.hstack([R @ screw[:3] + _cross(p, turned), turned])
+        return np.concatenate([linear + angle * _cross(v, angular), angular])
+    c, s = np.cos(angle), np.sin(angle)
+    p = _cross(w, v)[:, None, None]
+    p = p - _rotated(w, c, s, p)
+    turned = _rotated(w, c, s, angular)
+    return np.concatenate([_rotated(w, c, s, linear) + _cross(p, turned), turned])
+
+
+def _rotated(w: FloatArray, c: FloatArray, s: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Vectors (3, m, k) turned about a unit vector, by Rodrigues' formula."""
+    across = _cross(w, vectors)
+    turned: FloatArray = vectors + s * across + (1 - c) * _cross(w, across)
+    return turned
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """The cross product of two vectors (3,), for which NumPy's own takes ten times as long."""
+    """The cross products of vectors (3, ...), several times as fast as NumPy's own."""
     (a1, a2, a3), (b1, b2, b3) = a, b
-    return np.array([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1])
+    return np.stack([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1])
 
 
 def _blocks(filled: Flags, rows: Sequence[int], columns: Sequence[int]) -> tuple[Block, ...] | None:

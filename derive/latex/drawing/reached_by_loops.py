@@ -1,13 +1,14 @@
 """The position of the tool of a robot with loops as a function of its actuators, in numbers."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ...chain.body_shapes import Skeleton
 from ...chain.rigid_bodies import Array
 from ...model.mechanism import Mechanism
-from ...terms.casadi_graph import lower
+from ...terms.casadi_graph import lower, values_at
 from ...terms.symbolic_function import SymbolicFunction
 from ...terms.terms import Terms
 from .reached import ToolPosition, ToolRegion, box, first_axis, is_vertical, way
@@ -36,7 +37,7 @@ def reached_by_loops(
     Returns:
         The region; None also where there is no closed form ``fk``.
     """
-    own = [function for function in functions if function.name in ("fk", "margin")]
+    named = {function.name: function for function in functions}
     ends = [
         [None if x is None else float(terms.value(x)) for x in c.limits]
         for c in mechanism.coordinates
@@ -47,19 +48,27 @@ def reached_by_loops(
             for c, (low, high) in zip(mechanism.coordinates, ends, strict=True)
         ]
     )
-    if limits is None or all(function.name != "fk" for function in own):
+    if limits is None or "fk" not in named:
         return None
-    made = dict(zip((f.name for f in own), lower(own, mechanism.name), strict=True))
+    (position,) = lower([_position(named["fk"], named.get("margin"))], mechanism.name)
 
     def at(q: Array) -> Array:
-        p = np.array(made["fk"](q.T))[_POSITION].T
-        if "margin" in made:
-            margins = np.array(made["margin"](q.T))
-            p[~(margins >= 0).all(0)] = np.nan
+        found = values_at(position, q)
+        p, margins = found[:, :3], found[:, 3:]
+        p[~(margins >= 0).all(1)] = np.nan
         return p
 
     upright = _upright(mechanism, skeleton)
     return ToolPosition(at, *limits, skeleton.size, upright).region()
+
+
+def _position(fk: SymbolicFunction, margin: SymbolicFunction | None) -> SymbolicFunction:
+    """The position of the tool, and the margins of the loops behind it."""
+    entries = [fk.outputs[0].entries[k] for k in _POSITION]
+    if margin is not None:
+        entries += margin.outputs[0].entries
+    result = replace(fk.outputs[0], entries=tuple(entries), shape=(len(entries),))
+    return replace(fk, name="position", outputs=(result,))
 
 
 def _upright(mechanism: Mechanism, skeleton: Skeleton) -> tuple[int, Array] | None:

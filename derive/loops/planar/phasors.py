@@ -154,17 +154,22 @@ def is_zero(expression: sp.Expr) -> bool:
 def _collected(terms: "list[tuple[sp.Expr, Complex]]") -> PhasorSum:
     sums: dict[sp.Expr, Complex] = {}
     for angle, (re, im) in terms:
-        key = sp.expand(angle)
+        key = _expanded(angle)
         old = sums.get(key, (ZERO, ZERO))
         sums[key] = _plain(old[0] + re), _plain(old[1] + im)
-    return PhasorSum(
-        {key: (re, im) for key, (re, im) in sorted(sums.items(), key=_order) if re != 0 or im != 0}
-    )
+    present = [(angle, c) for angle, c in sums.items() if c[0] != 0 or c[1] != 0]
+    return PhasorSum(dict(sorted(present, key=lambda item: _order(item[0]))))
 
 
-def _order(item: tuple[sp.Expr, Complex]) -> tuple[int, str]:
+@cache
+def _expanded(angle: sp.Expr) -> sp.Expr:
+    return sp.expand(angle)
+
+
+@cache
+def _order(angle: sp.Expr) -> tuple[int, str]:
     # Terms are named by number: by length first, so that _t10 comes after _t9.
-    text = str(item[0])
+    text = str(angle)
     return len(text), text
 
 

@@ -10,9 +10,10 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TypeVar
 
+import mpmath
 import sympy as sp
 
-from ...model.tolerances import EVALUATION_DIGITS
+from ...model.tolerances import EVALUATION_DIGITS, WORKING_DIGITS
 from ...model.values import NoValue, to_digits, value_at
 from ...terms.terms import Terms
 from .phasors import Complex, PhasorSum
@@ -195,14 +196,10 @@ class GenericPoint:
         """
         self.terms = terms
         self.values: dict[sp.Symbol, sp.Expr] = {}
-        golden = (sp.sqrt(5) - 1) / 2
         for k, symbol in enumerate(symbols):
-            # Fractional parts of multiples of the golden section never repeat. The square keeps
-            # differences of two symbols from being the same at points of different phase.
-            number = phase * len(symbols) + k + 1
-            part = number * golden + phase * number**2 * sp.sqrt(2)
             default = terms.parameters.get(symbol, sp.S.Zero)
-            self.values[symbol] = (default + part - sp.floor(part)).evalf(EVALUATION_DIGITS)
+            part = _between_0_and_1(phase * len(symbols) + k + 1, phase)
+            self.values[symbol] = (default + part).evalf(EVALUATION_DIGITS)
         for symbol, default in terms.parameters.items():
             self.values.setdefault(symbol, default.evalf(EVALUATION_DIGITS))
 
@@ -225,6 +222,18 @@ class GenericPoint:
         except NoValue:
             # A root of a negative number: SymPy takes complex ones, many times slower.
             return expression.xreplace(numbers).evalf(EVALUATION_DIGITS)
+
+
+def _between_0_and_1(number: int, phase: int) -> sp.Expr:
+    """A number that no other arguments give.
+
+    Fractional parts of multiples of the golden section never repeat. The square keeps differences
+    of two numbers from being the same in different phases.
+    """
+    with mpmath.workdps(WORKING_DIGITS):
+        golden = (mpmath.sqrt(5) - 1) / 2
+        part = number * golden + phase * number**2 * mpmath.sqrt(2)
+        return sp.Float(part - mpmath.floor(part), WORKING_DIGITS)
 
 
 def coordinates_in(terms: Terms, entries: Sequence[sp.Expr]) -> list[sp.Symbol]:

@@ -1,0 +1,88 @@
+"""Work in a process of its own, beside the work of this one."""
+
+import os
+import signal
+import sys
+import threading
+
+import pytest
+
+from chasles.derive import RobotError
+from chasles.derive.emit.beside import beside
+
+is_forked = pytest.mark.skipif(sys.platform != "linux", reason="forks on Linux alone")
+
+
+@pytest.fixture
+def alone(monkeypatch):
+    """As where no other thread runs; the tests' own runner has some that hold no lock."""
+    monkeypatch.setattr(threading, "active_count", lambda: 1)
+
+
+@is_forked
+def test_the_result_comes_from_another_process(alone):
+    with beside(lambda: (os.getpid(), "text")) as found:
+        pid, text = found()
+    assert text == "text"
+    assert pid != os.getpid()
+
+
+@is_forked
+@pytest.mark.parametrize("kind", [RobotError, ValueError])
+def test_an_error_comes_back_as_it_is(alone, kind):
+    def refuse():
+        raise kind("no such wrench")
+
+    with pytest.raises(kind, match="no such wrench"), beside(refuse) as found:
+        found()
+
+
+@is_forked
+def test_an_error_that_cannot_be_sent_is_told(alone):
+    class Local(Exception):
+        pass
+
+    def refuse():
+        raise Local("a class of a function")
+
+    with pytest.raises(RuntimeError, match="Local: a class of a function"), beside(refuse) as found:
+        found()
+
+
+@is_forked
+def test_a_process_that_the_system_ends_is_told(alone):
+    def die():
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    with pytest.raises(RuntimeError, match="ended by the system"), beside(die) as found:
+        found()
+
+
+@is_forked
+def test_an_error_here_ends_the_process(alone):
+    read, write = os.pipe()
+
+    def wait():
+        signal.pause()
+
+    def fail_beside():
+        with beside(wait):
+            os.close(write)
+            raise ArithmeticError
+
+    pytest.raises(ArithmeticError, fail_beside)
+    # The other process held the pipe's other end: its end is the end of the pipe.
+    assert os.read(read, 1) == b""
+    os.close(read)
+
+
+def test_the_work_is_done_here_beside_another_thread():
+    done = threading.Event()
+    other = threading.Thread(target=done.wait)
+    other.start()
+    try:
+        with beside(os.getpid) as found:
+            assert found() == os.getpid()
+    finally:
+        done.set()
+        other.join()
