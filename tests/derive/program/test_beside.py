@@ -70,7 +70,8 @@ def test_an_error_here_ends_the_process(alone):
             os.close(write)
             raise ArithmeticError
 
-    pytest.raises(ArithmeticError, fail_beside)
+    with pytest.raises(ArithmeticError):
+        fail_beside()
     # The other process held the pipe's other end: its end is the end of the pipe.
     assert os.read(read, 1) == b""
     os.close(read)
