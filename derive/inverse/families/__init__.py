@@ -11,13 +11,14 @@ from .spherical_wrist import SPHERICAL_WRIST
 from .swivel import SWIVEL
 from .three_parallel import THREE_PARALLEL
 from .turned_hand import TURNED_HAND
-from .turntable import TURNTABLE
+from .turntable import TELESCOPE, TURNTABLE
 
 FAMILIES: tuple[Family, ...] = (
     ONE_JOINT,
     PLANAR,
     POSITION,
     TURNTABLE,
+    TELESCOPE,
     TURNED_HAND,
     THREE_PARALLEL,
     SPHERICAL_WRIST,

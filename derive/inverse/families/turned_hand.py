@@ -41,7 +41,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     wanted = work.name_vector(("W", "V"), meaning, target.point(terms, a4.p))
     along = target.turned(terms, a4.h)
     # 1. The parallel joints keep the height of the hand along their axes, and its tilt.
-    U, q1 = turn_to_direction(work, lines, (a4.p, wanted), (a4.h, along))
+    U, q1 = turn_to_direction(work, lines, lines.axes[1], (a4.p, wanted), (a4.h, along))
     # 2. The parallel axes turn the hand's axis, which joint 4 does not.
     seen = rotated(terms, a1.h, q1.back, along)
     q23 = work.step(

@@ -1,7 +1,8 @@
-"""A joint that turns an arm of three parallel axes, and perhaps a fifth joint that turns the tool.
+"""A joint that turns an arm in a plane, and perhaps a fifth joint that turns the tool.
 
-Axes 2, 3 and 4 are parallel, axis 1 is perpendicular to them; a fifth is, too, if there is one.
-Four joints give the tool four freedoms, its position and its pitch in the plane of the arm; a fifth
+Axes 2, 3 and 4 are parallel, or two of them are and the third joint slides across these, as the
+telescope of a crane does. Axis 1 is perpendicular to them; a fifth is, too, if there is one. Four
+joints give the tool four freedoms, its position and its pitch in the plane of the arm; a fifth
 turns it about an axis in that plane. For a pose that such an arm cannot reach these steps give a
 nearby pose, and the residual is the deviation from it.
 
@@ -19,9 +20,10 @@ from ...terms.terms import Terms
 from ...terms.vectors import IDENTITY, Vector, added, combination, cross, dot, subtracted
 from ..steps.plane import seen_behind, turn_to_direction, turn_to_plane
 from ..steps.target import Target
+from ..steps.telescope import telescope
 from ..steps.triangle import remaining, triangle
 from ..steps.work import Work
-from ..structure.lines import Lines, home_of, numbers
+from ..structure.lines import Axis, Lines, home_of, numbers
 from ..structure.requirement import Requirement, across, parallel, revolute
 from ..subproblems.found import FoundTurn
 from ..subproblems.quartic import select
@@ -42,22 +44,48 @@ from ..tasks.task import Solved, Task
 from .family import Family
 
 _ARM = 4
-"""Number of joints up to the last of the parallel axes."""
+"""Number of joints up to the last of those that move the tool in the plane of the arm."""
 
 
 def _requires(lines: Lines) -> list[Requirement]:
     return [
         revolute(lines, range(len(lines.axes))),
         parallel(lines, 1, 2, 3),
-        across(lines, 0, 1),
-        *([across(lines, 4, 1)] if len(lines.axes) > 4 else []),  # noqa: PLR2004
+        *_across_parallel(lines, 1),
     ]
+
+
+def _requires_slide(lines: Lines) -> list[Requirement]:
+    turning = [k for k in range(1, _ARM) if lines.axes[k].turns]
+    sliding = [k for k in range(1, _ARM) if not lines.axes[k].turns]
+    fits = len(sliding) == 1
+    count = Requirement("one of joints 2, 3 and 4 slides", 0.0 if fits else np.inf)
+    ends = revolute(lines, (k for k in range(len(lines.axes)) if not 1 <= k < _ARM))
+    if not fits or ends.deviation:
+        return [count, ends]
+    first = turning[0]
+    return [
+        *(count, ends),
+        parallel(lines, *turning),
+        across(lines, sliding[0], first),
+        *_across_parallel(lines, first),
+    ]
+
+
+def _across_parallel(lines: Lines, first: int) -> list[Requirement]:
+    ends = (0, *range(_ARM, len(lines.axes)))
+    return [across(lines, k, first) for k in ends]
+
+
+def _in_plane(lines: Lines) -> tuple[Axis, ...]:
+    """The parallel axes."""
+    return tuple(axis for axis in lines.axes[1:_ARM] if axis.turns)
 
 
 def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms = work.terms
-    a1, a2, *_ = lines.axes
-    fifth = lines.axes[4:]
+    a1, a2 = lines.axes[0], _in_plane(lines)[0]
+    fifth = lines.axes[_ARM:]
     # 1. The arm moves in a plane.
     carried = fifth[0].p if fifth else target.home
     meaning = f"a point of axis {fifth[0].name}" if fifth else "the tool's origin"
@@ -65,19 +93,19 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     e = fifth[0].h if fifth else _across(lines)
     if fifth:
         after = target.turned(terms, e)
-        U, q1 = turn_to_direction(work, lines, (carried, wanted), (e, after))
+        U, q1 = turn_to_direction(work, lines, a2, (carried, wanted), (e, after))
     else:
         U, q1 = _turned_with(work, lines, wanted, target)
     # 2. The parallel axes turn a direction that the last joint does not.
     v = rotated(terms, a1.h, q1.back, target.turned(terms, e))
-    q234 = _sum(work, lines, sp1(terms, a2.h, e, v), "the tool's direction in the arm's plane")
+    total = _sum(work, lines, sp1(terms, a2.h, e, v), "the tool's direction in the arm's plane")
     # 3. A triangle.
-    _arm(work, lines, carried, U, q234)
+    _arm(work, lines, carried, U, total)
     # 4. The rest of the rotation.
     for axis in fifth:
         across_it = cross(terms, axis.h, a2.h)
         left = rotated(terms, a1.h, q1.back, target.turned(terms, across_it))
-        left = rotated(terms, a2.h, q234.back, left)
+        left = rotated(terms, a2.h, total.back, left)
         work.step(
             [axis], "subproblem 1", "the rest of the rotation", sp1(terms, axis.h, across_it, left)
         )
@@ -85,7 +113,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 def _turned_with(work: Work, lines: Lines, wanted: Vector, target: Target) -> tuple[Vector, CosSin]:
     """:func:`_turned_to` where the tool carries axis 2."""
-    terms, (a1, a2, *_) = work.terms, lines.axes
+    terms, a1, a2 = work.terms, lines.axes[0], _in_plane(lines)[0]
     q1 = work.step(
         [a1],
         "subproblem 1",
@@ -109,14 +137,14 @@ def _has_pitch(robot: Robot, lines: Lines) -> bool:
         return False
     if len(lines.axes) > _ARM:
         return max(_off(robot, lines, _ARM)) < TOOL_ON_AXIS
-    return abs(float(_home(robot, lines)[:3, 2] @ lines.axes[1].direction)) < TOOL_ON_AXIS
+    return abs(float(_home(robot, lines)[:3, 2] @ _in_plane(lines)[0].direction)) < TOOL_ON_AXIS
 
 
 def _has_direction(robot: Robot, lines: Lines) -> bool:
-    """Whether joints 2 to 4 turn the tool's axis, which a fifth joint turns about itself."""
+    """Whether the parallel joints turn the tool's axis, which a fifth joint turns about itself."""
     if len(lines.axes) > _ARM:
         return max(_off(robot, lines, _ARM)) < TOOL_ON_AXIS
-    return _off(robot, lines, 1)[1] > OBLIQUE_AXES
+    return _off(robot, lines, lines.axes.index(_in_plane(lines)[0]))[1] > OBLIQUE_AXES
 
 
 def _off(robot: Robot, lines: Lines, k: int) -> tuple[float, float]:
@@ -182,7 +210,7 @@ def _bent_least(terms: Terms, lines: Lines, lever: Vector, U: Vector) -> FoundTu
 
 def _with_pitch(robot: Robot, lines: Lines) -> Solved:
     """Position and elevation of the tool's axis over the base's x-y plane."""
-    terms, (_, a2, *_) = lines.terms, lines.axes
+    terms, a2 = lines.terms, _in_plane(lines)[0]
     work = Work(terms)
     tool, axis = tool_origin(robot, terms), tool_axis(robot, terms)
     pitch = CosSin(*terms.cos_sin(PITCH))
@@ -194,21 +222,21 @@ def _with_pitch(robot: Robot, lines: Lines) -> Solved:
     wanted = combination(terms, (terms.let(sign * pitch.c), pitch.s), (outward, up))
     found = sp1(terms, a2.h, axis, wanted)
     found = FoundTurn(found.turn, found.equation, sign)
-    q234 = _sum(work, lines, found, "the pitch, with the tool pointing outward or inward")
-    _arm(work, lines, tool, U, q234)
+    total = _sum(work, lines, found, "the pitch, with the tool pointing outward or inward")
+    _arm(work, lines, tool, U, total)
     _leave(work, lines, _ARM)
     return position_pitch(robot, work, up, pitch)
 
 
 def _with_direction(robot: Robot, lines: Lines) -> Solved:
     """Position and direction of the tool's axis."""
-    terms, (a1, a2, *_) = lines.terms, lines.axes
+    terms, a1, a2 = lines.terms, lines.axes[0], _in_plane(lines)[0]
     work = Work(terms)
     tool, axis = tool_origin(robot, terms), tool_axis(robot, terms)
-    U, q1 = turn_to_direction(work, lines, (tool, POSITION), (axis, DIRECTION))
+    U, q1 = turn_to_direction(work, lines, a2, (tool, POSITION), (axis, DIRECTION))
     v = rotated(terms, a1.h, q1.back, DIRECTION)
-    q234 = _sum(work, lines, sp1(terms, a2.h, axis, v), "the tool's direction in the arm's plane")
-    _arm(work, lines, tool, U, q234)
+    total = _sum(work, lines, sp1(terms, a2.h, axis, v), "the tool's direction in the arm's plane")
+    _arm(work, lines, tool, U, total)
     _leave(work, lines, _ARM)
     return position_direction(robot, work)
 
@@ -217,20 +245,25 @@ def _turned_to(
     work: Work, lines: Lines, carried: Vector, position: Vector
 ) -> tuple[Vector, CosSin]:
     """Turns the plane of the arm to a position; returns it seen from axis 2, and the turn."""
-    a1, a2, *_ = lines.axes
+    a1, a2 = lines.axes[0], _in_plane(lines)[0]
     reason = "the other joints move the point in the plane of the arm"
     return turn_to_plane(work, a1, a2, carried, position, reason)
 
 
 def _sum(work: Work, lines: Lines, found: FoundTurn, reason: str) -> CosSin:
-    return work.step(lines.axes[1:4], "subproblem 1", reason, found)
+    return work.step(_in_plane(lines), "subproblem 1", reason, found)
 
 
-def _arm(work: Work, lines: Lines, carried: Vector, U: Vector, q234: CosSin) -> None:
-    terms, (_, a2, a3, a4, *_) = work.terms, lines.axes
-    lever = rotated(terms, a2.h, q234, subtracted(terms, carried, a4.p))
-    triangle(work, a2, a3, a4.p, subtracted(terms, U, lever))
-    remaining(work, (a2, a3, a4), q234)
+def _arm(work: Work, lines: Lines, carried: Vector, U: Vector, total: CosSin) -> None:
+    """The joints that move the tool in the plane of the arm, from the sum of their angles."""
+    terms, turning = work.terms, _in_plane(lines)
+    if len(turning) < len(lines.axes[1:_ARM]):
+        telescope(work, lines.axes[1:_ARM], carried, U, total)
+    else:
+        a2, a3, a4 = turning
+        lever = rotated(terms, a2.h, total, subtracted(terms, carried, a4.p))
+        triangle(work, a2, a3, a4.p, subtracted(terms, U, lever))
+    remaining(work, turning, total)
 
 
 def _leave(work: Work, lines: Lines, first: int) -> None:
@@ -241,7 +274,7 @@ def _leave(work: Work, lines: Lines, first: int) -> None:
 
 def _across(lines: Lines) -> Vector:
     """The part of axis 1 perpendicular to the parallel axes."""
-    a1, a2, *_ = lines.axes
+    a1, a2 = lines.axes[0], _in_plane(lines)[0]
     return perpendicular(lines.terms, a2.h, a1.h)
 
 
@@ -252,6 +285,17 @@ TURNTABLE = Family(
     _solve,
     tasks=(
         Task("ik_position", _with_position, _keeps_position),
+        Task("ik_position_pitch", _with_pitch, _has_pitch),
+        Task("ik_position_direction", _with_direction, _has_direction),
+    ),
+)
+
+TELESCOPE = Family(
+    "a turntable with two parallel axes and a slide across them",
+    (4, 5),
+    _requires_slide,
+    _solve,
+    tasks=(
         Task("ik_position_pitch", _with_pitch, _has_pitch),
         Task("ik_position_direction", _with_direction, _has_direction),
     ),

@@ -44,22 +44,28 @@ def turn_to_plane(
 
 
 def turn_to_direction(
-    work: Work, lines: Lines, point: tuple[Vector, Vector], direction: tuple[Vector, Vector]
+    work: Work,
+    lines: Lines,
+    second: Axis,
+    point: tuple[Vector, Vector],
+    direction: tuple[Vector, Vector],
 ) -> tuple[Vector, CosSin]:
     """:func:`turn_to_plane` where a direction that the tool carries determines joint 1, too.
 
-    The next joints turn about parallel axes, and keep the angle of the direction with them.
+    The next joints turn about parallel axes or slide across them, and keep the angle of the
+    direction with these axes.
 
     Args:
         work: Gathers the step.
-        lines: The chain.
+        lines: The chain, whose first joint this is.
+        second: The axis to which those of the next joints that turn are parallel.
         point: The point in the home pose, and its wanted position.
         direction: The direction in the home pose, and the wanted one (unit vectors).
 
     Returns:
         As :func:`turn_to_plane`.
     """
-    terms, (first, second, *_) = work.terms, lines.axes
+    terms, first = work.terms, lines.axes[0]
     (carried, wanted), (before, after) = point, direction
     V = subtracted(terms, wanted, first.p)
     height = dot(terms, second.h, subtracted(terms, carried, first.p))
