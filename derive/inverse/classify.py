@@ -228,16 +228,27 @@ def _leaves_full_rank(lines: Lines, given: tuple[int, ...]) -> bool:
 def _attempts(
     lines: Lines, choices: Iterable[tuple[int, ...]], families: Sequence[Family]
 ) -> Iterable[Attempt]:
+    choices = list(choices)
+    late = [family for family in families if family.rather_gives]
+    early = [family for family in families if not family.rather_gives]
     for given in choices:
-        left = lines.at_generic(given)
-        if not given and rank.of_chain(left) < min(len(left.axes), MOST_JOINTS):
+        yield from _of_choice(lines, given, early if given else families)
+    for given in filter(None, choices if late else ()):
+        yield from _of_choice(lines, given, late)
+
+
+def _of_choice(
+    lines: Lines, given: tuple[int, ...], families: Sequence[Family]
+) -> Iterator[Attempt]:
+    left = lines.at_generic(given)
+    if not given and rank.of_chain(left) < min(len(left.axes), MOST_JOINTS):
+        return
+    for family in families:
+        if len(left.axes) not in family.joints or (given and not family.behind_given):
             continue
-        for family in families:
-            if len(left.axes) not in family.joints or (given and not family.behind_given):
-                continue
-            for reading in family.readings:
-                seen = left.reversed() if reading == "tool" else left
-                yield Attempt(family, reading, given, tuple(family.requires(seen)))
+        for reading in family.readings:
+            seen = left.reversed() if reading == "tool" else left
+            yield Attempt(family, reading, given, tuple(family.requires(seen)))
 
 
 def _nearest_in_words(nearest: Attempt | None, lines: Lines) -> str:

@@ -37,6 +37,7 @@ class Family:
             in the article.
         readings: The ends from which the axes may be read to have the structure.
         behind_given: Whether a longer chain may have the structure without its given joints.
+        rather_gives: Whether that is tried after all other families: its slide is rather given.
         solves_pose: Whether ``ik`` of a serial robot asks for the tool's pose. A family that meets
             the position alone offers its tasks instead.
         inputs: The inputs of ``solve`` beside the displacement, a swivel angle for example.
@@ -51,6 +52,7 @@ class Family:
     solve: Callable[[Work, Lines, Target], None]
     readings: tuple[Reading, ...] = ("base", "tool")
     behind_given: bool = True
+    rather_gives: bool = False
     solves_pose: bool = True
     inputs: tuple[TaskInput, ...] = ()
     tasks: tuple[Task, ...] = ()

@@ -59,13 +59,13 @@ def _requires_slide(lines: Lines) -> list[Requirement]:
     turning = [k for k in range(1, _ARM) if lines.axes[k].turns]
     sliding = [k for k in range(1, _ARM) if not lines.axes[k].turns]
     fits = len(sliding) == 1
-    count = Requirement("one of joints 2, 3 and 4 slides", 0.0 if fits else np.inf)
-    ends = revolute(lines, (k for k in range(len(lines.axes)) if not 1 <= k < _ARM))
-    if not fits or ends.deviation:
-        return [count, ends]
+    count = Requirement("of joints 2, 3 and 4 alone one slides", 0.0 if fits else np.inf)
+    ends = [revolute(lines, [k]) for k in (0, *range(_ARM, len(lines.axes)))]
+    if not fits or any(end.deviation for end in ends):
+        return [count, *ends]
     first = turning[0]
     return [
-        *(count, ends),
+        *(count, *ends),
         parallel(lines, *turning),
         across(lines, sliding[0], first),
         *_across_parallel(lines, first),
@@ -295,6 +295,7 @@ TELESCOPE = Family(
     (4, 5),
     _requires_slide,
     _solve,
+    rather_gives=True,
     tasks=(
         Task("ik_position_pitch", _with_pitch, _has_pitch),
         Task("ik_position_direction", _with_direction, _has_direction),

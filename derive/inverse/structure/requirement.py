@@ -51,9 +51,10 @@ def revolute(lines: Lines, indices: Iterable[int]) -> Requirement:
     """Joints that must turn."""
     asked = tuple(indices)
     slides = [lines.axes[k].name for k in asked if not lines.axes[k].turns]
-    subject = "all joints" if len(asked) == len(lines.axes) else f"joints {_names(lines, asked)}"
     verb = "slides" if len(slides) == 1 else "slide"
-    text = f"{subject} are revolute" + (f", but {', '.join(slides)} {verb}" if slides else "")
+    text = f"{_joints(lines, asked)} revolute" + (
+        f", but {', '.join(slides)} {verb}" if slides else ""
+    )
     return Requirement(text, np.inf if slides else 0.0)
 
 
@@ -86,6 +87,14 @@ def askew(lines: Lines, i: int, j: int) -> Requirement:
     return Requirement(
         text, np.inf if lines.angular_deviation((i, j)) < MEASURED_STRUCTURE else 0.0
     )
+
+
+def _joints(lines: Lines, asked: tuple[int, ...]) -> str:
+    if len(asked) == len(lines.axes):
+        return "all joints are"
+    if len(asked) == 1:
+        return f"joint {lines.axes[asked[0]].name} is"
+    return f"joints {_names(lines, asked)} are"
 
 
 def _names(lines: Lines, indices: Iterable[int]) -> str:

@@ -62,10 +62,10 @@ class PhasorSum:
     @staticmethod
     def of(vector: Complex, angle: sp.Expr = ZERO) -> "PhasorSum":
         """A vector that turns by an angle."""
-        return _collected([(angle, vector)])
+        return _collected(((angle, vector),))
 
     def __add__(self, other: "PhasorSum") -> "PhasorSum":
-        return _collected([*self.terms.items(), *other.terms.items()])
+        return _collected((*self.terms.items(), *other.terms.items()))
 
     def __neg__(self) -> "PhasorSum":
         return PhasorSum({angle: (-re, -im) for angle, (re, im) in self.terms.items()})
@@ -75,11 +75,11 @@ class PhasorSum:
 
     def times(self, factor: Complex) -> "PhasorSum":
         """The sum times a complex number."""
-        return _collected([(angle, product(c, factor)) for angle, c in self.terms.items()])
+        return _collected(tuple((angle, product(c, factor)) for angle, c in self.terms.items()))
 
     def turned(self, angle: sp.Expr) -> "PhasorSum":
         """The sum turned by an angle."""
-        return _collected([(psi + angle, c) for psi, c in self.terms.items()])
+        return _collected(tuple((psi + angle, c) for psi, c in self.terms.items()))
 
     def common_angle(self) -> sp.Expr:
         """The angle by which all of it turns; 0 where its parts turn differently."""
@@ -151,7 +151,8 @@ def is_zero(expression: sp.Expr) -> bool:
     return bool(_plain(expression) == 0)
 
 
-def _collected(terms: "list[tuple[sp.Expr, Complex]]") -> PhasorSum:
+@cache  # The branches of a linkage add the same vectors.
+def _collected(terms: tuple[tuple[sp.Expr, Complex], ...]) -> PhasorSum:
     sums: dict[sp.Expr, Complex] = {}
     for angle, (re, im) in terms:
         key = _expanded(angle)
@@ -183,4 +184,10 @@ def _plain(expression: sp.Expr) -> sp.Expr:
     # Sums without quotients and roots are plain when they are expanded, which takes far less time.
     if expression.is_polynomial(*expression.free_symbols):
         return sp.expand(expression)
-    return sp.cancel(expression)
+    # A fraction is cancelled in half the time of an expression, of which SymPy takes the common
+    # factors first.
+    numerator, denominator = expression.as_numer_denom()
+    if denominator.is_Number:
+        return sp.expand(expression)
+    factor, numerator, denominator = sp.cancel((numerator, denominator))
+    return factor * (numerator / denominator)
