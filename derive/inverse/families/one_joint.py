@@ -15,8 +15,8 @@ from ..subproblems.turns import any_across
 from .family import Family
 
 
-def _requires(_lines: Lines) -> list[Requirement]:
-    return [Requirement("there is one joint", 0.0)]
+def _requires(lines: Lines) -> list[Requirement]:
+    return [Requirement(f"{lines.axes[0].name} alone moves the tool", 0.0)]
 
 
 def _solve(work: Work, lines: Lines, target: Target) -> None:
