@@ -3,9 +3,10 @@
 from .column import COLUMN
 from .family import Family
 from .inner_centre import INNER_CENTRE
+from .machine_tool import MACHINE_TOOL
 from .one_joint import ONE_JOINT
 from .parallel_forearm import PARALLEL_FOREARM
-from .planar import PLANAR
+from .planar import PLANAR, PLANAR_SLIDE
 from .position import POSITION
 from .spherical_wrist import SPHERICAL_WRIST
 from .swivel import SWIVEL
@@ -16,6 +17,7 @@ from .turntable import TELESCOPE, TURNTABLE
 FAMILIES: tuple[Family, ...] = (
     ONE_JOINT,
     PLANAR,
+    PLANAR_SLIDE,
     POSITION,
     TURNTABLE,
     TELESCOPE,
@@ -26,5 +28,6 @@ FAMILIES: tuple[Family, ...] = (
     PARALLEL_FOREARM,
     INNER_CENTRE,
     SWIVEL,
+    MACHINE_TOOL,
 )
 """All families, in the order in which they are tried on a chain."""

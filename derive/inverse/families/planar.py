@@ -1,6 +1,7 @@
 """Parallel revolute axes, at most three, and perhaps a slide along them: planar arms and SCARAs.
 
-Most solutions: 2, and 1 where only two joints turn. For a pose out of the plane, and for a pose
+A slide across two parallel axes takes the place of the third. Most solutions: 2, and 1 where only
+two joints turn and none slides across them. For a pose out of the plane, and for a pose
 with another position where the arm has only two revolute joints, the answer is the nearest pose
 that these steps find.
 """
@@ -14,10 +15,11 @@ from ...model.tolerances import TOOL_ON_AXIS
 from ...terms.symbolic_function import Argument
 from ...terms.vectors import IDENTITY, dot, subtracted
 from ..steps.target import Target
+from ..steps.telescope import telescope
 from ..steps.triangle import remaining, triangle
 from ..steps.work import Work
 from ..structure.lines import Lines, home_of
-from ..structure.requirement import Requirement, parallel
+from ..structure.requirement import Requirement, across, parallel
 from ..subproblems.slides import slide_to_plane
 from ..subproblems.sp1 import sp1
 from ..subproblems.turns import CosSin, any_across, rotated
@@ -83,6 +85,32 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     remaining(work, turning, total)
 
 
+def _requires_slide(lines: Lines) -> list[Requirement]:
+    turning = [k for k, axis in enumerate(lines.axes) if axis.turns]
+    sliding = [k for k, axis in enumerate(lines.axes) if not axis.turns]
+    fits = len(turning) == _LEAST_TURNS and len(sliding) == 1
+    count = Requirement("two joints turn, and one slides", 0.0 if fits else np.inf)
+    if not fits:
+        return [count]
+    return [count, parallel(lines, *turning), across(lines, sliding[0], turning[0])]
+
+
+def _solve_with_slide(work: Work, lines: Lines, target: Target) -> None:
+    terms = work.terms
+    turning = tuple(axis for axis in lines.axes if axis.turns)
+    first = turning[0]
+    e = any_across(terms, first.h)
+    total = work.step(
+        turning,
+        "subproblem 1",
+        "both turn the tool as one",
+        sp1(terms, first.h, e, target.turned(terms, e)),
+    )
+    wanted = work.name_vector(("W", "V"), "the tool's origin", target.position)
+    telescope(work, lines.axes, target.home, subtracted(terms, wanted, first.p), total)
+    remaining(work, turning, total)
+
+
 def _lies_in_base_plane(robot: Robot, lines: Lines) -> bool:
     """Whether all joints turn in the base's x-y plane, and the tool's x axis lies in it."""
     upright = abs(float(lines.axes[0].direction[2])) > 1 - TOOL_ON_AXIS
@@ -132,4 +160,12 @@ PLANAR = Family(
     _requires,
     _solve,
     tasks=(Task("ik_planar", _in_base_plane, _lies_in_base_plane),),
+)
+
+PLANAR_SLIDE = Family(
+    "two parallel axes and a slide across them",
+    (3,),
+    _requires_slide,
+    _solve_with_slide,
+    rather_gives=True,
 )

@@ -1,0 +1,150 @@
+"""Slides in a row, and turns that the orientation determines: gantries and machine tools.
+
+Up to three joints slide, with no turn between them. The slides turn nothing, so that the
+orientation determines the turns; what is left of the position determines the slides. There are up
+to two turns, or three where three joints slide: where the first and the third have one direction,
+fewer slides could not make up for an arbitrary part of their sum. The axes need not meet, nor be at
+right angles.
+
+Most solutions: 1, and 2 where three joints turn; 2 for a position and a direction. For a pose that
+so few joints cannot reach, the answer is a nearby pose.
+"""
+
+from itertools import pairwise
+
+import numpy as np
+
+from ...model.robot import Robot
+from ...model.tolerances import OBLIQUE_AXES
+from ...terms.vectors import ORIGIN, Vector, added, cross, dot, subtracted
+from ..steps.rotations import three_turns, two_turns
+from ..steps.target import Target
+from ..steps.work import Work
+from ..structure.lines import Axis, Lines, numbers
+from ..structure.requirement import Requirement, askew
+from ..subproblems.slides import slide_to_plane
+from ..subproblems.sp1 import sp1
+from ..subproblems.sp2 import sp2
+from ..subproblems.turns import any_across, perpendicular, rotated
+from ..tasks.partial_poses import (
+    DIRECTION,
+    POSITION,
+    position_direction,
+    tool_axis,
+    tool_origin,
+)
+from ..tasks.task import Solved, Task
+from .family import Family
+
+_MOST = 3
+"""Turns of an orientation, and slides of a position."""
+_HEAD = 2
+"""Turns of a head that directs a tool."""
+
+
+def _requires(lines: Lines) -> list[Requirement]:
+    turning = [k for k, axis in enumerate(lines.axes) if axis.turns]
+    sliding = [k for k, axis in enumerate(lines.axes) if not axis.turns]
+    few = len(sliding) <= _MOST and len(turning) <= (_MOST if len(sliding) == _MOST else _HEAD)
+    text = "up to three joints slide, and two turn, or three where three slide"
+    count = Requirement(text, 0.0 if few else np.inf)
+    one_run = not sliding or sliding[-1] - sliding[0] < len(sliding)
+    run = Requirement("no joint turns between those that slide", 0.0 if one_run else np.inf)
+    neighbours = [askew(lines, *pair) for pair in pairwise(turning)]
+    return [count, run, *neighbours, *([_independent(lines, sliding)] if sliding else [])]
+
+
+def _independent(lines: Lines, sliding: list[int]) -> Requirement:
+    directions = np.array([lines.axes[k].direction for k in sliding])
+    flat = np.linalg.svd(directions, compute_uv=False)[-1] < OBLIQUE_AXES
+    return Requirement("the slides have different directions", np.inf if flat else 0.0)
+
+
+def _solve(work: Work, lines: Lines, target: Target) -> None:
+    terms = work.terms
+    # 1. The orientation.
+    turning = tuple(axis for axis in lines.axes if axis.turns)
+    if len(turning) == _MOST:
+        three_turns(work, (turning[0], turning[1], turning[2]), lambda v: target.turned(terms, v))
+    elif len(turning) == _HEAD:
+        two_turns(work, (turning[0], turning[1]), lambda v: target.turned(terms, v))
+    for axis in turning if len(turning) == 1 else ():
+        e = any_across(terms, axis.h)
+        found = sp1(terms, axis.h, e, target.turned(terms, e))
+        work.step([axis], "subproblem 1", "it alone turns the tool", found)
+    # 2. The position.
+    _slides(work, lines, target.home, target.position)
+
+
+def _slides(work: Work, lines: Lines, carried: Vector, position: Vector) -> None:
+    """Finds the slides by what the turns leave of the way to a position."""
+    terms = work.terms
+    sliding = [axis for axis in lines.axes if not axis.turns]
+    if not sliding:
+        return
+    first = lines.axes.index(sliding[0])
+    for axis in reversed([axis for axis in lines.axes[first:] if axis.turns]):
+        lever = subtracted(terms, carried, axis.p)
+        carried = added(terms, axis.p, rotated(terms, axis.h, work.turns[axis.joint], lever))
+    for axis in lines.axes[:first]:
+        lever = subtracted(terms, position, axis.p)
+        back = rotated(terms, axis.h, work.turns[axis.joint].back, lever)
+        position = added(terms, axis.p, back)
+    way = work.name_vector(
+        ("W", "V"), "the way of the slides", subtracted(terms, position, carried)
+    )
+    for slide in sliding:
+        others = [other for other in sliding if other is not slide]
+        n = _across(work, slide, others)
+        reason = "the other slides do not move the tool along this normal of theirs"
+        found = slide_to_plane(terms, n, slide.h, ORIGIN, dot(terms, n, way))
+        work.slide(
+            slide,
+            "a line meets a plane",
+            reason if others else "it alone moves the tool along its direction",
+            found,
+        )
+
+
+def _across(work: Work, slide: Axis, others: list[Axis]) -> Vector:
+    """The direction across the other slides along which a slide moves the tool most."""
+    terms = work.terms
+    if not others:
+        return slide.h
+    if len(others) == 1:
+        return perpendicular(terms, others[0].h, slide.h)
+    return cross(terms, others[0].h, others[1].h)
+
+
+def _directs_tool(robot: Robot, lines: Lines) -> bool:
+    """Whether three slides carry two turns, and the second turns the tool's axis."""
+    turning = [axis for axis in lines.axes if axis.turns]
+    if (len(turning), len(lines.axes)) != (_HEAD, _HEAD + _MOST):
+        return False
+    axis = np.array(numbers(lines.terms, tool_axis(robot, lines.terms)))
+    return float(np.linalg.norm(np.cross(turning[1].direction, axis))) > OBLIQUE_AXES
+
+
+def _with_direction(robot: Robot, lines: Lines) -> Solved:
+    """Position and direction of the tool's axis."""
+    terms = lines.terms
+    work = Work(terms)
+    first, second = (axis for axis in lines.axes if axis.turns)
+    q1, q2 = sp2(terms, first.h, second.h, tool_axis(robot, terms), DIRECTION, work.sign())
+    reason = "the slides do not turn the tool's axis"
+    degenerate = f"with the tool along axis {first.name} this angle is arbitrary and taken as 0"
+    work.step([first], "subproblem 2", reason, q1, degenerate)
+    work.step([second], "subproblem 1", f"the rest of the direction, behind {first.name}", q2)
+    _slides(work, lines, tool_origin(robot, terms), POSITION)
+    return position_direction(robot, work)
+
+
+MACHINE_TOOL = Family(
+    "slides in a row, and turns that the orientation determines",
+    (2, 3, 4, 5, 6),
+    _requires,
+    _solve,
+    readings=("base",),
+    rather_gives=True,
+    tasks=(Task("ik_position_direction", _with_direction, _directs_tool),),
+)
