@@ -1,9 +1,9 @@
 """Parallel revolute axes, at most three, and perhaps a slide along them: planar arms and SCARAs.
 
-A slide across two parallel axes takes the place of the third. Most solutions: 2, and 1 where only
-two joints turn and none slides across them. For a pose out of the plane, and for a pose
-with another position where the arm has only two revolute joints, the answer is the nearest pose
-that these steps find.
+A slide across two parallel axes takes the place of the third, as in a cylindrical robot. Most
+solutions: 2, and 1 where only two joints turn and none slides across them. For a pose out of the
+plane, and for a pose with another position where the arm has only two revolute joints, the answer
+is the nearest pose that these steps find.
 """
 
 import numpy as np
@@ -13,12 +13,12 @@ from ...chain.forward import Pose
 from ...model.robot import Robot
 from ...model.tolerances import TOOL_ON_AXIS
 from ...terms.symbolic_function import Argument
-from ...terms.vectors import IDENTITY, dot, subtracted
+from ...terms.vectors import IDENTITY, Vector, dot, subtracted
 from ..steps.target import Target
 from ..steps.telescope import telescope
 from ..steps.triangle import remaining, triangle
 from ..steps.work import Work
-from ..structure.lines import Lines, home_of
+from ..structure.lines import Axis, Lines, home_of
 from ..structure.requirement import Requirement, across, parallel
 from ..subproblems.slides import slide_to_plane
 from ..subproblems.sp1 import sp1
@@ -50,17 +50,9 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         hand, meaning = turning[2].p, f"a point of axis {turning[2].name}"
     wanted = work.name_vector(("W", "V"), meaning, target.point(terms, hand))
     W = subtracted(terms, wanted, first.p)
-    # 1. The slide alone moves the tool along the axes.
     for axis in lines.axes:
         if not axis.turns:
-            d = dot(terms, first.h, W)
-            reach = subtracted(terms, hand, first.p)
-            work.slide(
-                axis,
-                "a line meets a plane",
-                "the other joints do not move the tool along their axes",
-                slide_to_plane(terms, first.h, axis.h, reach, d),
-            )
+            _along(work, axis, first, hand, W)
     if len(turning) == _MOST_TURNS:
         # 2, 3. A triangle.
         triangle(work, turning[0], turning[1], hand, W)
@@ -85,20 +77,42 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     remaining(work, turning, total)
 
 
+def _along(work: Work, slide: Axis, first: Axis, hand: Vector, W: Vector) -> None:
+    """Finds the slide that alone moves the tool along the axes."""
+    terms = work.terms
+    work.slide(
+        slide,
+        "a line meets a plane",
+        "the other joints do not move the tool along their axes",
+        slide_to_plane(
+            terms, first.h, slide.h, subtracted(terms, hand, first.p), dot(terms, first.h, W)
+        ),
+    )
+
+
 def _requires_slide(lines: Lines) -> list[Requirement]:
     turning = [k for k, axis in enumerate(lines.axes) if axis.turns]
     sliding = [k for k, axis in enumerate(lines.axes) if not axis.turns]
-    fits = len(turning) == _LEAST_TURNS and len(sliding) == 1
-    count = Requirement("two joints turn, and one slides", 0.0 if fits else np.inf)
+    fits = len(turning) == _LEAST_TURNS
+    count = Requirement("two joints turn, and the others slide", 0.0 if fits else np.inf)
     if not fits:
         return [count]
-    return [count, parallel(lines, *turning), across(lines, sliding[0], turning[0])]
+    first = lines.axes[turning[0]].direction
+    sliding.sort(key=lambda k: abs(float(lines.axes[k].direction @ first)))
+    across_them, *along = sliding
+    return [count, parallel(lines, *turning, *along), across(lines, across_them, turning[0])]
 
 
 def _solve_with_slide(work: Work, lines: Lines, target: Target) -> None:
     terms = work.terms
     turning = tuple(axis for axis in lines.axes if axis.turns)
+    sliding = [axis for axis in lines.axes if not axis.turns]
     first = turning[0]
+    sliding.sort(key=lambda axis: abs(float(axis.direction @ first.direction)))
+    wanted = work.name_vector(("W", "V"), "the tool's origin", target.position)
+    W = subtracted(terms, wanted, first.p)
+    for axis in sliding[1:]:
+        _along(work, axis, first, target.home, W)
     e = any_across(terms, first.h)
     total = work.step(
         turning,
@@ -106,8 +120,8 @@ def _solve_with_slide(work: Work, lines: Lines, target: Target) -> None:
         "both turn the tool as one",
         sp1(terms, first.h, e, target.turned(terms, e)),
     )
-    wanted = work.name_vector(("W", "V"), "the tool's origin", target.position)
-    telescope(work, lines.axes, target.home, subtracted(terms, wanted, first.p), total)
+    in_plane = tuple(axis for axis in lines.axes if axis not in sliding[1:])
+    telescope(work, in_plane, target.home, W, total)
     remaining(work, turning, total)
 
 
@@ -164,7 +178,7 @@ PLANAR = Family(
 
 PLANAR_SLIDE = Family(
     "two parallel axes and a slide across them",
-    (3,),
+    (3, 4),
     _requires_slide,
     _solve_with_slide,
     rather_gives=True,

@@ -73,12 +73,14 @@ def test_a_machine_tool_is_commanded_by_position_and_direction():
     assert not lost_of(cases)
 
 
-@pytest.mark.parametrize("kinds", ["RRP", "RPR", "PRR"])
+@pytest.mark.parametrize("kinds", ["RRT", "RTR", "TRR", "RLTR", "LRTR", "RTLR", "RTRL", "TRLR"])
 def test_planar_arms_with_a_slide_lose_nothing(kinds):
+    """T slides across the axes, and L along them."""
     for seed in range(4):
         draw = random.Random(seed)
-        directions = [[0, 1, 0] if kind == "R" else draw.choice(ACROSS) for kind in kinds]
-        cases = cases_of(robot(kinds, directions, seed))
+        directions = [draw.choice(ACROSS) if kind == "T" else [0, 1, 0] for kind in kinds]
+        joints = kinds.replace("L", "P").replace("T", "P")
+        cases = cases_of(robot(joints, directions, seed))
         assert {case.inverses.classification.found.title for case in cases} <= {PLANE}
         assert cases or seed % 2
         assert not lost_of(cases)
