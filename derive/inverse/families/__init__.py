@@ -1,26 +1,24 @@
 """The families of chains that have a closed-form inverse, one file each, and their list."""
 
 from .column import COLUMN
+from .crane import CRANE
 from .family import Family
 from .inner_centre import INNER_CENTRE
 from .machine_tool import MACHINE_TOOL
-from .one_joint import ONE_JOINT
 from .parallel_forearm import PARALLEL_FOREARM
-from .planar import PLANAR, PLANAR_SLIDE
+from .planar import PLANAR
 from .position import POSITION
 from .spherical_wrist import SPHERICAL_WRIST
 from .swivel import SWIVEL
 from .three_parallel import THREE_PARALLEL
 from .turned_hand import TURNED_HAND
-from .turntable import TELESCOPE, TURNTABLE
+from .turntable import TURNTABLE
 
 FAMILIES: tuple[Family, ...] = (
-    ONE_JOINT,
     PLANAR,
-    PLANAR_SLIDE,
     POSITION,
     TURNTABLE,
-    TELESCOPE,
+    CRANE,
     TURNED_HAND,
     THREE_PARALLEL,
     SPHERICAL_WRIST,

@@ -1,4 +1,4 @@
-"""Slides in a row, and turns that the orientation determines: gantries and machine tools.
+"""Slides in a row, and turns that the orientation determines: gantries, machine tools, one joint.
 
 Up to three joints slide, with no turn between them. The slides turn nothing, so that the
 orientation determines the turns; what is left of the position determines the slides. There are up
@@ -46,8 +46,7 @@ def _requires(lines: Lines) -> list[Requirement]:
     turning = [k for k, axis in enumerate(lines.axes) if axis.turns]
     sliding = [k for k, axis in enumerate(lines.axes) if not axis.turns]
     few = len(sliding) <= _MOST and len(turning) <= (_MOST if len(sliding) == _MOST else _HEAD)
-    text = "up to three joints slide, and two turn, or three where three slide"
-    count = Requirement(text, 0.0 if few else np.inf)
+    count = Requirement("at most two joints turn, or three of six", 0.0 if few else np.inf)
     one_run = not sliding or sliding[-1] - sliding[0] < len(sliding)
     run = Requirement("no joint turns between those that slide", 0.0 if one_run else np.inf)
     neighbours = [askew(lines, *pair) for pair in pairwise(turning)]
@@ -140,8 +139,8 @@ def _with_direction(robot: Robot, lines: Lines) -> Solved:
 
 
 MACHINE_TOOL = Family(
-    "slides in a row, and turns that the orientation determines",
-    (2, 3, 4, 5, 6),
+    "joints that a pose determines one by one",
+    (1, 2, 3, 4, 5, 6),
     _requires,
     _solve,
     readings=("base",),

@@ -1,9 +1,9 @@
-"""Parallel revolute axes, at most three, and perhaps a slide along them: planar arms and SCARAs.
+"""Parallel revolute axes, at most three, and slides along and across them: planar arms, SCARAs.
 
-A slide across two parallel axes takes the place of the third, as in a cylindrical robot. Most
-solutions: 2, and 1 where only two joints turn and none slides across them. For a pose out of the
-plane, and for a pose with another position where the arm has only two revolute joints, the answer
-is the nearest pose that these steps find.
+A slide along the axes lifts the tool; one across two of them takes the place of the third, as in a
+cylindrical robot. Most solutions: 2, and 1 where only two joints turn and none slides across them.
+For a pose out of the plane, and for a pose with another position where the arm has only two
+revolute joints, the answer is the nearest pose that these steps find.
 """
 
 import numpy as np
@@ -13,14 +13,13 @@ from ...chain.forward import Pose
 from ...model.robot import Robot
 from ...model.tolerances import TOOL_ON_AXIS
 from ...terms.symbolic_function import Argument
-from ...terms.vectors import IDENTITY, Vector, dot, subtracted
+from ...terms.vectors import IDENTITY, subtracted
+from ..steps.parallel_slides import lift, telescope
 from ..steps.target import Target
-from ..steps.telescope import telescope
 from ..steps.triangle import remaining, triangle
 from ..steps.work import Work
 from ..structure.lines import Axis, Lines, home_of
 from ..structure.requirement import Requirement, across, parallel
-from ..subproblems.slides import slide_to_plane
 from ..subproblems.sp1 import sp1
 from ..subproblems.turns import CosSin, any_across, rotated
 from ..tasks.partial_poses import POSITION, POSITION_ENTRIES, partial_pose, tool_origin
@@ -29,6 +28,8 @@ from ..tasks.task import InputLetter, Solved, Task, TaskInput
 from .family import Family
 
 _LEAST_TURNS, _MOST_TURNS = 2, 3
+_FLAT = 0.1
+"""Cosine of a slide's angle with the axes, below which it is meant to be across them."""
 _PHI = sp.Symbol("_phi", real=True)
 _PHI_LETTER = InputLetter((r"\varphi", r"\rho", r"\Phi"))
 
@@ -37,11 +38,31 @@ def _requires(lines: Lines) -> list[Requirement]:
     turning = [k for k, axis in enumerate(lines.axes) if axis.turns]
     sliding = [k for k, axis in enumerate(lines.axes) if not axis.turns]
     fits = _LEAST_TURNS <= len(turning) <= _MOST_TURNS and len(sliding) <= 1
+    telescopic = _telescope_of(lines)
+    if telescopic is not None:
+        across_them = lines.axes.index(telescopic)
+        others = [k for k in range(len(lines.axes)) if k != across_them]
+        return [parallel(lines, *others), across(lines, across_them, turning[0])]
     count = Requirement("two or three joints turn, and one slides at most", 0.0 if fits else np.inf)
     return [count, parallel(lines, *turning, *sliding)] if fits else [count]
 
 
+def _telescope_of(lines: Lines) -> Axis | None:
+    """The slide across two turning axes, beside which one slide at most is along them."""
+    turning = [axis for axis in lines.axes if axis.turns]
+    sliding = [axis for axis in lines.axes if not axis.turns]
+    if len(turning) != _LEAST_TURNS or not 1 <= len(sliding) <= _LEAST_TURNS:
+        return None
+    slopes = [abs(float(axis.direction @ turning[0].direction)) for axis in sliding]
+    flattest = min(range(len(sliding)), key=slopes.__getitem__)
+    return sliding[flattest] if slopes[flattest] < _FLAT else None
+
+
 def _solve(work: Work, lines: Lines, target: Target) -> None:
+    telescopic = _telescope_of(lines)
+    if telescopic is not None:
+        _solve_with_telescope(work, lines, target, telescopic)
+        return
     terms = work.terms
     turning = tuple(axis for axis in lines.axes if axis.turns)
     first = turning[0]
@@ -52,7 +73,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     W = subtracted(terms, wanted, first.p)
     for axis in lines.axes:
         if not axis.turns:
-            _along(work, axis, first, hand, W)
+            lift(work, axis, first, hand, W)
     if len(turning) == _MOST_TURNS:
         # 2, 3. A triangle.
         triangle(work, turning[0], turning[1], hand, W)
@@ -77,42 +98,17 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     remaining(work, turning, total)
 
 
-def _along(work: Work, slide: Axis, first: Axis, hand: Vector, W: Vector) -> None:
-    """Finds the slide that alone moves the tool along the axes."""
-    terms = work.terms
-    work.slide(
-        slide,
-        "a line meets a plane",
-        "the other joints do not move the tool along their axes",
-        slide_to_plane(
-            terms, first.h, slide.h, subtracted(terms, hand, first.p), dot(terms, first.h, W)
-        ),
-    )
-
-
-def _requires_slide(lines: Lines) -> list[Requirement]:
-    turning = [k for k, axis in enumerate(lines.axes) if axis.turns]
-    sliding = [k for k, axis in enumerate(lines.axes) if not axis.turns]
-    fits = len(turning) == _LEAST_TURNS
-    count = Requirement("two joints turn, and the others slide", 0.0 if fits else np.inf)
-    if not fits:
-        return [count]
-    first = lines.axes[turning[0]].direction
-    sliding.sort(key=lambda k: abs(float(lines.axes[k].direction @ first)))
-    across_them, *along = sliding
-    return [count, parallel(lines, *turning, *along), across(lines, across_them, turning[0])]
-
-
-def _solve_with_slide(work: Work, lines: Lines, target: Target) -> None:
+def _solve_with_telescope(work: Work, lines: Lines, target: Target, telescopic: Axis) -> None:
     terms = work.terms
     turning = tuple(axis for axis in lines.axes if axis.turns)
-    sliding = [axis for axis in lines.axes if not axis.turns]
     first = turning[0]
-    sliding.sort(key=lambda axis: abs(float(axis.direction @ first.direction)))
     wanted = work.name_vector(("W", "V"), "the tool's origin", target.position)
     W = subtracted(terms, wanted, first.p)
-    for axis in sliding[1:]:
-        _along(work, axis, first, target.home, W)
+    # 1. The slide along the axes.
+    for axis in lines.axes:
+        if not axis.turns and axis is not telescopic:
+            lift(work, axis, first, target.home, W)
+    # 2. The sum of the angles turns the tool.
     e = any_across(terms, first.h)
     total = work.step(
         turning,
@@ -120,7 +116,8 @@ def _solve_with_slide(work: Work, lines: Lines, target: Target) -> None:
         "both turn the tool as one",
         sp1(terms, first.h, e, target.turned(terms, e)),
     )
-    in_plane = tuple(axis for axis in lines.axes if axis not in sliding[1:])
+    # 3, 4. A triangle, a side of which the other slide changes.
+    in_plane = tuple(axis for axis in lines.axes if axis.turns or axis is telescopic)
     telescope(work, in_plane, target.home, W, total)
     remaining(work, turning, total)
 
@@ -174,12 +171,4 @@ PLANAR = Family(
     _requires,
     _solve,
     tasks=(Task("ik_planar", _in_base_plane, _lies_in_base_plane),),
-)
-
-PLANAR_SLIDE = Family(
-    "two parallel axes and a slide across them",
-    (3, 4),
-    _requires_slide,
-    _solve_with_slide,
-    rather_gives=True,
 )

@@ -5,7 +5,6 @@ from the joints. Where loops keep part of the chain from turning, slides take it
 actuators that move this part follow from the lengths of the slides.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
@@ -16,7 +15,7 @@ from ...chain.kinematics import common_unit
 from ...loops.hybrid import Hybrid
 from ...loops.iterated.closure_equations import LoopClosure
 from ...model.errors import RobotError
-from ...model.tolerances import LED
+from ...model.tolerances import LED, NEARLY_STRUCTURE
 from ...terms.symbolic_function import Argument
 from ...terms.vectors import Basis, Vector
 from ..chain_solution import given_argument, solve_chain
@@ -144,7 +143,8 @@ def _unled(hybrid: Hybrid, exact: Inverses, give: tuple[int, ...]) -> Inverses:
     Where joints are asked to be given, it is these that leave none.
     """
     nominal, missing = hybrid.mechanism.nominal, exact.classification.missing
-    could_fit = any(math.isfinite(one.deviation) for one in exact.classification.attempts)
+    attempts = exact.classification.attempts
+    could_fit = any(one.deviation <= NEARLY_STRUCTURE for one in attempts)
     if nominal is not None:
         why = f"no inverse of the nominal robot {nominal.name!r} leads to it"
     elif (

@@ -1,14 +1,25 @@
-"""The first step of an arm behind a turntable: the angle that turns its plane to a point."""
+"""An arm that moves in a plane behind a turntable: the turn of the plane, then the arm in it.
+
+The arm has three parallel axes, or two and a slide across them. Four joints give the tool its
+position and its pitch in the plane; a fifth turns it about an axis in that plane.
+"""
 
 import sympy as sp
 
-from ...terms.vectors import Vector, added, dot, subtracted
+from ...terms.vectors import Vector, added, cross, dot, subtracted
 from ..structure.lines import Axis, Lines
+from ..subproblems.found import FoundTurn
+from ..subproblems.sp1 import sp1
 from ..subproblems.sp4 import sp4
-from ..subproblems.turns import CosSin, rotated
+from ..subproblems.turns import NO_TURN, CosSin, perpendicular, rotated
 from ..subproblems.two_lines import EQUATIONS, component, of_two_lines
+from .parallel_slides import telescope
+from .target import Target
+from .triangle import remaining, triangle
 from .work import Work
 
+ARM = 4
+"""Number of joints up to the last of those that move the tool in the plane of the arm."""
 DIGITS = 20
 """Digits of the arm's length, which serves as a scale."""
 
@@ -92,3 +103,96 @@ def seen_behind(work: Work, first: Axis, second: Axis, V: Vector, turn: CosSin) 
     terms = work.terms
     seen = rotated(terms, first.h, turn.back, V)
     return added(terms, seen, subtracted(terms, first.p, second.p))
+
+
+def in_plane(lines: Lines) -> tuple[Axis, ...]:
+    """The parallel axes."""
+    return tuple(axis for axis in lines.axes[1:ARM] if axis.turns)
+
+
+def arm_in_plane(work: Work, lines: Lines, target: Target) -> None:
+    """Finds all joints for a pose.
+
+    Args:
+        work: Gathers the steps.
+        lines: A turntable, three joints that move in a plane, and perhaps a fifth that turns.
+        target: The displacement of the tool.
+    """
+    terms = work.terms
+    a1, a2 = lines.axes[0], in_plane(lines)[0]
+    fifth = lines.axes[ARM:]
+    # 1. The arm moves in a plane.
+    carried = fifth[0].p if fifth else target.home
+    meaning = f"a point of axis {fifth[0].name}" if fifth else "the tool's origin"
+    wanted = work.name_vector(("W", "V"), meaning, target.point(terms, carried))
+    e = fifth[0].h if fifth else _across(lines)
+    if fifth:
+        after = target.turned(terms, e)
+        U, q1 = turn_to_direction(work, lines, a2, (carried, wanted), (e, after))
+    else:
+        U, q1 = _turned_with(work, lines, wanted, target)
+    # 2. The parallel axes turn a direction that the last joint does not.
+    v = rotated(terms, a1.h, q1.back, target.turned(terms, e))
+    total = turned_as_one(
+        work, lines, sp1(terms, a2.h, e, v), "the tool's direction in the arm's plane"
+    )
+    # 3. A triangle.
+    reach(work, lines, carried, U, total)
+    # 4. The rest of the rotation.
+    for axis in fifth:
+        across_it = cross(terms, axis.h, a2.h)
+        left = rotated(terms, a1.h, q1.back, target.turned(terms, across_it))
+        left = rotated(terms, a2.h, total.back, left)
+        work.step(
+            [axis], "subproblem 1", "the rest of the rotation", sp1(terms, axis.h, across_it, left)
+        )
+
+
+def _turned_with(work: Work, lines: Lines, wanted: Vector, target: Target) -> tuple[Vector, CosSin]:
+    """:func:`turned_to_plane` where the tool carries axis 2."""
+    terms, a1, a2 = work.terms, lines.axes[0], in_plane(lines)[0]
+    q1 = work.step(
+        [a1],
+        "subproblem 1",
+        f"the other joints do not turn axis {a2.name}",
+        sp1(terms, a1.h, a2.h, target.turned(terms, a2.h)),
+    )
+    return seen_behind(work, a1, a2, subtracted(terms, wanted, a1.p), q1), q1
+
+
+def turned_to_plane(
+    work: Work, lines: Lines, carried: Vector, position: Vector
+) -> tuple[Vector, CosSin]:
+    """Turns the plane of the arm to a position; returns it seen from axis 2, and the turn."""
+    a1, a2 = lines.axes[0], in_plane(lines)[0]
+    reason = "the other joints move the point in the plane of the arm"
+    return turn_to_plane(work, a1, a2, carried, position, reason)
+
+
+def turned_as_one(work: Work, lines: Lines, found: FoundTurn, reason: str) -> CosSin:
+    """Notes the sum of the angles about the parallel axes."""
+    return work.step(in_plane(lines), "subproblem 1", reason, found)
+
+
+def reach(work: Work, lines: Lines, carried: Vector, U: Vector, total: CosSin) -> None:
+    """The joints that move the tool in the plane of the arm, from the sum of their angles."""
+    terms, turning = work.terms, in_plane(lines)
+    if len(turning) < len(lines.axes[1:ARM]):
+        telescope(work, lines.axes[1:ARM], carried, U, total)
+    else:
+        a2, a3, a4 = turning
+        lever = rotated(terms, a2.h, total, subtracted(terms, carried, a4.p))
+        triangle(work, a2, a3, a4.p, subtracted(terms, U, lever))
+    remaining(work, turning, total)
+
+
+def leave(work: Work, lines: Lines, first: int) -> None:
+    """Leaves joints that the task does not determine at 0."""
+    for axis in lines.axes[first:]:
+        work.turns[axis.joint] = NO_TURN
+
+
+def _across(lines: Lines) -> Vector:
+    """The part of axis 1 perpendicular to the parallel axes."""
+    a1, a2 = lines.axes[0], in_plane(lines)[0]
+    return perpendicular(lines.terms, a2.h, a1.h)

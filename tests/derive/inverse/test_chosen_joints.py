@@ -51,7 +51,11 @@ def test_the_inputs_are_the_given_joints():
         ("panda", ("joint8",), "panda has no joint joint8 to be given; its joints are joint1, joi"),
         ("scara", ("shoulder", "elbow", "quill", "flange"), "all joints are given"),
         ("iiwa14", ("A4",), "the others could still move while the tool stands still; joints that"),
-        ("well_manipulator", ("theta2",), "3 joints must be given; .* given: theta2, l_HI, l_MN; "),
+        (
+            "well_manipulator",
+            ("theta2",),
+            "3 joints must be given; .* theta2, l_HI, l_MN; ",
+        ),
         ("board_installer", ("waist",), "loops couple the joints of its main chain; ik_numeric"),
         ("ur5e", ("elbow",), "can be given: wrist_3; ik_numeric with lock finds one solution"),
     ],

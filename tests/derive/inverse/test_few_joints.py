@@ -41,7 +41,9 @@ def lost_of(cases):
 @pytest.mark.parametrize("chain", ["R", "P"])
 def test_one_joint_loses_no_pose(chain, right):
     cases = cases_of(robot_of(chain, right=right))
-    assert [case.inverses.classification.found.title for case in cases] == ["one joint"]
+    assert [case.inverses.classification.found.title for case in cases] == [
+        "joints that a pose determines one by one"
+    ]
     assert not lost_of(cases)
 
 

@@ -1,17 +1,38 @@
-"""Two parallel axes and a slide across them that bring a point to a position in their plane.
+"""The slides of an arm with parallel axes: along them, and across two of them.
 
-The sum of the two angles is known, so that a triangle remains of which two sides are given and the
-slide changes the third.
+A slide across two axes, a telescope, brings a point to its position in the plane with the first of
+them. The sum of the two angles is known, so that a triangle remains of which two sides are given
+and the slide changes the third.
 """
 
 import sympy as sp
 
 from ...terms.vectors import Vector, combination, dot, subtracted
 from ..structure.lines import Axis
-from ..subproblems.slides import slide_to_sphere
+from ..subproblems.slides import slide_to_plane, slide_to_sphere
 from ..subproblems.sp1 import sp1
 from ..subproblems.turns import CosSin, perpendicular, rotated
 from .work import Work
+
+
+def lift(work: Work, slide: Axis, first: Axis, hand: Vector, position: Vector) -> None:
+    """Finds a slide along parallel axes, which alone moves the tool along them.
+
+    Args:
+        work: Gathers the step.
+        slide: The slide.
+        first: The first of the parallel axes.
+        hand: A point that all joints move, in the home pose.
+        position: The wanted position of the point relative to that axis.
+    """
+    terms = work.terms
+    reach = subtracted(terms, hand, first.p)
+    work.slide(
+        slide,
+        "a line meets a plane",
+        "the other joints do not move the tool along their axes",
+        slide_to_plane(terms, first.h, slide.h, reach, dot(terms, first.h, position)),
+    )
 
 
 def telescope(

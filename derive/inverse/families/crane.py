@@ -1,0 +1,43 @@
+"""A joint that turns an arm of two parallel axes and a telescope: cranes and log loaders.
+
+Of joints 2, 3 and 4 two turn about parallel axes, across which the third slides. Axis 1 is
+perpendicular to them; a fifth is, too, if there is one. The steps are those of a turntable with
+three parallel axes, but for the triangle, a side of which the telescope changes.
+
+Most solutions: 4 for a pose, 2 with four joints; 8 for position and pitch.
+"""
+
+import numpy as np
+
+from ..steps.plane import ARM, arm_in_plane
+from ..structure.lines import Lines
+from ..structure.requirement import Requirement, across, parallel, revolute
+from ..tasks.tool_in_plane import WITH_DIRECTION, WITH_PITCH
+from .family import Family
+
+
+def _requires(lines: Lines) -> list[Requirement]:
+    turning = [k for k in range(1, ARM) if lines.axes[k].turns]
+    sliding = [k for k in range(1, ARM) if not lines.axes[k].turns]
+    fits = len(sliding) == 1
+    count = Requirement("of joints 2, 3 and 4 alone one slides", 0.0 if fits else np.inf)
+    ends = [revolute(lines, [k]) for k in (0, *range(ARM, len(lines.axes)))]
+    if not fits or any(end.deviation for end in ends):
+        return [count, *ends]
+    first = turning[0]
+    return [
+        *(count, *ends),
+        parallel(lines, *turning),
+        across(lines, sliding[0], first),
+        *(across(lines, k, first) for k in (0, *range(ARM, len(lines.axes)))),
+    ]
+
+
+CRANE = Family(
+    "a turntable with two parallel axes and a slide across them",
+    (4, 5),
+    _requires,
+    arm_in_plane,
+    rather_gives=True,
+    tasks=(WITH_PITCH, WITH_DIRECTION),
+)
