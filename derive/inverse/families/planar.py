@@ -59,11 +59,7 @@ def _telescope_of(lines: Lines) -> Axis | None:
 
 
 def _solve(work: Work, lines: Lines, target: Target) -> None:
-    telescopic = _telescope_of(lines)
-    if telescopic is not None:
-        _solve_with_telescope(work, lines, target, telescopic)
-        return
-    terms = work.terms
+    terms, telescopic = work.terms, _telescope_of(lines)
     turning = tuple(axis for axis in lines.axes if axis.turns)
     first = turning[0]
     hand, meaning = target.home, "the tool's origin"
@@ -71,8 +67,9 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         hand, meaning = turning[2].p, f"a point of axis {turning[2].name}"
     wanted = work.name_vector(("W", "V"), meaning, target.point(terms, hand))
     W = subtracted(terms, wanted, first.p)
+    # 1. The slide along the axes.
     for axis in lines.axes:
-        if not axis.turns:
+        if not axis.turns and axis is not telescopic:
             lift(work, axis, first, hand, W)
     if len(turning) == _MOST_TURNS:
         # 2, 3. A triangle.
@@ -85,7 +82,11 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         "all turn the tool as one",
         sp1(terms, first.h, e, target.turned(terms, e)),
     )
-    if len(turning) == _LEAST_TURNS:
+    if telescopic is not None:
+        # 2, 3. A triangle, a side of which the slide changes.
+        in_plane = tuple(axis for axis in lines.axes if axis.turns or axis is telescopic)
+        telescope(work, in_plane, hand, W, total)
+    elif len(turning) == _LEAST_TURNS:
         # 2. The tool's turn and position determine that of the elbow.
         elbow = turning[1].p
         fore = rotated(terms, first.h, total, subtracted(terms, hand, elbow))
@@ -95,30 +96,6 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
             f"the wanted pose determines the position of axis {turning[1].name}",
             sp1(terms, first.h, subtracted(terms, elbow, first.p), subtracted(terms, W, fore)),
         )
-    remaining(work, turning, total)
-
-
-def _solve_with_telescope(work: Work, lines: Lines, target: Target, telescopic: Axis) -> None:
-    terms = work.terms
-    turning = tuple(axis for axis in lines.axes if axis.turns)
-    first = turning[0]
-    wanted = work.name_vector(("W", "V"), "the tool's origin", target.position)
-    W = subtracted(terms, wanted, first.p)
-    # 1. The slide along the axes.
-    for axis in lines.axes:
-        if not axis.turns and axis is not telescopic:
-            lift(work, axis, first, target.home, W)
-    # 2. The sum of the angles turns the tool.
-    e = any_across(terms, first.h)
-    total = work.step(
-        turning,
-        "subproblem 1",
-        "both turn the tool as one",
-        sp1(terms, first.h, e, target.turned(terms, e)),
-    )
-    # 3, 4. A triangle, a side of which the other slide changes.
-    in_plane = tuple(axis for axis in lines.axes if axis.turns or axis is telescopic)
-    telescope(work, in_plane, target.home, W, total)
     remaining(work, turning, total)
 
 
