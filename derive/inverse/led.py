@@ -1,4 +1,4 @@
-"""Whether a nominal arm leads to the true one: the share of sampled configurations it finds.
+"""How well a nominal arm leads to the true one: the share of sampled configurations it finds.
 
 The true arm is put into configurations at random. The nominal arm's inverse of its pose is taken,
 and Newton's iteration goes on from every branch on the true arm, as ``chasles_polish.h`` begins. A
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..model.robot import Robot
-from ..model.tolerances import LED, LED_BACK, LED_STEP
+from ..model.tolerances import LED_BACK, LED_STEP
 from ..terms.branches import patterns
 from ..terms.casadi_graph import lower
 from ..terms.symbolic_function import SymbolicFunction
@@ -21,34 +21,28 @@ from .structure.lines import Lines
 from .structure.numeric_arm import NumericArm
 
 FloatArray = NDArray[np.float64]
-SAMPLES, PARTS = 200, 4
+SAMPLES = 200
 STEPS = 8
 
 
-def leads(robot: Robot, lines: Lines, nominal: SymbolicFunction) -> bool:
-    """Whether the nominal arm leads to the share :data:`LED` of random configurations.
+def share_led(robot: Robot, lines: Lines, nominal: SymbolicFunction) -> float:
+    """The share of random configurations to which the nominal arm leads.
 
     Args:
         robot: The true arm.
         lines: Its axes.
         nominal: The task ``ik`` of the nominal arm; values of given joints follow the pose.
+
+    Returns:
+        From 0 to 1.
     """
     arm = NumericArm.of(robot, lines)
     q, T, branches = _sampled(arm, nominal)
-    lost = 0
-    # Arms that are led are led from the first branches, others fail in the first part.
-    for part in np.array_split(np.arange(SAMPLES), PARTS):
-        left = part
-        for start, _ in branches:
-            found, error = _polished(arm, T[left], start[left], nominal.role.given)
-            is_led = (error < LED_BACK) & (_apart(found, q[left]).max(-1) < LED_BACK)
-            left = left[~is_led]
-            if not len(left):
-                break
-        lost += len(left)
-        if SAMPLES - lost < LED * SAMPLES:
-            return False
-    return True
+    led = np.zeros(SAMPLES, dtype=bool)
+    for start, _ in branches:
+        found, left = _polished(arm, T, start, nominal.role.given)
+        led |= (left < LED_BACK) & (_apart(found, q).max(-1) < LED_BACK)
+    return float(led.mean())
 
 
 def separations(robot: Robot, lines: Lines, nominal: SymbolicFunction) -> tuple[float, ...]:

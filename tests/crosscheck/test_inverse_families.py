@@ -195,7 +195,7 @@ def test_turning_joints_inside_a_chain_cannot_be_given():
         ("R/R/P/R/R/R", "off by"),
         ("R/R/R/R/R", "are parallel"),
         ("P/R/P", "across its axis"),
-        ("R/P/R/P", "across"),
+        ("R/P/R/P", "at right angles"),
         ("P/R/P/R/P", "but j1, j3, j5 slide"),
     ],
 )
