@@ -164,8 +164,9 @@ def _derive(job: Job) -> Report:
     stamp(job, folder)
     parts = [f"{robot.name:<12} {_summary(files)}  {time.perf_counter() - started:5.2f} s"]
     parts += [robot.cleaning.line] if robot.cleaning.numbers else []
-    found = explanation(robot, derivation.inverse, derivation.hybrid)
-    lines = [", ".join(parts), *([] if job.functions else [found.line])]
+    lines = [", ".join(parts)]
+    if not job.functions:
+        lines.append(explanation(robot, derivation.inverse, derivation.hybrid).line)
     notes = json.loads(files[MANIFEST])["notes"]
     return Report(True, "\n    ".join([*lines, *(n for n in notes if n not in parts)]))
 

@@ -16,16 +16,16 @@ import numpy as np
 
 from ...model.robot import Robot
 from ...model.tolerances import OBLIQUE_AXES
-from ...terms.vectors import ORIGIN, Vector, added, cross, dot, subtracted
+from ...terms.vectors import Vector, added, subtracted
 from ..steps.rotations import three_turns, two_turns
 from ..steps.target import Target
+from ..steps.three_joints import slides
 from ..steps.work import Work
-from ..structure.lines import Axis, Lines, numbers
+from ..structure.lines import Lines, numbers
 from ..structure.requirement import Requirement, askew
-from ..subproblems.slides import slide_to_plane
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp2 import sp2
-from ..subproblems.turns import any_across, perpendicular, rotated
+from ..subproblems.turns import any_across, rotated
 from ..tasks.partial_poses import (
     DIRECTION,
     POSITION,
@@ -92,27 +92,7 @@ def _slides(work: Work, lines: Lines, carried: Vector, position: Vector) -> None
     way = work.name_vector(
         ("W", "V"), "the way of the slides", subtracted(terms, position, carried)
     )
-    for slide in sliding:
-        others = [other for other in sliding if other is not slide]
-        n = _across(work, slide, others)
-        reason = "the other slides do not move the tool along this normal of theirs"
-        found = slide_to_plane(terms, n, slide.h, ORIGIN, dot(terms, n, way))
-        work.slide(
-            slide,
-            "a line meets a plane",
-            reason if others else "it alone moves the tool along its direction",
-            found,
-        )
-
-
-def _across(work: Work, slide: Axis, others: list[Axis]) -> Vector:
-    """The direction across the other slides along which a slide moves the tool most."""
-    terms = work.terms
-    if not others:
-        return slide.h
-    if len(others) == 1:
-        return perpendicular(terms, others[0].h, slide.h)
-    return cross(terms, others[0].h, others[1].h)
+    slides(work, sliding, way, "the tool")
 
 
 def _directs_tool(robot: Robot, lines: Lines) -> bool:

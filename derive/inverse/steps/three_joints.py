@@ -4,7 +4,7 @@
 along parallel axes, its distance from the point where axes meet, or both.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -236,14 +236,31 @@ def _turn_across_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> N
 
 
 def _three_slides(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
-    terms, axes = work.terms, lines.axes
-    way = subtracted(terms, W, centre)
+    slides(work, lines.axes, subtracted(work.terms, W, centre), "the centre")
+
+
+def slides(work: Work, axes: Sequence[Axis], way: Vector, carried: str) -> None:
+    """Finds one to three slides that move a point by a vector, or by its part along the slides.
+
+    Args:
+        work: Gathers the steps.
+        axes: The slides, none along the others.
+        way: The vector.
+        carried: The point in words.
+    """
+    terms = work.terms
+    if len(axes) == 2:  # noqa: PLR2004 - the other slide determines the plane
+        two_slides(work, axes[0], axes[1], way)
+        return
     for k, axis in enumerate(axes):
-        normal = _across(terms, axes[k - 2].h, axes[k - 1].h)
+        alone = len(axes) == 1
+        normal = axis.h if alone else _across(terms, axes[k - 2].h, axes[k - 1].h)
         work.slide(
             axis,
             "a line meets a plane",
-            "the other slides move the centre in a plane",
+            f"it alone moves {carried} along its direction"
+            if alone
+            else f"the other slides move {carried} in a plane",
             slide_to_plane(terms, normal, axis.h, ORIGIN, dot(terms, normal, way)),
         )
 
