@@ -14,6 +14,7 @@ from ...chain.kinematics import common_unit
 from ...loops.hybrid import Hybrid
 from ...loops.maps import Maker
 from ...loops.platforms import is_platform, of_open_chain, triad_of
+from ...model.mechanism import Mechanism
 from ...model.tolerances import SAMPLED_RANGE
 from ...terms.casadi_graph import lower
 from ...terms.symbolic_function import SymbolicFunction
@@ -64,13 +65,22 @@ def _inverse(h: Hybrid, classification: Classification, found: Attempt) -> Symbo
 
 def _settled(h: Hybrid, function: SymbolicFunction, work: Work) -> frozenset[int]:
     """The choices that make no difference, by their number; those of the main chain come first."""
-    if len(h.theta) == WHOLE and is_platform(h.mechanism):
+    if len(h.theta) == WHOLE and _is_held_at_its_end(h.mechanism):
         # The joints that carry a platform write one pose in several ways: its legs are the same.
         return frozenset(range(len(work.signs) - len(work.sides)))
     if len(h.theta) != len(h.q) or not 0 < len(work.signs) <= MOST_CHOICES:
         return frozenset()
     same, without = idle_choices(h, function, _poses(h))
     return same | {k for k in without if work.signs[k] in work.sides}
+
+
+def _is_held_at_its_end(mechanism: Mechanism) -> bool:
+    """Whether loops hold no body of the main chain but its last, and nothing drives its joints."""
+    chain = {joint.name for joint in mechanism.main_chain.moving}
+    ends = [frame for closer in mechanism.closers for frame in (closer.a, closer.b)]
+    ways = [chain & {joint.name for joint in mechanism.way(frame.body)} for frame in ends]
+    actuated = {coordinate.moves for coordinate in mechanism.coordinates}
+    return not chain & actuated and all(way in (set(), chain) for way in ways)
 
 
 def _poses(h: Hybrid) -> FloatArray:

@@ -1,5 +1,6 @@
 """Two bodies that share two pins, or a pin and a slide: nothing but their pose is left to find."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import combinations
 from itertools import product as product_of
@@ -74,16 +75,26 @@ class TwoPins(PlanarStep):
         if not self.vectors:
             return StepEquations()
         (angle,) = self.solved
-        C, A = components("C"), components("A")
-        c, a = length_of("C"), length_of("A")
-        across_C, across_A = (-C[1], C[0]), (-A[1], A[0])
-        right = (*weighted(C, across_C), *weighted(A, across_A, -(c**2) / a**2))
-        return StepEquations(
-            vectors=self.vectors,
-            lengths=("C", "A"),
-            angles=(AngleEquation(angle, "A", C),),
-            rates=(RateEquation(((angle, c**2),), right),),
-        )
+        return direction_equations(angle, self.vectors)
+
+
+def direction_equations(angle: sp.Symbol, vectors: Mapping[str, Complex]) -> StepEquations:
+    """The turn of a vector A to another C.
+
+    Args:
+        angle: The turn.
+        vectors: Components of both by letter.
+    """
+    C, A = components("C"), components("A")
+    c, a = length_of("C"), length_of("A")
+    across_C, across_A = (-C[1], C[0]), (-A[1], A[0])
+    right = (*weighted(C, across_C), *weighted(A, across_A, -(c**2) / a**2))
+    return StepEquations(
+        vectors=vectors,
+        lengths=("C", "A"),
+        angles=(AngleEquation(angle, "A", C),),
+        rates=(RateEquation(((angle, c**2),), right),),
+    )
 
 
 def _turn_between(

@@ -3,9 +3,9 @@
 A strut on balls keeps two points at a distance. Where both points are known it gives a cylinder's
 length; where a single joint moves one of them it gives that joint (a circle or a line meets a
 sphere); where three struts hold a platform that keeps its orientation they give its position (three
-spheres meet). Pairs of equal, parallel rods hold a platform in that way. A rod on a universal
-joint and a ball is such a strut, which gives the joint's angles besides. A closure between bodies
-on guides gives the travels of their slides.
+spheres meet). Pairs of equal, parallel rods hold a platform in that way. A rod on a hinge or a
+universal joint and a ball is such a strut, which gives the joint's angles besides. A closure
+between bodies on guides gives the travels of their slides.
 
 Source:
     Merlet, Parallel Robots, ch. 2 and 4; Clavel 1988 for the parallelograms of balls.
@@ -20,14 +20,19 @@ from ..planar.reference import AtReference, Branch
 from .cylinder_length import CylinderLength
 from .dead_points import is_clearest
 from .guides import Guides
+from .hinged_rod import HingedRod
 from .sliding_leg import SlidingLeg
 from .struts import Known, Legs, LegStep
+from .telescope import Telescope
 from .three_spheres import ThreeSpheres
 from .turning_leg import TurningLeg
-from .universal_leg import UniversalJoint, UniversalLeg
+from .universal_leg import UniversalJoint
 
 STEPS: tuple[type[LegStep], ...] = (CylinderLength, SlidingLeg, TurningLeg, ThreeSpheres)
 """The kinds of steps, in the order in which they are tried."""
+BeforeBall = UniversalJoint | HingedRod | Telescope
+BEFORE_BALL: tuple[type[BeforeBall], ...] = (UniversalJoint, HingedRod, Telescope)
+"""The joints before the ball of a closure that have steps of their own, in the order of trial."""
 
 
 def assemble_in_space(
@@ -56,21 +61,25 @@ def assemble_in_space(
     while any(Guides.use(legs, loop) for loop in loops):
         pass
     struts = [loop.closer for loop in loops if isinstance(loop.closer, Strut)]
-    joints = [joint for loop in loops if (joint := UniversalJoint.of(legs, loop)) is not None]
-    left = [strut for strut in struts if strut.ends == "ball"] + [joint.rod for joint in joints]
-    while left or joints:
-        aimed = [joint for joint in joints if UniversalLeg.use(legs, joint)]
-        used = [
-            strut
-            for strut in left
-            if (is_clearest(legs, strut, left) and _use(legs, (strut,))) or _is_held(legs, strut)
-        ]
-        if not aimed and not used:
-            if not left or not _use(legs, left):
-                return
-            used = left
-        left = [strut for strut in left if strut not in used]
-        joints = [joint for joint in joints if joint not in aimed]
+    balls = [strut for strut in struts if strut.ends == "ball"]
+    while True:
+        solved = len(known.values)
+        found = [joints for loop in loops if (joints := _before_ball(legs, loop)) is not None]
+        rods = [joints.rod for joints in found if joints.rod is not None]
+        left = [strut for strut in (*balls, *rods) if not _is_held(legs, strut)]
+        for joints in found:
+            joints.solved(legs)
+        for strut in left:
+            if is_clearest(legs, strut, left):
+                _use(legs, (strut,))
+        if len(known.values) == solved and not (left and _use(legs, left)):
+            return
+
+
+def _before_ball(legs: Legs, loop: Loop) -> BeforeBall | None:
+    """The joints before the ball that closes a loop; None where no step fits them."""
+    found = (kind.of(legs, loop) for kind in BEFORE_BALL)
+    return next((joints for joints in found if joints is not None), None)
 
 
 def _use(legs: Legs, struts: Sequence[Strut]) -> bool:

@@ -11,18 +11,17 @@ Source:
 
 import cmath
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
 import sympy as sp
 
 from ...model.mechanism import Closure, Frame, Strut
-from ...model.robot import Joint, Translation
-from ...model.tolerances import ZERO_COMPONENT
+from ...model.robot import Joint
 from ...terms.tangents import LoopRate, Tangent
 from ...terms.terms import Terms
-from ...terms.vectors import ZERO, Vector, dot, named, subtracted
+from ...terms.vectors import ZERO, Vector, dot, subtracted
 from ..planar.arm import Arm, turn_of
 from ..planar.loop_step import (
     SPACE,
@@ -32,11 +31,13 @@ from ..planar.loop_step import (
     StepEquations,
     components,
     quantity,
+    weighted,
 )
 from ..planar.planes import Loop
-from ..planar.reference import GenericPoint, coordinates_in, wrapped
+from ..planar.reference import wrapped
 from ..planar.two_pins import rate_of_direction
-from .body_frames import pose_along, pose_of
+from .ball_ends import BallEnd, ball_ends, fork_of, vanishes
+from .body_frames import pose_of
 from .struts import SIGNS, Legs
 
 FORKS = {1: "forward", -1: "turned over"}
@@ -68,47 +69,29 @@ class UniversalJoint:
     @classmethod
     def of(cls, legs: Legs, loop: Loop) -> "UniversalJoint | None":
         """The universal joint before the ball of a closure; None where there is none."""
-        closer = loop.closer
-        if not isinstance(closer, Closure) or closer.kind != "ball":
-            return None
-        sides = ((loop.to_a, closer.a, closer.b), (loop.to_b, closer.b, closer.a))
-        found = (_joint_before(legs, closer, way, end, target) for way, end, target in sides)
+        found = (_joint_before(legs, end) for end in ball_ends(legs, loop))
         return next((joint for joint in found if joint is not None), None)
 
+    def solved(self, legs: Legs) -> bool:
+        """Solves for both angles where the ball and the centre are known."""
+        return UniversalLeg.use(legs, self)
 
-def _joint_before(
-    legs: Legs, closure: Closure, way: Sequence[Joint], end: Frame, target: Frame
-) -> UniversalJoint | None:
-    """The last two moving joints of a way, where their axes meet off the ball."""
-    i, k = [-1, -1, *(k for k, joint in enumerate(way) if joint.kind != "fixed")][-2:]
-    if i < 0 or any(way[place].kind != "revolute" for place in (i, k)):
+
+def _joint_before(legs: Legs, end: BallEnd) -> UniversalJoint | None:
+    """The last two unknown joints of a way, where their axes meet off the ball."""
+    places = end.last("revolute", "revolute")
+    fork = fork_of(legs, end.way, *places) if places else None
+    if fork is None:
         return None
-    mechanism, terms, let = legs.mechanism, legs.terms, legs.terms.let
-    # From each joint's axes, at zero, to what follows.
-    after, before = way[i].after, way[k].before
-    columns, origin = pose_along(mechanism, terms, way[i + 1 : k], before, {}, after)
-    _, ball = pose_along(mechanism, terms, way[k + 1 :], end.placement, {}, way[k].after)
-    w = columns[2]
-    across = let(w[0] ** 2 + w[1] ** 2)
-    skew = let(w[0] * origin[1] - w[1] * origin[0])
-    if _vanishes(terms, across) or not _vanishes(terms, skew):
+    terms, let = legs.terms, legs.terms.let
+    first, second = (end.way[place] for place in places)
+    x, y, z = end.ball(legs, places[1])
+    tip = (x, y, let(z + fork.height))
+    if vanishes(terms, let(x**2 + y**2)):
         return None
-    back = let(let(w[0] * origin[0] + w[1] * origin[1]) / across)
-    height = let(origin[2] - back * w[2])
-    tip = (ball[0], ball[1], let(ball[2] + back))
-    if _vanishes(terms, let(tip[0] ** 2 + tip[1] ** 2)):
-        return None
-    centre = Frame(way[i].parent, (*way[i].before, Translation((ZERO, ZERO, height))))
     length = let(sp.sqrt(dot(terms, tip, tip)))
-    x, y, z = (named(terms, (column[k] for column in columns)) for k in range(3))
-    rod = Strut(closure.name, centre, target, length, ends="ball")
-    return UniversalJoint(closure, way[i], way[k], target, (x, y, z), tip, rod)
-
-
-def _vanishes(terms: Terms, value: sp.Expr) -> bool:
-    """Whether a length is zero for all values of the parameters."""
-    generic = GenericPoint(terms, [*coordinates_in(terms, [value]), *terms.parameters])
-    return bool(abs(generic.value(value)) < ZERO_COMPONENT)
+    rod = Strut(end.closure.name, fork.centre, end.target, length, ends="ball")
+    return UniversalJoint(end.closure, first, second, end.target, fork.axes, tip, rod)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -171,6 +154,8 @@ class UniversalLeg(LoopStep):
         first, second = self.solved
         turned = (C[0], C[1], B[2])
         parts = [sp.Add(*(e * c for e, c in zip(axis, turned, strict=True))) for axis in (E, F)]
+        c, s = sp.cos(second), sp.sin(second)
+        back = (c * A[0] + s * A[1], c * A[1] - s * A[0], A[2])
         return StepEquations(
             vectors=dict(zip("EFA", self.joint.axes, strict=True))
             | {"B": self.joint.tip, "D": self.direction},
@@ -189,7 +174,7 @@ class UniversalLeg(LoopStep):
                 AngleEquation(first, "V", (D[0], D[1])),
             ),
             margin=h**2 / (a * b),
-            rates=(RateEquation(((second, h),), ((D[2], sp.Integer(-1)),)),),
+            rates=(RateEquation(((second, h),), ((D[2], sp.Integer(-1)), *weighted(B, back))),),
         )
 
     @property
@@ -240,14 +225,22 @@ class _Aim:
         C = self.turned(sign)
         V = self.on_fork(C)
         second = terms.solved_angle(*turn_of(terms, C, self.tip))
-        legs.known.loops.setdefault(second, self._rate_of_second(sign))
+        legs.known.loops.setdefault(second, self._rate_of_second(sign, second))
         first = terms.solved_angle(*turn_of(terms, flat, V))
         legs.known.loops.setdefault(first, rate_of_direction(flat, V))
         return first, second
 
-    def _rate_of_second(self, sign: int) -> LoopRate:
+    def _rate_of_second(self, sign: int, second: sp.Symbol) -> LoopRate:
+        """From h psi' = a . (b' turned by psi) - D_z'; b moves where a slide follows the joint."""
+        (ax, ay, az), (bx, by, bz) = self.joint.axes[2], self.joint.tip
+        h = self.terms.let(sign * self.h)
+
         def rate(tangent: Tangent) -> sp.Expr:
-            return tangent.terms.let(-sign * tangent.of(self.direction[2]) / self.h)
+            let = tangent.terms.let
+            c, s = tangent.terms.cos_sin(second)
+            x, y, z = (tangent.of(part) for part in (bx, by, bz))
+            moved = let(let(c * ax + s * ay) * x + let(c * ay - s * ax) * y + az * z)
+            return let(let(moved - tangent.of(self.direction[2])) / h)
 
         return rate
 

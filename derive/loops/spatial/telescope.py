@@ -1,0 +1,193 @@
+"""A slide between turns and a ball, as of a leg RPS or UPS: a telescope whose foot turns.
+
+The turns keep the foot's point, where their axes meet, or the axis of a single hinge. The travel
+brings the ball to its distance from it; the turns then point to the ball.
+
+Source:
+    Lee and Shah, Kinematic analysis of a three-degrees-of-freedom in-parallel actuated
+    manipulator, 1988, for the platform on three legs RPS; Merlet, Parallel Robots, ch. 2.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import sympy as sp
+
+from ...model.mechanism import Closure, Frame
+from ...model.robot import Joint
+from ...terms.vectors import ZERO, Vector, dot, subtracted
+from ..planar.loop_step import (
+    SPACE,
+    LoopStep,
+    RateEquation,
+    StepEquations,
+    components,
+    quantity,
+    weighted,
+)
+from ..planar.pin_pin_slide import TRAVELS, travel_remark
+from ..planar.planes import Loop
+from .ball_ends import BallEnd, ball_ends, fork_of, vanishes
+from .body_frames import pose_along, pose_of
+from .struts import SIGNS, Legs
+
+
+@dataclass(frozen=True)
+class Telescope:
+    """The slide before the ball of a closure, on turns that are not known either.
+
+    Attributes:
+        closure: The closure of the ball.
+        slide: The prismatic joint.
+        target: The ball's frame on the other body.
+        foot: A frame at the point, or on the axis, that the turns keep.
+        is_hinge: Whether a single hinge turns the slide: its axis is z of the foot.
+        tip: From the foot to the ball at zero travel; of a hinge, across its axis.
+        direction: Of the slide in the same axes.
+    """
+
+    closure: Closure
+    slide: Joint
+    target: Frame
+    foot: Frame
+    is_hinge: bool
+    tip: Vector
+    direction: Vector
+
+    rod: ClassVar[None] = None
+
+    @classmethod
+    def of(cls, legs: Legs, loop: Loop) -> "Telescope | None":
+        """The telescope before the ball of a closure; None where there is none."""
+        ends = ball_ends(legs, loop)
+        found = (_on_fork(legs, end) or _on_hinge(legs, end) for end in ends)
+        return next((telescope for telescope in found if telescope is not None), None)
+
+    def solved(self, legs: Legs) -> bool:
+        """Solves for the slide where the foot and the ball are known; the turns come after it."""
+        return TelescopeTravel.use(legs, self)
+
+
+def _on_fork(legs: Legs, end: BallEnd) -> Telescope | None:
+    """A slide on a universal joint."""
+    places = end.last("revolute", "revolute", "prismatic")
+    fork = fork_of(legs, end.way, *places[:2]) if places else None
+    if fork is None:
+        return None
+    (x, y, z), direction = _at_zero(legs, end, *places[1:])
+    tip = (x, y, legs.terms.let(z + fork.height))
+    slide = end.way[places[2]]
+    return Telescope(end.closure, slide, end.target, fork.centre, False, tip, direction)
+
+
+def _on_hinge(legs: Legs, end: BallEnd) -> Telescope | None:
+    """A slide at right angles to a hinge."""
+    places = end.last("revolute", "prismatic")
+    if not places:
+        return None
+    (x, y, _), direction = _at_zero(legs, end, *places)
+    if not vanishes(legs.terms, direction[2]):
+        return None
+    hinge, slide = (end.way[place] for place in places)
+    foot = Frame(hinge.parent, hinge.before)
+    flat = (direction[0], direction[1], ZERO)
+    return Telescope(end.closure, slide, end.target, foot, True, (x, y, ZERO), flat)
+
+
+def _at_zero(legs: Legs, end: BallEnd, i: int, k: int) -> tuple[Vector, Vector]:
+    """The ball at zero travel and the slide's direction, in the axes of the turn before it."""
+    values = {**legs.known.values, end.way[k].name: ZERO}
+    between, before, after = end.way[i + 1 : k], end.way[k].before, end.way[i].after
+    axes, _ = pose_along(legs.mechanism, legs.terms, between, before, values, after)
+    way, placement = end.way[i + 1 :], end.frame.placement
+    return pose_along(legs.mechanism, legs.terms, way, placement, values, after)[1], axes[2]
+
+
+@dataclass(frozen=True, kw_only=True)
+class TelescopeTravel(LoopStep):
+    """The travel at which the ball is at its distance from the foot.
+
+    Attributes:
+        ball: From the foot to the ball (metre).
+        telescope: The slide, and the ball at zero travel.
+        travel: Along the slide (metre).
+    """
+
+    ball: Vector
+    telescope: Telescope
+    travel: sp.Expr
+
+    title: ClassVar[str] = "a distance gives a travel"
+    branches: ClassVar[Mapping[int, str]] = TRAVELS
+    opening: ClassVar[str] = (
+        "Let, with $D$ from the foot to the ball, and $A$ the same at zero travel and $B$ the"
+        " slide's direction in the axes of the joint before it,"
+    )
+    dead_point: ClassVar[str] = "the line from the foot to the ball is at right angles to the slide"
+
+    @classmethod
+    def use(cls, legs: Legs, telescope: Telescope) -> bool:
+        """Solves for the slide; False where the ball or the foot is not known."""
+        if legs.unknown(telescope.target) or legs.unknown(telescope.foot):
+            return False
+        terms, slide = legs.terms, telescope.slide
+        let = terms.let
+        axes, foot = pose_of(legs.mechanism, terms, telescope.foot, legs.known.values)
+        between = subtracted(terms, legs.point(telescope.target), foot)
+        x, y = dot(terms, axes[0], between), dot(terms, axes[1], between)
+        ball = (x, y, ZERO if telescope.is_hinge else dot(terms, axes[2], between))
+        tip, direction = telescope.tip, telescope.direction
+        square, along = dot(terms, ball, ball), dot(terms, tip, direction)
+        off = let(dot(terms, tip, tip) - along**2)
+        is_straight = vanishes(terms, off)
+        inside = square if is_straight else let(square - off)
+        root = let(sp.sqrt(inside))
+        travels = {sign: let(sign * root - along) for sign in SIGNS}
+        sign = legs.sign(_distances(legs, slide, travels), slide.name)
+        travel = let(sign * root - along)
+        legs.known.values[slide.name] = slide.direction * travel
+        legs.known.steps.append(
+            cls(
+                joints=(slide.name, telescope.closure.name),
+                axes=telescope.foot.body,
+                margin=None if is_straight else let(inside / square),
+                sign=sign,
+                ball=ball,
+                telescope=telescope,
+                travel=travel,
+            )
+        )
+        return True
+
+    def equations(self) -> StepEquations:
+        """The travel t."""
+        D, A, B = (components(letter, SPACE) for letter in "DAB")
+        t, m = quantity("t"), quantity("m")
+        square = sp.Add(*(part**2 for part in D))
+        off = sp.Add(*(part**2 for part in A)) - m**2
+        inside = square if self.margin is None else square - off
+        return StepEquations(
+            vectors={"D": self.ball, "A": self.telescope.tip, "B": self.telescope.direction},
+            unknowns={t: self.travel},
+            results=(
+                (m, sp.Add(*(a * b for a, b in zip(A, B, strict=True)))),
+                (t, self.sign * sp.sqrt(inside) - m),
+            ),
+            margin=None if self.margin is None else inside / square,
+            rates=(RateEquation(((t, t + m),), weighted(D, D)),),
+        )
+
+    @property
+    def remark(self) -> str:
+        """A sentence on the choice of the travel."""
+        return travel_remark(self.sign)
+
+
+def _distances(legs: Legs, slide: Joint, travels: Mapping[int, sp.Expr]) -> dict[int, float]:
+    """How far each travel is from the reference, in parts of the mechanism's size."""
+    if legs.branch is not None:
+        return {}
+    hint = legs.reference.hints_of([slide.name]).get(slide.name, 0.0)
+    values = {sign: slide.direction * legs.reference.of(t) for sign, t in travels.items()}
+    return {sign: abs(value - hint) / legs.reference.size for sign, value in values.items()}

@@ -1,0 +1,176 @@
+"""Platforms on drawn legs of joints before a ball: RPS, PRS, RRS in threes, UPS, PUS, RUS in sixes.
+
+A leg of two joints before its ball keeps the ball in a plane; three of them leave the platform
+three freedoms, and six legs of three joints all six.
+"""
+
+import random
+from functools import cache
+
+import casadi as ca
+import numpy as np
+import pytest
+from closures import Model
+
+from chasles.derive import derive, explain, loads
+from chasles.derive.terms.casadi_graph import lower
+
+POSES = 40
+FOUND = 1e-8
+HEAD = """
+name = "drawn"
+convention = "urdf"
+units = {{ length = "m", angle = "rad" }}
+tool = {{ body = "platform" }}
+actuated = [{actuated}]
+[[joints]]
+name = "platform"
+type = "free"
+link = "platform"
+"""
+FLAT = ("RPS", "PRS", "RRS")
+SPATIAL = ("UPS", "PUS", "RUS")
+
+
+def turned(rpy):
+    """Rotation by roll, pitch and yaw."""
+    (a, b, c), (d, e, f) = np.cos(rpy), np.sin(rpy)
+    return np.array(
+        [
+            [c * b, c * e * d - f * a, c * e * a + f * d],
+            [f * b, f * e * d + c * a, f * e * a - c * d],
+            [-e, b * d, b * a],
+        ]
+    )
+
+
+def joint(name, parent, kind, xyz, rpy, axis=(0, 0, 1)):
+    return f"""
+[[joints]]
+name = "{name}"
+parent = "{parent}"
+link = "{name}"
+type = "{kind}"
+xyz = {[*map(float, xyz)]}
+rpy = {[*map(float, rpy)]}
+axis = {[*axis]}
+"""
+
+
+def leg(rng, k, kind, foot, heading):
+    """A leg in the x-z plane of its foot, the name and the value of its driven joint, its ball.
+
+    Joints of a leg in space stand anywhere in its foot's axes.
+    """
+
+    def drawn(*share):
+        flat = share if kind in FLAT else (1, 1, 1)
+        return np.round(rng.uniform(-0.15, 0.15, 3), 3) * flat
+
+    xyz, R, at = np.round(foot, 3), np.eye(3), np.round(foot, 3)
+    rpy = np.round([*rng.uniform(-0.4, 0.4, 2), heading], 3)
+    parent, text, driven, travel = "0", "", "", 0.0
+    for place, letter in enumerate(kind[:-1]):
+        at, R, local = at + R @ (xyz if place else 0 * xyz), R @ turned(rpy), (0, 1, 0)
+        name = f"{letter.lower()}{place}_{k}"
+        if letter == "P":
+            tilt = drawn(0, 2, 0)
+            R, rpy = R @ turned(tilt), rpy if place == 0 else tilt
+            if place == 0:
+                text += joint(f"foot_{k}", parent, "fixed", xyz, rpy)
+                parent, xyz, rpy = f"foot_{k}", np.zeros(3), tilt
+            travel, driven = round(float(rng.uniform(0.2, 0.4)), 3), name
+            text += joint(name, parent, "prismatic", xyz, rpy)
+            at = at + R @ [0, 0, travel]
+        else:
+            text += joint(name, parent, "revolute", xyz, rpy, local)
+        if letter == "U":
+            text += joint(f"fork{place}_{k}", name, "revolute", np.zeros(3), np.zeros(3), (1, 0, 0))
+            name = f"fork{place}_{k}"
+        parent, rpy = name, np.zeros(3)
+        xyz = drawn(1, 0, 1) + np.array([0, 0, 0.15 if "P" in kind else 0.3])
+    driven = driven or f"r0_{k}"
+    end = drawn(1, 0, 1) + np.array([0, 0, 0.3])
+    ball = at + R @ end
+    text += f"""
+[[closures]]
+name = "ball_{k}"
+kind = "ball"
+a = {{ body = "{parent}", xyz = {[*map(float, end)]} }}
+b = {{ body = "platform", xyz = {[*map(float, ball)]} }}
+"""
+    return text, driven, travel
+
+
+@cache
+def drawn(seed, kinds):
+    """A platform whose origin and axes are those of the base at the reference."""
+    rng = np.random.default_rng(seed)
+    legs, actuated, at = "", [], {}
+    for k, kind in enumerate(kinds):
+        angle = 2 * np.pi * (k + rng.uniform(-0.2, 0.2)) / len(kinds)
+        foot = 0.6 * np.array([np.cos(angle), np.sin(angle), -1]) + rng.uniform(-0.1, 0.1, 3)
+        text, name, travel = leg(rng, k, kind, foot, angle)
+        legs, actuated = legs + text, [*actuated, name]
+        at |= {name: travel} if travel else {}
+    names = ", ".join(f'"{name}"' for name in actuated)
+    reference = "\n[reference]\n" + "\n".join(f"{k} = {v!r}" for k, v in at.items())
+    return loads(HEAD.format(actuated=names) + legs + reference)
+
+
+def kinds_of(seed):
+    draw = random.Random(seed)
+    count, of = draw.choice([(3, FLAT), (3, FLAT), (6, SPATIAL)])
+    return tuple(draw.choice(of) for _ in range(count))
+
+
+def closed_configurations(mechanism, seed):
+    """Configurations (N, n_z) around the reference at which the loops close."""
+    model, rng = Model(mechanism), np.random.default_rng(seed)
+    at = dict(mechanism.reference)
+    start = np.array([float(at.get(name, 0)) for name in model.names])
+    z = np.repeat(start[None], POSES, 0)
+    # Six legs close at every pose; their actuators may be near a singularity at the reference.
+    moved = model.actuated if len(model.actuated) < len(model.chain) else model.chain
+    z[:, moved] += rng.uniform(-0.06, 0.06, (POSES, len(moved)))
+    z = model.newton(z, moved)
+    return model, z[model.gap(z) < 1e-12]
+
+
+@pytest.mark.parametrize("seed", range(9))
+def test_the_pose_gives_the_joint_that_drives_each_leg(seed):
+    mechanism = drawn(seed, kinds_of(seed))
+    model, z = closed_configurations(mechanism, seed)
+    assert len(z) > 3
+    functions = derive(mechanism, ["ik", "actuators", "actuator_rates"]).functions
+    ik, maps, rates = (
+        kernel
+        for name in ("ik", "actuators", "actuator_rates")
+        for f, kernel in zip(functions, lower(functions, "drawn"), strict=True)
+        if f.name == name
+    )
+    (solved,) = [f for f in functions if f.name == "ik"]
+    q, T = z[:, model.actuated], model.tip(z).reshape(-1, 16)
+    slots = 2 ** len(solved.signs)
+    signs = 1 - 2.0 * (np.arange(slots)[:, None] >> np.arange(len(solved.signs)) & 1)
+    found = [ik(T.T, np.repeat(s[:, None], len(T), 1))[:2] for s in signs]
+    arms, residual = (np.array([np.array(each[k]).T for each in found]) for k in (0, 1))
+    back = np.abs(np.remainder(arms - q + np.pi, 2 * np.pi) - np.pi).max(-1) < FOUND
+    assert (back & (residual[..., 0] < FOUND)).any(0).all()
+    # The reference's branch is one of them, and its rates are its derivative.
+    theta = z[:, model.chain]
+    own = np.array(maps(theta.T)).T
+    same = np.abs(np.remainder(arms - own + np.pi, 2 * np.pi) - np.pi).max(-1) < FOUND
+    assert same.any(0).all()
+    x, xd = ca.SX.sym("x", theta.shape[1]), ca.SX.sym("xd", theta.shape[1])
+    oracle = ca.Function("oracle", [x, xd], [ca.jtimes(maps(x), x, xd)])
+    moved = model.tangent(z, model.actuated).sum(-1)[:, model.chain]
+    expected = np.array(oracle(theta.T, moved.T)).T
+    np.testing.assert_allclose(np.array(rates(theta.T, moved.T)).T, expected, rtol=1e-6, atol=1e-7)
+
+
+def test_the_steps_are_named():
+    told = str(explain(drawn(1, ("RPS", "PRS", "RRS"))))
+    for title in ("a distance gives a travel", "a line meets a sphere", "a circle meets a sphere"):
+        assert title in told
+    assert "a universal joint points to a ball" in str(explain(drawn(1, ("UPS", "PUS", "RUS") * 2)))
