@@ -3,7 +3,8 @@
 Joint 6 turns the tool about its axis. Position and direction of the tool do not depend on this
 sixth angle, and where the five joints reach a pose it is 0. Where that gives no structure, a joint
 at 0 is added whose axis gives one, for the pose alone: through the point where the last two axes
-meet, or the first two, which makes a spherical wrist; or at a distance.
+meet, or the first two, which makes a spherical wrist; through a point of an axis beside a slide,
+where the wrist is spherical already; or at a distance.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,7 +15,7 @@ import sympy as sp
 from ..model.robot import Robot
 from ..terms.vectors import added, combination, cross
 from .chain_solution import pose_task, solve_chain
-from .classify import Classification, of_lines, unfit
+from .classify import Attempt, Classification, of_lines, unfit
 from .families.family import Family
 from .lost_poses import lost_poses
 from .steps.work import Work
@@ -58,6 +59,26 @@ def by_tool_axis(
     return longer, solved
 
 
+def with_still_axis(
+    robot: Robot, classification: Classification, families: Sequence[Family]
+) -> tuple[Lines, Attempt] | None:
+    """Five joints and a sixth at 0 that has an exact structure with them; None where none has.
+
+    Args:
+        robot: The description.
+        classification: The result for the five joints, which have no structure of their own.
+        families: The families to try, in order.
+    """
+    if len(classification.lines.axes) != JOINTS or unfit(robot):
+        return None
+    about_tool = with_tool_axis(robot, classification.lines, stays=True)
+    for still in (about_tool, *_with_added_axis(classification.lines)):
+        longer = of_lines(still, families=families)
+        if longer.found is not None and longer.tier == "exact" and not longer.found.given:
+            return still, longer.found
+    return None
+
+
 def _by_added_axis(
     robot: Robot, classification: Classification, families: Sequence[Family]
 ) -> tuple[Classification, dict[str, Solved]] | None:
@@ -83,17 +104,19 @@ def _by_added_axis(
 def _with_added_axis(lines: Lines) -> Iterator[Lines]:
     """The chain with a further joint at 0 behind the last joint or before the first.
 
-    Its axis passes through the point where the two axes at this end meet, or at a distance. At
-    right angles to the next axis a wrist reaches every orientation that it can.
+    Its axis passes through the point where the two axes at this end meet, through a point of the
+    last one where a joint slides, or at a distance. At right angles to the next axis a wrist
+    reaches every orientation that it can.
     """
-    if not all(axis.turns for axis in lines.axes):
-        return
     terms, axes, last = lines.terms, lines.axes, len(lines.axes) - 1
     size = sp.Rational(round(lines.length, FEW_DECIMALS)).limit_denominator() or sp.Integer(1)
     for end, before in ((last, last - 1), (0, 1)):
         at = axes[end]
         h = any_across(terms, at.h)
-        points = [lines.meeting(end, before)] if lines.meet(end, before) else []
+        if not (at.turns and axes[before].turns):
+            points = [at.p]
+        else:
+            points = [lines.meeting(end, before)] if lines.meet(end, before) else []
         points.append(added(terms, at.p, combination(terms, (size,), (cross(terms, at.h, h),))))
         for p in points:
             numeric = numbers(terms, h), numbers(terms, p)

@@ -21,8 +21,8 @@ BESIDE = ((1, 0, 0), (0, 0, 1), (1, 0, 1), (-1, 0, 0), (2, 0, -1), (0, 0, -1))
 HEAD = 'name = "r"\nconvention = "urdf"\nunits = { length = "mm", angle = "deg" }\n'
 
 
-def robot(kinds, directions, seed):
-    """A robot of these kinds of joints, R and P, its lengths round or not."""
+def robot(kinds, directions, seed, *, meeting=False):
+    """A robot of joints R and P, its lengths round or not, whose turns in a row may meet."""
     draw = random.Random(seed)
 
     def point():
@@ -34,7 +34,8 @@ def robot(kinds, directions, seed):
     for k, (kind, direction) in enumerate(zip(kinds, directions, strict=True)):
         name = "revolute" if kind == "R" else "prismatic"
         lines += ["[[joints]]", f'name = "j{k}"', f'type = "{name}"']
-        lines += [f"xyz = {point()}", f"axis = {direction}"]
+        meets = meeting and kinds[:k].endswith("R") and kind == "R"
+        lines += [f"xyz = {[0, 0, 0] if meets else point()}", f"axis = {direction}"]
     return loads("\n".join(lines))
 
 
@@ -68,6 +69,19 @@ def test_a_head_of_three_axes_that_do_not_meet():
     (case,) = cases_of(robot("PPPRRR", directions, 0))
     assert case.inverses.classification.found.title == ROW
     assert not lost_of([case])
+
+
+@pytest.mark.parametrize("kinds", ["RRR", "PRRR", "RRRP", "PPRRR", "RRRPP"])
+def test_a_head_of_three_axes_that_meet_needs_no_slides(kinds):
+    for seed in range(4):
+        draw = random.Random(f"{kinds}{seed}")
+        turns, slides = draw.sample(DIRECTIONS[:3], 3), draw.sample(DIRECTIONS[:3], 3)
+        if seed > 1:
+            turns = [[round(draw.uniform(-1, 1), 2) for _ in range(3)] for _ in range(3)]
+        directions = [(turns if kind == "R" else slides).pop() for kind in kinds]
+        (case,) = cases_of(robot(kinds, directions, seed, meeting=True))
+        assert case.function == "ik"
+        assert not lost_of([case])
 
 
 def test_a_machine_tool_is_commanded_by_position_and_direction():

@@ -2,8 +2,9 @@
 
 Up to three joints slide, with no turn between them. The slides turn nothing, so that the
 orientation determines the turns; what is left of the position determines the slides. There are up
-to two turns, or three where three joints slide: where the first and the third have one direction,
-fewer slides could not make up for an arbitrary part of their sum. The axes need not meet, nor be at
+to two turns, or three where three joints slide, or where they are a head whose axes meet in a
+point. Where the first and the third have one direction, fewer slides could not make up for an
+arbitrary part of their sum, and such a head need not. Other axes need not meet, and none need be at
 right angles.
 
 Most solutions: 1, and 2 where three joints turn; 2 for a position and a direction. For a pose that
@@ -22,7 +23,7 @@ from ..steps.target import Target
 from ..steps.three_joints import slides
 from ..steps.work import Work
 from ..structure.lines import Lines, numbers
-from ..structure.requirement import Requirement, askew
+from ..structure.requirement import Requirement, askew, meeting
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp2 import sp2
 from ..subproblems.turns import any_across, rotated
@@ -45,12 +46,16 @@ _HEAD = 2
 def _requires(lines: Lines) -> list[Requirement]:
     turning = [k for k, axis in enumerate(lines.axes) if axis.turns]
     sliding = [k for k, axis in enumerate(lines.axes) if not axis.turns]
-    few = len(sliding) <= _MOST and len(turning) <= (_MOST if len(sliding) == _MOST else _HEAD)
-    count = Requirement("at most two joints turn, or three of six", 0.0 if few else np.inf)
+    is_head = len(turning) == _MOST and turning[-1] - turning[0] < _MOST
+    most = _MOST if is_head or len(sliding) == _MOST else _HEAD
+    few = len(sliding) <= _MOST and len(turning) <= most
+    asked = "at most two joints turn, three in a row or of six"
+    count = Requirement(asked, 0.0 if few else np.inf)
     one_run = not sliding or sliding[-1] - sliding[0] < len(sliding)
     run = Requirement("no joint turns between those that slide", 0.0 if one_run else np.inf)
     neighbours = [askew(lines, *pair) for pair in pairwise(turning)]
-    return [count, run, *neighbours, *([_independent(lines, sliding)] if sliding else [])]
+    centre = [meeting(lines, *turning)] if is_head and len(sliding) < _MOST else []
+    return [count, run, *centre, *neighbours, *([_independent(lines, sliding)] if sliding else [])]
 
 
 def _independent(lines: Lines, sliding: list[int]) -> Requirement:

@@ -5,6 +5,7 @@ met, and the residual contains the deviation of the orientation. The point is th
 one beside it where not all joints move the origin, as on the last axis. Most solutions: 4.
 """
 
+import numpy as np
 import sympy as sp
 
 from ...terms.terms import Terms
@@ -20,7 +21,10 @@ from .family import Family
 
 
 def _requires(lines: Lines) -> list[Requirement]:
-    return [three_joints.requires(lines)]
+    origin = (sp.Integer(0),) * 3
+    anywhere = moves_in_space(lines, np.zeros(3)) or _moved_in_space(lines.terms, lines, origin)
+    text = "the joints move a point of the tool in three directions"
+    return [three_joints.requires(lines), Requirement(text, 0.0 if anywhere else np.inf)]
 
 
 def _solve(work: Work, lines: Lines, target: Target) -> None:

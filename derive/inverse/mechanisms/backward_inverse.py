@@ -19,10 +19,11 @@ from ...model.tolerances import SAMPLED_RANGE
 from ...terms.casadi_graph import lower
 from ...terms.symbolic_function import SymbolicFunction
 from ..chain_solution import solve_chain
-from ..classify import Attempt, Classification, classify
+from ..classify import Attempt, classify
+from ..families import FAMILIES
 from ..steps.target import of_pose
 from ..steps.work import Work
-from ..structure.lines import home_of
+from ..structure.lines import Lines, home_of
 from ..tasks.slots import (
     POSE_SYMBOLS,
     function_of,
@@ -33,9 +34,11 @@ from ..tasks.slots import (
     tool_of,
     values_of,
 )
+from ..tool_axis import with_still_axis
 from .loop_sides import MOST_CHOICES, SAMPLES, FloatArray, idle_choices, solved_on_sides
 from .substitution import substituted
 
+Structure = tuple[Lines, Attempt]
 WHOLE = 6
 """Freedoms of a platform that nothing but its legs holds."""
 IDENTITY = "T is a pose at which the loops close with q[k] wherever residual[k] is rounding"
@@ -49,18 +52,25 @@ def makers(h: Hybrid) -> dict[str, Maker]:
     fits = h.forward.open and triad_of(h) is None
     if not fits or h.backward.open or (h.may_have_inverse and not is_platform(h.mechanism)):
         return {}
+    structure = _structure(h)
+    return {} if structure is None else {"ik": partial(_inverse, structure=structure)}
+
+
+def _structure(h: Hybrid) -> Structure | None:
+    """The main chain's axes and the structure that solves them for a pose; None where none does."""
     classification = classify(h.robot, h.terms)
     found = classification.found
-    if found is None or classification.tier != "exact" or found.given or found.family.inputs:
-        return {}
-    return {"ik": partial(_inverse, classification=classification, found=found)}
+    if found is None:
+        return with_still_axis(h.robot, classification, FAMILIES)
+    fits = classification.tier == "exact" and not found.given and not found.family.inputs
+    return (classification.lines, found) if fits else None
 
 
-def _inverse(h: Hybrid, classification: Classification, found: Attempt) -> SymbolicFunction:
+def _inverse(h: Hybrid, structure: Structure) -> SymbolicFunction:
     """The function ``ik``: a slot for each choice that makes a difference."""
-    function, work = _solved(h, frozenset(), classification, found)
+    function, work = _solved(h, frozenset(), structure)
     settled = _settled(h, function, work)
-    return _solved(h, settled, classification, found)[0] if settled else function
+    return _solved(h, settled, structure)[0] if settled else function
 
 
 def _settled(h: Hybrid, function: SymbolicFunction, work: Work) -> frozenset[int]:
@@ -68,8 +78,11 @@ def _settled(h: Hybrid, function: SymbolicFunction, work: Work) -> frozenset[int
     if len(h.theta) == WHOLE and _is_held_at_its_end(h.mechanism):
         # The joints that carry a platform write one pose in several ways: its legs are the same.
         return frozenset(range(len(work.signs) - len(work.sides)))
-    if len(h.theta) != len(h.q) or not 0 < len(work.signs) <= MOST_CHOICES:
+    if not 0 < len(work.signs) <= MOST_CHOICES:
         return frozenset()
+    if len(h.theta) > len(h.q):
+        # Loops do not close at poses of any joints; what a choice changes shows there, too.
+        return idle_choices(h, function, _poses(h), within=np.inf)[0]
     same, without = idle_choices(h, function, _poses(h))
     return same | {k for k in without if work.signs[k] in work.sides}
 
@@ -95,12 +108,13 @@ def _poses(h: Hybrid) -> FloatArray:
 
 
 def _solved(
-    h: Hybrid, settled: frozenset[int], classification: Classification, found: Attempt
+    h: Hybrid, settled: frozenset[int], structure: Structure
 ) -> tuple[SymbolicFunction, Work]:
     """The function without the choices that are settled, and its steps."""
+    lines, found = structure
     terms, work = h.terms, Work(h.terms, settled=settled)
     target = of_pose(terms, POSE_SYMBOLS, home_of(h.robot, terms))
-    solve_chain(work, classification.lines, found, target, {})
+    solve_chain(work, lines, found, target, {})
     values = values_of(work, h.robot, {})
     moving = zip(h.theta, h.robot.moving, values, strict=True)
     theta = {symbol: joint.direction * value for symbol, joint, value in moving}

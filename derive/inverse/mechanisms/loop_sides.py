@@ -99,7 +99,7 @@ def settled_choices(hybrid: Hybrid, solved: Solved, given: Sequence[int] = ()) -
 
 
 def idle_choices(
-    hybrid: Hybrid, function: SymbolicFunction, *inputs: FloatArray
+    hybrid: Hybrid, function: SymbolicFunction, *inputs: FloatArray, within: float | None = None
 ) -> tuple[frozenset[int], frozenset[int]]:
     """The choices of an inverse that make no difference at some poses, by their number.
 
@@ -107,12 +107,16 @@ def idle_choices(
         hybrid: The robot.
         function: Its inverse with all choices.
         inputs: What the inverse takes: poses (16, N) first.
+        within: The residual below which coordinates solve a pose; rounding by default.
 
     Returns:
         The choices both of whose sides have the same coordinates; and those whose other side has
         no solution.
     """
-    q, solves = _asked(hybrid, function, inputs)
+    if within is None:
+        within = LED_BACK * min(hybrid.backward.reference.size, 1.0)
+    q, residual = _asked(function, inputs)
+    solves = np.asarray(residual < within)
     choices = range(len(function.signs))
     same = frozenset(k for k in choices if _is_idle(hybrid, q, solves, k))
     return same, frozenset(k for k in choices if not np.take(solves, 1, axis=k).any())
@@ -129,9 +133,9 @@ def _poses(hybrid: Hybrid, given: Sequence[int]) -> list[FloatArray]:
 
 
 def _asked(
-    hybrid: Hybrid, function: SymbolicFunction, inputs: Sequence[FloatArray]
-) -> tuple[FloatArray, BoolArray]:
-    """Coordinates (2, ..., 2, N, n) of every slot at poses, and whether they solve."""
+    function: SymbolicFunction, inputs: Sequence[FloatArray]
+) -> tuple[FloatArray, FloatArray]:
+    """Coordinates (2, ..., 2, N, n) of every slot at poses, and residuals (2, ..., 2, N)."""
     (ik,) = lower([function], "inverse")
     count = inputs[0].shape[1]
     slots = [
@@ -140,8 +144,7 @@ def _asked(
     ]
     sides = (2,) * len(function.signs)
     q = np.stack([np.array(slot[0]).T for slot in slots]).reshape(*sides, count, -1)
-    residual = np.stack([np.array(slot[1])[0] for slot in slots]).reshape(*sides, count)
-    return q, np.asarray(residual < LED_BACK * min(hybrid.backward.reference.size, 1.0))
+    return q, np.stack([np.array(slot[1])[0] for slot in slots]).reshape(*sides, count)
 
 
 def _is_idle(hybrid: Hybrid, q: FloatArray, solves: BoolArray, choice: int) -> bool:

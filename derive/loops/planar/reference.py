@@ -13,7 +13,7 @@ from typing import TypeVar
 import mpmath
 import sympy as sp
 
-from ...model.tolerances import EVALUATION_DIGITS, WORKING_DIGITS
+from ...model.tolerances import EVALUATION_DIGITS, WORKING_DIGITS, ZERO_COMPONENT
 from ...model.values import NoValue, to_digits, value_at
 from ...terms.terms import Terms
 from .phasors import Complex, PhasorSum
@@ -247,3 +247,14 @@ def coordinates_in(terms: Terms, entries: Sequence[sp.Expr]) -> list[sp.Symbol]:
 def wrapped(angle: float) -> float:
     """The same angle between -pi and pi."""
     return math.remainder(angle, math.tau)
+
+
+def vanishes(terms: Terms, value: sp.Expr) -> bool:
+    """Whether a length is zero for all values of the parameters and coordinates."""
+
+    def is_zero() -> bool:
+        generic = GenericPoint(terms, [*coordinates_in(terms, [value]), *terms.parameters])
+        return bool(abs(generic.value(value)) < ZERO_COMPONENT)
+
+    # The branches of a robot's loops ask for the same lengths.
+    return terms.once(("vanishes", value), is_zero)

@@ -1,4 +1,4 @@
-"""Both ends of a closure by a ball: the joints that move each end, and the frame on the other."""
+"""Ends of a closure by a ball or a pin: the joints that move each end, and a common point."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -7,17 +7,15 @@ import sympy as sp
 
 from ...model.mechanism import Closure, Frame
 from ...model.robot import Joint, Translation
-from ...model.tolerances import ZERO_COMPONENT
-from ...terms.terms import Terms
 from ...terms.vectors import ZERO, Vector, named
 from ..planar.planes import Loop
-from ..planar.reference import GenericPoint, coordinates_in
+from ..planar.reference import vanishes
 from .body_frames import pose_along
 from .struts import Legs
 
 
 class BallEnd(NamedTuple):
-    """One end of a closure by a ball.
+    """One end of a closure by a ball, or by a pin, whose points are balls.
 
     Attributes:
         closure: The closure.
@@ -66,12 +64,25 @@ class Fork(NamedTuple):
 
 
 def ball_ends(legs: Legs, loop: Loop) -> tuple[BallEnd, ...]:
-    """Both ends of a loop that a ball closes; none of other loops."""
+    """Both ends of a loop that a ball or a pin closes; none of other loops.
+
+    A pin keeps the points of its axis together: its origin, and another where the axes of the
+    joints before it meet in that, as in a spherical linkage.
+    """
     closer = loop.closer
-    if not isinstance(closer, Closure) or closer.kind != "ball":
+    if not isinstance(closer, Closure) or closer.kind not in ("ball", "pin"):
         return ()
-    ends = ((loop.to_a, closer.a, closer.b), (loop.to_b, closer.b, closer.a))
+    heights = (ZERO,) if closer.kind == "ball" else (ZERO, sp.Integer(1))
+    pairs = [(_up(closer.a, height), _up(closer.b, height)) for height in heights]
+    ends = [end for a, b in pairs for end in ((loop.to_a, a, b), (loop.to_b, b, a))]
     return tuple(BallEnd(closer, *end, _open(legs, end[0])) for end in ends)
+
+
+def _up(frame: Frame, height: sp.Expr) -> Frame:
+    """A frame moved along its z axis."""
+    if not height:
+        return frame
+    return Frame(frame.body, (*frame.placement, Translation((ZERO, ZERO, height))))
 
 
 def _open(legs: Legs, way: Sequence[Joint]) -> tuple[int, ...]:
@@ -106,9 +117,3 @@ def fork_of(legs: Legs, way: Sequence[Joint], i: int, k: int) -> Fork | None:
     centre = Frame(way[i].parent, (*way[i].before, Translation((ZERO, ZERO, up))))
     x, y, z = (named(terms, (column[k] for column in columns)) for k in range(3))
     return Fork(centre, (x, y, z), height)
-
-
-def vanishes(terms: Terms, value: sp.Expr) -> bool:
-    """Whether a length is zero for all values of the parameters."""
-    generic = GenericPoint(terms, [*coordinates_in(terms, [value]), *terms.parameters])
-    return bool(abs(generic.value(value)) < ZERO_COMPONENT)

@@ -20,8 +20,9 @@ from ..planar.arm import Arm, turn_of
 from ..planar.loop_step import LoopStep, StepEquations
 from ..planar.phasors import Complex
 from ..planar.planes import Loop
+from ..planar.reference import vanishes
 from ..planar.two_pins import direction_equations, rate_of_direction
-from .ball_ends import BallEnd, ball_ends, vanishes
+from .ball_ends import BallEnd, ball_ends
 from .body_frames import pose_of
 from .struts import Legs
 from .turning_leg import OPENING

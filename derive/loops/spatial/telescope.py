@@ -28,7 +28,8 @@ from ..planar.loop_step import (
 )
 from ..planar.pin_pin_slide import TRAVELS, travel_remark
 from ..planar.planes import Loop
-from .ball_ends import BallEnd, ball_ends, fork_of, vanishes
+from ..planar.reference import vanishes
+from .ball_ends import BallEnd, ball_ends, fork_of
 from .body_frames import pose_along, pose_of
 from .struts import SIGNS, Legs
 

@@ -14,6 +14,7 @@ from ..planar.arm import Arm, turn_of
 from ..planar.dyads import SIDES, meeting
 from ..planar.loop_step import StepEquations, length_of, quantity
 from ..planar.phasors import ZERO
+from ..planar.reference import vanishes
 from ..planar.three_pins import (
     TwoCircles,
     circle_equations,
@@ -51,6 +52,9 @@ class TurningLeg(LegStep):
             return False
         terms, let = legs.terms, legs.terms.let
         tip, target, joint = reach.tip, reach.target, reach.joint
+        if any(vanishes(terms, let(x**2 + y**2)) for x, y, _ in (tip, target)):
+            # An end on the axis keeps its distance from the other.
+            return False
         height = let(target[2] - tip[2])
         flat = let(reach.square - height**2)
         D = Arm((target[0], target[1]), ZERO, let(target[0] ** 2 + target[1] ** 2))

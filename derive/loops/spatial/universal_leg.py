@@ -34,9 +34,9 @@ from ..planar.loop_step import (
     weighted,
 )
 from ..planar.planes import Loop
-from ..planar.reference import wrapped
+from ..planar.reference import vanishes, wrapped
 from ..planar.two_pins import rate_of_direction
-from .ball_ends import BallEnd, ball_ends, fork_of, vanishes
+from .ball_ends import BallEnd, ball_ends, fork_of
 from .body_frames import pose_of
 from .struts import SIGNS, Legs
 

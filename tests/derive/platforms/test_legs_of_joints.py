@@ -6,6 +6,7 @@ three freedoms, and six legs of three joints all six.
 
 import random
 from functools import cache
+from itertools import product
 
 import casadi as ca
 import numpy as np
@@ -137,31 +138,36 @@ def closed_configurations(mechanism, seed):
     return model, z[model.gap(z) < 1e-12]
 
 
-@pytest.mark.parametrize("seed", range(9))
+def inverse_at(mechanism, model, z):
+    """Actuators (k, N, n) and residuals (k, N) of all slots of ``ik``, and the actuators of z."""
+    (ik,) = [f for f in derive(mechanism, ["ik"]).functions if f.name == "ik"]
+    (kernel,) = lower([ik], "drawn")
+    T, slots = model.tip(z).reshape(-1, 16).T, []
+    for signs in product((1.0, -1.0), repeat=len(ik.signs)):
+        choice = np.repeat(np.array(signs)[:, None], len(z), 1)
+        slots.append([np.array(part).T for part in kernel(T, choice)[:2]])
+    arms, residual = (np.stack(parts) for parts in zip(*slots, strict=True))
+    return arms, residual[..., 0], z[:, model.actuated]
+
+
+def turned_apart(one, other):
+    """The largest difference of coordinates, up to whole turns."""
+    return np.abs(np.remainder(one - other + np.pi, 2 * np.pi) - np.pi).max(-1)
+
+
+@pytest.mark.parametrize("seed", range(6))
 def test_the_pose_gives_the_joint_that_drives_each_leg(seed):
     mechanism = drawn(seed, kinds_of(seed))
     model, z = closed_configurations(mechanism, seed)
     assert len(z) > 3
-    functions = derive(mechanism, ["ik", "actuators", "actuator_rates"]).functions
-    ik, maps, rates = (
-        kernel
-        for name in ("ik", "actuators", "actuator_rates")
-        for f, kernel in zip(functions, lower(functions, "drawn"), strict=True)
-        if f.name == name
-    )
-    (solved,) = [f for f in functions if f.name == "ik"]
-    q, T = z[:, model.actuated], model.tip(z).reshape(-1, 16)
-    slots = 2 ** len(solved.signs)
-    signs = 1 - 2.0 * (np.arange(slots)[:, None] >> np.arange(len(solved.signs)) & 1)
-    found = [ik(T.T, np.repeat(s[:, None], len(T), 1))[:2] for s in signs]
-    arms, residual = (np.array([np.array(each[k]).T for each in found]) for k in (0, 1))
-    back = np.abs(np.remainder(arms - q + np.pi, 2 * np.pi) - np.pi).max(-1) < FOUND
-    assert (back & (residual[..., 0] < FOUND)).any(0).all()
+    arms, residual, q = inverse_at(mechanism, model, z)
+    assert ((turned_apart(arms, q) < FOUND) & (residual < FOUND)).any(0).all()
+    functions = derive(mechanism, ["actuators", "actuator_rates"]).functions
+    maps, rates = lower(functions[:2], "drawn")
     # The reference's branch is one of them, and its rates are its derivative.
     theta = z[:, model.chain]
     own = np.array(maps(theta.T)).T
-    same = np.abs(np.remainder(arms - own + np.pi, 2 * np.pi) - np.pi).max(-1) < FOUND
-    assert same.any(0).all()
+    assert (turned_apart(arms, own) < FOUND).any(0).all()
     x, xd = ca.SX.sym("x", theta.shape[1]), ca.SX.sym("xd", theta.shape[1])
     oracle = ca.Function("oracle", [x, xd], [ca.jtimes(maps(x), x, xd)])
     moved = model.tangent(z, model.actuated).sum(-1)[:, model.chain]
@@ -173,4 +179,89 @@ def test_the_steps_are_named():
     told = str(explain(drawn(1, ("RPS", "PRS", "RRS"))))
     for title in ("a distance gives a travel", "a line meets a sphere", "a circle meets a sphere"):
         assert title in told
-    assert "a universal joint points to a ball" in str(explain(drawn(1, ("UPS", "PUS", "RUS") * 2)))
+    assert told.count("a hinge points to a ball") == 3
+
+
+LED_BY_A_LEG = """
+name = "led_by_a_leg"
+convention = "urdf"
+units = { length = "m", angle = "deg" }
+actuated = ["slide_0", "slide_1", "slide_2"]
+tool = { body = "platform", xyz = [-0.2, 0, 0] }
+"""
+FOOT = """
+[[joints]]
+name = "hinge_{k}"
+parent = "0"
+link = "tube_{k}"
+xyz = ["0.3*cos({at})", "0.3*sin({at})", 0]
+rpy = [0, 0, {at}]
+axis = [0, 1, 0]
+[[joints]]
+name = "slide_{k}"
+parent = "tube_{k}"
+link = "rod_{k}"
+type = "prismatic"
+axis = [0, 0, 1]
+"""
+BALL = """
+[[closures]]
+name = "ball_{k}"
+kind = "ball"
+a = {{ body = "rod_{k}" }}
+b = {{ body = "platform", xyz = ["0.2*cos({at}) - 0.2", "0.2*sin({at})", 0] }}
+"""
+AGILE_EYE = """
+name = "agile_eye"
+convention = "urdf"
+units = { length = "mm", angle = "deg" }
+actuated = ["motor_1", "motor_2", "motor_3"]
+tool = { body = "platform" }
+"""
+ARM = """
+[[joints]]
+name = "{name}"
+parent = "{parent}"
+link = "{link}"
+axis = {axis}
+"""
+
+
+def led_by_a_leg():
+    """A 3-RPS whose main chain is one of its legs, the ball of which is three joints."""
+    text = LED_BY_A_LEG + "".join(FOOT.format(k=k, at=120 * k) for k in range(3))
+    links = ["rod_0", "s1", "s2", "platform"]
+    for k, axis in enumerate(([0, 0, 1], [0, 1, 0], [1, 0, 0])):
+        name, (parent, link) = f"turn_{'zyx'[k]}", links[k : k + 2]
+        text += ARM.format(name=name, parent=parent, link=link, axis=axis)
+    text += "".join(BALL.format(k=k, at=120 * k) for k in (1, 2))
+    slides = "".join(f"slide_{k} = 0.5\nhinge_{k} = -11.5\n" for k in range(3))
+    return loads(f"{text}[reference]\n{slides}turn_y = 11.5")
+
+
+def agile_eye():
+    """A spherical 3-RRR whose axes are at right angles, described by its pins."""
+    text, axes = AGILE_EYE, ([1, 0, 0], [0, 1, 0], [0, 0, 1])
+    for k in range(3):
+        elbow = axes[k - 1]
+        link = f"near_{k + 1}"
+        text += ARM.format(name=f"motor_{k + 1}", parent="0", link=link, axis=axes[k])
+        text += ARM.format(name=f"elbow_{k + 1}", parent=link, link=f"far_{k + 1}", axis=elbow)
+    text += ARM.format(name="wrist", parent="far_1", link="platform", axis=[0, 1, 0])
+    for k, turn in ((2, [0, 0, 0]), (3, [0, 90, 0])):
+        ends = f"rpy = {turn} }}\n"
+        text += f'[[closures]]\nname = "pin_{k}"\nkind = "pin"\n'
+        text += f'a = {{ body = "far_{k}", {ends}b = {{ body = "platform", {ends}'
+    return loads(text)
+
+
+@pytest.mark.parametrize("make", [led_by_a_leg, agile_eye])
+def test_every_working_mode_of_three_legs_is_in_one_slot(make):
+    mechanism = make()
+    model, z = closed_configurations(mechanism, 0)
+    assert len(z) > POSES / 2
+    arms, residual, q = inverse_at(mechanism, model, z)
+    assert (residual < FOUND).all()
+    assert len(arms) == 8
+    assert (turned_apart(arms, q) < FOUND).any(0).all()
+    assert (turned_apart(arms[:, None], arms) + np.eye(8)[..., None]).min() > 1e-3
