@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from ..derivation import Derivation
+from ..inverse.mechanisms import leg_inverse
 from ..loops.platforms import is_platform, triad_of
 from ..model.mechanism import Mechanism
 from ..program.programs import Programs
@@ -194,8 +195,14 @@ def _has_legs(derivation: Derivation) -> bool:
 
 
 def _has_poses(derivation: Derivation) -> bool:
-    """Whether loops leave the tool more than one pose; the inverse is then the loops' solution."""
-    if derivation.hybrid is None or not derivation.hybrid.forward.open:
+    """Whether loops leave the tool more than one pose; the inverse is then the loops' solution.
+
+    A pose that gives the joints of the main chain has an inverse of its own to print.
+    """
+    hybrid = derivation.hybrid
+    if hybrid is None or not hybrid.forward.open:
+        return False
+    if any(f.name == "ik" for f in derivation.functions) and not leg_inverse.makers(hybrid):
         return False
     return derivation.inverse is None or not derivation.inverse.solved
 

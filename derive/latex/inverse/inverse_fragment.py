@@ -10,6 +10,7 @@ from ...inverse.serial_inverse import Inverses
 from ...inverse.structure.words import listed as in_words
 from ...inverse.subproblems.equations import JointEquation
 from ...inverse.tasks.slots import POSE_SYMBOLS
+from ...terms.symbolic_function import SymbolicFunction
 from ..chain.tables import tabular
 from ..loops.loop_page import LoopPage
 from ..setting.layout import aligned
@@ -36,6 +37,9 @@ def inverse_of_loops(page: LoopPage) -> str:
     tasks = {name: solved for name, solved in chain.inverse.solved.items() if name == "ik"}
     of_chain = replace(chain.inverse, solved=tasks)
     found = page.inverse
+    back = next((f for f in page.functions if f.name == "ik"), None)
+    if tasks and found is None and back is not None:
+        return text(_written(chain, of_chain, {}).rstrip(), _through_the_chain(page, back))
     if tasks:
         return text(_written(chain, of_chain, {}).rstrip(), _sides_of_loops(found))
     if found is None or not found.solved:
@@ -52,6 +56,22 @@ def inverse_of_loops(page: LoopPage) -> str:
         _written(chain, found, actuators).rstrip(),
         "The actuators of the joints above follow from them as in the solution of the loops.",
         _position_task(found),
+    )
+
+
+def _through_the_chain(page: LoopPage, function: SymbolicFunction) -> str:
+    """How the actuators follow where the loops are iterated forward, and closed back."""
+    freedoms = len(page.hybrid.q)
+    reached = (
+        f" The loops leave the tool {freedoms} freedoms: the residual of another pose"
+        " is not zero."
+        if freedoms < len(page.hybrid.theta)
+        else ""
+    )
+    return (
+        "The actuators follow from these joints as in the solution of the loops from the main"
+        f" chain. Choices that make no difference have no slots, so that \\texttt{{ik}} has"
+        f" {function.branches} slots; at each the loops close at the pose.{reached}"
     )
 
 
