@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from itertools import chain, islice
 
 from ..model.robot import Robot
-from ..model.tolerances import EXACT_STRUCTURE, LED
+from ..model.tolerances import EXACT_STRUCTURE, LED, LED_CLEARLY, LED_UNLIKELY
 from ..terms.symbolic_function import SymbolicFunction, Table, WrittenFunction
 from ..terms.terms import Terms
 from .chain_solution import pose_task
@@ -20,7 +20,7 @@ from .families import FAMILIES
 from .families.family import Family
 from .followers import by_free_followers
 from .general.general_inverse import GeneralInverse, general_inverse, general_tables
-from .led import separations, share_led
+from .led import separations, share_led, share_near
 from .lost_poses import lost_poses
 from .nominal import nominal_of
 from .polished_inverse import as_start, polished_inverse
@@ -159,8 +159,11 @@ def _by_nominal(
         exact = Lines(lines.terms, axes_of(nominal, lines.terms))
         if found.on(exact).deviation > EXACT_STRUCTURE:
             continue
+        near = share_near(robot, lines, nominal, exact, found.given)
+        if near < LED_UNLIKELY:
+            continue
         solved = pose_task(nominal, exact, found)
-        if share_led(robot, lines, solved.function) >= LED:
+        if near >= LED_CLEARLY or share_led(robot, lines, solved.function) >= LED:
             fitting = replace(classification, found=found, missing="")
             # A given joint changes what the other six can tell apart.
             apart = () if found.given else separations(robot, lines, solved.function)

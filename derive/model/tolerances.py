@@ -251,6 +251,10 @@ decides; from farther away it rarely does."""
 LED = 0.9
 """Share of random configurations, to which a nominal arm has to lead: about one in ten is near a
 singularity, where the displacement between two arms moves solutions anywhere."""
+LED_UNLIKELY = 0.85
+LED_CLEARLY = 0.95
+"""Shares to which the nominal configurations beside them lead, between which that of all nominal
+solutions is asked for: on 70 arms it was less than 0.03 smaller and at most 0.05 larger."""
 LED_BACK = 1e-6
 """Radian, or parts of the arm's length, up to which the iteration is back at a configuration: eight
 steps leave 1e-14 off singularities."""

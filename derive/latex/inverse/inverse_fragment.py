@@ -63,8 +63,7 @@ def _through_the_chain(page: LoopPage, function: SymbolicFunction) -> str:
     """How the actuators follow where the loops are iterated forward, and closed back."""
     freedoms = len(page.hybrid.q)
     reached = (
-        f" The loops leave the tool {freedoms} freedoms: the residual of another pose"
-        " is not zero."
+        f" The loops leave the tool {freedoms} freedoms: the residual of another pose is not zero."
         if freedoms < len(page.hybrid.theta)
         else ""
     )
