@@ -8,7 +8,7 @@
 #include "call/kernel/compiled_library.h"
 #include "call/kernel/kept_blocks.h"
 #include "call/kernel/python_api.h"
-#include "numerics/_tolerances.h"
+#include "numerics/_rigid.h"
 
 PyObject *ShapeError, *InputError, *LibraryMismatchError;
 PyObject *str_out, *str_threads, *str_given, *str_name, *str_shape, *str_array_ufunc;
@@ -21,7 +21,32 @@ static PyMethodDef library_methods[] = {
     {NULL},
 };
 
+/* The residuals up to which solutions reach matrices (N, 4, 4) that rounding has moved off rigid
+ * poses; 0 for poses that are rigid, and for matrices that are no poses. */
+static PyObject *rounded_residuals(PyObject *Py_UNUSED(module), PyObject *matrices)
+{
+    PyObject *poses = PyArray_FROMANY(matrices, NPY_DOUBLE, 3, 3, NPY_ARRAY_IN_ARRAY);
+    if (!poses) {
+        return NULL;
+    }
+    npy_intp count = PyArray_DIM((PyArrayObject *)poses, 0);
+    PyObject *found = PyArray_SimpleNew(1, &count, NPY_DOUBLE);
+    if (found) {
+        const double *T = PyArray_DATA((PyArrayObject *)poses);
+        double *residual = PyArray_DATA((PyArrayObject *)found);
+        for (npy_intp k = 0; k < count; k++, T += 16) {
+            residual[k] = rigidity(T) == NEAR_RIGID ? reached_by_rounding(T) : 0;
+        }
+    }
+    Py_DECREF(poses);
+    return found;
+}
+
 static PyMethodDef module_methods[] = {
+    {"rounded_residuals", rounded_residuals, METH_O,
+     "rounded_residuals(T): the residuals (N,) up to which solutions reach matrices (N, 4, 4) "
+     "that\n"
+     "rounding has moved off rigid poses."},
     {"open", library_open, METH_VARARGS,
      "open(path, expected_hash): the library; refused unless it was compiled for that hash."},
     {"release_memory", release_memory, METH_NOARGS,
@@ -75,16 +100,13 @@ PyMODINIT_FUNC PyInit__call(void)
     PyObject *module = PyModule_Create(&module_definition);
     PyObject *nearly_rigid = PyFloat_FromDouble(NEARLY_RIGID);
     PyObject *rigid = PyFloat_FromDouble(RIGID_TO_ROUNDING);
-    PyObject *rounded = PyFloat_FromDouble(ROUNDED);
     if (module && (PyModule_AddObjectRef(module, "Library", (PyObject *)&LibraryType) < 0 ||
                    PyModule_AddObjectRef(module, "Function", (PyObject *)&FunctionType) < 0 ||
                    PyModule_AddObjectRef(module, "NEARLY_RIGID", nearly_rigid) < 0 ||
-                   PyModule_AddObjectRef(module, "RIGID_TO_ROUNDING", rigid) < 0 ||
-                   PyModule_AddObjectRef(module, "ROUNDED", rounded) < 0)) {
+                   PyModule_AddObjectRef(module, "RIGID_TO_ROUNDING", rigid) < 0)) {
         Py_CLEAR(module);
     }
     Py_XDECREF(nearly_rigid);
     Py_XDECREF(rigid);
-    Py_XDECREF(rounded);
     return module;
 }

@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike, NDArray
 
 NEARLY_RIGID: float
 RIGID_TO_ROUNDING: float
-ROUNDED: float
 
 R_co = TypeVar("R_co", covariant=True)
 
@@ -80,6 +79,9 @@ class Library:
     ) -> Function[Any]: ...
 
 def open(path: str | PathLike[str], expected_hash: str) -> Library: ...  # noqa: A001
+def rounded_residuals(T: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Residuals (N,) up to which solutions reach matrices (N, 4, 4) that rounding made no poses."""
+
 def release_memory() -> int:
     """Returns the memory kept for large results to the system.
 

@@ -27,9 +27,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..call._call import ROUNDED, Function
+from ..call._call import Function, rounded_residuals
 from ..contract.facts import FunctionInfo, Manifest
-from ..se3 import deviation, projected
+from ..se3 import projected
 from ..tolerances import AT_REST, AT_REST_BEND, AT_REST_RATE, BEND_STEP, REFINED, SOLVED
 from .aims import WHOLE, Task
 from .polish import BLOCK, STEPS, iterate
@@ -122,7 +122,7 @@ class Refinement:
         solved = np.full(len(target), SOLVED * self.judged)
         if self.task.aims:
             return solved
-        return np.asarray(np.maximum(solved, ROUNDED * self.judged * deviation(target)))
+        return np.asarray(np.maximum(solved, self.judged * rounded_residuals(target)))
 
     def _nearer(
         self, target: FloatArray, enough: FloatArray, slots: tuple[IntArray, ...], fields: _Fields

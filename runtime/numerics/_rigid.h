@@ -10,6 +10,8 @@
 #ifndef CHASLES_RIGID_H
 #define CHASLES_RIGID_H
 
+#include <float.h>
+#include <math.h>
 #include <string.h>
 
 #include "numerics/_tolerances.h"
@@ -57,6 +59,56 @@ static inline Rigidity rigidity(const double *T)
     }
     int exact = off2 <= RIGID_TO_ROUNDING * RIGID_TO_ROUNDING && has_pose_frame(T, 0);
     return exact ? RIGID : NEAR_RIGID;
+}
+
+/* Tests whether the nine numbers of a rotation are multiples of a unit, as rounding leaves them. */
+static inline int in_units(const double *T, double per_unit)
+{
+    for (int k = 0; k < 12; k++) {
+        double parts = T[k] * per_unit;
+        if (k % 4 != 3 && !(fabs(parts - rint(parts)) <= ROUNDED_NUMBER)) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* Tests whether the nine numbers of a rotation are of single precision. */
+static inline int is_single(const double *T)
+{
+    for (int k = 0; k < 12; k++) {
+        if (k % 4 != 3 && (double)(float)T[k] != T[k]) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* How far rounding can have moved each number of a rotation that is NEAR_RIGID: half a unit of the
+ * last of up to nine decimals that all have, or of single precision; 0 where the numbers are finer.
+ * A planar rotation may be nearly rigid by chance though its numbers are coarse.
+ */
+static inline double coarseness(const double *T)
+{
+    double product[6], off = sqrt(off_orthogonal2(T, product));
+    for (double per_unit = 1e3; per_unit <= 1e9; per_unit *= 10) {
+        double half = 0.5 / per_unit;
+        if (off <= ROUNDED_OFF * half && in_units(T, per_unit)) {
+            return half;
+        }
+    }
+    double half = FLT_EPSILON / 4;
+    return off <= ROUNDED_OFF * half && is_single(T) ? half : 0;
+}
+
+/* The residual up to which a least error reaches a pose that is NEAR_RIGID. */
+static inline double reached_by_rounding(const double *T)
+{
+    double product[6], off = fmax(sqrt(off_orthogonal2(T, product)), coarseness(T));
+    for (int k = 0; k < 4; k++) {
+        off = fmax(off, fabs(T[12 + k] - (k == 3)));
+    }
+    return ROUNDED * off;
 }
 
 /* Writes the rigid pose nearest to a matrix that is NEAR_RIGID. */

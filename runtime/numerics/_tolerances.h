@@ -32,6 +32,14 @@
  * joints reaches, and one in a thousand four times as far. */
 #define ROUNDED 10.0
 
+/* Parts of half a unit of the last digit by which rounding can move a rotation off a rigid one:
+ * nine numbers by half a unit each make 2.1. */
+#define ROUNDED_OFF 4.0
+
+/* Parts of a unit of the ninth decimal by which a number of nine decimals differs from it in double
+ * precision: 1e-7, tenfold. */
+#define ROUNDED_NUMBER 1e-6
+
 /* The same distance at which Newton's iteration ends: rounding of R^T R leaves 2e-16. */
 #define POLAR_CONVERGED 4e-16
 

@@ -98,10 +98,9 @@ void solve_pose(const Problem *problem, const double *seed, const Results *resul
     double target[POSE];
     Rigidity found = rigidity(problem->target);
     if (found == NEAR_RIGID) {
-        double product[6];
         nearest_rigid(problem->target, target);
         rigid.target = target;
-        rigid.rounded = ROUNDED * sqrt(off_orthogonal2(problem->target, product));
+        rigid.rounded = reached_by_rounding(problem->target);
     }
     search_pose(&rigid, seed, found == NOT_RIGID ? NO_POSE : STALLED, results);
 }

@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 
 import chasles
 from chasles import screws, se3
+from chasles.call._call import rounded_residuals
 
 ARMS = {"ur5e": (), "puma560": (), "crx10": (), "scara": (), "lynxmotion": (), "panda": (0.3,)}
 POSES = 40
@@ -386,3 +387,43 @@ def test_paths_take_rounded_poses():
     assert np.abs(arm.fk(path.q) - polar(given)).max() < SOLVED
     followed = arm.track(given, q[0], 0.01)
     assert followed.largest_angle < 1e-2
+
+
+@pytest.mark.parametrize("name", ["four_bar", "five_bar", "slider_crank"])
+@pytest.mark.parametrize("kind", ["float32", "6 digits"])
+def test_planar_loops_reach_every_pose_that_was_rounded(name, kind):
+    robot = chasles.load(name)
+    rng = np.random.default_rng(4)
+    q = np.array(robot.reference.q) + rng.uniform(-0.01, 0.01, (2000, robot.n))
+    T = robot.fk(q)
+    found = robot.ik(ROUNDED[kind](T))
+    assert found.valid.any(-1).all()
+    near = found.valid & (np.abs(found.q - q[:, None]).max(-1) < ALIKE)
+    assert near.any(-1).all()
+    assert robot.ik_numeric(ROUNDED[kind](T[:200]), seed=q[:200]).success.all()
+
+
+def test_rotations_that_are_rigid_by_chance_are_as_coarse_as_their_numbers():
+    T = turned_about_z(np.linspace(0.1, 1.4, 20_000)).round(6)
+    by_chance = T[se3.deviation(T) < 1e-9]
+    assert len(by_chance) > 3
+    np.testing.assert_allclose(rounded_residuals(by_chance), 10 * 0.5e-6)
+    single = turned_about_z(np.linspace(0.1, 1.4, 20_000)).astype(np.float32).astype(float)
+    assert rounded_residuals(single[se3.deviation(single) < 1e-9]).min() > 1e-7
+
+
+def test_numbers_of_sixteen_digits_are_not_coarse():
+    T = turned_about_z(np.linspace(0.1, 1.4, 500))
+    assert not rounded_residuals(T).any()
+    T[:, 0, 0] += 1e-9
+    np.testing.assert_allclose(rounded_residuals(T), 10 * se3.deviation(T), rtol=1e-6)
+    left_handed = np.round(T, 6)
+    left_handed[:, 2, 2] = -1
+    assert not rounded_residuals(left_handed).any()
+
+
+def turned_about_z(angles):
+    """Poses (N, 4, 4) turned about z."""
+    T = np.zeros((len(angles), 4, 4)) + np.eye(4)
+    T[:, :3, :3] = Rotation.from_rotvec(angles[:, None] * [0, 0, 1]).as_matrix()
+    return T
