@@ -6,6 +6,7 @@ from functools import cache, reduce
 import numpy as np
 import pytest
 import sympy as sp
+from legs_of_joints import drawn, tripod
 from mechanisms import (
     BASE,
     at,
@@ -28,7 +29,9 @@ from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.loops.planar.assembly import STEPS as PLANAR
 from chasles.derive.loops.planar.loop_step import Cross, components, length_of, quantity
 from chasles.derive.loops.planar.parallelogram import CrossedParallelogram
+from chasles.derive.loops.spatial.hinged_rod import HingePoints
 from chasles.derive.loops.spatial.legs import STEPS as SPATIAL
+from chasles.derive.loops.spatial.telescope import TelescopeTravel
 from chasles.derive.loops.spatial.universal_leg import UniversalLeg
 from chasles.derive.terms.tangents import Tangent
 
@@ -60,6 +63,15 @@ BUILDERS = (
 """Mechanisms whose joints all follow from the actuators."""
 
 
+def flat_legs():
+    """A platform on a telescope, a slider and a crank, each before a hinge or behind it."""
+    return drawn(1, ("RPS", "PRS", "RRS"))
+
+
+PLATFORMS = (stewart, flat_legs, tripod)
+"""Mechanisms whose joints follow from the main chain."""
+
+
 @cache
 def hybrid(build):
     return Hybrid(build())
@@ -68,7 +80,7 @@ def hybrid(build):
 def steps():
     """Every step of the mechanisms, with the solution it is from."""
     forward = [hybrid(build).forward for build in BUILDERS]
-    backward = [hybrid(build).backward for build in (stewart, slider_crank, delta, pushed)]
+    backward = [hybrid(build).backward for build in (*PLATFORMS, slider_crank, delta, pushed)]
     return [(solution, step) for solution in (*forward, *backward) for step in solution.steps]
 
 
@@ -114,6 +126,8 @@ def test_every_kind_is_among_them():
         *SPATIAL,
         CrossedParallelogram,
         UniversalLeg,
+        HingePoints,
+        TelescopeTravel,
     }
 
 
@@ -135,7 +149,7 @@ def test_results_angles_and_margins_are_those_that_were_solved():
         if step.margin is not None:
             assert numbers(equations.margin) == pytest.approx(numbers.of(step.margin), abs=TRUE)
             checked += 1
-    assert checked == 46
+    assert checked == 70
 
 
 def test_rates_are_those_of_the_solution():
@@ -159,7 +173,7 @@ def test_rates_are_those_of_the_solution():
 
 def hybrid_of(solution):
     return next(
-        hybrid(b) for b in (*BUILDERS, stewart) if hybrid(b).mechanism is solution.mechanism
+        hybrid(b) for b in (*BUILDERS, *PLATFORMS) if hybrid(b).mechanism is solution.mechanism
     )
 
 
