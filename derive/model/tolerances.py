@@ -117,6 +117,8 @@ LOOPS_AGREE = 1e-6
 More joints of the main chain than freedoms are known to 1e-8 near a dead point; joints that do not
 belong together are off by more than a person can set.
 """
+OFF_AXIS = 1e-12
+"""Square metre, from which on a point at the reference is not on an axis."""
 ZERO_COMPONENT = 1e-25
 """Components of vectors below this are zero (pure number, or metre where points are compared).
 

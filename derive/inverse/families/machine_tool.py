@@ -95,7 +95,7 @@ def _slides(work: Work, lines: Lines, carried: Vector, position: Vector) -> None
         back = rotated(terms, axis.h, work.turns[axis.joint].back, lever)
         position = added(terms, axis.p, back)
     way = work.name_vector(
-        ("W", "V"), "the way of the slides", subtracted(terms, position, carried)
+        ("W", "V"), "the displacement along the slides", subtracted(terms, position, carried)
     )
     slides(work, sliding, way, "the tool")
 

@@ -10,6 +10,7 @@ from typing import ClassVar
 import sympy as sp
 
 from ...model.mechanism import Strut
+from ...model.tolerances import OFF_AXIS
 from ..planar.arm import Arm, turn_of
 from ..planar.dyads import SIDES, meeting
 from ..planar.loop_step import StepEquations, length_of, quantity
@@ -52,8 +53,8 @@ class TurningLeg(LegStep):
             return False
         terms, let = legs.terms, legs.terms.let
         tip, target, joint = reach.tip, reach.target, reach.joint
-        if any(vanishes(terms, let(x**2 + y**2)) for x, y, _ in (tip, target)):
-            # An end on the axis keeps its distance from the other.
+        if any(_is_on_axis(legs, let(x**2 + y**2)) for x, y, _ in (tip, target)):
+            # It keeps its distance from the other end.
             return False
         height = let(target[2] - tip[2])
         flat = let(reach.square - height**2)
@@ -94,6 +95,12 @@ class TurningLeg(LegStep):
     def remark(self) -> str:
         """The side on which the leg's end stands."""
         return side_remark(self.sign)
+
+
+def _is_on_axis(legs: Legs, square: sp.Expr) -> bool:
+    """Whether an end stays on the joint's axis, by the square of its distance from it."""
+    # Off the axis at the reference is off it; only a zero there needs all values.
+    return legs.reference.of(square) < OFF_AXIS and vanishes(legs.terms, square)
 
 
 def _angle_at_reference(legs: Legs, v: Arm, w: Arm, D: Arm, sign: int) -> float:
