@@ -63,8 +63,9 @@ class Solutions(_Fields):
         margin: (..., k) least margin of the steps of the branch: 0 at the border of reach, negative
             beyond it.
         valid: (..., k) whether the slot holds a solution that no filter has removed: its residual
-            is at most 1e-9 `unit`, or 10 `unit` times `se3.deviation` of a pose that rounding has
-            moved off a rigid one.
+            is at most 1e-9 `unit`, or of a pose that rounding has moved off a rigid one 10 `unit`
+            times its `se3.deviation`, or half a unit of the last decimal of its rotation if that is
+            more.
         unit: The robot's unit of length [m]: the power of 1000 nearest to the size of its
             workspace, 1 m for robots of 0.03 m to 30 m.
         coordinates: The elements of q.

@@ -62,8 +62,8 @@ class NumericSolution(NamedTuple):
         residual: (...,) the larger of the distance [m] from the pose and of the angle times the
             robot's `unit_length`, in the components that have a weight.
         success: (...,) whether the residual is at most the tolerance, or is the least one and at
-            most 10 `unit_length` times `se3.deviation` of a pose that rounding has moved off a
-            rigid one.
+            most, of a pose that rounding has moved off a rigid one, 10 `unit_length` times its
+            `se3.deviation`, or half a unit of the last decimal of its rotation if that is more.
         ending: (...,) reason for the end, as an index into `REASONS`; see `reason`.
         iterations: (...,) number of evaluations of forward kinematics.
         restarts: (...,) number of starts after the first.
