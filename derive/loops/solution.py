@@ -14,7 +14,7 @@ from ..model.robot import Joint
 from ..terms.tangents import LoopRate
 from ..terms.terms import Terms
 from .closing import longest_length
-from .planar.assembly import Assembly, assemble
+from .planar.assembly import Assembly, assemble, assemblies
 from .planar.loop_step import LoopStep
 from .planar.phasors import PhasorSum
 from .planar.planes import Linkage, Loop, WeldEdge, linkages
@@ -242,23 +242,12 @@ def _on_planar_branches(
         for solution in found:
             shared = tuple(solution.values.get(edge.name) for edge in linkage.edges)
             if shared not in parts:
-                parts[shared] = _assemblies(linkage, solution, elsewhere)
+                known, reference = solution.values, solution.reference
+                found_here = assemblies(reference.terms, linkage, known, reference, elsewhere)
+                parts[shared] = [*found_here]
             after += [_with_part(solution, part) for part in parts[shared]]
         found, is_all = after[:most], is_all and len(after) <= most
     return found, is_all
-
-
-def _assemblies(
-    linkage: Linkage, begun: Solution, elsewhere: Sequence[AtReference]
-) -> list[Assembly]:
-    """A linkage on all branches that exist."""
-    reference = begun.reference
-
-    def on(branch: Branch) -> Assembly:
-        known = begun.values
-        return assemble(reference.terms, linkage, known, reference, branch, elsewhere)
-
-    return [part for part in every_branch(on, reference.sides) if part.exists]
 
 
 def _with_part(solution: Solution, part: Assembly) -> Solution:

@@ -6,7 +6,7 @@ sequence of Assur groups of class II. Whether the actuated joints are known or t
 makes no difference here.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import sympy as sp
@@ -47,7 +47,6 @@ class Assembly:
         loops: Rates of the solved angles.
         relations: Sums of turning vectors that are zero.
         open: Names of the edges between bodies that could not be joined.
-        exists: Whether all joints fit on this branch, and it holds all bodies.
     """
 
     steps: tuple[LoopStep, ...]
@@ -55,7 +54,6 @@ class Assembly:
     loops: Mapping[sp.Symbol, LoopRate]
     relations: tuple[PhasorSum, ...]
     open: tuple[str, ...]
-    exists: bool = True
 
 
 def assemble(
@@ -64,7 +62,6 @@ def assemble(
     known: Mapping[str, sp.Expr],
     reference: AtReference,
     branch: Branch | None = None,
-    elsewhere: Sequence[AtReference] = (),
 ) -> Assembly:
     """Solves a linkage for given values of some of its joints.
 
@@ -74,22 +71,60 @@ def assemble(
         known: Values of joints, swings or cylinders by name (radian, metre).
         reference: The configuration that selects the branch.
         branch: The branch that is asked for, instead of that at the reference.
-        elsewhere: Configurations at which a branch that exists is closed.
 
     Raises:
         RobotError: A loop does not close at the reference, or its branch there is not clear.
     """
     clusters = Clusters(terms, linkage, known, reference, branch)
-    while clusters.join_known() or any(kind.join(clusters) for kind in STEPS):
+    while _join(clusters):
         pass
-    exists = branch is None or -1 not in branch.taken or _fits(clusters, elsewhere)
+    return _assembly(clusters)
+
+
+def assemblies(
+    terms: Terms,
+    linkage: Linkage,
+    known: Mapping[str, sp.Expr],
+    reference: AtReference,
+    elsewhere: Sequence[AtReference] = (),
+) -> Iterator[Assembly]:
+    """The same on all branches that exist, the reference's first; later steps change sides first.
+
+    Branches share the steps before the first side that they do not share.
+
+    Args:
+        terms: Names of all terms.
+        linkage: Bodies and joints.
+        known: Values of joints, swings or cylinders by name (radian, metre).
+        reference: The configuration whose sides are its branch's.
+        elsewhere: Configurations at which a branch that exists is closed.
+    """
+    first = Branch((), reference.sides)
+    waiting = [(Clusters(terms, linkage, known, reference, first), first)]
+    while waiting:
+        clusters, branch = waiting.pop()
+        goes_on = True
+        while goes_on:
+            taken, before = len(branch.taken), clusters.on(branch)
+            goes_on = _join(clusters)
+            waiting += [(before.on(other), other) for other in branch.others_since(taken)]
+        if -1 not in branch.taken or _fits(clusters, elsewhere):
+            yield _assembly(clusters)
+
+
+def _join(clusters: Clusters) -> bool:
+    """Joins the first clusters that can be joined; False where there are none."""
+    return clusters.join_known() or any(kind.join(clusters) for kind in STEPS)
+
+
+def _assembly(clusters: Clusters) -> Assembly:
+    edges = clusters.linkage.edges
     return Assembly(
         tuple(clusters.steps),
         clusters.values(),
         clusters.loops,
         tuple(clusters.relations),
-        tuple(edge.name for edge in clusters.between() if edge in linkage.edges),
-        exists,
+        tuple(edge.name for edge in clusters.between() if edge in edges),
     )
 
 

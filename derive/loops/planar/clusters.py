@@ -8,6 +8,7 @@ import cmath
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -118,6 +119,14 @@ class Clusters:
         self.relations: list[PhasorSum] = []
         self.travels: dict[str, sp.Expr] = {}
         self.bases: list[PhasorSum] = []
+
+    def on(self, branch: Branch) -> "Clusters":
+        """The same clusters, to go on from here on another branch."""
+        other = copy(self)
+        other.branch, other.all = branch, [dict(cluster) for cluster in self.all]
+        other.steps, other.relations = [*self.steps], [*self.relations]
+        other.loops, other.travels, other.bases = {**self.loops}, {**self.travels}, [*self.bases]
+        return other
 
     # --- which clusters there are ---
 

@@ -37,6 +37,18 @@ class Branch:
         self.asked, self.own = tuple(asked), own or {}
         self.taken: list[int] = []
 
+    def others_since(self, taken: int) -> "list[Branch]":
+        """The branches that turn one of the sides that were taken since there were so many.
+
+        They go on from there, and share the sides before.
+        """
+        found = []
+        for k in range(max(taken, len(self.asked)), len(self.taken)):
+            other = Branch((*self.taken[:k], -1), self.own)
+            other.taken = self.taken[:taken]
+            found.append(other)
+        return found
+
     def side(self, joined: Joined) -> sp.Expr:
         """The side of the next step with a choice."""
         k = len(self.taken)
