@@ -17,6 +17,7 @@ from .classify import Attempt, Classification
 from .families import FAMILIES
 from .families.family import Family
 from .general.general_inverse import GeneralInverse
+from .mechanisms import backward_inverse, leg_inverse
 from .polished_inverse import FREEDOMS
 from .serial_inverse import Inverses
 from .steps.work import InverseStep
@@ -309,7 +310,11 @@ def _of_loops(hybrid: Hybrid) -> str:
         missing = listed(sorted(actuated & set(solution.open)))
         return f"There is no closed form for {missing} from the main chain."
     steps = _counted(len(solution.steps), "step")
-    return f"The actuators follow from the main chain in closed form, through the loops in {steps}."
+    told = f"The actuators follow from the main chain in closed form, through the loops in {steps}."
+    is_solved = hybrid.forward.open and (
+        leg_inverse.makers(hybrid) or backward_inverse.makers(hybrid)
+    )
+    return f"{told} ik solves a pose in this way." if is_solved else told
 
 
 def _aside(hybrid: Hybrid) -> list[str]:
