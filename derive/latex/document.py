@@ -80,7 +80,8 @@ _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
     "inverse": ("Inverse kinematics of the main chain", inverse_of_loops),
     "singularities": (
         "Singular configurations of the main chain",
-        lambda page: singularities(page.chain),
+        # A main chain that is nowhere singular says nothing of its loops.
+        lambda page: "" if page.chain.singular.is_regular else singularities(page.chain),
     ),
     "workspace": (
         "Workspace",

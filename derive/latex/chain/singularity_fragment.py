@@ -20,14 +20,19 @@ PLACES = {"rad": 3, "m": 5}
 """Decimals of degrees and metres: errors of 1e-5 rad and m at most."""
 
 
+_REGULAR = "The Jacobian has full rank in every configuration: the robot is nowhere singular."
+
+
 def singularities(page: Page) -> str:
     """Where the arm is singular: the determinant in factors, conditions, or postures in numbers.
 
-    An arm that is singular everywhere has its rank there.
+    An arm that is singular everywhere has its rank there; one that is nowhere singular says so.
 
-    The fragment is empty where there is nothing of these, or where the determinant is constant.
+    The fragment is empty where there is nothing of these.
     """
     found = page.singular
+    if found.is_regular:
+        return text(_REGULAR)
     if found.rank is not None:
         return text(sentence(_everywhere(page, found.rank)))
     if found.determinant and found.conditions:

@@ -48,6 +48,7 @@ class PrintedSingularities:
         postures: Singular postures (radian, metre), where there are no short conditions.
         held: The coordinates that are held where the determinant is that of the other joints.
         rank: The largest rank of the Jacobian, where it has full rank in no configuration.
+        is_regular: Whether the Jacobian has full rank in every configuration.
     """
 
     determinant: tuple[sp.Expr, tuple[tuple[sp.Expr, int], ...]] | None
@@ -55,6 +56,7 @@ class PrintedSingularities:
     postures: tuple[tuple[float, ...], ...] = ()
     held: tuple[sp.Symbol, ...] = ()
     rank: int | None = None
+    is_regular: bool = False
 
 
 def printed_singularities(
@@ -71,6 +73,9 @@ def printed_singularities(
     minors = factored_minors(robot, notation.q)
     if minors == ():
         return PrintedSingularities(None, (), rank=general_rank(robot))
+    if minors is not None and not all(minor.factors for minor in minors):
+        # A minor that is constant is zero nowhere.
+        return PrintedSingularities(None, (), is_regular=True)
     if minors is not None and all(map(_is_short, minors)):
         if len(minors) == 1:
             return _of_determinant(robot, notation.q, notation, minors[0])

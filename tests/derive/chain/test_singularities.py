@@ -254,6 +254,35 @@ def test_arms_with_full_rank_somewhere():
         assert "at most" not in singularities(page)
 
 
+MILL = """
+name = "mill"
+convention = "urdf"
+units = { length = "mm", angle = "deg" }
+"""
+
+
+def test_a_mill_is_nowhere_singular():
+    """Three slides across each other, and two turns at right angles."""
+    axes = ([1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 1, 0], [0, 0, 1])
+    kinds = ["prismatic"] * 3 + ["revolute"] * 2
+    joints = [
+        f'[[joints]]\nname = "j{k}"\ntype = "{kind}"\naxis = {axis}\nxyz = [30, {10 * k}, 0]\n'
+        for k, (kind, axis) in enumerate(zip(kinds, axes, strict=True))
+    ]
+    robot = chasles.derive.loads(MILL + "".join(joints), "mill.toml")
+    page = Page.of(chasles.derive.derive(robot, ["fk"]))
+    assert page.singular.is_regular
+    assert "nowhere singular" in singularities(page)
+    J = jacobian(robot)
+    for posture in np.random.default_rng(0).choice([0, np.pi / 2, np.pi, 1.0], (50, 5)):
+        assert np.linalg.svd(J(posture), compute_uv=False)[-1] > 0.1
+
+
+@pytest.mark.parametrize("name", [*SQUARE, *SEVERAL])
+def test_arms_with_singular_postures_do_not_claim_to_have_none(name):
+    assert not Page.of(chasles.derive.derive(loaded(name), ["fk"])).singular.is_regular
+
+
 def test_words_count_the_axes_of_the_whole_arm():
     page = Page.of(chasles.derive.derive(loaded("photo_robot"), ["ik"]))
     assert [k for k, q in enumerate(page.equations.notation.q) if q in page.singular.held] == [0, 3]
