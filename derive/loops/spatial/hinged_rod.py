@@ -1,8 +1,8 @@
 """A hinge before a ball, as the last of a leg PRS or RRS: its body is a rod to the ball.
 
-The ball is at a constant distance from the point of the hinge's axis that is nearest to it. A leg
-on balls between both points determines the joint that moves one of them; where both are known, the
-hinge points to the ball.
+The ball is at a constant distance from the point of the hinge's axis that is nearest to it. Where
+the joint before the hinge keeps both in the hinge's plane, a leg on balls between them determines
+this joint. Where both points are known, the hinge points to the ball.
 
 Source:
     Tsai, Robot Analysis, 1999, ch. 3, for the legs of platforms.
@@ -23,7 +23,7 @@ from ..planar.planes import Loop
 from ..planar.reference import vanishes
 from ..planar.two_pins import direction_equations, rate_of_direction
 from .ball_ends import BallEnd, ball_ends
-from .body_frames import pose_of
+from .body_frames import pose_along, pose_of
 from .struts import Legs
 from .turning_leg import OPENING
 
@@ -36,15 +36,18 @@ class HingedRod:
         closure: The closure of the ball.
         joint: The joint.
         target: The ball's frame on the other body.
+        centre: The point of its axis that is nearest to the ball, with the joint's axes.
         tip: From the axis to the ball where the joint is at zero, in the joint's axes.
-        rod: The rod from the axis to the ball, as a strut on balls.
+        rod: The rod from the axis to the ball, as a strut on balls; None where the joint before it
+            leaves the plane, so that the length alone does not close the loop.
     """
 
     closure: Closure
     joint: Joint
     target: Frame
+    centre: Frame
     tip: Arm
-    rod: Strut
+    rod: Strut | None
 
     @classmethod
     def of(cls, legs: Legs, loop: Loop) -> "HingedRod | None":
@@ -68,8 +71,24 @@ def _hinge_before(legs: Legs, end: BallEnd) -> HingedRod | None:
     if vanishes(terms, square):
         return None
     centre = Frame(joint.parent, (*joint.before, Translation((ZERO, ZERO, height))))
-    rod = Strut(end.closure.name, centre, end.target, terms.let(sp.sqrt(square)), ends="ball")
-    return HingedRod(end.closure, joint, end.target, Arm((x, y), ZERO, square), rod)
+    length = terms.let(sp.sqrt(square))
+    rod = Strut(end.closure.name, centre, end.target, length, ends="ball")
+    tip, kept = Arm((x, y), ZERO, square), rod if _is_flat(legs, end) else None
+    return HingedRod(end.closure, joint, end.target, centre, tip, kept)
+
+
+def _is_flat(legs: Legs, end: BallEnd) -> bool:
+    """Whether the unknown joint before the hinge turns about its direction, or slides across it."""
+    i, k = [-1, *end.open][-2:]
+    if i < 0:
+        return False
+    way, values = end.way, legs.known.values
+    axes, _ = pose_along(
+        legs.mechanism, legs.terms, way[i + 1 : k], way[k].before, values, way[i].after
+    )
+    x, y, z = axes[2]
+    off = z if way[i].kind == "prismatic" else legs.terms.let(x**2 + y**2)
+    return vanishes(legs.terms, off)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,10 +110,10 @@ class HingePoints(LoopStep):
     def use(cls, legs: Legs, hinge: HingedRod) -> bool:
         """Solves for the angle; False where the ball or the axis is not known."""
         values, joint = legs.known.values, hinge.joint
-        if legs.unknown(hinge.target) or legs.unknown(hinge.rod.a):
+        if legs.unknown(hinge.target) or legs.unknown(hinge.centre):
             return False
         terms = legs.terms
-        axes, centre = pose_of(legs.mechanism, terms, hinge.rod.a, values)
+        axes, centre = pose_of(legs.mechanism, terms, hinge.centre, values)
         between = subtracted(terms, legs.point(hinge.target), centre)
         flat = dot(terms, axes[0], between), dot(terms, axes[1], between)
         angle = terms.solved_angle(*turn_of(terms, flat, hinge.tip))

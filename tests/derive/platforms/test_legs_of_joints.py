@@ -4,15 +4,18 @@ A leg of two joints before its ball keeps the ball in a plane; three of them lea
 three freedoms, and six legs of three joints all six.
 """
 
+from dataclasses import replace
 from itertools import product
 
 import casadi as ca
 import numpy as np
 import pytest
+import sympy as sp
 from closures import Model
 from legs_of_joints import agile_eye, drawn, kinds_of, led_by_a_leg, tripod
 
-from chasles.derive import derive, explain
+from chasles.derive import Rotation, derive, explain
+from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.terms.casadi_graph import lower
 
 POSES = 40
@@ -67,6 +70,24 @@ def test_the_pose_gives_the_joint_that_drives_each_leg(seed):
     moved = model.tangent(z, model.actuated).sum(-1)[:, model.chain]
     expected = np.array(oracle(theta.T, moved.T)).T
     np.testing.assert_allclose(np.array(rates(theta.T, moved.T)).T, expected, rtol=1e-6, atol=1e-7)
+
+
+def test_a_hinge_that_leaves_the_plane_has_no_length_alone_to_go_by():
+    """Two lengths of the crank's angle would close the sphere, and one of them not the loop."""
+    flat = drawn(3, ("RRS", "RRS", "PRS"))
+    angle = sp.Rational(3, 10)
+    joints = tuple(
+        replace(
+            joint,
+            before=(*joint.before, Rotation("x", angle)),
+            after=(Rotation("x", -angle), *joint.after),
+        )
+        if joint.name == "r1_0"
+        else joint
+        for joint in flat.joints
+    )
+    assert not Hybrid(flat).backward.open
+    assert set(Hybrid(replace(flat, joints=joints)).backward.open) == {"r0_0", "r1_0"}
 
 
 def test_the_steps_are_named():
