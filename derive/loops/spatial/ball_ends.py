@@ -1,4 +1,4 @@
-"""Ends of a closure by a ball or a pin: the joints that move each end, and a common point."""
+"""Ends of a closure by a ball or a pin: the joints that move each end, and common points."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -64,17 +64,25 @@ class Fork(NamedTuple):
 
 
 def ball_ends(legs: Legs, loop: Loop) -> tuple[BallEnd, ...]:
-    """Both ends of a loop that a ball or a pin closes; none of other loops.
-
-    A pin keeps the points of its axis together: its origin, and another where the axes of the
-    joints before it meet in that, as in a spherical linkage.
-    """
+    """Both ends of a loop that a ball closes; none of other loops."""
     closer = loop.closer
-    if not isinstance(closer, Closure) or closer.kind not in ("ball", "pin"):
+    if not isinstance(closer, Closure) or closer.kind != "ball":
         return ()
-    heights = (ZERO,) if closer.kind == "ball" else (ZERO, sp.Integer(1))
-    pairs = [(_up(closer.a, height), _up(closer.b, height)) for height in heights]
-    ends = [end for a, b in pairs for end in ((loop.to_a, a, b), (loop.to_b, b, a))]
+    return _ends(legs, loop, closer, ZERO)
+
+
+def pin_ends(legs: Legs, loop: Loop) -> tuple[tuple[BallEnd, BallEnd], ...]:
+    """Both ends of a loop that a pin closes, each by two points of its axis; none of others."""
+    closer = loop.closer
+    if not isinstance(closer, Closure) or closer.kind != "pin":
+        return ()
+    origins, others = (_ends(legs, loop, closer, height) for height in (ZERO, sp.Integer(1)))
+    return tuple(zip(origins, others, strict=True))
+
+
+def _ends(legs: Legs, loop: Loop, closer: Closure, height: sp.Expr) -> tuple[BallEnd, ...]:
+    a, b = _up(closer.a, height), _up(closer.b, height)
+    ends = ((loop.to_a, a, b), (loop.to_b, b, a))
     return tuple(BallEnd(closer, *end, _open(legs, end[0])) for end in ends)
 
 

@@ -21,7 +21,7 @@ from ...model.mechanism import Closure, Frame, Strut
 from ...model.robot import Joint
 from ...terms.tangents import LoopRate, Tangent
 from ...terms.terms import Terms
-from ...terms.vectors import ZERO, Vector, dot, subtracted
+from ...terms.vectors import ZERO, Vector, cross, dot, subtracted
 from ..planar.arm import Arm, turn_of
 from ..planar.loop_step import (
     SPACE,
@@ -36,7 +36,7 @@ from ..planar.loop_step import (
 from ..planar.planes import Loop
 from ..planar.reference import vanishes, wrapped
 from ..planar.two_pins import rate_of_direction
-from .ball_ends import BallEnd, ball_ends, fork_of
+from .ball_ends import BallEnd, Fork, ball_ends, fork_of, pin_ends
 from .body_frames import pose_of
 from .struts import SIGNS, Legs
 
@@ -68,8 +68,14 @@ class UniversalJoint:
 
     @classmethod
     def of(cls, legs: Legs, loop: Loop) -> "UniversalJoint | None":
-        """The universal joint before the ball of a closure; None where there is none."""
-        found = (_joint_before(legs, end) for end in ball_ends(legs, loop))
+        """The universal joint before the ball of a closure; None where there is none.
+
+        A pin is such a ball where its axis passes through the joint's centre, as in a spherical
+        linkage: any other point of the axis tells its direction.
+        """
+        pins = (_of_pin(legs, points) for points in pin_ends(legs, loop))
+        ends = [*ball_ends(legs, loop), *(end for end in pins if end is not None)]
+        found = (_joint_before(legs, end) for end in ends)
         return next((joint for joint in found if joint is not None), None)
 
     def solved(self, legs: Legs) -> bool:
@@ -77,19 +83,35 @@ class UniversalJoint:
         return UniversalLeg.use(legs, self)
 
 
-def _joint_before(legs: Legs, end: BallEnd) -> UniversalJoint | None:
-    """The last two unknown joints of a way, where their axes meet off the ball."""
+def _of_pin(legs: Legs, points: tuple[BallEnd, BallEnd]) -> BallEnd | None:
+    """The point of a pin that tells its direction; None where the pin misses the centre."""
+    forks = [_fork_and_tip(legs, end) for end in points]
+    if forks[0] is None or forks[1] is None:
+        return None
+    across = cross(legs.terms, forks[0][1], forks[1][1])
+    return points[1] if vanishes(legs.terms, dot(legs.terms, across, across)) else None
+
+
+def _fork_and_tip(legs: Legs, end: BallEnd) -> tuple[Fork, Vector] | None:
+    """The fork of the last two unknown joints, and the way to the end in the second one's axes."""
     places = end.last("revolute", "revolute")
     fork = fork_of(legs, end.way, *places) if places else None
     if fork is None:
         return None
-    terms, let = legs.terms, legs.terms.let
-    first, second = (end.way[place] for place in places)
     x, y, z = end.ball(legs, places[1])
-    tip = (x, y, let(z + fork.height))
-    if vanishes(terms, let(x**2 + y**2)):
+    return fork, (x, y, legs.terms.let(z + fork.height))
+
+
+def _joint_before(legs: Legs, end: BallEnd) -> UniversalJoint | None:
+    """The last two unknown joints of a way, where their axes meet off the ball."""
+    found, terms = _fork_and_tip(legs, end), legs.terms
+    if found is None:
         return None
-    length = let(sp.sqrt(dot(terms, tip, tip)))
+    fork, tip = found
+    if vanishes(terms, terms.let(tip[0] ** 2 + tip[1] ** 2)):
+        return None
+    first, second = (end.way[place] for place in end.open[-2:])
+    length = terms.let(sp.sqrt(dot(terms, tip, tip)))
     rod = Strut(end.closure.name, fork.centre, end.target, length, ends="ball")
     return UniversalJoint(end.closure, first, second, end.target, fork.axes, tip, rod)
 
