@@ -85,7 +85,9 @@ def test_a_pitch_is_no_task_of_a_turntable_that_lies():
 
 
 def test_a_position_is_no_task_of_joints_that_move_the_tool_on_a_surface():
-    assert cases_of(random_arm(292)) == []
+    (case,) = cases_of(random_arm(292))
+    assert case.function == "ik"
+    clean(case, 0)
 
 
 @pytest.mark.parametrize("chain", ["R/R=R=R/R/R", "R/R/R=R=R/R"])
