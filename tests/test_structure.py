@@ -29,6 +29,7 @@ UNNAMED = {"__init__", "__main__", "conftest"}
 """Modules whose names Python or pytest prescribes."""
 
 STAGES = (
+    ("beside",),
     ("model",),
     ("terms",),
     ("chain", "description"),

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from ..beside import beside
 from ..derivation import Derivation, derive
-from ..emit.beside import beside
 from ..emit.emitter import Emitter, Files
 from ..emit.languages import EMITTERS
 from ..emit.manifest import manifest

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Mapping
 from functools import partial
 
+from ..beside import beside
 from ..derivation import Derivation
 from ..inverse.mechanisms import leg_inverse
 from ..loops.platforms import is_platform, triad_of
@@ -159,9 +160,14 @@ def fragments(derivation: Derivation) -> dict[str, str]:
 
 
 def _written(writers: Mapping[str, Callable[[], str]]) -> dict[str, str]:
+    """The text of each fragment; the pictures, which share no symbols, are drawn beside it."""
+    drawn = [name for name in writers if name in (_DRAWING, _WORKSPACE)]
     # The table of symbols is written last, because it lists the symbols of all other fragments.
-    order = sorted(writers, key="symbols".__eq__)
-    written = {name: writers[name]() for name in order}
+    order = sorted(writers.keys() - {*drawn}, key=[*writers].index)
+    order.sort(key="symbols".__eq__)
+    with beside(lambda: {name: writers[name]() for name in drawn}) as pictures:
+        written = {name: writers[name]() for name in order}
+        written |= pictures()
     written[_REFERENCES] = references(written.values())
     return {f"{name}.tex": written[name] for name in (*writers, _REFERENCES) if written[name]}
 

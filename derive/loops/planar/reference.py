@@ -14,7 +14,7 @@ import mpmath
 import sympy as sp
 
 from ...model.tolerances import EVALUATION_DIGITS, WORKING_DIGITS, ZERO_COMPONENT
-from ...model.values import NoValue, to_digits, value_at
+from ...model.values import NoValue, Values, to_digits, value_at
 from ...terms.terms import Terms
 from .phasors import Complex, PhasorSum
 
@@ -140,11 +140,13 @@ class AtReference:
         self.assumed = dict.fromkeys(joints, 0.0)
         self._known: dict[sp.Symbol, float] = dict(values)
         self._values: dict[sp.Expr, float] = {}
+        self._parts = Values()
 
     def know(self, symbol: sp.Symbol, value: float) -> None:
         """Notes the value of a symbol that no term defines."""
         self._known[symbol] = value
         self._values.clear()
+        self._parts = Values()
 
     def hints_of(self, names: Sequence[str]) -> dict[str, float]:
         """Given values of joints near the reference; assumed ones where no value is given."""
@@ -161,10 +163,13 @@ class AtReference:
         return self._values[expression]
 
     def _evaluated(self, expression: sp.Expr) -> float:
-        symbols = expression.free_symbols
-        numbers = {symbol: sp.Float(self._of_symbol(symbol)) for symbol in symbols}
+        numbers = {symbol: self._of_symbol(symbol) for symbol in expression.free_symbols}
+        if any(map(math.isnan, numbers.values())):
+            return math.nan
+        for symbol, number in numbers.items():
+            self._parts.know(symbol, mpmath.mpf(number))
         try:
-            return float(value_at(expression, numbers))
+            return float(self._parts.of(expression))
         except NoValue:
             # A root of a negative number: SymPy takes complex ones, many times slower.
             value = complex(expression.xreplace(numbers).evalf())

@@ -8,7 +8,7 @@ import threading
 import pytest
 
 from chasles.derive import RobotError
-from chasles.derive.emit.beside import beside
+from chasles.derive.beside import beside
 
 is_forked = pytest.mark.skipif(sys.platform != "linux", reason="forks on Linux alone")
 

@@ -37,7 +37,7 @@ def beside(work: Callable[[], Result]) -> Iterator[Callable[[], Result]]:
     process.start()
     sender.close()
     try:
-        yield partial(_wait_for_article, receiver)
+        yield partial(_wait, receiver)
     finally:
         process.kill()
         process.join()
@@ -61,11 +61,11 @@ def _picklable(error: BaseException) -> BaseException:
     return error
 
 
-def _wait_for_article(receiver: Connection) -> Any:
+def _wait(receiver: Connection) -> Any:
     try:
         is_done, outcome = receiver.recv()
     except EOFError:
-        raise RuntimeError("the process that writes the article was ended by the system") from None
+        raise RuntimeError("a process beside this one was ended by the system") from None
     if not is_done:
         raise outcome
     return outcome
