@@ -229,7 +229,8 @@ def _run_compiler(description: Path, folder: Path, options: Sequence[str]) -> No
     if result.returncode:
         # The reports of robots go to the one, the errors that stop the run to the other.
         said = "\n".join(filter(None, (result.stdout.strip(), result.stderr.strip())))
-        raise DerivationError(f"{description}: cannot be derived; {said}")
+        names_it = said.startswith(f"{description.absolute()}: ")
+        raise DerivationError(said if names_it else f"{description}: cannot be derived; {said}")
 
 
 def _move(whole: Path, home: Path) -> None:
