@@ -5,8 +5,14 @@ import pytest
 from bench.robustness.built_arms import BARS, judged, judged_arm
 from bench.robustness.driven_arms import drawn_arm
 
+BUILT = {
+    42: "beyond half a turn",
+    44: "beside a dead point",
+    2: "a given joint's crank on both sides",
+}
 
-@pytest.mark.parametrize("number", [42, 44], ids=["beyond half a turn", "beside a dead point"])
+
+@pytest.mark.parametrize("number", BUILT, ids=BUILT.values())
 def test_the_inverse_of_an_arm_as_built(number, monkeypatch):
     # The code runs once, and compiling it well takes longer.
     monkeypatch.setenv("CHASLES_CFLAGS", "-O0")

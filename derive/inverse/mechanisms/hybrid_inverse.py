@@ -32,7 +32,7 @@ from ..structure.lines import Lines, home_of
 from ..structure.requirement import Requirement
 from ..tasks.slots import POSE_SYMBOLS, function_of, pose_argument, pose_residual, values_of
 from ..tasks.task import Solved, TaskInput
-from .loop_sides import actuators_on_sides, settled_choices
+from .loop_sides import actuators_on_sides, held_on_sides, settled_choices
 from .starts_beyond import beyond_dead_points
 from .substitution import substituted
 from .translating_tool import of_position_alone, position_task, still_axes
@@ -240,10 +240,8 @@ def _on_chain(
     actuators, margins = actuators_on_sides(hybrid, work)
     if built is not None:
         actuators = beyond_dead_points(terms, actuators)
-    entries = [
-        built.actuator(k) if built is not None and k in held else value
-        for k, value in enumerate(actuators)
-    ]
+    as_built = {} if built is None else held_on_sides(built, work, held)
+    entries = [as_built.get(k, value) for k, value in enumerate(actuators)]
     values = substituted(terms, [*entries, *margins], theta)
     q, closing = values[: len(entries)], values[len(entries) :]
     return _solved(hybrid, work, arguments, found.family.inputs, q, names, held, closing)

@@ -17,12 +17,13 @@ from ...loops.hybrid import Hybrid
 from ...loops.maps import chain
 from ...loops.planar.loop_step import LoopStep
 from ...loops.solution import Solution, with_free_sides
-from ...model.tolerances import LED_BACK, SAMPLED_RANGE
+from ...model.tolerances import LED_BACK
 from ...terms.branches import patterns
 from ...terms.casadi_graph import lower
 from ...terms.symbolic_function import SymbolicFunction
 from ..steps.work import Work
 from ..tasks.task import Solved
+from .substitution import substituted
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -45,6 +46,27 @@ def actuators_on_sides(hybrid: Hybrid, work: Work) -> tuple[tuple[sp.Expr, ...],
     """
     solution = solved_on_sides(hybrid, work)
     return hybrid.actuators_in(solution), [margin for _, margin in solution.margins]
+
+
+def held_on_sides(built: Hybrid, work: Work, held: Sequence[int]) -> dict[int, sp.Expr]:
+    """Actuated coordinates as built from the main chain, on the sides that the design's loops take.
+
+    A loop that the design has not, or whose side is settled there, stays on the reference's side.
+
+    Args:
+        built: The robot as built.
+        work: The design's inverse with the names of its sides.
+        held: Indices of the coordinates.
+
+    Raises:
+        RobotError: No closed form gives one of them.
+    """
+    own = Work(built.terms)
+    solution = solved_on_sides(built, own)
+    design = {name: symbol for symbol, (name, _) in work.sides.items()}
+    signs = {symbol: design.get(name, sp.S.One) for symbol, (name, _) in own.sides.items()}
+    entries = [built.actuator(k, solution) for k in held]
+    return dict(zip(held, substituted(built.terms, entries, signs), strict=True))
 
 
 def solved_on_sides(hybrid: Hybrid, work: Work) -> Solution:
@@ -164,13 +186,16 @@ def _is_idle(hybrid: Hybrid, q: FloatArray, solves: BoolArray, choice: int) -> b
 
 
 def _configurations(hybrid: Hybrid) -> FloatArray:
-    """Random coordinates (N, n): within the limits, all round, or around the reference."""
+    """Random coordinates (N, n): within the limits, all round, or as far as the mechanism is long.
+
+    From closer to the reference than that, a rocker may not have passed its dead points.
+    """
     low, high = [], []
     for c in hybrid.mechanism.coordinates:
         ratio = float(hybrid.terms.value(c.ratio))
         middle = hybrid.at_reference[c.moves] / ratio
         size = hybrid.backward.reference.size
-        reach = np.pi if c.kind == "revolute" else SAMPLED_RANGE * size
+        reach = np.pi if c.kind == "revolute" else size
         ends = zip(c.limits, (-reach / abs(ratio), reach / abs(ratio)), strict=True)
         a, b = (middle + off if v is None else float(v) for v, off in ends)
         low.append(a)
