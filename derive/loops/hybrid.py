@@ -330,21 +330,16 @@ class Hybrid:
         """The actuators from the main chain."""
         return self.actuators_in(self.backward)
 
-    def actuator(self, k: int, solution: Solution | None = None) -> sp.Expr:
+    def actuator(self, k: int) -> sp.Expr:
         """One actuator from the main chain; the others may have no closed form.
-
-        Args:
-            k: Its index.
-            solution: A solution that begins with the main chain; ``backward`` if None.
 
         Raises:
             RobotError: It has none.
         """
         coordinate = self.mechanism.coordinates[k]
-        solution = solution or self.backward
-        if coordinate.moves in solution.open:
+        if coordinate.moves in self.backward.open:
             raise RobotError(f"{self.mechanism.name}: no closed form gives {coordinate.name}")
-        (value,) = self.named(solution, [coordinate.moves])
+        (value,) = self.named(self.backward, [coordinate.moves])
         return self.terms.let(value / coordinate.ratio)
 
     def actuators_in(self, solution: Solution) -> tuple[sp.Expr, ...]:

@@ -9,6 +9,8 @@ BUILT = {
     42: "beyond half a turn",
     44: "beside a dead point",
     2: "a given joint's crank on both sides",
+    136: "a rocker on both sides, and a parallelogram that folds",
+    141: "a parallelogram that folds, behind a given joint",
 }
 
 

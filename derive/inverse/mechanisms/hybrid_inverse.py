@@ -30,9 +30,21 @@ from ..steps.work import Work
 from ..structure import rank
 from ..structure.lines import Lines, home_of
 from ..structure.requirement import Requirement
-from ..tasks.slots import POSE_SYMBOLS, function_of, pose_argument, pose_residual, values_of
+from ..tasks.slots import (
+    POSE_SYMBOLS,
+    function_of,
+    pose_argument,
+    pose_residual,
+    tool_of,
+    values_of,
+)
 from ..tasks.task import Solved, TaskInput
-from .loop_sides import actuators_on_sides, held_on_sides, settled_choices
+from .loop_sides import (
+    actuators_on_sides,
+    choices_of_loops,
+    settled_choices,
+    unused_sides,
+)
 from .starts_beyond import beyond_dead_points
 from .substitution import substituted
 from .translating_tool import of_position_alone, position_task, still_axes
@@ -213,38 +225,77 @@ def _holds(hybrid: Hybrid, solved: Solved, found: Attempt) -> bool:
 def _by_chain(hybrid: Hybrid, lines: Lines, found: Attempt, built: Hybrid | None) -> Solved:
     """The joints of the main chain, then the actuators from them.
 
-    The iteration does not move coordinates that hold given joints: they are those as built.
+    The loops of a robot as built give its own actuators, where they have a closed form: they may
+    be beyond a dead point of the design's, such as a parallelogram's that folds there.
     """
-    whole = _on_chain(hybrid, lines, found, None, Work(hybrid.terms))
-    work = Work(hybrid.terms, settled=settled_choices(hybrid, whole, found.given))
-    return _on_chain(hybrid, lines, found, built, work)
+    whole = _on_chain(hybrid, lines, found, Work(hybrid.terms))
+    settled = settled_choices(hybrid, whole, found.given)
+    if built is None:
+        return _on_chain(hybrid, lines, found, Work(hybrid.terms, settled=settled))
+    if built.forward.open or built.backward.open:
+        return _on_chain(hybrid, lines, found, Work(hybrid.terms, settled=settled), built)
+    settled -= choices_of_loops(whole.work)
+    start = _start_on_chain(hybrid, built, lines, found, Work(hybrid.terms, settled=settled))
+    settled |= unused_sides(built, start, found.given)
+    return _start_on_chain(hybrid, built, lines, found, Work(hybrid.terms, settled=settled))
 
 
 def _on_chain(
-    hybrid: Hybrid, lines: Lines, found: Attempt, built: Hybrid | None, work: Work
+    hybrid: Hybrid, lines: Lines, found: Attempt, work: Work, built: Hybrid | None = None
 ) -> Solved:
-    """The same with all choices that are not settled."""
+    """The same with all choices that are not settled.
+
+    The iteration to a robot as built does not move coordinates that hold given joints: they are
+    those as built.
+    """
+    terms = hybrid.terms
+    arguments, joints = _joints_of(hybrid, lines, found, work)
+    theta = dict(zip(hybrid.theta, joints, strict=True))
+    actuators, margins = actuators_on_sides(hybrid, work)
+    held = _coordinates(hybrid, found.given)
+    entries = list(actuators)
+    if built is not None:
+        entries = list(beyond_dead_points(terms, actuators))
+        for k in held:
+            entries[k] = built.actuator(k)
+    values = substituted(terms, [*entries, *margins], theta)
+    q, closing = values[: len(entries)], values[len(entries) :]
+    residual = _residual(hybrid, q)
+    names = tuple(hybrid.robot.moving[k].name for k in found.given)
+    return _solved(hybrid, work, arguments, found.family.inputs, q, residual, names, held, closing)
+
+
+def _start_on_chain(
+    design: Hybrid, built: Hybrid, lines: Lines, found: Attempt, work: Work
+) -> Solved:
+    """The joints of the design's main chain, then the actuators as built from them.
+
+    The residual compares the pose of the design's main chain, whatever its loops do.
+    """
+    terms = design.terms
+    arguments, joints = _joints_of(design, lines, found, work)
+    residual = pose_residual(terms, tool_of(terms, design.robot, joints), POSE_SYMBOLS)
+    actuators, margins = actuators_on_sides(built, work)
+    theta = dict(zip(built.theta, joints, strict=True))
+    values = substituted(terms, [*beyond_dead_points(terms, actuators), *margins], theta)
+    q, closing = values[: len(actuators)], values[len(actuators) :]
+    held = _coordinates(built, found.given)
+    names = tuple(built.robot.moving[k].name for k in found.given)
+    return _solved(built, work, arguments, found.family.inputs, q, residual, names, held, closing)
+
+
+def _joints_of(
+    hybrid: Hybrid, lines: Lines, found: Attempt, work: Work
+) -> tuple[tuple[Argument, ...], list[sp.Expr]]:
+    """The arguments besides the pose, and the joints of the main chain from all of them."""
     robot, terms = hybrid.robot, hybrid.terms
     symbols = {k: sp.Symbol(f"_{robot.moving[k].name}", real=True) for k in found.given}
     given = {k: robot.moving[k].direction * symbol for k, symbol in symbols.items()}
     arguments = tuple(given_argument(robot, k, symbol) for k, symbol in symbols.items())
     target = of_pose(terms, POSE_SYMBOLS, home_of(robot, terms))
     solve_chain(work, lines, found, target, given)
-    joints = [
-        joint.direction * value
-        for joint, value in zip(robot.moving, values_of(work, robot, given), strict=True)
-    ]
-    theta = dict(zip(hybrid.theta, joints, strict=True))
-    names = tuple(robot.moving[k].name for k in found.given)
-    held = _coordinates(hybrid, found.given)
-    actuators, margins = actuators_on_sides(hybrid, work)
-    if built is not None:
-        actuators = beyond_dead_points(terms, actuators)
-    as_built = {} if built is None else held_on_sides(built, work, held)
-    entries = [as_built.get(k, value) for k, value in enumerate(actuators)]
-    values = substituted(terms, [*entries, *margins], theta)
-    q, closing = values[: len(entries)], values[len(entries) :]
-    return _solved(hybrid, work, arguments, found.family.inputs, q, names, held, closing)
+    values = zip(robot.moving, values_of(work, robot, given), strict=True)
+    return arguments, [joint.direction * value for joint, value in values]
 
 
 def _by_translation(
@@ -287,7 +338,8 @@ def _on_shorter_chain(
             return None
         q.append(substituted(terms, [entry], theta)[0])
     margins = list(substituted(terms, closing, theta))
-    return _solved(hybrid, work, (), found.family.inputs, tuple(q), (), (), margins)
+    residual = _residual(hybrid, q)
+    return _solved(hybrid, work, (), found.family.inputs, tuple(q), residual, closing=margins)
 
 
 def _arguments(hybrid: Hybrid, entry: sp.Expr) -> set[sp.Symbol]:
@@ -302,21 +354,26 @@ def _solved(
     arguments: Sequence[Argument],
     inputs: tuple[TaskInput, ...],
     q: tuple[sp.Expr, ...],
-    names: tuple[str, ...],
+    residual: sp.Expr,
+    names: tuple[str, ...] = (),
     given: Sequence[int] = (),
     closing: Sequence[sp.Expr] = (),
 ) -> Solved:
-    """The function; its residual compares the tool's pose at these actuated coordinates."""
+    """The function."""
+    unit = common_unit([c.unit for c in hybrid.mechanism.coordinates])
+    asked = (pose_argument(hybrid.robot), *arguments, *(i.argument for i in inputs))
+    function = function_of("ik", work, asked, q, unit, residual, IDENTITY, given, closing)
+    return Solved(function, work, names, inputs)
+
+
+def _residual(hybrid: Hybrid, q: Sequence[sp.Expr]) -> sp.Expr:
+    """Compares the tool's pose at these actuated coordinates with the wanted one."""
     terms = hybrid.terms
     axes, origin = hybrid.kinematics.forward.tool_pose()
     entries = [e for vector in (*axes, origin) for e in vector]
     values: Mapping[sp.Symbol, sp.Expr] = dict(zip(hybrid.q, q, strict=True))
     x, y, z, position = _triples(substituted(terms, entries, values))
-    residual = pose_residual(terms, ((x, y, z), position), POSE_SYMBOLS)
-    unit = common_unit([c.unit for c in hybrid.mechanism.coordinates])
-    asked = (pose_argument(hybrid.robot), *arguments, *(i.argument for i in inputs))
-    function = function_of("ik", work, asked, q, unit, residual, IDENTITY, given, closing)
-    return Solved(function, work, names, inputs)
+    return pose_residual(terms, ((x, y, z), position), POSE_SYMBOLS)
 
 
 def _coordinates(hybrid: Hybrid, joints: Sequence[int]) -> list[int]:

@@ -17,13 +17,12 @@ from ...loops.hybrid import Hybrid
 from ...loops.maps import chain
 from ...loops.planar.loop_step import LoopStep
 from ...loops.solution import Solution, with_free_sides
-from ...model.tolerances import LED_BACK
+from ...model.tolerances import LED_BACK, LED_STEP
 from ...terms.branches import patterns
 from ...terms.casadi_graph import lower
 from ...terms.symbolic_function import SymbolicFunction
 from ..steps.work import Work
 from ..tasks.task import Solved
-from .substitution import substituted
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -46,27 +45,6 @@ def actuators_on_sides(hybrid: Hybrid, work: Work) -> tuple[tuple[sp.Expr, ...],
     """
     solution = solved_on_sides(hybrid, work)
     return hybrid.actuators_in(solution), [margin for _, margin in solution.margins]
-
-
-def held_on_sides(built: Hybrid, work: Work, held: Sequence[int]) -> dict[int, sp.Expr]:
-    """Actuated coordinates as built from the main chain, on the sides that the design's loops take.
-
-    A loop that the design has not, or whose side is settled there, stays on the reference's side.
-
-    Args:
-        built: The robot as built.
-        work: The design's inverse with the names of its sides.
-        held: Indices of the coordinates.
-
-    Raises:
-        RobotError: No closed form gives one of them.
-    """
-    own = Work(built.terms)
-    solution = solved_on_sides(built, own)
-    design = {name: symbol for symbol, (name, _) in work.sides.items()}
-    signs = {symbol: design.get(name, sp.S.One) for symbol, (name, _) in own.sides.items()}
-    entries = [built.actuator(k, solution) for k in held]
-    return dict(zip(held, substituted(built.terms, entries, signs), strict=True))
 
 
 def solved_on_sides(hybrid: Hybrid, work: Work) -> Solution:
@@ -111,13 +89,56 @@ def settled_choices(hybrid: Hybrid, solved: Solved, given: Sequence[int] = ()) -
         given: Indices of the main chain's joints that the inverse takes besides a pose.
     """
     function, work = solved.function, solved.work
-    of_loops = frozenset(k for k, symbol in enumerate(work.signs) if symbol in work.sides)
+    of_loops = choices_of_loops(work)
     if not function.signs:
         return frozenset()
     if len(function.inputs) != 1 + len(given) or len(function.signs) > MOST_CHOICES:
         return of_loops
-    same, without = idle_choices(hybrid, function, *_poses(hybrid, given))
+    _, *inputs = _poses(hybrid, given)
+    same, without = idle_choices(hybrid, function, *inputs)
     return same | (without & of_loops)
+
+
+def choices_of_loops(work: Work) -> frozenset[int]:
+    """The choices that are sides of loops, by their number."""
+    return frozenset(k for k, symbol in enumerate(work.signs) if symbol in work.sides)
+
+
+def unused_sides(built: Hybrid, start: Solved, given: Sequence[int] = ()) -> frozenset[int]:
+    """The sides of loops on which a robot as built never is, by the number of their choice.
+
+    At the poses of random configurations, the reference's side of such a loop gives starts that are
+    as near to the coordinates.
+
+    Args:
+        built: The robot as built.
+        start: The starts of its inverse, with all sides of its loops.
+        given: Indices of the main chain's joints that the inverse takes besides a pose.
+    """
+    function, of_loops = start.function, choices_of_loops(start.work)
+    if not of_loops:
+        return frozenset()
+    if len(function.inputs) != 1 + len(given) or len(function.signs) > MOST_CHOICES:
+        return of_loops
+    known, *inputs = _poses(built, given)
+    q, _ = _asked(function, inputs)
+    apart = q - known
+    for k, c in enumerate(built.mechanism.coordinates):
+        if c.kind == "revolute":
+            apart[..., k] = np.remainder(apart[..., k] + np.pi, 2 * np.pi) - np.pi
+    far = np.nan_to_num(np.abs(apart).max(-1), nan=np.inf)
+    unused = set()
+    for k in sorted(of_loops):
+        own, other = (_least(np.take(far, [side], axis=k)) for side in (0, 1))
+        if not ((other < own) & (other < LED_STEP)).any():
+            unused.add(k)
+            far = np.take(far, [0], axis=k)
+    return frozenset(unused)
+
+
+def _least(far: FloatArray) -> FloatArray:
+    """The least distance (N,) of all slots (..., N)."""
+    return np.asarray(far.reshape(-1, far.shape[-1]).min(0))
 
 
 def idle_choices(
@@ -145,13 +166,13 @@ def idle_choices(
 
 
 def _poses(hybrid: Hybrid, given: Sequence[int]) -> list[FloatArray]:
-    """The poses (16, N) of random configurations, and given joints (1, N) there."""
+    """Random coordinates (N, n), their poses (16, N), and given joints (1, N) there."""
     fk, theta = lower([hybrid.kinematics.function("fk"), chain(hybrid)], "true")
     known = _configurations(hybrid)
     T = np.array(fk(known.T)).reshape(16, -1)
     closed = np.flatnonzero(np.isfinite(T).all(0))[:SAMPLES]
     known, T = known[closed], T[:, closed]
-    return [T, *(np.array(theta(known.T))[k][None] for k in given)]
+    return [known, T, *(np.array(theta(known.T))[k][None] for k in given)]
 
 
 def _asked(
