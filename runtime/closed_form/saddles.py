@@ -53,7 +53,11 @@ def ways_down(gradients: Gradients, q: FloatArray, free: list[int]) -> Ways:
     f, g = gradients(np.arange(len(q)), q)
     error = np.sqrt(2 * f)
     row = np.flatnonzero(np.abs(g[:, free]).max(-1) <= SADDLE * error)
-    curvatures, directions = np.linalg.eigh(_hessian(gradients, row, q[row], free))
+    H = _hessian(gradients, row, q[row], free)
+    # Beside a dead point loops do not close on all sides of the coordinates.
+    closes = np.isfinite(H).all((1, 2))
+    row, H = row[closes], H[closes]
+    curvatures, directions = np.linalg.eigh(H)
     fall = -curvatures[:, 0] / error[row]
     down = fall > SADDLE_BEND
     row, way = row[down], np.zeros((np.count_nonzero(down), q.shape[1]))
