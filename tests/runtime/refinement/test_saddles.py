@@ -91,13 +91,13 @@ def test_from_the_border_of_reach_ways_lead_inwards_alone(ur5e, distance):
 
 def test_no_way_leads_from_where_loops_do_not_close_on_all_sides():
     def saddles(row, q):
-        f = (1.0 - q[:, 0] ** 2 + q[:, 1] ** 2) / 2
-        is_open = (row == 1) & (q[:, 0] > 0.0)
-        return f, np.where(is_open[:, None], np.nan, q * [-1.0, 1.0])
+        f = (1.0 + (q**2 * [-1.0, 1.0, 1.0]).sum(-1)) / 2
+        is_open = (row == 1) & (q != 0.0).any(-1)
+        return f, np.where(is_open[:, None], np.nan, q * [-1.0, 1.0, 1.0])
 
-    ways = ways_down(saddles, np.zeros((2, 2)), [0, 1])
+    ways = ways_down(saddles, np.zeros((2, 3)), [0, 1, 2])
     np.testing.assert_array_equal(ways.row, [0, 0])
-    np.testing.assert_allclose(np.sort(ways.q, axis=0), [[-1.0, 0.0], [1.0, 0.0]], atol=1e-12)
+    np.testing.assert_allclose(np.sort(ways.q, axis=0), [[-1.0, 0, 0], [1.0, 0, 0]], atol=1e-12)
 
 
 def moved(T, twist):
