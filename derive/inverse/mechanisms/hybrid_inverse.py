@@ -279,7 +279,7 @@ def _start_on_chain(
     theta = dict(zip(built.theta, joints, strict=True))
     values = substituted(terms, [*beyond_dead_points(terms, actuators), *margins], theta)
     q, closing = values[: len(actuators)], values[len(actuators) :]
-    held = _coordinates(built, found.given)
+    held = _coordinates(design, found.given)
     names = tuple(built.robot.moving[k].name for k in found.given)
     return _solved(built, work, arguments, found.family.inputs, q, residual, names, held, closing)
 
