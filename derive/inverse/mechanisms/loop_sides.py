@@ -122,11 +122,7 @@ def unused_sides(built: Hybrid, start: Solved, given: Sequence[int] = ()) -> fro
         return of_loops
     known, *inputs = _poses(built, given)
     q, _ = _asked(function, inputs)
-    apart = q - known
-    for k, c in enumerate(built.mechanism.coordinates):
-        if c.kind == "revolute":
-            apart[..., k] = np.remainder(apart[..., k] + np.pi, 2 * np.pi) - np.pi
-    far = np.nan_to_num(np.abs(apart).max(-1), nan=np.inf)
+    far = np.nan_to_num(_moved(built, q - known).max(-1), nan=np.inf)
     unused = set()
     for k in sorted(of_loops):
         own, other = (_least(np.take(far, [side], axis=k)) for side in (0, 1))
@@ -195,15 +191,18 @@ def _is_idle(hybrid: Hybrid, q: FloatArray, solves: BoolArray, choice: int) -> b
     one, other = (np.take(solves, side, axis=choice) for side in (0, 1))
     if not one.any() or (one != other).any():
         return False
-    apart = (np.take(q, 0, axis=choice) - np.take(q, 1, axis=choice))[one]
-    for k, c in enumerate(hybrid.mechanism.coordinates):
-        moved = apart[:, k] * float(hybrid.terms.value(c.ratio))
-        if c.kind == "revolute":
-            moved = np.remainder(moved + np.pi, 2 * np.pi) - np.pi
-        size = 1.0 if c.kind == "revolute" else hybrid.backward.reference.size
-        if (np.abs(moved) > LED_BACK * size).any():
-            return False
-    return True
+    moved = _moved(hybrid, (np.take(q, 0, axis=choice) - np.take(q, 1, axis=choice))[one])
+    turns = [c.kind == "revolute" for c in hybrid.mechanism.coordinates]
+    sizes = np.where(turns, 1.0, hybrid.backward.reference.size)
+    return not bool((moved > LED_BACK * sizes).any())
+
+
+def _moved(hybrid: Hybrid, apart: FloatArray) -> FloatArray:
+    """How far differences (..., n) of coordinates move their joints, the shorter way round."""
+    moved = apart * [float(hybrid.terms.value(c.ratio)) for c in hybrid.mechanism.coordinates]
+    turns = [c.kind == "revolute" for c in hybrid.mechanism.coordinates]
+    wrapped = np.remainder(moved + np.pi, 2 * np.pi) - np.pi
+    return np.asarray(np.abs(np.where(turns, wrapped, moved)))
 
 
 def _configurations(hybrid: Hybrid) -> FloatArray:
