@@ -57,6 +57,7 @@ def _source(derivation: Derivation, function: WrittenFunction, programs: Program
         "RESULTS": function.branches,
         "INPUTS": sum(sizes(nominal).inputs),
         "FREE": is_free,
+        "MOVING": len(robot.coordinates) - len(function.role.given),
         "TURNS": turns,
         "LENGTH": length,
         "DEVIATION": deviation,

@@ -9,6 +9,7 @@ from calibrated import pinocchio_fk
 from compiling import compiled
 from derivations import description
 
+from bench.accuracy.general_arms import Judged
 from bench.cases.calibrated import displaced
 from chasles.derive import load
 from chasles.derive.inverse.general.raghavan_roth import numbers
@@ -131,6 +132,19 @@ def test_few_configurations_are_lost_where_the_true_arm_is_nearly_singular(tmp_p
     found = arm.ik(T[near])
     held = (found.valid & (np.abs(found.moves_from(q[near])).max(-1) < 1e-6)).any(-1)
     assert (~held).sum() <= MOST_LOST * RANDOM
+
+
+@pytest.mark.parametrize(("name", "size"), [("panda", 3e-3), ("iiwa14", 3e-3), ("xarm7", 3e-4)])
+def test_arms_with_a_given_joint_lose_no_configuration(name, size, tmp_path):
+    """At random and at right angles, those at which the six other joints are singular left out."""
+    robot = displaced(load(description(name)), size, 1)
+    arm = compiled(robot, tmp_path / robot.name, FUNCTIONS)
+    rng = np.random.default_rng(7)
+    q = rng.uniform(-np.pi, np.pi, (2 * POSES, arm.n))
+    q[POSES:] = np.pi / 2 * rng.integers(-1, 3, (POSES, arm.n))
+    regular, *lost_none_wrong = Judged(robot, arm).lost(q)
+    assert regular > 1.5 * POSES
+    assert lost_none_wrong == [0, 0, 0]
 
 
 def test_the_general_solver_is_sure_of_all_solutions(arm, tmp_path):

@@ -11,6 +11,7 @@
  *   POLISH_POSE(q, at)         pose and Jacobian of the true arm (metre, base axes), on lanes
  *   POLISH_FREE, POLISH_TURNS  of each coordinate: 1 where the iteration moves it; turns in a unit
  *                              of it, 0 where it does not turn
+ *   POLISH_MOVING              number of coordinates that the iteration moves
  *   POLISH_LENGTH              the arm's length (metre), which compares lengths with angles
  *   POLISH_DEVIATION           between axes of the two arms (radian, parts of the length)
  *   POLISH_MEETS               whether three neighbouring axes nearly meet in a point
@@ -43,9 +44,9 @@
 
 /* Equations of a step: of the pose or, where they are fewer, of the coordinates. */
 #define POLISH_ROWS (POLISH_N < 6 ? POLISH_N : 6)
-/* Whether branches that meet are looked for at folds. Where a value is given, arms are singular in
- * more ways. */
-#define POLISH_UNFOLDS (POLISH_N == 6 && POLISH_IS_SEARCHED)
+/* Whether branches that meet are looked for at folds: where as many coordinates move as a pose has
+ * freedoms. */
+#define POLISH_UNFOLDS (POLISH_MOVING == 6 && POLISH_IS_SEARCHED)
 
 #include "chasles_polish_equations.h"
 #include "chasles_polish_steps.h"
@@ -161,14 +162,10 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
 #if POLISH_UNFOLDS
     if (POLISH_NAME(unfold)(&s, &start, (const double *)first))
         return;
-#elif POLISH_IS_GENERAL
-    if (POLISH_ASKED_FIRST && !POLISH_NAME(is_doubtful)(&s, &start, (const double *)first))
-        return;
 #endif
 #if POLISH_IS_GENERAL
-    if (POLISH_ASKED_FIRST &&
-        (!POLISH_NAME(is_rigid)(in) ||
-         (POLISH_NAME(ask)(&s, &start) && (s.count > 0 || POLISH_NAME(is_far)(&start)))))
+    if (!POLISH_NAME(is_rigid)(in) ||
+        (POLISH_NAME(ask)(&s, &start) && (s.count > 0 || POLISH_NAME(is_far)(&start))))
         return;
 #endif
     for (int k = 0; k < POLISH_SLOTS; k++) {
@@ -196,10 +193,6 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
         POLISH_NAME(around)(&s, is_unsure);
     if (s.waiting > 0)
         POLISH_NAME(follow)(&s);
-#if POLISH_IS_GENERAL
-    if (!(POLISH_ASKED_FIRST) && POLISH_NAME(is_short)(&s, &start))
-        POLISH_NAME(ask)(&s, &start);
-#endif
 #endif
 }
 
@@ -211,6 +204,7 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
 #undef POLISH_NOMINAL
 #undef POLISH_POSE
 #undef POLISH_FREE
+#undef POLISH_MOVING
 #undef POLISH_TURNS
 #undef POLISH_LENGTH
 #undef POLISH_DEVIATION

@@ -53,29 +53,6 @@ static int POLISH_NAME(is_far)(const POLISH_NAME(slots) * start)
     return 1;
 }
 
-#if !POLISH_UNFOLDS
-/* Whether the branches may not be all solutions. `first` holds what is known of the first steps of
- * each branch. */
-static int POLISH_NAME(is_doubtful)(const POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
-                                    const double *first)
-{
-    const double singular = POLISH_DOUBT * POLISH_DEVIATION;
-    const double twice = POLISH_DOUBT_BEYOND * POLISH_DEVIATION;
-    for (int k = 0; k < POLISH_SLOTS; k++) {
-        const double pivot = first[4 * LANES * (k / LANES) + k % LANES];
-        if (s->taken[k] && pivot < singular * singular)
-            return 1;
-        if (s->taken[k] || !(start->residual[k] < POLISH_START))
-            continue;
-        if (s->residual[k] < POLISH_NEARLY || pivot < twice * twice)
-            return 1;
-        if (start->residual[k] < POLISH_REACH && s->residual[k] < 0.5 * start->residual[k])
-            return 1;
-    }
-    return POLISH_NAME(is_short)(s, start);
-}
-#endif
-
 /* Whether the known solutions are one at each real root of a split, none of which is near another:
  * then they are all. Roots that meet beside the real line, surely, are no solutions. */
 static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles_general_six *six,

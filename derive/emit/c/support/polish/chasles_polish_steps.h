@@ -186,11 +186,32 @@ POLISH_INLINE void POLISH_NAME(moved)(const lanes_where *going, const lanes *dq,
         c->q[i] = LANES_CHOICE(*going, q[i], c->q[i]);
 }
 
+#if POLISH_N < 6
+/* Where no solution is near: a step from `e` leaves more than the bend of what the tool reaches
+ * makes up over its length. */
+POLISH_INLINE lanes_where POLISH_NAME(misses)(const POLISH_NAME(factors) * f, const lanes *e,
+                                              const lanes *dq, const lanes *square)
+{
+    const lanes bend = POLISH_BEND * *square;
+    lanes rest2 = POLISH_OF(0.0);
+    POLISH_UNROLL
+    for (int i = 0; i < 6; i++) {
+        lanes rest = e[i];
+        POLISH_UNROLL
+        for (int k = 0; k < POLISH_N; k++)
+            rest -= f->J[i][k] * dq[k];
+        rest2 += rest * rest;
+    }
+    return LANES_LT(bend * bend + POLISH_SETTLED * POLISH_SETTLED, rest2);
+}
+#endif
+
 /* Newton's steps where `near`; other lanes keep their coordinates. `first` holds the least pivots
  * of the first step, without damping but where near, and its square; and, where branches meet at
  * folds, the trace of (J J^T)^-1 behind it, which is about 1 over the square of J's least singular
  * value; or, in a robot with loops, the squared error of the start. Steps of which the last was
- * short have the same equations: the Jacobian has not changed much. */
+ * short have the same equations: the Jacobian has not changed much. Fewer joints than freedoms
+ * reach a pose on some branches alone: the others end where they miss it. */
 static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where *near,
                                              POLISH_NAME(configurations) * c, lanes *first)
 {
@@ -238,6 +259,11 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
             POLISH_NAME(inverse_trace)(f.a, first + 3);
 #endif
         POLISH_NAME(moved)(&going, dq, c);
+#if POLISH_N < 6
+        /* The equations of an earlier step take the turn of what the tool reaches for a miss. */
+        if (is_new)
+            going = POLISH_AND(going, POLISH_NOT(POLISH_NAME(misses)(&f, c->e, dq, &square)));
+#endif
         const lanes_where is_long = LANES_LT(POLISH_OF(POLISH_SHORT * POLISH_SHORT), square);
         /* Where loops have dead points, equations change within short steps. */
         if (POLISH_IS_SEARCHED && is_new && !LANES_ANY(POLISH_AND(going, is_long)))

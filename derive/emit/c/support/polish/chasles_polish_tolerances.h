@@ -22,6 +22,9 @@
  * serve: each shortens the error to about this part. */
 #define POLISH_SHORT 1e-3
 #define POLISH_MOST_AGAIN 3
+/* Bend of what the tool of an arm with fewer joints than freedoms reaches, over the square of a
+ * step (radian, parts of the arm's length): two turning joints make a bend of 1 at most. */
+#define POLISH_BEND 8.0
 /* Damping over the squared error in steps from a nominal solution. */
 #define POLISH_DAMPING 0.1
 /* Least damping: squares of singular values are known to 1e-16. */
@@ -54,24 +57,11 @@
  * arm. More where few poses are so near, up to 0.01 rad. */
 #define POLISH_UNSURE \
     (POLISH_DEVIATION > 2.5e-3 ? 4.0 : POLISH_DEVIATION < 2.5e-4 ? 40.0 : 0.01 / POLISH_DEVIATION)
-/* The same where the general solver is asked, which costs less than a search. */
-#define POLISH_DOUBT (0.75 * POLISH_UNSURE)
-/* The same at a branch that does not reach the pose, and is singular anyway: so small it is where a
- * second singularity is near, which moves the first. */
-#define POLISH_DOUBT_BEYOND (0.25 * POLISH_UNSURE)
 /* Deviation (radian, parts of the length) times the first step (radian) over the cube of the true
  * arm's least singular value, up to which a branch has no other solution than that to which it
  * leads: of 1469 poses of six arms with errors of 1 to 5 mm and mrad at which one had, none was
  * below. More where no three axes nearly meet: of 300,000 poses of six such arms three had one. */
 #define POLISH_SWERVED (POLISH_MEETS ? 310.0 : 1300.0)
-/* Residual up to which a branch that is no solution may become a pair of them: the iteration slows
- * down where it has to pass a fold. */
-#define POLISH_NEARLY POLISH_DEVIATIONS(0.4)
-/* Whether the general solver is asked before a search. Where folds leave a doubt, it is: few poses
- * are left, and it finds most. Else near a singularity of an arm that is nearer to its structure
- * than a measured one, roots of its determinant run together, and a search costs less; but where
- * the arm is so near that few poses are in doubt, the cost does not show. */
-#define POLISH_ASKED_FIRST (POLISH_UNFOLDS || POLISH_DEVIATION > 1e-3 || POLISH_DEVIATION < 1e-6)
 /* Size of the displacements of poses around, in deviations: more than the arms differ by. */
 #define POLISH_AROUND 2.5
 /* Half the length of a line of poses, in deviations: at its ends the nominal arm is as far from a
