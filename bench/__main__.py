@@ -46,7 +46,7 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
     "misses": lambda o: misses.run(o.quick, o.robot),
     "field": lambda o: field.run(o.quick, o.arm),
     "general": general_arms.run,
-    "geometries": lambda o: any_geometry.run(o.first, o.seeds, o.longs, o.poses),
+    "geometries": lambda o: any_geometry.run(o.first, o.seeds, o.slides, o.longs, o.poses),
     "platforms": lambda o: platform_modes.run(o.count, o.starts, o.seed),
     "planar": lambda o: planar_modes.run(o.count, o.starts, o.seed),
     "displaced": lambda o: displaced_arms.run(
@@ -128,7 +128,10 @@ def _parser() -> argparse.ArgumentParser:
     general = commands.add_parser("general", help="arms without a structure: judged and timed")
     general_arms.add_arguments(general)
     axes = commands.add_parser("geometries", help="such arms of every pattern of axes, uncompiled")
-    for name, default in (("first", 0), ("seeds", 1), ("longs", 20), ("poses", 1000)):
+    for name, default in (
+        *(("first", 0), ("seeds", 1), ("slides", 1)),
+        *(("longs", 20), ("poses", 1000)),
+    ):
         axes.add_argument(f"--{name}", type=int, default=default)
     held = commands.add_parser("platforms", help="modes of platforms on six rods, judged and timed")
     held.add_argument("--count", type=int, default=platform_modes.COUNT, help="number of platforms")

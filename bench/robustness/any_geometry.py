@@ -1,9 +1,10 @@
 """``python -m bench geometries``: arms without a structure, of every pattern of neighbouring axes.
 
-Neighbouring axes are skew, parallel or meet: 243 patterns of six joints, and arms of seven to ten
-of which some may slide (--longs). The solver is compiled once and takes the tables of each arm, so
-that an arm takes a fraction of a second. Configurations at random and at right angles have to be
-among the solutions of their poses, except where the Jacobian is singular.
+Neighbouring axes are skew, parallel or meet: 243 patterns of six joints, the same where one of them
+slides (--slides), and arms of seven to ten of which some may slide (--longs). The solver is
+compiled once and takes the tables of each arm, so that an arm takes a fraction of a second.
+Configurations at random and at right angles have to be among the solutions of their poses, except
+where the Jacobian is singular.
 """
 
 import ctypes
@@ -20,6 +21,8 @@ from chasles.derive.emit.c.header import support
 from chasles.derive.emit.c.written import SUPPORTS
 from chasles.derive.inverse.classify import classify
 from chasles.derive.inverse.general.general_inverse import general_inverse
+from chasles.derive.inverse.general.raghavan_roth import JOINTS
+from chasles.derive.inverse.general.split_choice import slides_of
 from chasles.derive.terms.terms import Terms
 
 from ..cases.random_arms import LINKS, long_arm, random_arm
@@ -28,6 +31,8 @@ from ..report import out, paced
 
 SHIM = Path(__file__).parents[1] / "native" / "any_arm.c"
 SLOTS = 16
+SLIDE = 0.5
+"""Metres by which slides move to either side."""
 SAME, REACHED, REGULAR = 1e-6, 1e-8, 1e-5
 """Radians (or metres) by which a configuration is found, residual (metre or radian) of a solution,
 and least singular value of a configuration that has to be found."""
@@ -69,11 +74,17 @@ class Found:
         return self.none + self.lost > 0
 
 
-def arms(first: int, seeds: int, longs: int) -> Iterator[tuple[str, Robot]]:
+def arms(first: int, seeds: int, slides: int, longs: int) -> Iterator[tuple[str, Robot]]:
     """The arms and their names: all patterns of six joints for each seed, and longer arms."""
+    patterns = list(map("".join, product(LINKS, repeat=5)))
     for seed in range(first, first + seeds):
-        for links in map("".join, product(LINKS, repeat=5)):
+        for links in patterns:
             yield f"{links} of seed {seed}", random_arm(seed, f"{links}/")
+    for seed in range(first, first + slides):
+        for k, links in enumerate(patterns):
+            place = (seed + k) % JOINTS
+            name = f"{links} of seed {seed}, joint {place + 1} slides"
+            yield name, random_arm(seed, f"{links}/", {place})
     for seed in range(first, first + longs):
         yield f"long arm {seed}", long_arm(seed)
 
@@ -102,6 +113,9 @@ def judged(robot: Robot, count: int) -> tuple[Found, Found] | None:
     given = general.choice.given
     q = random.uniform(-np.pi, np.pi, (count, n))
     right = random.integers(0, 4, (count // 3, n)) * np.pi / 2
+    for k in slides_of(robot):
+        q[:, k] = random.uniform(-SLIDE, SLIDE, len(q))
+        right[:, k] = np.round(random.uniform(-SLIDE, SLIDE, len(right)), 1)
     return _found(q, given), _found(right, given)
 
 
@@ -141,9 +155,9 @@ def _pointer(array: np.ndarray) -> ctypes.c_void_p:
     return array.ctypes.data_as(ctypes.c_void_p)
 
 
-def run(first: int, seeds: int, longs: int, poses: int) -> int:
+def run(first: int, seeds: int, slides: int, longs: int, poses: int) -> int:
     """Prints the arms that lose poses, and the totals; returns 1 where there is one."""
-    cases = list(arms(first, seeds, longs))
+    cases = list(arms(first, seeds, slides, longs))
     found = paced((_line(name, robot, poses) for name, robot in cases), len(cases), _so_far)
     out.print(f"{len(cases)} arms: {_so_far(found)}")
     return int(any(found))

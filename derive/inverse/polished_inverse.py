@@ -6,9 +6,10 @@ ends on the true arm, by ``chasles_polish.h``.
 
 from dataclasses import replace
 
-from ..model.tolerances import NEARLY_STRUCTURE
+from ..model.tolerances import ASKED_SEPARATION, NEARLY_STRUCTURE
 from ..terms.symbolic_function import SymbolicFunction, Table, WrittenFunction
 from .classify import Classification
+from .general.general_inverse import GeneralTables
 from .structure.lines import Lines
 from .tasks.task import Solved
 
@@ -46,24 +47,29 @@ def as_start(nominal: Solved) -> Solved:
 
 
 def polished_inverse(
-    classification: Classification, nominal: SymbolicFunction, general: tuple[Table, ...]
+    classification: Classification, nominal: SymbolicFunction, general: GeneralTables
 ) -> WrittenFunction:
     """The function ``ik`` of an arm that nearly has a structure.
 
     Args:
         classification: The structure, and how far the axes are from it.
         nominal: The task ``ik`` of the nominal arm.
-        general: The tables by which the arm is solved as a general one where branches are unsure;
-            empty where it cannot be.
+        general: The arm as a general one, which is asked where branches are unsure; at every pose
+            where joints are given, if it is good: values that are given make an arm singular in
+            more ways than folds.
     """
     lines, found = classification.lines, classification.found
     deviation = 0.0 if found is None else found.deviation
     turns = tuple(1.0 / TURN if axis.turns else 0.0 for axis in lines.axes)
     further = FURTHER if len(turns) >= FREEDOMS else 0
-    if general:
+    if general.tables:
         further = max(further, MOST - nominal.branches)
+    is_asked = bool(nominal.role.given) and general.separation > ASKED_SEPARATION
+    meets = nearly_meet(lines)
     length = lines.length or 1.0
-    return led_from(nominal, turns, length, deviation, general, further, meets=nearly_meet(lines))
+    return led_from(
+        nominal, turns, length, deviation, general.tables, further, meets=meets, is_asked=is_asked
+    )
 
 
 def nearly_meet(lines: Lines) -> bool:
@@ -82,6 +88,7 @@ def led_from(
     further: int = 0,
     *,
     meets: bool = False,
+    is_asked: bool = False,
 ) -> WrittenFunction:
     """The function ``ik`` of a robot that is led from a nominal one.
 
@@ -93,9 +100,10 @@ def led_from(
         turns: Turns in a unit of each coordinate, 0 where it does not turn.
         length: The robot's length (metre), which compares lengths with angles.
         deviation: Between both robots: radian, parts of the length.
-        general: As of :func:`polished_inverse`.
+        general: The tables by which the robot is solved as a general one, if there are any.
         further: Number of slots for further solutions.
         meets: Whether three neighbouring axes nearly meet in one point.
+        is_asked: Whether the general solver is asked at every pose.
     """
     q, residual, margin = nominal.outputs
     n = q.shape[-1]
@@ -118,7 +126,7 @@ def led_from(
             ),
         ),
         SOLVER,
-        (is_free, turns, length, deviation, float(meets), general),
+        (is_free, turns, length, deviation, float(meets), float(is_asked), general),
         CALLS,
         slots,
         OPERATIONS * nominal.branches,

@@ -2,8 +2,7 @@
 
 A chain whose axes have a structure is solved by it. A chain that nearly has one is led from the
 solutions of a nominal arm. Five joints without a structure are solved as six with the tool's own
-axis, and any other chain of six revolute joints, or of more of which six are left, as a general
-arm.
+axis, and any other chain of six joints, or of more of which six are left, as a general arm.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -12,14 +11,19 @@ from itertools import chain, islice
 
 from ..model.robot import Robot
 from ..model.tolerances import EXACT_STRUCTURE, LED, LED_CLEARLY, LED_UNLIKELY
-from ..terms.symbolic_function import SymbolicFunction, Table, WrittenFunction
+from ..terms.symbolic_function import SymbolicFunction, WrittenFunction
 from ..terms.terms import Terms
 from .chain_solution import pose_task
 from .classify import Attempt, Classification, classify, others_that_fit
 from .families import FAMILIES
 from .families.family import Family
 from .followers import by_free_followers
-from .general.general_inverse import GeneralInverse, general_inverse, general_tables
+from .general.general_inverse import (
+    GeneralInverse,
+    GeneralTables,
+    general_inverse,
+    general_tables,
+)
 from .led import separations, share_led, share_near
 from .lost_poses import lost_poses
 from .nominal import nominal_of
@@ -171,7 +175,7 @@ def _by_nominal(
     return None
 
 
-def led(classification: Classification, nominal: Solved, general: tuple[Table, ...]) -> Inverses:
+def led(classification: Classification, nominal: Solved, general: GeneralTables) -> Inverses:
     """The inverse of an arm that is led from the task ``ik`` of its nominal arm."""
     start = as_start(nominal)
     inverse = polished_inverse(classification, nominal.function, general)

@@ -1,5 +1,5 @@
-/* Inverse kinematics of an arm of six revolute joints of any geometry; part of chasles, the same
- * for every such robot.
+/* Inverse kinematics of an arm of six joints of any geometry; part of chasles, the same for every
+ * such robot.
  */
 #ifndef CHASLES_GENERAL_H
 #define CHASLES_GENERAL_H

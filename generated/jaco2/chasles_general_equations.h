@@ -1,5 +1,5 @@
-/* The equations of Raghavan and Roth for an arm of six revolute joints, as they are for one pose;
- * part of chasles, the same for every such robot.
+/* The equations of Raghavan and Roth for an arm of six joints, as they are for one pose; part of
+ * chasles, the same for every such robot.
  *
  * The loop of arm and tool, numbered from any joint in either sense, gives fourteen equations
  * A y = B(s) x for the products y of the cosines and sines of two joints (the pair), and
@@ -41,12 +41,13 @@ typedef struct {
 } chasles_general_split;
 
 /* What a joint is. */
-#define CHASLES_SOLVED_FOR 0
+#define CHASLES_SOLVED_TURN 0
 #define CHASLES_GIVEN_TURN 1
 #define CHASLES_GIVEN_SLIDE 2
+#define CHASLES_SOLVED_SLIDE 3
 
-/* What an arm is. Six of its joints turn and are solved for; all others are given. Where there are
- * five joints, a sixth behind them turns the tool. */
+/* What an arm is. Six of its joints are solved for; all others are given. Where there are five
+ * joints, a sixth behind them turns the tool. */
 typedef struct {
     /* fk and its Jacobian, mixed: the robot's own. */
     void (*pose_jacobian)(const double *q, double *T, double *J);
@@ -60,17 +61,21 @@ typedef struct {
     chasles_general_split split[CHASLES_SPLITS]; /* the best first */
 } chasles_general_arm;
 
-/* The six joints that are solved for, at values of the others; lengths in parts of the arm's. */
+/* The six joints that are solved for, at values of the others; lengths in parts of the arm's, those
+ * of slides among the coordinates of the six too. */
 typedef struct {
     const chasles_general_arm *arm;
     double value[CHASLES_MOST_GIVEN]; /* rad or m, of the joints that are given */
     int own[6];                       /* indices of the six */
+    int slides[6];                    /* whether each of them does */
+    int has_slides;
     double placed[7][12];
 } chasles_general_six;
 
 /* The equations of a split at a pose. */
 typedef struct {
     double loop[6][12];      /* C_1 ... C_6 */
+    int slides[6];           /* whether each joint of the split does */
     double factor[8][8];     /* the triangle of A */
     double head[3][8][9];    /* the rows of B that go with it */
     double rest[3][6][9];    /* the rows without y: of 1, cos and sin of the suppressed angle */
@@ -98,6 +103,12 @@ static void chasles_general_inverse(const double *a, double *b)
     }
 }
 
+/* Whether an arm's joint is solved for. */
+static int chasles_general_is_solved(const chasles_general_arm *arm, int joint)
+{
+    return arm->kind[joint] == CHASLES_SOLVED_TURN || arm->kind[joint] == CHASLES_SOLVED_SLIDE;
+}
+
 /* The placement behind a joint that is given, from the placement before it. */
 static void chasles_general_fixed(const chasles_general_arm *arm, int joint, double value,
                                   double *placed)
@@ -120,10 +131,13 @@ static void chasles_general_set(const chasles_general_arm *arm, const double *va
     int solved = 0, given = 0;
     double placed[12];
     six->arm = arm;
+    six->has_slides = 0;
     memcpy(placed, arm->placed[0], sizeof placed);
     for (int k = 0; k < joints; k++) {
-        if (arm->kind[k] == CHASLES_SOLVED_FOR) {
+        if (chasles_general_is_solved(arm, k)) {
             memcpy(six->placed[solved], placed, sizeof placed);
+            six->slides[solved] = arm->kind[k] == CHASLES_SOLVED_SLIDE;
+            six->has_slides = six->has_slides || six->slides[solved];
             six->own[solved++] = k;
             memcpy(placed, arm->placed[k + 1], sizeof placed);
         } else {
@@ -141,6 +155,12 @@ static void chasles_general_set(const chasles_general_arm *arm, const double *va
 static double chasles_general_direction(const chasles_general_six *six, int joint)
 {
     return six->arm->direction[six->own[joint]];
+}
+
+/* A coordinate without whole turns. */
+static double chasles_general_wrapped(const chasles_general_six *six, int joint, double value)
+{
+    return six->slides[joint] ? value : chasles_circle_wrapped(value);
 }
 
 /* The placements C_1 ... C_6 of the loop of arm and tool, in the order of the split. */
@@ -218,21 +238,46 @@ static void chasles_general_turned(const double *x, double sign, double (*parts)
     parts[0][6] = x[6], parts[0][7] = x[7], parts[0][14] = x[14];
 }
 
+/* The parts of 1, d and the square of d of a line's quantities moved by sign * d along z. */
+static void chasles_general_slid(const double *x, double sign, double (*parts)[15])
+{
+    memset(parts, 0, 3 * sizeof *parts);
+    memcpy(parts[0], x, sizeof *parts);
+    double *once = parts[1], *twice = parts[2];
+    once[2] = sign * x[14];
+    once[6] = sign * 2.0 * x[2];
+    once[7] = sign * x[5];
+    once[8] = -sign * x[4], once[9] = sign * x[3];
+    once[11] = sign * 2.0 * x[9], once[12] = -sign * 2.0 * x[8];
+    once[13] = -sign * 2.0 * x[7];
+    twice[6] = x[14];
+    twice[11] = x[3], twice[12] = x[4], twice[13] = -x[5];
+}
+
+/* The parts of a line's quantities moved by a joint. */
+static void chasles_general_parts(int slides, const double *x, double sign, double (*parts)[15])
+{
+    if (slides)
+        chasles_general_slid(x, sign, parts);
+    else
+        chasles_general_turned(x, sign, parts);
+}
+
 /* The fourteen equations: the columns of y, then those of B, with what is free of y in its first.
- */
-static void chasles_general_rows(const double (*C)[12], double (*S)[36])
+ * `slides` tells of the joints of the split whether they do. */
+static void chasles_general_rows(const double (*C)[12], const int *slides, double (*S)[36])
 {
     double inverse[12], x[15], y[15], one[3][15], two[3][15], three[3][15];
     double first[12], second[12];
     chasles_general_inverse(C[5], inverse);
     chasles_general_line(inverse, x);
-    chasles_general_turned(x, -1.0, one);
+    chasles_general_parts(slides[0], x, -1.0, one);
     chasles_general_inverse(C[0], first);
     chasles_general_inverse(C[1], second);
     double left[9][15];
     for (int a = 0; a < 3; a++) {
         chasles_general_moved(first, one[a], y);
-        chasles_general_turned(y, -1.0, two);
+        chasles_general_parts(slides[1], y, -1.0, two);
         for (int b = 0; b < 3; b++)
             chasles_general_moved(second, two[b], left[3 * a + b]);
     }
@@ -241,10 +286,10 @@ static void chasles_general_rows(const double (*C)[12], double (*S)[36])
             S[i][k] = left[1 + k][i];
     }
     chasles_general_line(C[4], x);
-    chasles_general_turned(x, 1.0, one);
+    chasles_general_parts(slides[4], x, 1.0, one);
     for (int b = 0; b < 3; b++) {
         chasles_general_moved(C[3], one[b], y);
-        chasles_general_turned(y, 1.0, two);
+        chasles_general_parts(slides[3], y, 1.0, two);
         for (int a = 0; a < 3; a++) {
             chasles_general_moved(C[2], two[a], y);
             chasles_general_turned(y, 1.0, three);
@@ -295,7 +340,9 @@ static void chasles_general_eliminate(const chasles_general_six *six,
     const double c0 = cos(CHASLES_HALF_FROM), s0 = sin(CHASLES_HALF_FROM);
     double S[CHASLES_EQUATIONS][36];
     chasles_general_loop(six, split, T, system->loop);
-    chasles_general_rows((const double(*)[12])system->loop, S);
+    for (int k = 0; k < 6; k++)
+        system->slides[k] = six->slides[split->joint[k]];
+    chasles_general_rows((const double(*)[12])system->loop, system->slides, S);
     chasles_general_reflect(S);
     for (int i = 0; i < 8; i++) {
         memcpy(system->factor[i], S[i], sizeof system->factor[i]);

@@ -1,5 +1,5 @@
 /* The real roots of det M, a trigonometric polynomial of degree 8 in the suppressed angle; part of
- * chasles, the same for every robot of six revolute joints.
+ * chasles, the same for every robot of six joints without a structure.
  *
  * It is known from 24 samples; what is left of degrees above 8 tells its errors.
  */

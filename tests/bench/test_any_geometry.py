@@ -17,6 +17,19 @@ def test_no_configuration_is_lost(links):
     assert not any(found)
 
 
+@pytest.mark.parametrize("place", range(6))
+def test_no_configuration_is_lost_where_a_joint_slides(place):
+    found = any_geometry.judged(random_arm(20 + place, PATTERNS[place], {place}), 600)
+    assert found is not None
+    assert not any(found)
+
+
+def test_no_configuration_is_lost_where_two_neighbours_slide():
+    found = any_geometry.judged(random_arm(40, slides={1, 2}), 300)
+    assert found is not None
+    assert not any(found)
+
+
 @pytest.mark.parametrize("seed", [3000, 3002])
 def test_no_configuration_of_longer_arms_is_lost(seed):
     found = any_geometry.judged(long_arm(seed), 300)

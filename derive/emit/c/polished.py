@@ -44,7 +44,7 @@ def _source(derivation: Derivation, function: WrittenFunction, programs: Program
     robot = derivation.robot
     start, posed = function.calls
     nominal, pose = derivation.function(start), derivation.signature(posed)
-    *numbers, meets, _ = function.tables
+    *numbers, meets, is_asked, _ = function.tables
     is_free, turns, length, deviation = map(_value, numbers)
     own = f"{robot.name}_{function.name}"
     started = _at("in", nominal.inputs) + _at("out", nominal.outputs)
@@ -62,6 +62,7 @@ def _source(derivation: Derivation, function: WrittenFunction, programs: Program
         "LENGTH": length,
         "DEVIATION": deviation,
         "MEETS": int(bool(meets)),
+        "IS_ASKED": int(bool(is_asked)),
         "IS_SEARCHED": int(derivation.hybrid is None),
         "IS_POSITION": int(_is_position(function)),
     }

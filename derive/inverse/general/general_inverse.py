@@ -1,4 +1,4 @@
-"""The inverse of revolute joints without a structure, and its words for ``--explain``."""
+"""The inverse of joints without a structure, and its words for ``--explain``."""
 
 from dataclasses import dataclass
 
@@ -34,12 +34,11 @@ class GeneralInverse:
 
 
 def general_inverse(robot: Robot, give: tuple[int, ...] = ()) -> GeneralInverse | None:
-    """The inverse of an arm of five revolute joints and more, or None where it has none.
+    """The inverse of an arm of five joints and more, or None where it has none.
 
     Args:
         robot: The description.
-        give: Indices of the joints to be given, so that six revolute ones are left; () for those
-            that are best.
+        give: Indices of the joints to be given, so that six are left; () for those that are best.
     """
     if not give and is_fit(robot, joints=OWN):
         return _of_five(robot)
@@ -59,24 +58,24 @@ def general_inverse(robot: Robot, give: tuple[int, ...] = ()) -> GeneralInverse 
 
 
 def _may_give(robot: Robot, given: tuple[int, ...]) -> bool:
-    """Whether six joints that turn are left where some are given."""
+    """Whether six joints that can be solved for are left where some are given."""
     return is_fit(robot, given) and len(robot.moving) <= MOST_JOINTS
 
 
 def _joints(robot: Robot) -> str:
     """The number of joints in words."""
-    words = ("six", "seven", "eight", "nine", "ten", "eleven", "twelve")
+    words = ("five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
     kind = "joints" if slides_of(robot) else "revolute joints"
-    return f"{words[len(robot.moving) - JOINTS]} {kind}"
+    return f"{words[len(robot.moving) - OWN]} {kind}"
 
 
 def _of_five(robot: Robot) -> GeneralInverse | None:
     """The inverse of five joints, which are solved as six."""
-    arm = with_tool_joint(numbers(robot))
+    arm = with_tool_joint(numbers(robot), slides_of(robot))
     if arm is None:
         return None
     return GeneralInverse(
-        "an arm of five revolute joints without a structure (Raghavan and Roth)",
+        f"an arm of {_joints(robot)} without a structure (Raghavan and Roth)",
         "by the roots of a determinant",
         arm.choice,
         written_inverse.inverse(robot, arm.choice, arm.constants),
@@ -84,9 +83,22 @@ def _of_five(robot: Robot) -> GeneralInverse | None:
     )
 
 
+@dataclass(frozen=True)
+class GeneralTables:
+    """An arm as a general one, for the C that asks for all its solutions.
+
+    Attributes:
+        tables: The tables of its solver; empty where it cannot be solved so.
+        separation: How well the best split tells solutions apart: see :class:`.Rating`.
+    """
+
+    tables: tuple[Table, ...] = ()
+    separation: float = 0.0
+
+
 def general_tables(
     robot: Robot, given: tuple[int, ...], apart: tuple[float, ...] = ()
-) -> tuple[Table, ...]:
+) -> GeneralTables:
     """The tables by which an arm is solved as a general one, none where it cannot be.
 
     Args:
@@ -95,21 +107,31 @@ def general_tables(
         apart: How far solutions are apart in each of the six joints (radian), if it is known.
     """
     if not _may_give(robot, given):
-        return ()
+        return GeneralTables()
     constants = numbers(robot)
     choice = choice_at(constants, given, slides_of(robot), apart)
-    return () if choice is None else written_inverse.tables(robot, choice, constants)
+    if choice is None:
+        return GeneralTables()
+    _, separation = choice.ratings[0].key
+    return GeneralTables(written_inverse.tables(robot, choice, constants), separation)
 
 
 def _steps(robot: Robot, choice: Choice) -> tuple[str, ...]:
-    free = [joint.name for k, joint in enumerate(robot.moving) if k not in choice.given]
-    free += [TOOL_AXIS] * (JOINTS - len(free))
+    slides = slides_of(robot)
+    left = [k for k in range(len(robot.moving)) if k not in choice.given]
+    free = [robot.moving[k].name for k in left] + [TOOL_AXIS] * (JOINTS - len(left))
+    squares = "".join(
+        f" {robot.moving[k].name} slides: its displacement and the square of it stand for cosine "
+        "and sine."
+        for k in left
+        if k in slides
+    )
     one, two, suppressed, v, w, last = (free[k] for k in choice.splits[0].joints)
     half, other = (w, v) if choice.splits[0].halved else (v, w)
     steps = (
         f"{last} does not move its own axis: fourteen quantities of this axis are linear in the "
-        f"products of cosines and sines of {one} and {two}, and in those of {v} and {w}. Six "
-        f"combinations of the equations do not contain {one} and {two}.",
+        f"products of cosines and sines of {one} and {two}, and in those of {v} and {w}.{squares} "
+        f"Six combinations of the equations do not contain {one} and {two}.",
         f"{suppressed}: with the half angle of {half} these are twelve equations. Their "
         "determinant, a trigonometric polynomial of degree 8, is known from 24 samples; it has up "
         "to 16 real roots.",
@@ -138,10 +160,11 @@ def _steps(robot: Robot, choice: Choice) -> tuple[str, ...]:
 
 def _others(free: list[str], choice: Choice) -> tuple[str, ...]:
     """The other splits, in words."""
-    names = [free[split.joints[2]] for split in choice.splits[1:]]
+    first, *others = (free[split.joints[2]] for split in choice.splits)
+    names = [name for name in dict.fromkeys(others) if name != first]
     if not names:
         return ()
     return (
         "Where roots or solutions run together, the same is done with other orders of the joints, "
-        f"for {' and '.join(names)} in the place of {free[choice.splits[0].joints[2]]}.",
+        f"for {' and '.join(names)} in the place of {first}.",
     )

@@ -6,7 +6,8 @@ For a point p on a line of unit direction l, Raghavan and Roth's equations compa
 
 in two expressions of the same line. With a 1 appended, a motion p -> R p + d, l -> R l maps x by a
 matrix that depends on R and d alone: squares of a joint's sine or cosine
-never appear, and each joint enters every quantity linearly. With h = R^T d:
+never appear, and each turning joint enters every quantity linearly; a slide enters with its square.
+With h = R^T d:
 
     p'         = R p + d
     l'         = R l
@@ -72,6 +73,18 @@ def turn(sign: int) -> tuple[Array, Array, Array]:
     for matrix in (fixed, c, s):
         matrix.flags.writeable = False
     return fixed, c, s
+
+
+@cache
+def slide(sign: int) -> tuple[Array, Array, Array]:
+    """A slide by ``sign * d`` along z: the matrices (15, 15) of 1, d and the square of d."""
+    forth, here, back = (np.eye(4, dtype=int) for _ in range(3))
+    forth[2, 3], back[2, 3] = sign, -sign
+    fixed, ahead, behind = motion(here), motion(forth), motion(back)
+    parts = fixed, (ahead - behind) // 2, (ahead + behind) // 2 - fixed
+    for matrix in parts:
+        matrix.flags.writeable = False
+    return parts
 
 
 def hat(v: Array) -> Array:

@@ -1,4 +1,4 @@
-"""General arms of six revolute joints: the equations of Raghavan and Roth, and how to split them.
+"""General arms of six joints: the equations of Raghavan and Roth, and how to split them.
 
 The loop through arm and tool closes: with C_k the constant placement after joint k, and the pose
 within the placement that leads from the tool back to the base,
@@ -20,12 +20,16 @@ with A (14, 8) of the pose and B of theta_3 alone. Six combinations do not conta
 The C finds the angles theta_3 at which these have a solution. The choice of the suppressed joint
 matters (:mod:`.split_choice`).
 
+A joint that slides by d along its z axis has Tz(d) in the place of Rz(theta), and 1, d and d^2 in
+that of 1, cosine and sine. It may be one of the pair, or that of joints 4 and 5 whose angle is not
+halved; the other three turn.
+
 Source:
     Raghavan and Roth, Inverse kinematics of the general 6R manipulator and related linkages,
     Journal of Mechanical Design 115 (1993).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,7 +38,7 @@ import sympy as sp
 from ...chain.poe import placement_matrix
 from ...model.errors import RobotError
 from ...model.robot import Joint, Robot
-from .line_quantities import COUNT, Array, motion, quantities, turn
+from .line_quantities import COUNT, Array, motion, quantities, slide, turn
 
 JOINTS = 6
 
@@ -53,6 +57,11 @@ class Split:
     sense: int
     halved: int = 0
 
+    @property
+    def turning(self) -> frozenset[int]:
+        """The joints that have to turn: suppressed, of the half angle, and the last."""
+        return frozenset(self.joints[k] for k in (2, 3 + self.halved, 5))
+
 
 @dataclass(frozen=True)
 class LineEquations:
@@ -67,14 +76,15 @@ class LineEquations:
     right: Array
 
 
-def splits() -> list[Split]:
-    """Every split of a loop of six joints."""
-    return [
+def splits(slides: Collection[int] = ()) -> list[Split]:
+    """Every split of a loop of six joints, of which some may slide."""
+    every = (
         Split(tuple((first + sense * k) % JOINTS for k in range(JOINTS)), sense, halved)
         for sense in (1, -1)
         for first in range(JOINTS)
         for halved in (0, 1)
-    ]
+    )
+    return [split for split in every if split.turning.isdisjoint(slides)]
 
 
 def placements(robot: Robot) -> list[Array]:
@@ -83,7 +93,7 @@ def placements(robot: Robot) -> list[Array]:
     Raises:
         RobotError: Some joint neither turns nor slides, or follows another one.
     """
-    if not all(_is_free(joint, ("revolute", "prismatic")) for joint in robot.moving):
+    if not all(map(_is_free, robot.moving)):
         raise RobotError(
             f"{robot.name} is no chain of joints that turn or slide, each with its own coordinate"
         )
@@ -105,34 +115,40 @@ def numbers(robot: Robot) -> list[Array]:
     ]
 
 
-def equations(constants: Sequence[Array], split: Split, T: Array) -> LineEquations:
+def equations(
+    constants: Sequence[Array], split: Split, T: Array, slides: Collection[int] = ()
+) -> LineEquations:
     """The fourteen equations of a split.
 
     Args:
         constants: The seven placements of the arm, expressions or floats.
         split: The order of the joints.
         T: The pose (4, 4), of the same kind.
+        slides: Indices of the joints that slide, among the six.
     """
     inverses = _inverses(constants, split, T)
-    return LineEquations(_left(inverses), _right(inverses))
+    parts = [slide if k in slides else turn for k in split.joints]
+    return LineEquations(_left(inverses, parts), _right(inverses, parts))
 
 
 def is_fit(robot: Robot, given: Sequence[int] = (), joints: int = JOINTS) -> bool:
-    """Whether so many revolute joints, each with its own coordinate, are left beside given ones.
+    """Whether so many joints are left beside given ones, and some split takes those that slide.
+
+    Every joint has its own coordinate.
 
     Args:
         robot: The description.
-        given: Indices of joints among those that move; they turn or slide.
+        given: Indices of joints among those that move.
         joints: Number of the others.
     """
     others = [joint for k, joint in enumerate(robot.moving) if k not in given]
-    free = all(_is_free(joint, ("revolute", "prismatic")) for joint in robot.moving)
-    return len(others) == joints and free and all(joint.kind == "revolute" for joint in others)
+    slides = [k for k, joint in enumerate(others) if joint.kind == "prismatic"]
+    return len(others) == joints and all(map(_is_free, robot.moving)) and bool(splits(slides))
 
 
-def _is_free(joint: Joint, kinds: Sequence[str]) -> bool:
-    """Whether a joint of one of some kinds has its own coordinate."""
-    return joint.kind in kinds and joint.mimic is None
+def _is_free(joint: Joint) -> bool:
+    """Whether a joint that turns or slides has its own coordinate."""
+    return joint.kind in ("revolute", "prismatic") and joint.mimic is None
 
 
 def doubled(six: Array) -> Array:
@@ -161,18 +177,37 @@ def suppressed(found: LineEquations, halved: int) -> Array:
     return doubled(six.reshape(*six.shape[:-2], 9))
 
 
-def forward(constants: Sequence[Array], angles: Sequence[float]) -> Array:
-    """The pose (4, 4) at angles about the joints' z axes."""
+def forward(
+    constants: Sequence[Array], values: Sequence[float], slides: Collection[int] = ()
+) -> Array:
+    """The pose (4, 4) at angles about the joints' z axes, and displacements along those of slides.
+
+    Args:
+        constants: The placements before, between and behind the joints.
+        values: The value of each joint.
+        slides: Indices of those that slide.
+    """
     T = constants[0]
-    for angle, E in zip(angles, constants[1:], strict=True):
-        T = T @ turned(angle) @ E
+    for k, (value, E) in enumerate(zip(values, constants[1:], strict=True)):
+        T = T @ moved(value, k in slides) @ E
     return T
+
+
+def moved(value: float, slides: bool) -> Array:
+    """The motion (4, 4) of a joint about its z axis, or along it where it slides."""
+    return _raised(value) if slides else turned(value)
 
 
 def turned(angle: float) -> Array:
     """The turn (4, 4) by an angle about z."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+
+
+def _raised(height: float) -> Array:
+    T = np.eye(4)
+    T[2, 3] = height
+    return T
 
 
 def _inverses(constants: Sequence[Array], split: Split, T: Array) -> list[Array]:
@@ -192,21 +227,23 @@ def _inverse(T: Array) -> Array:
     return found
 
 
-def _left(inverses: Sequence[Array]) -> Array:
+Parts = Callable[[int], tuple[Array, Array, Array]]
+"""The matrices of a turn or of a slide."""
+
+
+def _left(inverses: Sequence[Array], parts: Sequence[Parts]) -> Array:
     A1, A2 = (motion(T) for T in inverses[:2])
+    first, second = (of(-1) for of in parts[:2])
     axis = quantities(inverses[5][:3, 3], inverses[5][:3, 2])
-    columns = [
-        A2 @ (Z2 @ moved) for moved in (A1 @ (Z1 @ axis) for Z1 in turn(-1)) for Z2 in turn(-1)
-    ]
+    columns = [A2 @ (Z2 @ line) for line in (A1 @ (Z1 @ axis) for Z1 in first) for Z2 in second]
     return np.stack(columns, 1)[:COUNT]
 
 
-def _right(inverses: Sequence[Array]) -> Array:
+def _right(inverses: Sequence[Array], parts: Sequence[Parts]) -> Array:
     C3, C4, C5 = (_inverse(T) for T in inverses[2:5])
     A3, A4 = motion(C3), motion(C4)
+    third, fourth, fifth = (of(1) for of in parts[2:5])
     axis = quantities(C5[:3, 3], C5[:3, 2])
-    columns = [
-        A3 @ (Z4 @ moved) for Z4 in turn(1) for moved in (A4 @ (Z5 @ axis) for Z5 in turn(1))
-    ]
+    columns = [A3 @ (Z4 @ line) for Z4 in fourth for line in (A4 @ (Z5 @ axis) for Z5 in fifth)]
     x = np.stack(columns, 1)
-    return np.array([(Z @ x)[:COUNT] for Z in turn(1)])
+    return np.array([(Z @ x)[:COUNT] for Z in third])

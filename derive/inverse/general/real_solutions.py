@@ -5,13 +5,14 @@ suppressed angle, M(theta) u = 0, of which the generated C needs no library. New
 pose refine each solution.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...model.tolerances import ALMOST_REAL, DISTINCT_SOLUTION, SOLVED_POSE
 from .line_quantities import Array
-from .raghavan_roth import LineEquations, Split, equations, forward, suppressed, turned
+from .raghavan_roth import Split, equations, forward, moved, suppressed
 from .split_choice import length
 
 NEWTON = 30
@@ -19,47 +20,91 @@ TURNS = 12
 """Origins of the suppressed angle, of which the best conditioned is taken."""
 
 
-def real_solutions(constants: Sequence[Array], splits: Sequence[Split], T: Array) -> list[Array]:
-    """The solutions of six revolute joints without a structure, in order.
+def real_solutions(
+    constants: Sequence[Array],
+    splits: Sequence[Split],
+    T: Array,
+    slides: Collection[int] = (),
+) -> list[Array]:
+    """The solutions of six joints without a structure, in order.
 
     Args:
         constants: The seven placements of the arm, as floats.
         splits: Orders of the joints, whose solutions are put together.
         T: The pose (4, 4).
+        slides: Indices of the joints that slide.
 
     Returns:
-        The angles (6,) about the joints' z axes, each between -pi and pi, for every solution.
+        The angles (6,) about the joints' z axes, each between -pi and pi, and displacements along
+        those of slides, for every solution.
     """
     size = length(constants)
     scaled = [np.vstack([np.hstack([E[:3, :3], E[:3, 3:] / size]), E[3:]]) for E in (*constants, T)]
-    *arm, target = scaled
+    arm, target = _Six(tuple(scaled[:-1]), frozenset(slides)), scaled[-1]
     found: list[Array] = []
     for split in splits:
-        for start in _starts(equations(arm, split, target), split, arm, target):
+        for start in _starts(arm, split, target):
             q = _refined(arm, start, target)
-            if q is not None and all(_apart(q, other) > DISTINCT_SOLUTION for other in found):
+            if q is not None and all(arm.apart(q, p) > DISTINCT_SOLUTION for p in found):
                 found.append(q)
-    return sorted(found, key=lambda q: np.round(q, 6).tolist())
+    units = np.where(arm.turns, 1.0, size)
+    return sorted((units * q for q in found), key=lambda q: np.round(q, 6).tolist())
 
 
-def _starts(
-    found: LineEquations, split: Split, arm: Sequence[Array], target: Array
-) -> Iterator[Array]:
+@dataclass(frozen=True)
+class _Six:
+    """Six joints, with lengths in parts of the arm's.
+
+    Attributes:
+        constants: The seven placements.
+        slides: Indices of the joints that slide.
+    """
+
+    constants: tuple[Array, ...]
+    slides: frozenset[int]
+
+    @property
+    def turns(self) -> Array:
+        """Whether each joint turns."""
+        return np.array([k not in self.slides for k in range(6)])
+
+    def pose_jacobian(self, q: Array) -> tuple[Array, Array]:
+        """The pose (4, 4) and the Jacobian (6, 6) at its origin, in base axes."""
+        T, axes = self.constants[0], []
+        for k, (value, E) in enumerate(zip(q, self.constants[1:], strict=True)):
+            axes.append((T[:3, 2], T[:3, 3]))
+            T = T @ moved(value, k in self.slides) @ E
+        columns = [
+            [*h, 0.0, 0.0, 0.0] if k in self.slides else [*np.cross(h, T[:3, 3] - p), *h]
+            for k, (h, p) in enumerate(axes)
+        ]
+        return T, np.array(columns).T
+
+    def apart(self, a: Array, b: Array) -> float:
+        """The largest difference of a joint, the shorter way round."""
+        return float(np.abs(self.wrapped(a - b)).max())
+
+    def wrapped(self, q: Array) -> Array:
+        """Coordinates whose angles are between -pi and pi."""
+        return np.where(self.turns, (q + np.pi) % (2 * np.pi) - np.pi, q)
+
+
+def _starts(arm: _Six, split: Split, target: Array) -> Iterator[Array]:
     """Solutions as the equations of a split give them."""
+    found = equations(arm.constants, split, target, arm.slides)
     M = suppressed(found, split.halved)
     for angle in _roots(M):
         at = np.tensordot(_harmonics(angle), M, 1)
         U, _, Vt = np.linalg.svd(np.linalg.svd(at)[2][-1].reshape(4, 3))
-        half, other = 2 * np.arctan2(U[3, 0], U[2, 0]), np.arctan2(Vt[0, 2], Vt[0, 1])
-        if Vt[0, 0] < 0:
-            other += np.pi
-        fourth, fifth = (other, half) if split.halved else (half, other)
-        x = np.outer(_harmonics(fourth), _harmonics(fifth)).ravel()
-        right = np.tensordot(_harmonics(angle), found.right, 1) @ x
+        half = 2 * np.arctan2(U[3, 0], U[2, 0])
+        other = Vt[0] / Vt[0, 0]
+        two = (other, _harmonics(half)) if split.halved else (_harmonics(half), other)
+        right = np.tensordot(_harmonics(angle), found.right, 1) @ np.outer(*two).ravel()
         y = np.linalg.lstsq(found.left[:, 1:], right - found.left[:, 0], rcond=None)[0]
-        first, second = np.arctan2(y[5], y[2]), np.arctan2(y[1], y[0])
+        powers = [[1.0, y[2], y[5]], [1.0, y[0], y[1]], _harmonics(angle), *two]
         q = np.zeros(6)
-        q[list(split.joints[:5])] = split.sense * np.array([first, second, angle, fourth, fifth])
+        for joint, (_, x, square) in zip(split.joints[:5], powers, strict=True):
+            q[joint] = split.sense * (x if joint in arm.slides else np.arctan2(square, x))
         yield _with_last(q, split.joints[5], arm, target)
 
 
@@ -80,37 +125,26 @@ def _roots(M: Array) -> list[float]:
     return [origins[best] + 2 * float(np.arctan(t)) for t in real]
 
 
-def _with_last(q: Array, last: int, arm: Sequence[Array], target: Array) -> Array:
+def _with_last(q: Array, last: int, arm: _Six, target: Array) -> Array:
     """The angle of the last joint from the orientation that the others leave."""
-    before = forward(arm[: last + 1], q[:last].tolist())[:3, :3]
-    behind = forward([np.eye(4), *arm[last + 2 :]], q[last + 1 :].tolist())[:3, :3]
-    turn = before.T @ target[:3, :3] @ (arm[last + 1][:3, :3] @ behind).T
+    constants, sliding = arm.constants, arm.slides
+    before = forward(constants[: last + 1], q[:last].tolist(), sliding)[:3, :3]
+    after = [k - last - 1 for k in sliding]
+    behind = forward([np.eye(4), *constants[last + 2 :]], q[last + 1 :].tolist(), after)[:3, :3]
+    turn = before.T @ target[:3, :3] @ (constants[last + 1][:3, :3] @ behind).T
     q[last] = np.arctan2(turn[1, 0] - turn[0, 1], turn[0, 0] + turn[1, 1])
     return q
 
 
-def _refined(arm: Sequence[Array], q: Array, target: Array) -> Array | None:
+def _refined(arm: _Six, q: Array, target: Array) -> Array | None:
     """A solution by Newton's steps on the pose; None where they do not end at it."""
     for _ in range(NEWTON):
-        T, J = _pose_and_jacobian(arm, q)
+        T, J = arm.pose_jacobian(q)
         E = target[:3, :3] @ T[:3, :3].T
         turn = np.array([E[2, 1] - E[1, 2], E[0, 2] - E[2, 0], E[1, 0] - E[0, 1]]) / 2
         off = np.append(target[:3, 3] - T[:3, 3], turn)
         if np.abs(target - T).max() <= SOLVED_POSE:
-            return np.asarray((q + np.pi) % (2 * np.pi) - np.pi)
+            return arm.wrapped(q)
         step = np.linalg.lstsq(J, off, rcond=None)[0]
         q = q + step / max(1.0, float(np.linalg.norm(step)))
     return None
-
-
-def _pose_and_jacobian(arm: Sequence[Array], q: Array) -> tuple[Array, Array]:
-    """The pose (4, 4) and the Jacobian (6, 6) at its origin, in base axes."""
-    T, axes = arm[0], []
-    for angle, E in zip(q, arm[1:], strict=True):
-        axes.append((T[:3, 2], T[:3, 3]))
-        T = T @ turned(angle) @ E
-    return T, np.array([[*np.cross(h, T[:3, 3] - p), *h] for h, p in axes]).T
-
-
-def _apart(a: Array, b: Array) -> float:
-    return float(np.abs(np.angle(np.exp(1j * (a - b)))).max())

@@ -9,6 +9,7 @@ value of M at the solution, and the smallest of A, are far from zero; the greate
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 
@@ -22,10 +23,10 @@ from .raghavan_roth import (
     equations,
     forward,
     is_fit,
+    moved,
     numbers,
     splits,
     suppressed,
-    turned,
 )
 
 SAMPLES = 32
@@ -113,7 +114,7 @@ class Choice:
 
 
 def choose(robot: Robot) -> Choice | None:
-    """The splits of an arm of six revolute joints and more, or None where none is good.
+    """The splits of an arm of six joints and more, or None where none is good.
 
     Args:
         robot: The description.
@@ -133,16 +134,19 @@ def slides_of(robot: Robot) -> frozenset[int]:
 
 
 def ways_to_give(robot: Robot) -> list[tuple[int, ...]]:
-    """The sets of joints that may be given so that six revolute joints are left.
+    """The sets of joints that may be given so that six are left.
 
     Slides are given, and the revolute joints next to the base, as those of a torso are; each of the
-    others may be the last that is given.
+    others may be the last that is given. Where fewer than six joints turn, some slides are left.
     """
-    slides = slides_of(robot)
+    slides = sorted(slides_of(robot))
     turns = [k for k in range(len(robot.moving)) if k not in slides]
     surplus = len(turns) - JOINTS
-    if surplus < 0 or len(robot.moving) > MOST_JOINTS:
+    if len(robot.moving) < JOINTS or len(robot.moving) > MOST_JOINTS:
         return []
+    if surplus < 0:
+        ways = [(*given,) for given in combinations(slides, len(slides) + surplus)]
+        return [given for given in ways if is_fit(robot, given)]
     lasts: list[tuple[int, ...]] = [(k,) for k in turns[surplus - 1 :]] if surplus else [()]
     first = turns[: max(surplus - 1, 0)]
     ways = [tuple(sorted((*slides, *first, *last))) for last in lasts]
@@ -160,7 +164,7 @@ def choice_at(
     Args:
         constants: The placements before, between and behind the joints, as floats.
         given: Indices of the given joints, in ascending order.
-        slides: Indices of the joints that slide, all of which are given.
+        slides: Indices of the joints that slide.
         apart: How far solutions are apart in each of the six joints (radian), if it is known: those
             of an arm near a structure often share some joints, in which no root tells them apart.
     """
@@ -182,17 +186,6 @@ def without(constants: Sequence[Array], motions: Mapping[int, Array]) -> list[Ar
         else:
             left.append(E)
     return left
-
-
-def motion_by(value: float, slides: bool) -> Array:
-    """The motion (4, 4) of a joint about its z axis, or along it where it slides."""
-    return _raised(value) if slides else turned(value)
-
-
-def _raised(value: float) -> Array:
-    T = np.eye(4)
-    T[2, 3] = value
-    return T
 
 
 def _ratings(
@@ -235,15 +228,16 @@ def _rated(
     constants: Sequence[Array], given: tuple[int, ...], slides: frozenset[int]
 ) -> list[Rating]:
     found: dict[tuple[tuple[int, ...], int], list[LineEquations]] = {}
-    orders = {_order(split): split for split in splits()}
+    sliding = _left_of(slides, len(constants) - 1, given)
+    orders = {_order(split): split for split in splits(sliding)}
     configured = configurations(len(constants) - 1, given)
     size = length(constants)
     for angles in configured:
-        motions = {k: _motion_at(angles[k], size, k in slides) for k in given}
-        six = without(constants, motions)
-        scaled = _scaled([*six, forward(six, _solved(angles, given))], length(six))
+        values = [_value_at(angle, size, k in slides) for k, angle in enumerate(angles)]
+        six = without(constants, {k: moved(values[k], k in slides) for k in given})
+        scaled = _scaled([*six, forward(six, _solved(values, given), sliding)], length(six))
         for order, split in orders.items():
-            found.setdefault(order, []).append(equations(scaled[:-1], split, scaled[-1]))
+            found.setdefault(order, []).append(equations(scaled[:-1], split, scaled[-1], sliding))
     stacked = {
         order: LineEquations(np.stack([e.left for e in each]), np.stack([e.right for e in each]))
         for order, each in found.items()
@@ -252,18 +246,24 @@ def _rated(
     pairs = {order: _pairs(each) for order, each in stacked.items()}
     return [
         Rating(split, _separations(stacked[_order(split)], split, q), pairs[_order(split)])
-        for split in splits()
+        for split in splits(sliding)
     ]
 
 
-def _motion_at(angle: float, size: float, slides: bool) -> Array:
-    """A joint's motion; a slide goes the same part of the arm's length as a turn of a whole one."""
-    return motion_by(angle / (2 * np.pi) * size if slides else angle, slides)
+def _value_at(angle: float, size: float, slides: bool) -> float:
+    """A joint's value; a slide goes the same part of the arm's length as a turn of a whole one."""
+    return angle / (2 * np.pi) * size if slides else angle
 
 
-def _solved(angles: Sequence[float], given: tuple[int, ...]) -> list[float]:
-    """The angles of the joints that are not given."""
-    return [angle for k, angle in enumerate(angles) if k not in given]
+def _solved(values: Sequence[float], given: tuple[int, ...]) -> list[float]:
+    """The values of the joints that are not given."""
+    return [value for k, value in enumerate(values) if k not in given]
+
+
+def _left_of(slides: frozenset[int], joints: int, given: tuple[int, ...]) -> frozenset[int]:
+    """Indices of the joints that slide, among those that are not given."""
+    left = [k for k in range(joints) if k not in given]
+    return frozenset(place for place, k in enumerate(left) if k in slides)
 
 
 def _scaled(poses: Sequence[Array], size: float) -> list[Array]:
@@ -280,9 +280,10 @@ def _pairs(found: LineEquations) -> tuple[float, ...]:
     """Smallest singular value of A, of each pose, over the greatest.
 
     A is singular where the pair are two of three parallel axes: one solution for the others then
-    has two for the pair.
+    has two for the pair. Where both of the pair slide, products of squares never appear.
     """
-    sizes = np.linalg.svd(found.left[..., 1:], compute_uv=False)
+    A = found.left[..., 1:]
+    sizes = np.linalg.svd(A[..., A.any((0, 1))], compute_uv=False)
     parts = np.zeros(len(sizes))
     np.divide(sizes[:, -1], sizes[:, 0], out=parts, where=sizes[:, 0] > 0)
     return tuple(map(float, parts))

@@ -1,4 +1,4 @@
-"""Five revolute joints as six: the sixth turns the tool about an axis of the tool and stays at 0.
+"""Five joints as six: the sixth turns the tool about an axis of the tool and stays at 0.
 
 A pose that five joints reach is a pose of the six with this angle 0, and solutions of the six with
 another angle are none of the five. The axis is skew to the others, so that the six have no
@@ -35,17 +35,20 @@ class WithTool:
     choice: Choice
 
 
-def with_tool_joint(constants: Sequence[Array]) -> WithTool | None:
+def with_tool_joint(
+    constants: Sequence[Array], slides: frozenset[int] = frozenset()
+) -> WithTool | None:
     """The arm of six joints that is solved best, or None where none is.
 
     Args:
         constants: The six placements before, between and behind the five joints, as floats.
+        slides: Indices of the joints that slide.
     """
     found = []
     for direction, point in AXES:
         axis = _placement(np.array(direction), length(constants) * np.array(point))
         arm = (*constants[:-1], constants[-1] @ axis, np.linalg.inv(axis))
-        choice = choice_at(arm, apart=APART)
+        choice = choice_at(arm, slides=slides, apart=APART)
         if choice is None:
             continue
         # All solutions of a pose share the angle of the sixth joint: no root tells them apart.

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from ...chain.kinematics import arguments_of
+from ...chain.kinematics import arguments_of, common_unit
 from ...model.robot import Robot
 from ...terms.role import Role
 from ...terms.symbolic_function import Argument, Result, Table, WrittenFunction
@@ -15,7 +15,7 @@ from .split_choice import MOST_JOINTS, Choice, length, slides_of
 FIVE, SIX, MORE = "general_tool", "general", "general_given"
 """The solvers of five joints, of six, and of more of which six are solved for."""
 SLOTS = 16
-SOLVED_FOR, GIVEN_TURN, GIVEN_SLIDE = 0, 1, 2
+SOLVED_TURN, GIVEN_TURN, GIVEN_SLIDE, SOLVED_SLIDE = 0, 1, 2, 3
 """The kinds of joints in the tables of the C."""
 OPERATIONS = 60_000
 """Approximate count: 12,000 for the equations, 20,000 for the samples of the determinant, 10,000
@@ -38,8 +38,9 @@ def inverse(robot: Robot, choice: Choice, constants: Sequence[Array]) -> Written
         constants: The placements of its joints, of five joints with that which turns the tool.
     """
     n, given = len(robot.coordinates), choice.given
+    unit = common_unit(joint.unit for joint in robot.coordinates)
     outputs = (
-        Result("q", (), (SLOTS, n), "rad", "joint coordinates, one solution a row"),
+        Result("q", (), (SLOTS, n), unit, "joint coordinates, one solution a row"),
         Result("residual", (), (SLOTS,), "m or rad", "distance of fk(q[k]) from the target"),
         Result(
             "margin",
@@ -94,11 +95,8 @@ def tables(robot: Robot, choice: Choice, constants: Sequence[Array]) -> tuple[Ta
 def _kinds(robot: Robot, given: tuple[int, ...]) -> tuple[int, ...]:
     """What each joint is, with room for the most."""
     slides = slides_of(robot)
-    kinds = (
-        GIVEN_SLIDE if k in slides else GIVEN_TURN if k in given else SOLVED_FOR
-        for k in range(MOST_JOINTS)
-    )
-    return tuple(kinds)
+    turning, sliding = (SOLVED_TURN, GIVEN_TURN), (SOLVED_SLIDE, GIVEN_SLIDE)
+    return tuple((sliding if k in slides else turning)[k in given] for k in range(MOST_JOINTS))
 
 
 def _row(E: Array) -> tuple[float, ...]:

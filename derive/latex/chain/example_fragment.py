@@ -7,9 +7,9 @@ from itertools import cycle
 import numpy as np
 from numpy.typing import NDArray
 
-from ...inverse.general.raghavan_roth import is_fit, numbers
+from ...inverse.general.raghavan_roth import is_fit, moved, numbers
 from ...inverse.general.real_solutions import real_solutions
-from ...inverse.general.split_choice import choice_at, motion_by, slides_of, without
+from ...inverse.general.split_choice import choice_at, slides_of, without
 from ...inverse.lost_poses import TARGETS, WHOLE
 from ...inverse.structure.words import listed
 from ...model.mechanism import Coordinate
@@ -70,10 +70,12 @@ def _in_numbers(page: Page, symbols: Sequence[str], q: FloatArray, T: FloatArray
     if choice is None:
         return ""
     local = np.array([float(joint.direction) for joint in robot.moving]) * q
-    six = without(constants, {k: motion_by(local[k], k in slides) for k in given})
+    six = without(constants, {k: moved(local[k], k in slides) for k in given})
+    left = [k for k in range(len(q)) if k not in given]
+    sliding = [place for place, k in enumerate(left) if k in slides]
     found = []
-    for angles in real_solutions(six, choice.splits, T):
-        local[[k for k in range(len(q)) if k not in given]] = angles
+    for values in real_solutions(six, choice.splits, T, sliding):
+        local[left] = values
         found.append(np.array([float(joint.direction) for joint in robot.moving]) * local)
     if not found:
         return ""
@@ -83,8 +85,9 @@ def _in_numbers(page: Page, symbols: Sequence[str], q: FloatArray, T: FloatArray
     held = [f"${symbols[k]}$" for k in given]
     of_posture = f" and {listed(held)} of this posture" if given else ""
     return sentence(
-        f"For this pose{of_posture}, the arm has {_count(len(found))} (angles in degrees), found in"
-        " numbers by the determinant of Raghavan and Roth:",
+        f"For this pose{of_posture}, the arm has {_count(len(found))}"
+        f" ({_measured(robot.coordinates)}), found in numbers by the determinant of Raghavan and"
+        " Roth:",
         table,
         _dagger(table),
     )
@@ -182,11 +185,10 @@ def _solutions(
     if len(inputs) > 1:
         names = [f"${parameter(argument.name)}$" for argument in inverse.inputs[1:]]
         given = f" and {', '.join(names)} of this posture"
-    units = {coordinate.unit for coordinate in coordinates}
-    measured = " and ".join(words for unit, words in _UNITS.items() if unit in units)
     name = inverse.name.replace("_", r"\_")
     return sentence(
-        rf"For this pose{given}, \texttt{{{name}}} has {_count(len(found))} ({measured}):",
+        rf"For this pose{given}, \texttt{{{name}}} has {_count(len(found))}"
+        f" ({_measured(coordinates)}):",
         table,
         _dagger(table),
     )
@@ -201,6 +203,12 @@ def _columns(
         (f"${symbol}$", [_value(coordinate, solution[k], places) for solution in found])
         for k, (symbol, coordinate) in enumerate(zip(symbols, coordinates, strict=True))
     ]
+
+
+def _measured(coordinates: Sequence[Joint | Coordinate]) -> str:
+    """The units of the table in words."""
+    units = {coordinate.unit for coordinate in coordinates}
+    return " and ".join(words for unit, words in _UNITS.items() if unit in units)
 
 
 def _dagger(table: str) -> str:

@@ -1,4 +1,4 @@
-"""The equations of arms of six revolute joints of any geometry, and the tables behind them."""
+"""The equations of arms of six joints of any geometry, and the tables behind them."""
 
 from dataclasses import replace
 
@@ -7,14 +7,16 @@ import pytest
 import sympy as sp
 from derivations import ROBOTS, description
 
+from bench.cases.random_arms import random_arm
 from chasles.derive import Joint, Robot, load
 from chasles.derive.description.conventions import dh
 from chasles.derive.inverse.general import written_inverse
-from chasles.derive.inverse.general.line_quantities import SIZE, motion, quantities, turn
+from chasles.derive.inverse.general.line_quantities import SIZE, motion, quantities, slide, turn
 from chasles.derive.inverse.general.raghavan_roth import (
     doubled,
     equations,
     forward,
+    moved,
     numbers,
     placements,
     splits,
@@ -93,6 +95,41 @@ def test_a_turn_about_z_is_a_motion(sign):
     assert fixed + np.cos(0.7) * c + np.sin(0.7) * s == pytest.approx(
         motion(turned(sign * 0.7)), abs=1e-15
     )
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_slide_along_z_is_a_motion(sign):
+    fixed, once, square = slide(sign)
+    assert fixed + 0.7 * once + 0.7**2 * square == pytest.approx(
+        motion(moved(sign * 0.7, slides=True)), abs=1e-15
+    )
+
+
+def factors(value, slides):
+    """What stands for a joint in the equations: 1, cosine and sine, or powers of a slide."""
+    return [1, value, value**2] if slides else [1, np.cos(value), np.sin(value)]
+
+
+@pytest.mark.parametrize("slides", [{0}, {3}, {5}, {1, 2}, {0, 5}])
+def test_the_equations_hold_where_joints_slide(slides):
+    robot, random = random_arm(3, slides=slides), np.random.default_rng(4)
+    arm, some = numbers(robot), splits(slides)
+    assert len(some) >= 4
+    for split in some:
+        assert split.turning.isdisjoint(slides)
+        q = random.uniform(-1, 1, 6)
+        found = equations(arm, split, forward(arm, q, slides), slides)
+        local = [factors(split.sense * q[k], k in slides) for k in split.joints]
+        right = np.tensordot(local[2], found.right, 1)
+        assert found.left @ np.kron(local[0], local[1]) == pytest.approx(
+            right @ np.kron(local[3], local[4]), abs=1e-14
+        )
+
+
+def test_a_slide_neither_is_suppressed_nor_halved_nor_the_last_joint():
+    assert len(splits()) == 24
+    assert len(splits({2})) == 12
+    assert not splits({0, 2, 4})
 
 
 @pytest.mark.parametrize("name", [*GENERAL, "skew"])

@@ -11,9 +11,10 @@ from derivations import description
 
 from bench.accuracy.general_arms import Judged
 from bench.cases.calibrated import displaced
+from bench.cases.drawn_arms import random_arm
 from chasles.derive import load
 from chasles.derive.inverse.general.raghavan_roth import numbers
-from chasles.derive.inverse.general.split_choice import choice_at
+from chasles.derive.inverse.general.split_choice import choice_at, slides_of
 from chasles.derive.inverse.led import separations
 from chasles.derive.inverse.serial_inverse import inverses
 from chasles.derive.model.tolerances import SEPARATE
@@ -134,14 +135,31 @@ def test_few_configurations_are_lost_where_the_true_arm_is_nearly_singular(tmp_p
     assert (~held).sum() <= MOST_LOST * RANDOM
 
 
-@pytest.mark.parametrize(("name", "size"), [("panda", 3e-3), ("iiwa14", 3e-3), ("xarm7", 3e-4)])
-def test_arms_with_a_given_joint_lose_no_configuration(name, size, tmp_path):
+def drawn(number):
+    """An arm of round numbers with errors: of these, two lost poses where a joint was given."""
+    return displaced(random_arm(number), 4e-3, number)
+
+
+def shown(name, size):
+    return displaced(load(description(name)), size, 1)
+
+
+@pytest.mark.parametrize(
+    "robot",
+    [
+        *(shown("panda", 3e-3), shown("iiwa14", 3e-3), shown("xarm7", 3e-4)),
+        *(shown("stanford", 3e-3), drawn(80), drawn(100)),
+    ],
+    ids=lambda robot: robot.title or robot.name,
+)
+def test_arms_with_given_joints_or_slides_lose_no_configuration(robot, tmp_path):
     """At random and at right angles, those at which the six other joints are singular left out."""
-    robot = displaced(load(description(name)), size, 1)
     arm = compiled(robot, tmp_path / robot.name, FUNCTIONS)
     rng = np.random.default_rng(7)
     q = rng.uniform(-np.pi, np.pi, (2 * POSES, arm.n))
     q[POSES:] = np.pi / 2 * rng.integers(-1, 3, (POSES, arm.n))
+    for k in slides_of(robot):
+        q[:, k] = rng.uniform(-0.5, 0.5, len(q))
     regular, *lost_none_wrong = Judged(robot, arm).lost(q)
     assert regular > 1.5 * POSES
     assert lost_none_wrong == [0, 0, 0]

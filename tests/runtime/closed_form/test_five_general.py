@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from compiling import compiled
 
+from bench.accuracy.general_arms import Judged
+from bench.cases.random_arms import random_arm
 from bench.cases.synthetic import robot_of
 from chasles.derive import explain
 
@@ -40,6 +42,14 @@ def test_every_pose_has_the_configuration_that_made_it(arm, right):
     two = found.valid[:, 1]
     apart = np.abs(found.q[two, 0] - found.q[two, 1]).max(axis=-1)
     assert (apart > 1e-6).all()
+
+
+def test_five_joints_of_which_one_slides_lose_no_pose(tmp_path):
+    robot = random_arm(7, "/////", {3})
+    arm = compiled(robot, tmp_path / robot.name)
+    assert "joint_4 slides: its displacement" in str(explain(robot))
+    q = np.random.default_rng(1).uniform(-1, 1, (1000, 5))
+    assert Judged(robot, arm).lost(q) == (1000, 0, 0, 0)
 
 
 def test_a_pose_that_five_joints_miss_is_none_of_theirs(arm):

@@ -1,5 +1,6 @@
 /* The other joints at each root of the suppressed one; part of chasles, the same for every robot of
- * six revolute joints.
+ * six joints without a structure. Of a joint that slides, c and s are the displacement and its
+ * square.
  */
 #ifndef CHASLES_GENERAL_BACK_H
 #define CHASLES_GENERAL_BACK_H
@@ -23,8 +24,8 @@ CHASLES_INLINE void chasles_general_unit(chasles_vector x, chasles_vector y, cha
 }
 
 /* cos and sin of the two joints behind the suppressed one, from the vector that M takes to zero:
- * of its half angle in place 0, of the other one in place 1. */
-CHASLES_INLINE void chasles_general_two(const chasles_vector *n, chasles_vector *c,
+ * of its half angle in place 0, of the other one in place 1, which may slide. */
+CHASLES_INLINE void chasles_general_two(const chasles_vector *n, int slides, chasles_vector *c,
                                         chasles_vector *s)
 {
     /* n is a product (sin, cos) x (1, cos, sin): its directions, from the larger row. */
@@ -45,8 +46,24 @@ CHASLES_INLINE void chasles_general_two(const chasles_vector *n, chasles_vector 
     const chasles_vector cosine = (x * x - y * y) * over, sine = 2.0 * x * y * over;
     c[0] = c0 * cosine - s0 * sine;
     s[0] = c0 * sine + s0 * cosine;
+    if (slides) {
+        const chasles_vector_mask is_there = chasles_vector_sizes(r[0]) > zero;
+        c[1] = chasles_vector_chosen(is_there, r[1] / r[0], zero);
+        s[1] = c[1] * c[1];
+        return;
+    }
     const chasles_vector sign = chasles_vector_signed(zero + 1.0, r[0]);
     chasles_general_unit(sign * r[1], sign * r[2], c + 1, s + 1);
+}
+
+/* cos and sin of a joint of the pair from its two products with 1. */
+CHASLES_INLINE void chasles_general_of_pair(int slides, chasles_vector x, chasles_vector y,
+                                            chasles_vector *c, chasles_vector *s)
+{
+    if (slides)
+        *c = x, *s = x * x;
+    else
+        chasles_general_unit(x, y, c, s);
 }
 
 /* cos and sin of the pair, from those of the three joints behind it. */
@@ -68,8 +85,8 @@ CHASLES_INLINE void chasles_general_pair(const chasles_general_system *system, c
             y[i] -= system->factor[i][k] * y[k];
         y[i] *= system->factor[i][i] != 0.0 ? 1.0 / system->factor[i][i] : 0.0;
     }
-    chasles_general_unit(y[2], y[5], c, s);
-    chasles_general_unit(y[0], y[1], c + 1, s + 1);
+    chasles_general_of_pair(system->slides[0], y[2], y[5], c, s);
+    chasles_general_of_pair(system->slides[1], y[0], y[1], c + 1, s + 1);
 }
 
 /* cos and sin of the last joint, from those of all others: they turn x by its angle, backwards. */
@@ -82,8 +99,9 @@ CHASLES_INLINE void chasles_general_last(const chasles_general_system *system, c
         const double *C = system->loop[k >= 0 ? k : 5];
         for (int i = 0; i < 3; i++)
             moved[i] = C[4 * i] * turned[0] + C[4 * i + 1] * turned[1] + C[4 * i + 2] * turned[2];
-        turned[0] = k >= 0 ? c[k] * moved[0] - s[k] * moved[1] : moved[0];
-        turned[1] = k >= 0 ? s[k] * moved[0] + c[k] * moved[1] : moved[1];
+        const int turns = k >= 0 && !system->slides[k];
+        turned[0] = turns ? c[k] * moved[0] - s[k] * moved[1] : moved[0];
+        turned[1] = turns ? s[k] * moved[0] + c[k] * moved[1] : moved[1];
         turned[2] = moved[2];
     }
     c[5] = turned[0], s[5] = -turned[1];
@@ -103,8 +121,8 @@ static void chasles_general_all(const chasles_general_six *six, const chasles_ge
         rows[6][l] = start->c, rows[7][l] = start->s;
     }
     memcpy(given, rows, sizeof given);
-    chasles_general_two(given, two_c, two_s);
     const int half = split->halved;
+    chasles_general_two(given, system->slides[half ? 3 : 4], two_c, two_s);
     c[2] = given[6], c[3] = two_c[half], c[4] = two_c[1 - half];
     s[2] = given[7], s[3] = two_s[half], s[4] = two_s[1 - half];
     chasles_general_pair(system, c, s);
@@ -112,9 +130,10 @@ static void chasles_general_all(const chasles_general_six *six, const chasles_ge
     for (int k = 0; k < 6; k++) {
         const int joint = split->joint[k];
         const double sign = split->sense * chasles_general_direction(six, joint);
-        const chasles_vector angle = sign * chasles_general_angles(s[k], c[k]);
+        const chasles_vector value =
+            sign * (system->slides[k] ? c[k] : chasles_general_angles(s[k], c[k]));
         for (int l = 0; l < count; l++)
-            starts[l].q[joint] = angle[l];
+            starts[l].q[joint] = value[l];
     }
 }
 

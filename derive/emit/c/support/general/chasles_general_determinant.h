@@ -1,5 +1,5 @@
 /* The determinant of M for many suppressed angles at once, one a lane, and the vector that M takes
- * to zero; part of chasles, the same for every robot of six revolute joints.
+ * to zero; part of chasles, the same for every robot of six joints without a structure.
  *
  * With sine s and cosine c of the half angle, each of the six equations without y is
  * (A s^2 + B s c + C c^2) x = 0. Times s and times c they are

@@ -1,5 +1,5 @@
-/* Inverse kinematics of an arm of any geometry with more than six joints, of which six that turn
- * are solved for and all others given; part of chasles, the same for every such robot.
+/* Inverse kinematics of an arm of any geometry with more than six joints, of which six are
+ * solved for and all others given; part of chasles, the same for every such robot.
  */
 #ifndef CHASLES_GENERAL_GIVEN_H
 #define CHASLES_GENERAL_GIVEN_H

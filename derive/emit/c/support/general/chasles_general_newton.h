@@ -1,5 +1,5 @@
-/* Newton's steps of an arm of six revolute joints onto a pose, damped where they do not help; part
- * of chasles, the same for every such robot.
+/* Newton's steps of an arm of six joints onto a pose, damped where they do not help; part of
+ * chasles, the same for every such robot.
  */
 #ifndef CHASLES_GENERAL_NEWTON_H
 #define CHASLES_GENERAL_NEWTON_H
@@ -32,11 +32,17 @@ typedef struct {
     int is_over;    /* whether no further step may help */
 } chasles_general_way;
 
-/* All joints of the robot, from the six that are solved for. */
+/* All joints of the robot (rad, m), from the six that are solved for. */
 static void chasles_general_joints(const chasles_general_six *six, const double *q, double *all)
 {
-    for (int k = 0, from = 0, given = 0; k < six->arm->joints; k++)
-        all[k] = six->arm->kind[k] == CHASLES_SOLVED_FOR ? q[from++] : six->value[given++];
+    for (int k = 0, from = 0, given = 0; k < six->arm->joints; k++) {
+        if (!chasles_general_is_solved(six->arm, k)) {
+            all[k] = six->value[given++];
+        } else {
+            all[k] = six->slides[from] ? six->arm->length * q[from] : q[from];
+            from++;
+        }
+    }
 }
 
 /* The pose of five joints and of a sixth that turns the tool about an axis of the tool, and six
@@ -44,10 +50,11 @@ static void chasles_general_joints(const chasles_general_six *six, const double 
 static void chasles_general_turned_tool(const chasles_general_six *six, const double *q, double *T,
                                         double *J)
 {
-    double own[30], from[3], axis[12], at[12], turned[12];
+    double all[CHASLES_MOST_JOINTS], own[30], from[3], axis[12], at[12], turned[12];
     const double *back = six->arm->placed[6], c = cos(q[5]), s = sin(q[5]);
     const double turn[12] = {c, -s, 0.0, 0.0, s, c, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0};
-    six->arm->pose_jacobian(q, T, own);
+    chasles_general_joints(six, q, all);
+    six->arm->pose_jacobian(all, T, own);
     for (int i = 0; i < 3; i++)
         from[i] = T[4 * i + 3];
     chasles_general_inverse(back, axis);
@@ -69,25 +76,30 @@ static void chasles_general_turned_tool(const chasles_general_six *six, const do
     }
 }
 
-/* The robot's own forward kinematics, and the six columns of its Jacobian. */
+/* The robot's own forward kinematics, and the six columns of its Jacobian, by the coordinates of
+ * the six. */
 static void chasles_general_forward(const chasles_general_six *six, const double *q, double *T,
                                     double *J)
 {
     const int n = six->arm->joints;
-    if (n < 6) {
-        chasles_general_turned_tool(six, q, T, J);
-        return;
-    }
-    if (n == 6) {
+    if (n == 6 && !six->has_slides) {
         six->arm->pose_jacobian(q, T, J);
         return;
     }
-    double all[CHASLES_MOST_JOINTS], whole[6 * CHASLES_MOST_JOINTS];
-    chasles_general_joints(six, q, all);
-    six->arm->pose_jacobian(all, T, whole);
-    for (int i = 0; i < 6; i++) {
-        for (int k = 0; k < 6; k++)
-            J[6 * i + k] = whole[n * i + six->own[k]];
+    if (n < 6) {
+        chasles_general_turned_tool(six, q, T, J);
+    } else {
+        double all[CHASLES_MOST_JOINTS], whole[6 * CHASLES_MOST_JOINTS];
+        chasles_general_joints(six, q, all);
+        six->arm->pose_jacobian(all, T, whole);
+        for (int i = 0; i < 6; i++) {
+            for (int k = 0; k < 6; k++)
+                J[6 * i + k] = whole[n * i + six->own[k]];
+        }
+    }
+    for (int k = 0; k < 6; k++) {
+        for (int i = 0; i < 3 && six->slides[k]; i++)
+            J[6 * i + k] *= six->arm->length;
     }
 }
 
@@ -268,7 +280,7 @@ static void chasles_general_polish(const chasles_general_six *six, const double 
         }
     }
     for (int i = 0; i < 6; i++)
-        way->q[i] = chasles_circle_wrapped(way->q[i]);
+        way->q[i] = chasles_general_wrapped(six, i, way->q[i]);
 }
 
 /* |det J| over the product of its columns' lengths, of many J: 1 at best, 0 where J is singular. */

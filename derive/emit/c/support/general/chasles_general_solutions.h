@@ -1,5 +1,5 @@
-/* The solutions of an arm of six revolute joints of any geometry; part of chasles, the same for
- * every such robot. What the names mean is told in chasles_general_equations.h.
+/* The solutions of an arm of six joints of any geometry; part of chasles, the same for every such
+ * robot. What the names mean is told in chasles_general_equations.h.
  */
 #ifndef CHASLES_GENERAL_SOLUTIONS_H
 #define CHASLES_GENERAL_SOLUTIONS_H
@@ -46,7 +46,8 @@ static int chasles_general_keep(const chasles_general_six *six, chasles_general_
     for (; own < found->count; own++) {
         double most = 0.0;
         for (int k = 0; k < 6; k++) {
-            const double apart = fabs(chasles_circle_wrapped(way->q[k] - found->q[own][k]));
+            const double apart =
+                fabs(chasles_general_wrapped(six, k, way->q[k] - found->q[own][k]));
             most = apart > most ? apart : most;
         }
         if (most < CHASLES_SAME)

@@ -1,5 +1,5 @@
 /* Angles of vectors, and linear systems of six rows in them; part of chasles, the same for every
- * robot of six revolute joints.
+ * robot of six joints without a structure.
  */
 #ifndef CHASLES_GENERAL_VECTORS_H
 #define CHASLES_GENERAL_VECTORS_H

@@ -18,6 +18,8 @@
  *
  *   POLISH_IS_GENERAL          whether POLISH_GENERAL is the arm as a general one, whose solver
  *                              (chasles_general_solutions.h) tells what branches are unsure of
+ *   POLISH_IS_ASKED            whether this solver is asked at every pose, as what is seen at folds
+ *                              may not tell all
  *   POLISH_IS_SEARCHED         whether to look around where branches are unsure: not in a robot
  * with loops, where a nominal solution may be on a branch that the true loops do not have
  *   POLISH_IS_POSITION         whether the position of a pose is asked for and its turn is not
@@ -160,7 +162,7 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
     POLISH_NAME(mark)(&s);
 #if POLISH_IS_SEARCHED
 #if POLISH_UNFOLDS
-    if (POLISH_NAME(unfold)(&s, &start, (const double *)first))
+    if (POLISH_NAME(unfold)(&s, &start, (const double *)first) && !POLISH_IS_ASKED)
         return;
 #endif
 #if POLISH_IS_GENERAL
@@ -210,6 +212,7 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
 #undef POLISH_DEVIATION
 #undef POLISH_MEETS
 #undef POLISH_IS_GENERAL
+#undef POLISH_IS_ASKED
 #undef POLISH_IS_SEARCHED
 #undef POLISH_IS_POSITION
 #undef POLISH_GENERAL

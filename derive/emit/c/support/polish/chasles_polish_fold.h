@@ -116,6 +116,16 @@ static int POLISH_NAME(is_folded)(double residual, double pivot)
            pivot * residual * residual < moved * moved;
 }
 
+/* Whether solutions may be elsewhere than at a fold, though the nominal arm misses the pose by far:
+ * it is singular at its nearest place, and not so that its error is in the direction that it lacks.
+ * So it is where a turn of the wrist that leaves the tool in its place would bring it within reach.
+ * `cost` is the squared error (radian, parts of the length). */
+static int POLISH_NAME(is_aside)(double cost, double pivot, double step2)
+{
+    const double unsure = POLISH_UNSURE * POLISH_DEVIATION;
+    return pivot < unsure * unsure && step2 * pivot < POLISH_ASIDE * cost;
+}
+
 /* Whether further solutions may be near a branch that has one, by its steps: where the true arm is
  * nearly singular there, and the deviation moved the joints far for that. So it is where the wrist
  * has four solutions in place of two. */
@@ -172,17 +182,23 @@ static LANES_TARGET int POLISH_NAME(unfold)(POLISH_NAME(search) * s,
 {
     POLISH_NAME(folds) f;
     POLISH_NAME(pairs) pairs;
+    const double unsure = POLISH_UNSURE * POLISH_DEVIATION;
     int slot[LANES], count = 0, reached = 0, is_clear = 1;
     pairs.count = 0;
     for (int k = 0; k < POLISH_SLOTS; k++) {
+        const double part = start->residual[k] * (1.0 / POLISH_LENGTH);
         reached += start->residual[k] < POLISH_FOLD;
         const double *own = first + 4 * LANES * (k / LANES) + k % LANES;
         if (s->taken[k]) {
             is_clear = is_clear && !POLISH_NAME(is_swerved)(own[2 * LANES], own[3 * LANES]);
         } else if (POLISH_NAME(is_folded)(start->residual[k], own[0])) {
+            /* Beside a second singularity there is more than a fold. */
+            is_clear = is_clear && !(own[LANES] < unsure * unsure);
             for (int i = 0; i < POLISH_N; i++)
                 ((double *)f.c.q)[LANES * i + count] = start->q[POLISH_N * k + i];
             slot[count++] = k;
+        } else {
+            is_clear = is_clear && !POLISH_NAME(is_aside)(part * part, own[0], own[2 * LANES]);
         }
         if (count == LANES || (k + 1 == POLISH_SLOTS && count > 0)) {
             is_clear = POLISH_NAME(part)(s, start, &f, slot, count, &pairs) && is_clear;

@@ -187,22 +187,25 @@ POLISH_INLINE void POLISH_NAME(moved)(const lanes_where *going, const lanes *dq,
 }
 
 #if POLISH_N < 6
-/* Where no solution is near: a step from `e` leaves more than the bend of what the tool reaches
- * makes up over its length. */
-POLISH_INLINE lanes_where POLISH_NAME(misses)(const POLISH_NAME(factors) * f, const lanes *e,
-                                              const lanes *dq, const lanes *square)
+/* Where no solution is near: a step from c leaves more than the bend of what the tool reaches makes
+ * up over its length. Near singularities, by the least of `pivots`, damping shortens the step, and
+ * this cannot be told. */
+POLISH_INLINE lanes_where POLISH_NAME(misses)(const POLISH_NAME(configurations) * c,
+                                              const POLISH_NAME(factors) * f, const lanes *dq,
+                                              const lanes *square, const lanes *pivots)
 {
-    const lanes bend = POLISH_BEND * *square;
+    const lanes bend = POLISH_BEND * *square, damping = POLISH_DAMPING * c->cost;
     lanes rest2 = POLISH_OF(0.0);
     POLISH_UNROLL
     for (int i = 0; i < 6; i++) {
-        lanes rest = e[i];
+        lanes rest = c->e[i];
         POLISH_UNROLL
         for (int k = 0; k < POLISH_N; k++)
             rest -= f->J[i][k] * dq[k];
         rest2 += rest * rest;
     }
-    return LANES_LT(bend * bend + POLISH_SETTLED * POLISH_SETTLED, rest2);
+    const lanes_where is_long = LANES_LT(POLISH_UNDAMPED * damping, pivots[0]);
+    return POLISH_AND(is_long, LANES_LT(bend * bend + POLISH_SETTLED * POLISH_SETTLED, rest2));
 }
 #endif
 
@@ -219,6 +222,7 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
     const lanes damping = LANES_CHOICE(*near, POLISH_DAMPING, 0.0);
     lanes_where going = *near;
     lanes dq[POLISH_N], others[2], square;
+    lanes *pivots = first;
     first[0] = first[1] = others[0] = others[1] = POLISH_OF(1.0);
     first[2] = first[3] = POLISH_OF(0.0);
     int left_over = 0; /* further steps by the same equations */
@@ -242,7 +246,8 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
             return;
         const int is_new = left_over == 0;
         if (is_new) {
-            POLISH_NAME(towards)(c, &damping, &f, dq, k > 0 ? others : first);
+            pivots = k > 0 ? others : first;
+            POLISH_NAME(towards)(c, &damping, &f, dq, pivots);
             k++;
         } else {
             lanes b[POLISH_ROWS];
@@ -262,7 +267,7 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
 #if POLISH_N < 6
         /* The equations of an earlier step take the turn of what the tool reaches for a miss. */
         if (is_new)
-            going = POLISH_AND(going, POLISH_NOT(POLISH_NAME(misses)(&f, c->e, dq, &square)));
+            going = POLISH_AND(going, POLISH_NOT(POLISH_NAME(misses)(c, &f, dq, &square, pivots)));
 #endif
         const lanes_where is_long = LANES_LT(POLISH_OF(POLISH_SHORT * POLISH_SHORT), square);
         /* Where loops have dead points, equations change within short steps. */

@@ -25,6 +25,8 @@
 /* Bend of what the tool of an arm with fewer joints than freedoms reaches, over the square of a
  * step (radian, parts of the arm's length): two turning joints make a bend of 1 at most. */
 #define POLISH_BEND 8.0
+/* Least pivot of a step's equations over their damping, at which the step is as long as without. */
+#define POLISH_UNDAMPED 100.0
 /* Damping over the squared error in steps from a nominal solution. */
 #define POLISH_DAMPING 0.1
 /* Least damping: squares of singular values are known to 1e-16. */
@@ -99,6 +101,9 @@
 #define POLISH_SIDEWAYS 0.1
 /* Part of a step's square that a second one is taken to leave at least. */
 #define POLISH_SQUARED 0.01
+/* Part of the squared error of a singular place that is in the direction that the Jacobian lacks,
+ * below which the error is not: at a fold it is all of it. */
+#define POLISH_ASIDE 0.01
 /* Part of the terms of this equation's discriminant that their errors may be. */
 #define POLISH_CLEAR 0.3
 /* Root of a pivot (rad) and residual up to which a branch may be beside a second singularity though
