@@ -66,13 +66,14 @@ CHASLES_INLINE void chasles_general_of_pair(int slides, chasles_vector x, chasle
         chasles_general_unit(x, y, c, s);
 }
 
-/* cos and sin of the pair, from those of the three joints behind it. */
-CHASLES_INLINE void chasles_general_pair(const chasles_general_system *system, chasles_vector *c,
-                                         chasles_vector *s)
+/* cos and sin of the pair, from those of the three joints behind it. Returns what is left of the
+ * equations in products that never appear, as those of squares where both of the pair slide. */
+CHASLES_INLINE chasles_vector chasles_general_pair(const chasles_general_system *system,
+                                                   chasles_vector *c, chasles_vector *s)
 {
     const chasles_vector zero = {0.0}, one = zero + 1.0;
     const chasles_vector of_v[3] = {one, c[3], s[3]}, of_w[3] = {one, c[4], s[4]};
-    chasles_vector y[8];
+    chasles_vector y[8], left = zero;
     for (int i = 7; i >= 0; i--) {
         y[i] = zero;
         CHASLES_UNROLL
@@ -83,10 +84,12 @@ CHASLES_INLINE void chasles_general_pair(const chasles_general_system *system, c
         }
         for (int k = i + 1; k < 8; k++)
             y[i] -= system->factor[i][k] * y[k];
+        left += system->factor[i][i] != 0.0 ? zero : chasles_vector_sizes(y[i]);
         y[i] *= system->factor[i][i] != 0.0 ? 1.0 / system->factor[i][i] : 0.0;
     }
     chasles_general_of_pair(system->slides[0], y[2], y[5], c, s);
     chasles_general_of_pair(system->slides[1], y[0], y[1], c + 1, s + 1);
+    return left;
 }
 
 /* cos and sin of the last joint, from those of all others: they turn x by its angle, backwards. */
@@ -125,8 +128,10 @@ static void chasles_general_all(const chasles_general_six *six, const chasles_ge
     chasles_general_two(given, system->slides[half ? 3 : 4], two_c, two_s);
     c[2] = given[6], c[3] = two_c[half], c[4] = two_c[1 - half];
     s[2] = given[7], s[3] = two_s[half], s[4] = two_s[1 - half];
-    chasles_general_pair(system, c, s);
+    const chasles_vector left = chasles_general_pair(system, c, s);
     chasles_general_last(system, c, s);
+    for (int l = 0; l < count; l++)
+        starts[l].left = left[l];
     for (int k = 0; k < 6; k++) {
         const int joint = split->joint[k];
         const double sign = split->sense * chasles_general_direction(six, joint);
@@ -236,6 +241,21 @@ static int chasles_general_isolated(const chasles_general_system *system,
     return !roots->unresolved && (series.most > CHASLES_VANISHED || series.noise < rounding);
 }
 
+/* Leaves out starts at roots of the six equations that do not solve the others, as half of them
+ * where both of the pair slide; how many are kept. */
+static int chasles_general_kept(const chasles_general_system *system, chasles_general_start *starts,
+                                int count)
+{
+    int kept = 0;
+    if (!(system->slides[0] && system->slides[1]))
+        return count;
+    for (int k = 0; k < count; k++) {
+        if (starts[k].has_twin || starts[k].left < CHASLES_SOLVES_ALL)
+            starts[kept++] = starts[k];
+    }
+    return kept;
+}
+
 /* Starts for Newton's steps, one a real root, and one where two are about to meet; how many. Also
  * whether no more than two are near each other. */
 static int chasles_general_starts(const chasles_general_six *six,
@@ -279,7 +299,7 @@ static int chasles_general_starts(const chasles_general_six *six,
         }
         chasles_general_all(six, split, system, starts + k, all);
     }
-    return count;
+    return chasles_general_kept(system, starts, count);
 }
 
 /* Two more starts for each of those that another one is near, by both of their vectors; how many.

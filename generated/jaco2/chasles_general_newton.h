@@ -19,6 +19,7 @@ typedef struct {
     double c, s;      /* of this angle */
     double imaginary; /* of this angle; 0 for a real root */
     int has_twin;     /* whether another root is near */
+    double left;      /* of equations beside the six */
 } chasles_general_start;
 
 /* A configuration on its way to a pose. */

@@ -283,8 +283,10 @@ def _pairs(found: LineEquations) -> tuple[float, ...]:
     has two for the pair. Where both of the pair slide, products of squares never appear.
     """
     A = found.left[..., 1:]
-    sizes = np.linalg.svd(A[..., A.any((0, 1))], compute_uv=False)
-    parts = np.zeros(len(sizes))
+    parts, appear = np.zeros(len(A)), A.any((0, 1))
+    if not appear.any():
+        return tuple(parts.tolist())
+    sizes = np.linalg.svd(A[..., appear], compute_uv=False)
     np.divide(sizes[:, -1], sizes[:, 0], out=parts, where=sizes[:, 0] > 0)
     return tuple(map(float, parts))
 

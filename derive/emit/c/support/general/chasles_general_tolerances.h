@@ -23,6 +23,9 @@
  * that is 1e-3 off a structure for which it vanishes, it may be 1e-20 and good to twelve digits. */
 #define CHASLES_VANISHED 1e-15
 #define CHASLES_CLEAN 1e-9
+/* What a root of the six equations may leave of others, whose entries are of order 1: solutions
+ * that are single leave 1e-8, roots that are none 0.01 and more. */
+#define CHASLES_SOLVES_ALL 1e-4
 /* rad^2: square of an angle so small that its series ends with its third power. */
 #define CHASLES_SMALL_TURN 1e-7
 /* Damping of Newton's steps, over the squares of J's entries: at first far from a solution and near
