@@ -7,6 +7,7 @@ much does not.
 """
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -25,24 +26,66 @@ SAMPLES = 200
 STEPS = 8
 
 
-def share_led(robot: Robot, lines: Lines, nominal: SymbolicFunction) -> float:
-    """The share of random configurations to which the nominal arm leads.
+@dataclass(frozen=True)
+class Sampled:
+    """The true arm in random configurations, and the nominal arm's inverse of its poses.
 
-    Args:
-        robot: The true arm.
-        lines: Its axes.
-        nominal: The task ``ik`` of the nominal arm; values of given joints follow the pose.
-
-    Returns:
-        From 0 to 1.
+    Attributes:
+        arm: The true arm, in numbers.
+        given: Indices of the joints that are given.
+        q: The configurations (N, n).
+        T: Their poses (N, 4, 4).
+        branches: Each branch of the nominal inverse: coordinates (N, n) and residual (N,).
     """
-    arm = NumericArm.of(robot, lines)
-    q, T, branches = _sampled(arm, nominal)
-    led = np.zeros(SAMPLES, dtype=bool)
-    for start, _ in branches:
-        found, left = _polished(arm, T, start, nominal.role.given)
-        led |= (left < LED_BACK) & (_apart(found, q).max(-1) < LED_BACK)
-    return float(led.mean())
+
+    arm: NumericArm
+    given: tuple[int, ...]
+    q: FloatArray
+    T: FloatArray
+    branches: tuple[tuple[FloatArray, FloatArray], ...]
+
+    @classmethod
+    def of(cls, robot: Robot, lines: Lines, nominal: SymbolicFunction) -> "Sampled":
+        """Takes the poses of a robot of these axes to the task ``ik`` of a nominal arm.
+
+        The values of given joints follow the poses.
+        """
+        arm, given = NumericArm.of(robot, lines), nominal.role.given
+        q, T = _configurations(arm)
+        (kernel,) = lower([nominal], "nominal")
+        branches = _branches(kernel, nominal, T, q[:, list(given)])
+        return cls(arm, given, q, T, tuple(branches))
+
+    @property
+    def share_led(self) -> float:
+        """The share of configurations to which the nominal arm leads, from 0 to 1."""
+        led = np.zeros(len(self.q), dtype=bool)
+        for start, _ in self.branches:
+            found, left = _polished(self.arm, self.T, start, self.given)
+            led |= (left < LED_BACK) & (_apart(found, self.q).max(-1) < LED_BACK)
+        return float(led.mean())
+
+    @property
+    def share_beside(self) -> float:
+        """The share of configurations beside which some branch starts, from 0 to 1."""
+        apart = [_apart(start, self.q).max(-1) for start, _ in self.branches]
+        return float((np.min(apart, axis=0) < LED_STEP).mean())
+
+    @property
+    def separations(self) -> tuple[float, ...]:
+        """How far the solutions of a pose are apart in each joint that is solved for.
+
+        The median over the poses of the least difference (radian); 0 where no pose has two
+        solutions.
+        """
+        q = np.stack([start for start, _ in self.branches], 1)
+        is_there = np.stack([residual < LED_BACK for _, residual in self.branches], 1)
+        apart = _apart(q[:, :, None], q[:, None])
+        pairs = is_there[:, :, None] & is_there[:, None] & ~np.eye(len(self.branches), dtype=bool)
+        least = np.where(pairs[..., None], apart, np.inf).min((1, 2))
+        least = least[pairs.any((1, 2))]
+        found = np.median(least, axis=0) if len(least) else np.zeros(q.shape[-1])
+        return tuple(float(x) for k, x in enumerate(found) if k not in self.given)
 
 
 def share_near(
@@ -51,8 +94,9 @@ def share_near(
     """The share of random configurations to which the nominal one beside them leads.
 
     Newton's iteration goes from a configuration to the nominal arm's for the same pose, and back on
-    the true arm. It needs no inverse of the nominal arm, and is at most a little below
-    :func:`share_led`: branches farther away rarely lead to a configuration.
+    the true arm. It needs no inverse of the nominal arm. Where that has a branch beside most
+    configurations, it is at most a little below
+    :attr:`Sampled.share_led`: branches farther away rarely lead to a configuration.
 
     Args:
         robot: The true arm.
@@ -69,43 +113,6 @@ def share_near(
     return float(led.mean())
 
 
-def separations(robot: Robot, lines: Lines, nominal: SymbolicFunction) -> tuple[float, ...]:
-    """How far the solutions of a pose are apart in each joint that is solved for.
-
-    Args:
-        robot: The true arm, whose poses are taken.
-        lines: Its axes.
-        nominal: The task ``ik`` of the nominal arm, whose solutions are compared.
-
-    Returns:
-        The median over random poses of the least difference (radian); 0 where no pose has two
-        solutions.
-    """
-    _, _, branches = _sampled(NumericArm.of(robot, lines), nominal)
-    q = np.stack([start for start, _ in branches], 1)
-    is_there = np.stack([residual < LED_BACK for _, residual in branches], 1)
-    apart = _apart(q[:, :, None], q[:, None])
-    pairs = is_there[:, :, None] & is_there[:, None] & ~np.eye(len(branches), dtype=bool)
-    least = np.where(pairs[..., None], apart, np.inf).min((1, 2))
-    least = least[pairs.any((1, 2))]
-    found = np.median(least, axis=0) if len(least) else np.zeros(q.shape[-1])
-    return tuple(float(x) for k, x in enumerate(found) if k not in nominal.role.given)
-
-
-Branch = tuple[FloatArray, FloatArray]
-"""The coordinates (N, n) of a branch, and the residual (N,)."""
-
-
-def _sampled(
-    arm: NumericArm, nominal: SymbolicFunction
-) -> tuple[FloatArray, FloatArray, list[Branch]]:
-    """Random configurations (N, n), their poses, and every branch of the nominal arm there."""
-    q, T = _configurations(arm)
-    given = q[:, list(nominal.role.given)]
-    (kernel,) = lower([nominal], "nominal")
-    return q, T, list(_branches(kernel, nominal, T, given))
-
-
 def _configurations(arm: NumericArm) -> tuple[FloatArray, FloatArray]:
     """Random configurations (N, n), and their poses."""
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (SAMPLES, len(arm.turns)))
@@ -114,7 +121,7 @@ def _configurations(arm: NumericArm) -> tuple[FloatArray, FloatArray]:
 
 def _branches(
     kernel: ca.Function, nominal: SymbolicFunction, T: FloatArray, given: FloatArray
-) -> Iterator[Branch]:
+) -> Iterator[tuple[FloatArray, FloatArray]]:
     inputs = [T.reshape(len(T), 16).T, *(values[None] for values in given.T)]
     for signs in patterns(nominal) if nominal.signs else [None]:
         choice = [] if signs is None else [np.repeat(np.array(signs)[:, None], len(T), 1)]

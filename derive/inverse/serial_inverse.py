@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from itertools import chain, islice
 
 from ..model.robot import Robot
-from ..model.tolerances import EXACT_STRUCTURE, LED, LED_CLEARLY, LED_UNLIKELY
+from ..model.tolerances import EXACT_STRUCTURE, LED, LED_BESIDE, LED_CLEARLY, LED_UNLIKELY
 from ..terms.symbolic_function import SymbolicFunction, WrittenFunction
 from ..terms.terms import Terms
 from .chain_solution import pose_task
@@ -24,7 +24,7 @@ from .general.general_inverse import (
     general_inverse,
     general_tables,
 )
-from .led import separations, share_led, share_near
+from .led import Sampled, share_near
 from .lost_poses import lost_poses
 from .nominal import nominal_of
 from .polished_inverse import as_start, polished_inverse
@@ -167,10 +167,12 @@ def _by_nominal(
         if near < LED_UNLIKELY:
             continue
         solved = pose_task(nominal, exact, found)
-        if near >= LED_CLEARLY or share_led(robot, lines, solved.function) >= LED:
+        sampled = Sampled.of(robot, lines, solved.function)
+        is_clear = near >= LED_CLEARLY and sampled.share_beside >= LED_BESIDE
+        if is_clear or sampled.share_led >= LED:
             fitting = replace(classification, found=found, missing="")
             # A given joint changes what the other six can tell apart.
-            apart = () if found.given else separations(robot, lines, solved.function)
+            apart = () if found.given else sampled.separations
             return led(fitting, solved, general_tables(robot, found.given, apart))
     return None
 

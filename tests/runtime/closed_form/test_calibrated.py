@@ -11,11 +11,13 @@ from derivations import ROBOTS
 
 import chasles
 from bench.cases.calibrated import displaced
+from bench.cases.drawn_arms import random_arm
 from chasles.derive import load
 from chasles.derive.inverse.chain_solution import pose_task
 from chasles.derive.inverse.classify import classify
-from chasles.derive.inverse.led import share_led
+from chasles.derive.inverse.led import Sampled
 from chasles.derive.inverse.nominal import nominal_of
+from chasles.derive.inverse.serial_inverse import inverses
 from chasles.derive.inverse.structure.lines import Lines, axes_of
 from chasles.derive.model.tolerances import LED
 from chasles.derive.terms.terms import Terms
@@ -165,6 +167,13 @@ def test_the_share_that_is_led_falls_with_the_deviation():
         lines, near = classification.lines, classification.near[0]
         nominal = nominal_of(robot, lines, near)
         task = pose_task(nominal, Lines(lines.terms, axes_of(nominal, lines.terms)), near)
-        shares.append(share_led(robot, lines, task.function))
+        shares.append(Sampled.of(robot, lines, task.function).share_led)
     assert shares[0] > 0.97
     assert shares[1] < LED
+
+
+def test_a_nominal_inverse_that_takes_other_postures_leads_nowhere():
+    """Newton's iteration comes to the nominal configurations, but its inverse does not."""
+    robot = displaced(random_arm(164), 1.4e-4, 164)
+    assert classify(robot, Terms({})).near
+    assert inverses(robot, Terms({})).polished is None

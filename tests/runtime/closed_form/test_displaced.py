@@ -15,7 +15,7 @@ from bench.cases.drawn_arms import random_arm
 from chasles.derive import load
 from chasles.derive.inverse.general.raghavan_roth import numbers
 from chasles.derive.inverse.general.split_choice import choice_at, slides_of
-from chasles.derive.inverse.led import separations
+from chasles.derive.inverse.led import Sampled
 from chasles.derive.inverse.serial_inverse import inverses
 from chasles.derive.model.tolerances import SEPARATE
 from chasles.derive.terms.terms import Terms
@@ -182,7 +182,7 @@ def test_splits_are_by_joints_that_tell_solutions_apart(robot):
     """The solutions of a wrist share the joints before it, on which no split depends first."""
     found = inverses(robot, Terms({}))
     nominal = found.solved["ik_nominal"].function
-    apart = separations(robot, found.classification.lines, nominal)
+    apart = Sampled.of(robot, found.classification.lines, nominal).separations
     assert max(apart[:3]) < 1e-6 < SEPARATE < min(apart[3:])
     joints = [split.joints[2] for split in choice_at(numbers(robot), apart=apart).splits]
     assert sorted(joints[:3]) == [3, 4, 5]
