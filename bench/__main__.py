@@ -50,7 +50,7 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
     "platforms": lambda o: platform_modes.run(o.count, o.starts, o.seed),
     "planar": lambda o: planar_modes.run(o.count, o.starts, o.seed),
     "displaced": lambda o: displaced_arms.run(
-        range(o.first, o.first + o.draws), o.poses, o.singles
+        range(o.first, o.first + o.draws), o.poses, o.singles, drawn=o.drawn
     ),
     "studies": lambda o: studies.run(o.samples),
     "scenes": lambda o: scenes.run(o.count),
@@ -153,6 +153,7 @@ def _add_sweeps(commands: Any) -> None:
     off = commands.add_parser("displaced", help="arms with random errors, judged and timed")
     for name, default in (("draws", 30), ("first", 0), ("poses", 10_000), ("singles", 1000)):
         off.add_argument(f"--{name}", type=int, default=default)
+    off.add_argument("--drawn", action="store_true", help="arms of round numbers instead")
     studied = commands.add_parser("studies", help="workspaces and reach beside plain loops")
     studied.add_argument("--samples", type=int, default=10_000_000, help="postures of a workspace")
     among = commands.add_parser("scenes", help="paths of robots with loops among obstacles")

@@ -1,15 +1,18 @@
 """``python -m bench displaced``: arms with random errors in every parameter, judged and timed.
 
-Each draw takes a shipped arm or one of the shelf, and displaces every joint and the tool by errors
-of up to a size between 0.1 and 10 (millimetre, milliradian). A line tells, for random poses,
+Each draw takes a shipped arm or one of the shelf, or with --drawn an arm of round numbers, and
+displaces every joint and the tool by errors of up to a size between 0.1 and 10 (millimetre,
+milliradian). A line tells, for random poses,
 
+    near     whether the arm is led from a nominal one: 1, or is solved otherwise: 0
     lost     poses of which the configuration that made them is not among the solutions
     none     poses without any solution
     wrong    solutions called valid whose pose, in extended precision, is off by more than 1e-8
     fewer    solutions of the same arm solved as a general one that are not among the solutions
     single, p99, batch   microseconds a pose, on one thread
 
-A configuration at which the Jacobian is singular is not looked for.
+and for poses at right angles, lost (right_lost), without any solution (right_none) and wrong
+(right_wrong). A configuration at which the Jacobian is singular is not looked for.
 """
 
 import tempfile
@@ -26,8 +29,10 @@ import chasles
 from chasles.derive import Robot, RobotError, derive, load
 from chasles.derive.build.generate import files_of, put
 from chasles.derive.emit.languages import EMITTERS
+from chasles.derive.inverse.general.split_choice import slides_of
 
 from ..cases.calibrated import displaced
+from ..cases.drawn_arms import random_arm
 from ..report import out, seconds
 from .general_arms import DERIVED, SIX, Judged, apart
 
@@ -46,7 +51,10 @@ C_ALONE = [emitter for emitter in EMITTERS if emitter.language in ("c", "python"
 ROUNDS = 3
 PART = 1000
 """Poses of which all solutions are compared at a time."""
-BARS = {"none": 0, "wrong": 0, "lost": 1e-4, "p99": 50.0}
+COUNTS = ("lost", "none", "wrong")
+SLIDE = 0.5
+"""Metres by which slides move to either side."""
+BARS = {"none": 0, "wrong": 0, "lost": 1e-4, "right_none": 0, "right_wrong": 0, "p99": 50.0}
 """Greatest values; of lost poses, the share."""
 
 
@@ -65,11 +73,12 @@ class Draw:
     robot: Robot
 
     @classmethod
-    def of(cls, number: int) -> "Draw":
-        """The draw of a number, which is the seed as well."""
-        name = ARMS[number % len(ARMS)]
+    def of(cls, number: int, *, drawn: bool = False) -> "Draw":
+        """The draw of a number, which is the seed as well; of an arm that nobody chose."""
+        name = f"arm {number}" if drawn else ARMS[number % len(ARMS)]
+        robot = random_arm(number) if drawn else load(described(name))
         size = float(10 ** np.random.default_rng(number).uniform(*SIZES))
-        return cls(name, size, displaced(load(described(name)), size, number))
+        return cls(name, size, displaced(robot, size, number))
 
     def loaded(self, folder: Path, **families: tuple[()]) -> chasles.Robot:
         """Its functions, derived into a folder."""
@@ -97,11 +106,14 @@ def judgement(draw: Draw, poses: int, singles: int, *, beside: bool = True) -> d
         start = time.process_time()
         arm = draw.loaded(Path(folder) / "own")
         found = {"derived": time.process_time() - start}
+        found["near"] = "ik_nominal" in arm.functions
         judged = Judged(draw.robot, arm)
-        q = np.random.default_rng(0).uniform(-np.pi, np.pi, (poses, arm.n))
+        q, right = configurations(draw.robot, poses)
         parts = [judged.lost(part) for part in np.array_split(q, -(-poses // PART))]
         counts = np.sum(parts, axis=0)
-        found |= dict(zip(("regular", "lost", "none", "wrong"), map(int, counts), strict=True))
+        found |= dict(zip(("regular", *COUNTS), map(int, counts), strict=True))
+        names = ("right", *(f"right_{name}" for name in COUNTS))
+        found |= dict(zip(names, map(int, judged.lost(right)), strict=True))
         if beside and arm.n == SIX:
             general = draw.loaded(Path(folder) / "general", families=())
             found["fewer"] = fewer(arm, general, q)
@@ -111,6 +123,17 @@ def judgement(draw: Draw, poses: int, singles: int, *, beside: bool = True) -> d
         found["single"], found["p99"] = 1e6 * np.percentile(taken, (50, 99))
         found["batch"] = 1e6 * least(partial(arm.ik, T, *given, threads=1)) / poses
     return found
+
+
+def configurations(robot: Robot, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Random configurations (count, n), and a tenth as many at right angles."""
+    random, n = np.random.default_rng(0), len(robot.coordinates)
+    q = random.uniform(-np.pi, np.pi, (count, n))
+    right = np.pi / 2 * random.integers(-1, 3, (count // 10, n))
+    for k in slides_of(robot):
+        q[:, k] = random.uniform(-SLIDE, SLIDE, len(q))
+        right[:, k] = np.round(random.uniform(-SLIDE, SLIDE, len(right)), 1)
+    return q, right
 
 
 def fewer(arm: chasles.Robot, general: chasles.Robot, q: np.ndarray) -> int:
@@ -138,16 +161,25 @@ def missed(found: dict[str, float]) -> list[str]:
     return [name for name, bar in allowed.items() if found[name] > bar]
 
 
-def run(numbers: Sequence[int], poses: int, singles: int) -> int:
-    """Prints a line for each draw; returns 1 if one misses a bar."""
-    failed = 0
+def run(numbers: Sequence[int], poses: int, singles: int, *, drawn: bool = False) -> int:
+    """Prints a line for each draw; returns 1 if one misses a bar.
+
+    Args:
+        numbers: Of the draws.
+        poses: As of :func:`judgement`.
+        singles: As of :func:`judgement`.
+        drawn: Whether arms of round numbers are displaced; those without ``ik`` are passed over.
+    """
+    failed = without = 0
     for number in numbers:
-        draw = Draw.of(number)
+        draw = Draw.of(number, drawn=drawn)
         try:
-            found = judgement(draw, poses, singles)
+            found = judgement(draw, poses, singles, beside=not drawn)
         except RobotError as error:
-            out.print(f"{number:3} {draw.name:12} {1e3 * draw.size:5.2f}: {str(error)[:60]}")
-            failed += 1
+            if not drawn:
+                out.print(f"{number:3} {draw.name:12} {1e3 * draw.size:5.2f}: {str(error)[:60]}")
+            failed += not drawn
+            without += 1
             continue
         text = " ".join(f"{name} {value:.4g}" for name, value in found.items())
         over = missed(found)
@@ -157,5 +189,5 @@ def run(numbers: Sequence[int], poses: int, singles: int) -> int:
             soft_wrap=True,
         )
         failed += bool(over)
-    out.print(f"{len(numbers)} draws, {failed} miss a bar")
+    out.print(f"{len(numbers)} draws, {without} without ik, {failed} miss a bar")
     return int(failed > 0)
