@@ -21,7 +21,7 @@ import argparse
 import re
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -31,6 +31,7 @@ import chasles
 from chasles.derive import Robot, write
 from chasles.derive.description.urdf import from_urdf
 from chasles.derive.inverse.general.raghavan_roth import numbers
+from chasles.derive.inverse.general.split_choice import slides_of
 
 from ..cases.random_arms import long_arm, random_arm
 from ..report import out
@@ -87,7 +88,7 @@ class Judged:
         """Of these configurations' poses: regular ones, those lost, without any, and wrong."""
         T, J = self.arm.fk_jacobian_mixed(q)
         solutions = self.arm.ik(T, *self.given(q))
-        there = solutions.valid & (apart(solutions.q, q[:, None]) < SAME)
+        there = solutions.valid & (apart(solutions.q, q[:, None], slides_of(self.robot)) < SAME)
         left = np.delete(J, [k for k in range(q.shape[1]) if self.is_given(k)], axis=2)
         regular = np.linalg.svd(left, compute_uv=False)[:, -1] > REGULAR
         off = np.abs(self.true_poses(solutions.q) - T[:, None]).max((-1, -2))
@@ -137,7 +138,7 @@ class Judged:
         q = q[np.abs(self.arm.fk(q) - T).max((-1, -2)) < 1e-10]
         found: list[np.ndarray] = []
         for one in q:
-            if all(apart(one, other) > 1e-5 for other in found):
+            if all(apart(one, other, slides_of(self.robot)) > 1e-5 for other in found):
                 found.append(one)
         return found
 
@@ -150,9 +151,12 @@ class Judged:
         return single / SINGLES * 1e6, batch / len(T) * 1e6
 
 
-def apart(q: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """The largest difference of a joint (rad), the shorter way round."""
-    return np.asarray(np.abs((q - other + np.pi) % (2 * np.pi) - np.pi).max(-1))
+def apart(q: np.ndarray, other: np.ndarray, slides: Collection[int] = ()) -> np.ndarray:
+    """The largest difference of a joint (rad, m), of one that turns the shorter way round."""
+    turns = np.array([k not in slides for k in range(q.shape[-1])])
+    difference = q - other
+    wrapped = (difference + np.pi) % (2 * np.pi) - np.pi
+    return np.asarray(np.abs(np.where(turns, wrapped, difference)).max(-1))
 
 
 def errors(T: np.ndarray, A: np.ndarray) -> np.ndarray:

@@ -19,6 +19,14 @@ def long_arm(seed: int) -> Robot:
     return random_arm(seed, "".join(rng.choice(list("///=x"), count)), slides)
 
 
+def sliding_arm(seed: int) -> Robot:
+    """An arm of six to nine joints of which four or five turn, so that slides are solved for."""
+    rng = np.random.default_rng([seed, 11])
+    count, turning = int(rng.integers(6, 10)), int(rng.integers(4, 6))
+    slides = {int(k) for k in rng.choice(count, count - turning, replace=False)}
+    return random_arm(seed, "".join(rng.choice(list("///=x"), count)), slides)
+
+
 def random_arm(seed: int, links: str = "//////", slides: Collection[int] = ()) -> Robot:
     """An arm with as many joints as links.
 

@@ -5,11 +5,6 @@
 
 static chasles_general_arm arm;
 
-static int is_slide(int joint)
-{
-    return arm.kind[joint] == CHASLES_GIVEN_SLIDE || arm.kind[joint] == CHASLES_SOLVED_SLIDE;
-}
-
 /* Pose and mixed Jacobian of the arm from its placements. */
 static void pose_jacobian(const double *q, double *T, double *J)
 {
@@ -18,7 +13,7 @@ static void pose_jacobian(const double *q, double *T, double *J)
     memcpy(at, arm.placed[0], sizeof at);
     for (int k = 0; k < n; k++) {
         const double along = arm.direction[k] * q[k];
-        const int slides = is_slide(k);
+        const int slides = chasles_general_slides(&arm, k);
         const double c = slides ? 1.0 : cos(along), s = slides ? 0.0 : sin(along);
         const double motion[12] = {c, -s, 0, 0, s, c, 0, 0, 0, 0, 1, slides ? along : 0.0};
         for (int i = 0; i < 3; i++)
@@ -29,7 +24,7 @@ static void pose_jacobian(const double *q, double *T, double *J)
     memcpy(T, at, sizeof at);
     T[12] = T[13] = T[14] = 0.0, T[15] = 1.0;
     for (int k = 0; k < n; k++) {
-        const int slides = is_slide(k);
+        const int slides = chasles_general_slides(&arm, k);
         double lever[3];
         for (int i = 0; i < 3; i++)
             lever[i] = at[4 * i + 3] - point[k][i];

@@ -1,14 +1,14 @@
 """``python -m bench geometries``: arms without a structure, of every pattern of neighbouring axes.
 
 Neighbouring axes are skew, parallel or meet: 243 patterns of six joints, the same where one of them
-slides (--slides), and arms of seven to ten of which some may slide (--longs). The solver is
+slides (--slides), and longer arms of which some may slide (--longs). The solver is
 compiled once and takes the tables of each arm, so that an arm takes a fraction of a second.
 Configurations at random and at right angles have to be among the solutions of their poses, except
 where the Jacobian is singular.
 """
 
 import ctypes
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from functools import cache
 from itertools import product
@@ -25,7 +25,8 @@ from chasles.derive.inverse.general.raghavan_roth import JOINTS
 from chasles.derive.inverse.general.split_choice import slides_of
 from chasles.derive.terms.terms import Terms
 
-from ..cases.random_arms import LINKS, long_arm, random_arm
+from ..accuracy.general_arms import apart
+from ..cases.random_arms import LINKS, long_arm, random_arm, sliding_arm
 from ..native.library import UNPACKED, Source, compiled
 from ..report import out, paced
 
@@ -87,6 +88,7 @@ def arms(first: int, seeds: int, slides: int, longs: int) -> Iterator[tuple[str,
             yield name, random_arm(seed, f"{links}/", {place})
     for seed in range(first, first + longs):
         yield f"long arm {seed}", long_arm(seed)
+        yield f"sliding arm {seed}", sliding_arm(seed)
 
 
 @cache
@@ -116,7 +118,7 @@ def judged(robot: Robot, count: int) -> tuple[Found, Found] | None:
     for k in slides_of(robot):
         q[:, k] = random.uniform(-SLIDE, SLIDE, len(q))
         right[:, k] = np.round(random.uniform(-SLIDE, SLIDE, len(right)), 1)
-    return _found(q, given), _found(right, given)
+    return tuple(_found(some, given, slides_of(robot)) for some in (q, right))
 
 
 def _told(tables: tuple) -> Arm:
@@ -132,14 +134,13 @@ def _told(tables: tuple) -> Arm:
     return arm
 
 
-def _found(q: np.ndarray, given: tuple[int, ...]) -> Found:
+def _found(q: np.ndarray, given: tuple[int, ...], slides: Collection[int]) -> Found:
     """What the solver finds of the poses of configurations (m, n)."""
     m, n = q.shape
     slots, residual = np.empty((m, SLOTS, n)), np.empty((m, SLOTS))
     library().solve(m, *map(_pointer, (np.ascontiguousarray(q), slots, residual)))
     solved = residual < REACHED
-    apart = np.abs((slots - q[:, None] + np.pi) % (2 * np.pi) - np.pi).max(-1)
-    missing = q[~(solved & (apart < SAME)).any(-1)]
+    missing = q[~(solved & (apart(slots, q[:, None], slides) < SAME)).any(-1)]
     free = [k for k in range(n) if k not in given]
     lost = sum(bool(np.linalg.svd(_jacobian(row)[:, free])[1][-1] > REGULAR) for row in missing)
     return Found(int((~solved.any(-1)).sum()), lost)

@@ -21,7 +21,7 @@ OPERATIONS = 1500
 FURTHER = 4
 """Slots for further solutions, where no more are known: arms of 8 branches had 10 solutions."""
 MOST = 16
-"""Solutions that six revolute joints may have."""
+"""Solutions that six joints may have."""
 FREEDOMS = 6
 TURN = 6.283185307179586
 

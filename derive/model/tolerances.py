@@ -359,11 +359,11 @@ SINGLE_SOLUTION = 1e-12
 The six equations do not single out a solution then.
 """
 ASKED_SEPARATION = 5e-3
-"""Median of a split's separations, above which its solver is quick and sure enough to be asked at
-every pose of an arm that nearly has a structure.
+"""Rating of a split (:attr:`.Rating.key`) above which its solver is quick and sure enough to be
+asked at every pose of an arm that nearly has a structure.
 
-Of calibrated arms with a given joint, those of a Panda have 2e-2 and those of an iiwa 2e-3 and
-less, where the solver takes five times as long.
+A calibrated Panda with a given joint has 2e-2. An iiwa has 2e-3 and less, where the solver takes
+five times as long.
 """
 SEPARATE = 1e-2
 """Radian: solutions that are further apart in a joint are told apart by its roots.
@@ -417,5 +417,5 @@ SOLVED_POSE = 1e-13
 """Difference of a pose from the target (no unit, parts of the arm's length) of a solution: a
 hundred times the rounding of six products of matrices."""
 DISTINCT_SOLUTION = 1e-5
-"""Difference (radian) of an angle from which two solutions are different ones: their printed
-decimals differ from 1e-4 rad on."""
+"""Difference of a joint (radian, parts of the arm's length) from which two solutions are different
+ones: their printed decimals differ from 1e-4 rad on."""

@@ -1,5 +1,5 @@
 /* The other joints at each root of the suppressed one; part of chasles, the same for every robot of
- * six joints without a structure. Of a joint that slides, c and s are the displacement and its
+ * six joints without a structure. Where a joint slides, c and s are its displacement and the
  * square.
  */
 #ifndef CHASLES_GENERAL_BACK_H
@@ -66,8 +66,8 @@ CHASLES_INLINE void chasles_general_of_pair(int slides, chasles_vector x, chasle
         chasles_general_unit(x, y, c, s);
 }
 
-/* cos and sin of the pair, from those of the three joints behind it. Returns what is left of the
- * equations in products that never appear, as those of squares where both of the pair slide. */
+/* cos and sin of the pair, from those of the three joints behind it. Returns the residual of the
+ * equations whose pivots are 0: where both of the pair slide, three products never appear. */
 CHASLES_INLINE chasles_vector chasles_general_pair(const chasles_general_system *system,
                                                    chasles_vector *c, chasles_vector *s)
 {

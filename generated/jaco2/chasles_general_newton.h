@@ -19,7 +19,7 @@ typedef struct {
     double c, s;      /* of this angle */
     double imaginary; /* of this angle; 0 for a real root */
     int has_twin;     /* whether another root is near */
-    double left;      /* of equations beside the six */
+    double left;      /* residual of the equations beside the six */
 } chasles_general_start;
 
 /* A configuration on its way to a pose. */
@@ -175,7 +175,8 @@ static void chasles_general_begin(const chasles_general_six *six, const double *
     way->is_over = way->left <= CHASLES_CLOSED;
 }
 
-/* Takes a step, half a radian at most, if it helps; else the next one is damped more. */
+/* Takes a step, half a radian or half of the arm's length at most, if it helps; else the next one
+ * is damped more. */
 static void chasles_general_advance(const chasles_general_six *six, const double *T,
                                     const double *step, chasles_general_way *way)
 {

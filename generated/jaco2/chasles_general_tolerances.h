@@ -10,7 +10,8 @@
 #define CHASLES_CLOSED 1e-14
 /* m, rad: residual below which a step that does not help ends them: rounding may be in its way. */
 #define CHASLES_NEARLY_CLOSED 1e-12
-/* rad: coordinates of solutions closer than this are one. Double solutions differ by about 1e-8. */
+/* rad, parts of the length: coordinates of solutions closer than this are one. Double solutions
+ * differ by about 1e-8. */
 #define CHASLES_SAME 1e-6
 /* m, rad: residual beyond which a pose may be out of reach, and slow steps are given up. */
 #define CHASLES_NEAR 1e-4
@@ -23,8 +24,8 @@
  * that is 1e-3 off a structure for which it vanishes, it may be 1e-20 and good to twelve digits. */
 #define CHASLES_VANISHED 1e-15
 #define CHASLES_CLEAN 1e-9
-/* What a root of the six equations may leave of others, whose entries are of order 1: solutions
- * that are single leave 1e-8, roots that are none 0.01 and more. */
+/* Residual, in parts of the length and its square, of the equations beside the six at a root that
+ * is a solution: single ones leave 1e-8, other roots 0.01 and more. */
 #define CHASLES_SOLVES_ALL 1e-4
 /* rad^2: square of an angle so small that its series ends with its third power. */
 #define CHASLES_SMALL_TURN 1e-7

@@ -2,8 +2,9 @@
 
 import pytest
 
-from bench.cases.random_arms import long_arm, random_arm
+from bench.cases.random_arms import long_arm, random_arm, sliding_arm
 from bench.robustness import any_geometry
+from chasles.derive.inverse.general.general_inverse import general_inverse
 
 PATTERNS = ["//////", "/=/==/", "==x/=/", "x/x=//", "=x/=//", "x=/x=/", "//=x=/", "xx/=//"]
 """Of the second, three parallel axes behind two, a third of the poses were lost by splits whose
@@ -35,6 +36,19 @@ def test_no_configuration_of_longer_arms_is_lost(seed):
     found = any_geometry.judged(long_arm(seed), 300)
     assert found is not None
     assert not any(found)
+
+
+@pytest.mark.parametrize("seed", [0, 4, 6])
+def test_no_configuration_is_lost_where_slides_are_left_beside_given_ones(seed):
+    found = any_geometry.judged(sliding_arm(seed), 300)
+    assert found is not None
+    assert not any(found)
+
+
+def test_two_neighbours_that_slide_in_one_direction_are_no_two_freedoms():
+    assert any_geometry.judged(random_arm(1, "/=////", {1, 2}), 10) is None
+    eight = general_inverse(random_arm(1547, "xx=xx==/", {1, 2, 3, 5}))
+    assert eight is None or not {2, 3} <= {*range(8)} - {*eight.choice.given}
 
 
 def test_what_is_lost_is_seen(monkeypatch):

@@ -44,7 +44,7 @@ def _source(derivation: Derivation, function: WrittenFunction, programs: Program
     robot = derivation.robot
     start, posed = function.calls
     nominal, pose = derivation.function(start), derivation.signature(posed)
-    *numbers, meets, is_asked, _ = function.tables
+    *numbers, meets, _, _ = function.tables
     is_free, turns, length, deviation = map(_value, numbers)
     own = f"{robot.name}_{function.name}"
     started = _at("in", nominal.inputs) + _at("out", nominal.outputs)
@@ -62,7 +62,6 @@ def _source(derivation: Derivation, function: WrittenFunction, programs: Program
         "LENGTH": length,
         "DEVIATION": deviation,
         "MEETS": int(bool(meets)),
-        "IS_ASKED": int(bool(is_asked)),
         "IS_SEARCHED": int(derivation.hybrid is None),
         "IS_POSITION": int(_is_position(function)),
     }
@@ -136,16 +135,18 @@ def _general_lines(derivation: Derivation, function: WrittenFunction) -> list[st
     """The arm as a general one. Its solver is written for compilers with vectors alone."""
     robot, general = derivation.robot, _general(function)
     if not general:
-        return ["#define POLISH_IS_GENERAL 0"]
+        return ["#define POLISH_IS_GENERAL 0", "#define POLISH_IS_ASKED 0"]
     name = f"{robot.name}_{function.name}_tables"
     return [
         "#ifdef __GNUC__",
         '#include "chasles_general_solutions.h"\n',
         *table_lines(robot, "chasles_general_arm", name, function.calls[1:], general),
         "#define POLISH_IS_GENERAL 1",
+        f"#define POLISH_IS_ASKED {int(bool(function.tables[-2]))}",
         f"#define POLISH_GENERAL {name}",
         "#else",
         "#define POLISH_IS_GENERAL 0",
+        "#define POLISH_IS_ASKED 0",
         "#endif",
     ]
 

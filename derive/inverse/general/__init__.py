@@ -1,1 +1,1 @@
-"""Six revolute axes of any geometry: the roots of a determinant (Raghavan and Roth)."""
+"""Five or six joints of any geometry, and more of which six are left."""

@@ -89,7 +89,8 @@ class GeneralTables:
 
     Attributes:
         tables: The tables of its solver; empty where it cannot be solved so.
-        separation: How well the best split tells solutions apart: see :class:`.Rating`.
+        separation: How well the best split tells solutions apart: the second of its key in
+            :class:`.Rating`.
     """
 
     tables: tuple[Table, ...] = ()
@@ -120,21 +121,16 @@ def _steps(robot: Robot, choice: Choice) -> tuple[str, ...]:
     slides = slides_of(robot)
     left = [k for k in range(len(robot.moving)) if k not in choice.given]
     free = [robot.moving[k].name for k in left] + [TOOL_AXIS] * (JOINTS - len(left))
-    squares = "".join(
-        f" {robot.moving[k].name} slides: its displacement and the square of it stand for cosine "
-        "and sine."
-        for k in left
-        if k in slides
-    )
+    sliding = [robot.moving[k].name for k in left if k in slides]
     one, two, suppressed, v, w, last = (free[k] for k in choice.splits[0].joints)
     half, other = (w, v) if choice.splits[0].halved else (v, w)
     steps = (
         f"{last} does not move its own axis: fourteen quantities of this axis are linear in the "
-        f"products of cosines and sines of {one} and {two}, and in those of {v} and {w}.{squares} "
-        f"Six combinations of the equations do not contain {one} and {two}.",
+        f"products of cosines and sines of {one} and {two}, and in those of {v} and {w}."
+        f"{_squares(sliding)} Six combinations of the equations do not contain {one} and {two}.",
         f"{suppressed}: with the half angle of {half} these are twelve equations. Their "
         "determinant, a trigonometric polynomial of degree 8, is known from 24 samples; it has up "
-        "to 16 real roots.",
+        f"to 16 real roots{', of which 8 may be solutions' if len(sliding) > 1 else ''}.",
         f"{half}, {other}: from the vector that the twelve equations take to zero. {one}, {two}: "
         "from the equations that were combined.",
         f"{last}: from the orientation that the other joints leave. Newton steps on the pose "
@@ -156,6 +152,18 @@ def _steps(robot: Robot, choice: Choice) -> tuple[str, ...]:
         "joints are left."
     )
     return (first, *steps)
+
+
+def _squares(sliding: list[str]) -> str:
+    """What stands for cosine and sine of joints that slide, if there are any."""
+    if not sliding:
+        return ""
+    is_one = len(sliding) == 1
+    return (
+        f" {listed(sliding)} {'slides' if is_one else 'slide'}: "
+        f"{'its displacement and its' if is_one else 'a displacement and its'} square stand for "
+        "cosine and sine."
+    )
 
 
 def _others(free: list[str], choice: Choice) -> tuple[str, ...]:

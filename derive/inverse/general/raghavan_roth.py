@@ -41,6 +41,8 @@ from ...model.robot import Joint, Robot
 from .line_quantities import COUNT, Array, motion, quantities, slide, turn
 
 JOINTS = 6
+Parts = Callable[[int], tuple[Array, Array, Array]]
+"""The matrices of a turn or of a slide, by the sign of its coordinate."""
 
 
 @dataclass(frozen=True)
@@ -225,10 +227,6 @@ def _inverse(T: Array) -> Array:
     found = T.copy()
     found[:3, :3], found[:3, 3] = R.T, -R.T @ d
     return found
-
-
-Parts = Callable[[int], tuple[Array, Array, Array]]
-"""The matrices of a turn or of a slide."""
 
 
 def _left(inverses: Sequence[Array], parts: Sequence[Parts]) -> Array:

@@ -207,8 +207,14 @@ def _ratings(
 
     left = [rating for rating in _rated(constants, given, slides) if rating.is_fit]
     if not any(rating.good_at for rating in left):
-        # Where four axes or more meet in two points, A is singular in every split.
-        left = [replace(rating, pairs=(1.0,) * len(rating.pairs)) for rating in left]
+        # Where four axes or more meet in two points, A is singular in every split. So it is where
+        # both of the pair slide in one direction, but then the arm lacks a freedom.
+        sliding = _left_of(slides, len(constants) - 1, given)
+        left = [
+            replace(rating, pairs=(1.0,) * len(rating.pairs))
+            for rating in left
+            if not sliding.issuperset(rating.split.joints[:2])
+        ]
     kept: list[Rating] = []
     while left and len(kept) < MOST_KEPT:
         known = frozenset[int]().union(*(rating.good_at for rating in kept))
@@ -297,7 +303,7 @@ def _separations(found: LineEquations, split: Split, q: Array) -> tuple[float, .
     Args:
         found: The equations of each pose, (C, 14, 9) and (C, 3, 14, 9).
         split: Their split.
-        q: The six angles at each pose.
+        q: The values of the six joints at each pose, of which the suppressed angle is taken.
     """
     M = suppressed(found, split.halved)
     turns = 2 * np.pi * np.arange(SAMPLES) / SAMPLES

@@ -47,7 +47,7 @@ def general_arm(page: Page, general: GeneralInverse) -> str:
         rf" is a trigonometric polynomial of degree 8 in ${q[2]}$, known from samples, with at most"
         rf" {count} real roots. For each, $u$ gives ${q[3]}$ and ${q[4]}$, then $y$"
         rf" gives ${q[0]}$ and ${q[1]}$, and the loop gives ${q[5]}$. Newton steps on the pose"
-        rf" refine it. There are at most {count} solutions.",
+        rf" refine it. {_number(count, sliding)}",
     )
 
 
@@ -56,12 +56,22 @@ def _slide(sliding: list[str]) -> str:
     return " and $D(d)$ the displacement by $d$ along it" if sliding else ""
 
 
+def _number(roots: int, sliding: list[str]) -> str:
+    """How many solutions there are."""
+    if len(sliding) <= 1:
+        return f"There are at most {roots} solutions."
+    return (
+        f"Half of the roots do not solve the other equations: there are at most {roots // 2}"
+        " solutions."
+    )
+
+
 def _powers(sliding: list[str]) -> str:
     """What stands for cosine and sine of joints that slide, if there are any."""
     if not sliding:
         return ""
-    pairs = listed([f"${tex}$ and ${tex}^2$" for tex in sliding])
-    return f", where {pairs} stand for a cosine and a sine"
+    pairs = [f"${tex}$ and ${tex}^2$" for tex in sliding]
+    return f", where {', '.join(pairs)} take the places of cosine and sine"
 
 
 def _coordinates(page: Page) -> list[str]:

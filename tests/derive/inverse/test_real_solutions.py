@@ -5,6 +5,7 @@ import pytest
 from derivations import ROBOTS
 
 import chasles
+from bench.cases.random_arms import random_arm
 from chasles.derive import load
 from chasles.derive.inverse.general.raghavan_roth import forward, numbers
 from chasles.derive.inverse.general.real_solutions import real_solutions
@@ -39,3 +40,16 @@ def test_there_are_as_many_as_the_inverse_finds(arm):
     for q in np.random.default_rng(2).uniform(-3, 3, (POSES, 6)):
         T = forward(constants, q)
         assert len(real_solutions(constants, choice.splits, T)) == jaco2.ik(T).valid.sum()
+
+
+@pytest.mark.parametrize("slides", [{1}, {4}, {2, 3}, {0, 5}])
+def test_solutions_of_joints_that_slide(slides):
+    robot = random_arm(6, slides=slides)
+    constants, choice = numbers(robot), choose(robot)
+    for q in np.random.default_rng(3).uniform(-1, 1, (POSES, 6)):
+        T = forward(constants, q, slides)
+        found = real_solutions(constants, choice.splits, T, slides)
+        assert len(found) % 2 == 0
+        for one in found:
+            np.testing.assert_allclose(forward(constants, one, slides), T, atol=SAME)
+        assert min(np.abs(one - q).max() for one in found) <= 1e-6

@@ -12,6 +12,10 @@
  * order of the joints is a split; where it fails, others and poses nearby are tried
  * (chasles_general_solutions.h). All of this is computed in vectors, of samples, roots or solutions
  * (chasles_general_vectors.h). No allocation, no state, libm alone.
+ *
+ * A joint that slides by d has d and d^2 in the places of cosine and sine. It is one of the pair,
+ * or that of v and w whose angle is not halved. Where both of the pair slide, half of the roots are
+ * no solutions.
  */
 #ifndef CHASLES_GENERAL_EQUATIONS_H
 #define CHASLES_GENERAL_EQUATIONS_H
@@ -109,12 +113,18 @@ static int chasles_general_is_solved(const chasles_general_arm *arm, int joint)
     return arm->kind[joint] == CHASLES_SOLVED_TURN || arm->kind[joint] == CHASLES_SOLVED_SLIDE;
 }
 
+/* Whether an arm's joint slides. */
+static int chasles_general_slides(const chasles_general_arm *arm, int joint)
+{
+    return arm->kind[joint] == CHASLES_GIVEN_SLIDE || arm->kind[joint] == CHASLES_SOLVED_SLIDE;
+}
+
 /* The placement behind a joint that is given, from the placement before it. */
 static void chasles_general_fixed(const chasles_general_arm *arm, int joint, double value,
                                   double *placed)
 {
     const double along = arm->direction[joint] * value;
-    const int turns = arm->kind[joint] == CHASLES_GIVEN_TURN;
+    const int turns = !chasles_general_slides(arm, joint);
     const double c = turns ? cos(along) : 1.0, s = turns ? sin(along) : 0.0;
     const double d = turns ? 0.0 : along;
     const double motion[12] = {c, -s, 0.0, 0.0, s, c, 0.0, 0.0, 0.0, 0.0, 1.0, d};
@@ -136,7 +146,7 @@ static void chasles_general_set(const chasles_general_arm *arm, const double *va
     for (int k = 0; k < joints; k++) {
         if (chasles_general_is_solved(arm, k)) {
             memcpy(six->placed[solved], placed, sizeof placed);
-            six->slides[solved] = arm->kind[k] == CHASLES_SOLVED_SLIDE;
+            six->slides[solved] = chasles_general_slides(arm, k);
             six->has_slides = six->has_slides || six->slides[solved];
             six->own[solved++] = k;
             memcpy(placed, arm->placed[k + 1], sizeof placed);

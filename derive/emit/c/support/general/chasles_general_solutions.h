@@ -297,7 +297,8 @@ typedef struct {
 static void chasles_general_nearest(const chasles_general_six *six, const double *T,
                                     chasles_general_found *found, chasles_general_rest *rest)
 {
-    /* Evenly distributed without a pattern: multiples of square roots. */
+    /* Evenly distributed without a pattern: multiples of square roots. Slides start within pi
+     * lengths of the arm. */
     static const double roots[6] = {1.41421356, 1.73205081, 2.23606798,
                                     2.64575131, 3.31662479, 3.60555128};
     chasles_general_way way;

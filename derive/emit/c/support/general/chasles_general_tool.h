@@ -42,8 +42,8 @@ static double chasles_general_tool_polish(const chasles_general_arm *arm, const 
     for (int k = 0; k < CHASLES_TOOL_STEPS && left < CHASLES_NEAR && left > CHASLES_CLOSED; k++) {
         chasles_general_tool_step(arm, J, e, step);
         for (int i = 0; i < 5; i++)
-            next[i] = arm->kind[i] == CHASLES_SOLVED_SLIDE ? q[i] + step[i]
-                                                           : chasles_circle_wrapped(q[i] + step[i]);
+            next[i] = chasles_general_slides(arm, i) ? q[i] + step[i]
+                                                     : chasles_circle_wrapped(q[i] + step[i]);
         arm->pose_jacobian(next, at, J);
         const double then = chasles_general_error(T, at, e);
         if (!(then < left))

@@ -18,8 +18,8 @@
  *
  *   POLISH_IS_GENERAL          whether POLISH_GENERAL is the arm as a general one, whose solver
  *                              (chasles_general_solutions.h) tells what branches are unsure of
- *   POLISH_IS_ASKED            whether this solver is asked at every pose, as what is seen at folds
- *                              may not tell all
+ *   POLISH_IS_ASKED            whether this solver is asked at every pose, since folds may not show
+ *                              all solutions
  *   POLISH_IS_SEARCHED         whether to look around where branches are unsure: not in a robot
  * with loops, where a nominal solution may be on a branch that the true loops do not have
  *   POLISH_IS_POSITION         whether the position of a pose is asked for and its turn is not

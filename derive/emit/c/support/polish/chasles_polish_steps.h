@@ -186,16 +186,22 @@ POLISH_INLINE void POLISH_NAME(moved)(const lanes_where *going, const lanes *dq,
         c->q[i] = LANES_CHOICE(*going, q[i], c->q[i]);
 }
 
-#if POLISH_N < 6
+#if POLISH_N < 6 && POLISH_IS_SEARCHED
 /* Where no solution is near: a step from c leaves more than the bend of what the tool reaches makes
- * up over its length. Near singularities, by the least of `pivots`, damping shortens the step, and
- * this cannot be told. */
+ * up over its length. Near singularities, by the least of `pivots` so far, damping shortens the
+ * step, and this cannot be told. */
 POLISH_INLINE lanes_where POLISH_NAME(misses)(const POLISH_NAME(configurations) * c,
                                               const POLISH_NAME(factors) * f, const lanes *dq,
-                                              const lanes *square, const lanes *pivots)
+                                              const lanes *pivots)
 {
-    const lanes bend = POLISH_BEND * *square, damping = POLISH_DAMPING * c->cost;
-    lanes rest2 = POLISH_OF(0.0);
+    static const double turns[] = POLISH_TURNS;
+    const lanes damping = POLISH_DAMPING * c->cost;
+    lanes rest2 = POLISH_OF(0.0), length2 = rest2;
+    for (int k = 0; k < POLISH_N; k++) {
+        const lanes part = turns[k] > 0.0 ? dq[k] : dq[k] * (1.0 / POLISH_LENGTH);
+        length2 += part * part;
+    }
+    const lanes bend = POLISH_BEND * length2;
     POLISH_UNROLL
     for (int i = 0; i < 6; i++) {
         lanes rest = c->e[i];
@@ -264,10 +270,10 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
             POLISH_NAME(inverse_trace)(f.a, first + 3);
 #endif
         POLISH_NAME(moved)(&going, dq, c);
-#if POLISH_N < 6
+#if POLISH_N < 6 && POLISH_IS_SEARCHED
         /* The equations of an earlier step take the turn of what the tool reaches for a miss. */
         if (is_new)
-            going = POLISH_AND(going, POLISH_NOT(POLISH_NAME(misses)(c, &f, dq, &square, pivots)));
+            going = POLISH_AND(going, POLISH_NOT(POLISH_NAME(misses)(c, &f, dq, pivots)));
 #endif
         const lanes_where is_long = LANES_LT(POLISH_OF(POLISH_SHORT * POLISH_SHORT), square);
         /* Where loops have dead points, equations change within short steps. */
