@@ -40,6 +40,7 @@ ROBOTS = Path(__file__).parents[2] / "derive" / "robots"
 ARMS = (
     *("ur5e", "irb6640", "ur3", "puma560", "crx10", "irb120", "ur20", "kr6_r700", "gen3"),
     *("lrmate200id", "xarm6", "m0609", "ur10e", "tx2_60", "so101", "vs060", "cr5", "tm5_700"),
+    *("panda", "iiwa14", "xarm7", "fr3", "stanford", "scara", "photo_robot", "lynxmotion", "xarm5"),
 )
 SIZES = -4.0, -2.0
 """Decimal logarithms of the least and the greatest error (metre, radian)."""

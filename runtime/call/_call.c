@@ -21,8 +21,8 @@ static PyMethodDef library_methods[] = {
     {NULL},
 };
 
-/* The residuals up to which solutions reach matrices (N, 4, 4) that rounding has moved off rigid
- * poses; 0 for poses that are rigid, and for matrices that are no poses. */
+/* The residuals up to which solutions reach matrices (N, 4, 4) that rounding has moved; 0 for
+ * others, and for matrices that are no poses. */
 static PyObject *rounded_residuals(PyObject *Py_UNUSED(module), PyObject *matrices)
 {
     PyObject *poses = PyArray_FROMANY(matrices, NPY_DOUBLE, 3, 3, NPY_ARRAY_IN_ARRAY);
@@ -35,7 +35,10 @@ static PyObject *rounded_residuals(PyObject *Py_UNUSED(module), PyObject *matric
         const double *T = PyArray_DATA((PyArrayObject *)poses);
         double *residual = PyArray_DATA((PyArrayObject *)found);
         for (npy_intp k = 0; k < count; k++, T += 16) {
-            residual[k] = rigidity(T) == NEAR_RIGID ? reached_by_rounding(T) : 0;
+            Rigidity kind = rigidity(T);
+            residual[k] = kind == NEAR_RIGID ? reached_by_rounding(T)
+                          : kind == RIGID    ? placed_by_rounding(T)
+                                             : 0;
         }
     }
     Py_DECREF(poses);
@@ -46,7 +49,7 @@ static PyMethodDef module_methods[] = {
     {"rounded_residuals", rounded_residuals, METH_O,
      "rounded_residuals(T): the residuals (N,) up to which solutions reach matrices (N, 4, 4) "
      "that\n"
-     "rounding has moved off rigid poses."},
+     "rounding has moved."},
     {"open", library_open, METH_VARARGS,
      "open(path, expected_hash): the library; refused unless it was compiled for that hash."},
     {"release_memory", release_memory, METH_NOARGS,

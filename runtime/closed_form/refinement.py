@@ -14,7 +14,10 @@ that is arbitrary, and other joints reach the pose for some values alone. The ma
 inverses that do, and only there the iteration begins at least-squares answers far away, too.
 
 A pose that rounding has moved off a rigid one has been moved off those that an arm of fewer than
-six joints reaches, too. The least-squares answer for it is a solution as exact as the pose.
+six joints reaches, too, and at a singularity off those that any arm reaches. The least-squares
+answer for it is a solution as exact as the pose. Rounding leaves a rotation by right angles exact,
+but not its translation. The arm may be at several singularities there, and a closed form far from
+its solutions: the iteration begins at every slot.
 """
 
 from __future__ import annotations
@@ -27,7 +30,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..call._call import Function, rounded_residuals
+from ..call._call import RIGID_TO_ROUNDING, Function, rounded_residuals
 from ..contract.facts import FunctionInfo, Manifest
 from ..se3 import projected
 from ..tolerances import AT_REST, AT_REST_BEND, AT_REST_RATE, BEND_STEP, REFINED, SOLVED
@@ -48,6 +51,9 @@ _ROUNDED_STEPS = 4
 """Steps to a least-squares answer that is as exact as a rounded pose: each leaves a hundredth."""
 _GROWTH = 10.0
 """Greatest factor by which a closed form magnifies the distance of a rounded pose."""
+_ASIDE = 0.25
+"""Greatest part of a squared error in directions that are lost at a singularity: at the border of
+reach it is all of it."""
 _VALUES = 16
 """Values in a turn at which a joint is held: the error changes with the cosine of its angle."""
 
@@ -99,9 +105,12 @@ class Refinement:
             residual: (..., k).
             valid: (..., k).
         """
-        tried = np.isfinite(residual) & (residual <= self.near) & ~valid.any(-1, keepdims=True)
-        slots = np.nonzero(tried)
         targets = np.broadcast_to(inputs[0], (*valid.shape[:-1], *self.task.shape))
+        missed = np.asarray(~valid.any(-1))
+        aside = self._is_aside(targets, q, residual, missed)
+        within = np.where(aside, np.inf, self.near)
+        tried = np.isfinite(residual) & (residual <= within[..., None]) & missed[..., None]
+        slots = np.nonzero(tried)
         for first in range(0, len(slots[0]), BLOCK):
             block = tuple(index[first : first + BLOCK] for index in slots)
             target = targets[block[:-1]]
@@ -115,7 +124,36 @@ class Refinement:
                 self._nearer(target[near], enough[near], _at(block, near), (q, residual, valid))
             missed = _missed(block, valid)
             if missed.any():
-                self._refine(target[missed], _at(block, missed), (q, residual, valid))
+                places = _at(block, missed)
+                fields = q, residual, valid
+                self._refine(target[missed], places, fields, enough[missed], aside[places[:-1]])
+
+    def _is_aside(
+        self, targets: FloatArray, q: FloatArray, residual: FloatArray, missed: BoolArray
+    ) -> BoolArray:
+        """Whether missed poses (...,) at right angles with a rounded translation may be reached.
+
+        The nearest slot (of q (..., k, n) and residual (..., k)) is at a singularity where two
+        directions are lost, or its error is not in that which is. At the border of reach it is.
+        """
+        found = np.zeros(missed.shape, dtype=bool)
+        if self.task.aims or not missed.any():
+            return found
+        R = targets[missed][:, :3, :3]
+        found[missed] = (np.abs(R - np.rint(R)) <= RIGID_TO_ROUNDING).all((-2, -1))
+        found[found] = rounded_residuals(targets[found]) > 0
+        found &= np.isfinite(residual).any(-1)
+        if not found.any():
+            return found
+        slot = np.where(np.isfinite(residual[found]), residual[found], np.inf).argmin(-1)
+        nearest = q[found][np.arange(len(slot)), slot]
+        rows, error = self._measured(targets[found], nearest)
+        U, sizes, _ = np.linalg.svd(rows[..., self._free(q.shape[-1])])
+        lost = (U.mT @ error[..., None])[..., 0]
+        lost[:, : sizes.shape[-1]][sizes > AT_REST_RATE] = 0.0
+        is_twice = (sizes <= AT_REST_RATE).sum(-1) > 1
+        found[found] = is_twice | ((lost**2).sum(-1) < _ASIDE * (error**2).sum(-1))
+        return found
 
     def enough(self, target: FloatArray) -> FloatArray:
         """Largest residuals (N,) of solutions for targets (N, ...), poses as they were given."""
@@ -134,24 +172,40 @@ class Refinement:
     def _rigid(self, target: FloatArray) -> FloatArray:
         return target if self.task.aims else projected("refinement", target)
 
-    def _refine(self, target: FloatArray, slots: tuple[IntArray, ...], fields: _Fields) -> None:
-        """Moves some slots (N of them) onto solutions for targets (N, ...), in place."""
+    def _refine(
+        self,
+        target: FloatArray,
+        slots: tuple[IntArray, ...],
+        fields: _Fields,
+        enough: FloatArray,
+        aside: BoolArray,
+    ) -> None:
+        """Moves some slots (N of them) onto solutions for targets (N, ...), in place.
+
+        ``enough`` (N,) are the residuals of solutions. Where ``aside`` (N,), a joint may be held
+        also far from the target.
+        """
         target, (q, _, valid) = self._rigid(target), fields
-        found, left = self._tried(target, q[slots], slots, fields)
+        found, left = self._tried(target, q[slots], slots, fields, enough)
         missed = np.flatnonzero(_missed(slots, valid))
         ways = ways_down(
             partial(self._gradients, target[missed]), found[missed], self._free(q.shape[-1])
         )
         row = missed[ways.row]
-        self._tried(target[row], ways.q, _at(slots, row), fields)
-        rests = _missed(slots, valid) & (left <= AT_REST * self.judged)
+        self._tried(target[row], ways.q, _at(slots, row), fields, enough[row])
+        rests = _missed(slots, valid) & (aside | (left <= AT_REST * self.judged))
         if self.is_determined and rests.any():
             best = _best_of_each(slots, np.where(rests, left, np.inf))
             turning = self.turning(target[best], found[best])
-            self._turn(target[best], found[best], turning, _at(slots, best), fields)
+            self._turn(target[best], found[best], turning, _at(slots, best), fields, enough[best])
 
     def _tried(
-        self, target: FloatArray, q: FloatArray, slots: tuple[IntArray, ...], fields: _Fields
+        self,
+        target: FloatArray,
+        q: FloatArray,
+        slots: tuple[IntArray, ...],
+        fields: _Fields,
+        enough: FloatArray,
     ) -> tuple[FloatArray, FloatArray]:
         """Leads coordinates (N, n) to targets (N, ...) and takes what is solved.
 
@@ -159,11 +213,11 @@ class Refinement:
             The coordinates (N, n) at the end, and their residuals (N,).
         """
         found, left = self.led(target, q, _SEARCH if self.searches else STEPS)
-        self._take(slots, found, left, fields)
+        self._take(slots, found, left, fields, enough)
         if self.searches:
             near = np.flatnonzero(_missed(slots, fields[2]) & (left <= REFINED * self.judged))
             found[near], left[near] = self.led(target[near], found[near])
-            self._take(_at(slots, near), found[near], left[near], fields)
+            self._take(_at(slots, near), found[near], left[near], fields, enough[near])
         return found, left
 
     def _gradients(
@@ -216,6 +270,7 @@ class Refinement:
         turning: BoolArray,
         slots: tuple[IntArray, ...],
         fields: _Fields,
+        enough: FloatArray,
     ) -> None:
         """Leads coordinates (N, n) to targets (N, ...) while one of some joints (N, n) is held.
 
@@ -232,7 +287,7 @@ class Refinement:
             found, left = held.led(target[row], start)
             near = left <= AT_REST * self.judged
             row, (found, left) = row[near], self.led(target[row[near]], found[near])
-            self._take(_at(slots, row), found, left, fields)
+            self._take(_at(slots, row), found, left, fields, enough[row])
 
     def _take(
         self,
@@ -240,11 +295,11 @@ class Refinement:
         found: FloatArray,
         left: FloatArray,
         fields: _Fields,
-        enough: FloatArray | None = None,
+        enough: FloatArray,
     ) -> None:
         """Writes coordinates (N, n) with residuals (N,) into their slots where they are solved."""
         q, residual, valid = fields
-        solved = left <= (SOLVED * self.judged if enough is None else enough)
+        solved = left <= enough
         slots = _at(slots, solved)
         q[slots], residual[slots], valid[slots] = found[solved], left[solved], True
 

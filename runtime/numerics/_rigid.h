@@ -61,23 +61,41 @@ static inline Rigidity rigidity(const double *T)
     return exact ? RIGID : NEAR_RIGID;
 }
 
-/* Tests whether the nine numbers of a rotation are multiples of a unit, as rounding leaves them. */
+/* Tests whether a number is a multiple of a unit, as rounding leaves it. */
+static inline int is_in_units(double number, double per_unit)
+{
+    double parts = number * per_unit;
+    return fabs(parts - rint(parts)) <= ROUNDED_NUMBER;
+}
+
+/* Tests whether the nine numbers of a rotation are multiples of a unit. */
 static inline int in_units(const double *T, double per_unit)
 {
     for (int k = 0; k < 12; k++) {
-        double parts = T[k] * per_unit;
-        if (k % 4 != 3 && !(fabs(parts - rint(parts)) <= ROUNDED_NUMBER)) {
+        if (k % 4 != 3 && !is_in_units(T[k], per_unit)) {
             return 0;
         }
     }
     return 1;
 }
 
+/* Tests whether the three numbers of a translation are multiples of a unit. */
+static inline int is_placed_in_units(const double *T, double per_unit)
+{
+    return is_in_units(T[3], per_unit) && is_in_units(T[7], per_unit) &&
+           is_in_units(T[11], per_unit);
+}
+
+static inline int is_of_single_precision(double number)
+{
+    return (double)(float)number == number;
+}
+
 /* Tests whether the nine numbers of a rotation are of single precision. */
 static inline int is_single(const double *T)
 {
     for (int k = 0; k < 12; k++) {
-        if (k % 4 != 3 && (double)(float)T[k] != T[k]) {
+        if (k % 4 != 3 && !is_of_single_precision(T[k])) {
             return 0;
         }
     }
@@ -109,6 +127,25 @@ static inline double reached_by_rounding(const double *T)
         off = fmax(off, fabs(T[12 + k] - (k == 3)));
     }
     return ROUNDED * off;
+}
+
+/* The same for a pose that is RIGID, since rounding leaves a rotation by right angles as it is: by
+ * the six to eight decimals of its translation, or by single precision; 0 where its numbers are
+ * finer or have fewer decimals, as people write them. */
+static inline double placed_by_rounding(const double *T)
+{
+    if (!in_units(T, FEWEST_DECIMALS) || is_placed_in_units(T, 0.1 * FEWEST_DECIMALS)) {
+        return 0;
+    }
+    for (double per_unit = FEWEST_DECIMALS; per_unit <= MOST_DECIMALS; per_unit *= 10) {
+        if (is_placed_in_units(T, per_unit)) {
+            return ROUNDED * 0.5 / per_unit;
+        }
+    }
+    double size = fmax(fmax(fabs(T[3]), fabs(T[7])), fmax(fabs(T[11]), 1));
+    int single = is_of_single_precision(T[3]) && is_of_single_precision(T[7]) &&
+                 is_of_single_precision(T[11]);
+    return single ? ROUNDED * FLT_EPSILON / 4 * size : 0;
 }
 
 /* Writes the rigid pose nearest to a matrix that is NEAR_RIGID. */

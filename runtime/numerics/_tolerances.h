@@ -36,6 +36,12 @@
  * nine numbers by half a unit each make 2.1. */
 #define ROUNDED_OFF 4.0
 
+/* Units in one, of the fewest and the most decimals by which a translation counts as rounded: six
+ * printed digits, and eight. With fewer, a length as people write it would be taken for rounded;
+ * more leave less than the residual of a solution. */
+#define FEWEST_DECIMALS 1e6
+#define MOST_DECIMALS 1e8
+
 /* Parts of a unit of the ninth decimal by which a number of nine decimals differs from it in double
  * precision: 1e-7, tenfold. */
 #define ROUNDED_NUMBER 1e-6

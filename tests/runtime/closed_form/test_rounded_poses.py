@@ -112,6 +112,45 @@ def test_rounded_poses_are_solved_as_the_nearest_rigid_ones(name, rounded):
         np.testing.assert_allclose(single.residual, found.residual[k], atol=1e-12)
 
 
+RIGHT_ANGLES = {"ur5e": 12, "puma560": 0, "scara": 0, "lynxmotion": 0, "stanford": 0}
+"""Poses of 1000 at right angles that may be lost in single precision: beside two singularities."""
+
+
+@pytest.mark.parametrize("rounded", ["float32", "6 digits"])
+@pytest.mark.parametrize("name", RIGHT_ANGLES)
+def test_right_angles_keep_their_rotation_and_are_reached_as_exactly_as_they_are_told(
+    name, rounded
+):
+    arm, rng = chasles.load(name), np.random.default_rng(0)
+    q = np.pi / 2 * rng.integers(-1, 3, (1000, arm.n))
+    for k, coordinate in enumerate(arm.coordinates):
+        if coordinate.kind == "prismatic":
+            q[:, k] = rng.uniform(coordinate.lower, coordinate.upper, len(q))
+    T = arm.fk(q)
+    found = arm.ik(ROUNDED[rounded](T))
+    assert (found.count == 0).sum() <= RIGHT_ANGLES[name]
+    off = np.abs(arm.fk(found.q) - T[:, None]).max((-2, -1))
+    assert off[found.valid].max() < (1e-6 if rounded == "float32" else 1e-5)
+
+
+def test_lengths_as_people_write_them_are_no_rounded_ones():
+    scara = chasles.load("scara")
+    T = scara.fk(np.zeros(4))
+    T[0, 3] = np.round(T[0, 3], 5)
+    assert scara.ik(T).count > 0
+    for beyond in (1e-5, 1e-4):
+        further = T.copy()
+        further[0, 3] += beyond
+        assert scara.ik(further).count == 0
+
+
+def test_far_poses_at_right_angles_stay_out_of_reach_in_single_precision():
+    arm = chasles.load("ur5e")
+    T = arm.fk(np.pi / 2 * np.random.default_rng(1).integers(-1, 3, (500, 6)))
+    T[:, :3, 3] *= 1.0 + 2.0 / np.linalg.norm(T[:, :3, 3], axis=-1, keepdims=True)
+    assert not arm.ik(T.astype(np.float32)).valid.any()
+
+
 @pytest.mark.parametrize("size", [0, 1e-12, 1e-9, 1e-7, 3e-6])
 def test_batch_of_every_size_and_layout(size):
     arm, T = arm_and_poses("ur5e")
