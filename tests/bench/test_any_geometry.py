@@ -2,8 +2,10 @@
 
 import pytest
 
+from bench.cases.calibrated import displaced
 from bench.cases.random_arms import long_arm, random_arm, sliding_arm
 from bench.robustness import any_geometry
+from chasles.derive import loads
 from chasles.derive.inverse.general.general_inverse import general_inverse
 
 PATTERNS = ["//////", "/=/==/", "==x/=/", "x/x=//", "=x/=//", "x=/x=/", "//=x=/", "xx/=//"]
@@ -43,6 +45,32 @@ def test_no_configuration_is_lost_where_slides_are_left_beside_given_ones(seed):
     found = any_geometry.judged(sliding_arm(seed), 300)
     assert found is not None
     assert not any(found)
+
+
+TELESCOPE = """
+name = "telescope"
+convention = "urdf"
+tool = { xyz = [0.1, 0, 0] }
+joints = [
+  { name = "j1", xyz = [0, 0, 0.3], axis = [0, 0, 1] },
+  { name = "j2", axis = [0, 1, 0] },
+  { name = "j3", xyz = [0.2, 0, 0], axis = [1, 0, 0] },
+  { name = "j4", type = "prismatic", xyz = [0.2, 0, 0], axis = [1, 0, 0] },
+  { name = "j5", xyz = [0.2, 0, 0], axis = [1, 0, 0] },
+  { name = "j6", axis = [0, 1, 0] },
+  { name = "j7", axis = [1, 0, 0] },
+]
+"""
+"""An arm with a slide along two of its axes, without which these are one."""
+
+
+def test_a_slide_without_which_the_others_are_singular_is_not_given():
+    arm = displaced(loads(TELESCOPE), 1e-3)
+    general = general_inverse(arm)
+    assert general is not None
+    assert general.given != ("j4",)
+    random, _ = any_geometry.judged(arm, 300)
+    assert not random
 
 
 def test_two_neighbours_that_slide_in_one_direction_are_no_two_freedoms():

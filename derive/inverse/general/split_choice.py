@@ -14,7 +14,12 @@ from itertools import combinations
 import numpy as np
 
 from ...model.robot import Robot
-from ...model.tolerances import DETERMINANT_TAIL, SEPARATE, SINGLE_SOLUTION
+from ...model.tolerances import (
+    DETERMINANT_TAIL,
+    POOR_SEPARATION,
+    SEPARATE,
+    SINGLE_SOLUTION,
+)
 from .line_quantities import Array
 from .raghavan_roth import (
     JOINTS,
@@ -108,6 +113,11 @@ class Choice:
         return len(found) / len(self.ratings[0].separations)
 
     @property
+    def rating(self) -> tuple[float, tuple[float, float]]:
+        """The greater, the better."""
+        return self.good, self.ratings[0].key
+
+    @property
     def splits(self) -> tuple[Split, ...]:
         """The splits, over the indices of the six joints that are solved for."""
         return tuple(rating.split for rating in self.ratings)
@@ -116,16 +126,28 @@ class Choice:
 def choose(robot: Robot) -> Choice | None:
     """The splits of an arm of six joints and more, or None where none is good.
 
+    Where the other six are nearly singular without a slide, as without one along their axes, any
+    joint is given in its place.
+
     Args:
         robot: The description.
     """
-    ways = ways_to_give(robot)
+    found = _best(robot, ways_to_give(robot))
+    is_poor = found is None or found.rating[1][1] < POOR_SEPARATION
+    if not (slides_of(robot) and is_poor and len(robot.moving) == JOINTS + 1):
+        return found
+    ways = [(k,) for k in range(len(robot.moving)) if is_fit(robot, (k,))]
+    return _best(robot, ways)
+
+
+def _best(robot: Robot, ways: Sequence[tuple[int, ...]]) -> Choice | None:
+    """The best choice of the joints to be given, of some."""
     if not ways:
         return None
     constants, slides = numbers(robot), slides_of(robot)
     found = [choice for given in ways if (choice := choice_at(constants, given, slides))]
     # Of equals the joint nearest to the tool is given: an operator sets it most easily.
-    return max(reversed(found), key=lambda c: (c.good, c.ratings[0].key), default=None)
+    return max(reversed(found), key=lambda choice: choice.rating, default=None)
 
 
 def slides_of(robot: Robot) -> frozenset[int]:
