@@ -8,7 +8,7 @@ from ..model.cleaning import written
 from ..model.kinds import ParameterKind
 from ..model.placements import Rotation
 from ..model.robot import Joint, Robot
-from ..model.tolerances import LARGEST_ANGLE, LONGEST_LENGTH, SHORTEST_ARM
+from ..model.tolerances import LARGEST_ANGLE, LONGEST_LENGTH, MOST_TURNED, SHORTEST_ARM
 from .pose_error import lengths, robot_size
 
 LARGEST: dict[ParameterKind, float] = {"length": LONGEST_LENGTH, "angle": LARGEST_ANGLE}
@@ -29,6 +29,7 @@ def statement_of(kind: ParameterKind) -> str:
 def questioned(robot: Robot) -> tuple[str, ...]:
     """Notes on the numbers of a robot whose unit is doubtful."""
     asked = [question for joint in robot.joints for question in _questioned_angles(joint)]
+    asked += filter(None, map(_questioned_limits, robot.joints))
     longest = robot_size(robot)
     if longest > LONGEST_LENGTH:
         asked.append(f"a length of {longest:.6g} m: is the file in millimetres?")
@@ -36,6 +37,15 @@ def questioned(robot: Robot) -> tuple[str, ...]:
     if 0 < total < SHORTEST_ARM:
         asked.append(f"all lengths together are {total:.3g} m: are they in another unit?")
     return tuple(asked)
+
+
+def _questioned_limits(joint: Joint) -> str:
+    """A doubt about the limits of a joint that turns; empty where there is none."""
+    limits = [limit for limit in joint.limits if limit is not None]
+    if joint.kind != "revolute" or not any(abs(float(limit)) >= MOST_TURNED for limit in limits):
+        return ""
+    shown = " and ".join(map(written, limits))
+    return f"joint {joint.name}: limits of {shown} rad: are they in degrees?"
 
 
 def _questioned_angles(joint: Joint) -> list[str]:

@@ -94,6 +94,27 @@ class UrdfFile:
             if child in self.joint_to:
                 self._fail(joint, "child", child, "a link that no other joint carries")
             self.joint_to[child] = joint
+        self._refuse_circles()
+
+    def _refuse_circles(self) -> None:
+        """Refuses joints that carry themselves: no way from a base leads through them."""
+        based: set[str] = set()
+        for child in self.joint_to:
+            way: list[str] = []
+            link = child
+            while link in self.joint_to and link not in based:
+                if link in way:
+                    self._circle(way[way.index(link) :])
+                way.append(link)
+                link = self._link_of(self.joint_to[link], "parent")
+            based.update(way)
+
+    def _circle(self, links: list[str]) -> NoReturn:
+        """Refuses the joints that carry these links."""
+        joints = [self.joint_to[link] for link in links]
+        names = " and ".join(str(joint.get("name")) for joint in reversed(joints))
+        expected = f"a link that is not carried by the joint itself; in a circle: {names}"
+        self._fail(joints[0], "parent", self._link_of(joints[0], "parent"), expected)
 
     def robot(self, base: str | None, tip: str | None, name: str | None) -> Robot:
         """The chain between two links, see :func:`from_urdf`."""

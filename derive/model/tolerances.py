@@ -63,6 +63,9 @@ SHORTEST_ARM = 1e-3
 """Length (metre) below which a whole arm is questioned: arms of a desk are some 0.1 m long."""
 LARGEST_ANGLE = 6.5
 """Angle (radian) above which the unit must be stated: a turn and its rounding, 6.2832 or 6.3."""
+MOST_TURNED = 45.0
+"""Limit of a joint (radian) from which it may be meant in degrees: seven turns, which joints that
+turn on and on seldom have."""
 UNLIMITED = 10_000
 """Width of a joint's range (radian or metre) from which the file means a joint without limits:
 exporters write 1e4 to 1e16 where a field must not be empty, and no axis turns 1,600 times."""

@@ -26,6 +26,7 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
 _TURN = 2 * math.pi
+MOST_WINDINGS = 100_000
 _FREEDOMS = 6
 
 
@@ -157,12 +158,18 @@ class Solutions(_Fields):
             Solutions with k times as many slots as there are windings, the others not valid.
 
         Raises:
-            InputValueError: If a lower limit is above the upper one.
+            InputValueError: If a lower limit is above the upper one, or the limits are so wide that
+                a solution has more than 100,000 windings.
             ShapeError: If there are not n of them.
         """
         low, high = self._limits(lower, upper)
         wraps = np.array(self.wraps)
         turns = _windings(low, high, wraps) if windings else np.ones(len(low), dtype=np.intp)
+        if turns.astype(float).prod() > MOST_WINDINGS:
+            raise InputValueError(
+                f"Solutions.within_limits: these limits allow {turns.astype(float).prod():.2g} "
+                "windings of each solution; are they in degrees? windings=False takes one of each"
+            )
         offsets = np.array(list(itertools.product(*map(range, turns))), dtype=np.intp)
         slots, n = self.q.shape[-2:]
         order = np.repeat(np.arange(slots), len(offsets))

@@ -15,7 +15,7 @@ from .xacro_hints import incomplete, missing
 ARGUMENT = re.compile(r"([A-Za-z_]\w*):=(.*)", re.DOTALL)
 CLASS = re.compile(r"<class '[\w.]+'>: ")
 """The name of an error's class, which xacro puts before its words."""
-TWICE = re.compile(r"(.+) \1")
+TWICE = re.compile(r"(?<!\S)(\S.{7,}) \1(?!\S)")
 """The words of an error that xacro has wrapped in another."""
 PACKAGE_FILE = "package.xml"
 PACKAGE_ENDINGS = ("_description", "_support")

@@ -217,6 +217,14 @@ URDF = """\
 """
 
 
+def test_limits_that_may_be_in_degrees_are_questioned(tmp_path):
+    path, asked = tmp_path / "r.urdf", "joint j: limits of -180 and 180 rad: are they in degrees?"
+    for limit, notes in (("3.1", ()), ("180", (asked,))):
+        text = URDF.format(x="0.3", yaw="0").replace("continuous", "revolute")
+        path.write_text(text.replace("<axis", f'<limit lower="-{limit}" upper="{limit}"/><axis'))
+        assert from_urdf(path).notes == notes
+
+
 @pytest.mark.parametrize(
     ("x", "yaw", "notes"),
     [

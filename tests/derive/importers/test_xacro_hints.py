@@ -114,3 +114,10 @@ def test_an_argument_is_asked_for(tmp_path):
 
 def test_an_error_that_nobody_knows_has_no_hint(tmp_path):
     assert missing("some other reason", tmp_path / "a.xacro") == ""
+
+
+def test_an_argument_that_begins_as_the_word_before_it_ends(tmp_path):
+    folder = written(tmp_path, whole='<link name="$(arg tool_len)"/>')
+    message = refusal(folder / "whole.xacro")
+    assert "argument tool_len" in message
+    assert "give it by tool_len:=value" in message

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import mpmath as mp
+import numpy as np
 import sympy as sp
 
 from ....model.exact import read, snap_angle
@@ -87,6 +88,7 @@ def compiled(file: Path) -> CompiledModel:
             arrays = spec.compile()
     except (ValueError, mujoco.FatalError) as error:
         raise _refused(file, str(error)) from error
+    _refuse_infinite(file, arrays, mujoco)
     axes = {joint.id: tuple(float(value) for value in joint.axis) for joint in spec.joints}
     name = str(spec.modelname)
     name = file.stem if name == UNNAMED else name
@@ -109,6 +111,24 @@ def _remove_shapes(spec: Any, mujoco: Any) -> None:
     for site in spec.sites:
         site.material = ""
     spec.compiler.fusestatic = 0
+
+
+def _refuse_infinite(file: Path, arrays: Any, mujoco: Any) -> None:
+    """Refuses numbers that are not finite, on which a pose depends."""
+    kinds = {
+        "body": ("mjOBJ_BODY", ("body_pos", "body_quat")),
+        "joint": ("mjOBJ_JOINT", ("jnt_pos", "jnt_axis", "jnt_range")),
+        "site": ("mjOBJ_SITE", ("site_pos", "site_quat")),
+    }
+    for kind, (code, names) in kinds.items():
+        for name in names:
+            values = getattr(arrays, name)
+            bad = np.flatnonzero(~np.isfinite(values).all(-1))
+            if len(bad):
+                owner = mujoco.mj_id2name(arrays, getattr(mujoco.mjtObj, code), int(bad[0]))
+                field = f"{kind} {owner or bad[0]}, {name.partition('_')[2]}"
+                value = " ".join(f"{x:g}" for x in values[bad[0]])
+                raise DescriptionError(str(file), None, field, value, "finite numbers")
 
 
 def _refused(file: Path, reason: str) -> DescriptionError:
