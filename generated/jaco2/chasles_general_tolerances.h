@@ -27,6 +27,9 @@
 /* Residual, in parts of the length and its square, of the equations beside the six at a root that
  * is a solution: single ones leave 1e-8, other roots 0.01 and more. */
 #define CHASLES_SOLVES_ALL 1e-4
+/* Least pivot of the equations of the pair over the greatest, where they are not singular: rounding
+ * leaves 1e-16. */
+#define CHASLES_TELLS 1e-9
 /* rad^2: square of an angle so small that its series ends with its third power. */
 #define CHASLES_SMALL_TURN 1e-7
 /* Damping of Newton's steps, over the squares of J's entries: at first far from a solution and near

@@ -134,7 +134,7 @@ static inline double reached_by_rounding(const double *T)
  * finer or have fewer decimals, as people write them. */
 static inline double placed_by_rounding(const double *T)
 {
-    if (!in_units(T, FEWEST_DECIMALS) || is_placed_in_units(T, 0.1 * FEWEST_DECIMALS)) {
+    if (!in_units(T, FEWEST_DECIMALS) || is_placed_in_units(T, WRITTEN_DECIMALS)) {
         return 0;
     }
     for (double per_unit = FEWEST_DECIMALS; per_unit <= MOST_DECIMALS; per_unit *= 10) {

@@ -36,9 +36,10 @@
  * nine numbers by half a unit each make 2.1. */
 #define ROUNDED_OFF 4.0
 
-/* Units in one, of the fewest and the most decimals by which a translation counts as rounded: six
- * printed digits, and eight. With fewer, a length as people write it would be taken for rounded;
- * more leave less than the residual of a solution. */
+/* Units in one, of the decimals of lengths as people write them at most, and of the fewest and the
+ * most by which a translation counts as rounded: six printed digits, and eight. More leave less
+ * than the residual of a solution. */
+#define WRITTEN_DECIMALS 1e5
 #define FEWEST_DECIMALS 1e6
 #define MOST_DECIMALS 1e8
 

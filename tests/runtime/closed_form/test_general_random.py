@@ -1,4 +1,7 @@
-"""The inverse of arms that nobody chose: random axes, some of which meet or are parallel."""
+"""The inverse of arms that nobody chose: random axes, some of which meet or are parallel.
+
+Five joints have the solutions of the poses that they reach, slides among six those of round ones.
+"""
 
 import numpy as np
 import pytest
@@ -6,6 +9,8 @@ from compiling import compiled
 
 from bench.accuracy.general_arms import DERIVED, Judged
 from bench.cases.random_arms import random_arm
+from bench.cases.synthetic import robot_of
+from chasles.derive import explain, loads
 
 ARMS = {
     "skew": (11, "//////"),
@@ -13,6 +18,9 @@ ARMS = {
     "seven_with_meeting_axes": (16, "xx/x/x/"),
     "six_a_torso_and_a_slide": (17, "/x//=///", {3}),
 }
+
+CHAIN = "R/R/R/R/R"
+"""Five skew axes."""
 
 
 @pytest.fixture(scope="module", params=ARMS)
@@ -51,3 +59,78 @@ def test_given_joints_keep_their_values(judged):
     solutions = judged.arm.ik(judged.arm.fk(q), *judged.given(q))
     for k in given:
         assert (solutions.q[..., k] == q[:, None, k]).all()
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory):
+    """The arm, derived and compiled."""
+    folder = tmp_path_factory.mktemp("five") / "arm"
+    return compiled(robot_of(CHAIN), folder)
+
+
+def test_its_steps_are_told():
+    told = explain(robot_of(CHAIN))
+    assert "an arm of five revolute joints without a structure" in told.line
+    assert "tool_axis is a sixth joint" in str(told)
+
+
+@pytest.mark.parametrize("right", [False, True])
+def test_every_pose_has_the_configuration_that_made_it(arm, right):
+    rng = np.random.default_rng(right)
+    q = rng.integers(-1, 3, (200, 5)) * np.pi / 2 if right else rng.uniform(-3, 3, (500, 5))
+    T = arm.fk(q)
+    found = arm.ik(T)
+    assert found.q.shape == (len(q), 16, 5)
+    far = np.abs((found.q - q[:, None] + np.pi) % (2 * np.pi) - np.pi).max(axis=-1)
+    assert (found.valid & (far < 1e-6)).any(axis=1).all()
+    error = np.abs(arm.fk(found.q) - T[:, None]).max(axis=(-1, -2))
+    assert error[found.valid].max() < 2e-9
+    # Solutions come first, and none is there twice.
+    assert not (found.valid[:, 1:] & ~found.valid[:, :-1]).any()
+    two = found.valid[:, 1]
+    apart = np.abs(found.q[two, 0] - found.q[two, 1]).max(axis=-1)
+    assert (apart > 1e-6).all()
+
+
+def test_five_joints_of_which_one_slides_lose_no_pose(tmp_path):
+    robot = random_arm(7, "/////", {3})
+    arm = compiled(robot, tmp_path / robot.name)
+    assert "joint_4 slides: its displacement" in str(explain(robot))
+    q = np.random.default_rng(1).uniform(-1, 1, (1000, 5))
+    assert Judged(robot, arm).lost(q) == (1000, 0, 0, 0)
+
+
+def test_a_pose_that_five_joints_miss_is_none_of_theirs(arm):
+    T = arm.fk(np.random.default_rng(3).uniform(-3, 3, (50, 5)))
+    T[:, :3, 3] += 0.01
+    found = arm.ik(T)
+    assert not found.valid.any()
+    left = np.linalg.norm(arm.fk(found.q)[..., :3, 3] - T[:, None, :3, 3], axis=-1)
+    assert (found.residual >= left - 1e-12).all()
+    assert not arm.ik(np.full((4, 4), np.nan)).valid.any()
+
+
+LAST_SLIDES = """
+name = "last_slides"
+convention = "urdf"
+tool = { xyz = [0.05, 0, 0] }
+joints = [
+  { name = "j1", xyz = [0, 0, 0.3], axis = [0, 0, 1] },
+  { name = "j2", xyz = [0.1, 0, 0.2], axis = [0, 1, 0] },
+  { name = "j3", xyz = [0.3, 0, 0.1], axis = [0, 1, 0] },
+  { name = "j4", xyz = [0.3, 0, 0], axis = [1, 0, 0] },
+  { name = "j5", xyz = [0.1, 0, 0], axis = [0, 0, 1] },
+  { name = "j6", type = "prismatic", xyz = [0.1, 0, 0], axis = [1, 0, 0] },
+]
+"""
+"""At right angles the equations of its slide and of the joint beside it are singular."""
+
+
+def test_right_angles_of_an_arm_whose_last_joint_slides(tmp_path):
+    robot = loads(LAST_SLIDES)
+    arm, rng = compiled(robot, tmp_path / robot.name), np.random.default_rng(11)
+    q = np.pi / 2 * rng.integers(-1, 3, (4000, 6))
+    q[:, 5] = rng.uniform(0, 0.4, len(q))
+    q = q[np.linalg.svd(arm.jacobian_mixed(q), compute_uv=False)[:, -1] > 1e-3]
+    assert len(q) > 800
+    assert Judged(robot, arm).lost(q)[1:] == (0, 0, 0)

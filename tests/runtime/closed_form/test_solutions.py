@@ -12,7 +12,6 @@ import pytest
 import chasles
 from chasles.closed_form.solutions import Solutions, solutions_of
 from chasles.contract.manifest import Coordinate
-from chasles.errors import InputValueError
 
 from .. import scara
 
@@ -296,13 +295,6 @@ def test_all_windings_within_limits(arm, q):
     assert np.abs(scara.fk(reached) - held).max() < 1e-12
     again = after.within_limits(lower, upper)
     np.testing.assert_array_equal(again.valid, after.valid)
-
-
-def test_limits_in_degrees_are_no_windings_without_end():
-    found, limits = chasles.load("ur5e").ik(np.eye(4)), np.full(6, 180.0)
-    with pytest.raises(InputValueError, match=r"windings of each solution; are they in degrees\?"):
-        found.within_limits(-limits, limits)
-    assert found.within_limits(-limits, limits, windings=False).q.shape == (8, 6)
 
 
 def test_windings_have_slots_of_their_own(arm):

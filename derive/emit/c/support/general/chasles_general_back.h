@@ -227,6 +227,24 @@ static void chasles_general_triangles(const chasles_general_system *system,
     chasles_general_factored(system, &c, &s, R, &value);
 }
 
+/* Whether A tells the pair of joints at this pose: where one of them slides, round numbers often
+ * make A singular at right angles, and one solution of the others then has several of the pair. */
+static int chasles_general_tells_pair(const chasles_general_system *system)
+{
+    double least = DBL_MAX, most = 0.0;
+    if (!(system->slides[0] || system->slides[1]))
+        return 1;
+    for (int i = 0; i < 8; i++) {
+        const double pivot = fabs(system->factor[i][i]);
+        /* Products that never appear, where both slide. */
+        if (pivot == 0.0)
+            continue;
+        least = pivot < least ? pivot : least;
+        most = pivot > most ? pivot : most;
+    }
+    return least > CHASLES_TELLS * most;
+}
+
 /* Isolates the real roots of the determinant; whether no more of them may be hidden. */
 static int chasles_general_isolated(const chasles_general_system *system,
                                     chasles_circle_roots *roots)
@@ -238,7 +256,8 @@ static int chasles_general_isolated(const chasles_general_system *system,
         return 0;
     chasles_circle_real(chasles_general_sampled, system, &series, roots);
     const double rounding = CHASLES_CLEAN * series.most;
-    return !roots->unresolved && (series.most > CHASLES_VANISHED || series.noise < rounding);
+    return !roots->unresolved && chasles_general_tells_pair(system) &&
+           (series.most > CHASLES_VANISHED || series.noise < rounding);
 }
 
 /* Leaves out starts at roots of the six equations that do not solve the others, as half of them

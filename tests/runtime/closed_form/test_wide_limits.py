@@ -1,0 +1,14 @@
+"""Limits that are many turns apart."""
+
+import numpy as np
+import pytest
+
+import chasles
+from chasles.errors import InputValueError
+
+
+def test_limits_in_degrees_are_no_windings_without_end():
+    found, limits = chasles.load("ur5e").ik(np.eye(4)), np.full(6, 180.0)
+    with pytest.raises(InputValueError, match=r"windings of each solution; are they in degrees\?"):
+        found.within_limits(-limits, limits)
+    assert found.within_limits(-limits, limits, windings=False).q.shape == (8, 6)
