@@ -73,7 +73,7 @@ def factored_minors(robot: Robot, q: Sequence[sp.Symbol]) -> tuple[Factored, ...
     most = LARGEST_BLOCK if len(found) == 1 else LARGEST_OF_SEVERAL
     if max((minor.size for minor in found), default=0) > most:
         return None
-    ring = ScrewRing(S, q)
+    ring = ScrewRing(S, q, [minor.view.point for minor in found])
     columns = {}
     for minor in found:
         seen = ring.matrix(minor.view, LONGEST_ENTRY)

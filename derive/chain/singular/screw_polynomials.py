@@ -30,17 +30,22 @@ class ScrewRing:
         ring: The ring of polynomials in all these.
     """
 
-    def __init__(self, S: sp.Matrix, q: Sequence[sp.Symbol]) -> None:
+    def __init__(
+        self, S: sp.Matrix, q: Sequence[sp.Symbol], points: Sequence[sp.Matrix] = ()
+    ) -> None:
+        """Takes the screws (6, n), the coordinates, and points (3,) from which they are seen."""
+        known = sp.Matrix([*S, *(entry for point in points for entry in point)])
         self.q = tuple(q)
-        self.turns = [(sp.Dummy(f"C{k}"), sp.Dummy(f"S{k}"), x) for k, x in enumerate(_angles(S))]
+        angles = enumerate(_angles(known))
+        self.turns = [(sp.Dummy(f"C{k}"), sp.Dummy(f"S{k}"), x) for k, x in angles]
         self.meanings: dict[sp.Symbol, sp.Expr] = {}
         for cosine, sine, angle in self.turns:
             self.meanings |= {cosine: sp.cos(angle), sine: sp.sin(angle)}
-        for k, root in enumerate(sorted(S.atoms(sp.Pow), key=str)):
+        for k, root in enumerate(sorted(known.atoms(sp.Pow), key=str)):
             if root.base.is_Integer:
                 self.meanings[sp.Dummy(f"R{k}")] = root
         self.symbols_of = {meaning: symbol for symbol, meaning in self.meanings.items()}
-        self.constants = [*sorted(S.free_symbols, key=str), *self.meanings]
+        self.constants = [*sorted(known.free_symbols, key=str), *self.meanings]
         self.cosines = [sp.Dummy(f"c{k}") for k, _ in enumerate(q)]
         self.sines = [sp.Dummy(f"s{k}") for k, _ in enumerate(q)]
         self.slides = [sp.Dummy(f"d{k}") for k, _ in enumerate(q)]

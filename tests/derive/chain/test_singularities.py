@@ -292,3 +292,18 @@ def test_words_count_the_axes_of_the_whole_arm():
         "the wrist's centre is in the plane of axes 3 and 5; the arm is stretched or folded",
         "axes 6 and 8 coincide",
     }
+
+
+def test_a_length_behind_all_axes_may_be_where_they_are_seen_from():
+    """Without the turn of A5 no axes of the wrist meet, and only the tool has the length d7."""
+    text = (Path(chasles.derive.__file__).parent / "robots" / "iiwa14.toml").read_text()
+    turned = 'd = "d5"\nalpha = -90\n'
+    assert turned in text
+    robot = chasles.derive.loads(text.replace(turned, 'd = "d5"\n'))
+    said = singularities(Page.of(chasles.derive.derive(robot, ["fk"])))
+    lost = {"c_{56}": (5, np.pi / 2 - 0.4), "s_{2}": (1, 0.0), "s_{4}": (3, 0.0)}
+    for condition, (joint, value) in lost.items():
+        assert f"${condition} = 0$" in said
+        q = np.array([0.3, 0.9, -0.5, 1.1, 0.4, 0.8, 0.2])
+        q[joint] = value
+        assert np.linalg.matrix_rank(jacobian(robot)(q), FULL) == 5
