@@ -100,7 +100,11 @@ def test_followers_and_sites(path):
         ('name="slide"', 'name="turn"', "repeated name 'turn' in joint"),
         ("<mujoco", "<mujoko", "expected MJCF that MuJoCo reads"),
         ("</mujoco>", '<include file="none.xml"/></mujoco>', "none.xml"),
-        ('name="hand" pos="0 0 1"', 'name="hand" pos="nan 0 1"', "body hand, pos: expected finite"),
+        (
+            'name="hand" pos="0 0 1"',
+            'name="hand" pos="nan 0 1"',
+            "<body> pos: expected finite numbers",
+        ),
     ],
 )
 def test_wrong_models(path, old, new, words):

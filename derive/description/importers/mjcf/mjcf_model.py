@@ -13,14 +13,18 @@ from typing import Any, NamedTuple
 import mpmath as mp
 import numpy as np
 import sympy as sp
+from lxml import etree
 
 from ....model.exact import read, snap_angle
 from ....model.placements import Vector
 from ....model.tolerances import COMPILED_ANGLE, COMPILED_DECIMALS, EVALUATION_DIGITS, UNIT_VECTOR
 from ...toml_file import DescriptionError, read_text
+from ..robot_xml import parsed
 from ..roll_pitch_yaw import of_quaternion
 
 NEEDED = "the package mujoco, to read MJCF (pip install 'chasles[files]')"
+NAMES = ("name", "class", "childclass", "model", "joint", "body", "site", "file")
+"""Attributes that hold words, not numbers."""
 UNNAMED = "MuJoCo Model"
 """The name that MuJoCo gives a model without one."""
 REMOVED = (
@@ -73,7 +77,7 @@ def compiled(file: Path) -> CompiledModel:
         import mujoco  # noqa: PLC0415
     except ModuleNotFoundError as error:
         raise DescriptionError(str(file), None, "", None, NEEDED) from error
-    read_text(file)
+    _refuse_not_finite(file, read_text(file))
     try:
         spec = mujoco.MjSpec.from_file(str(file))
         actuated = tuple(
@@ -111,6 +115,21 @@ def _remove_shapes(spec: Any, mujoco: Any) -> None:
     for site in spec.sites:
         site.material = ""
     spec.compiler.fusestatic = 0
+
+
+def _refuse_not_finite(file: Path, text: str) -> None:
+    """Refuses numbers in the file that are not finite; MuJoCo would warn in a file of logs."""
+    try:
+        root = parsed(str(file), text, "mujoco")
+    except DescriptionError:
+        return
+    for element in root.iter(tag=etree.Element):
+        for name in sorted({*map(str, element.keys())}.difference(NAMES)):
+            value = str(element.get(name))
+            if {"nan", "inf", "-inf"} & {*value.lower().split()}:
+                field = f"<{element.tag!s}> {name}"
+                line = element.sourceline
+                raise DescriptionError(str(file), line, field, value, "finite numbers")
 
 
 def _refuse_infinite(file: Path, arrays: Any, mujoco: Any) -> None:
