@@ -29,12 +29,11 @@ import chasles
 from chasles.derive import Robot, RobotError, derive, load
 from chasles.derive.build.generate import files_of, put
 from chasles.derive.emit.languages import EMITTERS
-from chasles.derive.inverse.general.split_choice import slides_of
 
 from ..cases.calibrated import displaced
 from ..cases.drawn_arms import random_arm
 from ..report import out, seconds
-from .general_arms import DERIVED, SIX, Judged, apart
+from .general_arms import DERIVED, SIX, Judged, apart, configurations
 
 ROBOTS = Path(__file__).parents[2] / "derive" / "robots"
 ARMS = (
@@ -53,8 +52,6 @@ ROUNDS = 3
 PART = 1000
 """Poses of which all solutions are compared at a time."""
 COUNTS = ("lost", "none", "wrong")
-SLIDE = 0.5
-"""Metres by which slides move to either side."""
 BARS = {"none": 0, "wrong": 0, "lost": 1e-4, "right_none": 0, "right_wrong": 0, "p99": 50.0}
 """Greatest values; of lost poses, the share."""
 
@@ -109,7 +106,7 @@ def judgement(draw: Draw, poses: int, singles: int, *, beside: bool = True) -> d
         found = {"derived": time.process_time() - start}
         found["near"] = "ik_nominal" in arm.functions
         judged = Judged(draw.robot, arm)
-        q, right = configurations(draw.robot, poses)
+        q, right = configurations(draw.robot, poses, poses // 10)
         parts = [judged.lost(part) for part in np.array_split(q, -(-poses // PART))]
         counts = np.sum(parts, axis=0)
         found |= dict(zip(("regular", *COUNTS), map(int, counts), strict=True))
@@ -124,17 +121,6 @@ def judgement(draw: Draw, poses: int, singles: int, *, beside: bool = True) -> d
         found["single"], found["p99"] = 1e6 * np.percentile(taken, (50, 99))
         found["batch"] = 1e6 * least(partial(arm.ik, T, *given, threads=1)) / poses
     return found
-
-
-def configurations(robot: Robot, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Random configurations (count, n), and a tenth as many at right angles."""
-    random, n = np.random.default_rng(0), len(robot.coordinates)
-    q = random.uniform(-np.pi, np.pi, (count, n))
-    right = np.pi / 2 * random.integers(-1, 3, (count // 10, n))
-    for k in slides_of(robot):
-        q[:, k] = random.uniform(-SLIDE, SLIDE, len(q))
-        right[:, k] = np.round(random.uniform(-SLIDE, SLIDE, len(right)), 1)
-    return q, right
 
 
 def fewer(arm: chasles.Robot, general: chasles.Robot, q: np.ndarray) -> int:

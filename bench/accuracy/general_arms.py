@@ -47,6 +47,8 @@ STILL = 1e-12
 """rad: an iteration whose step is smaller has ended."""
 SINGLES = 200
 SIX = 6
+SLIDE = 0.5
+"""Metres by which slides move to either side."""
 DERIVED = ["fk", "ik", "fk_jacobian_mixed"]
 ITERATED = [*DERIVED, "hessian_mixed"]
 """With what the iteration to other configurations of a pose takes."""
@@ -149,6 +151,19 @@ class Judged:
         single = min(_seconds(lambda: [self.arm.ik(*one) for one in some]) for _ in range(5))
         batch = min(_seconds(lambda: self.arm.ik(T, *given, threads=1)) for _ in range(5))
         return single / SINGLES * 1e6, batch / len(T) * 1e6
+
+
+def configurations(
+    robot: Robot, count: int, right: int, seed: int = 0
+) -> tuple[np.ndarray, np.ndarray]:
+    """So many random configurations (count, n), and so many at right angles (right, n)."""
+    random, n = np.random.default_rng(seed), len(robot.moving)
+    q = random.uniform(-np.pi, np.pi, (count, n))
+    quarters = random.integers(0, 4, (right, n)) * np.pi / 2
+    for k in slides_of(robot):
+        q[:, k] = random.uniform(-SLIDE, SLIDE, count)
+        quarters[:, k] = np.round(random.uniform(-SLIDE, SLIDE, right), 1)
+    return q, quarters
 
 
 def apart(q: np.ndarray, other: np.ndarray, slides: Collection[int] = ()) -> np.ndarray:

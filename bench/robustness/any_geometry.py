@@ -25,15 +25,13 @@ from chasles.derive.inverse.general.raghavan_roth import JOINTS
 from chasles.derive.inverse.general.split_choice import slides_of
 from chasles.derive.terms.terms import Terms
 
-from ..accuracy.general_arms import apart
+from ..accuracy.general_arms import apart, configurations
 from ..cases.random_arms import LINKS, long_arm, random_arm, sliding_arm
 from ..native.library import UNPACKED, Source, compiled
 from ..report import out, paced
 
 SHIM = Path(__file__).parents[1] / "native" / "any_arm.c"
 SLOTS = 16
-SLIDE = 0.5
-"""Metres by which slides move to either side."""
 SAME, REACHED, REGULAR = 1e-6, 1e-8, 1e-5
 """Radians (or metres) by which a configuration is found, residual (metre or radian) of a solution,
 and least singular value of a configuration that has to be found."""
@@ -111,14 +109,9 @@ def judged(robot: Robot, count: int) -> tuple[Found, Found] | None:
     if general is None:
         return None
     library().take(ctypes.byref(_told(general.function.tables)))
-    n, random = len(robot.moving), np.random.default_rng(5)
-    given = general.choice.given
-    q = random.uniform(-np.pi, np.pi, (count, n))
-    right = random.integers(0, 4, (count // 3, n)) * np.pi / 2
-    for k in slides_of(robot):
-        q[:, k] = random.uniform(-SLIDE, SLIDE, len(q))
-        right[:, k] = np.round(random.uniform(-SLIDE, SLIDE, len(right)), 1)
-    return tuple(_found(some, given, slides_of(robot)) for some in (q, right))
+    q, right = configurations(robot, count, count // 3, seed=5)
+    given, slides = general.choice.given, slides_of(robot)
+    return _found(q, given, slides), _found(right, given, slides)
 
 
 def _told(tables: tuple) -> Arm:

@@ -362,11 +362,12 @@ SINGLE_SOLUTION = 1e-12
 The six equations do not single out a solution then.
 """
 POOR_SEPARATION = 1e-5
-"""Rating of a split (:attr:`.Rating.key`) below which other joints are rather given: arms whose
-slide leaves six others regular have 1e-4 and more, one with a slide along two of the axes 7e-7."""
+"""Separation of a choice of splits (:attr:`.Choice.separation`) below which other joints are rather
+given: arms whose slide leaves six others regular have 1e-4 and more, one with a slide along two of
+the axes 7e-7."""
 ASKED_SEPARATION = 5e-3
-"""Rating of a split (:attr:`.Rating.key`) above which its solver is quick and sure enough to be
-asked at every pose of an arm that nearly has a structure.
+"""Separation of a choice of splits (:attr:`.Choice.separation`) above which its solver is quick and
+sure enough to be asked at every pose of an arm that nearly has a structure.
 
 A calibrated Panda with a given joint has 2e-2. An iiwa has 2e-3 and less, where the solver takes
 five times as long.

@@ -165,9 +165,10 @@ class Solutions(_Fields):
         low, high = self._limits(lower, upper)
         wraps = np.array(self.wraps)
         turns = _windings(low, high, wraps) if windings else np.ones(len(low), dtype=np.intp)
-        if turns.astype(float).prod() > MOST_WINDINGS:
+        count = math.prod(turns.tolist())
+        if count > MOST_WINDINGS:
             raise InputValueError(
-                f"Solutions.within_limits: these limits allow {turns.astype(float).prod():.2g} "
+                f"Solutions.within_limits: these limits allow {count:.2g} "
                 "windings of each solution; are they in degrees? windings=False takes one of each"
             )
         offsets = np.array(list(itertools.product(*map(range, turns))), dtype=np.intp)

@@ -89,8 +89,7 @@ class GeneralTables:
 
     Attributes:
         tables: The tables of its solver; empty where it cannot be solved so.
-        separation: How well the best split tells solutions apart: the second of its key in
-            :class:`.Rating`.
+        separation: How well the best split tells solutions apart: :attr:`.Choice.separation`.
     """
 
     tables: tuple[Table, ...] = ()
@@ -113,8 +112,7 @@ def general_tables(
     choice = choice_at(constants, given, slides_of(robot), apart)
     if choice is None:
         return GeneralTables()
-    _, separation = choice.ratings[0].key
-    return GeneralTables(written_inverse.tables(robot, choice, constants), separation)
+    return GeneralTables(written_inverse.tables(robot, choice, constants), choice.separation)
 
 
 def _steps(robot: Robot, choice: Choice) -> tuple[str, ...]:

@@ -113,9 +113,9 @@ class Choice:
         return len(found) / len(self.ratings[0].separations)
 
     @property
-    def rating(self) -> tuple[float, tuple[float, float]]:
-        """The greater, the better."""
-        return self.good, self.ratings[0].key
+    def separation(self) -> float:
+        """How well the best split tells solutions apart, where it is good: see its key."""
+        return self.ratings[0].key[1]
 
     @property
     def splits(self) -> tuple[Split, ...]:
@@ -133,7 +133,7 @@ def choose(robot: Robot) -> Choice | None:
         robot: The description.
     """
     found = _best(robot, ways_to_give(robot))
-    is_poor = found is None or found.rating[1][1] < POOR_SEPARATION
+    is_poor = found is None or found.separation < POOR_SEPARATION
     if not (slides_of(robot) and is_poor and len(robot.moving) == JOINTS + 1):
         return found
     ways = [(k,) for k in range(len(robot.moving)) if is_fit(robot, (k,))]
@@ -147,7 +147,7 @@ def _best(robot: Robot, ways: Sequence[tuple[int, ...]]) -> Choice | None:
     constants, slides = numbers(robot), slides_of(robot)
     found = [choice for given in ways if (choice := choice_at(constants, given, slides))]
     # Of equals the joint nearest to the tool is given: an operator sets it most easily.
-    return max(reversed(found), key=lambda choice: choice.rating, default=None)
+    return max(reversed(found), key=lambda c: (c.good, c.ratings[0].key), default=None)
 
 
 def slides_of(robot: Robot) -> frozenset[int]:
@@ -231,7 +231,7 @@ def _ratings(
     if not any(rating.good_at for rating in left):
         # Where four axes or more meet in two points, A is singular in every split. So it is where
         # both of the pair slide in one direction, but then the arm lacks a freedom.
-        sliding = _left_of(slides, len(constants) - 1, given)
+        sliding = slides_left(slides, len(constants) - 1, given)
         left = [
             replace(rating, pairs=(1.0,) * len(rating.pairs))
             for rating in left
@@ -256,7 +256,7 @@ def _rated(
     constants: Sequence[Array], given: tuple[int, ...], slides: frozenset[int]
 ) -> list[Rating]:
     found: dict[tuple[tuple[int, ...], int], list[LineEquations]] = {}
-    sliding = _left_of(slides, len(constants) - 1, given)
+    sliding = slides_left(slides, len(constants) - 1, given)
     orders = {_order(split): split for split in splits(sliding)}
     configured = configurations(len(constants) - 1, given)
     size = length(constants)
@@ -288,8 +288,8 @@ def _solved(values: Sequence[float], given: tuple[int, ...]) -> list[float]:
     return [value for k, value in enumerate(values) if k not in given]
 
 
-def _left_of(slides: frozenset[int], joints: int, given: tuple[int, ...]) -> frozenset[int]:
-    """Indices of the joints that slide, among those that are not given."""
+def slides_left(slides: frozenset[int], joints: int, given: tuple[int, ...]) -> frozenset[int]:
+    """Places of the joints that slide, among those of an arm that are not given."""
     left = [k for k in range(joints) if k not in given]
     return frozenset(place for place, k in enumerate(left) if k in slides)
 

@@ -21,7 +21,7 @@ def general_arm(page: Page, general: GeneralInverse) -> str:
     split, slides = choice.splits[0], slides_of(page.robot)
     left_over = [k for k in range(len(_coordinates(page))) if k not in choice.given]
     free = [_coordinates(page)[k] for k in left_over] + [_ADDED] * (JOINTS - len(left_over))
-    sliding = [free[place] for place, k in enumerate(left_over) if k in slides]
+    sliding = [_coordinates(page)[k] for k in left_over if k in slides]
     q = [free[k] for k in split.joints]
     motions = [rf"{'D' if tex in sliding else 'R'}({tex})" for tex in q]
     walked = "from the base to the tool" if split.sense > 0 else "from the tool to the base"

@@ -77,7 +77,7 @@ def compiled(file: Path) -> CompiledModel:
         import mujoco  # noqa: PLC0415
     except ModuleNotFoundError as error:
         raise DescriptionError(str(file), None, "", None, NEEDED) from error
-    _refuse_not_finite(file, read_text(file))
+    _check_text(file, read_text(file))
     try:
         spec = mujoco.MjSpec.from_file(str(file))
         actuated = tuple(
@@ -92,7 +92,7 @@ def compiled(file: Path) -> CompiledModel:
             arrays = spec.compile()
     except (ValueError, mujoco.FatalError) as error:
         raise _refused(file, str(error)) from error
-    _refuse_infinite(file, arrays, mujoco)
+    _check_model(file, arrays, mujoco)
     axes = {joint.id: tuple(float(value) for value in joint.axis) for joint in spec.joints}
     name = str(spec.modelname)
     name = file.stem if name == UNNAMED else name
@@ -117,7 +117,7 @@ def _remove_shapes(spec: Any, mujoco: Any) -> None:
     spec.compiler.fusestatic = 0
 
 
-def _refuse_not_finite(file: Path, text: str) -> None:
+def _check_text(file: Path, text: str) -> None:
     """Refuses numbers in the file that are not finite; MuJoCo would warn in a file of logs."""
     try:
         root = parsed(str(file), text, "mujoco")
@@ -132,8 +132,8 @@ def _refuse_not_finite(file: Path, text: str) -> None:
                 raise DescriptionError(str(file), line, field, value, "finite numbers")
 
 
-def _refuse_infinite(file: Path, arrays: Any, mujoco: Any) -> None:
-    """Refuses numbers that are not finite, on which a pose depends."""
+def _check_model(file: Path, arrays: Any, mujoco: Any) -> None:
+    """Refuses numbers of included files that are not finite, and on which a pose depends."""
     kinds = {
         "body": ("mjOBJ_BODY", ("body_pos", "body_quat")),
         "joint": ("mjOBJ_JOINT", ("jnt_pos", "jnt_axis", "jnt_range")),
