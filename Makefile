@@ -2,7 +2,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check --editable
 
-.PHONY: derive test check check-generated format lint types bench bench-quick bench-count bench-check docs reproduce gallery clean help
+.PHONY: derive test campaign check check-generated format lint types bench bench-quick bench-count bench-check docs reproduce gallery clean help
 
 # Another hash seed, and a processor for which OpenBLAS and NumPy round otherwise: neither may show
 # in a generated file. `make derive UNDER='$(ELSEWHERE)'`
@@ -15,6 +15,13 @@ derive: .venv/derive ## derive, generate and compile every robot
 # Tests wait for compilers and browsers, so that a worker more than cores keeps these busy.
 test: .venv/dev ## the whole test suite
 	@OPENBLAS_NUM_THREADS=1 PYTEST_XDIST_AUTO_NUM_WORKERS=$$(($$(getconf _NPROCESSORS_ONLN) + 1)) $(BIN)/python -m pytest
+
+SECONDS ?= 300
+CAMPAIGN = --seconds $(SECONDS) $(if $(SEED),--seed $(SEED)) $(if $(ONLY),--only $(ONLY)) \
+  $(if $(TRIAL),--trial $(TRIAL))
+
+campaign: .venv/dev ## random trials: SECONDS=300 SEED=7 ONLY=losses,field; TRIAL=N repeats one
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.campaigns $(CAMPAIGN)
 
 check: format lint types check-generated test ## everything that a change must pass
 

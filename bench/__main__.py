@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import chasles
-
-from . import check, count, document
-from .accuracy import (
+from tests.campaigns import calibration as calibrations
+from tests.campaigns import (
     cleaned_files,
     displaced_arms,
     field,
@@ -24,13 +23,22 @@ from .accuracy import (
     planar_modes,
     platform_modes,
 )
-from .calibration import calibrations, tracker_sets
-from .cases.poses import CASES
+from tests.campaigns import tracker as tracker_sets
+from tests.campaigns.as_built import (
+    any_geometry,
+    attempts,
+    built_arms,
+    built_robots,
+    open_loops,
+    single_errors,
+)
+from tests.support.generators.poses import CASES
+
+from . import check, count, document
 from .measures import derivation, frames, scenes, studies
 from .peers.forward import absent
 from .plans import FULL, QUICK, SECTIONS, without_slow_builds
 from .report import Plan, out, records, save, tables
-from .robustness import any_geometry, attempts, built_arms, built_robots, open_loops, single_errors
 
 DERIVATION = "derivation"
 ARMS = 50

@@ -21,9 +21,9 @@ from pathlib import Path
 import chasles
 import chasles.derive
 from chasles.derive.emit.languages import EMITTERS
+from tests.support.oracles.screws import ROBOTS
 
 from .cases.arms import ARMS
-from .cases.screws import ROBOTS
 from .native.library import compiler_version
 from .report import out, table
 

@@ -9,13 +9,13 @@ import numpy as np
 
 import chasles
 from chasles.derive import load, write
+from tests.support.generators.geometric_errors import displaced
+from tests.support.oracles.screws import ROBOTS, screws
+from tests.support.peers.interface import absent as absent_peers
+from tests.support.peers.interface import inverses
 
-from ..cases.calibrated import displaced
-from ..cases.screws import ROBOTS, screws
 from ..cores import one_core
 from ..native.kernel import kernel
-from ..peers.inverse.interface import absent as absent_peers
-from ..peers.inverse.interface import inverses
 from ..report import Limit, Plan, Ratio, alternated, out, ratio, seconds
 from .one_call import VECTORS, repeated
 

@@ -10,8 +10,8 @@ from importlib import import_module
 import numpy as np
 
 import chasles
+from tests.support.oracles.screws import screws
 
-from ..cases.screws import screws
 from ..cores import one_core
 from ..peers.forward import absent
 from ..report import Limit, Plan, Ratio, out, ratio, seconds, table

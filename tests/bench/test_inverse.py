@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from tolerances import AGREEMENT
 
 import chasles
 from bench.measures import inverse
 from bench.native.kernel import ROOM, kernel
 from bench.report import Plan
+from tests.support.tolerances import AGREEMENT
 
 
 @pytest.mark.parametrize("name", inverse.IN_C)

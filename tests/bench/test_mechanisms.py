@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from tolerances import AGREEMENT
 
 import chasles
 from bench.measures import mechanisms
 from bench.native.kernel import kernel
 from bench.peers.forward import absent
+from tests.support.tolerances import AGREEMENT
 
 POSES = 20
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from tolerances import AGREEMENT
 
 import chasles
 from bench.cases.arms import ARMS
 from bench.peers.forward import INSTALL, SLOW_TO_BUILD, absent, is_built, setups
+from tests.support.tolerances import AGREEMENT
 
 POSES = 20
 CASES = [(arm, peer) for arm in ARMS for peer in INSTALL]

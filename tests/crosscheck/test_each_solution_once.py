@@ -8,11 +8,11 @@ random configurations.
 import numpy as np
 import pytest
 
-from bench.cases.drawn_mechanisms import drawn_mechanism
 from chasles.derive import derive
 from chasles.derive.terms.branches import patterns
 from chasles.derive.terms.casadi_graph import lower
-from tests.helpers.derivations import derivation, kernels
+from tests.support.derivations import derivation, kernels
+from tests.support.generators.drawn_mechanisms import drawn_mechanism
 
 SAME = 1e-7
 AT_DEAD_POINT = 1e-6

@@ -4,18 +4,18 @@ from functools import cache
 
 import numpy as np
 import pytest
-from derivations import derivation
-from tolerances import WORST_INVERSE
 
-from bench.accuracy import verdict
-from bench.accuracy.verdict import SAME, VALID, counts, judged, newton
-from bench.cases.poses import Case, PoseSet, nearly, right_angles
-from bench.cases.synthetic import Arm, Function, robot_of
-from bench.cases.tasks import wrapped
-from bench.peers.inverse.interface import INSTALL, absent, answers
 from chasles.derive.inverse.classify import classify
 from chasles.derive.inverse.given_joints import ways_to_give
 from chasles.derive.terms.terms import Terms
+from tests.support.oracles import verdict
+from tests.support.derivations import derivation
+from tests.support.generators.poses import Case, PoseSet, nearly, right_angles
+from tests.support.generators.synthetic import Arm, Function, robot_of
+from tests.support.oracles.tasks import wrapped
+from tests.support.oracles.verdict import SAME, VALID, counts, judged, newton
+from tests.support.peers.interface import INSTALL, absent, answers
+from tests.support.tolerances import WORST_INVERSE
 
 RANDOM = 2_000
 GRID = 250

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from tolerances import ORACLE, WORST_INVERSE
 
-from bench.accuracy import misses
-from bench.accuracy.verdict import VALID, counts, judged, newton, regular
-from bench.cases.poses import CASES, SINGULAR, Case, PoseSet, Sizes, sets
-from bench.peers.inverse.interface import INSTALL, Answers, Unsolved, absent, answers
+from bench.measures import misses
+from tests.support.generators.poses import CASES, SINGULAR, Case, PoseSet, Sizes, sets
+from tests.support.oracles.verdict import VALID, counts, judged, newton, regular
+from tests.support.peers.interface import INSTALL, Answers, Unsolved, absent, answers
+from tests.support.tolerances import ORACLE, WORST_INVERSE
 
 SMALL = Sizes(random=2_000, singular=100, grid=1024)
 TARGETS = 4

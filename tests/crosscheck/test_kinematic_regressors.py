@@ -9,12 +9,12 @@ step, exact to rounding.
 import numpy as np
 import pytest
 import sympy as sp
-from derivations import NAMES, ROBOTS
 
 from chasles.derive import derive, load
 from chasles.derive.model.geometry import Geometry
 from chasles.derive.model.placements import Rotation
 from chasles.derive.terms.casadi_graph import lower
+from tests.support.derivations import NAMES, ROBOTS
 
 pin = pytest.importorskip("pinocchio", reason="Pinocchio, the oracle of this file, is not there")
 

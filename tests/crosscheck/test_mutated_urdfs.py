@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from bench.accuracy.cleaned_files import classified, excess, findings, read, shipped
-from bench.cases.mutated_urdfs import MUTATIONS, arm_of_urdf, mutated
+from tests.campaigns.mutants import classified, excess, findings, read, shipped
+from tests.support.generators.mutated_urdfs import MUTATIONS, arm_of_urdf, mutated
 
 pytest.importorskip("pinocchio", reason="the oracle, in the extra `crosscheck`")
 MUTANTS = 24

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from tolerances import AGREEMENT
 
 import chasles
-from bench.cases.screws import screws
 from bench.measures import numeric as bench
 from bench.report import Limit, Plan, Ratio
 from chasles.screws import log_rotation
+from tests.support.oracles.screws import screws
+from tests.support.tolerances import AGREEMENT
 
 optimize = pytest.importorskip("scipy.optimize", reason="an oracle, in the extra `crosscheck`")
 rtb = pytest.importorskip("roboticstoolbox", reason="an oracle, in the extra `crosscheck`")
@@ -40,7 +40,7 @@ def test_poses_by_the_product_of_exponentials_of_the_description(name):
 
 @pytest.mark.parametrize("name", bench.COMPARED)
 def test_the_peer_has_the_same_arm_and_limits(name):
-    from bench.peers.inverse import toolbox_lm as peer
+    from tests.support.peers import toolbox_lm as peer
 
     robot = chasles.load(name)
     elements = peer.sequence(screws(name), robot.lower, robot.upper)

@@ -4,11 +4,11 @@ import random
 
 import numpy as np
 import pytest
-from chains import random_chain
-from tolerances import ORACLE, ORACLE_RATES
 
 from chasles.derive import derive
 from chasles.derive.terms.casadi_graph import lower
+from tests.support.chains import random_chain
+from tests.support.tolerances import ORACLE, ORACLE_RATES
 
 pin = pytest.importorskip("pinocchio", reason="the oracle, in the extra `crosscheck`")
 

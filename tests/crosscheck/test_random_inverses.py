@@ -6,13 +6,13 @@ The poses are random and at right angles; ``python -m bench losses --arms 2000``
 import numpy as np
 import pytest
 
-from bench.accuracy import losses
-from bench.accuracy.losses import determines, losses_of, right_angles, sets
-from bench.accuracy.verdict import judged
-from bench.cases.drawn_arms import cases_of, random_arm
-from bench.cases.poses import PoseSet
-from bench.cases.synthetic import robot_of
-from bench.cases.tasks import wrapped
+from tests.campaigns import losses
+from tests.campaigns.losses import determines, losses_of, right_angles, sets
+from tests.support.generators.drawn_arms import cases_of, random_arm
+from tests.support.generators.poses import PoseSet
+from tests.support.generators.synthetic import robot_of
+from tests.support.oracles.tasks import wrapped
+from tests.support.oracles.verdict import judged
 
 FIVE_JOINTS = (152, 389, 710)
 """The pose is that of six joints whose last stays at 0."""

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from tolerances import ORACLE
 
 import chasles
+from tests.support.tolerances import ORACLE
 
 rtb = pytest.importorskip("roboticstoolbox", reason="an oracle, in the extra `crosscheck`")
 

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from derivations import ALL, ROBOTS
-from tolerances import LIMIT, PRINTED_9
 
 from chasles.derive import Robot, derive, load
 from chasles.derive.terms.casadi_graph import lower
+from tests.support.derivations import ALL, ROBOTS
+from tests.support.tolerances import LIMIT, PRINTED_9
 
 SIZES = {"planar_3rrr_170"}
 """Other sizes of generated robots, which have tests of their own."""

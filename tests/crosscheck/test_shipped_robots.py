@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from tolerances import EXACT_CODE, ORACLE, ORACLE_RATES
 
 import chasles
+from tests.support.tolerances import EXACT_CODE, ORACLE, ORACLE_RATES
 
 pin = pytest.importorskip("pinocchio", reason="the oracle, in the extra `crosscheck`")
 

@@ -4,9 +4,9 @@ import random
 
 import pytest
 
-from bench.accuracy.losses import losses_of
-from bench.cases.drawn_arms import cases_of
 from chasles.derive import explain, loads
+from tests.campaigns.losses import losses_of
+from tests.support.generators.drawn_arms import cases_of
 
 ROW = "joints that a pose determines one by one"
 PLANE = "parallel axes"

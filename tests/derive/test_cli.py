@@ -6,7 +6,6 @@ import time
 from pathlib import Path
 
 import pytest
-from derivations import ALL, ROBOTS
 from typer.testing import CliRunner
 
 import chasles
@@ -15,6 +14,7 @@ from chasles.derive.build import freshness, jobs, time_limit
 from chasles.derive.build.time_limit import OutOfTime, at_most
 from chasles.derive.cli import app
 from chasles.derive.description import shipped_files
+from tests.support.derivations import ALL, ROBOTS
 
 ARM = """\
 name = "arm"

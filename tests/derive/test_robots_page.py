@@ -3,9 +3,8 @@
 import runpy
 from pathlib import Path
 
-from derivations import NAMES, ROBOTS
-
 from chasles.derive import Robot, load
+from tests.support.derivations import NAMES, ROBOTS
 
 PAGE = Path(__file__).parents[2] / "docs" / "robots.py"
 

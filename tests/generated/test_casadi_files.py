@@ -5,10 +5,10 @@ import re
 import casadi as ca
 import numpy as np
 import pytest
-from derivations import ALL, GENERATED, ROBOTS, derivation, kernels
 
 from chasles.derive import artifacts, casadi_function, load
 from chasles.derive.emit.casadi_file import POSITIONS
+from tests.support.derivations import ALL, GENERATED, ROBOTS, derivation, kernels
 
 DERIVATIVE = re.compile(r"jacobian|hessian|twist|acceleration|_rates|_D_|_dot$")
 """Names of what CasADi derives from the rest."""

@@ -3,10 +3,10 @@
 import casadi as ca
 import numpy as np
 import pytest
-from derivations import GENERATED, NAMES, shaped
-from tolerances import DERIVATIVES
 
 from chasles.derive import casadi_function
+from tests.support.derivations import GENERATED, NAMES, shaped
+from tests.support.tolerances import DERIVATIVES
 
 POSES = 20
 

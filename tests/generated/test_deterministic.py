@@ -9,9 +9,9 @@ import subprocess
 import sys
 
 import pytest
-from derivations import ALL, GENERATED
 
 from chasles.derive.emit.manifest import sha256
+from tests.support.derivations import ALL, GENERATED
 
 LIMIT = 10 * 2**20
 OLD_PROCESSOR = {

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from compiling import compiled
-from derivations import ROBOTS
 
 from chasles.derive import load
+from tests.support.compiling import compiled
+from tests.support.derivations import ROBOTS
 
 NAMES = ("scara", "bricklaying_planar")
 """Arms whose place and orientation rest on different joints."""

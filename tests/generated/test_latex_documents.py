@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy as sp
-from chains import random_chain
-from derivations import ALL, article, derivation
 
-from bench.cases.planar_platforms import drawn_platform
 from chasles.derive import Joint, Mimic, Parameter, Robot, derive, from_urdf, loads
 from chasles.derive.description.conventions import dh
 from chasles.derive.latex import FOLDER, document, fragments
 from chasles.derive.model.mechanism import Mechanism
+from tests.support.chains import random_chain
+from tests.support.derivations import ALL, article, derivation
+from tests.support.generators.planar_platforms import drawn_platform
 
 PDFLATEX = shutil.which("pdflatex")
 pytestmark = pytest.mark.skipif(PDFLATEX is None, reason="pdflatex is not installed")

@@ -5,10 +5,17 @@ from functools import partial
 
 import numpy as np
 import pytest
-from closures import model, wrapped
-from loop_robots import CLOSED, INVERTIBLE, LOOPED, far_from_dead_points, random_q, robot
 
 import chasles
+from tests.support.loops.closures import model, wrapped
+from tests.support.loops.loop_robots import (
+    CLOSED,
+    INVERTIBLE,
+    LOOPED,
+    far_from_dead_points,
+    random_q,
+    robot,
+)
 
 # --- out of reach ---
 

@@ -8,9 +8,12 @@ differences.
 import casadi as ca
 import numpy as np
 import pytest
-from closures import TINY, model, wrapped
-from derivations import GENERATED, ROBOTS, kernels
-from loop_robots import (
+
+from chasles.derive import casadi_function, derive, load
+from chasles.derive.terms.casadi_graph import lower
+from tests.support.derivations import GENERATED, ROBOTS, kernels
+from tests.support.loops.closures import TINY, model, wrapped
+from tests.support.loops.loop_robots import (
     CLOSED,
     DIFFERENCES,
     INVERTIBLE,
@@ -23,10 +26,7 @@ from loop_robots import (
     random_rates,
     robot,
 )
-from tolerances import DERIVATIVES
-
-from chasles.derive import casadi_function, derive, load
-from chasles.derive.terms.casadi_graph import lower
+from tests.support.tolerances import DERIVATIVES
 
 # --- positions ---
 

@@ -4,9 +4,9 @@ import json
 import re
 
 import pytest
-from derivations import GENERATED, NAMES, made
 
 from chasles.derive.program.counting import count_operations
+from tests.support.derivations import GENERATED, NAMES, made
 
 UR_FK, UR_FK_AND_JACOBIAN = 90, 125
 

@@ -5,12 +5,12 @@ from itertools import product
 
 import numpy as np
 import pytest
-from closures import TINY, model, wrapped
-from runtime.loops.test_modes import errors, random_q, scan
 
 import chasles
-from runtime import planar
-from tests.helpers.rate_inputs import held
+from tests.runtime.loops.test_modes import errors, random_q, scan
+from tests.support.handwritten import planar
+from tests.support.loops.closures import TINY, model, wrapped
+from tests.support.rate_inputs import held
 
 PLANAR = {"planar_3rrr": 0.13, "planar_3rrr_170": 0.17}
 ITERATED = [*PLANAR, "stewart_gough"]

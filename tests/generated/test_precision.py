@@ -4,11 +4,11 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
-from derivations import NAMES, derivation
-from tolerances import EXACT_CODE
 
 import chasles
 from chasles.derive import Rotation
+from tests.support.derivations import NAMES, derivation
+from tests.support.tolerances import EXACT_CODE
 
 DIGITS = 30
 POSES = 4

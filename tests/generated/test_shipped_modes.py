@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import chasles
-from tests.helpers.rate_inputs import held
+from tests.support.rate_inputs import held
 
 NAMES = ["planar_3rrr", "planar_3rrr_170", "stewart_gough", "delta"]
 MOST = {"planar_3rrr": 6, "planar_3rrr_170": 6, "stewart_gough": 28, "delta": 40}

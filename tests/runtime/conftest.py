@@ -5,8 +5,7 @@ import gc
 import pytest
 
 import chasles
-
-from .tiny import Folder, manifest
+from tests.support.handwritten.tiny import Folder, manifest
 
 
 @pytest.fixture

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from bench.accuracy import planar_modes
-from bench.cases.planar_platforms import drawn_platform
+from tests.campaigns import planar as planar_modes
+from tests.support.generators.planar_platforms import drawn_platform
 
 FUNCTIONS = ("modes", "velocity_relation", "chain_fk")
 STARTS = 100

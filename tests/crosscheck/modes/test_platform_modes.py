@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.accuracy import platform_modes
+from tests.campaigns import platforms as platform_modes
 
 DIETMAIER_BASE = [
     [0, 0, 0],

@@ -8,9 +8,9 @@ from functools import cache
 
 import numpy as np
 import pytest
-from tolerances import PRINTED_9
 
 import chasles
+from tests.support.tolerances import PRINTED_9
 
 MM, DEG = 1e-3, np.pi / 180
 

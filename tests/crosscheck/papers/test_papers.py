@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from tolerances import PRINTED_9
 
 import chasles
+from tests.support.tolerances import PRINTED_9
 
 PHOTO_ROBOT = {
     (0, 0, 0, 0, 0, 0, 0, 0): [

@@ -1,12 +1,12 @@
 """The chain in its smallest form: which angles are summed, which axes share a group."""
 
 import sympy as sp
-from derivations import NAMES, ROBOTS
 
 from chasles.derive import Joint, Mimic, Robot, load, to_poe
 from chasles.derive.chain.groups import groups
 from chasles.derive.description.conventions import dh, urdf
 from chasles.derive.terms.terms import Terms
+from tests.support.derivations import NAMES, ROBOTS
 
 q = sp.symbols("q1:9", real=True)
 ZERO, ONE = sp.Integer(0), sp.Integer(1)

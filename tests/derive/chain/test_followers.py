@@ -6,8 +6,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from bench.cases.synthetic import Function, robot_of
 from chasles.derive import Mimic, artifacts, derive, explain
+from tests.support.generators.synthetic import Function, robot_of
 
 POSES = 500
 CHAINS = (

@@ -5,13 +5,13 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
-from mechanisms import four_bar, geared, slider_crank, slotted_rocker
 
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.terms.casadi_graph import lower
 from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
 from chasles.derive.terms.tangents import Tangent
 from chasles.derive.terms.terms import Terms
+from tests.support.loops.mechanisms import four_bar, geared, slider_crank, slotted_rocker
 
 a, b, ad, bd, L = sp.symbols("a b ad bd L", real=True)
 

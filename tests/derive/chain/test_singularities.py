@@ -7,7 +7,6 @@ import pytest
 import sympy as sp
 
 import chasles.derive
-from bench.robustness.round_arms import round_arm
 from chasles.derive.chain.singular.conditions import conditions, roots
 from chasles.derive.chain.singular.determinant import determinant, factored_minors
 from chasles.derive.chain.singular.nearest import nearest_singular
@@ -16,6 +15,7 @@ from chasles.derive.latex.chain.singularity_fragment import singularities
 from chasles.derive.latex.setting.page import Page
 from chasles.derive.latex.setting.printed_singularities import printed_singularities
 from chasles.derive.terms.casadi_graph import lower
+from tests.support.generators.round_arms import round_arm
 
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 SQUARE = ("ur5e", "irb6640", "puma560", "stanford", "scara")

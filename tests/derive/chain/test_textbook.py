@@ -2,11 +2,11 @@
 
 import pytest
 import sympy as sp
-from derivations import NAMES, derivation
-from laws.lie import adjoint, exp_screw, inverse_se3
 
 from chasles.derive import FUNCTIONS, Joint, Parameter, Robot, RobotError, derive, to_poe
 from chasles.derive.description.conventions import dh, poe
+from tests.laws.lie import adjoint, exp_screw, inverse_se3
+from tests.support.derivations import NAMES, derivation
 
 q1, q2, q3 = sp.symbols("q1:4", real=True)
 a1, a2 = sp.symbols("a1 a2", real=True)

@@ -2,10 +2,10 @@
 
 import pytest
 import sympy as sp
-from convention_robots import BY_NAME, equal, motion_matrix, q
-from derivations import ROBOTS, derivation
 
 from chasles.derive import load
+from tests.support.convention_robots import BY_NAME, equal, motion_matrix, q
+from tests.support.derivations import ROBOTS, derivation
 
 a, d, e = sp.symbols("a d e", real=True)
 ZERO, ONE, HALF = sp.Integer(0), sp.Integer(1), sp.pi / 2

@@ -4,12 +4,12 @@ from itertools import combinations
 
 import pytest
 import sympy as sp
-from convention_robots import BY_NAME, derived_fk, equal, joint, product, q, robot
-from derivations import NAMES, ROBOTS, derivation
-from laws.lie import exp_screw
 
 from chasles.derive import Parameter, Robot, load, loads, to_poe
 from chasles.derive.description.conventions import CONVENTIONS
+from tests.laws.lie import exp_screw
+from tests.support.convention_robots import BY_NAME, derived_fk, equal, joint, product, q, robot
+from tests.support.derivations import NAMES, ROBOTS, derivation
 
 a, d, e = sp.symbols("a d e", real=True)
 ZERO, ONE, HALF = sp.Integer(0), sp.Integer(1), sp.pi / 2

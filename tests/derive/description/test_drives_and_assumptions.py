@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 import sympy as sp
-from closed_in_numbers import Model
 
 from chasles.derive import DescriptionError, derive, loads
 from chasles.derive.latex import fragments
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.loops.spatial.guides import Guides
 from chasles.derive.terms.casadi_graph import lower
+from tests.support.loops.closed_in_numbers import Model
 
 BRIDGE = """\
 name = "bridge"

@@ -3,11 +3,11 @@
 import random
 import time
 
-from derivations import NAMES, ROBOTS
 from typer.testing import CliRunner
 
 from chasles.derive import DescriptionError, load
 from chasles.derive.cli import app
+from tests.support.derivations import NAMES, ROBOTS
 
 MALFORMED = 500
 COMMANDS = 100

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 import sympy as sp
-from closed_in_numbers import Model, pose
 
 from chasles.derive import DescriptionError, Robot, Rotation, load, loads
 from chasles.derive.build import freshness
 from chasles.derive.model.mechanism import Closure, Mechanism
+from tests.support.loops.closed_in_numbers import Model, pose
 
 # --- fields ---
 

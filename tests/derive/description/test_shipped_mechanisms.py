@@ -5,11 +5,11 @@ from functools import cache
 import numpy as np
 import pytest
 import sympy as sp
-from closed_in_numbers import HELD, NEAR, Model
-from derivations import ROBOTS, description
 
 from chasles.derive import load, mobility
 from chasles.derive.model.mechanism import Mechanism
+from tests.support.derivations import ROBOTS, description
+from tests.support.loops.closed_in_numbers import HELD, NEAR, Model
 
 
 @cache

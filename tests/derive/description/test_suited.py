@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 import sympy as sp
-from derivations import ALL, ROBOTS
 
 from chasles.derive import DescriptionError, Mechanism, load, loads, suited, to_poe
 from chasles.derive.description.conventions.neighbours import neighbours
+from tests.support.derivations import ALL, ROBOTS
 
 AUTO = """
 name = "arm"

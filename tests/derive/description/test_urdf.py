@@ -7,10 +7,10 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 import sympy as sp
-from tolerances import ORACLE
 
 from chasles.derive import DescriptionError, derive, from_urdf
 from chasles.derive.terms.casadi_graph import lower
+from tests.support.tolerances import ORACLE
 
 RIGHT = (
     "0",

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from derivations import ROBOTS
 
-from bench.accuracy.losses import losses_of
-from bench.cases.drawn_arms import cases_for_given, random_arm
 from chasles.derive import RobotError, derive, explain, load
 from chasles.derive.inverse.given_joints import ways_to_give
+from tests.campaigns.losses import losses_of
+from tests.support.derivations import ROBOTS
+from tests.support.generators.drawn_arms import cases_for_given, random_arm
 
 SEEDS = (1, 13, 14, 22, 135, 155)
 """Arms that nobody chose, some with turning joints given in between."""

@@ -2,17 +2,17 @@
 
 import numpy as np
 import pytest
-from calibrated import pinocchio_fk
-from compiling import compiled
-from derivations import description
 
-from bench.cases.calibrated import displaced
 from chasles.derive import load
 from chasles.derive.inverse.classify import classify
 from chasles.derive.inverse.nominal import nominal_of
 from chasles.derive.inverse.structure.lines import Lines, axes_of
 from chasles.derive.model.tolerances import EXACT_STRUCTURE
 from chasles.derive.terms.terms import Terms
+from tests.support.compiling import compiled
+from tests.support.derivations import description
+from tests.support.generators.geometric_errors import displaced
+from tests.support.oracles.pinocchio_fk import pinocchio_fk
 
 ARM = load(description("so101"))
 SEEDS = range(60)

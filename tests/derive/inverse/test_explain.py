@@ -3,11 +3,11 @@
 import re
 
 import pytest
-from derivations import ALL, NAMES, ROBOTS, derivation
 from typer.testing import CliRunner
 
 from chasles.derive import explain, load, loads
 from chasles.derive.cli import app
+from tests.support.derivations import ALL, NAMES, ROBOTS, derivation
 
 
 def explained(name):

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy as sp
-from compiling import loaded
 
 import chasles.derive
 from chasles.derive import derive, explain, loads
@@ -40,6 +39,7 @@ from chasles.derive.inverse.tasks.task import InputLetter, Task, TaskInput
 from chasles.derive.latex import fragments
 from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
 from chasles.derive.terms.vectors import combination, dot, subtracted
+from tests.support.compiling import loaded
 
 ARM = loads("""
 name = "cylindrical"

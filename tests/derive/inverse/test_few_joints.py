@@ -2,17 +2,17 @@
 
 import numpy as np
 import pytest
-from compiling import compiled
-from derivations import ROBOTS
 
-from bench.accuracy.losses import losses_of
-from bench.accuracy.verdict import judged
-from bench.cases.drawn_arms import cases_of, random_arm
-from bench.cases.poses import PoseSet
-from bench.cases.synthetic import robot_of
 from chasles.derive import explain, from_urdf, load
 from chasles.derive.inverse.classify import classify
 from chasles.derive.terms.terms import Terms
+from tests.campaigns.losses import losses_of
+from tests.support.compiling import compiled
+from tests.support.derivations import ROBOTS
+from tests.support.generators.drawn_arms import cases_of, random_arm
+from tests.support.generators.poses import PoseSet
+from tests.support.generators.synthetic import robot_of
+from tests.support.oracles.verdict import judged
 
 TITLE = "a turntable with two parallel axes and a hand that turns"
 CHAINS = ("R/R=R/R", "R+R=R+R", "RLR=RLR", "RxR=R+R", "R+R=RxR")

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from calibrated import pinocchio_fk
-from compiling import compiled
-from derivations import ROBOTS
 
-from bench.cases.calibrated import displaced
 from chasles.derive import load
+from tests.support.compiling import compiled
+from tests.support.derivations import ROBOTS
+from tests.support.generators.geometric_errors import displaced
+from tests.support.oracles.pinocchio_fk import pinocchio_fk
 
 ERRORS = {"ur5e": 3e-3, "irb6640": 3e-3}
 """Shipped arms, and the errors (metre, radian) of their calibrations."""

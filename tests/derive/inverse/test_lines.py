@@ -3,10 +3,7 @@
 import numpy as np
 import pytest
 import sympy as sp
-from derivations import ROBOTS
 
-from bench.cases.screws import Screws
-from bench.cases.synthetic import Arm, robot_of, rows_of, screws_of
 from chasles.derive import load, loads
 from chasles.derive.inverse.classify import classify
 from chasles.derive.inverse.given_joints import without
@@ -23,6 +20,9 @@ from chasles.derive.inverse.structure.lines import (
 )
 from chasles.derive.model.tolerances import EXACT_STRUCTURE, MEASURED_STRUCTURE
 from chasles.derive.terms.terms import Terms
+from tests.support.derivations import ROBOTS
+from tests.support.generators.synthetic import Arm, robot_of, rows_of, screws_of
+from tests.support.oracles.screws import Screws
 
 CHAIN = "R/P/R/RxR/P"
 

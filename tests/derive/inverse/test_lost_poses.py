@@ -10,19 +10,19 @@ import numpy as np
 import pytest
 
 import chasles.derive
-from bench.accuracy import losses
-from bench.accuracy.losses import right_angles, sets
-from bench.accuracy.verdict import judged
-from bench.cases.drawn_arms import cases_of, random_arm
-from bench.cases.poses import PoseSet
-from bench.cases.screws import screws_of
-from bench.cases.tasks import TASKS
 from chasles.derive import Robot, load
 from chasles.derive.inverse.lost_poses import TARGETS, configurations, lost_poses
 from chasles.derive.inverse.serial_inverse import inverses
 from chasles.derive.inverse.structure.lines import Lines, axes_of
 from chasles.derive.inverse.structure.numeric_arm import NumericArm
 from chasles.derive.terms.terms import Terms
+from tests.campaigns import losses
+from tests.campaigns.losses import right_angles, sets
+from tests.support.generators.drawn_arms import cases_of, random_arm
+from tests.support.generators.poses import PoseSet
+from tests.support.oracles.screws import screws_of
+from tests.support.oracles.tasks import TASKS
+from tests.support.oracles.verdict import judged
 
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 OTHER_JOINT_GIVEN = {1462: (1,), 2158: (0,), 3615: (0, 1), 5388: (0, 3)}

@@ -6,15 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
-from derivations import ROBOTS
 
-from bench.cases.as_built import BOARD_INSTALLER, as_built
 from chasles.derive import DescriptionError, RobotError, load, loads
 from chasles.derive.build.freshness import Job, is_up_to_date, stamp
 from chasles.derive.inverse.mechanisms.differences import apart
 from chasles.derive.inverse.mechanisms.hybrid_inverse import hybrid_inverses
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.model.robot import Rotation, Translation
+from tests.support.derivations import ROBOTS
+from tests.support.generators.as_built import BOARD_INSTALLER, as_built
 
 TEXT = (ROBOTS / "board_installer.toml").read_text()
 VALUES = {"L1": "1003.37", "L2": "1198.21", "k": "4.53", "r": "161.77", "p": "118.43"}

@@ -5,9 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
-from derivations import ROBOTS, description
 
-from bench.cases.random_arms import random_arm
 from chasles.derive import Joint, Robot, load
 from chasles.derive.description.conventions import dh
 from chasles.derive.inverse.general import written_inverse
@@ -25,6 +23,8 @@ from chasles.derive.inverse.general.raghavan_roth import (
 )
 from chasles.derive.inverse.general.split_choice import choose, without
 from chasles.derive.model.robot import RobotError
+from tests.support.derivations import ROBOTS, description
+from tests.support.generators.random_arms import random_arm
 
 GENERAL = ("jaco2", "crx10")
 NONE_IN_COMMON = Robot(

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from derivations import ROBOTS
 
 import chasles
-from bench.cases.random_arms import random_arm
 from chasles.derive import load
 from chasles.derive.inverse.general.raghavan_roth import forward, numbers
 from chasles.derive.inverse.general.real_solutions import real_solutions
 from chasles.derive.inverse.general.split_choice import choose
+from tests.support.derivations import ROBOTS
+from tests.support.generators.random_arms import random_arm
 
 POSES = 20
 SAME = 1e-10

@@ -10,16 +10,15 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).parents[3]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "helpers")]
+sys.path.insert(0, str(ROOT))
 POSES = 10
 
 
 def told(name):
     """What came of an arm in words, and whether its text is wrong."""
-    from derivations import description
-    from read_back import read_back, without_formula
-
     from chasles.derive import Robot, derive, load
+    from tests.support.derivations import description
+    from tests.support.read_back import read_back, without_formula
 
     robot = load(description(name))
     if not isinstance(robot, Robot):
@@ -37,7 +36,7 @@ def told(name):
 
 def main(names):
     """Reads all; returns how many are wrong."""
-    from derivations import NAMES, ROBOTS
+    from tests.support.derivations import NAMES, ROBOTS
 
     shelf = sorted(path.stem for path in (ROBOTS / "shelf").glob("*.toml"))
     read, wrong = 0, 0

@@ -4,12 +4,12 @@ import re
 
 import numpy as np
 import pytest
-from derivations import NAMES, article, derivation, shaped
 
 from chasles.derive.chain.posture import from_aside
 from chasles.derive.latex.drawing import DrawnMembers, arm_drawing
 from chasles.derive.latex.drawing.paper import HEIGHT, WIDTH, Paper, at
 from chasles.derive.latex.drawing.parts import scene
+from tests.support.derivations import NAMES, article, derivation, shaped
 
 TRUE = 1e-8
 """Drawn points and directions are rounded to nine digits of the robot's size."""

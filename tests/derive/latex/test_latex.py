@@ -10,9 +10,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
-from derivations import article, derivation
-from laws.lie import exp_screw
-from printed_robots import BY_NAME, ROBOTS, awkward, derived, joint, parallel, printed
 
 from chasles.derive import Joint, Robot, derive, from_urdf, load, loads
 from chasles.derive.latex import brief_files, document, equations, fragments
@@ -24,6 +21,9 @@ from chasles.derive.latex.setting.printed_screws import printed_screws
 from chasles.derive.latex.setting.printer import Printer, number
 from chasles.derive.latex.setting.widths import LINE, width
 from chasles.derive.terms.casadi_graph import lower
+from tests.laws.lie import exp_screw
+from tests.support.derivations import article, derivation
+from tests.support.printed_robots import BY_NAME, ROBOTS, awkward, derived, joint, parallel, printed
 
 FILES = [f"{name}.tex" for name in ("parameters", "drawing", "symbols", "screws")]
 FILES += ["transforms.tex", "fk.tex", "jacobian.tex", "inverse.tex", "singularities.tex"]

@@ -6,8 +6,6 @@ import re
 import numpy as np
 import pytest
 import sympy as sp
-from derivations import ALL, NAMES, ROBOTS, article, derivation, every_branch, kernels
-from printed_robots import named_wrist
 
 from chasles.derive import derive, load, loads
 from chasles.derive.inverse.structure.rank import rotation
@@ -16,6 +14,8 @@ from chasles.derive.latex import document, fragments
 from chasles.derive.latex.inverse.inverse_fragment import inverse, printed_tasks
 from chasles.derive.latex.setting.page import Page
 from chasles.derive.terms.casadi_graph import lower
+from tests.support.derivations import ALL, NAMES, ROBOTS, article, derivation, every_branch, kernels
+from tests.support.printed_robots import named_wrist
 
 TRUE = 1e-10
 """Printed formulas are those of a textbook, without the forms that keep the last digits."""

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from bench.cases.planar_platforms import drawn_platform
 from chasles.derive import derive, loads
 from chasles.derive.latex.document import document, fragments
 from chasles.derive.latex.loops.legs_fragment import PrintedLegs, legs
@@ -14,6 +13,7 @@ from chasles.derive.latex.loops.loop_page import LoopPage
 from chasles.derive.loops.planar.loop_step import Cross, Dot
 from chasles.derive.loops.platforms import triad_of
 from chasles.derive.terms.casadi_graph import lower
+from tests.support.generators.planar_platforms import drawn_platform
 
 LEGS = {
     # Three, two, one and no circles, then lines; harmonics of the polynomial.

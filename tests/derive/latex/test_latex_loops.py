@@ -6,7 +6,6 @@ from functools import reduce
 import numpy as np
 import pytest
 import sympy as sp
-from derivations import ALL, ROBOTS, article, derivation, kernels
 
 from chasles.derive import Joint, derive, load, loads
 from chasles.derive.latex import document, fragments
@@ -17,6 +16,7 @@ from chasles.derive.latex.loops.rates_fragment import Rates
 from chasles.derive.latex.setting.printer import FractionPrinter
 from chasles.derive.loops.planar.loop_step import Cross
 from chasles.derive.model.mechanism import Closure, Drive, Frame, Mechanism, Strut
+from tests.support.derivations import ALL, ROBOTS, article, derivation, kernels
 
 MECHANISMS = [n for n in ALL if isinstance(load(ROBOTS / f"{n}.toml"), Mechanism)]
 SOLVED = [

@@ -6,8 +6,6 @@ from functools import cache
 import numpy as np
 import pytest
 import sympy as sp
-from derivations import ROBOTS, article, derivation
-from mechanisms import at
 
 from chasles.derive import derive, load
 from chasles.derive.latex import document
@@ -16,6 +14,8 @@ from chasles.derive.latex.loops.platforms_fragment import PrintedPlatform, platf
 from chasles.derive.loops.planar.loop_step import Cross, Dot
 from chasles.derive.loops.platforms import is_platform
 from chasles.derive.terms.casadi_graph import lower
+from tests.support.derivations import ROBOTS, article, derivation
+from tests.support.loops.mechanisms import at
 
 PLATFORMS = ["delta", "planar_3rrr", "planar_3rrr_170", "slider_crank", "stewart_gough"]
 TRIADS = ["planar_3rrr", "planar_3rrr_170", "crooked"]

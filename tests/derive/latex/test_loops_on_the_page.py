@@ -3,14 +3,14 @@
 import re
 
 import numpy as np
-from mechanisms import BASE, at, near, pin
 
-from bench.cases.drawn_mechanisms import drawn_mechanism
-from bench.cases.planar_platforms import drawn_platform
 from chasles.derive import derive, loads
 from chasles.derive.latex import fragments
 from chasles.derive.latex.setting.widths import LINE, width
 from chasles.derive.model.mechanism import Frame, Mechanism, Strut
+from tests.support.generators.drawn_mechanisms import drawn_mechanism
+from tests.support.generators.planar_platforms import drawn_platform
+from tests.support.loops.mechanisms import BASE, at, near, pin
 
 
 def test_the_example_is_a_posture_in_which_the_loops_close():

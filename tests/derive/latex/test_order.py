@@ -4,9 +4,6 @@ import random
 from itertools import permutations
 
 import pytest
-from derivations import ROBOTS as FOLDER
-from derivations import article, derivation
-from printed_robots import ROBOTS, calibrated, derived, printed
 
 from chasles.derive import derive, load
 from chasles.derive.chain.coordinates import InProportion
@@ -22,6 +19,9 @@ from chasles.derive.latex.inverse.inverse_fragment import inverse
 from chasles.derive.latex.references import references
 from chasles.derive.latex.setting.page import Page
 from chasles.derive.terms.terms import Terms
+from tests.support.derivations import ROBOTS as FOLDER
+from tests.support.derivations import article, derivation
+from tests.support.printed_robots import ROBOTS, calibrated, derived, printed
 
 WRITERS = {
     "parameters.tex": parameters,

@@ -6,12 +6,12 @@ import subprocess
 
 import numpy as np
 import pytest
-from convention_robots import sagging_ur5e
-from derivations import ROBOTS
 
 from chasles.derive import derive, load, loads, model_report
 from chasles.derive.latex import FOLDER, document, fragments, model_quality
 from chasles.derive.terms.casadi_graph import lower
+from tests.support.convention_robots import sagging_ur5e
+from tests.support.derivations import ROBOTS
 
 PDFLATEX = shutil.which("pdflatex")
 REPORT = r"""\documentclass{article}

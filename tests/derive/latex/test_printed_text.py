@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from derivations import ROBOTS, description
-from printed_latex import Formula, PrintedInverse
-from read_back import POSES, read_back, without_formula
 
-from bench.cases.synthetic import robot_of
 from chasles.derive import derive, load
 from chasles.derive.latex import fragments
+from tests.support.derivations import ROBOTS, description
+from tests.support.generators.synthetic import robot_of
+from tests.support.printed_latex import Formula, PrintedInverse
+from tests.support.read_back import POSES, read_back, without_formula
 
 SHIPPED = ("ur5e", "puma560", "iiwa14", "stanford", "lynxmotion", "so101")
 """Of each structure one; all arms are read by ``python tests/derive/latex/read_all.py``."""

@@ -6,8 +6,6 @@ import re
 import numpy as np
 import pytest
 import sympy as sp
-from derivations import derivation
-from printed_robots import ROBOTS, derived
 
 from chasles.derive import Joint, Robot
 from chasles.derive.chain.body_shapes import skeleton
@@ -19,6 +17,8 @@ from chasles.derive.latex.drawing.region import workspace
 from chasles.derive.model.placements import Rotation, Translation
 from chasles.derive.terms.casadi_graph import lower
 from chasles.derive.terms.terms import Terms
+from tests.support.derivations import derivation
+from tests.support.printed_robots import ROBOTS, derived
 
 AREA = 0.02
 """Relative error of an area: the outline is within a fraction of one of ninety cells."""

@@ -6,8 +6,6 @@ from typing import ClassVar
 import numpy as np
 import pytest
 import sympy as sp
-from closures import Model
-from mechanisms import BASE, at, four_bar, near, pin
 from test_loop_steps import Numbers
 
 from chasles.derive import Frame, Mechanism, Parameter, Strut, derive
@@ -30,6 +28,8 @@ from chasles.derive.loops.planar.phasors import REAL, cross
 from chasles.derive.loops.planar.three_pins import ThreePins
 from chasles.derive.terms.casadi_graph import lower
 from chasles.derive.terms.tangents import Tangent
+from tests.support.loops.closures import Model
+from tests.support.loops.mechanisms import BASE, at, four_bar, near, pin
 
 HALF = sp.Rational(1, 2)
 

@@ -6,9 +6,20 @@ from functools import cache
 import numpy as np
 import pytest
 import sympy as sp
-from closures import Model
-from derivations import ROBOTS
-from mechanisms import (
+
+from chasles.derive import RobotError, Rotation, Translation, derive, loads
+from chasles.derive.loops.hybrid import Hybrid
+from chasles.derive.loops.planar.parallelogram import CrossedParallelogram, Parallelogram
+from chasles.derive.loops.planar.pin_pin_slide import TwoPinsAndSlide
+from chasles.derive.loops.planar.pin_slide_slide import PinAndTwoSlides
+from chasles.derive.loops.planar.three_pins import ThreePins
+from chasles.derive.loops.planar.two_pins import TwoPins
+from chasles.derive.model.mechanism import Closure, Frame, Mechanism, Strut
+from chasles.derive.model.robot import Joint, Parameter
+from chasles.derive.terms.casadi_graph import lower
+from tests.support.derivations import ROBOTS
+from tests.support.loops.closures import Model
+from tests.support.loops.mechanisms import (
     ALONG_X,
     ALONG_Y,
     BACK,
@@ -30,17 +41,6 @@ from mechanisms import (
     trammel,
     welded,
 )
-
-from chasles.derive import RobotError, Rotation, Translation, derive, loads
-from chasles.derive.loops.hybrid import Hybrid
-from chasles.derive.loops.planar.parallelogram import CrossedParallelogram, Parallelogram
-from chasles.derive.loops.planar.pin_pin_slide import TwoPinsAndSlide
-from chasles.derive.loops.planar.pin_slide_slide import PinAndTwoSlides
-from chasles.derive.loops.planar.three_pins import ThreePins
-from chasles.derive.loops.planar.two_pins import TwoPins
-from chasles.derive.model.mechanism import Closure, Frame, Mechanism, Strut
-from chasles.derive.model.robot import Joint, Parameter
-from chasles.derive.terms.casadi_graph import lower
 
 CLOSED = 1e-12
 UP = ("x", sp.pi / 2)

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
-from derivations import ROBOTS
-from mechanisms import BASE, at, four_bar, near, parallelogram, pin
 
 from chasles.derive import derive, load
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.model.mechanism import Closure, Frame, Mechanism
 from chasles.derive.terms.casadi_graph import lower
+from tests.support.derivations import ROBOTS
+from tests.support.loops.mechanisms import BASE, at, four_bar, near, parallelogram, pin
 
 
 def stations(h):

@@ -4,12 +4,9 @@ from dataclasses import replace
 from functools import cache
 
 import casadi as ca
-import mechanisms
 import numpy as np
 import pytest
 import sympy as sp
-from mechanisms import BASE, at, body_poses, pin
-from tolerances import DERIVATIVES
 
 from chasles.derive import RobotError
 from chasles.derive.loops.closing import closed_configuration
@@ -23,6 +20,9 @@ from chasles.derive.model.mechanism import Closure, Frame, Mechanism, Strut
 from chasles.derive.terms.casadi_graph import lower
 from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
 from chasles.derive.terms.terms import Terms
+from tests.support.loops import mechanisms
+from tests.support.loops.mechanisms import BASE, at, body_poses, pin
+from tests.support.tolerances import DERIVATIVES
 
 CLOSED = 1e-11
 """Residuals of configurations known by a formula: rounding, and a square root."""

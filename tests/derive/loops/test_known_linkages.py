@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from closed_in_numbers import Model
 
 from chasles.derive import derive, loads
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.terms.casadi_graph import lower
+from tests.support.loops.closed_in_numbers import Model
 
 HEAD = (
     'name = "{name}"\nconvention = "urdf"\nactuated = ["{actuated}"]\n'

@@ -6,21 +6,6 @@ from functools import cache, reduce
 import numpy as np
 import pytest
 import sympy as sp
-from legs_of_joints import drawn, tripod
-from mechanisms import (
-    BASE,
-    at,
-    delta,
-    excavator_arm,
-    near,
-    parallelogram,
-    pin,
-    rssr,
-    rsur,
-    slider_crank,
-    slotted_rocker,
-    stewart,
-)
 from test_assembly import crank_slider_offset, oldham
 from test_spatial import crank_and_slider
 
@@ -34,6 +19,21 @@ from chasles.derive.loops.spatial.legs import STEPS as SPATIAL
 from chasles.derive.loops.spatial.telescope import TelescopeTravel
 from chasles.derive.loops.spatial.universal_leg import UniversalLeg
 from chasles.derive.terms.tangents import Tangent
+from tests.support.loops.legs_of_joints import drawn, tripod
+from tests.support.loops.mechanisms import (
+    BASE,
+    at,
+    delta,
+    excavator_arm,
+    near,
+    parallelogram,
+    pin,
+    rssr,
+    rsur,
+    slider_crank,
+    slotted_rocker,
+    stewart,
+)
 
 TRUE = 1e-10
 

@@ -2,11 +2,9 @@
 
 from dataclasses import replace
 
-import mechanisms
 import numpy as np
 import pytest
 import sympy as sp
-from mechanisms import BASE, at, body_poses, near, pin, slider
 
 from chasles.derive import RobotError
 from chasles.derive.loops.closing import closed_configuration
@@ -14,6 +12,8 @@ from chasles.derive.loops.freedoms import virtual_joints
 from chasles.derive.loops.mobility import mobility
 from chasles.derive.model.mechanism import Mechanism
 from chasles.derive.terms.terms import Terms
+from tests.support.loops import mechanisms
+from tests.support.loops.mechanisms import BASE, at, body_poses, near, pin, slider
 
 KNOWN = {
     # bodies, joints, lambda, Kutzbach, loop by loop, idle, true

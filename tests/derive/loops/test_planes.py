@@ -2,15 +2,15 @@
 
 from dataclasses import replace
 
-import mechanisms
 import numpy as np
 import pytest
 import sympy as sp
-from mechanisms import ALONG_X, ALONG_Y, BASE, at, body_poses, near, pin, slider
 
 from chasles.derive.loops.planar.planes import PinEdge, SlideEdge, WeldEdge, linkages, loops
 from chasles.derive.model.mechanism import Closure, Frame, Mechanism, Strut
 from chasles.derive.terms.terms import Terms
+from tests.support.loops import mechanisms
+from tests.support.loops.mechanisms import ALONG_X, ALONG_Y, BASE, at, body_poses, near, pin, slider
 
 PLANAR = (
     mechanisms.four_bar,

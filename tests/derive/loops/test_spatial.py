@@ -7,8 +7,6 @@ import casadi as ca
 import numpy as np
 import pytest
 import sympy as sp
-from closures import Model
-from mechanisms import BASE, at, delta, near, pin, rssr, slider, stewart
 
 from chasles.derive import RobotError, derive
 from chasles.derive.loops.hybrid import Hybrid
@@ -18,6 +16,8 @@ from chasles.derive.loops.spatial.three_spheres import ThreeSpheres
 from chasles.derive.loops.spatial.turning_leg import TurningLeg
 from chasles.derive.model.mechanism import Frame, Mechanism, Strut
 from chasles.derive.terms.casadi_graph import lower
+from tests.support.loops.closures import Model
+from tests.support.loops.mechanisms import BASE, at, delta, near, pin, rssr, slider, stewart
 
 CLOSED = 1e-12
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import pytest
 import sympy as sp
-from mechanisms import BASE, at, excavator_arm, near, parallelogram, pin, slider
 
 from chasles.derive import Frame, Joint, Mechanism, Strut, artifacts, derive
 from chasles.derive.loops import hybrid
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.model.mechanism import Closure
+from tests.support.loops.mechanisms import BASE, at, excavator_arm, near, parallelogram, pin, slider
 
 
 def in_a_row(count):

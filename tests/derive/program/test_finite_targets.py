@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from compiling import compiled
-from derivations import ROBOTS, derivation, made
 
 from chasles.derive import load, loads
 from chasles.derive.program.finite_targets import seeing_its_inputs
 from chasles.derive.program.operations import Compute, Input, Operation, Program, Store, Variable
+from tests.support.compiling import compiled
+from tests.support.derivations import ROBOTS, derivation, made
 
 GANTRY = """name = "gantry"
 convention = "dh"

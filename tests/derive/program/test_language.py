@@ -5,7 +5,6 @@ import runpy
 
 import numpy as np
 import pytest
-from derivations import ROBOTS
 
 import chasles
 from chasles.derive import RobotError, load, write
@@ -13,6 +12,7 @@ from chasles.derive.build.generate import artifacts
 from chasles.derive.emit.emitter import Emitter
 from chasles.derive.emit.languages import DETAILS, EMITTERS
 from chasles.derive.program.operations import Compute, Constant, Input, Operation
+from tests.support.derivations import ROBOTS
 
 TEMPLATES = {
     Operation.ADD: "{0} + {1}",

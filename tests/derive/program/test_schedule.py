@@ -3,7 +3,6 @@
 from collections import Counter
 
 import pytest
-from derivations import NAMES, made
 
 from chasles.derive.program.operations import (
     Compute,
@@ -16,6 +15,7 @@ from chasles.derive.program.operations import (
     variables,
 )
 from chasles.derive.program.schedule import by_depth, calls_first, needed_only
+from tests.support.derivations import NAMES, made
 
 X, Y = Input(0, 0), Input(0, 1)
 A, B, C, D = map(Variable, range(1, 5))

@@ -6,7 +6,7 @@ import pytest
 
 from chasles.derive import derive, load
 from chasles.derive.emit import python_package
-from tests.helpers.derivations import description
+from tests.support.derivations import description
 
 
 @pytest.mark.parametrize(("name", "further"), [("scara", 0), ("iiwa14", 1)])

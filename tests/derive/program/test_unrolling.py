@@ -4,7 +4,6 @@ import re
 
 import numpy as np
 import pytest
-from derivations import ALL, GENERATED, derivation, made
 
 from chasles.derive.program.counting import count_operations
 from chasles.derive.program.operations import (
@@ -18,6 +17,7 @@ from chasles.derive.program.operations import (
 )
 from chasles.derive.program.unrolling import unrolled
 from chasles.derive.terms.branches import patterns
+from tests.support.derivations import ALL, GENERATED, derivation, made
 
 RULES = {
     Operation.ADD: np.add,

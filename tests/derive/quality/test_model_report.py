@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 import sympy as sp
-from convention_robots import drawn_chain
-from derivations import ROBOTS, description
 from numpy.testing import assert_allclose
 
 from chasles.derive import Mechanism, load, model_report
@@ -12,6 +10,8 @@ from chasles.derive.chain.poe import placement_matrix
 from chasles.derive.description.conventions import CONVENTIONS, dh, hayati5, mdh, mdh5
 from chasles.derive.description.conventions.axis_maps import axis_map, numbers_of
 from chasles.derive.quality.determinants import completed_determinant, determinant
+from tests.support.convention_robots import drawn_chain
+from tests.support.derivations import ROBOTS, description
 
 RANDOM = np.random.default_rng(3)
 a, alpha, beta, d = sp.symbols("a alpha beta d", real=True)

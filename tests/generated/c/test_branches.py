@@ -9,13 +9,10 @@ import shutil
 import subprocess
 from pathlib import Path
 
-import branched
 import mpmath
 import numpy as np
 import pytest
 import sympy as sp
-from derivations import derivation
-from tolerances import EXACT_CODE, NEAR_ROOT, RECIPROCAL_ROOT
 
 import chasles
 from chasles.contract.manifest import read_manifest
@@ -24,6 +21,9 @@ from chasles.derive.program.operations import Operation
 from chasles.derive.program.programs import programs
 from chasles.derive.terms.branches import patterns
 from chasles.errors import ManifestError
+from tests.support.derivations import derivation
+from tests.support.loops import branched
+from tests.support.tolerances import EXACT_CODE, NEAR_ROOT, RECIPROCAL_ROOT
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
 

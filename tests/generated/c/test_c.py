@@ -5,7 +5,8 @@ import shutil
 import subprocess
 
 import pytest
-from derivations import ALL, GENERATED, derivation
+
+from tests.support.derivations import ALL, GENERATED, derivation
 
 STRICT = ["-pedantic", "-Wall", "-Wextra", "-Werror"]
 LIBM = {

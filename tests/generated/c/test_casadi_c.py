@@ -6,10 +6,10 @@ import subprocess
 import casadi as ca
 import numpy as np
 import pytest
-from derivations import ALL, derivation, kernels
 
 import chasles
 from chasles.derive.terms.branches import patterns
+from tests.support.derivations import ALL, derivation, kernels
 
 TOLERANCE = 2e-12
 """In parts of the largest entry of an output: cosines differ by a last place, and loops near their

@@ -15,8 +15,6 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
-from derivations import derivation
-from tolerances import ANGLE, COS_SIN, LIBMVEC
 
 from chasles.derive.derivation import Derivation
 from chasles.derive.emit.c import language
@@ -24,6 +22,8 @@ from chasles.derive.program.programs import programs
 from chasles.derive.terms.casadi_graph import LoweringError, lower
 from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
 from chasles.derive.terms.terms import Terms
+from tests.support.derivations import derivation
+from tests.support.tolerances import ANGLE, COS_SIN, LIBMVEC
 
 GCC = shutil.which("gcc")
 pytestmark = [

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from derivations import ALL, derivation, made
 
 import chasles
 from chasles.derive.program.operations import Input, Operation
+from tests.support.derivations import ALL, derivation, made
 
 CHOOSING = {Operation.SELECT, Operation.MIN, Operation.MAX}
 

@@ -4,7 +4,8 @@ import shutil
 import subprocess
 
 import pytest
-from derivations import ALL, GENERATED
+
+from tests.support.derivations import ALL, GENERATED
 
 CHECK = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-fsyntax-only"]
 

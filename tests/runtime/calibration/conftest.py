@@ -3,11 +3,11 @@
 from functools import cache
 
 import pytest
-from compiling import compiled
-from derivations import description
-from measured_arms import drawn
 
 from chasles.derive import load
+from tests.support.compiling import compiled
+from tests.support.derivations import description
+from tests.support.measured_arms import drawn
 
 IDENTIFICATION = "identification_jacobian"
 

@@ -4,13 +4,13 @@ import csv
 
 import numpy as np
 import pytest
-from compiling import compiled
-from derivations import ROBOTS
 from numpy.testing import assert_allclose
 
 from chasles.__main__ import main
 from chasles.calibration import robot_file
 from chasles.derive import RobotError, load
+from tests.support.compiling import compiled
+from tests.support.derivations import ROBOTS
 
 
 def test_the_file_describes_the_same_arm_and_has_an_inverse(arm, truth, tmp_path):

@@ -13,8 +13,6 @@ import casadi as ca
 import numpy as np
 import pytest
 import scipy.optimize
-from compiling import compiled
-from derivations import ROBOTS
 from numpy.testing import assert_allclose
 
 from chasles import screws
@@ -27,6 +25,8 @@ from chasles.derive.latex.loops.loop_page import LoopPage
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.loops.maps import actuator_margin, actuators, chain
 from chasles.derive.terms.casadi_graph import lower
+from tests.support.compiling import compiled
+from tests.support.derivations import ROBOTS
 
 STEP = 1e-5
 SIGMA = (2e-5, 5e-5)

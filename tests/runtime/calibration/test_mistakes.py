@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from measured_arms import drawn
 from scipy.spatial.transform import Rotation
 
 from chasles import screws
 from chasles.calibration import Poses, Positions, identify
 from chasles.calibration.observed.quaternions import quaternions, rotations
 from chasles.errors import InputValueError
+from tests.support.measured_arms import drawn
 
 NOISE = 2e-5
 ARMS = ("ur5e", "puma560", "stanford")

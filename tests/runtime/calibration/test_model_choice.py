@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from measured_arms import drawn
 from numpy.testing import assert_allclose
 
 from chasles.calibration import Positions, best_model, identify
 from chasles.calibration.parameters import chosen, nominal
 from chasles.errors import InputValueError, ShapeError
+from tests.support.measured_arms import drawn
 
 NOISE = 2e-5
 TOLERANCES = {"offset": 5e-3, "axis": 1e-3}

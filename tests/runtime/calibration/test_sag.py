@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from compiling import compiled
-from convention_robots import sagging_ur5e
 from numpy.testing import assert_allclose
 
 from chasles import screws
 from chasles.calibration import Positions, identify, robot_file
 from chasles.derive import RobotError, derive, loads
 from chasles.errors import InputValueError
+from tests.support.compiling import compiled
+from tests.support.convention_robots import sagging_ur5e
 
 SIGMA = 2e-5
 YIELD = np.array([3e-5, 5e-5, 8e-5, 1e-4, 1e-4, 2e-4])

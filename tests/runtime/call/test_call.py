@@ -14,8 +14,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 import chasles
-
-from .. import tiny
+from tests.support.handwritten import tiny
 
 Q = np.array([0.3, -1.2])
 finite = st.floats(-1e3, 1e3)

@@ -4,11 +4,11 @@ import re
 
 import numpy as np
 import pytest
-from compiling import compiled
 
 import chasles
 from chasles.call.capabilities import Missing
 from chasles.derive import loads
+from tests.support.compiling import compiled
 
 
 def message(robot, name):

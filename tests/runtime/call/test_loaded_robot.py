@@ -13,8 +13,7 @@ import pytest
 import chasles
 import chasles.robot
 from chasles.__main__ import main
-
-from .. import tiny
+from tests.support.handwritten import tiny
 
 Q = np.array([0.3, -1.2])
 
@@ -179,13 +178,13 @@ def test_generated_package_loads_at_first_use(folder, cache):
     (folder.path / "__init__.py").write_text(INIT)
     code = """
 import os, sys
-import tiny
+from tests.support.handwritten import tiny
 assert "fk" in dir(tiny) and "robot" in dir(tiny)
 assert not hasattr(tiny, "__path_of_nothing__")
 assert not os.path.exists(os.environ["CHASLES_CACHE"])
 assert tiny.fk([0.0, 1.0]).shape == (3, 4)
 assert tiny.n == 2 and tiny.robot.fk is tiny.fk and "fk" in vars(tiny)
-from tiny import blend
+from tests.support.handwritten.tiny import blend
 try:
     tiny.ik
 except AttributeError as error:

@@ -386,7 +386,7 @@ def test_a_generated_package_first_used_at_once(folder, cache):
     code = """
 import threading
 import numpy as np
-import tiny
+from tests.support.handwritten import tiny
 
 results = []
 threads = [threading.Thread(target=lambda: results.append(tiny.fk([0.5, 1.0]))) for _ in range(5)]

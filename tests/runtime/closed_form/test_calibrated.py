@@ -5,13 +5,8 @@ import subprocess
 
 import numpy as np
 import pytest
-from calibrated import pinocchio_fk
-from compiling import compiled
-from derivations import ROBOTS
 
 import chasles
-from bench.cases.calibrated import displaced
-from bench.cases.drawn_arms import random_arm
 from chasles.derive import load
 from chasles.derive.inverse.chain_solution import pose_task
 from chasles.derive.inverse.classify import classify
@@ -21,6 +16,11 @@ from chasles.derive.inverse.serial_inverse import inverses
 from chasles.derive.inverse.structure.lines import Lines, axes_of
 from chasles.derive.model.tolerances import LED
 from chasles.derive.terms.terms import Terms
+from tests.support.compiling import compiled
+from tests.support.derivations import ROBOTS
+from tests.support.generators.drawn_arms import random_arm
+from tests.support.generators.geometric_errors import displaced
+from tests.support.oracles.pinocchio_fk import pinocchio_fk
 
 ERRORS = {"ur5e": 3e-3, "puma560": 1e-5, "irb6640": 1e-2, "panda": 1e-3}
 """Shipped arms, and the errors (metre, radian) that a calibration finds in them."""

@@ -5,12 +5,12 @@ import subprocess
 
 import numpy as np
 import pytest
-from calibrated import pinocchio_fk
-from compiling import compiled
-from derivations import description
 
-from bench.cases.calibrated import displaced
 from chasles.derive import load
+from tests.support.compiling import compiled
+from tests.support.derivations import description
+from tests.support.generators.geometric_errors import displaced
+from tests.support.oracles.pinocchio_fk import pinocchio_fk
 
 SIZE, SEED = 5.4e-3, 13
 """Errors (metre, radian) of the arm, and the seed of the errors."""

@@ -5,13 +5,7 @@ import subprocess
 
 import numpy as np
 import pytest
-from calibrated import pinocchio_fk
-from compiling import compiled
-from derivations import description
 
-from bench.accuracy.general_arms import Judged
-from bench.cases.calibrated import displaced
-from bench.cases.drawn_arms import random_arm
 from chasles.derive import load
 from chasles.derive.inverse.general.raghavan_roth import numbers
 from chasles.derive.inverse.general.split_choice import choice_at, slides_of
@@ -19,6 +13,12 @@ from chasles.derive.inverse.led import Sampled
 from chasles.derive.inverse.serial_inverse import inverses
 from chasles.derive.model.tolerances import SEPARATE
 from chasles.derive.terms.terms import Terms
+from tests.campaigns.general import Judged
+from tests.support.compiling import compiled
+from tests.support.derivations import description
+from tests.support.generators.drawn_arms import random_arm
+from tests.support.generators.geometric_errors import displaced
+from tests.support.oracles.pinocchio_fk import pinocchio_fk
 
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "ik")
 SIZE, SEED = 4e-3, 5

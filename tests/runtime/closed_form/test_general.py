@@ -7,14 +7,14 @@ import subprocess
 
 import numpy as np
 import pytest
-from compiling import compiled, loaded
-from derivations import description
 
 import chasles
 from chasles.derive import load
 from chasles.derive.inverse.general.raghavan_roth import numbers
 from chasles.derive.inverse.general.split_choice import choose, length
 from chasles.tolerances import SOLVED
+from tests.support.compiling import compiled, loaded
+from tests.support.derivations import description
 
 DOUBLES = np.ctypeslib.ndpointer(np.float64, flags="C")
 NAMES = ("jaco2", "crx10")

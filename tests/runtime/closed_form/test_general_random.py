@@ -5,12 +5,12 @@ Five joints have the solutions of the poses that they reach, slides among six th
 
 import numpy as np
 import pytest
-from compiling import compiled
 
-from bench.accuracy.general_arms import DERIVED, Judged
-from bench.cases.random_arms import random_arm
-from bench.cases.synthetic import robot_of
 from chasles.derive import explain, loads
+from tests.campaigns.general import DERIVED, Judged
+from tests.support.compiling import compiled
+from tests.support.generators.random_arms import random_arm
+from tests.support.generators.synthetic import robot_of
 
 ARMS = {
     "skew": (11, "//////"),

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import chasles
-
-from .. import scara
+from tests.support.handwritten import scara
 
 
 def load(folder, patch):

@@ -5,8 +5,7 @@ import pytest
 
 import chasles
 from chasles.closed_form.polish import _step, _twist, polish
-
-from .. import scara
+from tests.support.handwritten import scara
 
 LONGER = 0.003
 """Metres by which the true upper arm is longer than the nominal one."""

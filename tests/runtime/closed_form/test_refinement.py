@@ -11,8 +11,7 @@ import chasles.call.threads
 from chasles.closed_form.refinement import Refinement, refinement_of
 from chasles.contract.manifest import read_manifest
 from chasles.tolerances import REFINED, SOLVED
-
-from .. import scara
+from tests.support.handwritten import scara
 
 SPOILT = 1e-7
 """Radians by which the shoulder is off in poses above the height of HIGH."""

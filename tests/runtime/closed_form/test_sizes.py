@@ -11,13 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy as sp
-from compiling import compiled
-from scaled import scaled
 
 import chasles
 import chasles.derive
 from chasles.contract.facts import Coordinate
 from chasles.iterative.size import unit_length
+from tests.support.compiling import compiled
+from tests.support.scaled import scaled
 
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "hessian_mixed", "ik")

@@ -12,8 +12,7 @@ import pytest
 import chasles
 from chasles.closed_form.solutions import Solutions, solutions_of
 from chasles.contract.manifest import Coordinate
-
-from .. import scara
+from tests.support.handwritten import scara
 
 N = 1000
 LIMITS = np.array([6.5, 2.5, 10.0, np.inf])

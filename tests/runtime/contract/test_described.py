@@ -14,12 +14,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from compiling import compiled
 
 import chasles
 from chasles.__main__ import main
 from chasles.contract import described
 from chasles.derive import loads
+from tests.support.compiling import compiled
 
 ROOT = Path(__file__).parents[3]
 ARM = """\

@@ -7,10 +7,10 @@ import pytest
 from scipy.optimize import root
 
 import chasles
-from bench.cases.drawn_arms import random_arm
 from chasles import screws
 from chasles.closed_form import given_values
 from chasles.derive.build.generate import artifacts, put
+from tests.support.generators.drawn_arms import random_arm
 
 DEG, MM = np.pi / 180, 1e-3
 

@@ -14,8 +14,7 @@ import chasles
 from chasles.call import _call
 from chasles.contract.library import build, cache_folder, make_recipe
 from chasles.contract.manifest import read_manifest
-
-from .. import tiny
+from tests.support.handwritten import tiny
 
 Q = np.array([0.3, -1.2])
 

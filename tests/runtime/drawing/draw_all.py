@@ -8,16 +8,15 @@ import random
 import sys
 from pathlib import Path
 
-HELPERS = Path(__file__).parents[2] / "helpers"
-sys.path.insert(0, str(HELPERS))
+ROOT = Path(__file__).parents[3]
+sys.path.insert(0, str(ROOT))
 
 
 def descriptions(folder, count):
     """A name and a description each."""
-    from chains import random_chain
-    from derivations import ROBOTS
-
     from chasles.derive import load
+    from tests.support.chains import random_chain
+    from tests.support.derivations import ROBOTS
 
     for path in (*sorted((ROBOTS / "shelf").glob("*.toml")), *sorted(folder.glob("*.urdf"))):
         yield path.stem, load(path)
@@ -28,8 +27,9 @@ def descriptions(folder, count):
 
 def main(folder, count):
     """Draws all; returns how many have letters that overlap."""
-    from skeletons import described_skeleton
     from test_drawing import lettered, overlaps
+
+    from tests.support.skeletons import described_skeleton
 
     drawn, bad = 0, 0
     for name, robot in descriptions(Path(folder), int(count)):

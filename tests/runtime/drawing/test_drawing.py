@@ -6,9 +6,6 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
-from chains import random_chain
-from derivations import description
-from skeletons import described_skeleton
 
 import chasles
 from chasles.derive import load
@@ -18,6 +15,9 @@ from chasles.drawing.marks import hull, marks
 from chasles.drawing.scene import corners, scenes
 from chasles.drawing.views import AXONOMETRIC, SPATIAL, plane_of, views_of
 from chasles.errors import InputValueError, ShapeError
+from tests.support.chains import random_chain
+from tests.support.derivations import description
+from tests.support.skeletons import described_skeleton
 
 pytest.importorskip("matplotlib")
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from derivations import description
 
 import chasles
 from chasles.drawing import skeleton
 from chasles.drawing.assembly import assembly_modes, others
 from chasles.errors import InputValueError
+from tests.support.derivations import description
 
 TRUE = 1e-9
 """Metres and parts of a direction."""

@@ -7,14 +7,14 @@ import time
 
 import numpy as np
 import pytest
-from chains import random_chain
-from skeletons import described_skeleton
 
 import chasles
 from chasles.contract.json_entry import Entry
 from chasles.contract.skeleton_facts import skeleton_facts
 from chasles.drawing import skeleton
 from chasles.errors import ManifestError
+from tests.support.chains import random_chain
+from tests.support.skeletons import described_skeleton
 
 TRUE = 1e-12
 CLOSED = 1e-9

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
-from closures import Model
-from compiling import compiled
-from derivations import ROBOTS
 
-from bench.cases.as_built import BOARD_INSTALLER, as_built
 from chasles.derive import RobotError, derive, load
 from chasles.derive.inverse.mechanisms.hybrid_inverse import hybrid_inverses
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.model.robot import Rotation
+from tests.support.compiling import compiled
+from tests.support.derivations import ROBOTS
+from tests.support.generators.as_built import BOARD_INSTALLER, as_built
+from tests.support.loops.closures import Model
 
 POSES = 300
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "configuration", "constraint", "margin")

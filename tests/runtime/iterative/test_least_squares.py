@@ -4,16 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from closures import Model
-from compiling import compiled
-from mechanisms import five_bar, four_bar, parallelogram, slider_crank
 from scipy.optimize import least_squares
 
-from bench.cases.as_built import on_links, out_of_plane
 from chasles.derive import load
 from chasles.derive.loops.closing import longest_length
 from chasles.derive.model.mechanism import Closure
 from chasles.derive.terms.terms import Terms
+from tests.support.compiling import compiled
+from tests.support.generators.as_built import on_links, out_of_plane
+from tests.support.loops.closures import Model
+from tests.support.loops.mechanisms import five_bar, four_bar, parallelogram, slider_crank
 
 NAMES = (
     *("fk", "fk_jacobian_mixed", "configuration", "configuration_D_q", "margin", "constraint"),

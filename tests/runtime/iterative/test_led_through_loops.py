@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from closures import Model
-from compiling import compiled
-from derivations import ROBOTS
 
-from bench.cases.as_built import single_errors
 from chasles.derive import load, loads
+from tests.support.compiling import compiled
+from tests.support.derivations import ROBOTS
+from tests.support.generators.as_built import single_errors
+from tests.support.loops.closures import Model
 
 POSES = 60
 NAMES = ("fk", "fk_jacobian_mixed", "chain", "configuration", "margin", "ik")

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from compiling import compiled
 
 import chasles
 import chasles.derive
+from tests.support.compiling import compiled
 
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 FACTORS = (1 / 256, 256.0)

@@ -9,9 +9,9 @@ import pytest
 import chasles
 from chasles.derive import load
 from chasles.derive.emit.casadi_file import casadi_function
-from tests.helpers.compiling import compiled, compiled_quickly
-from tests.helpers.derivations import ROBOTS
-from tests.helpers.rate_inputs import held
+from tests.support.compiling import compiled, compiled_quickly
+from tests.support.derivations import ROBOTS
+from tests.support.rate_inputs import held
 
 REDUNDANT = """
 [[joints]]

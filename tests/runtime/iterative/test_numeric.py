@@ -9,7 +9,7 @@ import pytest
 import chasles
 from chasles import screws
 from chasles.iterative import numeric_inverse
-from tests.helpers.rate_inputs import span
+from tests.support.rate_inputs import span
 
 PAGE = Path(__file__).parents[3] / "docs" / "numeric.md"
 TOLERANCE = 1e-9

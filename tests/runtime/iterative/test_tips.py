@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from compiling import compiled
 
 import chasles
 from chasles.derive import load
 from chasles.iterative import numeric_inverse
-from tests.helpers.derivations import description
+from tests.support.compiling import compiled
+from tests.support.derivations import description
 
 from .test_numeric import (
     PLATFORMS,

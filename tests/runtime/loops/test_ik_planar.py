@@ -5,11 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from compiling import loaded
 
 import chasles
-
-from .. import planar
+from tests.support.compiling import loaded
+from tests.support.handwritten import planar
 
 ROD = 0.13
 

@@ -7,8 +7,7 @@ import pytest
 
 import chasles
 from chasles.__main__ import main
-
-from .. import lift
+from tests.support.handwritten import lift
 
 OPEN = np.array([0.25, 2.5])
 DEAD = np.array([0.25, 2.0])

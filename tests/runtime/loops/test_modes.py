@@ -4,11 +4,10 @@ import time
 
 import numpy as np
 import pytest
-from compiling import loaded
 
 import chasles
-
-from .. import planar
+from tests.support.compiling import loaded
+from tests.support.handwritten import planar
 
 RODS = {"13/100": 0.13, "17/100": 0.17}
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from compiling import compiled
 
 import chasles
 from chasles.derive import load
-from tests.helpers.derivations import description
+from tests.support.compiling import compiled
+from tests.support.derivations import description
 
 from .test_rates import WITH_RATES, inside, pure
 

@@ -81,7 +81,7 @@ def test_agrees_with_scipy():
 
 def test_agrees_with_the_symbolic_sibling():
     pytest.importorskip("sympy")
-    from laws import lie
+    from tests.laws import lie
 
     x = twists(1.3, 9)[:3]
     for row in x:

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from rate_inputs import CLOSURE, inside, pure, reached, twists
-from tolerances import ORACLE_RATES
 
 import chasles
 from chasles.velocity import _rates
+from tests.support.rate_inputs import CLOSURE, inside, pure, reached, twists
+from tests.support.tolerances import ORACLE_RATES
 
 DAMPING = 0.04
 WITH_RATES = [

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rate_inputs import CLOSURE, inside, twists
 
 import chasles
+from tests.support.rate_inputs import CLOSURE, inside, twists
 
 # ---------------------------------------------------------------- input
 

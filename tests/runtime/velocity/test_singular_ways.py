@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from compiling import loaded
 
 import chasles
 from chasles.velocity.contours import zero_curves
-
-from .. import planar
+from tests.support.compiling import loaded
+from tests.support.handwritten import planar
 
 ROD = 0.13
 LONG, SHORT = planar.CRANK + ROD, planar.CRANK - ROD

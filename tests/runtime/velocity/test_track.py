@@ -11,9 +11,8 @@ from scipy.optimize import lsq_linear
 import chasles
 from chasles import screws
 from chasles.velocity._track import BORDER, DAMPING
-from tests.helpers.rate_inputs import span
-
-from .. import snake
+from tests.support.handwritten import snake
+from tests.support.rate_inputs import span
 
 STEPS = 100_000
 REGULAR = np.array([0.3, -1.2, 1.5, -0.4, 0.9, 0.2])

@@ -12,7 +12,7 @@ def browser(tmp_path_factory):
     if program is None:
         pytest.skip("no chromium: apt-get install chromium")
     pytest.importorskip("websockets", reason="no viser, which brings websockets")
-    from chromium import Chromium
+    from tests.support.chromium import Chromium
 
     found = Chromium(program, tmp_path_factory.mktemp("chromium"))
     yield found

@@ -51,9 +51,9 @@ DRAGGED = """{
 def robots(folder, count, kept):
     """A name and a function that loads the robot, for each."""
     import chasles
-    from bench.cases.drawn_mechanisms import drawn_mechanism
     from chasles.derive import write
     from chasles.derive.emit.languages import EMITTERS
+    from tests.support.generators.drawn_mechanisms import drawn_mechanism
 
     def drawn(seed):
         target = kept / f"m{seed}"
@@ -73,9 +73,8 @@ def robots(folder, count, kept):
 
 def judged(browser, robot, kept):
     """Bytes of the page; milliseconds of both frames; ghosts; distances; and complaints."""
-    from viewed_pages import coordinates, on_page, opened, walk
-
     from chasles.view.display import Display
+    from tests.support.viewed_pages import coordinates, on_page, opened, walk
 
     display = Display(robot)
     file = opened(browser, kept, robot)
@@ -114,7 +113,7 @@ def told(found):
 
 def main(folder, count, pictures=None):
     """Shows all; returns how many pages are wrong."""
-    from chromium import Chromium
+    from tests.support.chromium import Chromium
 
     kept = Path(tempfile.mkdtemp())
     browser = Chromium(shutil.which("chromium"), kept / "profile")

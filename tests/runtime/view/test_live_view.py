@@ -19,7 +19,7 @@ GRIP = 0.8
 @pytest.fixture
 def shown(browser):
     """Opens a view of a robot in the browser; it ends with the test."""
-    from chromium import until
+    from tests.support.chromium import until
 
     views = []
 
@@ -75,7 +75,7 @@ def field_of(label):
 
 
 def test_a_slider_moves_the_robot_and_nothing_else(shown, browser):
-    from chromium import until
+    from tests.support.chromium import until
 
     view = shown("ur5e")
     before = view.posture.q.copy()
@@ -95,7 +95,7 @@ def test_a_slider_moves_the_robot_and_nothing_else(shown, browser):
 
 @pytest.mark.parametrize("name", ["ur5e", "planar_3rrr"])
 def test_a_dragged_tool_moves_along_its_axis_on_its_branch(shown, browser, name):
-    from chromium import until
+    from tests.support.chromium import until
 
     view = shown(name)
     robot, T = chasles.load(name), view.posture.tool.copy()
@@ -123,7 +123,7 @@ def test_a_dragged_tool_moves_along_its_axis_on_its_branch(shown, browser, name)
 
 
 def test_a_recording_is_played(shown, browser):
-    from chromium import until
+    from tests.support.chromium import until
 
     robot = chasles.load("excavator")
     q = np.array(robot.reference.q)

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from viewed_pages import asked, coordinates, message, on_page, opened, walk
 
 import chasles
 from chasles.view import html_page
 from chasles.view.display import Display
+from tests.support.viewed_pages import asked, coordinates, message, on_page, opened, walk
 
 CLOSED = 1e-9
 """Metres and parts of a direction by which a body may be off: loops close to 1e-12 of the size."""

@@ -4,13 +4,13 @@ import json
 
 import numpy as np
 import pytest
-from chromium import until
-from viewed_pages import asked, coordinates, message, on_page, opened, walk
 
 import chasles
 from chasles.drawing import skeleton
 from chasles.view.display import Display
 from chasles.view.tool_branches import branches
+from tests.support.chromium import until
+from tests.support.viewed_pages import asked, coordinates, message, on_page, opened, walk
 
 TRUE = 1e-9
 """Radians and parts of the robot's size by which the tool may be off."""

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from derivations import ROBOTS
 
 from chasles.derive import loads
 from chasles.derive.loops.checks.dead_values import dead_values
 from chasles.derive.loops.hybrid import Hybrid
+from tests.support.derivations import ROBOTS
 
 
 def drawn_four_bar(rng):

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
-from derivations import ROBOTS
 
 from chasles.derive import RobotError, explain, load, mobility
 from chasles.derive.loops.checks.closable import limits_of
 from chasles.derive.loops.checks.moved_reference import moved_reference
 from chasles.derive.loops.hybrid import Hybrid
+from tests.support.derivations import ROBOTS
 
 
 def limited(name, **limits):

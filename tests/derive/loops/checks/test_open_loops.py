@@ -13,9 +13,6 @@ from functools import cache
 import numpy as np
 import pytest
 import sympy as sp
-from closed_in_numbers import Model
-from derivations import ROBOTS
-from mechanisms import BASE, at, near, pin
 
 from chasles.derive import Frame, Mechanism, RobotError, Strut, derive, load, loads
 from chasles.derive.loops.checks import gaps
@@ -26,6 +23,9 @@ from chasles.derive.loops.checks.swapped_ends import doubtful_ends
 from chasles.derive.loops.closing import closed_configuration
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.model.mechanism import Closure
+from tests.support.derivations import ROBOTS
+from tests.support.loops.closed_in_numbers import Model
+from tests.support.loops.mechanisms import BASE, at, near, pin
 
 LOOPED = ["four_bar", "slider_crank", "five_bar", "excavator", "planar_3rrr"]
 

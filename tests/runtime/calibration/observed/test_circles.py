@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from measured_arms import drawn
 from numpy.testing import assert_allclose
 
 from chasles import screws
 from chasles.calibration import Circles, identify
 from chasles.errors import InputValueError
+from tests.support.measured_arms import drawn
 
 NOISE = 2e-5
 

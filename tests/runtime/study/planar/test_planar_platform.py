@@ -4,14 +4,14 @@ from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
-from compiling import compiled
-from derivations import ROBOTS
 
 import chasles
 from chasles.derive import load
 from chasles.errors import InputValueError
 from chasles.study.planar.annuli import Annulus, area, border
 from chasles.study.planar.planar_platform import constant_orientation, dexterous, orientations
+from tests.support.compiling import compiled
+from tests.support.derivations import ROBOTS
 
 
 @pytest.mark.parametrize(

@@ -1,1 +1,0 @@
-"""Counts of missed, wrong and lost solutions, judged independently of the generated code."""

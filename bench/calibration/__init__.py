@@ -1,1 +1,0 @@
-"""Calibration of drawn arms, and of simulated sets of a laser tracker."""

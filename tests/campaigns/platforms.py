@@ -1,0 +1,295 @@
+"""``python -m bench platforms``: modes of random platforms on six rods beside Newton's iteration.
+
+Random platforms (--count): general ones, flat ones, and ones with three double joints on the
+platform (6-3) or on both sides (3-3). Their rods have the lengths of a random pose. Newton's
+iteration from random poses (--starts) finds their modes independently. A line for each kind tells
+
+    missed   modes of Newton's iteration that are not found
+    wrong    modes that are found whose rods are off by more than 1e-10
+    more     modes that are found and that Newton's iteration does not find
+    unsure   platforms with a complex pose that was not found for certain
+    modes    the most modes of a platform, and the mean
+    ms       of the time of a platform, on one thread: the median, and the longest
+
+Singular modes are not compared: Newton's iteration does not converge there.
+"""
+
+import ctypes
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from bench.native.library import Source, compiled
+from bench.report import out, paced
+from chasles.derive.emit.c.header import support
+from chasles.derive.emit.c.written import SUPPORTS
+from chasles.derive.loops.modes.hexapod import NO_JOINTS, RodNumbers, double_joints, tables
+from chasles.derive.loops.modes.hexapod_starts import starts
+
+COUNT, STARTS = 200, 2_000
+KINDS = ("6-6", "flat", "6-3", "3-3")
+WRONG, SAME, REGULAR = 1e-10, 1e-6, 1e-5
+"""Errors of rods; distance of modes that are one; determinant of a mode that is not singular. The
+platforms are of size 1."""
+NEWTON = Path(__file__).parents[1] / "native" / "rods_newton.c"
+AXES = (2, 1, 0)
+SHIM = """
+#define _POSIX_C_SOURCE 199309L
+#include "chasles_hexapod.h"
+#include <time.h>
+static void given(const double *q, double *a, double *l)
+{
+    memcpy(a, q, 18 * sizeof *a), memcpy(l, q + 18, 6 * sizeof *l);
+}
+__attribute__((visibility("default"))) double modes(
+    chasles_hexapod_platform *platform, const double *q, double *theta, double *margin,
+    double *unsure)
+{
+    struct timespec from, to;
+    platform->rods = given;
+    clock_gettime(CLOCK_MONOTONIC, &from);
+    chasles_hexapod_modes(platform, q, theta, margin, unsure);
+    clock_gettime(CLOCK_MONOTONIC, &to);
+    return 1e3 * (to.tv_sec - from.tv_sec) + 1e-6 * (to.tv_nsec - from.tv_nsec);
+}
+"""
+
+
+def _library() -> ctypes.CDLL:
+    """The C that robots get, with a door for numbers of any platform."""
+    files = {name: support(name) for name in SUPPORTS["hexapod"]}
+    source = Source("platform_modes", {"modes.c": SHIM, **files}, ())
+    return ctypes.CDLL(str(compiled(source)))
+
+
+class Platform(ctypes.Structure):
+    """``chasles_hexapod_platform`` in C."""
+
+    _fields_ = (
+        ("rods", ctypes.c_void_p),
+        ("size", ctypes.c_double),
+        ("origin", ctypes.c_double * 3),
+        ("middle", ctypes.c_double * 3),
+        ("axis", ctypes.c_int * 3),
+        ("moves", ctypes.c_int),
+        ("paths", ctypes.c_int),
+        ("joined", ctypes.c_int),
+        ("pairs", ctypes.c_int * 6),
+        ("b", ctypes.c_double * 18),
+        ("a", ctypes.c_double * 36),
+        ("c", ctypes.c_double * 12),
+        ("starts", ctypes.c_double * 640),
+    )
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A platform's modes beside those of Newton's iteration."""
+
+    missed: int
+    wrong: int
+    more: int
+    unsure: bool
+    modes: int
+    ms: float
+
+
+def run(count: int, starts_: int, seed: int) -> int:
+    """Judges random platforms; prints a line for each kind."""
+    library = _library()
+    generator = np.random.default_rng(seed)
+    kinds = [KINDS[k % len(KINDS)] for k in range(count)]
+    each = (judged(library, *random_rods(kind, generator), starts_, generator) for kind in kinds)
+    found = paced(each, count, _so_far)
+    out.print(f"{count} platforms, {starts_} starts each")
+    for kind in KINDS:
+        _print(kind, [row for row, its in zip(found, kinds, strict=True) if its == kind])
+    return int(any(j.missed or j.wrong for j in found))
+
+
+def _so_far(found: Sequence[Judged]) -> str:
+    return (
+        f"missed {sum(j.missed for j in found)}, wrong {sum(j.wrong for j in found)}, "
+        f"more {sum(j.more for j in found)}, unsure {sum(j.unsure for j in found)}"
+    )
+
+
+def _print(kind: str, rows: Sequence[Judged]) -> None:
+    if rows:
+        ms, modes = [j.ms for j in rows], [j.modes for j in rows]
+        out.print(
+            f"{kind:5} {len(rows):5} platforms: {_so_far(rows)}, "
+            f"modes {max(modes)} ({np.mean(modes):.1f}), {np.median(ms):.2f} ms ({max(ms):.2f})"
+        )
+
+
+def random_rods(
+    kind: str, generator: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Ends a and b (6, 3), and lengths (6,) that a random pose has."""
+    a = generator.normal(size=(6, 3))
+    b = generator.normal(size=(6, 3)) * generator.uniform(0.3, 1)
+    if kind == "flat":
+        a[:, 2] = b[:, 2] = 0
+    if kind in ("6-3", "3-3"):
+        b = b[[0, 0, 1, 1, 2, 2]]
+    if kind == "3-3":
+        a = a[[0, 1, 1, 2, 2, 0]]
+    e = generator.normal(size=4)
+    p = generator.normal(size=3)
+    d = p + b @ rotations(e[None] / np.linalg.norm(e))[0].T - a
+    return a, b, np.linalg.norm(d, axis=1)
+
+
+def judged(
+    library: ctypes.CDLL,
+    a: np.ndarray,
+    b: np.ndarray,
+    lengths: np.ndarray,
+    count: int,
+    generator: np.random.Generator,
+) -> Judged:
+    """The modes of a platform, compared."""
+    theta, unsure, ms = modes(library, a, b, lengths)
+    own_e, own_p = _quaternions(theta), theta[:, :3]
+    left, _ = excess(a, b, lengths, own_e, own_p)
+    e, p = newton(a, b, lengths, count, generator)
+    _, J = excess(a, b, lengths, e, p)
+    regular = np.abs(np.linalg.det(J)) > REGULAR
+    e, p = e[regular], p[regular]
+    there = _apart(own_e, own_p, e, p) < SAME
+    _, J_own = excess(a, b, lengths, own_e, own_p)
+    singular = np.abs(np.linalg.det(J_own)) <= REGULAR
+    return Judged(
+        int((~there.any(0)).sum()),
+        int((np.abs(left).max(1, initial=0.0) > WRONG).sum()),
+        int((~there.any(1) & ~singular).sum()),
+        unsure > 0,
+        len(theta),
+        ms,
+    )
+
+
+def modes(
+    library: ctypes.CDLL, a: np.ndarray, b: np.ndarray, lengths: np.ndarray
+) -> tuple[np.ndarray, float, float]:
+    """The modes (n, 6) that the C finds, its doubts, and its time in ms."""
+    found = solved(library, numbered(a, b, lengths), a, lengths)
+    return found.theta[np.isfinite(found.margin)], found.unsure, found.ms
+
+
+@dataclass(frozen=True)
+class Solved:
+    """The results of the C: joints (n, 6) and margins (n,) of all slots, doubts, time in ms."""
+
+    theta: np.ndarray
+    margin: np.ndarray
+    unsure: float
+    ms: float
+
+
+def numbered(
+    a: np.ndarray, b: np.ndarray, usual: np.ndarray, *, eliminates: bool = True
+) -> Platform:
+    """The numbers of a platform whose lengths are about the usual ones.
+
+    Without elimination, the modes of double joints are the ends of paths as those of others.
+    """
+    joints = double_joints(a.tolist(), b.tolist()) if eliminates else NO_JOINTS
+    drawn = np.random.default_rng(0).uniform(0.8, 1.2, (12, 6)) * usual
+    rods = RodNumbers(np.tile(a, (12, 1, 1)), b, drawn)
+    numbers = tables(rods, AXES, joints, *starts(rods.family))
+    platform = Platform()
+    for (name, kind), value in zip(Platform._fields_[1:], numbers, strict=True):
+        flat = np.asarray(value).ravel()
+        setattr(platform, name, flat[0].item() if flat.size == 1 else kind(*flat.tolist()))
+    return platform
+
+
+def solved(library: ctypes.CDLL, platform: Platform, a: np.ndarray, lengths: np.ndarray) -> Solved:
+    """The results of the C for a platform at some lengths."""
+    n = platform.paths
+    theta, margin, unsure = np.empty((n, 6)), np.empty(n), np.empty(1)
+    q = np.concatenate([a.ravel(), lengths])
+    pointers = [array.ctypes.data_as(ctypes.c_void_p) for array in (q, theta, margin, unsure)]
+    library.modes.restype = ctypes.c_double
+    ms = library.modes(ctypes.byref(platform), *pointers)
+    return Solved(theta, margin, float(unsure[0]), ms)
+
+
+def newton(
+    a: np.ndarray, b: np.ndarray, lengths: np.ndarray, count: int, generator: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Quaternions and positions of the distinct modes that random starts lead to."""
+    e = generator.normal(size=(count, 4))
+    e /= np.linalg.norm(e, axis=1, keepdims=True)
+    # The first end is at its rod's length.
+    direction = generator.normal(size=(count, 3))
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    p = a[0] + lengths[0] * direction - rotations(e) @ b[0]
+    arrays = [np.ascontiguousarray(values) for values in (a, b, lengths, e, p)]
+    *rods, starts_e, starts_p = (array.ctypes.data_as(ctypes.c_void_p) for array in arrays)
+    closes = ctypes.c_double(WRONG / 100)
+    led = _newton_library().rods_newton(*rods, count, starts_e, starts_p, closes)
+    return _distinct(arrays[3][:led], arrays[4][:led])
+
+
+@cache
+def _newton_library() -> ctypes.CDLL:
+    return ctypes.CDLL(str(compiled(Source("rods_newton", {NEWTON.name: NEWTON.read_text()}))))
+
+
+def _distinct(e: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    kept_e, kept_p = np.empty((0, 4)), np.empty((0, 3))
+    while len(e):
+        kept_e, kept_p = np.vstack([kept_e, e[:1]]), np.vstack([kept_p, p[:1]])
+        others = _apart(e[:1], p[:1], e, p)[0] > SAME
+        e, p = e[others], p[others]
+    return kept_e, kept_p
+
+
+def _apart(e1: np.ndarray, p1: np.ndarray, e2: np.ndarray, p2: np.ndarray) -> np.ndarray:
+    """(n1, n2) distances of modes, the larger of position and orientation."""
+    one, other = e1[:, None], e2[None]
+    turned = np.minimum(np.abs(one - other).max(-1), np.abs(one + other).max(-1))
+    return np.asarray(np.maximum(turned, np.abs(p1[:, None] - p2[None]).max(-1)))
+
+
+def excess(
+    a: np.ndarray, b: np.ndarray, lengths: np.ndarray, e: np.ndarray, p: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 6) excess of the distances over the lengths, and its derivative by a twist."""
+    r = b @ np.swapaxes(rotations(e), 1, 2)
+    d = p[:, None] + r - a
+    distance = np.linalg.norm(d, axis=-1)
+    n = d / distance[..., None]
+    return distance - lengths, np.concatenate([n, np.cross(r, n)], -1)
+
+
+def rotations(e: np.ndarray) -> np.ndarray:
+    """(n, 3, 3) rotations of quaternions of length 1."""
+    w, v = e[:, 0, None, None], e[:, 1:]
+    zero = np.zeros(len(e))
+    x, y, z = v.T
+    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
+    cross = np.moveaxis(np.array(rows), -1, 0)
+    return np.asarray(np.eye(3) + 2 * w * cross + 2 * cross @ cross)
+
+
+def _quaternions(theta: np.ndarray) -> np.ndarray:
+    """Quaternions of yaw, pitch and roll."""
+    e = np.tile([1.0, 0, 0, 0], (len(theta), 1))
+    for k, axis in zip((3, 4, 5), AXES, strict=True):
+        turn = np.zeros((len(theta), 4))
+        turn[:, 0], turn[:, 1 + axis] = np.cos(theta[:, k] / 2), np.sin(theta[:, k] / 2)
+        e = _product(e, turn)
+    return e
+
+
+def _product(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    scalar = x[:, 0] * y[:, 0] - (x[:, 1:] * y[:, 1:]).sum(1)
+    vector = x[:, :1] * y[:, 1:] + y[:, :1] * x[:, 1:] + np.cross(x[:, 1:], y[:, 1:])
+    return np.concatenate([scalar[:, None], vector], 1)

@@ -1,0 +1,180 @@
+"""Runs trials of campaigns in processes of their own until the time is used."""
+
+import os
+import time
+import traceback
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from importlib import import_module
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from tempfile import TemporaryDirectory
+
+from .campaign import Campaign, Outcome
+
+NAMES = (
+    *("field", "losses", "displaced", "general", "geometries", "mechanisms", "platforms"),
+    *("planar", "loops", "as_built", "least_squares", "scenes", "calibration", "tracker"),
+    *("robust", "mutants"),
+)
+"""All campaigns; each is a module of this package."""
+TRIALS_OF_A_SEED = 1_000_000
+"""Trial k of seed S has the number ``S * TRIALS_OF_A_SEED + k``."""
+LONGEST = 900.0
+"""Seconds after which a trial counts as endless."""
+QUICK_FLAGS = "-O1"
+"""Compiler flags of most trials: compiling takes half as long as with users' flags."""
+USER_FLAGS_EVERY = 4
+"""Every so many trials the code is compiled with users' flags."""
+
+
+def campaign(name: str) -> Campaign:
+    """The campaign of a name."""
+    found: Campaign = import_module(f"{__package__}.{name}").CAMPAIGN
+    return found
+
+
+@dataclass
+class Tally:
+    """The outcomes of a campaign so far.
+
+    Attributes:
+        trials: Number of trials that have ended.
+        seconds: The time that they took.
+        counts: The sums of their counts.
+        largest: The maxima of their values.
+        failures: The number of each trial with a failure, and the failure.
+    """
+
+    trials: int = 0
+    seconds: float = 0.0
+    counts: Counter[str] = field(default_factory=Counter)
+    largest: dict[str, float] = field(default_factory=dict)
+    failures: list[tuple[int, str]] = field(default_factory=list)
+
+    def add(self, number: int, outcome: Outcome, seconds: float) -> None:
+        """Adds the outcome of a trial."""
+        self.trials += 1
+        self.seconds += seconds
+        self.counts.update(outcome.counts)
+        for name, value in outcome.largest.items():
+            self.largest[name] = max(value, self.largest.get(name, value))
+        self.failures += [(number, failure) for failure in outcome.failures]
+
+
+Report = Callable[[str, int, Outcome, float], None]
+"""Takes the campaign's name, the trial's number, its outcome, and the seconds that it took."""
+
+
+def run(
+    names: Sequence[str],
+    seconds: float,
+    seed: int,
+    workers: int,
+    report: Report,
+) -> dict[str, Tally]:
+    """Runs campaigns side by side; each gets the same time, and at least one trial.
+
+    Args:
+        names: The campaigns.
+        seconds: No trial starts after so many seconds, except the first of each campaign.
+        seed: Numbers the trials, see ``TRIALS_OF_A_SEED``.
+        workers: Number of trials that run at a time.
+        report: Called after each trial.
+
+    Returns:
+        The outcomes by campaign.
+    """
+    tallies = {name: Tally() for name in names}
+    started: Counter[str] = Counter()
+    end = time.monotonic() + seconds
+    running: dict[Future[tuple[Outcome, float]], tuple[str, int]] = {}
+    with ThreadPoolExecutor(workers) as pool:
+        while True:
+            while len(running) < workers:
+                name = _next(tallies, started, is_over=time.monotonic() >= end)
+                if name is None:
+                    break
+                number = seed * TRIALS_OF_A_SEED + started[name]
+                started[name] += 1
+                running[pool.submit(isolated, name, number)] = (name, number)
+            if not running:
+                return tallies
+            for done in wait(running, return_when=FIRST_COMPLETED).done:
+                name, number = running.pop(done)
+                outcome, taken = done.result()
+                tallies[name].add(number, outcome, taken)
+                report(name, number, outcome, taken)
+
+
+def _next(tallies: dict[str, Tally], started: Counter[str], *, is_over: bool) -> str | None:
+    """The campaign whose trial comes next: one without a trial, or else the one with least time."""
+    new = [name for name in tallies if not started[name]]
+    if new:
+        return new[0]
+    if is_over:
+        return None
+    # A running trial counts as long as the mean of the trials that have ended.
+    return min(tallies, key=lambda name: _expected(tallies[name], started[name]))
+
+
+def _expected(tally: Tally, started: int) -> float:
+    return tally.seconds * started / tally.trials if tally.trials else float("inf")
+
+
+def isolated(name: str, number: int) -> tuple[Outcome, float]:
+    """Runs a trial in a process of its own; returns its outcome and the seconds that it took.
+
+    A crash of the process, an exception and an endless trial are failures.
+    """
+    context = get_context("forkserver")
+    context.set_forkserver_preload([__name__, "chasles.derive"])
+    receive, send = context.Pipe(duplex=False)
+    process = context.Process(target=_send_outcome, args=(send, name, number))
+    begin = time.monotonic()
+    process.start()
+    send.close()
+    try:
+        if receive.poll(LONGEST):
+            outcome = receive.recv()
+        else:
+            process.kill()
+            outcome = Outcome(failures=(f"not finished within {LONGEST:.0f} s",))
+    except EOFError:
+        process.join()
+        outcome = Outcome(failures=(f"the process ended with exit code {process.exitcode}",))
+    process.join()
+    return outcome, time.monotonic() - begin
+
+
+def _send_outcome(send: Connection, name: str, number: int) -> None:
+    send.send(outcome_of(campaign(name), number))
+
+
+def outcome_of(chosen: Campaign, number: int) -> Outcome:
+    """Runs a trial in this process; an exception is a failure."""
+    try:
+        with _settings(number):
+            return chosen.trial(number)
+    except Exception as error:
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        text = f"{type(error).__name__}: {error} ({place.filename}:{place.lineno})"
+        return Outcome(failures=(text,))
+
+
+@contextmanager
+def _settings(number: int) -> Iterator[None]:
+    """Gives a trial a cache of its own and its compiler flags."""
+    before = dict(os.environ)
+    with TemporaryDirectory(prefix="chasles-campaign-") as folder:
+        os.environ["CHASLES_CACHE"] = folder
+        if number % USER_FLAGS_EVERY:
+            os.environ["CHASLES_CFLAGS"] = QUICK_FLAGS
+        try:
+            yield
+        finally:
+            os.environ.clear()
+            os.environ.update(before)

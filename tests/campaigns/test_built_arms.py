@@ -1,0 +1,39 @@
+"""Arms that cylinders, rods and cranks drive: a sample of the benchmark's."""
+
+import pytest
+
+from tests.campaigns.as_built.built_arms import BARS, judged, judged_arm
+from tests.support.generators.driven_arms import drawn_arm
+
+BUILT = {
+    42: "beyond half a turn",
+    44: "beside a dead point",
+    2: "a given joint's crank on both sides",
+    136: "a rocker on both sides, and a parallelogram that folds",
+    141: "a parallelogram that folds, behind a given joint",
+}
+
+
+@pytest.mark.parametrize("number", BUILT, ids=BUILT.values())
+def test_the_inverse_of_an_arm_as_built(number, monkeypatch):
+    # The code runs once, and compiling it well takes longer.
+    monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
+    assert_within_bars(judged(number))
+
+
+@pytest.mark.parametrize("number", [1, 7])
+def test_a_tool_on_the_axis_that_no_joint_but_two_moves(number, monkeypatch):
+    """A column and two joints: the last one turns the tool about its own origin."""
+    monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
+    assert_within_bars(judged_arm(drawn_arm(number, tool=()).mechanism, number))
+
+
+@pytest.mark.parametrize("number", [2, 265, 81], ids=["crank", "between", "few that close"])
+def test_the_inverse_of_an_arm_as_designed(number, monkeypatch):
+    """A crank holds a given joint, a joint in between is given, and few configurations close."""
+    monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
+    assert_within_bars(judged_arm(drawn_arm(number, tool=()).mechanism, number))
+
+
+def assert_within_bars(found):
+    assert {key: vars(found)[key] <= bar for key, bar in BARS.items()} == dict.fromkeys(BARS, True)

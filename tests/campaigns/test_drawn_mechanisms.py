@@ -1,0 +1,110 @@
+"""Branches of drawn mechanisms beside a multi-start Newton, a sample of the benchmark's."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import chasles
+from chasles.derive import RobotError, derive, mobility, write
+from chasles.derive.model.placements import Translation
+from tests.campaigns.mechanisms import FAULTS, half_way, judged
+from tests.support.generators.drawn_mechanisms import FAMILIES, drawn_mechanism
+from tests.support.oracles.multi_start import Multistart
+
+INPUTS = 6
+FIRST = 520
+"""Number of a mechanism of the first family, behind those of the benchmark."""
+BESIDE = np.array([[-1e-3], [1e-3]])
+
+
+@pytest.mark.parametrize("k", range(len(FAMILIES)), ids=list(FAMILIES))
+def test_branches_of_a_family(k, monkeypatch):
+    # The code runs once, and compiling it well takes longer.
+    monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
+    verdict = judged(drawn_mechanism(FIRST + k), FIRST + k, INPUTS, is_short=True)
+    assert verdict.crash == ""
+    assert {fault: verdict.faults[fault] for fault in FAULTS} == dict.fromkeys(FAULTS, 0)
+    assert not verdict.open
+    assert verdict.inputs >= INPUTS
+    assert verdict.branches >= INPUTS
+    assert verdict.largest < 1e-14
+
+
+def test_a_neighbouring_mode_is_not_the_same():
+    """Its crank is drawn at 1e-4 from the fold: the crossed mode is as near as the tolerance."""
+    drawn = drawn_mechanism(474)
+    numbers = Multistart(drawn.mechanism)
+    theta = np.array([[1.2654e-4, -1.2654e-4]])
+    (modes,) = numbers.modes(theta[:, :1], numbers.actuated)
+    apart = sorted(abs(mode["a_bar"] - theta[0, 1]) for mode in modes)
+    assert apart[0] < 1e-12
+    assert 9e-5 < apart[1] < 1e-4
+    assert half_way(numbers, modes, theta[0]) == pytest.approx(apart[1] / 2)
+
+
+def test_the_oracle_s_configurations_are_closed():
+    drawn = drawn_mechanism(3)
+    numbers = Multistart(drawn.mechanism)
+    (modes,) = numbers.modes(drawn.q[None], numbers.actuated)
+    assert len(modes) == 4
+    for mode in modes:
+        assert numbers.residual(mode, list(mode)) < 1e-14
+        assert numbers.residual(mode | {"a_p": mode["a_p"] + 0.1}, ["a_p", "a_crank"]) > 1e-3
+    apart = [np.abs(numbers.wrapped(list(a), _difference(a, modes[0]))).max() for a in modes[1:]]
+    assert min(apart) > 0.1
+
+
+@pytest.mark.parametrize(
+    ("seed", "crossed"),
+    [
+        (617, {"a_crank": -2.585394, "a_bar": 3.012836}),
+        (643, {"a_crank": 0.019162, "a_bar": -0.096747}),
+    ],
+)
+def test_three_cranks_move_in_parallel_and_are_rigid_when_crossed(seed, crossed):
+    """Newton's iteration from a random configuration may end in the other assembly."""
+    drawn = drawn_mechanism(seed)
+    numbers = Multistart(drawn.mechanism)
+    (before, after) = numbers.modes(drawn.q + BESIDE, numbers.actuated)
+    assert [_nearest(numbers, modes, drawn.mode) < 2e-3 for modes in (before, after)] == [True] * 2
+    assert mobility(drawn.mechanism).true == 1
+
+    reference = dict(drawn.mechanism.reference)
+    third = [name for name in reference if name.endswith("swing")]
+    assert third
+    at = np.array([crossed["a_crank"]])
+    there = numbers.modes(at + BESIDE, numbers.actuated)
+    assert all(_nearest(numbers, modes, crossed) > 1e-2 for modes in there)
+    struts = numbers.strut_values(crossed)
+    values = {n: sp.Rational(f"{v:.6f}") for n, v in (crossed | struts).items()}
+    rigid = replace(drawn.mechanism, reference=tuple((reference | values).items()))
+    with pytest.raises(RobotError, match="0 degrees of freedom: its loops hold every body"):
+        derive(rigid)
+
+
+def test_a_universal_joint_whose_axes_do_not_meet_is_followed(tmp_path):
+    plain = drawn_mechanism(12).mechanism
+    aside = Translation((sp.Rational(5, 1000) * sp.nsimplify(Multistart(plain).size), 0, 0))
+    joints = tuple(
+        replace(j, before=(aside, *j.before)) if j.name == "u2" else j for j in plain.joints
+    )
+    mechanism = replace(plain, joints=joints)
+    write(mechanism, tmp_path / "aside", ["configuration", "fk"])
+    robot = chasles.load(tmp_path / "aside")
+    assert robot.solution == "newton"
+    q = robot.reference.q + np.random.default_rng(0).uniform(-0.1, 0.1, (200, robot.n))
+    z = robot.configuration(q)
+    names = [variable.name for variable in robot.configuration_variables]
+    gaps = Multistart(mechanism).gaps(dict(zip(names, z.T, strict=True)))
+    assert gaps.max() < 1e-12
+
+
+def _nearest(numbers, modes, mode):
+    apart = [np.abs(numbers.wrapped(list(mode), _difference(mode, m))).max() for m in modes]
+    return min(apart, default=np.inf)
+
+
+def _difference(one, other):
+    return np.array([one[name] - other[name] for name in one])

@@ -1,0 +1,92 @@
+"""Arms of any geometry lose no pose: some patterns of axes that meet, are parallel or are skew."""
+
+import pytest
+
+from chasles.derive import loads
+from chasles.derive.inverse.general.general_inverse import general_inverse
+from tests.campaigns import geometries as any_geometry
+from tests.support.generators.geometric_errors import displaced
+from tests.support.generators.random_arms import long_arm, random_arm, sliding_arm
+
+PATTERNS = ["//////", "/=/==/", "==x/=/", "x/x=//", "=x/=//", "x=/x=/", "//=x=/", "xx/=//"]
+"""Of the second, three parallel axes behind two, a third of the poses were lost by splits whose
+pair are two of the three."""
+
+
+@pytest.mark.parametrize("links", PATTERNS)
+def test_no_configuration_is_lost(links):
+    found = any_geometry.judged(random_arm(11, links), 600)
+    assert found is not None
+    assert not any(found)
+
+
+@pytest.mark.parametrize("place", range(6))
+def test_no_configuration_is_lost_where_a_joint_slides(place):
+    found = any_geometry.judged(random_arm(20 + place, PATTERNS[place], {place}), 600)
+    assert found is not None
+    assert not any(found)
+
+
+def test_no_configuration_is_lost_where_two_neighbours_slide():
+    found = any_geometry.judged(random_arm(40, slides={1, 2}), 300)
+    assert found is not None
+    assert not any(found)
+
+
+@pytest.mark.parametrize("seed", [3000, 3002])
+def test_no_configuration_of_longer_arms_is_lost(seed):
+    found = any_geometry.judged(long_arm(seed), 300)
+    assert found is not None
+    assert not any(found)
+
+
+@pytest.mark.parametrize("seed", [0, 4, 6])
+def test_no_configuration_is_lost_where_slides_are_left_beside_given_ones(seed):
+    found = any_geometry.judged(sliding_arm(seed), 300)
+    assert found is not None
+    assert not any(found)
+
+
+TELESCOPE = """
+name = "telescope"
+convention = "urdf"
+tool = { xyz = [0.1, 0, 0] }
+joints = [
+  { name = "j1", xyz = [0, 0, 0.3], axis = [0, 0, 1] },
+  { name = "j2", axis = [0, 1, 0] },
+  { name = "j3", xyz = [0.2, 0, 0], axis = [1, 0, 0] },
+  { name = "j4", type = "prismatic", xyz = [0.2, 0, 0], axis = [1, 0, 0] },
+  { name = "j5", xyz = [0.2, 0, 0], axis = [1, 0, 0] },
+  { name = "j6", axis = [0, 1, 0] },
+  { name = "j7", axis = [1, 0, 0] },
+]
+"""
+"""An arm with a slide along two of its axes, without which these are one."""
+
+
+def test_a_slide_without_which_the_others_are_singular_is_not_given():
+    arm = displaced(loads(TELESCOPE), 1e-3)
+    general = general_inverse(arm)
+    assert general is not None
+    assert general.given != ("j4",)
+    random, _ = any_geometry.judged(arm, 300)
+    assert not random
+
+
+def test_two_neighbours_that_slide_in_one_direction_are_no_two_freedoms():
+    assert any_geometry.judged(random_arm(1, "/=////", {1, 2}), 10) is None
+    eight = general_inverse(random_arm(1547, "xx=xx==/", {1, 2, 3, 5}))
+    assert eight is None or not {2, 3} <= {*range(8)} - {*eight.choice.given}
+
+
+def test_what_is_lost_is_seen(monkeypatch):
+    told = any_geometry._told
+
+    def without_splits(tables):
+        arm = told(tables)
+        arm.splits = 0
+        return arm
+
+    monkeypatch.setattr(any_geometry, "_told", without_splits)
+    random, _ = any_geometry.judged(random_arm(11), 60)
+    assert random.lost > 0

@@ -1,0 +1,147 @@
+"""Parametric functions: at nominal parameters they are the robot's own; derivatives by CasADi."""
+
+from functools import cache
+
+import casadi as ca
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from chasles.derive import Joint, Mimic, Parameter, Robot, RobotError, derive, load
+from chasles.derive.chain.parametric import PARAMETRIC
+from chasles.derive.description.conventions import CONVENTIONS
+from chasles.derive.model.placements import rotation, translation
+from chasles.derive.terms.casadi_graph import lower
+from tests.support.derivations import NAMES, ROBOTS
+
+RANDOM = np.random.default_rng(5)
+
+
+def functions_of(robot):
+    derived = derive(robot, ["fk", "jacobian_mixed", *PARAMETRIC])
+    names = [function.name for function in derived.functions]
+    return derived, dict(zip(names, lower(derived.functions, robot.name), strict=True))
+
+
+@cache
+def shipped(name):
+    return functions_of(load(ROBOTS / f"{name}.toml"))
+
+
+def nominal(derived):
+    return np.array([float(derived.terms.value(p.value)) for p in derived.geometry.parameters])
+
+
+def by_differentiation(fk_p, q, p, by):
+    """Twists (v, omega) of the tool in base axes from automatic derivatives of its pose."""
+    symbols = ca.SX.sym("q", len(q)), ca.SX.sym("p", len(p))
+    pose = fk_p(*symbols)
+    derivative = ca.Function("d", list(symbols), [ca.jacobian(pose, symbols[by])])
+    T, D = np.array(fk_p(q, p)).reshape(4, 4), np.array(derivative(q, p))
+    columns = []
+    for column in D.T:
+        turned = column.reshape(4, 4)[:3, :3] @ T[:3, :3].T
+        v = column.reshape(4, 4)[:3, 3]
+        columns.append([*v, turned[2, 1], turned[0, 2], turned[1, 0]])
+    return T, np.array(columns).T
+
+
+def check(robot):
+    check_functions(*functions_of(robot))
+
+
+def check_functions(derived, functions):
+    n, p = len(derived.robot.coordinates), nominal(derived)
+    q = RANDOM.uniform(-2, 2, n)
+    assert_allclose(np.array(functions["fk_p"](q, p)), np.array(functions["fk"](q)), atol=3e-15)
+    own = np.array(functions["jacobian_mixed"](q))
+    assert_allclose(np.array(functions["jacobian_p"](q, p)), own, atol=5e-15)
+    p += RANDOM.normal(size=len(p)) * 0.1
+    T, J_q = by_differentiation(functions["fk_p"], q, p, 0)
+    assert_allclose(np.array(functions["jacobian_p"](q, p)).reshape(6, -1), J_q, atol=1e-12)
+    _, J_p = by_differentiation(functions["fk_p"], q, p, 1)
+    mixed = np.array(functions["identification_jacobian"](q, p)).reshape(6, -1)
+    assert_allclose(mixed, J_p, atol=1e-12)
+    R, origin = T[:3, :3], T[:3, 3]
+    space = np.vstack([J_p[:3] - np.cross(J_p[3:].T, origin).T, J_p[3:]])
+    found = np.array(functions["identification_jacobian_space"](q, p)).reshape(6, -1)
+    assert_allclose(found, space, atol=1e-12)
+    body = np.vstack([R.T @ J_p[:3], R.T @ J_p[3:]])
+    found = np.array(functions["identification_jacobian_body"](q, p)).reshape(6, -1)
+    assert_allclose(found, body, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_shipped_robots(name):
+    check_functions(*shipped(name))
+
+
+def drawn(convention, seed):
+    """Three joints of a convention with random numbers; the second slides."""
+    random = np.random.default_rng(seed)
+    joints = []
+    for k, kind in enumerate(("revolute", "prismatic", "helical")):
+        given = {}
+        for field in convention.fields:
+            value = [str(round(x, 3)) for x in random.uniform(-1, 1, 3)]
+            given[field.name] = value if field.is_vector else value[0]
+        before, after = convention(kind, **given)
+        values = {f.name: f.value(given) for f in convention.fields}
+        joints.append(
+            Joint(
+                f"j{k}",
+                kind,
+                before,
+                after,
+                pitch="0.1" if kind == "helical" else 0,
+                direction=(1, -1, 1)[k],
+                convention=convention,
+                given=convention.scalars(values),
+            )
+        )
+    return Robot("drawn", tuple(joints), tool=translation("0.1", "0.2", "0.3"))
+
+
+@pytest.mark.parametrize("convention", CONVENTIONS, ids=lambda convention: convention.name)
+def test_every_convention_and_kind_of_joint(convention):
+    check(drawn(convention, 3))
+
+
+def test_joints_of_placements_alone_named_parameters_fixed_and_mimic_joints():
+    h = Parameter("h", "0.4")
+    joints = (
+        Joint("a", "revolute", translation(0, 0, h.symbol)),
+        Joint("plate", "fixed", rotation("x", "0.3") + translation("0.1", 0, h.symbol)),
+        Joint("b", "revolute", rotation("y", "0.2"), translation(h.symbol, 0, 0)),
+        Joint("c", "prismatic", mimic=Mimic("b", "1/2", "0.1")),
+    )
+    check(Robot("mixed", joints, base=translation(0, "0.2", 0), parameters=(h,)))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_corrections_of_axes_and_tool_are_complete_and_minimal(name):
+    robot = load(ROBOTS / f"{name}.toml")
+    if len(robot.moving) != len(robot.coordinates):
+        pytest.skip("a coordinate moves several joints, whose axes cannot be told apart")
+    derived, functions = shipped(name)
+    p = nominal(derived)
+    chosen = [k for k, g in enumerate(derived.geometry.parameters) if g.part in ("axis", "tool")]
+    everything = [k for k, g in enumerate(derived.geometry.parameters) if g.part != "transmission"]
+    q = RANDOM.uniform(-3, 3, (60, len(robot.coordinates)))
+    J = np.concatenate(
+        [np.array(functions["identification_jacobian"](x, p)).reshape(6, -1) for x in q]
+    )
+    slides = sum(joint.kind == "prismatic" for joint in robot.moving)
+    count = 4 * (len(robot.moving) - slides) + 2 * slides + 6
+    assert len(chosen) == count
+    rank = np.linalg.matrix_rank(J[:, everything], tol=1e-9)
+    assert np.linalg.matrix_rank(J[:, chosen], tol=1e-9) == rank
+
+
+def test_they_are_derived_on_demand_alone():
+    robot = load(ROBOTS / "scara.toml")
+    assert not {f.name for f in derive(robot).functions} & set(PARAMETRIC)
+    assert derive(robot).geometry is None
+    assert {f.name for f in derive(robot, parametric=True).functions} >= set(PARAMETRIC)
+    with pytest.raises(RobotError, match="fk_q"):
+        derive(robot, ["fk_q"])

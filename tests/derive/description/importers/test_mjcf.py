@@ -1,0 +1,159 @@
+"""MJCF import: random models against MuJoCo's own kinematics, and everything that can be wrong."""
+
+import random
+
+import numpy as np
+import pytest
+import sympy as sp
+from typer.testing import CliRunner
+
+from chasles.derive import derive, from_file
+from chasles.derive.cli import app
+from chasles.derive.terms.casadi_graph import lower
+from tests.support.mjcf_models import oracle, poses_of, random_model, read, wrong
+from tests.support.tolerances import ORACLE
+
+MODELS, POSES = 14, 3
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "model.xml"
+
+
+def compare(path, seed):
+    """Poses of all links of a random model, beside MuJoCo's; the number of them."""
+    dice = random.Random(seed)
+    text, count = random_model(dice)
+    robot = read(path, text, "world", f"s{count}")
+    fk, links = lower(derive(robot, ("fk", "link_poses")).functions, "r")
+    model = oracle(text)
+    checked = 0
+    for _ in range(POSES):
+        q = np.array([dice.uniform(-2, 2) for _ in robot.coordinates])
+        names = [joint.name for joint in robot.coordinates]
+        expected = poses_of(model, dict(zip(names, q, strict=True)))
+        tool = np.array(fk(q)).reshape(4, 4)
+        assert np.abs(tool - expected[f"s{count}"]).max() <= ORACLE, seed
+        for name, pose in zip(robot.link_names, np.array(links(q)).reshape(-1, 4, 4), strict=True):
+            if name in expected:
+                assert np.abs(pose - expected[name]).max() <= ORACLE, (seed, name)
+                checked += 1
+    return text, checked
+
+
+def test_random_models_against_mujoco(path):
+    words = ("ref", "range", "<frame", "pos=", "slide", "euler", "quat")
+    texts, counts = zip(*(compare(path, seed) for seed in range(MODELS)), strict=True)
+    assert sum(counts) > MODELS * POSES * 2
+    assert min(sum(word in text for text in texts) for word in words) >= 3
+
+
+ARM = """\
+<mujoco model="arm">
+<worldbody><body name="base"><body name="link"><joint name="turn" range="-30 30"/>
+<geom size="0.1"/><body name="hand" pos="0 0 1"><joint name="slide" type="slide"/>
+<geom size="0.1"/></body></body></body>
+<body name="free"><freejoint name="drift"/><geom size="0.1"/><body name="leg"><joint name="hip"/>
+<geom size="0.1"/></body></body></worldbody>
+</mujoco>
+"""
+
+
+def test_names_limits_and_notes(path):
+    robot = read(path, ARM)
+    assert (robot.name, robot.base_frame, robot.tool_frame) == ("arm", "world", "hand")
+    assert [(joint.name, joint.kind) for joint in robot.joints] == [
+        ("base_mount", "fixed"),
+        ("turn", "revolute"),
+        ("slide", "prismatic"),
+    ]
+    assert robot.joints[1].limits == (-sp.pi / 6, sp.pi / 6)
+    assert robot.joints[2].limits == (None, None)
+    assert robot.notes == ("tip: hand; also there: leg",)
+    assert read(path, ARM, tip="leg").base_frame == "free"
+    assert read(path, ARM.replace(' model="arm"', "")).name == "model"
+    noisy = ARM.replace('name="hand" pos', 'name="hand" euler="0 0 30.00000001" pos')
+    assert any("joint slide: y = 0.523598775" in note for note in read(path, noisy).notes)
+
+
+def test_followers_and_sites(path):
+    law = (
+        '<equality><joint joint1="slide" joint2="turn" polycoef="0.1 2 0 0 0"/></equality></mujoco>'
+    )
+    robot = read(path, ARM.replace("</mujoco>", law), tip="hand")
+    assert [joint.name for joint in robot.coordinates] == ["turn"]
+    mimic = robot.joints[2].mimic
+    assert (mimic.leader, mimic.multiplier, mimic.offset) == ("turn", 2, sp.Rational(1, 10))
+    bent = law.replace("0.1 2 0", "0.1 2 1")
+    assert "joint 'slide' is coupled by an equality" in wrong(path, ARM.replace("</mujoco>", bent))
+    site = ARM.replace('name="hand" pos="0 0 1">', 'name="hand"><site name="tcp" pos="0 0 0.2"/>')
+    assert read(path, site).tool_frame == "tcp"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("<geom size", "<geon size", "unrecognized element; Element 'geon', line"),
+        ("</mujoco>", "", "expected MJCF that MuJoCo reads"),
+        ('type="slide"', 'type="screw"', ":3: expected MJCF that MuJoCo reads"),
+        ('name="slide"', 'name="turn"', "repeated name 'turn' in joint"),
+        ("<mujoco", "<mujoko", "expected MJCF that MuJoCo reads"),
+        ("</mujoco>", '<include file="none.xml"/></mujoco>', "none.xml"),
+        (
+            'name="hand" pos="0 0 1"',
+            'name="hand" pos="nan 0 1"',
+            "<body> pos: expected finite numbers",
+        ),
+    ],
+)
+def test_wrong_models(path, old, new, words):
+    assert words in wrong(path, ARM.replace(old, new))
+
+
+def test_what_no_chain_holds(path):
+    ball = ARM.replace('name="turn" range="-30 30"', 'name="turn" type="ball"')
+    message = wrong(path, ball, "world", "hand")
+    assert "joint 'turn' is a ball joint; expected hinges, slides and fixed bodies" in message
+    assert "--base link begins behind it" in message
+    assert "joint 'drift' is a free joint" in wrong(path, ARM, "world", "leg")
+    assert "such as hand" in wrong(path, ARM, tip="hant")
+    loop = '<equality><connect name="pin" body1="hand" anchor="0 0 0"/></equality></mujoco>'
+    assert "have no actuator" in wrong(path, ARM.replace("</mujoco>", loop), tip="hand")
+    elsewhere = loop.replace('body1="hand"', 'body1="hand" body2="free"')
+    drive = '<actuator><motor joint="turn"/></actuator><equality>'
+    text = ARM.replace("</mujoco>", elsewhere.replace("<equality>", drive))
+    assert "joint 'drift' is a free joint" in wrong(path, text, tip="hand")
+    assert "'pin' holds 'free', which is not below the base 'base'" in wrong(
+        path, text, "base", "hand"
+    )
+    side = loop.replace('body1="hand"', 'body1="free"')
+    robot = read(path, ARM.replace("</mujoco>", side), tip="hand")
+    assert robot.notes == ("pin: not on the way to the tip",)
+
+
+def test_a_program_that_moves_a_body_closes_no_loop(path):
+    text = ARM.replace("<worldbody>", '<worldbody><body name="target" mocap="true"/>')
+    weld = '<equality><weld body1="hand" body2="target"/></equality></mujoco>'
+    assert read(path, text.replace("</mujoco>", weld), tip="hand").tool_frame == "hand"
+
+
+def test_a_urdf_by_another_ending(path):
+    text = (
+        '<?xml version="1.0"?><!-- <mujoco> --><robot name="u"><link name="a"/><link name="b"/>'
+        '<joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint></robot>'
+    )
+    path.write_text(text)
+    assert from_file(path).name == "u"
+
+
+def test_included_files_make_a_robot_due(path):
+    inner = path.with_name("hand.xml")
+    inner.write_text('<mujocoinclude><site name="tcp" pos="0 0 0.3"/></mujocoinclude>')
+    path.write_text(ARM.replace('pos="0 0 1">', 'pos="0 0 1"><include file="hand.xml"/>'))
+    words = [path, "--to", path.parent / "out", "--tip", "tcp", "--functions", "fk", "--jobs", "1"]
+    run = lambda: CliRunner().invoke(app, [*map(str, words)]).output  # noqa: E731
+    assert "1 robot written" in run()
+    assert "nothing to derive" in run()
+    inner.write_text(inner.read_text().replace("0.3", "0.4"))
+    assert "1 robot written" in run()

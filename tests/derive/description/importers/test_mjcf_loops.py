@@ -1,0 +1,169 @@
+"""Loops of MJCF models: linkages, spatial loops and delta robots beside MuJoCo's solutions."""
+
+import random
+
+import numpy as np
+import pytest
+
+from chasles.derive import derive
+from chasles.derive.build.generate import artifacts
+from chasles.derive.loops import constraint_functions
+from chasles.derive.loops.hybrid import Hybrid
+from chasles.derive.terms.casadi_graph import lower
+from tests.support.mjcf_models import (
+    mujoco,
+    poses_of,
+    random_delta,
+    random_linkage,
+    random_spatial_loop,
+    read,
+    wrong,
+)
+
+POSES, LINKAGES, LOOPS, DELTAS = 3, 6, 8, 3
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "model.xml"
+
+
+def test_a_linkage_in_any_plane_has_an_article(path):
+    """Coefficients of its inverse and vectors of its loop stand in one product."""
+    robot = read(path, random_linkage(random.Random(3)), "world", "tool")
+    assert "latex/rates.tex" in artifacts(robot)
+
+
+def satisfied(model, crank):
+    """MuJoCo's data where its equalities are satisfied, by Newton's method from its own pose.
+
+    None where the loops do not close there.
+    """
+    data = mujoco.MjData(model)
+    at = model.joint("crank").qposadr[0]
+    free = [k for k in range(model.nq) if k != at]
+    for step in np.linspace(0, crank, 5):
+        data.qpos[at] = step
+        for _ in range(30):
+            mujoco.mj_forward(model, data)
+            held = data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY
+            error = data.efc_pos[: data.nefc][held]
+            J = data.efc_J.reshape(-1, model.nv)[: data.nefc][held]
+            data.qpos[free] -= np.linalg.lstsq(J[:, free], error, rcond=1e-9)[0]
+    mujoco.mj_kinematics(model, data)
+    return data if np.abs(error).max() < 1e-12 else None
+
+
+def at_solutions(path, text, tip, cranks):
+    """A mechanism's functions by name, and MuJoCo's coordinates where its loops are closed."""
+    robot = read(path, text, "world", tip)
+    if tip == "tool":
+        made = derive(robot, ("fk", "constraint")).functions
+    else:
+        # Loops drawn at random may have more freedoms than motors, which derive() refuses.
+        hybrid = Hybrid(robot)
+        made = (constraint_functions.makers(hybrid)["constraint"](hybrid),)
+    kernels = lower(made, "r")
+    functions = dict(zip((f.name for f in made), kernels, strict=True))
+    model = mujoco.MjModel.from_xml_string(
+        text.replace("<compiler", '<option jacobian="dense"/><compiler')
+    )
+    order = [joint.name for joint in robot.joints if joint.kind != "fixed"]
+    solutions = []
+    for data in (satisfied(model, crank) for crank in cranks):
+        if data is None:
+            break
+        solutions.append({name: data.qpos[model.joint(name).qposadr[0]] for name in order})
+    return robot, functions, model, solutions
+
+
+def compare_linkage(path, seed):
+    """Residuals and poses of a linkage at MuJoCo's solution."""
+    dice = random.Random(seed)
+    text = random_linkage(dice)
+    cranks = [0.0, *(dice.uniform(-0.2, 0.2) for _ in range(POSES))]
+    robot, functions, model, found = at_solutions(path, text, "tool", cranks)
+    for crank, z in zip(cranks, found, strict=True):
+        residual = np.array(functions["constraint"](list(z.values())))
+        assert np.abs(residual).max() <= 1e-11, seed
+        tool = np.array(functions["fk"]([crank])).reshape(4, 4)
+        assert np.abs(tool - poses_of(model, z)["tool"]).max() <= 1e-9, seed
+    return robot.closures[0].kind
+
+
+def compare_loop(path, seed):
+    """Residuals of a spatial loop at MuJoCo's solution, and beside it."""
+    dice = random.Random(seed)
+    text = random_spatial_loop(dice)
+    robot, functions, _, found = at_solutions(path, text, "b1", [0.0, 0.02, -0.03])
+    for z in found:
+        values = np.array(list(z.values()))
+        assert np.abs(np.array(functions["constraint"](values))).max() <= 1e-11, seed
+        beside = values + 1e-3 * np.array([dice.choice((-1, 1)) for _ in values])
+        assert np.abs(np.array(functions["constraint"](beside))).max() > 1e-6, seed
+    return robot.closures[0].kind, len(found)
+
+
+def test_spatial_loops_against_mujoco(path):
+    kinds, counts = zip(*(compare_loop(path, seed) for seed in range(LOOPS)), strict=True)
+    assert set(kinds) == {"ball", "weld"}
+    assert sum(counts) > 2 * LOOPS
+
+
+def test_linkages_against_mujoco(path):
+    kinds = {compare_linkage(path, seed) for seed in range(LINKAGES)}
+    assert kinds == {"ball", "pin", "weld"}
+
+
+def compare_delta(path, seed):
+    """The platform's pose beside MuJoCo's solution for the same motors."""
+    dice = random.Random(seed)
+    text = random_delta(dice)
+    robot = read(path, text, "world", "tool")
+    assert [strut.ends for strut in robot.struts] == ["ball"] * 3
+    (fk,) = lower(derive(robot, ("fk",)).functions, "r")
+    model = mujoco.MjModel.from_xml_string(
+        text.replace("<compiler", '<option jacobian="dense"/><compiler')
+    )
+    data = mujoco.MjData(model)
+    held = [model.joint(f"motor{k}").qposadr[0] for k in range(3)]
+    moving = [model.joint(f"motor{k}").dofadr[0] for k in range(3)]
+    free = [k for k in range(model.nv) if k not in moving]
+    for _ in range(POSES):
+        q = [dice.uniform(-0.3, 0.3) for _ in range(3)]
+        data.qpos[:] = model.qpos0
+        for part in (0.5, 1.0):
+            data.qpos[held] = part * np.array(q)
+            for _ in range(30):
+                mujoco.mj_forward(model, data)
+                kinds = data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY
+                error = data.efc_pos[: data.nefc][kinds]
+                J = data.efc_J.reshape(-1, model.nv)[: data.nefc][kinds]
+                step = np.zeros(model.nv)
+                step[free] = -np.linalg.lstsq(J[:, free], error, rcond=1e-9)[0]
+                mujoco.mj_integratePos(model, data.qpos, step, 1.0)
+        assert np.abs(error).max() < 1e-12
+        mujoco.mj_kinematics(model, data)
+        tool = np.array(fk(q)).reshape(4, 4)[:3, 3]
+        assert np.abs(tool - data.site("tool").xpos).max() <= 1e-9, seed
+
+
+def test_rods_on_balls_against_mujoco(path):
+    for seed in range(DELTAS):
+        compare_delta(path, seed)
+
+
+def test_connects_that_are_no_hinge(path):
+    linkage = random_linkage(random.Random(0))
+    closure = linkage[linkage.index("<equality>") : linkage.index("</equality>")]
+    frames = [f'body1="rocker" body2="coupler" anchor="0 0 {k / 10}"' for k in range(3)]
+    three = "<equality>" + "".join(f"<connect {frame}/>" for frame in frames)
+    assert "3 connects hold" in wrong(path, linkage.replace(closure, three), tip="tool")
+
+
+def test_a_rod_that_holds_more_is_none(path):
+    """A second connect of the same body: its ball joint is refused then."""
+    text = random_delta(random.Random(0)).replace(
+        "</equality>", '<connect body1="rod0" body2="arm1" anchor="0 0 0"/></equality>'
+    )
+    assert "joint 'ball0' is a ball joint" in wrong(path, text, tip="tool")

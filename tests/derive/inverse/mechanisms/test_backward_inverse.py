@@ -1,0 +1,184 @@
+"""Robots whose loops have no closed form forward: the actuators at a pose, leg by leg."""
+
+from functools import cache
+from itertools import product
+
+import numpy as np
+import pytest
+
+from chasles.derive import derive, loads
+from chasles.derive.terms.casadi_graph import lower
+from tests.support.derivations import ROBOTS
+from tests.support.loops.mechanisms import body_poses
+from tests.support.oracles.multi_start import Multistart
+
+POSES = 3
+HEXA = """
+name = "hexa"
+convention = "urdf"
+actuated = [{arms}]
+units = {{ length = "mm", angle = "deg" }}
+tool = {{ body = "platform" }}
+[[joints]]
+name = "platform"
+type = "free"
+link = "platform"
+{legs}
+[reference]
+z = 380
+{reference}
+"""
+LEG = """
+[[joints]]
+name = "arm_{k}"
+parent = "0"
+link = "arm_{k}"
+xyz = ["300*cos({base})", "300*sin({base})", 0]
+rpy = [0, 0, {heading}]
+axis = [0, -1, 0]
+[[rods]]
+name = "rod_{k}"
+length = 420
+ends = "ball"
+a = {{ body = "arm_{k}", xyz = [120, 0, 0] }}
+b = {{ body = "platform", xyz = ["150*cos({ball})", "150*sin({ball})", 0] }}
+"""
+
+
+TRIPOD = """
+name = "tripod"
+convention = "urdf"
+actuated = ["leg_0", "leg_1", "leg_2"]
+units = {{ length = "mm", angle = "deg" }}
+tool = {{ body = "platform" }}
+[[joints]]
+name = "tilt_x"
+link = "fork"
+axis = [1, 0, 0]
+[[joints]]
+name = "tilt_y"
+link = "sleeve"
+axis = [0, 1, 0]
+[[joints]]
+name = "extend"
+link = "platform"
+type = "prismatic"
+xyz = [0, 0, -900]
+axis = [0, 0, -1]
+{legs}
+"""
+PISTON = """
+[[cylinders]]
+name = "leg_{k}"
+retracted = 950
+ends = "ball"
+a = {{ body = "0", xyz = ["{wide}*cos({at})", "{wide}*sin({at})", {up}] }}
+b = {{ body = "platform", xyz = ["200*cos({at})", "200*sin({at})", 0] }}
+"""
+
+
+def tripod():
+    """A tube that three cylinders tilt and push, none of them like another."""
+    sizes = enumerate(((520, 0, 10), (480, 128, -20), (505, 236, 35)))
+    return loads(
+        TRIPOD.format(
+            legs="".join(PISTON.format(k=k, wide=w, at=a, up=u) for k, (w, a, u) in sizes)
+        ),
+        "tripod.toml",
+    )
+
+
+def hexa():
+    """A platform on six arms, three pairs of which stand 120 degrees apart."""
+    legs = []
+    for k in range(6):
+        middle, side = 120 * (k // 2), 2 * (k % 2) - 1
+        base = middle + 20 * side
+        legs.append(LEG.format(k=k, base=base, heading=base + 15 * side, ball=middle + 40 * side))
+    arms = [f"arm_{k}" for k in range(6)]
+    quoted = ", ".join(f'"{arm}"' for arm in arms)
+    at = "\n".join(f"{arm} = 20" for arm in arms)
+    return loads(HEXA.format(arms=quoted, legs="".join(legs), reference=at), "hexa.toml")
+
+
+def twisted_delta():
+    """A delta whose second pair of rods is wider at the platform than at the arm."""
+    text = (ROBOTS / "delta.toml").read_text(encoding="utf-8")
+    wide = text.replace("cos(120) - w*sin(120)", "cos(120) - w*sin(130)")
+    return loads(wide.replace("sin(120) + w*cos(120)", "sin(120) + w*cos(130)"), "delta.toml")
+
+
+@cache
+def solved(make):
+    """The arms (k, N, n) and residuals (k, N) of all slots, as a function of poses (N, 4, 4)."""
+    mechanism = make()
+    (ik,) = [f for f in derive(mechanism, ["ik"]).functions if f.name == "ik"]
+    (kernel,) = lower([ik], "arms")
+
+    def of(T):
+        flat, slots = T.reshape(-1, 16).T, []
+        for signs in product((1.0, -1.0), repeat=len(ik.signs)):
+            choice = np.repeat(np.array(signs)[:, None], len(T), 1)
+            slots.append([np.array(part) for part in kernel(flat, choice)[:2]])
+        return np.stack([q.T for q, _ in slots]), np.stack([r[0] for _, r in slots])
+
+    return of
+
+
+def poses_at(mechanism, q):
+    """The platform's poses (m, 4, 4) at coordinates (n,), by Newton's iteration on all joints."""
+    numbers = Multistart(mechanism)
+    (modes,) = numbers.modes(q[None], numbers.actuated)
+    return np.array([body_poses(mechanism, mode)["platform"] for mode in modes])
+
+
+@pytest.mark.parametrize("make", [hexa, twisted_delta, tripod])
+def test_the_arms_of_a_pose_are_those_that_made_it(make):
+    mechanism = make()
+    at, ik = dict(mechanism.reference), solved(make)
+    middle = np.array([float(at.get(c.name, 0)) for c in mechanism.coordinates])
+    rng, checked = np.random.default_rng(0), 0
+    reach = np.where([c.kind == "prismatic" for c in mechanism.coordinates], 0.1, 0.3)
+    for q in middle + reach * rng.uniform(-1, 1, (POSES, len(middle))):
+        T = poses_at(mechanism, q)
+        if not len(T):
+            continue
+        found, residual = ik(T)
+        back = np.abs(np.remainder(found - q + np.pi, 2 * np.pi) - np.pi).max(-1) < 1e-7
+        assert (back & (residual < 1e-9)).any(0).all()
+        checked += len(T)
+    assert checked >= POSES
+
+
+def test_a_pose_beside_those_of_three_freedoms_has_no_arms():
+    mechanism = twisted_delta()
+    T = poses_at(mechanism, np.zeros(3))[:1]
+    ik = solved(twisted_delta)
+    assert ik(T)[1].min() < 1e-9
+    T[:, :3, :3] = T[:, :3, :3] @ [
+        [np.cos(0.01), -np.sin(0.01), 0],
+        [np.sin(0.01), np.cos(0.01), 0],
+        [0, 0, 1],
+    ]
+    assert np.nanmin(ik(T)[1]) > 1e-5
+
+
+def test_a_tilted_tube_has_one_length_of_each_leg():
+    mechanism, ik = tripod(), solved(tripod)
+    T = poses_at(mechanism, np.array([0.03, -0.05, 0.08]))
+    q, residual = ik(T)
+    assert len(q) > 1
+    assert ((residual < 1e-9).sum(0) == 1).all()
+    T[:, 0, 3] += 1e-4
+    assert ik(T)[1].min() > 1e-6
+
+
+def test_every_side_of_six_arms_holds_a_pose():
+    T = np.eye(4)[None].repeat(POSES, 0)
+    T[:, :3, 3] = np.random.default_rng(1).uniform(-0.03, 0.03, (POSES, 3))
+    T[:, 2, 3] += 0.38
+    q, residual = solved(hexa)(T)
+    assert residual.shape == (64, POSES)
+    assert residual.max() < 1e-12
+    apart = np.abs(q[:, None] - q[None]).max(-1) + np.eye(64)[..., None]
+    assert apart.min() > 1e-3

@@ -1,0 +1,111 @@
+"""Platforms on drawn legs of joints before a ball: RPS, PRS, RRS in threes, UPS, PUS, RUS in sixes.
+
+A leg of two joints before its ball keeps the ball in a plane; three of them leave the platform
+three freedoms, and six legs of three joints all six.
+"""
+
+from dataclasses import replace
+from itertools import product
+
+import casadi as ca
+import numpy as np
+import pytest
+import sympy as sp
+
+from chasles.derive import Rotation, derive, explain
+from chasles.derive.loops.hybrid import Hybrid
+from chasles.derive.terms.casadi_graph import lower
+from tests.support.loops.closures import Model
+from tests.support.loops.legs_of_joints import agile_eye, drawn, kinds_of, led_by_a_leg, tripod
+
+POSES = 40
+FOUND = 1e-8
+
+
+def closed_configurations(mechanism, seed):
+    """Configurations (N, n_z) around the reference at which the loops close."""
+    model, rng = Model(mechanism), np.random.default_rng(seed)
+    at = dict(mechanism.reference)
+    start = np.array([float(at.get(name, 0)) for name in model.names])
+    z = np.repeat(start[None], POSES, 0)
+    # Six legs close at every pose; their actuators may be near a singularity at the reference.
+    moved = model.actuated if len(model.actuated) < len(model.chain) else model.chain
+    z[:, moved] += rng.uniform(-0.06, 0.06, (POSES, len(moved)))
+    z = model.newton(z, moved)
+    return model, z[model.gap(z) < 1e-12]
+
+
+def inverse_at(mechanism, model, z):
+    """Actuators (k, N, n) and residuals (k, N) of all slots of ``ik``, and the actuators of z."""
+    (ik,) = [f for f in derive(mechanism, ["ik"]).functions if f.name == "ik"]
+    (kernel,) = lower([ik], "drawn")
+    T, slots = model.tip(z).reshape(-1, 16).T, []
+    for signs in product((1.0, -1.0), repeat=len(ik.signs)):
+        choice = np.repeat(np.array(signs)[:, None], len(z), 1)
+        slots.append([np.array(part).T for part in kernel(T, choice)[:2]])
+    arms, residual = (np.stack(parts) for parts in zip(*slots, strict=True))
+    return arms, residual[..., 0], z[:, model.actuated]
+
+
+def turned_apart(one, other):
+    """The largest difference of coordinates, up to whole turns."""
+    return np.abs(np.remainder(one - other + np.pi, 2 * np.pi) - np.pi).max(-1)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_pose_gives_the_joint_that_drives_each_leg(seed):
+    mechanism = drawn(seed, kinds_of(seed))
+    model, z = closed_configurations(mechanism, seed)
+    assert len(z) > 3
+    arms, residual, q = inverse_at(mechanism, model, z)
+    assert ((turned_apart(arms, q) < FOUND) & (residual < FOUND)).any(0).all()
+    functions = derive(mechanism, ["actuators", "actuator_rates"]).functions
+    maps, rates = lower(functions[:2], "drawn")
+    # The reference's branch is one of them, and its rates are its derivative.
+    theta = z[:, model.chain]
+    own = np.array(maps(theta.T)).T
+    assert (turned_apart(arms, own) < FOUND).any(0).all()
+    x, xd = ca.SX.sym("x", theta.shape[1]), ca.SX.sym("xd", theta.shape[1])
+    oracle = ca.Function("oracle", [x, xd], [ca.jtimes(maps(x), x, xd)])
+    moved = model.tangent(z, model.actuated).sum(-1)[:, model.chain]
+    expected = np.array(oracle(theta.T, moved.T)).T
+    np.testing.assert_allclose(np.array(rates(theta.T, moved.T)).T, expected, rtol=1e-6, atol=1e-7)
+
+
+def test_a_hinge_that_leaves_the_plane_has_no_length_alone_to_go_by():
+    """Two lengths of the crank's angle would close the sphere, and one of them not the loop."""
+    flat = drawn(3, ("RRS", "RRS", "PRS"))
+    angle = sp.Rational(3, 10)
+    joints = tuple(
+        replace(
+            joint,
+            before=(*joint.before, Rotation("x", angle)),
+            after=(Rotation("x", -angle), *joint.after),
+        )
+        if joint.name == "r1_0"
+        else joint
+        for joint in flat.joints
+    )
+    assert not Hybrid(flat).backward.open
+    assert set(Hybrid(replace(flat, joints=joints)).backward.open) == {"r0_0", "r1_0"}
+
+
+def test_the_steps_are_named():
+    told = str(explain(drawn(1, ("RPS", "PRS", "RRS"))))
+    for title in ("a distance gives a travel", "a line meets a sphere", "a circle meets a sphere"):
+        assert title in told
+    assert told.count("a hinge points to a ball") == 3
+
+
+@pytest.mark.parametrize("make", [led_by_a_leg, agile_eye, tripod])
+def test_every_working_mode_of_three_legs_is_in_one_slot(make):
+    mechanism = make()
+    model, z = closed_configurations(mechanism, 0)
+    assert len(z) > POSES / 2
+    arms, residual, q = inverse_at(mechanism, model, z)
+    solved = residual < FOUND
+    assert (solved.sum(0) == 8).all()
+    assert (solved & (turned_apart(arms, q) < FOUND)).any(0).all()
+    for k in range(len(z)):
+        mine = arms[solved[:, k], k]
+        assert (turned_apart(mine[:, None], mine) + np.eye(8)).min() > 1e-3

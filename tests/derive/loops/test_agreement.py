@@ -1,0 +1,73 @@
+"""More joints of the main chain than freedoms: the function of all branches tells which agree."""
+
+import numpy as np
+import pytest
+
+from chasles.derive import derive
+from chasles.derive.loops.hybrid import Hybrid
+from chasles.derive.terms.casadi_graph import lower
+from tests.support.generators.drawn_mechanisms import drawn_mechanism
+from tests.support.loops.mechanisms import delta, rsur
+from tests.support.oracles.multi_start import Multistart
+
+OFF = 1e-4
+"""Radian, or parts of the size: off by less than anyone would see, by more than rounding."""
+FAMILIES = {"four-bar": 0, "Watt": 2, "parallelogram": 6, "parallelograms": 7, "series": 9}
+
+
+def every_actuator(mechanism):
+    """The function of all branches of actuators."""
+    (function,) = derive(mechanism, ["actuators_all"]).functions
+    (kernel,) = lower([function], mechanism.name)
+    shape = function.outputs[0].shape
+    return lambda theta: np.array(kernel(theta)[0]).reshape(shape)
+
+
+@pytest.mark.parametrize("seed", FAMILIES.values(), ids=list(FAMILIES))
+def test_joints_that_do_not_agree_have_no_actuators(seed):
+    drawn = drawn_mechanism(seed)
+    numbers = Multistart(drawn.mechanism)
+    assert len(numbers.chain) > len(numbers.actuated)
+    actuators = every_actuator(drawn.mechanism)
+    rng = np.random.default_rng(seed)
+    q = np.vstack([drawn.q, numbers.random_q(rng, 11)])
+    checked = 0
+    for row, modes in zip(q, numbers.modes(q, numbers.actuated), strict=True):
+        for mode in modes:
+            theta = np.array([mode[name] for name in numbers.chain])
+            found = actuators(theta)
+            apart = numbers.wrapped(numbers.actuated, found - row)
+            assert np.nanmin(np.abs(apart).max(-1)) < 1e-9
+            aside = theta + OFF * numbers.scales(numbers.chain) * rng.choice((-1, 1), len(theta))
+            left = numbers.residual(
+                mode | dict(zip(numbers.chain, aside, strict=True)), [*numbers.chain]
+            )
+            if left > OFF / 10:
+                assert np.isnan(actuators(aside)).all()
+                checked += 1
+    assert checked > 5
+
+
+def test_the_angles_of_a_universal_joint_agree_with_its_rod():
+    mechanism = rsur()
+    at = Hybrid(mechanism).at_reference
+    actuators = every_actuator(mechanism)
+    theta = np.array([at[name] for name in ("rocker", "yoke", "swing")])
+    assert np.nanmin(np.abs(actuators(theta) - at["crank"])) < 1e-12
+    for k in range(3):
+        assert np.isnan(actuators(theta + OFF * np.eye(3)[k])).all()
+
+
+def test_a_turned_platform_does_not_agree_with_its_parallel_rods():
+    actuators = every_actuator(delta())
+    theta = np.array([0.01, 0.02, -0.7, 0, 0, 0])
+    assert np.isfinite(actuators(theta)).all()
+    for k in range(3, 6):
+        assert np.isnan(actuators(theta + OFF * np.eye(6)[k])).all()
+
+
+def test_as_many_joints_as_freedoms_always_agree():
+    drawn = drawn_mechanism(8)
+    theta = np.random.default_rng(0).uniform(-np.pi, np.pi, (20, 2))
+    actuators = every_actuator(drawn.mechanism)
+    assert all(np.isfinite(actuators(row)).any() for row in theta)

@@ -1,0 +1,160 @@
+"""Tasks of part of a pose: their errors and rows, and their refinement near singularities.
+
+The errors and Jacobians are those of ``bench/cases/tasks.py`` and finite differences; poses come
+from the product of exponentials of the screws.
+"""
+
+import numpy as np
+import pytest
+
+from chasles.closed_form.aims import PARTS, Task
+from chasles.closed_form.refinement import Refinement
+from chasles.contract.facts import AIMS
+from chasles.derive.terms.symbolic_function import SymbolicFunction
+from tests.campaigns.losses import losses_of
+from tests.support.derivations import derivation
+from tests.support.generators.drawn_arms import PoseAndJacobian, cases_of, random_arm
+from tests.support.generators.synthetic import Function
+from tests.support.oracles.screws import screws
+from tests.support.oracles.tasks import TASKS
+
+OFFERED = [
+    ("lynxmotion", "ik_position"),
+    ("lynxmotion", "ik_position_pitch"),
+    ("lynxmotion", "ik_position_direction"),
+    ("bricklaying_planar", "ik_planar"),
+]
+"""Every task of part of a pose."""
+SPOILT = 1e-7
+"""Radians by which coordinates are off."""
+NEAR_RIGHT_ANGLES = {
+    51898: "ik_position_direction",
+    54909: "ik_position_direction",
+}
+"""Arms that lose poses near right angles without refinement."""
+
+
+def test_every_part_is_known():
+    assert PARTS.keys() == AIMS.keys()
+
+
+@pytest.mark.parametrize(("robot", "task"), OFFERED)
+def test_rows_are_the_derivative_of_the_error(robot, task):
+    chain, aims = screws(robot), role_of(robot, task).aims
+    rng = np.random.default_rng(0)
+    n = len(chain.axes)
+    q, wanted = rng.uniform(-3, 3, (2, 300, n))
+    target = TASKS[task].target(chain.fk(wanted))
+    function = PoseAndJacobian(chain)
+    measure = Task(aims)
+    _, _, size = measure(*function(q), target)
+    np.testing.assert_allclose(size, distance(task, chain.fk(q), target), atol=1e-12)
+    # The task's error as such, at poses that nearly fulfil it.
+    near = q + 1e-6 * rng.uniform(-1, 1, q.shape)
+    rows, error, _ = measure(*function(q), TASKS[task].target(chain.fk(near)))
+    expected = np.einsum("Nij,Nj->Ni", rows, near - q)
+    # The pitch of an axis that points up falls in every direction.
+    steady = (np.abs(chain.fk(q)[:, 2, 2]) < 0.99) | ("pitch" not in aims)
+    assert steady.sum() > 200
+    np.testing.assert_allclose(error[steady], expected[steady], atol=2e-10)
+
+
+def distance(task, T, target):
+    """The larger of distance and of the chord of the angle, as generated residuals have it."""
+    near = TASKS[task].error(T, target)
+    if task == "ik_position":
+        return near
+    coordinates = 2 if task == "ik_planar" else 3
+    apart = np.linalg.norm(T[:, :coordinates, 3] - target[:, :coordinates], axis=1)
+    if task == "ik_position_direction":
+        return np.maximum(apart, np.linalg.norm(T[:, :3, 2] - target[:, 3:], axis=1))
+    angle = TASKS[task].target(T)[:, -1] - target[:, -1]
+    return np.maximum(apart, 2 * np.abs(np.sin(angle / 2)))
+
+
+def role_of(robot, task):
+    function = derivation(robot).function(task)
+    assert isinstance(function, SymbolicFunction)
+    return function.role
+
+
+def refinement_for(robot, task):
+    role = role_of(robot, task)
+    function = PoseAndJacobian(screws(robot))
+    return Refinement(function, (*role.given, *role.held), task=Task(role.aims))
+
+
+@pytest.mark.parametrize(("robot", "task"), OFFERED)
+def test_slots_that_lost_digits_are_refined(robot, task):
+    role, chain = role_of(robot, task), screws(robot)
+    q = np.random.default_rng(1).uniform(0.1, 1.2, (200, len(chain.axes)))
+    q[:, list(role.held)] = 0.0
+    target = TASKS[task].target(chain.fk(q))
+    found = Function(derivation(robot).function(task))(target)
+    assert found.valid.any(axis=1).all()
+    expected = found.q.copy()
+    free = [k for k in range(q.shape[1]) if k not in role.held]
+    rng = np.random.default_rng(2)
+    moved = found.q.copy()
+    moved[..., free] += rng.uniform(-SPOILT, SPOILT, moved[..., free].shape)
+    residual = np.where(found.valid, SPOILT, 1.0)
+    valid = np.zeros_like(found.valid)
+    refinement_for(robot, task)((target,), moved, residual, valid)
+    np.testing.assert_array_equal(valid, found.valid)
+    errors = TASKS[task].error(chain.fk(moved), target[:, None])
+    assert errors[valid].max() < 1e-12
+    assert residual[valid].max() < 1e-12
+    assert (moved[..., list(role.held)] == expected[..., list(role.held)]).all()
+
+
+@pytest.mark.parametrize(("robot", "task"), OFFERED)
+def test_targets_out_of_reach_stay_so(robot, task):
+    role, chain = role_of(robot, task), screws(robot)
+    q = np.random.default_rng(3).uniform(-3, 3, (300, len(chain.axes)))
+    target = TASKS[task].target(chain.fk(q))
+    reach = np.linalg.norm(target[:, :2], axis=1)
+    # No pose of the arm is so far away, as all joints together turn its whole length.
+    length = np.linalg.norm(np.diff(chain.points, axis=0), axis=1).sum() + 10
+    target[:, :2] *= (length / reach)[:, None]
+    found = Function(derivation(robot).function(task))(target)
+    before = found.q.copy()
+    valid = found.valid
+    assert not valid.any()
+    for residual in (found.residual.copy(), np.full_like(found.residual, SPOILT)):
+        q = found.q.copy()
+        refinement_for(robot, task)((target,), q, residual, valid)
+        assert not valid.any()
+        np.testing.assert_array_equal(q, before)
+    assert role.aims
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1e3])
+@pytest.mark.parametrize(("robot", "task"), OFFERED)
+def test_lengths_in_a_unit(robot, task, unit):
+    aims = role_of(robot, task).aims
+    T = screws(robot).fk(np.random.default_rng(4).uniform(-3, 3, (100, len(screws(robot).axes))))
+    target = TASKS[task].target(T)
+    scaled = T.copy()
+    scaled[:, :3, 3] *= unit
+    divided = Task(aims).divided(TASKS[task].target(scaled), unit)
+    np.testing.assert_allclose(divided, target, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", NEAR_RIGHT_ANGLES)
+def test_poses_near_right_angles_are_refined(seed):
+    name = NEAR_RIGHT_ANGLES[seed]
+    case = next(case for case in cases_of(random_arm(seed)) if case.function == name)
+    losses = [loss for loss in losses_of(case, seed) if loss.poses == "near right angles"]
+    assert losses
+    for loss in losses:
+        assert loss.unrefined > 0
+        assert not loss.is_real, str(loss)
+
+
+def test_a_direction_and_its_opposite():
+    """Half a turn off, no axis of the turn is the nearest: there is no step, and no solution."""
+    T = np.eye(4)[None]
+    J = np.random.default_rng(5).normal(size=(1, 6, 5))
+    _, error, left = Task(("direction",))(T, J, -T[:, :3, 2])
+    assert (error == 0).all()
+    assert left == 2

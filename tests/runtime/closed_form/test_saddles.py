@@ -1,0 +1,132 @@
+"""Between two solutions that nearly merge the error has a saddle, and the iteration goes on.
+
+A UR5e whose elbow is nearly straight has two such solutions. An arm drawn for the benchmarks has
+least-squares answers on saddles at many poses at right angles.
+"""
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+import chasles
+from chasles.closed_form import refinement
+from chasles.closed_form.refinement import Refinement
+from chasles.closed_form.saddles import Ways, ways_down
+from chasles.screws import exp_rotation
+from tests.support.generators.drawn_arms import cases_of, random_arm
+from tests.support.oracles.verdict import residuals
+
+ARM = 93553
+ALL = list(range(6))
+ELBOW = 2
+
+
+@pytest.fixture(scope="module")
+def ur5e():
+    return Refinement(chasles.load("ur5e").fk_jacobian_mixed, ())
+
+
+def stretched(bend):
+    """Configurations (60, 6) of a UR5e with its elbow bent a little."""
+    rng = np.random.default_rng(3)
+    q = rng.uniform(-3, 3, (60, 6))
+    q[:, ELBOW] = bend
+    q[:, 4] = rng.uniform(0.5, 2.5, 60)
+    return q
+
+
+def size_and_slope(iteration, T, q):
+    """Half the squared errors (N,) of q (N, 6), and their gradients (N, 6)."""
+    pose, J = iteration.fk_jacobian_mixed(q)
+    _, error, _ = iteration.task(pose, J, T)
+    return (error**2).sum(-1) / 2, -np.einsum("Nij,Ni->Nj", J, error)
+
+
+def stationary(iteration, T, q):
+    """Stationary points (N, 6) of the squared error near q, by Newton's method on its gradient."""
+    for _ in range(8):
+        _, g = size_and_slope(iteration, T, q)
+        slopes = [
+            (size_and_slope(iteration, T, q + h)[1] - size_and_slope(iteration, T, q - h)[1]) / 2e-6
+            for h in 1e-6 * np.eye(6)
+        ]
+        q = q - np.linalg.solve(np.stack(slopes, -1), g[..., None])[..., 0]
+    return q
+
+
+def ways_of(iteration, T, q):
+    return ways_down(lambda row, q: size_and_slope(iteration, T[row], q), q, ALL)
+
+
+@pytest.mark.parametrize("bend", [0.2, 0.05, 0.01, 0.002])
+def test_both_ways_lead_to_solutions(ur5e, bend):
+    q = stretched(bend)
+    T = ur5e.fk_jacobian_mixed(q)[0]
+    between = stationary(ur5e, T, np.where(np.arange(6) == ELBOW, 0.0, q))
+    half, slope = size_and_slope(ur5e, T, between)
+    stands = np.flatnonzero((np.sqrt(half) > bend**2 / 100) & (np.abs(slope).max(-1) < 1e-12))
+    assert len(stands) >= 30
+    ways = ways_of(ur5e, T[stands], between[stands])
+    np.testing.assert_array_equal(ways.row, np.tile(np.arange(len(stands)), 2))
+    found, left = ur5e.led(T[stands[ways.row]], ways.q)
+    assert left.max() < 1e-13
+    elbows = np.sort(found[:, ELBOW].reshape(2, -1), axis=0)
+    np.testing.assert_allclose(elbows, np.outer([-bend, bend], np.ones(len(stands))), atol=1e-8)
+
+
+@pytest.mark.parametrize("distance", [1e-2, 1e-4, 1e-6])
+def test_from_the_border_of_reach_ways_lead_inwards_alone(ur5e, distance):
+    """A stretched arm that is a little too short has the least error, one too long a saddle."""
+    q = stretched(0.0)
+    T, J = ur5e.fk_jacobian_mixed(q)
+    inward = np.linalg.svd(J)[0][:, :, -1]
+    bent, _ = ur5e.fk_jacobian_mixed(stretched(1e-3))
+    bends = ur5e.task(T, J, bent)[1]
+    inward *= np.sign((bends * inward).sum(-1))[:, None]
+    beyond, within = (moved(T, sign * distance * inward) for sign in (-1, 1))
+    assert len(ways_of(ur5e, beyond, q).row) == 0
+    assert len(ways_of(ur5e, within, q).row) == 2 * len(q)
+
+
+def test_no_way_leads_from_where_loops_do_not_close_on_all_sides():
+    def saddles(row, q):
+        f = (1.0 + (q**2 * [-1.0, 1.0, 1.0]).sum(-1)) / 2
+        is_open = (row == 1) & (q != 0.0).any(-1)
+        return f, np.where(is_open[:, None], np.nan, q * [-1.0, 1.0, 1.0])
+
+    ways = ways_down(saddles, np.zeros((2, 3)), [0, 1, 2])
+    np.testing.assert_array_equal(ways.row, [0, 0])
+    np.testing.assert_allclose(np.sort(ways.q, axis=0), [[-1.0, 0, 0], [1.0, 0, 0]], atol=1e-12)
+
+
+def moved(T, twist):
+    """Poses (N, 4, 4) moved by twists (N, 6) at the tip in base axes."""
+    there = T.copy()
+    there[:, :3, 3] += twist[:, :3]
+    there[:, :3, :3] = exp_rotation(twist[:, 3:]) @ T[:, :3, :3]
+    return there
+
+
+@pytest.fixture(scope="module")
+def drawn():
+    (case,) = (case for case in cases_of(random_arm(ARM)) if case.function == "ik")
+    return case
+
+
+def test_answers_on_saddles_lose_no_pose(drawn, monkeypatch):
+    quarters = np.arange(-1, 3) * (np.pi / 2)
+    turning = [quarters if turns else [0.0] for turns in drawn.turns]
+    q = np.array(list(product(*turning)))
+    at_once = drawn.found(q)
+    lost = q[~at_once.valid.any(axis=1)]
+    found = drawn.refined(q)
+    errors = residuals(drawn, q, found)
+    assert (errors[found.claimed] <= 1e-9).all()
+    assert found.claimed.any(axis=1).all()
+
+    def none(gradients, q, free):
+        return Ways(np.zeros(0, int), q[:0])
+
+    monkeypatch.setattr(refinement, "ways_down", none)
+    assert not drawn.refined(lost).claimed.any(axis=1).all()

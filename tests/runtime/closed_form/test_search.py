@@ -1,0 +1,122 @@
+"""Poses at right angles that a closed form loses are searched from its least-squares answers.
+
+The arm is one of those drawn for the benchmarks: a given slide may make its other axes meet, and
+with each choice of the given joints the closed form loses poses.
+"""
+
+import json
+
+import numpy as np
+import pytest
+
+import chasles
+from chasles.contract.manifest import read_manifest
+from tests.support.compiling import compiled, loaded
+from tests.support.generators.drawn_arms import random_arm
+from tests.support.oracles.screws import screws_of
+
+ARM = 4220
+FUNCTIONS = ["fk", "fk_jacobian_mixed", "ik"]
+GIVEN = [0, 5]
+SCREWS = screws_of(random_arm(ARM))
+QUARTERS = np.arange(-1, 3) * (np.pi / 2)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("search") / "arm"
+    compiled(random_arm(ARM), folder, FUNCTIONS)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def arm(folder):
+    return loaded(folder)
+
+
+@pytest.fixture(scope="module")
+def q():
+    """Configurations at right angles, with the slide at the length of an offset."""
+    q = np.random.default_rng(0).choice(QUARTERS, (600, 8))
+    q[:, 5] = -0.4
+    return q
+
+
+@pytest.fixture(scope="module")
+def T(q):
+    return SCREWS.fk(q)
+
+
+def test_the_manifest_says_so(folder):
+    (info,) = (info for info in read_manifest(folder).functions if info.is_inverse)
+    assert info.searches
+    assert list(info.given) == GIVEN
+
+
+def test_the_closed_form_loses_poses(arm, q, T):
+    _, residual, _ = arm.ik.ufunc(T, q[:, 0], q[:, 5])
+    assert (residual.min(axis=1) > 1e-3).sum() > 20
+
+
+def test_none_is_lost(arm, q, T):
+    found = arm.ik(T, q[:, 0], q[:, 5])
+    assert found.valid.any(axis=1).all()
+    apart = SCREWS.fk(found.q) - T[:, None]
+    assert np.abs(apart).max(axis=(-1, -2))[found.valid].max() < 1e-9
+    np.testing.assert_array_equal(found.q[..., GIVEN], np.repeat(q[:, None, GIVEN], 8, axis=1))
+
+
+def test_one_pose_at_a_time(arm, q, T):
+    _, residual, _ = arm.ik.ufunc(T, q[:, 0], q[:, 5])
+    lost = np.flatnonzero(residual.min(axis=1) > 1e-3)
+    assert len(lost) > 20
+    for i in lost:
+        solutions = arm.ik(T[i], q[i, 0], q[i, 5]).array()
+        assert len(solutions)
+        assert np.abs(SCREWS.fk(solutions) - T[i]).max() < 1e-9
+
+
+def test_poses_out_of_reach_stay_so(arm):
+    """With its given joints the arm is shorter than the sum of its offsets and of the slide."""
+    rng = np.random.default_rng(1)
+    q = rng.uniform(-3, 3, (400, 8))
+    q[:, 5] = rng.uniform(-0.4, 0.4, 400)
+    T = SCREWS.fk(q)
+    away = rng.normal(size=(400, 3))
+    T[:, :3, 3] = rng.uniform(2.5, 5, (400, 1)) * away / np.linalg.norm(away, axis=1, keepdims=True)
+    found = arm.ik(T, q[:, 0], q[:, 5])
+    q_bare, residual, _ = arm.ik.ufunc(T, q[:, 0], q[:, 5])
+    assert not found.valid.any()
+    np.testing.assert_array_equal(found.q, q_bare)
+    np.testing.assert_array_equal(found.residual, residual)
+
+
+def test_what_is_called_valid_is_reached(arm):
+    """Poses beside the arm, of which some are in reach: what is valid has the pose."""
+    rng = np.random.default_rng(2)
+    q = rng.uniform(-3, 3, (400, 8))
+    q[:, 5] = rng.uniform(-0.4, 0.4, 400)
+    T = SCREWS.fk(q)
+    T[:, :3, 3] += rng.normal(scale=0.3, size=(400, 3))
+    found = arm.ik(T, q[:, 0], q[:, 5])
+    apart = np.abs(SCREWS.fk(found.q) - T[:, None]).max(axis=(-1, -2))
+    assert 50 < found.valid.any(axis=1).sum() < 350
+    assert apart[found.valid].max() < 2e-9
+    assert apart[~found.valid].min() > 5e-10
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"searches": "yes"}, "searches: .* expected true or false"),
+        ({"held": [8]}, "held: .* expected indices below 8"),
+        ({"aims": ["yaw"]}, 'aims.*: .* expected "position" or'),
+        ({"aims": ["position", "pitch"]}, "aims: .* expected parts with"),
+    ],
+)
+def test_a_manifest_that_says_it_wrongly(folder, tmp_path, change, message):
+    content = json.loads((folder / "manifest.json").read_text())
+    next(f for f in content["functions"] if f["role"] == "inverse").update(change)
+    (tmp_path / "manifest.json").write_text(json.dumps(content))
+    with pytest.raises(chasles.ManifestError, match=message):
+        read_manifest(tmp_path)

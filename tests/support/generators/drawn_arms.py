@@ -1,0 +1,218 @@
+"""Serial arms that nobody chose: two to eight joints with round numbers, in every convention.
+
+Lengths are multiples of 0.1 m, angles of 30 and 45 degrees, and many of both are 0, as in arms that
+people build; each arm is in one convention, and its slides are at any place. A seed is an arm.
+"""
+
+import random
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+from types import SimpleNamespace
+
+import numpy as np
+import sympy as sp
+
+from chasles.closed_form.aims import Task
+from chasles.closed_form.given_values import Aside
+from chasles.closed_form.refinement import Refinement
+from chasles.closed_form.solutions import Solutions
+from chasles.derive import Joint, Robot
+from chasles.derive.description.conventions import CONVENTIONS
+from chasles.derive.inverse.serial_inverse import Inverses, inverses
+from chasles.derive.inverse.structure import rank
+from chasles.derive.inverse.structure.lines import Lines, axes_of
+from chasles.derive.model.convention import Convention, Field
+from chasles.derive.model.kinds import JointKind
+from chasles.derive.terms.terms import Terms
+from tests.support.generators.poses import Case
+from tests.support.generators.synthetic import Found, Function, jacobian
+from tests.support.oracles.screws import Screws, screws_of
+from tests.support.peers.interface import Answers
+
+Value = sp.Expr | tuple[sp.Expr, ...]
+MOST_JOINTS = 8
+SETS = 4
+"""Sets of joints that are given by chance, of each arm."""
+SLIDES = 0.2
+"""Part of the joints that slide."""
+ZEROS = (0.4, 0.9)
+"""Part of an arm's lengths that are 0: arms of few lengths have a structure more often."""
+LENGTHS = tuple(sp.Rational(k, 10) for k in (-5, -4, -3, -2, -1, 1, 2, 3, 4, 5))
+RIGHT_ANGLES = (0, 0, 90, 90, -90, -90, 180)
+ANGLES = (30, 45, 60, 120, 135, 150, -30, -45, -60, -120, -135, -150)
+OBLIQUE = 0.1
+"""Part of the angles that are no right angles."""
+DIRECTIONS = (
+    *((1, 0, 0), (0, 1, 0), (0, 0, 1), (-1, 0, 0), (0, -1, 0), (0, 0, -1)),
+    *((1, 1, 0), (0, 1, -1)),
+)
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """The convention of an arm, and the kind and the fields of each of its joints."""
+
+    convention: Convention
+    joints: tuple[tuple[JointKind, dict[str, Value]], ...]
+
+
+def drawn(seed: int, oblique: float = OBLIQUE) -> Drawn:
+    """The arm of a seed, where a part of the angles are no right angles."""
+    draw = random.Random(seed)
+    convention = draw.choice(CONVENTIONS)
+    zeros = draw.uniform(*ZEROS)
+    joints: list[tuple[JointKind, dict[str, Value]]] = []
+    for _ in range(draw.randint(2, MOST_JOINTS)):
+        kind: JointKind = "prismatic" if draw.random() < SLIDES else "revolute"
+        fields = {f.name: _value(draw, f, zeros, oblique) for f in convention.fields}
+        joints.append((kind, fields))
+    return Drawn(convention, tuple(joints))
+
+
+def random_arm(seed: int) -> Robot:
+    """The arm of a seed."""
+    arm = drawn(seed)
+    joints = tuple(
+        Joint(f"j{k}", kind, *arm.convention(kind, **fields))
+        for k, (kind, fields) in enumerate(arm.joints, 1)
+    )
+    return Robot("arm", joints, title=f"arm {seed}, {arm.convention.name}")
+
+
+def _value(draw: random.Random, field: Field, zeros: float, oblique: float) -> Value:
+    def one(draw: random.Random) -> sp.Expr:
+        return _angle(draw, oblique) if "angle" in field.kind else _length(draw, zeros)
+
+    if field.kind == "direction":
+        return tuple(sp.Integer(e) for e in draw.choice(DIRECTIONS))
+    return tuple(one(draw) for _ in range(3)) if field.is_vector else one(draw)
+
+
+def _length(draw: random.Random, zeros: float) -> sp.Expr:
+    return sp.Integer(0) if draw.random() < zeros else draw.choice(LENGTHS)
+
+
+def _angle(draw: random.Random, oblique: float) -> sp.Expr:
+    degrees = draw.choice(ANGLES if draw.random() < oblique else RIGHT_ANGLES)
+    return sp.Rational(degrees, 180) * sp.pi
+
+
+class PoseAndJacobian:
+    """Pose and Jacobian of a chain by NumPy, in the form of the function of a robot."""
+
+    def __init__(self, screws: Screws) -> None:
+        """Takes the chain."""
+        self.screws = screws
+        self.inputs = (SimpleNamespace(shape=(len(screws.axes),)),)
+
+    def __call__(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(..., 4, 4) and (..., 6, n)."""
+        return self.screws.fk(q), jacobian(self.screws, q)
+
+
+@dataclass(frozen=True)
+class Derived(Case):
+    """A serial robot and one of its inverses in CasADi, as a case of the benchmarks.
+
+    Attributes:
+        described: The robot.
+        inverses: Its structure and the inverses found for it.
+    """
+
+    described: Robot | None = None
+    inverses: Inverses | None = None
+
+    @cached_property
+    def screws(self) -> Screws:
+        """Its screws, from the placements of its joints alone."""
+        return screws_of(self.described)
+
+    @cached_property
+    def robot(self) -> SimpleNamespace:
+        """The interface that the benchmarks expect of a robot."""
+        unlimited = np.full(len(self.described.coordinates), np.inf)
+        others = [function.name for function in self.inverses.others]
+        return SimpleNamespace(
+            n=len(unlimited),
+            loops=(),
+            coordinates=self.described.coordinates,
+            lower=-unlimited,
+            upper=unlimited,
+            functions={
+                name: Function(self.inverses.functions[name]) for name in (self.function, *others)
+            },
+            fk=self.screws.fk,
+            jacobian_mixed=lambda q: jacobian(self.screws, q),
+        )
+
+    def found(self, q: np.ndarray) -> Found:
+        """All slots for the targets at q (m, n)."""
+        return self.robot.functions[self.function](self.targets(q), *self.others(q))
+
+    def answers(self, q: np.ndarray) -> Answers:
+        """The same, as the benchmarks take it."""
+        found = self.found(q)
+        return Answers(found.q, found.valid)
+
+    def refined(self, q: np.ndarray) -> Answers:
+        """The answers after the refinement of poses without a solution, as a robot gives them."""
+        found = self.found(q)
+        valid = found.valid
+        role = self.inverses.functions[self.function].role
+        refine = Refinement(
+            PoseAndJacobian(self.screws),
+            (*role.given, *role.held),
+            task=Task(role.aims),
+            searches=role.searches,
+        )
+        refine((self.targets(q), *self.others(q)), found.q, found.residual, valid)
+        if self.inverses.classification.give:
+            slots = Solutions(found.q, found.residual, found.margin, valid)
+            inverse = self.robot.functions["ik"]
+            aside = Aside((), inverse, refine.fk_jacobian_mixed, role.given)
+            aside.complete(slots, self.targets(q), list(self.others(q)))
+        return Answers(found.q, valid)
+
+    @property
+    def still(self) -> tuple[int, ...]:
+        """The joints that the inverse leaves at 0."""
+        q = self.inverses.functions[self.function].outputs[0]
+        return tuple(k for k, value in enumerate(q.entries) if value == 0)
+
+
+def cases_for_given(robot: Robot, seed: int) -> list[Derived]:
+    """The inverses of a serial robot for joints that are given by chance, those that there are.
+
+    As many joints are given as the robot has in surplus, one where it has none; turning joints
+    between others among them.
+    """
+    lines = Lines(_terms(robot), axes_of(robot, _terms(robot)))
+    count = max(len(lines.axes) - rank.of_chain(lines), 1)
+    sets = list(combinations(range(len(lines.axes)), count))
+    random.Random(seed).shuffle(sets)
+    cases = []
+    for give in sets[:SETS]:
+        found = inverses(robot, _terms(robot), give=give)
+        if "ik" in found.solved and found.polished is None:
+            name = f"{robot.title}, {', '.join(robot.moving[k].name for k in give)} given"
+            cases.append(Derived(name, "ik", described=robot, inverses=found))
+    return cases
+
+
+def _terms(robot: Robot) -> Terms:
+    return Terms({p.symbol: p.value for p in robot.parameters})
+
+
+def cases_of(robot: Robot) -> list[Derived]:
+    """Every inverse of a serial robot that its structure gives, as a case each.
+
+    An arm that nearly has a structure is solved by compiled C alone, from its nominal inverse.
+    """
+    found = inverses(robot, _terms(robot))
+    if found.polished is not None:
+        return []
+    return [
+        Derived(robot.title or robot.name, name, described=robot, inverses=found)
+        for name in found.solved
+    ]

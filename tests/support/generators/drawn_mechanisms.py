@@ -1,0 +1,405 @@
+"""Mechanisms that nobody chose: four-, five- and six-bars, cylinder booms, parallelograms, RSSR.
+
+Lengths are whole millimetres. A mechanism is as large as drawn, a thousand times larger (the same
+lengths read as metres) or a thousandth (a mechanism of millimetres). Its reference is a closed
+configuration that ``bench/accuracy/multi_start.py`` finds, rounded to three digits. A seed is a
+mechanism.
+"""
+
+import random
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import sympy as sp
+
+from chasles.derive import Joint
+from chasles.derive.model.mechanism import Closure, Frame, Mechanism, Strut
+from chasles.derive.model.placements import Placement, Rotation, Translation
+from tests.support.oracles.multi_start import Multistart
+
+BASE = "0"
+SCALES = (1, 1, 1000, sp.Rational(1, 1000))
+"""Sizes: most mechanisms are some decimetres long."""
+ATTEMPTS = 200
+"""Draws of a mechanism's lengths until its loops close at the reference."""
+DIGITS = 3
+"""Digits of the hints, as a person writes them."""
+Point = tuple[sp.Expr, sp.Expr]
+ORIGIN: Point = (sp.S.Zero, sp.S.Zero)
+
+
+@dataclass
+class Sketch:
+    """A mechanism while it is drawn.
+
+    Attributes:
+        draw: The random numbers of the mechanism.
+        tools: Bodies that may carry the tool.
+    """
+
+    draw: random.Random
+    joints: list[Joint] = field(default_factory=list)
+    closures: list[Closure] = field(default_factory=list)
+    struts: list[Strut] = field(default_factory=list)
+    actuated: list[str] = field(default_factory=list)
+    tools: list[str] = field(default_factory=list)
+
+    def length(self, low: int, high: int) -> sp.Expr:
+        """Whole millimetres, in metres."""
+        return sp.Rational(self.draw.randint(low, high), 1000)
+
+    def point(self, reach: int = 300) -> Point:
+        """A point of a body."""
+        return self.length(-reach, reach), self.length(-reach, reach)
+
+    def pin(self, name: str, parent: str, at: Point, *more: Rotation | Translation) -> str:
+        """A body on a pin; returns its name."""
+        before = (Translation((*at, 0)), *more)
+        self.joints.append(Joint(name, "revolute", before, link=f"{name}_b", parent=parent))
+        return f"{name}_b"
+
+    def slide(self, name: str, parent: str, at: Point, angle: sp.Expr) -> str:
+        """A body that slides in the plane and keeps its axes; returns its name."""
+        quarter = sp.pi / 2
+        before = (Translation((*at, 0)), Rotation("z", angle), Rotation("y", quarter))
+        after = (Rotation("y", -quarter), Rotation("z", -angle))
+        self.joints.append(Joint(name, "prismatic", before, after, f"{name}_b", parent))
+        return f"{name}_b"
+
+    def close(self, name: str, a: str, at_a: Point, b: str, at_b: Point) -> None:
+        """A pin that closes a loop."""
+        self.closures.append(Closure(name, "pin", _frame(a, at_a), _frame(b, at_b)))
+
+    def rod(
+        self, name: str, a: str, at_a: Point, b: str, at_b: Point, length: sp.Expr = None
+    ) -> None:
+        """A rod on pins; a cylinder where no length is given."""
+        is_cylinder = length is None
+        retracted = self.draw.choice((sp.S.Zero, self.length(50, 250))) if is_cylinder else length
+        self.struts.append(Strut(name, _frame(a, at_a), _frame(b, at_b), retracted, is_cylinder))
+        if is_cylinder:
+            self.actuated.append(name)
+
+    def dyad(self, name: str, a: str, at_a: Point, b: str, at_b: Point) -> list[str]:
+        """Two links between points of two bodies, or a link and a rod; returns their names."""
+        first, second = self.length(150, 500), self.length(150, 500)
+        one = self.pin(f"{name}_p", a, at_a)
+        if self.draw.random() < 0.5:
+            self.rod(f"{name}_rod", b, at_b, one, (first, sp.S.Zero), second)
+            return [one]
+        other = self.pin(f"{name}_q", b, at_b)
+        self.close(f"{name}_c", one, (first, sp.S.Zero), other, (second, sp.S.Zero))
+        return [one, other]
+
+
+def _frame(body: str, at: Point, z: sp.Expr = sp.S.Zero) -> Frame:
+    return Frame(body, (Translation((*at, z)),))
+
+
+# --- families ---
+
+
+def _four_bar(s: Sketch, on: str = BASE, name: str = "a") -> tuple[str, list[str]]:
+    """A crank and a dyad; returns the crank's body and the dyad's."""
+    crank = s.pin(f"{name}_crank", on, s.point(150) if on != BASE else ORIGIN)
+    s.actuated.append(f"{name}_crank")
+    far = (s.length(80, 300), sp.S.Zero)
+    pivot = (s.length(200, 500), s.length(-100, 100))
+    return crank, s.dyad(name, crank, far, on, pivot)
+
+
+def four_bar(s: Sketch) -> None:
+    """A four-bar, its tool on the coupler or on the rocker."""
+    crank, s.tools = _four_bar(s)
+    if s.draw.random() < 0.2:
+        s.tools = [crank]
+
+
+def five_bar(s: Sketch) -> None:
+    """Two cranks and a dyad between them."""
+    one, other = s.pin("left", BASE, ORIGIN), s.pin("right", BASE, (s.length(100, 400), 0))
+    s.actuated = ["left", "right"]
+    ends = [(s.length(100, 300), sp.S.Zero) for _ in range(2)]
+    s.tools = s.dyad("d", one, ends[0], other, ends[1])[:1]
+
+
+def watt(s: Sketch) -> None:
+    """A four-bar and a dyad between two of its neighbouring links."""
+    crank, links = _four_bar(s)
+    pairs = [(crank, links[0])]
+    if len(links) > 1:
+        pairs += [(links[0], links[1]), (links[1], BASE)]
+    _second_dyad(s, s.draw.choice(pairs), links)
+
+
+def stephenson(s: Sketch) -> None:
+    """A four-bar and a dyad between two of its opposite links."""
+    crank, links = _four_bar(s)
+    pairs = [(links[0], BASE)]
+    if len(links) > 1:
+        pairs += [(crank, links[1])]
+    _second_dyad(s, s.draw.choice(pairs), links)
+    if s.draw.random() < 0.15 and len(links) > 1:
+        # Driven at the other end, it has no dyads.
+        s.actuated = ["b_q"] if any(j.name == "b_q" for j in s.joints) else s.actuated
+
+
+def _second_dyad(s: Sketch, pair: tuple[str, str], links: list[str]) -> None:
+    a, b = pair
+    at = [(s.length(200, 500), s.length(-300, 300)) if p == BASE else s.point() for p in pair]
+    s.tools = [*s.dyad("b", a, at[0], b, at[1]), links[0]]
+
+
+def slider_crank(s: Sketch) -> None:
+    """A crank, a connecting rod and a slider; either end is driven."""
+    crank = s.pin("crank", BASE, ORIGIN)
+    end = (s.length(80, 200), sp.S.Zero)
+    angle = sp.pi * sp.Rational(s.draw.choice((0, 0, 15, 30, 90, -45)), 180)
+    block = s.slide("slide", BASE, (0, s.length(-60, 60)), angle)
+    rod = s.length(200, 500)
+    s.tools = [block]
+    if s.draw.random() < 0.5:
+        s.rod("rod", crank, end, block, s.point(50), rod)
+    else:
+        link = s.pin("elbow", crank, end)
+        s.close("gudgeon", link, (rod, sp.S.Zero), block, s.point(50))
+        s.tools.append(link)
+    s.actuated = [s.draw.choice(("crank", "crank", "slide"))]
+
+
+def boom(s: Sketch) -> None:
+    """One to four joints in a row, each moved by a cylinder or by a cylinder and a four-bar."""
+    body, at = BASE, ORIGIN
+    for k in range(s.draw.randint(1, 4)):
+        arm = s.pin(f"arm{k}", body, at)
+        if k and s.draw.random() < 0.25:
+            rocker = s.pin(f"rocker{k}", body, (at[0] - s.length(50, 150), s.length(0, 80)))
+            tip = (s.length(100, 200), sp.S.Zero)
+            s.rod(f"link{k}", rocker, tip, arm, s.point(200), s.length(100, 300))
+            s.rod(f"cylinder{k}", body, s.point(250), rocker, tip)
+        else:
+            s.rod(f"cylinder{k}", body, s.point(250), arm, s.point(250))
+        body, at = arm, (s.length(300, 600), s.length(-50, 50))
+    s.tools = [body]
+
+
+def _parallelogram(
+    s: Sketch, name: str, on: str, at: Point, pivot: Point, arm: sp.Expr
+) -> tuple[str, str]:
+    """Equal cranks at two points of a body, and the bar between them; returns crank and bar."""
+    crank = s.pin(f"{name}_crank", on, at)
+    base = (pivot[0] - at[0], pivot[1] - at[1])
+    end = (arm, sp.S.Zero)
+    if s.draw.random() < 0.5:
+        bar = s.pin(f"{name}_bar", crank, end)
+        s.rod(f"{name}_rod", on, pivot, bar, base, arm)
+    else:
+        bar = s.pin(f"{name}_bar", crank, end)
+        other = s.pin(f"{name}_other", on, pivot)
+        s.close(f"{name}_pin", bar, base, other, end)
+    return crank, bar
+
+
+def parallelogram(s: Sketch) -> None:
+    """A parallelogram, or the crossed one; now and then on three cranks."""
+    pivot, arm = (s.length(150, 400), sp.S.Zero), s.length(100, 300)
+    _, bar = _parallelogram(s, "a", BASE, ORIGIN, pivot, arm)
+    s.actuated, s.tools = ["a_crank"], [bar]
+    if s.draw.random() < 0.25:
+        middle = (pivot[0] / 2, s.length(0, 60))
+        s.rod("third", BASE, middle, bar, middle, arm)
+
+
+def parallelograms(s: Sketch) -> None:
+    """Two parallelograms in series, which keep the tool level."""
+    pivot, arm = (s.length(100, 200), s.length(-100, 0)), s.length(200, 400)
+    _, bar = _parallelogram(s, "a", BASE, ORIGIN, pivot, arm)
+    there = (s.length(50, 150), s.length(20, 120))
+    _, last = _parallelogram(s, "b", bar, ORIGIN, there, s.length(200, 400))
+    s.actuated, s.tools = ["a_crank", "b_crank"], [last]
+
+
+def palletizer(s: Sketch) -> None:
+    """An arm whose elbow a crank at its foot moves through a parallelogram."""
+    arm, crank = s.length(200, 400), s.length(60, 150)
+    lower = s.pin("lower", BASE, ORIGIN)
+    foot = s.pin("foot", BASE, ORIGIN)
+    upper = s.pin("upper", lower, (arm, sp.S.Zero))
+    s.rod("push", foot, (crank, sp.S.Zero), upper, (crank, sp.S.Zero), arm)
+    s.actuated, s.tools = ["lower", "foot"], [upper]
+
+
+def series(s: Sketch) -> None:
+    """Two or three four-bars, each on a link of the one before; five now and then."""
+    on = BASE
+    for k in range(s.draw.choice((2, 2, 3, 3, 5))):
+        _, links = _four_bar(s, on, f"m{k}")
+        on = links[0]
+    s.tools = [on]
+
+
+def nested(s: Sketch) -> None:
+    """A four-bar whose crank a cylinder moves, and a dyad on it."""
+    crank, links = _four_bar(s)
+    s.actuated = []
+    s.rod("ram", BASE, s.point(250), crank, s.point(150))
+    s.tools = links
+    if s.draw.random() < 0.5:
+        _second_dyad(s, (links[0], BASE), links)
+
+
+def _rssr(s: Sketch, name: str, on: str) -> str:
+    crank = s.pin(f"{name}_in", on, s.point(50))
+    angle = sp.pi * sp.Rational(s.draw.choice((90, 60, 90, 35, -90)), 180)
+    tilt = sp.pi * sp.Rational(s.draw.choice((0, 0, 20, 45)), 180)
+    rocker = s.pin(
+        f"{name}_out",
+        on,
+        (s.length(200, 400), s.length(-100, 100)),
+        Translation((0, 0, s.length(-100, 200))),
+        Rotation("z", tilt),
+        Rotation("x", angle),
+    )
+    a = _frame(crank, (s.length(60, 200), sp.S.Zero), s.length(-50, 50))
+    b = _frame(rocker, (s.length(100, 300), sp.S.Zero), s.length(-50, 50))
+    s.struts.append(Strut(f"{name}_rod", a, b, s.length(200, 500), ends="ball"))
+    s.actuated.append(f"{name}_in")
+    return rocker
+
+
+def rssr(s: Sketch) -> None:
+    """Two cranks about skew axes and a rod on balls; now and then two in a row."""
+    rocker = _rssr(s, "a", BASE)
+    if s.draw.random() < 0.25:
+        rocker = _rssr(s, "b", rocker)
+    s.tools = [rocker]
+
+
+def rsur(s: Sketch) -> None:
+    """Two cranks about skew axes and a rod that a ball and a universal joint hold."""
+    rocker = _rssr(s, "a", BASE)
+    (rod,) = s.struts
+    s.struts = []
+    first = replace(s.joints[-1], name="u1", link="u1_b", parent=rocker)
+    turn = (Rotation("y", sp.pi / 2),)
+    s.joints.append(replace(first, before=(*rod.b.placement, *turn)))
+    second = replace(first, name="u2", link="u2_b", parent="u1_b")
+    s.joints.append(replace(second, before=(Rotation("x", sp.pi / 2),)))
+    along = Frame("u2_b", (Translation((rod.length, 0, 0)),))
+    s.closures.append(Closure("ball", "ball", rod.a, along))
+    s.tools = [rocker]
+
+
+FAMILIES: Mapping[str, Callable[[Sketch], None]] = {
+    "four-bar": four_bar,
+    "five-bar": five_bar,
+    "Watt": watt,
+    "Stephenson": stephenson,
+    "slider-crank": slider_crank,
+    "boom": boom,
+    "parallelogram": parallelogram,
+    "parallelograms": parallelograms,
+    "palletizer": palletizer,
+    "series": series,
+    "nested": nested,
+    "RSSR": rssr,
+    "RSUR": rsur,
+}
+
+
+@dataclass(frozen=True)
+class DrawnMechanism:
+    """A mechanism, its family and the configuration at which it was closed.
+
+    Attributes:
+        family: Its family.
+        mechanism: The description.
+        q: Actuated coordinates of the reference (radian or metre).
+        mode: Values of the joints there by name (radian or metre).
+    """
+
+    family: str
+    mechanism: Mechanism
+    q: np.ndarray
+    mode: Mapping[str, float]
+
+
+def drawn_mechanism(seed: int) -> DrawnMechanism:
+    """The mechanism of a seed."""
+    family = list(FAMILIES)[seed % len(FAMILIES)]
+    return drawn(FAMILIES[family], family, seed)
+
+
+def drawn(
+    sketched: Callable[[Sketch], None], family: str, seed: int, scale: sp.Expr | None = None
+) -> DrawnMechanism:
+    """A mechanism with a reference at which its loops close.
+
+    Args:
+        sketched: Draws the members.
+        family: The name of such mechanisms.
+        seed: The seed.
+        scale: Factor of all lengths; drawn too by default.
+    """
+    draw = random.Random(seed)
+    rng = np.random.default_rng(seed)
+    scale = scale or draw.choice(SCALES)
+    for _ in range(ATTEMPTS):
+        sketch = Sketch(draw)
+        sketched(sketch)
+        open_ = _mechanism(sketch, scale, f"m{seed}", draw.choice(sketch.tools))
+        numbers = Multistart(open_)
+        q = numbers.random_q(rng, 1)
+        modes = numbers.modes(q, numbers.actuated)[0]
+        if modes:
+            mode = modes[draw.randrange(len(modes))]
+            return DrawnMechanism(family, _near(open_, numbers, mode), q[0], mode)
+    raise AssertionError(f"no mechanism of seed {seed} closes")
+
+
+def _mechanism(sketch: Sketch, scale: sp.Expr, name: str, tool: str) -> Mechanism:
+    scaled = _scaled_by(scale)
+    return Mechanism(
+        name,
+        tuple(replace(j, before=scaled(j.before), after=scaled(j.after)) for j in sketch.joints),
+        tuple(sketch.actuated),
+        closures=tuple(
+            replace(c, a=_moved(c.a, scaled), b=_moved(c.b, scaled)) for c in sketch.closures
+        ),
+        struts=tuple(
+            replace(c, a=_moved(c.a, scaled), b=_moved(c.b, scaled), length=c.length * scale)
+            for c in sketch.struts
+        ),
+        tool_body=tool,
+    )
+
+
+def _scaled_by(scale: sp.Expr) -> Callable[[Placement], Placement]:
+    """The function that multiplies the lengths of a placement."""
+
+    def scaled(placement: Placement) -> Placement:
+        return tuple(
+            Translation(tuple(x * scale for x in step.vector))
+            if isinstance(step, Translation)
+            else step
+            for step in placement
+        )
+
+    return scaled
+
+
+def _moved(frame: Frame, scaled: Callable[[Placement], Placement]) -> Frame:
+    return Frame(frame.body, scaled(frame.placement))
+
+
+def _near(mechanism: Mechanism, numbers: Multistart, mode: Mapping[str, float]) -> Mechanism:
+    """The mechanism with its reference: the mode's values, rounded as a person writes them."""
+    values = dict(mode) | numbers.strut_values(mode)
+    lengths = {name for name, unit in numbers.units(values).items() if unit == "m"}
+    found = []
+    for name, value in values.items():
+        size = numbers.size if name in lengths else 1.0
+        text = f"{value / size:.{DIGITS}f}"
+        found.append((name, sp.Rational(text) * sp.nsimplify(size, rational=True)))
+    return replace(mechanism, reference=tuple(found))

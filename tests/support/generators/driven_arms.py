@@ -1,0 +1,167 @@
+"""Arms that nobody chose, whose joints cylinders, rods and cranks move.
+
+Two or three joints turn in a plane, on a column or not, with a wrist of two or three joints or
+none. Each joint of the plane has a motor, a cylinder, a crank with a rod, a cylinder with a rocker
+and a link, or a crank at the foot of the link before it whose rod is parallel to that link. Such
+arms have an inverse in closed form by their main chain. A seed is an arm.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import sympy as sp
+
+from chasles.derive import Mechanism
+from chasles.derive.model.placements import Placement, Rotation, Translation
+from tests.support.generators.as_built import as_built, displaced
+from tests.support.generators.drawn_mechanisms import (
+    BASE,
+    ORIGIN,
+    DrawnMechanism,
+    Point,
+    Sketch,
+    drawn,
+)
+from tests.support.oracles.multi_start import Multistart
+
+QUARTER = sp.pi / 2
+ERROR = 5e-4
+"""Metre; half a millimetre."""
+TOOL = (Translation((sp.Rational("0.15"), sp.Rational("0.02"), sp.S.Zero)),)
+"""Off the axis of the last joint, which would not move it otherwise."""
+CLEAR = 0.02
+"""Radian, or parts of the size, that such errors may move a joint off dead points."""
+ATTEMPTS, ATTEMPTS_APART = 20, 100_000
+SCALE = sp.S.One
+"""Arms are some decimetres long, so that half a millimetre is an error of building."""
+Drive = Callable[[Sketch, str, str, Point], None]
+"""Moves a body on another one, at its pin."""
+
+
+def _motor(s: Sketch, body: str, _on: str, _at: Point) -> None:
+    s.actuated.append(_joint_of(body))
+
+
+def _cylinder(s: Sketch, body: str, on: str, _at: Point) -> None:
+    s.rod(f"{body}_cylinder", on, s.point(250), body, s.point(250))
+
+
+def _crank(s: Sketch, body: str, on: str, at: Point) -> None:
+    crank = s.pin(f"{body}_crank", on, _beside(s, at))
+    s.actuated.append(f"{body}_crank")
+    tip = (s.length(60, 200), sp.S.Zero)
+    s.rod(f"{body}_rod", crank, tip, body, s.point(150), s.length(150, 400))
+
+
+def _rocker(s: Sketch, body: str, on: str, at: Point) -> None:
+    rocker = s.pin(f"{body}_rocker", on, _beside(s, at))
+    tip = (s.length(100, 200), sp.S.Zero)
+    s.rod(f"{body}_link", rocker, tip, body, s.point(150), s.length(100, 300))
+    s.rod(f"{body}_cylinder", on, s.point(250), rocker, tip)
+
+
+def _foot(s: Sketch, body: str, on: str, at: Point) -> None:
+    """A crank at the foot of the link before, coaxial with it, and a rod as long as the link."""
+    foot = next(joint for joint in s.joints if joint.link == on)
+    arm = s.length(60, 150)
+    crank = f"{body}_crank"
+    s.pin(crank, foot.parent, tuple(foot.before[0].vector[:2]), *foot.before[1:])
+    s.actuated.append(crank)
+    s.rod(f"{body}_rod", f"{crank}_b", (arm, sp.S.Zero), body, (arm, sp.S.Zero), at[0])
+
+
+DRIVES: tuple[Drive, ...] = (_motor, _cylinder, _crank, _rocker, _foot)
+
+
+def _joint_of(body: str) -> str:
+    return body.removesuffix("_b")
+
+
+def _beside(s: Sketch, at: Point) -> Point:
+    """A point some decimetres from a pin."""
+    x, y = s.point(250)
+    return at[0] + x, at[1] + y
+
+
+WRISTS: tuple[tuple[tuple[Rotation, ...], ...], ...] = (
+    (),
+    (),
+    ((),),
+    ((), (Rotation("y", QUARTER),)),
+    ((Rotation("y", QUARTER),), (Rotation("y", -QUARTER),), (Rotation("y", QUARTER),)),
+)
+"""Turns before each joint of a wrist: none, pitch, pitch and roll, spherical."""
+
+
+def driven_arm(s: Sketch) -> None:
+    """Draws an arm."""
+    body, at, is_upright = BASE, ORIGIN, s.draw.random() < 0.6
+    if is_upright:
+        body = s.pin("column", BASE, ORIGIN)
+        s.joints[-1] = replace(s.joints[-1], after=(Rotation("x", QUARTER),))
+        s.actuated.append("column")
+    wrist = s.draw.choice(WRISTS)
+    count = 2 if len(wrist) == 3 else s.draw.choice((2, 2, 3))
+    for k in range(count):
+        arm, end = s.pin(f"arm{k}", body, at), (s.length(250, 500), sp.S.Zero)
+        s.draw.choice(DRIVES if k else DRIVES[:-1])(s, arm, body, at)
+        body, at = arm, end
+    if is_upright or len(wrist) < 3:
+        for k, turn in enumerate(wrist):
+            body, at = s.pin(f"wrist{k}", body, at, *turn), ORIGIN
+            s.actuated.append(f"wrist{k}")
+    s.tools = [body]
+
+
+def drawn_arm(seed: int, tool: Placement = TOOL) -> DrawnMechanism:
+    """The arm of a seed, with a tool on its last body."""
+    found = drawn(driven_arm, "driven arm", seed, SCALE)
+    return replace(found, mechanism=replace(found.mechanism, tool=tool))
+
+
+def built_arm(seed: int) -> Mechanism:
+    """The arm of a seed as built, led from its design; its reference is at no dead point.
+
+    At one, errors of building may leave the loops open.
+    """
+    for attempt in range(ATTEMPTS):
+        design = drawn_arm(seed + ATTEMPTS_APART * attempt)
+        built = arm_as_built(design.mechanism, np.random.default_rng(seed))
+        numbers = Multistart(built)
+        names = list(design.mode)
+        own = np.array(list(design.mode.values()))
+        for mode in numbers.modes(design.q[None], numbers.actuated)[0]:
+            apart = numbers.wrapped(names, np.array([mode[name] for name in names]) - own)
+            if np.abs(apart).max() < CLEAR:
+                return built
+    raise AssertionError(f"no arm of seed {seed} closes as built")
+
+
+def arm_as_built(design: Mechanism, rng: np.random.Generator) -> Mechanism:
+    """An arm as built, led from its design: all lengths off, and joints outside of loops turned.
+
+    Args:
+        design: The arm.
+        rng: Draws the errors, up to half a millimetre and two milliradians.
+    """
+    members = frozenset(member.name for member in (*design.joints, *design.struts))
+    built = as_built(design, members, ERROR, rng)
+    held = set[str]()
+    for strut in design.struts:
+        held |= _joints_below(design, strut.a.body) ^ _joints_below(design, strut.b.body)
+    joints = (
+        joint if joint.name in held else replace(joint, before=(*joint.before, *displaced(rng)))
+        for joint in built.joints
+    )
+    return replace(built, joints=tuple(joints), nominal=design)
+
+
+def _joints_below(mechanism: Mechanism, body: str) -> set[str]:
+    """The joints between the base and a body."""
+    carriers = {joint.link: joint for joint in mechanism.joints}
+    found = set()
+    while body in carriers:
+        found.add(carriers[body].name)
+        body = carriers[body].parent
+    return found

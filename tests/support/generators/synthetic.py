@@ -1,0 +1,223 @@
+"""Arms of any structure, told by the way their axes lie, with their inverses in CasADi.
+
+A chain is written as its axes and what lies between them, from the base to the last axis:
+
+    R  a revolute joint          r  one on which the axes before and behind it are met in one point
+    P  a slide                   p  one that does not turn what comes behind it
+    =  parallel                  x  meeting                 +  meeting at right angles
+    /  skew                      L  skew at right angles
+
+A Puma is "R+R=R/RxrxR"; read backwards, the text is the same chain seen from the tool. All else is
+random. Poses come from the chain's screws by NumPy: the compiler has no part in judging itself.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from types import SimpleNamespace
+from zlib import crc32
+
+import casadi as ca
+import numpy as np
+
+from chasles.derive import Robot, loads
+from chasles.derive.inverse.serial_inverse import Inverses, inverses
+from chasles.derive.terms.casadi_graph import lower
+from chasles.derive.terms.symbolic_function import SymbolicFunction
+from chasles.derive.terms.terms import Terms
+from tests.support.generators.poses import Case
+from tests.support.oracles.screws import Screws
+from tests.support.oracles.verdict import VALID
+from tests.support.peers.interface import Answers
+
+DEGREE = np.pi / 180
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of Denavit and Hartenberg: metre and degree, as decimals."""
+
+    kind: str
+    a: str
+    alpha: str
+    d: str
+    theta: str
+
+
+def rows_of(chain: str, *, right: bool) -> tuple[Row, ...]:
+    """A random chain of that structure, its skew axes at right angles or at random ones."""
+    rng = np.random.default_rng(crc32(chain.encode()) + right)
+    axes, between = chain[::2], chain[1::2] + "/"
+    rows = []
+    for axis, link in zip(axes, between, strict=True):
+        across = right or link in "+L"
+        alpha = rng.choice((90, -90)) if across else rng.choice((-1, 1)) * rng.integers(25, 156)
+        theta = 0 if right or axis == "p" else int(rng.integers(-170, 171))
+        rows.append(
+            Row(
+                axis.upper(),
+                "0" if link in "x+" else f"{rng.choice((-1, 1)) * rng.uniform(0.2, 0.6):.3f}",
+                str(rng.choice((0, 180)) if link == "=" else alpha),
+                "0" if axis in "rPp" else f"{rng.choice((-1, 1)) * rng.uniform(0.1, 0.4):.3f}",
+                str(theta),
+            )
+        )
+    return tuple(rows)
+
+
+def described(rows: tuple[Row, ...]) -> str:
+    """The rows as a robot file."""
+    lines = ['name = "arm"', 'convention = "dh"', 'units = { length = "m", angle = "deg" }']
+    kinds = {"R": "revolute", "P": "prismatic"}
+    for k, row in enumerate(rows):
+        values = {"a": row.a, "alpha": row.alpha, "d": row.d, "theta": row.theta}
+        lines += ["[[joints]]", f'name = "j{k + 1}"', f'type = "{kinds[row.kind]}"']
+        lines += [f'{name} = "{value}"' for name, value in values.items() if float(value)]
+    return "\n".join(lines)
+
+
+def screws_of(rows: tuple[Row, ...]) -> Screws:
+    """The screws of the rows, by NumPy."""
+    T, frames = np.eye(4), []
+    for row in rows:
+        frames.append(T)
+        T = T @ _screw(2, float(row.theta) * DEGREE, float(row.d))
+        T = T @ _screw(0, float(row.alpha) * DEGREE, float(row.a))
+    turns = np.array([[row.kind == "R"] for row in rows])
+    z = np.array([F[:3, 2] for F in frames])
+    axes, origins = np.where(turns, z, 0.0), np.array([F[:3, 3] for F in frames])
+    points = origins - np.sum(origins * axes, axis=1, keepdims=True) * axes
+    return Screws(axes, points, np.where(turns, 0.0, z), T)
+
+
+def _screw(axis: int, angle: float, shift: float) -> np.ndarray:
+    """A turn about a coordinate axis and a shift along it (4, 4)."""
+    T = np.eye(4)
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    T[i, i] = T[j, j] = np.cos(angle)
+    T[j, i], T[i, j] = np.sin(angle), -np.sin(angle)
+    T[axis, 3] = shift
+    return T
+
+
+@dataclass(frozen=True)
+class Found:
+    """Slots for some targets: q (m, k, n), residual and margin (m, k)."""
+
+    q: np.ndarray
+    residual: np.ndarray
+    margin: np.ndarray
+
+    @property
+    def valid(self) -> np.ndarray:
+        """(m, k) which of them are solutions."""
+        return self.residual <= VALID
+
+
+class Function:
+    """A derived function on arrays, run by CasADi."""
+
+    def __init__(self, function: SymbolicFunction) -> None:
+        """Lowers the function, its signs as inputs."""
+        self.inputs, self.outputs, self.signs = function.inputs, function.outputs, function.signs
+        self.kernel = lower([function], "arm")[0]
+
+    def __call__(self, *arguments: np.ndarray) -> Found | np.ndarray:
+        """Slots where the function has some, or else the values of its one output."""
+        sizes = [len(argument.shape) for argument in self.inputs]
+        lead = np.shape(arguments[0])[: np.ndim(arguments[0]) - sizes[0]]
+        columns = [
+            ca.DM(np.reshape(value, (-1, argument.size)).T)
+            for value, argument in zip(arguments, self.inputs, strict=True)
+        ]
+        slots = list(product((1.0, -1.0), repeat=len(self.signs)))
+        values = [self._outputs(columns, signs) for signs in slots]
+        whole = [
+            np.stack(of, axis=1).reshape(*lead, len(slots), -1) for of in zip(*values, strict=True)
+        ]
+        if len(whole) == 1:
+            return whole[0].reshape(lead)
+        return Found(whole[0], whole[1][..., 0], whole[2][..., 0])
+
+    def _outputs(self, columns: list[ca.DM], signs: tuple[float, ...]) -> list[np.ndarray]:
+        count = columns[0].shape[1]
+        chosen = [np.tile(np.array(signs)[:, None], (1, count))] if signs else []
+        found = self.kernel(*columns, *chosen)
+        return [np.array(of).T for of in (found if isinstance(found, tuple) else (found,))]
+
+
+def jacobian(chain: Screws, q: np.ndarray) -> np.ndarray:
+    """(..., 6, n) at the tip, base axes, linear first."""
+    T = np.broadcast_to(np.eye(4), (*q.shape[:-1], 4, 4))
+    tip = chain.fk(q)[..., :3, 3]
+    columns = []
+    for k in range(len(chain.axes)):
+        R, p = T[..., :3, :3], T[..., :3, 3]
+        h, u = R @ chain.axes[k], R @ chain.slides[k]
+        lever = tip - (R @ chain.points[k] + p)
+        columns.append(np.concatenate([np.cross(h, lever) + u, h], axis=-1))
+        one = Screws(*(part[k : k + 1] for part in parts(chain)), np.eye(4))
+        T = T @ one.fk(q[..., k : k + 1])
+    return np.stack(columns, axis=-1)
+
+
+def parts(chain: Screws) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Axes, points and slides."""
+    return chain.axes, chain.points, chain.slides
+
+
+def robot_of(chain: str, *, right: bool = False) -> Robot:
+    """A random chain of that structure."""
+    robot = loads(described(rows_of(chain, right=right)))
+    assert isinstance(robot, Robot)
+    return robot
+
+
+@dataclass(frozen=True)
+class Arm(Case):
+    """A random chain of a structure, as a case of the benchmarks: name is the structure.
+
+    Attributes:
+        right: Whether skew axes are at right angles.
+    """
+
+    right: bool = False
+
+    @cached_property
+    def inverses(self) -> Inverses:
+        """The structure and the inverses found for the chain."""
+        robot = robot_of(self.name, right=self.right)
+        return inverses(robot, Terms({p.symbol: p.value for p in robot.parameters}))
+
+    @cached_property
+    def screws(self) -> Screws:
+        """Its screws."""
+        return screws_of(rows_of(self.name, right=self.right))
+
+    @cached_property
+    def robot(self) -> SimpleNamespace:
+        """The interface that the benchmarks expect of a robot."""
+        kinds = self.name[::2].upper()
+        unlimited = np.full(len(kinds), np.inf)
+        return SimpleNamespace(
+            n=len(kinds),
+            loops=(),
+            coordinates=[
+                SimpleNamespace(name=f"j{k + 1}", unit="rad" if kind == "R" else "m")
+                for k, kind in enumerate(kinds)
+            ],
+            lower=-unlimited,
+            upper=unlimited,
+            functions={name: Function(f) for name, f in self.inverses.functions.items()},
+            fk=self.screws.fk,
+            jacobian_mixed=lambda q: jacobian(self.screws, q),
+        )
+
+    def found(self, q: np.ndarray) -> Found:
+        """All slots for the targets at q (m, n)."""
+        return self.robot.functions[self.function](self.targets(q), *self.others(q))
+
+    def answers(self, q: np.ndarray) -> Answers:
+        """The same, as the benchmarks take it."""
+        found = self.found(q)
+        return Answers(found.q, found.valid)

@@ -1,0 +1,201 @@
+"""Mechanisms in NumPy, from their placements alone: where bodies are and what is left of loops.
+
+Nothing here comes from the compiler but the description, so that it can judge what was derived. All
+functions take many configurations at once, and complex ones: derivatives are complex steps.
+"""
+
+from functools import cache
+
+import numpy as np
+
+from chasles.derive import Rotation, load
+from chasles.derive.model.mechanism import Strut
+from tests.support.derivations import description
+
+TINY = 1e-30
+"""A complex step this small gives derivatives to the last digit."""
+
+
+class Model:
+    """A mechanism in numbers.
+
+    A configuration z (N, n_z) holds all moving joints in the order of the description, then for
+    each strut its coordinate, if it is a cylinder, and its swing, if pins hold its ends.
+    """
+
+    def __init__(self, mechanism):
+        self.mechanism = mechanism
+        self.given = {p.symbol: p.value for p in mechanism.parameters}
+        self.base, self.tool = self._pose(mechanism.base), self._pose(mechanism.tool)
+        self._around = {
+            joint.name: (self._pose(joint.before), self._pose(joint.after))
+            for joint in mechanism.joints
+        }
+        self._places = {
+            c.name: (self._pose(c.a.placement), self._pose(c.b.placement))
+            for c in mechanism.closers
+        }
+        self.names = [joint.name for joint in mechanism.joints if joint.kind != "fixed"]
+        for strut in mechanism.struts:
+            self.names += [strut.name] * strut.is_cylinder
+            self.names += [strut.swing_name] * (strut.ends == "pin")
+        self.ratio = np.array([self._float(c.ratio) for c in mechanism.coordinates])
+        self.actuated = [self.names.index(c.moves) for c in mechanism.coordinates]
+        self.unknown = [k for k in range(len(self.names)) if k not in self.actuated]
+        self.chain = self.places_of(joint.name for joint in mechanism.main_chain.moving)
+        led = [mechanism.followers.get(name) for name in mechanism.passive]
+        self.passive = self.places_of(
+            name if drive is None else drive.joint
+            for name, drive in zip(mechanism.passive, led, strict=True)
+        )
+        self.passive_ratio = np.array(
+            [1.0 if drive is None else self._float(drive.ratio) for drive in led]
+        )
+        self._axes = {strut.name: self._swing_axes(strut) for strut in mechanism.struts}
+
+    def places_of(self, names):
+        """Where joints are in z."""
+        return [self.names.index(name) for name in names]
+
+    def poses(self, z):
+        """Pose (N, 4, 4) of every body in the base frame."""
+        T = {self.mechanism.base_frame: np.broadcast_to(self.base, (len(z), 4, 4))}
+        for joint in self.mechanism.joints:
+            before, after = self._around[joint.name]
+            motion = np.zeros((len(z), 4, 4), z.dtype) + np.eye(4)
+            if joint.kind != "fixed":
+                value = joint.direction * z[:, self.names.index(joint.name)]
+                if joint.kind == "prismatic":
+                    motion[:, 2, 3] = value
+                else:
+                    c, s = np.cos(value), np.sin(value)
+                    motion[:, 0, 0], motion[:, 0, 1], motion[:, 1, 0], motion[:, 1, 1] = c, -s, s, c
+            T[joint.link] = T[joint.parent] @ before @ motion @ after
+        return T
+
+    def tip(self, z):
+        """Pose (N, 4, 4) of the tool."""
+        return self.poses(z)[self.mechanism.tool_body] @ self.tool
+
+    def gaps(self, z):
+        """(N, m) what is left of all loops: metres, and sines of angles."""
+        T = self.poses(z)
+        found = [np.zeros((len(z), 0))]
+        for closer in self.mechanism.closers:
+            A, B = self._places[closer.name]
+            body = T[closer.a.body]
+            A, B = body @ A, T[closer.b.body] @ B
+            if isinstance(closer, Strut):
+                found.append(self._strut_gap(closer, z, body, B[:, :3, 3] - A[:, :3, 3]))
+            else:
+                found.append(_closure_gap(closer.kind, A, B))
+        return np.concatenate(found, axis=1)
+
+    def gap(self, z):
+        """(N,) the largest of them."""
+        return np.abs(self.gaps(z)).max(-1, initial=0.0)
+
+    def D_z(self, z):
+        """(N, m, n_z) derivative of the gaps."""
+        columns = []
+        for k in range(len(self.names)):
+            moved = z.astype(complex)
+            moved[:, k] += TINY * 1j
+            columns.append(self.gaps(moved).imag / TINY)
+        return np.stack(columns, -1)
+
+    def newton(self, z, known):
+        """Configurations that close the loops, near z, where some entries stay as they are."""
+        z = z.copy()
+        free = [k for k in range(len(self.names)) if k not in known]
+        for _ in range(30):
+            gaps = self.gaps(z)
+            if np.abs(gaps).max(initial=0.0) < 1e-15:
+                break
+            z[:, free] -= (np.linalg.pinv(self.D_z(z)[..., free]) @ gaps[..., None])[..., 0]
+        return z
+
+    def tangent(self, z, known):
+        """(N, n_z, known) derivative of all entries by some, by the implicit function theorem."""
+        free = [k for k in range(len(self.names)) if k not in known]
+        J = self.D_z(z)
+        found = np.zeros((*z.shape, len(known)))
+        found[:, known] = np.eye(len(known))
+        found[:, free] = -np.linalg.pinv(J[..., free]) @ J[..., known]
+        return found
+
+    def z_D_q(self, z):
+        """(N, n_z, n) derivative of the configuration by the actuated coordinates."""
+        return self.tangent(z, self.actuated) * self.ratio
+
+    def _strut_gap(self, strut, z, body, d):
+        length = np.full(len(z), self._float(strut.length))
+        if strut.is_cylinder:
+            length = length + z[:, self.names.index(strut.name)]
+        if strut.ends == "ball":
+            return (((d**2).sum(-1) - length**2) / (2 * length.real))[:, None]
+        swing = z[:, self.names.index(strut.swing_name)]
+        x, y = (body[:, :3, :3] @ axis for axis in self._axes[strut.name])
+        along = np.cos(swing)[:, None] * x + np.sin(swing)[:, None] * y
+        return d - along * length[:, None]
+
+    def _swing_axes(self, strut):
+        """Where a swing is counted from and to, in the body at its beginning.
+
+        The first of x, y, z in the plane, and to the left of it about the loop's first axis.
+        """
+        if strut.ends == "ball":
+            return None
+        T = self.poses(np.zeros((1, len(self.names))))
+        a, b = (self.mechanism.way(frame.body) for frame in (strut.a, strut.b))
+        own = [joint for joint in (*a, *b) if (joint in a) != (joint in b)]
+        order = [joint for joint in self.mechanism.joints if joint in own]
+        turning = next((joint for joint in order if joint.kind == "revolute"), None)
+        if turning is None:
+            raise NotImplementedError("a loop whose tree does not turn")
+        axis = (T[turning.parent][0] @ self._around[turning.name][0])[:3, 2] * turning.direction
+        n = T[strut.a.body][0, :3, :3].T @ axis
+        x = next(e for e in np.eye(3) if abs(n @ e) < 1e-9)
+        return x, np.cross(n, x)
+
+    def _pose(self, placement):
+        T = np.eye(4)
+        for motion in placement:
+            step = np.eye(4)
+            if isinstance(motion, Rotation):
+                j, k = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[motion.axis]
+                angle = self._float(motion.angle)
+                step[j, j] = step[k, k] = np.cos(angle)
+                step[k, j] = np.sin(angle)
+                step[j, k] = -step[k, j]
+            else:
+                step[:3, 3] = [self._float(c) for c in motion.vector]
+            T = T @ step
+        return T
+
+    def _float(self, expression):
+        return float(expression.xreplace(self.given))
+
+
+def _closure_gap(kind, A, B):
+    R = np.swapaxes(A[:, :3, :3], -1, -2)
+    turn, d = R @ B[:, :3, :3], (R @ (B[:, :3, 3] - A[:, :3, 3])[..., None])[..., 0]
+    turned = [turn[:, 1, 2], turn[:, 0, 2], turn[:, 0, 1]]
+    rows = {
+        "pin": [d[:, 0], d[:, 1], d[:, 2], *turned[:2]],
+        "slider": [d[:, 0], d[:, 1], *turned],
+        "ball": [d[:, 0], d[:, 1], d[:, 2]],
+        "weld": [d[:, 0], d[:, 1], d[:, 2], *turned],
+    }[kind]
+    return np.stack(rows, -1)
+
+
+@cache
+def model(name):
+    """A shipped robot in numbers."""
+    return Model(load(description(name)))
+
+
+def wrapped(angle):
+    """Angles between -pi and pi."""
+    return np.angle(np.exp(1j * angle))

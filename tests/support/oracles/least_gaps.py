@@ -1,0 +1,105 @@
+"""The posture of the least sum of squared gaps, by exact derivatives of CasADi.
+
+Nothing here comes from the compiler but the description: frames, closures and lengths. SciPy's
+``least_squares`` finds the posture from a start beside it, and Newton's iteration on the gradient
+of the sum sharpens it: where the sum is flat, no criterion on the sum itself does.
+"""
+
+from collections.abc import Sequence
+
+import casadi as ca
+import numpy as np
+from scipy.optimize import least_squares
+
+from chasles.derive.model.mechanism import Closure, Strut
+from chasles.derive.model.robot import Joint
+from tests.support.oracles.multi_start import Multistart
+
+BESIDE = 1e-3
+"""Radian and metre: how far the start is from the posture that is judged."""
+NEWTON_STEPS = 6
+EXACT = {"xtol": 1e-15, "ftol": 1e-15, "gtol": 1e-15}
+
+
+class LeastGaps:
+    """The sum of squared gaps of a mechanism as a function of its configuration."""
+
+    def __init__(self, numbers: Multistart, names: Sequence[str], held: Sequence[str]) -> None:
+        """Lowers the gaps with their derivatives.
+
+        Args:
+            numbers: The mechanism in numbers.
+            names: The order of a configuration; swings among them are left as they are.
+            held: Names of the values that are given.
+        """
+        symbols = {name: ca.SX.sym(name) for name in names}
+        members = {*numbers.joints, *numbers.cylinders}
+        self.free = [k for k, n in enumerate(names) if n in members and n not in held]
+        left = ca.vertcat(*_gaps(numbers, symbols))
+        u = ca.vertcat(*(symbols[names[k]] for k in self.free))
+        slope, gradient = ca.jacobian(left, u), ca.gradient(ca.sumsqr(left) / 2, u)
+        results = [left, slope, gradient, ca.jacobian(gradient, u)]
+        self._at = ca.Function("gaps", [ca.vertcat(*symbols.values())], results)
+
+    def least(self, z: np.ndarray) -> np.ndarray:
+        """The free values of the posture of the least sum near a configuration z."""
+
+        def at(x: np.ndarray) -> np.ndarray:
+            whole = z.copy()
+            whole[self.free] = x
+            return whole
+
+        def gaps(x: np.ndarray) -> np.ndarray:
+            return np.array(self._at(at(x))[0]).ravel()
+
+        def slopes(x: np.ndarray) -> np.ndarray:
+            return np.array(self._at(at(x))[1])
+
+        x = least_squares(gaps, z[self.free] + BESIDE, slopes, **EXACT).x
+        for _ in range(NEWTON_STEPS):
+            _, _, gradient, hessian = self._at(at(x))
+            x = x - np.linalg.solve(np.array(hessian), np.array(gradient).ravel())
+        return x
+
+
+def _gaps(numbers: Multistart, values: dict[str, ca.SX]) -> list[ca.SX]:
+    """What is left of all loops: metres, and entries of rotations times the size.
+
+    A strut holds its length, as pins out of parallel leave it no more.
+    """
+    size = float(f"{numbers.size:.3g}")
+    found = []
+    for closer in numbers.mechanism.closers:
+        A, B = (
+            _body(numbers, frame.body, values) @ numbers.pose(frame.placement)
+            for frame in (closer.a, closer.b)
+        )
+        d = B[:3, 3] - A[:3, 3]
+        if isinstance(closer, Strut):
+            length = numbers.number(closer.length) + values.get(closer.name, 0.0)
+            found.append(ca.norm_2(d) - length)
+            continue
+        if not isinstance(closer, Closure) or closer.kind != "pin":
+            raise NotImplementedError(closer)
+        found += [d, size * (A[:3, :2].T @ B[:3, 2])]
+    return found
+
+
+def _body(numbers: Multistart, name: str, values: dict[str, ca.SX]) -> ca.SX:
+    """Pose of a body in the base body's frame."""
+    T = ca.SX.eye(4)
+    for joint in numbers.mechanism.way(name):
+        _, before, after = numbers.around(joint)
+        motion = ca.SX.eye(4) if joint.kind == "fixed" else _motion(joint, values[joint.name])
+        T = T @ before @ motion @ after
+    return T
+
+
+def _motion(joint: Joint, value: ca.SX) -> ca.SX:
+    M, value = ca.SX.eye(4), joint.direction * value
+    if joint.kind == "prismatic":
+        M[2, 3] = value
+        return M
+    c, s = ca.cos(value), ca.sin(value)
+    M[0, 0], M[0, 1], M[1, 0], M[1, 1] = c, -s, s, c
+    return M

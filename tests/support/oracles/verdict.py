@@ -1,0 +1,149 @@
+"""Verdicts on inverses, from residuals that are computed independently of them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from tests.support.generators.poses import Case, PoseSet
+from tests.support.oracles.tasks import wrapped
+from tests.support.peers.interface import Answers
+
+VALID = 1e-9
+"""Largest residual of a solution [m or rad]."""
+ROUNDING = 1e-14
+"""Difference between two computations of the same residual [m or rad]."""
+SAME = 1e-6
+"""Largest joint difference at which two solutions count as the same [rad or m]."""
+REGULAR = 1e-3
+"""Smallest singular value at which coordinates count as away from singularities."""
+CHUNK = 20_000
+STARTS = 400
+STEPS = 60
+RANK = 1e-9
+LONGEST = 0.5
+"""The longest step of a joint in Newton's method [rad or m]."""
+DIFFERENCE = 1e-6
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Counts for an inverse on a set of targets.
+
+    Attributes:
+        poses: Number of targets, all reachable.
+        missed: Number of targets that no claimed solution reaches.
+        unfound: Number of targets that no returned answer reaches, claimed or not.
+        wrong: Number of targets with a claimed solution that does not reach them.
+        lost: Number of targets whose own coordinates, although regular, are not among the
+            solutions; None for sets that are not regular.
+        worst: The largest residual of the claimed solutions that reach their target [m or rad].
+    """
+
+    poses: int
+    missed: int
+    unfound: int
+    wrong: int
+    lost: int | None
+    worst: float
+
+
+def judged(case: Case, poses: PoseSet, solve: Callable[[np.ndarray], Answers]) -> Verdict:
+    """The verdict on the answers of `solve` to the targets of a set, computed in parts."""
+    chunks = np.array_split(poses.q, max(1, -(-len(poses.q) // CHUNK)))
+    parts = [_judged(case, q, solve(q)) for q in chunks]
+    missed, unfound, wrong, lost = (sum(of) for of in zip(*(p[:-1] for p in parts), strict=True))
+    worst = max(part[-1] for part in parts)
+    return Verdict(len(poses.q), missed, unfound, wrong, lost if poses.regular else None, worst)
+
+
+def _judged(case: Case, q: np.ndarray, found: Answers) -> tuple[int, int, int, int, float]:
+    errors = residuals(case, q, found)
+    reached = errors <= VALID + ROUNDING
+    good, wrong = reached & found.claimed, ~reached & found.claimed
+    missed, unfound = ~good.any(axis=1), ~reached.any(axis=1)
+    marks = (missed, unfound, wrong.any(axis=1), ~_included(case, q, found.q, good))
+    return (*(int(mark.sum()) for mark in marks), float(np.max(errors, where=good, initial=0.0)))
+
+
+def residuals(case: Case, q: np.ndarray, found: Answers) -> np.ndarray:
+    """Residuals (m, k) of answers to the targets at q (m, n); infinite without an answer."""
+    errors = np.full(found.claimed.shape, np.inf)
+    rows, slots = np.nonzero(np.isfinite(found.q).all(axis=-1))
+    if len(rows):
+        errors[rows, slots] = case.error(found.q[rows, slots], case.targets(q)[rows])
+    return np.where(np.isnan(errors), np.inf, errors)
+
+
+def _included(case: Case, q: np.ndarray, found: np.ndarray, good: np.ndarray) -> np.ndarray:
+    near = good & (_apart(case, found, q[:, None]) < SAME)
+    return near.any(axis=1) | ~regular(case, q)
+
+
+def _apart(case: Case, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """The largest difference (...) of a joint, up to whole turns."""
+    difference = first - second
+    return np.max(np.abs(np.where(case.turns, wrapped(difference), difference)), axis=-1)
+
+
+def regular(case: Case, q: np.ndarray) -> np.ndarray:
+    """Whether (m,) coordinates are away from the singularities of a case."""
+    if not case.singular:
+        return _least(case.jacobian(q)[..., list(case.solved)]) > REGULAR
+    squares = [case.square(singularity, q) for singularity in case.singular.values()]
+    return np.min([_least(square) for square in squares], axis=0) > REGULAR
+
+
+def _least(J: np.ndarray) -> np.ndarray:
+    return np.linalg.svd(J, compute_uv=False)[..., -1]
+
+
+def distinct(case: Case, q: np.ndarray) -> np.ndarray:
+    """The solutions (k, n) without repetitions."""
+    kept: list[np.ndarray] = []
+    for row in q:
+        if not kept or np.min(_apart(case, np.array(kept), row)) > SAME:
+            kept.append(row)
+    return np.array(kept).reshape(-1, q.shape[-1])
+
+
+def counts(case: Case, found: Answers) -> np.ndarray:
+    """Numbers (m,) of different claimed solutions."""
+    pairs = zip(found.q, found.claimed, strict=True)
+    return np.array([len(distinct(case, q[claimed])) for q, claimed in pairs])
+
+
+def newton(case: Case, q: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """All different solutions (k, n) that Newton's method finds for the target at q (n,).
+
+    The iteration starts from many random coordinates and does not use the arm's structure.
+    """
+    target, others = case.targets(q), case.others(q)
+    finite = partial(np.nan_to_num, nan=0.0, posinf=0.0, neginf=0.0)
+    z = np.tile(q, (STARTS, 1))
+    columns = list(case.solved)
+    z[:, columns] = case.random(rng, STARTS)[:, columns]
+    for _ in range(STEPS):
+        J, left = (finite(array) for array in _system(case, z, target, others))
+        step = np.linalg.pinv(J[..., columns], rcond=RANK) @ left[..., None]
+        z[:, columns] += np.clip(step[..., 0], -LONGEST, LONGEST)
+    ends = case.error(z, target) <= VALID
+    ends &= np.abs(_system(case, z, target, others)[1]).max(axis=-1) <= VALID
+    return distinct(case, z[ends])
+
+
+def _system(
+    case: Case, z: np.ndarray, target: np.ndarray, others: tuple[np.ndarray, ...]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Jacobian and residual of the task, with rows for further inputs that are functions of q."""
+    task = case.task
+    rows, left = [case.jacobian(z)], [task.residual(case.pose(z), target)]
+    for name, value in zip(case.given, others, strict=True):
+        if name in case.robot.functions:
+            function = case.robot.functions[name]
+            steps = DIFFERENCE * np.eye(z.shape[-1])
+            ahead, behind = (function(z[:, None] + sign * steps) for sign in (1, -1))
+            rows.append(wrapped(ahead - behind)[:, None] / (2 * DIFFERENCE))
+            left.append(wrapped(value - function(z))[:, None])
+    return np.concatenate(rows, axis=-2), np.concatenate(left, axis=-1)

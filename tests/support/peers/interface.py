@@ -1,0 +1,141 @@
+"""A common interface to peers' inverse kinematics, for arms of revolute joints given as screws."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from tests.support.oracles.screws import Screws, locked, meeting
+
+INSTALL = {"eaik": "EAIK", "ik_geo": "ik-geo", "ssik": "ssik"}
+"""The peers and their names in pip. `inverse(chain)` of each file is None if it cannot solve it."""
+MEET = 1e-9
+"""Largest distance [m] of axes from a common point at which they count as intersecting."""
+PARALLEL = 1e-9
+
+
+class Unsolved(Exception):
+    """A peer has no solver for an arm."""
+
+
+@dataclass(frozen=True)
+class Answers:
+    """The answers of a solver to some poses.
+
+    Attributes:
+        q: (m, k, n) joint values, NaN in slots without an answer.
+        claimed: (m, k) whether the solver claims a solution, not a least-squares answer.
+    """
+
+    q: np.ndarray
+    claimed: np.ndarray
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """A peer that is set up for an arm.
+
+    Attributes:
+        name: The peer.
+        call: The timed function from a prepared pose to the peer's own type of result.
+        read: Function from this result to joint values (k, n) and claims (k,).
+        prepare: Function from a pose (4, 4) to the pose that the peer takes.
+        batch: Function from prepared poses (m, 4, 4) to the peer's results, on one thread.
+    """
+
+    name: str
+    call: Callable[[np.ndarray], Any]
+    read: Callable[[Any], tuple[Any, Any]]
+    prepare: Callable[[np.ndarray], np.ndarray]
+    batch: Callable[[np.ndarray], Any]
+
+    def found(self, T: np.ndarray) -> tuple[Any, Any]:
+        """Joint values and claims for a single pose."""
+        return self.read(self.call(self.prepare(T)))
+
+
+def absent() -> dict[str, str]:
+    """The peers that are not installed, with the package to install for each."""
+    return {name: package for name, package in INSTALL.items() if _imported(name) is None}
+
+
+def inverses(chain: Screws) -> list[Inverse]:
+    """All installed peers that can solve an arm."""
+    modules = [module for name in INSTALL if (module := _imported(name)) is not None]
+    made = [module.inverse(chain) for module in modules]
+    return [inverse for inverse in made if inverse is not None]
+
+
+def answers(name: str, chain: Screws, T: np.ndarray, lock: int, values: np.ndarray) -> Answers:
+    """The answers of a peer to poses (m, 4, 4).
+
+    If the peer cannot solve the whole arm, joint `lock` is held at values (m,).
+
+    Raises:
+        Unsolved: The peer cannot solve the arm with this joint held either.
+    """
+    module = _imported(name)
+    assert module is not None
+    inverse = module.inverse(chain)
+    if inverse is not None:
+        return gathered(map(inverse.found, T), len(chain.axes))
+    if lock < 0 or module.inverse(locked(chain, lock, values[0])) is None:
+        raise Unsolved(name)
+    return gathered(_locked(module, chain, T, lock, values), len(chain.axes))
+
+
+def _locked(
+    module: ModuleType, chain: Screws, T: np.ndarray, joint: int, values: np.ndarray
+) -> Iterator[tuple[Any, Any]]:
+    for pose, value in zip(T, values, strict=True):
+        inverse = module.inverse(locked(chain, joint, value))
+        q, claimed = ([], []) if inverse is None else inverse.found(pose)
+        yield [np.insert(row, joint, value) for row in q], claimed
+
+
+def gathered(found: Iterator[tuple[Any, Any]], joints: int) -> Answers:
+    """Answers of different numbers as arrays, padded with NaN."""
+    rows = list(found)
+    most = max((len(q) for q, _ in rows), default=0)
+    all_q = np.full((len(rows), most, joints), np.nan)
+    all_claimed = np.zeros((len(rows), most), bool)
+    for k, (q, claimed) in enumerate(rows):
+        if len(q):
+            all_q[k, : len(q)], all_claimed[k, : len(q)] = q, claimed
+    return Answers(all_q, all_claimed)
+
+
+def aligned(chain: Screws) -> Callable[[np.ndarray], np.ndarray]:
+    """Poses of a tip whose axes at zero are the axes of the base, as these peers expect."""
+    turn = np.eye(4)
+    turn[:3, :3] = chain.home[:3, :3].T
+    return lambda T: T @ turn
+
+
+def offsets(chain: Screws, *groups: Sequence[int]) -> np.ndarray:
+    """(n + 1, 3) shifts from the base over the axes to the tip; axes of a group share a point."""
+    points = chain.points.copy()
+    for group in map(list, groups):
+        points[group] = meeting(chain.axes[group], points[group])[0]
+    return np.diff(np.vstack([np.zeros(3), points, chain.home[:3, 3]]), axis=0)
+
+
+def meet(chain: Screws, joints: Sequence[int]) -> bool:
+    """Whether all these axes pass through one point."""
+    return meeting(chain.axes[list(joints)], chain.points[list(joints)])[1] < MEET
+
+
+def parallel(chain: Screws, joints: Sequence[int]) -> bool:
+    """Whether all these axes are parallel."""
+    first, *others = chain.axes[list(joints)]
+    return all(np.linalg.norm(np.cross(first, other)) < PARALLEL for other in others)
+
+
+def _imported(name: str) -> ModuleType | None:
+    try:
+        return import_module(f".{name}", __package__)
+    except ImportError:
+        return None

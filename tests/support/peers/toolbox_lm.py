@@ -1,0 +1,47 @@
+"""The Robotics Toolbox: Levenberg-Marquardt with random restarts, in C++, called from Python.
+
+An arm is a sequence of a constant transform to each axis, a rotation about or a translation along
+its z, and a constant transform to the tool. No shorter sequence of elements describes the arm.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+import roboticstoolbox as rtb
+
+from tests.support.oracles.screws import Screws, inverted
+
+NAME = "Robotics Toolbox ik_LM"
+TOLERANCE = 1e-13
+"""Limit of half the squared error: 4.5e-7 metre or radian."""
+
+
+def inverse(chain: Screws, lower: np.ndarray, upper: np.ndarray) -> Callable:
+    """The function from a pose (4, 4) to a solution with `q` and `success`, from its own starts."""
+    elements = sequence(chain, lower, upper)
+
+    def call(T: np.ndarray):
+        return elements.ik_LM(T, tol=TOLERANCE)
+
+    return call
+
+
+def sequence(chain: Screws, lower: np.ndarray, upper: np.ndarray) -> rtb.ETS:
+    """The elementary transforms of an arm, with its limits."""
+    elements, before = [], np.eye(4)
+    for k, turns in enumerate(chain.revolute):
+        frame = _along(chain.axes[k] if turns else chain.slides[k], chain.points[k])
+        joint = rtb.ET.Rz if turns else rtb.ET.tz
+        limits = [lower[k], upper[k]]
+        elements += [rtb.ET.SE3(inverted(before) @ frame), joint(qlim=limits)]
+        before = frame
+    return rtb.ETS([*elements, rtb.ET.SE3(inverted(before) @ chain.home)])
+
+
+def _along(axis: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """A frame at a point, with its z axis along a direction."""
+    across = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+    x = across / np.linalg.norm(across)
+    frame = np.eye(4)
+    frame[:3] = np.column_stack([x, np.cross(axis, x), axis, point])
+    return frame

@@ -1,0 +1,129 @@
+"""Serial robots whose articles are tested: the shipped ones, and ones that are hard to print."""
+
+import random
+from functools import cache
+
+import sympy as sp
+
+from chasles.derive import Joint, Mimic, Parameter, Robot, derive
+from chasles.derive.description.conventions import CONVENTIONS
+from chasles.derive.latex import fragments
+from chasles.derive.model.mechanism import Mechanism
+from chasles.derive.model.placements import rotation, translation
+from tests.support.chains import random_chain
+from tests.support.derivations import NAMES, article, derivation
+
+R = sp.Rational
+BY_NAME = {convention.name: convention for convention in CONVENTIONS}
+
+
+def joint(name, convention, kind="revolute", *, pitch=0, direction=1, mimic=None, **given):
+    """A joint with its convention's fields, zero where not given."""
+    convention = BY_NAME[convention]
+    fields = {f.name: sp.sympify(given.get(f.name, 0)) for f in convention.fields}
+    before, after = convention(kind, **fields)
+    return Joint(
+        name,
+        kind,
+        before,
+        after,
+        pitch=sp.sympify(pitch),
+        direction=direction,
+        mimic=mimic,
+        convention=convention,
+        given=convention.scalars(fields),
+    )
+
+
+def awkward():
+    """Every kind of joint, three conventions, odd angles, and names that clash with c, s, t, p."""
+    h, c1, s_1, t1, p_1 = sp.symbols("h c1 s_1 t1 p_1", real=True)
+    alpha_2 = sp.Symbol("alpha_2", real=True)
+    joints = (
+        joint("lift", "dh", "prismatic", d=c1),
+        joint("turn", "dh", a=t1, theta=R(3, 10)),
+        joint("screw", "dh", "helical", a=s_1, alpha=alpha_2, pitch=h),
+        joint("follow", "dh", a=p_1, alpha=sp.pi / 2, mimic=Mimic("turn", sp.Integer(2), R(1, 10))),
+        joint("back", "mdh", alpha=sp.pi / 3, a=R(1, 4), direction=-1),
+        joint("down", "mdh", alpha=sp.pi, a=R(1, 8)),
+        joint("wrist", "hayati", a=R(1, 8), alpha=R(1, 10), beta=R(1, 20)),
+    )
+    lengths = tuple(Parameter(str(p), R(k + 1, 5)) for k, p in enumerate((h, c1, s_1, t1, p_1)))
+    base = translation(R(0), R(0), R(1, 2)) + rotation("z", sp.pi / 4)
+    tool = translation(R(0), R(0), R(1, 10)) + rotation("x", R(1, 5))
+    parameters = (*lengths, Parameter("alpha_2", R(2, 5), "angle"))
+    return Robot("awkward", joints, base=base, tool=tool, base_frame="w", parameters=parameters)
+
+
+def calibrated():
+    """Four joints with every Denavit-Hartenberg parameter a symbol."""
+    parameters, joints = [], []
+    for k in range(1, 5):
+        kinds = {"a": "length", "d": "length", "alpha": "angle", "theta": "angle"}
+        own = [Parameter(f"{field}_{k}", R(k, 7), kind) for field, kind in kinds.items()]
+        parameters += own
+        given = {p.name.split("_")[0]: p.symbol for p in own}
+        joints.append(joint(f"j{k}", "dh", **given))
+    return Robot("calibrated", tuple(joints), parameters=tuple(parameters))
+
+
+def parallel(count):
+    """A chain in groups of three parallel axes."""
+    lengths = [sp.Symbol(f"a{k}", real=True) for k in range(1, count + 1)]
+    joints = tuple(
+        joint(f"j{k}", "dh", a=a, alpha=0 if k % 3 else sp.pi / 2) for k, a in enumerate(lengths, 1)
+    )
+    return Robot("parallel", joints, parameters=tuple(Parameter(str(a), R(1, 4)) for a in lengths))
+
+
+def tilted():
+    """A chain whose screw axes and whose inverse both name constants, on a base at an angle."""
+    tilt, rises = sp.Symbol("tilt", real=True), sp.symbols("d1:10", real=True)
+    joints = (
+        joint("j1", "dh", d=sum(rises), alpha=sp.pi / 2),
+        joint("j2", "dh", a=R(1, 2)),
+        joint("j3", "dh", a=R(2, 5), theta=R(1, 3), alpha=R(1, 3)),
+    )
+    lengths = tuple(Parameter(str(d), R(k, 10)) for k, d in enumerate(rises, 1))
+    parameters = (Parameter("tilt", R(1, 3), "angle"), *lengths)
+    return Robot("tilted", joints, base=rotation("x", tilt), parameters=parameters)
+
+
+def named_wrist():
+    """An arm with a wrist whose every angle and length has a name: constants that grow long."""
+    angles = {"alpha1": "-1.5708", "theta2": "-1.5708", "alpha3": "-1.5708", "alpha4": "1.5708"}
+    angles |= {"alpha5": "-1.5708", "theta6": "3.14159"}
+    lengths = {"d1": "0.29", "a2": "0.27", "a3": "0.07", "d4": "0.302", "d6": "0.072"}
+    parameters = [Parameter(name, R(value), "angle") for name, value in angles.items()]
+    parameters += [Parameter(name, R(value)) for name, value in lengths.items()]
+    joints = []
+    for k in range(1, 7):
+        given = {p.name[:-1]: p.symbol for p in parameters if p.name.endswith(str(k))}
+        joints.append(joint(f"j{k}", "dh", **given))
+    return Robot("named_wrist", tuple(joints), parameters=tuple(parameters))
+
+
+BUILT = {
+    "awkward": awkward,
+    "calibrated": calibrated,
+    "tilted": tilted,
+    "named_wrist": named_wrist,
+    "fourteen": lambda: parallel(14),
+    **{f"random{k}": lambda k=k: random_chain(random.Random(k), 3 + k).robot() for k in range(6)},
+}
+ROBOTS = [*NAMES, *BUILT]
+
+
+@cache
+def derived(name):
+    """A serial robot, or the main chain of one with loops."""
+    if name in BUILT:
+        return derive(BUILT[name]())
+    robot = derivation(name).robot
+    return derive(robot.main_chain) if isinstance(robot, Mechanism) else derivation(name)
+
+
+@cache
+def printed(name):
+    """The fragments of the article of such a robot, by file."""
+    return article(name) if name in NAMES else fragments(derived(name))
