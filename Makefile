@@ -12,8 +12,10 @@ ELSEWHERE := PYTHONHASHSEED=4242 OPENBLAS_CORETYPE=Prescott \
 derive: .venv/derive ## derive, generate and compile every robot
 	@$(UNDER) $(BIN)/chasles-derive && $(BIN)/python -m chasles build
 
-# Tests wait for compilers and browsers, so that a worker more than cores keeps these busy.
+# Compiles shipped robots first: workers would compile each of them several times. Tests wait for
+# compilers and browsers, so a worker more than there are cores keeps the cores busy.
 test: .venv/dev ## the whole test suite
+	@$(BIN)/python -m chasles build >/dev/null
 	@OPENBLAS_NUM_THREADS=1 PYTEST_XDIST_AUTO_NUM_WORKERS=$$(($$(getconf _NPROCESSORS_ONLN) + 1)) $(BIN)/python -m pytest
 
 SECONDS ?= 300

@@ -21,10 +21,10 @@ from pathlib import Path
 import chasles
 import chasles.derive
 from chasles.derive.emit.languages import EMITTERS
+from tests.support.native import compiler_version
 from tests.support.oracles.screws import ROBOTS
 
 from .cases.arms import ARMS
-from .native.library import compiler_version
 from .report import out, table
 
 EXPECTED = Path(__file__).with_name("instructions.json")
@@ -79,13 +79,13 @@ def run(write: bool) -> int:
         EXPECTED.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
         return 0
     expected = json.loads(EXPECTED.read_text(encoding="utf-8"))
-    risen = [
-        *compare("kernels", expected, found, ("compiler",)),
+    failures = [
+        *compare("kernels", expected, found, ("compiler",), exactly=True),
         *compare("python", expected, found, tuple(found["versions"])),
     ]
-    for line in risen:
-        out.print(f"more instructions: {line}")
-    return 1 if risen else 0
+    for line in failures:
+        out.print(f"other number of instructions: {line}")
+    return 1 if failures else 0
 
 
 def impossible() -> str | None:
@@ -107,18 +107,41 @@ def versions() -> dict[str, str]:
 
 
 def compare(
-    kind: str, expected: Mapping[str, dict], found: Mapping[str, dict], same: tuple[str, ...]
+    kind: str,
+    expected: Mapping[str, dict],
+    found: Mapping[str, dict],
+    same: tuple[str, ...],
+    exactly: bool = False,
 ) -> list[str]:
-    """Prints counts next to the expected counts.
+    """Print counts next to the expected counts.
+
+    Args:
+        kind: "kernels" or "python".
+        expected: Versions and counts of bench/instructions.json.
+        found: Versions and counts of this machine.
+        same: Versions on which the counts depend; another version only informs.
+        exactly: Whether any difference is a failure, also a missing function.
 
     Returns:
-        The rises; none if a version on which the counts depend has changed.
+        A line for each failure.
     """
     other = [n for n in same if expected["versions"].get(n) != found["versions"][n]]
     rows = [(name, expected[kind].get(name, "new"), count) for name, count in found[kind].items()]
     told = f" (another {', '.join(other)}: for information)" if other else ""
     table(f"Instructions, {kind}{told}", ("function", "expected", "now"), rows)
-    return [] if other else rises(expected[kind], found[kind])
+    if other:
+        return []
+    return (differences if exactly else rises)(expected[kind], found[kind])
+
+
+def differences(expected: Mapping[str, int], found: Mapping[str, int]) -> list[str]:
+    """Functions whose count differs, and functions that only one of both has."""
+    names = {**expected, **found}
+    return [
+        f"{name}: {found.get(name, 'not counted')}, expected {expected.get(name, 'none')}"
+        for name in names
+        if found.get(name) != expected.get(name)
+    ]
 
 
 def rises(expected: Mapping[str, int], found: Mapping[str, int]) -> list[str]:

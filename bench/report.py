@@ -6,11 +6,10 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TypeVar
 
 from rich.console import Console
 from rich.table import Table
@@ -20,10 +19,7 @@ PACKAGES = (
     *("chasles", "numpy", "sympy", "casadi", "pin", "roboticstoolbox-python"),
     *("wrenfold", "symforce", "jax"),
 )
-PACE = 30.0
-"""Seconds between two lines that tell how far a long benchmark is."""
 out = Console(width=110, highlight=False)
-Found = TypeVar("Found")
 
 
 @dataclass(frozen=True)
@@ -127,31 +123,6 @@ def ratio(
     pairs = [theirs / ours for ours, theirs in zip(own, peer, strict=True)]
     best = [min(found) / count * 1e9 for found in (own, peer)]
     return Ratio(key, *best, statistics.median(pairs), min(pairs), bar)
-
-
-def paced(
-    found: Iterable[Found],
-    count: int,
-    told: Callable[[Sequence[Found]], str],
-    clock: Callable[[], float] = time.monotonic,
-) -> list[Found]:
-    """The results of a long benchmark; a line now and then tells how far it is.
-
-    Args:
-        found: Yields the results, one after the other.
-        count: Number of results to come.
-        told: The words for the results so far.
-        clock: The time (second).
-    """
-    results: list[Found] = []
-    start = last = clock()
-    for one in found:
-        results.append(one)
-        now = clock()
-        if now - last >= PACE and len(results) < count:
-            out.print(f"{len(results)} of {count} in {now - start:.0f} s: {told(results)}")
-            last = now
-    return results
 
 
 def tables(title: str, found: Sequence[Ratio | Limit]) -> None:

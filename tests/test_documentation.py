@@ -56,7 +56,7 @@ def test_every_page_with_examples_has_a_test():
             assert f'"{page.name}"' in here.partition("BLOCK =")[2], page.name
 
 
-def test_readme(tmp_path):
+def test_readme_examples_run(tmp_path):
     page = ROOT / "README.md"
     (description,) = examples(page, "toml")
     (tmp_path / "planar_arm.toml").write_text(description)
@@ -66,7 +66,7 @@ def test_readme(tmp_path):
     assert names["x"].shape == (6, 3)
 
 
-def test_python(tmp_path):
+def test_python_page_examples_run(tmp_path):
     (tmp_path / "generated").symlink_to(ROOT / "generated")
     (tmp_path / "my_arm.toml").write_text(
         'name = "my_arm"\nconvention = "dh"\nparameters = { d1 = 0.2 }\n'
@@ -76,7 +76,7 @@ def test_python(tmp_path):
     assert names["p_D_q"].shape == (3, 7)
 
 
-def test_conventions(tmp_path):
+def test_conventions_page_examples_run(tmp_path):
     (tmp_path / "arm.toml").write_text(
         'name = "arm"\nconvention = "mine"\njoints = [{ a = 0.3 }, { a = 0.2, d = 0.1 }]\n'
     )
@@ -84,25 +84,25 @@ def test_conventions(tmp_path):
     assert names["robot"].joints[0].before
 
 
-def test_robot_files():
+def test_robot_files_page_examples_run():
     run(ROOT / "docs" / "robot-files.md", {})
     assert chasles.load("./robots/planar").n == 2
 
 
-def test_loops():
+def test_loops_page_examples_run():
     names = run(ROOT / "docs" / "loops.md", {})
     assert names["near"].valid
     assert np.all(names["walked"].valid)
     assert names["legs"].valid.all()
 
 
-def test_view(tmp_path):
+def test_view_page_examples_run(tmp_path):
     pytest.importorskip("viser")
     run(ROOT / "docs" / "view.md", {})
     assert (tmp_path / "ur5e.html").stat().st_size > 100_000
 
 
-def test_calibration(tmp_path):
+def test_calibration_page_examples_run(tmp_path):
     pytest.importorskip("scipy")
     (tmp_path / "tracker.csv").write_text(measured(chasles.load("ur5e")))
     page = ROOT / "docs" / "calibration.md"

@@ -1,4 +1,4 @@
-"""The structure of the project: small files, names used once, imports in one direction."""
+"""The structure of the project: short files, unique test files, imports in one direction."""
 
 import ast
 from collections import Counter
@@ -14,19 +14,17 @@ import chasles.derive
 DERIVE = Path(chasles.derive.__file__).resolve().parent
 RUNTIME = Path(chasles.__file__).resolve().parent
 TESTS = Path(__file__).resolve().parent
-BENCH = TESTS.parent / "bench"
+ROOT = TESTS.parent
+BENCH = ROOT / "bench"
 HALVES = {"derive": DERIVE, "runtime": RUNTIME}
 WRITTEN = {**HALVES, "tests": TESTS, "bench": BENCH}
 """Folders of handwritten files; generated/ is written by the compiler."""
 
 MOST_LINES = 500
-MOST_FILES = 14
 SUFFIXES = {".py", ".c", ".cpp", ".h"}
-ONE_FILE_EACH = {DERIVE / "robots", DERIVE / "robots" / "shelf"}
-"""Folders of data that hold one file for every robot and grow with their number."""
 BUILT = {".so", ".pyc", ".o"}
-UNNAMED = {"__init__", "__main__", "conftest"}
-"""Modules whose names Python or pytest prescribes."""
+SHARED = {"support", "campaigns", "laws"}
+"""Folders of tests whose modules other tests may import."""
 
 STAGES = (
     ("beside",),
@@ -117,37 +115,10 @@ def test_files_are_short(part):
     assert {str(path): n for path, n in lines.items() if n > MOST_LINES} == {}
 
 
-@pytest.mark.parametrize("part", WRITTEN)
-def test_folders_are_small(part):
-    counts = Counter(path.parent for path in handwritten(WRITTEN[part]))
-    assert len(counts) > 5
-    large = {str(folder): n for folder, n in counts.items() if n > MOST_FILES}
-    assert {f: n for f, n in large.items() if Path(f) not in ONE_FILE_EACH} == {}
-
-
-@pytest.mark.parametrize("half", HALVES)
-def test_a_module_has_a_name_of_its_own(half):
-    names = [path.stem for path in modules(HALVES[half]).values()]
-    assert len(names) > 30
-    assert repeated(name for name in names if name not in UNNAMED) == []
-
-
-def test_a_test_file_has_a_name_of_its_own():
+def test_test_file_names_are_unique():
     """Pytest imports test files of folders without __init__ by their bare names."""
-    names = [path.stem for path in TESTS.rglob("*.py") if path.stem not in UNNAMED]
+    names = [path.stem for path in TESTS.rglob("test_*.py")]
     assert len(names) > 90
-    assert repeated(names) == []
-
-
-@pytest.mark.parametrize("half", HALVES)
-def test_a_public_class_has_a_name_of_its_own(half):
-    names = [
-        node.name
-        for path in modules(HALVES[half]).values()
-        for node in ast.parse(path.read_text(encoding="utf-8")).body
-        if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
-    ]
-    assert len(names) > 10
     assert repeated(names) == []
 
 
@@ -155,7 +126,7 @@ def room(name: tuple[str, ...]) -> str:
     return name[0] if name else "__init__"
 
 
-def test_stages_of_the_compiler_import_from_earlier_ones_alone():
+def test_compiler_stages_import_only_earlier_stages():
     graph = imported_modules(DERIVE)
     assert {room(name) for name in graph} <= set(RANK)
     upwards = [
@@ -169,12 +140,12 @@ def test_stages_of_the_compiler_import_from_earlier_ones_alone():
 
 
 @pytest.mark.parametrize("half", HALVES)
-def test_no_modules_import_each_other(half):
+def test_modules_have_no_import_cycle(half):
     assert circle(imported_modules(HALVES[half])) == []
 
 
 @pytest.mark.parametrize("half", HALVES)
-def test_no_rooms_import_each_other(half):
+def test_packages_have_no_import_cycle(half):
     rooms: dict[str, set[str]] = {}
     for name, targets in imported_modules(HALVES[half]).items():
         others = {room(target) for target in targets} - {room(name)}
@@ -183,7 +154,7 @@ def test_no_rooms_import_each_other(half):
     assert circle(rooms) == []
 
 
-def test_the_runtime_needs_nothing_of_the_compiler():
+def test_runtime_does_not_import_the_compiler():
     reached = Counter()
     for name, path in modules(RUNTIME).items():
         package = name if path.stem == "__init__" else name[:-1]
@@ -195,3 +166,47 @@ def test_the_runtime_needs_nothing_of_the_compiler():
             assert not module.startswith("chasles.derive"), f"{path} imports {module}"
             reached[room(name)] += 1
     assert len(reached) > 5
+
+
+def absolute_imports(path: Path, root: Path) -> Iterator[tuple[str, ...]]:
+    """The dotted names that a file imports, as seen from the folder that holds its package."""
+    package = path.relative_to(root).parent.parts
+    for level, module, names in imports(path):
+        base = (*(package[: len(package) - level + 1] if level else ()), *filter(None, [module]))
+        dotted = tuple(".".join(base).split("."))
+        # `from tests import support` names the module last.
+        yield from ((*dotted, name) for name in names or [""])
+
+
+def python_files(*folders: str) -> list[Path]:
+    return [path for folder in folders for path in sorted((ROOT / folder).rglob("*.py"))]
+
+
+def test_only_bench_imports_bench():
+    files = python_files("derive", "runtime", "tests", "docs")
+    assert len(files) > 300
+    for path in files:
+        for name in absolute_imports(path, ROOT):
+            assert name[0] != "bench", f"{path} imports {'.'.join(name)}"
+
+
+def test_tests_are_imported_by_tests_and_their_support_by_bench():
+    found = 0
+    for path in python_files("derive", "runtime", "bench"):
+        for name in absolute_imports(path, ROOT):
+            if name[0] == "tests":
+                assert path.is_relative_to(BENCH), f"{path} imports {'.'.join(name)}"
+                assert name[1] in SHARED, f"{path} imports {'.'.join(name)}"
+                found += 1
+    assert found > 10
+
+
+def test_tests_import_no_other_test_file():
+    found = 0
+    for path in python_files("tests"):
+        for name in absolute_imports(path, ROOT):
+            if name[0] == "tests":
+                assert name[1] in SHARED, f"{path} imports {'.'.join(name)}"
+                assert not any(part.startswith("test_") for part in name[:-1]), path
+                found += 1
+    assert found > 300

@@ -11,9 +11,10 @@ import chasles
 from chasles.derive import load, write
 from tests.support.generators.geometric_errors import displaced
 from tests.support.oracles.screws import ROBOTS, screws
+from tests.support.peers.interface import Inverse, inverses
 from tests.support.peers.interface import absent as absent_peers
-from tests.support.peers.interface import inverses
 
+from ..agreement import CONFIGURATIONS, require_same
 from ..cores import one_core
 from ..native.kernel import kernel
 from ..report import Limit, Plan, Ratio, alternated, out, ratio, seconds
@@ -53,12 +54,28 @@ def poses(name: str, count: int) -> np.ndarray:
     return robot.fk(np.random.default_rng(0).uniform(-np.pi, np.pi, (count, robot.n)))
 
 
+def peers(name: str) -> list[Inverse]:
+    """The peers of a robot, once they return as many solutions as chasles, all of them right.
+
+    Raises:
+        DisagreementError: A peer misses a solution or returns a wrong one.
+    """
+    robot, found, T = chasles.load(name), inverses(screws(name)), poses(name, CONFIGURATIONS)
+    for peer in found:
+        for pose, valid in zip(T, robot.ik(T).valid, strict=True):
+            q, claimed = map(np.asarray, peer.found(pose))
+            expected = np.broadcast_to(pose, (np.count_nonzero(valid), 4, 4))
+            reached = robot.fk(q[claimed.astype(bool)])
+            require_same(f"{peer.name} for {name}", (reached,), (expected,))
+    return found
+
+
 def calls(plan: Plan, name: str) -> list[Ratio]:
     """Calls for a single pose, each of which returns all solutions."""
     T = poses(name, VECTORS)
     repeats = max(plan.calls // VECTORS, 1)
     works = {OWN: repeated(chasles.load(name).ik, T, repeats)}
-    for peer in inverses(screws(name)):
+    for peer in peers(name):
         works[peer.name] = repeated(peer.call, peer.prepare(T), repeats)
     return _ratios(f"python {name} ik", works, plan, CALL_BAR, VECTORS * repeats)
 
@@ -71,7 +88,7 @@ def batches(plan: Plan, name: str) -> list[Ratio]:
     results = robot.ik(T)
     there = (results.q, results.residual, results.margin)
     found = []
-    for peer in inverses(screws(name)):
+    for peer in peers(name):
         prepared = peer.prepare(some)
         works = {
             OWN: lambda: robot.ik(T, out=there),
@@ -100,7 +117,11 @@ def _bar(name: str, bar: float) -> float | None:
 
 
 def general(plan: Plan) -> list[Ratio]:
-    """An arm without a solvable structure, compared with the module that ssik ships for it."""
+    """An arm without a solvable structure, compared with the module that ssik ships for it.
+
+    The module has rounded lengths, so that its poses differ from ours by up to 0.1 mm. Each solver
+    gets poses of its own arm.
+    """
     if SLOW in absent_peers() or GENERAL not in chasles.robots():
         out.print(f"{GENERAL} and {SLOW} are not both here: no general arm to compare")
         return []
@@ -143,7 +164,13 @@ def in_C(plan: Plan) -> list[Limit]:
         return []
     found = []
     for name in IN_C:
-        work = kernel(chasles.load(name), "ik", AVX2)
+        robot = chasles.load(name)
+        work = kernel(robot, "ik", AVX2)
+        for pose in poses(name, CONFIGURATIONS):
+            (q, *in_c), (own_q, *own, _) = work.at(pose), robot.ik(pose)
+            # Angles that differ by a full turn are equal.
+            results, expected = (np.exp(1j * q), *in_c), (np.exp(1j * own_q), *own)
+            require_same(f"{name} ik, C with AVX2", results, expected)
         repeats = max(plan.calls // VECTORS, 1)
         T = np.tile(poses(name, VECTORS).reshape(-1, 16), (repeats, 1))
         (taken,) = alternated({OWN: partial(work.run, T)}, plan.rounds).values()

@@ -9,7 +9,9 @@ import numpy as np
 
 import chasles
 from chasles.derive import load, write
+from tests.support.oracles.screws import ROBOTS
 
+from ..agreement import CONFIGURATIONS, require_same
 from ..cores import one_core
 from ..native.kernel import kernel
 from ..native.library import Loop, aligned
@@ -18,7 +20,6 @@ from ..peers.forward.own import generated_loop
 from ..report import Limit, Plan, Ratio, alternated, out, ratio, seconds
 from .one_call import VECTORS, repeated
 
-ROBOTS = Path(__file__).parents[2] / "derive" / "robots"
 OWN = "chasles"
 CHAIN = "open main chain"
 BARS = {"well_manipulator": 1 / 2}
@@ -68,13 +69,22 @@ def closed(robot: chasles.Robot, count: int) -> np.ndarray:
 
 
 def open_chains(plan: Plan) -> list[Ratio]:
-    """Pose and Jacobian in actuated coordinates compared with the main chain without loops."""
+    """Pose and Jacobian in actuated coordinates compared with the main chain without loops.
+
+    Both must compute the same poses and Jacobians: the Jacobian of the robot is the Jacobian of the
+    chain times the derivative of the chain's joints.
+    """
     found = []
     for name in CHAINS:
         robot = chasles.load(name)
         own, chain = chain_loops(robot)
         q = closed(robot, min(plan.batch, POSES))
-        theta = robot.chain(q)
+        theta, some = robot.chain(q), q[:CONFIGURATIONS]
+        T, J = robot.fk_jacobian_mixed(some)
+        require_same(f"{name} in C", own.results(some), (T, T, J))
+        *poses, J_theta = chain.results(theta[:CONFIGURATIONS])
+        found_J = J_theta @ robot.chain_D_q(some)
+        require_same(f"{CHAIN} of {name}", (*poses, found_J), (T, T, J))
         works = {OWN: _posed(own, q), CHAIN: _posed(chain, theta)}
         of = alternated(works, plan.rounds)
         key = f"scalar {name} fk_jacobian: {CHAIN}"
@@ -115,6 +125,7 @@ def five_bar(plan: Plan) -> list[Ratio]:
     if "pinocchio" in absent():
         return []
     robot = chasles.load("five_bar")
+    require_same_five_bar(robot)
     peer, q = five_bar_peer(robot), five_bar_path(robot)
     z = robot.configuration(q)
     newton, known = "Pinocchio, Newton", "Pinocchio, z known"
@@ -133,6 +144,16 @@ def five_bar(plan: Plan) -> list[Ratio]:
     return found
 
 
+def require_same_five_bar(robot: chasles.Robot) -> None:
+    """Compare configurations, poses, Jacobians and velocity maps with Pinocchio's."""
+    peer, q = five_bar_peer(robot), five_bar_path(robot)[:CONFIGURATIONS]
+    z = robot.configuration(q)
+    for own_z, angles, T, J in zip(z, q, *robot.fk_jacobian_mixed(q), strict=True):
+        pose, jacobian = peer.fk_jacobian(angles)
+        found = pose.homogeneous, jacobian, peer.z, peer.velocity_map(own_z)[:2]
+        require_same("Pinocchio for five_bar", found, (T, J, own_z, robot.chain_D_q(angles)))
+
+
 def times(plan: Plan) -> list[Limit]:
     """Times of loop functions and their inverses, in C and from Python."""
     found = []
@@ -142,6 +163,7 @@ def times(plan: Plan) -> list[Limit]:
         q = closed(robot, VECTORS)
         rows = q if robot.functions[function].inputs[0].name == "q" else robot.chain(q)
         in_C = kernel(robot, function)
+        require_same(f"{name} {function} in C", in_C.at(rows[0]), several(call(rows[0])))
         repeats = max(plan.calls // VECTORS, 1)
         many = np.ascontiguousarray(np.tile(rows, (repeats, 1)))
         works = {
@@ -162,6 +184,8 @@ def iterations(plan: Plan) -> list[Limit]:
         call, inputs = getattr(robot, function), followed(robot, function)
         many = np.ascontiguousarray(np.tile(np.concatenate(inputs, axis=-1), (repeats, 1)))
         in_C = kernel(robot, function)
+        expected = several(call(*(rows[0] for rows in inputs)))
+        require_same(f"{name} {function} in C", in_C.at(many[0]), expected)
         works = {
             "C": lambda k=in_C, m=many: k.run(m),
             "Python": lambda f=call, i=inputs: [f(*r) for r in zip(*i, strict=True)],
@@ -177,6 +201,11 @@ def iterations(plan: Plan) -> list[Limit]:
     q = closed(robot, ITERATED)
     of_modes = [seconds(lambda: robot.fk_planar_all(q)) for _ in range(plan.rounds)]
     return [*found, _time("planar_3rrr fk_planar_all, in a batch", of_modes, len(q), "us")]
+
+
+def several(results: object) -> tuple:
+    """The results of a function as a tuple, also if it has only one."""
+    return results if isinstance(results, tuple) else (results,)
 
 
 def followed(robot: chasles.Robot, function: str) -> tuple[np.ndarray, ...]:

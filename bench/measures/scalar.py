@@ -4,7 +4,7 @@ import numpy as np
 
 from ..cases.arms import ARMS, Arm
 from ..native.library import Loop, aligned
-from ..peers.forward import setups
+from ..peers.forward import setups, verified
 from ..peers.forward.own import plain_loop
 from ..report import Plan, Ratio, alternated, ratio
 
@@ -20,7 +20,7 @@ def run(plan: Plan) -> list[Ratio]:
 
 def one_arm(plan: Plan, arm: Arm) -> list[Ratio]:
     """Ratios of an arm."""
-    loops: list[Loop] = [*setups("loops", arm, plan.leave_out), plain_loop(arm)]
+    loops: list[Loop] = [*setups("loops", arm, plan.leave_out), verified(plain_loop(arm), arm)]
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (min(POSES, plan.batch), arm.joints))
     T, J = aligned(1, 4, 4), aligned(1, 6, arm.joints)
     found = []

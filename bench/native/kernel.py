@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 import chasles
+from tests.support.native import UNPACKED, Source, compiled
 
-from .library import UNPACKED, Source, aligned, compiled
+from .library import aligned
 
 MAIN = """
 #include "{robot}.c"
@@ -35,11 +36,19 @@ class Kernel:
         library: The loaded library.
         size: Numbers in a row.
         results: The results of the last call, one row for each output.
+        shapes: The shape of each output.
     """
 
     library: ctypes.CDLL
     size: int
     results: np.ndarray
+    shapes: tuple[tuple[int, ...], ...]
+
+    def at(self, row: np.ndarray) -> list[np.ndarray]:
+        """Results of one row, in the shapes of the function's outputs."""
+        self.run(np.ascontiguousarray(row).reshape(1, self.size))
+        sized = zip(self.results, self.shapes, strict=True)
+        return [values[: math.prod(shape)].reshape(shape).copy() for values, shape in sized]
 
     def run(self, rows: np.ndarray) -> None:
         """Calls the function once for each row of a C-contiguous (m, size) array."""
@@ -60,4 +69,5 @@ def kernel(robot: chasles.Robot, function: str, flags: Sequence[str] = ()) -> Ke
     own = {file.name: file.read_text(encoding="utf-8") for file in robot.folder.glob("*.[ch]")}
     files = {"main.c": main, **own}
     library = compiled(Source(f"{robot.name}-{function}", files, (UNPACKED, *flags)))
-    return Kernel(ctypes.CDLL(str(library)), sum(sizes), aligned(len(outputs), ROOM))
+    results, shapes = aligned(len(outputs), ROOM), tuple(array.shape for array in outputs)
+    return Kernel(ctypes.CDLL(str(library)), sum(sizes), results, shapes)

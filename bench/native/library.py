@@ -1,14 +1,7 @@
-"""Compiles C and C++ for the benchmarks; keeps the libraries in build/bench by content."""
+"""Runs compiled functions of chasles and its peers over arrays."""
 
 import ctypes
-import hashlib
 import math
-import os
-import shlex
-import shutil
-import subprocess
-import tempfile
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, files
 from pathlib import Path
@@ -16,72 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from chasles.contract.compiler import FLAGS
+from tests.support.native import Source, compiled
 
-BUILD = Path(__file__).parents[2] / "build" / "bench"
 LOOP = Path(__file__).with_name("loop.h")
-UNPACKED = "-fno-tree-slp-vectorize"
-"""Flag for the C of chasles alone: GCC 12 vectorises it wrongly; the peers would lose speed."""
-FLAGS_OF_ALL = (
-    *(flag for flag in FLAGS if flag != UNPACKED and not flag.startswith("-std")),
-    "-DNDEBUG",
-)
-"""Flags of chasles' own C, which every peer gets too: -O3 -march=native, no errno.
-
-NDEBUG serves the peers: Eigen's assertions take as long as the kinematics.
-"""
-
-
-@dataclass(frozen=True)
-class Source:
-    """A library to be compiled.
-
-    Attributes:
-        name: Its name.
-        files: The text of each file; the first file is compiled.
-        flags: Further flags: include folders, definitions.
-    """
-
-    name: str
-    files: Mapping[str, str]
-    flags: Sequence[str] = ()
-
-    @property
-    def command(self) -> tuple[str, ...]:
-        """Compiler and flags, by the ending of the first file."""
-        plus = next(iter(self.files)).endswith(".cpp")
-        compiler = shlex.split(os.environ.get("CXX", "c++") if plus else os.environ.get("CC", "cc"))
-        standard = "-std=c++17" if plus else "-std=c99"
-        return (*compiler, standard, *FLAGS_OF_ALL, *self.flags)
-
-    @property
-    def path(self) -> Path:
-        """Path of the compiled library."""
-        parts = [*self.command, *self.files, *self.files.values(), compiler_version(self.command)]
-        digest = hashlib.sha256("\0".join(parts).encode()).hexdigest()
-        return BUILD / f"{self.name}-{digest[:16]}.so"
-
-
-def compiler_version(command: Sequence[str]) -> str:
-    """The first line of a compiler's ``--version``, or '' without a compiler."""
-    if shutil.which(command[0]) is None:
-        return ""
-    done = subprocess.run([command[0], "--version"], capture_output=True, text=True, check=False)
-    return done.stdout.partition("\n")[0]
-
-
-def compiled(source: Source) -> Path:
-    """The library; compiles it if it is not there yet."""
-    if not source.path.exists():
-        BUILD.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=BUILD) as folder:
-            for name, text in source.files.items():
-                (Path(folder) / name).write_text(text, encoding="utf-8")
-            first = next(iter(source.files))
-            command = [*source.command, first, "-o", "library.so", "-lm"]
-            subprocess.run(command, cwd=folder, check=True, capture_output=True)
-            (Path(folder) / "library.so").replace(source.path)
-    return source.path
 
 
 @dataclass(frozen=True)
@@ -109,6 +39,14 @@ class Loop:
     def fk_jacobian(self, q: np.ndarray, T: np.ndarray, J: np.ndarray) -> None:
         """Poses and Jacobians of all rows of q, as :meth:`fk`."""
         self._run(self.library.run_fk_jacobian, q, T, J)
+
+    def results(self, q: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Poses of fk, and poses and Jacobians of fk_jacobian, at each row of q."""
+        shape = (self.joints, 6) if self.by_columns else (6, self.joints)
+        T, both, J = (np.zeros((len(q), *of)) for of in ((4, 4), (4, 4), shape))
+        self.fk(q, T)
+        self.fk_jacobian(q, both, J)
+        return T, both, J.transpose(0, 2, 1) if self.by_columns else J
 
     def _run(self, function, q: np.ndarray, *outputs: np.ndarray) -> None:
         assert q.shape[1] == self.joints

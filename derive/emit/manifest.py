@@ -75,7 +75,7 @@ def manifest(
         **({} if derivation.inverse is None else _inverse(derivation.inverse)),
         "skeleton": skeleton_entry(derivation.skeleton),
         "tolerances": {"dead_point": DEAD_POINT},
-        "description_sha256": sha256(_identity(robot)),
+        "description_sha256": sha256(description_text(robot)),
         "languages": {language: sorted(texts) for language, texts in sorted(files.items())},
         "files": {name: sha256(text) for name, text in sorted(_together(files).items())},
         "versions": {"casadi": ca.CasadiMeta.version(), "sympy": sp.__version__},
@@ -88,7 +88,7 @@ def _together(files: Mapping[str, Files]) -> dict[str, str]:
     return {name: text for texts in files.values() for name, text in texts.items()}
 
 
-def _identity(robot: Described) -> str:
+def description_text(robot: Described) -> str:
     """The description as text; load, transmissions and springs are named where there are any."""
     load, springs = (robot.load, robot.springs) if isinstance(robot, Robot) else (None, None)
     parts = (robot, *(part for part in (load, robot.transmissions, springs) if part))

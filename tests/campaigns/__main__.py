@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from .campaign import Outcome
 from .runner import NAMES, Tally, campaign, outcome_of, run
@@ -65,7 +66,7 @@ def repeat(names: list[str], number: int) -> int:
     failed = False
     for name in names:
         outcome = outcome_of(campaign(name), number)
-        out.print(f"{name}, trial {number}: {checked(outcome)}")
+        out.print(f"{name}, trial {number}: {checked(outcome)}", markup=False)
         for failure in outcome.failures:
             out.print(f"  {failure}", markup=False)
         failed |= bool(outcome.failures)
@@ -84,7 +85,7 @@ def summary(tallies: dict[str, Tally]) -> None:
     table = Table("campaign", "trials", "seconds", "failures", "checked", title_justify="left")
     for name, tally in tallies.items():
         numbers = (tally.trials, f"{tally.seconds:.0f}", len(tally.failures))
-        table.add_row(name, *map(str, numbers), checked(tally))
+        table.add_row(name, *map(str, numbers), Text(checked(tally)))
     out.print(table)
     for name, tally in tallies.items():
         for number, failure in tally.failures[:SHOWN]:

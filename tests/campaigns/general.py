@@ -1,61 +1,58 @@
-"""``python -m bench general``: arms without a structure, judged and timed one by one.
+"""Arms without a structure, derived, compiled and judged.
 
-Random arms of six joints (--arms), of seven (--sevens) and of seven to ten of which some may slide
-(--longs), from number --first on, and the arms of URDF files. Each is derived into a temporary
-folder. For random poses (--poses) and right angles (--right), a line tells
-
-    lost     poses of which the configuration that made them is not among the solutions
-    none     poses without any solution
-    wrong    solutions called valid whose pose, in extended precision, is off by more than 1e-8
-    counts   poses (--counted) whose number of solutions differs from that of Newton's iteration
-    single, batch   microseconds a pose, on one thread
-
-Arms of seven joints are asked for the same poses at other given values (--others): those of
-configurations to which Levenberg and Marquardt's iteration leads from a random start, and, for the
-counts, any values.
-
-A configuration at which the Jacobian is singular is not looked for: solutions are not isolated.
+Trials alternate between six revolute joints, seven revolute joints, and seven to ten joints with
+up to two prismatic joints. The inverse of each arm solves poses at random configurations and at
+right angles. Every pose needs a solution, no solution may be wrong, and each regular configuration
+must be among the solutions. An arm of more than six joints solves the same poses again with the
+fixed joint values of other configurations. The trial also counts the poses for which Newton's
+iteration from random starts finds another number of solutions.
 """
 
-import argparse
-import re
-import tempfile
-import time
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
 import chasles
-from bench.report import out
-from chasles.derive import Robot, write
-from chasles.derive.description.urdf import from_urdf
+from chasles.derive import Robot, derive
+from chasles.derive.build.generate import files_of, put
+from chasles.derive.emit.languages import EMITTERS
 from chasles.derive.inverse.general.raghavan_roth import numbers
 from chasles.derive.inverse.general.split_choice import slides_of
 from tests.support.generators.random_arms import long_arm, random_arm
 
+from .campaign import Campaign, Outcome
+
+RANDOM, RIGHT = 2000, 1000
+"""Configurations of each arm: random, and at right angles."""
+OTHERS, COUNTED = 200, 10
+"""Poses with other fixed joint values, and poses whose solutions Newton's iteration counts."""
+PART = 1000
+"""Poses that are judged at a time."""
 SAME = 1e-6
-"""rad: solutions closer than this are one."""
+"""rad: closer solutions are the same."""
 WRONG = 1e-8
-"""m or an entry of a rotation: a solution further off is wrong; the runtime allows 1e-9."""
+"""Maximum pose error of a solution (metre, or entry of a rotation); the runtime allows 1e-9."""
 REGULAR = 1e-5
-"""Least singular value (m or rad per rad) of a Jacobian whose solution is isolated."""
+"""Minimum singular value (m or rad per rad) of the Jacobian at a regular configuration."""
 STARTS, STEPS = 1500, 60
+"""Random starts and maximum number of steps of Newton's iteration."""
 STILL = 1e-12
-"""rad: an iteration whose step is smaller has ended."""
-SINGLES = 200
+"""rad: the iteration ends at a smaller step."""
 SIX = 6
 SLIDE = 0.5
-"""Metres by which slides move to either side."""
+"""Maximum displacement of a prismatic joint in either direction [m]."""
 DERIVED = ["fk", "ik", "fk_jacobian_mixed"]
 ITERATED = [*DERIVED, "hessian_mixed"]
-"""With what the iteration to other configurations of a pose takes."""
+"""The functions that ``ik_numeric`` needs."""
+LANGUAGES = [emitter for emitter in EMITTERS if emitter.language in ("c", "python")]
 
 
 @dataclass(frozen=True)
 class Judged:
-    """An arm, derived and loaded.
+    """A loaded arm, whose solutions are compared with its description.
 
     Attributes:
         robot: Its description.
@@ -66,13 +63,13 @@ class Judged:
     arm: chasles.Robot
 
     def given(self, q: np.ndarray) -> list[np.ndarray]:
-        """The values of the joints that are given."""
+        """Return the fixed joint values that ``ik`` needs at configurations (m, n)."""
         names = [joint.name for joint in self.robot.coordinates]
         wanted = [a.meaning for a in self.arm.redundancy]
         return [q[..., k] for k, name in enumerate(names) if f"of {name}," in " ".join(wanted)]
 
     def true_poses(self, q: np.ndarray) -> np.ndarray:
-        """Poses (..., 4, 4) in extended precision, by the placements alone."""
+        """Return poses (..., 4, 4) in extended precision, from the placements alone."""
         before, *placed = (E.astype(np.longdouble) for E in numbers(self.robot))
         T = np.broadcast_to(before, (*q.shape[:-1], 4, 4))
         for k, (joint, E) in enumerate(zip(self.robot.moving, placed, strict=True)):
@@ -85,35 +82,43 @@ class Judged:
             T = T @ np.moveaxis(motion, (0, 1), (-2, -1)) @ E
         return T
 
-    def lost(self, q: np.ndarray) -> tuple[int, int, int, int]:
-        """Of these configurations' poses: regular ones, those lost, without any, and wrong."""
+    def lost(self, q: np.ndarray) -> tuple[int, ...]:
+        """Count regular and lost configurations, poses without a solution, and wrong solutions.
+
+        A configuration is lost if it is regular and not among the solutions of its pose. A solution
+        is wrong if it is valid and its pose in extended precision is off by more than ``WRONG``.
+        """
+        parts = np.array_split(q, max(1, -(-len(q) // PART)))
+        return tuple(map(int, np.sum([self._lost(part) for part in parts], axis=0)))
+
+    def _lost(self, q: np.ndarray) -> list[int]:
         T, J = self.arm.fk_jacobian_mixed(q)
         solutions = self.arm.ik(T, *self.given(q))
         there = solutions.valid & (apart(solutions.q, q[:, None], slides_of(self.robot)) < SAME)
         left = np.delete(J, [k for k in range(q.shape[1]) if self.is_given(k)], axis=2)
         regular = np.linalg.svd(left, compute_uv=False)[:, -1] > REGULAR
         off = np.abs(self.true_poses(solutions.q) - T[:, None]).max((-1, -2))
-        lost = ~there.any(-1) & regular
-        wrong = solutions.valid & (off > WRONG)
-        return int(regular.sum()), int(lost.sum()), int((solutions.count == 0).sum()), wrong.sum()
+        wrong = solutions.valid & ~(off <= WRONG)
+        marks = (regular, ~there.any(-1) & regular, solutions.count == 0, wrong)
+        return [mark.sum() for mark in marks]
 
     def is_given(self, joint: int) -> bool:
-        """Whether a joint's value is given."""
+        """Return whether ``ik`` takes the value of a joint."""
         name = self.robot.coordinates[joint].name
         return any(f"of {name}," in argument.meaning for argument in self.arm.redundancy)
 
     def elsewhere(self, q: np.ndarray, random: np.random.Generator) -> np.ndarray:
-        """Configurations (m, n) of the poses of others, reached by iteration from random starts."""
+        """Return other configurations of the same poses, from iterations with random starts."""
         found = self.arm.ik_numeric(self.arm.fk(q), random.uniform(-np.pi, np.pi, q.shape))
         return np.asarray(found.q[found.success])
 
     def counts(self, T: np.ndarray, q: np.ndarray, random: np.random.Generator) -> int:
-        """How many poses have another number of solutions than Newton's iteration finds.
+        """Count the poses for which Newton's iteration finds another number of solutions.
 
         Args:
             T: The poses (m, 4, 4).
-            q: Configurations (m, n) whose given values are taken.
-            random: Draws the starts.
+            q: Configurations (m, n) that supply the fixed joint values.
+            random: Random numbers of the starts.
         """
         own = self.arm.ik(T, *self.given(q)).count
         others = [len(self.everywhere(*one, random)) for one in zip(T, q, strict=True)]
@@ -122,7 +127,7 @@ class Judged:
     def everywhere(
         self, T: np.ndarray, at: np.ndarray, random: np.random.Generator
     ) -> list[np.ndarray]:
-        """Solutions of a pose by Newton's iteration from random configurations."""
+        """Solve a pose by Newton's iteration from random configurations."""
         n = len(at)
         free = [k for k in range(n) if not self.is_given(k)]
         q = np.tile(at, (STARTS, 1))
@@ -143,30 +148,22 @@ class Judged:
                 found.append(one)
         return found
 
-    def times(self, q: np.ndarray) -> tuple[float, float]:
-        """Microseconds a pose: single calls, and in a batch on one thread."""
-        T, given = self.arm.fk(q), self.given(q)
-        some = [(T[k], *(values[k] for values in given)) for k in range(SINGLES)]
-        single = min(_seconds(lambda: [self.arm.ik(*one) for one in some]) for _ in range(5))
-        batch = min(_seconds(lambda: self.arm.ik(T, *given, threads=1)) for _ in range(5))
-        return single / SINGLES * 1e6, batch / len(T) * 1e6
-
 
 def configurations(
-    robot: Robot, count: int, right: int, seed: int = 0
+    robot: Robot, count: int, right: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """So many random configurations (count, n), and so many at right angles (right, n)."""
-    random, n = np.random.default_rng(seed), len(robot.moving)
-    q = random.uniform(-np.pi, np.pi, (count, n))
-    quarters = random.integers(0, 4, (right, n)) * np.pi / 2
+    """Draw configurations at random (count, n) and at right angles (right, n)."""
+    n = len(robot.moving)
+    q = rng.uniform(-np.pi, np.pi, (count, n))
+    quarters = rng.integers(0, 4, (right, n)) * np.pi / 2
     for k in slides_of(robot):
-        q[:, k] = random.uniform(-SLIDE, SLIDE, count)
-        quarters[:, k] = np.round(random.uniform(-SLIDE, SLIDE, right), 1)
+        q[:, k] = rng.uniform(-SLIDE, SLIDE, count)
+        quarters[:, k] = np.round(rng.uniform(-SLIDE, SLIDE, right), 1)
     return q, quarters
 
 
 def apart(q: np.ndarray, other: np.ndarray, slides: Collection[int] = ()) -> np.ndarray:
-    """The largest difference of a joint (rad, m), of one that turns the shorter way round."""
+    """Return the maximum joint difference (rad, m); angles are compared modulo a full turn."""
     turns = np.array([k not in slides for k in range(q.shape[-1])])
     difference = q - other
     wrapped = (difference + np.pi) % (2 * np.pi) - np.pi
@@ -174,75 +171,60 @@ def apart(q: np.ndarray, other: np.ndarray, slides: Collection[int] = ()) -> np.
 
 
 def errors(T: np.ndarray, A: np.ndarray) -> np.ndarray:
-    """Position, and axis times sine, from the poses A to T, (..., 6), in base axes."""
+    """Return the pose errors (..., 6) from A to T in base axes: position, then axis times sine."""
     E = T[..., :3, :3] @ np.swapaxes(A[..., :3, :3], -1, -2)
     w = [E[..., 2, 1] - E[..., 1, 2], E[..., 0, 2] - E[..., 2, 0], E[..., 1, 0] - E[..., 0, 1]]
     return np.concatenate([T[..., :3, 3] - A[..., :3, 3], np.stack(w, -1) / 2], -1)
 
 
-def _seconds(work: object) -> float:
-    start = time.process_time()
-    work()
-    return time.process_time() - start
-
-
-def arms(options: argparse.Namespace) -> Iterator[Robot]:
-    """The arms that the command line asks for."""
-    yield from (random_arm(seed) for seed in range(options.first, options.first + options.arms))
-    first = options.first + 1000
-    yield from (random_arm(first + seed, "///////") for seed in range(options.sevens))
-    first = options.first + 2000
-    yield from (long_arm(first + seed) for seed in range(options.longs))
-    yield from (from_urdf(path) for path in options.urdf)
-
-
-def line(robot: Robot, options: argparse.Namespace) -> str:
-    """An arm's results in a line."""
-    start = time.process_time()
-    with tempfile.TemporaryDirectory() as folder:
-        write(robot, Path(folder), ITERATED if options.others else DERIVED)
-        derived = time.process_time() - start
-        arm = chasles.load(folder)
-    if "ik" not in arm.functions:
-        return f"{robot.name:24} no ik"
-    judged, random = Judged(robot, arm), np.random.default_rng(options.seed)
-    n = len(robot.coordinates)
-    q = random.uniform(-np.pi, np.pi, (options.poses, n))
-    right = random.integers(0, 4, (options.right, n)) * np.pi / 2
-    parts = [f"{robot.name:24} derived {derived:4.1f} s"]
-    sets = {"random": q, "right": right}
-    if n > SIX and options.others:
-        sets["elsewhere"] = judged.elsewhere(q[: options.others], random)
-    for name, some in sets.items():
-        regular, lost, none, wrong = judged.lost(some)
-        parts.append(f"{name} {regular}/{len(some)}: lost {lost} none {none} wrong {wrong}")
-    some = q[: options.counted]
+def trial(number: int) -> Outcome:
+    """Judge the arm of a number."""
+    robot, rng = arm_of(number), np.random.default_rng([number, 1])
+    n = len(robot.moving)
+    with TemporaryDirectory() as folder:
+        arm = loaded(robot, Path(folder), ITERATED if n > SIX else DERIVED)
+    judged = Judged(robot, arm)
+    q = rng.uniform(-np.pi, np.pi, (RANDOM, n))
+    sets = {"random": q, "right angles": rng.integers(0, 4, (RIGHT, n)) * np.pi / 2}
+    some = q[:COUNTED]
     T = arm.fk(some)
-    parts.append(f"counts {judged.counts(T, some, random)}/{len(some)}")
-    if n > SIX and options.others:
-        drawn = random.uniform(-np.pi, np.pi, some.shape)
-        parts.append(f"at any value {judged.counts(T, drawn, random)}/{len(some)}")
-    single, batch = judged.times(q[:2000])
-    return "; ".join([*parts, f"single {single:.1f} batch {batch:.1f} us"])
+    other_counts = judged.counts(T, some, rng)
+    if n > SIX:
+        sets["other fixed values"] = judged.elsewhere(q[:OTHERS], rng)
+        other_counts += judged.counts(T, rng.uniform(-np.pi, np.pi, some.shape), rng)
+    counts = {"poses": sum(map(len, sets.values())), "other counts by Newton": other_counts}
+    found = {name: judged.lost(of) for name, of in sets.items()}
+    failures = [
+        f"{robot.name}, {n} joints, {name}: {text}"
+        for name, of in found.items()
+        for text in violations(*of)
+    ]
+    return Outcome(counts, tuple(failures))
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The arguments of the command line."""
-    parser.add_argument("urdf", nargs="*", type=Path)
-    defaults = {"arms": 20, "sevens": 3, "longs": 3, "poses": 2000, "right": 1000}
-    for name, default in defaults.items():
-        parser.add_argument(f"--{name}", type=int, default=default)
-    parser.add_argument("--counted", type=int, default=10)
-    parser.add_argument("--others", type=int, default=0)
-    parser.add_argument("--first", type=int, default=0, help="number of the first arm")
-    parser.add_argument("--seed", type=int, default=0)
+def arm_of(number: int) -> Robot:
+    """Return the arm of a number: six joints, seven joints or a long arm in turn."""
+    kinds = (random_arm, lambda seed: random_arm(seed, "///////"), long_arm)
+    return kinds[number % len(kinds)](number)
 
 
-def run(options: argparse.Namespace) -> int:
-    """Prints a line for each arm; returns 1 if a solution is lost or wrong."""
-    failed = False
-    for robot in arms(options):
-        found = line(robot, options)
-        out.print(found, soft_wrap=True)
-        failed |= re.search(r"(lost|none|wrong) [1-9]|no ik", found) is not None
-    return int(failed)
+def loaded(
+    robot: Robot, folder: Path, functions: Sequence[str] = DERIVED, **families: tuple[()]
+) -> chasles.Robot:
+    """Derive a robot into a folder, compile it and load it."""
+    put(files_of(derive(robot, functions, **families), LANGUAGES), folder)
+    return chasles.load(folder)
+
+
+def violations(regular: int, lost: int, none: int, wrong: int, may_lose: float = 0) -> list[str]:
+    """Describe the counts of :meth:`Judged.lost` that are too large; only lost ones may occur."""
+    found = {"lost": lost * (lost > may_lose), "without a solution": none, "wrong": wrong}
+    return [f"{count} {name}, {regular} regular" for name, count in found.items() if count]
+
+
+CAMPAIGN = Campaign(
+    "general",
+    "The inverse of an arm without a structure finds every pose's configuration, and all solutions "
+    "are true.",
+    trial,
+)

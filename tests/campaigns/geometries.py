@@ -1,10 +1,10 @@
-"""``python -m bench geometries``: arms without a structure, of every pattern of neighbouring axes.
+"""Arms without a structure with every pattern of consecutive axes.
 
-Neighbouring axes are skew, parallel or meet: 243 patterns of six joints, the same where one of them
-slides (--slides), and longer arms of which some may slide (--longs). The solver is
-compiled once and takes the tables of each arm, so that an arm takes a fraction of a second.
-Configurations at random and at right angles have to be among the solutions of their poses, except
-where the Jacobian is singular.
+Consecutive axes are skew, parallel or intersect, which makes 243 patterns of six joints. Each
+trial takes every ninth pattern, once with six revolute joints and once with a prismatic joint, and
+two longer arms. The solver is compiled once and reads the tables of each arm, so that an arm takes
+a fraction of a second. Every pose needs a solution, and each regular configuration, at random and
+at right angles, must be among the solutions of its pose.
 """
 
 import ctypes
@@ -16,8 +16,6 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.native.library import UNPACKED, Source, compiled
-from bench.report import out, paced
 from chasles.derive import Robot
 from chasles.derive.emit.c.header import support
 from chasles.derive.emit.c.written import SUPPORTS
@@ -26,14 +24,22 @@ from chasles.derive.inverse.general.general_inverse import general_inverse
 from chasles.derive.inverse.general.raghavan_roth import JOINTS
 from chasles.derive.inverse.general.split_choice import slides_of
 from chasles.derive.terms.terms import Terms
-from tests.campaigns.general import apart, configurations
 from tests.support.generators.random_arms import LINKS, long_arm, random_arm, sliding_arm
+from tests.support.native import UNPACKED, Source, compiled
 
-SHIM = Path(__file__).parents[1] / "native" / "any_arm.c"
+from .campaign import Campaign, Outcome
+from .general import apart, configurations
+
+SHIM = Path(__file__).parents[1] / "support" / "native" / "any_arm.c"
+PATTERNS = tuple(map("".join, product(LINKS, repeat=5)))
+STRIDE = 9
+"""A trial takes every so many patterns; as many trials take all patterns."""
+POSES = 1000
+"""Random configurations of an arm; a third as many are at right angles."""
 SLOTS = 16
 SAME, REACHED, REGULAR = 1e-6, 1e-8, 1e-5
-"""Radians (or metres) by which a configuration is found, residual (metre or radian) of a solution,
-and least singular value of a configuration that has to be found."""
+"""Maximum joint error (radian or metre) of a configuration that counts as found, maximum residual
+(metre or radian) of a solution, and minimum singular value of a regular configuration."""
 
 
 class Split(ctypes.Structure):
@@ -63,7 +69,7 @@ class Arm(ctypes.Structure):
 
 @dataclass(frozen=True)
 class Found:
-    """How many poses of a set have no solution, and how many regular configurations are lost."""
+    """Number of poses without a solution and number of lost regular configurations."""
 
     none: int
     lost: int
@@ -72,25 +78,19 @@ class Found:
         return self.none + self.lost > 0
 
 
-def arms(first: int, seeds: int, slides: int, longs: int) -> Iterator[tuple[str, Robot]]:
-    """The arms and their names: all patterns of six joints for each seed, and longer arms."""
-    patterns = list(map("".join, product(LINKS, repeat=5)))
-    for seed in range(first, first + seeds):
-        for links in patterns:
-            yield f"{links} of seed {seed}", random_arm(seed, f"{links}/")
-    for seed in range(first, first + slides):
-        for k, links in enumerate(patterns):
-            place = (seed + k) % JOINTS
-            name = f"{links} of seed {seed}, joint {place + 1} slides"
-            yield name, random_arm(seed, f"{links}/", {place})
-    for seed in range(first, first + longs):
-        yield f"long arm {seed}", long_arm(seed)
-        yield f"sliding arm {seed}", sliding_arm(seed)
+def arms(number: int) -> Iterator[tuple[str, Robot]]:
+    """Yield the names and arms of a trial."""
+    for k, links in enumerate(PATTERNS[number % STRIDE :: STRIDE]):
+        yield links, random_arm(number, f"{links}/")
+        place = (number // STRIDE + k) % JOINTS
+        yield f"{links}, joint {place + 1} slides", random_arm(number, f"{links}/", {place})
+    yield "long arm", long_arm(number)
+    yield "sliding arm", sliding_arm(number)
 
 
 @cache
 def library() -> ctypes.CDLL:
-    """The solver, for the tables of any arm."""
+    """Compile the solver that reads the tables of any arm."""
     files = {name: support(name) for name in ("chasles_cos_sin.h", *SUPPORTS["general"])}
     flags = ("-std=gnu99", "-O2", "-fvisibility=default", UNPACKED)
     text = SHIM.read_text(encoding="utf-8")
@@ -98,23 +98,24 @@ def library() -> ctypes.CDLL:
     return ctypes.CDLL(str(compiled(source)))
 
 
-def judged(robot: Robot, count: int) -> tuple[Found, Found] | None:
-    """An arm at random configurations and at a third as many right angles.
+def judged(robot: Robot, count: int, seed: int = 5) -> tuple[Found, Found] | None:
+    """Judge an arm at random configurations and at a third as many right angles.
 
-    None for arms with a structure, which are solved otherwise, and arms that never have full rank.
+    Return None for an arm with a structure, which another solver solves, and for an arm that never
+    has full rank.
     """
     lines = classify(robot, Terms({p.symbol: p.value for p in robot.parameters}))
     general = general_inverse(robot) if lines.found is None else None
     if general is None:
         return None
     library().take(ctypes.byref(_told(general.function.tables)))
-    q, right = configurations(robot, count, count // 3, seed=5)
+    q, right = configurations(robot, count, count // 3, np.random.default_rng(seed))
     given, slides = general.choice.given, slides_of(robot)
     return _found(q, given, slides), _found(right, given, slides)
 
 
 def _told(tables: tuple) -> Arm:
-    """The tables of an arm in C's structure."""
+    """Copy the tables of an arm to the C structure."""
     joints, kinds, directions, length, placed, splits, each = tables
     arm = Arm(joints=joints, length=length, splits=splits)
     arm.kind[:] = kinds
@@ -127,7 +128,7 @@ def _told(tables: tuple) -> Arm:
 
 
 def _found(q: np.ndarray, given: tuple[int, ...], slides: Collection[int]) -> Found:
-    """What the solver finds of the poses of configurations (m, n)."""
+    """Solve the poses of configurations (m, n) and compare."""
     m, n = q.shape
     slots, residual = np.empty((m, SLOTS, n)), np.empty((m, SLOTS))
     library().solve(m, *map(_pointer, (np.ascontiguousarray(q), slots, residual)))
@@ -148,26 +149,21 @@ def _pointer(array: np.ndarray) -> ctypes.c_void_p:
     return array.ctypes.data_as(ctypes.c_void_p)
 
 
-def run(first: int, seeds: int, slides: int, longs: int, poses: int) -> int:
-    """Prints the arms that lose poses, and the totals; returns 1 where there is one."""
-    cases = list(arms(first, seeds, slides, longs))
-    found = paced((_line(name, robot, poses) for name, robot in cases), len(cases), _so_far)
-    out.print(f"{len(cases)} arms: {_so_far(found)}")
-    return int(any(found))
+def trial(number: int) -> Outcome:
+    """Judge the arms of a number."""
+    found = {name: judged(robot, POSES, number) for name, robot in arms(number)}
+    failures = [
+        f"{name}, {kind}: {own.none} without a solution, {own.lost} lost"
+        for name, both in found.items()
+        for kind, own in zip(("random", "right angles"), both or (), strict=False)
+        if own
+    ]
+    skipped = sum(both is None for both in found.values())
+    return Outcome({"arms": len(found) - skipped, "arms skipped": skipped}, tuple(failures))
 
 
-def _line(name: str, robot: Robot, poses: int) -> bool | None:
-    """Whether an arm loses poses, which is printed; None where it is skipped."""
-    found = judged(robot, poses)
-    if found is None:
-        return None
-    for kind, own in zip(("random", "right angles"), found, strict=True):
-        if own:
-            out.print(f"{name}, {kind}: {own.none} without a solution, {own.lost} lost")
-    return any(found)
-
-
-def _so_far(found: list[bool | None]) -> str:
-    """The counts."""
-    losing, skipped = sum(own is True for own in found), sum(own is None for own in found)
-    return f"{losing} lose poses, {len(found) - skipped - losing} lose none, {skipped} skipped"
+CAMPAIGN = Campaign(
+    "geometries",
+    "The general solver loses no configuration of an arm, whatever the pattern of its axes.",
+    trial,
+)

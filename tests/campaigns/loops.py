@@ -1,56 +1,53 @@
-"""``python -m bench loops``: many configurations of the shipped robots with loops.
+"""Random configurations of the shipped robots with loops, most of them out of reach.
 
-Coordinates are drawn from twice the range of the limits, far out of reach. Where a robot says that
-its loops close, every number must close them, by the frames of its description alone; elsewhere
-every result must be NaN. Platforms are asked for the actuators of random poses instead.
+Coordinates come from twice the range of their limits. Where a robot reports that its loops close,
+every number must close them by the frames of its description alone; elsewhere every number must be
+NaN. Platforms solve their actuators at random poses instead.
 """
 
 from collections.abc import Iterator
-from pathlib import Path
+from functools import cache
 
 import numpy as np
 
 import chasles
-from bench.report import out
-from chasles.derive import load
-from chasles.derive.model.mechanism import Mechanism
+from chasles.derive import Mechanism, load
+from tests.support.derivations import ROBOTS
 from tests.support.oracles.multi_start import Multistart
 
-ROBOTS = Path(__file__).parents[2] / "derive" / "robots"
-BLOCK = 20_000
+from .campaign import Campaign, Outcome
+
+BLOCK, BLOCKS = 20_000, 10
 WIDER = 2.0
-"""Range of the coordinates, in ranges of their limits."""
+"""Range of the coordinates, relative to the range of their limits."""
 OPEN = 1e-12
-"""Gap of a closed loop, parts of the robot's size."""
+"""Maximum gap of a closed loop, relative to the robot's size."""
 
 
-def run(count: int) -> int:
-    """Prints a line for each robot; returns 1 if a number is wrong.
-
-    Args:
-        count: Number of configurations of each robot.
-    """
-    wrong = 0
-    for path in sorted(ROBOTS.glob("*.toml")):
-        mechanism = load(path)
-        if isinstance(mechanism, Mechanism) and mechanism.closers:
-            closed, off, largest = judged(mechanism, count)
-            wrong += off
-            out.print(
-                f"{path.stem}: {count} configurations, {closed} closed, {off} wrong, "
-                f"largest gap {largest:.1e} of the size"
-            )
-    return int(wrong > 0)
+@cache
+def with_loops(pattern: str = "*.toml") -> tuple[Mechanism, ...]:
+    """The shipped robots with loops, whose files match a pattern."""
+    found = (load(path) for path in sorted(ROBOTS.glob(pattern)))
+    return tuple(robot for robot in found if isinstance(robot, Mechanism) and robot.closers)
 
 
-def judged(mechanism: Mechanism, count: int) -> tuple[int, int, float]:
-    """Number of closed configurations, number of wrong ones, and the largest gap."""
+def trial(number: int) -> Outcome:
+    """Judges many configurations of one robot."""
+    robots = with_loops()
+    mechanism = robots[number % len(robots)]
+    closed, wrong, largest = judged(mechanism, np.random.default_rng(number))
+    counts = {"configurations": BLOCK * BLOCKS, "closed configurations": closed}
+    failures = (f"{mechanism.name}: {wrong} wrong, largest gap {largest:.1e}",) if wrong else ()
+    return Outcome(counts, failures, {"gap": largest})
+
+
+def judged(mechanism: Mechanism, rng: np.random.Generator) -> tuple[int, int, float]:
+    """Number of closed configurations, number of wrong configurations, and the largest gap."""
     robot, numbers = chasles.load(mechanism.name), Multistart(mechanism)
-    rng = np.random.default_rng(0)
     is_map = robot.solution == "closed form"
     closed, wrong, largest = 0, 0, 0.0
-    for _ in range(0, count, BLOCK):
-        values, valid, finite = _asked(robot, numbers, rng, is_map)
+    for _ in range(BLOCKS):
+        values, valid, finite = _configurations(robot, numbers, rng, is_map)
         gaps = numbers.gaps({name: of[finite] for name, of in values.items()})
         closed += int(valid.sum())
         wrong += int((finite != valid).sum() + (gaps > OPEN).sum())
@@ -58,10 +55,10 @@ def judged(mechanism: Mechanism, count: int) -> tuple[int, int, float]:
     return closed, wrong, largest
 
 
-def _asked(
+def _configurations(
     robot: chasles.Robot, numbers: Multistart, rng: np.random.Generator, is_map: bool
 ) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
-    """Values of all joints by name, where they are said to be valid, and where they are finite."""
+    """Values of all joints by name, and whether they are valid and finite."""
     if is_map:
         q = np.stack(list(_random(robot.coordinates, rng, numbers.size)), axis=-1)
         z = robot.configuration(q)
@@ -77,10 +74,17 @@ def _asked(
 
 
 def _random(coordinates: tuple, rng: np.random.Generator, size: float) -> Iterator[np.ndarray]:
-    """Values of each coordinate, over and beyond its limits."""
+    """Values of each coordinate, from twice the range of its limits."""
     for coordinate in coordinates:
         low, high = coordinate.lower, coordinate.upper
         if low is None or high is None or not np.isfinite(low) or not np.isfinite(high):
             low, high = (-np.pi, np.pi) if coordinate.unit == "rad" else (-size / 2, size / 2)
         middle, half = (low + high) / 2, WIDER * (high - low) / 2
         yield rng.uniform(middle - half, middle + half, BLOCK)
+
+
+CAMPAIGN = Campaign(
+    "loops",
+    "Every configuration of a shipped robot closes its loops or is NaN, also out of reach.",
+    trial,
+)

@@ -1,11 +1,11 @@
-"""``python -m bench mutants``: mutated URDFs keep their structure, and poses stay in their bounds.
+"""Mutated URDFs keep their structure, and their poses stay within the stated pose error.
 
-The URDFs of a folder and the shipped serial robots, written as URDFs in doubles, are mutated (see
-``bench/cases/mutated_urdfs.py``), read and classified. The pose of the tool is compared with
-Pinocchio's on the file as it stands.
+Each trial writes a shipped serial robot as a URDF in doubles, mutates it several times (see
+``tests/support/generators/mutated_urdfs.py``), and reads and classifies the mutants. A mutant must
+keep the structure of its robot or state the conditions that it misses. Pinocchio computes the pose
+of the tool from the same file for comparison.
 """
 
-from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,33 +13,35 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from bench.report import out
 from chasles.derive import Robot, from_urdf, load
 from chasles.derive.inverse.classify import Attempt, Classification, classify
 from chasles.derive.model.placements import Placement, Rotation
 from chasles.derive.model.tolerances import EXACT_STRUCTURE
 from chasles.derive.terms.terms import Terms
-from tests.support.generators.mutated_urdfs import Mutant, arm_of_robot, arm_of_urdf, mutated
-from tests.support.oracles.screws import ROBOTS
+from tests.support.derivations import NAMES, ROBOTS
+from tests.support.generators.mutated_urdfs import Mutant, arm_of_robot, mutated
 
+from .campaign import Campaign, Outcome
+
+MUTANTS = 20
+"""Mutants of a trial."""
 POSES = 20
 ORACLE = 1e-12
-"""Difference of two computations of the same pose [m and rad]."""
+"""Maximum difference between two computations of the same pose [m and rad]."""
 UNLIMITED = 3.0
-"""Range of random values of joints without limits [rad]."""
+"""Maximum absolute value of a joint without limits [rad]."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What became of a mutant.
+    """The structure and the pose error of a mutant.
 
     Attributes:
         mutant: The mutant.
-        cleaning: The robot's line on its cleaned numbers.
-        excess: Largest part of the stated pose error that the poses differ by; above 1 is wrong.
-        kept: Whether the structure is that of the arm, exactly or within measured errors as well.
-        missed: The conditions of the arm's structure that the mutant misses, in words; empty
-            where it misses none.
+        cleaning: The summary of the robot's cleaned numbers.
+        excess: Maximum pose difference, divided by the stated pose error; above 1 is wrong.
+        kept: Whether the mutant has the structure and the tier of its arm.
+        missed: Description of the conditions of the arm's structure that the mutant misses.
     """
 
     mutant: Mutant
@@ -50,11 +52,11 @@ class Finding:
 
     @property
     def is_good(self) -> bool:
-        """Whether poses are in bounds, and the structure is kept or the miss is said."""
+        """Whether poses are in bounds, and the structure is kept or the miss is stated."""
         return self.excess <= 1 and (self.kept or bool(self.missed))
 
     def __str__(self) -> str:
-        """The finding in one line."""
+        """Return a line that describes the finding."""
         structure = "structure kept" if self.kept else f"structure missed: {self.missed or '?'}"
         made = ", ".join(self.mutant.made)
         return (
@@ -63,46 +65,34 @@ class Finding:
         )
 
 
-def run(folder: Path | None, count: int, first: int) -> int:
-    """Prints the findings that are not clean, and the counts; returns 1 if one is not good.
-
-    Args:
-        folder: A folder of URDFs.
-        count: Number of mutants.
-        first: Number of the first mutant.
-    """
-    arms = [*urdfs(folder), *shipped()]
-    found = []
-    for finding in findings(arms, range(first, first + count)):
-        found.append(finding)
-        if not (finding.kept and finding.is_good):
-            out.print(str(finding), markup=False, soft_wrap=True)
-    made = Counter(name for finding in found for name in finding.mutant.made)
-    out.print(f"{len(found)} mutants of {len(arms)} arms: {dict(made)}", markup=False)
-    out.print(f"structure kept by {sum(f.kept for f in found)}, the miss is said of the others")
-    out.print(f"largest part of a stated pose error: {max(f.excess for f in found):.3g}")
-    return int(not all(finding.is_good for finding in found))
+def trial(number: int) -> Outcome:
+    """Judge mutants of one robot; consecutive numbers take the robots in turn."""
+    robots = serial_robots()
+    arm = arm_of_robot(robots[number % len(robots)])
+    found = list(findings([arm], range(number * MUTANTS, (number + 1) * MUTANTS)))
+    return Outcome(
+        {
+            "mutants": len(found),
+            "structures kept": sum(finding.kept for finding in found),
+            "misses stated": sum(bool(finding.missed) for finding in found),
+        },
+        tuple(str(finding) for finding in found if not finding.is_good),
+        {"part of the pose error": max(finding.excess for finding in found)},
+    )
 
 
-def urdfs(folder: Path | None) -> list[Mutant]:
-    """The arms of a folder of URDFs."""
-    paths = sorted(folder.glob("*.urdf")) if folder else []
-    return [arm_of_urdf(path.stem, path.read_text(encoding="utf-8")) for path in paths]
-
-
-def shipped() -> list[Mutant]:
-    """The shipped serial robots that a URDF can hold, as an exporter writes them."""
-    robots = [load(path) for path in sorted(ROBOTS.glob("*.toml"))]
+def serial_robots() -> list[Robot]:
+    """Return the shipped robots that a URDF can hold."""
+    robots = [load(ROBOTS / f"{name}.toml") for name in NAMES]
     return [
-        arm_of_robot(robot)
+        robot
         for robot in robots
-        if isinstance(robot, Robot)
-        and all(j.kind != "helical" and j.mimic is None for j in robot.joints)
+        if all(j.kind != "helical" and j.mimic is None for j in robot.joints)
     ]
 
 
 def findings(arms: Sequence[Mutant], numbers: Iterable[int]) -> Iterator[Finding]:
-    """The findings of mutants by their numbers, the arms in turn."""
+    """Judge numbered mutants; consecutive numbers take the arms in turn."""
     structures: dict[str, Classification] = {}
     with TemporaryDirectory() as folder:
         path = Path(folder) / "mutant.urdf"
@@ -115,18 +105,18 @@ def findings(arms: Sequence[Mutant], numbers: Iterable[int]) -> Iterator[Finding
 
 
 def read(path: Path, mutant: Mutant) -> Robot:
-    """The robot of a mutant's file."""
+    """Write the file of a mutant and read its robot."""
     path.write_text(mutant.text, encoding="utf-8")
     return from_urdf(path, tip=mutant.tip)
 
 
 def classified(robot: Robot) -> Classification:
-    """The structure of a robot's axes."""
+    """Classify the structure of a robot's axes."""
     return classify(robot, Terms({p.symbol: p.value for p in robot.parameters}))
 
 
 def judged(mutant: Mutant, robot: Robot, wanted: Classification, path: Path) -> Finding:
-    """The finding of a mutant of an arm with a wanted structure."""
+    """Compare a mutant with the structure of its arm and with Pinocchio's poses."""
     found = classified(robot)
     kept = (_name(found.found), found.tier) == (_name(wanted.found), wanted.tier)
     missed = "" if kept or wanted.found is None else in_words(found, wanted.found)
@@ -134,7 +124,7 @@ def judged(mutant: Mutant, robot: Robot, wanted: Classification, path: Path) -> 
 
 
 def in_words(found: Classification, wanted: Attempt) -> str:
-    """The conditions of a wanted structure that a chain misses, and by how much."""
+    """Describe the conditions of a wanted structure that a chain misses."""
     for attempt in found.attempts:
         if _name(attempt) == _name(wanted):
             off = [r for r in attempt.requirements if r.deviation > EXACT_STRUCTURE]
@@ -147,7 +137,7 @@ def _name(attempt: Attempt | None) -> tuple[object, ...]:
 
 
 def excess(robot: Robot, path: Path) -> float:
-    """Largest difference to Pinocchio's poses of a file, as a part of the stated pose error."""
+    """Return the maximum difference to Pinocchio's poses, divided by the stated pose error."""
     import pinocchio as pin
 
     model = pin.buildModelFromUrdf(str(path))
@@ -181,7 +171,7 @@ def _range(limits: tuple[object, object]) -> tuple[float, float]:
 
 
 def pose(robot: Robot, q: Sequence[float]) -> np.ndarray:
-    """The tool's pose (4, 4) of a robot without parameters, in doubles."""
+    """Return the tool's pose (4, 4) of a robot without parameters, in doubles."""
     T = matrix(robot.base)
     values = iter(q)
     for joint in robot.joints:
@@ -195,7 +185,7 @@ def pose(robot: Robot, q: Sequence[float]) -> np.ndarray:
 
 
 def matrix(placement: Placement, more: float = 0.0) -> np.ndarray:
-    """A placement (4, 4) in doubles, with more added to its angles."""
+    """Return a placement (4, 4) in doubles, with ``more`` added to its angles."""
     T = np.eye(4)
     for motion in placement:
         step = np.eye(4)
@@ -207,3 +197,10 @@ def matrix(placement: Placement, more: float = 0.0) -> np.ndarray:
             step[:3, 3] = [float(x) for x in motion.vector]
         T = T @ step
     return T
+
+
+CAMPAIGN = Campaign(
+    "mutants",
+    "A mutated URDF keeps its structure or states what it misses, and poses stay in their bounds.",
+    trial,
+)

@@ -1,102 +1,76 @@
-"""``python -m bench planar``: modes of random planar platforms beside Newton's iteration.
+"""Modes of random planar platforms, compared with Newton's iteration.
 
-Random platforms (--count) on three legs of joints that turn or slide are derived, and asked for
-their modes at the reference and at three random inputs near it. Newton's iteration on all joints,
-from random starts (--starts), finds the modes independently. A line for each platform with an
-error, and one for all, tells
-
-    missed   modes of Newton's iteration that are not found
-    wrong    modes that are found and that Newton's iteration leaves
-    unsure   inputs at which a mode may be missing
-    modes    by number, 0 to 6
-
-Modes with a margin below 1e-4 are not compared: Newton's iteration converges slowly there.
+A platform on three legs of revolute and prismatic joints is derived and compiled. Its modes at the
+reference and at random inputs near it must be sure, must include every mode that Newton's
+iteration on all joints finds from random starts, and must be modes that Newton's iteration keeps.
+Modes with a margin below 1e-4 are not compared, because Newton's iteration converges slowly there.
 """
 
 import tempfile
-from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 import chasles
-from bench.report import out, paced
 from chasles.derive import loads, write
 from chasles.derive.emit.languages import EMITTERS
 from tests.support.generators.planar_platforms import CLOSED, DrawnPlatform, drawn_platform
 
-COUNT, STARTS, INPUTS = 100, 1_000, 4
+from .campaign import Campaign, Outcome
+
+STARTS, INPUTS = 1_000, 4
 FUNCTIONS, LANGUAGES = ("modes",), ("c", "python")
 SAME, REGULAR = 1e-6, 1e-4
-"""Distance of modes that are one; least margin. Platforms are of size 1."""
+"""Distance of modes that count as the same, and minimum margin. Platforms are of size 1."""
 AGAIN = 100
-"""Starts from a mode that is found: they guess the passive joints of all three legs at once."""
+"""Starts from a mode of the platform, with random passive joints of all three legs."""
 STEPS, LONGEST_STEP = 50, 0.5
 SLIDE = 2.0
-"""Standard deviation of slides at the starts, in parts of the poses' size."""
+"""Standard deviation of passive prismatic joints at the starts, relative to the poses' size."""
 NEAR = 0.3
-"""Radian or metre: how far inputs are from the reference."""
+"""Radian or metre: maximum distance of inputs from the reference."""
 
 
 @dataclass(frozen=True)
 class Compared:
-    """The modes of a platform at one input."""
+    """The modes of a platform at one input.
+
+    Attributes:
+        missed: Modes of Newton's iteration that the platform's function does not find.
+        wrong: Modes of the function from which Newton's iteration leads elsewhere.
+        unsure: Whether the function reports that a mode may be missing.
+        modes: Number of modes of the function.
+    """
 
     missed: int
     wrong: int
     unsure: bool
     modes: int
 
-    @property
-    def is_faulty(self) -> bool:
-        """Whether a mode is missed, wrong or unsure."""
-        return bool(self.missed or self.wrong or self.unsure)
 
-
-def run(count: int, starts: int, seed: int) -> int:
-    """Judges random platforms; prints a line for each with an error, and one for all."""
-    found = paced(_judged(range(seed, seed + count), starts), count, _so_far)
-    out.print(f"{count} platforms: {_so_far(found)}")
-    return int(any(row.is_faulty for rows in found for row in rows))
-
-
-def _judged(seeds: Iterable[int], starts: int) -> Iterator[list[Compared]]:
-    """Judges platforms one after the other, and prints those with an error."""
-    for seed in seeds:
-        generator = np.random.default_rng(seed)
-        platform = drawn_platform(generator)
-        rows = judged(platform, generator, starts)
-        if any(row.is_faulty for row in rows):
-            out.print(f"platform {seed}: {', '.join(map(str, platform.legs))}: {rows}")
-        yield rows
-
-
-def _so_far(found: Sequence[list[Compared]]) -> str:
-    rows = [row for of in found for row in of]
-    kinds = Counter(row.modes for row in rows)
-    return (
-        f"{len(rows)} inputs, missed {sum(r.missed for r in rows)}, wrong "
-        f"{sum(r.wrong for r in rows)}, unsure {sum(r.unsure for r in rows)}, modes "
-        + " ".join(str(kinds[k]) for k in range(7))
-    )
-
-
-def judged(platform: DrawnPlatform, generator: np.random.Generator, starts: int) -> list[Compared]:
-    """The modes of a platform at its reference and at random inputs, compared."""
+def trial(number: int) -> Outcome:
+    """Compares the modes of one random platform at some inputs."""
+    rng = np.random.default_rng(number)
+    platform = drawn_platform(rng)
     with tempfile.TemporaryDirectory() as folder:
         robot = derived(platform, Path(folder))
-    q = robot.reference.q + generator.uniform(-NEAR, NEAR, (INPUTS, 3)) * (
-        np.arange(INPUTS) > 0
-    ).reshape(-1, 1)
-    return [compared(robot, platform, row, generator, starts) for row in q]
+    shifts = rng.uniform(-NEAR, NEAR, (INPUTS - 1, 3))
+    q = robot.reference.q + np.vstack([np.zeros(3), shifts])
+    found = [compared(robot, platform, row, rng, STARTS) for row in q]
+    legs = ", ".join(f"{leg.kinds} with joint {leg.actuated} actuated" for leg in platform.legs)
+    failures = [
+        f"{legs}, q = {row.tolist()}: {c}"
+        for row, c in zip(q, found, strict=True)
+        if c.missed or c.wrong or c.unsure
+    ]
+    return Outcome({"inputs": INPUTS, "modes": sum(c.modes for c in found)}, tuple(failures))
 
 
 def derived(
     platform: DrawnPlatform, folder: Path, functions: tuple[str, ...] = FUNCTIONS
 ) -> chasles.Robot:
-    """Some functions of a platform, compiled."""
+    """Derive and load some functions of a platform."""
     emitters = [emitter for emitter in EMITTERS if emitter.language in LANGUAGES]
     path = folder / "platform"
     write(loads(platform.text("platform")), path, functions, emitters=emitters)
@@ -107,19 +81,19 @@ def compared(
     robot: chasles.Robot,
     platform: DrawnPlatform,
     q: np.ndarray,
-    generator: np.random.Generator,
+    rng: np.random.Generator,
     starts: int,
 ) -> Compared:
-    """The modes of a platform at one input beside those of Newton's iteration."""
+    """Compare the modes of a platform at one input with the modes of Newton's iteration."""
     theta, margin, unsure = robot.modes(q)
     theta, margin = theta[np.isfinite(margin)], margin[np.isfinite(margin)]
     size = _size(theta)
     begun = np.concatenate(
-        [generator.normal(size=(starts, 2)) * size, generator.uniform(-np.pi, np.pi, (starts, 1))],
+        [rng.normal(size=(starts, 2)) * size, rng.uniform(-np.pi, np.pi, (starts, 1))],
         1,
     )
-    others = newton(platform, q, begun, generator)
-    stays = np.array([_stays(platform, q, row, generator) for row in theta], bool)
+    others = newton(platform, q, begun, rng)
+    stays = np.array([_stays(platform, q, row, rng) for row in theta], bool)
     near = _apart(others, theta)
     # Where modes nearly meet, Newton's iteration ends a little off.
     regular = margin > REGULAR
@@ -134,21 +108,21 @@ def compared(
 
 
 def _stays(
-    platform: DrawnPlatform, q: np.ndarray, pose: np.ndarray, generator: np.random.Generator
+    platform: DrawnPlatform, q: np.ndarray, pose: np.ndarray, rng: np.random.Generator
 ) -> bool:
-    """Whether Newton's iteration from a mode, with random passive joints, finds it again."""
-    found = newton(platform, q, np.repeat(pose[None], AGAIN, 0), generator)
+    """Whether Newton's iteration from a mode, with random passive joints, returns to it."""
+    found = newton(platform, q, np.repeat(pose[None], AGAIN, 0), rng)
     return bool((_apart(pose[None], found) < SAME).any())
 
 
 def newton(
-    platform: DrawnPlatform, q: np.ndarray, poses: np.ndarray, generator: np.random.Generator
+    platform: DrawnPlatform, q: np.ndarray, poses: np.ndarray, rng: np.random.Generator
 ) -> np.ndarray:
-    """(n, 3) the distinct modes that starts at poses, with random passive joints, lead to."""
+    """Distinct modes (n, 3) that Newton's iteration finds from poses and random passive joints."""
     slides = np.array([leg.kinds[leg.passive] == "P" for leg in platform.legs])
     size = _size(poses)
-    passive = generator.uniform(-np.pi, np.pi, (len(poses), 3))
-    passive[:, slides] = generator.normal(size=(len(poses), sum(slides))) * SLIDE * size
+    passive = rng.uniform(-np.pi, np.pi, (len(poses), 3))
+    passive[:, slides] = rng.normal(size=(len(poses), sum(slides))) * SLIDE * size
     x = np.concatenate([poses, passive], 1)
     units = np.concatenate([[size, size, 1.0], np.where(slides, size, 1.0)])
     found = []
@@ -167,7 +141,7 @@ def newton(
 
 
 def _size(poses: np.ndarray) -> float:
-    """How far poses are from the origin, the platform's size of 1 at least (metre)."""
+    """One plus the maximum distance of poses from the origin along an axis (metre)."""
     return float(1 + np.abs(poses[:, :2]).max(initial=0.0))
 
 
@@ -184,3 +158,10 @@ def _apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     d = one[:, None] - other[None]
     d[..., 2] = np.angle(np.exp(1j * d[..., 2]))
     return np.asarray(np.abs(d).max(-1))
+
+
+CAMPAIGN = Campaign(
+    "planar",
+    "The modes of a random planar platform are the modes that Newton's iteration finds.",
+    trial,
+)

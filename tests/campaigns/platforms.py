@@ -1,65 +1,54 @@
-"""``python -m bench platforms``: modes of random platforms on six rods beside Newton's iteration.
+"""Modes of random platforms on six rods, compared with Newton's iteration.
 
-Random platforms (--count): general ones, flat ones, and ones with three double joints on the
-platform (6-3) or on both sides (3-3). Their rods have the lengths of a random pose. Newton's
-iteration from random poses (--starts) finds their modes independently. A line for each kind tells
-
-    missed   modes of Newton's iteration that are not found
-    wrong    modes that are found whose rods are off by more than 1e-10
-    more     modes that are found and that Newton's iteration does not find
-    unsure   platforms with a complex pose that was not found for certain
-    modes    the most modes of a platform, and the mean
-    ms       of the time of a platform, on one thread: the median, and the longest
-
-Singular modes are not compared: Newton's iteration does not converge there.
+The platforms are general, flat, or have three double joints on the platform (6-3) or on both sides
+(3-3). Their rods have the lengths of a random pose. Newton's iteration from random poses finds
+modes independently: no such mode may be missing, and every rod of a mode must have its length.
+Singular modes are not compared, because Newton's iteration does not converge there. The counts
+include modes that Newton's iteration does not find, and platforms that the C reports as unsure.
 """
 
 import ctypes
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 
-from bench.native.library import Source, compiled
-from bench.report import out, paced
 from chasles.derive.emit.c.header import support
 from chasles.derive.emit.c.written import SUPPORTS
 from chasles.derive.loops.modes.hexapod import NO_JOINTS, RodNumbers, double_joints, tables
 from chasles.derive.loops.modes.hexapod_starts import starts
+from tests.support.native import Source, compiled
 
-COUNT, STARTS = 200, 2_000
+from .campaign import Campaign, Outcome
+
+OF_EACH_KIND, STARTS = 2, 2_000
+"""Platforms of each kind in a trial, and starts of Newton's iteration for each."""
 KINDS = ("6-6", "flat", "6-3", "3-3")
 WRONG, SAME, REGULAR = 1e-10, 1e-6, 1e-5
-"""Errors of rods; distance of modes that are one; determinant of a mode that is not singular. The
-platforms are of size 1."""
-NEWTON = Path(__file__).parents[1] / "native" / "rods_newton.c"
+"""Maximum length error of a rod, distance of modes that count as the same, and minimum
+determinant of a regular mode. The platforms are of size 1."""
+NEWTON = Path(__file__).parents[1] / "support" / "native" / "rods_newton.c"
 AXES = (2, 1, 0)
 SHIM = """
-#define _POSIX_C_SOURCE 199309L
 #include "chasles_hexapod.h"
-#include <time.h>
 static void given(const double *q, double *a, double *l)
 {
     memcpy(a, q, 18 * sizeof *a), memcpy(l, q + 18, 6 * sizeof *l);
 }
-__attribute__((visibility("default"))) double modes(
+__attribute__((visibility("default"))) void modes(
     chasles_hexapod_platform *platform, const double *q, double *theta, double *margin,
     double *unsure)
 {
-    struct timespec from, to;
     platform->rods = given;
-    clock_gettime(CLOCK_MONOTONIC, &from);
     chasles_hexapod_modes(platform, q, theta, margin, unsure);
-    clock_gettime(CLOCK_MONOTONIC, &to);
-    return 1e3 * (to.tv_sec - from.tv_sec) + 1e-6 * (to.tv_nsec - from.tv_nsec);
 }
 """
 
 
-def _library() -> ctypes.CDLL:
-    """The C that robots get, with a door for numbers of any platform."""
+@cache
+def library() -> ctypes.CDLL:
+    """Compile the C of robots with a function that takes the numbers of any platform."""
     files = {name: support(name) for name in SUPPORTS["hexapod"]}
     source = Source("platform_modes", {"modes.c": SHIM, **files}, ())
     return ctypes.CDLL(str(compiled(source)))
@@ -87,76 +76,70 @@ class Platform(ctypes.Structure):
 
 @dataclass(frozen=True)
 class Judged:
-    """A platform's modes beside those of Newton's iteration."""
+    """The modes of a platform, compared with Newton's iteration.
+
+    Attributes:
+        missed: Modes of Newton's iteration that the C does not find.
+        wrong: Modes of the C whose rods have other lengths.
+        more: Regular modes of the C that Newton's iteration does not find.
+        unsure: Whether the C may have missed a complex pose.
+        modes: Number of modes of the C.
+    """
 
     missed: int
     wrong: int
     more: int
     unsure: bool
     modes: int
-    ms: float
 
 
-def run(count: int, starts_: int, seed: int) -> int:
-    """Judges random platforms; prints a line for each kind."""
-    library = _library()
-    generator = np.random.default_rng(seed)
-    kinds = [KINDS[k % len(KINDS)] for k in range(count)]
-    each = (judged(library, *random_rods(kind, generator), starts_, generator) for kind in kinds)
-    found = paced(each, count, _so_far)
-    out.print(f"{count} platforms, {starts_} starts each")
-    for kind in KINDS:
-        _print(kind, [row for row, its in zip(found, kinds, strict=True) if its == kind])
-    return int(any(j.missed or j.wrong for j in found))
+def trial(number: int) -> Outcome:
+    """Compares the modes of random platforms of each kind."""
+    rng = np.random.default_rng(number)
+    kinds = KINDS * OF_EACH_KIND
+    found = [judged(*random_rods(kind, rng), STARTS, rng) for kind in kinds]
+    failures = [
+        f"platform {k}, {kind}: {j.missed} missed, {j.wrong} wrong"
+        for k, (kind, j) in enumerate(zip(kinds, found, strict=True))
+        if j.missed or j.wrong
+    ]
+    counts = {
+        "platforms": len(found),
+        "modes": sum(j.modes for j in found),
+        "modes that Newton's iteration does not find": sum(j.more for j in found),
+        "unsure platforms": sum(j.unsure for j in found),
+    }
+    return Outcome(counts, tuple(failures), {"modes of a platform": max(j.modes for j in found)})
 
 
-def _so_far(found: Sequence[Judged]) -> str:
-    return (
-        f"missed {sum(j.missed for j in found)}, wrong {sum(j.wrong for j in found)}, "
-        f"more {sum(j.more for j in found)}, unsure {sum(j.unsure for j in found)}"
-    )
-
-
-def _print(kind: str, rows: Sequence[Judged]) -> None:
-    if rows:
-        ms, modes = [j.ms for j in rows], [j.modes for j in rows]
-        out.print(
-            f"{kind:5} {len(rows):5} platforms: {_so_far(rows)}, "
-            f"modes {max(modes)} ({np.mean(modes):.1f}), {np.median(ms):.2f} ms ({max(ms):.2f})"
-        )
-
-
-def random_rods(
-    kind: str, generator: np.random.Generator
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def random_rods(kind: str, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Ends a and b (6, 3), and lengths (6,) that a random pose has."""
-    a = generator.normal(size=(6, 3))
-    b = generator.normal(size=(6, 3)) * generator.uniform(0.3, 1)
+    a = rng.normal(size=(6, 3))
+    b = rng.normal(size=(6, 3)) * rng.uniform(0.3, 1)
     if kind == "flat":
         a[:, 2] = b[:, 2] = 0
     if kind in ("6-3", "3-3"):
         b = b[[0, 0, 1, 1, 2, 2]]
     if kind == "3-3":
         a = a[[0, 1, 1, 2, 2, 0]]
-    e = generator.normal(size=4)
-    p = generator.normal(size=3)
+    e = rng.normal(size=4)
+    p = rng.normal(size=3)
     d = p + b @ rotations(e[None] / np.linalg.norm(e))[0].T - a
     return a, b, np.linalg.norm(d, axis=1)
 
 
 def judged(
-    library: ctypes.CDLL,
     a: np.ndarray,
     b: np.ndarray,
     lengths: np.ndarray,
     count: int,
-    generator: np.random.Generator,
+    rng: np.random.Generator,
 ) -> Judged:
     """The modes of a platform, compared."""
-    theta, unsure, ms = modes(library, a, b, lengths)
-    own_e, own_p = _quaternions(theta), theta[:, :3]
+    theta, unsure = modes(a, b, lengths)
+    own_e, own_p = quaternions(theta), theta[:, :3]
     left, _ = excess(a, b, lengths, own_e, own_p)
-    e, p = newton(a, b, lengths, count, generator)
+    e, p = newton(a, b, lengths, count, rng)
     _, J = excess(a, b, lengths, e, p)
     regular = np.abs(np.linalg.det(J)) > REGULAR
     e, p = e[regular], p[regular]
@@ -169,26 +152,22 @@ def judged(
         int((~there.any(1) & ~singular).sum()),
         unsure > 0,
         len(theta),
-        ms,
     )
 
 
-def modes(
-    library: ctypes.CDLL, a: np.ndarray, b: np.ndarray, lengths: np.ndarray
-) -> tuple[np.ndarray, float, float]:
-    """The modes (n, 6) that the C finds, its doubts, and its time in ms."""
-    found = solved(library, numbered(a, b, lengths), a, lengths)
-    return found.theta[np.isfinite(found.margin)], found.unsure, found.ms
+def modes(a: np.ndarray, b: np.ndarray, lengths: np.ndarray) -> tuple[np.ndarray, float]:
+    """The modes (n, 6) that the C finds, and whether it is unsure of them."""
+    found = solved(numbered(a, b, lengths), a, lengths)
+    return found.theta[np.isfinite(found.margin)], found.unsure
 
 
 @dataclass(frozen=True)
 class Solved:
-    """The results of the C: joints (n, 6) and margins (n,) of all slots, doubts, time in ms."""
+    """The results of the C: joints (n, 6) and margins (n,) of all slots, and ``unsure``."""
 
     theta: np.ndarray
     margin: np.ndarray
     unsure: float
-    ms: float
 
 
 def numbered(
@@ -209,25 +188,24 @@ def numbered(
     return platform
 
 
-def solved(library: ctypes.CDLL, platform: Platform, a: np.ndarray, lengths: np.ndarray) -> Solved:
+def solved(platform: Platform, a: np.ndarray, lengths: np.ndarray) -> Solved:
     """The results of the C for a platform at some lengths."""
     n = platform.paths
     theta, margin, unsure = np.empty((n, 6)), np.empty(n), np.empty(1)
     q = np.concatenate([a.ravel(), lengths])
     pointers = [array.ctypes.data_as(ctypes.c_void_p) for array in (q, theta, margin, unsure)]
-    library.modes.restype = ctypes.c_double
-    ms = library.modes(ctypes.byref(platform), *pointers)
-    return Solved(theta, margin, float(unsure[0]), ms)
+    library().modes(ctypes.byref(platform), *pointers)
+    return Solved(theta, margin, float(unsure[0]))
 
 
 def newton(
-    a: np.ndarray, b: np.ndarray, lengths: np.ndarray, count: int, generator: np.random.Generator
+    a: np.ndarray, b: np.ndarray, lengths: np.ndarray, count: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
     """Quaternions and positions of the distinct modes that random starts lead to."""
-    e = generator.normal(size=(count, 4))
+    e = rng.normal(size=(count, 4))
     e /= np.linalg.norm(e, axis=1, keepdims=True)
     # The first end is at its rod's length.
-    direction = generator.normal(size=(count, 3))
+    direction = rng.normal(size=(count, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     p = a[0] + lengths[0] * direction - rotations(e) @ b[0]
     arrays = [np.ascontiguousarray(values) for values in (a, b, lengths, e, p)]
@@ -279,7 +257,7 @@ def rotations(e: np.ndarray) -> np.ndarray:
     return np.asarray(np.eye(3) + 2 * w * cross + 2 * cross @ cross)
 
 
-def _quaternions(theta: np.ndarray) -> np.ndarray:
+def quaternions(theta: np.ndarray) -> np.ndarray:
     """Quaternions of yaw, pitch and roll."""
     e = np.tile([1.0, 0, 0, 0], (len(theta), 1))
     for k, axis in zip((3, 4, 5), AXES, strict=True):
@@ -293,3 +271,10 @@ def _product(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     scalar = x[:, 0] * y[:, 0] - (x[:, 1:] * y[:, 1:]).sum(1)
     vector = x[:, :1] * y[:, 1:] + y[:, :1] * x[:, 1:] + np.cross(x[:, 1:], y[:, 1:])
     return np.concatenate([scalar[:, None], vector], 1)
+
+
+CAMPAIGN = Campaign(
+    "platforms",
+    "The modes of a random platform on six rods include all that Newton's iteration finds.",
+    trial,
+)

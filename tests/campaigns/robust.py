@@ -1,148 +1,155 @@
-"""Reads and derives texts that nobody chose, and counts how each attempt ends.
+"""Mutated robot files and arms of round numbers, read and derived.
 
-A text must end in a robot or in an error of chasles, which for a wrong file names the file, within
-its time. Every other exception is a crash.
+Each trial mutates the shipped robot files and some URDFs, reads the mutants, derives a few of those
+that are robots, and derives arms of round numbers. An attempt must end within its time, with a
+robot or with an error of chasles. An error in a file must name the file. Every other exception is a
+failure.
 """
 
 import random
-import time
 import traceback
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Literal
 
-from bench.report import out, table
 from chasles.derive import DescriptionError, RobotError, artifacts, from_urdf, load
 from chasles.derive.build.time_limit import OutOfTime, at_most
-from chasles.derive.cli import ROBOTS
+from tests.support.derivations import ROBOTS
+from tests.support.generators.field_arms import calibrated
 from tests.support.generators.mutated_texts import mutated
 from tests.support.generators.round_arms import round_arm
 
-READ_SECONDS = 2.0
-"""CPU seconds that reading a file may take."""
-DERIVE_SECONDS = 10.0
-"""CPU seconds that deriving an arm may take."""
-BUSY = 20
-"""Seconds on the clock for one CPU second, on a machine that others use."""
-End = Literal["made", "refused", "late", "crashed"]
-Texts = Iterable[tuple[str, str]]
-"""The ending of each file's name, and its text."""
+from .campaign import Campaign, Outcome
+
+READ, DERIVED, ARMS = 200, 2, 6
+"""Mutated files that a trial reads and derives, and arms of round numbers that it derives."""
+READ_SECONDS, DERIVE_SECONDS = 40.0, 200.0
+"""Time after which reading or deriving counts as endless."""
+KEPT = Path(__file__).parents[2] / "build" / "robust"
+"""Folder that receives the file of each failure."""
+URDF = """<robot name="arm">
+  <link name="base"/><link name="one"/><link name="two"/><link name="tool"/>
+  <joint name="turn" type="revolute">
+    <parent link="base"/><child link="one"/>
+    <origin xyz="0.1 0 0.08920113858084797" rpy="0 1.5707963267948966 0.2"/>
+    <axis xyz="0.57735026918962 0.57735026918963 0.577350269189626"/>
+    <limit lower="-3.14159" upper="3.14159"/>
+  </joint>
+  <joint name="slide" type="prismatic">
+    <parent link="one"/><child link="two"/>
+    <origin xyz="-0.4251460319702735 0 0.2" rpy="3.1351985141209435 0 0.0000942"/>
+    <axis xyz="0 1 0"/><limit lower="0" upper="0.5"/>
+  </joint>
+  <joint name="flange" type="fixed">
+    <parent link="two"/><child link="tool"/><origin xyz="0 0 0.1" rpy="0 0 0"/>
+  </joint>
+</robot>
+"""
+URDFS = 5
+"""Copies of each URDF among the files to be mutated."""
+Text = tuple[str, str]
+"""The suffix of a file's name, and its text."""
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """The end of one attempt.
+    """The end of one attempt; the message is the error, with the location of a crash."""
 
-    Attributes:
-        name: The file's name.
-        end: How it ended.
-        seconds: CPU seconds.
-        message: The error, with the place of a crash.
-    """
-
-    name: str
-    end: End
-    seconds: float
+    end: Literal["made", "refused", "endless", "crashed"]
     message: str = ""
 
+    @property
+    def is_good(self) -> bool:
+        """Whether a robot or an error of chasles came out in time."""
+        return self.end in ("made", "refused")
 
-def run(folder: Path, files: int, derived: int, arms: int, seed: int) -> int:
-    """Prints how all attempts end; returns 1 if one crashes or is late.
 
-    Args:
-        folder: A folder of .toml and .urdf files that are mutated beside the shipped ones, and
-            receives the mutated file of each crash.
-        files: Number of mutated files to read.
-        derived: Number of mutated files that are robots to derive.
-        arms: Number of arms of round numbers to derive.
-        seed: Of the random numbers.
-    """
-    texts = wounded([*sources(ROBOTS), *sources(folder)], random.Random(seed))
-    arm_texts = ((".toml", round_arm(seed + k)) for k in range(arms))
-    rows = [
-        _counted("mutated, read", _take(texts, files), folder, derive=False),
-        _counted("mutated, derived", _robots(texts, derived, folder), folder, derive=True),
-        _counted("round arms, derived", arm_texts, folder, derive=True),
+def trial(number: int) -> Outcome:
+    """Read and derive the files of a number."""
+    with TemporaryDirectory() as folder:
+        attempts = list(_attempts(number, Path(folder)))
+    counts = dict.fromkeys(("read", "derived", "refused"), 0)
+    failures = []
+    for path, derive, found in attempts:
+        what = "refused" if found.end == "refused" else "derived" if derive else "read"
+        counts[what] += found.is_good
+        if not found.is_good:
+            failures.append(f"{KEPT / path.name}: {found.end}: {found.message[:300]}")
+    return Outcome(counts, tuple(failures))
+
+
+def _attempts(number: int, folder: Path) -> Iterator[tuple[Path, bool, Attempt]]:
+    """Yield the file of each attempt, whether its robot is derived, and the end."""
+    derived = 0
+    for k, text in enumerate(islice(mutants(random.Random(number)), READ)):
+        path = written(folder / f"{number}_mutant_{k}", text)
+        yield path, False, (found := attempt(path, derive=False))
+        if found.end == "made" and derived < DERIVED:
+            derived += 1
+            yield path, True, attempt(path, derive=True)
+    for k in range(number * ARMS, (number + 1) * ARMS):
+        path = written(folder / f"round_arm_{k}", (".toml", round_arm(k)))
+        yield path, True, attempt(path, derive=True)
+
+
+def sources() -> list[Text]:
+    """Return the shipped robot files, a URDF with both kinds of joints, and a calibrated arm."""
+    shipped = [
+        (".toml", path.read_text(encoding="utf-8")) for path in sorted(ROBOTS.glob("*.toml"))
     ]
-    columns = ("what", "made", "refused", "late", "crashed", "most CPU s", "mean CPU s")
-    table("Texts that nobody chose", columns, rows)
-    return int(any(late or crashed for _, _, _, late, crashed, *_ in rows))
+    return [*shipped, *[(".urdf", URDF), (".urdf", calibrated().urdf())] * URDFS]
 
 
-def sources(folder: Path) -> list[tuple[str, str]]:
-    """The ending and the text of every robot file in a folder."""
-    paths = sorted(path for path in folder.glob("*") if path.suffix in (".toml", ".urdf"))
-    return [(path.suffix, path.read_text(encoding="utf-8")) for path in paths]
-
-
-def wounded(texts: list[tuple[str, str]], dice: random.Random) -> Iterator[tuple[str, str]]:
-    """Endless mutations of texts."""
+def mutants(dice: random.Random) -> Iterator[Text]:
+    """Yield mutations of the sources without end."""
+    texts = sources()
     while True:
         suffix, text = dice.choice(texts)
         yield suffix, mutated(text, dice)
 
 
+def written(stem: Path, text: Text) -> Path:
+    """Write a text and return its file."""
+    path = stem.with_name(stem.name + text[0])
+    path.write_text(text[1], encoding="utf-8")
+    return path
+
+
 def attempt(path: Path, *, derive: bool) -> Attempt:
-    """Reads a file, and derives it where asked to."""
-    limit = DERIVE_SECONDS if derive else READ_SECONDS
-    started = time.process_time()
+    """Read a file and optionally derive its robot; keep the file of a failure."""
+    found = _attempt(path, derive=derive)
+    if not found.is_good:
+        KEPT.mkdir(parents=True, exist_ok=True)
+        (KEPT / path.name).write_bytes(path.read_bytes())
+    return found
+
+
+def _attempt(path: Path, *, derive: bool) -> Attempt:
     try:
-        with at_most(BUSY * limit):
+        with at_most(DERIVE_SECONDS if derive else READ_SECONDS):
             robot = from_urdf(path) if path.suffix == ".urdf" else load(path)
             if derive:
                 artifacts(robot)
-        end, message = "made", ""
     except OutOfTime as error:
-        end, message = "late", str(error)
+        return Attempt("endless", str(error))
     except DescriptionError as error:
-        end, message = "refused", str(error)
-        if str(path) not in message:
-            end, message = "crashed", f"no file in the error: {message}"
+        if str(path) not in str(error):
+            return Attempt("crashed", f"no file in the error: {error}")
+        return Attempt("refused", str(error))
     except RobotError as error:
-        end, message = ("refused" if derive else "crashed"), str(error)
+        return Attempt("refused" if derive else "crashed", str(error))
     except Exception as error:
         place = traceback.extract_tb(error.__traceback__)[-1]
-        end = "crashed"
-        message = f"{type(error).__name__}: {error} ({place.filename}:{place.lineno})"
-    seconds = time.process_time() - started
-    if end != "crashed" and seconds > limit:
-        end, message = "late", f"{seconds:.1f} s {message}"
-    return Attempt(path.name, end, seconds, message)
+        text = f"{type(error).__name__}: {error} ({place.filename}:{place.lineno})"
+        return Attempt("crashed", text)
+    return Attempt("made")
 
 
-def _counted(
-    title: str, texts: Texts, folder: Path, *, derive: bool
-) -> tuple[str | int | float, ...]:
-    """The title, how often each end occurs, and the most and the mean of the CPU seconds."""
-    stage = title.replace(", ", "_").replace(" ", "_")
-    made = []
-    for k, (suffix, text) in enumerate(texts):
-        path = folder / f".{stage}_{k}{suffix}"
-        path.write_text(text, encoding="utf-8")
-        made.append(attempt(path, derive=derive))
-        if made[-1].end in ("late", "crashed"):
-            out.print(f"{path}: {made[-1].end}: {made[-1].message[:300]}", markup=False)
-        else:
-            path.unlink()
-    counts = [sum(one.end == end for one in made) for end in ("made", "refused", "late", "crashed")]
-    seconds = [one.seconds for one in made] or [0.0]
-    return title, *counts, max(seconds), sum(seconds) / len(seconds)
-
-
-def _robots(texts: Iterator[tuple[str, str]], count: int, folder: Path) -> Texts:
-    """The next mutated files that are robots."""
-    found = 0
-    while found < count:
-        suffix, text = next(texts)
-        path = folder / f".candidate{suffix}"
-        path.write_text(text, encoding="utf-8")
-        good = attempt(path, derive=False).end == "made"
-        path.unlink()
-        if good:
-            found += 1
-            yield suffix, text
-
-
-def _take(texts: Iterator[tuple[str, str]], count: int) -> Texts:
-    return (next(texts) for _ in range(count))
+CAMPAIGN = Campaign(
+    "robust",
+    "A robot file that nobody chose ends in a robot or in an error that names the file.",
+    trial,
+)

@@ -1,4 +1,4 @@
-"""Arms that cylinders, rods and cranks drive: a sample of the benchmark's."""
+"""Arms that cylinders, rods and cranks drive: fixed samples of the campaign ``as_built``."""
 
 import pytest
 
@@ -15,21 +15,21 @@ BUILT = {
 
 
 @pytest.mark.parametrize("number", BUILT, ids=BUILT.values())
-def test_the_inverse_of_an_arm_as_built(number, monkeypatch):
+def test_inverse_of_built_arm_stays_within_error_limits(number, monkeypatch):
     # The code runs once, and compiling it well takes longer.
     monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
     assert_within_bars(judged(number))
 
 
 @pytest.mark.parametrize("number", [1, 7])
-def test_a_tool_on_the_axis_that_no_joint_but_two_moves(number, monkeypatch):
+def test_inverse_with_tool_on_last_axis_stays_within_error_limits(number, monkeypatch):
     """A column and two joints: the last one turns the tool about its own origin."""
     monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
     assert_within_bars(judged_arm(drawn_arm(number, tool=()).mechanism, number))
 
 
 @pytest.mark.parametrize("number", [2, 265, 81], ids=["crank", "between", "few that close"])
-def test_the_inverse_of_an_arm_as_designed(number, monkeypatch):
+def test_inverse_of_designed_arm_stays_within_error_limits(number, monkeypatch):
     """A crank holds a given joint, a joint in between is given, and few configurations close."""
     monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
     assert_within_bars(judged_arm(drawn_arm(number, tool=()).mechanism, number))

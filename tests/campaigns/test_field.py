@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from chasles.derive import from_urdf
-from tests.campaigns import field as benchmark
+from tests.campaigns.field import judgement, own
 from tests.support.compiling import compiled
 from tests.support.generators.field_arms import (
     FieldCase,
@@ -22,7 +22,7 @@ from tests.support.peers.interface import Answers
 POSES = 40
 
 
-def test_all_arms_of_the_wheel_and_the_calibrated_one_are_there():
+def test_field_contains_all_ssik_arms_and_calibrated_arm():
     pytest.importorskip("ssik")
     names = [arm.name for arm in arms()]
     assert len(names) == len(set(names)) == 73
@@ -30,7 +30,7 @@ def test_all_arms_of_the_wheel_and_the_calibrated_one_are_there():
 
 
 @pytest.mark.parametrize("name", ["kuka_iiwa14", "kinova_gen3", "fanuc_crx3ia"])
-def test_a_urdf_is_the_arm_of_the_module(name, tmp_path):
+def test_written_urdf_matches_ssik_fk(name, tmp_path):
     pytest.importorskip("ssik")
     module = prebuilt()[name]
     arm = from_ssik(module)
@@ -42,32 +42,32 @@ def test_a_urdf_is_the_arm_of_the_module(name, tmp_path):
     np.testing.assert_allclose(screws_of(from_urdf(path)).fk(q), theirs, atol=1e-13)
 
 
-def test_the_calibrated_arm_is_judged(tmp_path):
+def test_judge_accepts_calibrated_arm_and_detects_shifted_answers(tmp_path):
     arm = calibrated()
-    row = benchmark.judgement(arm, tmp_path, POSES, 0)
-    assert row.holds
-    assert row.random is not None
-    assert row.random.poses == POSES
+    outcome = judgement(arm, tmp_path, POSES, POSES // 2, 0)
+    assert outcome.failures == ()
+    assert outcome.counts["poses"] == POSES + POSES // 2
     case = FieldCase(arm.name, arm=arm, folder=tmp_path / arm.name)
     q = np.random.default_rng(1).uniform(-np.pi, np.pi, (POSES, 6))
 
     def shifted(asked):
-        found = benchmark.own(case, asked)
+        found = own(case, asked)
         return Answers(found.q + 1e-6, found.claimed)
 
     verdict = judged(case, PoseSet("random", q, regular=True), shifted)
     assert verdict.wrong == verdict.missed == POSES
 
 
-def test_an_arm_that_is_not_derived_is_said(tmp_path):
+def test_underivable_arm_is_reported(tmp_path):
     arm = calibrated()
     broken = type(arm)("broken", arm.before * np.nan, arm.axes, arm.after)
     with pytest.raises(RuntimeError):
         derived(broken, tmp_path)
-    assert benchmark.judgement(broken, tmp_path, POSES, 0).tier == "not derived"
+    (failure,) = judgement(broken, tmp_path, POSES, POSES, 0).failures
+    assert failure.startswith("broken: not derived: ")
 
 
-def test_double_solutions_at_right_angles_stand_in_one_slot(tmp_path):
+def test_double_solutions_at_right_angles_occupy_single_slot(tmp_path):
     """Solutions of six joints come in pairs; two that meet stand twice unless steps reach them."""
     pytest.importorskip("ssik")
     arm = from_ssik(prebuilt()["fanuc_crx3ia"])

@@ -14,34 +14,34 @@ pair are two of the three."""
 
 
 @pytest.mark.parametrize("links", PATTERNS)
-def test_no_configuration_is_lost(links):
+def test_axis_patterns_miss_no_configuration(links):
     found = any_geometry.judged(random_arm(11, links), 600)
     assert found is not None
     assert not any(found)
 
 
 @pytest.mark.parametrize("place", range(6))
-def test_no_configuration_is_lost_where_a_joint_slides(place):
+def test_prismatic_joint_at_any_position_misses_no_configuration(place):
     found = any_geometry.judged(random_arm(20 + place, PATTERNS[place], {place}), 600)
     assert found is not None
     assert not any(found)
 
 
-def test_no_configuration_is_lost_where_two_neighbours_slide():
+def test_adjacent_prismatic_joints_miss_no_configuration():
     found = any_geometry.judged(random_arm(40, slides={1, 2}), 300)
     assert found is not None
     assert not any(found)
 
 
 @pytest.mark.parametrize("seed", [3000, 3002])
-def test_no_configuration_of_longer_arms_is_lost(seed):
+def test_longer_arms_miss_no_configuration(seed):
     found = any_geometry.judged(long_arm(seed), 300)
     assert found is not None
     assert not any(found)
 
 
 @pytest.mark.parametrize("seed", [0, 4, 6])
-def test_no_configuration_is_lost_where_slides_are_left_beside_given_ones(seed):
+def test_remaining_prismatic_joints_miss_no_configuration(seed):
     found = any_geometry.judged(sliding_arm(seed), 300)
     assert found is not None
     assert not any(found)
@@ -64,7 +64,7 @@ joints = [
 """An arm with a slide along two of its axes, without which these are one."""
 
 
-def test_a_slide_without_which_the_others_are_singular_is_not_given():
+def test_essential_prismatic_joint_is_not_fixed():
     arm = displaced(loads(TELESCOPE), 1e-3)
     general = general_inverse(arm)
     assert general is not None
@@ -73,13 +73,13 @@ def test_a_slide_without_which_the_others_are_singular_is_not_given():
     assert not random
 
 
-def test_two_neighbours_that_slide_in_one_direction_are_no_two_freedoms():
+def test_parallel_adjacent_prismatic_joints_are_rejected():
     assert any_geometry.judged(random_arm(1, "/=////", {1, 2}), 10) is None
     eight = general_inverse(random_arm(1547, "xx=xx==/", {1, 2, 3, 5}))
     assert eight is None or not {2, 3} <= {*range(8)} - {*eight.choice.given}
 
 
-def test_what_is_lost_is_seen(monkeypatch):
+def test_judge_detects_missed_configurations(monkeypatch):
     told = any_geometry._told
 
     def without_splits(tables):

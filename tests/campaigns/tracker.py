@@ -1,85 +1,87 @@
-"""``python -m bench tracker``: simulated sets of a tracker, from table to held-back errors.
+"""Simulated measurements of laser trackers, from the table to errors of held-back configurations.
 
-Each arm has encoders zeroed wrongly by up to three degrees, axes off by 0.7 mm and 0.7 mrad, drives
-with waves, and links that bend by 0.2 mm under their weight, which no model here describes. 36
-configurations with three targets each are written as a table in mm and degrees, with the base and
-the targets unknown, and read back. 200 further configurations judge the result.
+Each arm has zero offsets of up to three degrees, axes off by 0.7 mm and 0.7 mrad, drives with
+periodic errors, and links that sag by 0.2 mm, which no model of the program describes. A table in
+mm and degrees holds 36 configurations with three targets each; the base and the targets are
+unknown. 200 further configurations measure the error of a model.
+
+The table must be read to its last digit. The chosen model must have a smaller error than free axes
+without drives, and smaller than the sag, the only error that it does not describe. Over 120 drawn
+arms of four robots the chosen model's error was 0.044 mm with a standard deviation of 0.007 mm, and
+0.31 times the error of free axes with a standard deviation of 0.10. The bars of 0.2 mm and 1 are
+more than six standard deviations away: a correct program misses them with a probability of about
+1e-10 per arm as far as these errors are normal.
 """
 
 import csv
 import tempfile
-import time
 from pathlib import Path
 
 import numpy as np
 
 import chasles
-from bench.report import out
 from chasles import screws
 from chasles.calibration import best_model, identify, read_measurements
 from chasles.calibration.observed.frames import register_points
 
+from .campaign import Campaign, Outcome
+
 ARMS = (
-    "irb120",
-    "puma560",
-    "lrmate200id",
-    "irb1200",
-    "kr6_r700",
-    "gp7",
-    "vs060",
-    "tx2_60",
-    "ur5e",
-    "ur10e",
-    "iiwa14",
-    "stanford",
+    *("irb120", "puma560", "lrmate200id", "irb1200", "kr6_r700", "gp7"),
+    *("vs060", "tx2_60", "ur5e", "ur10e", "iiwa14", "stanford"),
 )
+DRAWS = 5
+"""Drawn arms of a trial."""
 MEASURED, HELD = 36, 200
 ZERO, AXIS, WAVE, SAG, NOISE = np.radians(3), 7e-4, 2e-4, 2e-4, 2e-5
-"""Largest error of a zero [rad] and of an axis [m, rad], of a wave of a drive [rad], sag of the
+"""Maximum zero offset [rad], error of an axis [m, rad], periodic error of a drive [rad], sag of the
 stretched arm [m], and standard deviation of the tracker [m]."""
+DIGITS = {"points": 0.51e-7, "rad": np.radians(0.51e-5), "m": 0.51e-8}
+"""Half of the last digit of a table: positions [m], revolute and prismatic joints."""
 
 
-HEADINGS = ("nominal", "offsets", "axes, free", "chosen", "left", "CPU s", "model")
+def trial(number: int) -> Outcome:
+    """Calibrates some drawn arms of one robot."""
+    robot = chasles.load(ARMS[number % len(ARMS)], parametric=True)
+    rng = np.random.default_rng(number)
+    found = [measured(robot, rng) for _ in range(DRAWS)]
+    errors = np.array([list(errors.values()) for errors, _ in found])
+    names = [f"error of {name} in mm" for name in found[0][0]]
+    largest = dict(zip(names, 1e3 * errors.max(0), strict=True))
+    failures = tuple(f"{robot.name}: {line}" for _, lines in found for line in lines)
+    return Outcome({"arms": DRAWS}, failures, largest)
 
 
-def run(names: tuple[str, ...], seeds: int) -> int:
-    """Prints a line for each drawn arm when it is done, and the whole at the end; returns 0."""
-    out.print(f"{MEASURED} configurations of three targets; mean held-back errors in mm")
-    out.print(f"{'arm':<14}" + "".join(f"{heading:>11}" for heading in HEADINGS))
-    figures = []
-    for name in names:
-        robot = chasles.load(name, parametric=True)
-        for seed in range(seeds):
-            *found, model = _once(robot, np.random.default_rng([seed, 2]))
-            out.print(f"{name:<14}" + "".join(f"{x:11.3f}" for x in found) + f"  {model}")
-            figures.append(found)
-    for what, row in (
-        ("median", np.median(figures, axis=0)),
-        ("largest", np.max(figures, axis=0)),
-    ):
-        out.print(f"{what:<14}" + "".join(f"{x:11.3f}" for x in row))
-    return 0
-
-
-def _once(robot, random: np.random.Generator) -> tuple:
+def measured(robot, random: np.random.Generator) -> tuple[dict[str, float], list[str]]:
+    """Errors of the models of a drawn arm at held-back configurations [m], and its failures."""
     drawn = _Arm(robot, random)
     q, held = drawn.configurations(MEASURED), drawn.configurations(HELD)
     points = drawn.measured(q) + NOISE * random.normal(size=(MEASURED, 3, 3))
     points[random.random((MEASURED, 3)) < 0.05] = np.nan
-    start = time.process_time()
     with tempfile.TemporaryDirectory() as folder:
-        q, observation = read_measurements(_written(Path(folder), robot, q, points), robot)
-    chosen = best_model(robot, q, observation)
-    seconds = time.process_time() - start
+        read, observation = read_measurements(_written(Path(folder), robot, q, points), robot)
+    failures = []
+    half = [DIGITS[c.unit] for c in robot.coordinates]
+    if not ((np.abs(read - q) <= half).all() and _same(observation.points, points)):
+        failures.append("the table was read with other numbers")
     true = drawn.measured(held)
-    offsets = identify(robot, q, observation, vary=("offset",))
-    free = identify(robot, q, observation)
-    nominal = register_points(robot.fk(q), observation.points)
-    first = _apart(nominal.T_W_base @ robot.fk(held), nominal.points, true)
-    found = [first, *(_mean(c, held, true) for c in (offsets, free, chosen.calibration))]
-    measured = chosen.calibration.observation
-    left = 1e3 * measured.lengths(chosen.calibration.errors).mean()
-    return (*(1e3 * x for x in found), left, seconds, chosen.model.name)
+    nominal = register_points(robot.fk(read), observation.points)
+    chosen = best_model(robot, read, observation)
+    errors = {
+        "nominal": _apart(nominal.T_W_base @ robot.fk(held), nominal.points, true),
+        "offsets": _mean(identify(robot, read, observation, vary=("offset",)), held, true),
+        "axes": _mean(identify(robot, read, observation), held, true),
+        "chosen": _mean(chosen.calibration, held, true),
+    }
+    if not errors["chosen"] < min(SAG, errors["axes"]):
+        shown = ", ".join(f"{name} {1e3 * error:.3f} mm" for name, error in errors.items())
+        failures.append(f"{chosen.model.name}: {shown}")
+    return errors, failures
+
+
+def _same(read: np.ndarray, points: np.ndarray) -> bool:
+    """Whether positions are equal to the last digit, and NaN where a target was not seen."""
+    return np.allclose(read, points, rtol=0, atol=DIGITS["points"], equal_nan=True)
 
 
 def _mean(found, held: np.ndarray, true: np.ndarray) -> float:
@@ -117,7 +119,7 @@ class _Arm:
     def measured(self, q: np.ndarray) -> np.ndarray:
         T = self.robot.fk_p(q, self.p)
         placed = T[:, None, :3, 3] + np.einsum("nij,mj->nmi", T[:, :3, :3], self.targets)
-        # A stretched arm bends with the square of the distance from its first axis.
+        # The sag grows with the square of the distance from the first axis.
         placed[..., 2] -= SAG * (np.linalg.norm(placed[..., :2], axis=-1) / self.reach) ** 2
         return placed @ self.T_W_base[:3, :3].T + self.T_W_base[:3, 3]
 
@@ -134,3 +136,10 @@ def _written(folder: Path, robot, q: np.ndarray, points: np.ndarray) -> Path:
             shown = np.where(turning, np.degrees(at), 1e3 * at)
             lines.writerow([k + 1, *cells, *(f"{v:.5f}".replace(".", ",") for v in shown)])
     return path
+
+
+CAMPAIGN = Campaign(
+    "tracker",
+    "The model chosen from a tracker's table predicts to less than the sag that it leaves out.",
+    trial,
+)

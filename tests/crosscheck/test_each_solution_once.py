@@ -84,7 +84,7 @@ def drawn_faults(seed):
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_drawn_mechanisms(seed):
+def test_random_mechanism_solutions_appear_exactly_once(seed):
     poses, twice, missing, solutions = drawn_faults(seed)
     assert poses > 0
     assert (twice, missing) == (0, 0)
@@ -124,7 +124,7 @@ def holding(p, rng):
     return np.array(found)
 
 
-def test_all_elbows_of_a_delta_robot():
+def test_delta_ik_finds_every_elbow_solution_exactly_once():
     functions, compiled, rng = (
         derivation("delta").functions,
         kernels("delta"),

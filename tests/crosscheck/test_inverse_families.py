@@ -8,10 +8,10 @@ import pytest
 from chasles.derive.inverse.classify import classify
 from chasles.derive.inverse.given_joints import ways_to_give
 from chasles.derive.terms.terms import Terms
-from tests.support.oracles import verdict
 from tests.support.derivations import derivation
 from tests.support.generators.poses import Case, PoseSet, nearly, right_angles
 from tests.support.generators.synthetic import Arm, Function, robot_of
+from tests.support.oracles import verdict
 from tests.support.oracles.tasks import wrapped
 from tests.support.oracles.verdict import SAME, VALID, counts, judged, newton
 from tests.support.peers.interface import INSTALL, absent, answers
@@ -109,26 +109,26 @@ def assert_complete(arm, monkeypatch):
 
 
 @pytest.mark.parametrize(("chain", "title", "right"), EVERYWHERE)
-def test_no_solution_is_missed(chain, title, right):
+def test_inverse_family_misses_no_solution(chain, title, right):
     arm = arm_of(chain, right=right)
     assert arm.inverses.classification.found.title == title
     assert_nothing_is_missed(arm)
 
 
 @pytest.mark.parametrize(("chain", "right"), BACKWARDS)
-def test_no_solution_is_missed_by_chains_read_from_the_tool(chain, right):
+def test_reversed_chain_inverse_misses_no_solution(chain, right):
     arm = arm_of(chain, right=right)
     assert arm.inverses.classification.found.backwards
     assert_nothing_is_missed(arm)
 
 
 @pytest.mark.parametrize("chain", [*(arm + WRIST for arm in ARMS), *FAMILIES, *SEVEN])
-def test_all_that_newton_finds_is_found(chain, monkeypatch):
+def test_inverse_contains_every_newton_solution(chain, monkeypatch):
     assert_complete(arm_of(chain), monkeypatch)
 
 
 @pytest.mark.parametrize("chain", [chain for chain in ARMS if chain not in ("R=R=P", "P=R=R")])
-def test_three_joints_place_the_tool(chain, monkeypatch):
+def test_three_joint_position_inverse_is_complete(chain, monkeypatch):
     arm = arm_of(chain, "ik_position")
     structure, moves = arm.inverses.classification.found.requirements
     assert structure.text.endswith(ARMS[chain])
@@ -138,7 +138,7 @@ def test_three_joints_place_the_tool(chain, monkeypatch):
 
 
 @pytest.mark.parametrize("chain", ["R/R/R/RxrxR/R", "R/R=R/RxrxR/R", "P/R/R=R/RxrxR"])
-def test_given_joints_leave_all_solutions_of_the_others(chain, monkeypatch):
+def test_inverse_with_fixed_joint_is_complete(chain, monkeypatch):
     arm = arm_of(chain)
     assert len(arm.inverses.classification.found.given) == 1
     assert_nothing_is_missed(arm)
@@ -146,7 +146,7 @@ def test_given_joints_leave_all_solutions_of_the_others(chain, monkeypatch):
 
 
 @pytest.mark.parametrize("chain", ["R+R=R=R", "RLR=R=R+R", "R=R=RLR"])
-def test_arms_of_fewer_joints_find_the_poses_that_they_can_have(chain, monkeypatch):
+def test_arm_with_fewer_joints_solves_its_reachable_poses(chain, monkeypatch):
     arm = arm_of(chain)
     assert arm.inverses.classification.found.title.startswith(TURNTABLE)
     found = judged(arm, PoseSet("random", some(arm, RANDOM), regular=True), arm.answers)
@@ -156,9 +156,9 @@ def test_arms_of_fewer_joints_find_the_poses_that_they_can_have(chain, monkeypat
 
 @pytest.mark.parametrize("chain", ["R/R=R/RxrxR", "RxR/R/RxrxR", "R/R=R=R/RxR"])
 @pytest.mark.parametrize("peer", ["eaik", "ik_geo"])
-def test_as_many_solutions_as_peers_find(peer, chain):
+def test_solution_count_matches_peer_solvers(peer, chain):
     if peer in absent():
-        pytest.skip(f"not installed: pip install {INSTALL[peer]}")
+        pytest.skip(f"missing package: {INSTALL[peer]} (make test installs it)")
     arm = arm_of(chain)
     q = some(arm, 100)
     theirs = answers(peer, arm.screws, arm.targets(q), -1, q[:, -1])
@@ -166,7 +166,7 @@ def test_as_many_solutions_as_peers_find(peer, chain):
 
 
 @pytest.mark.parametrize("chain", ["R/R=R/RxrxR", "R/R/R/RxrxR", "R/R=R=R/RxR", "RxrxRLrLRxrxR"])
-def test_targets_out_of_reach_have_finite_answers_that_are_not_valid(chain):
+def test_unreachable_targets_give_finite_invalid_answers(chain):
     arm = arm_of(chain)
     q = some(arm, 200)
     T = arm.targets(q)
@@ -180,7 +180,7 @@ def test_targets_out_of_reach_have_finite_answers_that_are_not_valid(chain):
     assert not arm.robot.functions["ik"](T, *arm.others(q)).valid.any()
 
 
-def test_turning_joints_inside_a_chain_cannot_be_given():
+def test_inner_revolute_joints_cannot_be_fixed():
     lines = arm_of("R/R=R/RxrxR/R").inverses.classification.lines
     ends = [k for k in range(7) if (k,) in ways_to_give(lines, 1)]
     assert ends == [0, 6]
@@ -200,26 +200,26 @@ def test_turning_joints_inside_a_chain_cannot_be_given():
         ("P/R/P/R/P", "but j1, j3, j5 slide"),
     ],
 )
-def test_arms_without_a_structure_say_what_is_missing(chain, asked):
+def test_arm_without_closed_form_names_missing_condition(chain, asked):
     classification = classify_of(chain)
     assert classification.found is None
     assert "nearest is" in classification.missing
     assert asked in classification.missing or asked == "no structure"
 
 
-def test_an_arm_without_an_elbow_is_asked_for_a_joint():
+def test_arm_without_elbow_needs_fixed_joint():
     arm = arm_of("RxrxR=R/RxrxR")
     assert len(arm.inverses.classification.found.given) == 1
     assert_nothing_is_missed(arm)
 
 
-def test_a_plane_is_asked_for_the_joint_that_is_too_many():
+def test_redundant_planar_arm_fixes_its_last_joint():
     classification = classify_of("R=R=R=R")
     assert classification.found.given == (3,)
     assert list(Arm("R=R=R=R").inverses.functions) == ["ik"]
 
 
-def test_tasks_of_a_turntable_are_those_of_the_chain_as_described():
+def test_reversed_turntable_offers_only_pose_inverse():
     assert list(Arm("R=R=RLR").inverses.functions) == ["ik"]
 
 
@@ -248,7 +248,7 @@ def given_of(case, function, q):
 
 
 @pytest.mark.parametrize("name", HYBRID)
-def test_robots_with_loops_reach_what_they_reached(name):
+def test_loop_robot_ik_recovers_generating_configuration(name):
     case, function = hybrid_of(name)
     q = some(case, 1_000)
     T = case.pose(q)
@@ -267,7 +267,7 @@ def test_robots_with_loops_reach_what_they_reached(name):
 
 
 @pytest.mark.parametrize("name", HYBRID)
-def test_robots_with_loops_say_what_they_do_not_reach(name):
+def test_loop_robot_marks_unreachable_poses_invalid(name):
     case, function = hybrid_of(name)
     q = some(case, 200)
     given = given_of(case, function, q)
@@ -280,7 +280,7 @@ def test_robots_with_loops_say_what_they_do_not_reach(name):
 @pytest.mark.parametrize("row", [0, 1, 2])
 @pytest.mark.parametrize("column", [0, 1, 2, 3])
 @pytest.mark.parametrize("chain", ["R=R=R=P", "R=R=R", "R+R=R=R", "P/P/P/RxrxR", "R/R=R=R/RxR"])
-def test_what_is_no_number_is_no_solution(chain, row, column):
+def test_nan_target_has_no_valid_solution(chain, row, column):
     arm = arm_of(chain)
     T = arm.targets(some(arm, 10))
     T[:, row, column] = np.nan
@@ -289,7 +289,7 @@ def test_what_is_no_number_is_no_solution(chain, row, column):
 
 @pytest.mark.parametrize("by", [1e-6, 1e-4, 1e-3])
 @pytest.mark.parametrize("moved", [False, True])
-def test_a_residual_is_the_distance_or_the_angle_that_is_left(by, moved):
+def test_residual_equals_remaining_distance_or_angle(by, moved):
     """Targets of a planar arm that are tilted or lifted out of its plane have no solution."""
     arm = arm_of("R=R=R")
     T = arm.targets(some(arm, 100))

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from bench.measures import misses
 from tests.support.generators.poses import CASES, SINGULAR, Case, PoseSet, Sizes, sets
 from tests.support.oracles.verdict import VALID, counts, judged, newton, regular
+from tests.support.peers.case_answers import own_answers, peer_answers
 from tests.support.peers.interface import INSTALL, Answers, Unsolved, absent, answers
 from tests.support.tolerances import ORACLE, WORST_INVERSE
 
@@ -33,15 +33,15 @@ def some(case, count, seed=1):
     return case.random(np.random.default_rng(seed), count)
 
 
-def test_poses_of_screws_are_those_of_generated_code(case):
+def test_screw_poses_match_generated_fk(case):
     q = some(case, 200)
     assert np.abs(case.pose(q) - case.robot.fk(q)).max() <= ORACLE
 
 
-def test_nothing_reachable_is_missed(case):
+def test_no_reachable_configuration_is_missed(case):
     checked = 0
     for poses in sets(case, SMALL):
-        verdict = judged(case, poses, lambda q: misses.own(case, q))
+        verdict = judged(case, poses, lambda q: own_answers(case, q))
         assert (verdict.missed, verdict.wrong, verdict.lost or 0) == (0, 0, 0), poses.name
         # Close to a dead point, loops give back only half the digits of what actuates them.
         if poses.name == "random" and not case.robot.loops:
@@ -50,15 +50,15 @@ def test_nothing_reachable_is_missed(case):
     assert checked == 2 * len(case.singular) + (1 if case.robot.loops else 3)
 
 
-def test_solutions_are_as_many_as_newton_finds(case):
+def test_solution_count_matches_multi_start_newton(case):
     if case.robot.loops:
         pytest.skip("Newton stays within the limits of loops, slots do not")
     rng = np.random.default_rng(2)
     q = some(case, TARGETS)
-    assert counts(case, misses.own(case, q)).tolist() == [len(newton(case, row, rng)) for row in q]
+    assert counts(case, own_answers(case, q)).tolist() == [len(newton(case, row, rng)) for row in q]
 
 
-def test_singular_coordinates_are_singular():
+def test_singular_test_sets_are_singular():
     checked = 0
     for case in CASES:
         of = {poses.name: poses.q for poses in sets(case, Sizes(1, 20, 1))}
@@ -72,20 +72,20 @@ def test_singular_coordinates_are_singular():
 
 @pytest.mark.parametrize("peer", INSTALL)
 @pytest.mark.parametrize("name", SIX + LOCKED)
-def test_peers_are_set_up_for_the_same_robots(name, peer):
+def test_peer_solvers_model_same_robots(name, peer):
     if peer in absent():
-        pytest.skip(f"not installed: pip install {INSTALL[peer]}")
+        pytest.skip(f"missing package: {INSTALL[peer]} (make test installs it)")
     case = named(name)
     q = some(case, 5)
-    verdict = judged(case, PoseSet("random", q), lambda q: misses.peers(peer, case, q))
+    verdict = judged(case, PoseSet("random", q), lambda q: peer_answers(peer, case, q))
     assert (verdict.missed, verdict.unfound) == (0, 0)
 
 
 @pytest.mark.parametrize("peer", ["eaik", "ik_geo"])
 @pytest.mark.parametrize("name", SIX)
-def test_as_many_solutions_as_peers_find(name, peer):
+def test_solution_count_matches_peer_solvers(name, peer):
     if peer in absent():
-        pytest.skip(f"not installed: pip install {INSTALL[peer]}")
+        pytest.skip(f"missing package: {INSTALL[peer]} (make test installs it)")
     case = named(name)
     q = some(case, COUNTED)
     ours, theirs = (counts(case, found(q)) for found in solvers(case, peer))
@@ -94,10 +94,10 @@ def test_as_many_solutions_as_peers_find(name, peer):
 
 
 def solvers(case, peer):
-    return lambda q: misses.own(case, q), lambda q: misses.peers(peer, case, q)
+    return lambda q: own_answers(case, q), lambda q: peer_answers(peer, case, q)
 
 
-def test_peers_say_what_they_cannot_solve():
+def test_peer_solvers_raise_for_unsupported_robot():
     case = named("stanford")
     q = some(case, 1)
     for peer in INSTALL.keys() - absent().keys():
@@ -119,17 +119,18 @@ def regular_ones(count):
         (10 * VALID, False, (50, 50, 0, 50)),
         (2 * np.pi, True, (0, 0, 0, 0)),
     ],
+    ids=["right", "not claimed", "wrong", "wrong and not claimed", "full turn"],
 )
-def test_verdict_sees_what_is_wrong(shift, claimed, expected):
+def test_verdict_detects_wrong_and_unclaimed_answers(shift, claimed, expected):
     q = regular_ones(50)
     answer = Answers((q + shift)[:, None], np.full((50, 1), claimed))
     verdict = judged(UR5E, PoseSet("random", q, regular=True), lambda q: answer)
     assert (verdict.missed, verdict.unfound, verdict.wrong, verdict.lost) == expected
 
 
-def test_verdict_sees_a_branch_that_was_lost():
+def test_verdict_detects_missing_branch():
     q = regular_ones(50)
-    found = misses.own(UR5E, q)
+    found = own_answers(UR5E, q)
     others = np.abs(found.q - q[:, None]).max(axis=-1) > 1e-6
     kept = Answers(found.q, found.claimed & others)
     verdict = judged(UR5E, PoseSet("random", q, regular=True), lambda q: kept)

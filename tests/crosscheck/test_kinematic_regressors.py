@@ -50,18 +50,18 @@ def largest_difference(path, random, names=("identification_jacobian",)):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_shipped_robots(name):
+def test_identification_jacobian_matches_pinocchio_for_shipped_robots(name):
     assert largest_difference(ROBOTS / f"{name}.toml", np.random.default_rng(7)) <= 1e-10
 
 
 @pytest.mark.parametrize("name", ["stanford", "scara"])
-def test_every_frame(name):
+def test_identification_jacobian_matches_pinocchio_in_every_frame(name):
     path = ROBOTS / f"{name}.toml"
     assert largest_difference(path, np.random.default_rng(8), FRAMES) <= 1e-10
 
 
 @pytest.mark.parametrize("name", np.random.default_rng(8).choice(SHELF, 2, replace=False))
-def test_some_of_the_shelf(name):
+def test_identification_jacobian_matches_pinocchio_for_shelf_robots(name):
     path = ROBOTS / "shelf" / f"{name}.toml"
     assert largest_difference(path, np.random.default_rng(9)) <= 1e-10
 

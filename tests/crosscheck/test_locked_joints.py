@@ -61,7 +61,7 @@ def random_locks(rng, n):
 
 
 @pytest.mark.parametrize("name", SERIAL)
-def test_rates_are_those_of_the_reduced_model(name):
+def test_rates_with_fixed_joints_match_reduced_model(name):
     robot = chasles.load(name)
     zero = np.zeros(robot.n)
     model = model_of(robot.jacobian_space(zero), robot.fk(zero))
@@ -91,7 +91,7 @@ def test_rates_are_those_of_the_reduced_model(name):
     assert compared >= 15
 
 
-def test_rates_of_random_chains_are_those_of_their_reduced_models():
+def test_random_chain_rates_with_fixed_joints_match_reduced_model():
     dice, compared, singular = random.Random(5), 0, 0
     for seed in range(CHAINS):
         rng = np.random.default_rng(seed)
@@ -133,7 +133,7 @@ def random_screws(dice, rng, n):
 
 
 @pytest.mark.parametrize("name", SERIAL)
-def test_a_path_is_followed_by_the_other_joints_alone(name):
+def test_track_keeps_fixed_joints_exactly(name):
     """The path that the reduced robot can follow, and the locked values to the last bit."""
     robot = chasles.load(name)
     rng = np.random.default_rng(3)
@@ -157,7 +157,7 @@ def test_a_path_is_followed_by_the_other_joints_alone(name):
 
 
 @pytest.mark.parametrize("name", [*SERIAL, "well_manipulator", "excavator", "board_installer"])
-def test_the_pose_of_a_locked_robot_is_found(name):
+def test_ik_numeric_with_fixed_joints_solves_reachable_poses(name):
     """Poses that the rest reaches are reached, from seeds far away; locked values do not move."""
     robot = chasles.load(name)
     rng = np.random.default_rng(11)
@@ -179,7 +179,7 @@ def test_the_pose_of_a_locked_robot_is_found(name):
     assert solved >= 20
 
 
-def test_several_threads_and_a_batch_keep_each_its_own_value():
+def test_fixed_values_are_kept_per_pose_on_any_thread_count():
     robot = chasles.load("ur5e")
     q = np.random.default_rng(0).uniform(-2, 2, (300, 6))
     seed = q + np.random.default_rng(1).uniform(-0.5, 0.5, q.shape)
@@ -196,7 +196,7 @@ def test_several_threads_and_a_batch_keep_each_its_own_value():
     assert kept.success
 
 
-def test_a_joint_of_the_chain_stands_for_its_cylinder():
+def test_fixed_chain_joint_equals_fixed_cylinder():
     robot = chasles.load("well_manipulator")
     q = np.array(robot.reference.q)
     V = np.array([0.01, 0, 0.02, 0, 0.1, 0])
@@ -215,8 +215,12 @@ BAD = [
 ]
 
 
-@pytest.mark.parametrize(("lock", "error", "message"), BAD)
-def test_a_wrong_lock_is_named_in_words(lock, error, message):
+@pytest.mark.parametrize(
+    ("lock", "error", "message"),
+    BAD,
+    ids=["unknown name", "index too large", "float", "bool", "all joints"],
+)
+def test_invalid_fixed_joint_is_rejected_by_name(lock, error, message):
     robot, q = chasles.load("ur5e"), np.array([0.3, -1.2, 1.5, -0.4, 0.9, 0.2])
     for call in (
         lambda: robot.joint_rates(q, np.ones(6), lock=lock),
@@ -227,7 +231,7 @@ def test_a_wrong_lock_is_named_in_words(lock, error, message):
             call()
 
 
-def test_what_a_lock_lacks_is_said():
+def test_missing_seed_or_coupled_fixed_joint_is_explained():
     arm = chasles.load("ur5e")
     with pytest.raises(chasles.InputValueError, match="lock needs a seed, which holds the values"):
         arm.ik_numeric(np.eye(4), lock=0)
@@ -237,7 +241,7 @@ def test_what_a_lock_lacks_is_said():
         installer.joint_rates(installer.reference.q, np.ones(6), lock="elbow")
 
 
-def test_no_rate_is_left_where_every_rate_limit_is_0():
+def test_zero_rate_limits_stop_all_motion():
     robot = chasles.load("ur5e")
     found = robot.joint_rates(np.full(6, 0.4), np.ones(6), rate_limits=0)
     assert (found.qd == 0).all()
@@ -246,7 +250,7 @@ def test_no_rate_is_left_where_every_rate_limit_is_0():
     assert found.limited.all()
 
 
-def test_a_lock_goes_before_acceleration_limits():
+def test_fixed_joint_overrides_acceleration_limits():
     robot = chasles.load("ur5e")
     q, fast = np.full(6, 0.4), np.full(6, 0.8)
     found = robot.joint_rates(
@@ -257,7 +261,7 @@ def test_a_lock_goes_before_acceleration_limits():
 
 
 @pytest.mark.parametrize("secondary", ["limits", "manipulability"])
-def test_null_motion_leaves_locked_joints_alone(secondary):
+def test_null_space_motion_keeps_fixed_joints(secondary):
     robot, rng = chasles.load("panda"), np.random.default_rng(4)
     for q in rng.uniform(0.3, 0.7, (20, 7)) * (robot.upper - robot.lower) + robot.lower:
         V = rng.normal(size=6) / 10

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import chasles
+from tests.support.optional import OptionalPackage
 from tests.support.tolerances import ORACLE
 
-rtb = pytest.importorskip("roboticstoolbox", reason="an oracle, in the extra `crosscheck`")
+rtb = OptionalPackage("roboticstoolbox")
 
 POSES = 50
 PARTS = {"all": "all", "linear": "trans", "angular": "rot"}
@@ -21,7 +22,7 @@ def models():
 
 @pytest.mark.parametrize("rows", PARTS)
 @pytest.mark.parametrize("name", ["puma560", "panda"])
-def test_measures(name, rows):
+def test_manipulability_measures_match_robotics_toolbox(name, rows):
     oracle, robot = models()[name], chasles.load(name)
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (POSES, robot.n))
     # Ours of the panda reach on to the hand, so the Jacobian is given; of the other it is its own.
@@ -34,7 +35,7 @@ def test_measures(name, rows):
     assert np.abs(1 / found.condition - expected).max() <= ORACLE
 
 
-def test_the_gradient():
+def test_manipulability_gradient_matches_robotics_toolbox():
     """The gradient over all rows is the toolbox's `jacobm`, which needs a regular J J^T."""
     oracle, robot = models()["puma560"], chasles.load("puma560")
     checked = 0

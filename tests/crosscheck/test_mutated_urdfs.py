@@ -4,15 +4,20 @@ from dataclasses import replace
 
 import pytest
 
-from tests.campaigns.mutants import classified, excess, findings, read, shipped
-from tests.support.generators.mutated_urdfs import MUTATIONS, arm_of_urdf, mutated
+from tests.campaigns.mutants import classified, excess, findings, read, serial_robots
+from tests.support.generators.mutated_urdfs import MUTATIONS, arm_of_robot, arm_of_urdf, mutated
 
 pytest.importorskip("pinocchio", reason="the oracle, in the extra `crosscheck`")
 MUTANTS = 24
 
 
-def test_mutants_keep_their_structure_and_poses_stay_in_bounds():
-    found = list(findings(shipped(), range(MUTANTS)))
+def arm_named(name):
+    return next(arm_of_robot(robot) for robot in serial_robots() if robot.name == name)
+
+
+def test_mutated_urdfs_keep_structure_and_pose_bounds():
+    arms = [arm_of_robot(robot) for robot in serial_robots()]
+    found = list(findings(arms, range(MUTANTS)))
     for finding in found:
         assert finding.excess <= 1, str(finding)
         assert finding.kept, str(finding)
@@ -20,9 +25,9 @@ def test_mutants_keep_their_structure_and_poses_stay_in_bounds():
     assert sum(bool(finding.cleaning) for finding in found) > MUTANTS / 2
 
 
-def test_a_robot_that_is_not_the_file_is_found_out(tmp_path):
+def test_pose_check_detects_robot_that_differs_from_file(tmp_path):
     path = tmp_path / "arm.urdf"
-    arm = next(arm for arm in shipped() if arm.arm == "ur5e")
+    arm = arm_named("ur5e")
     robot = read(path, arm)
     assert excess(robot, path) <= 1
     shifted = replace(arm.joints[1], xyz=("0", "0", "1e-10"))
@@ -30,8 +35,8 @@ def test_a_robot_that_is_not_the_file_is_found_out(tmp_path):
     assert excess(robot, path) > 1
 
 
-def test_a_mutant_is_another_text_of_the_same_arm(tmp_path):
-    arm = next(arm for arm in shipped() if arm.arm == "panda")
+def test_mutations_are_deterministic_and_distinct(tmp_path):
+    arm = arm_named("panda")
     assert arm_of_urdf("panda", arm.text) == arm
     assert len({mutated(arm, seed).text for seed in range(20)}) == 20
     assert mutated(arm, 3) == mutated(arm, 3)

@@ -4,14 +4,21 @@ import numpy as np
 import pytest
 
 import chasles
-from bench.measures import numeric as bench
-from bench.report import Limit, Plan, Ratio
 from chasles.screws import log_rotation
+from tests.support.optional import OptionalPackage
+from tests.support.oracles.numeric_tasks import (
+    ALONE,
+    COMPARED,
+    TOLERANCE,
+    errors,
+    missed,
+    numeric_task,
+)
 from tests.support.oracles.screws import screws
 from tests.support.tolerances import AGREEMENT
 
 optimize = pytest.importorskip("scipy.optimize", reason="an oracle, in the extra `crosscheck`")
-rtb = pytest.importorskip("roboticstoolbox", reason="an oracle, in the extra `crosscheck`")
+rtb = OptionalPackage("roboticstoolbox")
 
 POSES = 1000
 STARTS = 10
@@ -21,25 +28,25 @@ POSITION = (1, 1, 1, 0, 0, 0)
 OUT_OF_REACH = ("ur5e", "puma560", "panda", "iiwa14", "jaco2", "lynxmotion")
 
 
-@pytest.mark.parametrize("name", [*bench.COMPARED, *bench.ALONE])
-def test_every_reachable_pose_is_found(name):
-    made = bench.task(name, POSES)
-    assert len(made.T) == POSES
-    found = made.solve(made.T)
+@pytest.mark.parametrize("name", [*COMPARED, *ALONE])
+def test_ik_numeric_solves_every_reachable_pose(name):
+    task = numeric_task(name, POSES)
+    assert len(task.T) == POSES
+    found = task.solve(task.T)
     assert found.success.all()
-    assert ((found.q >= made.robot.lower) & (found.q <= made.robot.upper)).all()
-    assert bench.missed(made).value == 0
+    assert ((found.q >= task.robot.lower) & (found.q <= task.robot.upper)).all()
+    assert missed(task) == 0
 
 
-@pytest.mark.parametrize("name", [*bench.COMPARED, "iiwa14", "jaco2", "photo_robot"])
-def test_poses_by_the_product_of_exponentials_of_the_description(name):
-    made = bench.task(name, POSES)
-    T = screws(name).fk(made.solve(made.T).q)
-    assert np.abs(T - made.T).max() <= 2 * bench.TOLERANCE
+@pytest.mark.parametrize("name", [*COMPARED, "iiwa14", "jaco2", "photo_robot"])
+def test_ik_numeric_solutions_match_product_of_exponentials(name):
+    task = numeric_task(name, POSES)
+    T = screws(name).fk(task.solve(task.T).q)
+    assert np.abs(T - task.T).max() <= 2 * TOLERANCE
 
 
-@pytest.mark.parametrize("name", bench.COMPARED)
-def test_the_peer_has_the_same_arm_and_limits(name):
+@pytest.mark.parametrize("name", COMPARED)
+def test_peer_model_has_same_kinematics_and_limits(name):
     from tests.support.peers import toolbox_lm as peer
 
     robot = chasles.load(name)
@@ -55,7 +62,7 @@ def test_the_peer_has_the_same_arm_and_limits(name):
 
 def reach_beyond(robot, count):
     """Poses whose place is a tenth further from the base than the tool ever gets."""
-    T = bench.task(robot.name, 2000).T
+    T = numeric_task(robot.name, 2000).T
     reach = np.linalg.norm(T[:, :3, 3], axis=1)
     T = T[:count].copy()
     T[:, :3, 3] *= 1.1 * reach.max() / reach[:count, None]
@@ -76,7 +83,7 @@ def scipys(error, robot, q, jac="2-point"):
 
 
 @pytest.mark.parametrize("name", OUT_OF_REACH)
-def test_the_nearest_place_is_scipys(name):
+def test_unreachable_position_is_as_near_as_scipy(name):
     robot = chasles.load(name)
     T = reach_beyond(robot, 3)
     found = robot.ik_numeric(T, weights=POSITION)
@@ -95,7 +102,7 @@ def test_the_nearest_place_is_scipys(name):
 
 
 @pytest.mark.parametrize("name", ["ur5e", "puma560", "iiwa14"])
-def test_out_of_reach_it_ends_where_scipy_does(name):
+def test_unreachable_pose_error_is_as_small_as_scipy(name):
     robot = chasles.load(name)
     T = reach_beyond(robot, 3)
     found = robot.ik_numeric(T)
@@ -113,39 +120,20 @@ def test_out_of_reach_it_ends_where_scipy_does(name):
         assert np.linalg.norm(error(q)) <= min(nearby, far) + NEAREST
 
 
-def test_misses_are_counted():
-    made = bench.task("ur5e", 50)
-    assert bench.missed(made).value == 0
-    made.T[7, :3, 3] *= 100
-    made.T[9] = np.nan
-    row = bench.missed(made)
-    assert row.value == 2
-    assert not row.holds
+def test_benchmark_counts_missed_poses():
+    task = numeric_task("ur5e", 50)
+    assert missed(task) == 0
+    task.T[7, :3, 3] *= 100
+    task.T[9] = np.nan
+    assert missed(task) == 2
 
 
-def test_a_success_that_is_none_is_a_miss():
-    made = bench.task("panda", 20)
-    results = [made.solve(pose) for pose in made.T]
-    assert np.isfinite(bench.errors(made, results)).all()
-    results[3] = results[3]._replace(q=made.robot.upper + np.array([0, 0, 0, 1e-12, 0, 0, 0]))
+def test_benchmark_detects_false_success():
+    task = numeric_task("panda", 20)
+    results = [task.solve(pose) for pose in task.T]
+    assert np.isfinite(errors(task, results)).all()
+    results[3] = results[3]._replace(q=task.robot.upper + np.array([0, 0, 0, 1e-12, 0, 0, 0]))
     results[5] = results[5]._replace(q=results[5].q + 1e-6)
-    error = bench.errors(made, results)
+    error = errors(task, results)
     assert np.isnan(error[3])
     assert 1e-7 < error[5] < 1e-4
-
-
-def test_every_robot_is_timed():
-    found = bench.run(Plan(rounds=1, calls=20, batch=20))
-    misses = [row for row in found if isinstance(row, Limit) and row.unit == "poses"]
-    assert len(misses) == len(bench.COMPARED) + len(bench.ALONE)
-    assert all(row.holds for row in misses)
-    ratios = [row for row in found if isinstance(row, Ratio)]
-    assert len(ratios) == 3 * len(bench.COMPARED)
-    assert all(row.own > 0 and row.peer > 0 for row in ratios)
-
-
-def test_without_the_peer_it_runs_too(monkeypatch, capsys):
-    monkeypatch.setattr(bench, "absent", lambda: {"toolbox": "roboticstoolbox-python"})
-    found = bench.run(Plan(rounds=1, calls=5, batch=5))
-    assert not [row for row in found if isinstance(row, Ratio)]
-    assert "no Robotics Toolbox" in capsys.readouterr().out

@@ -1,6 +1,6 @@
 """Inverses of arms with round numbers, which nobody chose: no pose is lost, none is wrong.
 
-The poses are random and at right angles; ``python -m bench losses --arms 2000`` asks more arms.
+The poses are random and at right angles; ``make campaign ONLY=losses`` tests more arms.
 """
 
 import numpy as np
@@ -37,7 +37,7 @@ def clean(case, seed):
 
 
 @pytest.mark.parametrize("seed", [*FIVE_JOINTS, *OBLIQUE_WRISTS, *OTHERS])
-def test_arms_that_nobody_chose_lose_nothing(seed):
+def test_random_arms_miss_no_pose(seed):
     cases = cases_of(random_arm(seed))
     assert cases
     for case in cases:
@@ -45,7 +45,7 @@ def test_arms_that_nobody_chose_lose_nothing(seed):
 
 
 @pytest.mark.parametrize("seed", FIVE_JOINTS)
-def test_five_joints_are_solved_as_six(seed):
+def test_five_joint_arm_uses_tool_axis_as_sixth_joint(seed):
     (case, *_) = cases_of(random_arm(seed))
     assert case.robot.n == 5
     assert case.inverses.classification.lines.axes[-1].name == "tool_axis"
@@ -53,7 +53,7 @@ def test_five_joints_are_solved_as_six(seed):
 
 @pytest.mark.parametrize("chain", SLIDES)
 @pytest.mark.parametrize("right", [False, True])
-def test_slides_before_and_behind_a_turn(chain, right):
+def test_prismatic_joints_around_revolute_joint_miss_no_pose(chain, right):
     cases = cases_of(robot_of(chain, right=right))
     # With skew axes at right angles some of them do not move the tool in space.
     assert cases or right
@@ -61,7 +61,7 @@ def test_slides_before_and_behind_a_turn(chain, right):
         clean(case, 0)
 
 
-def test_a_turntable_bends_its_fourth_joint_for_a_position():
+def test_turntable_position_inverse_moves_fourth_joint_if_needed():
     functions = {case.function: case for case in cases_of(robot_of("R+R=R=R", right=True))}
     case = functions["ik_position"]
     q = case.random(np.random.default_rng(0), 1000)
@@ -74,24 +74,24 @@ def test_a_turntable_bends_its_fourth_joint_for_a_position():
     assert not case.found(q).q[..., 3].any()
 
 
-def test_a_turntable_whose_fifth_joint_moves_the_tool_has_no_task_of_a_position():
+def test_turntable_with_moving_fifth_joint_has_no_position_task():
     functions = {case.function for case in cases_of(robot_of("R+R=R=RLR", right=True))}
     assert functions == {"ik"}
 
 
-def test_a_pitch_is_no_task_of_a_turntable_that_lies():
+def test_horizontal_turntable_has_no_pitch_task():
     functions = {case.function for case in cases_of(random_arm(6228))}
     assert functions == {"ik", "ik_position", "ik_position_direction"}
 
 
-def test_a_position_is_no_task_of_joints_that_move_the_tool_on_a_surface():
+def test_arm_confined_to_surface_has_no_position_task():
     (case,) = cases_of(random_arm(292))
     assert case.function == "ik"
     clean(case, 0)
 
 
 @pytest.mark.parametrize("chain", ["R/R=R=R/R/R", "R/R/R=R=R/R"])
-def test_a_parallel_forearm_at_right_angles(chain, monkeypatch):
+def test_parallel_forearm_misses_no_right_angle_pose(chain, monkeypatch):
     monkeypatch.setattr(losses, "RIGHT", 1000)
     (case,) = cases_of(robot_of(chain, right=True))
     q = right_angles(case, np.random.default_rng(0))
@@ -101,7 +101,7 @@ def test_a_parallel_forearm_at_right_angles(chain, monkeypatch):
 
 
 @pytest.mark.parametrize("chain", ["R/R/R/RxrxR", "R/R=R=R/R/R", "R/RxrxR/R/R"])
-def test_a_slot_keeps_its_second_sign_until_two_solutions_meet(chain):
+def test_slot_sign_stays_constant_between_singularities(chain):
     (case,) = cases_of(robot_of(chain))
     rng = np.random.default_rng(1)
     s = np.linspace(0, 1, STEPS)[:, None]
@@ -122,25 +122,25 @@ def test_a_slot_keeps_its_second_sign_until_two_solutions_meet(chain):
     assert followed > 0.9 * PATHS * STEPS
 
 
-def test_a_constant_that_is_noise_is_no_divisor():
+def test_rounding_noise_is_not_used_as_divisor():
     """The squares of a vector of 1e-17 are 0, and its direction is any."""
     for case in cases_of(random_arm(20715)):
         clean(case, 20715)
 
 
-def test_slides_that_could_cancel_make_no_axes_meet():
+def test_canceling_prismatic_joints_do_not_make_axes_intersect():
     """Two given slides move axes apart unless both have the same length."""
     assert not cases_of(random_arm(62867))
 
 
 @pytest.mark.parametrize("seed", FOLDED)
-def test_an_elbow_nearly_folded_loses_nothing(seed):
+def test_nearly_folded_elbow_misses_no_pose(seed):
     found = [loss for case in cases_of(random_arm(seed)) for loss in losses_of(case, seed)]
     assert not found, "\n".join(map(str, found))
 
 
 @pytest.mark.parametrize("seed", LOST_BEFORE)
-def test_what_a_closed_form_loses_is_refined(seed):
+def test_refinement_recovers_poses_that_closed_form_misses(seed):
     """Poses at right angles and near them, after the refinement that a robot's ``ik`` makes."""
     rng = np.random.default_rng(seed)
     unrefined = 0

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import chasles
+from tests.support.optional import OptionalPackage
 from tests.support.tolerances import ORACLE
 
-rtb = pytest.importorskip("roboticstoolbox", reason="an oracle, in the extra `crosscheck`")
+rtb = OptionalPackage("roboticstoolbox")
 
 POSES = 50
 
@@ -37,7 +38,7 @@ def panda():
 
 
 @pytest.mark.parametrize("model", [puma560, stanford])
-def test_poses_jacobians_and_hessian(model):
+def test_dh_robots_match_robotics_toolbox(model):
     oracle, robot = model(), chasles.load(model.__name__)
     checked = 0
     for q in np.random.default_rng(2).uniform(-np.pi, np.pi, (POSES, robot.n)):
@@ -52,7 +53,7 @@ def test_poses_jacobians_and_hessian(model):
     assert checked == POSES
 
 
-def test_modified_dh():
+def test_modified_dh_poses_match_robotics_toolbox():
     oracle, robot = panda(), chasles.load("panda")
     flange_to_hand = np.linalg.inv(oracle.fkine(np.zeros(7)).A) @ robot.fk(np.zeros(7))
     turn = np.eye(4)

@@ -23,14 +23,14 @@ WIDEST = 1.0
 """Metres per radian: no pose moves farther by a rounded angle of one of its joints."""
 
 
-def test_every_arm_has_a_reference():
+def test_every_shelf_arm_has_reference_poses():
     assert [file.stem for file in SHELF] == sorted(REFERENCE)
     assert len(SHELF) >= 35
     assert not {file.stem for file in SHELF} & set(ALL)
 
 
 @pytest.mark.parametrize("file", SHELF, ids=lambda file: file.stem)
-def test_an_arm_is_the_one_of_its_source(file):
+def test_shelf_arm_poses_match_source(file):
     robot = load(file)
     assert isinstance(robot, Robot)
     assert (robot.name, bool(robot.title), bool(robot.source)) == (file.stem, True, True)
@@ -46,7 +46,7 @@ def test_an_arm_is_the_one_of_its_source(file):
 
 
 @pytest.mark.parametrize("file", SHELF, ids=lambda file: file.stem)
-def test_limits_are_those_of_the_source(file):
+def test_shelf_arm_limits_match_source(file):
     robot = load(file)
     compared = 0
     for joint, limits in zip(robot.joints, REFERENCE[robot.name].get("limits", ()), strict=False):

@@ -139,7 +139,7 @@ def model_of(name):
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_robot_agrees_with_pinocchio(name):
+def test_kinematics_agree_with_pinocchio(name):
     robot = chasles.load(name)
     model, tool = model_of(name)
     data = model.createData()
@@ -176,7 +176,7 @@ def test_robot_agrees_with_pinocchio(name):
     assert worst["acceleration"] <= ORACLE_RATES
 
 
-def test_every_shipped_robot_is_checked():
+def test_every_shipped_serial_robot_is_compared():
     serial = [name for name in chasles.robots() if not chasles.load(name).loops]
     # General arms are compared with the numbers of others where their inverse is.
     others = {"bricklaying_gantry", "jaco2"}

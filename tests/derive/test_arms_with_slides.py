@@ -47,7 +47,7 @@ def lost_of(cases):
 @pytest.mark.parametrize(
     "kinds", ["PP", "RP", "PR", "RR", "PPR", "RRP", "PPPR", "RPPP", "PPPRR", "RPPPR"]
 )
-def test_turns_come_from_the_orientation_and_slides_from_the_position(kinds):
+def test_arms_with_decoupled_joints_solve_every_pose(kinds):
     for seed in range(4):
         draw = random.Random(f"{kinds}{seed}")
         turns, slides = draw.sample(DIRECTIONS[:3], 3), draw.sample(DIRECTIONS[:3], 3)
@@ -64,7 +64,7 @@ def test_turns_come_from_the_orientation_and_slides_from_the_position(kinds):
         assert not lost_of(cases)
 
 
-def test_a_head_of_three_axes_that_do_not_meet():
+def test_gantry_with_offset_three_axis_head_solves_every_pose():
     directions = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 1], [0, 1, 0], [1, 0, 0]]
     (case,) = cases_of(robot("PPPRRR", directions, 0))
     assert case.inverses.classification.found.title == ROW
@@ -72,7 +72,7 @@ def test_a_head_of_three_axes_that_do_not_meet():
 
 
 @pytest.mark.parametrize("kinds", ["RRR", "PRRR", "RRRP", "PPRRR", "RRRPP"])
-def test_a_head_of_three_axes_that_meet_needs_no_slides(kinds):
+def test_three_meeting_axes_with_few_prismatic_joints_solve_every_pose(kinds):
     for seed in range(4):
         draw = random.Random(f"{kinds}{seed}")
         turns, slides = draw.sample(DIRECTIONS[:3], 3), draw.sample(DIRECTIONS[:3], 3)
@@ -84,7 +84,7 @@ def test_a_head_of_three_axes_that_meet_needs_no_slides(kinds):
         assert not lost_of([case])
 
 
-def test_a_machine_tool_is_commanded_by_position_and_direction():
+def test_five_axis_machine_has_position_and_direction_ik():
     directions = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 1], [0, 1, 0]]
     cases = cases_of(robot("PPPRR", directions, 2))
     assert {case.function for case in cases} == {"ik", "ik_position_direction"}
@@ -92,7 +92,7 @@ def test_a_machine_tool_is_commanded_by_position_and_direction():
 
 
 @pytest.mark.parametrize("kinds", ["RRT", "RTR", "TRR", "RLTR", "LRTR", "RTLR", "RTRL", "TRLR"])
-def test_planar_arms_with_a_slide_lose_nothing(kinds):
+def test_planar_arms_with_prismatic_joint_solve_every_pose(kinds):
     """T slides across the axes, and L along them."""
     for seed in range(4):
         draw = random.Random(seed)
@@ -104,7 +104,7 @@ def test_planar_arms_with_a_slide_lose_nothing(kinds):
         assert not lost_of(cases)
 
 
-def test_three_turns_need_three_slides():
+def test_rprr_arm_has_no_closed_form_inverse():
     """Where the first and the third have one direction, the position would have to tell them."""
     directions = [[0, 0, 1], [0, 0, 1], [0, 1, 0], [1, 0, 0]]
     found = explain(robot("RPRR", directions, 0))
@@ -141,7 +141,7 @@ def crane(order, *, hand, round_numbers, seed):
 @pytest.mark.parametrize("round_numbers", [False, True])
 @pytest.mark.parametrize("hand", [False, True])
 @pytest.mark.parametrize("order", ORDERS)
-def test_no_pose_of_a_drawn_crane_is_lost(order, hand, round_numbers):
+def test_random_cranes_solve_every_pose(order, hand, round_numbers):
     titles = set()
     for seed in range(3):
         cases = cases_of(crane(order, hand=hand, round_numbers=round_numbers, seed=seed))

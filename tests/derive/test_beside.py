@@ -20,7 +20,7 @@ def alone(monkeypatch):
 
 
 @is_forked
-def test_the_result_comes_from_another_process(alone):
+def test_result_comes_from_a_forked_process(alone):
     with beside(lambda: (os.getpid(), "text")) as found:
         pid, text = found()
     assert text == "text"
@@ -29,7 +29,7 @@ def test_the_result_comes_from_another_process(alone):
 
 @is_forked
 @pytest.mark.parametrize("kind", [RobotError, ValueError])
-def test_an_error_comes_back_as_it_is(alone, kind):
+def test_error_in_fork_is_raised_again_with_its_type(alone, kind):
     def refuse():
         raise kind("no such wrench")
 
@@ -38,7 +38,7 @@ def test_an_error_comes_back_as_it_is(alone, kind):
 
 
 @is_forked
-def test_an_error_that_cannot_be_sent_is_told(alone):
+def test_unpicklable_error_in_fork_is_reported(alone):
     class Local(Exception):
         pass
 
@@ -50,7 +50,7 @@ def test_an_error_that_cannot_be_sent_is_told(alone):
 
 
 @is_forked
-def test_a_process_that_the_system_ends_is_told(alone):
+def test_killed_fork_is_reported(alone):
     def die():
         os.kill(os.getpid(), signal.SIGKILL)
 
@@ -59,7 +59,7 @@ def test_a_process_that_the_system_ends_is_told(alone):
 
 
 @is_forked
-def test_an_error_here_ends_the_process(alone):
+def test_error_in_parent_ends_the_fork(alone):
     read, write = os.pipe()
 
     def wait():
@@ -77,7 +77,7 @@ def test_an_error_here_ends_the_process(alone):
     os.close(read)
 
 
-def test_the_work_is_done_here_beside_another_thread():
+def test_work_runs_in_this_process_if_another_thread_exists():
     done = threading.Event()
     other = threading.Thread(target=done.wait)
     other.start()

@@ -2,7 +2,6 @@
 
 import json
 import math
-import time
 from pathlib import Path
 
 import pytest
@@ -42,7 +41,7 @@ def files(folder):
     return {p.relative_to(folder) for p in folder.rglob("*") if p.is_file()}
 
 
-def test_derives_then_has_nothing_to_do_then_sees_a_change(arm, tmp_path):
+def test_cli_derives_again_only_after_a_change(arm, tmp_path):
     to = tmp_path / "out"
     first = run(arm, "--to", to)
     assert first.exit_code == 0, first.output
@@ -57,7 +56,7 @@ def test_derives_then_has_nothing_to_do_then_sees_a_change(arm, tmp_path):
     assert "tampered" not in (to / "arm" / "arm.c").read_text()
 
 
-def test_chosen_functions_only_and_stale_files_go(arm, tmp_path):
+def test_functions_option_limits_output_and_rejects_unknown_names(arm, tmp_path):
     to = tmp_path / "out"
     assert run(arm, "--to", to).exit_code == 0
     done = run(arm, "--to", to, "--functions", "fk, jacobian_mixed")
@@ -71,7 +70,7 @@ def test_chosen_functions_only_and_stale_files_go(arm, tmp_path):
         assert "arm has no function fkk" in unknown.output
 
 
-def test_one_wrong_file_stops_all_before_anything_is_written(arm, tmp_path):
+def test_invalid_file_prevents_writing_of_all_robots(arm, tmp_path):
     wrong = tmp_path / "wrong.toml"
     wrong.write_text(ARM.replace('"0.3"', '"0.3.1"'))
     to = tmp_path / "out"
@@ -82,7 +81,7 @@ def test_one_wrong_file_stops_all_before_anything_is_written(arm, tmp_path):
     assert not to.exists()
 
 
-def test_two_robots_of_one_name(arm, tmp_path):
+def test_two_robots_with_the_same_name_are_rejected(arm, tmp_path):
     twin = tmp_path / "twin.toml"
     twin.write_text(ARM)
     done = run(arm, twin, "--to", tmp_path / "out")
@@ -90,20 +89,20 @@ def test_two_robots_of_one_name(arm, tmp_path):
     assert "robot 'arm' is also described in" in done.output
 
 
-def test_unknown_robots_are_listed():
+def test_unknown_robot_error_lists_available_robots():
     done = run("nope")
     assert done.exit_code == 1
     assert f"expected a robot file, or one of {', '.join(ALL)}" in done.output
 
 
 @pytest.mark.parametrize("name", ["panda.urdf", "robots/panda"])
-def test_files_that_are_missing(name):
+def test_missing_file_is_reported(name):
     done = run(name, "--explain")
     assert done.exit_code == 1
     assert done.output.strip() == f"{name}: no such file"
 
 
-def test_a_defect_of_chasles_ends_one_robot_and_not_the_others(arm, tmp_path, monkeypatch):
+def test_internal_error_stops_only_the_affected_robot(arm, tmp_path, monkeypatch):
     derive = jobs.derive
 
     def fails(robot, *choices, **options):
@@ -122,13 +121,13 @@ def test_a_defect_of_chasles_ends_one_robot_and_not_the_others(arm, tmp_path, mo
     assert not (tmp_path / "out" / "arm").exists()
 
 
-def test_a_robot_asked_for_twice_is_derived_once(arm, tmp_path):
+def test_repeated_robot_is_derived_only_once(arm, tmp_path):
     done = run(arm, arm, "--to", tmp_path / "out")
     assert done.exit_code == 0, done.output
     assert "1 robot written" in done.output
 
 
-def test_check_sees_a_change_a_missing_and_a_stale_file(arm, tmp_path):
+def test_check_reports_changed_missing_and_stale_files(arm, tmp_path):
     to = tmp_path / "out"
     assert run(arm, "--to", to).exit_code == 0
     assert run(arm, "--to", to, "--check").exit_code == 0
@@ -158,25 +157,25 @@ def test_check_names_folders_without_a_description(arm, tmp_path, monkeypatch):
     assert "no description for gone\n" in done.output
 
 
-def test_asking_whether_there_is_work_needs_no_sympy():
+def test_freshness_check_does_not_import_sympy_or_casadi():
     text = Path(freshness.__file__).read_text() + (freshness.ROOM / "cli.py").read_text()
     assert "import sympy" not in text
     assert "import casadi" not in text
 
 
-def test_every_shipped_file_is_called_as_its_robot():
+def test_shipped_file_names_equal_robot_names():
     from chasles.derive import load
 
     assert [load(ROBOTS / f"{name}.toml").name for name in ALL] == ALL
 
 
-def test_ones_own_robot_needs_a_folder_of_its_own(arm):
+def test_unshipped_robot_requires_an_output_folder(arm):
     done = run(arm)
     assert done.exit_code == 1
     assert "say where the robots shall go, with --to FOLDER" in done.output
 
 
-def test_arms_of_the_shelf_go_where_they_are_asked_for(tmp_path):
+def test_shelf_robots_require_and_use_the_output_folder(tmp_path):
     to = tmp_path / "out"
     done = run("ur10e", "--functions", "fk", "--to", to)
     assert done.exit_code == 0, done.output
@@ -186,24 +185,24 @@ def test_arms_of_the_shelf_go_where_they_are_asked_for(tmp_path):
     assert "shelf/cr5.toml: say where the robots shall go, with --to FOLDER" in everything.output
 
 
-def test_a_folder_that_cannot_be_made(arm):
+def test_unwritable_output_folder_is_rejected(arm):
     done = run(arm, "--to", arm)
     assert done.exit_code == 1
     assert "expected a folder that can be written to" in done.output
 
 
-def test_links_are_chosen_in_a_urdf_only(arm, tmp_path):
+def test_base_option_is_rejected_for_toml_files(arm, tmp_path):
     done = run(arm, "--to", tmp_path / "out", "--base", "world")
     assert done.exit_code == 1
     assert "--base, --tip and arguments belong to URDF, xacro and MJCF files" in done.output
 
 
-def test_a_close_name_is_offered():
+def test_misspelled_robot_name_gets_a_suggestion():
     assert "did you mean puma560?" in run("puma").output
     assert "did you mean ur10e?" in run("ur10ee").output
 
 
-def test_rounded_numbers_are_cleaned_and_said_unless_the_file_is_taken_at_its_word(arm, tmp_path):
+def test_cli_snaps_and_reports_rounded_numbers_unless_exact(arm, tmp_path):
     arm.write_text(ARM.replace('"pi/2"', '"1.5708"'))
     to = tmp_path / "out"
     done = run(arm, "--to", to)
@@ -233,7 +232,7 @@ def test_rounded_numbers_are_cleaned_and_said_unless_the_file_is_taken_at_its_wo
     assert "17 functions" in run(arm, "--to", to).output
 
 
-def test_judges_models_without_writing():
+def test_model_option_prints_report_and_rejects_platforms():
     done = run("four_bar", "--model")
     assert done.exit_code == 0, done.output
     assert "as described: 26 numbers with base and tool, rank 14: complete" in done.output
@@ -243,8 +242,8 @@ def test_judges_models_without_writing():
     assert "legs carry its tool" in platform.output
 
 
-@pytest.mark.parametrize("options", [(), ("--explain",)])
-def test_a_derivation_that_takes_too_long_says_where_it_was(arm, tmp_path, options):
+@pytest.mark.parametrize("options", [(), ("--explain",)], ids=["derive", "explain"])
+def test_time_limit_error_states_where_derivation_stopped(arm, tmp_path, options):
     done = run(arm, "--to", tmp_path / "out", "--limit", "0.001", *options)
     assert done.exit_code == 1
     assert "takes longer than 0.001 s; when it was stopped it was in " in done.output
@@ -261,17 +260,16 @@ def endless(caught):
             caught.append(error)
 
 
-def test_no_library_catches_the_end_of_the_time():
-    caught, started = [], time.perf_counter()
+def test_time_limit_is_not_caught_by_library_code():
+    caught = []
     with pytest.raises(OutOfTime, match="it was in a library"), at_most(0.05):
         endless(caught)
     assert caught == []
-    assert time.perf_counter() - started < 5
     with at_most(0.0), at_most(60):
-        started = time.perf_counter()
+        pass
 
 
-def test_the_timer_that_rings_again_does_not_stop_the_way_out(monkeypatch):
+def test_repeated_time_limit_signal_does_not_disturb_unwinding(monkeypatch):
     """Rings half a millisecond apart fall into the way out of some of 1,000 bodies."""
     monkeypatch.setattr(time_limit, "REPEATED", 5e-4)
     for _ in range(1000):
@@ -279,7 +277,7 @@ def test_the_timer_that_rings_again_does_not_stop_the_way_out(monkeypatch):
             endless([])
 
 
-def test_names_that_cannot_be_prefixes_are_refused_and_those_of_a_urdf_are_changed(arm, tmp_path):
+def test_invalid_toml_names_are_rejected_and_urdf_names_adapted(arm, tmp_path):
     for name in ("two__arms", "arm_"):
         arm.write_text(ARM.replace('"arm"', f'"{name}"'))
         done = run(arm, "--to", tmp_path / "out")
@@ -292,7 +290,7 @@ def test_names_that_cannot_be_prefixes_are_refused_and_those_of_a_urdf_are_chang
         assert from_urdf(path).name == safe
 
 
-def test_joints_to_be_given_are_chosen(tmp_path):
+def test_fixed_joints_are_selected_on_the_command_line(tmp_path):
     wanted = ("panda", "--functions", "ik,fk", "--give", "joint4")
     own = run(*wanted)
     assert own.exit_code == 1

@@ -9,7 +9,7 @@ from tests.support.derivations import NAMES, ROBOTS
 PAGE = Path(__file__).parents[2] / "docs" / "robots.py"
 
 
-def test_the_page_is_what_the_descriptions_say():
+def test_robots_page_matches_robot_descriptions():
     page = runpy.run_path(str(PAGE))["page"]()
     assert page == PAGE.with_suffix(".md").read_text(encoding="utf-8"), "run python docs/robots.py"
     rows = [line.split("`")[1] for line in page.splitlines() if line.startswith("| `")]

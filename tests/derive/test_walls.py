@@ -19,7 +19,7 @@ def imported(path):
             yield node.level, node.module or ""
 
 
-def test_rooms():
+def test_compiler_imports_neither_runtime_nor_impure_modules():
     for path in FILES:
         depth = len(path.relative_to(ROOM).parts)
         for level, module in imported(path):
@@ -27,7 +27,7 @@ def test_rooms():
             assert module.split(".")[0] not in {"chasles", *IMPURE}, f"{path} imports {module}"
 
 
-def test_no_text_is_executed_and_nothing_simplified():
+def test_compiler_never_calls_eval_exec_or_simplifiers():
     for path in FILES:
         called = {
             node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
@@ -37,5 +37,5 @@ def test_no_text_is_executed_and_nothing_simplified():
         assert not called & {"eval", "exec", *SIMPLIFIERS}, path
 
 
-def test_the_walls_were_looked_at():
+def test_more_than_200_compiler_files_are_checked():
     assert len(FILES) > 200

@@ -19,7 +19,7 @@ def loaded(name):
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_a_file_holds_all_but_derivatives(name):
+def test_casadi_file_contains_all_functions_except_derivatives(name):
     """Functions of several outputs repeat other functions, or return all branches."""
     single = [f.name for f in derivation(name).functions if len(f.outputs) == 1]
     kept = [f for f in single if not DERIVATIVE.search(f) and f != "swivel"]
@@ -29,7 +29,7 @@ def test_a_file_holds_all_but_derivatives(name):
     assert loaded(name).name_out() == kept
 
 
-def test_every_role_of_positions_is_in_some_file():
+def test_casadi_files_cover_every_position_role():
     kept = {name: set(loaded(name).name_out()) for name in ALL}
     roles = {
         f.role.name for name in ALL for f in derivation(name).functions if f.name in kept[name]
@@ -38,7 +38,7 @@ def test_every_role_of_positions_is_in_some_file():
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_a_file_holds_what_is_compiled(name):
+def test_casadi_file_equals_compiled_functions(name):
     rng = np.random.default_rng(1)
     for function in derivation(name).functions:
         if function.role.name not in POSITIONS:
@@ -51,14 +51,14 @@ def test_a_file_holds_what_is_compiled(name):
         np.testing.assert_array_equal(np.array(found).ravel(), np.array(expected).ravel())
 
 
-def test_a_file_opens_with_casadi_alone():
+def test_casadi_file_opens_without_chasles():
     function = loaded("ur5e")
     assert function.name_in() == ["q"]
     assert function.size_out("fk") == (4, 4)
     assert function.size_out("link_poses") == (6, 16)
 
 
-def test_what_is_not_there():
+def test_missing_casadi_function_or_file_is_reported():
     with pytest.raises(KeyError, match=r"ur5e\.casadi has no 'jacobian_mixed'; it has \['fk', "):
         casadi_function(GENERATED / "ur5e", "jacobian_mixed")
     with pytest.raises(FileNotFoundError, match=r"no \.casadi file"):
@@ -66,9 +66,11 @@ def test_what_is_not_there():
 
 
 @pytest.mark.parametrize(
-    ("functions", "there"), [(["fk", "twist_mixed"], True), (["fk_jacobian_mixed"], False)]
+    ("functions", "there"),
+    [(["fk", "twist_mixed"], True), (["fk_jacobian_mixed"], False)],
+    ids=["with position", "derivative only"],
 )
-def test_no_file_where_there_are_derivatives_alone(functions, there):
+def test_derivatives_alone_write_no_casadi_file(functions, there):
     files = artifacts(load(ROBOTS / "scara.toml"), functions)
     assert ("scara.casadi" in files) == there
     assert "scara.c" in files

@@ -36,7 +36,7 @@ def change_of_frame(representation, T):
 
 @pytest.mark.parametrize("representation", ["space", "body", "mixed"])
 @pytest.mark.parametrize("name", NAMES)
-def test_jacobian_and_its_rate(name, representation):
+def test_jacobian_and_rate_match_automatic_differentiation(name, representation):
     q, T, J_mixed = mixed_jacobian(name)
     J = change_of_frame(representation, T) @ J_mixed
     qd = ca.SX.sym("qd", q.numel())
@@ -53,7 +53,7 @@ def test_jacobian_and_its_rate(name, representation):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_hessian(name):
+def test_hessian_matches_automatic_differentiation(name):
     q, _, J = mixed_jacobian(name)
     n = q.numel()
     oracle = ca.Function("oracle", [q], [ca.jacobian(ca.vec(J), q)])

@@ -42,7 +42,7 @@ def contents(folder):
     }
 
 
-def test_another_directory_hash_seed_and_processor(tmp_path):
+def test_generated_files_do_not_depend_on_environment(tmp_path):
     """The committed files came from their own directory."""
     found = generate(tmp_path / "another place", "4242")
     assert len([name for name in found if name.endswith("manifest.json")]) == len(DERIVED)
@@ -54,7 +54,7 @@ def read(path):
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_the_manifest_holds_the_hashes_and_nothing_of_this_machine(name):
+def test_manifest_lists_file_hashes_and_no_machine_names(name):
     text = (GENERATED / name / "manifest.json").read_text()
     for file, digest in json.loads(text)["files"].items():
         assert sha256((GENERATED / name / file).read_text()) == digest
@@ -62,6 +62,6 @@ def test_the_manifest_holds_the_hashes_and_nothing_of_this_machine(name):
     assert os.uname().nodename not in text or len(os.uname().nodename) < 4
 
 
-def test_generated_files_stay_small():
+def test_generated_files_stay_below_size_limit():
     size = sum(path.stat().st_size for path in GENERATED.rglob("*") if path.suffix != ".pyc")
     assert size <= LIMIT

@@ -2,7 +2,6 @@
 
 import math
 import re
-import shutil
 import subprocess
 
 import pytest
@@ -18,8 +17,9 @@ from chasles.derive.latex.setting.names import escape
 from chasles.derive.model.mechanism import Closure, Drive, Frame, Mechanism, Strut
 from chasles.derive.model.robot import Joint, Rotation, Translation
 from chasles.derive.terms.terms import Terms
+from tests.support.tools import needs
+from tests.support.waiting import SECONDS
 
-PDFLATEX = shutil.which("pdflatex")
 ACROSS, LYING = Rotation("x", sp.pi / 2), Rotation("x", -sp.pi / 2)
 ALONG_X = Rotation("y", sp.pi / 2)
 DOCUMENT = r"""\documentclass{standalone}
@@ -227,7 +227,7 @@ def on_paper(robot, values):
 
 
 @every
-def test_last_digits_do_not_show(name):
+def test_drawing_is_insensitive_to_rounding(name):
     robot, values = MECHANISMS[name]()
     text = drawn(robot, values)
     assert text == drawn(robot, {key: v * (1 + 1e-13) + 1e-13 for key, v in values.items()})
@@ -238,7 +238,7 @@ def test_last_digits_do_not_show(name):
 
 
 @every
-def test_coordinates_are_named_and_the_platforms_are_not(name):
+def test_drawing_labels_actuated_but_not_platform_coordinates(name):
     robot, values = MECHANISMS[name]()
     text = drawn(robot, values)
     for k, coordinate in enumerate(robot.coordinates, 1):
@@ -288,16 +288,16 @@ def test_robots_stand_upright_in_their_plane(name):
 
 
 @every
-@pytest.mark.skipif(PDFLATEX is None, reason="pdflatex is not installed")
+@needs("pdflatex")
 def test_drawings_compile_and_fit_the_page(name, tmp_path):
     robot, values = MECHANISMS[name]()
     (tmp_path / "robot.tex").write_text(DOCUMENT % (PREAMBLE, drawn(robot, values)))
     run = subprocess.run(
-        [PDFLATEX, "-interaction=nonstopmode", "-halt-on-error", "robot.tex"],
+        ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "robot.tex"],
         cwd=tmp_path,
         capture_output=True,
         check=False,
-        timeout=120,
+        timeout=SECONDS,
     )
     assert run.returncode == 0, run.stdout.decode(errors="replace")[-2000:]
     box = re.search(rb"/MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", (tmp_path / "robot.pdf").read_bytes())
@@ -307,11 +307,11 @@ def test_drawings_compile_and_fit_the_page(name, tmp_path):
     assert max(w / WIDTH, h / HEIGHT) > 0.75
 
 
-def test_an_arm_looks_the_same_wherever_its_waist_turns_it():
+def test_drawing_is_independent_of_waist_angle():
     assert drawn(*hydraulic_arm(0.4)) == drawn(*hydraulic_arm(-0.9)) == drawn(*hydraulic_arm())
 
 
-def test_a_motor_is_named_at_the_joint_that_it_moves():
+def test_motor_is_drawn_at_its_driven_joint():
     robot, values = slider_crank()
     _, paper, _ = on_paper(robot, values)
     text = drawn(robot, values)
@@ -319,12 +319,12 @@ def test_a_motor_is_named_at_the_joint_that_it_moves():
     assert text.count("\\filldraw[pin,driven]") == text.count("\\draw[motor") == 1
 
 
-def test_hinges_in_one_point_are_one_ball():
+def test_coincident_hinges_are_drawn_as_single_ball():
     text = drawn(*universal())
     inner = re.findall(r"\\fill\[outline\] (\S+) circle", text)
     assert len(inner) == len(set(inner)) == 2
 
 
-def test_ties_are_rounded_alike_whatever_the_last_digits_are():
+def test_rounding_of_ties_ignores_last_digits():
     for value in (-1.5, -0.5, 0.5, 7.5):
         assert whole(value - 1e-9) == whole(value) == whole(value + 1e-9) == math.ceil(value)

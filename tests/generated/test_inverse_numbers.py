@@ -18,7 +18,7 @@ def robot(request, tmp_path_factory):
 
 
 @pytest.mark.parametrize("count", [1, 64])
-def test_no_slot_is_valid_where_an_entry_is_no_number(robot, count):
+def test_pose_with_nan_entry_has_no_valid_slot(robot, count):
     q = np.random.default_rng(0).uniform(-0.1, 0.1, (count, robot.n))
     T = robot.fk(q)
     assert robot.ik(T).valid.any(axis=-1).all()

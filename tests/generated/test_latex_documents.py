@@ -2,7 +2,6 @@
 
 import random
 import re
-import shutil
 import subprocess
 import tempfile
 from pathlib import Path
@@ -18,9 +17,10 @@ from chasles.derive.model.mechanism import Mechanism
 from tests.support.chains import random_chain
 from tests.support.derivations import ALL, article, derivation
 from tests.support.generators.planar_platforms import drawn_platform
+from tests.support.tools import needs
+from tests.support.waiting import SECONDS
 
-PDFLATEX = shutil.which("pdflatex")
-pytestmark = pytest.mark.skipif(PDFLATEX is None, reason="pdflatex is not installed")
+pytestmark = needs("pdflatex")
 
 WIDEST_EXCESS = 1.0
 """Largest excess of a line into the margin (pt): less than the eye sees."""
@@ -148,11 +148,11 @@ def compiled(folder, text, shown):
         (folder / FOLDER / name).write_text(fragment, encoding="utf-8")
     (folder / "robot.tex").write_text(text, encoding="utf-8")
     run = subprocess.run(
-        [PDFLATEX, "-interaction=nonstopmode", "-halt-on-error", "robot.tex"],
+        ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "robot.tex"],
         cwd=folder,
         capture_output=True,
         check=False,
-        timeout=120,
+        timeout=SECONDS,
     )
     log = (folder / "robot.log").read_text(encoding="utf-8", errors="replace")
     assert run.returncode == 0, "\n".join(re.findall(r"^!.*\n(?:.*\n){0,4}", log, re.MULTILINE))
@@ -170,14 +170,14 @@ def assert_clean(log, pages=MOST_PAGES):
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_documents_of_shipped_robots(name, tmp_path):
+def test_latex_documents_of_shipped_robots_compile_cleanly(name, tmp_path):
     found = derivation(name)
     pages = MOST_PAGES_OF_LOOPS if isinstance(found.robot, Mechanism) else MOST_PAGES
     assert_clean(compiled(tmp_path, document(found), article(name)), pages)
 
 
 @pytest.mark.parametrize("name", BUILT)
-def test_documents_of_awkward_robots(name, tmp_path):
+def test_latex_documents_of_awkward_robots_compile_cleanly(name, tmp_path):
     found = derive(BUILT[name]())
     assert_clean(compiled(tmp_path, document(found), fragments(found)), pages=30)
 
@@ -189,7 +189,7 @@ def test_documents_of_awkward_robots(name, tmp_path):
         *("four_bar", "well_manipulator", "board_installer", "delta", "stewart_gough"),
     ],
 )
-def test_fragments_fit_the_plainest_article(name, tmp_path):
+def test_latex_fragments_compile_in_plain_article(name, tmp_path):
     """Of fragments, none shows the title or the source of the description."""
     shown = article(name) if name in ALL else fragments(derive(BUILT[name]()))
     inputs = "\n\n".join(rf"\input{{{FOLDER}/{name}}}" for name in shown if name not in PICTURES)
@@ -198,7 +198,7 @@ def test_fragments_fit_the_plainest_article(name, tmp_path):
 
 
 @pytest.mark.parametrize("seed", [201, 203])
-def test_documents_of_drawn_platforms(seed, tmp_path):
+def test_latex_documents_of_random_platforms_compile_cleanly(seed, tmp_path):
     """Loops with slides at odd angles, and radii that the actuators move, have long equations."""
     platform = drawn_platform(np.random.default_rng(seed))
     found = derive(loads(platform.text("platform")), ["chain_fk"])

@@ -21,7 +21,7 @@ from tests.support.loops.loop_robots import (
 
 
 @pytest.mark.parametrize("name", LOOPED)
-def test_far_outside_the_limits_no_number_is_wrong(name):
+def test_results_far_outside_limits_are_closed_or_nan(name):
     r, m = robot(name), model(name)
     q = random_q(name, 20_000, seed=41, wider=2.0)
     z, valid, margin = r.configuration(q), r.valid(q), r.margin(q)
@@ -41,7 +41,7 @@ def test_far_outside_the_limits_no_number_is_wrong(name):
 
 
 @pytest.mark.parametrize("name", LOOPED)
-def test_the_tool_is_where_it_is_or_not_a_number(name):
+def test_fk_is_correct_or_nan_outside_limits(name):
     r, m = robot(name), model(name)
     q = random_q(name, 20_000, seed=42, wider=2.0)
     T = r.fk(q)
@@ -69,7 +69,7 @@ def reaches(r, theta):
 
 
 @pytest.mark.parametrize("name", INVERTIBLE)
-def test_chains_out_of_the_actuators_reach(name):
+def test_unreachable_chain_has_nan_actuators(name):
     r, m = robot(name), model(name)
     theta = random_chains(name, 20_000, 43)
     q, reached, margin = r.actuators(theta), reaches(r, theta), r.actuator_margin(theta)
@@ -101,8 +101,12 @@ BROKEN = {
 }
 
 
-@pytest.mark.parametrize(("name", "k", "value"), BROKEN)
-def test_the_loop_that_does_not_close_is_named(name, k, value):
+@pytest.mark.parametrize(
+    ("name", "k", "value"),
+    BROKEN,
+    ids=[f"{name} {BROKEN[name, k, value]}" for name, k, value in BROKEN],
+)
+def test_open_loop_error_names_loop_and_coordinate(name, k, value):
     r = robot(name)
     q = np.array(r.reference.q)
     r.chain(q)
@@ -164,7 +168,7 @@ def check_dead_points(start, goals, closes, margin, values, slopes):
 
 
 @pytest.mark.parametrize("name", ["well_manipulator", "board_installer", "excavator", "delta"])
-def test_dead_points_of_the_chain(name):
+def test_margin_vanishes_at_dead_points_of_chain(name):
     r = robot(name)
     goals = random_q(name, 5000, seed=51, wider=2.0)
     goals = goals[~r.valid(goals)][:40]
@@ -174,7 +178,7 @@ def test_dead_points_of_the_chain(name):
 
 
 @pytest.mark.parametrize("name", INVERTIBLE)
-def test_dead_points_of_the_actuators(name):
+def test_margin_vanishes_at_dead_points_of_actuators(name):
     r = robot(name)
     start = r.chain(r.reference.q)
     goals = random_chains(name, 20_000, 52)
@@ -191,7 +195,7 @@ def test_dead_points_of_the_actuators(name):
 
 
 @pytest.mark.parametrize("name", LOOPED)
-def test_every_branch_closes_and_the_reference_s_is_first(name):
+def test_chain_branches_close_and_start_with_reference_branch(name):
     r, m = robot(name), model(name)
     q = random_q(name, 20, seed=61)
     theta, valid, margin = r.chain_branches(q)
@@ -226,7 +230,7 @@ def closest(m, z, known):
 
 
 @pytest.mark.parametrize("name", INVERTIBLE)
-def test_every_branch_of_the_actuators_closes(name):
+def test_actuator_branches_close(name):
     r, m = robot(name), model(name)
     q, z = far_from_dead_points(name, 15, seed=63)
     theta = z[:, m.chain]
@@ -267,7 +271,7 @@ def left_over(name, known):
 
 
 @pytest.mark.parametrize("name", ["four_bar", "five_bar", "slider_crank"])
-def test_no_configuration_of_the_chain_is_missed(name):
+def test_chain_branches_match_exhaustive_root_scan(name):
     r = robot(name)
     q = np.random.default_rng(64).uniform(-np.pi, np.pi, (60, r.n))
     theta, valid, _ = r.chain_branches(q)
@@ -282,7 +286,7 @@ def test_no_configuration_of_the_chain_is_missed(name):
 
 
 @pytest.mark.parametrize("name", ["five_bar", "slider_crank"])
-def test_no_actuators_are_missed(name):
+def test_actuator_branches_match_exhaustive_root_scan(name):
     r = robot(name)
     generator = np.random.default_rng(65)
     if name == "five_bar":
@@ -302,7 +306,7 @@ def test_no_actuators_are_missed(name):
     assert set(counts) == {0, 2}
 
 
-def test_beyond_a_dead_point_the_actuators_lead_to_another_posture():
+def test_actuators_beyond_dead_point_belong_to_other_branch():
     r = robot("well_manipulator")
     theta = r.chain(r.reference.q)
     last = [joint.name for joint in r.chain_joints].index("theta7")
@@ -320,7 +324,7 @@ def test_beyond_a_dead_point_the_actuators_lead_to_another_posture():
         assert closes.sum() == 16
 
 
-def test_cylinders_are_never_turned_inside_out():
+def test_cylinder_lengths_are_never_negative():
     r = robot("excavator")
     theta = r.chain(r.reference.q)
     found, valid, _ = r.actuator_branches(theta)
@@ -338,7 +342,7 @@ def test_cylinders_are_never_turned_inside_out():
         assert np.isnan(r.chain(inside_out[None])).any()
 
 
-def test_every_figure_of_the_parallelograms_is_a_branch():
+def test_every_parallelogram_assembly_is_a_branch():
     r, m = robot("board_installer"), model("board_installer")
     q = random_q("board_installer", 20, seed=66)
     theta, valid, _ = r.chain_branches(q)

@@ -44,7 +44,7 @@ def test_loops_close_everywhere_within_limits(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_tool_and_the_links_are_where_the_bodies_are(name):
+def test_fk_and_link_poses_match_independent_model(name):
     q, m = random_q(name, 1000), model(name)
     z = robot(name).configuration(q)
     np.testing.assert_allclose(robot(name).fk(q), m.tip(z), atol=CLOSED)
@@ -66,7 +66,7 @@ def test_chain_and_passive_are_parts_of_the_configuration(name):
 
 
 @pytest.mark.parametrize("name", LOOPED)
-def test_newton_on_the_full_loops_comes_to_the_same(name):
+def test_independent_newton_converges_to_configuration(name):
     _, z = far_from_dead_points(name, 500)
     m = model(name)
     start = z.copy()
@@ -77,7 +77,7 @@ def test_newton_on_the_full_loops_comes_to_the_same(name):
 
 
 @pytest.mark.parametrize("name", LOOPED)
-def test_the_branch_stays_from_the_reference_on(name):
+def test_configuration_stays_on_reference_branch(name):
     """Newton's method, in small steps from the reference, never leaves what was derived."""
     m, r = model(name), robot(name)
     z = np.array([r.reference.z])
@@ -104,7 +104,7 @@ def relative(found, expected):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_derivatives_by_the_implicit_function_theorem(name):
+def test_derivatives_match_implicit_function_theorem(name):
     q, z = far_from_dead_points(name, 300)
     m, r = model(name), robot(name)
     z_D_q = m.z_D_q(z)
@@ -128,14 +128,18 @@ def tip_rates(m, z, rates):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_jacobians_are_those_of_the_main_chain_times_its_derivative(name):
+def test_kinematics_equal_the_main_chain_derived_as_a_serial_robot(name):
+    """The poses are equal; Jacobians are the chain's times the derivative of its joints."""
     mechanism = load(ROBOTS / f"{name}.toml")
     kinds = ["jacobian_space", "jacobian_body", "jacobian_mixed"]
-    derived = derive(mechanism.main_chain, kinds)
+    derived = derive(mechanism.main_chain, ["fk", *kinds])
     q, _ = far_from_dead_points(name, 40)
     r = robot(name)
     theta, theta_D_q = r.chain(q), r.chain_D_q(q)
-    for kind, kernel in zip(kinds, lower(derived.functions, "main"), strict=True):
+    fk, *jacobians = lower(derived.functions, "main")
+    poses = np.array([np.array(fk(row)).reshape(4, 4) for row in theta])
+    np.testing.assert_allclose(r.fk(q), poses, rtol=0, atol=CLOSED)
+    for kind, kernel in zip(kinds, jacobians, strict=True):
         J = np.array([np.array(kernel(row)).reshape(6, -1) for row in theta])
         assert relative(getattr(r, kind)(q), J @ theta_D_q) < DERIVATIVES
     T, J = r.fk_jacobian_mixed(q)
@@ -164,7 +168,7 @@ def mixed_jacobian(name, q):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_second_derivatives_by_automatic_differentiation(name):
+def test_second_derivatives_match_automatic_differentiation(name):
     r, n = robot(name), robot(name).n
     q, qd, qdd = (ca.SX.sym(s, n) for s in ("q", "qd", "qdd"))
     theta = as_casadi(name, "chain", q)
@@ -201,7 +205,7 @@ def test_second_derivatives_by_automatic_differentiation(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_derivatives_against_differences(name):
+def test_derivatives_match_finite_differences(name):
     r = robot(name)
     q, _ = far_from_dead_points(name, 60, seed=11)
     qd, qdd = random_rates(name, len(q), 12), random_rates(name, len(q), 13)
@@ -229,7 +233,7 @@ def test_derivatives_against_differences(name):
 
 
 @pytest.mark.parametrize("name", LOOPED)
-def test_the_constraints_derivatives(name):
+def test_constraint_derivatives_match_finite_differences(name):
     """At any configuration, closed or not, and with a null space that is the motion."""
     r, m = robot(name), model(name)
     _, z = far_from_dead_points(name, 60, seed=14)
@@ -250,7 +254,7 @@ def test_the_constraints_derivatives(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_actuators_come_back(name):
+def test_actuator_maps_invert_chain_maps(name):
     r = robot(name)
     q, _ = far_from_dead_points(name, 2000, seed=21)
     theta = r.chain(q)
@@ -293,7 +297,7 @@ def on_the_branch(name, q, back):
 
 
 @pytest.mark.parametrize("name", [n for n in NAMES if n != "bricklaying_gantry"])
-def test_actuators_against_differences(name):
+def test_actuator_derivatives_match_finite_differences(name):
     r = robot(name)
     q, _ = far_from_dead_points(name, 60, seed=24)
     q = q[on_the_branch(name, q, q)]
@@ -339,7 +343,7 @@ def arguments(name, function, n):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_one_pose_a_batch_and_casadi_are_the_same(name):
+def test_single_pose_batch_and_casadi_results_agree(name):
     r, checked = robot(name), 0
     for key, function in r.functions.items():
         # Those whose C is written by hand have no equations for CasADi.
@@ -368,7 +372,7 @@ def test_one_pose_a_batch_and_casadi_are_the_same(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_maps_by_automatic_differentiation(name):
+def test_map_derivatives_match_automatic_differentiation(name):
     r, checked = robot(name), 0
     for key, function in r.functions.items():
         y, _, x = key.partition("_D_")

@@ -15,14 +15,14 @@ def manifest(name):
     return json.loads((GENERATED / name / "manifest.json").read_text())
 
 
-def test_ur_class_counts():
+def test_ur5e_operation_counts_stay_below_limits():
     counts = {f["name"]: f["operations"]["total"] for f in manifest("ur5e")["functions"]}
     assert counts["fk"] <= UR_FK
     assert counts["fk_jacobian_mixed"] <= UR_FK_AND_JACOBIAN
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_manifest_counts_what_the_c_computes(name):
+def test_manifest_operation_counts_match_c_source(name):
     source = (GENERATED / name / f"{name}.c").read_text()
     for function in manifest(name)["functions"]:
         if function["role"] == "inverse":

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import chasles
-from tests.runtime.loops.test_modes import errors, random_q, scan
 from tests.support.handwritten import planar
 from tests.support.loops.closures import TINY, model, wrapped
+from tests.support.loops.planar_scan import errors, random_q, scan
 from tests.support.rate_inputs import held
 
 PLANAR = {"planar_3rrr": 0.13, "planar_3rrr_170": 0.17}
@@ -42,7 +42,7 @@ def twists(m, z, rates):
 
 
 @pytest.mark.parametrize("name", PLANAR)
-def test_every_mode_of_100_000_inputs_closes(name, capsys):
+def test_planar_assembly_modes_close_and_come_in_pairs(name, capsys):
     r, rod = robot(name), PLANAR[name]
     generator = np.random.default_rng(0)
     poses = generator.uniform([-0.2, -0.2, -np.pi], [0.2, 0.2, np.pi], (1_200_000, 3))
@@ -61,7 +61,7 @@ def test_every_mode_of_100_000_inputs_closes(name, capsys):
 
 
 @pytest.mark.parametrize("name", PLANAR)
-def test_a_scan_of_2000_inputs_finds_no_other_mode(name, capsys):
+def test_planar_mode_count_matches_exhaustive_scan(name, capsys):
     r, rod = robot(name), PLANAR[name]
     q = random_q(np.random.default_rng(7), 2000, rod)
     found = r.fk_planar_all(q).valid.sum(-1)
@@ -76,7 +76,7 @@ def test_a_scan_of_2000_inputs_finds_no_other_mode(name, capsys):
 
 
 @pytest.mark.parametrize("name", PLANAR)
-def test_the_inverse_has_two_branches_a_leg(name):
+def test_ik_planar_returns_two_branches_per_leg(name):
     r, rod = robot(name), PLANAR[name]
     generator = np.random.default_rng(1)
     pose = generator.uniform([-0.2, -0.2, -np.pi], [0.2, 0.2, np.pi], (5000, 3))
@@ -100,7 +100,7 @@ def test_the_inverse_has_two_branches_a_leg(name):
 
 
 @pytest.mark.parametrize("name", PLANAR)
-def test_a_leg_that_does_not_reach_is_named(name):
+def test_unreachable_pose_error_names_leg(name):
     with pytest.raises(chasles.OutOfReachError, match=r"actuators: coupler_1 does not close"):
         robot(name).actuators([0.2, 0.1, 0.0])
     with pytest.raises(chasles.OutOfReachError, match=r"actuators: coupler_3 does not close"):
@@ -108,7 +108,7 @@ def test_a_leg_that_does_not_reach_is_named(name):
 
 
 @pytest.mark.parametrize("name", PLANAR)
-def test_the_mode_of_the_reference_is_among_all(name):
+def test_assembly_modes_contain_reference_mode(name):
     r = robot(name)
     q = within(name, 2000, 2)
     modes = r.fk_planar_all(q).x
@@ -143,7 +143,7 @@ POSES = {
 
 
 @pytest.mark.parametrize("name", ITERATED)
-def test_the_pose_of_its_actuators_comes_back(name):
+def test_chain_inverts_actuators(name):
     r, m = robot(name), model(name)
     theta = np.random.default_rng(4).uniform(*POSES[name], (1000, len(POSES[name][0])))
     q = r.actuators(theta)
@@ -158,7 +158,7 @@ def test_the_pose_of_its_actuators_comes_back(name):
 
 
 @pytest.mark.parametrize("name", ITERATED)
-def test_derivatives_by_the_implicit_function_theorem(name):
+def test_derivatives_match_implicit_function_theorem(name):
     r, m = robot(name), model(name)
     q = within(name, 200, 5)
     z, qd = r.configuration(q), np.random.default_rng(6).uniform(-1, 1, q.shape)
@@ -182,7 +182,7 @@ def test_derivatives_by_the_implicit_function_theorem(name):
 
 
 @pytest.mark.parametrize("name", ITERATED)
-def test_far_outside_no_number_is_wrong(name):
+def test_results_far_outside_limits_are_closed_or_nan(name):
     r, m = robot(name), model(name)
     lower, upper = held(r)
     span = 2 * (upper - lower)
@@ -200,7 +200,7 @@ def test_far_outside_no_number_is_wrong(name):
 
 
 @pytest.mark.parametrize("name", ITERATED)
-def test_actuators_against_differences(name):
+def test_actuator_derivatives_match_finite_differences(name):
     r = robot(name)
     q = within(name, 100, 9)
     theta = r.chain(q)
@@ -224,7 +224,7 @@ def test_actuators_against_differences(name):
 
 
 @pytest.mark.parametrize("name", ITERATED)
-def test_one_pose_and_a_batch_are_the_same(name):
+def test_single_pose_and_batch_results_agree(name):
     r = robot(name)
     q = within(name, 60, 11)
     given = {"q": q, "theta": r.chain(q), "z": r.configuration(q)}
@@ -254,7 +254,7 @@ FREE |= {"stewart_gough": list(range(6)), "delta": [0, 1, 2, 3, 4, 5]}
 
 
 @pytest.mark.parametrize("name", FREE)
-def test_the_velocity_relation(name):
+def test_velocity_relation_holds_for_true_rates(name):
     r, m = robot(name), model(name)
     q = np.linspace(-3, 3, 100)[:, None] if name == "slider_crank" else within(name, 100, 13)
     z = r.configuration(q)
@@ -268,7 +268,7 @@ def test_the_velocity_relation(name):
 
 
 @pytest.mark.parametrize("name", PLANAR)
-def test_a_stretched_leg_is_of_type_1(name):
+def test_stretched_leg_is_type_1_singularity(name):
     r, rod = robot(name), PLANAR[name]
     regular = r.singularity(r.chain(r.reference.q), r.reference.q)
     assert min(regular) > 0.02
@@ -296,7 +296,7 @@ def turned(vector, angle):
 
 
 @pytest.mark.parametrize("name", PLANAR)
-def test_concurrent_rods_are_of_type_2(name):
+def test_concurrent_rods_are_type_2_singularity(name):
     """In the middle, turned so that all rods point at the centre, or nearly so."""
     r, rod = robot(name), PLANAR[name]
     # Rods along the lines from the centre to the pins: cranks end a rod's length further out.
@@ -323,7 +323,7 @@ def test_concurrent_rods_are_of_type_2(name):
     assert sizes[0] / sizes[1] == pytest.approx(10, rel=0.05)
 
 
-def test_a_quarter_turn_of_the_stewart_platform_is_of_type_2():
+def test_stewart_quarter_turn_is_type_2_singularity():
     """Fichter's singularity: the platform turned by 90 degrees over a base of the same symmetry."""
     r = robot("stewart_gough")
     regular = r.singularity(r.chain(r.reference.q), r.reference.q)
@@ -367,7 +367,7 @@ def spheres(q):
     return np.stack([point + (-b + side * root)[:, None] * along for side in (1, -1)], 1)
 
 
-def test_delta_forward_is_where_three_spheres_meet():
+def test_delta_fk_matches_intersection_of_three_spheres():
     r = robot("delta")
     q = within("delta", 2000, 15)
     both = spheres(q)
@@ -383,7 +383,7 @@ def test_delta_forward_is_where_three_spheres_meet():
     assert (theta[..., 3:] == 0).all()
 
 
-def test_delta_is_out_of_reach_where_spheres_do_not_meet():
+def test_delta_is_invalid_if_spheres_do_not_intersect():
     r = robot("delta")
     q = np.random.default_rng(16).uniform(-np.pi, np.pi, (5000, 3))
     there = np.isfinite(spheres(q)).all((-2, -1))
@@ -392,7 +392,7 @@ def test_delta_is_out_of_reach_where_spheres_do_not_meet():
     np.testing.assert_array_equal(np.isfinite(r.fk(q)).all((-2, -1)), there)
 
 
-def test_delta_inverse_leg_by_leg():
+def test_delta_actuators_match_half_angle_solution():
     """A leg's elbow is on a circle: E cos q + F sin q + G = 0, solved by half angles."""
     r = robot("delta")
     q = within("delta", 2000, 17)

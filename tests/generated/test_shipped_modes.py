@@ -28,7 +28,7 @@ def apart(T, other):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_modes_close_and_the_reference_is_among_them(name):
+def test_assembly_modes_close_and_contain_reference(name):
     r = robot(name)
     q = within(name, 60, 0)
     found = r.fk_all(q)
@@ -48,7 +48,7 @@ def test_modes_close_and_the_reference_is_among_them(name):
         assert distances.min() > 1e-6
 
 
-def test_the_highest_mode_of_the_hexapod_comes_first():
+def test_hexapod_modes_are_sorted_from_highest():
     r = robot("stewart_gough")
     found = r.fk_all(within("stewart_gough", 40, 1))
     heights = np.where(found.valid, found.theta[..., 2], -np.inf)
@@ -56,7 +56,7 @@ def test_the_highest_mode_of_the_hexapod_comes_first():
     np.testing.assert_allclose(found.T[found.valid], r.chain_fk(found.theta[found.valid]))
 
 
-def test_the_hexapod_at_home():
+def test_hexapod_with_equal_legs_has_16_modes():
     """Equal legs: a symmetric pose at which poses could fall together."""
     r = robot("stewart_gough")
     found = r.fk_all(np.full(6, 0.08))
@@ -68,7 +68,7 @@ def test_the_hexapod_at_home():
     np.testing.assert_allclose(theta[-1], theta[0] * [1, 1, -1, 1, 1, 1], atol=1e-12)
 
 
-def test_the_delta_has_modes_with_a_turned_platform():
+def test_delta_modes_include_rotated_platforms():
     r = robot("delta")
     q = within("delta", 30, 2)
     found, both = r.fk_all(q), r.chain_branches(q).theta
@@ -79,7 +79,7 @@ def test_the_delta_has_modes_with_a_turned_platform():
     assert (turned.sum(-1) > 4).all()
 
 
-def test_leg_lengths_at_a_pose():
+def test_hexapod_ik_returns_leg_lengths():
     r = robot("stewart_gough")
     generator = np.random.default_rng(3)
     theta = generator.uniform([-0.3, -0.3, 0.3, -3, -1.5, -3], [0.3, 0.3, 1, 3, 1.5, 3], (500, 6))
@@ -100,7 +100,7 @@ def test_leg_lengths_at_a_pose():
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_every_way_to_call_modes(name):
+def test_modes_agree_for_every_call_form(name):
     r = robot(name)
     q = within(name, 6, 4).reshape(2, 3, -1)
     theta, margin, unsure = r.modes(q)
@@ -123,7 +123,7 @@ def test_every_way_to_call_modes(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_far_outside_no_number_is_wrong(name):
+def test_assembly_modes_far_outside_limits_are_closed(name):
     r = robot(name)
     lower, upper = held(r)
     beyond = 1.5 * (upper - lower)

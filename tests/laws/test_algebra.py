@@ -40,7 +40,7 @@ def test_bracket_is_antisymmetric() -> None:
     assert (lie.ad(X) * X).expand() == zeros(6, 1)
 
 
-def test_jacobi_identity() -> None:
+def test_bracket_satisfies_jacobi_identity() -> None:
     cyclic = sum(
         (lie.ad(a) * lie.ad(b) * c for a, b, c in ((X, Y, Z), (Y, Z, X), (Z, X, Y))), zeros(6, 1)
     )
@@ -53,7 +53,7 @@ def test_ad_of_a_bracket_is_the_commutator() -> None:
     assert (lie.ad(lie.ad(X) * Y) - commutator).expand() == zeros(6, 6)
 
 
-def test_swap_twist_order() -> None:
+def test_swap_twist_order_exchanges_halves_and_is_involution() -> None:
     assert lie.swap_twist_order(X) == lie.Matrix([*X[3:, 0], *X[:3, 0]])
     jacobian = lie.Matrix.hstack(X, Y)
     swapped = lie.swap_twist_order(jacobian)
@@ -61,7 +61,7 @@ def test_swap_twist_order() -> None:
     assert lie.swap_twist_order(swapped) == jacobian
 
 
-def test_swap_twist_order_of_an_operator() -> None:
+def test_swapped_adjoint_matches_lynch_and_park() -> None:
     """In the order (omega, v), Ad is [[R, 0], [hat(p) R, R]] (Lynch and Park, definition 3.20)."""
     checked = 0
     for x, y in pairs(random_twists(5, seed=1)):
@@ -132,6 +132,7 @@ def test_results_are_immutable() -> None:
         (lie.dexp_left_so3, (3, 1)),
         (lie.dexp_right_inverse_se3, (6, 1)),
     ],
+    ids=lambda value: value.__name__ if callable(value) else "x".join(map(str, value)),
 )
 def test_a_wrong_shape_is_named(
     function: Callable[[lie.Matrix], lie.Matrix], shape: tuple[int, int]

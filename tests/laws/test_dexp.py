@@ -51,7 +51,7 @@ def test_dexp_inverse_is_its_bernoulli_series() -> None:
     assert checked == 5 * 4 + 10
 
 
-def test_dexp_inverse_times_dexp_is_one() -> None:
+def test_dexp_inverse_times_dexp_is_identity() -> None:
     checked = 0
     for x in TWISTS:
         assert_close(lie.dexp_left_inverse_se3(x) * lie.dexp_left_se3(x), eye(6), x)
@@ -63,7 +63,7 @@ def test_dexp_inverse_times_dexp_is_one() -> None:
     assert checked == 13 * 4 + 10
 
 
-def test_left_is_adjoint_of_exp_times_right() -> None:
+def test_left_dexp_is_adjoint_of_exp_times_right_dexp() -> None:
     checked = 0
     for x in TWISTS:
         T = lie.exp_se3(x)
@@ -89,7 +89,7 @@ def test_dexp_is_the_differential_of_exp() -> None:
     assert checked == 16
 
 
-def test_exact_dexp_at_zero() -> None:
+def test_dexp_at_zero_is_exact() -> None:
     v = lie.Matrix([1, sqrt(2), -3])
     x = lie.Matrix.vstack(v, zeros(3, 1))
     P = lie.hat_so3(v)
@@ -98,7 +98,7 @@ def test_exact_dexp_at_zero() -> None:
     assert lie.dexp_right_inverse_se3(x) == lie.Matrix([[eye(3), P / 2], [zeros(3, 3), eye(3)]])
 
 
-def test_exact_dexp_at_a_quarter_turn() -> None:
+def test_dexp_at_a_right_angle_is_exact() -> None:
     x = lie.Matrix([0, 0, pi / 2])
     assert lie.dexp_left_so3(x) == lie.Matrix([[2, -2, 0], [2, 2, 0], [0, 0, pi]]) / pi
     inverse = lie.Matrix([[pi / 4, pi / 4, 0], [-pi / 4, pi / 4, 0], [0, 0, 1]])
@@ -106,7 +106,7 @@ def test_exact_dexp_at_a_quarter_turn() -> None:
 
 
 @pytest.mark.parametrize("turns", [1, 2, -1])
-def test_dexp_has_no_inverse_after_a_full_turn(turns: int) -> None:
+def test_dexp_inverse_at_full_revolutions_is_rejected(turns: int) -> None:
     omega = lie.Matrix([0, 1, 1]) * sqrt(2) * pi * turns
     with pytest.raises(ValueError, match=r"no inverse at \|omega\| = .*pi: expected"):
         lie.dexp_left_inverse_so3(omega)
@@ -131,7 +131,7 @@ COEFFICIENTS = {
 
 
 @pytest.mark.parametrize("name", COEFFICIENTS)
-def test_coefficients_keep_their_digits(name: str) -> None:
+def test_coefficients_are_accurate_to_their_digits(name: str) -> None:
     coefficient = getattr(lie, name)
     checked = 0
     for digits in (15, 30, 50):

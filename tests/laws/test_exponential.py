@@ -43,7 +43,7 @@ def test_exp_se3_is_the_matrix_exponential() -> None:
     assert checked == 13 * 4 + 20
 
 
-def test_exp_se3_at_thirty_digits() -> None:
+def test_exp_and_log_se3_keep_thirty_digits() -> None:
     """Floats of 30 digits give results of 30 digits, on both sides of the branch at one radian."""
     checked = 0
     for x in [*twists([1e-8, 0.3, 1 - 1e-9, 1 + 1e-9, 3.0]), *random_twists(5, seed=7)]:
@@ -75,7 +75,7 @@ def test_exp_undoes_log() -> None:
     assert checked == 21 * 4
 
 
-def test_log_is_relative_at_small_angles() -> None:
+def test_log_has_small_relative_error_at_small_angles() -> None:
     """At 1e-8 the absolute tolerance would pass a log that is zero: compare to the size."""
     checked = 0
     for omega in rotation_vectors([1e-8, 1e-6]):
@@ -85,7 +85,7 @@ def test_log_is_relative_at_small_angles() -> None:
     assert checked == 8
 
 
-def test_half_turn_in_floats_has_a_defined_sign() -> None:
+def test_log_at_half_revolution_in_floats_has_a_defined_sign() -> None:
     """Rounding decides nothing: a and -a, and R with noise in the last digit, give one axis."""
     checked = 0
     for axis in AXES:
@@ -111,8 +111,9 @@ def test_half_turn_in_floats_has_a_defined_sign() -> None:
         lie.Matrix([1, 1, -1]) / sqrt(3),
         lie.Matrix([2, -3, 6]) / 7,
     ],
+    ids=["z", "x", "x-y", "y+z", "x+y-z", "2x-3y+6z"],
 )
-def test_exact_half_turn(axis: lie.Matrix) -> None:
+def test_log_at_exact_half_revolution_is_exact(axis: lie.Matrix) -> None:
     R = lie.exp_so3(pi * axis)
     assert (2 * axis * axis.T - eye(3)).expand() == R
     assert lie.log_so3(R) == pi * axis
@@ -131,7 +132,7 @@ def test_exact_angles_stay_exact() -> None:
     assert checked == 24
 
 
-def test_exact_identity() -> None:
+def test_exp_and_log_of_identity_are_exact() -> None:
     assert lie.exp_so3(zeros(3, 1)) == eye(3)
     assert lie.log_so3(eye(3)) == zeros(3, 1)
     v = lie.Matrix([Rational(1, 3), -2, sqrt(5), 0, 0, 0])
@@ -139,7 +140,7 @@ def test_exact_identity() -> None:
     assert lie.log_se3(lie.exp_se3(v)) == v
 
 
-def test_exact_zero_in_disguise() -> None:
+def test_hidden_zero_angle_takes_the_limit() -> None:
     """The branch at zero is taken when the number is zero, not when it looks like zero."""
     nothing = sin(1) ** 2 + cos(1) ** 2 - 1
     assert nothing.is_zero is None
@@ -154,7 +155,7 @@ def test_exact_zero_in_disguise() -> None:
     assert lie.exp_so3(lie.Matrix([tiny, 0, 0]))[2, 1] != 0
 
 
-def test_one_float_makes_every_number_a_float() -> None:
+def test_a_single_float_makes_every_entry_a_float() -> None:
     """An angle of exact and Float parts takes the series as well, and nothing stays unevaluated."""
     mixed = lie.Matrix([Float(0.1), sqrt(2), pi, Float(1e-8), sqrt(2) / 10**8, pi / 10**8])
     for function in (lie.exp_se3, lie.dexp_left_se3, lie.dexp_left_inverse_se3):
@@ -183,7 +184,7 @@ component = st.floats(-1.8, 1.8, allow_subnormal=False)
 
 @settings(max_examples=60, derandomize=True, database=None, deadline=None)
 @given(st.lists(component, min_size=6, max_size=6))
-def test_exp_and_log_at_found_twists(entries: list[float]) -> None:
+def test_exp_and_log_match_expm_at_hypothesis_twists(entries: list[float]) -> None:
     """Length at most 1.8 sqrt(3) < pi."""
     x = vector(*entries)
     T = lie.exp_se3(x)

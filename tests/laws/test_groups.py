@@ -16,7 +16,7 @@ from .oracles import (
 POSES = random_poses(8, seed=2)
 
 
-def test_associativity_and_closure() -> None:
+def test_pose_product_is_closed_and_associative() -> None:
     checked = 0
     for (A, B), (_, C) in zip(pairs(POSES), pairs(POSES[1:] + POSES[:1]), strict=True):
         assert_close((A * B) * C, A * (B * C))
@@ -28,7 +28,7 @@ def test_associativity_and_closure() -> None:
     assert checked == 8
 
 
-def test_identity_and_inverse() -> None:
+def test_pose_times_its_inverse_is_identity() -> None:
     checked = 0
     for T in [*POSES, *map(lie.exp_se3, twists(ANGLES))]:
         assert_close(T * lie.inverse_se3(T), eye(4), T)
@@ -39,7 +39,7 @@ def test_identity_and_inverse() -> None:
     assert lie.inverse_se3(eye(4)) == eye(4)
 
 
-def test_inverse_of_a_product() -> None:
+def test_inverse_of_a_product_reverses_the_order() -> None:
     checked = 0
     for A, B in pairs(POSES):
         assert_close(lie.inverse_se3(A * B), lie.inverse_se3(B) * lie.inverse_se3(A))
@@ -47,7 +47,7 @@ def test_inverse_of_a_product() -> None:
     assert checked == 8
 
 
-def test_pose_has_rotation_and_translation() -> None:
+def test_pose_is_rebuilt_from_rotation_and_translation() -> None:
     T = lie.Matrix(4, 4, [*symbols("r11:14 px r21:24 py r31:34 pz"), 0, 0, 0, 1])
     assert lie.pose(lie.rotation(T), lie.translation(T)) == T
     assert lie.translation(T) == lie.Matrix(symbols("px py pz"))
@@ -80,7 +80,7 @@ def test_adjoint_of_exp_is_exp_of_ad() -> None:
     assert checked == 13 * 4 + 10
 
 
-def test_conjugation_of_exp() -> None:
+def test_conjugated_exp_is_exp_of_adjoint() -> None:
     checked = 0
     for T, x in zip(POSES, random_twists(8, seed=5), strict=True):
         conjugated = T * lie.exp_se3(x) * lie.inverse_se3(T)

@@ -31,7 +31,7 @@ def assert_same(ours: lie.Matrix, theirs: np.ndarray, case: object) -> None:
 CASES = [*twists(ANGLES), *random_twists(20, seed=13)]
 
 
-def test_exp6_and_its_adjoint() -> None:
+def test_exp_inverse_and_adjoints_match_pinocchio() -> None:
     checked = 0
     for x in CASES:
         T = lie.exp_se3(x)
@@ -45,7 +45,7 @@ def test_exp6_and_its_adjoint() -> None:
     assert checked == 13 * 4 + 20
 
 
-def test_log6() -> None:
+def test_log_matches_pinocchio_log6() -> None:
     checked = 0
     for x in twists(PRINCIPAL_ANGLES):
         T = lie.exp_se3(x)
@@ -54,7 +54,7 @@ def test_log6() -> None:
     assert checked == 16 * 4
 
 
-def test_Jexp6_is_dexp_right() -> None:
+def test_dexp_right_matches_pinocchio_jexp6() -> None:
     checked = 0
     for x in CASES:
         assert_same(lie.dexp_right_se3(x), pin.Jexp6(motion(x)), x)
@@ -63,7 +63,7 @@ def test_Jexp6_is_dexp_right() -> None:
     assert checked == 13 * 4 + 20
 
 
-def test_Jlog6_is_the_inverse_of_dexp_right() -> None:
+def test_dexp_right_inverse_matches_pinocchio_jlog6() -> None:
     checked = 0
     for x in twists(PRINCIPAL_ANGLES):
         M = pin.exp6(motion(x))

@@ -30,7 +30,7 @@ def test_screw_axis_is_a_unit_twist_through_the_point() -> None:
     assert lie.screw_axis(DIAGONAL, point, oo) == lie.Matrix([*DIAGONAL, 0, 0, 0])
 
 
-def test_revolute_about_z() -> None:
+def test_exp_of_revolute_screw_about_z_matches_its_matrix() -> None:
     T = lie.exp_screw(lie.screw_axis(Z, lie.Matrix([a, 0, b])), q)
     assert (
         lie.Matrix(
@@ -45,21 +45,21 @@ def test_revolute_about_z() -> None:
     )
 
 
-def test_prismatic_and_helical() -> None:
+def test_exp_of_prismatic_and_helical_screws_is_exact() -> None:
     assert lie.exp_screw(lie.screw_axis(DIAGONAL, ORIGIN, oo), q) == lie.pose(eye(3), q * DIAGONAL)
     T = lie.exp_screw(lie.screw_axis(Z, ORIGIN, h), q)
     assert lie.translation(T) == lie.Matrix([0, 0, h * q])
     assert lie.rotation(T) == lie.Matrix([[cos(q), -sin(q), 0], [sin(q), cos(q), 0], [0, 0, 1]])
 
 
-def test_diagonal_axis_is_exact() -> None:
+def test_rotation_about_diagonal_axis_is_exact() -> None:
     R = lie.rotation(lie.exp_screw(lie.screw_axis(DIAGONAL, ORIGIN), q))
     c, s = cos(q), sin(q) / sqrt(2)
     expected = [[(1 + c) / 2, (1 - c) / 2, s], [(1 - c) / 2, (1 + c) / 2, -s], [-s, s, c]]
     assert (R - lie.Matrix(expected)).expand() == zeros(3, 3)
 
 
-def test_a_joint_is_small() -> None:
+def test_exp_screw_has_few_operations() -> None:
     """Operations of the whole pose: bounds that a missed cancellation breaks."""
     point = lie.Matrix([a, b, 0])
     assert count_ops(lie.exp_screw(lie.screw_axis(Z, ORIGIN), q)) <= 5
@@ -75,7 +75,7 @@ def test_a_joint_is_small() -> None:
     assert checked == 5
 
 
-def test_one_parameter_group() -> None:
+def test_exp_screw_is_a_one_parameter_group() -> None:
     """exp(S q) exp(S a) = exp(S (q + a)), and the derivative at zero is the screw."""
     checked = 0
     for axis in AXES:
@@ -93,7 +93,7 @@ def test_one_parameter_group() -> None:
     assert checked == 20
 
 
-def test_agrees_with_exp_se3_and_expm() -> None:
+def test_exp_screw_agrees_with_exp_se3_and_expm() -> None:
     checked = 0
     for axis in AXES:
         for pitch in PITCHES:
@@ -107,7 +107,7 @@ def test_agrees_with_exp_se3_and_expm() -> None:
     assert checked == 100
 
 
-def test_exact_joint_values() -> None:
+def test_exp_screw_is_exact_at_exact_angles() -> None:
     screw = lie.screw_axis(DIAGONAL, lie.Matrix([1, 0, 0]))
     half = lie.exp_screw(screw, pi)
     assert half == lie.Matrix([[0, 1, 0, 1], [1, 0, 0, -1], [0, 0, -1, 0], [0, 0, 0, 1]])
@@ -115,15 +115,19 @@ def test_exact_joint_values() -> None:
     assert lie.exp_screw(screw, 0) == eye(4)
 
 
-def test_a_symbolic_unit_axis() -> None:
+def test_exp_screw_of_symbolic_unit_axis_matches_exp_so3() -> None:
     axis = lie.Matrix([sin(a), 0, cos(a)])
     T = lie.exp_screw(lie.screw_axis(axis, ORIGIN), q)
     at = T.subs({a: pi / 6, q: pi / 2})
     assert at[:3, :3] == lie.exp_so3(pi / 2 * axis.subs(a, pi / 6))
 
 
-@pytest.mark.parametrize("direction", [lie.Matrix([1, 1, 0]), vector(1.0, 1e-5, 0.0), ORIGIN])
-def test_a_direction_that_is_not_unit_is_named(direction: lie.Matrix) -> None:
+@pytest.mark.parametrize(
+    "direction",
+    [lie.Matrix([1, 1, 0]), vector(1.0, 1e-5, 0.0), ORIGIN],
+    ids=["length sqrt(2)", "length 1+5e-11", "zero"],
+)
+def test_direction_that_is_not_a_unit_vector_is_rejected(direction: lie.Matrix) -> None:
     with pytest.raises(ValueError, match=r"direction is .* of length .*: expected a unit vector"):
         lie.screw_axis(direction, ORIGIN)
     if direction != ORIGIN:

@@ -23,7 +23,7 @@ def test_a_farther_box_is_not_reached():
     assert (paper.robot().ik(T).within_limits().count == 0).any()
 
 
-def test_equation_27_gives_the_tool():
+def test_equation_27_equals_the_tool_position():
     q = np.random.default_rng(3).uniform(paper.robot().lower, paper.robot().upper, (500, 6))
     np.testing.assert_allclose(paper.equation_27(q), paper.robot().fk(q)[:, :3, 3], atol=1e-14)
 
@@ -35,7 +35,7 @@ def test_the_arm_only_translates():
     np.testing.assert_allclose(paper.arm_exponentials(q), T, atol=1e-14)
 
 
-def test_errors_of_lengths_by_derivatives():
+def test_length_errors_match_first_order_derivatives():
     """0.1 mm is small: the error is that of first order, to a hundredth."""
     built = chasles.load("board_installer", parametric=True)
     p = np.array([number.value for number in built.geometry])
@@ -49,7 +49,7 @@ def test_errors_of_lengths_by_derivatives():
     assert max(own.distance for own in paper.errors()) == pytest.approx(0.83e-3, abs=0.005e-3)
 
 
-def test_members_of_the_pictures_keep_their_lengths():
+def test_drawn_members_keep_their_lengths():
     """Rods and arms between the pins that are drawn, at random postures."""
     value = paper.parameters()
     a, b, gamma0 = value["a"], value["b"], value["gamma0"]

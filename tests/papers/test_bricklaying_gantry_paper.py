@@ -23,7 +23,7 @@ def test_every_cell_of_the_tables_has_a_row():
     assert where["table 4"] == where["table 5"] == 5 * 5 + 3
 
 
-def test_the_misprints_are_these():
+def test_known_misprints_are_marked_as_errata():
     wrong = {row.where + ", " + row.item for row in rows() if row.verdict == "erratum"}
     for where in (
         "table 4, row 5, theta in rad of spot 5, set-up 1",
@@ -39,7 +39,7 @@ def test_the_misprints_are_these():
 
 
 @pytest.mark.parametrize("key", paper.CORRECTED)
-def test_no_printed_misprint_agrees(key):
+def test_printed_misprints_are_refuted(key):
     printed = read("bricklaying_gantry")[key]
     (row,) = (row for row in rows() if (row.item, row.where) == (printed.item, printed.where))
     assert row.note.startswith(f"read {paper.CORRECTED[key][0]}")
@@ -47,7 +47,7 @@ def test_no_printed_misprint_agrees(key):
         paper.agrees(printed, row.ours * paper.agrees.__globals__["UNITS"][printed.unit])
 
 
-def test_spots_by_their_polar_coordinates():
+def test_spots_match_their_polar_coordinates():
     for setup in (1, 2):
         for spot in paper.spots(setup):
             theta = np.arctan2(spot.xy[1], spot.xy[0])
@@ -56,7 +56,7 @@ def test_spots_by_their_polar_coordinates():
             assert spot.omega == pytest.approx(theta / 20, abs=1e-15)
 
 
-def test_the_triangle_by_the_law_of_cosines():
+def test_planar_ik_matches_law_of_cosines():
     found = paper.triangle()
     distance = np.sqrt(185) - 5
     sides = {"A": (5, distance, 7), "B": (distance, 5, 7), "C": (7, 5, distance)}
@@ -75,7 +75,7 @@ def test_the_triangle_by_the_law_of_cosines():
         assert np.arctan2(T[1, 0], T[0, 0]) == pytest.approx(found.line, abs=1e-12)
 
 
-def test_the_wall_is_laid_where_it_stands():
+def test_bricks_are_released_in_place_and_carried_above_the_wall():
     built = paper.wall()
     np.testing.assert_allclose(built.released, built.places, atol=1e-12)
     tops = built.places[:, 2]
@@ -92,7 +92,7 @@ def test_the_wall_is_laid_where_it_stands():
         assert at[own, 2].min() - paper.BRICK[2] >= place[2] - 1e-12
 
 
-def test_motors_turn_at_the_rates_of_the_wall():
+def test_motor_rates_match_finite_differences_and_speed_limit():
     sampled = paper.wall().sampled
     middle = np.gradient(sampled.q, sampled.t, axis=0)
     smooth = np.r_[False, np.diff(sampled.stage) == 0] & np.r_[np.diff(sampled.stage) == 0, False]

@@ -6,7 +6,7 @@ from report import Printed, agrees
 ROW = agrees(Printed("a < b | c", "1.0", "mm", "table 1"), 0.001)
 
 
-def test_a_page_holds_rows_and_pictures(tmp_path):
+def test_html_page_contains_rows_and_embedded_pictures(tmp_path):
     picture = tmp_path / "figure_1.png"
     picture.write_bytes(b"pixels")
     chapter = pages.Chapter("photo_robot", "Title", "Source", (ROW,), {"figure 1: <x>": picture}, 1)
@@ -18,12 +18,12 @@ def test_a_page_holds_rows_and_pictures(tmp_path):
     assert "http" not in page, "the report is one file"
 
 
-def test_a_table_keeps_its_columns():
+def test_pipe_in_a_cell_keeps_table_columns():
     head, line, row = pages.table(pages.HEAD, [pages.cells(ROW)])
     assert head.count("|") == line.count("|") == row.replace("\\|", "").count("|")
 
 
-def test_captions_name_files(tmp_path):
+def test_captions_become_file_names(tmp_path):
     assert pages.slug("figure 3 a: r1 from zero") == "figure_3_a"
     made = pages.written(tmp_path / "motion", lambda path: path.write_bytes(b"GIF"))
     assert (made.name, made.read_bytes()) == ("motion.gif", b"GIF")

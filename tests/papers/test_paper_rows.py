@@ -15,7 +15,7 @@ pytest.importorskip("coal", reason="coal comes with pin")
 
 
 @pytest.mark.parametrize("paper", pages.present())
-def test_every_row_holds_and_every_printed_item_has_one(paper):
+def test_paper_rows_are_consistent_and_cover_printed_items(paper):
     rows = importlib.import_module(paper).rows()
     assert {row.verdict for row in rows} <= set(pages.VERDICTS)
     assert all(row.note for row in rows if row.verdict != "agrees")
@@ -53,7 +53,7 @@ def half_unit(value):
     return Decimal(5).scaleb(value.as_tuple().exponent - 1)
 
 
-def test_a_reader_refutes_a_wrong_verdict():
+def test_wrong_verdicts_are_detected_from_shown_numbers():
     row = Row("length", "302", "302.7", "mm", "agrees", "figure 9")
     assert not borne_out(row)
     assert borne_out(replace(row, verdict="not reproducible"))
@@ -61,7 +61,7 @@ def test_a_reader_refutes_a_wrong_verdict():
     assert not borne_out(replace(row, verdict="erratum", ours="302.5"))
 
 
-def test_the_page_holds_all_papers():
+def test_papers_page_has_a_section_per_paper():
     page = pages.PAGE.read_text(encoding="utf-8")
     assert page.startswith(pages.INTRODUCTION)
     titles = [pages.words(importlib.import_module(paper))[0] for paper in pages.present()]

@@ -18,7 +18,7 @@ def test_a_value_agrees_to_half_a_unit_of_the_last_digit():
             agrees(ANGLE, ours)
 
 
-def test_a_number_at_the_edge_of_agreement_is_shown_with_more_decimals():
+def test_numbers_at_agreement_limit_are_shown_with_more_decimals():
     angle = Printed("theta", "1.36", "rad", "table 4")
     assert erratum(angle, 1.35490, "1.35").shown == ("1.36", "1.3549")
     assert agrees(Printed("pair", ("1.36", "2"), "", "table 4"), [1.3550004, 2]).ours == (
@@ -36,21 +36,21 @@ def test_printed_units_are_converted():
     agrees(Printed("angle", "45.0", "deg", "page 1"), np.pi / 4)
 
 
-def test_about_widens_the_agreement_and_is_quoted():
+def test_word_about_widens_the_tolerance_and_is_quoted():
     about = Printed("height", "12", "mm", "page 3", "2", "about 12 mm high")
     assert "about 12 mm high" in agrees(about, 0.0139).note
     with pytest.raises(Refuted):
         agrees(about, 0.0141)
 
 
-def test_an_erratum_needs_a_wrong_value_and_a_right_one():
+def test_erratum_requires_a_refuted_value_and_its_correction():
     assert erratum(ANGLE, np.pi / 4, "0.79", "45 deg").note == "read 0.79 rad; 45 deg"
     for ours, corrected in ((0.97, "0.97"), (np.pi / 4, "0.78"), (np.pi / 4, 0.79)):
         with pytest.raises(Refuted):
             erratum(ANGLE, ours, corrected)
 
 
-def test_the_corrected_value_holds_to_its_last_digit_where_the_paper_says_about():
+def test_correction_of_approximate_value_is_checked_to_last_digit():
     about = Printed("amplitude", "345", "mm", "figure 9", "3.45", "about 345 mm")
     erratum(about, 0.3489, "349")
     with pytest.raises(Refuted):
@@ -67,7 +67,7 @@ def test_an_erratum_of_an_equation_is_evaluated():
             erratum(equation, ours, corrected, evaluated=evaluated)
 
 
-def test_a_printed_value_is_neither_lost_nor_assumed():
+def test_printed_value_cannot_be_marked_missing_or_assumed():
     assert lost(NOTHING, 0.2, "the table is lost").shown == ("-", "200.0000")
     assert assumed(NOTHING, 0.2, "fits the figure").verdict == "assumed"
     for verdict in (lost, assumed):
@@ -79,7 +79,7 @@ def test_a_printed_value_is_neither_lost_nor_assumed():
         agrees(NOTHING, 0.2)
 
 
-def test_a_value_that_agrees_is_reproducible():
+def test_agreeing_value_cannot_be_marked_not_reproducible():
     assert not_reproducible(ANGLE, 0.5, "both elbows").verdict == "not reproducible"
     for ours, tried in ((0.97, "both elbows"), (0.5, "")):
         with pytest.raises(Refuted):

@@ -9,7 +9,7 @@ import chasles
 MM = 1e-3
 
 
-def test_the_tool_goes_down_upright_on_its_line():
+def test_tool_descends_vertically_with_constant_orientation():
     found = paper.process()
     sampled = found.sampled
     down = sampled.t >= 25
@@ -24,7 +24,7 @@ def test_the_tool_goes_down_upright_on_its_line():
     np.testing.assert_allclose(T[:, 2, 3], 1.02 - moved, atol=1e-10)
 
 
-def test_the_loops_close_and_telescopes_rest():
+def test_loops_close_and_telescopes_stay_at_zero():
     found, well = paper.process(), paper.robot()
     np.testing.assert_allclose(well.constraint(well.configuration(found.sampled.q)), 0, atol=1e-12)
     np.testing.assert_allclose(found.theta[:, [3, 5]], 0, atol=1e-13)
@@ -32,7 +32,7 @@ def test_the_loops_close_and_telescopes_rest():
     np.testing.assert_allclose(found.theta[still, 1], np.radians(88.79), atol=1e-12)
 
 
-def test_rates_are_the_slopes_of_the_angles():
+def test_rates_match_finite_differences_of_angles():
     found = paper.process()
     t, stage = found.sampled.t, found.sampled.stage
     inside = np.r_[False, np.diff(stage) == 0] & np.r_[np.diff(stage) == 0, False]
@@ -43,7 +43,7 @@ def test_rates_are_the_slopes_of_the_angles():
         np.testing.assert_allclose(slopes[inside], rates[inside], atol=0.1 / paper.RATE**2)
 
 
-def test_many_restarts_are_rates_of_minimum_norm():
+def test_many_restarts_approach_minimum_norm_rates():
     """The rates of the four joints are at right angles to the motion that leaves R at rest.
 
     The part along it falls with the number of restarts: 0.27, 0.088 (10), 0.034 (25), 0.016 (50).
@@ -62,7 +62,7 @@ def test_many_restarts_are_rates_of_minimum_norm():
     assert apart[paper.RESTARTS] < 0.2 * apart[1]
 
 
-def test_the_printed_pin_B_gives_the_printed_amplitude():
+def test_cylinder_amplitudes_match_printed_and_corrected_pin():
     theta2 = paper.process().theta[:, 1]
     C = np.stack(
         [
@@ -85,14 +85,14 @@ def test_the_printed_pin_B_gives_the_printed_amplitude():
     )
 
 
-def test_one_printed_speed_stands_at_another_cylinder():
+def test_speed_printed_for_cylinder_4_belongs_to_cylinder_3():
     """2408 is printed for cylinder 4; ours of cylinder 3 is that, and the unit is mm deg/s."""
     speeds = np.degrees(np.ptp(paper.process().sampled.qd[:, paper.CYLINDERS], axis=0)) / MM
     assert speeds[2] == pytest.approx(2408, abs=1)
     assert np.abs(speeds[[0, 1, 3]] - 2408).min() > 300
 
 
-def test_verdicts_of_the_errors_that_are_known():
+def test_known_errors_have_their_verdicts():
     verdicts = {(row.item, row.where): row.verdict for row in paper.rows()}
     for item, where in (
         ("r_B", "(64)"),

@@ -6,6 +6,8 @@ import sys
 
 import pytest
 
+from tests.support.waiting import SECONDS
+
 
 def completed(line):
     """The words by which a shell would go on with a line."""
@@ -18,7 +20,7 @@ def completed(line):
         env=environment,
         pass_fds=[write],
         check=True,
-        timeout=60,
+        timeout=SECONDS,
     )
     os.close(write)
     with os.fdopen(read) as answer:
@@ -33,17 +35,18 @@ def completed(line):
         ("chasles info ur1", ["ur10", "ur10e", "ur16e"]),
         ("chasles calibrate table.csv --robot pan", ["panda"]),
     ],
+    ids=["command", "option", "robot", "robot option"],
 )
-def test_a_shell_completes_commands_options_and_robots(line, words):
+def test_shell_completes_commands_options_and_robots(line, words):
     assert sorted(completed(line)) == words
 
 
-def test_a_shell_completes_files(tmp_path):
+def test_shell_completes_file_names(tmp_path):
     (tmp_path / "measured.csv").touch()
     assert completed(f"chasles calibrate {tmp_path}/mea") == [f"{tmp_path}/measured.csv"]
 
 
-def test_the_compiler_completes_robots():
+def test_derive_command_completes_robot_names():
     environment = os.environ | {
         "_CHASLES_DERIVE_COMPLETE": "complete_bash",
         "COMP_WORDS": "chasles-derive pan",
@@ -56,12 +59,12 @@ def test_the_compiler_completes_robots():
         capture_output=True,
         text=True,
         check=False,
-        timeout=60,
+        timeout=SECONDS,
     )
     assert found.stdout.split() == ["panda"]
 
 
-def test_a_pipe_hears_at_once_that_robots_are_derived(tmp_path):
+def test_derive_progress_is_flushed_to_pipe_immediately(tmp_path):
     command = [sys.executable, "-m", "chasles.derive", "four_bar", "scara"]
     command += ["--to", str(tmp_path)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
@@ -71,9 +74,9 @@ def test_a_pipe_hears_at_once_that_robots_are_derived(tmp_path):
         process.terminate()
 
 
-def test_a_pipe_hears_each_line_of_the_runtime():
+def test_runtime_output_is_flushed_line_by_line():
     run = "import chasles.__main__ as m, os; m.main(['list']); os._exit(0)"
     found = subprocess.run(
-        [sys.executable, "-c", run], capture_output=True, text=True, check=True, timeout=60
+        [sys.executable, "-c", run], capture_output=True, text=True, check=True, timeout=SECONDS
     )
     assert "ur5e" in found.stdout

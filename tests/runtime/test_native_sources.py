@@ -19,14 +19,14 @@ def code(path):
     return COMMENT.sub("", path.read_text())
 
 
-def test_tolerances_stand_in_one_file():
+def test_tolerances_are_defined_in_single_file():
     others = [path for path in SOURCES if path != TOLERANCES]
     found = {path.name: set(SMALL.findall(code(path))) - {HALF} for path in others}
     assert len(found) > 30
     assert not {name: numbers for name, numbers in found.items() if numbers}
 
 
-def test_every_tolerance_is_explained_and_used():
+def test_every_tolerance_is_documented_and_used():
     text = TOLERANCES.read_text()
     names = re.findall(r"^#define (\w+) \S", text, re.MULTILINE)
     assert len(names) > 30
@@ -37,6 +37,6 @@ def test_every_tolerance_is_explained_and_used():
     assert [name for name in names if not re.search(rf"\b{name}\b", used)] == []
 
 
-def test_files_are_short_and_names_unique():
+def test_native_files_are_short_and_uniquely_named():
     assert {path.name for path in SOURCES if len(path.read_text().splitlines()) > LONGEST} == set()
     assert len({path.name for path in SOURCES}) == len(SOURCES)

@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 from websockets.sync.client import connect
 
+from tests.support.waiting import SECONDS, until
+
 FLAGS = (
     "--headless=new",
     "--no-sandbox",
@@ -25,8 +27,6 @@ FLAGS = (
     "--remote-allow-origins=*",
 )
 LOUD = ("error", "warning", "assert")
-SECONDS = 30.0
-"""The longest wait for the browser, far above what it takes on a busy machine."""
 
 
 class Chromium:
@@ -154,11 +154,3 @@ class Chromium:
             self.said.append((values["entry"]["level"], values["entry"]["text"]))
         elif event.get("method") == "Page.frameNavigated":
             self.said.clear()
-
-
-def until(holds, seconds: float = SECONDS) -> None:
-    """Waits until a condition holds; fails after some seconds."""
-    end = time.monotonic() + seconds
-    while not holds():
-        assert time.monotonic() < end, "it did not come about in time"
-        time.sleep(0.03)

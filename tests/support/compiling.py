@@ -1,32 +1,38 @@
-"""Robots that tests derive themselves: written without an article, and compiled in little time."""
+"""Robots that tests derive themselves: derived and compiled once for all workers of a run."""
 
+import fcntl
+import hashlib
+import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 import pytest
 
 import chasles
+import chasles.derive
 from chasles.derive import write
 from chasles.derive.emit.languages import EMITTERS
+from chasles.derive.emit.manifest import description_text
 from chasles.derive.model.mechanism import Described
 
 CALLED = ("c", "casadi", "python")
 """The languages that are called; the article is a third of the time of a derivation."""
-CACHE = Path(__file__).parents[2] / "build" / "compiled"
-"""Libraries of all tests, by content: each is compiled once for all workers and for later runs."""
+BUILD = Path(__file__).parents[2] / "build" / "tests"
+"""Derived folders and compiled libraries of all tests, by content, for all workers and runs."""
 
 
 @contextmanager
-def compiled_quickly() -> Iterator[None]:
-    """In its body, robots are compiled at -O1 into a cache of the tests.
+def compiled_quickly(flags: str = "-O1") -> Iterator[None]:
+    """In its body, robots are compiled with some flags into a cache of the tests.
 
-    A calibrated arm takes 5 s instead of the 11 s of users' -O3. Shipped robots are no subject of
-    it: tests call them as users have them.
+    A calibrated arm takes 5 s at -O1 instead of the 11 s of users' -O3. Shipped robots are no
+    subject of it: tests call them as users have them.
     """
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("CHASLES_CACHE", str(CACHE))
-        patch.setenv("CHASLES_CFLAGS", "-O1")
+        patch.setenv("CHASLES_CACHE", str(BUILD))
+        patch.setenv("CHASLES_CFLAGS", flags)
         patch.delenv("CC", raising=False)
         yield
 
@@ -36,20 +42,52 @@ def compiled(
     folder: Path,
     functions: Sequence[str] | None = None,
     languages: Sequence[str] = CALLED,
+    flags: str = "-O1",
 ) -> chasles.Robot:
-    """A robot that is derived, written into a folder, compiled at -O1 and loaded.
+    """A robot that is derived, put into a folder, compiled and loaded.
+
+    Each robot is derived once: a test that needs it while another derives it waits.
 
     Args:
         robot: The description.
         folder: The robot's own folder.
         functions: The functions to derive, all by default.
-        languages: The languages to write, those that are called by default.
+        languages: The languages to write, by default the ones that are called.
+        flags: The compiler's flags.
     """
-    write(robot, folder, functions, [own for own in EMITTERS if own.language in languages])
-    return loaded(folder)
+    words = (description_text(robot), repr(functions), repr(sorted(languages)), _compiler_digest())
+    key = hashlib.sha256("\0".join(words).encode()).hexdigest()
+    home = BUILD / "folders" / key
+    with locked(home):
+        if not home.is_dir():
+            made = home.with_suffix(".new")
+            shutil.rmtree(made, ignore_errors=True)
+            emitters = [emitter for emitter in EMITTERS if emitter.language in languages]
+            write(robot, made, functions, emitters)
+            made.rename(home)
+    shutil.copytree(home, folder, dirs_exist_ok=True)
+    return loaded(folder, flags)
 
 
-def loaded(folder: Path) -> chasles.Robot:
-    """The robot of a folder, compiled at -O1."""
-    with compiled_quickly():
+def loaded(folder: Path, flags: str = "-O1") -> chasles.Robot:
+    """The robot of a folder, compiled once for all tests."""
+    digest = hashlib.sha256((folder / "manifest.json").read_bytes() + flags.encode()).hexdigest()
+    with compiled_quickly(flags), locked(BUILD / "libraries" / digest):
         return chasles.load(folder)
+
+
+@contextmanager
+def locked(path: Path) -> Iterator[None]:
+    """Holds the lock of a path against other processes."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.with_suffix(".lock").open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
+@cache
+def _compiler_digest() -> str:
+    """SHA-256 of the sources of the compiler: a change of it derives all robots again."""
+    root = Path(chasles.derive.__file__).parent
+    files = sorted(p for p in root.rglob("*") if p.suffix in (".py", ".h"))
+    return hashlib.sha256(b"\0".join(file.read_bytes() for file in files)).hexdigest()

@@ -9,6 +9,25 @@ CLOSURE = 1e-12
 HELD = np.radians([[50, 170, -70], [92, 212, -28]])
 """Lowest and highest angles of the cranks at which the platform of planar_3rrr is held everywhere,
 with couplers of 130 and of 170 mm."""
+WITH_RATES = [
+    "board_installer",
+    "bricklaying_gantry",
+    "delta",
+    "excavator",
+    "five_bar",
+    "iiwa14",
+    "irb6640",
+    "jaco2",
+    "lynxmotion",
+    "panda",
+    "photo_robot",
+    "puma560",
+    "scara",
+    "stanford",
+    "ur5e",
+    "well_manipulator",
+]
+"""Robots with Jacobians, which have joint rates."""
 
 
 def held(robot: Robot) -> tuple[np.ndarray, np.ndarray]:

@@ -6,8 +6,7 @@ Every file has some of these functions:
     loops(arm)    its compiled functions in a loop in C: a list of Loop
     batches(arm)  ways to compute many poses in one call: a list of Batch
 
-The benchmarks and the tests share these functions. A file whose package is not installed raises
-ImportError when it is imported.
+A file whose package is not installed raises ImportError when it is imported.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,8 +17,11 @@ from typing import Any
 
 import numpy as np
 
+import chasles
+
+from ...agreement import CONFIGURATIONS, require_same
 from ...cases.arms import Arm
-from ...native.library import complete
+from ...native.library import Loop, complete
 
 INSTALL = {
     "own": "chasles",
@@ -53,6 +55,14 @@ class Call:
     fk_jacobian: Callable[[np.ndarray], Any]
     read: Callable[[Any], tuple[np.ndarray, ...]]
 
+    def results(self, q: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Poses of fk, and poses and Jacobians of fk_jacobian, at each row of q."""
+        # Copies, because some peers write all results into the same memory.
+        poses = [tuple(map(np.array, self.read(self.fk(row)))) for row in q]
+        both = [tuple(map(np.array, self.read(self.fk_jacobian(row)))) for row in q]
+        columns = (*zip(*poses, strict=True), *zip(*both, strict=True))
+        return tuple(map(np.array, columns))
+
 
 @dataclass(frozen=True)
 class Batch:
@@ -61,6 +71,10 @@ class Batch:
     name: str
     fk: Callable[[np.ndarray], Any]
     fk_jacobian: Callable[[np.ndarray], Any]
+
+    def results(self, q: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Poses of fk, and poses and Jacobians of fk_jacobian, at each row of q."""
+        return self.fk(q), *self.fk_jacobian(q)
 
 
 def absent() -> dict[str, str]:
@@ -74,10 +88,22 @@ def setups(
     leave_out: frozenset[str] = frozenset(),
     only: Sequence[str] = tuple(INSTALL),
 ) -> list[Any]:
-    """All set-ups of a kind ("calls", "loops" or "batches") for an arm, chasles first."""
+    """All set-ups of a kind ("calls", "loops" or "batches") for an arm, chasles first.
+
+    Raises:
+        DisagreementError: A peer computes other poses or Jacobians than chasles.
+    """
     modules = [_imported(name) for name in only if name not in leave_out]
     makers = [getattr(module, kind) for module in modules if hasattr(module, kind)]
-    return [setup for make in makers for setup in make(arm)]
+    return [verified(setup, arm) for make in makers for setup in make(arm)]
+
+
+def verified(setup: Call | Loop | Batch, arm: Arm) -> Any:
+    """The set-up, once its poses and Jacobians equal the results of chasles."""
+    q = np.random.default_rng(5).uniform(-np.pi, np.pi, (CONFIGURATIONS, arm.joints))
+    T, J = chasles.load(arm.name).fk_jacobian_mixed(q)
+    require_same(f"{setup.name} for {arm.name}", setup.results(q), (T, T, J))
+    return setup
 
 
 def is_built(name: str) -> bool:

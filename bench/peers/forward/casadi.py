@@ -6,8 +6,9 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
+from tests.support.native import Source, compiled
+
 from ...cases.arms import Arm
-from ...native.library import Source, compiled
 from . import Call
 from .formulas import fk_jacobian
 

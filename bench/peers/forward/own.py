@@ -5,9 +5,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import chasles
+from tests.support.native import UNPACKED, Source
 
 from ...cases.arms import Arm
-from ...native.library import UNPACKED, Loop, Source, loop
+from ...native.library import Loop, loop
 from . import Batch, Call
 
 NAME = "chasles"

@@ -7,8 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.support.native import Source
+
 from ...cases.arms import Arm
-from ...native.library import Loop, Source, headers, loop
+from ...native.library import Loop, headers, loop
 from .placements import placements
 
 SOURCE = Path(__file__).with_suffix(".cpp")

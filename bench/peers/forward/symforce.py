@@ -5,8 +5,10 @@ from pathlib import Path
 
 import symforce
 
+from tests.support.native import Source
+
 from ...cases.arms import Arm
-from ...native.library import Loop, Source, headers, loop
+from ...native.library import Loop, headers, loop
 from .formulas import fk_jacobian
 
 # The equations hold no division; SymForce requires this setting before its first import.

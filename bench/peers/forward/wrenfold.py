@@ -3,8 +3,10 @@
 from wrenfold import code_generation, sym, type_annotations
 from wrenfold.code_generation import OutputArg
 
+from tests.support.native import Source
+
 from ...cases.arms import Arm
-from ...native.library import Loop, Source, headers, loop
+from ...native.library import Loop, headers, loop
 from .formulas import fk_jacobian
 
 MAIN = """

@@ -1,1 +1,22 @@
-"""``python -m bench robust``: mutated files and arms of round numbers, each read and derived."""
+"""Robots with loops as built: lengths and axes that differ a little from the design.
+
+The trials alternate between board installers with length errors, arms that cylinders, rods and
+cranks drive, and shipped robots with one error of a length or an axis.
+"""
+
+from ..campaign import Campaign, Outcome
+from . import built_arms, built_robots, single_errors
+
+KINDS = (built_robots, built_arms, single_errors)
+
+
+def trial(number: int) -> Outcome:
+    """Derives and judges one robot with errors; the number chooses the kind."""
+    return KINDS[number % len(KINDS)].trial(number)
+
+
+CAMPAIGN = Campaign(
+    "as_built",
+    "Robots with errors close their loops, and their inverse returns every configuration.",
+    trial,
+)

@@ -1,8 +1,8 @@
-"""``python -m bench as_built --arms``: arms that cylinders, rods and cranks move, as built.
+"""Arms that cylinders, rods and cranks drive, as built.
 
-All lengths of a drawn arm are off, and joints outside of its loops turned. A draw is judged by its
-inverse, which is led from the design: whether there is one, and at configurations around the
-reference whether it returns them, and nothing else.
+All lengths of a drawn arm have errors, and joints outside of its loops are rotated. The compiler
+refines the solutions of the design. Each arm needs an inverse, which must return configurations
+around the reference, and only solutions of their poses.
 """
 
 import tempfile
@@ -11,29 +11,31 @@ from dataclasses import dataclass
 import numpy as np
 
 import chasles
-from bench.report import out
 from chasles.derive import Mechanism, RobotError, write
 from chasles.derive.emit.languages import EMITTERS
-from tests.campaigns.as_built.draws import judged_draws
 from tests.support.generators.driven_arms import built_arm
+
+from ..bars import barred
+from ..campaign import Outcome
 
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "chain", "ik")
 C_ALONE = ("c", "python")
 POSES, REACH = 400, 0.2
-"""Configurations, and how far their coordinates are from the reference (radian, metre)."""
+"""Configurations, and maximum distance of their coordinates from the reference (radian, metre)."""
 FOUND = 1e-6
-"""Radian and metre: coordinates of one solution."""
+"""Radian and metre: maximum difference of coordinates that count as the same solution."""
 BARS = {"absent": 0.0, "lost": 0.01, "wrong": 1e-10}
 
 
 @dataclass(frozen=True)
 class Judged:
-    """A draw.
+    """The figures of an arm.
 
     Attributes:
-        absent: 1 where there is no inverse.
+        absent: 1 if the arm has no inverse.
         lost: Share of the configurations that ``ik`` of their pose does not return.
-        wrong: Largest distance of a valid solution's pose from the one asked for (metre, 1).
+        wrong: Largest difference between the pose of a valid solution and the given pose
+            (metre, 1).
     """
 
     absent: float
@@ -41,16 +43,21 @@ class Judged:
     wrong: float = 0.0
 
 
+def trial(number: int) -> Outcome:
+    """Judges one drawn arm."""
+    return barred("driven arms", judged(number), BARS)
+
+
 def judged(number: int) -> Judged:
-    """Derives and judges the arm of a number, as built."""
+    """Derive and judge the arm of a number, as built."""
     return judged_arm(built_arm(number), number)
 
 
 def judged_arm(arm: Mechanism, number: int) -> Judged:
-    """Derives and judges an arm at random configurations.
+    """Derive and judge an arm at random configurations.
 
     Args:
-        arm: The arm; joints that its inverse needs are given as they are.
+        arm: The arm; fixed joint values of its inverse are those of the configuration.
         number: Seed of the configurations.
     """
     rng = np.random.default_rng(number)
@@ -75,15 +82,7 @@ def judged_arm(arm: Mechanism, number: int) -> Judged:
 
 
 def _given(robot: chasles.Robot, q: np.ndarray) -> list[np.ndarray]:
-    """The values (N,) of the joints that the inverse takes besides a pose."""
+    """The values (N,) of the fixed joints that the inverse takes."""
     names = [joint.name for joint in robot.chain_joints]
     given = robot.functions["ik"].inputs[1:]
     return [robot.chain(q)[:, names.index(joint.name)] for joint in given]
-
-
-def run(draws: int, first: int) -> int:
-    """Judges draws and prints them; returns the exit status, 0 where all bars hold."""
-    out.print(f"{draws} driven arms, lengths off by up to half a millimetre:")
-    _, missed = judged_draws(judged, range(first, first + draws), BARS)
-    out.print(f"{missed} draws miss a bar")
-    return int(missed > 0)

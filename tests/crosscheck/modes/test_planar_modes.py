@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.campaigns import planar as planar_modes
+from tests.campaigns import planar
 from tests.support.generators.planar_platforms import drawn_platform
 
 FUNCTIONS = ("modes", "velocity_relation", "chain_fk")
@@ -23,19 +23,19 @@ CLOSED, SAME, FAR = 1e-12, 1e-6, 20.0
 @pytest.fixture(scope="module")
 def legs(tmp_path_factory):
     platform = drawn_platform(np.random.default_rng(6), A_CRANK_AND_TWO_LINES)
-    return platform, planar_modes.derived(platform, tmp_path_factory.mktemp("legs"), FUNCTIONS)
+    return platform, planar.derived(platform, tmp_path_factory.mktemp("legs"), FUNCTIONS)
 
 
-def test_no_mode_of_newtons_iteration_is_missed(legs):
+def test_modes_contain_every_newton_solution(legs):
     platform, robot = legs
     generator = np.random.default_rng(5)
     q = np.array(robot.reference.q)
-    row = planar_modes.compared(robot, platform, q, generator, STARTS)
+    row = planar.compared(robot, platform, q, generator, STARTS)
     assert row.modes >= 2
     assert (row.missed, row.wrong, row.unsure) == (0, 0, False)
 
 
-def test_rates_are_those_of_the_modes(legs):
+def test_velocity_relation_matches_mode_differences(legs):
     _, robot = legs
     q = np.array(robot.reference.q)
     found = robot.fk_all(q)
@@ -52,7 +52,7 @@ def test_rates_are_those_of_the_modes(legs):
             np.testing.assert_allclose(J_x @ rate, J_q @ qd, rtol=0, atol=1e-6 * size)
 
 
-def test_the_polynomial_is_zero_at_every_mode(legs):
+def test_assembly_polynomial_vanishes_at_every_mode(legs):
     _, robot = legs
     q = np.array(robot.reference.q)
     found = robot.fk_all(q)
@@ -65,24 +65,28 @@ def test_the_polynomial_is_zero_at_every_mode(legs):
         assert abs(value) < 1e-10 * np.abs([a0, *rest]).max()
 
 
-@pytest.mark.parametrize("kinds", THREE_LINES)
-def test_three_lines(kinds, tmp_path):
+@pytest.mark.parametrize(
+    "kinds",
+    THREE_LINES,
+    ids=["-".join(f"{kind}{driven}" for kind, driven in kinds) for kinds in THREE_LINES],
+)
+def test_modes_are_complete_for_three_line_platforms(kinds, tmp_path):
     generator = np.random.default_rng(7)
     platform = drawn_platform(generator, kinds)
-    robot = planar_modes.derived(platform, tmp_path, ("modes",))
+    robot = planar.derived(platform, tmp_path, ("modes",))
     modes = 0
     for q in platform.q + generator.uniform(-0.2, 0.2, (2, 3)):
-        row = planar_modes.compared(robot, platform, q, generator, STARTS)
+        row = planar.compared(robot, platform, q, generator, STARTS)
         assert (row.missed, row.wrong, row.unsure) == (0, 0, False)
         modes += row.modes
     assert modes >= 2
 
 
 @pytest.mark.parametrize("first", range(0, len(SEVERAL), 3))
-def test_every_inverse_of_every_leg(first, tmp_path):
+def test_ik_planar_contains_every_newton_leg_solution(first, tmp_path):
     generator = np.random.default_rng(first)
     platform = drawn_platform(generator, SEVERAL[first : first + 3])
-    robot = planar_modes.derived(platform, tmp_path, ("actuators_all",))
+    robot = planar.derived(platform, tmp_path, ("actuators_all",))
     poses = platform.pose + generator.uniform(-0.1, 0.1, (3, 3))
     q, valid, _ = robot.ik_planar(poses)
     counted = 0

@@ -55,7 +55,7 @@ def well_theta(theta1, angles):
 
 @pytest.mark.parametrize("theta1", [0.0, 30.0])
 @pytest.mark.parametrize("time", WELL)
-def test_cylinders_and_joints_of_the_well_manipulator(time, theta1):
+def test_well_manipulator_cylinders_and_joints_match_paper(time, theta1):
     r = robot("well_manipulator")
     angles, lengths, swings = WELL[time]
     q, theta = well_q(theta1, lengths), well_theta(theta1, angles)
@@ -69,7 +69,7 @@ def test_cylinders_and_joints_of_the_well_manipulator(time, theta1):
     assert passive == pytest.approx(swings, abs=2 * HALF)
 
 
-def test_the_tool_of_the_well_manipulator():
+def test_well_manipulator_tool_position_matches_paper():
     r = robot("well_manipulator")
     angles, _, _ = WELL[0]
     for theta1, R, printed in (
@@ -86,7 +86,7 @@ def test_the_tool_of_the_well_manipulator():
     assert r.fk(q)[:3, 0] == pytest.approx([0, 0, -1], abs=1e-12)
 
 
-def test_rates_of_stage_4():
+def test_well_manipulator_stage_4_rates_match_paper():
     """Joint rates in the initial position that sum to zero: the tool moves and does not turn."""
     r = robot("well_manipulator")
     printed = np.array([3.794155491, -4.300606998, 0.506451507])
@@ -97,8 +97,10 @@ def test_rates_of_stage_4():
     assert start + 10 * printed == pytest.approx(end, abs=2e-8)
 
 
-@pytest.mark.parametrize(("time", "height"), [(25, 1020.0), (37, 1020.0 - 2166.0)])
-def test_the_tool_stands_upright_over_the_well(time, height):
+@pytest.mark.parametrize(
+    ("time", "height"), [(25, 1020.0), (37, 1020.0 - 2166.0)], ids=["25 s", "37 s"]
+)
+def test_well_manipulator_tool_pose_over_well_matches_paper(time, height):
     """0_R_7 as printed; angles of 1e-8 degrees over 3 m are 5e-7 mm."""
     r = robot("well_manipulator")
     T = r.fk(r.actuators(well_theta(0.0, WELL[time][0])))
@@ -106,7 +108,7 @@ def test_the_tool_stands_upright_over_the_well(time, height):
     assert T[:3, :3] == pytest.approx(np.array([[0, 1, 0], [0, 0, -1], [-1, 0, 0]]), abs=1e-9)
 
 
-def test_rates_after_27_s():
+def test_well_manipulator_rates_after_27_s_match_paper():
     r = robot("well_manipulator")
     printed = np.array([-8.284193124, -1.926209727, 10.210402851])
     cylinders = np.array([14.716898778, 1.634283733, -29.628184448])
@@ -206,7 +208,7 @@ MOVED_ALONG = {(0, 0): 1.0, (1, 1): 1.0, (5, 3): 1.0, (7, 5): 1.0}
 
 
 @pytest.mark.parametrize("case", BOARDS)
-def test_cases_of_the_board_installer(case):
+def test_board_installer_matches_paper_cases(case):
     q, chain, T, J, slopes = (np.array(x) if isinstance(x, list) else x for x in BOARDS[case])
     r = robot("board_installer")
     D = np.zeros((8, 6))
@@ -237,7 +239,7 @@ def screw_exp(xi, theta):
     return T
 
 
-def test_the_arm_of_the_board_installer_only_translates():
+def test_board_installer_arm_only_translates():
     """exp(xi2 th2) ... exp(xi5 th5) = Trans(k r (cos q3 - 1) - (k - 1) q2, 0, k r sin q3)."""
     r = robot("board_installer")
     L1, L2, k, z_G, g0, crank = 1.0, 1.2, 5, 0.54, -0.2, 0.16
@@ -259,7 +261,7 @@ def test_the_arm_of_the_board_installer_only_translates():
         np.testing.assert_allclose(arm, expected, atol=1e-14)
 
 
-def test_the_whole_chain_of_the_board_installer_by_its_screws():
+def test_board_installer_fk_matches_product_of_exponentials():
     r = robot("board_installer")
     z_W, x_W = 1.54, 1.0
     x6, z_C = x_W + 0.1, z_W - 0.3
@@ -305,7 +307,7 @@ LEGS = {
 
 
 @pytest.mark.parametrize("name", LEGS)
-def test_both_angles_of_every_leg(name):
+def test_planar_leg_angles_match_published_values(name):
     pose = [0.02, 0.05, 0.0]
     q, valid, _ = robot(name).ik_planar(pose)
     assert valid.all()
@@ -316,7 +318,7 @@ def test_both_angles_of_every_leg(name):
             assert (apart < 0.6e-8).sum() == 4
 
 
-def test_both_modes_of_the_planar_platform():
+def test_planar_platform_modes_match_published_values():
     r = robot("planar_3rrr")
     q = np.radians([legs[0] for legs in LEGS["planar_3rrr"]])
     x, valid = r.fk_planar_all(q)
@@ -337,7 +339,7 @@ AREAS = {
 
 
 @pytest.mark.parametrize(("name", "degrees"), AREAS)
-def test_areas_of_constant_orientation(name, degrees):
+def test_constant_orientation_area_matches_published_value(name, degrees):
     """Poses that all legs reach, counted on a grid: the border's length times its width is off."""
     step = 0.0015
     x = np.arange(-0.25, 0.25, step)
@@ -351,7 +353,7 @@ def test_areas_of_constant_orientation(name, degrees):
 INCH = 0.0254
 
 
-def test_motors_of_the_gantry():
+def test_gantry_position_is_motor_angle_times_radius():
     r = robot("bricklaying_gantry")
     radii = np.array([0.01, 0.01, 0.015])
     q = np.random.default_rng(2).uniform(r.lower, r.upper, (100, 3))
@@ -379,8 +381,10 @@ EXACT = [
 ]
 
 
-@pytest.mark.parametrize(("x", "y", "theta", "r", "omega"), EXACT)
-def test_drop_spots_of_the_gantry(x, y, theta, r, omega):
+@pytest.mark.parametrize(
+    ("x", "y", "theta", "r", "omega"), EXACT, ids=[f"{x} in, {y} in" for x, y, *_ in EXACT]
+)
+def test_gantry_drop_positions_match_paper(x, y, theta, r, omega):
     """Motors that bring the guide to a spot: its polar coordinates, and the rate over 20 s."""
     gantry = robot("bricklaying_gantry")
     names = [joint.name for joint in gantry.chain_joints]
@@ -391,7 +395,7 @@ def test_drop_spots_of_the_gantry(x, y, theta, r, omega):
     assert np.arctan2(tip[1], tip[0]) / 20 == pytest.approx(omega, abs=PRINTED_9)
 
 
-def test_the_planar_arm_of_the_gantry():
+def test_bricklaying_planar_arm_reaches_paper_target():
     """Lengths 7, 5 and 5 inch to (11, 8), the last along the line to the target."""
     r = robot("bricklaying_planar")
     line, distance = np.arctan2(8, 11), np.sqrt(185) - 5

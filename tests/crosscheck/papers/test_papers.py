@@ -26,14 +26,14 @@ LYNXMOTION = {
 }
 
 
-def test_photo_robot_returns_the_pose_in_the_world_frame():
+def test_photo_robot_fk_matches_paper_in_world_frame():
     robot = chasles.load("photo_robot")
     assert robot.functions["fk"].outputs[0].name == "T_w_ee"
     for q, T_w_ee in PHOTO_ROBOT.items():
         assert np.abs(robot.fk(q) - np.array(T_w_ee)).max() <= PRINTED_9
 
 
-def test_photo_robot_without_the_world_frame():
+def test_photo_robot_world_frame_times_paper_pose_equals_fk():
     """(12) leaves A0 out; A0 of (3) times (12) is what the robot returns."""
     A0 = np.array([[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
     T_0_ee = [
@@ -47,8 +47,8 @@ def test_photo_robot_without_the_world_frame():
     assert np.abs(T_w_ee - A0 @ np.array(T_0_ee)).max() <= PRINTED_9
 
 
-@pytest.mark.parametrize("degrees", LYNXMOTION)
-def test_lynxmotion(degrees):
+@pytest.mark.parametrize("degrees", LYNXMOTION, ids=lambda degrees: " ".join(map(str, degrees)))
+def test_lynxmotion_position_and_pitch_match_paper(degrees):
     position, pitch = LYNXMOTION[degrees]
     T = chasles.load("lynxmotion").fk([*np.radians(degrees), 0.0])
     assert np.abs(T[:3, 3] - np.array(position)).max() <= PRINTED_9
@@ -56,7 +56,7 @@ def test_lynxmotion(degrees):
     assert np.degrees(np.arcsin(T[2, 2])) == pytest.approx(pitch, abs=1e-9)
 
 
-def test_lynxmotion_limits_are_those_of_table_1_3():
+def test_lynxmotion_limits_match_table_1_3():
     robot = chasles.load("lynxmotion")
     expected = [(-90, 90), (30, 150), (-135, 45), (-150, 30)]
     found = np.degrees(np.stack([robot.lower, robot.upper], axis=1))

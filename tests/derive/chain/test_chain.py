@@ -30,12 +30,12 @@ def shaped(robot):
     return found, [group for group in angles if group]
 
 
-def test_parallel_axes_share_one_angle():
+def test_parallel_axes_sum_their_joint_angles():
     _, angles = shaped(load(ROBOTS / "ur5e.toml"))
     assert angles == [[q[0]], [q[1], q[1] + q[2], q[1] + q[2] + q[3]], [q[4]], [q[5]]]
 
 
-def test_an_antiparallel_axis_counts_backwards_in_its_group():
+def test_antiparallel_axis_enters_angle_sum_with_negative_sign():
     found, angles = shaped(load(ROBOTS / "scara.toml"))
     assert angles == [[q[0], q[0] + q[1], q[0] + q[1] - q[3]]]
     (group,) = found
@@ -43,13 +43,13 @@ def test_an_antiparallel_axis_counts_backwards_in_its_group():
     assert [slide.joint for station in group.stations for slide in station.slides] == [2]
 
 
-def test_right_angles_are_permutations_and_other_offsets_join_the_angle():
+def test_right_angle_tilts_are_exact_and_offsets_join_joint_angle():
     found, angles = shaped(load(ROBOTS / "panda.toml"))
     assert angles[-1] == [q[6] - sp.pi / 4]
     assert {abs(entry) for group in found for entry in group.tilt} == {0, 1}
 
 
-def test_offsets_join_the_angle_and_full_turns_leave_no_trace():
+def test_zero_offsets_join_angle_sums_and_full_revolutions_cancel():
     joints = []
     for k, theta in enumerate((sp.pi / 3, 2 * sp.pi, -sp.pi / 2, sp.pi / 6)):
         row = dh("revolute", a=ONE, alpha=ZERO, d=ZERO, theta=theta)
@@ -62,7 +62,7 @@ def test_offsets_join_the_angle_and_full_turns_leave_no_trace():
     assert (four - sum(q[:4])) % (2 * sp.pi) == 0
 
 
-def test_directions_slides_and_screws_in_a_group():
+def test_group_keeps_signs_of_prismatic_and_helical_joints():
     """Base to tool: turn, slide along the axis, turn back, screw, all parallel or antiparallel."""
     row = {"a": ONE, "d": ZERO, "theta": ZERO}
     joints = (
@@ -89,7 +89,7 @@ def test_directions_slides_and_screws_in_a_group():
     ]
 
 
-def test_a_slide_behind_an_antiparallel_axis_points_the_other_way():
+def test_prismatic_joint_after_antiparallel_axis_is_reversed():
     row = {"a": ONE, "d": ZERO, "theta": ZERO}
     joints = (
         Joint("turn", "revolute", *dh("revolute", alpha=sp.pi, **row)),
@@ -104,7 +104,7 @@ def test_a_slide_behind_an_antiparallel_axis_points_the_other_way():
     assert tool.orientation == ((1, 0, 0), (0, -1, 0), (0, 0, -1))
 
 
-def test_every_shipped_robot_has_the_groups_of_its_data_sheet():
+def test_shipped_robots_have_parallel_axis_groups_of_data_sheet():
     """Joints by runs of parallel axes, read off the drawings."""
     runs = {
         "bricklaying_planar": [[0, 1, 2]],
@@ -159,7 +159,7 @@ def test_the_groups_multiply_to_the_orientation_of_the_tool():
     assert checked == len(NAMES)
 
 
-def test_an_axis_turned_back_is_parallel_again():
+def test_axis_rotated_back_joins_parallel_group():
     """Two tilts that cancel, in a URDF's detour: the numbers are multiplied, then recognised."""
     half = sp.pi / 2
     first = urdf("revolute", xyz=(ZERO, ZERO, ZERO), rpy=(half, ZERO, ZERO), axis=(ZERO, ONE, ZERO))
@@ -183,7 +183,7 @@ def test_an_axis_turned_back_is_parallel_again():
     assert angles == [[q[0], q[0] + q[1]]]
 
 
-def test_a_follower_adds_its_leader():
+def test_mimic_joint_adds_scaled_leader_angle():
     row = {"alpha": ZERO, "d": ZERO, "theta": ZERO}
     joints = (
         Joint("a", "revolute", *dh("revolute", a=ONE, **row)),
@@ -193,7 +193,7 @@ def test_a_follower_adds_its_leader():
     assert angles == [[q[0], q[0] / 2]]
 
 
-def test_a_tilt_by_a_parameter_keeps_its_group_even_at_a_right_angle():
+def test_tilt_by_named_parameter_separates_groups_even_at_zero():
     """Its value may change, so its structure may not be read off the value."""
     alpha = sp.Symbol("alpha", real=True)
     from chasles.derive import Parameter

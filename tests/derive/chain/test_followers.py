@@ -27,8 +27,12 @@ def followed(chain, laws):
     return replace(robot, joints=tuple(joints))
 
 
-@pytest.mark.parametrize(("chain", "laws"), CHAINS)
-def test_every_pose_has_the_configuration_that_made_it(chain, laws):
+@pytest.mark.parametrize(
+    ("chain", "laws"),
+    CHAINS,
+    ids=lambda value: "+".join(value) if isinstance(value, dict) else None,
+)
+def test_ik_with_mimic_joints_recovers_generating_configuration(chain, laws):
     found = derive(followed(chain, laws))
     fk, ik = (Function(found.function(name)) for name in ("fk", "ik"))
     n = len(found.robot.coordinates)
@@ -45,7 +49,7 @@ def test_every_pose_has_the_configuration_that_made_it(chain, laws):
     assert not answers.valid.all()
 
 
-def test_the_article_and_the_words_say_that_the_followers_are_free():
+def test_article_and_explanation_state_that_mimic_joints_are_free():
     robot = followed(*CHAINS[0])
     files = artifacts(robot)
     (article,) = (text for name, text in files.items() if name.endswith("latex/inverse.tex"))
@@ -53,10 +57,10 @@ def test_the_article_and_the_words_say_that_the_followers_are_free():
     assert "j4 follows another joint, and is free in these steps" in str(explain(robot))
 
 
-def test_a_part_of_a_motion_is_not_followed_back():
+def test_fractional_mimic_multiplier_has_no_analytic_inverse():
     assert "follows another joint" in explain(followed("R+R=R=R", {"j3": ("j2", "1/2", 0)})).line
 
 
-def test_a_free_chain_that_moves_behind_a_pose_has_no_inverse():
+def test_redundant_chain_with_mimic_joint_has_no_analytic_inverse():
     robot = followed("R/R/R/R/R/R/R", {"j4": ("j3", 1, 0)})
     assert "follows another joint" in explain(robot).line

@@ -55,7 +55,7 @@ at = ["0.01", "0.03", "0.07"]
 UNLOADED = MIXED.partition("[[masses]]")[0]
 
 
-def test_derivatives_are_those_of_the_pose():
+def test_sag_derivatives_match_automatic_differentiation_of_pose():
     check(loads(MIXED))
 
 
@@ -89,7 +89,7 @@ def generalized_gravity(robot, q):
 
 
 @pytest.mark.parametrize("text", [MIXED, sagging_ur5e('[1, 2, "-9.5"]')], ids=["mixed", "ur5e"])
-def test_torques(text):
+def test_compliance_columns_match_pinocchio_gravity_torques(text):
     robot = loads(text)
     derived, functions = functions_of(robot)
     p = nominal(derived)
@@ -105,7 +105,7 @@ def test_torques(text):
         assert_allclose(by_compliance[:, compliant], expected, atol=1e-11)
 
 
-def test_a_rigid_robot_has_no_compliance(tmp_path):
+def test_robot_without_gravity_has_no_compliance_parameters(tmp_path):
     path = tmp_path / "ur5e.toml"
     path.write_text(sagging_ur5e())
     sagging = load(path)
@@ -128,18 +128,19 @@ def test_a_rigid_robot_has_no_compliance(tmp_path):
             "a mass",
         ),
     ],
+    ids=["unknown link", "no mass", "unknown key", "mass as length"],
 )
-def test_wrong_masses_are_named(old, new, expected):
+def test_invalid_mass_entries_raise_specific_errors(old, new, expected):
     with pytest.raises(DescriptionError, match=expected):
         loads(MIXED.replace(old, new))
 
 
-def test_gravity_alone_pulls_nothing():
+def test_gravity_without_masses_is_rejected():
     with pytest.raises(DescriptionError, match="masses"):
         loads(UNLOADED)
 
 
-def test_masses_of_a_robot_in_python():
+def test_point_mass_on_unknown_link_is_rejected():
     robot = loads(MIXED)
     with pytest.raises(RobotError, match="nowhere"):
         type(robot)(robot.name, robot.joints, load=Load((PointMass("nowhere", 1, (0, 0, 0)),)))

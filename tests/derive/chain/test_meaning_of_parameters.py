@@ -15,8 +15,8 @@ from chasles.derive.chain.poe import placement_matrix
 from chasles.derive.description.conventions import CONVENTIONS
 from chasles.derive.model.mechanism import Strut
 from chasles.derive.model.placements import Rotation, rotation, translation
-from tests.derive.loops.parametric.test_parametric_loops import EVERY, loops_of, nominal, reference
 from tests.support.derivations import ROBOTS
+from tests.support.loops.parametric import EVERY, loops_of, nominal, reference
 
 UNITS = {
     **dict.fromkeys(("x", "y", "z", "shift_x", "shift_y", "length"), "m"),
@@ -144,7 +144,7 @@ def units(parameters):
 
 
 @pytest.mark.parametrize("name", CHAINS)
-def test_poses_of_chains_far_from_nominal(name):
+def test_parametric_fk_matches_numpy_product_far_from_nominal(name):
     robot = CHAINS[name]()
     derived, functions = functions_of(robot)
     found, random = derived.geometry.parameters, np.random.default_rng(7)
@@ -189,7 +189,7 @@ def end(closer, side, at, frames, mechanism):
 
 
 @pytest.mark.parametrize("name", EVERY)
-def test_poses_and_equations_of_loops_far_from_nominal(name):
+def test_parametric_loop_pose_and_residuals_match_numpy_matrices(name):
     loops, functions = loops_of(name)
     mechanism, found = loops.hybrid.mechanism, loops.geometry.parameters
     assert len(list(units(found))) > 8

@@ -22,7 +22,7 @@ def written_out(terms, expression):
     return terms.spelled(expression)
 
 
-def test_the_chain_rule_through_terms():
+def test_tangent_applies_chain_rule_through_named_terms():
     terms = Terms({L: sp.Rational(1, 2)})
     c, s = terms.cos_sin(a + b)
     u = terms.let(L * c + b**2)
@@ -34,7 +34,7 @@ def test_the_chain_rule_through_terms():
     assert float((found - expected).subs(point)) == pytest.approx(0, abs=1e-14)
 
 
-def test_what_is_not_given_stands_still():
+def test_symbols_without_rate_are_constant():
     terms = Terms({})
     u = terms.let(sp.cos(a) * b)
     assert Tangent(terms, {}).of(u) == 0
@@ -42,7 +42,7 @@ def test_what_is_not_given_stands_still():
     assert Tangent(terms, {b: bd}).of(sp.Integer(3)) == 0
 
 
-def test_rates_are_named_once():
+def test_repeated_rates_reuse_named_terms():
     terms = Terms({})
     u = terms.let(a**2 + b)
     tangent = Tangent(terms, {a: ad, b: bd})
@@ -53,7 +53,7 @@ def test_rates_are_named_once():
     assert len(terms.definitions) == count
 
 
-def test_a_solved_angle_turns_by_its_loop_s_rate():
+def test_solved_angle_is_differentiated_through_its_loop_rate():
     """Its cosine and sine, and those of sums with it, follow; the atan2 is not differentiated."""
     terms = Terms({})
     angle = terms.solved_angle(
@@ -89,7 +89,7 @@ def kernel(h, arguments, values):
 
 
 @pytest.mark.parametrize("name", MECHANISMS)
-def test_two_derivatives_through_solved_loops(name):
+def test_first_and_second_loop_derivatives_match_casadi(name):
     h = Hybrid(MECHANISMS[name]())
     names = [v.name for v in h.variables]
     values = h.named(h.forward, names)
@@ -114,7 +114,7 @@ def test_two_derivatives_through_solved_loops(name):
         )
 
 
-def test_a_four_bar_s_rates_at_30_digits():
+def test_four_bar_derivatives_match_freudenstein_in_mpmath():
     """The rocker by Freudenstein's half angle, differentiated by mpmath."""
     h = Hybrid(four_bar())
     loops = h.forward.loops

@@ -72,7 +72,7 @@ def check_functions(derived, functions):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_shipped_robots(name):
+def test_parametric_functions_match_nominal_and_casadi_derivatives(name):
     check_functions(*shipped(name))
 
 
@@ -103,11 +103,11 @@ def drawn(convention, seed):
 
 
 @pytest.mark.parametrize("convention", CONVENTIONS, ids=lambda convention: convention.name)
-def test_every_convention_and_kind_of_joint(convention):
+def test_parametric_derivatives_match_casadi_in_every_convention(convention):
     check(drawn(convention, 3))
 
 
-def test_joints_of_placements_alone_named_parameters_fixed_and_mimic_joints():
+def test_parametric_derivatives_match_casadi_with_fixed_and_mimic_joints():
     h = Parameter("h", "0.4")
     joints = (
         Joint("a", "revolute", translation(0, 0, h.symbol)),
@@ -119,7 +119,7 @@ def test_joints_of_placements_alone_named_parameters_fixed_and_mimic_joints():
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_corrections_of_axes_and_tool_are_complete_and_minimal(name):
+def test_axis_and_tool_parameters_are_complete_and_minimal(name):
     robot = load(ROBOTS / f"{name}.toml")
     if len(robot.moving) != len(robot.coordinates):
         pytest.skip("a coordinate moves several joints, whose axes cannot be told apart")
@@ -138,7 +138,7 @@ def test_corrections_of_axes_and_tool_are_complete_and_minimal(name):
     assert np.linalg.matrix_rank(J[:, chosen], tol=1e-9) == rank
 
 
-def test_they_are_derived_on_demand_alone():
+def test_parametric_functions_are_derived_only_on_request():
     robot = load(ROBOTS / "scara.toml")
     assert not {f.name for f in derive(robot).functions} & set(PARAMETRIC)
     assert derive(robot).geometry is None

@@ -60,7 +60,7 @@ def volume(J):
 
 
 @pytest.mark.parametrize("name", [*SQUARE, *ON_SHELF])
-def test_the_product_is_the_determinant(name):
+def test_factor_product_equals_jacobian_determinant(name):
     robot = loaded(name)
     q, J = coordinates(robot), jacobian(robot)
     found = in_numbers(robot, product(determinant(robot, q)))
@@ -69,7 +69,7 @@ def test_the_product_is_the_determinant(name):
         assert abs(abs(found(posture)) - expected) <= TEN_DIGITS * max(1.0, expected)
 
 
-def test_the_textbook_factors_of_a_ur():
+def test_ur5e_determinant_has_textbook_factors():
     q = coordinates(robot := loaded("ur5e"))
     a2, a3, d5 = (sp.Symbol(name, real=True) for name in ("a2", "a3", "d5"))
     shoulder = a2 * sp.cos(q[1]) + a3 * sp.cos(q[1] + q[2]) + d5 * sp.sin(q[1] + q[2] + q[3])
@@ -99,14 +99,15 @@ def test_the_textbook_factors_of_a_ur():
             },
         ),
     ],
+    ids=["irb6640", "ur5e"],
 )
-def test_words_say_how_the_axes_stand(name, meanings):
+def test_explanation_describes_axis_geometry_of_each_factor(name, meanings):
     robot = loaded(name)
     q = coordinates(robot)
     assert {words(robot, q, (factor,)) for factor, _ in determinant(robot, q).factors} == meanings
 
 
-def test_a_factor_at_zero_is_a_singular_posture():
+def test_zero_of_wrist_factor_is_a_singular_configuration():
     robot = loaded("irb6640")
     q, J = coordinates(robot), jacobian(robot)
     wrist = next(f for f, _ in determinant(robot, q).factors if f == sp.sin(q[4]))
@@ -131,7 +132,7 @@ joints = [
 
 
 @pytest.mark.parametrize("angles", ["pi/2 pi/4 -pi/6", "11*pi/36 pi/3 pi/2", "pi/2 pi/7 pi/9"])
-def test_constant_turns_by_any_exact_angle(angles):
+def test_determinant_factors_with_arbitrary_exact_twist_angles(angles):
     first, second, third = angles.split()
     text = TURNED.format(first=first, second=second, third=third)
     robot = chasles.derive.loads(text, "arm.toml")
@@ -144,7 +145,7 @@ def test_constant_turns_by_any_exact_angle(angles):
         assert abs(abs(found(posture)) - expected) <= TEN_DIGITS
 
 
-def test_the_four_conditions_of_a_spherical_shoulder_and_wrist():
+def test_iiwa14_has_four_textbook_singularity_conditions():
     """Kreutz-Delgado, Long and Seraji 1992, for seven joints."""
     robot = loaded("iiwa14")
     q = coordinates(robot)
@@ -163,7 +164,7 @@ def on_conditions(robot, found):
 
 
 @pytest.mark.parametrize("name", [*SEVERAL, *SQUARE[:3], "crx10ia"])
-def test_conditions_lose_rank_and_others_do_not(name):
+def test_jacobian_loses_rank_only_on_singularity_conditions(name):
     robot = loaded(name)
     q, J = coordinates(robot), jacobian(robot)
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
@@ -176,7 +177,7 @@ def test_conditions_lose_rank_and_others_do_not(name):
 
 
 @pytest.mark.parametrize("name", SEVERAL)
-def test_singular_postures_found_in_numbers_meet_a_condition(name):
+def test_numerically_found_singularities_satisfy_a_condition(name):
     """Newton's iteration finds no singular posture that the conditions miss."""
     robot = loaded(name)
     q = coordinates(robot)
@@ -190,7 +191,7 @@ def test_singular_postures_found_in_numbers_meet_a_condition(name):
 
 
 @pytest.mark.parametrize("name", ["panda", "jaco2", "photo_robot", "gen3"])
-def test_postures_in_numbers_where_there_are_no_short_factors(name):
+def test_arms_without_short_factors_print_singular_configurations(name):
     robot = loaded(name)
     page = Page.of(chasles.derive.derive(robot, ["fk"]))
     printed = printed_singularities(robot, page.equations.notation)
@@ -205,7 +206,7 @@ def test_postures_in_numbers_where_there_are_no_short_factors(name):
 
 
 @pytest.mark.parametrize("name", ["panda", "xarm7"])
-def test_the_determinant_with_the_given_joint_held(name):
+def test_determinant_with_last_joint_fixed_matches_six_columns(name):
     """Of the other six columns, in numbers; one of its factors has half the angle in both parts."""
     robot = loaded(name)
     page = Page.of(chasles.derive.derive(robot, ["ik"]))
@@ -228,7 +229,7 @@ RANK_LOST = (94015, 94041, 94048, 94092, 94122, 94131, 94138)
 
 
 @pytest.mark.parametrize("seed", RANK_LOST)
-def test_arms_that_are_singular_in_every_configuration(seed):
+def test_page_states_rank_of_arms_singular_in_every_configuration(seed):
     robot = chasles.derive.loads(round_arm(seed), "arm.toml")
     page = Page.of(chasles.derive.derive(robot, ["fk"]))
     q, J = coordinates(robot), jacobian(robot)
@@ -241,7 +242,7 @@ def test_arms_that_are_singular_in_every_configuration(seed):
     assert f"its {len(q)} columns" in said
 
 
-def test_arms_with_full_rank_somewhere():
+def test_full_rank_arms_get_no_rank_statement():
     drawn = [chasles.derive.loads(round_arm(seed), "arm.toml") for seed in range(94000, 94015)]
     few = [robot for robot in drawn if len(robot.moving) <= 4]
     assert len(few) >= 4
@@ -279,11 +280,11 @@ def test_a_mill_is_nowhere_singular():
 
 
 @pytest.mark.parametrize("name", [*SQUARE, *SEVERAL])
-def test_arms_with_singular_postures_do_not_claim_to_have_none(name):
+def test_arms_with_singularities_are_not_reported_as_regular(name):
     assert not Page.of(chasles.derive.derive(loaded(name), ["fk"])).singular.is_regular
 
 
-def test_words_count_the_axes_of_the_whole_arm():
+def test_singularity_text_numbers_axes_of_the_whole_arm():
     page = Page.of(chasles.derive.derive(loaded("photo_robot"), ["ik"]))
     assert [k for k, q in enumerate(page.equations.notation.q) if q in page.singular.held] == [0, 3]
     # The slides 1 and 4 are held: the first turn is axis 2, the wrist has axes 6, 7 and 8.
@@ -294,7 +295,7 @@ def test_words_count_the_axes_of_the_whole_arm():
     }
 
 
-def test_a_length_behind_all_axes_may_be_where_they_are_seen_from():
+def test_conditions_of_arm_without_spherical_wrist_are_singular():
     """Without the turn of A5 no axes of the wrist meet, and only the tool has the length d7."""
     text = (Path(chasles.derive.__file__).parent / "robots" / "iiwa14.toml").read_text()
     turned = 'd = "d5"\nalpha = -90\n'

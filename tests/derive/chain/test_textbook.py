@@ -28,7 +28,7 @@ def matrix(derived, name):
     return sp.Matrix(*function.outputs[0].shape, entries)
 
 
-def test_planar_arm():
+def test_planar_arm_fk_and_jacobians_match_spong():
     """Spong, Hutchinson and Vidyasagar, the elbow manipulator in the plane."""
     derived = derive(planar_arm())
     c1, s1, c12, s12 = sp.cos(q1), sp.sin(q1), sp.cos(q1 + q2), sp.sin(q1 + q2)
@@ -56,7 +56,7 @@ def test_planar_arm():
     assert (matrix(derived, "jacobian_space") - J_space).expand() == sp.zeros(6, 2)
 
 
-def test_derivatives_of_the_planar_arm():
+def test_planar_arm_derivatives_match_symbolic_differentiation():
     derived = derive(planar_arm())
     qd, qdd = sp.symbols("qd1:3", real=True), sp.symbols("qdd1:3", real=True)
     J = matrix(derived, "jacobian_mixed")
@@ -110,7 +110,7 @@ def test_a_screw_arm_is_the_product_of_its_exponentials():
     assert difference.applyfunc(lambda e: sp.simplify(sp.expand(e))) == sp.zeros(6, 3)
 
 
-def test_ur5e_position_as_printed():
+def test_ur5e_position_matches_hawkins_closed_form():
     """Hawkins, Analytic inverse kinematics for the UR, 2013: the position in closed form."""
     derived = derivation("ur5e")
     d1, la2, la3, d4, d5, d6 = (p.symbol for p in derived.robot.parameters)
@@ -128,7 +128,7 @@ def test_ur5e_position_as_printed():
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_every_function_is_there(name):
+def test_shipped_robots_derive_all_functions_in_order(name):
     names = tuple(function.name for function in derivation(name).functions)
     assert names[: len(FUNCTIONS)] == FUNCTIONS
     assert all(n.startswith("ik") or n == "swivel" for n in names[len(FUNCTIONS) :])

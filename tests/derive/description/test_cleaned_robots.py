@@ -44,7 +44,7 @@ def numbers(robot):
     return {places([number]): (number.found, number.taken) for number in robot.cleaning.numbers}
 
 
-def test_all_changes_are_listed_and_the_robot_has_the_exact_numbers():
+def test_noise_removal_lists_all_changes_and_stores_exact_numbers():
     text = ARM.format(theta="0.3")
     robot = loads(text)
     assert numbers(robot) == {
@@ -67,7 +67,7 @@ def test_all_changes_are_listed_and_the_robot_has_the_exact_numbers():
     )
 
 
-def test_exact_files_stay_and_every_file_does_where_its_word_is_taken():
+def test_exact_files_and_exact_option_keep_numbers_as_written():
     text = ARM.format(theta="0.3")
     as_written = loads(text, exact=True)
     assert as_written.cleaning.numbers == as_written.notes == ()
@@ -79,7 +79,7 @@ def test_exact_files_stay_and_every_file_does_where_its_word_is_taken():
     assert repr(loads(exact)) == repr(loads(text)).replace(repr(loads(text).notes), "()")
 
 
-def test_the_same_number_is_the_same_everywhere():
+def test_equal_numbers_are_snapped_alike_in_every_field():
     robot = loads(ARM.format(theta="3.1416"))
     assert dict(robot.joints[1].given)["theta"] == dict(robot.joints[1].given)["alpha"] == sp.pi
     assert "3.1416 taken as pi: alpha, theta of bend" in robot.notes
@@ -148,7 +148,7 @@ def distances(one, other):
     return mpmath.norm(one[:3, 3] - other[:3, 3]), 2 * mpmath.asin(turned)
 
 
-def test_the_bound_holds_in_every_convention_and_is_no_idle_one():
+def test_pose_error_bound_holds_and_is_tight_in_every_convention():
     shares, conventions = [], set()
     with mpmath.workdps(30):
         for seed in range(60):
@@ -191,8 +191,9 @@ def test_equal_robots_have_no_pose_error():
         ('a = "0.4"', "a = 290", 'units = { length = "mm" } or, if it is meant so, "m"'),
         ('"0.20249999999999999"', "290", "parameters.d1: expected a length of at most 20 m"),
     ],
+    ids=["angle", "angle hint", "length", "length hint", "parameter"],
 )
-def test_numbers_that_fit_another_unit_are_refused_without_a_unit(old, new, words):
+def test_implausible_numbers_without_stated_unit_are_rejected(old, new, words):
     text = ARM.format(theta="0.3")
     assert old in text
     with pytest.raises(DescriptionError) as caught:
@@ -200,7 +201,7 @@ def test_numbers_that_fit_another_unit_are_refused_without_a_unit(old, new, word
     assert words in str(caught.value)
 
 
-def test_a_stated_unit_is_believed():
+def test_stated_unit_allows_implausible_lengths():
     text = ARM.format(theta="0.3").replace('a = "0.4"', "a = 2900")
     stated = text.replace("[parameters]", 'units = { length = "m" }\n[parameters]')
     assert dict(loads(stated).joints[1].given)["a"] == 2900
@@ -217,7 +218,7 @@ URDF = """\
 """
 
 
-def test_limits_that_may_be_in_degrees_are_questioned(tmp_path):
+def test_urdf_limits_that_look_like_degrees_get_a_note(tmp_path):
     path, asked = tmp_path / "r.urdf", "joint j: limits of -180 and 180 rad: are they in degrees?"
     for limit, notes in (("3.1", ()), ("180", (asked,))):
         text = URDF.format(x="0.3", yaw="0").replace("continuous", "revolute")
@@ -233,8 +234,9 @@ def test_limits_that_may_be_in_degrees_are_questioned(tmp_path):
         ("0.29", "90", ("joint j: an angle of 90 rad: is it in degrees?",)),
         ("2e-4", "1.2", ("all lengths together are 0.0004 m: are they in another unit?",)),
     ],
+    ids=["plausible", "millimeters", "degrees", "tiny"],
 )
-def test_files_that_cannot_state_units_are_read_with_a_note(tmp_path, x, yaw, notes):
+def test_implausible_urdf_lengths_and_angles_get_a_note(tmp_path, x, yaw, notes):
     path = tmp_path / "r.urdf"
     path.write_text(URDF.format(x=x, yaw=yaw))
     assert from_urdf(path).notes == notes

@@ -11,14 +11,14 @@ a, d, e = sp.symbols("a d e", real=True)
 ZERO, ONE, HALF = sp.Integer(0), sp.Integer(1), sp.pi / 2
 
 
-def test_well_manipulator_6():
+def test_mdh5_matches_equation_6_of_well_manipulator_paper():
     b, c, alpha, theta = sp.symbols("b c alpha theta", real=True)
     ca, sa, ct, st = sp.cos(alpha), sp.sin(alpha), sp.cos(theta), sp.sin(theta)
     printed = [[ct, -st, 0, a], [ca * st, ca * ct, -sa, b], [sa * st, sa * ct, ca, c], [0, 0, 0, 1]]
     assert equal(motion_matrix("mdh5", theta, a=a, b=b, c=c, alpha=alpha), sp.Matrix(printed))
 
 
-def test_well_manipulator_8():
+def test_hayati5_matches_equation_8_of_well_manipulator_paper():
     alpha, beta, theta = sp.symbols("alpha beta theta", real=True)
     Rx, Ry, Rz = (sp.rot_ccw_axis1, sp.rot_ccw_axis2, sp.rot_ccw_axis3)
     R = Rx(alpha) * Ry(beta)
@@ -29,7 +29,7 @@ def test_well_manipulator_8():
     assert equal(found, printed)
 
 
-def test_photographic_robot_1():
+def test_dh_matches_equation_1_of_photo_robot_paper():
     alpha, theta, r, length = sp.symbols("alpha theta r l", real=True)
     ca, sa, ct, st = sp.cos(alpha), sp.sin(alpha), sp.cos(theta), sp.sin(theta)
     printed = [
@@ -41,7 +41,7 @@ def test_photographic_robot_1():
     assert equal(motion_matrix("dh", theta, a=length, alpha=alpha, d=r), sp.Matrix(printed))
 
 
-def test_photographic_robot_2():
+def test_s_model_matches_equation_2_of_photo_robot_paper():
     alpha, beta, theta, x, y, z = sp.symbols("alpha beta theta x y z", real=True)
     ca, sa, cb, sb = sp.cos(alpha), sp.sin(alpha), sp.cos(beta), sp.sin(beta)
     ct, st = sp.cos(theta), sp.sin(theta)
@@ -67,7 +67,7 @@ def test_photographic_robot_2():
     assert equal(motion_matrix("s_model", theta, **given), sp.Matrix(printed))
 
 
-def test_craig():
+def test_mdh_matches_craig_matrix():
     alpha, theta = sp.symbols("alpha theta", real=True)
     ca, sa, ct, st = sp.cos(alpha), sp.sin(alpha), sp.cos(theta), sp.sin(theta)
     printed = [
@@ -79,7 +79,7 @@ def test_craig():
     assert equal(motion_matrix("mdh", theta, a=a, alpha=alpha, d=d), sp.Matrix(printed))
 
 
-def test_hayati():
+def test_hayati_matches_product_of_rotations_in_its_source():
     alpha, beta, theta = sp.symbols("alpha beta theta", real=True)
     Rx, Ry, Rz = (sp.rot_ccw_axis1, sp.rot_ccw_axis2, sp.rot_ccw_axis3)
     printed = sp.eye(4)
@@ -88,7 +88,7 @@ def test_hayati():
     assert equal(motion_matrix("hayati", theta, a=a, alpha=alpha, beta=beta), printed)
 
 
-def test_photographic_robot_3_to_12():
+def test_photo_robot_fk_equals_product_of_printed_matrices():
     """The shipped robot is the product of the printed matrices, A0 included; (11) turns back."""
     q = sp.symbols("q1:9", real=True)
     r10, r2, l3, r40, r6 = (p.symbol for p in load(ROBOTS / "photo_robot.toml").parameters)
@@ -119,7 +119,7 @@ def test_photographic_robot_3_to_12():
     assert difference == sp.zeros(4, 4)
 
 
-def test_urdf_origin():
+def test_urdf_origin_and_axis_follow_specification():
     """Roll, pitch, yaw as in the URDF specification: fixed axes x, y, z."""
     roll, pitch, yaw, theta = sp.symbols("r p y theta", real=True)
     cr, sr, cp, sp_ = sp.cos(roll), sp.sin(roll), sp.cos(pitch), sp.sin(pitch)
@@ -140,7 +140,7 @@ def test_urdf_origin():
     assert equal(found, about_y)
 
 
-def test_rodrigues():
+def test_poe_joint_matches_rodrigues_formula():
     """A turn about any axis through any point: Rodrigues' formula, Lynch and Park, 3.2."""
     theta = sp.Symbol("theta", real=True)
     checked = 0
@@ -158,7 +158,7 @@ def test_rodrigues():
 
 
 @pytest.mark.parametrize("convention", BY_NAME)
-def test_a_prismatic_joint_slides_along_z_where_the_convention_says(convention):
+def test_prismatic_joint_translates_along_axis_of_its_convention(convention):
     """With all angles general: the derivative by the coordinate is the slot's own axis."""
     angles = iter(sp.symbols("u v w", real=True))
     fields = BY_NAME[convention].fields

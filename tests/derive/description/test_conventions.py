@@ -70,13 +70,13 @@ MECHANISM = {
 }
 
 
-def test_all_conventions_are_here():
+def test_mechanism_is_defined_in_every_convention():
     assert set(MECHANISM) == set(BY_NAME)
     assert len(BY_NAME) == len(CONVENTIONS)
 
 
 @pytest.mark.parametrize(("one", "other"), list(combinations(MECHANISM, 2)))
-def test_every_convention_against_every_other(one, other):
+def test_conventions_agree_pairwise_on_pose_and_screws(one, other):
     first, second = robot(*MECHANISM[one]), robot(*MECHANISM[other])
     assert equal(product(first), product(second))
     S_first, M_first = to_poe(first)
@@ -86,12 +86,12 @@ def test_every_convention_against_every_other(one, other):
 
 
 @pytest.mark.parametrize("convention", MECHANISM)
-def test_the_derived_equations_are_the_plain_product(convention):
+def test_derived_fk_equals_product_in_every_convention(convention):
     described = robot(*MECHANISM[convention])
     assert equal(derived_fk(described), product(described))
 
 
-def test_conventions_mixed_in_one_chain():
+def test_mixed_conventions_give_the_same_fk():
     mixed = robot(
         MECHANISM["dh"][0],
         joint("s_model", "j2", alpha=HALF, y=d),
@@ -100,7 +100,7 @@ def test_conventions_mixed_in_one_chain():
     assert equal(derived_fk(mixed), product(robot(*MECHANISM["urdf"])))
 
 
-def test_generic_parameters_of_every_convention():
+def test_derived_fk_equals_product_with_symbolic_tilts():
     """Tilts that are symbols: no structure to find, and still the same product."""
     alpha, beta = sp.symbols("alpha beta", real=True)
     angles = (Parameter("alpha", HALF / 3, "angle"), Parameter("beta", HALF / 5, "angle"))
@@ -270,12 +270,12 @@ def spatial(described, kind):
     return loads("[[joints]]".join((before, *joints)))
 
 
-def test_the_second_mechanism_is_in_all_conventions():
+def test_spatial_mechanism_is_defined_in_every_convention():
     assert set(BY_NAME) <= set(SPATIAL)
 
 
 @pytest.mark.parametrize("kind", ["revolute", "prismatic"])
-def test_every_convention_of_the_second_mechanism(kind):
+def test_conventions_agree_on_spatial_mechanism(kind):
     found = {name: spatial(name, kind) for name in SPATIAL}
     products = {name: product(described) for name, described in found.items()}
     models = {
@@ -296,14 +296,14 @@ def test_every_convention_of_the_second_mechanism(kind):
 
 @pytest.mark.parametrize("kind", ["revolute", "prismatic"])
 @pytest.mark.parametrize("described", SPATIAL)
-def test_derived_equations_of_the_second_mechanism(described, kind):
+def test_derived_fk_of_spatial_mechanism_equals_product(described, kind):
     found = spatial(described, kind)
     assert len(found.coordinates) == 3
     assert equal(derived_fk(found), product(found))
 
 
 @pytest.mark.parametrize("described", ["dh", "poe", "urdf with fixed joints"])
-def test_screws_of_the_second_mechanism_make_its_pose(described):
+def test_product_of_exponentials_of_spatial_mechanism_equals_pose(described):
     found = spatial(described, "revolute")
     S, M = to_poe(found)
     T = sp.eye(4)
@@ -312,7 +312,7 @@ def test_screws_of_the_second_mechanism_make_its_pose(described):
     assert equal(T * M, product(found))
 
 
-def test_screws_of_a_helical_joint_make_its_pose():
+def test_product_of_exponentials_with_helical_joint_equals_pose():
     text = FILE.format(convention="mdh", joints=SPATIAL["mdh"])
     before, first, second, third = text.split("[[joints]]")
     second = f'\ntype = "helical"\npitch = "a3/7"{second}'
@@ -325,7 +325,7 @@ def test_screws_of_a_helical_joint_make_its_pose():
     assert sp.expand(pitch) == sp.Symbol("a3", real=True) / 7
 
 
-def test_poe_is_a_file_of_screws_at_zero():
+def test_screw_axis_at_zero_matches_hand_calculation():
     """By hand: the second axis of the mechanism, through (a1, 0, d1) along (0, -sin, cos)."""
     S, _ = to_poe(spatial("dh", "revolute"))
     a1, d1 = sp.symbols("a1 d1", real=True)
@@ -334,7 +334,7 @@ def test_poe_is_a_file_of_screws_at_zero():
     assert equal(S[:, 1], sp.Matrix([*moment, *direction]))
 
 
-def test_a_tilt_that_is_a_parameter_in_every_convention_but_poe():
+def test_conventions_agree_with_symbolic_tilt_parameter():
     """The axes of `poe` are numbers; all others take the tilt of the mechanism as a symbol."""
     found = {}
     for name, joints in SPATIAL.items():
@@ -353,7 +353,7 @@ def test_a_tilt_that_is_a_parameter_in_every_convention_but_poe():
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_derived_equations_of_shipped_robots(name):
+def test_derived_fk_of_shipped_robots_equals_product(name):
     """The product of elementary matrices, at random exact numbers and 30 digits."""
     described = load(ROBOTS / f"{name}.toml")
     (entries,) = derivation(name).function("fk").expanded()

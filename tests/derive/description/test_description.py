@@ -1,12 +1,10 @@
 """Robot files: what they may say, and what is said of those that are wrong."""
 
-import time
-from dataclasses import replace
-
 import pytest
 import sympy as sp
 
 from chasles.derive import DescriptionError, load, loads
+from tests.support.counting import calls_of
 
 ARM = """\
 name = "arm"
@@ -46,7 +44,7 @@ mimic = { joint = "first", multiplier = "-1/2", offset = 45 }
 """
 
 
-def test_a_whole_file():
+def test_robot_file_fields_are_read_with_units():
     robot = loads(ARM)
     first, second, third = robot.joints
     a1, d2, tilt, k = (parameter.symbol for parameter in robot.parameters)
@@ -66,7 +64,7 @@ def test_a_whole_file():
     assert [joint.name for joint in robot.coordinates] == ["first", "second"]
 
 
-def test_units_change_the_numbers_and_not_the_robot():
+def test_robot_is_independent_of_file_units():
     metric = """\
 name = "r"
 convention = "mdh"
@@ -88,7 +86,7 @@ limits = [-180, 180]
     assert loads(metric) == loads(same) == loads(inches)
 
 
-def test_joints_on_one_line_each_and_windows_line_ends(tmp_path):
+def test_byte_order_mark_and_windows_line_endings_are_accepted(tmp_path):
     text = 'name = "r"\nconvention = "dh"\njoints = [\n  { a = 1 },\n  { d = 2 },\n]\n'
     path = tmp_path / "r.toml"
     path.write_bytes(b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode())
@@ -153,8 +151,12 @@ WRONG = [
 ]
 
 
-@pytest.mark.parametrize(("line", "text", "field", "words"), WRONG)
-def test_a_wrong_line(line, text, field, words):
+@pytest.mark.parametrize(
+    ("line", "text", "field", "words"),
+    WRONG,
+    ids=[f"{field}-{words}" for _, _, field, words in WRONG],
+)
+def test_invalid_field_error_names_line_and_field(line, text, field, words):
     lines = ARM.splitlines()
     lines[line - 1] = text
     with pytest.raises(DescriptionError) as caught:
@@ -171,7 +173,7 @@ def test_a_wrong_line(line, text, field, words):
     assert str(error).startswith(f"arm.toml:{expected}: {field}")
 
 
-def test_enough_wrong_lines():
+def test_invalid_field_cases_number_at_least_forty():
     assert len(WRONG) >= 40
 
 
@@ -189,13 +191,25 @@ def test_enough_wrong_lines():
         ('name = "r"\nname = "r"\n', "valid TOML"),
         ("\x00", "valid TOML"),
     ],
+    ids=[
+        "empty",
+        "no joints",
+        "empty joints",
+        "joint not a table",
+        "only fixed",
+        "no convention",
+        "brackets",
+        "digits",
+        "repeated key",
+        "nul",
+    ],
 )
-def test_a_wrong_whole(text, words):
+def test_structurally_invalid_files_are_rejected(text, words):
     with pytest.raises(DescriptionError, match=words):
         loads(text)
 
 
-def test_files_that_cannot_be_read(tmp_path):
+def test_unreadable_files_are_rejected(tmp_path):
     with pytest.raises(DescriptionError, match="a readable file"):
         load(tmp_path / "none.toml")
     with pytest.raises(DescriptionError, match="a readable file"):
@@ -251,8 +265,8 @@ NESTED = [
 ]
 
 
-@pytest.mark.parametrize(("text", "line", "field"), NESTED)
-def test_the_line_of_a_nested_value(text, line, field):
+@pytest.mark.parametrize(("text", "line", "field"), NESTED, ids=[field for _, _, field in NESTED])
+def test_error_in_nested_value_names_its_line(text, line, field):
     with pytest.raises(DescriptionError) as caught:
         loads(HEAD + text + ("" if "joints" in text else "[[joints]]\n"), "r.toml")
     assert (caught.value.line, caught.value.field) == (line, field)
@@ -272,8 +286,19 @@ def test_the_line_of_a_nested_value(text, line, field):
         ("ok = 1\nx = 1e" + "9" * 30 + "\ny = 2", 4),
         ("x = '\x07'\n", 3),
     ],
+    ids=[
+        "repeated key",
+        "repeated table",
+        "no value",
+        "open list",
+        "open text",
+        "brackets",
+        "digits",
+        "exponent",
+        "control character",
+    ],
 )
-def test_the_line_of_what_is_no_toml(text, line):
+def test_toml_syntax_error_names_its_line(text, line):
     with pytest.raises(DescriptionError) as caught:
         loads(HEAD + text)
     assert caught.value.line == line
@@ -286,15 +311,16 @@ def test_the_line_of_what_is_no_toml(text, line):
         ("l = -1\nm = 1", "m*sqrt(l/m)", "not a real number at the parameters' values"),
         ("l = 1\nm = 1e-30", "l*l/m*l/m", "larger than 1e30 at the parameters' values"),
     ],
+    ids=["division by zero", "not real", "too large"],
 )
-def test_parameters_whose_values_make_no_number(parameters, value, words):
+def test_expressions_undefined_at_parameter_values_are_rejected(parameters, value, words):
     with pytest.raises(DescriptionError) as caught:
         loads(f'{HEAD}[parameters]\n{parameters}\n[[joints]]\na = "{value}"\n')
     assert words in str(caught.value)
     assert (caught.value.line, caught.value.field) == (7, "joints[1].a")
 
 
-def test_the_check_of_units_meets_a_division_by_zero_by_chance_alone():
+def test_unit_check_rarely_divides_by_zero():
     text = (
         f'{HEAD}[parameters]\nl = 1\nr = {{ value = 2, unit = "1" }}\n'
         '[[joints]]\na = "l/(r - %s)"\n'
@@ -308,7 +334,11 @@ def test_the_check_of_units_meets_a_division_by_zero_by_chance_alone():
         loads(text % "8928/10007")
 
 
-def test_long_files_are_refused_soon():
+MAX_CALLS_A_CHARACTER = 80
+"""Twice what the densest of these files takes."""
+
+
+def test_long_files_are_refused_in_linear_time():
     comments = "# a name of joints\n" * 20_000
     parameters = "".join(f"p{k} = {k}\n" for k in range(5_000))
     joints = '[[joints]]\na = "p1"\n' * 255 + '[[joints]]\na = "pp"\n'
@@ -318,166 +348,16 @@ def test_long_files_are_refused_soon():
         (f"{HEAD}joints = [\n{'{},' * 256}\n3 ]\n", 3),
         (f"{HEAD}[[joints]]\nlimits = [{'1,' * 100_000}]", 4),
     ):
-        started = time.perf_counter()
-        with pytest.raises(DescriptionError) as caught:
-            loads(text)
-        assert caught.value.line == line
-        assert time.perf_counter() - started < 5
-        assert len(str(caught.value)) < 1000
+        errors = []
 
+        def attempt(text=text, errors=errors):
+            with pytest.raises(DescriptionError) as caught:
+                loads(text)
+            errors.append(caught.value)
 
-METRIC = """\
-name = "metric"
-convention = "hayati5"
-units = { length = "m", angle = "rad" }
-
-[parameters]
-l = { value = "0.3", unit = "m" }
-tilt = "pi/3"
-r = { value = "0.25", unit = "1" }
-h = "0.02"
-turned = "pi/6"
-
-[base]
-xyz = ["0.1", 0, "l + 0.01"]
-rpy = ["pi/2", "tilt - pi", 0]
-
-[[joints]]
-a = "l"
-alpha = "turned"
-limits = ["-pi", "pi/2"]
-
-[[joints]]
-type = "prismatic"
-a = "r*l*cos(tilt + pi/4)"
-d = "2*l - h - 0.05"
-alpha = "atan(1/3) + pi/18"
-limits = [0, "0.75"]
-
-[[joints]]
-type = "helical"
-pitch = "h/2 + 0.001"
-beta = "pi/180"
-
-[[joints]]
-type = "prismatic"
-a = "l*sin(pi/6)"
-mimic = { joint = "joint1", multiplier = "0.036/pi", offset = "0.01" }
-
-[[joints]]
-mimic = { joint = "joint2", multiplier = "5*pi/9", offset = "pi/9" }
-
-[[joints]]
-mimic = { joint = "joint1", multiplier = "-1/2" }
-
-[tool]
-xyz = ["0.0254", 0, 0]
-"""
-MILLIMETRES = """\
-name = "millimetres"
-convention = "hayati5"
-units = { length = "mm", angle = "deg" }
-
-[parameters]
-l = { value = 30, unit = "cm" }
-tilt = 60
-r = { value = "0.25", unit = "1" }
-h = 20
-turned = 30
-
-[base]
-xyz = [100, 0, "l + 10"]
-rpy = [90, "tilt - 180", 0]
-
-[[joints]]
-a = "l"
-alpha = "turned"
-limits = [-180, 90]
-
-[[joints]]
-type = "prismatic"
-a = "r*l*cos(tilt + 45)"
-d = "2*l - h - 50"
-alpha = "atan(1/3) + 10"
-limits = [0, 750]
-
-[[joints]]
-type = "helical"
-pitch = "h/2 + 1"
-beta = 1
-
-[[joints]]
-type = "prismatic"
-a = "l*sin(30)"
-mimic = { joint = "joint1", multiplier = "0.2", offset = 10 }
-
-[[joints]]
-mimic = { joint = "joint2", multiplier = "0.1", offset = 20 }
-
-[[joints]]
-mimic = { joint = "joint1", multiplier = "-1/2" }
-
-[tool]
-xyz = ["25.4", 0, 0]
-"""
-
-
-def test_one_robot_in_two_systems_of_units():
-    """Mixed sums, functions of angles, pitches, followers across kinds: identical but for names."""
-    metric, same = loads(METRIC), loads(MILLIMETRES)
-    for one, other in zip(metric.joints, same.joints, strict=True):
-        assert one == other
-    assert metric.parameters == same.parameters
-    assert metric.base == same.base
-    assert replace(metric, name="r", title="r") == replace(same, name="r", title="r")
-    assert metric.joints[3].mimic.multiplier == sp.Rational(36, 1000) / sp.pi
-
-
-def test_roots_and_arcs_of_lengths_in_two_systems_of_units():
-    """Written differently, so compared as numbers; h has no unit and is a length by its place."""
-    text = """\
-name = "r"
-convention = "dh"
-units = { length = "%s", angle = "%s" }
-[parameters]
-l = { value = 30, unit = "cm" }
-h = { value = 70, unit = "mm" }
-[[joints]]
-alpha = "2*atan2(h, l)"
-d = "sqrt(l**2 - h**2) + %s"
-"""
-    numbers = {sp.Symbol("l", real=True): sp.Rational(5), sp.Symbol("h", real=True): sp.Integer(2)}
-    one, other = (
-        loads(text % units).joints[0] for units in (("m", "rad", "0.02"), ("mm", "deg", "20"))
-    )
-    for field in ("alpha", "d"):
-        first, second = (dict(joint.given)[field].xreplace(numbers) for joint in (one, other))
-        assert abs((first - second).evalf(40)) < sp.Float("1e-38")
-    alpha = 2 * sp.atan2(2, 5)
-    assert dict(one.given)["alpha"].xreplace(numbers) == alpha
-
-
-@pytest.mark.parametrize(
-    ("value", "kind"),
-    [("x", "angle"), ("atan2(x, 3)", "length"), ("atan(x/x)", None), ("sin(x)", "angle")],
-)
-def test_a_parameter_without_unit_is_what_its_first_use_makes_it(value, kind):
-    text = f'{HEAD}[parameters]\nx = 1\n[[joints]]\nalpha = "{value}"\n'
-    if kind == "length":
-        # Its ratio to a plain number changes with the unit of length.
-        with pytest.raises(DescriptionError, match="which this is not if the parameters are"):
-            loads(text)
-    else:
-        assert loads(text).parameters[0].kind == (kind or "length")
-
-
-def test_the_line_inside_a_list_of_lists():
-    text = (
-        'name = "r"\nconvention = "dh"\njoints = [\n  { a = 1 },\n  { a = "x" },\n  { d = 1 },\n]\n'
-    )
-    with pytest.raises(DescriptionError) as caught:
-        loads(text)
-    assert (caught.value.line, caught.value.field) == (5, "joints[2].a")
+        assert calls_of(attempt) < MAX_CALLS_A_CHARACTER * len(text)
+        assert errors[0].line == line
+        assert len(str(errors[0])) < 1000
 
 
 @pytest.mark.parametrize(
@@ -487,13 +367,8 @@ def test_the_line_inside_a_list_of_lists():
         ('limits = [-90, "180/2"]', 'limits = ["-pi", "pi"]'),
         ("rpy = [0, 0, 90]", 'rpy = [0, 0, "pi/2"]'),
     ],
+    ids=["alpha", "limits", "rpy"],
 )
-def test_pi_among_degrees_is_a_slip(old, new):
+def test_pi_in_degree_fields_is_rejected(old, new):
     with pytest.raises(DescriptionError, match='pi belongs to units of "rad"'):
         loads(ARM.replace(old, new))
-
-
-def test_an_axis_must_be_given():
-    text = 'name = "r"\nconvention = "poe"\n[[joints]]\npoint = [1, 0, 0]\n'
-    with pytest.raises(DescriptionError, match="the direction that the joint moves about"):
-        loads(text)

@@ -108,8 +108,8 @@ def bridge(floating=FLOATING, base="fixed"):
 
 
 @pytest.mark.parametrize("base", ["fixed", "revolute"])
-@pytest.mark.parametrize("floating", [WELDED, FLOATING])
-def test_a_bridge_on_two_rails(floating, base):
+@pytest.mark.parametrize("floating", [WELDED, FLOATING], ids=["welded", "floating"])
+def test_bridge_on_two_rails_matches_numeric_closure(floating, base):
     robot = loads(bridge(floating, base))
     hybrid = Hybrid(robot)
     hybrid.check()
@@ -140,19 +140,19 @@ def test_a_bridge_on_two_rails(floating, base):
         assert np.array(kernels["actuators"](theta)).ravel() == pytest.approx(q, abs=1e-11)
 
 
-def test_a_floating_rail_is_a_step_of_guides():
+def test_floating_rail_is_solved_by_a_guides_step():
     hybrid = Hybrid(loads(bridge()))
     assert [type(step) for step in hybrid.forward.steps] == [Guides]
     assert hybrid.forward.steps[0].name(hybrid.mechanism) == "yaw"
 
 
-def test_bearings_that_could_turn_are_no_guides():
+def test_bearings_with_repeated_axis_are_not_guides():
     # With roll and yaw alone the axes are independent, with two rolls they are not.
     twice = FLOATING.replace("axis = [0, 1, 0]", "axis = [1, 0, 0]")
     assert Hybrid(loads(bridge(twice))).forward.open
 
 
-def test_a_wheel_with_teeth_is_a_radius():
+def test_teeth_and_pitch_give_the_drive_radius():
     robot = loads(bridge())
     motor, other = robot.drives
     (n,) = (p.symbol for p in robot.parameters if p.name == "n")
@@ -176,8 +176,12 @@ WRONG = [
 ]
 
 
-@pytest.mark.parametrize(("line", "text", "field", "words"), WRONG)
-def test_wrong_drives_and_assumptions(line, text, field, words):
+@pytest.mark.parametrize(
+    ("line", "text", "field", "words"),
+    WRONG,
+    ids=[f"{field}-{words}" for _, _, field, words in WRONG],
+)
+def test_invalid_drives_and_assumptions_name_their_field(line, text, field, words):
     whole = bridge()
     assert line in whole
     with pytest.raises(DescriptionError) as caught:
@@ -186,7 +190,7 @@ def test_wrong_drives_and_assumptions(line, text, field, words):
     assert words in str(caught.value)
 
 
-def test_assumptions_are_told_and_printed():
+def test_assumed_values_are_noted_and_marked_in_latex():
     robot = loads(bridge())
     assert robot.notes == (
         "assumed, not stated by the source: limits of travel; parameters w; ratios of other",
@@ -202,7 +206,7 @@ def test_assumptions_are_told_and_printed():
     assert r"\ast" not in fragments(derive(stated))["parameters.tex"]
 
 
-def test_a_serial_file_marks_what_it_assumes():
+def test_serial_robot_file_marks_assumed_values():
     text = 'name = "arm"\nconvention = "dh"\n[[joints]]\nname = "j"\na = 1\nlimits = [-1, 1]\n'
     assert loads(text).notes == ()
     assert loads(text + "assumed = true\n").joints[0].assumed == ("limits", "a")
@@ -211,7 +215,7 @@ def test_a_serial_file_marks_what_it_assumes():
     assert r"$\pm 1$\,$^{\ast}$" in fragments(derive(marked))["parameters.tex"]
 
 
-def test_an_unset_cylinder_starts_in_the_middle_of_its_limits():
+def test_cylinder_reference_defaults_to_middle_of_limits():
     text = """
 name = "boom"
 convention = "urdf"

@@ -76,7 +76,7 @@ lean = "atan2(l, l)"
 """
 
 
-def test_a_whole_file():
+def test_mechanism_file_fields_are_read_with_units():
     robot = loads(LOOP)
     (length,) = (p.symbol for p in robot.parameters if p.name == "l")
     assert isinstance(robot, Mechanism)
@@ -103,7 +103,7 @@ def test_a_whole_file():
     assert robot.passive == ("hinge", "lean")
 
 
-def test_a_drive_of_a_slider_has_a_radius():
+def test_drive_of_prismatic_joint_takes_a_radius():
     text = LOOP.replace('joint = "turn"\nratio = "-n"', 'joint = "slide"\nradius = "l/10"')
     robot = loads(text.replace('"jack", "slide"]', '"jack", "turn"]'))
     assert robot.coordinates[0].ratio.xreplace({sp.Symbol("l", real=True): sp.Rational(3, 10)}) == (
@@ -114,7 +114,7 @@ def test_a_drive_of_a_slider_has_a_radius():
 @pytest.mark.parametrize(
     "signs", ["parent", "closures", "rods", "cylinders", "drives", "actuated", "reference"]
 )
-def test_what_makes_a_file_one_with_loops(signs):
+def test_loop_fields_make_the_file_a_mechanism(signs):
     serial = 'name = "r"\nconvention = "dh"\n'
     joints = '[[joints]]\nname = "j"\n'
     assert isinstance(loads(serial + joints), Robot)
@@ -144,7 +144,7 @@ link = "top"
 """
 
 
-def test_a_planar_platform():
+def test_planar_joint_expands_into_three_named_joints():
     extra = 'coordinates = ["u", "v", "turn"]\nlimits = [[-1, 1], [-2, 2], [-90, 90]]\n'
     m = Model(loads(PLATFORM % "planar" + extra))
     assert m.unknown == ["u", "v", "turn"]
@@ -159,7 +159,7 @@ def test_a_planar_platform():
     assert np.allclose(m.tip([0], np.array([0.5, 0.7, 0.3])), expected @ step, atol=1e-15)
 
 
-def test_a_free_platform():
+def test_free_joint_expands_into_six_named_joints():
     m = Model(loads((PLATFORM % "free").replace("rpy = [0, 0, 90]\n", "")))
     assert m.unknown == ["x", "y", "z", "yaw", "pitch", "roll"]
     assert [joint.link for joint in m.mechanism.joints[1:]][-2:] == ["plate_pitch", "top"]
@@ -223,8 +223,12 @@ WRONG = [
 ]
 
 
-@pytest.mark.parametrize(("line", "text", "field", "words"), WRONG)
-def test_a_wrong_line(line, text, field, words):
+@pytest.mark.parametrize(
+    ("line", "text", "field", "words"),
+    WRONG,
+    ids=[f"{field}-{words}" for _, _, field, words in WRONG],
+)
+def test_invalid_mechanism_field_error_names_line_and_field(line, text, field, words):
     lines = LOOP.splitlines()
     lines[line - 1] = text
     with pytest.raises(DescriptionError) as caught:
@@ -237,7 +241,7 @@ def test_a_wrong_line(line, text, field, words):
     assert error.line == elsewhere.get(field, line)
 
 
-def test_enough_wrong_lines():
+def test_invalid_field_cases_number_at_least_thirty():
     assert len(WRONG) >= 30
 
 
@@ -251,8 +255,9 @@ def test_enough_wrong_lines():
         ("limits = [[-1, 1], [2, -2], [0, 1]]", "joints[2].limits[2]", "a lowest below"),
         ("axis = [0, 0, 1]", "joints[2].axis", "one of the fields name, type, parent"),
     ],
+    ids=["few names", "name in use", "repeated name", "one pair", "reversed limits", "axis"],
 )
-def test_a_wrong_platform(extra, field, words):
+def test_invalid_planar_joint_error_names_line_and_field(extra, field, words):
     with pytest.raises(DescriptionError) as caught:
         loads(PLATFORM % "planar" + extra, "p.toml")
     assert (caught.value.field, caught.value.line) == (field, 15)
@@ -260,7 +265,7 @@ def test_a_wrong_platform(extra, field, words):
 
 
 @pytest.mark.parametrize("field", ["closures", "rods", "cylinders", "drives"])
-def test_lists_that_are_none(field):
+def test_mechanism_fields_must_be_lists(field):
     text = f'name = "r"\nconvention = "dh"\nactuated = ["j"]\n{field} = 5\n[[joints]]\nname = "j"\n'
     with pytest.raises(DescriptionError, match=f":4: {field}: expected a list") as caught:
         loads(text)
@@ -294,7 +299,7 @@ def extended(tmp_path, text, parent=PARENT):
     return child
 
 
-def test_a_file_that_extends_another(tmp_path):
+def test_extending_file_overrides_names_and_parameter_values(tmp_path):
     text = (
         'extends = "short.toml"\nname = "long"\ntitle = "Long arm"\n'
         "[parameters]\nl = { value = 450 }\nh = 25\nn = 3\n"
@@ -336,8 +341,21 @@ def test_a_file_that_extends_another(tmp_path):
             *(4, "parameters.l.value", "the parameter's value"),
         ),
     ],
+    ids=[
+        "no name",
+        "number",
+        "missing file",
+        "itself",
+        "bad name",
+        "joints",
+        "parameters",
+        "unknown parameter",
+        "unit",
+        "not a number",
+        "no value",
+    ],
 )
-def test_a_wrong_extension(tmp_path, text, line, field, words):
+def test_invalid_extending_file_error_names_line_and_field(tmp_path, text, line, field, words):
     child = extended(tmp_path, text)
     with pytest.raises(DescriptionError) as caught:
         load(child)
@@ -346,13 +364,13 @@ def test_a_wrong_extension(tmp_path, text, line, field, words):
     assert words in str(caught.value)
 
 
-def test_what_is_wrong_with_the_extended_file_is_said_of_it(tmp_path):
+def test_error_in_extended_file_names_that_file(tmp_path):
     child = extended(tmp_path, 'extends = "short.toml"\nname = "l"\n', PARENT + "alpha = true\n")
     with pytest.raises(DescriptionError, match=r"short.toml:15: joints\[1\].alpha"):
         load(child)
 
 
-def test_an_extension_is_due_where_the_other_file_changed(tmp_path):
+def test_change_of_extended_file_makes_output_stale(tmp_path):
     child = extended(tmp_path, 'extends = "short.toml"\nname = "long"\n')
     folder = tmp_path / "out" / "long"
     folder.mkdir(parents=True)

@@ -46,16 +46,16 @@ AT_A_METRE = Fraction(1, 10**9)
         ("1/3", "1/3"),
     ],
 )
-def test_noise_of_lengths(found, taken):
+def test_length_noise_is_removed_and_intended_digits_stay(found, taken):
     assert without_noise(R(found), AT_A_METRE) == R(taken)
 
 
-def test_noise_is_judged_by_the_longest_length():
+def test_noise_threshold_scales_with_longest_length():
     assert without_noise(R("4.2e-7"), Fraction(1, 10**6)) == 0
     assert without_noise(R("4.2e-10"), Fraction(1, 10**12)) == R("4.2e-10")
 
 
-def test_short_decimals_come_back_from_noise():
+def test_short_decimals_are_recovered_from_noise():
     dice = random.Random(1)
     for _ in range(2000):
         length = R(dice.randint(-(10**5), 10**5), 10**5)
@@ -63,7 +63,7 @@ def test_short_decimals_come_back_from_noise():
         assert without_noise(noisy, AT_A_METRE) == length
 
 
-def test_long_decimals_stay():
+def test_long_decimals_are_rarely_changed():
     dice = random.Random(2)
     texts = [f"{dice.uniform(-1, 1):.{dice.randint(6, 17)}f}" for _ in range(3000)]
     changed = [text for text in texts if without_noise(R(text), AT_A_METRE) != R(text)]
@@ -109,12 +109,13 @@ def test_long_decimals_stay():
         ("0.001", R("0.001")),
         ("0.0000073464", R("0.0000073464")),
     ],
+    ids=str,
 )
-def test_angles(found, taken):
+def test_rounded_angles_snap_to_fractions_of_pi(found, taken):
     assert exact_angle(R(found)) == taken
 
 
-def test_exact_angles_stay():
+def test_exact_angles_are_unchanged():
     atan, degree = sp.atan(R(3, 4)), sp.pi / 180
     for angle in (sp.pi / 2, 33 * degree, sp.pi / 7, atan, sp.pi / 2 + R(1, 100), sp.S.Zero):
         assert exact_angle(angle) == angle
@@ -122,7 +123,7 @@ def test_exact_angles_stay():
     assert exact_angle(R("89.9999") * degree) == R("89.9999") * degree
 
 
-def test_multiples_of_fifteen_degrees_come_back_from_their_digits():
+def test_multiples_of_fifteen_degrees_are_recovered_from_digits():
     checked = 0
     for twelfths in range(-30, 31):
         angle = sp.pi * twelfths / 12
@@ -136,7 +137,7 @@ def test_multiples_of_fifteen_degrees_come_back_from_their_digits():
     assert checked > 61 * 14 * 2 - 20
 
 
-def test_parts_of_a_rounded_pi_are_parts_of_pi():
+def test_fractions_of_rounded_pi_become_fractions_of_pi():
     dice = random.Random(5)
     for _ in range(400):
         digits = dice.randint(4, 12)
@@ -149,7 +150,7 @@ def test_parts_of_a_rounded_pi_are_parts_of_pi():
 
 
 @pytest.mark.parametrize("places", [2, 3, 4, 6, 9])
-def test_few_random_angles_are_taken_for_exact_ones(places):
+def test_random_angles_are_rarely_snapped(places):
     dice = random.Random(places)
     angles = [R(f"{dice.uniform(-6, 6):.{places}f}") for _ in range(2000)]
     taken = [angle for angle in angles if exact_angle(angle) != angle]
@@ -182,13 +183,14 @@ def vector(text):
         ("0.87 0.5 0", (R("0.87"), R("0.5"), 0)),
         ("0 0 0", (0, 0, 0)),
     ],
+    ids=lambda value: value if isinstance(value, str) else str(tuple(value)),
 )
-def test_directions(found, taken):
+def test_rounded_directions_snap_to_exact_unit_vectors(found, taken):
     assert exact_direction(vector(found)) == taken
 
 
 @pytest.mark.parametrize("digits", [4, 7, 16])
-def test_exact_directions_come_back_from_their_digits(digits):
+def test_exact_directions_are_recovered_from_digits(digits):
     checked = 0
     for named, numbers in exact_directions():
         direction = named.exact
@@ -202,7 +204,7 @@ def test_exact_directions_come_back_from_their_digits(digits):
     assert checked > 600
 
 
-def test_random_directions_stay_and_parallel_ones_stay_parallel():
+def test_random_directions_stay_and_scaled_copies_align_equally():
     dice = random.Random(3)
     stayed = 0
     for _ in range(300):
@@ -217,7 +219,7 @@ def test_random_directions_stay_and_parallel_ones_stay_parallel():
     assert stayed > 270
 
 
-def test_axes_are_aligned_to_all_digits():
+def test_align_z_reproduces_axes_to_24_digits():
     dice = random.Random(4)
     axes = [tuple(R(f"{dice.gauss(0, 1):.9f}") for _ in range(3)) for _ in range(50)]
     axes += [direction.exact for direction, _ in exact_directions()[::7]] + [(R(1), R(2), R(3))]
@@ -231,7 +233,7 @@ def test_axes_are_aligned_to_all_digits():
             assert abs(sp.N(a, 40) - sp.N(b, 40) / length) < 1e-24
 
 
-def test_numbers_are_shown_as_files_write_them():
+def test_numbers_are_printed_as_written_in_files():
     for text in ("0.2025", "-1.5708", "0.20249999999999999", "6.123e-17", "-2e-9", "12", "1e-7"):
         assert written(R(text)) == text
     assert written(sp.pi * R("89.5") / 180) == "89.5 deg"

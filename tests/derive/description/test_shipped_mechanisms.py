@@ -54,13 +54,13 @@ SHIPPED = {
 }
 
 
-def test_every_shipped_robot_with_loops_is_here():
+def test_every_shipped_mechanism_is_covered():
     names = [path.stem for path in [*ROBOTS.glob("*.toml"), *ROBOTS.glob("shelf/*.toml")]]
     assert sorted(SHIPPED) == sorted(n for n in names if isinstance(mechanism(n), Mechanism))
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_names(name):
+def test_shipped_mechanisms_have_expected_coordinate_names(name):
     coordinates, chain, passive = (tuple(names.split()) for names in SHIPPED[name])
     robot = mechanism(name)
     assert robot.name == name
@@ -136,8 +136,10 @@ WELL = [
 ]
 
 
-@pytest.mark.parametrize(("angles", "lengths", "swings"), WELL)
-def test_states_of_the_well_manipulator(angles, lengths, swings):
+@pytest.mark.parametrize(
+    ("angles", "lengths", "swings"), WELL, ids=[f"state{k}" for k in range(1, len(WELL) + 1)]
+)
+def test_well_manipulator_passive_joints_match_printed_states(angles, lengths, swings):
     m = model("well_manipulator")
     l1, l2, l3, l4 = np.array(lengths) / 1000
     q = np.array([0, l1, l2, 0, l3, 0, l4])
@@ -149,7 +151,7 @@ def test_states_of_the_well_manipulator(angles, lengths, swings):
     assert found == pytest.approx(swings, abs=1e-6)
 
 
-def test_the_tool_of_the_well_manipulator():
+def test_well_manipulator_tool_position_matches_paper():
     m = model("well_manipulator")
     u = m.closed(m.q, m.u)
     R = 1000 * m.tip(m.q, u)[:3, 3]
@@ -179,8 +181,10 @@ BOARDS = [
 ]
 
 
-@pytest.mark.parametrize(("q", "chain", "tip"), BOARDS)
-def test_cases_of_the_board_installer(q, chain, tip):
+@pytest.mark.parametrize(
+    ("q", "chain", "tip"), BOARDS, ids=[f"case{k}" for k in range(1, len(BOARDS) + 1)]
+)
+def test_board_installer_chain_and_tool_match_printed_cases(q, chain, tip):
     m = model("board_installer")
     u, _ = m.followed(q)
     values = m.values(q, u)
@@ -198,8 +202,9 @@ def test_cases_of_the_board_installer(q, chain, tip):
         ("planar_3rrr", [78.52393138, 176.46904472, -29.82437852]),
         ("planar_3rrr_170", [92.25700039, -168.79837185 + 360, -8.8931441]),
     ],
+    ids=["130 mm", "170 mm"],
 )
-def test_the_planar_robot_reaches_the_pose_of_its_inverse(name, legs):
+def test_planar_3rrr_reaches_pose_of_its_inverse_solution(name, legs):
     m = model(name)
     u, held = m.followed(np.radians(legs))
     assert held > HELD
@@ -208,7 +213,7 @@ def test_the_planar_robot_reaches_the_pose_of_its_inverse(name, legs):
     )
 
 
-def test_the_couplers_make_two_planar_robots():
+def test_planar_3rrr_variants_differ_only_in_coupler_and_reference():
     short, long = mechanism("planar_3rrr"), mechanism("planar_3rrr_170")
     lengths = [{p.name: p.value for p in robot.parameters}["L"] for robot in (short, long)]
     assert lengths == [sp.Rational(13, 100), sp.Rational(17, 100)]
@@ -218,7 +223,7 @@ def test_the_couplers_make_two_planar_robots():
     assert [p.meaning for p in long.parameters] == [p.meaning for p in short.parameters]
 
 
-def test_the_motors_of_the_gantry():
+def test_gantry_motor_angles_give_expected_tool_position():
     robot = mechanism("bricklaying_gantry")
     m = model("bricklaying_gantry")
     q = np.array([10.0, 20.0, 4.0])
@@ -235,7 +240,7 @@ def test_the_motors_of_the_gantry():
     assert list(robot.followers) == ["motor_y_second"]
 
 
-def test_the_gantry_has_the_links_and_joints_of_its_paper():
+def test_gantry_link_joint_and_freedom_counts_match_paper():
     """N = 14, j = 15, sum f = 15, two loops: no constraint repeats another, and three freedoms."""
     robot, m = mechanism("bricklaying_gantry"), model("bricklaying_gantry")
     bodies, joints = len(robot.bodies), len(robot.joints) + len(robot.closures)

@@ -46,13 +46,13 @@ def conventions(robot):
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_axes_and_home_pose_stay(name):
+def test_suited_conventions_keep_axes_and_home_pose(name):
     robot = chain(load(ROBOTS / f"{name}.toml"))
     for found, expected in zip(screws_and_home(suited(robot)), screws_and_home(robot), strict=True):
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-16)
 
 
-def test_a_file_of_lines():
+def test_auto_convention_keeps_kinematics_of_axis_lines():
     robot = loads(AUTO)
     assert conventions(robot) == ["mdh", "mdh", "hayati5", "mdh", "hayati5"]
     plain = loads(AUTO.replace('"auto"', '"poe"'))
@@ -62,21 +62,21 @@ def test_a_file_of_lines():
     assert [joint.direction for joint in robot.joints] == [1, 1, -1, 1, 1]
 
 
-def test_known_arms_get_the_textbooks_conventions():
+def test_known_arms_get_textbook_conventions():
     ur5e = suited(load(ROBOTS / "ur5e.toml"))
     assert conventions(ur5e) == ["mdh", "mdh", "hayati5", "hayati5", "mdh", "mdh"]
     well = suited(chain(load(ROBOTS / "well_manipulator.toml")))
     assert conventions(well) == ["mdh", "mdh", "hayati5", "mdh", "mdh", "mdh", "mdh"]
 
 
-def test_distances_and_angles_between_axes():
+def test_adjacent_axes_of_ur5e_have_expected_distances_and_angles():
     pairs = neighbours(load(ROBOTS / "ur5e.toml"))
     assert [pair.distance for pair in pairs[1:]] == [0, 0.425, 0.3922, 0, 0]
     right = np.pi / 2
     np.testing.assert_allclose([pair.angle for pair in pairs[1:]], [right, 0, 0, right, right])
 
 
-def test_it_belongs_to_a_whole_file_of_a_serial_robot():
+def test_auto_convention_is_rejected_per_joint_and_for_loops():
     with pytest.raises(DescriptionError, match="convention"):
         loads(AUTO.replace('"auto"', '"poe"').replace("point = [0, 0, 300]", 'convention = "auto"'))
     loops = (ROBOTS / "four_bar.toml").read_text().replace('"urdf"', '"auto"')

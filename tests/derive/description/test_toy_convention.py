@@ -81,13 +81,13 @@ def is_zero(M):
     return M.applyfunc(lambda e: sp.expand(sp.expand(e, trig=True))) == sp.zeros(*M.shape)
 
 
-def test_a_robot_file_in_the_toy_convention_is_derived():
+def test_fk_in_custom_convention_matches_hand_calculation():
     robot = loads(FILE, conventions=WITH_TOY)
     (entries,) = derive(robot, ["fk"]).function("fk").expanded()
     assert is_zero(sp.Matrix(4, 4, entries) - by_hand())
 
 
-def test_the_article_prints_the_table_and_the_link_transform():
+def test_article_prints_table_and_transform_of_custom_convention():
     robot = loads(FILE, conventions=WITH_TOY)
     table = fragments(derive(robot))["parameters.tex"]
     assert "In the toy convention," in table
@@ -99,7 +99,7 @@ def test_the_article_prints_the_table_and_the_link_transform():
     assert r"3 & slide & P & $0$ & $0.05$ & $q_{3} + 0.02$ & $0$ & -- \\" in table
 
 
-def test_only_the_call_that_is_handed_the_toy_knows_it(tmp_path):
+def test_custom_convention_is_known_only_to_its_call(tmp_path):
     path = tmp_path / "toy_arm.toml"
     path.write_text(FILE)
     assert load(path, WITH_TOY).joints[0].convention is toy
@@ -108,14 +108,14 @@ def test_only_the_call_that_is_handed_the_toy_knows_it(tmp_path):
     assert toy not in CONVENTIONS
 
 
-def test_a_wrong_field_is_named():
+def test_unknown_field_of_custom_convention_is_named():
     with pytest.raises(DescriptionError, match=r"joints\[1\].alpha: expected one of the fields"):
         loads(FILE.replace("twist = 30", "alpha = 30"), conventions=WITH_TOY)
     with pytest.raises(RobotError, match="'toy' has no field alpha; its fields are reach, twist"):
         toy("revolute", alpha=0)
 
 
-def test_a_robot_with_loops_takes_it_too():
+def test_mechanism_file_accepts_custom_convention():
     text = FILE.replace("[parameters]", 'actuated = ["shoulder", "elbow", "slide"]\n[parameters]')
     robot = loads(text, conventions=WITH_TOY)
     assert isinstance(robot, Mechanism)
@@ -123,13 +123,13 @@ def test_a_robot_with_loops_takes_it_too():
     assert is_zero(sp.Matrix(4, 4, entries) - by_hand())
 
 
-def test_a_joint_moves_by_a_turn_about_or_a_shift_along_z():
+def test_joint_motion_must_be_rotation_or_translation_along_z():
     fields = (Field("spin", "angle"),)
     with pytest.raises(RobotError, match="'spin' is neither"):
         of_transform("no", fields, rotation("x", spin), source="", words="", turning="spin")
 
 
-def test_a_convention_that_is_no_product_of_motions():
+def test_custom_convention_with_vector_fields_is_derived_and_printed():
     """Euler angles z, y, x and a position, then the motion about a direction of numbers."""
 
     def place(kind, *, at, zyx, along):

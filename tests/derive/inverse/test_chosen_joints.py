@@ -13,7 +13,7 @@ SEEDS = (1, 13, 14, 22, 135, 155)
 """Arms that nobody chose, some with turning joints given in between."""
 
 
-def test_no_random_pose_is_lost_where_joints_are_given_by_chance():
+def test_ik_with_random_fixed_joints_solves_every_random_pose():
     asked = between = 0
     for seed in SEEDS:
         for case in cases_for_given(random_arm(seed), seed):
@@ -33,7 +33,7 @@ def derived(name, *give):
     return derive(load(ROBOTS / f"{name}.toml"), ["ik"], give=give)
 
 
-def test_the_inputs_are_the_given_joints():
+def test_fixed_joints_become_function_inputs():
     well = derived("well_manipulator", "l_MN", "theta2", "l_HI")
     assert [a.name for a in well.function("ik").inputs] == ["T", "theta2", "l_HI", "l_MN"]
     assert well.inverse.classification.give == (1, 3, 5)
@@ -59,7 +59,8 @@ def test_the_inputs_are_the_given_joints():
         ("board_installer", ("waist",), "loops couple the joints of its main chain; ik_numeric"),
         ("ur5e", ("elbow",), "can be given: wrist_3; ik_numeric with lock finds one solution"),
     ],
+    ids=["panda", "scara", "iiwa14", "well_manipulator", "board_installer", "ur5e"],
 )
-def test_an_error_names_the_joints_that_can_be_given(name, give, message):
+def test_error_states_which_joints_can_be_fixed(name, give, message):
     with pytest.raises(RobotError, match=message):
         derived(name, *give)

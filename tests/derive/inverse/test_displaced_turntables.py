@@ -30,7 +30,7 @@ def drawn(seed):
     return displaced(ARM, size, seed)
 
 
-def test_the_axes_of_the_nominal_arm_are_at_right_angles():
+def test_nominal_arm_has_the_exact_structure():
     checked = 0
     for seed in SEEDS:
         robot = drawn(seed)
@@ -45,7 +45,7 @@ def test_the_axes_of_the_nominal_arm_are_at_right_angles():
 
 
 @pytest.mark.parametrize("seed", [91, 92])
-def test_the_configuration_is_among_the_solutions(seed, tmp_path):
+def test_ik_of_displaced_arm_recovers_generating_configuration(seed, tmp_path):
     robot = drawn(seed)
     arm = compiled(robot, tmp_path / robot.name, ("fk", "fk_jacobian_mixed", "ik"))
     q = np.random.default_rng(seed).uniform(-np.pi, np.pi, (5000, 5))

@@ -39,19 +39,19 @@ def solutions(equation):
 
 
 @pytest.mark.parametrize("equation", EQUATIONS, ids=str)
-def test_solutions_solve(equation):
+def test_solutions_satisfy_their_equation(equation):
     found = solutions(equation)
     assert len(found) == (2 if isinstance(equation, Linear | LineAndSphere) else 1)
     assert all(abs(left_side(equation, x)) < 1e-14 for x in found)
 
 
 @pytest.mark.parametrize("equation", EQUATIONS, ids=str)
-def test_the_mirror_image_has_the_opposite_solutions(equation):
+def test_mirrored_equation_has_negated_solutions(equation):
     assert all(abs(left_side(equation.mirrored, -x)) < 1e-14 for x in solutions(equation))
 
 
 @pytest.mark.parametrize(("kind", "count"), [(LoopOfThree, 21), (TwoEllipses, 10)])
-def test_coefficients_are_put_back_where_they_came_from(kind, count):
+def test_coefficients_round_trip_through_equation(kind, count):
     symbols = sp.symbols(f"x:{count}")
     x = list(symbols)
     if kind is LoopOfThree:

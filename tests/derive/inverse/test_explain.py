@@ -24,7 +24,7 @@ def arm(lifts):
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_every_robot_is_explained(name):
+def test_explanation_states_structure_or_missing_inverse(name):
     found = explained(name)
     text = str(found)
     if found.inverses is None:
@@ -68,20 +68,20 @@ limits = ["0.6", 1]
 """
 
 
-def test_a_chain_that_no_error_made_is_not_called_as_built():
+def test_distant_structure_is_reported_with_its_angle_deviation():
     assert explain(loads(TELESCOPE)).line == (
         "no closed-form inverse: nearest is parallel axes, which asks that axes turn, tilt and "
         "reach are parallel (off by 90 deg)"
     )
 
 
-def test_a_ram_has_an_inverse():
+def test_slider_crank_explanation_states_its_inverse():
     assert explained("slider_crank").line == (
         "inverse of the main chain: joints that a pose determines one by one, at most 2 solutions"
     )
 
 
-def test_lines_without_an_inverse():
+def test_explanation_names_actuator_that_does_not_move_the_tool():
     text = (ROBOTS / "five_bar.toml").read_text().replace("[reference]", ASIDE)
     found = explain(loads(text.replace('"right"]', '"right", "aside"]'), "five_bar.toml"))
     assert found.line == "no closed-form inverse: the tool on left_coupler does not move with aside"
@@ -98,7 +98,7 @@ def test_lines_without_an_inverse():
         ("scara", "parallel axes", 2),
     ],
 )
-def test_structure_and_count(name, structure, most):
+def test_explanation_states_structure_and_solution_count(name, structure, most):
     found = explained(name)
     assert found.most_solutions == most
     assert f"Structure: {structure}.\n" in str(found)
@@ -107,7 +107,7 @@ def test_structure_and_count(name, structure, most):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_every_joint_has_its_step(name):
+def test_explanation_has_a_step_for_every_joint(name):
     """A joint is given, found by a step of its own, or what is left of a sum."""
     found = explained(name)
     if found.inverses.written or not found.inverses.functions:
@@ -118,7 +118,7 @@ def test_every_joint_has_its_step(name):
         assert given or f" {joint.name}, by " in text or f"{joint.name} follows from " in text, text
 
 
-def test_steps_tell_their_signs_and_degenerate_cases():
+def test_explanation_states_signs_and_degenerate_cases():
     text = str(explained("ur5e"))
     assert text.count("Two solutions, sign ") == 3
     assert "Two solutions, sign 3 of 3; they meet at the boundary" in text
@@ -130,7 +130,7 @@ def test_steps_tell_their_signs_and_degenerate_cases():
     )
 
 
-def test_what_is_missing_is_measured():
+def test_explanation_measures_deviation_from_nearest_structure():
     text = str(explain(arm((0.2, 0.1, 0.3, 0.1, 0.2, 0.1))))
     missed = (
         r"No structure gives a closed form: nearest is .* \(off by \d[\d.]* (mm|mrad|deg)\)\.\n"
@@ -142,7 +142,7 @@ def test_what_is_missing_is_measured():
     assert "read from the tool" in table
 
 
-def test_distances_of_places_are_lengths():
+def test_deviation_of_nearly_meeting_axes_is_a_length():
     """Axes 5 and 6 are 100 mm apart, each 50 mm from the point that is nearest to both."""
     text = str(explain(arm((0.2, 0.1, 0.3, 0.1, 0.0, 0.1))))
     rows = [line for line in text.splitlines() if line.startswith("  axes joint5 and joint6 ")]
@@ -150,7 +150,7 @@ def test_distances_of_places_are_lengths():
     assert all(row.endswith(" 50 mm") for row in rows)
 
 
-def test_mechanisms_tell_how_their_actuators_follow():
+def test_mechanism_explanation_lists_actuator_steps():
     assert "through the loops in 4 steps" in str(explained("excavator"))
     text = str(explained("stewart_gough"))
     assert text.startswith("Stewart-Gough platform\n======================\n\nFreedoms: 6, ")
@@ -162,7 +162,7 @@ def test_mechanisms_tell_how_their_actuators_follow():
     assert explained("excavator").line.startswith("inverse of the main chain: a turntable")
 
 
-def test_a_general_arm_says_so():
+def test_general_arm_explanation_states_solution_method():
     text = str(explained("jaco2"))
     assert "ik(T): at most 16 solutions in 16 slots, by the roots of a determinant." in text
     assert (

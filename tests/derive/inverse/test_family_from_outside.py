@@ -157,7 +157,7 @@ def configurations(count=200):
     return rng.uniform(-1, 1, (count, 4)) * [3.0, 0.3, 0.3, 3.0]
 
 
-def test_no_file_but_the_list_names_a_family():
+def test_only_the_family_list_imports_family_modules():
     room = Path(chasles.derive.__file__).parent
     names = {path.stem for path in (room / "inverse/families").glob("*.py")}
     names -= {"__init__", "family"}
@@ -168,12 +168,12 @@ def test_no_file_but_the_list_names_a_family():
     assert naming == {"__init__.py"}
 
 
-def test_the_first_family_that_fits_is_taken(derivation):
+def test_first_matching_family_is_selected(derivation):
     assert derivation.inverse.classification.found.family is CYLINDRICAL
     assert derive(ARM).inverse.classification.found.family in FAMILIES
 
 
-def test_its_steps_are_generated_compiled_and_called(arm):
+def test_compiled_ik_of_custom_family_recovers_configuration(arm):
     q = configurations()
     found = arm.ik(arm.fk(q))
     assert found.q.shape == (200, 2, 4)
@@ -184,7 +184,7 @@ def test_its_steps_are_generated_compiled_and_called(arm):
     assert np.abs(difference).max(axis=-1).min(axis=-1).max() < 1e-9
 
 
-def test_its_task_and_its_function_are_offered(arm):
+def test_custom_family_adds_its_task_and_function(arm):
     q = configurations()
     wanted = np.column_stack([arm.fk(q)[:, :3, 3], q[:, 3]])
     found = arm.ik_position_yaw(wanted)
@@ -196,7 +196,7 @@ def test_its_task_and_its_function_are_offered(arm):
     np.testing.assert_allclose(arm.height(q) - arm.height(0 * q), q[:, 1], atol=1e-15)
 
 
-def test_its_words_are_in_the_explanation():
+def test_explanation_contains_text_of_custom_family():
     text = str(explain(ARM, (CYLINDRICAL, *FAMILIES)))
     assert f"Structure: {TITLE}." in text
     assert "joints 2 and 3 slide, the others turn: holds" in text
@@ -204,7 +204,7 @@ def test_its_words_are_in_the_explanation():
     assert "ik_position_yaw(x): at most 2 solutions" in text
 
 
-def test_its_words_and_equations_are_in_the_article(derivation):
+def test_article_contains_text_and_equations_of_custom_family(derivation):
     text = fragments(derivation)["inverse.tex"]
     assert rf"\emph{{{TITLE}}}" in text
     assert "position of the tool, wrist angle" in text
@@ -214,7 +214,7 @@ def test_its_words_and_equations_are_in_the_article(derivation):
     assert "q_{3}^2" in text
 
 
-def test_a_family_that_no_chain_is_given_to_is_not_asked():
+def test_family_with_other_joint_count_is_not_evaluated():
     """The number of joints is checked before the conditions, which may rely on it."""
     seen = []
     other = Family("other", (5,), lambda lines: seen.append(lines) or [], solve)
@@ -223,7 +223,7 @@ def test_a_family_that_no_chain_is_given_to_is_not_asked():
 
 
 @pytest.mark.parametrize("given", [True, False])
-def test_a_family_says_whether_it_stands_behind_given_joints(given):
+def test_family_option_decides_whether_joints_may_be_fixed(given):
     """A second lift in front is one joint too many; it is given, if the family allows that."""
     text = """
 name = "two_lifts"

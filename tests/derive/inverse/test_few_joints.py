@@ -39,7 +39,7 @@ def lost_of(cases):
 
 @pytest.mark.parametrize("right", [False, True])
 @pytest.mark.parametrize("chain", ["R", "P"])
-def test_one_joint_loses_no_pose(chain, right):
+def test_single_joint_ik_solves_every_pose(chain, right):
     cases = cases_of(robot_of(chain, right=right))
     assert [case.inverses.classification.found.title for case in cases] == [
         "joints that a pose determines one by one"
@@ -47,7 +47,7 @@ def test_one_joint_loses_no_pose(chain, right):
     assert not lost_of(cases)
 
 
-def test_a_ram_has_both_sides_of_its_crank(tmp_path):
+def test_slider_crank_ik_returns_both_crank_branches(tmp_path):
     press = compiled(load(ROBOTS / "slider_crank.toml"), tmp_path / "slider_crank", ["fk", "ik"])
     q = np.linspace(-3, 3, 50)[:, None]
     T = press.fk(q)
@@ -66,7 +66,7 @@ def test_a_ram_has_both_sides_of_its_crank(tmp_path):
 
 @pytest.mark.parametrize("right", [False, True])
 @pytest.mark.parametrize("chain", CHAINS)
-def test_no_pose_of_a_random_arm_is_lost(chain, right):
+def test_ik_of_turntable_arms_solves_every_pose(chain, right):
     cases = cases_of(robot_of(chain, right=right))
     assert "ik" in {case.function for case in cases}
     assert {case.inverses.classification.found.title for case in cases} == {TITLE}
@@ -83,7 +83,7 @@ def test_no_pose_of_a_random_arm_is_lost(chain, right):
     ],
 )
 @pytest.mark.parametrize("right", [False, True])
-def test_five_joints_with_an_added_axis_lose_nothing(chain, title, right):
+def test_five_joint_ik_with_added_axis_solves_every_pose(chain, title, right):
     cases = cases_of(robot_of(chain, right=right))
     found = {case.inverses.classification.found.title for case in cases}
     assert found == {title} or (right and found)
@@ -91,7 +91,7 @@ def test_five_joints_with_an_added_axis_lose_nothing(chain, title, right):
     assert not lost_of(cases)
 
 
-def test_an_added_axis_is_said():
+def test_explanation_names_the_added_axis():
     (case,) = cases_of(robot_of("R/R=R/RxR"))
     assert [axis.name for axis in case.inverses.classification.lines.added] == ["added_axis"]
     words = explain(robot_of("R/R=R/RxR"))
@@ -99,7 +99,7 @@ def test_an_added_axis_is_said():
     assert "added_axis at 0" in str(words)
 
 
-def test_no_axis_is_added_to_joints_of_which_one_follows(tmp_path):
+def test_no_axis_is_added_to_arms_with_mimic_joints(tmp_path):
     path = tmp_path / "arm.urdf"
     fifth = '<mimic joint="elbow" multiplier="-1"/><limit lower="-3" upper="3"/>'
     wrist = SOLD.replace('<limit lower="-3" upper="3"/>', fifth).replace("{along}", "0.1")
@@ -112,7 +112,7 @@ def test_no_axis_is_added_to_joints_of_which_one_follows(tmp_path):
 
 
 @pytest.mark.parametrize("seed", [604, 1289])
-def test_the_axis_is_added_that_loses_no_pose_at_right_angles(seed):
+def test_added_axis_is_chosen_to_solve_right_angle_poses(seed):
     """The first axis that gives a structure loses some."""
     cases = cases_of(random_arm(seed))
     assert [case.function for case in cases] == ["ik"]
@@ -120,7 +120,7 @@ def test_the_axis_is_added_that_loses_no_pose_at_right_angles(seed):
     assert not lost_of(cases)
 
 
-def test_five_joints_without_neighbours_that_meet_have_no_closed_form():
+def test_five_joints_without_meeting_adjacent_axes_lack_closed_form():
     assert not cases_of(robot_of("R/R/R/R/R"))
 
 
@@ -132,7 +132,7 @@ def sold(tmp_path_factory):
     return cases_of(from_urdf(path))
 
 
-def test_a_tool_on_the_axis_of_the_hand_is_placed_by_three_joints(sold):
+def test_position_ik_uses_three_joints_if_tool_is_on_last_axis(sold):
     assert {case.function for case in sold} == {"ik", "ik_position"}
     assert not lost_of(sold)
     (case,) = (case for case in sold if case.function == "ik_position")
@@ -142,7 +142,7 @@ def test_a_tool_on_the_axis_of_the_hand_is_placed_by_three_joints(sold):
     assert (found.missed, found.wrong) == (0, 0)
 
 
-def test_a_hand_along_the_first_axis_leaves_one_angle_free(sold):
+def test_ik_with_hand_along_first_axis_keeps_joint_sum(sold):
     """Upright above the base, the first joint and the last turn the tool alike."""
     (case,) = (case for case in sold if case.function == "ik")
     q = case.random(np.random.default_rng(1), 200)
@@ -157,6 +157,6 @@ def test_a_hand_along_the_first_axis_leaves_one_angle_free(sold):
 
 
 @pytest.mark.parametrize("chain", ["R=R=R/R", "R/R/R/R"])
-def test_other_chains_of_four_joints_have_no_turned_hand(chain):
+def test_other_four_joint_chains_are_not_turntable_arms(chain):
     found = classify(robot_of(chain), Terms({})).found
     assert found is None or found.family.title != TITLE

@@ -89,7 +89,7 @@ def twists(arm, T, q):
     return np.concatenate([T[:, None, :3, 3] - here[..., :3, 3], angular], -1), J
 
 
-def test_both_solutions_of_a_fold_are_found(case):
+def test_ik_near_folds_recovers_generating_configuration(case):
     arm, fk = case
     q = near_folds(arm, 0, 400)
     solutions = arm.ik(arm.fk(q))
@@ -99,7 +99,7 @@ def test_both_solutions_of_a_fold_are_found(case):
             assert np.abs(fk(row) - arm.fk(q[k])).max() < TRUE
 
 
-def test_solutions_across_a_fold_are_pairs(case):
+def test_solution_count_near_folds_is_even(case):
     """Poses a little to either side of a fold have an even number of solutions, all true."""
     arm, fk = case
     rng = np.random.default_rng(1)
@@ -115,7 +115,7 @@ def test_solutions_across_a_fold_are_pairs(case):
             assert np.abs(fk(row) - T[k]).max() < TRUE
 
 
-def test_the_search_finds_no_more(case):
+def test_random_search_near_folds_finds_no_extra_solutions(case):
     arm, _ = case
     rng = np.random.default_rng(2)
     q = near_folds(arm, 3, 40)
@@ -132,7 +132,7 @@ def test_the_search_finds_no_more(case):
     assert checked > 40 * 10
 
 
-def test_the_general_solver_is_asked_near_two_singularities(case):
+def test_ik_recovers_configurations_with_nearly_aligned_wrist(case):
     """The axes of the wrist nearly coincide: no fold tells how many solutions there are."""
     arm, _ = case
     if not arm.name.startswith("ur5e"):

@@ -56,7 +56,7 @@ def test_axes_meet_up_to_the_tolerance(by, meet):
     assert lines.meet(0, 1) == meet
 
 
-def test_axes_of_one_point_and_of_three():
+def test_meeting_requires_a_point_common_to_all_axes():
     concurrent = lines_of(((0, 0, 1), (1, 2, 5)), ((1, 0, 0), (0, 2, 3)), ((1, 1, 1), (2, 3, 4)))
     assert concurrent.meet(0, 1, 2)
     in_pairs = lines_of(((1, 0, 0), (0, 0, 0)), ((0, 1, 0), (1, 0, 0)), ((1, 1, 0), (0, -2, 0)))
@@ -65,7 +65,7 @@ def test_axes_of_one_point_and_of_three():
     assert not in_pairs.meet(0, 1, 2)
 
 
-def test_neighbours_that_are_nearly_parallel_have_no_centre():
+def test_nearly_parallel_adjacent_axes_have_no_center():
     tilt = 0.5 * MEASURED_STRUCTURE
     lines = lines_of(((0, 0, 1), (0, 0, 0)), ((0, np.sin(tilt), np.cos(tilt)), (0, 0, 0)))
     assert lines.meeting_deviation((0, 1)) == np.inf
@@ -96,7 +96,7 @@ a = "a3"
 @pytest.mark.parametrize(
     ("name", "meet"), [("ur5e", False), ("puma560", True), ("irb6640", True), ("lynxmotion", False)]
 )
-def test_three_axes_of_a_wrist_nearly_meet(name, meet):
+def test_nearly_spherical_wrists_are_detected(name, meet):
     robot = load(ROBOTS / f"{name}.toml")
     terms = Terms({p.symbol: p.value for p in robot.parameters})
     assert nearly_meet(Lines(terms, axes_of(robot, terms))) is meet
@@ -140,7 +140,7 @@ def in_numbers(terms, target):
     return Target(*parts)
 
 
-def test_axes_and_home_are_those_of_the_rows(chain):
+def test_axes_and_home_pose_match_screws(chain):
     lines, home = chain
     screws = screws_of(rows_of(CHAIN, right=False))
     for k, a in enumerate(lines.axes):
@@ -152,7 +152,7 @@ def test_axes_and_home_are_those_of_the_rows(chain):
     np.testing.assert_allclose(value, screws.home, atol=1e-15)
 
 
-def test_a_chain_read_from_the_tool_makes_the_inverse_displacement(chain):
+def test_reversed_chain_has_the_inverse_displacement(chain):
     lines, _ = chain
     q = np.random.default_rng(0).normal(size=len(lines.axes))
     G = displacement(lines, q)
@@ -162,8 +162,12 @@ def test_a_chain_read_from_the_tool_makes_the_inverse_displacement(chain):
     np.testing.assert_allclose(matrix(target.reversed()), back, atol=1e-14)
 
 
-@pytest.mark.parametrize("given", [(0,), (5,), (0, 5), (4, 5), (0, 1), (1,), (0, 1, 5), (1, 4, 5)])
-def test_what_is_left_without_given_joints(chain, given):
+@pytest.mark.parametrize(
+    "given",
+    [(0,), (5,), (0, 5), (4, 5), (0, 1), (1,), (0, 1, 5), (1, 4, 5)],
+    ids=lambda joints: "-".join(map(str, joints)),
+)
+def test_removing_fixed_joints_keeps_the_remaining_displacement(chain, given):
     lines, _ = chain
     q = np.random.default_rng(1).normal(size=len(lines.axes))
     target = target_of(lines, displacement(lines, q))
@@ -178,7 +182,7 @@ def test_what_is_left_without_given_joints(chain, given):
     ("chain", "freedoms"),
     [("R/R/R/RxrxR", 6), ("R=R=R=R", 3), ("P/P=P/P", 3), ("RxrxRxR", 4), ("R=R=R=P", 4)],
 )
-def test_how_many_ways_a_chain_moves_its_tool(chain, freedoms):
+def test_chain_rank_equals_tool_freedoms(chain, freedoms):
     terms = Terms({})
     assert rank.of_chain(Lines(terms, axes_of(robot_of(chain), terms))) == freedoms
 
@@ -208,21 +212,26 @@ a = "0.2"
         ('mimic = { joint = "a", multiplier = "1/2" }', "b follows another joint"),
         ('type = "helical"\npitch = "0.1"', "b is a screw joint"),
     ],
+    ids=["fractional mimic", "helical"],
 )
-def test_followers_of_parts_of_a_motion_and_screws_are_refused_with_a_reason(more, reason):
+def test_fractional_mimic_and_helical_joints_have_no_inverse(more, reason):
     robot = loads(file(more))
     found = inverses(robot, Terms({}))
     assert found.functions == {}
     assert classify(robot, Terms({})).missing == reason
 
 
-@pytest.mark.parametrize(("tool", "planar"), [("", True), ("tool = { rpy = [0, 90, 0] }", False)])
-def test_a_plane_is_a_task_where_the_tool_has_an_angle_in_it(tool, planar):
+@pytest.mark.parametrize(
+    ("tool", "planar"),
+    [("", True), ("tool = { rpy = [0, 90, 0] }", False)],
+    ids=["tool in plane", "tool across plane"],
+)
+def test_planar_ik_exists_only_if_tool_has_a_heading(tool, planar):
     found = inverses(loads(file("", tool)), Terms({}))
     assert ("ik_planar" in found.functions) == planar
 
 
-def test_three_joints_are_placed_as_described_alone():
+def test_position_ik_depends_on_order_of_three_joints():
     assert Arm("P/R/P").inverses.functions == {}
     assert Arm("R/P/P").inverses.functions.keys() == {"ik_position"}
     assert Arm("P/P/R").inverses.functions.keys() == {"ik_position"}

@@ -48,7 +48,7 @@ def lost(case, solve, count=400):
 
 
 @pytest.mark.parametrize("seed", OTHER_JOINT_GIVEN)
-def test_joints_are_given_with_which_no_pose_is_lost(seed):
+def test_fixed_joints_are_chosen_to_solve_all_poses(seed):
     case = pose_case(seed)
     assert case.inverses.classification.found.given == OTHER_JOINT_GIVEN[seed]
     assert not case.inverses.functions["ik"].role.searches
@@ -56,7 +56,7 @@ def test_joints_are_given_with_which_no_pose_is_lost(seed):
 
 
 @pytest.mark.parametrize("seed", SEARCHED)
-def test_an_inverse_that_loses_poses_says_so(seed):
+def test_incomplete_inverse_is_marked_for_numeric_search(seed):
     case = pose_case(seed)
     assert case.inverses.functions["ik"].role.searches
     assert lost(case, case.answers) > 0
@@ -64,7 +64,7 @@ def test_an_inverse_that_loses_poses_says_so(seed):
 
 
 @pytest.mark.parametrize("seed", SEARCHED)
-def test_a_search_ends_at_the_given_joints(seed):
+def test_numeric_search_keeps_fixed_joint_values(seed):
     case = pose_case(seed)
     role = case.inverses.functions["ik"].role
     for chosen, poses in sets(case, np.random.default_rng(seed)):
@@ -73,7 +73,7 @@ def test_a_search_ends_at_the_given_joints(seed):
         assert (given == bare.q[..., list(role.given)]).all()
 
 
-def test_no_other_robot_searches():
+def test_shipped_serial_robots_need_no_numeric_search():
     """Searching takes time where a pose is out of reach, so that robots that need it not have none.
 
     All shipped serial robots, whose poses at right angles ``python -m bench inverse`` asks in full.
@@ -88,7 +88,7 @@ def test_no_other_robot_searches():
     assert checked >= 12
 
 
-def test_poses_in_numbers_are_those_of_the_screws():
+def test_numeric_arm_pose_matches_product_of_exponentials():
     rng = np.random.default_rng(0)
     checked = 0
     for seed in range(80):
@@ -103,7 +103,7 @@ def test_poses_in_numbers_are_those_of_the_screws():
 
 
 @pytest.mark.parametrize("seed", SEARCHED)
-def test_lost_poses_are_counted(seed):
+def test_estimate_of_unsolved_poses_matches_their_count(seed):
     """Poses of other code, judged by other code; rounding decides whether some of them are lost."""
     case = pose_case(seed)
     arm = NumericArm.of(case.described, case.inverses.classification.lines)
@@ -113,7 +113,7 @@ def test_lost_poses_are_counted(seed):
     assert expected / 4 < lost_poses(arm, case.inverses.functions["ik"]) < expected * 4
 
 
-def test_targets_are_those_of_the_tasks():
+def test_target_components_match_task_targets():
     T = screws_of(random_arm(5)).fk(np.random.default_rng(1).uniform(-3, 3, (200, 8)))
     for task, aims in {
         "ik_position": ("position",),

@@ -45,7 +45,7 @@ def built(seed=3):
     return replace(spoilt, joints=joints, closure="least squares")
 
 
-def test_the_design_leads_where_no_grid_does():
+def test_nominal_design_gives_inverse_of_built_mechanism():
     alone = hybrid_inverses(Hybrid(built()))
     assert not alone.solved
     assert 'nominal = "<file>" names the robot as designed' in alone.missing
@@ -56,14 +56,14 @@ def test_the_design_leads_where_no_grid_does():
     assert 1e-5 < lengths.deviation < 2e-4
 
 
-def test_a_design_that_does_not_lead_is_told():
+def test_unsuitable_nominal_design_is_reported():
     other = as_built(DESIGN, BOARD_INSTALLER, 1e-4, np.random.default_rng(4))
     found = hybrid_inverses(Hybrid(replace(built(), nominal=other)))
     assert not found.solved
     assert "no inverse of the nominal robot 'board_installer' leads to it" in found.missing
 
 
-def test_members_are_those_of_the_design():
+def test_nominal_design_must_have_the_same_members():
     def off(**changes):
         return replace(built(), nominal=replace(DESIGN, **changes))
 
@@ -87,14 +87,14 @@ def files(tmp_path):
     return tmp_path
 
 
-def test_a_file_names_its_design(files):
+def test_nominal_key_loads_the_design_file(files):
     robot = load(files / "built.toml")
     assert robot.nominal == DESIGN
     assert robot.nominal.nominal is None
 
 
 @pytest.mark.parametrize("is_beside", [False, True])
-def test_a_file_names_a_robot_that_is_installed(files, is_beside):
+def test_nominal_key_accepts_installed_robot_name(files, is_beside):
     text = (files / "built.toml").read_text()
     (files / "built.toml").write_text(text.replace('"design.toml"', '"board_installer"'))
     if is_beside:
@@ -114,7 +114,7 @@ def test_a_file_names_a_robot_that_is_installed(files, is_beside):
         ("ur5e.toml", "the file of a robot with loops"),
     ],
 )
-def test_a_wrong_name_is_told_with_its_line(files, named, told):
+def test_invalid_nominal_key_error_names_its_line(files, named, told):
     for name in ("four_bar", "ur5e"):
         (files / f"{name}.toml").write_text((ROBOTS / f"{name}.toml").read_text())
     text = (files / "built.toml").read_text()
@@ -125,7 +125,7 @@ def test_a_wrong_name_is_told_with_its_line(files, named, told):
     assert str(error.value).startswith(f"{files / 'wrong.toml'}:{line}: nominal")
 
 
-def test_a_changed_design_is_not_fresh(files):
+def test_change_of_design_file_makes_output_stale(files):
     job = Job(files / "built.toml", files / "out")
     folder = files / "out" / "board_installer"
     folder.mkdir(parents=True)
@@ -179,14 +179,14 @@ def in_other_frames(mechanism, seed=0):
 
 
 @pytest.mark.parametrize("name", ["board_installer", "delta", "five_bar", "slider_crank"])
-def test_frames_of_bodies_are_no_difference(name):
+def test_design_difference_ignores_choice_of_frames(name):
     design = load(ROBOTS / f"{name}.toml")
     moved, turned = apart(in_other_frames(design), design)
     assert moved < 1e-7
     assert turned < 1e-7
 
 
-def test_the_difference_is_that_of_the_lengths():
+def test_design_difference_measures_length_errors():
     design = load(ROBOTS / "board_installer.toml")
     spoilt = as_built(design, BOARD_INSTALLER, 5e-4, np.random.default_rng(0))
     moved, turned = apart(spoilt, design)
@@ -197,7 +197,7 @@ def test_the_difference_is_that_of_the_lengths():
     np.testing.assert_allclose(again, (moved, turned), atol=1e-6)
 
 
-def test_an_axis_and_a_zero_that_are_off_are_seen():
+def test_design_difference_detects_axis_and_zero_errors():
     design = load(ROBOTS / "board_installer.toml")
     off = Rotation("z", sp.Rational(2, 1000))
 

@@ -71,7 +71,7 @@ def products(first, second):
     return np.kron([1, np.cos(first), np.sin(first)], [1, np.cos(second), np.sin(second)])
 
 
-def test_a_motion_acts_linearly_on_the_quantities_of_a_line():
+def test_motion_matrix_maps_line_quantities_linearly():
     random = np.random.default_rng(1)
     for _ in range(50):
         T, p, line = pose(random), random.normal(size=3), pose(random)[:3, 2]
@@ -81,7 +81,7 @@ def test_a_motion_acts_linearly_on_the_quantities_of_a_line():
         )
 
 
-def test_motions_compose_as_their_matrices_do():
+def test_motion_matrices_compose_like_poses():
     random = np.random.default_rng(2)
     for _ in range(50):
         T, U = pose(random), pose(random)
@@ -90,7 +90,7 @@ def test_motions_compose_as_their_matrices_do():
 
 
 @pytest.mark.parametrize("sign", [1, -1])
-def test_a_turn_about_z_is_a_motion(sign):
+def test_rotation_about_z_expands_in_cosine_and_sine(sign):
     fixed, c, s = turn(sign)
     assert fixed + np.cos(0.7) * c + np.sin(0.7) * s == pytest.approx(
         motion(turned(sign * 0.7)), abs=1e-15
@@ -98,7 +98,7 @@ def test_a_turn_about_z_is_a_motion(sign):
 
 
 @pytest.mark.parametrize("sign", [1, -1])
-def test_a_slide_along_z_is_a_motion(sign):
+def test_translation_along_z_expands_in_powers(sign):
     fixed, once, square = slide(sign)
     assert fixed + 0.7 * once + 0.7**2 * square == pytest.approx(
         motion(moved(sign * 0.7, slides=True)), abs=1e-15
@@ -110,8 +110,10 @@ def factors(value, slides):
     return [1, value, value**2] if slides else [1, np.cos(value), np.sin(value)]
 
 
-@pytest.mark.parametrize("slides", [{0}, {3}, {5}, {1, 2}, {0, 5}])
-def test_the_equations_hold_where_joints_slide(slides):
+@pytest.mark.parametrize(
+    "slides", [{0}, {3}, {5}, {1, 2}, {0, 5}], ids=lambda slides: "-".join(map(str, sorted(slides)))
+)
+def test_equations_hold_with_prismatic_joints(slides):
     robot, random = random_arm(3, slides=slides), np.random.default_rng(4)
     arm, some = numbers(robot), splits(slides)
     assert len(some) >= 4
@@ -126,7 +128,7 @@ def test_the_equations_hold_where_joints_slide(slides):
         )
 
 
-def test_a_slide_neither_is_suppressed_nor_halved_nor_the_last_joint():
+def test_prismatic_joints_reduce_the_allowed_splits():
     assert len(splits()) == 24
     assert len(splits({2})) == 12
     assert not splits({0, 2, 4})
@@ -134,7 +136,7 @@ def test_a_slide_neither_is_suppressed_nor_halved_nor_the_last_joint():
 
 @pytest.mark.parametrize("name", [*GENERAL, "skew"])
 @pytest.mark.parametrize("split", splits(), ids=lambda s: f"{s.joints[2]}{s.sense:+d}{s.halved}")
-def test_the_equations_hold_at_every_configuration(name, split):
+def test_equations_hold_at_random_configurations(name, split):
     robot, random = of(name), np.random.default_rng(3)
     for _ in range(5):
         q = random.uniform(-np.pi, np.pi, 6)
@@ -147,7 +149,7 @@ def test_the_equations_hold_at_every_configuration(name, split):
 
 
 @pytest.mark.parametrize("name", [*GENERAL, "skew"])
-def test_the_suppressed_joint_makes_the_equations_singular_at_solutions(name):
+def test_suppressed_matrix_is_singular_at_solutions(name):
     robot, random = of(name), np.random.default_rng(5)
     split = choose(robot).splits[0]
     turns = 2 * np.pi * np.arange(32) / 32
@@ -165,7 +167,7 @@ def test_the_suppressed_joint_makes_the_equations_singular_at_solutions(name):
         assert sizes[-2] > 1e-9
 
 
-def test_the_half_angle_doubles_the_equations():
+def test_half_angle_substitution_doubles_the_equations():
     random = np.random.default_rng(6)
     six, v, w = random.normal(size=(6, 9)), 2.1, -0.4
     f = v / 2
@@ -175,7 +177,7 @@ def test_the_half_angle_doubles_the_equations():
 
 
 @pytest.mark.parametrize("name", [*GENERAL, "skew"])
-def test_the_splits_that_are_kept_differ_in_the_order_of_joints_the_best_first(name):
+def test_kept_splits_differ_in_joint_order_and_are_ranked(name):
     ratings = choose(of(name)).ratings
     assert 2 <= len(ratings) <= 3
     assert len({rating.split.joints for rating in ratings}) == len(ratings)
@@ -183,14 +185,14 @@ def test_the_splits_that_are_kept_differ_in_the_order_of_joints_the_best_first(n
     assert ratings[0].key == max(rating.key for rating in ratings)
 
 
-def test_the_given_joint_leaves_six_that_are_solved_at_right_angles_too():
+def test_fixed_joint_choice_solves_all_rated_configurations():
     for name in ("iiwa14", "panda"):
         choice = choose(of(name))
         assert len(choice.given) == 1
         assert choice.good == 1
 
 
-def test_axes_that_meet_in_one_point_have_no_split():
+def test_concurrent_axes_have_no_split():
     meeting = Robot(
         "meeting",
         tuple(
@@ -201,7 +203,7 @@ def test_axes_that_meet_in_one_point_have_no_split():
     assert choose(meeting) is None
 
 
-def test_of_seven_joints_the_one_that_is_given_becomes_part_of_a_placement():
+def test_fixed_joint_is_absorbed_into_a_placement():
     robot, random = load(ROBOTS / "iiwa14.toml"), np.random.default_rng(9)
     constants = numbers(robot)
     for given in range(7):
@@ -210,7 +212,7 @@ def test_of_seven_joints_the_one_that_is_given_becomes_part_of_a_placement():
         assert forward(six, np.delete(q, given)) == pytest.approx(forward(constants, q), abs=1e-14)
 
 
-def test_arms_of_other_joints_are_refused_by_name():
+def test_helical_joint_is_rejected_with_the_robot_name():
     robot = of("jaco2")
     screw = replace(robot.joints[2], kind="helical", pitch=sp.Rational(1, 10))
     with pytest.raises(RobotError, match="jaco2 is no chain of joints that turn or slide"):
@@ -218,7 +220,7 @@ def test_arms_of_other_joints_are_refused_by_name():
 
 
 @pytest.mark.parametrize("name", GENERAL)
-def test_the_same_description_gives_the_same_text(name):
+def test_equal_robots_give_equal_generated_code(name):
     robot = of(name)
     one, other = (
         written_inverse.inverse(r, choose(r), numbers(r)) for r in (robot, replace(robot))
@@ -226,7 +228,7 @@ def test_the_same_description_gives_the_same_text(name):
     assert one == other
 
 
-def test_crx10_is_where_its_origins_and_axes_put_it():
+def test_crx10_pose_matches_urdf_origins_and_axes():
     """Origins and axes of fanuc_crx10ia_support/urdf/crx10ial_macro.xacro, joint by joint."""
     origins = [(0, 0, 0.245), (0, 0, 0), (0, 0, 0.71), (0, 0, 0), (0.54, -0.15, 0), (0.16, 0, 0)]
     axes = [(0, 0, 1), (0, 1, 0), (0, -1, 0), (-1, 0, 0), (0, -1, 0), (-1, 0, 0)]

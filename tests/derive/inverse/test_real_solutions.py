@@ -23,7 +23,7 @@ def arm():
     return constants, choose(robot)
 
 
-def test_each_is_a_solution_and_one_is_the_posture(arm):
+def test_real_solutions_reach_pose_and_include_configuration(arm):
     constants, choice = arm
     for q in np.random.default_rng(1).uniform(-3, 3, (POSES, 6)):
         T = forward(constants, q)
@@ -34,7 +34,7 @@ def test_each_is_a_solution_and_one_is_the_posture(arm):
         assert min(np.abs(np.angle(np.exp(1j * (one - q)))).max() for one in found) <= 1e-6
 
 
-def test_there_are_as_many_as_the_inverse_finds(arm):
+def test_real_solution_count_matches_compiled_ik(arm):
     constants, choice = arm
     jaco2 = chasles.load("jaco2")
     for q in np.random.default_rng(2).uniform(-3, 3, (POSES, 6)):
@@ -42,8 +42,10 @@ def test_there_are_as_many_as_the_inverse_finds(arm):
         assert len(real_solutions(constants, choice.splits, T)) == jaco2.ik(T).valid.sum()
 
 
-@pytest.mark.parametrize("slides", [{1}, {4}, {2, 3}, {0, 5}])
-def test_solutions_of_joints_that_slide(slides):
+@pytest.mark.parametrize(
+    "slides", [{1}, {4}, {2, 3}, {0, 5}], ids=lambda slides: "-".join(map(str, sorted(slides)))
+)
+def test_real_solutions_with_prismatic_joints_reach_the_pose(slides):
     robot = random_arm(6, slides=slides)
     constants, choice = numbers(robot), choose(robot)
     for q in np.random.default_rng(3).uniform(-1, 1, (POSES, 6)):

@@ -119,7 +119,7 @@ def assert_solved(residual, margin, limit=1e-12):
     assert residual[margin >= 0].max() <= limit
 
 
-def test_every_planted_pair_of_angles_is_found(solve6):
+def test_sp6_recovers_planted_angle_pairs(solve6):
     _, A, planted = random6(1, 100_000)
     angles, residual, margin = solve6(planted6(A, planted))
     assert_solved(residual, margin, 1e-14)
@@ -127,7 +127,7 @@ def test_every_planted_pair_of_angles_is_found(solve6):
     assert off.max() < 1e-7
 
 
-def test_as_many_as_there_are(solve6):
+def test_sp6_solution_count_matches_real_roots(solve6):
     generator, A, planted = random6(2, 500)
     X = np.concatenate([planted6(A, planted), generator.normal(size=(500, 10))])
     angles, residual, margin = solve6(X)
@@ -176,7 +176,7 @@ def circles(generator, N):
     return np.stack([c, -s, s, c], 1)
 
 
-def test_special_coefficients(solve6):
+def test_sp6_solves_degenerate_coefficients(solve6):
     generator, A, planted = random6(3, 20_000)
     N = len(A)
     multiple = generator.normal(size=(N, 1))
@@ -205,7 +205,7 @@ def test_special_coefficients(solve6):
         assert_solved(residual, margin)
 
 
-def test_right_angles_and_whole_numbers(solve6):
+def test_sp6_solves_right_angles_and_integer_coefficients(solve6):
     generator, A, _ = random6(4, 100_000)
     right = generator.integers(0, 4, (2, len(A))) * np.pi / 2
     whole = generator.integers(-1, 2, A.shape).astype(float)
@@ -215,7 +215,7 @@ def test_right_angles_and_whole_numbers(solve6):
 
 
 @pytest.mark.parametrize("distance", NEAR_DOUBLE)
-def test_double_roots(solve6, distance):
+def test_sp6_solves_near_double_roots(solve6, distance):
     generator, A, planted = random6(5, 20_000)
     along = np.stack([f(t) for t in planted for f in (np.cos, lambda t: -np.sin(t))], -1)
     first, second = (
@@ -228,7 +228,7 @@ def test_double_roots(solve6, distance):
     assert_solved(residual, margin)
 
 
-def test_out_of_reach_is_finite_and_told(solve6):
+def test_sp6_out_of_reach_is_finite_with_negative_margin(solve6):
     generator, A, _ = random6(6, 10_000)
     b = generator.normal(size=(len(A), 2)) * 10 ** generator.uniform(2, 9, (len(A), 1))
     angles, _, margin = solve6(np.concatenate([A, b], 1))
@@ -236,7 +236,7 @@ def test_out_of_reach_is_finite_and_told(solve6):
     assert margin.max() < 0
 
 
-def test_constant_coefficients(compiled):
+def test_sp6_with_constant_coefficients_satisfies_both_equations(compiled):
     terms, v = Terms({}), sp.symbols("v1:3", real=True)
     A1, A2 = ((sp.S(2), sp.S(0)), (sp.S(0), sp.sqrt(2))), ((sp.S(1), sp.S(0)), (sp.S(0), sp.S(1)))
     found = sp6(terms, A1, A2, v, SIGNS)
@@ -282,7 +282,7 @@ def polynomial_of(angles):
 
 
 @pytest.mark.parametrize(("equal", "near"), [(1, 1e-8), (2, 1e-5), (3, 1e-2), (4, 1e-2)])
-def test_roots_that_are_one(roots, equal, near):
+def test_repeated_trigonometric_roots_are_found(roots, equal, near):
     generator = np.random.default_rng(equal)
     angles = generator.uniform(-np.pi, np.pi, (5000, 4))
     angles[:, :equal] = angles[:, :1]
@@ -293,7 +293,7 @@ def test_roots_that_are_one(roots, equal, near):
     assert off < near
 
 
-def test_polynomials_of_lower_degree(roots):
+def test_lower_degree_trigonometric_polynomials_are_solved(roots):
     generator = np.random.default_rng(9)
     phi0 = generator.uniform(-np.pi, np.pi, 20_000)
     basis = np.stack([np.cos(phi0), np.sin(phi0), np.cos(2 * phi0), np.sin(2 * phi0)], 1)
@@ -360,7 +360,7 @@ def random5(seed, N):
     return generator, (k1, p1, k2, p2, k3, p3), generator.uniform(-np.pi, np.pi, (3, N))
 
 
-def test_every_planted_triple_of_angles_is_found(solve5):
+def test_sp5_recovers_planted_angle_triples(solve5):
     _, vectors, planted = random5(11, 100_000)
     angles, residual, margin = solve5(*closing(planted, *vectors))
     assert_solved(residual, margin, 1e-14)
@@ -369,7 +369,7 @@ def test_every_planted_triple_of_angles_is_found(solve5):
 
 
 @pytest.mark.parametrize("distance", NEAR_AXIS)
-def test_near_the_second_axis(solve5, distance):
+def test_sp5_is_accurate_near_the_second_axis(solve5, distance):
     generator, (k1, p1, k2, p2, k3, p3), planted = random5(12, 10_000)
     w = p2 + turned(k3, pair(planted[2]), p3)
     p2 = p2 - (w - k2 * (w * k2).sum(1, keepdims=True)) + distance * generator.normal(size=w.shape)
@@ -378,7 +378,7 @@ def test_near_the_second_axis(solve5, distance):
     assert residual[margin >= 0].max() < 1e-9
 
 
-def test_right_angles_between_axes(solve5):
+def test_sp5_solves_axes_at_right_angles(solve5):
     """The whole grid of axes and right angles, with vectors of whole and of any numbers."""
     axes = np.concatenate([np.eye(3), -np.eye(3)])
     grid = np.array(list(itertools.product(range(3), range(6), range(6), *[range(4)] * 3)))
@@ -396,7 +396,7 @@ def test_right_angles_between_axes(solve5):
     assert checked == 5 * 6912
 
 
-def test_out_of_reach_of_three_angles(solve5):
+def test_sp5_out_of_reach_is_finite_with_negative_margin(solve5):
     _, (k1, p1, k2, p2, k3, p3), _ = random5(14, 10_000)
     angles, residual, margin = solve5(100 * p2, k1, p1, k2, p2, k3, p3)
     assert np.isfinite(angles).all()

@@ -108,7 +108,7 @@ def solve_sphere():
     return compiled(terms, (u, p, r2), (found.length, found.margin))
 
 
-def test_direction_of_nothing_is_zero_and_opposite_vectors_are_opposite():
+def test_direction_matches_atan2_and_is_zero_for_zero_vector():
     terms, (x, y) = Terms({}), sp.symbols("x y", real=True)
     turn = direction(terms, x, y)
     f = compiled(terms, (x, y), (turn.c, turn.s))
@@ -119,14 +119,14 @@ def test_direction_of_nothing_is_zero_and_opposite_vectors_are_opposite():
     assert np.abs(there + back).max() < 5e-16
 
 
-def test_1_finds_the_planted_angle(solve1):
+def test_sp1_recovers_planted_angle(solve1):
     rng = np.random.default_rng(1)
     k, p, angle = units(rng), rows(rng), rng.uniform(-np.pi, np.pi, N)
     found = angle_of(solve1(1, k, p, turned(k, angle, p)))
     assert wrapped(found - angle).max() < 1e-12
 
 
-def test_1_comes_nearest_to_what_it_cannot_reach(solve1):
+def test_sp1_returns_nearest_angle_if_unreachable(solve1):
     rng = np.random.default_rng(2)
     k, p, v = units(rng, 20), rows(rng, 20), rows(rng, 20)
     found = angle_of(solve1(1, k, p, v))
@@ -139,12 +139,12 @@ def test_1_comes_nearest_to_what_it_cannot_reach(solve1):
         assert away(found[one]) <= nearest(away) + 1e-12
 
 
-def test_1_takes_zero_where_every_angle_will_do(solve1):
+def test_sp1_returns_zero_if_angle_is_arbitrary(solve1):
     k = np.eye(3)
     np.testing.assert_array_equal(solve1(1, k, 2 * k, rows(np.random.default_rng(3), 3))[:, 1], 0)
 
 
-def test_4_finds_the_planted_angle_by_one_sign_and_both_solve(solve4):
+def test_sp4_recovers_planted_angle_and_both_signs_solve(solve4):
     rng = np.random.default_rng(4)
     h, k, p, angle = rows(rng), units(rng), rows(rng), rng.uniform(-np.pi, np.pi, N)
     d = np.sum(h * turned(k, angle, p), axis=1)
@@ -159,7 +159,7 @@ def test_4_finds_the_planted_angle_by_one_sign_and_both_solve(solve4):
     assert np.min([wrapped(a - angle) for a in angles], axis=0).max() < 1e-7
 
 
-def test_4_signs_are_the_sense_of_the_turn_from_the_middle(solve4):
+def test_sp4_sign_selects_rotation_sense(solve4):
     k, h = np.array([[0, 0, 1.0]]), np.array([[1.0, 0, 0]])
     for sign in (1, -1):
         found = angle_of(solve4(sign, h, k, h, np.array([0.5]))[:, :2])
@@ -167,7 +167,7 @@ def test_4_signs_are_the_sense_of_the_turn_from_the_middle(solve4):
 
 
 @pytest.mark.parametrize(("side", "angle"), [(1, 0.0), (-1, np.pi)])
-def test_4_at_its_boundary_and_beyond(solve4, side, angle):
+def test_sp4_angle_and_margin_are_accurate_at_the_boundary(solve4, side, angle):
     k, h = np.array([[0, 0, 1.0]]), np.array([[1.0, 0, 0]])
     margins = []
     for by in NEAR:
@@ -183,7 +183,7 @@ def test_4_at_its_boundary_and_beyond(solve4, side, angle):
         assert beyond == pytest.approx(-by * (2 + by), abs=4e-16)
 
 
-def test_4_is_nearest_out_of_reach_and_zero_where_every_angle_will_do(solve4):
+def test_sp4_is_nearest_out_of_reach_and_zero_if_arbitrary(solve4):
     rng = np.random.default_rng(5)
     h, k, p = rows(rng, 20), units(rng, 20), rows(rng, 20)
     d = 10 * rng.choice((-1, 1), 20) * np.linalg.norm(h, axis=1) * np.linalg.norm(p, axis=1)
@@ -201,7 +201,7 @@ def test_4_is_nearest_out_of_reach_and_zero_where_every_angle_will_do(solve4):
     np.testing.assert_array_equal(along[:, :2], np.tile([[1, 0]], (20, 1)))
 
 
-def test_2_finds_the_planted_pair_of_angles(solve2):
+def test_sp2_recovers_planted_angle_pair(solve2):
     rng = np.random.default_rng(6)
     k, m, p = units(rng), units(rng), rows(rng)
     planted = rng.uniform(-np.pi, np.pi, (2, N))
@@ -218,7 +218,7 @@ def test_2_finds_the_planted_pair_of_angles(solve2):
     assert np.min(off, axis=0).max() < 1e-5
 
 
-def test_2_near_the_second_axis_keeps_its_digits(solve2):
+def test_sp2_is_accurate_near_the_second_axis(solve2):
     rng = np.random.default_rng(7)
     k, m = np.tile([[0, 0, 1.0]], (200, 1)), np.tile([[1.0, 0, 0]], (200, 1))
     for by in (1e-3, 1e-6, 1e-9, 1e-12):
@@ -231,7 +231,7 @@ def test_2_near_the_second_axis_keeps_its_digits(solve2):
             assert np.linalg.norm(back - v, axis=1).max() < 1e-9 * by + 1e-15
 
 
-def test_2_out_of_reach_has_a_negative_margin(solve2):
+def test_sp2_out_of_reach_has_negative_margin(solve2):
     k, m = np.array([[0, 0, 1.0]]), np.array([[1.0, 0, 0]])
     # The second turn leaves x at 1, the first z at 0: no turn brings x up.
     y = solve2(1, k, m, m, np.array([[0, 0.6, 0.8]]))
@@ -239,7 +239,7 @@ def test_2_out_of_reach_has_a_negative_margin(solve2):
     assert np.isfinite(y).all()
 
 
-def test_3_finds_the_planted_angle_by_one_sign_and_both_solve(solve3):
+def test_sp3_recovers_planted_angle_and_both_signs_solve(solve3):
     rng = np.random.default_rng(8)
     k, p0, p, angle = units(rng), rows(rng), rows(rng), rng.uniform(-np.pi, np.pi, N)
     total = p0 + turned(k, angle, p)
@@ -257,7 +257,7 @@ def test_3_finds_the_planted_angle_by_one_sign_and_both_solve(solve3):
 
 
 @pytest.mark.parametrize(("P", "Q"), [("1", "1"), ("2", "1/2")])
-def test_3_of_constant_lengths_keeps_its_digits_at_both_ends(P, Q):
+def test_sp3_with_constant_lengths_is_accurate_at_both_ends(P, Q):
     """Stretched and folded, an elbow comes to its place to rounding, not to its root."""
     terms, square = Terms({}), sp.Symbol("D", real=True)
     zero, one = sp.Integer(0), sp.Integer(1)
@@ -277,7 +277,7 @@ def test_3_of_constant_lengths_keeps_its_digits_at_both_ends(P, Q):
         assert wrapped(angle_of(beyond[:, :2]) - angle)[0] < 1e-15
 
 
-def test_3_of_equal_lengths_folds_where_rounding_makes_a_square_negative():
+def test_sp3_folds_if_squared_distance_rounds_below_zero():
     terms, square = Terms({}), sp.Symbol("D", real=True)
     zero, one = sp.Integer(0), sp.Integer(1)
     found = sp3(terms, (zero, zero, one), (one, zero, zero), (zero, one, zero), square, SIGN)
@@ -291,7 +291,7 @@ def test_3_of_equal_lengths_folds_where_rounding_makes_a_square_negative():
     assert abs(y[0, 0]) == pytest.approx(1e-9, rel=1e-6)
 
 
-def test_3_of_lengths_that_vary_keeps_its_digits_nearly_folded():
+def test_sp3_with_variable_lengths_is_accurate_near_fold():
     """Lengths 1 and 1 + 3e-8 of vectors that are inputs, bent from 1e-7 to 1e-5 off the fold."""
     terms, (p0, p) = Terms({}), symbols("a", "b")
     square = sp.Symbol("D", real=True)
@@ -306,7 +306,7 @@ def test_3_of_lengths_that_vary_keeps_its_digits_nearly_folded():
         assert abs(off) == pytest.approx(bend, rel=1e-6)
 
 
-def test_a_slide_brings_a_point_into_a_plane():
+def test_prismatic_step_moves_point_into_plane():
     terms, (h, u, p), d = Terms({}), symbols("h", "u", "p"), sp.Symbol("d", real=True)
     found = slide_to_plane(terms, h, u, p, d)
     assert found.sign is None
@@ -319,7 +319,7 @@ def test_a_slide_brings_a_point_into_a_plane():
     assert (np.abs(np.sum(h * (p + t * u), axis=1) - d) / size).max() < 1e-14
 
 
-def test_a_slide_brings_a_point_onto_a_sphere_twice(solve_sphere):
+def test_prismatic_step_reaches_sphere_at_both_signs(solve_sphere):
     rng = np.random.default_rng(10)
     u, p, planted = units(rng), rows(rng), rng.normal(size=N)
     r2 = np.sum((p + planted[:, None] * u) ** 2, axis=1)
@@ -334,7 +334,7 @@ def test_a_slide_brings_a_point_onto_a_sphere_twice(solve_sphere):
     assert np.min(off, axis=0).max() < 1e-6
 
 
-def test_a_slide_that_misses_the_sphere_comes_nearest(solve_sphere):
+def test_prismatic_step_is_nearest_if_sphere_is_missed(solve_sphere):
     u, p = np.array([[1.0, 0, 0]]), np.array([[0.3, 2, 0]])
     margins = [solve_sphere(1, u, p, np.array([4 + by]))[0, 1] for by in (-1e-3, -1e-12, 0, 1e-12)]
     assert margins[0] < margins[1] < 0 == margins[2] < margins[3]
@@ -343,7 +343,7 @@ def test_a_slide_that_misses_the_sphere_comes_nearest(solve_sphere):
 
 
 @pytest.mark.parametrize("is_parameter", [False, True])
-def test_the_direction_of_a_constant_zero_is_the_angle_zero(is_parameter):
+def test_direction_of_constant_zero_is_zero_angle(is_parameter):
     a, y = sp.symbols("a y", real=True)
     terms = Terms({a: sp.Integer(0)})
     zero = terms.let(2 * a) if is_parameter else sp.Integer(0)

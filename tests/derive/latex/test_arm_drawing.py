@@ -62,7 +62,7 @@ def test_the_figure_names_each_coordinate_and_fits_the_page(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_postures_are_round_and_within_limits(name):
+def test_drawn_configurations_are_round_and_within_limits(name):
     found = derivation(name)
     for value, joint in zip(found.skeleton.posture, found.robot.coordinates, strict=True):
         low, high = joint.limits

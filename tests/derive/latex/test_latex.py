@@ -62,7 +62,7 @@ def some_q(found):
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_printed_functions_are_the_functions(name):
+def test_printed_fk_and_jacobians_match_compiled_functions(name):
     found = derived(name)
     printed, q = equations(found), some_q(found)
     read = Reader(found, printed.notation, q)
@@ -91,7 +91,7 @@ def test_printed_link_transforms_multiply_to_the_pose(name):
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_printed_screws_are_the_product_of_exponentials(name):
+def test_product_of_exponentials_of_printed_screws_equals_pose(name):
     found = derived(name)
     notation, q = equations(found).notation, some_q(found)
     screws = printed_screws(found.robot, notation)
@@ -132,7 +132,7 @@ def test_fragments_and_document_name_the_same_files():
     assert sorted(own) == sorted(FILES)
 
 
-def test_a_derivation_of_less_is_printed_in_full():
+def test_partial_derivation_prints_the_full_article():
     robot = derivation("scara").robot
     assert fragments(derive(robot, ["twist_mixed"])) == article("scara")
 
@@ -144,7 +144,7 @@ def digest(name):
     return f"{name} {hashlib.sha256(text.encode()).hexdigest()}"
 
 
-def test_same_bytes_under_any_hash_seed():
+def test_article_is_independent_of_hash_seed():
     """Under this process's own and another."""
     names = ("panda", "awkward", "random3")
     program = f"import test_latex\nfor name in {names}:\n    print(test_latex.digest(name))\n"
@@ -177,15 +177,15 @@ def test_same_bytes_under_any_hash_seed():
         ("l_2_3", "l_{2,3}"),
     ],
 )
-def test_names_of_parameters(name, tex):
+def test_parameter_names_become_latex_symbols(name, tex):
     assert parameter(name) == tex
 
 
-def test_names_that_would_look_alike_are_kept_apart():
+def test_parameters_with_equal_symbols_are_made_distinct():
     assert distinct(["d1", "d_1"]) == {"d1": "d_{1}", "d_1": r"\mathtt{d\_1}"}
 
 
-def test_letters_that_parameters_use_are_avoided():
+def test_letters_used_by_parameters_are_avoided():
     letters = equations(derive(awkward())).notation.letters
     assert letters == {
         "cos": "C",
@@ -216,14 +216,15 @@ def notation_of(count):
         (lambda q: q[4] - sp.pi / 4, r"\hat{c}_{5}", r"\hat{s}_{5}"),
         (lambda q: 2 * q[4] + R(1, 10), r"\hat{c}_{5}", r"\hat{s}_{5}"),
     ],
+    ids=["q1", "q2+q3", "q1+q2-q4", "q4-q2", "q5-pi/4", "2q5+1/10"],
 )
-def test_short_symbols(angle, cosine, sine):
+def test_trigonometric_terms_get_short_symbols(angle, cosine, sine):
     notation, printer, q = notation_of(6)
     shown = [notation.trigonometric(f(angle(q), evaluate=False)) for f in (sp.cos, sp.sin)]
     assert [printer.tex(symbol) for symbol in shown] == [cosine, sine]
 
 
-def test_short_symbols_of_many_joints_and_constants():
+def test_short_symbols_stay_unique_for_many_joints_and_offsets():
     notation, printer, q = notation_of(14)
     assert printer.tex(notation.trigonometric(sp.cos(q[9] + q[10]))) == "c_{10,11}"
     assert printer.tex(notation.trigonometric(sp.cos(q[11]))) == "c_{12}"
@@ -237,7 +238,7 @@ def test_short_symbols_of_many_joints_and_constants():
     ]
 
 
-def test_products_and_sums_as_a_human_writes_them():
+def test_products_and_sums_are_printed_in_conventional_order():
     notation, printer, q = notation_of(6)
     c1, c2, s2 = (notation.trigonometric(e) for e in (sp.cos(q[0]), sp.cos(q[1]), sp.sin(q[1])))
     a1, a2 = sp.symbols("a1 a2", real=True)
@@ -262,7 +263,7 @@ def test_products_and_sums_as_a_human_writes_them():
         (sp.Float("-0.00001999999999999", 20), r"-0.00001999999999\ldots"),
     ],
 )
-def test_numbers(value, tex):
+def test_numbers_are_printed_as_decimals_fractions_or_roots(value, tex):
     assert number(value) == tex
 
 
@@ -280,13 +281,22 @@ def test_numbers(value, tex):
         ("é β 中", r"é \ensuremath{\beta} [U+4E2D]"),
         ("a\n\n b\x00", "a b[U+0000]"),
     ],
+    ids=[
+        "percent and ampersand",
+        "underscore",
+        "break points",
+        "command",
+        "special characters",
+        "unicode",
+        "control characters",
+    ],
 )
 def test_text_is_escaped(text, tex):
     assert escape(text) == tex
 
 
 @pytest.mark.parametrize("title", ["Peaucellier's linkage", "Scissor lifts", "ABB IRB 460"])
-def test_a_title_stands_alone(title):
+def test_title_is_printed_on_its_own_line(title):
     text = f'name = "r"\ntitle = "{title}"\nconvention = "dh"\njoints = [{{ a = 1 }}]'
     article = document(derive(loads(text), ("fk",)))
     assert f"{{\\LARGE {title}}}\\\\[1ex]\n\\large Kinematics\n" in article
@@ -296,7 +306,7 @@ def test_long_words_can_break():
     assert escape("x" * 40).count(r"\allowbreak") == 2
 
 
-def test_many_conventions_make_one_table_of_transforms():
+def test_mixed_conventions_are_printed_as_table_of_transforms():
     table = fragments(derive(awkward()))["parameters.tex"]
     assert r"1 & lift & P & $T_z(c_{1})\,T_z(q_{1})$" in table
     assert r"3 & screw & H & $R_z(q_{3})\,T_z(q_{3} h)\,T_x(s_{1})\,R_x(\alpha_{2})$" in table
@@ -306,7 +316,7 @@ def test_many_conventions_make_one_table_of_transforms():
     assert "Joint 4 follows joint 2." in table
 
 
-def test_tables_show_two_conventions_as_given():
+def test_two_conventions_are_printed_as_parameter_tables():
     robot = awkward()
     table = fragments(derive(replace(robot, joints=robot.joints[:4])))["parameters.tex"]
     assert r"1 & lift & P & $0$ & $c_{1} + q_{1}$ & $0$ & $0$" in table
@@ -331,7 +341,7 @@ def urdf(folder, *joints):
 SLIDERS = [("sx", "1 0 0"), ("sy", "0 1 0"), ("sz", "0 0 1")]
 
 
-def test_a_slider_of_a_urdf_has_its_variable_in_a_column_of_its_own(tmp_path):
+def test_urdf_prismatic_variable_has_its_own_column(tmp_path):
     robot = urdf(tmp_path, *((name, "prismatic", axis, "0", "") for name, axis in SLIDERS))
     table = fragments(derive(robot))["parameters.tex"]
     roll, pitch, yaw = (rf"$\mathrm{{{angle}}}$" for angle in ("roll", "pitch", "yaw"))
@@ -343,7 +353,7 @@ def test_a_slider_of_a_urdf_has_its_variable_in_a_column_of_its_own(tmp_path):
         assert f"{k} & {e} & $q_{{{k}}}$ & $\\pm 2$" in table
 
 
-def test_both_spellings_of_urdf_print_the_same_table(tmp_path):
+def test_urdf_and_toml_files_print_the_same_table(tmp_path):
     robot = urdf(tmp_path, *((name, "prismatic", axis, "0", "") for name, axis in SLIDERS))
     joints = [
         f'[[joints]]\nname = "{name}"\ntype = "prismatic"\nxyz = ["0.1", "0.2", "0.5"]\n'
@@ -358,7 +368,7 @@ def test_both_spellings_of_urdf_print_the_same_table(tmp_path):
 
 @pytest.mark.parametrize("convention", ["urdf", "poe"])
 @pytest.mark.parametrize("kind", ["revolute", "prismatic"])
-def test_variables_without_a_field_count_the_other_way(convention, kind):
+def test_reversed_joint_variable_is_printed_with_minus_sign(convention, kind):
     axis = (R(1), R(0), R(0))
     at = {"urdf": {"xyz": (0, 0, R(1, 2)), "rpy": (0, 0, 0)}, "poe": {"point": (0, 0, R(1, 2))}}
     vectors = {f: tuple(map(sp.sympify, v)) for f, v in at[convention].items()} | {"axis": axis}
@@ -383,7 +393,7 @@ def test_variables_without_a_field_count_the_other_way(convention, kind):
         ("s_model", "theta", "z"),
     ],
 )
-def test_variables_stand_in_the_columns_of_their_conventions(convention, turning, sliding):
+def test_joint_variable_stands_in_column_of_its_convention(convention, turning, sliding):
     joints = (joint("turn", convention), joint("slide", convention, "prismatic"))
     table = fragments(derive(Robot("two", joints)))["parameters.tex"]
     header, *rows = re.findall(r"^(?:\$i\$|\d) & .*(?= \\\\)", table, re.MULTILINE)
@@ -396,7 +406,7 @@ def test_variables_stand_in_the_columns_of_their_conventions(convention, turning
     assert (r"right after $R_z(\theta)$" in table) == (sliding is None)
 
 
-def test_moving_joints_are_numbered_where_some_are_fixed(tmp_path):
+def test_moving_joints_are_numbered_separately_from_fixed_joints(tmp_path):
     robot = urdf(
         tmp_path,
         ("mount", "fixed", "1 0 0", "0", ""),
@@ -415,7 +425,7 @@ def test_moving_joints_are_numbered_where_some_are_fixed(tmp_path):
     assert r"$\mathcal{S}_{k} = (v_{k}; \omega_{k})$" in screws
 
 
-def test_cleaned_numbers_make_a_table(tmp_path):
+def test_snapped_numbers_are_printed_as_a_table(tmp_path):
     half, tiny = "3.1416", "1.2e-16"
     joints = [("a_1", half), ("b", tiny), ("c", half)]
     robot = urdf(tmp_path, *((name, "revolute", "0 0 1", roll, "") for name, roll in joints))
@@ -426,25 +436,25 @@ def test_cleaned_numbers_make_a_table(tmp_path):
     assert "Notes" not in table
 
 
-def test_other_notes_are_kept():
+def test_robot_notes_are_printed_with_escapes():
     robot = Robot("noted", (joint("j", "dh"),), notes=("100 % new", "a_b"))
     table = fragments(derive(robot))["parameters.tex"]
     assert r"Notes: 100 \% new; a\_b." in table
 
 
-def test_plain_angles_come_before_accented_ones():
+def test_plain_angle_symbols_precede_accented_symbols():
     rows = article("panda")["symbols.tex"]
     assert rows.index("$c_{7}$") < rows.index(r"$\hat{c}_{7}$")
 
 
-def test_units_are_said_once_and_lists_read_on():
+def test_units_are_stated_only_once():
     found = fragments(derive(awkward()))
     assert found["parameters.tex"].count("in metres and radians") == 1
     assert "where the joints' values are" in found["screws.tex"]
     assert not re.search("^with", found["screws.tex"], re.MULTILINE)
 
 
-def test_sums_break_by_terms():
+def test_long_sums_break_between_terms():
     terms = ["a", *["+ a"] * 200]
     lines = filled(terms, LINE)
     assert " ".join(lines).split() == " ".join(terms).split()
@@ -453,12 +463,12 @@ def test_sums_break_by_terms():
     assert aligned([("y", terms)]).count(r"\quad") == len(lines) - 1
 
 
-def test_long_chains_stay_linear():
+def test_article_size_grows_linearly_with_joint_count():
     lengths = [sum(map(len, fragments(derive(parallel(n))).values())) for n in (8, 16)]
     assert lengths[1] < 3 * lengths[0]
 
 
-def test_a_brief_article_names_the_fragments_that_it_has():
+def test_brief_article_inputs_exactly_its_fragments():
     written = brief_files(derivation("ur5e"), None)
     inputs = re.findall(r"\\input\{(latex/\w+)\}", written["ur5e.tex"])
     assert sorted(f"{name}.tex" for name in inputs) == sorted(set(written) - {"ur5e.tex"})
@@ -466,13 +476,13 @@ def test_a_brief_article_names_the_fragments_that_it_has():
     assert "latex/example.tex" not in written
 
 
-def test_an_example_reaches_its_own_posture():
+def test_worked_example_prints_its_own_configuration():
     text = article("ur5e")["example.tex"]
     assert "has 8 solutions" in text
     assert "$20.00$ & $-50.00$ & $70.00$ & $30.00$ & $40.00$ & $-60.00$" in text
 
 
-def test_cited_works_are_listed():
+def test_references_list_only_cited_works():
     listed = article("ur5e")["references.tex"]
     assert "Brockett" in listed
     assert "Denavit" in listed

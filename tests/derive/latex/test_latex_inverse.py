@@ -138,7 +138,7 @@ def check(page, name, function_of, target):
 
 
 @pytest.mark.parametrize("name", SOLVED)
-def test_printed_steps_are_the_inverse(name):
+def test_printed_steps_reproduce_the_compiled_inverse(name):
     page, rng = Page.of(derivation(name)), np.random.default_rng(5)
     count = check(page, name, kernels(name).get, lambda f: target_of(name, f, rng))
     assert count >= len(page.inverse.solved)
@@ -158,7 +158,7 @@ QUARTIC = {
 
 
 @pytest.mark.parametrize("kind", QUARTIC)
-def test_equations_of_several_angles_hold(kind):
+def test_printed_multi_angle_equations_reproduce_the_inverse(kind):
     text = ARM.format(re.sub(r"=(-?[\d.]+)", r"='\1'", QUARTIC[kind]).replace("=", " = "))
     found = derive(loads(text, "arm.toml"))
     page = Page.of(found)
@@ -171,7 +171,7 @@ def test_equations_of_several_angles_hold(kind):
     assert "up to four real roots" in written
 
 
-def test_an_inverse_whose_every_angle_has_a_name():
+def test_printed_inverse_with_named_tilts_matches_and_stays_short():
     """Constants of six named tilts are printed by the names of their parts."""
     found = derive(named_wrist())
     page = Page.of(found)
@@ -183,7 +183,7 @@ def test_an_inverse_whose_every_angle_has_a_name():
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_every_article_has_its_inverse_or_says_why_not(name):
+def test_every_article_prints_its_inverse_or_the_reason(name):
     found = derivation(name)
     text = article(name).get("inverse.tex")
     if found.hybrid is not None and found.hybrid.forward.open:
@@ -201,7 +201,7 @@ def test_every_article_has_its_inverse_or_says_why_not(name):
 
 
 @pytest.mark.parametrize("name", SOLVED)
-def test_every_coordinate_is_found_given_or_free(name):
+def test_every_coordinate_is_solved_fixed_or_free(name):
     page = Page.of(derivation(name))
     for task in printed_tasks(page, page.inverse, {}).values():
         symbols = {s for _, given in task.inputs for s in given}
@@ -209,7 +209,7 @@ def test_every_coordinate_is_found_given_or_free(name):
         assert {*page.equations.notation.q} <= found | symbols
 
 
-def test_a_ur_arm_as_in_a_textbook():
+def test_ur5e_inverse_is_printed_as_in_textbooks():
     text = article("ur5e")["inverse.tex"]
     assert r"It solves $-W_{y} \cos q_{1} + W_{x} \sin q_{1} = d_{4}$" in text
     assert r"W_{x} &= p_{x} - d_{6} r_{13}" in text
@@ -219,12 +219,12 @@ def test_a_ur_arm_as_in_a_textbook():
     assert r"$\sigma_{3}$ ($q_{3}$) & $+$ & $-$" in text
 
 
-def test_parallel_joints_turn_a_wrist_as_one():
+def test_wrist_equations_use_sum_of_parallel_joint_angles():
     text = article("puma560")["inverse.tex"]
     assert r"B_{4} &= c_{23} t_{21} + s_{23} r_{33}" in text
 
 
-def test_letters_of_parameters_are_avoided():
+def test_printed_inverse_avoids_letters_of_parameters():
     arm = """name = "arm"
 convention = "dh"
 [parameters]
@@ -244,14 +244,14 @@ a = "W"
     assert r"V_{x} &= p_{x} - W r_{11}" in text
 
 
-def test_axes_without_a_structure_are_measured():
+def test_article_measures_deviation_from_nearest_structure():
     text = article("jaco2")["inverse.tex"]
     assert "spherical wrist: it asks that axes" in text
     assert "(off by 37 mm)" in text
     assert r"\ell" in text
 
 
-def test_reversed_and_backward_joints_count_as_they_should():
+def test_angle_sums_respect_axis_sense_and_direction():
     """Sums take each joint with the sense of its axis and of its own counting."""
     arm = loads(
         """name = "arm"
@@ -278,7 +278,7 @@ a = "0.2"
     assert total == one - two + three
 
 
-def test_the_inverse_is_the_same_where_less_was_derived():
+def test_printed_inverse_is_independent_of_derived_functions():
     robot = load(ROBOTS / "scara.toml")
     less = fragments(derive(robot, ["fk"]))["inverse.tex"]
     assert less == article("scara")["inverse.tex"]

@@ -84,7 +84,7 @@ def put(expression, vectors, numbers, tex):
 
 
 @pytest.mark.parametrize("name", LEGS)
-def test_the_elimination_is_the_polynomial(name):
+def test_printed_leg_elimination_equals_assembly_polynomial(name):
     platform, derivation, shown = printed(name)
     found, tex = shown.equations, shown.page.chain.equations.notation.tex
     polynomial, residual = lower([derivation.function(f) for f in FUNCTIONS], "legs")
@@ -132,7 +132,7 @@ def _check_position(platform, shown, numbers, vectors, residual, phi):
     np.testing.assert_allclose(squares - squares[:1], 0, atol=1e-9)
 
 
-def test_the_article_has_the_fragment():
+def test_article_prints_leg_equations_and_assembly_mode_count():
     _, derivation, _ = printed("two lines")
     text = fragments(derivation)["legs.tex"]
     assert r"\input{latex/legs}" in document(derivation)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import Joint, derive, load, loads
+from chasles.derive import Joint, derive, loads
 from chasles.derive.latex import document, fragments
 from chasles.derive.latex.loops.loop_page import LoopPage
 from chasles.derive.latex.loops.loops_fragment import residual
@@ -16,9 +16,8 @@ from chasles.derive.latex.loops.rates_fragment import Rates
 from chasles.derive.latex.setting.printer import FractionPrinter
 from chasles.derive.loops.planar.loop_step import Cross
 from chasles.derive.model.mechanism import Closure, Drive, Frame, Mechanism, Strut
-from tests.support.derivations import ALL, ROBOTS, article, derivation, kernels
+from tests.support.derivations import MECHANISMS, article, derivation, kernels
 
-MECHANISMS = [n for n in ALL if isinstance(load(ROBOTS / f"{n}.toml"), Mechanism)]
 SOLVED = [
     *("board_installer", "delta", "excavator", "five_bar", "four_bar", "slider_crank"),
     "well_manipulator",
@@ -139,7 +138,7 @@ def array(name, function, *arguments):
 
 
 @pytest.mark.parametrize("name", SOLVED)
-def test_printed_steps_solve_the_loops(name):
+def test_printed_steps_reproduce_closed_configuration_and_margins(name):
     page, q = LoopPage.of(derivation(name)), some_q(name)
     steps, read = page.forward_steps, Reader(page)
     read = Reader(page)
@@ -156,7 +155,7 @@ def test_printed_steps_solve_the_loops(name):
 
 
 @pytest.mark.parametrize("name", TURNED_BACK)
-def test_printed_steps_lead_back(name):
+def test_printed_backward_steps_reproduce_the_actuators(name):
     page = LoopPage.of(derivation(name))
     at = page.hybrid.at_reference
     theta = np.array([at[joint.name] for joint in page.hybrid.robot.moving])
@@ -179,7 +178,7 @@ def test_printed_steps_lead_back(name):
 
 
 @pytest.mark.parametrize("name", SOLVED)
-def test_printed_rates_are_those_of_the_chain(name):
+def test_printed_rates_match_chain_rates(name):
     page, q = LoopPage.of(derivation(name)), some_q(name)
     steps = page.forward_steps
     read, qd = Reader(page), random(len(q), 5)
@@ -196,7 +195,7 @@ def test_printed_rates_are_those_of_the_chain(name):
 
 
 @pytest.mark.parametrize("name", TURNED_BACK)
-def test_printed_rates_are_those_of_the_actuators(name):
+def test_printed_rates_match_actuator_rates(name):
     if derivation(name).hybrid.forward.open:
         at = derivation(name).hybrid.at_reference
         theta = np.array([at[joint.name] for joint in derivation(name).hybrid.robot.moving])
@@ -223,7 +222,7 @@ def test_printed_rates_are_those_of_the_actuators(name):
 
 
 @pytest.mark.parametrize("name", TURNED_BACK)
-def test_printed_equations_are_the_constraints(name):
+def test_printed_loop_equations_match_constraint_function(name):
     page = LoopPage.of(derivation(name))
     z = random(len(page.joints), 11)
     expected = array(name, "constraint", z)
@@ -292,14 +291,14 @@ def test_printed_screws_close_the_loops(name):
         np.testing.assert_allclose(turn, exponential(free, angle), rtol=0, atol=1e-9)
 
 
-def test_an_arm_that_only_translates_says_so():
+def test_article_states_angle_relation_of_translating_arm():
     shown = article("board_installer")["solution.tex"]
     assert r"The angles $\theta_{3}$, $\theta_{4}$, $\theta_{5}$ of the main chain have a" in shown
     assert r"L_{2} - k r + k r \cos q_{3} - k q_{2}" in shown
     assert r"L_{1} + k r \sin q_{3}" in shown
 
 
-def test_what_has_no_closed_form_says_so():
+def test_article_states_missing_closed_form():
     shown = article("planar_3rrr")["solution.tex"]
     assert r"There is no closed form for $x$, $y$, $\phi$" in shown
     assert "Newton's iteration" in shown
@@ -307,7 +306,7 @@ def test_what_has_no_closed_form_says_so():
     assert "no closed form" not in solved
 
 
-def test_mobility_in_words():
+def test_article_prints_mobility_counts():
     counted = article("four_bar")["mobility.tex"]
     assert "3 (4 - 1 - 4) + 4 = 1" in counted
     assert "All counts agree." in counted
@@ -315,7 +314,7 @@ def test_mobility_in_words():
     assert "counts $-9$, the rank gives $6$" in overconstrained
 
 
-def test_a_four_bar_as_in_a_textbook():
+def test_four_bar_loop_is_printed_as_in_textbooks():
     found = article("four_bar")
     loops = found["loops.tex"]
     assert (
@@ -353,7 +352,7 @@ pitch = "0.005"
 """
 
 
-def test_fragments_of_loops_only_where_there_are_some():
+def test_loop_fragments_exist_only_for_closed_loops():
     with_loops = article("four_bar")
     geared = fragments(derive(loads(GEARED)))
     assert {"drawing.tex", "mobility.tex", "loops.tex", "solution.tex", "rates.tex"} <= {
@@ -382,7 +381,7 @@ def geared():
     return Mechanism("geared", joints, ("motor",), (pin,), (rod,), (drive,), tool_body="one")
 
 
-def test_symbols_of_joints():
+def test_loop_joints_get_conventional_symbols():
     assert members(geared()).of == {
         "theta": r"\theta",
         "q_1": r"\psi_{1}",
@@ -404,7 +403,7 @@ def test_symbols_of_joints():
     assert planar.of["theta_1"] == "q_{1}"
 
 
-def test_names_in_sentences():
+def test_member_names_are_printed_as_readable_text():
     assert words("cylinder_1.end") == "far end of cylinder 1"
     assert words("boom_cylinder.piston") == "piston of boom cylinder"
     # Two rods on one pin of a third body, as in the rhombus of Peaucellier's linkage.
@@ -429,7 +428,7 @@ def test_names_in_sentences():
         ("1/c", r"\frac{1}{c}"),
     ],
 )
-def test_fractions(expression, tex):
+def test_quotients_are_printed_as_fractions(expression, tex):
     a, b, c = symbols = sp.symbols("a b c", real=True)
     printer = FractionPrinter(
         {s: s.name for s in symbols}, {s: (1, (k,)) for k, s in enumerate(symbols)}

@@ -89,7 +89,7 @@ def somewhere(name, seed=0):
 
 
 @pytest.mark.parametrize("name", [*PLATFORMS, "crooked"])
-def test_the_rods_are_those_of_the_residual(name):
+def test_printed_rods_match_residual_function(name):
     theta, q = somewhere(name)
     numbers = Numbers(name, theta, q)
     found = printed(name)
@@ -101,7 +101,7 @@ def test_the_rods_are_those_of_the_residual(name):
 
 
 @pytest.mark.parametrize("name", [*PLATFORMS, "crooked"])
-def test_pins_are_what_the_platform_carries(name):
+def test_printed_pins_are_constant_in_platform_frame(name):
     theta, q = somewhere(name)
     numbers, found = Numbers(name, theta, q), printed(name)
     b, pins = (numbers.array([getattr(rod, of) for rod in found.rods]) for of in ("b", "pin"))
@@ -114,7 +114,7 @@ def test_pins_are_what_the_platform_carries(name):
 
 
 @pytest.mark.parametrize("name", [*PLATFORMS, "crooked"])
-def test_the_velocity_relation(name):
+def test_printed_velocity_relation_matches_function(name):
     theta, q = somewhere(name)
     numbers, found = Numbers(name, theta, q), printed(name)
     a, b = (numbers.array([getattr(rod, end) for rod in found.rods]) for end in "ab")
@@ -158,7 +158,7 @@ def eliminated(numbers, triad, length, phi):
 
 
 @pytest.mark.parametrize("name", TRIADS)
-def test_the_elimination_is_the_polynomial(name):
+def test_printed_elimination_equals_assembly_polynomial(name):
     theta, q = somewhere(name)
     triad, numbers = printed(name).triad, Numbers(name, theta, q)
     (coefficients,) = called(name, "assembly_polynomial", q)
@@ -173,7 +173,7 @@ def test_the_elimination_is_the_polynomial(name):
 
 
 @pytest.mark.parametrize("name", TRIADS)
-def test_every_angle_has_its_position(name):
+def test_printed_position_solves_rods_at_each_polynomial_root(name):
     theta, _ = somewhere(name)
     reference = derived(name).hybrid.at_reference
     q = [reference[c.moves] for c in derived(name).robot.coordinates]
@@ -199,7 +199,7 @@ def test_every_angle_has_its_position(name):
         np.testing.assert_allclose(residual, 0, atol=ROUNDING)
 
 
-def test_a_planar_platform_as_in_a_paper():
+def test_planar_3rrr_equations_are_printed_as_in_papers():
     shown = platform(printed("planar_3rrr").page)
     assert r"(S_{A} \cos q_{3},\; S_{A} \sin q_{3} + r_{b})" in shown
     assert r"(x - r_{p} \sin \phi,\; y + r_{p} \cos \phi)" in shown
@@ -217,19 +217,19 @@ def test_rods_of_several_lengths_are_listed():
     assert r"k_{3} &= \frac{0.012 - |\mathbf{u}_{3}|^{2}}{2}" in shown
 
 
-def test_printed_twice_it_is_the_same():
+def test_printing_platform_twice_gives_identical_text():
     page = LoopPage.of(derivation("planar_3rrr"))
     assert platform(page) == platform(page)
 
 
-def test_one_rod():
+def test_slider_crank_prints_a_single_rod():
     shown = platform(printed("slider_crank").page)
     assert "held by connecting rod. It is of length" in shown
     assert r"(\mathbf{J}_q)_{11} &= r \mathbf{n}_{1y} \cos q_{1}" in shown
     assert "all other entries" not in shown
 
 
-def test_legs_of_a_hexapod():
+def test_stewart_gough_article_prints_legs_and_solution_bound():
     shown = platform(printed("stewart_gough").page)
     assert r"\ell_{6} &= l_{0} + q_{6}" in shown
     assert r"\mathbf{J}_q &= 1." in shown
@@ -237,7 +237,7 @@ def test_legs_of_a_hexapod():
     assert "harmonics" not in shown
 
 
-def test_only_platforms_on_legs_have_the_fragment():
+def test_only_platforms_on_legs_have_the_platform_fragment():
     for name in PLATFORMS:
         assert "platform.tex" in article(name)
         assert r"\input{latex/platform}" in document(derivation(name))
@@ -245,7 +245,7 @@ def test_only_platforms_on_legs_have_the_fragment():
     assert "latex/platform" not in document(derivation("five_bar"))
 
 
-def test_what_is_no_platform_on_legs():
+def test_cylinder_or_rod_off_the_platform_is_not_a_platform_leg():
     plain = load(ROBOTS / "planar_3rrr.toml")
     assert is_platform(plain)
     first, *others = plain.struts

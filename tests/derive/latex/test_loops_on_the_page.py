@@ -13,7 +13,7 @@ from tests.support.generators.planar_platforms import drawn_platform
 from tests.support.loops.mechanisms import BASE, at, near, pin
 
 
-def test_the_example_is_a_posture_in_which_the_loops_close():
+def test_worked_example_uses_a_closed_configuration():
     """A tenth of the range from its reference the loops of this mechanism are open."""
     parts = fragments(derive(drawn_mechanism(2).mechanism, ["fk", "chain", "ik"]))
     (example,) = (text for name, text in parts.items() if name.startswith("example"))
@@ -21,7 +21,7 @@ def test_the_example_is_a_posture_in_which_the_loops_close():
     assert "nan" not in example
 
 
-def test_displacements_between_the_ends_of_a_loop_fit_the_line():
+def test_displacement_matrices_of_loops_fit_the_line_width():
     platform = loads(drawn_platform(np.random.default_rng(201)).text("platform"))
     loops = fragments(derive(platform, ["chain_fk"]))["loops.tex"]
     matrices = re.findall(r"^M_\{\d\} = .*?\\end\{array\}", loops, re.DOTALL | re.MULTILINE)
@@ -33,7 +33,7 @@ def test_displacements_between_the_ends_of_a_loop_fit_the_line():
     assert r"(to 6 decimals)" in loops
 
 
-def test_what_stays_open_is_told():
+def test_article_states_least_squares_closure():
     rods = tuple(
         Strut(name, Frame(BASE, at(x)), Frame("coupler", at(x)), length)
         for name, x, length in (("rod", 2, 1), ("third", 1, "1.0002"))

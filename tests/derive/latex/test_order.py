@@ -64,7 +64,7 @@ def test_an_article_is_the_same_when_it_is_written_again(name):
 
 
 @pytest.mark.parametrize("name", ["ur5e", "jaco2", "five_bar", "planar_3rrr"])
-def test_functions_asked_for_in_any_order_are_the_same(name):
+def test_functions_are_independent_of_request_order(name):
     robot = load(FOLDER / f"{name}.toml")
     whole = derivation(name)
     expected = [told(function) for function in whole.functions]
@@ -74,7 +74,7 @@ def test_functions_asked_for_in_any_order_are_the_same(name):
     assert [told(function) for function in derive(robot, names).functions] == expected
 
 
-def test_names_of_terms_do_not_depend_on_the_order_of_asking():
+def test_term_names_are_independent_of_request_order():
     def named(names):
         robot = load(FOLDER / "ur5e.toml")
         terms = Terms({p.symbol: p.value for p in robot.parameters})
@@ -91,7 +91,7 @@ def test_names_of_terms_do_not_depend_on_the_order_of_asking():
         assert named(order) == expected
 
 
-def test_printed_names_do_not_depend_on_what_else_is_derived():
+def test_printed_names_are_independent_of_other_functions():
     robot = calibrated()
     expected = equations(derive(robot))
     for names in (["fk"], ["jacobian_mixed"], ["jacobian_space", "jacobian_mixed", "fk"]):
@@ -102,7 +102,7 @@ def test_printed_names_do_not_depend_on_what_else_is_derived():
     assert fragments(derive(robot, ["twist_body"])) == fragments(derive(robot))
 
 
-def test_writing_an_article_names_nothing_in_the_derivation():
+def test_writing_an_article_leaves_derivation_terms_unchanged():
     found = derive(load(FOLDER / "ur5e.toml"))
     before = dict(found.terms.definitions), dict(found.terms.constants)
     fragments(found)

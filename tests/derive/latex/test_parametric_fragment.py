@@ -1,7 +1,6 @@
 """Articles of robots with parametric functions, and reports on models: they compile and agree."""
 
 import re
-import shutil
 import subprocess
 
 import numpy as np
@@ -12,8 +11,8 @@ from chasles.derive.latex import FOLDER, document, fragments, model_quality
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.convention_robots import sagging_ur5e
 from tests.support.derivations import ROBOTS
+from tests.support.tools import needs
 
-PDFLATEX = shutil.which("pdflatex")
 REPORT = r"""\documentclass{article}
 \usepackage{amsmath,booktabs}
 \begin{document}
@@ -29,7 +28,7 @@ def sagging():
 
 def compiled(folder, name, text):
     (folder / f"{name}.tex").write_text(text)
-    arguments = [PDFLATEX, "-interaction=nonstopmode", "-halt-on-error", name]
+    arguments = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", name]
     done = subprocess.run(arguments, cwd=folder, capture_output=True, check=False)
     log = (folder / f"{name}.log").read_text(errors="replace")
     assert done.returncode == 0, log[-2000:]
@@ -37,8 +36,8 @@ def compiled(folder, name, text):
     assert max(map(float, re.findall(r"Overfull \\hbox \(([\d.]+)pt", log)), default=0) < 1
 
 
-@pytest.mark.skipif(PDFLATEX is None, reason="pdflatex is not installed")
-def test_they_compile(tmp_path, sagging):
+@needs("pdflatex")
+def test_parametric_article_and_model_report_compile(tmp_path, sagging):
     (tmp_path / FOLDER).mkdir()
     for name, text in fragments(sagging).items():
         (tmp_path / FOLDER / name).write_text(text)
@@ -47,7 +46,7 @@ def test_they_compile(tmp_path, sagging):
     compiled(tmp_path, "report", REPORT % report)
 
 
-def test_the_fragment_is_there_on_demand(sagging):
+def test_parametric_fragment_is_printed_only_on_request(sagging):
     assert "parametric.tex" in fragments(sagging)
     assert "parametric.tex" not in fragments(derive(loads(sagging_ur5e()), ["fk"]))
     text = fragments(sagging)["parametric.tex"]
@@ -58,8 +57,8 @@ def test_the_fragment_is_there_on_demand(sagging):
     assert r"+ p_{37} \tau_{1}" in text
 
 
-@pytest.mark.skipif(PDFLATEX is None, reason="pdflatex is not installed")
-def test_loops_of_any_geometry_are_printed(tmp_path):
+@needs("pdflatex")
+def test_parametric_fragment_of_loops_is_printed_and_compiles(tmp_path):
     derived = derive(load(ROBOTS / "five_bar.toml"), ["fk", "fk_p"])
     written = fragments(derived)
     text, count = written["parametric.tex"], len(derived.geometry.parameters)
@@ -76,7 +75,7 @@ def test_loops_of_any_geometry_are_printed(tmp_path):
 TOKEN = re.compile(r"([RT])_\{?([xyz])\}?\(([^()]*)\)|(T)\(([^()]*)\)")
 
 
-def test_the_printed_product_is_the_pose(sagging):
+def test_printed_parametric_product_equals_the_pose(sagging):
     """The printed factors, read back, give the pose of the nominal robot and of others."""
     text = fragments(sagging)["parametric.tex"]
     random = np.random.default_rng(4)

@@ -32,11 +32,11 @@ LONG = R("0.0001839675682371554044092221147366217337548732757568359375")
         (R("4.5198788796441125e-7"), r"4.5198788796441125 \cdot 10^{-7}"),
     ],
 )
-def test_numbers(value, tex):
+def test_numbers_are_printed_with_limited_digits(value, tex):
     assert number(value) == tex
 
 
-def test_places_of_numbers_and_of_words_are_compared():
+def test_terms_with_mixed_order_keys_are_sorted():
     x, y, z = sp.symbols("x y z")
     order = {x: (TERM, (1, "b")), y: (TERM, ("a",)), z: (LENGTH, (1, (2, "c")))}
     printer = Printer({s: s.name for s in order}, order)
@@ -44,7 +44,7 @@ def test_places_of_numbers_and_of_words_are_compared():
     assert printer.tex(y * x * z) == "z x y"
 
 
-def test_digits_that_are_cut_are_the_first_ones():
+def test_cut_numbers_keep_their_leading_digits():
     dice = random.Random(1)
     for _ in range(300):
         text = f"{dice.uniform(0.1, 99):.20f}"
@@ -56,7 +56,7 @@ def test_digits_that_are_cut_are_the_first_ones():
         assert power == ("{-9}" if float(text) >= 1 and float(text) < 10 else power)
 
 
-def test_rounded_numbers_of_any_size_are_right():
+def test_rounded_numbers_are_accurate_at_any_magnitude():
     dice = random.Random(2)
     for _ in range(300):
         value = R(f"{dice.uniform(-1, 1):.20f}") / 10 ** dice.randint(0, 40)
@@ -65,7 +65,7 @@ def test_rounded_numbers_of_any_size_are_right():
         assert abs(shown - value) <= abs(value) / 10**9
 
 
-def test_limits_are_cut_and_fractions_stay():
+def test_long_limits_are_cut_and_fractions_are_kept():
     assert limits((R(0), R(50, 3))) == r"$[0, \tfrac{50}{3}]$"
     assert limits((R("-1.1344640137963142"), R(2))) == r"$[-1.134464013\ldots, 2]$"
     assert limits((-sp.pi, sp.pi)) == r"$\pm 180^\circ$"

@@ -23,16 +23,16 @@ def derived(robot):
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_the_text_of_shipped_arms_is_their_inverse(name):
+def test_printed_text_of_shipped_arms_evaluates_to_their_inverse(name):
     assert read_back(derived(load(description(name)))) >= POSES
 
 
 @pytest.mark.parametrize("chain", CHAINS)
-def test_the_text_of_drawn_arms_is_their_inverse(chain):
+def test_printed_text_of_random_arms_evaluates_to_their_inverse(chain):
     assert read_back(derived(robot_of(chain, right=True))) >= POSES
 
 
-def test_a_reader_sees_a_wrong_sign():
+def test_reader_of_printed_inverse_detects_a_wrong_sign():
     assert Formula(r"a_{2} c_{1} - 2 (b + 1)^{2}", {"a_{2}": 3, "c_{1}": 2, "b": 1}).value() == -2
     arm = load(ROBOTS / "puma560.toml")
     found = fragments(derive(arm))

@@ -19,12 +19,13 @@ ROOT = sp.sqrt(3)
         (a + b, a + b),
         ((a + b) * (c + d), (a + b) * (c + d)),
     ],
+    ids=["roots", "angle sum", "sum", "product"],
 )
-def test_constants_are_multiplied_out_where_that_is_shorter(long, short):
+def test_constants_are_multiplied_out_if_the_result_is_shorter(long, short):
     assert reduced(long) == short
 
 
-def test_a_root_that_all_terms_have_stands_in_front():
+def test_common_root_is_factored_out():
     long = c * (ROOT / 2 * a + ROOT / 2 * b) - d * (ROOT / 2 * a - ROOT / 2 * b)
     found = gathered(long)
     assert found.is_Mul
@@ -32,15 +33,15 @@ def test_a_root_that_all_terms_have_stands_in_front():
     assert sp.expand(found - long) == 0
 
 
-def test_terms_with_different_roots_stay():
+def test_terms_with_different_roots_are_unchanged():
     assert gathered(ROOT * a + sp.sqrt(2) * b) == ROOT * a + sp.sqrt(2) * b
 
 
-def test_squares_are_drawn_out_of_roots():
+def test_square_factors_are_extracted_from_roots():
     assert drawn_out(sp.sqrt(4 * a + 4 * b)) == 2 * sp.sqrt(a + b)
     assert drawn_out(sp.sqrt(2 * a + 2 * b)) == sp.sqrt(2 * a + 2 * b)
 
 
-def test_a_factor_does_not_follow_the_argument_of_a_cosine():
+def test_factor_is_printed_before_a_cosine():
     printer = Printer({a: "a", b: "b"}, {})
     assert printer.tex(sp.cos(a) * b) == r"b \cos a"

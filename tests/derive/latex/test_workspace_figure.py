@@ -50,7 +50,7 @@ def whole(found):
     return sum(area(loop) for loop in found.loops)
 
 
-def test_rings_and_half_rings_of_arms_with_two_links():
+def test_two_link_arms_reach_rings_and_half_rings():
     rng = np.random.default_rng(1)
     for _ in range(8):
         a, b = rng.uniform(0.2, 1, 2).round(3)
@@ -63,7 +63,7 @@ def test_rings_and_half_rings_of_arms_with_two_links():
             assert abs(whole(found) / (ring / 2 if upright else ring) - 1) < AREA
 
 
-def test_limits_bound_the_area():
+def test_joint_limits_reduce_the_area_to_a_ring_sector():
     # The elbow's angle gives the distance, the shoulder turns an arc of it: a sector of a ring.
     rng = np.random.default_rng(2)
     for _ in range(8):
@@ -90,7 +90,7 @@ def inside(loops, points):
 
 
 @pytest.mark.parametrize("name", ["ur5e", "panda", "irb6640", "lynxmotion", "jaco2", "puma560"])
-def test_random_postures_are_inside(name):
+def test_random_positions_lie_inside_the_outline(name):
     found = derivation(name)
     region = reached(found.skeleton)
     coordinates, rng = found.robot.coordinates, np.random.default_rng(3)
@@ -113,7 +113,7 @@ def test_random_postures_are_inside(name):
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_small_and_the_same_again(name):
+def test_workspace_figure_is_small_and_reproducible(name):
     found = derived(name)
     text = workspace(found.robot, found.skeleton)
     assert text == workspace(found.robot, found.skeleton)
@@ -121,7 +121,7 @@ def test_small_and_the_same_again(name):
     assert not re.search(r"\d[eE][-+]|nan|inf", text)
 
 
-def test_none_where_a_slide_has_no_end():
+def test_unlimited_prismatic_joint_has_no_workspace_outline():
     found = derivation("photo_robot")
     assert reached(found.skeleton) is None
     assert workspace(found.robot, found.skeleton) == ""
@@ -145,7 +145,7 @@ def bounds_of(name):
 
 
 @pytest.mark.parametrize("name", ["excavator", "well_manipulator", "board_installer", "five_bar"])
-def test_random_postures_of_robots_with_loops_are_inside(name):
+def test_random_positions_of_mechanisms_lie_inside_the_outline(name):
     region = of_loops(name)
     bounds = bounds_of(name)
     q = np.random.default_rng(4).uniform(*bounds.T, size=(4000, len(bounds)))
@@ -159,7 +159,7 @@ def test_random_postures_of_robots_with_loops_are_inside(name):
     assert np.any([inside(region.loops, some) for some in near], axis=0).mean() > ALMOST
 
 
-def test_the_area_of_a_five_bar_is_the_integral_of_its_determinant():
+def test_five_bar_area_equals_integral_of_determinant():
     """Its map is one to one within the limits, which stay on one side of its dead points."""
     low, high = bounds_of("five_bar").T
     cells, step = 200, 1e-5
@@ -176,7 +176,7 @@ def test_the_area_of_a_five_bar_is_the_integral_of_its_determinant():
     assert abs(whole(of_loops("five_bar")) / exact - 1) < AREA
 
 
-def test_postures_without_a_position_are_left_out():
+def test_configurations_without_position_are_excluded():
     """Two links whose tool has no position below the x axis: the upper half of a ring."""
 
     def at(q):
@@ -190,7 +190,7 @@ def test_postures_without_a_position_are_left_out():
     assert abs(whole(found) / (math.pi * (1 - 0.2**2) / 2) - 1) < AREA
 
 
-def test_no_region_of_robots_without_one():
+def test_mechanisms_without_planar_region_have_no_outline():
     assert of_loops("four_bar") is None
     assert of_loops("planar_3rrr") is None
     assert of_loops("delta") is None

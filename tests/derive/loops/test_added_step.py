@@ -164,7 +164,7 @@ def numbers():
     return found
 
 
-def test_it_gives_the_numbers_of_three_pins(request):
+def test_added_step_matches_built_in_three_pins(request):
     (built_in,) = Hybrid(rocker()).forward.steps
     assert type(built_in) is ThreePins
     expected = numbers()
@@ -180,7 +180,7 @@ def test_it_gives_the_numbers_of_three_pins(request):
 
 
 @pytest.mark.usefixtures("with_isosceles")
-def test_its_loops_close():
+def test_loops_solved_by_added_step_close():
     model = Model(rocker())
     (configuration,) = lower(derive(rocker(), ["configuration"]).functions, "test")
     z = np.array([np.array(configuration(q)).ravel() for q in np.linspace(-1.5, 1.5, 31)])
@@ -188,7 +188,7 @@ def test_its_loops_close():
 
 
 @pytest.mark.usefixtures("with_isosceles")
-def test_the_article_prints_its_words_and_its_equations():
+def test_article_prints_text_and_equations_of_added_step():
     found = fragments(derive(rocker()))
     assert r"\textbf{Step 1: an isosceles triangle}" in found["solution.tex"]
     assert r"k_{1} &= -\sqrt{\frac{b^{2}}{D_{1}^{2}} - 0.25}" in found["solution.tex"]
@@ -197,7 +197,7 @@ def test_the_article_prints_its_words_and_its_equations():
 
 
 @pytest.mark.usefixtures("with_isosceles")
-def test_its_rates_as_printed_are_those_of_the_functions():
+def test_printed_rates_of_added_step_match_its_functions():
     h = Hybrid(rocker())
     (step,) = h.forward.steps
     equations = step.equations()
@@ -214,6 +214,6 @@ def test_its_rates_as_printed_are_those_of_the_functions():
 
 
 @pytest.mark.usefixtures("with_isosceles")
-def test_a_step_that_does_not_fit_leaves_the_loop_to_others():
+def test_unsuitable_added_step_falls_back_to_built_in_step():
     (step,) = Hybrid(four_bar()).forward.steps
     assert type(step) is ThreePins

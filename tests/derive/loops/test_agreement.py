@@ -24,7 +24,7 @@ def every_actuator(mechanism):
 
 
 @pytest.mark.parametrize("seed", FAMILIES.values(), ids=list(FAMILIES))
-def test_joints_that_do_not_agree_have_no_actuators(seed):
+def test_inconsistent_chain_joints_give_nan_actuators(seed):
     drawn = drawn_mechanism(seed)
     numbers = Multistart(drawn.mechanism)
     assert len(numbers.chain) > len(numbers.actuated)
@@ -48,7 +48,7 @@ def test_joints_that_do_not_agree_have_no_actuators(seed):
     assert checked > 5
 
 
-def test_the_angles_of_a_universal_joint_agree_with_its_rod():
+def test_inconsistent_universal_joint_angles_give_nan_actuators():
     mechanism = rsur()
     at = Hybrid(mechanism).at_reference
     actuators = every_actuator(mechanism)
@@ -58,7 +58,7 @@ def test_the_angles_of_a_universal_joint_agree_with_its_rod():
         assert np.isnan(actuators(theta + OFF * np.eye(3)[k])).all()
 
 
-def test_a_turned_platform_does_not_agree_with_its_parallel_rods():
+def test_rotated_delta_platform_gives_nan_actuators():
     actuators = every_actuator(delta())
     theta = np.array([0.01, 0.02, -0.7, 0, 0, 0])
     assert np.isfinite(actuators(theta)).all()
@@ -66,7 +66,7 @@ def test_a_turned_platform_does_not_agree_with_its_parallel_rods():
         assert np.isnan(actuators(theta + OFF * np.eye(6)[k])).all()
 
 
-def test_as_many_joints_as_freedoms_always_agree():
+def test_independent_chain_joints_always_give_actuators():
     drawn = drawn_mechanism(8)
     theta = np.random.default_rng(0).uniform(-np.pi, np.pi, (20, 2))
     actuators = every_actuator(drawn.mechanism)

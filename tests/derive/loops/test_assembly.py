@@ -170,7 +170,7 @@ def configurations(name, q):
 
 
 @pytest.mark.parametrize("build", KINDS, ids=lambda build: build.__name__)
-def test_the_groups_are_those_of_a_textbook(build):
+def test_planar_loops_are_solved_by_textbook_groups(build):
     h = hybrid(build.__name__)
     kinds = [type(step) for step in h.forward.steps]
     assert kinds == KINDS[build] or kinds == [*KINDS[build][:1], TwoPins]
@@ -178,7 +178,7 @@ def test_the_groups_are_those_of_a_textbook(build):
 
 
 @pytest.mark.parametrize("name", BUILDERS)
-def test_loops_close_where_bodies_are(name):
+def test_solved_configurations_close_all_loops(name):
     model, q = Model(BUILDERS[name]()), random_q(name)
     z = configurations(name, q)
     assert np.isfinite(z).all()
@@ -187,7 +187,7 @@ def test_loops_close_where_bodies_are(name):
 
 
 @pytest.mark.parametrize("name", BUILDERS)
-def test_the_branch_is_that_of_the_reference(name):
+def test_newton_from_reference_converges_to_the_solved_branch(name):
     """From the configuration as described, Newton's method comes to the same."""
     h = hybrid(name)
     given = dict(h.mechanism.reference)
@@ -220,7 +220,7 @@ def test_every_row_of_chain_all_closes(name):
             assert model.gap(model.newton(z, known)).min() < CLOSED
 
 
-def test_branches_of_a_four_bar_have_names():
+def test_four_bar_branches_are_named_left_and_right():
     h = hybrid("four_bar")
     (step,) = h.forward.steps
     assert step.name(h.mechanism) == "wrist"
@@ -231,7 +231,7 @@ def test_branches_of_a_four_bar_have_names():
     assert {step.branch, other.branch} == {"left", "right"}
 
 
-def test_the_slider_s_branches_are_far_and_near():
+def test_slider_crank_branches_are_named_far_and_near():
     (step,) = hybrid("slider_crank").forward.steps
     assert (step.branch, step.sign) == ("far", 1)
     mirrored = near(("crank", 1), ("elbow", sp.pi - 1), ("cross", -2))
@@ -239,7 +239,7 @@ def test_the_slider_s_branches_are_far_and_near():
     assert (other.branch, other.sign) == ("near", -1)
 
 
-def test_a_crank_of_length_one_on_a_line():
+def test_slotted_rocker_with_unit_crank_inverts_and_differentiates():
     """The offset from the line is then itself the sine of the angle that is solved."""
     derived = derive(slotted_rocker(), ["chain", "actuators", "actuators_D_chain"])
     chain, actuators, slope = lower(derived.functions, "test")
@@ -256,7 +256,7 @@ def test_a_crank_of_length_one_on_a_line():
 # --- what is not clear, or not there ---
 
 
-def test_a_reference_between_two_branches_is_not_clear():
+def test_reference_between_two_branches_is_rejected():
     symmetric = replace(four_bar(), reference=near(("crank", 0)))
     with pytest.raises(RobotError, match=r"four_bar.*loop of .*(elbow|rocker|wrist).*dead point"):
         derive(symmetric)
@@ -268,7 +268,7 @@ def test_a_reference_between_two_branches_is_not_clear():
     derive(replace(four_bar(), reference=near(("crank", 0), ("elbow", "1/10"))), ["chain"])
 
 
-def test_a_loop_that_is_open_at_the_reference():
+def test_loop_open_at_the_reference_is_rejected():
     short = Parameter("l2", "1/10")
     parameters = tuple(short if p.name == "l2" else p for p in four_bar().parameters)
     with pytest.raises(RobotError, match="does not close at the reference"):
@@ -282,7 +282,7 @@ def test_a_loop_that_is_open_at_the_reference():
 
 
 @pytest.mark.parametrize("cranks", [3, 4])
-def test_cranks_that_repeat_others_are_no_trouble(cranks):
+def test_parallelogram_with_redundant_cranks_is_solved(cranks):
     mechanism = parallelogram(cranks)
     h = Hybrid(mechanism)
     assert not h.forward.open
@@ -297,7 +297,7 @@ def test_cranks_that_repeat_others_are_no_trouble(cranks):
         np.testing.assert_allclose(np.array(chain_D_q(q)).ravel(), [1, -1], atol=0)
 
 
-def test_a_loop_in_which_only_the_rod_turns():
+def test_trammel_positions_margins_and_branches_are_correct():
     derived = derive(trammel(), ["configuration", "margin", "chain_all"])
     configuration, margin, every = lower(derived.functions, "test")
     for x in np.linspace(-0.99, 0.99, 23):
@@ -309,7 +309,7 @@ def test_a_loop_in_which_only_the_rod_turns():
         assert rows[:, 0] == pytest.approx([y, -y])
 
 
-def test_a_mechanism_of_class_iii_stays_open_forward_and_has_its_inverse():
+def test_class_iii_mechanism_has_only_a_closed_form_inverse():
     mechanism = planar_3rrr()
     h = Hybrid(mechanism)
     assert {"x", "y", "roll", "pitch", "yaw"} & set(h.forward.open)
@@ -319,7 +319,7 @@ def test_a_mechanism_of_class_iii_stays_open_forward_and_has_its_inverse():
     assert {"actuators", "actuators_all", "constraint", "rods", "assembly_polynomial"} <= names
 
 
-def test_idle_parts_do_not_keep_the_rest_from_being_solved():
+def test_undriven_parts_stay_open_without_blocking_other_loops():
     """A pendulum on the coupler that nothing drives stays open; it is named."""
     whole = four_bar()
     loose = Joint("loose", "revolute", before=at("1/2"), link="pendulum", parent="coupler")
@@ -329,7 +329,7 @@ def test_idle_parts_do_not_keep_the_rest_from_being_solved():
     assert set(Hybrid(mechanism).forward.open) == {"loose", "second", "tie_swing"}
 
 
-def test_a_reference_through_a_drive_with_a_named_radius():
+def test_reference_is_converted_through_drive_with_named_radius():
     text = (ROBOTS / "bricklaying_gantry.toml").read_text(encoding="utf-8")
     assert "limits = [0, 400]" in text
     robot = loads(text.replace("limits = [0, 400]", "limits = [3, 400]"), "gantry.toml")
@@ -339,7 +339,7 @@ def test_a_reference_through_a_drive_with_a_named_radius():
     assert h.at_reference["x"] == pytest.approx(0.2015, abs=1e-15)
 
 
-def test_alike_angles_need_no_root():
+def test_parallelogram_angles_are_solved_without_square_root():
     """Equal and parallel arms are told by their vectors, whatever the parameters are worth."""
     L, M = (Parameter(name, value) for name, value in (("L", "6/5"), ("M", "1/2")))
     l, m = L.symbol, M.symbol  # noqa: E741

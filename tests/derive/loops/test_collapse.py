@@ -35,7 +35,7 @@ def board():
     return Hybrid(load(ROBOTS / "board_installer.toml"))
 
 
-def test_the_arm_of_the_board_installer_has_no_solved_angle(board):
+def test_board_installer_collapse_leaves_a_single_solved_angle(board):
     full = [s for group in board.groups for s in group.stations]
     solved = [s for s in full if board.terms.is_solved(s.angle)]
     kept = [s for s in stations(board) if board.terms.is_solved(s.angle)]
@@ -47,7 +47,7 @@ def test_the_arm_of_the_board_installer_has_no_solved_angle(board):
     assert push_rod.angle.free_symbols <= {*pitch.free_symbols, *board.q}
 
 
-def test_its_translation_is_that_of_the_crank(board):
+def test_board_installer_translation_matches_crank_formula(board):
     """Trans(k r (cos q3 - 1) - (k - 1) q2, 0, k r sin q3), but for where it begins."""
     q2, q3 = board.q[1], board.q[2]
     values = board.kinematics.motion.values
@@ -74,7 +74,7 @@ def test_its_translation_is_that_of_the_crank(board):
         assert not solved_terms(board, [board.terms.definitions[value].xreplace(closed)])
 
 
-def test_the_tool_is_where_the_chain_with_all_joints_has_it(board):
+def test_collapsed_chain_matches_full_chain_pose_and_rates(board):
     """The collapsed chain and the open main chain at the same joints, with all derivatives."""
     kinds = ["fk", "jacobian_mixed", "twist_mixed"]
     short = derive(load(ROBOTS / "board_installer.toml"), [*kinds, "chain", "chain_rates"])
@@ -107,14 +107,14 @@ def test_a_parallelogram_only_translates():
     assert q in h.q
 
 
-def test_a_four_bar_keeps_its_joints():
+def test_four_bar_is_not_collapsed_to_a_translation():
     h = Hybrid(four_bar())
     kept = stations(h)
     assert [s.joint for s in kept if s.joint is not None] == [0, 1]
     assert not any(s.slides for s in kept)
 
 
-def test_what_turns_behind_a_translation_moves_with_it():
+def test_jacobian_rates_with_wrist_after_parallelogram_are_correct():
     """A wrist behind a parallelogram: rates of Jacobians see the joints in the chain's order."""
     linkage = parallelogram(2)
     wrist = pin("wrist", "coupler", "hand", "1/2")
@@ -139,7 +139,7 @@ def test_what_turns_behind_a_translation_moves_with_it():
     np.testing.assert_allclose(columns[5], [0, 1], atol=1e-15)
 
 
-def test_a_parallelogram_on_a_turntable():
+def test_parallelogram_on_turntable_translates_in_turntable_axes():
     """The translation is that of the turntable's axes, not of the base's."""
     table = pin("table", BASE, "table", "1/3")
     cranks = [
@@ -161,7 +161,7 @@ def test_a_parallelogram_on_a_turntable():
     np.testing.assert_allclose(columns[5], [1, 0], atol=0)
 
 
-def test_parallelograms_in_a_row_keep_the_last_body_s_orientation():
+def test_consecutive_parallelograms_keep_tool_orientation():
     """Two linkages of different arms: the second stands on the coupler of the first."""
     joints = (
         pin("a0", BASE, "lower"),

@@ -128,7 +128,7 @@ def _matrix(placement, mechanism=None):
 # --- what is printed ---
 
 
-def test_a_four_bar_reads_as_in_a_textbook():
+def test_four_bar_residual_matches_textbook_equations():
     c = case("four_bar")
     (loop,) = c.equations
     l1, l2, l3, l4 = sp.symbols("l1:5", real=True)
@@ -141,7 +141,7 @@ def test_a_four_bar_reads_as_in_a_textbook():
     ]
 
 
-def test_a_cylinder_s_length_stands_beside_its_swing():
+def test_cylinder_length_multiplies_cosine_and_sine_of_its_swing():
     c = case("arm")
     (loop,) = c.equations
     _, boom, lift, swing = c.z
@@ -151,14 +151,14 @@ def test_a_cylinder_s_length_stands_beside_its_swing():
     assert sp.expand(y + 1 - (lift + 2) * sp.sin(swing)) == -2 * sp.sin(boom) - half * sp.cos(boom)
 
 
-def test_a_rod_on_balls_is_one_length():
+def test_ball_ended_rod_gives_a_single_distance_equation():
     (loop,) = case("rssr").equations
     assert loop.kind == "distance"
     assert len(loop.residual) == 1
     assert [e.kind for e in case("delta").equations] == ["distance"] * 6
 
 
-def test_the_configuration_in_order():
+def test_configuration_variables_are_named_in_order():
     assert case("arm").names == ["waist", "boom", "lift", "lift_swing"]
     assert case("planar_3rrr").names[3:6] == ["x", "y", "yaw"]
     assert case("stewart").names[6:] == [f"leg{k}" for k in range(6)]
@@ -180,13 +180,13 @@ def test_the_configuration_in_order():
         ("sarrus", "spatial", 5),
     ],
 )
-def test_number_of_equations(name, kind, count):
+def test_loop_kind_and_equation_count_match_the_closure(name, kind, count):
     (loop,) = case(name).equations
     assert loop.kind == kind
     assert len(loop.residual) == len(loop.units) == count
 
 
-def test_equations_that_always_hold_are_left_out():
+def test_identically_satisfied_equations_are_omitted():
     slides = mechanisms.free("body", BASE, "body")[:3]
     stage = Mechanism(
         "stage",
@@ -201,7 +201,7 @@ def test_equations_that_always_hold_are_left_out():
     assert loop.units == ("m", "m")
 
 
-def test_equations_that_hold_by_cancelling_are_left_out():
+def test_equations_satisfied_by_cancellation_are_omitted():
     """A screw and a slider on one skew axis: that they are parallel is cos^2 + sin^2 - 1 = 0."""
     skew = (1, 2, 3, ("z", sp.Rational(1, 3)), ("x", sp.Rational(2, 7)))
     screw = replace(pin("screw", BASE, "nut", *skew), kind="helical", pitch="1/100")
@@ -250,7 +250,7 @@ def open_ends(c, loop, z):
 
 
 @pytest.mark.parametrize("name", BUILT)
-def test_residuals_vanish_where_the_bodies_meet_and_nowhere_else(name):
+def test_residuals_vanish_only_at_closed_configurations(name):
     c, z = case(name), closed(name)
     assert (c.equations[0].kind == "planar") == (name in PLANAR)
     assert np.max(np.abs(c.at("residual", z))) < CLOSED
@@ -270,7 +270,7 @@ def test_residuals_vanish_where_the_bodies_meet_and_nowhere_else(name):
 
 
 @pytest.mark.parametrize("name", PLANAR)
-def test_a_tilted_plane_has_the_same_equations(name):
+def test_residual_norm_is_independent_of_plane_orientation(name):
     flat, tilted = case(name), Case(mechanisms.ground(BUILT[name](), TILTED))
     random = np.random.default_rng(2)
     for _ in range(5):
@@ -279,7 +279,7 @@ def test_a_tilted_plane_has_the_same_equations(name):
         assert sizes[1] == pytest.approx(sizes[0], abs=1e-12)
 
 
-def test_four_bars_by_the_law_of_cosines():
+def test_four_bar_residual_vanishes_at_law_of_cosines_solution():
     c = case("four_bar")
     l1, l2, l3, l4 = 1, 3, 2.5, 3
     for crank in np.linspace(-3, 3, 13):
@@ -295,7 +295,7 @@ def test_four_bars_by_the_law_of_cosines():
             assert np.max(np.abs(c.at("residual", z))) > 1e-4
 
 
-def test_bennett_s_half_angles():
+def test_bennett_linkage_satisfies_half_angle_relation():
     alpha, beta = np.pi / 6, np.pi / 2
     c, z = case("bennett"), closed("bennett")
     ratio = np.sin((beta + alpha) / 2) / np.sin((beta - alpha) / 2)
@@ -304,7 +304,7 @@ def test_bennett_s_half_angles():
     assert np.max(np.abs(c.at("residual", z))) < CLOSED
 
 
-def test_a_slider_crank_where_all_is_in_line():
+def test_slider_crank_residual_vanishes_at_known_configuration():
     c = case("slider_crank")
     reach = np.sqrt(3**2 - 0.75**2)
     z = {"crank": np.pi / 2, "elbow": -np.pi / 2 - np.arcsin(0.25), "cross": reach}
@@ -312,9 +312,11 @@ def test_a_slider_crank_where_all_is_in_line():
 
 
 @pytest.mark.parametrize(
-    "cranks", [(78.52393138, 176.46904472, -29.82437852), (0.16983617, 88.26254206, -129.56592854)]
+    "cranks",
+    [(78.52393138, 176.46904472, -29.82437852), (0.16983617, 88.26254206, -129.56592854)],
+    ids=["first case", "second case"],
 )
-def test_the_published_inverse_of_the_planar_platform(cranks):
+def test_planar_3rrr_residual_vanishes_at_published_inverse(cranks):
     c = case("planar_3rrr")
     z = {"x": 0.020, "y": 0.050, "yaw": 0}
     for k, (leg, crank) in enumerate(zip((210, 330, 90), np.radians(cranks), strict=True), 1):
@@ -377,7 +379,7 @@ def centre(screws):
 
 
 @pytest.mark.parametrize("name", BUILT)
-def test_the_product_of_exponentials_is_one(name):
+def test_loop_product_of_exponentials_is_identity(name):
     c, z = case(name), closed(name)
     for loop in c.equations:
         rest, free = across_closer(c, loop, z)
@@ -401,7 +403,7 @@ def test_the_product_of_exponentials_is_one(name):
 
 
 @pytest.mark.parametrize("name", BUILT)
-def test_jacobian_and_its_rate_against_automatic_differentiation(name):
+def test_constraint_jacobian_and_rate_match_automatic_differentiation(name):
     c = case(name)
     n = len(c.names)
     z, zd = ca.SX.sym("z", n), ca.SX.sym("zd", n)
@@ -421,7 +423,7 @@ def test_jacobian_and_its_rate_against_automatic_differentiation(name):
 
 
 @pytest.mark.parametrize("name", ["four_bar", "welded", "bennett", "delta", "rail"])
-def test_jacobian_and_its_rate_against_differences(name):
+def test_constraint_jacobian_and_rate_match_finite_differences(name):
     c, z = case(name), closed(name)
     values = np.array([z[n] for n in c.names])
     rates = np.random.default_rng(5).uniform(-1, 1, len(values))
@@ -442,14 +444,14 @@ def test_jacobian_and_its_rate_against_differences(name):
 # --- what is refused ---
 
 
-def test_pins_on_a_rod_that_moves_in_space():
+def test_pin_ended_rod_in_spatial_loop_is_rejected():
     whole = mechanisms.rssr()
     pinned = replace(whole, struts=(replace(whole.struts[0], ends="pin"),))
     with pytest.raises(RobotError, match="pins hold the ends of 'rod', but its loop is not planar"):
         Case(pinned)
 
 
-def test_a_loop_that_never_closes():
+def test_loop_without_any_closed_configuration_is_rejected():
     slides = mechanisms.free("body", BASE, "body")[:2]
     stage = Mechanism(
         "stage",

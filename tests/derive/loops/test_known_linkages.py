@@ -101,7 +101,7 @@ def tool_of(text):
     return Hybrid(robot), lambda q: np.array(kernel(q)).reshape(4, 4)
 
 
-def test_an_inversor_draws_a_straight_line():
+def test_peaucellier_inversor_traces_a_straight_line():
     hybrid, tool = tool_of(PEAUCELLIER)
     assert hybrid.mobility.true == hybrid.mobility.kutzbach == 1
     heights = []
@@ -122,7 +122,7 @@ def test_a_scissor_lift_keeps_its_table_level():
 
 
 @pytest.mark.parametrize("body", ["table", "roller", "arm_4", "arm_2", "shoe"])
-def test_a_scissor_lift_is_commanded_by_any_of_its_bodies(body):
+def test_scissor_lift_actuator_follows_from_any_tool_body(body):
     tool = "tool = { body = "
     robot = loads(SCISSORS.replace(f'{tool}"table"', f'{tool}"{body}"'))
     chain, actuators = lower(derive(robot, ["chain", "actuators"]).functions, robot.name)
@@ -130,7 +130,7 @@ def test_a_scissor_lift_is_commanded_by_any_of_its_bodies(body):
         assert float(actuators(chain(foot))) == pytest.approx(foot, abs=1e-12)
 
 
-def test_a_leg_of_a_beast_walks():
+def test_jansen_leg_traces_a_closed_path_with_flat_stance():
     hybrid, tool = tool_of(JANSEN)
     assert hybrid.mobility.true == 1
     model = Model(hybrid.mechanism)

@@ -120,7 +120,7 @@ class Numbers:
         return float(value.func(*map(sp.Float, parts)))
 
 
-def test_every_kind_is_among_them():
+def test_every_step_kind_is_covered():
     assert {type(step) for _, step in steps()} == {
         *PLANAR,
         *SPATIAL,
@@ -131,7 +131,7 @@ def test_every_kind_is_among_them():
     }
 
 
-def test_results_angles_and_margins_are_those_that_were_solved():
+def test_step_equations_match_solved_results_angles_and_margins():
     checked = 0
     for solution, step in steps():
         equations = step.equations()
@@ -152,7 +152,7 @@ def test_results_angles_and_margins_are_those_that_were_solved():
     assert checked == 70
 
 
-def test_rates_are_those_of_the_solution():
+def test_step_rate_equations_match_solution_rates():
     checked = 0
     for solution, step in steps():
         equations = step.equations()
@@ -191,13 +191,13 @@ def terms_of(equations):
     return lambda symbol: found.get(symbol, symbol)
 
 
-def test_a_step_without_equations_says_why():
+def test_step_without_equations_states_a_reason():
     found = [step for _, step in steps() if not step.equations().vectors]
     assert len(found) > 1
     assert all(step.reason.endswith(".") for step in found)
 
 
-def test_a_branch_has_a_name_and_a_remark_where_there_are_two():
+def test_two_branch_steps_have_a_name_and_a_remark():
     for _, step in steps():
         assert bool(step.branch) is step.is_choice
         # A step that needs no equations says it in their place.

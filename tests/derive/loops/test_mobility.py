@@ -37,7 +37,7 @@ KNOWN = {
 
 
 @pytest.mark.parametrize("name", KNOWN)
-def test_mobility_of_textbooks(name):
+def test_mobility_counts_match_textbooks(name):
     m = mobility(getattr(mechanisms, name)())
     found = (m.bodies, m.joints, m.order, m.kutzbach, m.by_loops, m.idle, m.true)
     assert found == KNOWN[name]
@@ -52,13 +52,13 @@ def test_repeated_constraints_are_reported(name):
     assert f"loop by loop counts {m.by_loops}, true are 1: overconstrained" in m.report
 
 
-def test_planar_loops_of_an_arm_in_space_are_reported():
+def test_excavator_arm_is_reported_as_overconstrained():
     m = mobility(mechanisms.excavator_arm())
     assert m.is_overconstrained
     assert m.report[3:] == ("Gruebler-Kutzbach counts -1, true are 2: overconstrained",)
 
 
-def test_idle_members_are_reported_and_are_no_disagreement():
+def test_idle_members_are_reported_without_disagreement():
     m = mobility(mechanisms.delta())
     assert not m.is_overconstrained
     assert m.report == (
@@ -78,13 +78,13 @@ def test_too_few_motors_are_reported():
     assert len(mobility(whole).report) == 3
 
 
-def test_a_parallelogram_with_more_cranks_moves_all_the_same():
+def test_parallelogram_with_redundant_cranks_keeps_its_mobility():
     for cranks in (2, 3, 5):
         m = mobility(mechanisms.parallelogram(cranks))
         assert (m.kutzbach, m.true) == (3 - cranks, 1)
 
 
-def test_without_loops_every_joint_counts():
+def test_open_chain_mobility_equals_joint_count():
     arm = Mechanism("arm", (pin("a", BASE, "l1"), pin("b", "l1", "l2", 1)), ("a", "b"))
     gantry = Mechanism(
         "gantry",
@@ -104,7 +104,7 @@ def test_without_loops_every_joint_counts():
     assert (m.order, m.kutzbach, m.true) == (6, 3, 3)
 
 
-def test_fixed_joints_make_no_bodies():
+def test_fixed_joints_do_not_change_mobility():
     flat, tilted = mechanisms.four_bar(), mechanisms.ground(mechanisms.four_bar(), at(1, 2, 3))
     assert mobility(tilted) == mobility(flat)
 
@@ -113,7 +113,7 @@ def terms():
     return Terms({})
 
 
-def test_virtual_joints_of_platforms():
+def test_free_platform_joints_are_virtual():
     for mechanism, names in (
         (mechanisms.stewart(), ["x", "y", "z", "yaw", "pitch", "roll"]),
         (mechanisms.planar_3rrr(), ["x", "y", "yaw"]),
@@ -122,7 +122,7 @@ def test_virtual_joints_of_platforms():
         assert [joint.name for joint in run] == names
 
 
-def test_joints_that_are_driven_or_carry_something_are_real():
+def test_driven_or_loaded_joints_are_not_virtual():
     whole = mechanisms.planar_3rrr()
     assert virtual_joints(replace(whole, actuated=("x",)), terms()) == []
     assert virtual_joints(replace(whole, tool_body="p_xy"), terms()) == []
@@ -132,7 +132,7 @@ def test_joints_that_are_driven_or_carry_something_are_real():
     assert virtual_joints(mechanisms.sarrus(), terms()) == []
 
 
-def test_closed_configurations_close_in_space():
+def test_delta_closed_configuration_satisfies_rod_lengths():
     m = mechanisms.delta()
     z = closed_configuration(m, (0.2, -0.3, 0.1))
     poses = body_poses(m, z)
@@ -145,7 +145,7 @@ def test_closed_configurations_close_in_space():
     assert z["roll"] == pytest.approx(0, abs=1e-11)
 
 
-def test_a_crank_goes_round_without_changing_its_branch():
+def test_full_crank_rotation_keeps_the_branch():
     m = mechanisms.four_bar()
     for crank in np.linspace(-2 * np.pi, 2 * np.pi, 9):
         z = closed_configuration(m, (crank,))
@@ -156,7 +156,7 @@ def test_a_crank_goes_round_without_changing_its_branch():
         assert z["crank"] == crank
 
 
-def test_repeated_constraints_do_not_blur_the_configuration():
+def test_redundant_constraints_keep_configuration_accuracy():
     # A residual of 1e-12 alone would leave 1e-12 over the least singular value.
     for q in np.linspace(0.2, 2.8, 14):
         z = closed_configuration(mechanisms.parallelogram(5), (q,))
@@ -164,7 +164,7 @@ def test_repeated_constraints_do_not_blur_the_configuration():
         np.testing.assert_allclose([*found, -z["bar"]], q, rtol=0, atol=1e-14)
 
 
-def test_a_motor_moves_its_joint_through_the_gear():
+def test_motor_angle_is_scaled_by_gear_ratio():
     m = mechanisms.geared()
     assert closed_configuration(m)["crank"] == pytest.approx(np.pi / 3)
     assert closed_configuration(m, (5.0,))["crank"] == 0.5
@@ -182,14 +182,14 @@ def test_the_loop_that_does_not_close_is_named():
         closed_configuration(mechanisms.stewart(), (0, 0, 0, 9, 0, 0))
 
 
-def test_frames_that_are_turned_over_are_not_closed():
+def test_flipped_frames_do_not_count_as_closed():
     m = mechanisms.welded()
     over = replace(m, reference=near(("j1", 1), ("j2", -1), ("j3", "-7/5"), ("j4", "17/10")))
     with pytest.raises(RobotError, match="'weld' does not close: it closes with a frame turned"):
         closed_configuration(over)
 
 
-def test_a_wrong_number_of_coordinates():
+def test_wrong_number_of_coordinates_is_rejected():
     with pytest.raises(RobotError, match="'five_bar': 1 coordinates, expected 2"):
         closed_configuration(mechanisms.five_bar(), (1,))
 

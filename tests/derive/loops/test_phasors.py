@@ -42,7 +42,7 @@ def random_sum(generator):
     return result
 
 
-def test_complex_algebra():
+def test_vector_operations_match_complex_numbers():
     generator = random.Random(0)
     for _ in range(20):
         a, b = (
@@ -59,7 +59,7 @@ def test_complex_algebra():
             assert number(quotient(a, b)) == pytest.approx(z / w)
 
 
-def test_sums_add_turn_and_scale_as_numbers_do():
+def test_phasor_sums_add_rotate_and_scale_like_complex_numbers():
     generator = random.Random(1)
     factor = (sp.Rational(3, 5), sp.Rational(-4, 5))
     for _ in range(10):
@@ -72,7 +72,7 @@ def test_sums_add_turn_and_scale_as_numbers_do():
         assert total(one.turned(B)) == pytest.approx(total(one) * turn)
 
 
-def test_what_cancels_is_gone():
+def test_cancelling_phasors_are_removed():
     rod = PhasorSum.of((L, sp.S.Zero), A)
     assert (rod - rod).terms == {}
     # Angles that are the same sum are one, and vectors that are one another's negative are none.
@@ -83,13 +83,13 @@ def test_what_cancels_is_gone():
     assert PhasorSum.of(((L**2 - 1) / (L - 1), sp.S.Zero), A).terms == {A: (L + 1, 0)}
 
 
-def test_common_angles():
+def test_common_angle_is_zero_for_mixed_angles():
     assert PhasorSum.of((L, L), A).common_angle() == A
     assert (PhasorSum.of((L, L), A) + PhasorSum.of((L, L), B)).common_angle() == 0
     assert PhasorSum().common_angle() == 0
 
 
-def test_coordinates_in_the_plane():
+def test_phasor_coordinates_match_complex_sum():
     terms = Terms({L: sp.Rational(7, 10)})
     phasors = random_sum(random.Random(2))
     x, y = phasors.coordinates(terms)
@@ -100,7 +100,7 @@ def test_coordinates_in_the_plane():
     assert found == pytest.approx(total(phasors), abs=1e-15)
 
 
-def test_a_loop_gives_the_shorter_form():
+def test_loop_relation_shortens_phasor_sum():
     """Round a four-bar, the coupler is what the other three leave."""
     loop = PhasorSum.of((sp.S.One, sp.S.Zero), A) + PhasorSum.of((L, sp.S.Zero), B)
     loop = loop - PhasorSum.of((sp.S(2), sp.S.Zero)) - PhasorSum.of((sp.S(3), sp.S.Zero), A + B)
@@ -123,6 +123,7 @@ def test_a_loop_gives_the_shorter_form():
         (L - sp.Rational(7, 10), False),
         (sp.Rational(1, 10) ** 20, False),
     ],
+    ids=["polynomial", "fractions", "cosine of pi/5", "zero only at 7/10", "tiny number"],
 )
-def test_zero_for_every_value(expression, expected):
+def test_is_zero_detects_identically_zero_expressions(expression, expected):
     assert is_zero(expression) is expected

@@ -66,7 +66,7 @@ class InSpace:
 
 @pytest.mark.parametrize("ground", GROUNDS)
 @pytest.mark.parametrize("build", PLANAR, ids=lambda build: build.__name__)
-def test_edges_are_what_the_bodies_do_in_space(build, ground):
+def test_linkage_edges_match_spatial_body_motion(build, ground):
     mechanism = build() if ground == "flat" else mechanisms.ground(build(), GROUNDS[ground])
     (linkage,), spatial = planes_of(mechanism)
     assert not spatial
@@ -98,7 +98,7 @@ def test_edges_are_what_the_bodies_do_in_space(build, ground):
 
 
 @pytest.mark.parametrize("build", PLANAR, ids=lambda build: build.__name__)
-def test_axes_are_right_handed_and_the_normal_is_the_same(build):
+def test_body_axes_are_right_handed_with_common_normal(build):
     mechanism = mechanisms.ground(build(), SKEW)
     (linkage,), _ = planes_of(mechanism)
     space = InSpace(mechanism, linkage, dict.fromkeys((j.name for j in mechanism.joints), 0.4))
@@ -124,7 +124,7 @@ def test_a_rod_and_a_cylinder_are_bodies_of_the_linkage():
     assert slide.at_a == (2, 0)
 
 
-def test_loops_meet_where_their_branches_part():
+def test_loop_meeting_body_is_where_branches_separate():
     arm = mechanisms.excavator_arm()
     (loop,) = loops(arm)
     assert loop.meeting == "tower"
@@ -135,13 +135,13 @@ def test_loops_meet_where_their_branches_part():
 @pytest.mark.parametrize(
     "build", [mechanisms.rssr, mechanisms.bennett, mechanisms.delta, mechanisms.stewart]
 )
-def test_loops_in_space_are_no_linkages(build):
+def test_spatial_loops_form_no_planar_linkage(build):
     planar, spatial = planes_of(build())
     assert planar == []
     assert len(spatial) == len(build().closers)
 
 
-def test_loops_that_share_no_joint_are_linkages_of_their_own():
+def test_disjoint_loops_form_separate_linkages():
     first, second = mechanisms.four_bar_rod(), mechanisms.trammel()
     both = replace(
         first,
@@ -153,7 +153,7 @@ def test_loops_that_share_no_joint_are_linkages_of_their_own():
     assert [linkage.closers for linkage in planar] == [("rod",), ("bar",)]
 
 
-def test_a_slider_may_lie_in_two_planes():
+def test_prismatic_joint_may_belong_to_two_planes():
     def rod(name, joint):
         return Strut(name, Frame("carriage"), Frame(joint), 1)
 
@@ -193,12 +193,22 @@ def closed_by(kind, *turn):
         (closed_by("slider"), False),
         (mechanisms.four_bar(), True),
     ],
+    ids=[
+        "pin",
+        "reversed pin",
+        "tilted pin",
+        "ball",
+        "weld",
+        "reversed weld",
+        "slider",
+        "four bar",
+    ],
 )
-def test_what_closes_a_loop_decides_whether_it_is_planar(mechanism, is_planar):
+def test_closure_kind_decides_whether_loop_is_planar(mechanism, is_planar):
     assert bool(planes_of(mechanism)[0]) == is_planar
 
 
-def test_a_loop_whose_ends_are_not_in_one_plane_is_spatial():
+def test_out_of_plane_offset_or_screw_makes_loop_spatial():
     whole = mechanisms.four_bar_rod()
     (rod,) = whole.struts
     lifted = replace(rod, b=replace(rod.b, placement=at(2, 0, "1/100")))
@@ -207,7 +217,7 @@ def test_a_loop_whose_ends_are_not_in_one_plane_is_spatial():
     assert planes_of(replace(whole, joints=(screw, whole.joints[1])))[0] == []
 
 
-def test_a_loop_whose_only_pin_closes_it():
+def test_plane_of_slider_loop_follows_from_its_closing_pin():
     mechanism = Mechanism(
         "wedge",
         (slider("x", BASE, "low", 0, 0, 0, ALONG_X), slider("y", BASE, "high", 0, 0, 0, ALONG_Y)),
@@ -227,7 +237,7 @@ def test_a_loop_whose_only_pin_closes_it():
     assert linkage.joints == ("x", "y")
 
 
-def test_a_joint_that_counts_backwards_turns_or_slides_backwards():
+def test_reversed_joint_direction_reverses_edge_sense():
     (linkage,), _ = planes_of(mechanisms.five_bar())
     senses = {edge.name: edge.sense for edge in linkage.edges if isinstance(edge, PinEdge)}
     assert senses["right"] == -1
@@ -239,7 +249,7 @@ def test_a_joint_that_counts_backwards_turns_or_slides_backwards():
     assert slide.direction == (-1, 0)
 
 
-def test_an_axis_against_the_normal_turns_backwards():
+def test_axis_opposite_to_normal_reverses_edge_sense():
     whole = mechanisms.four_bar()
     upside = pin("rocker", BASE, "output", whole.parameters[3].symbol, 0, 0, ("x", sp.pi))
     (linkage,), _ = planes_of(replace(whole, joints=(*whole.joints[:2], upside)))

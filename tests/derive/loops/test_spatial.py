@@ -89,7 +89,7 @@ def tripod():
 
 
 @pytest.mark.parametrize(("build", "step"), [(lift, TurningLeg), (tripod, ThreeSpheres)])
-def test_cylinders_of_negative_length_close_nothing(build, step):
+def test_negative_cylinder_lengths_give_nan_and_negative_margin(build, step):
     mechanism = build()
     made = derive(mechanism, ["chain", "margin"])
     assert {type(one) for one in made.hybrid.forward.steps} == {step}
@@ -104,7 +104,7 @@ def test_cylinders_of_negative_length_close_nothing(build, step):
         assert (np.array(margin(q)) < 0).all()
 
 
-def test_a_tie_between_two_branches_is_told():
+def test_reference_equally_near_two_branches_is_rejected():
     whole = crank_and_slider()
     h = Hybrid(whole)
     far, near_ = (h.forward.reference.of(s.values["ram"]) for s in h.forward_branches)
@@ -176,14 +176,14 @@ def test_loops_close_on_the_branch_of_the_reference(name):
 
 
 @pytest.mark.parametrize("name", BUILDERS)
-def test_the_kind_of_the_step(name):
+def test_spatial_loops_are_solved_by_the_expected_step(name):
     h = Hybrid(BUILDERS[name]())
     assert [type(step) for step in h.forward.steps] == [KINDS[name]]
     assert not h.forward.open
 
 
 @pytest.mark.parametrize("name", BUILDERS)
-def test_rates_against_automatic_differentiation(name):
+def test_chain_rates_match_automatic_differentiation(name):
     q = random_q(name, 30)
     n = q.shape[1]
     x, xd = ca.SX.sym("x", n), ca.SX.sym("xd", n)
@@ -195,7 +195,7 @@ def test_rates_against_automatic_differentiation(name):
 
 
 @pytest.mark.parametrize("name", BUILDERS)
-def test_every_branch_closes(name):
+def test_both_branches_close_and_are_distinct(name):
     model, f = Model(BUILDERS[name]()), kernels(name)["chain_all"]
     assert len({*model.chain, *model.actuated}) == len(model.names)
     for row in random_q(name, 10):
@@ -221,7 +221,7 @@ def test_out_of_reach_is_nan_with_a_negative_margin(name):
 
 
 @pytest.mark.parametrize("name", ["lift", "delta", "from_the_platform"])
-def test_back_to_the_actuators(name):
+def test_actuators_and_their_rates_invert_the_chain(name):
     q = random_q(name)
     qd = np.random.default_rng(2).uniform(-1, 1, q.shape)
     theta = run(name, "chain", [(row,) for row in q])
@@ -232,7 +232,7 @@ def test_back_to_the_actuators(name):
     np.testing.assert_allclose(rates, qd, atol=1e-11)
 
 
-def test_a_leg_that_is_too_short_to_reach_its_arm_s_plane():
+def test_delta_pose_beyond_rod_length_has_negative_margin():
     """Beside the plane of the arm farther than the rod is long: the margin is below zero."""
     f = kernels("delta")
     for y in (0.9, 1.5, 4.0):
@@ -242,7 +242,7 @@ def test_a_leg_that_is_too_short_to_reach_its_arm_s_plane():
         assert margin[0] < 0
 
 
-def test_six_legs_are_measured():
+def test_stewart_actuators_are_the_leg_lengths():
     mechanism = stewart()
     h = Hybrid(mechanism)
     assert {type(step) for step in h.backward.steps} == {CylinderLength}
@@ -257,7 +257,7 @@ def test_six_legs_are_measured():
     assert model.gap(z).max() < CLOSED
 
 
-def test_loops_that_are_open_at_the_reference():
+def test_spatial_loop_open_at_the_reference_is_rejected():
     short = replace(rssr(), struts=(replace(rssr().struts[0], length=sp.Rational(1, 10)),))
     with pytest.raises(RobotError, match=r"'rod' does not close .* 386.3 mm too short"):
         derive(short)
@@ -266,7 +266,7 @@ def test_loops_that_are_open_at_the_reference():
         derive(replace(delta(), struts=rods))
 
 
-def test_the_other_branch_by_another_reference():
+def test_reference_selects_the_delta_branch():
     up = replace(delta(), reference=tuple((n, -v if n == "z" else v) for n, v in delta().reference))
     (step,) = Hybrid(up).forward.steps
     (usual,) = Hybrid(delta()).forward.steps

@@ -57,7 +57,7 @@ def random_triangle(generator):
 
 
 @pytest.mark.parametrize("sign", [1, -1])
-def test_two_circles(sign):
+def test_two_circles_intersection_matches_mpmath(sign):
     terms = Terms({})
     arms = [moving(terms, *pair) for pair in ((x1, x2), (x3, x4), (x5, x6))]
     found = two_circles(terms, *arms, sign)
@@ -90,7 +90,7 @@ def area(kind):
 
 @pytest.mark.parametrize("kind", ["base", "arm"])
 @pytest.mark.parametrize("dead", [0.4, 1.0])
-def test_the_height_near_dead_points_has_all_digits(kind, dead):
+def test_triangle_height_is_accurate_near_dead_points(kind, dead):
     """Heron's product keeps the digits that a difference of squares would lose."""
     f = area(kind)
     checked = 0
@@ -137,7 +137,7 @@ def derivatives(terms, given, values, loops, angles):
     return f, oracle
 
 
-def test_rates_of_two_circles():
+def test_two_circles_rates_match_automatic_differentiation():
     terms = Terms({})
     arms = [moving(terms, *pair) for pair in ((x1, x2), (x3, x4), (x5, x6))]
     found = two_circles(terms, *arms, 1)
@@ -157,7 +157,7 @@ def test_rates_of_two_circles():
 
 
 @pytest.mark.parametrize("sign", [1, -1])
-def test_circle_and_line(sign):
+def test_circle_and_line_solution_and_rates_match_references(sign):
     terms = Terms({})
     direction = (sp.Rational(3, 5), sp.Rational(4, 5))
     r = moving(terms, x3, x4)
@@ -198,7 +198,7 @@ def test_circle_and_line(sign):
     assert checked > 40
 
 
-def test_a_circle_and_a_line_near_the_dead_point():
+def test_circle_and_line_is_accurate_near_the_dead_point():
     terms = Terms({})
     r = arm(terms, PhasorSum.of((sp.Rational(1, 2), ZERO)))
     found = circle_and_line(terms, (ZERO, x1), (sp.S.One, ZERO), r, 1)
@@ -209,7 +209,7 @@ def test_a_circle_and_a_line_near_the_dead_point():
         assert float(f([x])) == pytest.approx(float(expected), rel=4 * EPS, abs=0)
 
 
-def test_a_line_through_the_pin_is_never_dead():
+def test_line_through_the_pin_has_no_dead_point():
     terms = Terms({})
     r = moving(terms, x1, x2)
     found = circle_and_line(terms, (x3, ZERO), (sp.S.One, ZERO), r, -1)
@@ -217,7 +217,7 @@ def test_a_line_through_the_pin_is_never_dead():
     assert float(compiled(terms, X[:3], found.travel)([3, 4, 2])) == -7
 
 
-def test_two_lines():
+def test_two_lines_intersection_matches_linear_solution():
     terms = Terms({})
     t, u = two_lines(terms, (x1, x2), (x3, x4), (x5, x6))
     f = compiled(terms, X, t, u)
@@ -231,7 +231,7 @@ def test_two_lines():
         np.testing.assert_allclose(found, [float(e) for e in expected], atol=20 * EPS * scale**2)
 
 
-def test_the_rate_of_a_turn_between_two_vectors():
+def test_rate_of_angle_between_vectors_matches_differentiation():
     terms = Terms({})
     here = moving(terms, x3, x4)
     loop = rate_of_direction((x1, x2), here)
@@ -248,7 +248,7 @@ def test_the_rate_of_a_turn_between_two_vectors():
         np.testing.assert_allclose(float(f([*x, *xd])), float(oracle(x, xd)), rtol=1e-10)
 
 
-def test_a_still_strut_s_square_is_exact():
+def test_squared_length_of_constant_strut_is_exact():
     terms = Terms({})
     length = sp.sqrt(2) / 3
     assert arm(terms, PhasorSum.of((length, ZERO))).square == sp.Rational(2, 9)

@@ -39,14 +39,14 @@ def labels(mechanism, name):
     return derive(mechanism, [name]).function(name).role.labels
 
 
-def test_branches_in_a_row_multiply():
+def test_branches_of_serial_four_bars_multiply():
     found = labels(in_a_row(3), "chain_all")
     assert len(set(found)) == 8
     assert found[0] == "pin0 left, pin1 left, pin2 left"
     assert found[-1] == "pin0 right, pin1 right, pin2 right"
 
 
-def test_branches_beyond_the_most_are_told(monkeypatch):
+def test_branches_beyond_the_maximum_are_cut_and_noted(monkeypatch):
     monkeypatch.setattr(hybrid, "MOST_BRANCHES", 4)
     made = artifacts(in_a_row(3), ["chain", "chain_all"])
     content = json.loads(made["manifest.json"])
@@ -55,7 +55,7 @@ def test_branches_beyond_the_most_are_told(monkeypatch):
     assert "chain_all holds 4 branches of more than 4" in content["notes"]
 
 
-def test_a_cylinder_s_length_is_no_choice():
+def test_cylinder_length_adds_no_branch():
     assert labels(excavator_arm(), "actuators_all") == ("the only one",)
     assert labels(excavator_arm(), "chain_all") == ("lift right", "lift left")
 
@@ -76,7 +76,7 @@ def uneven(count):
     )
 
 
-def test_a_parallelogram_can_be_assembled_crosswise():
+def test_parallelogram_has_parallel_and_crossed_branches():
     assert labels(uneven(2), "chain_all") == ("rod2 parallel", "rod2 crossed")
     crossed = near(("crank", 1), ("bar", "-9/5"), ("rod2_swing", "-9/5"))
     assert labels(replace(uneven(2), reference=crossed), "chain_all") == (
@@ -86,11 +86,11 @@ def test_a_parallelogram_can_be_assembled_crosswise():
 
 
 @pytest.mark.parametrize("cranks", [3, 4])
-def test_a_third_crank_keeps_it_parallel(cranks):
+def test_third_crank_leaves_only_the_parallel_branch(cranks):
     assert labels(uneven(cranks), "chain_all") == ("rod2 parallel",)
 
 
-def test_a_rhombus_folds():
+def test_rhombus_has_a_folded_branch():
     h = Hybrid(parallelogram(2))
     own, other = (solution.values for solution in h.forward_branches)
     assert sp.expand(own["bar"] + h.q[0]) == 0
@@ -101,7 +101,7 @@ def test_a_rhombus_folds():
     assert sp.expand(other["crank1"]) in (sp.pi, -sp.pi)
 
 
-def test_passive_joints_make_no_branch_of_their_own():
+def test_loops_that_do_not_move_the_tool_add_no_branch():
     whole = in_a_row(2)
     inner = replace(whole, tool_body="rocker0_b")
     assert labels(inner, "chain_all") == ("pin0 left", "pin0 right")
@@ -139,7 +139,7 @@ def scissor_lift():
     )
 
 
-def test_bars_that_lie_on_each_other_hold_nothing():
+def test_folded_scissor_lift_has_no_branch():
     """With both feet in one point the upper bars hang on one point, and may turn together."""
     assert labels(scissor_lift(), "chain_all") == (
         "cross far, upper right",

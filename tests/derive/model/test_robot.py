@@ -15,7 +15,7 @@ def turning(name="j", **given):
     return Joint(name, "revolute", *dh("revolute", **row))
 
 
-def test_numbers_of_every_exact_kind_are_taken():
+def test_exact_number_types_are_accepted():
     for value in (Fraction(1, 4), Decimal("0.25"), "0.25", "1/4", sp.Rational(1, 4)):
         joint = turning(a=value)
         assert joint.after[0].vector == (sp.Rational(1, 4), 0, 0)
@@ -49,13 +49,13 @@ def test_numbers_of_every_exact_kind_are_taken():
         (lambda: poe("revolute", axis=(0, 0, 0), point=(0, 0, 0)), "zero vector"),
     ],
 )
-def test_what_is_refused_and_what_is_said(make, words):
+def test_invalid_robot_parts_raise_specific_errors(make, words):
     with pytest.raises(RobotError) as caught:
         make()
     assert words in str(caught.value)
 
 
-def test_a_follower_of_nobody():
+def test_mimic_of_unknown_joint_is_rejected():
     led = Joint("k", "revolute", *dh("revolute", a=1, alpha=0, d=0, theta=0), mimic=Mimic("x"))
     with pytest.raises(RobotError, match="joint 'k' mimics 'x'"):
         Robot("r", (turning(), led))

@@ -37,7 +37,7 @@ def expression(dice: random.Random, depth: int) -> sp.Expr:
     return dice.choice(makers)()
 
 
-def test_values_are_those_of_sympy():
+def test_values_match_sympy_evaluation():
     dice, values = random.Random(3), Values()
     numbers = {symbol: sp.Rational(text) for symbol, text in SYMBOLS.items()}
     for symbol, number in numbers.items():
@@ -65,13 +65,14 @@ A, B = sp.Rational(3, 7), sp.Rational(1, 9)
         sp.cos(A) * sp.sin(B) + sp.sin(A) * sp.cos(B) - sp.sin(A + B),
         (sp.sin(A) ** 2 + sp.cos(A) ** 2) / 10**200 - sp.Rational(1, 10**200),
     ],
+    ids=["pythagoras", "half angle", "angle sum", "tiny pythagoras"],
 )
-def test_rounding_of_a_difference_is_zero(zero):
+def test_identically_zero_differences_evaluate_to_zero(zero):
     assert zero != 0
     assert Values().of(zero) == 0
 
 
-def test_small_numbers_of_their_own_are_no_rounding():
+def test_small_numbers_are_not_rounded_to_zero():
     assert Values().of(sp.Rational(1, 10**150)) != 0
     assert Values().of(sp.sin(sp.Rational(1, 10**80))) != 0
 
@@ -85,8 +86,15 @@ def test_small_numbers_of_their_own_are_no_rounding():
         sp.Symbol("unknown") + 1,
         sp.Piecewise((sp.Integer(1), sp.sin(sp.Integer(4)) > 0)),
     ],
+    ids=[
+        "reciprocal of zero",
+        "reciprocal of hidden zero",
+        "root of negative",
+        "unknown symbol",
+        "piecewise",
+    ],
 )
-def test_an_expression_without_a_value_says_so(nothing):
+def test_expression_without_a_value_raises_no_value(nothing):
     with pytest.raises(NoValue):
         Values().of(nothing)
 
@@ -98,13 +106,13 @@ def test_roots_and_angles_of_short_numbers_are_exact():
     assert angle_of(sp.Integer(0), sp.Rational("-0.123456789012345678901")) == sp.pi
 
 
-def test_an_angle_is_real_where_sympy_is_not_sure():
+def test_angle_is_real_if_sympy_cannot_decide():
     y, x = sp.sqrt(7), sp.tan(sp.sin(sp.Rational(3, 7))) ** 2 + 1
     assert sp.atan2(y, x).has(sp.I)
     assert float(angle_of(y, x)) == pytest.approx(math.atan2(float(y), float(x)), abs=1e-15)
 
 
-def test_roots_and_angles_of_long_numbers_are_decimals_and_are_never_factored():
+def test_roots_and_angles_of_long_numbers_are_unfactored_decimals():
     # SymPy's limited search for factors fails on squares of such a product of two primes.
     long = sp.Rational("0.9999999999996000000000000011") * 10**7 * sp.Integer(32771 * 32779)
     for made, exact in (
@@ -116,7 +124,7 @@ def test_roots_and_angles_of_long_numbers_are_decimals_and_are_never_factored():
         assert abs(made - exact).evalf(10) < sp.Float("1e-45", 10) * abs(exact).evalf(10)
 
 
-def test_constants_of_many_digits_stay_small():
+def test_named_constants_stay_short_and_keep_their_value():
     """A product of hundreds of long decimals is named again and again, and keeps its value."""
     dice, terms, product, expected = random.Random(5), Terms({}), sp.Integer(1), sp.Float(1, 60)
     for _ in range(200):
@@ -127,7 +135,7 @@ def test_constants_of_many_digits_stay_small():
     assert abs(terms.value(product) - expected) < sp.Float("1e-38", 40) * expected
 
 
-def test_an_opposite_constant_has_the_opposite_name():
+def test_negated_constant_reuses_the_negated_name():
     x, terms = sp.Rational("0.08241032710889370320000001"), Terms({})
     assert terms.let(-sp.sin(x)) == -terms.let(sp.sin(x))
     assert terms.let(-x) == -terms.let(x)

@@ -4,7 +4,7 @@ from chasles.derive.program.counting import count_operations
 from chasles.derive.program.operations import Compute, Input, Operation, Program, Store, Variable
 
 
-def test_each_kind():
+def test_operations_are_counted_by_kind():
     x = Input(0, 0)
     taken = (
         *(Operation.ADD, Operation.SUBTRACT, Operation.MULTIPLY, Operation.SQUARE),

@@ -21,13 +21,13 @@ X, Y = Input(0, 0), Input(0, 1)
 A = Variable(1)
 
 
-def test_an_input_that_the_residual_sees_changes_nothing():
+def test_program_is_unchanged_if_residual_depends_on_all_inputs():
     statements = (Compute(A, Operation.ADD, (X, Y)), Store(0, 0, A), Store(1, 0, A), Store(2, 0, X))
     program = Program("ik", ("T",), ("q", "residual", "margin"), (X, Y), statements)
     assert seeing_its_inputs(program) is program
 
 
-def test_an_input_that_it_does_not_see_is_put_in():
+def test_input_missing_from_the_residual_is_added():
     statements = (Compute(A, Operation.ADD, (X, Y)), Store(0, 0, A), Store(1, 0, X), Store(2, 0, X))
     program = seeing_its_inputs(Program("ik", ("T",), ("q", "r", "m"), (X, Y), statements))
     assert [s.operation for s in program.computed] == [
@@ -41,7 +41,7 @@ def test_an_input_that_it_does_not_see_is_put_in():
 
 
 @pytest.mark.parametrize("name", ["bricklaying_gantry", "gantry"])
-def test_targets_that_are_nan_are_not_valid(name, tmp_path):
+def test_nonfinite_targets_are_not_valid(name, tmp_path):
     shipped = name == "bricklaying_gantry"
     robot = load(ROBOTS / f"{name}.toml") if shipped else loads(GANTRY, "gantry.toml")
     arm = compiled(robot, tmp_path)
@@ -61,7 +61,7 @@ def test_targets_that_are_nan_are_not_valid(name, tmp_path):
             assert both[1].any()
 
 
-def test_no_other_shipped_inverse_needs_it():
+def test_shipped_arm_inverses_already_depend_on_all_inputs():
     for name in ("ur5e", "lynxmotion", "iiwa14"):
         for function in derivation(name).functions:
             if function.role.name == "inverse":

@@ -14,11 +14,11 @@ DATA = st.recursive(
 
 
 @given(DATA)
-def test_it_holds_the_same_data(value):
+def test_json_text_round_trips_data(value):
     assert json.loads(json_text(value)) == value
 
 
-def test_what_fits_into_a_line_stands_in_one():
+def test_short_values_are_written_on_a_single_line():
     short, long = {"name": "q", "shape": [6]}, [["x" * 40] * 2] * 3
     assert json_text(short) == '{"name": "q", "shape": [6]}'
     lines = json_text({"short": short, "long": long}).split("\n")

@@ -85,7 +85,7 @@ def folder(request, tmp_path_factory):
     return folder
 
 
-def test_it_computes_what_the_c_computes(folder):
+def test_added_language_computes_the_same_values_as_c(folder):
     robot = chasles.load(folder)
     plain = runpy.run_path(str(folder / "plain" / f"{robot.name}_plain.py"))
     rng = np.random.default_rng(3)
@@ -114,7 +114,7 @@ def test_it_computes_what_the_c_computes(folder):
     assert compared >= 14
 
 
-def test_every_branch_of_the_inverse(tmp_path):
+def test_added_language_returns_every_inverse_branch(tmp_path):
     folder = tmp_path / "ur5e"
     write(load(ROBOTS / "ur5e.toml"), folder, emitters=(*EMITTERS, EMITTER))
     robot = chasles.load(folder)
@@ -127,7 +127,7 @@ def test_every_branch_of_the_inverse(tmp_path):
     assert max(residual) < 1e-13
 
 
-def test_the_manifest_tells_its_files_and_a_later_run_without_it_removes_them(folder):
+def test_files_of_added_language_are_listed_and_later_removed(folder):
     manifest = json.loads((folder / "manifest.json").read_text())
     name = f"plain/{manifest['name']}_plain.py"
     assert manifest["languages"]["plain python"] == [name]
@@ -141,7 +141,7 @@ def test_the_manifest_tells_its_files_and_a_later_run_without_it_removes_them(fo
     assert "plain python" not in json.loads((folder / "manifest.json").read_text())["languages"]
 
 
-def test_two_languages_may_not_write_one_file(tmp_path):
+def test_two_languages_may_not_write_the_same_file(tmp_path):
     twice = (*EMITTERS, Emitter("another c", lambda derivation, programs: {"scara.c": ""}))
     with pytest.raises(
         RobotError, match=r"another c writes scara\.c, which another language writes"
@@ -150,7 +150,7 @@ def test_two_languages_may_not_write_one_file(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_without_an_article_nothing_else_changes():
+def test_omitting_the_article_changes_no_other_file():
     robot = load(ROBOTS / "five_bar.toml")
     whole, plain = (artifacts(robot, emitters=DETAILS[detail]) for detail in ("full", "none"))
     assert {name for name in whole if name.endswith(".tex")} == whole.keys() - plain.keys()

@@ -42,7 +42,7 @@ def read(*outputs):
 
 
 @pytest.mark.parametrize("name", KNOWN)
-def test_each_operation(name):
+def test_each_casadi_operation_is_read(name):
     expression, operation = KNOWN[name]
     (statement,) = read(expression).computed
     operands = statement.operands
@@ -50,7 +50,7 @@ def test_each_operation(name):
     assert operands == (Input(0, 0), Input(1, 0))[: len(operands)]
 
 
-def test_a_choice_is_one_operation():
+def test_if_else_is_read_as_a_single_select():
     ca.GlobalOptions.setSimplificationOnTheFly(False)
     try:
         program = read(ca.if_else(X < Y, Z, -Z))
@@ -65,7 +65,7 @@ def test_a_choice_is_one_operation():
     assert choice.operands == (condition.result, Input(2, 0), negative.result)
 
 
-def test_a_chosen_value_or_zero():
+def test_if_else_with_zero_is_read_as_select():
     (_, choice) = read(ca.if_else(X < Y, Z, 0)).computed
     assert choice.operation is Operation.SELECT
     assert choice.operands[1:] == (Input(2, 0), Constant(0.0))
@@ -80,13 +80,14 @@ def test_constants_are_read_to_the_last_place(value):
 @pytest.mark.parametrize(
     ("expression", "named"),
     [(ca.exp(X), "exp"), (ca.log(X), "log"), (ca.floor(X), "floor"), (ca.erf(X), "erf")],
+    ids=["exp", "log", "floor", "erf"],
 )
-def test_an_operation_that_is_not_known_is_named(expression, named):
+def test_error_names_the_unknown_operation(expression, named):
     with pytest.raises(LoweringError, match=f"f: unknown operation '{named}'"):
         read(expression)
 
 
-def test_sparse_outputs_are_refused():
+def test_sparse_outputs_are_rejected():
     sparse = ca.SX(2, 2)
     sparse[0, 0] = X
     with pytest.raises(LoweringError, match="output 0 is not dense"):

@@ -48,7 +48,7 @@ def kinds(found: Program) -> Counter:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_by_depth_nothing_waits_for_what_comes_later(name):
+def test_by_depth_sorts_statements_by_dependency_depth(name):
     for found in made(name).whole.values():
         ordered = by_depth(found)
         assert depths(ordered) == sorted(depths(found))
@@ -56,7 +56,7 @@ def test_by_depth_nothing_waits_for_what_comes_later(name):
         assert ordered.inputs == found.inputs
 
 
-def test_statements_that_nothing_takes_go():
+def test_unused_statements_are_removed():
     given = (
         Compute(A, Operation.ADD, (X, Y)),
         Compute(B, Operation.SIN, (A,)),
@@ -66,7 +66,7 @@ def test_statements_that_nothing_takes_go():
     assert needed_only(program(*given)).statements == (given[0], *given[2:])
 
 
-def test_calls_and_what_they_need_come_first_and_are_numbered():
+def test_calls_and_their_operands_are_moved_first():
     given = (
         Compute(A, Operation.MULTIPLY, (X, X)),
         Compute(B, Operation.ADD, (X, Y)),
@@ -85,6 +85,6 @@ def test_calls_and_what_they_need_come_first_and_are_numbered():
     )
 
 
-def test_a_zero_has_a_sign():
+def test_positive_and_negative_zero_constants_differ():
     assert Constant(0.0) != Constant(-0.0)
     assert len({Constant(0.0), Constant(-0.0), Constant(0.0)}) == 2

@@ -76,19 +76,19 @@ def after(*given, sign=None):
     return texts(reduced(program(given, [len(given)]), sign))
 
 
-def test_a_length_that_only_divides_is_a_reciprocal_root():
+def test_root_used_only_as_divisor_becomes_reciprocal_root():
     assert all_stored("sqrt x0", "/ x1 v1") == ["rsqrt x0", "* x1 v1"]
 
 
 @pytest.mark.parametrize(
     "other", ["+ v1 x1", "/ v1 v1", "/ v1 x1", "sq v1", "select x1 v1 x2", "max v1 x1"]
 )
-def test_a_length_that_is_taken_otherwise_stays(other):
+def test_root_with_other_uses_is_kept(other):
     given = ("sqrt x0", "/ x1 v1", other)
     assert all_stored(*given) == list(given)
 
 
-def test_a_length_that_is_a_result_stays():
+def test_root_that_is_a_result_is_kept():
     given = ("sqrt x0", "/ x1 v1")
     assert texts(reduced(program(given, [1, 2]))) == list(given)
 
@@ -101,29 +101,29 @@ def test_a_length_that_is_a_result_stays():
         ("v1", "v2", ["neg x0", "atan2 x0 x1", "supplement v2 v1"]),
     ],
 )
-def test_opposite_points_share_an_angle(y, x, expected):
+def test_atan2_of_opposite_points_is_shared(y, x, expected):
     given = ("neg x0", "neg x1", "atan2 x0 x1", f"atan2 {y} {x}")
     assert texts(reduced(program(given, [3, 4]))) == expected
 
 
-def test_an_angle_does_not_wait_for_a_length():
+def test_atan2_drops_a_common_positive_divisor():
     point = ("sqrt x0", "/ x1 v1", "/ x2 v1")
     assert after(*point, "atan2 v2 v3") == ["atan2 x1 x2"]
     assert after(*point, "neg v3", "atan2 v2 v4") == ["neg x2", "atan2 x1 v1"]
     assert after(*point, "* x3 v3", "atan2 v2 v4") == ["* x2 x3", "atan2 x1 v1"]
 
 
-def test_the_negative_of_a_number_is_a_number():
+def test_negated_constant_is_folded():
     given = ("sqrt x0", "/ 0.5 v1", "neg v2", "/ x1 v1", "atan2 v3 v4")
     assert after(*given) == ["atan2 -0.5 x1"]
 
 
-def test_an_angle_waits_for_a_length_that_only_one_coordinate_has():
+def test_atan2_keeps_the_divisor_of_a_single_coordinate():
     given = ("sqrt x0", "/ x1 v1", "atan2 v2 x2")
     assert after(*given) == ["rsqrt x0", "* x1 v1", "atan2 v2 x2"]
 
 
-def test_an_angle_does_not_wait_for_a_sign():
+def test_atan2_is_computed_before_the_sign_is_applied():
     sign = Input(0, 0)
     assert after("* x0 x1", "atan2 v1 x2", sign=sign) == ["atan2 x1 x2", "* x0 v1"]
     expected = ["atan2 x2 x1", "< 0.0 x0", "supplement v1 x2", "select v2 v1 v3"]

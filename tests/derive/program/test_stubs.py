@@ -10,7 +10,7 @@ from tests.support.derivations import description
 
 
 @pytest.mark.parametrize(("name", "further"), [("scara", 0), ("iiwa14", 1)])
-def test_the_inverse_of_poses_takes_given_joints(name, further):
+def test_stub_of_ik_takes_fixed_joints(name, further):
     derived = derive(load(description(name)), ["fk", "ik"])
     text = python_package.files(derived, None)["__init__.pyi"]
     found = {item.name: item for item in ast.parse(text).body if isinstance(item, ast.FunctionDef)}

@@ -83,18 +83,18 @@ def run(program, arguments):
     return [np.stack([found[k, e] for e in range(n)]) for k, n in enumerate(sizes)]
 
 
-def test_there_are_many():
+def test_at_least_fifteen_functions_have_branches():
     assert len(SIGNED) >= 15
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_the_c_tells_which_functions_have_signs(name):
+def test_generated_c_has_a_branch_function_per_signed_function(name):
     signed = [(name, f.name) for f in derivation(name).functions if f.signs]
     assert sorted(signed) == sorted(pair for pair in SIGNED if pair[0] == name)
 
 
 @pytest.mark.parametrize(("name", "function"), SIGNED)
-def test_each_branch_is_bit_for_bit_the_branch_alone(name, function):
+def test_unrolled_branches_equal_single_branches_bit_for_bit(name, function):
     symbolic = derivation(name).function(function)
     programs, rng = made(name), np.random.default_rng(11)
     given = [rng.uniform(-1, 1, (argument.size, POSES)) for argument in symbolic.inputs]
@@ -108,7 +108,7 @@ def test_each_branch_is_bit_for_bit_the_branch_alone(name, function):
 
 
 @pytest.mark.parametrize(("name", "function"), SIGNED)
-def test_branches_share(name, function):
+def test_unrolled_branches_share_operations(name, function):
     symbolic = derivation(name).function(function)
     whole = count_operations(made(name).whole[function]).total
     one = count_operations(made(name).branch[function]).total
@@ -119,7 +119,7 @@ def branch(*statements):
     return Program("f_branch", ("x", "choice"), ("y",), (X, Y, S), statements)
 
 
-def test_a_value_and_its_negative_are_one():
+def test_value_and_its_negative_are_computed_once():
     given = branch(
         Compute(A, Operation.MULTIPLY, (S, X)),
         Compute(B, Operation.MULTIPLY, (A, Y)),
@@ -154,7 +154,7 @@ def test_even_and_odd_operations_are_computed_once(operation, kept):
     assert [s.operation for s in computed] == [operation, Operation.NEGATE][:kept]
 
 
-def test_a_comparison_of_negatives_is_turned_over():
+def test_comparison_of_a_negated_value_is_reversed():
     given = branch(
         Compute(A, Operation.NEGATE, (X,)),
         Compute(B, Operation.LESS, (A, Constant(2.0))),
@@ -166,7 +166,7 @@ def test_a_comparison_of_negatives_is_turned_over():
     assert [c.operands[2] for c in choices] == [Constant(1.0), Constant(-1.0)]
 
 
-def test_an_angle_s_sign_is_that_of_y():
+def test_atan2_of_negated_y_is_a_negated_atan2():
     given = branch(
         Compute(A, Operation.NEGATE, (X,)),
         Compute(B, Operation.ATAN2, (A, Y)),
@@ -179,7 +179,7 @@ def test_an_angle_s_sign_is_that_of_y():
     ]
 
 
-def test_numbers_are_computed_at_once():
+def test_constant_operations_are_folded():
     given = branch(
         Compute(A, Operation.ADD, (S, Constant(1.0))),
         Compute(B, Operation.LESS, (A, Constant(1.0))),
@@ -195,7 +195,7 @@ def test_numbers_are_computed_at_once():
     )
 
 
-def test_a_difference_that_was_turned_around_is_not_turned_back():
+def test_reversed_difference_keeps_its_value():
     given = branch(
         Compute(A, Operation.SUBTRACT, (X, Y)),
         Compute(B, Operation.NEGATE, (A,)),
@@ -234,7 +234,7 @@ def random_branch(rng):
     return Program("f_branch", ("x", "choice"), ("y",), inputs, (*statements, *stores))
 
 
-def test_branches_of_random_programs():
+def test_unrolled_random_programs_equal_single_branches():
     rng = np.random.default_rng(8)
     signs = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
     given, differing = rng.normal(size=(2, POSES)), 0

@@ -32,7 +32,7 @@ KINDS = ("revolute", "prismatic")
     ],
     ids=lambda value: getattr(value, "name", ""),
 )
-def test_determinants_are_those_of_the_papers(convention, own, whole):
+def test_convention_determinants_match_papers(convention, own, whole):
     assert sp.expand(determinant(convention, "revolute") - own) == 0
     assert sp.expand(completed_determinant(convention, "revolute") - whole) == 0
     assert determinant(dh, "revolute").subs(a, 0) == 4
@@ -47,7 +47,7 @@ def by_definition(product, symbols, values):
 
 
 @pytest.mark.parametrize("convention", CONVENTIONS, ids=lambda convention: convention.name)
-def test_determinants_follow_from_the_links_matrix(convention):
+def test_convention_determinants_match_their_definition(convention):
     link = axis_map(convention, "revolute")
     for _ in range(3):
         values = {symbol: sp.Float(RANDOM.uniform(-1, 1)) for symbol in link.symbols}
@@ -64,7 +64,7 @@ NAMES = ("ur5e", "well_manipulator", "scara", "stanford", "excavator")
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_each_missed_displacement_is_a_lost_rank(name):
+def test_rank_deficiency_equals_number_of_missed_displacements(name):
     report = model_report(load(ROBOTS / f"{name}.toml"))
     assert report.identifiable - report.rank == sum(len(joint.misses) for joint in report.joints)
     assert report.suited_rank == report.identifiable
@@ -79,13 +79,13 @@ PERPENDICULAR = "turn about the perpendicular of axis and common normal"
 
 
 @pytest.mark.parametrize(("name", "joint"), [("irb6640", "axis3"), ("crx10", "joint_3")])
-def test_dh_misses_the_same_tilt_whatever_the_offsets(name, joint):
+def test_dh_misses_only_the_perpendicular_rotation(name, joint):
     report = model_report(load(description(name)))
     missing = {found.joint: found.misses for found in report.joints if found.misses}
     assert missing == {joint: (PERPENDICULAR,)}
 
 
-def test_counts_of_the_papers_manipulator():
+def test_well_manipulator_report_matches_paper_counts():
     robot = load(ROBOTS / "well_manipulator.toml")
     assert isinstance(robot, Mechanism)
     report = model_report(robot)
@@ -101,7 +101,7 @@ def test_counts_of_the_papers_manipulator():
     assert not found["hayati5"].is_minimal
 
 
-def test_the_printed_report_names_what_dh_misses():
+def test_printed_report_names_displacements_missed_by_dh():
     text = str(model_report(load(ROBOTS / "ur5e.toml")))
     assert "as described: 36 numbers with base and tool, rank 28: misses 2 of 30" in text
     assert "as suited: 38 numbers with base and tool, rank 30: complete" in text
@@ -116,7 +116,7 @@ an S-model come behind a turn but before a slide, and none is left between a sli
 
 @pytest.mark.parametrize("kinds", [TURNS, MIXED], ids=["turns", "mixed"])
 @pytest.mark.parametrize("convention", CONVENTIONS, ids=lambda convention: convention.name)
-def test_drawn_chains_are_complete_in_every_convention_but_two(convention, kinds):
+def test_random_chains_are_incomplete_only_in_poe_and_s_model(convention, kinds):
     report = model_report(drawn_chain(convention, np.random.default_rng(1), kinds))
     missing = sum(len(joint.misses) for joint in report.joints)
     assert report.identifiable - report.rank == missing

@@ -5,7 +5,6 @@ The oracle is each branch by itself: its signs put into the terms of the derivat
 
 import ctypes
 import itertools
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -24,8 +23,9 @@ from chasles.errors import ManifestError
 from tests.support.derivations import derivation
 from tests.support.loops import branched
 from tests.support.tolerances import EXACT_CODE, NEAR_ROOT, RECIPROCAL_ROOT
+from tests.support.tools import needs, path_of
 
-pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
+pytestmark = needs("gcc")
 
 ROBOT = derivation("ur5e").robot
 FUNCTIONS = {f.name: f for f in (branched.arm(), *map(branched.every_kind, range(5)))}
@@ -175,7 +175,7 @@ def apart(got, expected):
 
 @every_way
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_every_branch_against_forty_digits(name, way, sources, many_sources):
+def test_every_branch_matches_40_digit_reference(name, way, sources, many_sources):
     function, batches = FUNCTIONS[name], name not in MANY or way != "plain"
     library = compiled(many_sources if name in MANY else sources, way, batches=batches)
     oracle, inputs = Oracle(function), make_inputs(function, 24)
@@ -224,7 +224,7 @@ def test_nan_invalidates_its_own_row_alone(way, sources):
 
 
 @every_way
-def test_an_output_may_take_the_place_of_an_input(way, sources):
+def test_output_may_alias_input(way, sources):
     library, T = compiled(sources, way), poses(1)[0]
     expected, *_ = one(library, ARM, [T])
     q, residual, margin = np.zeros(48), np.zeros(8), np.zeros(8)
@@ -240,8 +240,10 @@ def assert_exact(library):
         assert apart(got, exact) <= NEAR_ROOT
 
 
-@pytest.mark.parametrize("flags", [("-DCHASLES_PLAIN",), ("-O3", "-std=c99"), ("-O0",)])
-def test_other_flags(flags, sources, many_sources, arm_sources):
+@pytest.mark.parametrize(
+    "flags", [("-DCHASLES_PLAIN",), ("-O3", "-std=c99"), ("-O0",)], ids=["plain", "O3 c99", "O0"]
+)
+def test_other_compiler_flags_give_exact_results(flags, sources, many_sources, arm_sources):
     """The arm's numbers are exact; functions of every kind are accepted."""
     assert_exact(compiled(arm_sources, "avx2", *flags))
     for folder in (sources, many_sources):
@@ -250,16 +252,15 @@ def test_other_flags(flags, sources, many_sources, arm_sources):
 
 @pytest.mark.parametrize("program", ["clang", "g++"])
 @every_way
-def test_other_compilers(program, way, sources, many_sources, arm_sources):
+def test_other_compilers_give_exact_results(program, way, sources, many_sources, arm_sources):
     """The arm's numbers are exact; functions of every kind are accepted."""
-    if shutil.which(program) is None:
-        pytest.skip(f"{program} is not installed")
+    path_of(program)
     assert_exact(compiled(arm_sources, way, program=program))
     for folder in (sources, many_sources):
         run_compiler(folder, way, program, "-fsyntax-only")
 
 
-def test_loaded_with_scalars_and_counted(loadable):
+def test_loaded_branch_functions_have_expected_shapes(loadable):
     robot, infos = chasles.load(loadable), read_manifest(loadable).functions
     assert {info.name: len(info.labels) for info in infos} == {"ik": 8, "every_kind_1": 0}
     T = poses(1000)
@@ -271,7 +272,7 @@ def test_loaded_with_scalars_and_counted(loadable):
     assert (value.shape, least.shape, direction.shape) == ((9, 1, 5), (9, 1), (9, 1))
 
 
-def test_a_wrong_count_is_refused(loadable, tmp_path):
+def test_wrong_label_count_is_rejected(loadable, tmp_path):
     text = (loadable / "manifest.json").read_text()
     (tmp_path / "manifest.json").write_text(text.replace('"slot 7"', '"slot 7", "slot 8"', 1))
     with pytest.raises(ManifestError, match=r"labels.*first dimension of every output"):
@@ -318,7 +319,7 @@ def on_lanes(request, tmp_path):
     return call
 
 
-def test_reciprocal_roots(on_lanes):
+def test_vector_reciprocal_root_is_accurate(on_lanes):
     rng = np.random.default_rng(4)
     x = np.concatenate([rng.uniform(1, 4, 200_000), 10.0 ** rng.uniform(-307, 307, 20_000)])
     exact = 1 / np.sqrt(x.astype(np.longdouble))
@@ -327,7 +328,7 @@ def test_reciprocal_roots(on_lanes):
     assert np.isnan(on_lanes("rsqrt", np.array([-1.0, -1e-200, -np.inf, np.nan]))).all()
 
 
-def test_supplements_are_the_angles_of_opposite_points(on_lanes):
+def test_supplement_equals_angle_of_opposite_point(on_lanes):
     numbers = [0.0, -0.0, 1.0, -1.0, 1e-300, -1e-300, 3.5, -0.1, np.inf, -np.inf]
     y, x = np.array(list(itertools.product(numbers, numbers))).T
     for side in (y, -y):
@@ -341,7 +342,7 @@ def angles(program):
     return [s.operands for s in program.computed if s.operation is Operation.ATAN2]
 
 
-def test_what_branches_share_is_computed_once():
+def test_shared_branch_angles_are_computed_once():
     made = programs([ARM], "arm")
     flat, branch = made.whole["ik"], made.branch["ik"]
     # Counts per joint, in order; the angles of joints 3 and 5 do not depend on their own sign.
@@ -351,7 +352,7 @@ def test_what_branches_share_is_computed_once():
 
 
 @pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)
-def test_the_first_sign_varies_slowest(function):
+def test_first_branch_sign_varies_slowest(function):
     n = len(function.signs)
     found = list(patterns(function))
     assert len(found) == COUNTS[function.name]
@@ -359,7 +360,7 @@ def test_the_first_sign_varies_slowest(function):
         assert signs == tuple(-1 if b >> (n - 1 - i) & 1 else 1 for i in range(n))
 
 
-def test_branches_in_order(loadable):
+def test_branch_order_matches_joint_signs(loadable):
     solutions = chasles.load(loadable).functions["ik"](poses(50))
     q, margin = solutions.q, solutions.margin
     # The elbow's sign is that of the third angle, the wrist's that of the fifth.

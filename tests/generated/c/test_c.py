@@ -1,12 +1,12 @@
 """The generated C as a firmware engineer takes it: plain C99, libm only, no state, one prefix."""
 
 import re
-import shutil
 import subprocess
 
 import pytest
 
 from tests.support.derivations import ALL, GENERATED, derivation
+from tests.support.tools import path_of
 
 STRICT = ["-pedantic", "-Wall", "-Wextra", "-Werror"]
 LIBM = {
@@ -24,8 +24,7 @@ same for C and for C++, so that C++ need not be compiled to the end.
 
 
 def compiled(compiler, name, folder, suffix="", flags=()):
-    if shutil.which(COMPILERS[compiler][0]) is None:
-        pytest.skip(f"{compiler} is not installed")
+    path_of(COMPILERS[compiler][0])
     target = folder / f"{name}.o"
     source = GENERATED / name / f"{name}{suffix}.c"
     command = [*COMPILERS[compiler], *STRICT, *flags, str(source), "-o", str(target)]
@@ -36,11 +35,15 @@ def compiled(compiler, name, folder, suffix="", flags=()):
 
 @pytest.mark.parametrize("compiler", ["clang", "g++"])
 @pytest.mark.parametrize("name", ALL)
-def test_compiles_without_a_warning(name, compiler, tmp_path):
+def test_generated_c_compiles_without_warning(name, compiler, tmp_path):
     compiled(compiler, name, tmp_path)
 
 
-@pytest.mark.parametrize("flags", [(), ("-mavx2", "-mfma"), ("-mavx512f", "-mavx512dq")])
+@pytest.mark.parametrize(
+    "flags",
+    [(), ("-mavx2", "-mfma"), ("-mavx512f", "-mavx512dq")],
+    ids=["baseline", "avx2", "avx512"],
+)
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize("name", ["scara", "ur5e"])
 def test_batches_compile_without_a_warning(name, compiler, flags, tmp_path):
@@ -48,7 +51,7 @@ def test_batches_compile_without_a_warning(name, compiler, flags, tmp_path):
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_gcc_gives_no_warning_and_these_symbols(name, tmp_path):
+def test_object_exports_only_documented_symbols(name, tmp_path):
     target = compiled("gcc", name, tmp_path)
     listing = subprocess.run(["nm", str(target)], capture_output=True, text=True, check=True)
     symbols = [line.split()[-2:] for line in listing.stdout.splitlines()]
@@ -63,7 +66,7 @@ def test_gcc_gives_no_warning_and_these_symbols(name, tmp_path):
     assert set(state) <= {f"{name}_ik_tables", f"{name}_modes_tables"}
 
 
-def test_the_header_explains_every_function():
+def test_header_documents_every_function():
     header = (GENERATED / "ur5e" / "ur5e.h").read_text()
     declared = re.findall(r"\*/\nvoid ur5e_(\w+)\(", header)
     assert declared == [function.name for function in derivation("ur5e").functions]
@@ -84,7 +87,7 @@ int main(void) {
 """
 
 
-def test_a_c_program_of_ten_lines(tmp_path):
+def test_minimal_c_program_computes_correct_position(tmp_path):
     (tmp_path / "main.c").write_text(EXAMPLE)
     source = GENERATED / "ur5e" / "ur5e.c"
     command = ["cc", "-std=c99", "-O1", *STRICT, f"-I{source.parent}", "main.c", str(source), "-lm"]

@@ -79,7 +79,7 @@ def arguments(robot, rng):
     return values
 
 
-def test_every_function_agrees(robot, library):
+def test_casadi_generated_c_agrees_with_every_function(robot, library):
     compared = set()
     for name, kernel in kernels(robot.name).items():
         own, rng = robot.functions[name], np.random.default_rng(7)

@@ -24,10 +24,11 @@ from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFun
 from chasles.derive.terms.terms import Terms
 from tests.support.derivations import derivation
 from tests.support.tolerances import ANGLE, COS_SIN, LIBMVEC
+from tests.support.tools import needs, path_of
 
 GCC = shutil.which("gcc")
 pytestmark = [
-    pytest.mark.skipif(GCC is None, reason="gcc is not installed"),
+    needs("gcc"),
     pytest.mark.filterwarnings("ignore::RuntimeWarning"),
 ]
 
@@ -218,14 +219,14 @@ def assert_near(got, expected):
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_one_pose(name, sources, numbers):
+def test_scalar_operations_match_numpy(name, sources, numbers):
     got = single(compiled(sources, "baseline"), name, *numbers)
     assert_alike(name, got, CASES[name][1](*numbers))
 
 
 @pytest.mark.parametrize("chosen_set", SETS)
 @pytest.mark.parametrize("name", CASES)
-def test_lanes(name, chosen_set, sources, numbers):
+def test_vector_operations_match_scalar_operations(name, chosen_set, sources, numbers):
     library = compiled(sources, chosen_set)
     expected = single(library, name, *numbers)
     got = batch(library, name, *numbers)
@@ -238,7 +239,7 @@ def test_lanes(name, chosen_set, sources, numbers):
 
 
 @pytest.mark.parametrize("chosen_set", SETS)
-def test_where_libmvec_is_old_libm_takes_its_place(chosen_set, sources, numbers):
+def test_old_libmvec_falls_back_to_libm(chosen_set, sources, numbers):
     library = compiled(sources, chosen_set, "-include", "old_glibc.h")
     listing = subprocess.run(
         ["nm", "-D", library._name], capture_output=True, text=True, check=True
@@ -291,7 +292,7 @@ def exact_cosines_and_sines(kind):
 
 @pytest.mark.parametrize("chosen_set", SETS)
 @pytest.mark.parametrize("kind", ANGLES)
-def test_cosines_with_sines_against_thirty_digits(kind, chosen_set, sources):
+def test_sin_and_cos_match_30_digit_reference(kind, chosen_set, sources):
     angles, tolerance = ANGLES[kind]
     exact = exact_cosines_and_sines(kind)
     for values, expected in zip(turn(compiled(sources, chosen_set), angles), exact, strict=True):
@@ -325,7 +326,7 @@ KINDS = (
 
 @pytest.mark.parametrize("chosen_set", SETS)
 @pytest.mark.parametrize("kind", KINDS)
-def test_angles_of_points_against_fifty_digits(kind, chosen_set, sources):
+def test_atan2_matches_50_digit_reference(kind, chosen_set, sources):
     ys, xs = points(kind)
     got = batch(compiled(sources, chosen_set), "atan2", xs, ys)
     with mpmath.workdps(50):
@@ -338,7 +339,7 @@ def test_angles_of_points_against_fifty_digits(kind, chosen_set, sources):
 
 
 @pytest.mark.parametrize("chosen_set", SETS)
-def test_angles_of_points_at_axes_and_diagonals(chosen_set, sources):
+def test_atan2_is_exact_on_axes_and_diagonals(chosen_set, sources):
     library = compiled(sources, chosen_set)
     for size in (5e-324, 1e-310, 1e-160, 1.0, 3.0, 1e160, 1.7e308, np.inf):
         ys, xs = np.array(list(itertools.product((0.0, -0.0, size, -size), repeat=2))).T.copy()
@@ -346,7 +347,7 @@ def test_angles_of_points_at_axes_and_diagonals(chosen_set, sources):
 
 
 @pytest.mark.parametrize("chosen_set", SETS)
-def test_cosines_with_sines_of_edge_cases(chosen_set, sources, numbers):
+def test_sin_and_cos_handle_tiny_huge_and_non_finite_angles(chosen_set, sources, numbers):
     library = compiled(sources, chosen_set)
     near, far = np.array([0.0, -0.0, 5e-324, -5e-324, 1e-310, -1e-310]), numbers[0]
     c, s = turn(library, near)
@@ -365,10 +366,8 @@ def test_cosines_with_sines_of_edge_cases(chosen_set, sources, numbers):
 @pytest.mark.parametrize("chosen_set", ["avx2", "baseline"])
 @pytest.mark.parametrize("program", ["clang", "g++"])
 @pytest.mark.parametrize("flags", [("-mavx2", "-mfma"), ()], ids=["avx2 everywhere", "no flags"])
-def test_other_compilers(program, flags, chosen_set, sources, numbers):
-    path = shutil.which(program)
-    if path is None:
-        pytest.skip(f"{program} is not installed")
+def test_other_compilers_give_same_vector_results(program, flags, chosen_set, sources, numbers):
+    path = path_of(program)
     language = ("-x", "c++") if program == "g++" else ()
     library = compiled(sources, chosen_set, *flags, program=(path, *language))
     for name in CASES:
@@ -392,13 +391,13 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("name", REFUSED)
-def test_what_is_not_known_is_named(name):
+def test_unsupported_operation_is_rejected_by_name(name):
     expression, message = REFUSED[name]
     with pytest.raises(LoweringError, match=message):
         lower([function("refused", expression)], "robot")
 
 
-def test_conditions_on_parameters_are_decided_when_lowering():
+def test_parameter_conditions_are_resolved_during_lowering():
     a = sp.Symbol("a", real=True)
     terms = Terms({a: sp.Integer(2)})
     expression = sp.Piecewise((x, a > 1), (sp.sqrt(x), True))

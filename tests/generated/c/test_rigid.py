@@ -49,7 +49,7 @@ def polar(R):
     return R @ (V / np.sqrt(square)) @ V.T
 
 
-def test_near_matrices_are_projected_and_others_left(project):
+def test_projection_accepts_only_nearly_rigid_matrices(project):
     rng = np.random.default_rng(0)
     accepted = refused = 0
     for R, size in zip(rotations(600, rng), 10 ** rng.uniform(-16, -0.8, 600), strict=True):
@@ -76,7 +76,7 @@ def test_near_matrices_are_projected_and_others_left(project):
     assert refused > 100
 
 
-def test_what_is_no_pose_is_refused(project):
+def test_projection_rejects_non_rigid_and_non_finite_matrices(project):
     rng = np.random.default_rng(1)
     rigid = np.zeros((4, 4))
     for R in rotations(50, rng):

@@ -13,7 +13,7 @@ from tests.support.compiling import compiled
 from tests.support.derivations import ROBOTS
 
 
-def test_the_file_describes_the_same_arm_and_has_an_inverse(arm, truth, tmp_path):
+def test_robot_file_reproduces_calibrated_fk_and_ik_inverts_it(arm, truth, tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(robot_file(arm, truth.p, "mine", "a test"))
     mine = compiled(load(path), tmp_path / "mine")
@@ -26,7 +26,7 @@ def test_the_file_describes_the_same_arm_and_has_an_inverse(arm, truth, tmp_path
 
 
 @pytest.mark.parametrize("name", ["stanford", "scara", "photo_robot", "lynxmotion"])
-def test_slides_offsets_and_frames(name, tmp_path):
+def test_robot_file_reproduces_fk_with_prismatic_joints_and_offsets(name, tmp_path):
     robot = compiled(load(ROBOTS / f"{name}.toml"), tmp_path / name, ["fk", "fk_p", "jacobian_p"])
     random = np.random.default_rng(1)
     p = np.array([g.value for g in robot.geometry])
@@ -40,7 +40,7 @@ def test_slides_offsets_and_frames(name, tmp_path):
     )
 
 
-def test_drives_are_transmissions_of_the_file(arm, truth, tmp_path):
+def test_robot_file_reproduces_identified_transmissions(arm, truth, tmp_path):
     random, p = np.random.default_rng(3), truth.p.copy()
     drives = np.array([g.part == "transmission" for g in arm.geometry])
     p[drives] += random.uniform(-3e-3, 3e-3, drives.sum())
@@ -60,7 +60,7 @@ def test_drives_are_transmissions_of_the_file(arm, truth, tmp_path):
     assert gaps.max() < 1e-10
 
 
-def test_laws_that_cannot_be_inverted_are_refused(tmp_path):
+def test_non_invertible_transmissions_are_rejected(tmp_path):
     path = tmp_path / "scara.toml"
     text = (ROBOTS / "scara.toml").read_text()
     for law, words in (('gain = 1\nsin1 = "3"', "waves of at most"), ("gain = 0", "other than 0")):
@@ -72,7 +72,9 @@ def test_laws_that_cannot_be_inverted_are_refused(tmp_path):
         load(path)
 
 
-def test_the_command(arm, truth, tmp_path, monkeypatch, capsys):
+def test_calibrate_command_writes_robot_file_and_reports_errors(
+    arm, truth, tmp_path, monkeypatch, capsys
+):
     monkeypatch.setattr("chasles.__main__.load", lambda _name, parametric: arm)
     table, to = tmp_path / "measured.csv", tmp_path / "mine.toml"
     with table.open("w", newline="", encoding="utf-8") as stream:

@@ -88,7 +88,7 @@ def differences(function, x, T):
 
 
 @pytest.mark.parametrize("name", ["five_bar", "four_bar", "stewart_gough"])
-def test_functions_are_the_robots_own_and_derivatives_are_differences(parametric, name):
+def test_parametric_loop_functions_match_fk_and_finite_differences(parametric, name):
     robot, random = parametric(name), np.random.default_rng(1)
     q, p = around(robot, random, 20), np.array([item.value for item in robot.geometry])
     assert_allclose(robot.fk_p(q, p), robot.fk(q), atol=1e-13)
@@ -109,7 +109,7 @@ def test_functions_are_the_robots_own_and_derivatives_are_differences(parametric
     assert_allclose(body, np.concatenate([R @ J[:, :3], R @ J[:, 3:]], 1), atol=1e-13)
 
 
-def test_a_geometry_whose_loops_do_not_close_is_nan(parametric):
+def test_geometry_with_open_loops_gives_nan(parametric):
     robot = parametric("five_bar")
     p = np.array([item.value for item in robot.geometry])
     p[[item.name for item in robot.geometry].index("right_coupler_length")] = 2.0
@@ -117,7 +117,7 @@ def test_a_geometry_whose_loops_do_not_close_is_nan(parametric):
 
 
 @pytest.mark.parametrize("name", ["five_bar", "four_bar", "stewart_gough"])
-def test_identification_explains_a_drawn_robot(parametric, name):
+def test_identification_explains_randomly_perturbed_loop_robot(parametric, name):
     robot, random = parametric(name), np.random.default_rng(4)
     p, T_W_base = drawn(robot, random, 1e-3), screws.exp(random.normal(size=6))
     q, held = everywhere(robot, random, 60), everywhere(robot, random, 500)
@@ -139,7 +139,7 @@ def test_identification_explains_a_drawn_robot(parametric, name):
     assert found.outliers == tuple(beyond)
 
 
-def test_targets_on_a_tool_that_hardly_turns(parametric):
+def test_identify_converges_for_tool_that_hardly_rotates(parametric):
     """The start places base and targets tens of centimetres off, by the same way."""
     robot, random = parametric("delta"), np.random.default_rng(3)
     p, q = drawn(robot, random, 5e-4), everywhere(robot, random, 60)
@@ -151,7 +151,7 @@ def test_targets_on_a_tool_that_hardly_turns(parametric):
     assert found.outliers == ()
 
 
-def test_lengths_in_proportion_are_not_told_apart(tmp_path):
+def test_unobservable_mechanism_scale_is_reported_redundant(tmp_path):
     """The rocker of a four-bar turns alike in all sizes of it."""
     text = (ROBOTS / "four_bar.toml").read_text()
     tool = 'tool = { body = "coupler", xyz = ["b / 2", "h", 0] }'
@@ -176,7 +176,7 @@ def test_lengths_in_proportion_are_not_told_apart(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["four_bar", "slider_crank"])
-def test_the_file_describes_the_robot_that_was_identified(parametric, name, tmp_path):
+def test_robot_file_reproduces_identified_loop_robot(parametric, name, tmp_path):
     robot, random = parametric(name), np.random.default_rng(5)
     p = drawn(robot, random, 5e-4)
     drives = np.array([item.part == "transmission" for item in robot.geometry])
@@ -194,7 +194,7 @@ def test_the_file_describes_the_robot_that_was_identified(parametric, name, tmp_
     assert_allclose(mine.actuators(mine.chain(q))[closed], q[closed], rtol=0, atol=1e-12)
 
 
-def test_the_design_leads_the_inverse_where_the_file_names_it(parametric, tmp_path):
+def test_robot_file_resolves_its_nominal_robot(parametric, tmp_path):
     robot, random = parametric("five_bar"), np.random.default_rng(5)
     text = robot_file(robot, drawn(robot, random, 5e-4), "mine", "a test", "five_bar")
     mine = loads(text, str(tmp_path / "mine.toml"))
@@ -203,7 +203,7 @@ def test_the_design_leads_the_inverse_where_the_file_names_it(parametric, tmp_pa
         loads(text.replace('nominal = "five_bar"', 'nominal = "no_bar"'))
 
 
-def test_casadi_closes_the_loops_of_any_geometry(tmp_path):
+def test_casadi_fk_p_and_derivatives_match_runtime_for_perturbed_loops(tmp_path):
     functions = ["fk_p", "identification_jacobian"]
     robot = compiled(load(ROBOTS / "four_bar.toml"), tmp_path, functions)
     random = np.random.default_rng(6)
@@ -219,7 +219,7 @@ def test_casadi_closes_the_loops_of_any_geometry(tmp_path):
         assert_allclose(np.array(by_p(at, geometry)), J, rtol=0, atol=1e-12)
 
 
-def test_errors_from_tolerances_are_those_of_drawn_robots(parametric):
+def test_first_order_tool_errors_match_monte_carlo_for_loops(parametric):
     robot = parametric("five_bar")
     tolerances = {"axis": 1e-5, "loop": 1e-5}
     q = np.array(robot.reference.q)
@@ -229,9 +229,11 @@ def test_errors_from_tolerances_are_those_of_drawn_robots(parametric):
 
 
 @pytest.mark.parametrize(
-    ("parts", "rank"), [(("axis", "tool"), 30), (("axis", "tool", "loop"), 42)]
+    ("parts", "rank"),
+    [(("axis", "tool"), 30), (("axis", "tool", "loop"), 42)],
+    ids=["axis and tool", "axis, tool and loop"],
 )
-def test_rank_of_the_papers_manipulator(parametric, parts, rank):
+def test_identification_rank_matches_paper_formula(parametric, parts, rank):
     """4 r + 2 t + 6 for five turning joints and two telescopes; three more for each cylinder."""
     robot = parametric("well_manipulator")
     q = np.random.default_rng(0).uniform(robot.lower, robot.upper, (200, robot.n))
@@ -243,7 +245,7 @@ def test_rank_of_the_papers_manipulator(parametric, parts, rank):
 
 
 @pytest.mark.parametrize("name", ["five_bar", "slider_crank", "stewart_gough"])
-def test_words_mean_their_own_parts(parametric, name):
+def test_vary_keyword_selects_only_its_own_parameter_parts(parametric, name):
     """The geometry is axes and loops together; each alone is sought beside the base alone."""
     robot, random = parametric(name), np.random.default_rng(4)
     q = around(robot, random, 60)
@@ -297,11 +299,11 @@ def check_maps(name, seed):
 
 
 @pytest.mark.parametrize("name", MECHANISMS)
-def test_actuators_are_found_again_in_all_postures(name):
+def test_calibrated_actuator_maps_recover_all_configurations(name):
     check_maps(name, 5)
 
 
-def test_joints_that_the_loops_do_not_allow_together_are_not_valid(tmp_path):
+def test_joint_values_that_violate_loop_closure_are_invalid(tmp_path):
     functions = ["chain", "actuators", "actuator_margin"]
     robot = compiled(calibrated("board_installer", 5), tmp_path, functions)
     theta = robot.chain(postures("board_installer", 5))
@@ -312,7 +314,7 @@ def test_joints_that_the_loops_do_not_allow_together_are_not_valid(tmp_path):
         assert not robot.actuators_valid(moved).any()
 
 
-def test_a_gantry_whose_second_rails_are_iterated_has_its_inverse(tmp_path):
+def test_ik_recovers_configuration_of_calibrated_gantry(tmp_path):
     """The motors move the slides of the tool themselves; only the floating rails are iterated."""
     robot = compiled(calibrated("bricklaying_gantry", 5), tmp_path, ["fk", "ik"])
     q = postures("bricklaying_gantry", 5)
@@ -329,7 +331,7 @@ def built_delta(tmp_path_factory):
     return compiled(calibrated("delta", 5), folder, ["fk", "ik", "ik_position"])
 
 
-def test_a_delta_as_built_finds_its_own_poses(built_delta):
+def test_built_delta_ik_recovers_generating_configuration(built_delta):
     q = postures("delta", 5)
     T = built_delta.fk(q)
     assert np.abs(T[:, :3, :3] - np.eye(3)).max() > 1e-3
@@ -341,7 +343,7 @@ def test_a_delta_as_built_finds_its_own_poses(built_delta):
     assert not built_delta.ik(T).valid.any()
 
 
-def test_a_delta_as_built_finds_the_motors_of_a_position(built_delta):
+def test_built_delta_ik_position_and_ik_path_recover_motors(built_delta):
     q = postures("delta", 5)
     p = built_delta.fk(q)[:, :3, 3]
     found = built_delta.ik_position(p)
@@ -354,7 +356,7 @@ def test_a_delta_as_built_finds_the_motors_of_a_position(built_delta):
     assert_allclose(path.q, way, atol=SAME)
 
 
-def test_positions_of_a_delta_as_built_lose_no_branch(built_delta):
+def test_built_delta_ik_position_finds_all_scipy_solutions(built_delta):
     """All solutions that SciPy finds from random starts."""
     random = np.random.default_rng(1)
     p = built_delta.fk(postures("delta", 5)[:4])[:, :3, 3]
@@ -373,7 +375,7 @@ def test_positions_of_a_delta_as_built_lose_no_branch(built_delta):
         assert {int(np.argmin(a)) for a in apart} == set(range(valid.sum()))
 
 
-def test_the_article_prints_the_inverse_of_the_design_that_leads():
+def test_article_prints_nominal_inverse_of_calibrated_loop_robot():
     """Three joints are given, by the symbols of the chain that is printed."""
     printed = inverse_of_loops(LoopPage.of(derive(calibrated("well_manipulator", 5), ["ik"])))
     given = "$l_{HI}$, $l_{MN}$ and $\\theta_{7}$."

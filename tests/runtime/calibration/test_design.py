@@ -15,8 +15,8 @@ def candidates(arm):
     return np.random.default_rng(0).uniform(-2.5, 2.5, (300, arm.n))
 
 
-@pytest.mark.parametrize("targets", [TARGETS, None])
-def test_it_is_better_than_chance(arm, candidates, targets):
+@pytest.mark.parametrize("targets", [TARGETS, None], ids=["positions", "poses"])
+def test_designed_configurations_beat_random_selections(arm, candidates, targets):
     sigma = 2e-5 if targets else (2e-5, 5e-5)
     chosen = design(arm, candidates, 20, targets=targets, sigma=sigma)
     assert len(set(chosen.chosen.tolist())) == 20
@@ -32,7 +32,7 @@ def test_it_is_better_than_chance(arm, candidates, targets):
     assert chosen.with_more < chosen.tool_error
 
 
-def test_its_deviations_are_those_of_an_identification(arm, candidates):
+def test_predicted_standard_deviations_match_identification(arm, candidates):
     chosen = design(arm, candidates, 20, targets=TARGETS, sigma=2e-5)
     p = np.array([g.value for g in arm.geometry])
     T = arm.fk_p(chosen.q, p)
@@ -43,7 +43,7 @@ def test_its_deviations_are_those_of_an_identification(arm, candidates):
     assert_allclose(chosen.std, found.std / found.noise, rtol=2e-3)
 
 
-def test_limits_and_the_users_test_are_kept(arm, candidates):
+def test_design_respects_limits_and_allowed_predicate(arm, candidates):
     chosen = design(arm, 2 * candidates, 10, allowed=lambda q: q[:, 0] > 0)
     assert (chosen.q[:, 0] > 0).all()
     assert (np.abs(chosen.q) <= arm.upper).all()
@@ -53,7 +53,7 @@ def test_limits_and_the_users_test_are_kept(arm, candidates):
         design(arm, candidates, 4)
 
 
-def test_first_order_errors_are_those_of_random_arms(arm):
+def test_first_order_tool_errors_match_monte_carlo(arm):
     q = np.array([0.3, -1.0, 1.2, 0.4, 0.9, -0.5])
     tolerances = {"axis": 1e-4, "elbow_tilt_x": 3e-4}
     first = tool_errors(arm, q, tolerances)
@@ -70,7 +70,7 @@ def test_first_order_errors_are_those_of_random_arms(arm):
     assert (again.along == drawn.along).all()
 
 
-def test_unknown_tolerances(arm):
+def test_unknown_tolerance_or_incomplete_sigma_is_rejected(arm):
     with pytest.raises(InputValueError, match="no parameter, part or unit mm"):
         tool_errors(arm, np.zeros(6), {"mm": 1.0})
     with pytest.raises(InputValueError, match="two standard deviations"):

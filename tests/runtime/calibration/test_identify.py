@@ -40,7 +40,7 @@ def held_back(arm, truth, found, random):
 
 
 @pytest.mark.parametrize("truth", range(6), indirect=True)
-def test_positions_of_unknown_targets(arm, truth):
+def test_identify_from_unknown_targets_reduces_held_back_error(arm, truth):
     random = np.random.default_rng(1)
     found = identify(arm, truth.q, measured_positions(arm, truth, random))
     assert len(found.names) == 4 * 6 + 9
@@ -52,7 +52,7 @@ def test_positions_of_unknown_targets(arm, truth):
 
 
 @pytest.mark.parametrize("truth", range(6), indirect=True)
-def test_gross_errors_are_named_and_left_out(arm, truth):
+def test_gross_errors_are_named_and_excluded(arm, truth):
     random = np.random.default_rng(2)
     observation = measured_positions(arm, truth, random)
     wrong = np.argwhere(random.random((60, 3)) < 0.05)
@@ -67,7 +67,7 @@ def test_gross_errors_are_named_and_left_out(arm, truth):
 
 
 @pytest.mark.parametrize("truth", range(4), indirect=True)
-def test_poses_of_a_probe_at_an_unknown_place(arm, truth):
+def test_identify_from_unknown_probe_poses_reduces_error(arm, truth):
     random = np.random.default_rng(3)
     observation = measured_poses(arm, truth, random)
     found = identify(arm, truth.q, observation)
@@ -81,7 +81,7 @@ def test_poses_of_a_probe_at_an_unknown_place(arm, truth):
     assert 20 * apart < nominal
 
 
-def test_intervals_hold_the_truth_in_95_of_100(arm):
+def test_confidence_intervals_cover_truth_in_95_percent(arm):
     """Each of 40 arms is drawn on the parameters that are identified, so that truth is unique."""
     inside = []
     for seed in range(40):
@@ -101,7 +101,7 @@ def test_intervals_hold_the_truth_in_95_of_100(arm):
     assert 0.92 < np.mean(inside) < 0.98
 
 
-def test_covariance_is_that_of_repeated_measurements(arm, truth):
+def test_pose_spread_of_repeated_identifications_stays_near_noise(arm, truth):
     found = [
         identify(arm, truth.q, measured_positions(arm, truth, np.random.default_rng(seed)))
         for seed in range(30)
@@ -111,7 +111,7 @@ def test_covariance_is_that_of_repeated_measurements(arm, truth):
     assert_allclose(np.diag(found[0].correlations), 1)
 
 
-def test_convention_without_a_tilt_misses_parallel_axes(arm, truth):
+def test_dh_model_cannot_explain_tilted_parallel_axes(arm, truth):
     """DH has no parameter for a tilt of axis 3 in the plane of axes 2 and 3."""
     observation = measured_positions(arm, truth, np.random.default_rng(0))
     complete = identify(arm, truth.q, observation, robust=False)
@@ -122,7 +122,7 @@ def test_convention_without_a_tilt_misses_parallel_axes(arm, truth):
     assert "elbow_d" in names or "shoulder_lift_d" in names
 
 
-def test_the_geometry_of_a_chain_is_its_axes(arm, truth):
+def test_vary_geometry_equals_axis_parameters_for_serial_arm(arm, truth):
     """One word, several words and the default are the same variables, offsets beside them not."""
     observation = measured_positions(arm, truth, np.random.default_rng(0))
     whole, named, axes, offsets = (
@@ -134,7 +134,7 @@ def test_the_geometry_of_a_chain_is_its_axes(arm, truth):
     assert {g.part for g in arm.geometry if g.name in offsets.names} == {"offset", "base"}
 
 
-def test_errors_of_measurements_that_took_no_part(arm, truth):
+def test_cross_validated_errors_match_noise_level(arm, truth):
     observation = measured_positions(arm, truth, np.random.default_rng(0))
     errors = cross_validated(arm, truth.q, observation, folds=3)
     assert errors.shape == (540,)
@@ -149,14 +149,15 @@ def test_errors_of_measurements_that_took_no_part(arm, truth):
         (lambda q, y: (q, 1e3 * y), "positions are in millimetres"),
         (lambda q, y: (q, 1e-3 * y), "positions are in metres, not in millimetres"),
     ],
+    ids=["degrees", "radians", "millimetres", "metres"],
 )
-def test_wrong_units_are_found(arm, truth, change, words):
+def test_wrong_units_are_rejected(arm, truth, change, words):
     q, points = change(truth.q, truth.positions(arm, truth.q))
     with pytest.raises(InputValueError, match=words):
         identify(arm, q, Positions(points))
 
 
-def test_wrong_arguments(arm, truth):
+def test_invalid_identify_arguments_are_rejected(arm, truth):
     points = truth.positions(arm, truth.q)
     with pytest.raises(InputValueError, match="18 measured numbers do not determine"):
         identify(arm, truth.q[:6], Positions(points[:6, :1]))
@@ -166,7 +167,7 @@ def test_wrong_arguments(arm, truth):
         identify(arm, truth.q, Positions(points), vary=("elbows",))
 
 
-def test_the_report(arm, truth):
+def test_calibration_summary_lists_counts_and_parameters(arm, truth):
     found = identify(arm, truth.q, measured_positions(arm, truth, np.random.default_rng(0)))
     text = str(found)
     assert "33 variables from 540 measured numbers" in text
@@ -174,7 +175,7 @@ def test_the_report(arm, truth):
     assert "target3_z" in text
 
 
-def test_tolerances_beside_no_noise_leave_a_covariance(arm, truth):
+def test_noise_free_data_with_tolerances_keep_positive_covariance(arm, truth):
     """The weight of tolerances is the noise, which must not vanish."""
     tolerances = {"offset": 0.02, "axis": 1e-3}
     exact = Positions(truth.positions(arm, truth.q), NOISE[0])
@@ -186,7 +187,7 @@ def test_tolerances_beside_no_noise_leave_a_covariance(arm, truth):
 
 @pytest.mark.parametrize("count", [1, 2, 3])
 @pytest.mark.parametrize("turned", [1.0, 0.3])
-def test_frames_are_found_whatever_they_are(count, turned):
+def test_register_points_recovers_random_frames_and_targets(count, turned):
     """Exact positions leave no error, from every orientation of the device and small turns too."""
     for seed in range(30):
         random = np.random.default_rng(seed)

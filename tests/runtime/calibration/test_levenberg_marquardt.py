@@ -45,7 +45,7 @@ class Drawn:
 
 @pytest.mark.parametrize("weakest", [1.0, 1e-4])
 @pytest.mark.parametrize("loss_from", [0.0, 0.02])
-def test_the_least_sum_is_that_of_scipy(loss_from, weakest):
+def test_minimum_matches_scipy_least_squares(loss_from, weakest):
     for seed in range(60):
         drawn = Drawn(seed, weakest)
         if not loss_from:
@@ -68,7 +68,7 @@ def test_the_least_sum_is_that_of_scipy(loss_from, weakest):
         assert rank == len(x)
 
 
-def test_gross_errors_do_not_govern_the_loss():
+def test_robust_loss_suppresses_gross_errors():
     for seed in range(20):
         drawn = Drawn(seed, 1.0)
         x = drawn.found(0.02, drawn.true)
@@ -76,7 +76,7 @@ def test_gross_errors_do_not_govern_the_loss():
         assert np.abs(drawn.found(0.0, drawn.true) - drawn.true).max() > 0.3 * SCALE
 
 
-def test_a_long_way_is_damped():
+def test_damping_converges_on_rosenbrock_function():
     """Rosenbrock's valley from his own start, where whole steps lead uphill."""
 
     def errors(x):
@@ -87,7 +87,7 @@ def test_a_long_way_is_damped():
     assert_allclose(x, 1, atol=1e-9)
 
 
-def test_variables_without_effect_stay():
+def test_variables_without_effect_keep_their_values():
     def errors(x):
         return Errors(np.array([x[0] - 1, 2 * x[0] - 2]), lambda: np.array([[1.0, 0], [2, 0]]))
 

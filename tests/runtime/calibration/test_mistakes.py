@@ -28,11 +28,11 @@ def found(robot, q, points):
     return identify(robot, q, Positions(points, NOISE))
 
 
-def test_nothing_is_said_of_good_measurements(case):
+def test_good_measurements_raise_no_diagnostics(case):
     assert found(*case).doubts == ()
 
 
-def test_the_sign_of_a_joint(case):
+def test_reversed_joint_sign_is_diagnosed(case):
     robot, q, points = case
     for k in np.random.default_rng(2).choice(robot.n, 2, replace=False):
         signs = np.where(np.arange(robot.n) == k, -1, 1)
@@ -41,7 +41,7 @@ def test_the_sign_of_a_joint(case):
             found(robot, signs * q, points)
 
 
-def test_columns_of_two_joints(case):
+def test_exchanged_joint_columns_are_diagnosed(case):
     robot, q, points = case
     random = np.random.default_rng(1)
     for _ in range(2):
@@ -53,7 +53,7 @@ def test_columns_of_two_joints(case):
             found(robot, q[:, order], points)
 
 
-def test_a_joint_that_is_added_to_a_later_one(case):
+def test_coupled_joint_column_is_diagnosed(case):
     """As controllers write that hold the forearm's angle to the floor."""
     robot, q, points = case
     turning = [k for k in range(robot.n) if robot.coordinates[k].unit == "rad"]
@@ -68,7 +68,7 @@ def test_a_joint_that_is_added_to_a_later_one(case):
                 found(robot, wrong, points)
 
 
-def test_the_zero_of_a_joint(case):
+def test_wrong_joint_zero_is_diagnosed(case):
     """The first joint's is that of the base, and the last one's that of the tool."""
     robot, q, points = case
     turning = [k for k in range(1, robot.n - 1) if robot.coordinates[k].unit == "rad"]
@@ -87,7 +87,7 @@ def test_the_zero_of_a_joint(case):
             )
 
 
-def test_two_mistakes_at_once(loaded):
+def test_two_simultaneous_mistakes_are_diagnosed(loaded):
     """A joint that is added to a later one, whose sign is turned as well."""
     for name in ("ur5e", "puma560"):
         robot = loaded(name)
@@ -99,7 +99,7 @@ def test_two_mistakes_at_once(loaded):
         assert robot.coordinates[2].name in str(raised.value)
 
 
-def test_rows_beside_those_of_another_measurement(case):
+def test_rows_shifted_by_one_are_diagnosed(case):
     robot, q, points = case
     with pytest.raises(InputValueError, match="coordinates stand one row too late"):
         found(robot, q[:-1], points[1:])
@@ -107,14 +107,14 @@ def test_rows_beside_those_of_another_measurement(case):
         found(robot, q[1:], points[:-1])
 
 
-def test_a_left_handed_frame(case):
+def test_left_handed_device_frame_is_diagnosed(case):
     robot, q, points = case
     for mirrored in (points[..., [1, 0, 2]], points * [1, 1, -1], -points):
         with pytest.raises(InputValueError, match="the device's frame is left-handed"):
             found(robot, q, mirrored)
 
 
-def test_slides_in_millimetres(loaded):
+def test_prismatic_coordinates_in_millimetres_are_diagnosed(loaded):
     robot = loaded("stanford")
     truth = drawn(robot, 3, count=40)
     slides = np.array([c.unit == "m" for c in robot.coordinates])
@@ -122,13 +122,13 @@ def test_slides_in_millimetres(loaded):
         found(robot, np.where(slides, 1e3, 1) * truth.q, truth.positions(robot, truth.q))
 
 
-def test_targets_of_a_row(case):
+def test_exchanged_targets_in_one_row_are_diagnosed(case):
     robot, q, points = case
     points[5] = points[5, [2, 1, 0]]
     assert found(robot, q, points).doubts == ("measurement 6: targets 1 and 3 are exchanged",)
 
 
-def test_coordinates_of_another_row(case):
+def test_joint_coordinates_from_another_row_are_diagnosed(case):
     robot, q, points = case
     wrong = q.copy()
     wrong[7] = q[8]
@@ -136,14 +136,14 @@ def test_coordinates_of_another_row(case):
     assert said.startswith("measurement 8: all 3 targets are off, by ")
 
 
-def test_a_base_that_moved(case):
+def test_base_that_moved_during_measurement_is_diagnosed(case):
     robot, q, points = case
     points[:20] += [0.1, 0.0, 0.05]
     said = " ".join(found(robot, q, points).doubts)
     assert "contradict the others" in said or "mm remain after the identification" in said
 
 
-def test_a_joint_at_rest(case):
+def test_joint_that_does_not_move_is_diagnosed(case):
     robot = case[0]
     still = drawn(robot, 4, count=40)
     still.q[:, 3] = 0.4
@@ -153,7 +153,7 @@ def test_a_joint_at_rest(case):
     assert result.redundant
 
 
-def test_too_few_and_repeated_configurations(case):
+def test_too_few_or_repeated_configurations_are_diagnosed(case):
     robot, q, points = case
     with pytest.raises(InputValueError, match="do not determine"):
         found(robot, q[:3], points[:3])
@@ -161,7 +161,7 @@ def test_too_few_and_repeated_configurations(case):
     assert "only 5 of 40 configurations differ" in said
 
 
-def test_another_robot(loaded):
+def test_measurements_of_another_robot_are_diagnosed(loaded):
     robot = loaded("ur5e")
     truth, random = drawn(robot, 3, count=40), np.random.default_rng(5)
     other = random.uniform(-1, 1, truth.q.shape)
@@ -190,8 +190,9 @@ def as_quaternions(R):
             "are those of the device in the probe's frame",
         ),
     ],
+    ids=["xyzw as wxyz", "wxyz as xyzw", "inverse rotation"],
 )
-def test_orientations_that_are_misread(loaded, misread, said):
+def test_misread_orientations_are_diagnosed(loaded, misread, said):
     robot = loaded("puma560")
     for seed in range(5):
         truth = drawn(robot, seed, zero=0.02, count=40)
@@ -202,7 +203,7 @@ def test_orientations_that_are_misread(loaded, misread, said):
             identify(robot, truth.q, Poses(T, (NOISE, NOISE)))
 
 
-def test_quaternions_are_those_of_scipy():
+def test_quaternion_conversion_matches_scipy_and_round_trips():
     R = Rotation.random(500, random_state=0).as_matrix()
     R[:4] = np.eye(3), np.diag([1.0, -1, -1]), np.diag([-1.0, 1, -1]), np.diag([-1.0, -1, 1])
     found = quaternions(R)

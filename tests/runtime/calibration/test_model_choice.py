@@ -29,7 +29,7 @@ def with_offsets(robot, seed):
     return truth._replace(p=p)
 
 
-def test_intervals_of_drawn_arms_hold_the_truth(arm):
+def test_confidence_intervals_with_tolerances_cover_truth(arm):
     """Offsets and axes together are redundant: tolerances alone tell them apart."""
     inside = []
     for seed in range(20):
@@ -50,7 +50,7 @@ def test_intervals_of_drawn_arms_hold_the_truth(arm):
     assert 0.92 < np.mean(inside) < 0.98
 
 
-def test_few_measurements_leave_parameters_near_nominal(arm):
+def test_tolerances_keep_parameters_near_nominal_with_few_data(arm):
     truth = with_offsets(arm, 2)
     few = measured(arm, truth, truth.q[:4])
     free = identify(arm, truth.q[:4], few, robust=False)
@@ -64,7 +64,7 @@ def test_few_measurements_leave_parameters_near_nominal(arm):
     assert np.abs(near.deviations[:-9]).max() < 0.05
 
 
-def test_the_frame_takes_the_corrections_of_the_base(arm):
+def test_base_corrections_are_absorbed_by_base_frame(arm):
     truth = with_offsets(arm, 2)
     found = identify(
         arm, truth.q, measured(arm, truth, truth.q), vary=("offset",), tolerances=TOLERANCES
@@ -76,7 +76,7 @@ def test_the_frame_takes_the_corrections_of_the_base(arm):
 
 
 @pytest.mark.parametrize("name", ["ur5e", "puma560", "stanford"])
-def test_the_simplest_model_that_predicts_best(loaded, name):
+def test_best_model_selects_simplest_model_with_best_prediction(loaded, name):
     robot = loaded(name)
     truth = drawn(robot, 3, zero=0.02, count=36)
     found = best_model(robot, truth.q, measured(robot, truth, truth.q))
@@ -91,7 +91,7 @@ def test_the_simplest_model_that_predicts_best(loaded, name):
     assert found.model.name == "joint offsets"
 
 
-def test_weights_are_those_of_repeated_measurements(arm, truth):
+def test_weight_two_equals_repeated_measurement(arm, truth):
     once = measured(arm, truth, truth.q)
     q = np.concatenate([truth.q, truth.q[:10]])
     twice = Positions(np.concatenate([once.points, once.points[:10]]), NOISE)
@@ -103,6 +103,6 @@ def test_weights_are_those_of_repeated_measurements(arm, truth):
         identify(arm, truth.q, once, weights=[1, 2, 3])
 
 
-def test_unknown_tolerances(arm, truth):
+def test_unknown_tolerance_name_is_rejected(arm, truth):
     with pytest.raises(InputValueError, match="no parameter, part or unit elbows"):
         identify(arm, truth.q, measured(arm, truth, truth.q), tolerances={"elbows": 1.0})

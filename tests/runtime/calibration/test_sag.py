@@ -60,7 +60,7 @@ def found(arm, measured):
     return identify(arm, *measured, vary=("axis", "compliance"), robust=False)
 
 
-def test_springs_are_found(arm, measured, found):
+def test_joint_compliances_are_identified(arm, measured, found):
     rigid = identify(arm, *measured, robust=False)
     assert rigid.noise > 5
     assert found.noise < 1.1
@@ -142,7 +142,7 @@ def check_file(arm, folder, functions, seed):
     return mine, p, T
 
 
-def test_springs_of_the_file_sag_as_the_model(arm, tmp_path):
+def test_robot_file_with_springs_reproduces_sag_and_ik(arm, tmp_path):
     mine, p, T = check_file(arm, tmp_path, [*FUNCTIONS, "ik"], 3)
     found = mine.ik(T)
     back = arm.fk_p(mine.motors_from_joints(found.q), p)
@@ -151,7 +151,7 @@ def test_springs_of_the_file_sag_as_the_model(arm, tmp_path):
     assert gaps.max() < 1e-10
 
 
-def test_slides_plates_and_turned_joints_sag_as_the_model(tmp_path):
+def test_robot_file_reproduces_sag_with_prismatic_joints(tmp_path):
     arm = compiled(loads(SLIDING), tmp_path / "arm", ["fk", "fk_p", "jacobian_p"])
     check_file(arm, tmp_path / "mine", FUNCTIONS, 4)
 
@@ -164,8 +164,9 @@ def test_slides_plates_and_turned_joints_sag_as_the_model(tmp_path):
         ('[[springs]]\nof = "elbow"', '[[springs]]\nof = "wrist"', "a spring for each coordinate"),
         ("mass = 1.5", "weight = 1.5", "weight"),
     ],
+    ids=["no limits", "excessive compliance", "missing coordinate", "unknown key"],
 )
-def test_wrong_springs_are_named(old, new, expected, tmp_path):
+def test_invalid_springs_are_rejected_by_name(old, new, expected, tmp_path):
     arm = compiled(loads(SLIDING), tmp_path / "arm", ["fk", "fk_p", "jacobian_p"])
     text = robot_file(arm, sagging(arm, np.random.default_rng(4)), "mine", "simulated")
     assert text.count(old) == 1
@@ -173,7 +174,7 @@ def test_wrong_springs_are_named(old, new, expected, tmp_path):
         derive(loads(text.replace(old, new)), FUNCTIONS)
 
 
-def test_coordinates_of_several_joints_have_no_springs_in_a_file(tmp_path):
+def test_spring_of_mimicked_coordinate_cannot_be_written(tmp_path):
     mimic = 'link = "hand"\nmimic = { joint = "elbow", multiplier = "1/2" }'
     moved = loads(SLIDING.replace('link = "hand"', mimic, 1))
     arm = compiled(moved, tmp_path, ["fk_p", "jacobian_p"])

@@ -1,7 +1,6 @@
 """Calls: every form of argument gives what a loop over single poses gives, or a clear error."""
 
 import gc
-import inspect
 import re
 import sys
 import threading
@@ -32,7 +31,7 @@ def loop(function, core, *inputs):
 
 
 @given(st.data())
-def test_batch_is_a_loop_over_poses(robot, data):
+def test_batch_equals_loop_over_single_poses(robot, data):
     q = data.draw(batches.flatmap(lambda b: hnp.arrays(np.float64, (*b, 2), elements=finite)))
     batch, expected = loop(tiny.fk, [1], q)
     result = robot.fk(q)
@@ -84,14 +83,18 @@ def test_memory_layout_does_not_matter(robot, layout, single):
     np.testing.assert_array_equal(robot.blend(Q, arranged), robot.blend(Q, a))
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float16, np.longdouble, int, np.int8, np.uint64])
+@pytest.mark.parametrize(
+    "dtype",
+    [np.float32, np.float16, np.longdouble, int, np.int8, np.uint64],
+    ids=lambda dtype: np.dtype(dtype).name,
+)
 def test_real_dtypes_are_converted(robot, dtype):
     q = np.arange(8).reshape(4, 2)
     np.testing.assert_array_equal(robot.fk(q.astype(dtype)), robot.fk(q.astype(float)))
     np.testing.assert_array_equal(robot.fk(q[0].astype(dtype)), robot.fk(q[0].astype(float)))
 
 
-def test_large_core_is_gathered_beyond_the_stack(robot):
+def test_large_strided_core_is_computed_correctly(robot):
     w = np.random.default_rng(2).normal(size=(3, 40, 40))
     strided = np.asfortranarray(w)
     out = np.empty((3, 40, 80))[..., ::2]
@@ -99,7 +102,7 @@ def test_large_core_is_gathered_beyond_the_stack(robot):
     np.testing.assert_array_equal(out, 2 * w[:, ::-1, ::-1])
 
 
-def test_scalars(robot):
+def test_scalar_functions_accept_and_return_scalars(robot):
     single = robot.distance(2, [3, 4])
     assert isinstance(single, np.float64)
     assert single == 10
@@ -111,14 +114,14 @@ def test_scalars(robot):
     assert out == 10
 
 
-def test_keywords(robot):
+def test_inputs_are_accepted_as_keywords(robot):
     a = np.ones((2, 3))
     expected = robot.blend(Q, a)
     np.testing.assert_array_equal(robot.blend(A=a, q=Q), expected)
     np.testing.assert_array_equal(robot.blend(Q, A=a, out=None), expected)
 
 
-def test_several_outputs(robot):
+def test_several_outputs_are_returned_as_tuple(robot):
     for q in (Q, np.stack([Q, 2 * Q])):
         result = robot.fused(q)
         assert type(result) is tuple
@@ -130,7 +133,7 @@ def test_several_outputs(robot):
 # ------------------------------------------------------------------ out=
 
 
-@pytest.mark.parametrize("batch", [(), (3,), (0,), (2, 3)])
+@pytest.mark.parametrize("batch", [(), (3,), (0,), (2, 3)], ids=str)
 @pytest.mark.parametrize(
     "make",
     [
@@ -141,15 +144,15 @@ def test_several_outputs(robot):
     ids=["C", "fortran", "strided"],
 )
 @pytest.mark.parametrize("as_tuple", [False, True])
-def test_out_one(robot, batch, make, as_tuple):
+def test_out_receives_and_returns_single_output(robot, batch, make, as_tuple):
     q = np.random.default_rng(3).normal(size=(*batch, 2))
     out = make((*batch, 3, 4))
     assert robot.fk(q, out=(out,) if as_tuple else out) is out
     np.testing.assert_array_equal(out, robot.fk(q))
 
 
-@pytest.mark.parametrize("batch", [(), (3,)])
-def test_out_several(robot, batch):
+@pytest.mark.parametrize("batch", [(), (3,)], ids=str)
+def test_out_tuple_receives_several_outputs(robot, batch):
     q = np.random.default_rng(4).normal(size=(*batch, 2))
     pose, jacobian = np.empty((*batch, 3, 4)), np.empty((*batch, 2, 2))
     result = robot.fused(q, out=(pose, jacobian))
@@ -172,7 +175,7 @@ def test_out_has_the_broadcast_shape(robot):
         robot.blend(q, a, out=out[:1])
 
 
-def test_outs_may_be_views_of_one_buffer(robot):
+def test_outs_may_be_views_of_shared_buffer(robot):
     buffer = np.zeros((3, 16))
     pose, jacobian = buffer[:, :12].reshape(3, 3, 4), buffer[:, 12:].reshape(3, 2, 2)
     assert np.shares_memory(pose, buffer)
@@ -183,7 +186,7 @@ def test_outs_may_be_views_of_one_buffer(robot):
 
 
 @pytest.mark.parametrize("shift", range(-2, 13))
-@pytest.mark.parametrize("batch", [(), (1,), (3,)])
+@pytest.mark.parametrize("batch", [(), (1,), (3,)], ids=str)
 def test_out_may_overlap_inputs(robot, shift, batch):
     n = int(np.prod(batch, dtype=int))
     buffer = np.random.default_rng(6).normal(size=60)
@@ -204,7 +207,7 @@ def test_out_may_be_the_input_itself(robot):
         np.testing.assert_array_equal(q, expected)
 
 
-def test_outs_that_overlap_each_other_stay_in_memory(robot):
+def test_overlapping_outs_write_only_inside_their_buffers(robot):
     buffer = np.zeros(20)
     robot.fused(Q, out=(buffer[:12].reshape(3, 4), buffer[10:14].reshape(2, 2)))
     np.testing.assert_array_equal(buffer[:10], robot.fk(Q).ravel()[:10])
@@ -215,8 +218,8 @@ def test_outs_that_overlap_each_other_stay_in_memory(robot):
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-@pytest.mark.parametrize("batch", [(), (5,)])
-def test_not_finite_flows_through_in_silence(robot, bad, batch):
+@pytest.mark.parametrize("batch", [(), (5,)], ids=str)
+def test_non_finite_inputs_propagate_without_warning(robot, bad, batch):
     q = np.zeros((*batch, 2))
     q[..., 0] = bad
     with warnings.catch_warnings(), np.errstate(all="raise"):
@@ -259,8 +262,17 @@ def test_not_finite_flows_through_in_silence(robot, bad, batch):
             "tiny.fk: out for T must have shape (3, 4), got shape (1, 3, 4)",
         ),
     ],
+    ids=[
+        "vector",
+        "scalar",
+        "empty list",
+        "transposed core",
+        "no broadcast",
+        "small out",
+        "extra out dimension",
+    ],
 )
-def test_wrong_shape(robot, call, message):
+def test_wrong_shape_raises_shape_error(robot, call, message):
     with pytest.raises(chasles.ShapeError, match=f"^{re.escape(message)}$"):
         call(robot)
     assert issubclass(chasles.ShapeError, ValueError)
@@ -311,8 +323,33 @@ def _read_only():
         (lambda r: r.fused(Q, out=np.empty(2)), "tiny.fused: out must be a tuple of 2, one for "),
         (lambda r: r.fused(Q, out=()), "tiny.fused: out must be a tuple of 2, one for each output"),
     ],
+    ids=[
+        "text",
+        "numeric text",
+        "bytes",
+        "complex",
+        "bool",
+        "None",
+        "object",
+        "timedelta",
+        "structured",
+        "ragged list",
+        "no input",
+        "extra input",
+        "missing second input",
+        "extra third input",
+        "input twice",
+        "unknown keyword",
+        "list as out",
+        "float32 out",
+        "big-endian out",
+        "read-only out",
+        "out of wrong length",
+        "single out for two",
+        "empty out",
+    ],
 )
-def test_wrong_argument(robot, call, message):
+def test_wrong_argument_raises_input_type_error(robot, call, message):
     with pytest.raises(chasles.InputTypeError, match=f"^{re.escape(message)}"):
         call(robot)
     assert issubclass(chasles.InputTypeError, TypeError)
@@ -320,7 +357,7 @@ def test_wrong_argument(robot, call, message):
     assert not issubclass(chasles.InputTypeError, ValueError)
 
 
-def test_errors_of_the_argument_itself_pass(robot):
+def test_exceptions_raised_by_argument_propagate(robot):
     class Broken:
         def __array__(self, dtype=None, copy=None):
             raise KeyboardInterrupt
@@ -332,7 +369,7 @@ def test_errors_of_the_argument_itself_pass(robot):
     assert isinstance(caught.value.__cause__, ValueError)
 
 
-def test_any_object_is_refused_or_computed(robot):
+def test_any_object_is_rejected_or_computed(robot):
     weird = [object(), {}, {1, 2}, (), [[]], range(2), "", b"", lambda: 0, np, type, 10**400, ...]
     weird += [np.ma.array([1.0, 2.0]), memoryview(b"ab"), iter([1, 2]), np.array(None), np.nan]
     for value in weird:
@@ -347,7 +384,7 @@ def test_any_object_is_refused_or_computed(robot):
 # ------------------------------------------------- ufunc, threads, memory
 
 
-def test_ufunc(robot):
+def test_function_exposes_ufunc_with_signature(robot):
     assert isinstance(robot.blend.ufunc, np.ufunc)
     assert robot.blend.ufunc.signature == "(2),(2,3)->(2)"
     assert robot.distance.ufunc.signature == "(),(2)->()"
@@ -357,7 +394,7 @@ def test_ufunc(robot):
     np.testing.assert_array_equal(robot.fk.ufunc(q.T, axes=[0, (1, 2)]), robot.fk(q))
 
 
-def test_array_ufunc_override(robot):
+def test_array_ufunc_override_is_dispatched(robot):
     class Lazy:
         def __array_ufunc__(self, ufunc, method, *inputs, **kwargs):
             return ufunc, method, inputs, kwargs
@@ -372,7 +409,7 @@ def test_array_ufunc_override(robot):
     assert robot.fk(Q, out=lazy)[3] == {"out": (lazy,)}
 
 
-def test_dask(robot):
+def test_apply_gufunc_on_dask_matches_numpy(robot):
     array = pytest.importorskip("dask.array")
     q = np.random.default_rng(9).normal(size=(10, 2))
     lazy = array.apply_gufunc(
@@ -385,7 +422,7 @@ def test_dask(robot):
     np.testing.assert_array_equal(lazy.compute(scheduler="threads"), robot.fk(q))
 
 
-def test_many_threads(robot):
+def test_concurrent_calls_give_single_thread_results(robot):
     q = np.random.default_rng(10).normal(size=(2000, 2))
     expected = robot.fk(q)
     failures = []
@@ -413,7 +450,7 @@ def refused(function, *inputs, **keywords):
         function(*inputs, **keywords)
 
 
-def test_calls_leak_nothing(robot, few_objects):
+def test_calls_leak_no_references_or_memory(robot, few_objects):
     q, out, strided = Q.copy(), np.empty((3, 4)), np.zeros(4)[::2]
     batch, bad = np.zeros((3, 2)), np.zeros(5)
     one, three = np.empty((3, 4)), np.empty((3, 3, 4))
@@ -441,28 +478,3 @@ def test_calls_leak_nothing(robot, few_objects):
         gc.collect()
         assert list(map(sys.getrefcount, watched)) == before
         assert sys.getallocatedblocks() - blocks < 100
-
-
-# -------------------------------------------------------------- metadata
-
-
-def test_function_describes_itself(robot):
-    function = robot.blend
-    assert function.__name__ == "blend"
-    assert function.__qualname__ == "tiny.blend"
-    assert [item.shape for item in function.inputs] == [(2,), (2, 3)]
-    assert function.outputs[0].name == "y"
-    assert function.operations["total"] == 8
-    assert repr(function) == "<chasles function tiny.blend(q, A, *, out=None, threads=1)>"
-    assert "q: (..., 2) [rad] The q." in function.__doc__
-    assert function.__doc__.startswith("Blends.\n\nIs what it is.\n")
-    with pytest.raises((AttributeError, TypeError)):
-        function.operations["total"] = 0
-    with pytest.raises(AttributeError):
-        function.ufunc = None
-
-
-def test_help_and_signature(robot, capsys):
-    assert str(inspect.signature(robot.blend)) == "(q, A, *, out=None, threads=1)"
-    help(robot.blend)
-    assert "A: (..., 2, 3) [1] The A." in capsys.readouterr().out

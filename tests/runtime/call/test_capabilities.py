@@ -19,7 +19,7 @@ def message(robot, name):
     return str(error.value)
 
 
-def test_a_name_without_a_representation_names_the_three():
+def test_name_without_representation_suggests_all_three():
     arm = chasles.load("ur5e")
     for name in ("jacobian", "twist", "acceleration"):
         three = ", ".join(f"{name}_{kind}" for kind in ("space", "body", "mixed"))
@@ -35,6 +35,7 @@ def test_a_name_without_a_representation_names_the_three():
         ("planar_3rrr", "its loops are solved by iteration", ("ik_planar", "actuators")),
         ("planar_3rrr_170", "its loops are solved by iteration", ("actuators", "ik_numeric")),
     ],
+    ids=["planar_3rrr", "planar_3rrr_170"],
 )
 def test_a_robot_without_an_inverse_names_the_reason_and_substitutes(name, reason, substitutes):
     robot = chasles.load(name)
@@ -48,7 +49,7 @@ def test_a_robot_without_an_inverse_names_the_reason_and_substitutes(name, reaso
 
 
 @pytest.mark.parametrize("name", ["ur5e", "iiwa14", "excavator", "stewart_gough", "planar_3rrr"])
-def test_dir_lists_what_works(name):
+def test_dir_lists_exactly_available_attributes(name):
     robot = chasles.load(name)
     listed = dir(robot)
     assert {*robot.functions} <= {*listed}
@@ -62,7 +63,7 @@ def test_dir_lists_what_works(name):
         assert not hasattr(robot, attribute), attribute
 
 
-def test_robots_of_one_kind_share_a_class():
+def test_robots_of_same_kind_share_class():
     assert type(chasles.load("ur5e")) is type(chasles.load("puma560"))
     assert isinstance(chasles.load("ur5e"), chasles.Robot)
     assert repr(type(chasles.load("ur5e"))) == repr(chasles.Robot)
@@ -75,7 +76,7 @@ def test_a_function_is_a_plain_attribute_of_the_instance():
         assert not {"__getattr__", "__getattribute__"} & vars(owner).keys()
 
 
-def test_wrong_types_and_wrong_values_are_told_apart():
+def test_wrong_types_and_wrong_values_raise_distinct_errors():
     arm = chasles.load("ur5e")
     q = np.zeros(6)
     for error in (chasles.InputTypeError, chasles.InputValueError):
@@ -116,7 +117,7 @@ def test_labels_name_the_mirrored_part():
         assert solutions.q[one, 0] == solutions.q[other, 0]
 
 
-def test_labels_follow_the_slots():
+def test_labels_follow_slots_through_solution_filters():
     arm = chasles.load("ur5e")
     solutions = arm.ik(arm.fk(np.full(6, 0.4)))
     wound = solutions.within_limits()
@@ -151,7 +152,7 @@ ALONE = {"swivel"}
 
 
 @pytest.mark.parametrize("name", ["ur5e", "four_bar", "excavator", "delta", "stewart_gough"])
-def test_whatever_is_missing_has_a_reason_or_a_substitute(name):
+def test_missing_attribute_error_states_reason_or_substitute(name):
     robot = chasles.load(name)
     missing = [key for key, item in vars(type(robot)).items() if isinstance(item, Missing)]
     assert len(missing) > 10
@@ -172,14 +173,22 @@ def test_whatever_is_missing_has_a_reason_or_a_substitute(name):
         ("five_bar", "fk_p", "chasles.load(..., parametric=True); instead: fk"),
         ("ur5e", "fk_p", "'fk_p': it is derived by chasles.load(..., parametric=True)"),
     ],
+    ids=[
+        "ur5e chain",
+        "four_bar chain_fk",
+        "four_bar ik_planar",
+        "stewart_gough chain_all",
+        "five_bar fk_p",
+        "ur5e fk_p",
+    ],
 )
-def test_reasons_and_substitutes(robot, name, words):
+def test_missing_attribute_error_names_reason_and_substitute(robot, name, words):
     with pytest.raises(AttributeError) as caught:
         getattr(chasles.load(robot), name)
     assert words in str(caught.value)
 
 
-def test_what_keeps_given_joints_where_there_is_no_inverse(tmp_path):
+def test_ik_with_fixed_joints_without_inverse_names_substitute(tmp_path):
     with pytest.raises(AttributeError, match=r"ik_numeric, .* with lock= keeps given joints at"):
         chasles.load("planar_3rrr").ik(np.eye(4), given={"x": 0.1})
     text = "\n".join(

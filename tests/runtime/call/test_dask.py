@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 import chasles
+from tests.support.optional import OptionalPackage
 
-array = pytest.importorskip("dask.array", reason="dask is in the extra `test`")
-dask = pytest.importorskip("dask", reason="dask is in the extra `test`")
+array = OptionalPackage("dask.array")
+dask = OptionalPackage("dask")
 
 RNG = np.random.default_rng(21)
 Q = RNG.normal(size=(10, 2))
@@ -35,11 +36,11 @@ def check(result, expected, chunks=None):
     np.testing.assert_array_equal(computed, expected)
 
 
-def test_one_input(robot):
+def test_single_dask_input_matches_numpy(robot):
     check(robot.fk(lazy(Q, 4, 2)), robot.fk(Q), ((4, 4, 2), (3,), (4,)))
 
 
-def test_nothing_is_computed_before_it_is_asked_for(robot):
+def test_dask_results_stay_lazy_until_compute(robot):
     def fail(block):
         raise AssertionError("computed")
 
@@ -50,18 +51,18 @@ def test_nothing_is_computed_before_it_is_asked_for(robot):
         result.compute(scheduler="sync")
 
 
-def test_one_pose_and_no_pose(robot):
+def test_single_pose_and_empty_batch_work_with_dask(robot):
     check(robot.fk(lazy(Q[0], 2)), robot.fk(Q[0]), ((3,), (4,)))
     check(robot.fk(lazy(Q[:0], 1, 2)), robot.fk(Q[:0]))
 
 
-def test_core_dimensions_in_pieces_are_joined(robot):
+def test_chunked_core_dimensions_are_merged(robot):
     check(robot.fk(lazy(Q, 4, 1)), robot.fk(Q))
     expected = robot.wide(np.ones((2, 40, 40)))
     check(robot.wide(lazy(np.ones((2, 40, 40)), 1, 20, 7)), expected)
 
 
-def test_several_inputs(robot):
+def test_several_dask_inputs_match_numpy(robot):
     a = RNG.normal(size=(10, 2, 3))
     expected = robot.blend(Q, a)
     check(robot.blend(lazy(Q, 4, 2), lazy(a, 4, 2, 3)), expected, ((4, 4, 2), (2,)))
@@ -81,13 +82,13 @@ def test_leading_dimensions_broadcast(robot, q, a):
         check(result, expected)
 
 
-def test_lists_and_numbers_beside_dask(robot):
+def test_lists_and_numbers_combine_with_dask_arrays(robot):
     check(robot.blend(lazy(Q, 4, 2), A[0, 0].tolist()), robot.blend(Q, A[0, 0]))
     check(robot.distance(2, lazy(Q, 4, 2)), robot.distance(2, Q), ((4, 4, 2),))
     check(robot.distance(lazy(Q[:, 0], 4), [3, 4]), robot.distance(Q[:, 0], [3, 4]))
 
 
-def test_several_outputs(robot):
+def test_several_outputs_are_lazy_tuple(robot):
     result = robot.fused(lazy(Q, 4, 2))
     assert type(result) is tuple
     for got, expected in zip(result, robot.fused(Q), strict=True):
@@ -96,13 +97,15 @@ def test_several_outputs(robot):
     np.testing.assert_array_equal(computed[1], robot.fused(Q)[1])
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.int64, np.uint8])
+@pytest.mark.parametrize(
+    "dtype", [np.float32, np.int64, np.uint8], ids=lambda dtype: np.dtype(dtype).name
+)
 def test_real_dtypes_give_float64(robot, dtype):
     q = np.arange(8).reshape(4, 2).astype(dtype)
     check(robot.fk(lazy(q, 2, 2)), robot.fk(q))
 
 
-def test_sizes_that_are_not_known_yet(robot):
+def test_unknown_chunk_sizes_are_supported(robot):
     chosen = lazy(Q, 4, 2)[lazy(Q[:, 0], 4) > 0]
     result = robot.fk(chosen)
     assert np.isnan(result.shape[0])
@@ -111,13 +114,13 @@ def test_sizes_that_are_not_known_yet(robot):
     assert both.compute(scheduler="sync").shape == (np.sum(Q[:, 0] > 0), 2)
 
 
-def test_stays_part_of_a_graph(robot):
+def test_lazy_result_composes_in_dask_graph(robot):
     positions = robot.fk(lazy(Q, 4, 2))[:, :, 3]
     highest = positions[:, 2].max()
     assert highest.compute(scheduler="threads") == robot.fk(Q)[:, 2, 3].max()
 
 
-def test_apply_gufunc_by_hand(robot):
+def test_explicit_apply_gufunc_matches_numpy(robot):
     result = array.apply_gufunc(
         robot.fk,
         "(n)->(i,j)",
@@ -137,8 +140,9 @@ def test_apply_gufunc_by_hand(robot):
         (lambda r: (r.fk, Q > 0), "q must hold real numbers, got dtype bool"),
         (lambda r: (r.fk, Q * 1j), "q must hold real numbers, got dtype complex128"),
     ],
+    ids=["wrong size", "wrong core", "no broadcast", "bool", "complex"],
 )
-def test_errors_are_those_of_numpy_arrays_and_at_once(robot, call, message):
+def test_dask_errors_match_numpy_errors_and_are_immediate(robot, call, message):
     function, *inputs = call(robot)
     with pytest.raises(chasles.ChaslesError, match=re.escape(message)) as plain:
         function(*inputs)
@@ -146,7 +150,7 @@ def test_errors_are_those_of_numpy_arrays_and_at_once(robot, call, message):
         function(*(array.from_array(item, chunks=-1) for item in inputs))
 
 
-def test_what_a_lazy_result_cannot_have(robot):
+def test_out_and_threads_are_rejected_for_dask(robot):
     q = lazy(Q, 4, 2)
     with pytest.raises(chasles.InputError, match=r"tiny.fk: a dask array is lazy, .* no out"):
         robot.fk(q, out=np.empty((10, 3, 4)))
@@ -159,7 +163,7 @@ def test_what_a_lazy_result_cannot_have(robot):
         robot.blend(q, [[1], [1, 2]])
 
 
-def test_another_protocol_beside_dask_goes_to_the_ufunc(robot):
+def test_mixed_array_protocols_dispatch_to_ufunc(robot):
     class Other:
         def __array_ufunc__(self, ufunc, method, *inputs, **kwargs):
             return ufunc, len(inputs)
@@ -167,7 +171,7 @@ def test_another_protocol_beside_dask_goes_to_the_ufunc(robot):
     assert robot.blend(Other(), lazy(A, 1, 1, 2, 3)) == (robot.blend.ufunc, 2)
 
 
-def test_other_processes(tmp_path):
+def test_dask_process_scheduler_gives_equal_results(tmp_path):
     """Only the function's name and hash travel: the workers load the robot for themselves."""
     (tmp_path / "study.py").write_text(
         """
@@ -186,7 +190,7 @@ if __name__ == "__main__":
     subprocess.run([sys.executable, "study.py"], cwd=tmp_path, check=True)
 
 
-def test_a_function_that_arrives_again_is_not_loaded_again(robot):
+def test_repeated_unpickling_returns_same_function(robot):
     again = pickle.loads(pickle.dumps(robot.fk))
     assert pickle.loads(pickle.dumps(robot.fk)) is again
 

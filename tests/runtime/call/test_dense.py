@@ -18,16 +18,16 @@ def rows(function, *batch):
 
 
 @pytest.mark.parametrize(
-    "batch", [(0,), (1,), (2,), (9,), (40,), (3, 5), (2, 1, 4), (0, 7), (7, 0)]
+    "batch", [(0,), (1,), (2,), (9,), (40,), (3, 5), (2, 1, 4), (0, 7), (7, 0)], ids=str
 )
-def test_dense_batches_are_the_ufuncs(function, batch):
+def test_dense_batches_equal_ufunc_results(function, batch):
     q = rows(function, *batch)
     found = function(q)
     assert found.shape == (*batch, *function.outputs[0].shape)
     np.testing.assert_array_equal(found, function.ufunc(q))
 
 
-def test_several_inputs_and_outputs():
+def test_dense_calls_with_several_inputs_and_outputs_equal_ufunc():
     robot = chasles.load("ur5e")
     q, qd = rows(robot.fk, 21), rows(robot.fk, 21)
     np.testing.assert_array_equal(robot.twist_mixed(q, qd), robot.twist_mixed.ufunc(q, qd))
@@ -40,7 +40,7 @@ def test_several_inputs_and_outputs():
     assert robot.twist_mixed(q.reshape(3, 7, 6), qd[:7]).shape == (3, 7, 6)
 
 
-def test_wrong_cores_are_refused_all_the_same(function):
+def test_wrong_core_dimensions_are_rejected_in_dense_path(function):
     q = rows(function, 4)
     with pytest.raises(chasles.ShapeError, match="must end in"):
         function(q[:, :-1].copy())
@@ -48,7 +48,7 @@ def test_wrong_cores_are_refused_all_the_same(function):
         function(np.zeros((4, q.shape[1] + 1)))
 
 
-def test_read_only_and_subclassed_inputs(function):
+def test_read_only_and_subclassed_inputs_are_accepted(function):
     q = rows(function, 5)
     expected = function(q)
     q.flags.writeable = False

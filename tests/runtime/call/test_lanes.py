@@ -8,6 +8,7 @@ import pytest
 
 import chasles
 from chasles.contract.manifest import read_manifest
+from tests.support.derivations import NAMES as SERIAL
 
 ROUNDING = 16
 """Batch against single call, in units in the last place of the largest entry of all rows: sines of
@@ -20,7 +21,6 @@ POSE_BY_POSE = {"modes"}
 """Functions that take milliseconds a pose and compute no two at once: a few lengths and rows do."""
 FEW = 8
 
-SERIAL = [name for name in chasles.robots() if not chasles.load(name).loops]
 LOOPS = ["well_manipulator", "delta", "planar_3rrr"]
 """One robot of each kind: triangles of cylinders, spheres, a platform on three legs."""
 NEAR = 0.02
@@ -142,13 +142,13 @@ def loop(function, *inputs):
     return [np.stack(column) for column in zip(*rows, strict=True)]
 
 
-def test_all_functions_are_tried():
+def test_function_list_covers_all_shipped_functions():
     assert len(FUNCTIONS) > 270
     assert len(FORWARD) > 170
 
 
 @every_function
-def test_batches_of_every_length_are_single_calls(name, item):
+def test_batch_of_every_length_equals_single_calls(name, item):
     function = find(name, item)
     inputs = make_inputs(function, LENGTHS[-1])
     whole = call(function, *inputs)
@@ -163,7 +163,7 @@ def test_batches_of_every_length_are_single_calls(name, item):
 
 
 @each(FORWARD)
-def test_huge_and_tiny_coordinates(name, item):
+def test_huge_or_tiny_coordinates_do_not_affect_other_rows(name, item):
     function = find(name, item)
     plain = call(function, *make_inputs(function, 37))
     for scale in (1e5, 1e15, 1e300, 1e-310):
@@ -178,7 +178,7 @@ def test_huge_and_tiny_coordinates(name, item):
 
 
 @every_function
-def test_one_bad_row_does_not_touch_the_others(name, item):
+def test_non_finite_row_does_not_affect_other_rows(name, item):
     function = find(name, item)
     count = FEW if item in POSE_BY_POSE else 19
     clean = make_inputs(function, count)
@@ -197,7 +197,7 @@ def test_one_bad_row_does_not_touch_the_others(name, item):
             np.testing.assert_array_equal(np.isnan(a[row]), np.isnan(b))
 
 
-def test_a_coordinate_that_is_not_finite_is_seen_in_the_pose():
+def test_non_finite_coordinate_gives_nan_in_its_pose_only():
     for name in SERIAL:
         function = find(name, "fk")
         q = make_inputs(function, 16)[0]
@@ -218,7 +218,7 @@ CORE_IS_DENSE = {"gaps", "reversed", "columns of a table", "odd address"}
 
 
 @each([*FORWARD, *((n, item) for n, item in FUNCTIONS if n in LOOPS)])
-def test_where_the_rows_lie_does_not_matter(name, item):
+def test_row_memory_layout_does_not_change_results(name, item):
     function = find(name, item)
     inputs = make_inputs(function, 29)
     expected = call(function, *inputs)
@@ -230,7 +230,7 @@ def test_where_the_rows_lie_does_not_matter(name, item):
 
 
 @pytest.mark.parametrize("name", SERIAL)
-def test_broadcast(name):
+def test_broadcast_inputs_equal_dense_inputs(name):
     function = find(name, "twist_mixed")
     q, qd = make_inputs(function, 1000)
     q, qd = q[:, None], qd[None, :50]
@@ -249,7 +249,7 @@ def large_batch(function):
 
 
 @every_quick_function
-def test_large_results_are_those_of_small_batches(name, item):
+def test_large_batch_results_equal_small_batch_results(name, item):
     function = find(name, item)
     n = large_batch(function)
     inputs = make_inputs(function, n)
@@ -264,7 +264,7 @@ def test_large_results_are_those_of_small_batches(name, item):
 @pytest.mark.parametrize("name", ["ur5e", "panda"])
 @pytest.mark.parametrize("item", ["fk", "fk_jacobian_mixed", "twist_mixed", "hessian_mixed"])
 @pytest.mark.parametrize("length", ["short", "large"])
-def test_out_at_every_address(name, item, length):
+def test_out_alignment_does_not_change_results(name, item, length):
     function = find(name, item)
     n = 21 if length == "short" else large_batch(function)
     inputs = make_inputs(function, n)
@@ -283,7 +283,7 @@ def test_out_at_every_address(name, item, length):
         assert np.count_nonzero(buffer == -77.0) == buffer.size - sum(sizes)
 
 
-def test_out_into_columns_and_backwards():
+def test_out_may_be_reversed_table_columns():
     function = find("ur5e", "twist_mixed")
     inputs = make_inputs(function, 50)
     expected = function(*inputs)

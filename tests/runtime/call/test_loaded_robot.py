@@ -27,7 +27,7 @@ def shipped(folder, monkeypatch):
     return folder
 
 
-def test_facts(robot):
+def test_loaded_robot_exposes_manifest_facts(robot):
     assert (robot.name, robot.title, robot.n) == ("tiny", "A tiny robot", 2)
     assert [c.name for c in robot.coordinates] == ["pan", "lift"]
     np.testing.assert_array_equal(robot.lower, [-3, -np.inf])
@@ -41,7 +41,7 @@ def test_facts(robot):
     assert "lift [m]" in repr(robot)
 
 
-def test_does_not_change(robot):
+def test_loaded_robot_is_immutable(robot):
     with pytest.raises(AttributeError, match="does not change"):
         robot.name = "other"
     with pytest.raises(AttributeError, match="does not change"):
@@ -52,13 +52,13 @@ def test_does_not_change(robot):
         robot.functions["fk"] = None
 
 
-def test_absent_function_names_the_others(robot):
+def test_missing_function_error_lists_available_functions(robot):
     with pytest.raises(AttributeError, match=r"robot 'tiny' has no 'ik'; .*fk, blend, fused"):
         robot.ik(Q)
     assert not hasattr(robot, "hessian_mixed")
 
 
-def test_pickle(robot, monkeypatch):
+def test_robot_and_functions_survive_pickling(robot, monkeypatch):
     # The robot was compiled without flags of the developer, and so is the one that is unpickled.
     monkeypatch.delenv("CHASLES_CFLAGS", raising=False)
     again = pickle.loads(pickle.dumps(robot))
@@ -70,7 +70,7 @@ def test_pickle(robot, monkeypatch):
     assert robot != "tiny"
 
 
-def test_pickle_of_a_robot_that_changed_is_refused(folder):
+def test_unpickling_changed_robot_is_rejected(folder):
     pickled = pickle.dumps(chasles.load(folder.path))
     folder.write(tiny.SOURCE.replace("sin", "cos"))
     with pytest.raises(chasles.SourceMismatchError, match="not the tiny that was pickled"):
@@ -83,12 +83,12 @@ def test_shipped_robot_pickles_by_name(shipped):
     assert pickle.loads(pickled).name == "tiny"
 
 
-def test_load_by_name(shipped):
+def test_robot_loads_by_name_and_by_path(shipped):
     assert chasles.robots() == ["tiny"]
     assert chasles.load("tiny") == chasles.load(shipped.path) == chasles.load(f"{shipped.path}/")
 
 
-def test_unknown_robot(shipped, tmp_path):
+def test_unknown_robot_error_suggests_names(shipped, tmp_path):
     with pytest.raises(
         chasles.UnknownRobotError, match=r"'tinny'; did you mean tiny\? known: tiny"
     ):
@@ -141,6 +141,29 @@ def test_unknown_robot(shipped, tmp_path):
         (lambda m: m["files"].pop("tiny.h"), r"files: has no 'tiny.h'"),
         (lambda m: m["files"].update({"tiny.c": "zz"}), r"files.tiny.c: got 'zz', expected a SHA"),
     ],
+    ids=[
+        "old format",
+        "unknown kind",
+        "role missing",
+        "tolerances missing",
+        "name missing",
+        "invalid name",
+        "title not text",
+        "functions not list",
+        "frames not object",
+        "limit not number",
+        "value not number",
+        "invalid symbol",
+        "no outputs",
+        "negative size",
+        "zero size",
+        "duplicate input",
+        "reserved input name",
+        "duplicate function",
+        "negative count",
+        "file missing",
+        "invalid hash",
+    ],
 )
 def test_wrong_manifest_names_file_field_and_value(folder, change, message):
     change(folder.manifest)
@@ -149,7 +172,7 @@ def test_wrong_manifest_names_file_field_and_value(folder, change, message):
         chasles.load(folder.path)
 
 
-def test_notes_and_identities_may_be_absent(folder):
+def test_manifest_without_notes_and_identities_loads(folder):
     del folder.manifest["notes"]
     for function in folder.manifest["functions"]:
         del function["identity"]
@@ -157,7 +180,7 @@ def test_notes_and_identities_may_be_absent(folder):
     assert chasles.load(folder.path).notes == ()
 
 
-def test_manifest_that_is_not_json(folder):
+def test_non_json_manifest_is_rejected(folder):
     (folder.path / "manifest.json").write_text("{")
     with pytest.raises(chasles.ManifestError, match=r"manifest.json: not JSON"):
         chasles.load(folder.path)
@@ -174,7 +197,7 @@ __getattr__, __dir__ = lazy_package(globals())
 '''
 
 
-def test_generated_package_loads_at_first_use(folder, cache):
+def test_generated_package_loads_robot_lazily(folder, cache):
     (folder.path / "__init__.py").write_text(INIT)
     code = """
 import os, sys
@@ -198,7 +221,7 @@ else:
 # ---------------------------------------------------------- command line
 
 
-def test_build(shipped, capsys, cache):
+def test_build_command_compiles_once(shipped, capsys, cache):
     assert main(["build"]) == 0
     assert "tiny" in (first := capsys.readouterr().out)
     assert "compiled" in first
@@ -207,7 +230,7 @@ def test_build(shipped, capsys, cache):
     assert len(list(cache.iterdir())) == 1
 
 
-def test_build_says_what_failed(folder, tmp_path, capsys):
+def test_build_command_reports_failures(folder, tmp_path, capsys):
     folder.write(tiny.SOURCE + "\nnonsense\n")
     assert main(["build", str(folder.path)]) == 1
     assert "nonsense" in capsys.readouterr().err
@@ -215,13 +238,13 @@ def test_build_says_what_failed(folder, tmp_path, capsys):
     assert "no robot named 'zebra'" in capsys.readouterr().err
 
 
-def test_parts_that_have_an_import_of_their_own():
+def test_missing_submodule_error_names_its_import():
     code = "import chasles\ntry: chasles.study\nexcept AttributeError as e: print(e)"
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert told.stdout.strip().endswith("no attribute 'study'; import chasles.study")
 
 
-def test_no_command(capsys):
+def test_missing_command_lists_available_commands(capsys):
     assert main([]) == 2
     told = capsys.readouterr().err
     for command in ("build", "calibrate", "info", "list", "view"):
@@ -235,8 +258,11 @@ def test_no_command(capsys):
         (["view", "tiny", "--html", "no/folder.html"], "no/folder.html: No such file"),
         (["view", "tiny", "--html", "a.html", "--play", "b.csv"], "a page has sliders alone"),
     ],
+    ids=["missing table", "missing folder", "html with playback"],
 )
-def test_files_that_are_not_there(arguments, words, shipped, tmp_path, monkeypatch, capsys):
+def test_missing_file_is_reported_without_traceback(
+    arguments, words, shipped, tmp_path, monkeypatch, capsys
+):
     monkeypatch.chdir(tmp_path)
     if arguments[0] == "calibrate":
         monkeypatch.setattr("chasles.__main__.load", lambda *_, **__: None)
@@ -248,7 +274,7 @@ def test_files_that_are_not_there(arguments, words, shipped, tmp_path, monkeypat
     assert not list(tmp_path.glob("*.html"))
 
 
-def test_info(shipped, capsys):
+def test_info_command_prints_robot_facts(shipped, capsys):
     assert main(["info", "tiny"]) == 0
     text = capsys.readouterr().out
     for part in (
@@ -297,7 +323,7 @@ def test_runtime_imports_numpy_and_the_standard_library_only():
             assert found <= allowed, file
 
 
-def test_import_compiles_nothing_and_brings_numpy_alone(cache):
+def test_import_compiles_nothing_and_imports_only_numpy(cache):
     code = """
 import os, sys
 import chasles

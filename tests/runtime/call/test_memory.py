@@ -43,7 +43,7 @@ def address(array):
     return array.__array_interface__["data"][0]
 
 
-def test_what_is_freed_is_used_again(arm, q, expected):
+def test_freed_result_buffer_is_reused(arm, q, expected):
     first = arm.fk(q)
     place = address(first)
     del first
@@ -61,21 +61,21 @@ def test_what_is_freed_is_used_again(arm, q, expected):
     assert chasles.release_memory() == 0
 
 
-def test_small_results_are_left_to_numpy(arm, q):
+def test_small_results_use_numpy_allocator(arm, q):
     assert handler_of(arm.fk(q)) == "chasles_results"
     assert handler_of(arm.fk(q[:100])) == "default_allocator"
     assert handler_of(arm.fk(q[0])) == "default_allocator"
     assert handler_of(np.empty((N, 16))) == "default_allocator"
 
 
-def test_a_call_with_several_results(arm, q):
+def test_every_result_of_large_call_uses_buffer_pool(arm, q):
     # 32 MB in all, of which neither result takes as much.
     both = arm.fk_jacobian_mixed(q[: N * 4 // 10])
     assert [handler_of(array) for array in both] == ["chasles_results"] * 2
     assert max(array.nbytes for array in both) < BLOCK
 
 
-def test_every_way_of_a_large_batch(arm, q, expected):
+def test_every_large_batch_call_path_uses_buffer_pool(arm, q, expected):
     for found in (arm.fk(q[::-1])[::-1], arm.fk(q.astype(np.longdouble)), arm.fk(q, threads=2)):
         assert handler_of(found if found.base is None else found.base) == "chasles_results"
         np.testing.assert_array_equal(found, expected)
@@ -87,7 +87,7 @@ def test_every_way_of_a_large_batch(arm, q, expected):
     np.testing.assert_array_equal(J, arm.jacobian_mixed.ufunc(q))
 
 
-def test_results_in_use_share_nothing(arm, q, expected):
+def test_live_results_never_share_memory(arm, q, expected):
     held = [arm.fk(q) for _ in range(4)]
     del held[1]
     # A slice, a transpose and a buffer keep all of their memory.
@@ -108,7 +108,7 @@ def test_results_in_use_share_nothing(arm, q, expected):
     np.testing.assert_array_equal(held[0], expected)
 
 
-def test_arrays_are_ordinary_ones(arm, q, expected):
+def test_pooled_results_behave_like_ordinary_arrays(arm, q, expected):
     found = arm.fk(q)
     assert found.flags.owndata
     assert found.flags.c_contiguous
@@ -124,7 +124,7 @@ def test_arrays_are_ordinary_ones(arm, q, expected):
     assert not found[N // 100 :].any()
 
 
-def test_what_is_kept_is_bounded(arm, q):
+def test_buffer_pool_size_is_bounded(arm, q):
     results = [arm.fk(q) for _ in range(9)]
     assert sum(array.nbytes for array in results) > MOST
     del results
@@ -134,7 +134,7 @@ def test_what_is_kept_is_bounded(arm, q):
     assert chasles.release_memory() == 0
 
 
-def test_many_threads_at_once(arm, q, expected):
+def test_buffer_pool_is_thread_safe(arm, q, expected):
     failures = []
 
     def work(sign):
@@ -155,7 +155,7 @@ def test_many_threads_at_once(arm, q, expected):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="forks")
-def test_a_child_process_has_memory_of_its_own(arm, q, expected):
+def test_forked_child_does_not_share_pooled_memory(arm, q, expected):
     held, dropped = arm.fk(q), arm.fk(q)
     del dropped
     child = os.fork()

@@ -12,6 +12,7 @@ import pytest
 
 import chasles
 import chasles.call.threads
+from tests.support.waiting import SECONDS
 
 COUNTS = [None, 1, 2, 3, 5, np.int64(2), "all", 10**6, 10**30]
 
@@ -46,8 +47,8 @@ def check(function, *inputs, **keywords):
 SHAPES = [(100,), (37,), (16,), (17,), (3, 40), (2, 3, 50), (64, 3), (1, 99), (99, 1), (4, 4, 4)]
 
 
-@pytest.mark.parametrize("shape", [*SHAPES, (0,), (5, 0), (1,), (2,), ()])
-def test_shapes(robot, eager, shape):
+@pytest.mark.parametrize("shape", [*SHAPES, (0,), (5, 0), (1,), (2,), ()], ids=str)
+def test_threaded_results_match_for_every_batch_shape(robot, eager, shape):
     rng = np.random.default_rng(31)
     check(robot.fused, rng.normal(size=(*shape, 2)))
     check(chasles.load("ur5e").fk_jacobian_mixed, rng.normal(size=(*shape, 6)))
@@ -65,14 +66,15 @@ def test_shapes(robot, eager, shape):
         ((64, 1, 3), (5, 1)),
         ((1,), (70,)),
     ],
+    ids=str,
 )
-def test_broadcast(eager, q_shape, qd_shape):
+def test_threaded_results_match_for_broadcast_inputs(eager, q_shape, qd_shape):
     rng = np.random.default_rng(32)
     q, qd = rng.normal(size=(*q_shape, 6)), rng.normal(size=(*qd_shape, 6))
     check(chasles.load("ur5e").twist_mixed, q, qd)
 
 
-def test_large_batches_as_they_are_cut_by_default(robot):
+def test_threaded_results_match_for_default_partition(robot):
     rng = np.random.default_rng(33)
     arm = chasles.load("ur5e")
     for n in (1000, 10_000, 12_345, 20_001, 50_001):
@@ -81,7 +83,7 @@ def test_large_batches_as_they_are_cut_by_default(robot):
     check(robot.fk, rng.normal(size=(4, 50_000, 2)))
 
 
-def test_layouts(eager):
+def test_threaded_results_match_for_every_memory_layout(eager):
     rng = np.random.default_rng(34)
     arm = chasles.load("ur5e")
     q = rng.normal(size=(60, 5, 6))
@@ -104,7 +106,7 @@ def test_layouts(eager):
     np.testing.assert_array_equal(out, arm.fk(q, out=other))
 
 
-def test_outs_given_in_part(eager, robot):
+def test_partial_out_tuple_works_with_threads(eager, robot):
     q = np.random.default_rng(35).normal(size=(100, 2))
     jacobian = np.empty((100, 2, 2))
     result = robot.fused(q, out=(None, jacobian), threads=2)
@@ -114,7 +116,7 @@ def test_outs_given_in_part(eager, robot):
 
 
 @pytest.mark.parametrize("shift", [-600, -64, -7, 0, 1, 64, 599, 600])
-def test_out_may_overlap_inputs(eager, shift):
+def test_threaded_out_may_overlap_inputs(eager, shift):
     function = chasles.load("ur5e").twist_mixed
     buffer = np.random.default_rng(36).normal(size=2400)
     q = buffer[900:1500].reshape(100, 6)
@@ -125,7 +127,7 @@ def test_out_may_overlap_inputs(eager, shift):
     np.testing.assert_allclose(out, expected, rtol=1e-13, atol=1e-15)
 
 
-def test_outs_may_be_columns_of_one_table(eager, robot):
+def test_threaded_outs_may_share_one_table(eager, robot):
     table = np.zeros((100, 18))
     outs = table[:, :12].reshape(100, 3, 4), table[:, 12:16].reshape(100, 2, 2)
     table[:, 16:] = np.random.default_rng(37).normal(size=(100, 2))
@@ -135,14 +137,14 @@ def test_outs_may_be_columns_of_one_table(eager, robot):
         np.testing.assert_array_equal(a, b)
 
 
-def test_other_threads_do_take_part(eager):
+def test_threads_argument_starts_worker_threads(eager):
     arm = chasles.load("ur5e")
     q = np.zeros((200_000, 6))
     arm.fk(q, threads=2)
     assert any(thread.name.startswith("chasles") for thread in threading.enumerate())
 
 
-def test_every_row_is_in_one_part_and_no_part_is_a_single_row():
+def test_partition_covers_every_row_once_in_aligned_parts():
     checked = 0
     for rows, threads in itertools.product([*range(1, 70), 1000, 4096, 100_003], range(1, 9)):
         for batch in [(rows,), (2, rows), (rows, 1000), (3, rows, 5)]:
@@ -162,10 +164,10 @@ def test_every_row_is_in_one_part_and_no_part_is_a_single_row():
 
 
 @pytest.mark.parametrize(
-    "threads", [0, -1, -(10**30), True, False, 2.0, "2", "", [2], np.array([2, 3])]
+    "threads", [0, -1, -(10**30), True, False, 2.0, "2", "", [2], np.array([2, 3])], ids=repr
 )
-@pytest.mark.parametrize("batch", [(), (3,), (5000,)])
-def test_wrong_number(robot, threads, batch):
+@pytest.mark.parametrize("batch", [(), (3,), (5000,)], ids=str)
+def test_invalid_thread_count_is_rejected(robot, threads, batch):
     message = f"tiny.fk: threads must be a positive integer or 'all', got {threads!r}"
     with pytest.raises(chasles.InputError, match=f"^{re.escape(message)}$"):
         robot.fk(np.zeros((*batch, 2)), threads=threads)
@@ -184,17 +186,28 @@ def test_wrong_number(robot, threads, batch):
         lambda r, **k: r.blend(np.zeros((5000, 2)), **k),
         lambda r, **k: r.fk(np.zeros((5000, 2)), where=True, **k),
     ],
+    ids=[
+        "wrong size",
+        "complex",
+        "ragged list",
+        "no broadcast",
+        "short out",
+        "float32 out",
+        "single out for two",
+        "missing input",
+        "unknown keyword",
+    ],
 )
-def test_errors_are_those_of_a_call_without_threads(robot, call):
+def test_threaded_errors_match_single_threaded_errors(robot, call):
     with pytest.raises(chasles.ChaslesError) as plain:
         call(robot)
     with pytest.raises(type(plain.value), match=f"^{re.escape(str(plain.value))}$"):
         call(robot, threads=2)
 
 
-def test_an_error_in_one_part_is_raised_after_all_have_ended(monkeypatch):
+def test_worker_error_is_raised_after_all_parts_end(monkeypatch):
     """As where the memory for strided operands cannot be had."""
-    running, ended = threading.Barrier(2, timeout=10), []
+    running, ended = threading.Barrier(2, timeout=SECONDS), []
 
     def ufunc(part, out):
         if part < 2:
@@ -208,13 +221,13 @@ def test_an_error_in_one_part_is_raised_after_all_have_ended(monkeypatch):
     assert sorted(ended) == [1, 2, 3, 4, 5]
 
 
-def test_a_wide_core_may_be_strided(eager, robot):
+def test_threads_accept_strided_wide_core(eager, robot):
     w = np.random.default_rng(38).normal(size=(30, 40, 80))[..., ::2]
     np.testing.assert_array_equal(robot.wide(w, threads=3), 2 * w[:, ::-1, ::-1])
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_not_finite_flows_through_in_silence(bad):
+def test_threaded_non_finite_inputs_propagate_without_warning(bad):
     arm = chasles.load("ur5e")
     q = np.zeros((50_000, 6))
     q[::7] = bad
@@ -229,7 +242,7 @@ def refused(function, *inputs, **keywords):
         function(*inputs, **keywords)
 
 
-def test_calls_leak_nothing(eager, robot, few_objects):
+def test_threaded_calls_leak_no_references_or_memory(eager, robot, few_objects):
     q, out = np.zeros((100, 2)), np.empty((100, 3, 4))
     calls = [
         lambda: robot.fk(q, threads=2),
@@ -261,10 +274,10 @@ def test_calls_leak_nothing(eager, robot, few_objects):
 
 
 def run_python(code):
-    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=SECONDS)
 
 
-def test_a_forked_child_has_threads_of_its_own():
+def test_forked_child_starts_its_own_threads():
     run_python("""
 import os, sys
 import numpy as np
@@ -282,7 +295,7 @@ assert np.array_equal(arm.fk(q, threads=2), expected)
 """)
 
 
-def test_calls_go_on_while_the_interpreter_ends():
+def test_threaded_calls_work_during_interpreter_shutdown():
     run_python("""
 import atexit, threading
 import numpy as np
@@ -301,7 +314,7 @@ threading.Thread(target=lambda: arm.fk(q, threads=2)).start()
 """)
 
 
-def test_no_thread_can_be_started(monkeypatch):
+def test_call_succeeds_if_no_thread_can_start(monkeypatch):
     class Full:
         def submit(self, _):
             raise RuntimeError("can't start new thread")
@@ -335,7 +348,7 @@ def at_once(n, work):
         raise failures[0]
 
 
-def test_all_ways_of_calling_at_once():
+def test_concurrent_mixed_calls_give_correct_results():
     arm = chasles.load("ur5e")
     rng = np.random.default_rng(40)
     q, qd = rng.normal(size=(2, 15_000, 6))
@@ -361,7 +374,7 @@ def test_all_ways_of_calling_at_once():
     assert all(np.array_equal(one, pose) for one in shared)
 
 
-def test_loading_and_compiling_at_once(folder, cache):
+def test_concurrent_first_loads_compile_once(folder, cache):
     """The first calls, while the robot is not compiled yet."""
     q = np.random.default_rng(41).normal(size=(3000, 2))
     results = {}
@@ -378,7 +391,7 @@ def test_loading_and_compiling_at_once(folder, cache):
         np.testing.assert_array_equal(single, results[0][1])
 
 
-def test_a_generated_package_first_used_at_once(folder, cache):
+def test_concurrent_first_use_of_generated_package_is_consistent(folder, cache):
     (folder.path / "__init__.py").write_text(
         '"""A tiny robot."""\n\nfrom chasles.lazy_package import lazy_package\n\n'
         "__getattr__, __dir__ = lazy_package(globals())\n"

@@ -34,12 +34,12 @@ NEAR_RIGHT_ANGLES = {
 """Arms that lose poses near right angles without refinement."""
 
 
-def test_every_part_is_known():
+def test_task_parts_match_reference_table():
     assert PARTS.keys() == AIMS.keys()
 
 
 @pytest.mark.parametrize(("robot", "task"), OFFERED)
-def test_rows_are_the_derivative_of_the_error(robot, task):
+def test_task_jacobian_is_derivative_of_task_error(robot, task):
     chain, aims = screws(robot), role_of(robot, task).aims
     rng = np.random.default_rng(0)
     n = len(chain.axes)
@@ -85,7 +85,7 @@ def refinement_for(robot, task):
 
 
 @pytest.mark.parametrize(("robot", "task"), OFFERED)
-def test_slots_that_lost_digits_are_refined(robot, task):
+def test_inaccurate_slots_are_refined_to_full_precision(robot, task):
     role, chain = role_of(robot, task), screws(robot)
     q = np.random.default_rng(1).uniform(0.1, 1.2, (200, len(chain.axes)))
     q[:, list(role.held)] = 0.0
@@ -108,7 +108,7 @@ def test_slots_that_lost_digits_are_refined(robot, task):
 
 
 @pytest.mark.parametrize(("robot", "task"), OFFERED)
-def test_targets_out_of_reach_stay_so(robot, task):
+def test_unreachable_targets_remain_invalid_after_refinement(robot, task):
     role, chain = role_of(robot, task), screws(robot)
     q = np.random.default_rng(3).uniform(-3, 3, (300, len(chain.axes)))
     target = TASKS[task].target(chain.fk(q))
@@ -130,7 +130,7 @@ def test_targets_out_of_reach_stay_so(robot, task):
 
 @pytest.mark.parametrize("unit", [1e-6, 1e3])
 @pytest.mark.parametrize(("robot", "task"), OFFERED)
-def test_lengths_in_a_unit(robot, task, unit):
+def test_task_target_scales_with_length_unit(robot, task, unit):
     aims = role_of(robot, task).aims
     T = screws(robot).fk(np.random.default_rng(4).uniform(-3, 3, (100, len(screws(robot).axes))))
     target = TASKS[task].target(T)
@@ -151,7 +151,7 @@ def test_poses_near_right_angles_are_refined(seed):
         assert not loss.is_real, str(loss)
 
 
-def test_a_direction_and_its_opposite():
+def test_opposite_direction_gives_no_step_and_no_solution():
     """Half a turn off, no axis of the turn is the nearest: there is no step, and no solution."""
     T = np.eye(4)[None]
     J = np.random.default_rng(5).normal(size=(1, 6, 5))

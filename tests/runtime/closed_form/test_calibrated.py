@@ -57,7 +57,7 @@ def right_angles(n, count, seed=1):
     return q
 
 
-def test_valid_is_true_and_nothing_is_lost(case):
+def test_valid_solutions_reach_pose_and_configurations_are_found(case):
     arm, fk = case
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (300, arm.n))
     solutions = arm.ik(*asked(arm, q))
@@ -68,7 +68,7 @@ def test_valid_is_true_and_nothing_is_lost(case):
         assert np.abs(fk(row) - T).max() < TRUE
 
 
-def test_right_angles_are_reached(case):
+def test_right_angle_poses_are_solved(case):
     arm, fk = case
     q = right_angles(arm.n, 200)
     T, *given = asked(arm, q)
@@ -79,7 +79,7 @@ def test_right_angles_are_reached(case):
             assert np.abs(fk(row) - T[k]).max() < TRUE
 
 
-def test_residual_is_of_the_true_arm(case):
+def test_residual_is_pose_error_of_calibrated_arm(case):
     arm, fk = case
     q = np.random.default_rng(2).uniform(-1, 1, (20, arm.n))
     T, *given = asked(arm, q)
@@ -97,7 +97,7 @@ def test_residual_is_of_the_true_arm(case):
     assert checked >= 20 * 4
 
 
-def test_no_solution_of_what_is_no_pose(case):
+def test_invalid_poses_have_no_solution(case):
     arm, _ = case
     q = np.random.default_rng(3).uniform(-1, 1, (10, arm.n))
     T, *given = asked(arm, q)
@@ -114,7 +114,7 @@ def test_no_solution_of_what_is_no_pose(case):
     assert solutions.valid[2:].any(-1).all()
 
 
-def test_a_batch_is_its_poses(case):
+def test_batch_equals_single_pose_calls(case):
     arm, _ = case
     q = np.random.default_rng(4).uniform(-np.pi, np.pi, (40, arm.n))
     T, *given = asked(arm, q)
@@ -125,7 +125,7 @@ def test_a_batch_is_its_poses(case):
         np.testing.assert_array_equal(one.valid, batch.valid[k])
 
 
-def test_the_C_alone_agrees(case, tmp_path):
+def test_standalone_c_agrees_with_python(case, tmp_path):
     arm, fk = case
     if arm.n > 6:
         pytest.skip("one arm without further inputs is enough")
@@ -149,7 +149,7 @@ def test_the_C_alone_agrees(case, tmp_path):
     assert same >= 48
 
 
-def test_what_is_said_and_offered(case):
+def test_calibrated_arm_offers_nominal_inverse_and_deviation_note(case):
     arm, _ = case
     (note,) = [note for note in arm.notes if "nominal" in note]
     assert "off by" in note
@@ -159,7 +159,7 @@ def test_what_is_said_and_offered(case):
     assert "residual" not in casadi
 
 
-def test_the_share_that_is_led_falls_with_the_deviation():
+def test_nominal_convergence_rate_falls_with_deviation():
     shares = []
     for size in (1e-4, 8e-2):
         robot = displaced(load(ROBOTS / "puma560.toml"), size)
@@ -172,7 +172,7 @@ def test_the_share_that_is_led_falls_with_the_deviation():
     assert shares[1] < LED
 
 
-def test_a_nominal_inverse_that_takes_other_postures_leads_nowhere():
+def test_nominal_inverse_with_other_configurations_is_discarded():
     """Newton's iteration comes to the nominal configurations, but its inverse does not."""
     robot = displaced(random_arm(164), 1.4e-4, 164)
     assert classify(robot, Terms({})).near

@@ -73,7 +73,7 @@ def are_all(arm, tmp_path_factory):
     return asked
 
 
-def test_configurations_are_found(arm, robot):
+def test_ik_recovers_regular_configurations(arm, robot):
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (CONFIGURATIONS, 6))
     T, J = arm.fk_jacobian_mixed(q)
     found = arm.ik(T)
@@ -87,7 +87,7 @@ def test_configurations_are_found(arm, robot):
             assert np.abs(fk(row) - T[k]).max() < TRUE
 
 
-def test_all_solutions_are_certified_and_no_fewer(arm, are_all):
+def test_certificate_accepts_only_complete_solution_sets(arm, are_all):
     q = np.random.default_rng(1).uniform(-np.pi, np.pi, (POSES, 6))
     T = arm.fk(q)
     found = arm.ik(T)

@@ -64,7 +64,7 @@ def near_wrist(count, seed):
     return q
 
 
-def test_further_solutions_beside_the_nominal_ones_are_found(arm, robot):
+def test_solutions_without_nominal_counterpart_are_found(arm, robot):
     q = near_wrist(POSES, 0)
     T = arm.fk(q)
     found = arm.ik(T)
@@ -78,7 +78,7 @@ def test_further_solutions_beside_the_nominal_ones_are_found(arm, robot):
             assert np.abs(fk(row) - T[k]).max() < TRUE
 
 
-def test_a_pose_within_reach_is_near_for_the_nominal_arm(arm):
+def test_nominal_residual_of_reachable_poses_is_bounded(arm):
     """Also beside several singularities; so a pose that it misses by far is out of reach."""
     q = near_wrist(POSES, 4)
     stretched = -np.arctan2(0.302, 0.07)
@@ -89,7 +89,7 @@ def test_a_pose_within_reach_is_near_for_the_nominal_arm(arm):
     assert np.nanmin(residual, axis=-1).max() < 3 * SIZE
 
 
-def test_far_out_of_reach_the_answers_are_those_of_the_nominal_arm(arm):
+def test_far_unreachable_pose_returns_nominal_arm_answers(arm):
     rng = np.random.default_rng(6)
     T = arm.fk(rng.uniform(-np.pi, np.pi, (500, 6)))
     T[:, :3, 3] *= (rng.uniform(1.5, 4, 500) / np.linalg.norm(T[:, :3, 3], axis=-1))[:, None]
@@ -105,7 +105,7 @@ def test_far_out_of_reach_the_answers_are_those_of_the_nominal_arm(arm):
     assert np.isnan(found.residual[:, 8:]).all()
 
 
-def test_poses_of_more_than_twelve_solutions_have_all(tmp_path):
+def test_poses_with_over_twelve_solutions_include_configuration(tmp_path):
     """Some have sixteen, as many as six revolute joints may have."""
     robot = displaced(load(description("irb120")), MANY, MANY_SEED)
     arm = compiled(robot, tmp_path / robot.name, FUNCTIONS)
@@ -121,7 +121,7 @@ def test_poses_of_more_than_twelve_solutions_have_all(tmp_path):
     assert held[many].all()
 
 
-def test_few_configurations_are_lost_where_the_true_arm_is_nearly_singular(tmp_path):
+def test_few_configurations_are_missed_near_singularities(tmp_path):
     """With errors of 10 mm and mrad: of random configurations, most that are lost are there."""
     robot = displaced(load(description("irb6640")), 1e-2)
     arm = compiled(robot, tmp_path / robot.name, FUNCTIONS)
@@ -152,7 +152,7 @@ def shown(name, size):
     ],
     ids=lambda robot: robot.title or robot.name,
 )
-def test_arms_with_given_joints_or_slides_lose_no_configuration(robot, tmp_path):
+def test_arms_with_fixed_or_prismatic_joints_miss_no_configuration(robot, tmp_path):
     """At random and at right angles, those at which the six other joints are singular left out."""
     arm = compiled(robot, tmp_path / robot.name, FUNCTIONS)
     rng = np.random.default_rng(7)
@@ -165,7 +165,7 @@ def test_arms_with_given_joints_or_slides_lose_no_configuration(robot, tmp_path)
     assert lost_none_wrong == [0, 0, 0]
 
 
-def test_the_general_solver_is_sure_of_all_solutions(arm, tmp_path):
+def test_general_solver_certifies_nearly_all_poses(arm, tmp_path):
     """The determinant of such an arm is tiny, and nevertheless known to ten digits."""
     source, library = tmp_path / "sure.c", tmp_path / "sure.so"
     name = arm.name
@@ -178,7 +178,7 @@ def test_the_general_solver_is_sure_of_all_solutions(arm, tmp_path):
     assert np.mean(told) > 0.98
 
 
-def test_splits_are_by_joints_that_tell_solutions_apart(robot):
+def test_split_joints_separate_the_solutions(robot):
     """The solutions of a wrist share the joints before it, on which no split depends first."""
     found = inverses(robot, Terms({}))
     nominal = found.solved["ik_nominal"].function

@@ -61,7 +61,7 @@ def errors(T, A):
     return np.concatenate([T[..., :3, 3] - A[..., :3, 3], axis * (angle / sine)], -1)
 
 
-def test_every_random_pose_is_solved_and_its_configuration_found(robot):
+def test_ik_recovers_generating_configuration(robot):
     q = configurations(robot, 10_000, 1)
     solutions = robot.ik(robot.fk(q))
     assert (solutions.count > 0).all()
@@ -72,15 +72,17 @@ def test_every_random_pose_is_solved_and_its_configuration_found(robot):
     assert (solutions.margin[~solutions.valid] < 0).all()
 
 
-def test_solutions_that_rounding_hides_are_found(robot):
+def test_nearly_coincident_solutions_are_found(robot):
     # With axes that meet, some pairs of solutions differ by 1e-5 rad in the suppressed joint: their
     # roots may come out complex, and steps onto one of two that are nearly singular may be short.
     q = configurations(robot, 10_000, 3)
     assert included(robot.ik(robot.fk(q)), q).all()
 
 
-@pytest.mark.parametrize("flags", ["-march=native -mno-avx512f", "-march=x86-64"])
-def test_vectors_of_other_widths_give_the_same_solutions(robot, folder, tmp_path, flags):
+@pytest.mark.parametrize(
+    "flags", ["-march=native -mno-avx512f", "-march=x86-64"], ids=["avx2", "baseline"]
+)
+def test_solutions_do_not_depend_on_simd_width(robot, folder, tmp_path, flags):
     count, library = 500, tmp_path / "ik.so"
     command = ["gcc", "-std=c99", "-O1", "-shared", "-fPIC", *flags.split(), "-o", str(library)]
     subprocess.run([*command, str(folder / f"{robot.name}.c"), "-lm"], check=True)
@@ -102,7 +104,7 @@ def test_vectors_of_other_widths_give_the_same_solutions(robot, folder, tmp_path
     assert solutions.valid.sum() > 2000
 
 
-def test_what_is_called_valid_has_the_pose_and_is_there_once(robot):
+def test_valid_solutions_reach_pose_and_are_distinct(robot):
     T = robot.fk(configurations(robot, 2000, 2))
     solutions = robot.ik(T)
     off = np.abs(robot.fk(solutions.q) - T[:, None]).max((-1, -2))
@@ -116,7 +118,7 @@ def test_what_is_called_valid_has_the_pose_and_is_there_once(robot):
     assert pairs > 10_000
 
 
-def test_solutions_stand_first_in_the_order_of_the_suppressed_joint(robot):
+def test_valid_solutions_come_first_sorted_by_suppressed_joint(robot):
     split = choose(load(description(robot.name))).splits[0]
     solutions = robot.ik(robot.fk(configurations(robot, 500, 3)))
     assert (solutions.valid == (np.arange(16) < solutions.count[:, None])).all()
@@ -124,7 +126,7 @@ def test_solutions_stand_first_in_the_order_of_the_suppressed_joint(robot):
         assert (np.diff(q[:count, split.joints[2]]) >= 0).all()
 
 
-def test_the_count_is_what_newton_finds_from_everywhere(robot):
+def test_solution_count_matches_multi_start_newton(robot):
     poses = robot.fk(configurations(robot, 8, 4))
     random = np.random.default_rng(5)
     found = [len(everywhere(robot, T, random)) for T in poses]
@@ -150,7 +152,7 @@ def everywhere(robot, T, random):
     return found
 
 
-def test_no_pose_of_right_angles_is_missed(robot):
+def test_every_right_angle_pose_is_solved(robot):
     q = np.array(list(itertools.product(np.arange(4) * np.pi / 2, repeat=6)))
     assert len(q) == 4096
     T, J = robot.fk_jacobian_mixed(q)
@@ -163,14 +165,14 @@ def test_no_pose_of_right_angles_is_missed(robot):
 
 @pytest.mark.parametrize("joint", range(1, 5))
 @pytest.mark.parametrize("away", [0.0, 1e-12, 1e-9, 1e-6, 1e-3])
-def test_poses_near_right_angles_of_one_joint_are_solved(robot, joint, away):
+def test_poses_with_single_joint_near_right_angle_are_solved(robot, joint, away):
     q = configurations(robot, 1000, 6)
     q[:, joint] = np.pi / 2 * np.random.default_rng(7).integers(-1, 3, len(q)) + away
     solutions = robot.ik(robot.fk(q))
     assert (solutions.count > 0).all()
 
 
-def test_a_pose_out_of_reach_has_least_squares_answers(robot):
+def test_unreachable_pose_returns_least_squares_solution(robot):
     described = load(description(robot.name))
     size = length(numbers(described))
     T = robot.fk(configurations(robot, 200, 8))
@@ -190,7 +192,7 @@ def test_a_pose_out_of_reach_has_least_squares_answers(robot):
     assert (cost(around).min(-1) > costs.min(-1) * (1 - 1e-3)).all()
 
 
-def test_nan_gives_nan_and_its_neighbours_are_not_touched(robot):
+def test_nan_pose_gives_nan_without_affecting_other_poses(robot):
     T = robot.fk(configurations(robot, 3, 9))
     alone = robot.ik(T[2])
     T[1, 0, 3] = np.nan
@@ -201,7 +203,7 @@ def test_nan_gives_nan_and_its_neighbours_are_not_touched(robot):
     assert (solutions.q[2] == alone.q).all()
 
 
-def test_a_batch_is_its_poses_on_any_number_of_threads(robot):
+def test_batch_equals_single_calls_on_any_thread_count(robot):
     T = robot.fk(configurations(robot, 300, 10))
     together, threaded = robot.ik(T), robot.ik(T, threads=2)
     for k in range(0, 300, 50):
@@ -210,7 +212,7 @@ def test_a_batch_is_its_poses_on_any_number_of_threads(robot):
     assert robot.ik(T.reshape(3, 100, 4, 4)).q.shape == (3, 100, 16, 6)
 
 
-def test_the_c_and_the_runtime_agree_on_the_residual_of_a_solution():
+def test_c_and_runtime_share_solution_tolerance():
     header = (chasles.find_folder("jaco2") / "chasles_general_tolerances.h").read_text()
     (value,) = re.findall(r"#define CHASLES_SOLVED (\S+)", header)
     assert float(value) == SOLVED

@@ -34,25 +34,25 @@ def uniform(judged, count, seed):
     return np.random.default_rng(seed).uniform(-np.pi, np.pi, (count, len(judged.robot.moving)))
 
 
-def test_no_random_pose_is_lost_and_no_wrong_one_is_valid(judged):
+def test_random_poses_are_all_solved_correctly(judged):
     regular, lost, none, wrong = judged.lost(uniform(judged, 500, 1))
     assert regular >= 490
     assert (lost, none, wrong) == (0, 0, 0)
 
 
-def test_no_pose_of_right_angles_is_lost(judged):
+def test_right_angle_poses_are_all_solved_correctly(judged):
     q = np.random.default_rng(2).integers(0, 4, (100, len(judged.robot.moving))) * np.pi / 2
     regular, lost, none, wrong = judged.lost(q)
     assert regular >= 40
     assert (lost, none, wrong) == (0, 0, 0)
 
 
-def test_there_are_as_many_solutions_as_newton_finds(judged):
+def test_solution_count_matches_multi_start_newton(judged):
     q = uniform(judged, 3, 3)
     assert judged.counts(judged.arm.fk(q), q, np.random.default_rng(4)) == 0
 
 
-def test_given_joints_keep_their_values(judged):
+def test_fixed_joints_keep_their_values(judged):
     given = [k for k in range(len(judged.robot.moving)) if judged.is_given(k)]
     assert len(given) == len(judged.robot.moving) - 6
     q = uniform(judged, 50, 5)
@@ -68,14 +68,14 @@ def arm(tmp_path_factory):
     return compiled(robot_of(CHAIN), folder)
 
 
-def test_its_steps_are_told():
+def test_explain_names_five_joint_method():
     told = explain(robot_of(CHAIN))
     assert "an arm of five revolute joints without a structure" in told.line
     assert "tool_axis is a sixth joint" in str(told)
 
 
 @pytest.mark.parametrize("right", [False, True])
-def test_every_pose_has_the_configuration_that_made_it(arm, right):
+def test_five_joint_ik_recovers_generating_configuration(arm, right):
     rng = np.random.default_rng(right)
     q = rng.integers(-1, 3, (200, 5)) * np.pi / 2 if right else rng.uniform(-3, 3, (500, 5))
     T = arm.fk(q)
@@ -92,7 +92,7 @@ def test_every_pose_has_the_configuration_that_made_it(arm, right):
     assert (apart > 1e-6).all()
 
 
-def test_five_joints_of_which_one_slides_lose_no_pose(tmp_path):
+def test_five_joint_arm_with_prismatic_joint_misses_no_pose(tmp_path):
     robot = random_arm(7, "/////", {3})
     arm = compiled(robot, tmp_path / robot.name)
     assert "joint_4 slides: its displacement" in str(explain(robot))
@@ -100,7 +100,7 @@ def test_five_joints_of_which_one_slides_lose_no_pose(tmp_path):
     assert Judged(robot, arm).lost(q) == (1000, 0, 0, 0)
 
 
-def test_a_pose_that_five_joints_miss_is_none_of_theirs(arm):
+def test_pose_unreachable_by_five_joints_is_invalid(arm):
     T = arm.fk(np.random.default_rng(3).uniform(-3, 3, (50, 5)))
     T[:, :3, 3] += 0.01
     found = arm.ik(T)
@@ -126,7 +126,7 @@ joints = [
 """At right angles the equations of its slide and of the joint beside it are singular."""
 
 
-def test_right_angles_of_an_arm_whose_last_joint_slides(tmp_path):
+def test_arm_with_last_prismatic_joint_solves_right_angles(tmp_path):
     robot = loads(LAST_SLIDES)
     arm, rng = compiled(robot, tmp_path / robot.name), np.random.default_rng(11)
     q = np.pi / 2 * rng.integers(-1, 3, (4000, 6))

@@ -24,7 +24,7 @@ def line(start, end, m=200):
     return np.asarray(start) + np.linspace(0, 1, m)[:, None] * np.subtract(end, start)
 
 
-def test_a_path_in_joints_is_found_again(arm):
+def test_ik_path_recovers_joint_path(arm):
     q = line([-2.0, 0.3, 0.0, 5.0], [2.0, 2.0, 0.4, 30.0], 400)
     path = arm.ik_path(arm.fk(q), q[0] + 0.05)
     assert path.complete
@@ -38,7 +38,7 @@ def test_a_path_in_joints_is_found_again(arm):
 
 
 @pytest.mark.parametrize("elbow", [1.0, -1.0])
-def test_the_seed_chooses_the_branch_and_the_turn(arm, elbow):
+def test_seed_selects_branch_and_winding(arm, elbow):
     q = line([3.0, elbow, 0.0, 0.0], [3.5, 1.5 * elbow, 0.1, 0.5])
     for turn in (0.0, -2 * np.pi):
         seed = q[0] + np.array([turn, 0.1, 0, 7 * turn])
@@ -47,7 +47,7 @@ def test_the_seed_chooses_the_branch_and_the_turn(arm, elbow):
         np.testing.assert_allclose(path.q, q + np.array([turn, 0, 0, 7 * turn]), atol=1e-10)
 
 
-def test_through_a_singularity_slots_change_places(arm):
+def test_path_continues_through_singularity_without_jump(arm):
     # The elbow goes from left to right: from the first slot to the second.
     q = line([0.0, 0.5, 0.0, 0.0], [0.5, -0.5, 0.0, 0.0], 201)
     path = arm.ik_path(arm.fk(q), q[0])
@@ -59,7 +59,7 @@ def test_through_a_singularity_slots_change_places(arm):
     assert abs(path.smallest_margin) < 1e-12
 
 
-def test_it_ends_out_of_reach(arm):
+def test_path_ends_at_first_unreachable_pose(arm):
     T = arm.fk(np.zeros((50, 4)))
     T[:, 0, 3] = np.linspace(0.5, 0.8, 50)
     path = arm.ik_path(T, [0.1, 0.5, 0, 0])
@@ -73,7 +73,7 @@ def test_it_ends_out_of_reach(arm):
     assert arm.ik_path(T, np.zeros(4)).ended_at == 3
 
 
-def test_it_ends_at_a_limit(arm):
+def test_path_ends_at_joint_limit(arm):
     q = line([0.0, 1.0, 0.0, 0.0], [8.0, 1.0, 0.0, 0.0])
     path = arm.ik_path(arm.fk(q), q[0])
     assert (path.reason, path.joint, path.complete) == ("limit", "shoulder", False)
@@ -89,7 +89,7 @@ def test_it_ends_at_a_limit(arm):
     assert (low.largest_step == 0).all()
 
 
-def test_it_begins_within_the_limits(arm):
+def test_path_starts_within_joint_limits(arm):
     # The seed is a turn away, which the shoulder has not got: the other side is nearer.
     q = line([3.0, 1.0, 0.0, 0.0], [3.2, 1.0, 0.0, 0.0])
     path = arm.ik_path(arm.fk(q), q[0] + np.array([2 * np.pi, 0, 0, 0]))
@@ -99,7 +99,7 @@ def test_it_begins_within_the_limits(arm):
     np.testing.assert_allclose(path.q[:, 1], -1.0)
 
 
-def test_it_ends_where_a_joint_would_jump(arm):
+def test_path_ends_before_joint_jump(arm):
     q = np.concatenate([line([0, 1, 0, 0], [0.5, 1, 0, 0], 20), line([1.5, 1, 0, 0], [2, 1, 0, 0])])
     T = arm.fk(q)
     path = arm.ik_path(T, q[0])
@@ -110,7 +110,7 @@ def test_it_ends_where_a_joint_would_jump(arm):
     assert arm.ik_path(T, q[0], jump=0.01).ended_at == 1
 
 
-def test_where_a_continuum_reaches_the_pose_it_stays_nearby(arm, monkeypatch):
+def test_path_stays_near_along_solution_continuum(arm, monkeypatch):
     # An inverse may choose any of a continuum: here one far away, but Newton finds the one nearby.
     q = line([0.0, 1.0, 0.0, 0.0], [0.5, 1.2, 0.0, 0.0], 30)
     T = arm.fk(q)
@@ -134,8 +134,9 @@ def test_where_a_continuum_reaches_the_pose_it_stays_nearby(arm, monkeypatch):
         (np.zeros((3, 4, 4)), np.zeros(4), {"jump": 0}, "jump must be positive, got 0"),
         (np.zeros((3, 4, 4)), np.zeros(4), {"jump": np.nan}, "jump must be positive, got nan"),
     ],
+    ids=["single pose", "short seed", "zero jump", "nan jump"],
 )
-def test_wrong_arguments(arm, T, seed, more, message):
+def test_wrong_arguments_are_rejected(arm, T, seed, more, message):
     with pytest.raises(chasles.ChaslesError, match=message):
         arm.ik_path(T, seed, **more)
 
@@ -143,7 +144,7 @@ def test_wrong_arguments(arm, T, seed, more, message):
 # --------------------------------------------------------- what an inverse takes
 
 
-def test_redundancy(arm, tmp_path, cache, monkeypatch):
+def test_redundancy_parameters_are_reported(arm, tmp_path, cache, monkeypatch):
     assert arm.redundancy == ()
     folder = scara.write(tmp_path / "scara")
     functions = folder.manifest["functions"]
@@ -154,7 +155,7 @@ def test_redundancy(arm, tmp_path, cache, monkeypatch):
     assert [(item.name, item.unit) for item in redundant.redundancy] == [("phi", "rad")]
 
 
-def test_what_is_given_goes_along(tmp_path, cache, monkeypatch):
+def test_further_inverse_inputs_vary_along_path(tmp_path, cache, monkeypatch):
     folder = scara.write(tmp_path / "scara")
     # The roll of the arm is free where only the position is asked for.
     functions = folder.manifest["functions"]
@@ -178,7 +179,7 @@ def test_what_is_given_goes_along(tmp_path, cache, monkeypatch):
         arm.ik_path(arm.fk(q), q[0], np.zeros((2, 1)))
 
 
-def test_a_robot_without_an_inverse_says_why(tmp_path, cache, monkeypatch):
+def test_missing_inverse_error_states_reason(tmp_path, cache, monkeypatch):
     missing = "no three axes meet or are parallel: the nearest, 2 3 4, are 0.12 m apart"
     folder = scara.write(tmp_path / "scara", inverse={"missing": missing})
     folder.manifest["functions"] = folder.manifest["functions"][:2]
@@ -197,8 +198,12 @@ def test_a_robot_without_an_inverse_says_why(tmp_path, cache, monkeypatch):
     assert not hasattr(arm, "ik")
 
 
-@pytest.mark.parametrize("inverse", [{"tier": "guessed"}, {"missing": 3}, []])
-def test_a_manifest_must_describe_the_inverse(tmp_path, cache, inverse):
+@pytest.mark.parametrize(
+    "inverse",
+    [{"tier": "guessed"}, {"missing": 3}, []],
+    ids=["unknown tier", "reason not text", "list"],
+)
+def test_invalid_inverse_entry_in_manifest_is_rejected(tmp_path, cache, inverse):
     folder = scara.write(tmp_path / "scara", inverse=inverse)
     with pytest.raises(chasles.ManifestError, match="inverse"):
         chasles.load(folder.path)
@@ -208,7 +213,7 @@ def test_a_manifest_must_describe_the_inverse(tmp_path, cache, inverse):
 
 
 @pytest.mark.parametrize("name", ["ur5e", "puma560", "irb6640"])
-def test_through_a_wrist_in_line(name):
+def test_path_passes_wrist_singularity_without_jump(name):
     # At the middle, the fourth and sixth axes lie in line and only their sum is determined.
     arm = chasles.load(name)
     start = np.array([0.3, -0.8, 0.9, -0.4, 0.8, 0.2])
@@ -221,7 +226,7 @@ def test_through_a_wrist_in_line(name):
     np.testing.assert_allclose(path.q[[0, 100]], q[[0, 100]], atol=1e-9)
 
 
-def test_more_than_a_turn():
+def test_path_follows_windings_beyond_full_turn():
     arm = chasles.load("ur5e")
     start = np.array([-5.0, -1.2, 1.5, -0.4, 0.9, -6.0])
     q = start + np.linspace(0, 1, 500)[:, None] * [9.0, 0.1, 0.1, 0.1, 0.1, 12.0]
@@ -234,7 +239,7 @@ def test_more_than_a_turn():
     assert ended.ended_at == np.argmax(beyond[:, 0] < arm.lower[0])
 
 
-def test_seven_joints_with_one_given():
+def test_path_of_seven_joint_arm_follows_fixed_joint_values():
     arm = chasles.load("panda")
     start = np.array([0.1, 0.2, 0.3, -1.5, 0.4, 1.6, 0.5])
     q = start + np.linspace(0, 1, 100)[:, None] * [0.3, 0.2, -0.1, 0.3, 0.2, 0.1, 0.4]
@@ -252,7 +257,7 @@ STILL = {"position": [3, 4], "position_pitch": [4], "position_direction": [4], "
 
 
 @pytest.mark.parametrize("name", TASKS)
-def test_parts_of_poses_along_random_ways(name):
+def test_task_paths_recover_random_joint_paths(name):
     robot, rng, kept = chasles.load(name), np.random.default_rng(3), 0
     assert [f"ik_{task}" for task in TASKS[name]] == [
         name for name in robot.functions if name.startswith("ik_")
@@ -277,7 +282,7 @@ def test_parts_of_poses_along_random_ways(name):
     assert kept >= 45 * len(TASKS[name])
 
 
-def test_five_axes_along_a_straight_line_at_a_constant_pitch():
+def test_five_axis_arm_follows_line_at_constant_pitch():
     robot = chasles.load("lynxmotion")
     q = np.array([0.3, 1.4, -1.2, -0.9, 0.0])
     start = robot.fk(q)
@@ -297,7 +302,7 @@ def test_five_axes_along_a_straight_line_at_a_constant_pitch():
     np.testing.assert_array_equal(robot.ik_path(x, q, task="position_pitch").q, path.q)
 
 
-def test_a_part_that_a_robot_has_no_inverse_for_is_named():
+def test_task_without_inverse_is_rejected_by_name():
     robot = chasles.load("lynxmotion")
     message = "no inverse for task 'planar'; it has pose, position, position_pitch, position_dir"
     with pytest.raises(chasles.InputValueError, match=message):
@@ -311,7 +316,7 @@ def test_a_part_that_a_robot_has_no_inverse_for_is_named():
 
 
 @pytest.mark.parametrize("name", ["ur5e", "puma560", "irb6640", "stanford", "excavator"])
-def test_many_poses_at_once_are_those_of_one_after_the_other(name):
+def test_batched_path_equals_sequential_steps(name):
     """Random walks, some with large steps, that cross branches, turns and limits."""
     robot, rng, reasons = chasles.load(name), np.random.default_rng(5), []
     lower, upper = np.maximum(robot.lower, -7), np.minimum(robot.upper, 7)

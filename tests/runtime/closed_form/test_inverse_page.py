@@ -9,7 +9,7 @@ import pytest
 PAGE = Path(__file__).parents[3] / "docs" / "inverse.md"
 
 
-def test_the_examples_run(capsys):
+def test_inverse_page_examples_run_as_documented(capsys):
     blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
     assert len(blocks) == 6
     names = {}

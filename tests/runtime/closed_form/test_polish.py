@@ -43,7 +43,7 @@ def error(robot, q, T):
 
 
 @pytest.mark.parametrize("name", [*SIX, "panda", "stanford", "scara"])
-def test_from_nearby_to_the_pose(name):
+def test_newton_refinement_converges_from_nearby_configuration(name):
     robot = chasles.load(name)
     rng = np.random.default_rng(1)
     q = rng.uniform(-1, 1, (500, robot.n)) + 0.3
@@ -57,7 +57,7 @@ def test_from_nearby_to_the_pose(name):
         assert np.median(np.abs(found - q).max(-1)) < 1e-12
 
 
-def test_large_angles():
+def test_residual_angle_is_accurate_near_zero_and_pi():
     # The angle of the residual where sine and cosine alone would lose it: near pi and near 0.
     robot = chasles.load("ur5e")
     q = np.array([0.3, -1.0, 1.2, 0.4, 0.8, 0.1])
@@ -69,7 +69,7 @@ def test_large_angles():
 
 
 @pytest.mark.parametrize("many", [5, 200])
-def test_a_step_solves_the_normal_equations(many):
+def test_newton_step_solves_damped_normal_equations(many):
     rng = np.random.default_rng(2)
     for n in (4, 6, 7):
         J, e = rng.normal(size=(many, 6, n)), rng.normal(size=(many, 6)) * 1e-2
@@ -85,7 +85,7 @@ def test_a_step_solves_the_normal_equations(many):
         )
 
 
-def test_slots_share_their_pose(arm):
+def test_slots_broadcast_against_their_pose(arm):
     q = reachable(40).reshape(2, 20, 4)
     T = arm.fk(q)
     starts = q[..., None, :] + np.linspace(-1e-3, 1e-3, 5)[:, None]
@@ -98,7 +98,7 @@ def test_slots_share_their_pose(arm):
     assert float(one.residual) < 1e-14
 
 
-def test_many_blocks_give_what_one_gives(arm):
+def test_every_block_of_large_batch_converges(arm):
     q = reachable(10_000)
     T = arm.fk(q)
     residual = polish(arm, T, q + 1e-3).residual
@@ -106,7 +106,7 @@ def test_many_blocks_give_what_one_gives(arm):
     np.testing.assert_array_equal(polish(arm, T[9000:], q[9000:] + 1e-3).residual < 1e-13, True)
 
 
-def test_it_never_gets_worse(arm):
+def test_refinement_never_increases_error(arm):
     q = reachable(2000)
     T = arm.fk(q)
     T[:, :2, 3] *= np.random.default_rng(3).uniform(0.2, 4.0, (2000, 1))
@@ -118,7 +118,7 @@ def test_it_never_gets_worse(arm):
     assert 0.02 < (residual < 1e-9).mean() < 0.9
 
 
-def test_coordinates_that_keep_their_values():
+def test_fixed_coordinates_keep_their_values():
     panda = chasles.load("panda")
     q = np.random.default_rng(6).uniform(-1, 1, (200, 7)) - np.array([0, 0, 0, 1.5, 0, -1.5, 0])
     start = q + np.array([2e-3] * 5 + [0, 2e-3])
@@ -127,7 +127,7 @@ def test_coordinates_that_keep_their_values():
     np.testing.assert_array_equal(found[:, 6], start[:, 6])
 
 
-def test_at_a_singularity():
+def test_refinement_stays_bounded_at_singularity():
     robot = chasles.load("ur5e")
     rng = np.random.default_rng(4)
     q = rng.uniform(-1.5, 1.5, (300, 6))
@@ -138,7 +138,7 @@ def test_at_a_singularity():
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_not_finite(arm, bad):
+def test_non_finite_input_never_converges_or_affects_other_rows(arm, bad):
     q = reachable(3)
     T = arm.fk(q)
     T[1, 0, 3] = bad
@@ -152,7 +152,7 @@ def test_not_finite(arm, bad):
     assert (none.q.shape, none.residual.shape) == ((0, 4), (0,))
 
 
-def test_wrong_shapes(arm):
+def test_wrong_shapes_are_rejected(arm):
     with pytest.raises(chasles.ShapeError, match=r"poses \(..., 4, 4\) and coordinates \(..., 4\)"):
         polish(arm, np.eye(3), np.zeros(4))
     with pytest.raises(chasles.ShapeError, match="do not broadcast"):

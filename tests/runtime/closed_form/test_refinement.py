@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import dask.array
 import numpy as np
 import pytest
 
@@ -12,6 +11,11 @@ from chasles.closed_form.refinement import Refinement, refinement_of
 from chasles.contract.manifest import read_manifest
 from chasles.tolerances import REFINED, SOLVED
 from tests.support.handwritten import scara
+from tests.support.optional import OptionalPackage
+
+array = OptionalPackage("dask.array")
+dask = OptionalPackage("dask")
+
 
 SPOILT = 1e-7
 """Radians by which the shoulder is off in poses above the height of HIGH."""
@@ -58,14 +62,14 @@ def check(arm, solutions, T, slots=2):
     assert np.abs(arm.fk(solutions.q) - T[..., None, :, :]).max() < 1e-13
 
 
-def test_the_inverse_misses_them_by_itself(arm, q):
+def test_unrefined_inverse_misses_nearly_singular_poses(arm, q):
     _, residual, _ = arm.ik.ufunc(arm.fk(q))
     assert (residual[:20] > 10 * SOLVED).all()
     assert (residual[:20] < REFINED).all()
     assert (residual[20:] < SOLVED).all()
 
 
-def test_none_is_missed(arm, q):
+def test_refinement_solves_every_nearly_singular_pose(arm, q):
     T = arm.fk(q)
     solutions = arm.ik(T)
     check(arm, solutions, T)
@@ -80,15 +84,15 @@ def test_none_is_missed(arm, q):
         np.testing.assert_allclose(single.q, solutions.q[index], atol=1e-12)
 
 
-@pytest.mark.parametrize("batch", [(3, 20), (60, 1), (2, 1, 30)])
-def test_leading_dimensions(arm, q, batch):
+@pytest.mark.parametrize("batch", [(3, 20), (60, 1), (2, 1, 30)], ids=str)
+def test_refinement_accepts_any_leading_dimensions(arm, q, batch):
     T = arm.fk(q).reshape(*batch, 4, 4)
     for given in (T, T.tolist(), np.asfortranarray(T)):
         check(arm, arm.ik(given), T)
     assert arm.ik(T[:0]).valid.shape == (0, *batch[1:], 2)
 
 
-def test_arrays_that_are_given(arm, q):
+def test_refinement_writes_into_out_arrays(arm, q):
     T = arm.fk(q)
     out = (np.empty((60, 2, 4)), np.empty((60, 4))[:, ::2], None)
     solutions = arm.ik(T, out=out)
@@ -100,7 +104,7 @@ def test_arrays_that_are_given(arm, q):
     assert (one[1] < 1e-13).all()
 
 
-def test_threads(arm, q, monkeypatch):
+def test_refinement_gives_same_results_with_threads(arm, q, monkeypatch):
     monkeypatch.setattr(chasles.call.threads, "_LEAST", 1)
     monkeypatch.setattr(chasles.call.threads, "count_cores", lambda: 4)
     T = arm.fk(q)
@@ -110,14 +114,14 @@ def test_threads(arm, q, monkeypatch):
         np.testing.assert_array_equal(found, expected)
 
 
-def test_dask(arm, q):
+def test_refinement_works_with_dask_arrays(arm, q):
     T = arm.fk(q)
-    lazy = arm.ik(dask.array.from_array(T, chunks=(7, 4, 4)))
+    lazy = arm.ik(array.from_array(T, chunks=(7, 4, 4)))
     fields = dask.compute(*lazy, scheduler="sync")
     check(arm, arm.ik.solutions(*fields), T)
 
 
-def test_what_is_out_of_reach_stays_so(arm, q):
+def test_unreachable_poses_stay_invalid_and_unchanged(arm, q):
     T = arm.fk(q)
     T[:5, :2, 3] *= 0.75 / np.linalg.norm(T[:5, :2, 3], axis=-1, keepdims=True)
     # A hair beyond a stretched arm; nearer than that rounding alone decides.
@@ -145,7 +149,7 @@ def test_what_is_out_of_reach_stays_so(arm, q):
     np.testing.assert_array_equal(solutions.residual[:10], residual[:10])
 
 
-def test_panda_where_two_singularities_meet():
+def test_panda_is_solved_at_double_singularity():
     arm = chasles.load("panda")
     q = np.tile(PANDA, (5, 1))
     q[[0, 2, 4]] = np.random.default_rng(1).uniform(-2, 2, (3, 7))
@@ -163,7 +167,7 @@ def test_panda_where_two_singularities_meet():
     np.testing.assert_array_equal(several.q[0, :, 6], q[1, 6])
 
 
-def test_a_stretched_arm_and_a_hair_more():
+def test_poses_just_beyond_stretched_arm_stay_invalid():
     arm = chasles.load("ur5e")
     q = np.random.default_rng(4).uniform(-3, 3, (200, 6))
     q[:, 2] = 0.0
@@ -184,7 +188,7 @@ def test_a_stretched_arm_and_a_hair_more():
     assert np.isfinite(beyond.q).all()
 
 
-def test_no_joint_is_held_at_the_border_of_reach():
+def test_only_wrist_singularity_fixes_a_joint():
     """The tool leaves its place with the square of a way; where axes 4 and 6 agree, it does not."""
     arm = chasles.load("ur5e")
     refinement = refinement_for(arm)
@@ -225,7 +229,7 @@ def refinement_for(robot):
 
 
 @pytest.mark.parametrize("name", ["ur5e", "puma560", "stanford", "lynxmotion", "scara"])
-def test_arms_of_any_kind(name):
+def test_perturbed_slots_are_refined_for_every_arm_type(name):
     robot = chasles.load(name)
     q = np.random.default_rng(3).uniform(0.1, 1, (50, robot.n))
     refinement, moved, solutions = spoilt_slots(robot, q)
@@ -233,7 +237,7 @@ def test_arms_of_any_kind(name):
     assert np.abs(moved - solutions.q)[solutions.valid].max() < 1e-9
 
 
-def test_given_joints_keep_their_values():
+def test_fixed_joints_keep_their_values_in_refinement():
     for name, fixed in (("panda", (6,)), ("photo_robot", (0, 3))):
         robot = chasles.load(name)
         q = np.random.default_rng(3).uniform(0.1, 1, (50, robot.n))
@@ -242,7 +246,7 @@ def test_given_joints_keep_their_values():
         np.testing.assert_array_equal(moved[..., fixed], solutions.q[..., fixed])
 
 
-def test_a_swivel_angle_is_nearly_kept():
+def test_refinement_nearly_keeps_swivel_angle():
     robot = chasles.load("iiwa14")
     q = np.random.default_rng(3).uniform(0.3, 1, (50, 7))
     refinement, moved, solutions = spoilt_slots(robot, q, robot.swivel(q))
@@ -250,7 +254,7 @@ def test_a_swivel_angle_is_nearly_kept():
     assert np.abs(moved - solutions.q)[solutions.valid].max() < 1e-5
 
 
-def test_joints_of_loops_are_held_by_their_actuators():
+def test_fixed_loop_joints_are_fixed_through_their_actuators():
     robot = chasles.load("well_manipulator")
     manifest = read_manifest(robot.folder)
     info = manifest.with_role("inverse", "pose")
@@ -266,7 +270,7 @@ def test_joints_of_loops_are_held_by_their_actuators():
     assert refinement_of(manifest, replace(info, given=()), robot.functions).fixed == ()
 
 
-def test_only_poses_have_one(arm):
+def test_only_pose_inverses_get_refinement(arm):
     manifest = read_manifest(arm.folder)
     ik, position = (
         next(info for info in manifest.functions if info.name == name)
@@ -278,7 +282,7 @@ def test_only_poses_have_one(arm):
     assert refinement_of(without, ik, arm.functions) is None
 
 
-def test_an_error_of_its_own_is_told(arm, q, monkeypatch):
+def test_exception_in_refinement_propagates(arm, q, monkeypatch):
     def fail(*_):
         raise RuntimeError("no step can be taken")
 

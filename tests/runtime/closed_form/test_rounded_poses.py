@@ -7,7 +7,6 @@ in C and singular values in Python.
 
 import functools
 
-import dask.array
 import mpmath
 import numpy as np
 import pinocchio
@@ -17,6 +16,11 @@ from scipy.spatial.transform import Rotation
 import chasles
 from chasles import screws, se3
 from chasles.call._call import rounded_residuals
+from tests.support.optional import OptionalPackage
+
+array = OptionalPackage("dask.array")
+dask = OptionalPackage("dask")
+
 
 ARMS = {"ur5e": (), "puma560": (), "crx10": (), "scara": (), "lynxmotion": (), "panda": (0.3,)}
 POSES = 40
@@ -87,7 +91,7 @@ ROUNDED = {
 
 @pytest.mark.parametrize("rounded", ROUNDED.values(), ids=ROUNDED)
 @pytest.mark.parametrize("name", ARMS)
-def test_rounded_poses_are_solved_as_the_nearest_rigid_ones(name, rounded):
+def test_rounded_poses_are_solved_like_nearest_rigid_poses(name, rounded):
     arm, T = arm_and_poses(name)
     assert len(T) == POSES
     given = rounded(T)
@@ -118,9 +122,7 @@ RIGHT_ANGLES = {"ur5e": 12, "puma560": 0, "scara": 0, "lynxmotion": 0, "stanford
 
 @pytest.mark.parametrize("rounded", ["float32", "6 digits"])
 @pytest.mark.parametrize("name", RIGHT_ANGLES)
-def test_right_angles_keep_their_rotation_and_are_reached_as_exactly_as_they_are_told(
-    name, rounded
-):
+def test_rounded_right_angle_poses_are_reached_to_input_precision(name, rounded):
     arm, rng = chasles.load(name), np.random.default_rng(0)
     q = np.pi / 2 * rng.integers(-1, 3, (1000, arm.n))
     for k, coordinate in enumerate(arm.coordinates):
@@ -133,7 +135,7 @@ def test_right_angles_keep_their_rotation_and_are_reached_as_exactly_as_they_are
     assert off[found.valid].max() < (1e-6 if rounded == "float32" else 1e-5)
 
 
-def test_lengths_as_people_write_them_are_no_rounded_ones():
+def test_translation_beyond_reach_is_not_treated_as_rounding():
     scara = chasles.load("scara")
     T = scara.fk(np.zeros(4))
     T[0, 3] = np.round(T[0, 3], 5)
@@ -144,7 +146,7 @@ def test_lengths_as_people_write_them_are_no_rounded_ones():
         assert scara.ik(further).count == 0
 
 
-def test_far_poses_at_right_angles_stay_out_of_reach_in_single_precision():
+def test_far_single_precision_poses_stay_unreachable():
     arm = chasles.load("ur5e")
     T = arm.fk(np.pi / 2 * np.random.default_rng(1).integers(-1, 3, (500, 6)))
     T[:, :3, 3] *= 1.0 + 2.0 / np.linalg.norm(T[:, :3, 3], axis=-1, keepdims=True)
@@ -152,7 +154,7 @@ def test_far_poses_at_right_angles_stay_out_of_reach_in_single_precision():
 
 
 @pytest.mark.parametrize("size", [0, 1e-12, 1e-9, 1e-7, 3e-6])
-def test_batch_of_every_size_and_layout(size):
+def test_rounded_batch_results_do_not_depend_on_layout(size):
     arm, T = arm_and_poses("ur5e")
     rng = np.random.default_rng(2)
     T = np.concatenate([T] * 20)[: 600 + 7]
@@ -166,7 +168,7 @@ def test_batch_of_every_size_and_layout(size):
         "Fortran": arm.ik(np.asfortranarray(given)),
         "reversed": arm.ik(given[::-1]),
         "threads": arm.ik(given, threads=2),
-        "dask": dask.array.compute(*arm.ik(dask.array.from_array(given, chunks=(100, 4, 4)))),
+        "dask": dask.compute(*arm.ik(array.from_array(given, chunks=(100, 4, 4)))),
         "nested": arm.ik(given.reshape(1, -1, 4, 4)),
         "list": arm.ik(given.tolist()),
         "out": arm.ik(given, out=(np.empty((607, 8, 6)), np.empty((607, 8)), np.empty((607, 8)))),
@@ -180,7 +182,7 @@ def test_batch_of_every_size_and_layout(size):
         np.testing.assert_allclose(q, whole.q, atol=1e-9, err_msg=layout)
 
 
-def test_poses_of_other_libraries():
+def test_poses_from_scipy_and_pinocchio_are_solved():
     arm, T = arm_and_poses("ur5e")
     count = arm.ik(T).count
     for k, pose in enumerate(T):
@@ -193,7 +195,7 @@ def test_poses_of_other_libraries():
             assert arm.ik(given).count == count[k]
 
 
-def test_given_joints_broadcast_against_rounded_poses():
+def test_fixed_joints_broadcast_against_rounded_poses():
     arm, T = arm_and_poses("panda")
     q7 = np.linspace(-2, 2, 9)
     found = arm.ik(T[:, None].astype(np.float32), q7)
@@ -203,7 +205,7 @@ def test_given_joints_broadcast_against_rounded_poses():
     np.testing.assert_array_equal(one.valid, wanted.valid[0])
 
 
-def test_projection_against_many_digits():
+def test_projection_matches_40_digit_polar_decomposition():
     _, T = arm_and_poses("ur5e")
     rng = np.random.default_rng(3)
     with mpmath.workdps(40):
@@ -218,7 +220,7 @@ def test_projection_against_many_digits():
                 assert se3.deviation(found) < SAME_POSE
 
 
-def test_deviation_is_the_distance_from_the_nearest_rotation():
+def test_deviation_is_distance_to_nearest_rotation():
     _, T = arm_and_poses("ur5e")
     for size in (1e-9, 1e-6, 1e-4):
         given = noisy(T, size, np.random.default_rng(4))
@@ -226,7 +228,7 @@ def test_deviation_is_the_distance_from_the_nearest_rotation():
         np.testing.assert_allclose(se3.deviation(given), distance, rtol=1e-3, atol=1e-15)
 
 
-def test_rigid_poses_stay_as_they_are_and_nan_passes():
+def test_projection_keeps_rigid_poses_and_passes_nan():
     _, T = arm_and_poses("ur5e")
     np.testing.assert_array_equal(se3.project(T), T)
     lost = T.astype(np.float32)
@@ -277,7 +279,7 @@ NO_POSE = {
 
 @pytest.mark.parametrize(("change", "message"), NO_POSE.values(), ids=NO_POSE)
 @pytest.mark.parametrize("name", ["ur5e", "scara", "crx10"])
-def test_what_is_no_pose_is_named(name, change, message):
+def test_non_rigid_matrix_error_names_cause_and_index(name, change, message):
     arm, T = arm_and_poses(name)
     rng = np.random.default_rng(6)
     for k in rng.choice(POSES, 8, replace=False):
@@ -300,7 +302,7 @@ def test_what_is_no_pose_is_named(name, change, message):
         assert arm.ik_numeric(bad, budget=10).reason == "no pose"
 
 
-def test_the_tolerance_that_is_named_suffices():
+def test_tolerance_in_error_message_suffices_for_projection():
     arm, T = arm_and_poses("ur5e")
     rng = np.random.default_rng(7)
     for size in 10 ** rng.uniform(-4.5, -1.2, 60):
@@ -316,7 +318,7 @@ def test_the_tolerance_that_is_named_suffices():
         arm.ik(rigid)
 
 
-def test_few_joints_are_told_of_rounding():
+def test_out_of_reach_error_explains_rounding_for_few_joints():
     arm = chasles.load("lynxmotion")
     q = np.random.default_rng(8).uniform(-1.5, 1.5, (60, arm.n))
     # Rigid again, so that nothing tells that they were rounded.
@@ -337,7 +339,7 @@ def test_few_joints_are_told_of_rounding():
 
 
 @pytest.mark.parametrize("name", ["delta", "excavator", "lynxmotion"])
-def test_few_joints_have_all_branches_of_rounded_poses_beside_poses_out_of_reach(name):
+def test_rounded_poses_keep_all_branches_for_few_joints(name):
     robot = chasles.load(name)
     rng = np.random.default_rng(9)
     T = robot.fk(sampled(robot, 400, rng))
@@ -353,15 +355,15 @@ def test_few_joints_have_all_branches_of_rounded_poses_beside_poses_out_of_reach
     assert not robot.ik(noisy(turned, 1e-8, rng)).valid.any()
 
 
-def test_dask_tells_which_slots_of_rounded_poses_are_valid():
+def test_dask_valid_flags_match_numpy_for_rounded_poses():
     arm, T = arm_and_poses("lynxmotion")
     given = T.astype(np.float32).astype(float)
-    lazy = arm.ik(dask.array.from_array(given, chunks=(7, 4, 4)))
+    lazy = arm.ik(array.from_array(given, chunks=(7, 4, 4)))
     assert lazy.valid.dtype == bool
     np.testing.assert_array_equal(lazy.valid.compute(), arm.ik(given).valid)
 
 
-def test_paths_of_rounded_poses_are_followed_with_few_joints():
+def test_ik_path_follows_rounded_poses_with_few_joints():
     arm = chasles.load("lynxmotion")
     q = np.linspace([0.1, 0.8, -0.4, 0.3, -0.5], [0.6, 1.2, -0.9, 0.4, 0.4], 50)
     path = arm.ik_path(arm.fk(q).astype(np.float32), q[0])
@@ -370,7 +372,7 @@ def test_paths_of_rounded_poses_are_followed_with_few_joints():
 
 
 @pytest.mark.parametrize("name", ["delta", "excavator", "lynxmotion"])
-def test_iterations_reach_rounded_poses_with_few_joints(name):
+def test_ik_numeric_reaches_rounded_poses_with_few_joints(name):
     robot = chasles.load(name)
     rng = np.random.default_rng(10)
     q = sampled(robot, 200, rng)
@@ -387,7 +389,7 @@ def test_iterations_reach_rounded_poses_with_few_joints(name):
     assert not robot.ik_numeric(noisy(turned, 1e-8, rng), q).success.any()
 
 
-def test_not_a_number_is_no_error():
+def test_nan_pose_is_invalid_without_error():
     arm, T = arm_and_poses("ur5e")
     others = np.delete(arm.ik(T).valid, 2, 0)
     for value in (np.nan, np.inf):
@@ -401,7 +403,7 @@ def test_not_a_number_is_no_error():
             assert not arm.ik(batch[2]).valid.any()
 
 
-def test_far_translations_are_judged_as_poses():
+def test_far_translations_are_unreachable_without_error():
     arm, T = arm_and_poses("ur5e")
     for far in (10, 1e6, 1e200):
         given = T[0].copy()
@@ -409,7 +411,7 @@ def test_far_translations_are_judged_as_poses():
         assert not arm.ik(given).valid.any()
 
 
-def test_iterations_take_rounded_poses():
+def test_ik_numeric_accepts_rounded_poses():
     arm, T = arm_and_poses("ur5e")
     for given in (T.astype(np.float32), np.round(T, 6)):
         found = arm.ik_numeric(given)
@@ -417,7 +419,7 @@ def test_iterations_take_rounded_poses():
         assert np.abs(arm.fk(found.q) - polar(given)).max() < SOLVED
 
 
-def test_paths_take_rounded_poses():
+def test_ik_path_and_track_accept_rounded_poses():
     arm = chasles.load("ur5e")
     q = np.array([0.3, -1.2, 1.5, -0.4, 0.9, 0.2]) + np.linspace(0, 0.5, 50)[:, None]
     given = arm.fk(q).astype(np.float32)
@@ -430,7 +432,7 @@ def test_paths_take_rounded_poses():
 
 @pytest.mark.parametrize("name", ["four_bar", "five_bar", "slider_crank"])
 @pytest.mark.parametrize("kind", ["float32", "6 digits"])
-def test_planar_loops_reach_every_pose_that_was_rounded(name, kind):
+def test_planar_loops_reach_every_rounded_pose(name, kind):
     robot = chasles.load(name)
     rng = np.random.default_rng(4)
     q = np.array(robot.reference.q) + rng.uniform(-0.01, 0.01, (2000, robot.n))
@@ -442,7 +444,7 @@ def test_planar_loops_reach_every_pose_that_was_rounded(name, kind):
     assert robot.ik_numeric(ROUNDED[kind](T[:200]), seed=q[:200]).success.all()
 
 
-def test_rotations_that_are_rigid_by_chance_are_as_coarse_as_their_numbers():
+def test_rounding_estimate_detects_accidentally_rigid_rotations():
     T = turned_about_z(np.linspace(0.1, 1.4, 20_000)).round(6)
     by_chance = T[se3.deviation(T) < 1e-9]
     assert len(by_chance) > 3
@@ -451,7 +453,7 @@ def test_rotations_that_are_rigid_by_chance_are_as_coarse_as_their_numbers():
     assert rounded_residuals(single[se3.deviation(single) < 1e-9]).min() > 1e-7
 
 
-def test_numbers_of_sixteen_digits_are_not_coarse():
+def test_full_precision_rotations_have_no_rounding_residual():
     T = turned_about_z(np.linspace(0.1, 1.4, 500))
     assert not rounded_residuals(T).any()
     T[:, 0, 0] += 1e-9

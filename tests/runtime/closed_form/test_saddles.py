@@ -60,7 +60,7 @@ def ways_of(iteration, T, q):
 
 
 @pytest.mark.parametrize("bend", [0.2, 0.05, 0.01, 0.002])
-def test_both_ways_lead_to_solutions(ur5e, bend):
+def test_descent_from_saddle_reaches_both_solutions(ur5e, bend):
     q = stretched(bend)
     T = ur5e.fk_jacobian_mixed(q)[0]
     between = stationary(ur5e, T, np.where(np.arange(6) == ELBOW, 0.0, q))
@@ -76,7 +76,7 @@ def test_both_ways_lead_to_solutions(ur5e, bend):
 
 
 @pytest.mark.parametrize("distance", [1e-2, 1e-4, 1e-6])
-def test_from_the_border_of_reach_ways_lead_inwards_alone(ur5e, distance):
+def test_descent_starts_exist_only_inside_reach_boundary(ur5e, distance):
     """A stretched arm that is a little too short has the least error, one too long a saddle."""
     q = stretched(0.0)
     T, J = ur5e.fk_jacobian_mixed(q)
@@ -89,7 +89,7 @@ def test_from_the_border_of_reach_ways_lead_inwards_alone(ur5e, distance):
     assert len(ways_of(ur5e, within, q).row) == 2 * len(q)
 
 
-def test_no_way_leads_from_where_loops_do_not_close_on_all_sides():
+def test_descent_starts_skip_points_with_open_loops():
     def saddles(row, q):
         f = (1.0 + (q**2 * [-1.0, 1.0, 1.0]).sum(-1)) / 2
         is_open = (row == 1) & (q != 0.0).any(-1)
@@ -114,7 +114,7 @@ def drawn():
     return case
 
 
-def test_answers_on_saddles_lose_no_pose(drawn, monkeypatch):
+def test_saddle_answers_are_refined_to_solutions(drawn, monkeypatch):
     quarters = np.arange(-1, 3) * (np.pi / 2)
     turning = [quarters if turns else [0.0] for turns in drawn.turns]
     q = np.array(list(product(*turning)))

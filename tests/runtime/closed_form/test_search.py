@@ -47,18 +47,18 @@ def T(q):
     return SCREWS.fk(q)
 
 
-def test_the_manifest_says_so(folder):
+def test_manifest_declares_search_and_fixed_joints(folder):
     (info,) = (info for info in read_manifest(folder).functions if info.is_inverse)
     assert info.searches
     assert list(info.given) == GIVEN
 
 
-def test_the_closed_form_loses_poses(arm, q, T):
+def test_bare_closed_form_misses_right_angle_poses(arm, q, T):
     _, residual, _ = arm.ik.ufunc(T, q[:, 0], q[:, 5])
     assert (residual.min(axis=1) > 1e-3).sum() > 20
 
 
-def test_none_is_lost(arm, q, T):
+def test_search_finds_every_missed_pose(arm, q, T):
     found = arm.ik(T, q[:, 0], q[:, 5])
     assert found.valid.any(axis=1).all()
     apart = SCREWS.fk(found.q) - T[:, None]
@@ -66,7 +66,7 @@ def test_none_is_lost(arm, q, T):
     np.testing.assert_array_equal(found.q[..., GIVEN], np.repeat(q[:, None, GIVEN], 8, axis=1))
 
 
-def test_one_pose_at_a_time(arm, q, T):
+def test_search_works_for_single_poses(arm, q, T):
     _, residual, _ = arm.ik.ufunc(T, q[:, 0], q[:, 5])
     lost = np.flatnonzero(residual.min(axis=1) > 1e-3)
     assert len(lost) > 20
@@ -76,7 +76,7 @@ def test_one_pose_at_a_time(arm, q, T):
         assert np.abs(SCREWS.fk(solutions) - T[i]).max() < 1e-9
 
 
-def test_poses_out_of_reach_stay_so(arm):
+def test_search_keeps_unreachable_poses_unchanged(arm):
     """With its given joints the arm is shorter than the sum of its offsets and of the slide."""
     rng = np.random.default_rng(1)
     q = rng.uniform(-3, 3, (400, 8))
@@ -91,7 +91,7 @@ def test_poses_out_of_reach_stay_so(arm):
     np.testing.assert_array_equal(found.residual, residual)
 
 
-def test_what_is_called_valid_is_reached(arm):
+def test_valid_flag_matches_pose_error(arm):
     """Poses beside the arm, of which some are in reach: what is valid has the pose."""
     rng = np.random.default_rng(2)
     q = rng.uniform(-3, 3, (400, 8))
@@ -113,8 +113,14 @@ def test_what_is_called_valid_is_reached(arm):
         ({"aims": ["yaw"]}, 'aims.*: .* expected "position" or'),
         ({"aims": ["position", "pitch"]}, "aims: .* expected parts with"),
     ],
+    ids=[
+        "searches not boolean",
+        "index out of range",
+        "unknown task part",
+        "incompatible task parts",
+    ],
 )
-def test_a_manifest_that_says_it_wrongly(folder, tmp_path, change, message):
+def test_invalid_search_entry_in_manifest_is_rejected(folder, tmp_path, change, message):
     content = json.loads((folder / "manifest.json").read_text())
     next(f for f in content["functions"] if f["role"] == "inverse").update(change)
     (tmp_path / "manifest.json").write_text(json.dumps(content))

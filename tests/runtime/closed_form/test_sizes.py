@@ -78,14 +78,14 @@ def slides(arm, factor):
     return np.array([factor if c.unit == "m" else 1.0 for c in arm.coordinates])
 
 
-def test_the_unit_follows_the_size(family):
+def test_unit_length_scales_with_robot(family):
     for factor, arm in family.items():
         assert arm.unit_length == pytest.approx(family[1].unit_length * factor)
         assert arm.ik.solutions.unit == arm.unit_length
         np.testing.assert_allclose(arm.ik.solutions.TOLERANCE, 1e-9 * arm.unit_length)
 
 
-def test_every_size_has_the_same_solutions(family):
+def test_ik_solutions_are_scale_invariant(family):
     T = poses(family[1])
     wanted = family[1].ik(T)
     assert 0.1 < wanted.valid.mean() < 1
@@ -106,7 +106,7 @@ def test_every_size_has_the_same_solutions(family):
         np.testing.assert_array_equal(batch.valid[::-1], found.valid)
 
 
-def test_every_size_chooses_the_same_solution(family):
+def test_solution_filters_are_scale_invariant(family):
     q = np.random.default_rng(2).uniform(-1.5, 1.5, (100, family[1].n))
     T, seed = family[1].fk(q), q + 0.1
     wanted = family[1].ik(T)
@@ -121,7 +121,7 @@ def test_every_size_chooses_the_same_solution(family):
         )
 
 
-def test_every_size_follows_the_same_path(family):
+def test_ik_path_is_scale_invariant(family):
     q = np.linspace(0.2, 0.9, 60)[:, None] * np.linspace(1, 0.6, family[1].n)
     T = family[1].fk(q)
     wanted = family[1].ik_path(T, q[0])
@@ -132,7 +132,7 @@ def test_every_size_follows_the_same_path(family):
         np.testing.assert_allclose(found.q / by, wanted.q, atol=1e-9)
 
 
-def test_every_size_iterates_in_the_same_way(family):
+def test_ik_numeric_converges_at_every_scale(family):
     q = np.random.default_rng(3).uniform(-1, 1, (60, family[1].n))
     T = family[1].fk(np.clip(q, family[1].lower, family[1].upper))
     for factor, arm in family.items():
@@ -142,7 +142,7 @@ def test_every_size_iterates_in_the_same_way(family):
         assert np.abs(off).max() < 2e-9
 
 
-def test_millimetres_are_suspected(family):
+def test_out_of_reach_error_suspects_millimetres(family):
     for factor, arm in family.items():
         T = arm.fk(np.full(arm.n, 0.3) * slides(arm, factor))
         if arm.ik(resized(T, 1000)).valid.any():
@@ -171,7 +171,7 @@ def on_a_line(scale, away=0.0):
 
 
 @pytest.mark.parametrize("exponent", range(-6, 4, 3))
-def test_the_unit_of_a_slide(exponent):
+def test_unit_length_follows_prismatic_joint_range(exponent):
     span = 10.0**exponent
     slide = (coordinate("prismatic", -2 * span, 2 * span),)
     assert unit_length(on_a_line(1), slide, None) == pytest.approx(span)
@@ -180,7 +180,7 @@ def test_the_unit_of_a_slide(exponent):
     assert unit_length(on_a_line(1, 1e8 * span), slide, None) == pytest.approx(1000 * span)
 
 
-def test_the_unit_without_lengths_is_a_metre():
+def test_unit_length_defaults_to_metre():
     assert unit_length(on_a_line(0), (coordinate("revolute"),), None) == 1
     lost = unit_length(lambda q: np.full((len(q), 4, 4), np.nan), (coordinate("revolute"),), None)
     assert lost == 1

@@ -44,7 +44,7 @@ def apart(a, b, turning=(True, True, False, True)):
 # ------------------------------------------------------------------ the call
 
 
-def test_single_pose(arm, q):
+def test_single_pose_returns_all_branches(arm, q):
     solutions = arm.ik(scara.fk(q[0]))
     assert isinstance(solutions, Solutions)
     assert isinstance(solutions, tuple)
@@ -71,8 +71,8 @@ def everything(arm, T, how):
 
 
 @pytest.mark.parametrize("how", ["dense", "strided", "list", "threads", "keyword"])
-@pytest.mark.parametrize("batch", [(N,), (20, 50), (0,), ()])
-def test_every_way_of_calling_gives_the_same(arm, q, how, batch):
+@pytest.mark.parametrize("batch", [(N,), (20, 50), (0,), ()], ids=str)
+def test_every_call_form_gives_same_solutions(arm, q, how, batch):
     if how == "list" and 0 in batch:
         pytest.skip("an empty list has no shape")
     T = scara.fk(q)[: int(np.prod(batch))].reshape(*batch, 4, 4)
@@ -89,13 +89,13 @@ def test_every_way_of_calling_gives_the_same(arm, q, how, batch):
     )
 
 
-def test_many_operations_are_shared_among_threads(arm, q):
+def test_threads_do_not_change_solutions(arm, q):
     T = np.tile(scara.fk(q), (200, 1, 1))
     for one, two in zip(arm.ik(T), arm.ik(T, threads=2), strict=True):
         np.testing.assert_array_equal(one, two)
 
 
-def test_out(arm, q):
+def test_out_arrays_receive_solutions(arm, q):
     T = scara.fk(q)
     for given in (T, T[0]):
         batch = given.shape[:-2]
@@ -123,7 +123,7 @@ def test_further_inputs_broadcast(arm, q):
     np.testing.assert_allclose(apart(one.q[0], q[5]), 0, atol=1e-12)
 
 
-def test_out_of_reach_and_not_finite(arm):
+def test_unreachable_and_non_finite_poses_are_invalid(arm):
     T = np.array([scara.fk([0.1, 0.2, 0.3, 0.4])] * 3)
     T[1, 0, 3] = 2.0
     T[2, 0, 3] = np.nan
@@ -137,7 +137,7 @@ def test_out_of_reach_and_not_finite(arm):
         np.testing.assert_array_equal(arm.ik(T[k]).valid, solutions.valid[k])
 
 
-def test_tolerance_divides_valid_from_not(arm):
+def test_tolerance_decides_validity(arm):
     # Beyond reach by less than the tolerance, and by more.
     reach = scara.A1 + scara.A2
     for beyond, valid in ((0.5e-9, True), (2e-9, False)):
@@ -146,7 +146,7 @@ def test_tolerance_divides_valid_from_not(arm):
         assert (arm.ik(T).valid == valid).all()
 
 
-def test_pickle_and_copy(arm, q):
+def test_solutions_survive_pickle_and_copy(arm, q):
     for solutions in (arm.ik(scara.fk(q)), arm.ik(scara.fk(q[0])).within_limits()):
         for again in (pickle.loads(pickle.dumps(solutions)), copy.copy(solutions)):
             assert type(again) is type(solutions)
@@ -154,7 +154,7 @@ def test_pickle_and_copy(arm, q):
                 np.testing.assert_array_equal(a, b)
 
 
-def test_dask(arm, q):
+def test_dask_poses_give_lazy_solutions(arm, q):
     array = pytest.importorskip("dask.array")
     dask = pytest.importorskip("dask")
     T = array.from_array(scara.fk(q), chunks=(300, 4, 4))
@@ -169,7 +169,7 @@ def test_dask(arm, q):
         np.testing.assert_array_equal(a, b)
 
 
-def test_calls_leak_nothing(arm, q, few_objects):
+def test_inverse_calls_leak_no_references_or_memory(arm, q, few_objects):
     T, batch = scara.fk(q[0]), scara.fk(q[:3])
     out = (np.empty((2, 4)), np.empty(2), np.empty(2))
     calls = [
@@ -195,15 +195,19 @@ def test_calls_leak_nothing(arm, q, few_objects):
         assert sys.getallocatedblocks() - blocks < 100
 
 
-def test_the_class_is_known(arm):
+def test_inverse_exposes_its_solutions_class(arm):
     assert arm.ik.solutions is solutions_of(
         arm.coordinates, (True, True, False, True), ("elbow +", "elbow -"), unit=1.0
     )
     assert arm.fk.solutions is None
 
 
-@pytest.mark.parametrize("bad", [int, 3, type("Fat", (tuple,), {}), tuple])
-def test_only_a_class_of_tuples_with_a_tolerance_is_taken(tmp_path, cache, bad):
+@pytest.mark.parametrize(
+    "bad",
+    [int, 3, type("Fat", (tuple,), {}), tuple],
+    ids=["int class", "number", "tuple subclass", "plain tuple"],
+)
+def test_invalid_solutions_class_is_rejected(tmp_path, cache, bad):
     from chasles.call import _call
     from chasles.contract.library import build, make_recipe
     from chasles.contract.manifest import read_manifest
@@ -223,7 +227,7 @@ def test_only_a_class_of_tuples_with_a_tolerance_is_taken(tmp_path, cache, bad):
         library.function("fk", fk.inputs, fk.outputs, **rest)
 
 
-def test_help_tells_of_valid(arm):
+def test_docstring_documents_valid_output(arm):
     assert "q: (..., 2, 4) [rad or m]" in arm.ik.__doc__
     assert "valid: (..., 2) whether residual <= 1e-09" in arm.ik.__doc__
     assert "valid" not in arm.fk.__doc__
@@ -232,7 +236,7 @@ def test_help_tells_of_valid(arm):
 # ------------------------------------------------------------------- filters
 
 
-def test_count_and_array(arm, q):
+def test_count_and_array_return_valid_solutions(arm, q):
     T = scara.fk(q)
     T[3, 0, 3] = 5.0
     solutions = arm.ik(T)
@@ -246,7 +250,7 @@ def test_count_and_array(arm, q):
         solutions.array()
 
 
-def test_one_pose_of_a_batch(arm, q):
+def test_at_selects_single_pose_of_batch(arm, q):
     T = scara.fk(q).reshape(20, 50, 4, 4)
     one = arm.ik(T).at(3, 7)
     assert type(one) is type(arm.ik(T))
@@ -263,7 +267,7 @@ def windings(value, lower, upper):
     return turned[(turned >= lower) & (turned <= upper)]
 
 
-def test_all_windings_within_limits(arm, q):
+def test_within_limits_enumerates_all_windings(arm, q):
     lower, upper = np.array([-7.0, -2.5, -0.3, -20.0]), np.array([12.0, 3.0, 0.4, 1.5])
     T = scara.fk(q)
     before = arm.ik(T)
@@ -296,7 +300,7 @@ def test_all_windings_within_limits(arm, q):
     np.testing.assert_array_equal(again.valid, after.valid)
 
 
-def test_windings_have_slots_of_their_own(arm):
+def test_every_winding_gets_its_own_slot(arm):
     solutions = arm.ik(scara.fk([0.5, 0.7, 0.0, 0.0])).within_limits()
     # The shoulder may turn 13 rad: three turns, the lower first, of either branch.
     assert solutions.q.shape == (6, 4)
@@ -305,7 +309,7 @@ def test_windings_have_slots_of_their_own(arm):
     np.testing.assert_array_equal(solutions.residual[:3], [solutions.residual[0]] * 3)
 
 
-def test_without_windings(arm, q):
+def test_within_limits_without_windings_keeps_slot_count(arm, q):
     solutions = arm.ik(scara.fk(q + np.array([2 * np.pi, 0, 0, 0])))
     low, high = [3.2, -9.0, -1.0, -np.inf], [12.0, np.inf, 1.0, -3.3]
     after = solutions.within_limits(low, high, windings=False)
@@ -318,7 +322,7 @@ def test_without_windings(arm, q):
     assert (np.abs(after.q - solutions.q)[..., [0, 3]] <= 4 * np.pi + 1e-9).all()
 
 
-def test_a_joint_at_its_limit_stays(arm):
+def test_joint_exactly_at_limit_stays_valid(arm):
     q = np.array([np.pi / 2, 1.0, 0.25, 0.0])
     solutions = arm.ik(scara.fk(q))
     for by in (0.0, 1e-13, -1e-13):
@@ -329,7 +333,7 @@ def test_a_joint_at_its_limit_stays(arm):
     assert not solutions.within_limits(np.full(4, -3.0), solutions.q[0] - 1e-6).valid.any()
 
 
-def test_a_full_turn_keeps_values_as_they_are(arm):
+def test_full_turn_limits_keep_values_unchanged(arm):
     turn = np.array([np.pi, np.pi, 1.0, np.pi])
     grid = itertools.product([-2, -1, 0, 1, 2], [0, 1], [0], [0, 1, 2])
     T = scara.fk(np.array(list(grid)) * np.pi / 2)
@@ -340,7 +344,7 @@ def test_a_full_turn_keeps_values_as_they_are(arm):
     np.testing.assert_array_equal(after.valid, solutions.valid)
 
 
-def test_bad_limits(arm):
+def test_invalid_limits_are_rejected(arm):
     solutions = arm.ik(scara.fk(np.zeros(4)))
     with pytest.raises(chasles.InputError, match="elbow has limits 1 to -1 rad"):
         solutions.within_limits([0, 1, 0, 0], [1, -1, 1, 1])
@@ -350,7 +354,7 @@ def test_bad_limits(arm):
         solutions.within_limits(lower=np.zeros(3))
 
 
-def test_sorted_from(arm, q):
+def test_sorted_from_orders_by_distance_to_seed(arm, q):
     T = scara.fk(q)
     T[5, 0, 3] = 9.0
     seed = q + np.random.default_rng(3).uniform(-1, 1, q.shape)
@@ -379,7 +383,7 @@ def test_prismatic_joints_never_wrap():
     assert solutions.within_limits([-9, -9], [9, 9]).q.shape == (3, 2)
 
 
-def test_slots_that_are_not_valid_are_never_near(arm):
+def test_invalid_slots_are_never_nearest(arm):
     kind = type(arm.ik(scara.fk(np.zeros(4))))
     q = np.array([[0.0] * 4, [2.0] * 4, [1.0] * 4])
     solutions = kind.judged(q, np.array([1.0, 0.0, 0.0]), np.ones(3))
@@ -389,7 +393,7 @@ def test_slots_that_are_not_valid_are_never_near(arm):
     np.testing.assert_array_equal(after.valid, [True, True, False])
 
 
-def test_after_limits_a_turn_is_a_move(arm):
+def test_within_limits_counts_full_turns_as_motion(arm):
     T = scara.fk([3.0, 0.5, 0.0, 0.0])
     seed = [-3.2, 0.5, 0.0, 0.0]
     np.testing.assert_allclose(arm.ik(T).nearest(seed), [3.0, 0.5, 0, 0], atol=1e-12)
@@ -401,7 +405,7 @@ def test_after_limits_a_turn_is_a_move(arm):
     assert np.abs(turned.moves_from([0, 0, 0, 100.0])[:, 3]).max() <= np.pi
 
 
-def test_distinct(arm, q):
+def test_distinct_removes_duplicate_solutions(arm, q):
     stretched = np.array(q[:3])
     stretched[:, 1] = [0.0, 1e-8, 0.5]
     solutions = arm.ik(scara.fk(stretched)).distinct()
@@ -417,7 +421,7 @@ def test_distinct(arm, q):
     np.testing.assert_array_equal(left.distinct().valid, [False, True, False, True])
 
 
-def test_nearest(arm, q):
+def test_nearest_recovers_seed_and_explains_failure(arm, q):
     T = scara.fk(q)
     T[7, 0, 3] = 9.0
     found = arm.ik(T).nearest(q)
@@ -431,15 +435,17 @@ def test_nearest(arm, q):
         arm.ik(np.full((4, 4), np.nan)).nearest(q[0])
 
 
-@pytest.mark.parametrize("seed", [np.zeros(3), np.zeros((2, 4)), 1.0])
-def test_a_seed_must_fit(arm, q, seed):
+@pytest.mark.parametrize(
+    "seed", [np.zeros(3), np.zeros((2, 4)), 1.0], ids=["three values", "wrong batch", "scalar"]
+)
+def test_seed_with_wrong_shape_or_type_is_rejected(arm, q, seed):
     with pytest.raises(chasles.ShapeError, match=r"nearest: seed must have shape \(4,\)"):
         arm.ik(scara.fk(q)).nearest(seed)
     with pytest.raises(chasles.InputError, match="real numbers"):
         arm.ik(scara.fk(q)).nearest(["a"] * 4)
 
 
-def test_least_squares(arm, q):
+def test_least_squares_returns_best_unreachable_answer(arm, q):
     T = scara.fk(q[:4])
     T[1, :2, 3] = [1.0, 0.0]
     T[2] = np.nan
@@ -457,41 +463,9 @@ def test_least_squares(arm, q):
     assert float(single.residual) == best.residual[1]
 
 
-def test_filters_leave_what_they_are_called_on(arm, q):
+def test_filters_do_not_modify_their_input(arm, q):
     solutions = arm.ik(scara.fk(q))
     before = [field.copy() for field in solutions]
     (solutions.within_limits().distinct().sorted_from(q).nearest(q))
     for field, other in zip(solutions, before, strict=True):
         np.testing.assert_array_equal(field, other)
-
-
-# ------------------------------------------------------------------ manifest
-
-
-@pytest.mark.parametrize(
-    ("spoil", "message"),
-    [
-        (lambda f: f["outputs"].pop(), r"expected q \(2, 4\), residual \(2\) and margin \(2\)"),
-        (lambda f: f["labels"].append("c"), "labels: .* expected as many as the first dimension"),
-        (lambda f: f["labels"].clear(), "expected labels of an inverse or of branches"),
-        (lambda f: f.update(given=[4]), "given: .* expected indices below 4"),
-        (lambda f: f["outputs"].reverse(), r"expected q \(2, 4\)"),
-        (lambda f: f.update(given=[-1]), "expected a count"),
-    ],
-)
-def test_a_manifest_must_describe_branches(tmp_path, cache, spoil, message):
-    folder = scara.write(tmp_path / "scara")
-    spoil(folder.manifest["functions"][2])
-    folder.write_manifest()
-    with pytest.raises(chasles.ManifestError, match=message):
-        chasles.load(folder.path)
-
-
-def test_geared_motors_do_not_wrap(tmp_path):
-    from chasles.contract.manifest import read_manifest
-
-    ratios = [1.0, -1.0, 2.0, 0.5]
-    z = [{"name": f"z{i}", "unit": "rad"} for i in range(4)]
-    actuated = [{"index": i, "ratio": ratio} for i, ratio in enumerate(ratios)]
-    folder = scara.write(tmp_path / "scara", configuration=z, actuated_in_z=actuated)
-    assert read_manifest(folder.path).wraps == (True, True, False, False)

@@ -7,7 +7,7 @@ import chasles
 from chasles.errors import InputValueError
 
 
-def test_limits_in_degrees_are_no_windings_without_end():
+def test_limits_in_degrees_raise_error_about_windings():
     found, limits = chasles.load("ur5e").ik(np.eye(4)), np.full(6, 180.0)
     with pytest.raises(InputValueError, match=r"windings of each solution; are they in degrees\?"):
         found.within_limits(-limits, limits)

@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 import venv
 from pathlib import Path
 
@@ -20,6 +19,7 @@ from chasles.__main__ import main
 from chasles.contract import described
 from chasles.derive import loads
 from tests.support.compiling import compiled
+from tests.support.waiting import until
 
 ROOT = Path(__file__).parents[3]
 ARM = """\
@@ -47,19 +47,19 @@ def fast(cache, monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["lanes", "batch", "glue"])
-def test_robots_called_like_files_of_chasles(tmp_path, name):
+def test_robot_named_like_chasles_source_file_compiles(tmp_path, name):
     robot = compiled(loads(ARM.replace("elbow_arm", name)), tmp_path / name)
     np.testing.assert_allclose(robot.fk([0, 0])[0, 3], 0.5)
 
 
-def test_no_header_of_chasles_is_guarded_like_one_of_a_robot():
+def test_chasles_include_guards_never_clash_with_robot_guards():
     headers = [*ROOT.glob("derive/emit/c/support/**/*.h"), *ROOT.glob("runtime/contract/*.h")]
     guards = {g for h in headers for g in re.findall(r"#ifndef (\w+_H)\b", h.read_text())}
     assert len(guards) > 20
     assert not [g for g in guards if g.startswith(("CHASLES_ROBOT_", "CHASLES_BATCH_OF_"))]
 
 
-def test_names_of_chasles_own_files_are_refused(tmp_path):
+def test_robot_name_with_chasles_prefix_is_rejected(tmp_path):
     path = tmp_path / "arm.toml"
     path.write_text(ARM.replace("elbow_arm", "chasles_rigid"))
     with pytest.raises(chasles.DerivationError, match="without chasles_ at its start"):
@@ -84,7 +84,7 @@ def finding(robot, python=sys.executable):
     return subprocess.Popen([python, "-c", FIND, str(robot)], start_new_session=True, **pipes)
 
 
-def test_an_arm_of_the_shelf_from_nothing(cache, capfd):
+def test_shelf_robot_is_derived_once_on_first_use(cache, capfd):
     assert "xarm5" in chasles.shelf_robots()
     robot = chasles.load("xarm5")
     assert capfd.readouterr().err == "chasles: deriving xarm5 once, a few seconds ...\n"
@@ -99,7 +99,7 @@ def test_an_arm_of_the_shelf_from_nothing(cache, capfd):
     assert len(derived(cache)) == 1
 
 
-def test_the_message_tells_of_parametric_functions(arm, capfd):
+def test_derivation_message_mentions_parametric_functions(arm, capfd):
     robot = chasles.load(arm, parametric=True)
     said = "chasles: deriving elbow_arm with parametric functions once, a few seconds ...\n"
     assert capfd.readouterr().err == said
@@ -107,12 +107,12 @@ def test_the_message_tells_of_parametric_functions(arm, capfd):
     assert chasles.find_folder(arm, parametric=True) == robot.folder
 
 
-def test_names_on_the_shelf_are_no_names_of_generated_robots():
+def test_shelf_names_are_disjoint_from_generated_robots():
     assert len(chasles.shelf_robots()) >= 35
     assert not set(chasles.shelf_robots()) & set(chasles.robots())
 
 
-def test_a_robot_file_and_a_urdf_as_strings(arm, tmp_path, monkeypatch):
+def test_robot_file_and_urdf_load_from_path_strings(arm, tmp_path, monkeypatch):
     (tmp_path / "door.urdf").write_text(URDF)
     monkeypatch.chdir(tmp_path)
     assert chasles.load("elbow_arm.toml").name == chasles.load(arm).name == "elbow_arm"
@@ -130,7 +130,7 @@ def test_a_changed_description_is_derived_again(arm, tmp_path, cache):
     assert len(derived(cache)) == 4
 
 
-def test_a_changed_file_of_the_design_is_derived_again(tmp_path, cache):
+def test_changed_nominal_file_is_derived_again(tmp_path, cache):
     design = (ROOT / "derive" / "robots" / "four_bar.toml").read_text()
     (tmp_path / "design.toml").write_text(design)
     built = tmp_path / "built.toml"
@@ -144,7 +144,7 @@ def test_a_changed_file_of_the_design_is_derived_again(tmp_path, cache):
 
 
 @pytest.mark.parametrize("room", ["shipped", "shelf"])
-def test_a_changed_installed_design_is_derived_again(room, tmp_path, monkeypatch):
+def test_changed_installed_nominal_robot_is_derived_again(room, tmp_path, monkeypatch):
     design = tmp_path / "installed.toml"
     design.write_text((ROOT / "derive" / "robots" / "four_bar.toml").read_text())
     monkeypatch.setattr(described, room, lambda: {"mine": design})
@@ -155,7 +155,7 @@ def test_a_changed_installed_design_is_derived_again(room, tmp_path, monkeypatch
     assert described._home(built) != first
 
 
-def test_wrong_descriptions(arm, tmp_path, cache):
+def test_invalid_description_error_names_cause(arm, tmp_path, cache):
     arm.write_text(ARM.replace('"a1"', '"a2"'))
     with pytest.raises(chasles.DerivationError, match=r"elbow_arm.toml:4: joints\[1\].a: expected"):
         chasles.load(arm)
@@ -194,7 +194,7 @@ def test_wrong_descriptions(arm, tmp_path, cache):
             chasles.load(tmp_path / name)
 
 
-def test_processes_that_load_a_new_robot_at_once(arm, cache):
+def test_concurrent_first_loads_share_derived_robot(arm, cache):
     processes = [finding(arm) for _ in range(3)]
     said = [process.communicate() for process in processes]
     assert [process.returncode for process in processes] == [0, 0, 0], said
@@ -204,22 +204,18 @@ def test_processes_that_load_a_new_robot_at_once(arm, cache):
     assert sum("deriving" in err for _, err in said) >= 2
 
 
-def test_an_interrupted_derivation_leaves_nothing_that_is_loaded(arm, cache):
+def test_interrupted_derivation_leaves_no_loadable_robot(arm, cache):
     process = finding(arm)
-    for _ in range(1000):
-        if (cache / "derived").is_dir() and any((cache / "derived").iterdir()):
-            break
-        time.sleep(0.01)
+    until(lambda: (cache / "derived").is_dir() and any((cache / "derived").iterdir()))
     os.killpg(process.pid, signal.SIGKILL)
     process.communicate()
     assert all(name.startswith(".") for name in derived(cache))
     assert chasles.load(arm).name == "elbow_arm"
 
 
-def test_a_description_that_changes_while_it_is_derived(arm, cache):
+def test_description_changed_during_derivation_is_rejected(arm, cache):
     def change():
-        while not (cache / "derived").is_dir() or not derived(cache):
-            time.sleep(0.001)
+        until(lambda: (cache / "derived").is_dir() and derived(cache), pause=0.001)
         arm.write_text(ARM.replace("a = 0.2", "a = 0.25"))
 
     editor = threading.Thread(target=change)
@@ -233,13 +229,13 @@ def test_a_description_that_changes_while_it_is_derived(arm, cache):
         chasles.find_folder(arm)
 
 
-def test_a_working_directory_full_of_other_modules(arm, tmp_path, monkeypatch):
+def test_derivation_ignores_modules_in_working_directory(arm, tmp_path, monkeypatch):
     (tmp_path / "typing.py").write_text("raise RuntimeError\n")
     monkeypatch.chdir(tmp_path)
     assert chasles.find_folder(arm).is_dir()
 
 
-def test_a_cache_that_cannot_be_written_to(arm, tmp_path, monkeypatch):
+def test_unwritable_cache_error_names_environment_variable(arm, tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("CHASLES_CACHE", str(tmp_path / "file"))
     with pytest.raises(chasles.CacheError, match="set CHASLES_CACHE to a folder that can be"):
@@ -263,7 +259,7 @@ def bare(tmp_path, monkeypatch):
     return folder / "bin" / "python", package
 
 
-def test_without_the_compiler(arm, cache, bare):
+def test_missing_derivation_compiler_gives_install_hint(arm, cache, bare):
     python, package = bare
     process = finding("ur10e", python)
     _, err = process.communicate()
@@ -284,7 +280,7 @@ def test_without_the_compiler(arm, cache, bare):
     assert "the compiler is not installed" in process.communicate()[1]
 
 
-def test_listed(capsys):
+def test_list_command_shows_generated_and_shelf_robots(capsys):
     assert main(["list"]) == 0
     text = capsys.readouterr().out
     generated, _, shelf = text.partition("derived on first use:")

@@ -62,7 +62,7 @@ def stages(well):
     return t, T, theta[:, 0], theta2
 
 
-def test_the_well_manipulator_over_its_paper_with_theta2_given(well, capfd):
+def test_well_manipulator_follows_paper_with_fixed_theta2(well, capfd):
     t, T, theta1, theta2 = stages(well)
     found = well.ik(T, given={"theta2": theta2, "l_HI": 0.0, "l_MN": 0.0})
     assert "deriving well_manipulator for given theta2, l_HI, l_MN once" in capfd.readouterr().err
@@ -89,7 +89,7 @@ def test_the_well_manipulator_over_its_paper_with_theta2_given(well, capfd):
     assert numeric.success.mean() > 0.9
 
 
-def test_a_cylinder_stands_for_its_joint(well):
+def test_fixed_cylinder_equals_fixed_joint_that_it_drives(well):
     q = np.array(well.reference.q)
     theta = well.chain(q)
     others = {"l_HI": theta[3], "l_MN": theta[5]}
@@ -107,7 +107,7 @@ def test_a_cylinder_stands_for_its_joint(well):
         installer.ik(np.eye(4), given={"crank": 0.1})
 
 
-def test_the_joints_that_the_robot_needs_anyway(panda, well, capfd):
+def test_fixing_default_redundant_joints_needs_no_derivation(panda, well, capfd):
     q = np.random.default_rng(0).uniform(-1, 1, (20, 7))
     T = panda.fk(q)
     for found, wanted in zip(
@@ -124,7 +124,7 @@ def test_the_joints_that_the_robot_needs_anyway(panda, well, capfd):
     assert "for given" not in capfd.readouterr().err
 
 
-def test_the_elbow_of_an_arm_of_seven_joints(panda):
+def test_seven_joint_ik_with_fixed_elbow_recovers_configuration(panda):
     rng = np.random.default_rng(1)
     q = panda.lower + rng.uniform(size=(500, 7)) * (panda.upper - panda.lower)
     T = panda.fk(q)
@@ -145,7 +145,7 @@ def test_the_elbow_of_an_arm_of_seven_joints(panda):
     np.testing.assert_allclose(out[0], one.q[0], atol=1e-12)
 
 
-def test_all_solutions_that_an_independent_search_finds(panda):
+def test_fixed_joint_ik_contains_all_scipy_solutions(panda):
     """Roots of the pose error by SciPy from random starts, with the joint out of the problem."""
     rng = np.random.default_rng(2)
     free, searched = [0, 1, 2, 4, 5, 6], 0
@@ -167,7 +167,7 @@ def test_all_solutions_that_an_independent_search_finds(panda):
     assert searched > 30
 
 
-def test_right_angles_at_which_axes_become_parallel(tmp_path):
+def test_fixed_joints_at_right_angles_miss_no_pose(tmp_path):
     """Given joints in between at right angles: the arm around them has another structure there."""
     robot, names = random_arm(332), ("j2", "j3")
     files = artifacts(robot, ("fk", "fk_jacobian_mixed", "ik"), give=names)
@@ -189,7 +189,7 @@ def test_right_angles_at_which_axes_become_parallel(tmp_path):
         arm.ik(T[0], given={"j1": 0.2})
 
 
-def test_errors_in_words(shipped, panda):
+def test_invalid_fixed_joint_arguments_are_explained(shipped, panda):
     T, wanted = np.eye(4), {"joint4": 0.0}
     with pytest.raises(
         chasles.InputValueError, match="no joint 'joint8' to be given; there are joi"
@@ -215,7 +215,7 @@ def test_errors_in_words(shipped, panda):
         arm.ik(arm.fk(np.zeros(6)), given={"elbow": 0.3})
 
 
-def test_help_names_the_joints(panda):
+def test_help_lists_joints_that_can_be_fixed(panda):
     assert "given" in inspect.signature(panda.ik).parameters
     assert "given" not in inspect.signature(panda.fk).parameters
     doc = panda.ik.__doc__
@@ -223,7 +223,7 @@ def test_help_names_the_joints(panda):
 
 
 @pytest.mark.parametrize("name", ["board_installer", "delta"])
-def test_loops_that_couple_the_chain_are_told_without_deriving(shipped, name, capfd):
+def test_coupled_loop_joints_are_rejected_without_derivation(shipped, name, capfd):
     robot = shipped[name]
     T = robot.fk(robot.reference.q)
     told = "no other joint can be given: loops couple .*; ik_numeric.* some of "

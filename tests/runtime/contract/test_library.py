@@ -15,6 +15,7 @@ from chasles.call import _call
 from chasles.contract.library import build, cache_folder, make_recipe
 from chasles.contract.manifest import read_manifest
 from tests.support.handwritten import tiny
+from tests.support.tools import path_of
 
 Q = np.array([0.3, -1.2])
 
@@ -24,7 +25,7 @@ def libraries(cache):
     return sorted(cache.iterdir()) if cache.exists() else []
 
 
-def test_compiles_once(folder, cache):
+def test_library_is_compiled_once(folder, cache):
     chasles.load(folder.path)
     (library,) = libraries(cache)
     assert library.name.startswith("tiny-")
@@ -41,7 +42,7 @@ def test_a_built_robot_loads_without_running_the_compiler(folder, monkeypatch):
 
 
 @pytest.mark.parametrize("file", ["tiny.c", "tiny.h"])
-def test_changed_source_is_refused(folder, file):
+def test_changed_source_is_rejected(folder, file):
     chasles.load(folder.path)
     (folder.path / file).write_text((folder.path / file).read_text() + "\n")
     with pytest.raises(chasles.SourceMismatchError, match=rf"{file}: changed .*derive tiny again"):
@@ -60,7 +61,7 @@ def test_new_equations_get_a_new_library(folder, cache):
     assert new.fk([0, 0])[0, 0] == 1
 
 
-def test_flags_and_compiler_are_in_the_key(folder, monkeypatch, tmp_path):
+def test_cache_key_depends_on_flags_and_compiler(folder, monkeypatch, tmp_path):
     manifest = read_manifest(folder.path)
     keys = [make_recipe(manifest).key]
     monkeypatch.setenv("CHASLES_CFLAGS", "-O1")
@@ -79,7 +80,7 @@ def test_flags_and_compiler_are_in_the_key(folder, monkeypatch, tmp_path):
 
 
 @pytest.mark.parametrize("spoil", ["byte", "truncate", "empty", "append", "text"])
-def test_damaged_library_is_refused_and_built_again(folder, cache, spoil):
+def test_damaged_library_is_rejected_and_rebuilt(folder, cache, spoil):
     chasles.load(folder.path)
     (library,) = libraries(cache)
     content = bytearray(library.read_bytes())
@@ -102,7 +103,7 @@ def test_damaged_library_is_refused_and_built_again(folder, cache, spoil):
     chasles.load(folder.path).fk(Q)
 
 
-def test_library_of_other_content_under_the_right_name_is_refused(folder, cache):
+def test_library_with_wrong_content_hash_is_rejected(folder, cache):
     chasles.load(folder.path)
     (old,) = libraries(cache)
     folder.write(tiny.SOURCE.replace("sin", "cos"))
@@ -115,7 +116,7 @@ def test_library_of_other_content_under_the_right_name_is_refused(folder, cache)
     assert chasles.load(folder.path).fk([0, 0])[0, 0] == 1
 
 
-def test_open_refuses(folder, tmp_path):
+def test_open_rejects_foreign_or_missing_libraries(folder, tmp_path):
     recipe = make_recipe(read_manifest(folder.path))
     build(read_manifest(folder.path))
     with pytest.raises(chasles.LibraryMismatchError, match="is expected"):
@@ -155,7 +156,7 @@ def test_function_must_agree_with_the_library(folder):
 
 
 @pytest.mark.parametrize(("index", "output"), [(0, False), (0, True), (3, True)])
-def test_manifest_with_other_sizes_than_the_header_is_refused(folder, index, output):
+def test_manifest_sizes_that_contradict_header_are_rejected(folder, index, output):
     function = folder.manifest["functions"][index]
     function["outputs" if output else "inputs"][0]["shape"] = [4, 4]
     folder.write_manifest()
@@ -172,9 +173,8 @@ def test_header_may_hold_comments_and_pointers(folder):
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang", "cc -m64"])
-def test_compilers(folder, monkeypatch, compiler):
-    if not shutil.which(compiler.split()[0]):
-        pytest.skip(f"no {compiler}")
+def test_every_supported_compiler_gives_correct_results(folder, monkeypatch, compiler):
+    path_of(compiler.split()[0])
     monkeypatch.setenv("CC", compiler)
     np.testing.assert_allclose(chasles.load(folder.path).fk(Q), tiny.fk(Q), rtol=1e-14)
 
@@ -205,20 +205,20 @@ def test_library_is_closed_with_its_last_function(folder, cache):
     assert str(library) not in maps.read_text()
 
 
-def test_failing_compiler(folder, cache):
+def test_compiler_failure_reports_its_output(folder, cache):
     folder.write(tiny.SOURCE + "\nthis is not C;\n")
     with pytest.raises(chasles.CompileError, match=r"(?s)failed with status 1.*this is not C"):
         chasles.load(folder.path)
     assert libraries(cache) == []
 
 
-def test_a_long_output_of_the_compiler_is_cut(folder):
+def test_long_compiler_output_is_truncated(folder):
     folder.write(tiny.SOURCE + "".join(f"\nwrong{k} is not C;\n" for k in range(100)))
     with pytest.raises(chasles.CompileError, match=r"(?s)wrong0.*\.\.\. and \d+ more lines$"):
         chasles.load(folder.path)
 
 
-def test_missing_compiler(folder, monkeypatch, tmp_path):
+def test_missing_compiler_error_gives_install_hint(folder, monkeypatch, tmp_path):
     monkeypatch.setenv("CC", "no-such-cc -O2")
     with pytest.raises(
         chasles.CompilerNotFoundError, match=r"CC=no-such-cc .*install gcc or clang"
@@ -230,7 +230,7 @@ def test_missing_compiler(folder, monkeypatch, tmp_path):
         chasles.load(folder.path)
 
 
-def test_paths_with_spaces_and_quotes(folder, tmp_path, monkeypatch):
+def test_paths_with_spaces_and_quotes_are_supported(folder, tmp_path, monkeypatch):
     odd = tmp_path / 'a "folder" with\\ spaces, ümläuts'
     shutil.copytree(folder.path, odd)
     monkeypatch.setenv("CHASLES_CACHE", str(odd / "my cache"))
@@ -238,14 +238,14 @@ def test_paths_with_spaces_and_quotes(folder, tmp_path, monkeypatch):
     assert len(libraries(odd / "my cache")) == 1
 
 
-def test_cache_that_cannot_be_written(folder, tmp_path, monkeypatch):
+def test_unwritable_cache_error_names_environment_variable(folder, tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("CHASLES_CACHE", str(tmp_path / "file" / "cache"))
     with pytest.raises(chasles.CacheError, match="set CHASLES_CACHE"):
         chasles.load(folder.path)
 
 
-def test_cache_folder(monkeypatch, tmp_path):
+def test_cache_folder_follows_xdg_and_home(monkeypatch, tmp_path):
     monkeypatch.delenv("CHASLES_CACHE", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     assert cache_folder() == tmp_path / "chasles"
@@ -254,7 +254,7 @@ def test_cache_folder(monkeypatch, tmp_path):
     assert cache_folder() == tmp_path / "home" / ".cache" / "chasles"
 
 
-def test_processes_building_at_once(folder, cache):
+def test_concurrent_builds_produce_single_library(folder, cache):
     code = "import sys, chasles; print(chasles.load(sys.argv[1]).fk([0.0, 1.0])[0, 1])"
     processes = [
         subprocess.Popen(
@@ -267,9 +267,7 @@ def test_processes_building_at_once(folder, cache):
 
 
 def test_only_two_symbols_are_visible(folder, cache):
-    nm = shutil.which("nm")
-    if not nm:
-        pytest.skip("no nm")
+    nm = path_of("nm")
     chasles.load(folder.path)
     (library,) = libraries(cache)
     listing = subprocess.check_output([nm, "-D", "--defined-only", library], text=True)
@@ -279,7 +277,7 @@ def test_only_two_symbols_are_visible(folder, cache):
     }
 
 
-def test_compiled_bytes_do_not_depend_on_place(folder, cache, tmp_path, monkeypatch):
+def test_compiled_bytes_do_not_depend_on_folder(folder, cache, tmp_path, monkeypatch):
     chasles.load(folder.path)
     moved = tmp_path / "elsewhere"
     shutil.copytree(folder.path, moved)

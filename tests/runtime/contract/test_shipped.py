@@ -23,7 +23,7 @@ def manifest(request):
     return read_manifest(chasles.find_folder(request.param))
 
 
-def test_there_are_robots():
+def test_number_of_shipped_robots_is_known():
     assert len(NAMES) == 21
 
 
@@ -34,7 +34,7 @@ def test_every_function_has_a_role(manifest):
         assert function.domain == expected, function.name
 
 
-def test_every_slot_has_a_label_of_its_own(manifest):
+def test_every_slot_has_unique_label(manifest):
     with_slots = [f for f in manifest.functions if f.role in ("inverse", "branches")]
     assert {f.name for f in with_slots} == {
         f.name for f in manifest.functions if f.name.startswith("ik") and len(f.outputs) == 3
@@ -44,7 +44,7 @@ def test_every_slot_has_a_label_of_its_own(manifest):
         assert all(function.labels)
 
 
-def test_given_joints_are_coordinates(manifest):
+def test_fixed_joints_of_inverses_are_coordinates(manifest):
     for function in manifest.functions:
         names = [item.name for item in function.inputs[1:] if function.is_inverse]
         own = tuple(int(name[1:]) - 1 for name in names if name in chain_of(manifest))
@@ -58,7 +58,7 @@ def chain_of(manifest):
     return {f"q{k + 1}" for k in range(len(manifest.coordinates))}
 
 
-def test_the_guard_of_a_function_takes_the_same_vector(manifest):
+def test_margin_function_has_domain_of_guarded_function(manifest):
     guards = {f.name: f for f in manifest.functions if f.role == "margin"}
     assert {f.margin for f in manifest.functions} - {""} <= {*guards}
     for function in manifest.functions:
@@ -66,7 +66,7 @@ def test_the_guard_of_a_function_takes_the_same_vector(manifest):
             assert guards[function.margin].domain == function.domain
 
 
-def test_kinds_are_those_of_the_robots():
+def test_manifest_kinds_match_robot_types():
     kinds = {name: read_manifest(chasles.find_folder(name)).kind for name in NAMES}
     by_kind = {kind: {n for n, k in kinds.items() if k == kind} for kind in set(kinds.values())}
     assert by_kind["platform"] == {"stewart_gough", "planar_3rrr"}

@@ -27,7 +27,7 @@ def pictures(file):
             yield np.asarray(found.convert("RGB")).astype(int)
 
 
-def test_a_picture_for_each_posture_and_the_crank_moves(tmp_path):
+def test_gif_has_changing_frame_for_each_configuration(tmp_path):
     robot = chasles.load("four_bar")
     file = chasles.animate(robot, motion(robot, 4), tmp_path / "turn.gif", rate=10)
     with image.open(file) as found:
@@ -42,7 +42,7 @@ def test_a_picture_for_each_posture_and_the_crank_moves(tmp_path):
     assert still.mean() > 0.8
 
 
-def test_a_film_has_a_picture_for_each_posture(tmp_path, monkeypatch):
+def test_mp4_has_frame_for_each_configuration(tmp_path, monkeypatch):
     """Written by the wheel's ffmpeg, and read back by it."""
     imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
     robot = chasles.load("four_bar")
@@ -59,7 +59,7 @@ def test_a_film_has_a_picture_for_each_posture(tmp_path, monkeypatch):
     assert np.diag(off).max() < 5 < off[~np.eye(2, dtype=bool)].min()
 
 
-def test_films_need_ffmpeg(tmp_path, monkeypatch):
+def test_mp4_without_ffmpeg_gives_install_hint(tmp_path, monkeypatch):
     robot = chasles.load("four_bar")
     monkeypatch.setattr(shutil, "which", lambda _: None)
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
@@ -67,14 +67,14 @@ def test_films_need_ffmpeg(tmp_path, monkeypatch):
         chasles.animate(robot, motion(robot, 2), tmp_path / "turn.mp4")
 
 
-def test_a_film_that_cannot_be_written(tmp_path):
+def test_unwritable_mp4_path_is_reported(tmp_path):
     pytest.importorskip("imageio_ffmpeg")
     robot = chasles.load("four_bar")
     with pytest.raises(ChaslesError, match="No such file"):
         chasles.animate(robot, motion(robot, 1), tmp_path / "absent" / "turn.mp4")
 
 
-def test_what_is_wrong_is_named(tmp_path):
+def test_invalid_animation_arguments_are_rejected(tmp_path):
     robot = chasles.load("four_bar")
     with pytest.raises(InputValueError, match=r"'turn\.avi', expected \.gif or \.mp4"):
         chasles.animate(robot, motion(robot, 2), tmp_path / "turn.avi")

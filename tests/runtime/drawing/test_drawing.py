@@ -16,6 +16,7 @@ from chasles.drawing.scene import corners, scenes
 from chasles.drawing.views import AXONOMETRIC, SPATIAL, plane_of, views_of
 from chasles.errors import InputValueError, ShapeError
 from tests.support.chains import random_chain
+from tests.support.derivations import NAMES as SERIAL
 from tests.support.derivations import description
 from tests.support.skeletons import described_skeleton
 
@@ -24,7 +25,6 @@ pytest.importorskip("matplotlib")
 TRUE = 1e-9
 """Points of shapes are rounded to nine digits."""
 ROBOTS = chasles.robots()
-SERIAL = [name for name in ROBOTS if not chasles.load(name).configuration_variables]
 PLANAR = {"bricklaying_planar", "five_bar", "four_bar", "planar_3rrr", "slider_crank"}
 SHELF = ("cr5", "crx10ia", "fr3", "gen3", "sawyer", "tx2_60", "vs060", "xarm6")
 
@@ -62,7 +62,7 @@ def overlaps(figure):
 
 
 @pytest.mark.parametrize("name", SERIAL)
-def test_links_end_where_forward_kinematics_puts_the_joints(name):
+def test_link_ends_match_fk_joint_positions(name):
     robot = chasles.load(name)
     bodies = skeleton(robot)
     generator = np.random.default_rng(3)
@@ -89,7 +89,7 @@ def test_links_end_where_forward_kinematics_puts_the_joints(name):
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_everything_is_inside_the_box_of_its_view(name):
+def test_all_marks_lie_inside_view_box(name):
     bodies = skeleton(chasles.load(name))
     poses, found = shown(bodies)
     for scene in found:
@@ -106,7 +106,7 @@ def test_everything_is_inside_the_box_of_its_view(name):
         assert depths == sorted(depths)
 
 
-def test_planar_robots_are_drawn_on_their_plane():
+def test_only_planar_robots_are_drawn_in_their_plane():
     planar = set()
     for name in ROBOTS:
         bodies = skeleton(chasles.load(name))
@@ -121,7 +121,7 @@ def test_planar_robots_are_drawn_on_their_plane():
     assert planar == PLANAR
 
 
-def test_lengths_on_a_plane_are_those_of_the_description():
+def test_planar_dimensions_match_description_lengths():
     robot = chasles.load("four_bar")
     (scene,) = shown(skeleton(robot))[1]
     lengths = sorted(round(dimension.length, 9) for dimension in scene.dimensions)
@@ -134,7 +134,7 @@ def test_lengths_on_a_plane_are_those_of_the_description():
 
 
 @pytest.mark.parametrize("name", ["ur5e", "panda", "scara", "puma560", "excavator"])
-def test_as_many_ghosts_as_other_solutions(name):
+def test_ghosts_show_every_other_ik_solution(name):
     robot = chasles.load(name)
     bodies = skeleton(robot)
     generator = np.random.default_rng(8)
@@ -159,7 +159,7 @@ def test_as_many_ghosts_as_other_solutions(name):
     assert counted >= (0 if name == "excavator" else 5)
 
 
-def test_the_path_is_that_of_the_tool(tmp_path):
+def test_drawn_path_follows_tool_positions(tmp_path):
     robot = chasles.load("excavator")
     q = np.array(robot.reference.q) + np.linspace(0, 0.1, 12)[:, None]
     figure = chasles.draw(robot, q[-1], path=q, file=tmp_path / "path.svg")
@@ -172,7 +172,7 @@ def test_the_path_is_that_of_the_tool(tmp_path):
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_no_letters_overlap(name):
+def test_labels_do_not_overlap_for_shipped_robots(name):
     bodies = skeleton(chasles.load(name))
     figure = lettered(bodies)
     named = [text for text, _ in letters(figure) if text.startswith("$q_")]
@@ -182,14 +182,14 @@ def test_no_letters_overlap(name):
 
 
 @pytest.mark.parametrize("name", SHELF)
-def test_no_letters_overlap_on_arms_of_the_shelf(name):
+def test_labels_do_not_overlap_for_shelf_robots(name):
     bodies = described_skeleton(load(description(name)))
     figure = lettered(bodies)
     assert len(letters(figure)) >= bodies.robot.n
     assert overlaps(figure) == []
 
 
-def test_no_letters_overlap_on_random_arms():
+def test_labels_do_not_overlap_for_random_arms():
     generator = random.Random(17)
     checked, sure = 0, 0
     for _ in range(8):
@@ -213,7 +213,7 @@ def test_marks_of_random_arms_are_finite_and_near_the_robot():
         assert (points.max(0) <= own.max(0) + 0.2 * bodies.size).all()
 
 
-def test_hulls_hold_all_points_and_turn_left():
+def test_hull_contains_all_points_counterclockwise():
     generator = np.random.default_rng(2)
     for _ in range(100):
         points = generator.normal(size=(generator.integers(3, 12), 2))
@@ -224,7 +224,7 @@ def test_hulls_hold_all_points_and_turn_left():
             assert (x * apart[:, 1] - y * apart[:, 0] >= -1e-12).all()
 
 
-def test_axes_that_are_given_are_used():
+def test_draw_uses_supplied_axes():
     from matplotlib.figure import Figure
 
     ax = Figure().add_subplot()
@@ -238,7 +238,7 @@ def without_inverse(name):
     return "ik" not in chasles.load(name).functions
 
 
-def test_what_is_wrong_is_named():
+def test_invalid_draw_arguments_are_rejected():
     robot = chasles.load("ur5e")
     with pytest.raises(ShapeError, match=r"draw: q: expected shape \(6,\), got \(5,\)"):
         chasles.draw(robot, np.zeros(5))

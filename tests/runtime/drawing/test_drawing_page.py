@@ -9,7 +9,7 @@ pytest.importorskip("matplotlib")
 PAGE = Path(__file__).parents[3] / "docs" / "drawing.md"
 
 
-def test_the_examples_run(tmp_path, monkeypatch):
+def test_drawing_page_examples_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = PAGE.read_text(encoding="utf-8")
     examples = re.findall(r"```python\n(.*?)```", text, re.DOTALL)

@@ -61,7 +61,7 @@ def ends_apart(body, poses):
 
 
 @pytest.mark.parametrize("name", ["planar_3rrr", "delta", "stewart_gough"])
-def test_modes_are_where_the_platform_can_be(name):
+def test_assembly_mode_ghosts_match_platform_poses(name):
     robot = chasles.load(name)
     bodies, counted = skeleton(robot), 0
     variables = [variable.name for variable in robot.configuration_variables]
@@ -83,7 +83,7 @@ def test_modes_are_where_the_platform_can_be(name):
     assert counted >= 4
 
 
-def test_legs_of_links_are_closed(tmp_path):
+def test_link_legs_close_in_every_assembly_mode(tmp_path):
     """A leg whose coupler is a link on a joint: its passive joint follows from the mode."""
     text = description("planar_3rrr").read_text(encoding="utf-8")
     assert ROD in text
@@ -108,7 +108,7 @@ def test_legs_of_links_are_closed(tmp_path):
     assert counted >= 8
 
 
-def test_modes_are_drawn(tmp_path):
+def test_draw_shows_assembly_modes_as_ghosts(tmp_path):
     pytest.importorskip("matplotlib")
     robot = chasles.load("planar_3rrr")
     ax = chasles.draw(robot, views=("plane",)).axes[0]

@@ -71,7 +71,7 @@ def coordinates(robot):
     return np.random.default_rng(0).uniform(robot.lower, robot.upper, (POSES, robot.n))
 
 
-def test_the_loops_are_closed(built):
+def test_as_built_loops_are_closed(built):
     robot, model = built
     q = coordinates(robot)
     z = robot.configuration(q)
@@ -80,7 +80,7 @@ def test_the_loops_are_closed(built):
     np.testing.assert_allclose(robot.fk(q), model.tip(z), atol=1e-12)
 
 
-def test_the_branch_is_that_of_the_reference(built):
+def test_configuration_stays_on_reference_branch(built):
     robot, model = built
     q = coordinates(robot)[:20]
     z = np.repeat(np.array([robot.reference.z]), len(q), 0)
@@ -91,7 +91,7 @@ def test_the_branch_is_that_of_the_reference(built):
     np.testing.assert_allclose(robot.fk(q), model.tip(z), atol=1e-9)
 
 
-def test_the_jacobian_is_the_derivative(built):
+def test_jacobian_matches_finite_differences(built):
     robot, model = built
     q = coordinates(robot)[:50]
     z = robot.configuration(q)
@@ -102,7 +102,7 @@ def test_the_jacobian_is_the_derivative(built):
         np.testing.assert_allclose(J[:, :3, k], moved[:, :3, 3] / (2 * step), atol=1e-7)
 
 
-def test_every_configuration_is_a_solution_of_its_pose(built):
+def test_ik_recovers_generating_configuration(built):
     robot, _ = built
     q = coordinates(robot)
     T = robot.fk(q)
@@ -116,14 +116,14 @@ def test_every_configuration_is_a_solution_of_its_pose(built):
     assert (found.valid.sum(-1) > 1).mean() > 0.5
 
 
-def test_what_the_article_and_the_manifest_say():
+def test_requirements_note_nominal_loop_lengths():
     notes = derive(drawn(7), ["fk", "ik"]).inverse.classification.found.requirements
     assert notes[-1].text == "the loops have the lengths of the nominal robot"
     assert 0 < notes[-1].deviation < 1e-3
 
 
 @pytest.mark.parametrize("joint", ["shoulder", "wrist"])
-def test_loops_of_tilted_joints_are_solved_in_turn(joint):
+def test_loops_with_tilted_joint_use_refined_nominal_inverse(joint):
     """Spatial loops give joints from which planar ones follow, and the inverse is led."""
     hybrid = Hybrid(replace(tilted(DESIGN, joint), closure="least squares"))
     assert not hybrid.forward.open
@@ -133,7 +133,7 @@ def test_loops_of_tilted_joints_are_solved_in_turn(joint):
     assert list(found.solved) == ["ik_nominal"]
 
 
-def test_a_solution_beside_a_dead_point_is_found(tmp_path):
+def test_solution_near_dead_point_is_found(tmp_path):
     """Its margin is 1.5e-5: between a step too long for the loops and one too short to help."""
     robot = compiled(drawn(94), tmp_path, ["fk", "fk_jacobian_mixed", "margin", "ik"])
     q = np.array([-0.82292224, -0.47466385, -3.10882504, 0.70505359, 0.0415733, 0.11240639])
@@ -142,7 +142,7 @@ def test_a_solution_beside_a_dead_point_is_found(tmp_path):
     assert np.abs(found.q[found.valid] - q).max(-1).min() < 1e-9
 
 
-def test_given_joints_keep_their_values(tmp_path):
+def test_fixed_joints_keep_their_values(tmp_path):
     """Every length off by up to half a millimetre, and two axes by 0.1 degrees."""
     design = load(ROBOTS / "well_manipulator.toml")
     members = frozenset(one.name for one in (*design.joints, *design.struts))
@@ -160,7 +160,7 @@ def test_given_joints_keep_their_values(tmp_path):
     np.testing.assert_allclose(held, theta[of][:, list(places.values())], atol=1e-12)
 
 
-def test_pins_out_of_parallel_are_told():
+def test_non_parallel_pins_are_rejected_with_deviation():
     with pytest.raises(RobotError, match=r"'rod_FH' in a plane.*'elbow' is 1.75 mrad out") as told:
         derive(tilted(DESIGN, "elbow"))
     assert 'closure = "least squares"' in str(told.value)
@@ -173,7 +173,7 @@ def test_pins_out_of_parallel_are_told():
         derive(wrong)
 
 
-def test_a_motor_that_follows_is_no_joint_of_the_loops(tmp_path):
+def test_following_motor_is_not_a_loop_joint(tmp_path):
     gantry = tilted(load(ROBOTS / "bricklaying_gantry.toml"), "y_second")
     robot = compiled(gantry, tmp_path / "gantry", ["fk", "passive", "configuration"])
     q = np.array(robot.reference.q)

@@ -65,7 +65,7 @@ def weighted(mechanism):
     )
 
 
-def test_the_sum_of_squares_is_the_least(drawn):
+def test_closure_minimizes_weighted_sum_of_squares(drawn):
     robot, mechanism = drawn
     model, gaps, slopes = weighted(mechanism)
     free = model.unknown
@@ -89,7 +89,7 @@ def test_the_sum_of_squares_is_the_least(drawn):
         assert 1e-5 < np.abs(gaps(z)).max() < 0.1
 
 
-def test_constraint_tells_the_gaps(drawn):
+def test_constraint_norm_equals_closure_gaps(drawn):
     robot, mechanism = drawn
     model = Model(mechanism)
     z = robot.configuration(postures(robot))
@@ -97,14 +97,14 @@ def test_constraint_tells_the_gaps(drawn):
     np.testing.assert_allclose(squares, (model.gaps(z) ** 2).sum(-1), rtol=1e-9)
 
 
-def test_the_tool_is_where_the_posture_has_it(drawn):
+def test_fk_matches_independent_model_pose(drawn):
     robot, mechanism = drawn
     q = postures(robot)
     tip = Model(mechanism).tip(robot.configuration(q))
     np.testing.assert_allclose(robot.fk(q), tip, atol=1e-12)
 
 
-def test_rates_are_those_of_differences(drawn):
+def test_derivatives_match_finite_differences(drawn):
     robot, _ = drawn
     q = postures(robot)
     rng = np.random.default_rng(6)
@@ -125,7 +125,7 @@ def test_rates_are_those_of_differences(drawn):
     np.testing.assert_allclose(robot.jacobian_mixed_dot(q, v), turned, atol=1e-6)
 
 
-def test_actuators_lead_back(drawn):
+def test_actuator_maps_invert_chain_maps(drawn):
     robot, _ = drawn
     q = postures(robot)
     rng = np.random.default_rng(7)
@@ -144,7 +144,7 @@ def test_actuators_lead_back(drawn):
         np.testing.assert_allclose(margin, 1.0, atol=1e-5)
 
 
-def test_loops_that_close_are_solved_as_ever(tmp_path):
+def test_closable_loops_keep_closed_form_solution(tmp_path):
     """Asked for in vain: the closed form of the design stays."""
     robot = compiled(
         replace(parallelogram(), closure="least squares"), tmp_path, ["fk", "constraint"]
@@ -152,7 +152,7 @@ def test_loops_that_close_are_solved_as_ever(tmp_path):
     assert robot.solution == "closed form"
 
 
-def test_an_inverse_is_led_from_the_design(tmp_path):
+def test_ik_refined_from_nominal_recovers_configuration(tmp_path):
     """A planar arm whose second motor drives the elbow by a parallelogram with a third rod."""
     text = """
 name = "driven_elbow"

@@ -128,7 +128,7 @@ def judged(robot, mechanism, reach):
 
 
 @pytest.mark.parametrize(("seed", "wrist"), [(4, 0.2), (0, 0.2), (6, 0.2), (9, 3.1)])
-def test_universal_joints_whose_axes_miss_each_other(tmp_path, seed, wrist):
+def test_ik_recovers_configuration_with_offset_universal_joints(tmp_path, seed, wrist):
     """The loop of the arm as built has no closed form.
 
     The cranks of all but the first are beside dead points, where the elbow of the arm as built
@@ -140,7 +140,7 @@ def test_universal_joints_whose_axes_miss_each_other(tmp_path, seed, wrist):
     judged(robot, built, 0.3)
 
 
-def test_a_tool_out_of_the_plane_of_the_design(tmp_path):
+def test_ik_recovers_configuration_out_of_nominal_plane(tmp_path):
     """The design does not reach the poses of the robot as built: a tilted crank of a four-bar."""
     design = load(ROBOTS / "four_bar.toml")
     built = replace(dict(single_errors(design))["axis of crank"], closure="least squares")

@@ -56,7 +56,7 @@ def configurations(robot):
     return np.random.default_rng(4).uniform(lower, upper, (CONFIGURATIONS, robot.n))
 
 
-def test_another_size_moves_in_the_same_way(pair):
+def test_loop_kinematics_are_scale_invariant(pair):
     robot, other, factor = pair
     q = configurations(robot)
     by = np.array([factor if c.unit == "m" else 1.0 for c in robot.coordinates])
@@ -72,7 +72,7 @@ def test_another_size_moves_in_the_same_way(pair):
     assert found.residual.max() <= 1e-9 * other.unit_length
 
 
-def test_another_size_has_the_same_modes(pair):
+def test_assembly_modes_are_scale_invariant(pair):
     robot, other, factor = pair
     q = configurations(robot)
     if not hasattr(robot, "fk_planar_all"):
@@ -84,7 +84,7 @@ def test_another_size_has_the_same_modes(pair):
     np.testing.assert_allclose(resized.x / at, modes.x, atol=1e-10)
 
 
-def test_another_size_holds_the_same_chain(pair):
+def test_actuators_valid_is_scale_invariant(pair):
     robot, other, factor = pair
     if not hasattr(robot, "actuators_valid"):
         return

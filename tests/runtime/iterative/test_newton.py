@@ -89,7 +89,7 @@ def difference(function, x, step=1e-6):
     return np.stack(slopes, axis=-1)
 
 
-def test_every_pose_within_limits_is_found(robot):
+def test_loops_close_everywhere_within_limits(robot):
     q = coordinates(robot, 5000)
     found = robot.follow(q)
     assert found.valid.all()
@@ -122,7 +122,7 @@ def followed(robot, q, steps):
     return w, own
 
 
-def test_the_branch_is_kept_far_outside_the_limits(robot):
+def test_newton_keeps_branch_far_outside_limits(robot):
     if robot.name == "redundant":
         pytest.skip("without a determinant")
     q = coordinates(robot, 60, wide=3.0)
@@ -135,7 +135,7 @@ def test_the_branch_is_kept_far_outside_the_limits(robot):
     assert np.isfinite(z[~reached]).all(-1).sum() <= 1
 
 
-def test_no_configuration_is_beyond_a_singularity(robot):
+def test_newton_never_crosses_singularity(robot):
     """Many are near one, where Newton's iteration contracts onto the other branch as well."""
     if robot.name == "redundant":
         pytest.skip("without a determinant")
@@ -153,7 +153,7 @@ def test_no_configuration_is_beyond_a_singularity(robot):
     assert (found == sense(np.array(robot.reference.q)[None])).all()
 
 
-def test_derivatives(robot):
+def test_loop_derivatives_match_finite_differences(robot):
     q = coordinates(robot, 20)
     qd, qdd = np.random.default_rng(1).normal(size=(2, *q.shape))
     for name in ("chain", "passive", "configuration"):
@@ -190,7 +190,7 @@ def _of_body(robot):
     return J
 
 
-def test_from_a_seed(robot):
+def test_follow_from_seed_matches_direct_solution(robot):
     q = coordinates(robot, 200)
     z = robot.configuration(q)
     near = q + np.random.default_rng(2).normal(scale=1e-3, size=q.shape)
@@ -212,7 +212,7 @@ def unreachable(robot):
     return np.array(robot.reference.q) + 2.5 * np.eye(robot.n)[0]
 
 
-def test_what_is_not_reached(robot):
+def test_unreachable_coordinates_are_invalid_or_raise(robot):
     far = unreachable(robot)
     q = np.stack([far, robot.reference.q, np.full(robot.n, np.nan)])
     found = robot.follow(q)
@@ -230,7 +230,7 @@ def test_what_is_not_reached(robot):
     assert np.isnan(robot.chain(q[2])).all()
 
 
-def test_calls(robot):
+def test_newton_functions_accept_batches_out_and_pickle(robot):
     q = coordinates(robot, 4).reshape(2, 2, -1)
     out = np.empty((2, 2, 4, 4))
     assert robot.fk(q, out=out, threads="all") is out
@@ -253,7 +253,7 @@ def test_margin_is_zero_at_a_singularity(robot):
     assert robot.margin(near)[0] < 1e-3
 
 
-def test_casadi_finds_and_differentiates_the_same(robot):
+def test_casadi_agrees_with_runtime_values_and_jacobian(robot):
     ca = pytest.importorskip("casadi")
     q = coordinates(robot, 10)
     fk = casadi_function(robot.folder, "fk")

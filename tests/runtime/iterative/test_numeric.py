@@ -9,19 +9,24 @@ import pytest
 import chasles
 from chasles import screws
 from chasles.iterative import numeric_inverse
-from tests.support.rate_inputs import span
+from tests.support.iteration import (
+    PLATFORMS,
+    POSITION,
+    ROUNDING,
+    TOLERANCE,
+    away,
+    configurations,
+    distance,
+    same,
+    within,
+)
 
 PAGE = Path(__file__).parents[3] / "docs" / "numeric.md"
-TOLERANCE = 1e-9
-ROUNDING = 1e-13
-"""By which a residual that is computed again may differ, in metres and radians."""
 CLOSED = 1e-12
-"""The same where loops are closed by iteration on both sides."""
-POSITION = (1, 1, 1, 0, 0, 0)
+"""As ROUNDING, if both sides close loops by iteration [m or rad]."""
 DIRECTION = (1, 1, 1, 1, 1, 0)
 SERIAL = ("ur5e", "puma560", "panda", "iiwa14", "photo_robot", "jaco2", "lynxmotion", "stanford")
 LOOPS = ("well_manipulator", "board_installer", "excavator", "delta")
-PLATFORMS = ("stewart_gough", "planar_3rrr")
 ROBOTS = (*SERIAL, *LOOPS, *PLATFORMS)
 ENDLESS = ("photo_robot",)
 """Robots on a track without limits: they get as far as one likes."""
@@ -38,15 +43,6 @@ def ur5e():
     return chasles.load("ur5e")
 
 
-def configurations(robot, count, seed=3):
-    """Random ones within the limits at which loops close."""
-    reach = np.array([np.pi if c.unit == "rad" else 1.0 for c in robot.coordinates])
-    q = np.random.default_rng(seed).uniform(*span(robot, reach), (50 * count, robot.n))
-    q = q[np.isfinite(robot.fk(q)).all((1, 2))][:count]
-    assert len(q) == count
-    return q
-
-
 def beyond(robot, count):
     """Poses whose place is a tenth further from the base than the tool ever gets."""
     T = robot.fk(configurations(robot, 2000))
@@ -56,28 +52,7 @@ def beyond(robot, count):
     return T
 
 
-def within(robot, q):
-    return ((q >= robot.lower) & (q <= robot.upper)).all()
-
-
-def distance(A, B):
-    return np.linalg.norm(A[..., :3, 3] - B[..., :3, 3], axis=-1)
-
-
-def away(A, B, unit=1.0):
-    """The larger of the distance and of the angle times the robot's unit of length."""
-    turn = screws.log(screws.inverse(A) @ B)[..., 3:]
-    return np.maximum(distance(A, B), unit * np.linalg.norm(turn, axis=-1))
-
-
-def same(a, b):
-    """To the last bit, NaN like NaN."""
-    return all(
-        np.array_equal(x, y, equal_nan=x.dtype.kind == "f") for x, y in zip(a, b, strict=True)
-    )
-
-
-def test_reachable_poses_are_found_within_the_limits(robot):
+def test_reachable_poses_are_solved_within_limits(robot):
     T = robot.fk(configurations(robot, 200))
     found = robot.ik_numeric(T)
     assert found.success.all()
@@ -91,7 +66,7 @@ def test_reachable_poses_are_found_within_the_limits(robot):
 
 
 @pytest.mark.parametrize("name", [name for name in ROBOTS if name not in ENDLESS])
-def test_poses_out_of_reach_end_as_near_as_they_say(name):
+def test_unreachable_poses_report_true_residual(name):
     robot = chasles.load(name)
     T = beyond(robot, 30)
     found = robot.ik_numeric(T)
@@ -106,7 +81,7 @@ def test_poses_out_of_reach_end_as_near_as_they_say(name):
     assert found.residual.min() > 0.01
 
 
-def test_limits_hold_exactly_where_the_nearest_place_is_at_one():
+def test_limits_hold_exactly_if_nearest_configuration_touches_them():
     robot = chasles.load("puma560")
     found = robot.ik_numeric(beyond(robot, 100), robot.upper + 1)
     at_limits = (found.q == robot.lower) | (found.q == robot.upper)
@@ -116,7 +91,7 @@ def test_limits_hold_exactly_where_the_nearest_place_is_at_one():
 
 
 @pytest.mark.parametrize("name", PLACED)
-def test_out_of_reach_no_place_nearby_is_nearer(name):
+def test_unreachable_position_ends_at_local_minimum(name):
     robot = chasles.load(name)
     T = beyond(robot, 10)
     found = robot.ik_numeric(T, weights=POSITION)
@@ -134,7 +109,7 @@ def test_out_of_reach_no_place_nearby_is_nearer(name):
     assert checked == 30
 
 
-def test_on_the_line_to_a_place_beyond_the_arm_is_stretched():
+def test_arm_stretches_towards_unreachable_position():
     # Where the elbow and the limits allow it, the nearest place is a point of the largest sphere.
     robot = chasles.load("lynxmotion")
     table, arm = np.array([0, 0, 0.1]), 0.3
@@ -147,7 +122,7 @@ def test_on_the_line_to_a_place_beyond_the_arm_is_stretched():
 
 
 @pytest.mark.parametrize("budget", [1, 2, 7, 40, 5000])
-def test_the_budget_is_kept(ur5e, budget):
+def test_iteration_budget_is_respected(ur5e, budget):
     T = np.concatenate([ur5e.fk(configurations(ur5e, 50)), beyond(ur5e, 50)])
     found = ur5e.ik_numeric(T, budget=budget)
     assert found.iterations.max() <= budget
@@ -158,13 +133,13 @@ def test_the_budget_is_kept(ur5e, budget):
     np.testing.assert_array_equal(found.success, found.residual <= TOLERANCE)
 
 
-def test_too_small_a_budget_is_told(ur5e):
+def test_exhausted_budget_is_reported(ur5e):
     found = ur5e.ik_numeric(ur5e.fk(configurations(ur5e, 50)), budget=2)
     assert (found.reason == "budget").any()
     assert not found.success[found.reason == "budget"].any()
 
 
-def test_a_looser_tolerance_ends_earlier(ur5e):
+def test_looser_tolerance_needs_fewer_iterations(ur5e):
     T = ur5e.fk(configurations(ur5e, 100))
     loose, tight = (ur5e.ik_numeric(T, tolerance=tolerance) for tolerance in (1e-3, 1e-11))
     assert loose.success.all()
@@ -175,7 +150,7 @@ def test_a_looser_tolerance_ends_earlier(ur5e):
 
 
 @pytest.mark.parametrize("name", ["ur5e", "panda", "well_manipulator", "stewart_gough"])
-def test_the_same_key_gives_the_same_whatever_the_threads(name):
+def test_same_rng_gives_same_results_on_any_thread_count(name):
     robot = chasles.load(name)
     T = np.concatenate([robot.fk(configurations(robot, 80)), beyond(robot, 20)])
     first = robot.ik_numeric(T, rng=7)
@@ -186,7 +161,7 @@ def test_the_same_key_gives_the_same_whatever_the_threads(name):
         assert np.array_equal([getattr(one, field) for one in alone], getattr(first, field))
 
 
-def test_keys_choose_the_starts(ur5e):
+def test_rng_determines_start_configurations(ur5e):
     T = ur5e.fk(configurations(ur5e, 50))
     one, other = ur5e.ik_numeric(T, rng=1), ur5e.ik_numeric(T, rng=2)
     assert one.success.all()
@@ -200,7 +175,7 @@ def test_keys_choose_the_starts(ur5e):
     assert not same(again[0], ur5e.ik_numeric(T, rng=np.random.default_rng(5)))
 
 
-def test_a_seed_nearby_leads_to_the_solution_nearby(robot):
+def test_nearby_seed_converges_to_nearby_solution(robot):
     q = np.clip(configurations(robot, 100), robot.lower + 0.02, robot.upper - 0.02)
     q = q[np.isfinite(robot.fk(q)).all((1, 2))]
     step = 1e-3 * np.random.default_rng(1).uniform(-1, 1, q.shape)
@@ -213,7 +188,7 @@ def test_a_seed_nearby_leads_to_the_solution_nearby(robot):
     assert np.median(moved) <= (0.01 if robot.n > 6 else 1e-6)
 
 
-def test_a_seed_on_the_solution_stays(ur5e):
+def test_seed_at_solution_is_returned_unchanged(ur5e):
     q = configurations(ur5e, 20)
     found = ur5e.ik_numeric(ur5e.fk(q), q)
     np.testing.assert_array_equal(found.q, q)
@@ -221,7 +196,7 @@ def test_a_seed_on_the_solution_stays(ur5e):
     assert (found.restarts == 0).all()
 
 
-def test_a_seed_beyond_the_limits_begins_at_them(ur5e):
+def test_seed_beyond_limits_is_clipped(ur5e):
     q = configurations(ur5e, 20)
     T = ur5e.fk(q)
     outside = np.where(q > 0, 1, -1) * 50.0
@@ -247,7 +222,7 @@ def test_leading_dimensions_broadcast(ur5e):
     assert str(empty).startswith("0 poses")
 
 
-def test_one_pose_gives_scalars(ur5e):
+def test_single_pose_gives_scalar_results(ur5e):
     found = ur5e.ik_numeric(ur5e.fk(configurations(ur5e, 1)[0]).tolist())
     assert found.q.shape == (6,)
     assert found.success
@@ -260,7 +235,7 @@ def test_one_pose_gives_scalars(ur5e):
     )
 
 
-def test_poses_and_seeds_of_any_layout(ur5e):
+def test_memory_layout_of_poses_and_seeds_is_irrelevant(ur5e):
     q = configurations(ur5e, 20)
     T = ur5e.fk(q)
     wide = np.zeros((20, 5, 8))
@@ -271,7 +246,7 @@ def test_poses_and_seeds_of_any_layout(ur5e):
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-def test_poses_that_are_not_finite_fail_alone(robot, bad):
+def test_non_finite_poses_fail_without_affecting_other_poses(robot, bad):
     T = robot.fk(configurations(robot, 4))
     T[1, 0, 3], T[3, 1, 1] = bad, bad
     found = robot.ik_numeric(T)
@@ -282,7 +257,7 @@ def test_poses_that_are_not_finite_fail_alone(robot, bad):
     np.testing.assert_array_equal(found.q[0], robot.ik_numeric(T[0]).q)
 
 
-def test_nan_in_a_seed_does_no_harm(ur5e):
+def test_nan_seed_does_not_prevent_success(ur5e):
     T = ur5e.fk(configurations(ur5e, 3))
     found = ur5e.ik_numeric(T, np.full(6, np.nan))
     assert found.success.all()
@@ -291,7 +266,7 @@ def test_nan_in_a_seed_does_no_harm(ur5e):
 
 @pytest.mark.parametrize("axes", ["tool", "base"])
 @pytest.mark.parametrize("name", PLACED)
-def test_position_alone(name, axes):
+def test_position_only_weights_ignore_orientation(name, axes):
     robot = chasles.load(name)
     T = robot.fk(configurations(robot, 100))
     T[:, :3, :3] = np.diag([-1.0, 1, -1])
@@ -302,7 +277,7 @@ def test_position_alone(name, axes):
     np.testing.assert_allclose(there, found.residual, rtol=0, atol=ROUNDING)
 
 
-def test_a_turn_about_the_tools_axis_left_open():
+def test_direction_weights_leave_tool_roll_free():
     robot = chasles.load("lynxmotion")
     q = configurations(robot, 100)
     T = robot.fk(q)
@@ -314,7 +289,7 @@ def test_a_turn_about_the_tools_axis_left_open():
     assert np.abs(reached[:, :3, 2] - T[:, :3, 2]).max() <= 2 * TOLERANCE
 
 
-def test_parts_are_along_the_axes_that_are_named(ur5e):
+def test_weighted_components_follow_named_axes(ur5e):
     T = ur5e.fk(configurations(ur5e, 50))
     for axes, part in (("base", lambda A, B: (B - A)[:, :3, 3]), ("tool", in_tool)):
         found = ur5e.ik_numeric(T, weights=(1, 0, 1, 0, 0, 0), axes=axes)
@@ -328,7 +303,7 @@ def in_tool(A, B):
     return (screws.inverse(A) @ B)[:, :3, 3]
 
 
-def test_weights_choose_what_gives_way(ur5e):
+def test_weights_trade_position_against_orientation(ur5e):
     T = beyond(ur5e, 20)
     place = ur5e.ik_numeric(T, weights=(100, 100, 100, 1, 1, 1))
     turn = ur5e.ik_numeric(T, weights=(1, 1, 1, 100, 100, 100))
@@ -340,7 +315,7 @@ def test_weights_choose_what_gives_way(ur5e):
 
 @pytest.mark.parametrize("small", [1e-3, 1e-6, 1e-9])
 @pytest.mark.parametrize("name", ["ur5e", "panda"])
-def test_parts_of_small_weight_count_for_success(name, small):
+def test_small_weights_still_count_for_success(name, small):
     robot = chasles.load(name)
     T = robot.fk(configurations(robot, 100))
     for weights in ((1, 1, 1, small, small, small), (small, small, small, 1, 1, 1)):
@@ -387,27 +362,31 @@ def test_parts_of_small_weight_count_for_success(name, small):
         ({"axes": "world"}, chasles.InputError, '"tool" or "base", got \'world\''),
     ],
 )
-def test_errors_name_what_is_wrong(ur5e, arguments, error, message):
+def test_invalid_arguments_are_rejected_by_name(ur5e, arguments, error, message):
     with pytest.raises(error, match=rf"^ur5e\.ik_numeric: .*{message}"):
         ur5e.ik_numeric(**{"T": np.eye(4), **arguments})
 
 
-@pytest.mark.parametrize("T", [np.zeros((4, 4)), 2 * np.eye(4), np.diag([1.0, 1, -1, 1])])
-def test_what_is_no_pose_has_no_answer(ur5e, T):
+@pytest.mark.parametrize(
+    "T",
+    [np.zeros((4, 4)), 2 * np.eye(4), np.diag([1.0, 1, -1, 1])],
+    ids=["zeros", "scaled", "mirrored"],
+)
+def test_non_rigid_pose_has_no_solution(ur5e, T):
     found = ur5e.ik_numeric(T)
     assert not found.success
     assert found.iterations == 0
     assert np.isnan(found.q).all()
 
 
-def test_keys_of_all_kinds_of_integers_are_the_same(ur5e):
+def test_rng_accepts_every_integer_type(ur5e):
     T = ur5e.fk(configurations(ur5e, 20))
     np.testing.assert_array_equal(
         ur5e.ik_numeric(T, rng=np.int64(3)).q, ur5e.ik_numeric(T, rng=3, threads=np.int64(2)).q
     )
 
 
-def test_starts_lie_within_limits_and_leave_no_large_gap(ur5e):
+def test_start_configurations_cover_joint_ranges_evenly(ur5e):
     q = numeric_inverse.starts(ur5e, 3)
     assert within(ur5e, q)
     for joint in q.T:
@@ -417,7 +396,7 @@ def test_starts_lie_within_limits_and_leave_no_large_gap(ur5e):
     assert not np.array_equal(q, numeric_inverse.starts(ur5e, 4))
 
 
-def test_inputs_stay_as_they_were(ur5e):
+def test_inputs_are_not_modified(ur5e):
     q = configurations(ur5e, 5)
     T, seed = ur5e.fk(q), q + 10
     kept = T.copy(), seed.copy()
@@ -426,7 +405,7 @@ def test_inputs_stay_as_they_were(ur5e):
     np.testing.assert_array_equal(seed, kept[1])
 
 
-def test_the_examples_of_the_page_run(capsys):
+def test_numeric_page_examples_print_documented_output(capsys):
     blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
     assert len(blocks) == 8
     names, seen = {}, []
@@ -449,7 +428,7 @@ def test_the_examples_of_the_page_run(capsys):
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
-def test_a_seed_half_a_turn_away_leads_on(ur5e, axis):
+def test_seed_rotated_by_half_turn_converges(ur5e, axis):
     # There the logarithm of the way has the limit of a quotient 0 / 0 in it.
     rng = np.random.default_rng(0)
     seed = rng.uniform(-2, 2, (3000, 6))

@@ -17,6 +17,7 @@ import chasles
 from chasles.contract.library import write_glue
 from chasles.contract.manifest import read_manifest
 from chasles.iterative.numeric_inverse import screws_before
+from tests.support.tools import needs
 
 DRIVER = Path(__file__).with_name("kernels.c")
 SOLVERS = Path(__file__).with_name("solvers.c")
@@ -44,7 +45,7 @@ SETS = {
 CASES = 40 * 6 + 4
 """Batch lengths times layouts, and long batches at different alignments, per function."""
 
-pytestmark = pytest.mark.skipif(GCC is None, reason="gcc is not installed")
+pytestmark = needs("gcc")
 
 
 def build(name, folder, *flags):
@@ -114,14 +115,14 @@ def built(tmp_path_factory):
 
 @pytest.mark.parametrize("chosen", SETS)
 @pytest.mark.parametrize("name", ["ur5e", "panda"])
-def test_nothing_is_read_or_written_out_of_bounds(name, chosen, built, tmp_path):
+def test_generated_code_stays_within_array_bounds(name, chosen, built, tmp_path):
     require_processor(chosen)
     require(tmp_path, "address")
     program, functions = built(name, "-Og", "-fsanitize=address")
     assert run(program, "bounds", sets=SETS[chosen]) == functions * CASES
 
 
-def test_nothing_is_undefined(tmp_path):
+def test_generated_code_has_no_undefined_behaviour(tmp_path):
     require(tmp_path, "undefined")
     watch = ["-Og", "-fsanitize=undefined", "-fno-sanitize-recover=all"]
     program, functions = build("ur5e", tmp_path, "-march=native", *watch)
@@ -129,7 +130,7 @@ def test_nothing_is_undefined(tmp_path):
 
 
 @pytest.mark.parametrize("chosen", SETS)
-def test_nothing_beside_the_rows_is_touched(chosen, built):
+def test_vector_code_touches_only_its_rows(chosen, built):
     """Optimized code between protected pages: the sanitizer knows no masked or streaming stores."""
     require_processor(chosen)
     program, functions = built("panda", "-O2")
@@ -137,7 +138,7 @@ def test_nothing_beside_the_rows_is_touched(chosen, built):
 
 
 @pytest.mark.parametrize("flags", [["-march=native"], []], ids=["native", "any processor"])
-def test_threads_do_not_race(flags, tmp_path):
+def test_generated_code_has_no_data_races(flags, tmp_path):
     require(tmp_path, "thread")
     program, functions = build("ur5e", tmp_path, "-Og", "-fsanitize=thread", *flags)
     assert run(program, "threads") == functions
@@ -149,7 +150,7 @@ SHARED = {"solve": 576, "decompose": 575, "logarithm": 600}
 """Cases of each mode of the functions that the solvers share."""
 
 
-def test_shared_numerics_are_right_and_stay_within_their_memory(tmp_path):
+def test_shared_numerics_are_correct_and_memory_safe(tmp_path):
     require(tmp_path, "address,undefined")
     flags = ["-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O1", "-fsanitize=address,undefined"]
     sources = [str(DRIVER.with_name("numerics.c")), str(RUNTIME / "numerics" / "_svd.c")]
@@ -177,14 +178,15 @@ def screws_for(name):
         ("panda", ["tool", "link", "box"]),
         ("stewart_gough", ["platform"]),
     ],
+    ids=["ur5e", "panda", "stewart_gough"],
 )
-def test_solvers_stay_within_their_memory(name, modes, tmp_path):
+def test_iterative_solvers_are_memory_safe(name, modes, tmp_path):
     require(tmp_path, "address,undefined")
     program = build_solvers(name, tmp_path, "address,undefined")
     for mode in modes:
         assert run(program, mode, screws_for(name) if mode == "link" else "") == SOLVED[mode]
 
 
-def test_threads_of_a_solver_do_not_race(tmp_path):
+def test_iterative_solver_has_no_data_races(tmp_path):
     require(tmp_path, "thread")
     assert run(build_solvers("ur5e", tmp_path, "thread"), "tool") == SOLVED["tool"]

@@ -29,13 +29,26 @@ def kernels(arm, *names):
         ("platform", ["fk"], "kernels: expected more than 1 for a platform"),
         ("arm", ["fk"], "kind: expected tool, link or platform, got arm"),
     ],
+    ids=[
+        "tool without hessian",
+        "wrong size",
+        "too many kernels",
+        "link without kernel",
+        "link without screws",
+        "platform without jacobian",
+        "unknown kind",
+    ],
 )
 def test_functions_must_suit_the_kind_of_tip(arm, kind, names, message):
     with pytest.raises(ValueError, match=f"^{message}$"):
         Solver(kind, kernels(arm, *names), arm.lower, arm.upper, *NONE)
 
 
-@pytest.mark.parametrize("screw", [[-2, 0], [99, 0], [0, -1], [0, 6]])
+@pytest.mark.parametrize(
+    "screw",
+    [[-2, 0], [99, 0], [0, -1], [0, 6]],
+    ids=["negative frame", "frame too large", "negative joint", "joint too large"],
+)
 def test_screws_must_refer_to_frames_and_joints(arm, screw):
     screws = np.array([[*screw, 0, 0, 0, 0, 0, 1.0]])
     with pytest.raises(ValueError, match=r"^link or screws: an index is out of range$"):

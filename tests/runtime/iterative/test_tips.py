@@ -8,8 +8,7 @@ from chasles.derive import load
 from chasles.iterative import numeric_inverse
 from tests.support.compiling import compiled
 from tests.support.derivations import description
-
-from .test_numeric import (
+from tests.support.iteration import (
     PLATFORMS,
     POSITION,
     ROUNDING,
@@ -29,7 +28,7 @@ from .test_numeric import (
         *PLATFORMS,
     ],
 )
-def test_any_link_is_a_tip(name):
+def test_ik_numeric_solves_for_every_link_as_tip(name):
     robot = chasles.load(name)
     poses = robot.link_poses(configurations(robot, 40))
     checked = 0
@@ -54,7 +53,7 @@ def test_any_link_is_a_tip(name):
     )
 
 
-def test_without_poses_of_links_the_tool_is_the_only_tip(tmp_path):
+def test_tool_is_only_tip_without_link_poses(tmp_path):
     wanted = ["fk", "chain", *numeric_inverse._KERNELS["platform"]]
     platform = compiled(load(description("planar_3rrr")), tmp_path / "platform", wanted)
     T = platform.fk(np.array(platform.reference.q))
@@ -64,7 +63,7 @@ def test_without_poses_of_links_the_tool_is_the_only_tip(tmp_path):
         platform.ik_numeric(T, tip="platform_x")
 
 
-def test_a_tip_that_is_no_link_is_named():
+def test_unknown_tip_error_lists_links():
     platform = chasles.load("stewart_gough")
     with pytest.raises(chasles.InputError, match=r"no link 'hand' .*: ee, platform_x, platform_y,"):
         platform.ik_numeric(np.eye(4), tip="hand")

@@ -19,7 +19,7 @@ def robot(tmp_path_factory):
     return loaded(planar.write(folder / "planar", "13/100"))
 
 
-def test_published_angles(robot):
+def test_ik_planar_matches_published_angles(robot):
     # To eight decimals of a degree.
     expected = [
         (78.52393138, 0.16983617),
@@ -35,7 +35,7 @@ def test_published_angles(robot):
     assert len({tuple(row) for row in degrees.round(6)}) == 8
 
 
-def test_every_branch_holds_the_pose(robot):
+def test_every_ik_planar_branch_reaches_pose(robot):
     rng = np.random.default_rng(0)
     pose = rng.uniform([-0.2, -0.2, -1.0], [0.2, 0.2, 1.0], (50, 40, 3))
     q, valid, margin = robot.ik_planar(pose)
@@ -53,7 +53,7 @@ def test_every_branch_holds_the_pose(robot):
     assert np.nanmin(found, axis=-1).max() < 1e-7
 
 
-def test_it_is_offered_where_the_chain_is_a_plane(tmp_path, cache):
+def test_ik_planar_exists_only_for_planar_chain(tmp_path, cache):
     folder = planar.write(tmp_path / "planar")
     robot = chasles.load(folder)
     assert hasattr(robot, "ik_planar")

@@ -18,7 +18,7 @@ def robot(tmp_path, cache):
     return chasles.load(lift.write(tmp_path / "lift"))
 
 
-def test_facts(robot):
+def test_loop_robot_exposes_manifest_facts(robot):
     assert [joint.name for joint in robot.chain_joints] == ["theta1", "theta2"]
     assert [(joint.name, joint.unit) for joint in robot.passive_joints] == [("swing", "rad")]
     assert robot.loops == ("boom_cylinder",)
@@ -27,7 +27,7 @@ def test_facts(robot):
     assert [v.name for v in robot.configuration_variables] == ["theta1", "theta2", "boom_cylinder"]
 
 
-def test_info(tmp_path, cache, capsys):
+def test_info_command_lists_loops_and_passive_joints(tmp_path, cache, capsys):
     assert main(["info", str(lift.write(tmp_path / "lift"))]) == 0
     text = capsys.readouterr().out
     assert "loops (closed form): boom_cylinder" in text
@@ -44,7 +44,7 @@ def test_serial_robots_have_no_loops():
         robot.valid(np.zeros(6))
 
 
-def test_loops_that_close_everywhere_are_valid_there():
+def test_always_closing_loops_are_valid_for_finite_input():
     gantry = chasles.load("bricklaying_gantry")
     assert not hasattr(gantry, "margin")
     q = np.zeros((2, 3, gantry.n))
@@ -54,13 +54,13 @@ def test_loops_that_close_everywhere_are_valid_there():
         gantry.valid(q[..., 1:])
 
 
-def test_a_robot_without_passive_joints_says_so():
+def test_missing_passive_joints_are_explained():
     hexapod = chasles.load("stewart_gough")
     with pytest.raises(AttributeError, match="'passive': all its joints are in the main chain"):
         hexapod.passive(np.zeros(6))
 
 
-def test_open_loop_is_named(robot):
+def test_open_loop_error_names_loop_and_coordinates(robot):
     with pytest.raises(chasles.OutOfReachError) as caught:
         robot.chain(OPEN)
     assert str(caught.value) == (
@@ -71,7 +71,7 @@ def test_open_loop_is_named(robot):
     assert isinstance(caught.value, ValueError)
 
 
-def test_of_the_chain_its_joints_are_named(robot):
+def test_open_loop_error_from_chain_names_joints(robot):
     with pytest.raises(
         chasles.OutOfReachError, match=r"lift.actuators: .* at theta1 = 0 rad, theta2 = -1 rad"
     ):
@@ -83,8 +83,12 @@ def strided(q):
     return np.repeat(q, 3)[::3]
 
 
-@pytest.mark.parametrize("form", [np.array, list, strided, lambda q: q.astype(np.float32)])
-def test_every_way_to_call_raises(robot, form):
+@pytest.mark.parametrize(
+    "form",
+    [np.array, list, strided, lambda q: q.astype(np.float32)],
+    ids=["array", "list", "strided", "float32"],
+)
+def test_open_loop_raises_for_every_call_form(robot, form):
     with pytest.raises(chasles.OutOfReachError, match="boom_cylinder does not close"):
         robot.chain(form(OPEN))
     with pytest.raises(chasles.OutOfReachError, match="boom_cylinder does not close"):
@@ -93,13 +97,13 @@ def test_every_way_to_call_raises(robot, form):
 
 
 @pytest.mark.parametrize("out", [np.zeros(2), np.zeros(4)[::2]], ids=["plain", "strided"])
-def test_out_holds_nan(robot, out):
+def test_out_receives_nan_if_loop_is_open(robot, out):
     with pytest.raises(chasles.OutOfReachError):
         robot.chain(OPEN, out=out)
     np.testing.assert_array_equal(out, [0.25, np.nan])
 
 
-def test_dead_point(robot):
+def test_dead_point_raises_singularity_error_for_rates(robot):
     np.testing.assert_allclose(robot.chain(DEAD), [0.25, np.pi])
     with pytest.raises(chasles.SingularityError) as caught:
         robot.chain_rates(DEAD, [0.0, 1.0])
@@ -110,7 +114,7 @@ def test_dead_point(robot):
     assert isinstance(caught.value, chasles.OutOfReachError)
 
 
-def test_batches_never_raise(robot):
+def test_batches_give_nan_instead_of_raising(robot):
     q = np.stack([OPEN, DEAD, [0.0, 1.0]])
     for batch in (q, q[:, None], q[:1], q.tolist(), q[::2], q[:0]):
         np.testing.assert_array_equal(
@@ -119,7 +123,7 @@ def test_batches_never_raise(robot):
     assert np.isinf(robot.chain_rates(q, [0.0, 1.0])[1, 1])
 
 
-def test_what_is_not_finite_flows_through(robot):
+def test_non_finite_coordinates_propagate_as_nan(robot):
     assert np.isnan(robot.chain([0.0, np.nan])[1])
     assert np.isnan(robot.chain([np.inf, 1.0])).sum() == 0
     assert np.isnan(robot.chain_rates([0.0, 1.0], [np.nan, 0.0])[0])
@@ -128,18 +132,18 @@ def test_what_is_not_finite_flows_through(robot):
     assert robot.margin(OPEN)[1] < 0
 
 
-def test_help_tells(robot):
+def test_docstring_documents_out_of_reach_error(robot):
     assert "OutOfReachError: A single pose where a loop does not close" in robot.chain.__doc__
     assert "OutOfReachError" not in robot.plain.__doc__
 
 
-def test_pickled_function_raises_too(robot):
+def test_pickled_function_raises_for_open_loop(robot):
     chain = pickle.loads(pickle.dumps(robot.chain))
     with pytest.raises(chasles.OutOfReachError):
         chain(OPEN)
 
 
-def test_valid(robot):
+def test_valid_is_true_only_for_closed_loops(robot):
     q = np.array([[OPEN, DEAD], [[0.0, 1.0], [0.0, np.nan]]])
     np.testing.assert_array_equal(robot.valid(q), [[False, True], [True, False]])
     assert robot.valid([0.0, 1.0])
@@ -149,7 +153,7 @@ def test_valid(robot):
     )
 
 
-def test_branches(robot):
+def test_chain_branches_return_all_closed_branches(robot):
     theta, valid, margin = robot.chain_branches(np.stack([OPEN, [0.1, 1.0]]))
     np.testing.assert_array_equal(valid, [[False, False], [True, True]])
     np.testing.assert_allclose(theta[1], [[0.1, np.pi / 3], [0.1, -np.pi / 3]])
@@ -178,8 +182,18 @@ def test_branches(robot):
         ),
         (lambda m: m["functions"][2]["steps"].pop(), r"functions\[2\].steps: .* one name for each"),
     ],
+    ids=[
+        "unknown solution",
+        "unit missing",
+        "short reference",
+        "short actuated_in_z",
+        "index out of range",
+        "unknown margin",
+        "margin of other domain",
+        "short steps",
+    ],
 )
-def test_wrong_manifest(tmp_path, cache, change, message):
+def test_invalid_loop_manifest_is_rejected(tmp_path, cache, change, message):
     content = lift.manifest()
     change(content)
     with pytest.raises(chasles.ManifestError, match=rf"manifest\.json: {message}"):
@@ -187,7 +201,7 @@ def test_wrong_manifest(tmp_path, cache, change, message):
 
 
 @pytest.mark.parametrize("name", ["board_installer", "well_manipulator", "excavator", "delta"])
-def test_joints_that_the_loops_do_not_allow_are_not_held(name):
+def test_actuators_valid_rejects_joints_that_violate_loops(name):
     robot = chasles.load(name)
     theta = robot.chain(robot.reference.q)
     assert robot.actuators_valid(theta)

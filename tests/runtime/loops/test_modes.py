@@ -1,13 +1,12 @@
 """Assembly modes of planar platforms: closed, complete, and each once."""
 
-import time
-
 import numpy as np
 import pytest
 
 import chasles
 from tests.support.compiling import loaded
 from tests.support.handwritten import planar
+from tests.support.loops.planar_scan import errors, random_q, scan
 
 RODS = {"13/100": 0.13, "17/100": 0.17}
 
@@ -18,21 +17,7 @@ def robot_and_rod(request, tmp_path_factory):
     return loaded(planar.write(folder / "planar", request.param)), RODS[request.param]
 
 
-def random_q(rng, n, rod):
-    """Half of them at poses that exist, with every branch of the cranks."""
-    anywhere = rng.uniform(-np.pi, np.pi, (n - n // 2, 3))
-    poses = rng.uniform([-0.3, -0.3, -np.pi], [0.3, 0.3, np.pi], (200 * n, 3))
-    held = planar.cranks(poses, rod, rng.choice([-1.0, 1.0], (200 * n, 3)))
-    return np.concatenate([anywhere, held[np.isfinite(held).all(-1)][: n // 2]])
-
-
-def errors(q, modes, rod):
-    """Errors of the rods' lengths in the valid modes, from geometry alone."""
-    gaps = planar.pins(modes.x) - planar.ends(q)[..., None, :, :]
-    return (np.hypot(gaps[..., 0], gaps[..., 1]) - rod)[modes.valid]
-
-
-def test_every_mode_closes_and_the_first_is_among_them(robot_and_rod):
+def test_assembly_modes_close_and_come_in_pairs(robot_and_rod):
     robot, rod = robot_and_rod
     q = random_q(np.random.default_rng(0), 20_000, rod)
     modes = robot.fk_planar_all(q)
@@ -52,7 +37,7 @@ def test_every_mode_closes_and_the_first_is_among_them(robot_and_rod):
     assert (valid[:, :-1] >= both).all()
 
 
-def test_the_pose_that_made_q_is_found(robot_and_rod):
+def test_modes_contain_generating_pose(robot_and_rod):
     robot, rod = robot_and_rod
     rng = np.random.default_rng(1)
     pose = rng.uniform([-0.3, -0.3, -np.pi], [0.3, 0.3, np.pi], (100_000, 3))
@@ -67,55 +52,7 @@ def test_the_pose_that_made_q_is_found(robot_and_rod):
 # ------------------------------------------------------------ completeness
 
 
-def residuals(q, phi, rod):
-    """Residual of the third rod at both intersections of the first two, and their height^2.
-
-    Geometry alone: the platform's origin is on three circles.
-    """
-    pose = np.stack([0 * phi, 0 * phi, phi], -1)
-    centre = planar.ends(q)[:, None] - planar.pins(pose)
-    along = centre[..., 1, :] - centre[..., 0, :]
-    square = (along**2).sum(-1)
-    height = rod**2 / square - 0.25
-    with np.errstate(invalid="ignore"):
-        across = np.sqrt(height)[..., None] * np.stack([-along[..., 1], along[..., 0]], -1)
-    middle = (centre[..., 0, :] + centre[..., 1, :]) / 2
-    third = [((middle + side * across - centre[..., 2, :]) ** 2).sum(-1) for side in (1, -1)]
-    return np.stack(third) - rod**2, height
-
-
-def scan(q, lower, upper, rod, levels):
-    """Number of zeros between angles, from sign changes; doubtful cells are scanned finer."""
-    points, *finer = levels
-    found = np.zeros(len(q), int)
-    if not len(q):
-        return found
-    phi = lower[:, None] + (upper - lower)[:, None] * np.linspace(0, 1, points)
-    f, height = residuals(q, phi, rod)
-    there = np.isfinite(f[0])
-    changes = ((f[..., 1:] > 0) != (f[..., :-1] > 0)) & there[:, 1:] & there[:, :-1]
-    # Where the first two circles cease to meet, both branches become one: different signs before
-    # are a zero on the way.
-    inner = np.where(there[:, 1:], (f[0] > 0)[:, 1:], (f[0] > 0)[:, :-1])
-    outer = np.where(there[:, 1:], (f[1] > 0)[:, 1:], (f[1] > 0)[:, :-1])
-    ends = there[:, 1:] != there[:, :-1]
-    zeros = changes.sum(0) + (ends & (inner != outer))
-    if finer:
-        size = np.abs(f)
-        low = (size[..., 1:-1] <= size[..., :-2]) & (size[..., 1:-1] <= size[..., 2:])
-        flat = np.abs(height)
-        low = low.any(0) | ((flat[:, 1:-1] <= flat[:, :-2]) & (flat[:, 1:-1] <= flat[:, 2:]))
-        doubtful = ends.copy()
-        doubtful[:, :-1] |= low
-        doubtful[:, 1:] |= low
-        row, cell = np.nonzero(doubtful)
-        zeros[doubtful] = 0
-        deeper = scan(q[row], phi[row, cell], phi[row, cell + 1], rod, finer)
-        np.add.at(found, row, deeper)
-    return found + zeros.sum(-1)
-
-
-def test_no_mode_is_missed(robot_and_rod, capsys):
+def test_mode_count_matches_exhaustive_scan(robot_and_rod, capsys):
     robot, rod = robot_and_rod
     q = random_q(np.random.default_rng(2), 2000, rod)
     counts = robot.fk_planar_all(q).valid.sum(-1)
@@ -133,7 +70,7 @@ def test_no_mode_is_missed(robot_and_rod, capsys):
 # ------------------------------------------------------------------- forms
 
 
-def test_leading_dimensions_and_single_poses(robot_and_rod):
+def test_modes_accept_any_leading_dimensions(robot_and_rod):
     robot, rod = robot_and_rod
     q = random_q(np.random.default_rng(3), 12, rod).reshape(3, 4, 3)
     modes = robot.fk_planar_all(q)
@@ -147,7 +84,7 @@ def test_leading_dimensions_and_single_poses(robot_and_rod):
         robot.fk_planar_all([0.0, 1.0])
 
 
-def test_symmetric_cranks(robot_and_rod):
+def test_modes_are_complete_for_symmetric_cranks(robot_and_rod):
     # The leading coefficient of the polynomial may vanish here, and modes are symmetric.
     robot, rod = robot_and_rod
     angles = np.radians(np.arange(0, 360, 15.0))
@@ -156,12 +93,3 @@ def test_symmetric_cranks(robot_and_rod):
     assert np.abs(errors(q, modes, rod)).max() < 1e-12
     expected = scan(q, np.full(24, -3.0), np.full(24, 3.2832), rod, [1025, 33, 65])
     assert (modes.valid.sum(-1) >= expected).all()
-
-
-def test_every_mode_within_microseconds(robot_and_rod):
-    robot, rod = robot_and_rod
-    q = random_q(np.random.default_rng(4), 5_000, rod)
-    start = time.perf_counter()
-    robot.modes(q)
-    # 9 us on an idle core.
-    assert time.perf_counter() - start < 5_000 * 60e-6

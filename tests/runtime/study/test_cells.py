@@ -49,7 +49,7 @@ def turned(rng):
 
 
 @pytest.mark.parametrize("turn", [False, True])
-def test_volumes_within_the_stated_error(turn):
+def test_volume_estimate_stays_within_stated_error(turn):
     rng = np.random.default_rng(1)
     stated = []
     for kind, *sizes in shapes(rng, 20):
@@ -65,7 +65,7 @@ def test_volumes_within_the_stated_error(turn):
 
 
 @pytest.mark.parametrize("count", [1000, 5000, 30_000])
-def test_few_points_state_a_large_error_and_no_negative_volume(count):
+def test_few_points_give_honest_error_and_nonnegative_volume(count):
     missed = total = 0
     for key in range(3):
         rng = np.random.default_rng([5, key])
@@ -82,7 +82,7 @@ def test_few_points_state_a_large_error_and_no_negative_volume(count):
     assert missed == 0
 
 
-def test_cells_stand_half_a_cell_beyond_the_longest_side():
+def test_cells_extend_half_a_cell_beyond_points():
     cells = cells_of(np.array([0.0, 1.0, 5.0]), np.array([3.9, 2.0, 5.0]), 40)
     assert cells.side == pytest.approx(0.1)
     assert cells.shape == (40, 11, 1)
@@ -90,7 +90,7 @@ def test_cells_stand_half_a_cell_beyond_the_longest_side():
     np.testing.assert_allclose(cells.upper, [3.95, 2.05, 5.05])
 
 
-def test_points_that_fill_nothing():
+def test_sparse_points_state_error_that_covers_any_volume():
     cells = cells_of(np.zeros(3), np.ones(3), 40)
     hits = np.bincount(
         cells.index(np.random.default_rng(6).random((9, 3))), minlength=cells.count + 1
@@ -100,7 +100,7 @@ def test_points_that_fill_nothing():
     assert found.value + found.error >= 1
 
 
-def test_area_of_a_disk():
+def test_disk_area_lies_within_stated_error():
     rng = np.random.default_rng(2)
     r, turn = np.sqrt(rng.random(POINTS)), 2 * np.pi * rng.random(POINTS)
     points = np.column_stack([r * np.cos(turn), r * np.sin(turn), np.full(POINTS, 0.3)])
@@ -111,7 +111,7 @@ def test_area_of_a_disk():
     assert abs(found.value - np.pi) <= found.error < 0.05
 
 
-def test_points_outside_and_nan():
+def test_outside_points_are_clipped_and_nan_points_counted_apart():
     cells = cells_of(np.zeros(3), np.ones(3), 10)
     index = cells.index(np.array([[-5.0, 0, 0], [9.0, 9, 9], [np.nan, 0, 0]]))
     assert index[1] == cells.count - 1

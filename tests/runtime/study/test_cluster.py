@@ -10,8 +10,9 @@ import pytest
 import chasles
 from chasles.study import evenly, reach, workspace
 from chasles.study.samples import PIECE
+from tests.support.optional import OptionalPackage
 
-distributed = pytest.importorskip("distributed", reason="dask is in the extra `test`")
+distributed = OptionalPackage("distributed")
 pytestmark = [
     pytest.mark.filterwarnings("ignore::DeprecationWarning"),
     pytest.mark.filterwarnings("ignore::ResourceWarning"),
@@ -29,7 +30,7 @@ def client():
         yield client
 
 
-def test_workspace(client):
+def test_workspace_on_cluster_is_bitwise_equal(client):
     robot = chasles.load("scara")
     count = 40 * PIECE + 77
     here = workspace(robot, count, finest=50, quality=("directions",), threads=1)
@@ -40,7 +41,7 @@ def test_workspace(client):
 
 
 @pytest.mark.parametrize("workers", [1, 5])
-def test_any_number_of_workers_and_threads_gives_the_same_bits(workers):
+def test_workspace_is_bitwise_equal_for_any_worker_and_thread_count(workers):
     """Workers in one process are as good as any: they share no tally."""
     robot, count = chasles.load("scara"), 6 * PIECE + 77
     quality = ("limit_margin", "directions")
@@ -61,14 +62,14 @@ def test_any_number_of_workers_and_threads_gives_the_same_bits(workers):
             assert here.measure == there.measure
 
 
-def test_reach(client):
+def test_reach_on_cluster_equals_local_result(client):
     robot = chasles.load("ur5e")
     places = np.random.default_rng(1).uniform(-1, 1, (2000, 3))
     here, there = reach(robot, places, evenly(5)), reach(robot, places, evenly(5), client=client)
     assert np.array_equal(here.solutions, there.solutions)
 
 
-def test_a_killed_worker(client):
+def test_killed_worker_does_not_change_result(client):
     robot = chasles.load("scara")
     count = 150 * PIECE
     expected = workspace(robot, count, finest=50, threads=1)

@@ -24,7 +24,7 @@ def hexapod():
     return chasles.load("stewart_gough")
 
 
-def test_six_shells(hexapod):
+def test_hexapod_workspace_matches_intersection_of_leg_shells(hexapod):
     """A leg between its limits leaves a shell: the workspace is what six of them have in common."""
     rng, checked = np.random.default_rng(1), 0
     q_0 = np.array(hexapod.reference.q)
@@ -69,7 +69,7 @@ def shell(places, q):
     return np.array([x, y, z]), least
 
 
-def test_a_delta_robot_by_the_integral_over_its_joints():
+def test_delta_workspace_volume_matches_jacobian_integral():
     delta = chasles.load("delta")
     found = positions(delta, finest=128)
     unit = qmc.Sobol(3, rng=np.random.default_rng(3)).random(2**14)
@@ -84,14 +84,14 @@ def test_a_delta_robot_by_the_integral_over_its_joints():
     assert found.inside.ravel()[beyond].mean() > 0.95
 
 
-def test_finer_cells_agree_and_errors_shrink(hexapod):
+def test_finer_cells_reduce_error_consistently(hexapod):
     found = [positions(hexapod, finest=n).measure for n in (32, 64, 128)]
     for rough, fine in itertools.pairwise(found):
         assert abs(rough.value - fine.value) < rough.error
         assert fine.error < 0.6 * rough.error
 
 
-def test_data_and_picture(hexapod, tmp_path):
+def test_position_workspace_exports_npz_and_plot(hexapod, tmp_path):
     pytest.importorskip("matplotlib").use("Agg")
     found = positions(hexapod, finest=32)
     found.to_npz(tmp_path / "positions.npz")
@@ -100,7 +100,7 @@ def test_data_and_picture(hexapod, tmp_path):
     assert found.plot()[1].get_ylabel() == "z [m]"
 
 
-def test_errors(hexapod):
+def test_invalid_position_workspace_arguments_are_rejected(hexapod):
     with pytest.raises(InputValueError, match="expected finest 32 times a power of two, got 100"):
         positions(hexapod, finest=100)
     with pytest.raises(ShapeError, match=r"expected R_0_ee \(3, 3\)"):
@@ -109,7 +109,7 @@ def test_errors(hexapod):
         positions(hexapod, exp_rotation([3.0, 0, 0]), seed=[5, 0, 0])
 
 
-def test_a_box_that_cuts_the_region_at_one_side_grows(hexapod):
+def test_box_that_cuts_region_grows_to_cover_it(hexapod):
     whole = positions(hexapod, finest=64)
     p, size = hexapod.fk(np.array(hexapod.reference.q))[:3, 3], hexapod.unit_length
     # Below the base is the mirror image of the region, so that the box must not reach down there.

@@ -24,7 +24,7 @@ def poses(robot, rng):
 
 
 @pytest.mark.parametrize("name", ["puma560", "irb6640", "scara"])
-def test_postures_at_their_limits_are_reached(name):
+def test_configurations_at_limits_are_reached(name):
     """Rounding puts angles a little beyond a limit, above a whole turn counted from the other."""
     robot, rng = chasles.load(name), np.random.default_rng(12)
     q = rng.uniform(robot.lower, robot.upper, (200, robot.n))
@@ -37,7 +37,7 @@ def test_postures_at_their_limits_are_reached(name):
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_against_the_filters(name):
+def test_reach_matches_inverse_with_limit_filter(name):
     robot = chasles.load(name)
     T = poses(robot, np.random.default_rng(3))
     found = reach(robot, T)
@@ -49,7 +49,7 @@ def test_against_the_filters(name):
     assert found.reached.any()
 
 
-def test_the_limit_that_stops():
+def test_reported_limit_prevents_solution():
     robot = chasles.load("puma560")
     T = poses(robot, np.random.default_rng(4))
     found = reach(robot, T)
@@ -69,7 +69,7 @@ def test_the_limit_that_stops():
     assert sum(found.stopped_by().values()) == checked
 
 
-def test_cells_and_orientations():
+def test_reach_over_cells_counts_limited_solutions():
     robot = chasles.load("ur5e")
     cells = cells_of(np.array([-0.9, -0.9, 0.0]), np.array([0.9, 0.9, 0.9]), 9)
     found = reach(robot, cells, evenly(6))
@@ -87,7 +87,7 @@ def test_cells_and_orientations():
     assert checked == 162
 
 
-def test_given_joints():
+def test_reach_sums_solutions_over_fixed_joint_values():
     robot = chasles.load("panda")
     lower, upper = robot.lower[6], robot.upper[6]
     T = robot.fk(np.random.default_rng(5).uniform(robot.lower, robot.upper, (20, 7)))
@@ -97,7 +97,7 @@ def test_given_joints():
     assert np.array_equal(found.solutions[:, 0], np.sum(counts, 0))
 
 
-def test_the_same_for_any_number_of_threads():
+def test_reach_is_equal_for_any_thread_count():
     robot = chasles.load("ur5e")
     places = np.random.default_rng(6).uniform(-1, 1, (5000, 3))
     one, two = (reach(robot, places, threads=threads) for threads in (1, 2))
@@ -105,7 +105,7 @@ def test_the_same_for_any_number_of_threads():
     assert np.array_equal(one.stopped, two.stopped)
 
 
-def test_where_to_stand():
+def test_base_placement_scores_share_of_reachable_poses():
     robot = chasles.load("ur5e")
     rng = np.random.default_rng(7)
     T_w_0 = np.tile(np.eye(4), (30, 1, 1))
@@ -118,14 +118,14 @@ def test_where_to_stand():
     np.testing.assert_allclose(share, [found.valid.any(-1).mean() for found in expected])
 
 
-def test_orientations_are_even():
+def test_evenly_returns_well_spread_rotations():
     R = evenly(50)
     np.testing.assert_allclose(R @ np.moveaxis(R, 1, 2), np.tile(np.eye(3), (50, 1, 1)), atol=1e-15)
     between = R[:, :, 2] @ R[:, :, 2].T - 2 * np.eye(50)
     assert between.max() < np.cos(np.radians(20))
 
 
-def test_errors():
+def test_invalid_reach_arguments_are_rejected():
     robot = chasles.load("ur5e")
     with pytest.raises(ShapeError, match=r"places: expected Cells, \(m, 3\) or \(m, 4, 4\)"):
         reach(robot, np.zeros((2, 2)))
@@ -135,7 +135,7 @@ def test_errors():
         base_placement(robot, np.eye(4)[None], np.eye(4))
 
 
-def test_picture():
+def test_reach_plot_shows_share_and_limit_counts():
     pytest.importorskip("matplotlib").use("Agg")
     robot = chasles.load("stanford")
     found = reach(robot, cells_of(np.full(3, -0.6), np.full(3, 0.6), 8), evenly(3))
@@ -150,7 +150,7 @@ def test_picture():
         reach(robot, np.zeros((1, 3)), evenly(1)).plot()
 
 
-def test_a_limit_stands_before_out_of_reach_for_any_given_value():
+def test_limit_reason_precedes_out_of_reach_for_fixed_joint_values():
     """A pose that some value of the given joint reaches without limits is stopped by a limit."""
     robot, given = chasles.load("panda"), 8
     rng = np.random.default_rng(9)

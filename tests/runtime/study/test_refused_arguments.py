@@ -156,8 +156,8 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize("message", REFUSED)
-def test_what_has_no_meaning_is_refused(message):
+@pytest.mark.parametrize("message", REFUSED, ids=lambda message: message.replace("\\", "")[:40])
+def test_meaningless_study_arguments_are_rejected(message):
     with pytest.raises(InputValueError, match=message):
         REFUSED[message]()
 
@@ -170,8 +170,9 @@ def test_what_has_no_meaning_is_refused(message):
         (r"arc: via: expected shape \(3,\), got \(2,\)", lambda: arc(T_0, [1, 2], T_1)),
         (r"cells_of: lower: expected shape \(3,\)", lambda: cells_of(np.zeros(2), np.ones(2), 5)),
     ],
+    ids=["motion seed", "sequence start", "arc via", "cells lower"],
 )
-def test_what_has_another_shape_is_refused(message, called):
+def test_wrong_shapes_of_study_arguments_are_rejected(message, called):
     with pytest.raises(ShapeError, match=message):
         called()
 
@@ -180,7 +181,7 @@ def replaced_seed(seed):
     return Motion(ROBOT, line(T_0, T_1), law("cubic", 0.1, duration=1), np.array(seed))
 
 
-def test_a_line_that_only_turns_has_an_angle_for_its_length():
+def test_pure_rotation_line_has_angle_as_length():
     """Rounding of the positions is no way of its own, in which the tool would turn at once."""
     turn = np.eye(4)
     turn[:2, :2] = [[0, -1], [1, 0]]
@@ -194,7 +195,7 @@ def test_a_line_that_only_turns_has_an_angle_for_its_length():
     assert task_line("position_pitch", start, pitched).length == pytest.approx(0.5)
 
 
-def test_numbers_of_samples_may_be_floats():
+def test_float_sample_count_is_accepted():
     one, other = (workspace(ROBOT, count, finest=10) for count in (1e3, 1000))
     assert one.samples == 1000
     assert np.array_equal(one.hits, other.hits)

@@ -11,7 +11,7 @@ pytest.importorskip("coal", reason="coal comes with pin")
 PAGE = Path(__file__).parents[3] / "docs" / "studies.md"
 
 
-def test_the_examples_run(tmp_path, monkeypatch, capsys):
+def test_studies_page_examples_run(tmp_path, monkeypatch, capsys):
     matplotlib.use("Agg")
     monkeypatch.chdir(tmp_path)
     examples = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)

@@ -53,7 +53,7 @@ def results():
     yield skeleton(ROBOT)
 
 
-def test_every_result_is_short():
+def test_every_result_repr_is_short_and_single_line():
     count = 0
     for result in results():
         text = repr(result)
@@ -65,7 +65,7 @@ def test_every_result_is_short():
     assert count >= 20
 
 
-def test_figures_are_those_of_the_result():
+def test_repr_states_values_of_result():
     found = workspace(ROBOT, 2000, finest=10)
     text = repr(found)
     (low, _, _), (high, _, _) = found.extents
@@ -81,6 +81,7 @@ def test_figures_are_those_of_the_result():
 @pytest.mark.parametrize(
     ("dimension", "words"),
     [(1, "length 2 ± 0.5 m"), (2, "area 2 ± 0.5 m^2"), (3, "volume 2 ± 0.5 m^3")],
+    ids=["length", "area", "volume"],
 )
-def test_a_measure_in_words(dimension, words):
+def test_measure_string_names_dimension_and_unit(dimension, words):
     assert str(Measure(2.0, 0.5, dimension)) == words

@@ -24,13 +24,13 @@ def same(a, b):
 QUALITY = ("manipulability", "limit_margin", "directions")
 
 
-def test_extents_of_the_teaching_arm(lynxmotion):
+def test_teaching_arm_extents_are_exact(lynxmotion):
     found = workspace(lynxmotion, 1000)
     r = 0.1 * (2 + np.sqrt(3) / 2)
     np.testing.assert_allclose(found.extents, [[-r, -r, -0.05], [r, r, 0.4]], atol=1e-9)
 
 
-def test_every_posture_is_in_a_cell(lynxmotion):
+def test_every_sample_is_counted_in_a_cell(lynxmotion):
     for by in ("sobol", "uniform", "grid"):
         found = workspace(lynxmotion, SAMPLES, by=by, finest=30)
         assert found.hits.sum() == found.samples
@@ -39,7 +39,7 @@ def test_every_posture_is_in_a_cell(lynxmotion):
 
 
 @pytest.mark.parametrize("by", ["sobol", "uniform", "grid"])
-def test_bits_for_any_number_of_threads(lynxmotion, by):
+def test_workspace_is_bitwise_equal_for_any_thread_count(lynxmotion, by):
     one, two, five = (
         workspace(lynxmotion, SAMPLES, by=by, finest=30, quality=QUALITY, threads=threads)
         for threads in (1, 2, 5)
@@ -48,13 +48,13 @@ def test_bits_for_any_number_of_threads(lynxmotion, by):
     assert same(one, five)
 
 
-def test_keys(lynxmotion):
+def test_same_rng_gives_same_workspace(lynxmotion):
     one, same_key, other = (workspace(lynxmotion, SAMPLES, key=key) for key in (3, 3, 4))
     assert same(one, same_key)
     assert not same(one, other)
 
 
-def test_quality_against_the_postures(lynxmotion):
+def test_cell_quality_matches_sampled_configurations(lynxmotion):
     found = workspace(lynxmotion, 5000, finest=12, quality=QUALITY, by="uniform")
     from chasles.study.samples import samples_of
 
@@ -77,7 +77,7 @@ def test_quality_against_the_postures(lynxmotion):
     assert checked > 100
 
 
-def test_a_volume_by_few_samples(lynxmotion):
+def test_volume_from_few_samples_lies_within_error(lynxmotion):
     true = workspace(lynxmotion, 1_000_000, finest=40).measure
     for key in range(5):
         found = workspace(lynxmotion, 5000, by="uniform", finest=40, key=key).measure
@@ -85,14 +85,14 @@ def test_a_volume_by_few_samples(lynxmotion):
         assert abs(found.value - true.value) <= found.error + true.error
 
 
-def test_loops_that_do_not_close_are_counted():
+def test_samples_with_open_loops_are_counted():
     found = workspace(chasles.load("planar_3rrr"), 2000)
     assert 0 < found.lost < 2000
     assert found.hits.sum() + found.lost == 2000
     assert found.measure.dimension == 2
 
 
-def test_file(lynxmotion, tmp_path):
+def test_workspace_survives_npz_round_trip(lynxmotion, tmp_path):
     found = workspace(lynxmotion, SAMPLES, finest=20, quality=("directions",))
     found.to_npz(tmp_path / "arm.npz")
     again = Workspace.from_npz(tmp_path / "arm.npz")
@@ -101,13 +101,13 @@ def test_file(lynxmotion, tmp_path):
     assert again.robot == "lynxmotion"
 
 
-def test_a_file_of_something_else(tmp_path):
+def test_npz_without_workspace_is_rejected(tmp_path):
     np.savez(tmp_path / "other.npz", a=np.ones(3))
     with pytest.raises(InputValueError, match=r"other\.npz: expected a workspace"):
         Workspace.from_npz(tmp_path / "other.npz")
 
 
-def test_sections_and_projections(lynxmotion):
+def test_sections_sum_to_projection(lynxmotion):
     found = workspace(lynxmotion, SAMPLES, finest=20)
     z = found.cells.centres()[2]
     layers = [found.section("z", at) for at in z]
@@ -119,7 +119,7 @@ def test_sections_and_projections(lynxmotion):
             ask()
 
 
-def test_sobol_points_are_a_net_and_others_are_not():
+def test_only_sobol_samples_stratify_every_coordinate():
     """Each of 1024 equal parts of each coordinate has as many points as any other."""
     for by in ("sobol", "uniform"):
         points = Samples(np.zeros(3), np.array([1.0, 2.0, 4.0]), 2 * PIECE, by, 5)
@@ -132,7 +132,7 @@ def test_sobol_points_are_a_net_and_others_are_not():
             assert (hits == PIECE // 1024).all() == (by == "sobol")
 
 
-def test_pictures(lynxmotion):
+def test_workspace_plot_labels_axes(lynxmotion):
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
     found = workspace(lynxmotion, 20_000, finest=20)
@@ -150,7 +150,8 @@ def test_pictures(lynxmotion):
         ({"threads": 0}, "threads = 0: expected a positive number or 'all'"),
         ({"quality": ("speed",)}, "expected quality out of manipulability, limit_margin"),
     ],
+    ids=["zero samples", "small grid", "unknown sampling", "zero threads", "unknown quality"],
 )
-def test_errors(lynxmotion, arguments, message):
+def test_invalid_workspace_arguments_are_rejected(lynxmotion, arguments, message):
     with pytest.raises(InputValueError, match=message):
         workspace(lynxmotion, **{"samples": 100, **arguments})

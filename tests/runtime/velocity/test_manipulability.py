@@ -7,8 +7,7 @@ import chasles
 from chasles.derive import load
 from tests.support.compiling import compiled
 from tests.support.derivations import description
-
-from .test_rates import WITH_RATES, inside, pure
+from tests.support.rate_inputs import WITH_RATES, inside, pure
 
 ROWS = {"all": slice(0, 6), "linear": slice(0, 3), "angular": slice(3, 6)}
 
@@ -18,7 +17,7 @@ def ur5e():
     return chasles.load("ur5e")
 
 
-def test_the_planar_arm_of_the_textbooks():
+def test_planar_arm_manipulability_matches_textbook_formula():
     """w = a1 a2 |sin q2|, best with the elbow at a right angle: Yoshikawa 1985, section 4."""
     scara = chasles.load("scara")
     q = inside(scara, 200)
@@ -41,7 +40,7 @@ def planar_links(scara):
 
 @pytest.mark.parametrize("rows", ROWS)
 @pytest.mark.parametrize("name", ["ur5e", "panda", "photo_robot", "stanford", "lynxmotion"])
-def test_the_definitions(name, rows):
+def test_manipulability_measures_match_their_definitions(name, rows):
     robot = chasles.load(name)
     q = inside(robot, 200)
     part = ROWS[rows]
@@ -63,7 +62,7 @@ def test_the_definitions(name, rows):
 
 @pytest.mark.parametrize("rows", ROWS)
 @pytest.mark.parametrize("name", WITH_RATES)
-def test_the_gradient_is_that_of_the_measure(name, rows):
+def test_manipulability_gradient_matches_differences(name, rows):
     robot = chasles.load(name)
     q = inside(robot, 200)
     found = robot.manipulability_gradient(q, rows=rows)
@@ -80,7 +79,7 @@ def test_the_gradient_is_that_of_the_measure(name, rows):
     assert np.isfinite(found).all()
 
 
-def test_ellipsoids(ur5e):
+def test_velocity_and_force_ellipsoids_match_jacobian(ur5e):
     q = inside(ur5e, 50)
     J = ur5e.jacobian_mixed(q)
     rng = np.random.default_rng(1)
@@ -108,7 +107,7 @@ def test_ellipsoids(ur5e):
     np.testing.assert_allclose(np.linalg.norm(torque, axis=-1), 1, rtol=1e-9)
 
 
-def test_at_a_singularity(ur5e):
+def test_manipulability_vanishes_at_singularity(ur5e):
     q = np.array([0.3, -1.2, 0.0, -0.4, 0.9, 0.2])
     found = ur5e.manipulability(q)
     assert found.measure < 1e-15
@@ -120,7 +119,7 @@ def test_at_a_singularity(ur5e):
     assert (ur5e.force_ellipsoid(straight, rows="all").lengths > 0).all()
 
 
-def test_what_is_not_finite_gives_nan(ur5e):
+def test_non_finite_configuration_gives_nan_manipulability(ur5e):
     q = inside(ur5e, 3)
     q[1, 2] = np.nan
     found = ur5e.manipulability(q)
@@ -133,7 +132,7 @@ def test_what_is_not_finite_gives_nan(ur5e):
     assert ur5e.manipulability(q.reshape(3, 1, 6)).singular_values.shape == (3, 1, 6)
 
 
-def test_the_length_is_that_of_the_robot(ur5e):
+def test_characteristic_length_is_rms_distance_from_axes(ur5e):
     """The distance of the tip from the axes, by poses and axes at many random configurations."""
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (20000, 6))
     J = ur5e.jacobian_mixed(q)
@@ -145,7 +144,7 @@ def test_the_length_is_that_of_the_robot(ur5e):
     assert 0.8 < values.min() < values.max() < 1.3
 
 
-def test_wrong_input_is_named(ur5e):
+def test_invalid_manipulability_arguments_are_rejected(ur5e):
     q = np.zeros(6)
     with pytest.raises(chasles.InputError, match=r"ur5e\.manipulability: rows must be .* 'trans'"):
         ur5e.manipulability(q, rows="trans")
@@ -155,14 +154,14 @@ def test_wrong_input_is_named(ur5e):
         ur5e.manipulability(np.zeros(5))
 
 
-def test_without_a_hessian_there_is_no_gradient(tmp_path):
+def test_gradient_is_missing_without_hessian(tmp_path):
     scara = compiled(load(description("scara")), tmp_path / "scara", ["fk", "jacobian_mixed"])
     assert scara.manipulability(np.full(4, 0.1)).measure > 0
     with pytest.raises(AttributeError, match="'scara' has no 'manipulability_gradient'"):
         scara.manipulability_gradient  # noqa: B018
 
 
-def test_a_platform_moves_with_its_chain_as_its_actuators_make_it():
+def test_platform_manipulability_uses_actuator_jacobian():
     platform = chasles.load("stewart_gough")
     q = np.array(platform.reference.q) + np.linspace(0, 0.03, 6)
     theta = platform.chain(q)

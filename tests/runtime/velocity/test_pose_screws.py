@@ -31,13 +31,13 @@ def exact_exp(twist):
 
 
 @pytest.mark.parametrize("angle", [*ANGLES, 4.0, 7.0])
-def test_exp_against_30_digits(angle):
+def test_exp_matches_30_digit_reference(angle):
     x = twists(angle, 12)
     np.testing.assert_allclose(screws.exp(x), [exact_exp(row) for row in x], rtol=0, atol=4e-15)
 
 
 @pytest.mark.parametrize("angle", ANGLES)
-def test_log_undoes_exp(angle):
+def test_log_inverts_exp(angle):
     # The matrix is that of 40 digits, rounded: nothing of exp's own is in it.
     x = twists(angle)
     T = np.array([exact_exp(row) for row in x])
@@ -50,7 +50,7 @@ def test_small_angles_keep_their_digits():
     np.testing.assert_allclose(screws.log(screws.exp(x))[:, 3:], x[:, 3:], rtol=0, atol=1e-22)
 
 
-def test_half_turns_are_undone_by_either_twist():
+def test_log_of_half_turn_reproduces_pose():
     x = twists(np.pi)
     again = screws.log(screws.exp(x))
     np.testing.assert_allclose(np.linalg.norm(again[:, 3:], axis=-1), np.pi, rtol=1e-15)
@@ -59,7 +59,7 @@ def test_half_turns_are_undone_by_either_twist():
     np.testing.assert_array_equal(screws.log(exact), [0, 0, 0, 0, 0, np.pi])
 
 
-def test_angles_are_at_most_half_a_turn():
+def test_log_angle_is_at_most_pi():
     checked = 0
     for angle in np.linspace(0, 12, 61):
         x = screws.log(screws.exp(twists(angle)))
@@ -69,7 +69,7 @@ def test_angles_are_at_most_half_a_turn():
     assert checked == 61
 
 
-def test_agrees_with_scipy():
+def test_exp_and_log_agree_with_scipy():
     T = screws.exp(twists(2.0, 200))
     rigid = RigidTransform.from_matrix(T)
     expected = rigid.as_exp_coords()  # (omega, v)
@@ -79,7 +79,7 @@ def test_agrees_with_scipy():
     np.testing.assert_allclose(screws.inverse(T), np.linalg.inv(T), atol=1e-14)
 
 
-def test_agrees_with_the_symbolic_sibling():
+def test_exp_and_log_agree_with_symbolic_implementation():
     pytest.importorskip("sympy")
     from tests.laws import lie
 
@@ -91,7 +91,7 @@ def test_agrees_with_the_symbolic_sibling():
         np.testing.assert_allclose(screws.log(T), back, atol=1e-12)
 
 
-def test_a_screw_motion_has_one_twist():
+def test_screw_interpolation_has_constant_twist():
     T_a, T_b = screws.exp(twists(1.0, 8)[:2])
     s = np.linspace(0, 1, 11)
     path = screws.interpolate(T_a, T_b, s)
@@ -105,7 +105,7 @@ def test_a_screw_motion_has_one_twist():
     np.testing.assert_allclose(other, path @ T_b_c, atol=1e-14)
 
 
-def test_a_straight_line_turns_about_one_axis():
+def test_straight_interpolation_rotates_about_fixed_axis():
     T_a, T_b = screws.exp(twists(1.0, 8)[:2])
     s = np.linspace(0, 1, 11)
     path = screws.straight(T_a, T_b, s)
@@ -118,8 +118,8 @@ def test_a_straight_line_turns_about_one_axis():
     np.testing.assert_allclose(turns, np.broadcast_to(turns[0], turns.shape), atol=1e-14)
 
 
-@pytest.mark.parametrize("way", [screws.interpolate, screws.straight])
-def test_ways_broadcast(way):
+@pytest.mark.parametrize("way", [screws.interpolate, screws.straight], ids=["screw", "straight"])
+def test_interpolations_broadcast_over_poses_and_parameters(way):
     T_a, T_b = screws.exp(twists(1.0, 9)[:4]), screws.exp(twists(2.0, 9)[:4])
     s = np.linspace(-0.5, 1.5, 5)
     paths = way(T_a, T_b, s[:, None])
@@ -130,7 +130,7 @@ def test_ways_broadcast(way):
     assert way(T_a[0], T_b[0], 0.5).shape == (4, 4)
 
 
-def test_shapes_are_checked_and_nan_flows_through():
+def test_screw_functions_check_shapes_and_propagate_nan():
     with pytest.raises(chasles.ShapeError, match=r"screws.exp: expected twist of shape"):
         screws.exp(np.zeros(5))
     with pytest.raises(chasles.ShapeError, match=r"screws.straight: expected T_b"):

@@ -5,35 +5,17 @@ import pytest
 
 import chasles
 from chasles.velocity import _rates
-from tests.support.rate_inputs import CLOSURE, inside, pure, reached, twists
+from tests.support.rate_inputs import CLOSURE, WITH_RATES, inside, pure, reached, twists
 from tests.support.tolerances import ORACLE_RATES
 
 DAMPING = 0.04
-WITH_RATES = [
-    "board_installer",
-    "bricklaying_gantry",
-    "delta",
-    "excavator",
-    "five_bar",
-    "iiwa14",
-    "irb6640",
-    "jaco2",
-    "lynxmotion",
-    "panda",
-    "photo_robot",
-    "puma560",
-    "scara",
-    "stanford",
-    "ur5e",
-    "well_manipulator",
-]
 
 
 # ---------------------------------------------------------------- closure and damping
 
 
 @pytest.mark.parametrize("name", WITH_RATES)
-def test_a_twist_that_the_robot_has_is_reached(name):
+def test_feasible_twist_is_reached_with_minimum_norm_rates(name):
     robot = chasles.load(name)
     q = inside(robot, 300)
     given = np.random.default_rng(2).normal(size=q.shape)
@@ -53,7 +35,7 @@ def test_a_twist_that_the_robot_has_is_reached(name):
 
 @pytest.mark.parametrize("representation", ["space", "body", "mixed"])
 @pytest.mark.parametrize("name", ["ur5e", "board_installer"])
-def test_representations(name, representation):
+def test_joint_rates_are_correct_in_every_representation(name, representation):
     robot = chasles.load(name)
     q = inside(robot, 100)
     qd = np.random.default_rng(3).normal(size=q.shape)
@@ -70,7 +52,7 @@ def test_representations(name, representation):
     assert abs(np.linalg.norm(back) - 1) < 1e-9
 
 
-def test_the_law_of_damping(ur5e):
+def test_damping_follows_smallest_singular_value_formula(ur5e):
     # About the wrist singularity: from 1e-9 away to where nothing is damped.
     q = np.tile([0.3, -1.2, 1.5, -0.4, 0.0, 0.2], (40, 1))
     q[:, 4] = np.geomspace(1e-9, 0.5, 40)
@@ -118,7 +100,7 @@ def test_rates_are_continuous_through_a_singularity(ur5e):
     assert np.abs(found.qd).max() > 1
 
 
-def test_one_at_a_time_is_as_in_a_batch(panda):
+def test_batch_rates_equal_single_rates(panda):
     q, V = inside(panda, 20), twists(20)
     options = {"secondary": "limits", "rate_limits": 0.3}
     batch = panda.joint_rates(q, V, **options)
@@ -132,7 +114,7 @@ def test_one_at_a_time_is_as_in_a_batch(panda):
     assert panda.joint_rates(q[:, None], V).qd.shape == (20, 20, 7)
 
 
-def test_part_of_a_twist(ur5e):
+def test_partial_twist_is_reached_with_smaller_rates(ur5e):
     q, V = inside(ur5e, 200), twists(200)
     for rows, part in (("linear", slice(0, 3)), ("angular", slice(3, 6))):
         found = ur5e.joint_rates(q, V, rows=rows)
@@ -149,7 +131,7 @@ def test_part_of_a_twist(ur5e):
 
 
 @pytest.mark.parametrize("name", ["ur5e", "panda", "photo_robot", "stanford", "board_installer"])
-def test_rate_limits_are_kept_and_the_direction_too(name):
+def test_rate_limits_scale_twist_without_changing_direction(name):
     robot = chasles.load(name)
     q = inside(robot, 2000, seed=5)
     V = 20 * twists(len(q))
@@ -172,7 +154,7 @@ def test_rate_limits_are_kept_and_the_direction_too(name):
     assert not slow.limited.any()
 
 
-def test_other_joints_take_over_from_one_that_is_held(panda):
+def test_redundant_joints_compensate_for_saturated_joint(panda):
     q, V = inside(panda, 2000, seed=6), 3 * twists(2000)
     limits = np.full(7, 1.0)
     free = panda.joint_rates(q, V)
@@ -186,7 +168,7 @@ def test_other_joints_take_over_from_one_that_is_held(panda):
     np.testing.assert_allclose(found.twist[helped], V[helped], rtol=0, atol=1e-10)
 
 
-def test_the_scale_cannot_be_larger_without_redundancy(ur5e):
+def test_scale_is_maximal_without_redundancy(ur5e):
     q, V = inside(ur5e, 500, seed=7), 5 * twists(500)
     found = ur5e.joint_rates(q, V, rate_limits=1.0)
     most = np.abs(ur5e.joint_rates(q, V).qd).max(-1)
@@ -196,7 +178,7 @@ def test_the_scale_cannot_be_larger_without_redundancy(ur5e):
 
 
 @pytest.mark.parametrize("dt", [None, 1e-3])
-def test_a_joint_at_its_limit_does_not_go_on(panda, dt):
+def test_joint_at_limit_never_moves_outward(panda, dt):
     rng = np.random.default_rng(8)
     q = inside(panda, 1000, seed=9)
     at = rng.integers(0, 7, 1000)
@@ -214,7 +196,7 @@ def test_a_joint_at_its_limit_does_not_go_on(panda, dt):
     assert np.abs(outside.qd).max() < 100
 
 
-def test_no_limit_is_ever_passed(panda):
+def test_position_rate_and_acceleration_limits_always_hold(panda):
     """Joints driven about at 1 kHz until they meet limits; every bound holds at every tick."""
     rng = np.random.default_rng(10)
     dt, count = 1e-3, 200
@@ -237,7 +219,7 @@ def test_no_limit_is_ever_passed(panda):
     assert touched.any(0).sum() >= 5
 
 
-def test_rounding_carries_no_joint_over_its_limit():
+def test_rounding_never_carries_joint_beyond_limit():
     rng = np.random.default_rng(16)
     limit, dt = rng.uniform(-3, 3, (2, 100000, 1))
     dt = np.abs(dt[:, 0]) / 100
@@ -252,7 +234,7 @@ def test_rounding_carries_no_joint_over_its_limit():
     np.testing.assert_allclose(up, naive, rtol=1e-11, atol=1e-12)
 
 
-def test_a_joint_brakes_as_late_as_it_can():
+def test_joint_brakes_as_late_as_possible_before_limit():
     """A joint driven towards its limit moves as fast as allowed and stops at the limit."""
     robot = chasles.load("scara")
     q = (robot.lower + robot.upper) / 2
@@ -280,7 +262,7 @@ def test_a_joint_brakes_as_late_as_it_can():
     assert np.abs(qd).max() < 3 * most * dt
 
 
-def test_a_sharp_turn_is_taken_as_near_as_accelerations_let(ur5e):
+def test_acceleration_limits_give_closest_feasible_twist(ur5e):
     q = np.array([0.3, -1.2, 1.5, -0.4, 0.9, 0.2])
     V, change = twists(1)[0], 4e-3
     wanted = ur5e.joint_rates(q, V).qd
@@ -316,7 +298,7 @@ def objective(robot, name, q):
 
 @pytest.mark.parametrize("robot_name", ["panda", "iiwa14"])
 @pytest.mark.parametrize("name", ["limits", "manipulability", "posture"])
-def test_a_secondary_objective_improves_while_the_task_is_kept(robot_name, name):
+def test_secondary_objective_improves_without_changing_task(robot_name, name):
     robot = chasles.load(robot_name)
     q, V = inside(robot, 300, seed=11), twists(300)
     secondary = inside(robot, 1, seed=12)[0] if name == "posture" else name
@@ -332,7 +314,7 @@ def test_a_secondary_objective_improves_while_the_task_is_kept(robot_name, name)
     np.testing.assert_allclose(twice.qd - plain.qd, 2 * (found.qd - plain.qd), atol=1e-10)
 
 
-def test_a_posture_is_reached_with_the_tool_at_rest(panda):
+def test_rest_configuration_is_approached_with_fixed_tool(panda):
     rest = inside(panda, 1, seed=13, margin=0.3)[0]
     q = rest + 0.05 * np.sin(np.arange(7))
     T = panda.fk(q)
@@ -346,7 +328,7 @@ def test_a_posture_is_reached_with_the_tool_at_rest(panda):
     assert abs(vt[6] @ (q - rest)) < 1e-5
 
 
-def test_a_secondary_objective_does_not_cost_the_task_anything(panda):
+def test_secondary_objective_never_reduces_task_scale(panda):
     q, V = inside(panda, 1000, seed=14), 3 * twists(1000)
     limits = np.full(7, 0.5)
     plain = panda.joint_rates(q, V, rate_limits=limits)
@@ -357,7 +339,7 @@ def test_a_secondary_objective_does_not_cost_the_task_anything(panda):
         np.testing.assert_allclose(found.twist, plain.twist, rtol=0, atol=1e-12)
 
 
-def test_it_goes_on_around_a_joint_that_is_held():
+def test_secondary_objective_uses_remaining_freedom_at_saturation():
     """Two freedoms to spare: what a held joint cannot do is left, what others can is done."""
     robot = chasles.load("photo_robot")
     q = inside(robot, 200, seed=17)
@@ -385,7 +367,7 @@ def null_part(J, z, held=None):
     return z - np.linalg.pinv(J) @ (J @ z)
 
 
-def test_a_robot_with_no_freedom_to_spare_ignores_it(ur5e):
+def test_non_redundant_robot_ignores_secondary_objective(ur5e):
     q, V = inside(ur5e, 100), twists(100)
     q[:50, 4] = 0.0
     plain = ur5e.joint_rates(q, V)
@@ -399,7 +381,7 @@ def test_a_robot_with_no_freedom_to_spare_ignores_it(ur5e):
 
 @pytest.mark.parametrize("representation", ["space", "body", "mixed"])
 @pytest.mark.parametrize("name", ["ur5e", "panda", "board_installer", "scara"])
-def test_accelerations_close(name, representation):
+def test_joint_accelerations_reproduce_tool_acceleration(name, representation):
     robot = chasles.load(name)
     q = inside(robot, 100)
     rng = np.random.default_rng(15)
@@ -421,7 +403,7 @@ def test_accelerations_close(name, representation):
 
 
 @pytest.mark.parametrize("name", ["panda", "board_installer"])
-def test_a_locked_joint_is_not_accelerated_and_the_others_are_the_whole_arm(name):
+def test_fixed_joint_is_excluded_from_joint_accelerations(name):
     robot = chasles.load(name)
     q, lock = inside(robot, 100), 2
     rng = np.random.default_rng(16)

@@ -12,7 +12,7 @@ from tests.support.rate_inputs import CLOSURE, inside, twists
 # ---------------------------------------------------------------- input
 
 
-def test_wrong_input_is_named(ur5e):
+def test_invalid_joint_rates_arguments_are_rejected(ur5e):
     q, V = np.zeros(6), np.zeros(6)
     cases = [
         (chasles.ShapeError, r"ur5e\.joint_rates: V must have shape \(\.\.\., 6\), got \(3,\)",
@@ -40,7 +40,7 @@ def test_wrong_input_is_named(ur5e):
         ur5e.joint_rates(np.zeros(5), V)
 
 
-def test_what_is_not_finite_gives_nan(ur5e):
+def test_non_finite_input_gives_nan_rates(ur5e):
     q = inside(ur5e, 3)
     V = twists(3)
     q[0, 2], V[1, 3] = np.nan, np.inf
@@ -52,7 +52,7 @@ def test_what_is_not_finite_gives_nan(ur5e):
 
 @pytest.mark.parametrize("name", ["stewart_gough", "planar_3rrr"])
 @pytest.mark.parametrize("representation", ["mixed", "body", "space"])
-def test_platforms_move_as_their_actuators_are_told(name, representation):
+def test_platform_rates_reproduce_commanded_actuator_rates(name, representation):
     robot = chasles.load(name)
     q = np.array(robot.reference.q) + 0.01
     V = getattr(robot, f"jacobian_{representation}")(q) @ np.linspace(-0.1, 0.2, robot.n)
@@ -66,7 +66,7 @@ def test_platforms_move_as_their_actuators_are_told(name, representation):
     np.testing.assert_allclose(body.qd, rates.qd, atol=1e-5)
 
 
-def test_platforms_have_a_gradient_and_accelerations():
+def test_platforms_support_gradient_and_accelerations():
     platform = chasles.load("stewart_gough")
     q = np.array(platform.reference.q)
     rates = platform.joint_rates(q, np.zeros(6), secondary="manipulability")
@@ -76,7 +76,7 @@ def test_platforms_have_a_gradient_and_accelerations():
     np.testing.assert_allclose(platform.acceleration_mixed(q, qd, found.qdd), A, atol=1e-9)
 
 
-def test_the_page():
+def test_velocity_page_examples_run_as_documented():
     """The examples of docs/velocity.md run, and what their comments promise holds."""
     page = Path(__file__).parents[3] / "docs" / "velocity.md"
     blocks = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
@@ -97,7 +97,7 @@ def test_the_page():
     assert names["ellipsoid"].axes.shape == (3, 3)
 
 
-def test_of_two_joints_at_limits_the_right_one_is_held(panda):
+def test_correct_joint_saturates_if_two_are_at_limits(panda):
     """Holding the one that asks first, joint 1, leads nowhere; joint 7 is to be held instead."""
     q = np.array([panda.lower[0], 0.5305, 1.092, -1.9043, -2.1145, 2.7025, panda.lower[6]])
     V = np.array([0.0731, -0.0319, 0.3186, 0.1264, -0.2971, -0.0264])
@@ -110,12 +110,12 @@ def test_of_two_joints_at_limits_the_right_one_is_held(panda):
 
 
 @pytest.mark.parametrize("gain", [-1.0, np.nan, np.inf, "a"])
-def test_a_gain_without_a_meaning_is_refused(panda, gain):
+def test_invalid_gain_is_rejected(panda, gain):
     with pytest.raises(chasles.InputError, match=r"^panda\.joint_rates: gain must be"):
         panda.joint_rates(np.zeros(7), np.zeros(6), secondary="limits", gain=gain)
 
 
-def test_leading_dimensions_that_do_not_fit_are_those_given(ur5e):
+def test_broadcast_error_reports_original_shapes(ur5e):
     message = r"^ur5e\.joint_rates: leading dimensions do not broadcast: q \(3, 6\), V \(2, 6\)$"
     with pytest.raises(chasles.ShapeError, match=message):
         ur5e.joint_rates(np.zeros((3, 6)), np.zeros((2, 6)))

@@ -42,7 +42,7 @@ def reaches(pose):
     return np.hypot(d[..., 0], d[..., 1])
 
 
-def test_determinants(robot):
+def test_determinants_match_geometric_formula(robot):
     rng = np.random.default_rng(0)
     pose = rng.uniform([-0.08, -0.08, -0.3], [0.08, 0.08, 0.3], (200, 3))
     q = planar.cranks(pose, ROD, 1.0)
@@ -57,7 +57,7 @@ def test_determinants(robot):
         robot.determinants(pose[0], q[0], length=-1.0)
 
 
-def test_the_way_to_a_singularity(robot):
+def test_distance_to_singularity_matches_fine_scan(robot):
     rng = np.random.default_rng(1)
     start = rng.uniform([-0.03, -0.03, -0.2], [0.03, 0.03, 0.2], (150, 3))
     way = rng.uniform([-0.3, -0.3, -2], [0.3, 0.3, 2], (150, 3))
@@ -89,7 +89,7 @@ def test_the_way_to_a_singularity(robot):
     assert (kinds > 5).all()
 
 
-def test_ways_from_where_there_is_none(robot):
+def test_distance_to_singularity_is_nan_from_unreachable_start(robot):
     found = robot.way_to_singularity([5.0, 0.0, 0.0], [1.0, 0.0, 0.0])
     assert np.isnan(found.type_1)
     assert np.isnan(found.type_2)
@@ -100,7 +100,7 @@ def test_ways_from_where_there_is_none(robot):
 
 
 @pytest.mark.parametrize("phi", [0.0, 0.4, 0.7])
-def test_curves_of_singular_positions(robot, phi):
+def test_singularity_curves_are_singular_and_complete(robot, phi):
     side = (-0.35, 0.35)
     slot = robot.ik_planar([0.0, 0.0, 0.0]).q
     left = np.abs(slot - planar.cranks(np.zeros(3), ROD, 1.0)).max(-1).argmin()
@@ -135,7 +135,7 @@ def test_curves_of_singular_positions(robot, phi):
     assert checked > 3
 
 
-def test_bounds_that_do_not_ascend(robot):
+def test_non_ascending_bounds_are_rejected(robot):
     with pytest.raises(chasles.InputValueError, match="y must ascend"):
         robot.singularity_curves(0.0, (0, 1), (1, 1))
 
@@ -143,7 +143,7 @@ def test_bounds_that_do_not_ascend(robot):
 # --- curves of zeros ---
 
 
-def test_a_circle_is_one_closed_curve():
+def test_zero_curve_of_circle_is_single_closed_curve():
     x = np.linspace(-2, 2, 60)
     (curve,) = zero_curves(lambda p: (p**2).sum(-1) - 1, x, x)
     np.testing.assert_array_equal(curve[0], curve[-1])
@@ -152,7 +152,7 @@ def test_a_circle_is_one_closed_curve():
     assert abs(turned[-1] - turned[0]) == pytest.approx(2 * np.pi)
 
 
-def test_a_pole_is_no_curve_and_both_branches_of_a_hyperbola_are():
+def test_zero_curves_omit_poles_and_keep_hyperbola_branches():
     x = np.linspace(-2, 2, 61)
     with np.errstate(divide="ignore"):
         assert zero_curves(lambda p: 1 / (p[..., 0] - 0.011), x, x) == ()
@@ -162,7 +162,7 @@ def test_a_pole_is_no_curve_and_both_branches_of_a_hyperbola_are():
         np.testing.assert_allclose(curve[:, 0] * curve[:, 1], 0.01, atol=1e-12)
 
 
-def test_no_curve_where_there_is_no_value():
+def test_zero_curves_skip_undefined_regions():
     x = np.linspace(-2, 2, 61)
     found = zero_curves(lambda p: np.where(p[..., 0] > 0.3, p[..., 1] - 0.01, np.nan), x, x)
     (curve,) = found

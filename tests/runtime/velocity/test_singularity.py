@@ -23,7 +23,7 @@ def lines(pose, q):
     return np.concatenate([n, (r[..., :1] * n[..., 1:] - r[..., 1:] * n[..., :1])], -1)
 
 
-def test_the_definition(robot):
+def test_singularity_measures_match_their_definitions(robot):
     rng = np.random.default_rng(0)
     pose = rng.uniform([-0.08, -0.08, -0.3], [0.08, 0.08, 0.3], (200, 3))
     q = planar.cranks(pose, ROD, 1.0)
@@ -40,7 +40,7 @@ def test_the_definition(robot):
     np.testing.assert_array_equal(found.type_3, np.maximum(found.type_1, found.type_2))
 
 
-def test_a_stretched_leg_is_of_type_1(robot):
+def test_stretched_leg_is_type_1_singularity(robot):
     # The platform goes away from the first base joint until crank and rod are in one line.
     away = -planar.DIRECTIONS[0]
     shift = planar.CRANK + ROD - (planar.BASE - planar.PLATFORM)
@@ -54,7 +54,7 @@ def test_a_stretched_leg_is_of_type_1(robot):
     assert found.type_3 == found.type_2
 
 
-def test_three_lines_through_a_point_are_of_type_2(robot):
+def test_concurrent_rods_are_type_2_singularity(robot):
     # Rods that point away from the platform's middle: no arm is left, so none to measure in.
     end = planar.PLATFORM + ROD
     c = (planar.BASE**2 + end**2 - planar.CRANK**2) / (2 * planar.BASE * end)
@@ -68,7 +68,7 @@ def test_three_lines_through_a_point_are_of_type_2(robot):
     assert found.type_3 == found.type_1
 
 
-def test_the_length_is_the_robots_own(robot):
+def test_singularity_uses_characteristic_length_by_default(robot):
     pose = np.array([0.02, 0.01, 0.1])
     q = planar.cranks(pose, ROD, 1.0)
     z, at = np.array(robot.reference.z), np.array(robot.reference.q)
@@ -84,7 +84,7 @@ def test_the_length_is_the_robots_own(robot):
         robot.singularity(pose, q, length=-1)
 
 
-def test_one_length_for_rates_and_singularities():
+def test_default_singularity_length_equals_rates_length():
     platform = chasles.load("stewart_gough")
     theta, q = np.array(platform.reference.z)[:6], np.array(platform.reference.q)
     names = [variable.name for variable in platform.configuration_variables][:6]
@@ -93,6 +93,6 @@ def test_one_length_for_rates_and_singularities():
     np.testing.assert_array_equal(platform.singularity(theta, q), given)
 
 
-def test_what_is_not_finite_gives_nan(robot):
+def test_non_finite_pose_gives_nan_singularity_measures(robot):
     found = robot.singularity([[0.0, 0.0, 0.0], [np.nan, 0.0, 0.0]], np.zeros(3))
     assert [np.isnan(values).tolist() for values in found] == [[False, True]] * 3

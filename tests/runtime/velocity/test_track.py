@@ -13,6 +13,7 @@ from chasles import screws
 from chasles.velocity._track import BORDER, DAMPING
 from tests.support.handwritten import snake
 from tests.support.rate_inputs import span
+from tests.support.waiting import SECONDS
 
 STEPS = 100_000
 REGULAR = np.array([0.3, -1.2, 1.5, -0.4, 0.9, 0.2])
@@ -55,7 +56,7 @@ def assert_sound(robot, track, dt, rate=np.inf):
     assert (np.abs(np.diff(track.q, axis=0)) <= np.asarray(rate) * dt).all()
 
 
-def test_a_regular_path_has_the_joints_of_the_inverse(arm):
+def test_track_of_regular_path_matches_inverse(arm):
     poses = screws.straight(
         arm.fk(REGULAR),
         arm.fk(np.add(REGULAR, [0.5, 0.2, -0.3, 0.1, 0.3, 0.4])),
@@ -78,7 +79,7 @@ def test_a_regular_path_has_the_joints_of_the_inverse(arm):
     assert track.largest_angle == track.error[track.largest_angle_at, 1] == track.error[:, 1].max()
 
 
-def test_100000_steps_through_a_wrist_in_line(arm):
+def test_track_passes_wrist_singularity_accurately(arm):
     s = np.linspace(-1, 1, STEPS + 1)
     q = IN_LINE + s[:, None] * [0.2, 0.3, -0.2, 0.1, 0.6, 0.3]
     track = arm.track(arm.fk(q), q[0], 1e-3, rate_limits=RATE)
@@ -97,7 +98,7 @@ def test_100000_steps_through_a_wrist_in_line(arm):
 
 @pytest.mark.parametrize("offset", [0.0, 1e-6, 1e-3, 0.01, 0.03])
 @pytest.mark.parametrize("rate", [RATE, 0.5])
-def test_100000_steps_with_a_wrist_that_has_to_turn_over(arm, offset, rate):
+def test_track_passes_near_wrist_singularity_within_error_bound(arm, offset, rate):
     # Near the singularity, across it in the direction that is lost there: the closer it passes,
     # the faster the wrist has to turn by half a turn.
     q = np.add(IN_LINE, [0, 0, 0, 0, offset, 0])
@@ -112,7 +113,7 @@ def test_100000_steps_with_a_wrist_that_has_to_turn_over(arm, offset, rate):
     assert track.smallest_singular_value < 0.03
 
 
-def test_from_within_the_singularity(arm):
+def test_track_leaves_initial_wrist_singularity(arm):
     # At rest the wrist cannot tell which way to turn over; it finds one as it is left behind.
     twist = lost(arm, IN_LINE) * 0.6
     poses = arm.fk(IN_LINE) @ screws.exp(np.linspace(0, 1, STEPS + 1)[:, None] * twist)
@@ -124,7 +125,7 @@ def test_from_within_the_singularity(arm):
     assert "Held at its rate limit: wrist_1 in" in str(track)
 
 
-def test_the_error_at_a_wrist_in_line_is_bounded(arm):
+def test_track_error_at_wrist_singularity_respects_documented_bound(arm):
     # As documented: what the tool goes while a joint makes half a turn, and what it takes the
     # wrist to leave the singularity.
     rng = np.random.default_rng(5)
@@ -167,7 +168,7 @@ def costs(robot, q, target, rate, dt, length):
     return np.sum((A @ (track.q[1] - q) - b) ** 2) / 2, least, len(track.at_rate_limit)
 
 
-def test_a_step_is_the_bounded_least_squares_answer(arm):
+def test_track_step_solves_bounded_least_squares(arm):
     rng = np.random.default_rng(11)
     held = 0
     for _ in range(200):
@@ -196,7 +197,7 @@ def test_joints_stop_at_their_limits(arm):
     np.testing.assert_allclose(track.q[-1], q[-1], atol=1e-4)
 
 
-def test_out_of_reach_the_nearest_is_kept(arm):
+def test_track_of_unreachable_pose_comes_to_rest(arm):
     # Straight out, ten centimetres too far: the stretched arm points there and stays.
     q0 = np.array([0.1, -0.6, 0.9, -0.8, 1.2, 0.0])
     T = arm.fk(q0)
@@ -212,7 +213,7 @@ def test_out_of_reach_the_nearest_is_kept(arm):
     assert np.abs(track.qd[-m // 4 :]).mean() < 0.01
 
 
-def test_any_start_is_caught_up_with(arm):
+def test_track_converges_from_offset_start(arm):
     poses = np.broadcast_to(arm.fk(REGULAR), (200, 4, 4))
     track = arm.track(poses, REGULAR + 0.4, 0.01)
     assert_sound(arm, track, 0.01)
@@ -223,7 +224,7 @@ def test_any_start_is_caught_up_with(arm):
 
 
 @pytest.mark.parametrize("name", chasles.robots())
-def test_every_robot_with_a_jacobian_finds_its_own_paths(name):
+def test_every_robot_with_jacobian_tracks_its_own_path(name):
     robot = chasles.load(name)
     if "fk_jacobian_mixed" not in robot.functions:
         with pytest.raises(AttributeError, match="has no 'track'"):
@@ -261,7 +262,7 @@ def rank(J, tolerance):
 
 
 @pytest.mark.parametrize("n", [1, 3, 64])
-def test_many_joints_and_few(tmp_path, n):
+def test_track_works_for_few_and_many_joints(tmp_path, n):
     robot = load_snake(tmp_path, n, 0.8)
     q0 = np.full(n, 0.4 / n)
     q = q0 + np.linspace(0, 1, 501)[:, None] * np.linspace(-0.3, 0.4, n)
@@ -276,7 +277,7 @@ def test_many_joints_and_few(tmp_path, n):
     assert touched >= n // 2
 
 
-def test_it_stops_where_forward_kinematics_ends(tmp_path):
+def test_track_stops_at_end_of_fk_domain(tmp_path):
     robot = load_snake(tmp_path, 3)
     q = np.linspace([0.9, 0.5, 0.5], [0.99, 0.4, 0.5], 101)
     poses = robot.fk_jacobian_mixed(q)[0]
@@ -291,7 +292,7 @@ def test_it_stops_where_forward_kinematics_ends(tmp_path):
         robot.track(more, [1.1, 0, 0], 0.01)
 
 
-def test_one_pose_is_a_track(arm):
+def test_single_pose_gives_valid_track(arm):
     track = arm.track([arm.fk(REGULAR)], REGULAR, 0.01)
     assert (track.q.shape, track.qd.shape) == ((1, 6), (0, 6))
     assert str(track).startswith("1 poses followed within")
@@ -317,8 +318,29 @@ BAD = [
 ]
 
 
-@pytest.mark.parametrize(("change", "error", "message"), BAD)
-def test_bad_input_is_named(arm, change, error, message):
+@pytest.mark.parametrize(
+    ("change", "error", "message"),
+    BAD,
+    ids=[
+        "no poses",
+        "single pose",
+        "nan pose",
+        "left-handed pose",
+        "scaled pose",
+        "short q0",
+        "q0 beyond limit",
+        "nan q0",
+        "zero dt",
+        "nan dt",
+        "large gain",
+        "negative length",
+        "short rate limits",
+        "zero rate limits",
+        "negative rate limits",
+        "nan rate limits",
+    ],
+)
+def test_invalid_track_arguments_are_rejected(arm, change, error, message):
     given = {"poses": [arm.fk(REGULAR)], "q0": REGULAR, "dt": 0.01, **change}
     with pytest.raises(error, match=message):
         arm.track(**given)
@@ -340,6 +362,6 @@ assert np.abs(track.q).min() < 1e-12
 """
 
 
-def test_a_step_that_ends_beside_zero_ends():
+def test_step_that_ends_near_zero_terminates():
     """Last places of a coordinate near zero are too small to take a rounding off its rate."""
-    subprocess.run([sys.executable, "-c", ENDLESS], check=True, timeout=120)
+    subprocess.run([sys.executable, "-c", ENDLESS], check=True, timeout=SECONDS)

@@ -6,7 +6,7 @@ from pathlib import Path
 PAGE = Path(__file__).parents[3] / "docs" / "tracking.md"
 
 
-def test_the_examples_print_what_they_say(capsys):
+def test_tracking_page_examples_print_documented_output(capsys):
     text = PAGE.read_text(encoding="utf-8")
     examples = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     assert len(examples) == 2

@@ -1,16 +1,14 @@
 """A Chromium, one for all tests of a process that need a page."""
 
-import shutil
-
 import pytest
+
+from tests.support.tools import path_of
 
 
 @pytest.fixture(scope="session")
 def browser(tmp_path_factory):
     """A Chromium that draws in software; its tests are skipped where there is none."""
-    program = shutil.which("chromium")
-    if program is None:
-        pytest.skip("no chromium: apt-get install chromium")
+    program = path_of("chromium")
     pytest.importorskip("websockets", reason="no viser, which brings websockets")
     from tests.support.chromium import Chromium
 

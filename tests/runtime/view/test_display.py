@@ -42,7 +42,7 @@ def tools(display: Display, ghosts) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", chasles.robots())
-def test_a_posture_is_that_of_the_coordinates(name):
+def test_displayed_tool_matches_fk(name):
     robot = chasles.load(name)
     display = Display(robot)
     assert np.isfinite(display.start.bodies).all()
@@ -56,7 +56,7 @@ def test_a_posture_is_that_of_the_coordinates(name):
 
 
 @pytest.mark.parametrize("name", WITH_BRANCHES)
-def test_ghosts_hold_the_tool_where_it_is(name):
+def test_ghosts_have_same_tool_pose(name):
     display = Display(chasles.load(name))
     shown = 0
     for posture in drawn(display, np.random.default_rng(7)):
@@ -71,7 +71,7 @@ def test_ghosts_hold_the_tool_where_it_is(name):
     assert few or shown > 0
 
 
-def test_all_branches_are_ghosts_but_the_one_that_is_shown():
+def test_ghosts_show_all_branches_except_current():
     robot = chasles.load("ur5e")
     display = Display(robot)
     posture = display.at(np.array([0.3, -1.1, 1.2, 0.4, 0.9, -0.5]), display.start)
@@ -84,7 +84,7 @@ def test_all_branches_are_ghosts_but_the_one_that_is_shown():
 
 
 @pytest.mark.parametrize("name", WITH_BRANCHES)
-def test_a_dragged_tool_is_followed_on_its_branch(name):
+def test_dragged_tool_stays_on_its_branch(name):
     """A small way of the tool is a small way of all coordinates."""
     robot = chasles.load(name)
     display = Display(robot)
@@ -106,7 +106,7 @@ def test_a_dragged_tool_is_followed_on_its_branch(name):
     assert followed > 0
 
 
-def test_a_tool_out_of_reach_is_followed_as_far_as_it_goes():
+def test_unreachable_drag_target_moves_tool_closer():
     display = Display(chasles.load("ur5e"))
     T = display.start.tool.copy()
     T[:3, 3] = [5.0, 0.0, 0.0]
@@ -117,7 +117,7 @@ def test_a_tool_out_of_reach_is_followed_as_far_as_it_goes():
     assert np.linalg.norm(found.tool[:3, 3] - T[:3, 3]) < before
 
 
-def test_limits_have_colours():
+def test_joints_near_or_beyond_limits_are_marked():
     robot = chasles.load("irb6640")
     display = Display(robot)
     middle = (robot.lower + robot.upper) / 2
@@ -131,7 +131,7 @@ def test_limits_have_colours():
         assert all(found[name] is Nearness.FREE for name in names if name != names[k])
 
 
-def test_loops_that_do_not_close_stop_the_robot_on_its_way():
+def test_open_loop_stops_robot_at_last_closed_configuration():
     display = Display(chasles.load("planar_3rrr"))
     start, goal = display.start.q, np.array([3.1, 0.1, -3.1])
     found = display.at(goal, display.start)
@@ -142,14 +142,14 @@ def test_loops_that_do_not_close_stop_the_robot_on_its_way():
     assert np.abs(display.robot.constraint(found.z)).max() < 1e-9
 
 
-def test_a_loop_in_closed_form_that_does_not_close_leaves_the_posture():
+def test_open_closed_form_loop_keeps_configuration():
     display = Display(chasles.load("excavator"))
     found = display.at(display.start.q + np.array([0, 9.0, 0, 0]), display.start)
     assert not found.closes
     assert found.q is display.start.q
 
 
-def test_the_workspace_is_where_the_tool_was():
+def test_workspace_points_are_reachable_tool_positions():
     robot = chasles.load("scara")
     display = Display(robot)
     points = display.workspace(slider_units(robot, display.start.q), 500)
@@ -161,7 +161,7 @@ def test_the_workspace_is_where_the_tool_was():
     assert np.ptp(reach) > 0.3
 
 
-def test_quaternions_are_those_of_scipy():
+def test_quaternions_match_scipy():
     rng = np.random.default_rng(2)
     turns = [Rotation.random(200, random_state=3).as_matrix()]
     axes = np.vstack([np.eye(3), rng.normal(size=(20, 3))])
@@ -175,7 +175,7 @@ def test_quaternions_are_those_of_scipy():
 
 
 @pytest.mark.parametrize("name", ["planar_3rrr", "delta", "stewart_gough"])
-def test_assembly_modes_are_ghosts_with_the_same_actuators(name):
+def test_ghosts_show_all_other_assembly_modes(name):
     robot = chasles.load(name)
     display = Display(robot)
     shown = 0
@@ -191,5 +191,5 @@ def test_assembly_modes_are_ghosts_with_the_same_actuators(name):
     assert shown > 0
 
 
-def test_robots_without_modes_have_none_as_ghosts():
+def test_robot_without_assembly_modes_reserves_no_mode_ghosts():
     assert Display(chasles.load("ur5e")).most_modes == 0

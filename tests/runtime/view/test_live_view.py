@@ -8,6 +8,7 @@ import pytest
 import chasles
 from chasles.errors import InputValueError
 from chasles.view import LiveView, Recording
+from tests.support.waiting import until
 
 viser = pytest.importorskip("viser", reason="viser is not installed")
 OF_VISER = ("THREE.Clock", "Detected chrome", "WebGL", "Performance")
@@ -19,8 +20,6 @@ GRIP = 0.8
 @pytest.fixture
 def shown(browser):
     """Opens a view of a robot in the browser; it ends with the test."""
-    from tests.support.chromium import until
-
     views = []
 
     def show(name, **options):
@@ -74,9 +73,7 @@ def field_of(label):
     return f"document.getElementById({own}).parentElement.querySelector('input[type=text]')"
 
 
-def test_a_slider_moves_the_robot_and_nothing_else(shown, browser):
-    from tests.support.chromium import until
-
+def test_slider_moves_only_its_joint(shown, browser):
     view = shown("ur5e")
     before = view.posture.q.copy()
     browser.run(f"{field_of('elbow')}.focus()")
@@ -94,9 +91,7 @@ def test_a_slider_moves_the_robot_and_nothing_else(shown, browser):
 
 
 @pytest.mark.parametrize("name", ["ur5e", "planar_3rrr"])
-def test_a_dragged_tool_moves_along_its_axis_on_its_branch(shown, browser, name):
-    from tests.support.chromium import until
-
+def test_dragged_arrow_moves_tool_along_axis_on_nearest_branch(shown, browser, name):
     view = shown(name)
     robot, T = chasles.load(name), view.posture.tool.copy()
     q = view.posture.q.copy()
@@ -122,9 +117,7 @@ def test_a_dragged_tool_moves_along_its_axis_on_its_branch(shown, browser, name)
     assert complaints(browser) == []
 
 
-def test_a_recording_is_played(shown, browser):
-    from tests.support.chromium import until
-
+def test_recording_is_played_back(shown, browser):
     robot = chasles.load("excavator")
     q = np.array(robot.reference.q)
     ways = np.array([q, q + np.array([0.4, 0.05, 0.05, 0.05])])
@@ -138,7 +131,7 @@ def test_a_recording_is_played(shown, browser):
     assert complaints(browser) == []
 
 
-def test_a_port_that_is_taken():
+def test_occupied_port_is_rejected():
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()

@@ -7,8 +7,9 @@ import chasles
 from chasles.drawing import skeleton
 from chasles.errors import InputValueError
 from chasles.view.meshes import body_meshes
+from tests.support.optional import OptionalPackage
 
-yourdfpy = pytest.importorskip("yourdfpy", reason="yourdfpy is not installed")
+yourdfpy = OptionalPackage("yourdfpy")
 
 ARM = """<robot name="meshed">
   <link name="world"/>
@@ -50,7 +51,7 @@ def corners(surface) -> np.ndarray:
     return np.asarray(surface.vertices)
 
 
-def test_meshes_move_with_their_links(meshed):
+def test_mesh_poses_match_yourdfpy(meshed):
     robot = chasles.load(meshed)
     bodies = skeleton(robot)
     meshes = body_meshes(meshed, bodies)
@@ -73,11 +74,11 @@ def test_meshes_move_with_their_links(meshed):
         assert min(off) < 1e-9
 
 
-def test_other_files_have_no_meshes(tmp_path):
+def test_files_other_than_urdf_have_no_meshes(tmp_path):
     assert body_meshes(tmp_path / "arm.toml", skeleton(chasles.load("scara"))) == ()
 
 
-def test_a_file_that_is_no_urdf(tmp_path):
+def test_invalid_urdf_is_rejected_by_file_name(tmp_path):
     file = tmp_path / "arm.urdf"
     file.write_text("<robot", encoding="utf-8")
     with pytest.raises(InputValueError, match=r"arm\.urdf"):

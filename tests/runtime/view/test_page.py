@@ -20,7 +20,7 @@ def moved(T, point) -> np.ndarray:
     return T[:3, :3] @ point + T[:3, 3]
 
 
-def test_kinematics_of_all_robots_are_those_of_the_generated_functions(browser, tmp_path):
+def test_page_kinematics_match_generated_functions(browser, tmp_path):
     opened(browser, tmp_path, chasles.load("four_bar"))
     checked, kinds = 0, set()
     for name in (*chasles.robots(), HELD):
@@ -42,7 +42,7 @@ def test_kinematics_of_all_robots_are_those_of_the_generated_functions(browser, 
 
 
 @pytest.mark.parametrize("name", ["ur5e", "excavator", "stewart_gough", "planar_3rrr"])
-def test_a_slider_moves_the_robot(browser, tmp_path, name):
+def test_page_slider_moves_only_its_joint(browser, tmp_path, name):
     robot = chasles.load(name)
     opened(browser, tmp_path, robot)
     before, q = on_page(browser), coordinates(browser)
@@ -71,7 +71,7 @@ def test_a_slider_moves_the_robot(browser, tmp_path, name):
     assert browser.complaints() == []
 
 
-def test_a_page_says_where_a_loop_does_not_close(browser, tmp_path):
+def test_page_reports_open_loop_and_recovers(browser, tmp_path):
     robot = chasles.load("planar_3rrr")
     opened(browser, tmp_path, robot)
     closes = browser.run("setCoordinates([3.1, 0.1, -3.1])")
@@ -97,7 +97,7 @@ def test_a_page_says_where_a_loop_does_not_close(browser, tmp_path):
     assert message(browser) == ""
 
 
-def test_a_page_loads_nothing_from_anywhere(browser, tmp_path):
+def test_page_loads_no_external_resources(browser, tmp_path):
     opened(browser, tmp_path, chasles.load("delta"))
     script = "performance.getEntriesByType('resource').map((entry) => entry.name)"
     assert [name for name in browser.run(script) if not name.startswith("data:")] == []
@@ -112,7 +112,7 @@ def test_a_page_loads_nothing_from_anywhere(browser, tmp_path):
     assert browser.run(script) > 100
 
 
-def test_a_browser_that_draws_nothing_is_told(browser, tmp_path):
+def test_page_reports_missing_webgl(browser, tmp_path):
     blind = "<body><script>HTMLCanvasElement.prototype.getContext = () => null;</script>"
     file = tmp_path / "blind.html"
     text = html_page(chasles.load("four_bar"))
@@ -122,7 +122,7 @@ def test_a_browser_that_draws_nothing_is_told(browser, tmp_path):
     browser.said.clear()
 
 
-def test_a_title_is_text(browser, tmp_path):
+def test_page_title_is_escaped(browser, tmp_path):
     class Renamed:
         """A robot with another title."""
 

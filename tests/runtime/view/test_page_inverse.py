@@ -9,8 +9,8 @@ import chasles
 from chasles.drawing import skeleton
 from chasles.view.display import Display
 from chasles.view.tool_branches import branches
-from tests.support.chromium import until
 from tests.support.viewed_pages import asked, coordinates, message, on_page, opened, walk
+from tests.support.waiting import until
 
 TRUE = 1e-9
 """Radians and parts of the robot's size by which the tool may be off."""
@@ -35,7 +35,7 @@ def wrapped(robot, apart):
     return np.where(turns, np.remainder(apart + np.pi, 2 * np.pi) - np.pi, apart)
 
 
-def test_the_tool_is_followed_to_poses_of_all_robots(page):
+def test_page_inverse_follows_tool_for_all_robots(page):
     checked = 0
     for name in chasles.robots():
         robot = chasles.load(name)
@@ -62,7 +62,7 @@ def test_the_tool_is_followed_to_poses_of_all_robots(page):
 
 
 @pytest.mark.parametrize("name", BRANCHED)
-def test_ghosts_are_all_branches_of_the_closed_form(page, name):
+def test_page_ghosts_show_all_closed_form_branches(page, name):
     robot = chasles.load(name)
     display = Display(robot)
     posture = walk(display, 3, seed=8)[-1]
@@ -82,7 +82,7 @@ def test_ghosts_are_all_branches_of_the_closed_form(page, name):
         assert np.abs(wrapped(robot, every - row)).max(-1).min() < SAME, (name, row)
 
 
-def test_limits_hold_a_dragged_tool(page):
+def test_dragged_tool_respects_limits_at_local_minimum(page):
     """Where the tool cannot go, no small move within the limits comes nearer."""
     robot, rng = chasles.load("irb6640"), np.random.default_rng(1)
     display = Display(robot)
@@ -132,7 +132,7 @@ def tool(browser, robot):
 
 
 @pytest.mark.parametrize("name", ["ur5e", "planar_3rrr", "delta"])
-def test_a_dragged_arrow_moves_the_tool_along_it(browser, tmp_path, name):
+def test_dragged_arrow_moves_tool_along_its_axis(browser, tmp_path, name):
     robot = chasles.load(name)
     opened(browser, tmp_path, robot)
     q, T = coordinates(browser), tool(browser, robot)
@@ -153,7 +153,7 @@ def test_a_dragged_arrow_moves_the_tool_along_it(browser, tmp_path, name):
     assert browser.complaints() == []
 
 
-def test_a_dragged_ring_turns_the_tool_about_its_axis(browser, tmp_path):
+def test_dragged_ring_rotates_tool_about_its_axis(browser, tmp_path):
     robot = chasles.load("ur5e")
     opened(browser, tmp_path, robot)
     T, length = tool(browser, robot), browser.run("handle.length")
@@ -166,7 +166,7 @@ def test_a_dragged_ring_turns_the_tool_about_its_axis(browser, tmp_path):
     assert np.arctan2(moved[2, 1], moved[1, 1]) == pytest.approx(0.2, abs=0.05)
 
 
-def test_ghosts_stand_on_the_page_and_a_tool_out_of_reach_is_told(browser, tmp_path):
+def test_page_shows_ghosts_and_reports_unreachable_tool(browser, tmp_path):
     robot = chasles.load("ur5e")
     opened(browser, tmp_path, robot)
     expected = robot.ik(robot.fk(coordinates(browser))).count - 1

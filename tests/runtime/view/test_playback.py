@@ -19,7 +19,7 @@ def written(tmp_path, text):
 
 
 @pytest.mark.parametrize("ending", ["npz", "csv"])
-def test_motions_come_back(tmp_path, ending):
+def test_motion_files_survive_round_trip(tmp_path, ending):
     a, b = np.zeros(4), np.array([0.3, -0.4, 0.05, 1.0])
     curve = joint_line(a, b)
     sampled = Motion(ROBOT, curve, law("quintic", curve.length, duration=2.0), a).sample(20)
@@ -32,7 +32,7 @@ def test_motions_come_back(tmp_path, ending):
     np.testing.assert_array_equal(found.at(99.0), sampled.q[-1])
 
 
-def test_tables_in_any_order_of_columns(tmp_path):
+def test_recording_columns_are_read_in_any_order(tmp_path):
     names = [c.name for c in ROBOT.coordinates]
     text = f"note,{','.join(reversed(names))}\nx,4,3,2,1\n\ny,8,7,6,5\n"
     found = read_recording(written(tmp_path, text), ROBOT)
@@ -51,13 +51,22 @@ def test_tables_in_any_order_of_columns(tmp_path):
         (f"{HEAD}\n1,2,3,nan\n", "finite"),
         (f"t,{HEAD}\n1,1,2,3,4\n0,1,2,3,4\n", "never fall"),
     ],
+    ids=[
+        "empty file",
+        "no rows",
+        "missing columns",
+        "text cell",
+        "missing cell",
+        "nan cell",
+        "decreasing time",
+    ],
 )
-def test_what_is_refused(tmp_path, text, word):
+def test_malformed_recording_table_is_rejected(tmp_path, text, word):
     with pytest.raises(InputValueError, match=word):
         read_recording(written(tmp_path, text), ROBOT)
 
 
-def test_recordings_of_another_robot_are_refused(tmp_path):
+def test_recording_of_another_robot_is_rejected(tmp_path):
     file, own = tmp_path / "other.npz", [c.name for c in ROBOT.coordinates]
     arrays = {"t": np.arange(3.0), "q": np.zeros((3, 4))}
     np.savez(file, **arrays, robot="gantry", names=own)
@@ -70,7 +79,7 @@ def test_recordings_of_another_robot_are_refused(tmp_path):
     assert read_recording(file, ROBOT).q.shape == (3, 4)
 
 
-def test_arrays_of_another_shape(tmp_path):
+def test_recording_with_wrong_arrays_is_rejected(tmp_path):
     file = tmp_path / "other.npz"
     np.savez(file, t=np.arange(3.0), q=np.zeros((3, 6)))
     with pytest.raises(InputValueError, match=r"q \(m, 4\) of scara, got \(3,\) and \(3, 6\)"):

@@ -2,8 +2,8 @@
 
 Lengths are whole millimetres. A mechanism is as large as drawn, a thousand times larger (the same
 lengths read as metres) or a thousandth (a mechanism of millimetres). Its reference is a closed
-configuration that ``bench/accuracy/multi_start.py`` finds, rounded to three digits. A seed is a
-mechanism.
+configuration that ``tests/support/oracles/multi_start.py`` finds, rounded to three digits. A seed
+is a mechanism.
 """
 
 import random

@@ -10,7 +10,7 @@ import json
 import subprocess
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from types import ModuleType
@@ -103,12 +103,6 @@ class FieldCase(Case):
         """Whether the value of an input of the inverse can be told of a configuration."""
         return name in self.robot.functions or self.coordinate(name) is not None
 
-    def raw(self) -> "FieldCase":
-        """The case judged by the numbers as they stand."""
-        case = replace(self)
-        case.__dict__["screws"] = self.arm.screws
-        return case
-
 
 def arms() -> Iterator[FieldArm]:
     """All arms of ssik's wheel, then the factory calibration of a UR5."""
@@ -155,8 +149,8 @@ def calibrated(path: Path = CALIBRATION) -> FieldArm:
     )
 
 
-def derived(arm: FieldArm, folder: Path) -> float:
-    """Derives an arm's URDF into a folder; returns the seconds of processor time that it took.
+def derived(arm: FieldArm, folder: Path) -> None:
+    """Derive an arm's URDF in a separate process, into a folder with the name of the arm.
 
     Raises:
         RuntimeError: The derivation failed; the message is the end of its output.
@@ -164,20 +158,18 @@ def derived(arm: FieldArm, folder: Path) -> float:
     folder.mkdir(parents=True, exist_ok=True)
     source = folder / f"{arm.name}.urdf"
     source.write_text(arm.urdf(), encoding="utf-8")
-    command = [sys.executable, "-c", _TIMED, str(source), str(folder)]
+    command = [sys.executable, "-c", _DERIVE, str(source), str(folder)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError((done.stdout + done.stderr).strip().splitlines()[-1])
-    return float(done.stdout.split()[-1])
 
 
-_TIMED = """
-import sys, time
+_DERIVE = """
+import sys
 from pathlib import Path
 from chasles.derive import from_urdf, write
 robot = from_urdf(sys.argv[1])
 write(robot, Path(sys.argv[2]) / robot.name)
-print(time.process_time())
 """
 
 

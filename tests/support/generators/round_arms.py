@@ -1,4 +1,4 @@
-"""Robot files of the arms of :mod:`bench.cases.drawn_arms`, with more angles that are oblique."""
+"""Robot files of :mod:`tests.support.generators.drawn_arms`, with more oblique angles."""
 
 from tests.support.generators.drawn_arms import Value, drawn
 

@@ -1,4 +1,4 @@
-"""The least error that noise leaves to any estimator: the bound of Cramer and Rao.
+"""The minimum error of an unbiased estimator under noise: the bound of Cramer and Rao.
 
 With J the derivative of all measured numbers, in their standard deviations, by the variables at the
 truth, no unbiased estimator has a covariance below C = (J^T J)^-1. An estimator that reaches this
@@ -20,14 +20,26 @@ DRAWS = 30
 """Estimates that are drawn; their mean error is then known to a few percent."""
 
 
-def least_error(robot, drawn: Any, found: Calibration, random: np.random.Generator) -> float:
-    """Mean error at held-back configurations by an estimator that reaches the bound [m].
+def least_error(
+    robot, drawn: Any, found: Calibration, random: np.random.Generator, chance: float
+) -> tuple[float, float]:
+    """Errors at held-back configurations of an estimator that reaches the bound [m].
+
+    The error is the mean of ``|K dx|``. As a function of standard normal numbers g, with
+    ``dx = A g`` and ``A A^T = C``, its Lipschitz constant L is at most the largest singular value
+    of ``K A`` over the root of the number of points. A Lipschitz function of normal numbers exceeds
+    its mean by ``L sqrt(-2 ln chance)`` with a probability of at most ``chance`` (Borell;
+    Tsirelson, Ibragimov and Sudakov).
 
     Args:
         robot: The robot, with parametric functions.
         drawn: The truth.
         found: A calibration, whose variables and standard deviations are taken.
         random: Draws the estimates.
+        chance: Probability that the error exceeds the second result.
+
+    Returns:
+        The mean error, and the error that is exceeded with the given probability at most.
     """
     sigma, count = found.observation.sigma, len(drawn.q)
     unknowns, held = drawn.targets.ravel(), np.zeros((len(drawn.held), len(drawn.targets), 3))
@@ -42,7 +54,10 @@ def least_error(robot, drawn: Any, found: Calibration, random: np.random.Generat
     C = np.linalg.inv(J.T @ J)
     dx = random.multivariate_normal(np.zeros(len(C)), (C + C.T) / 2, DRAWS)
     x, y, z = (K[axis::3] @ dx.T for axis in range(3))
-    return float(np.sqrt(x * x + y * y + z * z).mean())
+    mean = float(np.sqrt(x * x + y * y + z * z).mean())
+    A = np.linalg.cholesky((C + C.T) / 2)
+    L = np.sqrt(np.linalg.eigvalsh(A.T @ (K.T @ K) @ A)[-1] / (len(K) / 3))
+    return mean, mean + float(L * np.sqrt(-2 * np.log(chance)))
 
 
 def derivative(

@@ -10,11 +10,12 @@ from pathlib import Path
 import numpy as np
 import sympy as sp
 
+import chasles.derive
 from chasles.derive import Robot, load
 from chasles.derive.chain.poe import placement_matrix
 from chasles.derive.model.robot import Placement
 
-ROBOTS = Path(__file__).parents[2] / "derive" / "robots"
+ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 
 
 @dataclass(frozen=True)

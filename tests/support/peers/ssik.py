@@ -8,7 +8,7 @@ import numpy as np
 from ssik import Manipulator
 from ssik.core.codegen import emit_artifact
 
-from bench.native.library import BUILD
+from tests.support.native import BUILD
 from tests.support.oracles.screws import Screws
 from tests.support.peers.interface import Inverse, aligned, offsets
 

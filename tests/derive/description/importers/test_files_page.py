@@ -81,7 +81,7 @@ MADE = {
 }
 
 
-def test_every_command(files):
+def test_commands_of_robot_files_page_run(files):
     page = PAGE.read_text(encoding="utf-8")
     section = page[page.index("## Files of other programs") :]
     commands = re.findall(r"^chasles-derive (.*)$", section, re.MULTILINE)

@@ -27,7 +27,7 @@ FILES = {".urdf": URDF, ".xacro": URDF, ".xml": MJCF, ".toml": TOML, ".URDF": UR
 
 
 @pytest.mark.parametrize("ending", FILES)
-def test_every_kind_of_file(tmp_path, ending):
+def test_load_reads_every_file_format_in_any_letter_case(tmp_path, ending):
     path = tmp_path / f"hinge{ending}"
     path.write_text(FILES[ending])
     robot = load(path)
@@ -42,7 +42,7 @@ def test_every_kind_of_file(tmp_path, ending):
 
 
 @pytest.mark.parametrize("name", ["arm.yaml", "arm.txt", "arm"])
-def test_other_endings_are_refused(tmp_path, name):
+def test_unknown_file_suffix_is_rejected(tmp_path, name):
     (tmp_path / name).write_text(TOML)
     with pytest.raises(DescriptionError, match=r"ends in one of \.toml, \.urdf, \.xacro, \.xml"):
         load(tmp_path / name)

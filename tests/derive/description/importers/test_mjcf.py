@@ -42,7 +42,7 @@ def compare(path, seed):
     return text, checked
 
 
-def test_random_models_against_mujoco(path):
+def test_random_mjcf_models_match_mujoco_link_poses(path):
     words = ("ref", "range", "<frame", "pos=", "slide", "euler", "quat")
     texts, counts = zip(*(compare(path, seed) for seed in range(MODELS)), strict=True)
     assert sum(counts) > MODELS * POSES * 2
@@ -60,7 +60,7 @@ ARM = """\
 """
 
 
-def test_names_limits_and_notes(path):
+def test_mjcf_import_keeps_names_limits_and_notes(path):
     robot = read(path, ARM)
     assert (robot.name, robot.base_frame, robot.tool_frame) == ("arm", "world", "hand")
     assert [(joint.name, joint.kind) for joint in robot.joints] == [
@@ -77,7 +77,7 @@ def test_names_limits_and_notes(path):
     assert any("joint slide: y = 0.523598775" in note for note in read(path, noisy).notes)
 
 
-def test_followers_and_sites(path):
+def test_joint_equality_becomes_mimic_and_site_becomes_tip(path):
     law = (
         '<equality><joint joint1="slide" joint2="turn" polycoef="0.1 2 0 0 0"/></equality></mujoco>'
     )
@@ -106,12 +106,21 @@ def test_followers_and_sites(path):
             "<body> pos: expected finite numbers",
         ),
     ],
+    ids=[
+        "element",
+        "truncated",
+        "joint type",
+        "repeated name",
+        "root element",
+        "missing include",
+        "not finite",
+    ],
 )
-def test_wrong_models(path, old, new, words):
+def test_invalid_mjcf_raises_specific_error(path, old, new, words):
     assert words in wrong(path, ARM.replace(old, new))
 
 
-def test_what_no_chain_holds(path):
+def test_unsupported_mjcf_joints_and_loops_are_rejected(path):
     ball = ARM.replace('name="turn" range="-30 30"', 'name="turn" type="ball"')
     message = wrong(path, ball, "world", "hand")
     assert "joint 'turn' is a ball joint; expected hinges, slides and fixed bodies" in message
@@ -132,13 +141,13 @@ def test_what_no_chain_holds(path):
     assert robot.notes == ("pin: not on the way to the tip",)
 
 
-def test_a_program_that_moves_a_body_closes_no_loop(path):
+def test_weld_to_mocap_body_closes_no_loop(path):
     text = ARM.replace("<worldbody>", '<worldbody><body name="target" mocap="true"/>')
     weld = '<equality><weld body1="hand" body2="target"/></equality></mujoco>'
     assert read(path, text.replace("</mujoco>", weld), tip="hand").tool_frame == "hand"
 
 
-def test_a_urdf_by_another_ending(path):
+def test_urdf_with_xml_suffix_is_recognized(path):
     text = (
         '<?xml version="1.0"?><!-- <mujoco> --><robot name="u"><link name="a"/><link name="b"/>'
         '<joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint></robot>'
@@ -147,7 +156,7 @@ def test_a_urdf_by_another_ending(path):
     assert from_file(path).name == "u"
 
 
-def test_included_files_make_a_robot_due(path):
+def test_change_of_included_file_triggers_derivation(path):
     inner = path.with_name("hand.xml")
     inner.write_text('<mujocoinclude><site name="tcp" pos="0 0 0.3"/></mujocoinclude>')
     path.write_text(ARM.replace('pos="0 0 1">', 'pos="0 0 1"><include file="hand.xml"/>'))

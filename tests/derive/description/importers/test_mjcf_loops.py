@@ -28,7 +28,7 @@ def path(tmp_path):
     return tmp_path / "model.xml"
 
 
-def test_a_linkage_in_any_plane_has_an_article(path):
+def test_linkage_in_any_plane_writes_latex_rates(path):
     """Coefficients of its inverse and vectors of its loop stand in one product."""
     robot = read(path, random_linkage(random.Random(3)), "world", "tool")
     assert "latex/rates.tex" in artifacts(robot)
@@ -104,13 +104,13 @@ def compare_loop(path, seed):
     return robot.closures[0].kind, len(found)
 
 
-def test_spatial_loops_against_mujoco(path):
+def test_spatial_loop_residuals_vanish_at_mujoco_solutions(path):
     kinds, counts = zip(*(compare_loop(path, seed) for seed in range(LOOPS)), strict=True)
     assert set(kinds) == {"ball", "weld"}
     assert sum(counts) > 2 * LOOPS
 
 
-def test_linkages_against_mujoco(path):
+def test_linkage_residuals_and_poses_match_mujoco(path):
     kinds = {compare_linkage(path, seed) for seed in range(LINKAGES)}
     assert kinds == {"ball", "pin", "weld"}
 
@@ -148,12 +148,12 @@ def compare_delta(path, seed):
         assert np.abs(tool - data.site("tool").xpos).max() <= 1e-9, seed
 
 
-def test_rods_on_balls_against_mujoco(path):
+def test_delta_platform_pose_matches_mujoco(path):
     for seed in range(DELTAS):
         compare_delta(path, seed)
 
 
-def test_connects_that_are_no_hinge(path):
+def test_three_connects_between_two_bodies_are_rejected(path):
     linkage = random_linkage(random.Random(0))
     closure = linkage[linkage.index("<equality>") : linkage.index("</equality>")]
     frames = [f'body1="rocker" body2="coupler" anchor="0 0 {k / 10}"' for k in range(3)]
@@ -161,7 +161,7 @@ def test_connects_that_are_no_hinge(path):
     assert "3 connects hold" in wrong(path, linkage.replace(closure, three), tip="tool")
 
 
-def test_a_rod_that_holds_more_is_none(path):
+def test_ball_joint_of_rod_with_extra_connect_is_rejected(path):
     """A second connect of the same body: its ball joint is refused then."""
     text = random_delta(random.Random(0)).replace(
         "</equality>", '<connect body1="rod0" body2="arm1" anchor="0 0 0"/></equality>'

@@ -18,14 +18,14 @@ def run(*words):
     ("name", "robot"),
     [("panda", "panda"), ("ur5e_mj_description", "ur5e"), ("ur5e", "ur5e")],
 )
-def test_a_urdf_a_model_and_a_xacro_file(cache, name, robot):
+def test_robot_names_resolve_to_urdf_mjcf_and_xacro(cache, name, robot):
     to = cache / "out"
     done = run(f"robot:{name}", "--to", to, "--functions", "fk")
     assert done.exit_code == 0, done.output
     assert (to / robot / "manifest.json").is_file()
 
 
-def test_the_paths_are_those_of_the_package(cache):
+def test_resolved_paths_match_robot_descriptions_package(cache):
     from chasles.derive.description.importers.named_robots import described
 
     module = importlib.import_module("robot_descriptions.panda_description")
@@ -34,6 +34,6 @@ def test_the_paths_are_those_of_the_package(cache):
     assert (file.name, words) == ("ur.urdf.xacro", ("ur_type:=ur5e", "name:=ur5e"))
 
 
-def test_unknown_and_unreachable_names(cache):
+def test_unknown_or_unreachable_names_are_reported(cache):
     assert "expected a name of robot_descriptions, such as panda" in run("robot:pandaa").output
     assert "expected iiwa14_description to be downloaded (" in run("robot:iiwa14").output

@@ -55,7 +55,7 @@ def random_angles(dice):
     ]
 
 
-def test_matrices_and_quaternions():
+def test_rpy_reproduces_rotation_matrices_and_quaternions():
     dice = random.Random(5)
     with mp.workdps(40):
         for _ in range(CASES):
@@ -70,7 +70,7 @@ def test_matrices_and_quaternions():
 
 
 @pytest.mark.parametrize("step", [1, 6])
-def test_right_angles_and_twelfths_are_exact(step):
+def test_rpy_is_exact_at_multiples_of_fifteen_degrees(step):
     """Of products in doubles; at gimbal lock yaw is 0."""
     turns = range(-12, 13, step) if step > 1 else random.Random(1).choices(range(-12, 13), k=6)
     for angles in itertools.product(turns, repeat=3):

@@ -76,20 +76,36 @@ TWO_PLATES = f"{arm('l', 5, 'base')} l5>plate_a:f l5>plate_b:f"
         (arm("l", 3, "base") + " l3>ball:x", "base", "l3"),
         (arm("l", 3, "base") + " l3>ball:x " + arm("m", 4, "ball"), "ball", "m4"),
     ],
+    ids=[
+        "panda",
+        "ur",
+        "palm",
+        "long fingers",
+        "legged",
+        "coupled",
+        "unnamed plate",
+        "two plates",
+        "ur tcp",
+        "panda tcp",
+        "arm end link",
+        "two joints",
+        "free ball",
+        "free base",
+    ],
 )
-def test_the_chain_that_is_meant(text, base, tip):
+def test_base_and_tip_are_inferred_from_typical_trees(text, base, tip):
     ends = only_chain(tree(text), None, None)
     assert (ends.base, ends.tip) == (base, tip)
 
 
-def test_other_ends_are_named():
+def test_note_lists_alternative_tip_links():
     assert only_chain(tree(NO_NAME), None, None).note == "tip: plate; also there: camera_a, imu"
     assert only_chain(tree(arm("l", 3, "base")), None, None).note == ""
     many = arm("l", 2, "b") + "".join(f" b>s{k}:f" for k in range(9))
     assert only_chain(tree(many), None, None).note.endswith("s4, s5 and 3 more")
 
 
-def test_two_arms_are_two_robots():
+def test_two_arm_tree_yields_a_robot_per_arm():
     found = chosen_ends(tree(TWO), None, None)
     assert [(ends.base, ends.tip) for ends in found] == [
         ("base", "left_tool0"),
@@ -100,7 +116,7 @@ def test_two_arms_are_two_robots():
     assert only_chain(tree(TWO), "base", "right_tool0").note == ""
 
 
-def test_ends_that_are_given():
+def test_missing_end_is_inferred_and_invalid_ends_are_rejected():
     assert only_chain(tree(UR), "base_link", None).base == "base_link"
     assert only_chain(tree(LEGGED), None, "a3").base == "trunk"
     assert only_chain(tree(UR), None, "ft_frame").base == "world"
@@ -147,21 +163,21 @@ def random_tree(dice):
     return tree(" ".join(parts)), "base", tool
 
 
-def test_random_trees():
+def test_base_and_tip_are_inferred_from_random_trees():
     for seed in range(TREES):
         made, base, tip = random_tree(random.Random(seed))
         found = only_chain(made, None, None)
         assert (found.base, found.tip) == (base, tip), seed
 
 
-def test_long_chains():
+def test_tip_is_inferred_for_chains_of_hundreds_of_links():
     found = only_chain(tree(arm("l", 480, "base")), None, None)
     assert found.tip == "l480"
     rigid = " ".join(f"r{k}>r{k + 1}:f" for k in range(480)) + " r480>last:m"
     assert only_chain(tree(rigid), None, None).tip == "last"
 
 
-def test_circles_and_large_trees_ask_for_a_tip():
+def test_cyclic_or_oversized_trees_require_a_tip():
     circle = KinematicTree(
         ("a", "b"), (TreeJoint("1", "moving", "a", "b"), TreeJoint("2", "moving", "b", "a"))
     )
@@ -170,7 +186,7 @@ def test_circles_and_large_trees_ask_for_a_tip():
             only_chain(made, base, None)
 
 
-def test_a_file_with_two_arms(tmp_path):
+def test_two_arm_urdf_requires_a_tip(tmp_path):
     parts = ["<robot name='two'><link name='body'/>"]
     for side in ("left", "right"):
         parts.append(
@@ -200,8 +216,9 @@ def test_a_file_with_two_arms(tmp_path):
         ("trossen_descriptions/urdf/wx250s.urdf.xacro", "/base_link", ["/ee_gripper_link"]),
         ("unimation_puma560_description/urdf/puma560_robot.urdf.xacro", "link1", ["link7"]),
     ],
+    ids=["irb140", "kr10", "al5d", "panda", "dual panda", "wx250s", "puma560"],
 )
-def test_files_of_others(file, base, tips):
+def test_ends_of_published_urdf_files_are_inferred(file, base, tips):
     data = pytest.importorskip("rtbdata", reason="files of real robots, in the extra `crosscheck`")
     path = Path(next(iter(data.__path__))) / "xacro" / file
     found = opened(path).ends(None, None)

@@ -145,8 +145,8 @@ def compare(path, robot, deltas, dice):
     return measured
 
 
-@pytest.mark.parametrize("deltas", [FORUM, DRIVER])
-def test_the_controllers_deviations_are_those_of_plain_dh(tmp_path, deltas):
+@pytest.mark.parametrize("deltas", [FORUM, DRIVER], ids=["forum", "driver"])
+def test_controller_calibration_matches_plain_dh_product(tmp_path, deltas):
     measured = compare(tmp_path / "calibration.conf", arm(UR10), deltas, random.Random(1))
     lengths = [value for j in measured.joints for name, value in j.given if name[:3] == "xyz"]
     assert max(abs(float(value)) for value in lengths) < 0.62
@@ -155,7 +155,7 @@ def test_the_controllers_deviations_are_those_of_plain_dh(tmp_path, deltas):
     assert forearm["xyz_y"] == forearm["xyz_z"] == 0, "the upper arm's x axis points to it"
 
 
-def test_random_deviations_are_those_of_plain_dh(tmp_path):
+def test_random_calibration_matches_plain_dh_product(tmp_path):
     dice = random.Random(7)
     for _ in range(MADE):
         compare(tmp_path / "made.conf", arm(), random_deltas(dice), dice)
@@ -212,7 +212,7 @@ def factory(tmp_path):
     return path
 
 
-def test_the_drivers_poses_are_those_of_its_urdf(factory):
+def test_driver_calibration_matches_pinocchio_pose_of_urdf(factory):
     """In the frame of the controller's base, which DH parameters use, and in that of the URDF."""
     text = urdf_of(yaml.safe_load(FACTORY)["kinematics"])
     nominal = factory.with_name("ur.urdf")
@@ -231,7 +231,7 @@ def test_the_drivers_poses_are_those_of_its_urdf(factory):
         assert np.abs(forward(robot)(q) - oracle(q)).max() > 1e-6
 
 
-def test_names_and_limits_stay(factory):
+def test_calibration_keeps_names_limits_and_tool(factory):
     before = arm(UR5)
     after = calibrated(before, factory)
     assert [(j.name, j.link, j.limits) for j in after.joints] == [
@@ -259,8 +259,9 @@ def refused(path, text, robot=None):
         ("-0.4251460319702735", "-0.6127", "expected the calibration of a Universal Robots UR5e"),
         ("kinematics:", "kinematics: [", "expected valid YAML"),
     ],
+    ids=["no kinematics", "no joint", "no x", "not a number", "expression", "other arm", "syntax"],
 )
-def test_wrong_yaml(factory, old, new, words):
+def test_invalid_yaml_calibration_raises_specific_error(factory, old, new, words):
     assert words in refused(factory, FACTORY.replace(old, new))
 
 
@@ -272,12 +273,13 @@ def test_wrong_yaml(factory, old, new, words):
         ("11.1984514757821039", "eleven", ":3: delta_d: expected a decimal number"),
         ("-2.97595340762196176e-05, 0", "-2.97e-05, 0.1", ":4: delta_a: expected 0 for the last"),
     ],
+    ids=["no delta_d", "five numbers", "not a number", "last delta_a"],
 )
-def test_wrong_conf(tmp_path, old, new, words):
+def test_invalid_conf_calibration_raises_specific_error(tmp_path, old, new, words):
     assert words in refused(tmp_path / "c.conf", conf(FORUM).replace(old, new), arm(UR10))
 
 
-def test_other_robots(factory, tmp_path):
+def test_calibration_of_unsuitable_robot_or_file_is_rejected(factory, tmp_path):
     panda = load(ROBOTS / "panda.toml")
     assert "belongs to a UR arm, of six revolute joints one right after" in refused(
         factory, FACTORY, panda

@@ -81,14 +81,14 @@ def names(folder):
     return sorted(path.parent.name for path in Path(folder).glob("*/manifest.json"))
 
 
-def test_macros_properties_includes_and_arguments(arm):
+def test_xacro_expands_macros_properties_includes_and_arguments(arm):
     robot = from_file(arm, tip="left_tool0", arguments=("reach:=0.125",))
     assert robot.name == "duo"
     given = {name: str(value) for name, value in robot.joints[0].given}
     assert (given["xyz_z"], given["rpy_x"]) == ("1/4", "pi/2")
 
 
-def test_one_robot_for_each_arm_and_each_named_tip(arm, tmp_path):
+def test_each_arm_or_requested_tip_becomes_a_robot(arm, tmp_path):
     done = run(arm, "reach:=0.25", "--to", tmp_path / "out")
     assert done.exit_code == 0, done.output
     assert names(tmp_path / "out") == ["duo_left_tool0", "duo_right_tool0"]
@@ -101,7 +101,7 @@ def test_one_robot_for_each_arm_and_each_named_tip(arm, tmp_path):
     assert names(tmp_path / "one") == ["duo"]
 
 
-def test_a_chosen_tip_is_said(arm, tmp_path):
+def test_inferred_tip_is_reported_in_output_and_manifest(arm, tmp_path):
     done = run(arm, "--to", tmp_path / "out", "--base", "left_link", "--explain")
     assert "has no joint with a coordinate of its own" in done.output
     text = arm.read_text().replace('<xacro:turn side="right"', '<link name="camera"/><!--')
@@ -116,7 +116,7 @@ def test_a_chosen_tip_is_said(arm, tmp_path):
     assert "tip: left_tool0; also there: camera" in notes
 
 
-def test_an_argument_or_an_included_file_makes_it_due(arm, tmp_path):
+def test_changed_argument_or_include_triggers_derivation(arm, tmp_path):
     words = (arm, "--to", tmp_path / "out", "--tip", "left_tool0")
     assert run(*words).exit_code == 0
     assert "nothing to derive" in run(*words).output
@@ -142,8 +142,9 @@ def test_an_argument_or_an_included_file_makes_it_due(arm, tmp_path):
             [("base_link", "left_tool0", "left"), ("base_link", "right_link", "right")],
         ),
     ],
+    ids=["chain", "joint", "links", "subgroups", "two groups"],
 )
-def test_groups(arm, groups, expected):
+def test_srdf_groups_select_their_chains(arm, groups, expected):
     assert list(chains(arm, (), None, groups, None)) == expected
     elsewhere = arm.parent.parent / "moved.srdf"
     arm.with_name("duo.srdf").rename(elsewhere)
@@ -161,13 +162,14 @@ def test_groups(arm, groups, expected):
         ("up", "expected a chain between links of the robot"),
         ("circle", "expected one of the groups"),
     ],
+    ids=["misspelled", "apart", "gone", "up", "circle"],
 )
-def test_groups_that_are_no_chains(arm, group, words):
+def test_srdf_groups_without_a_single_chain_are_rejected(arm, group, words):
     with pytest.raises(DescriptionError, match=words):
         chains(arm, (), None, (group,), None)
 
 
-def test_groups_on_the_command_line(arm, tmp_path):
+def test_group_option_writes_a_robot_per_chain(arm, tmp_path):
     assert run(arm, "--group", "both", "--to", tmp_path / "out").exit_code == 0
     assert names(tmp_path / "out") == ["duo_left_tool0", "duo_right_link"]
     both = run(arm, "--group", "both", "--tip", "left_link", "--to", tmp_path / "x")
@@ -188,8 +190,19 @@ def test_groups_on_the_command_line(arm, tmp_path):
         ("arm", 'name="reach" default="0.5"', 'name="reach"', "missing attribute 'default'"),
         ("arm", '<xacro:arg name="reach" default="0.5"/>', "", "give it by reach:=value"),
     ],
+    ids=[
+        "macro name",
+        "package",
+        "include",
+        "property",
+        "arm not closed",
+        "macro not closed",
+        "expression",
+        "no default",
+        "no argument",
+    ],
 )
-def test_what_xacro_refuses(arm, file, old, new, words):
+def test_xacro_errors_are_reported_with_their_cause(arm, file, old, new, words):
     path = arm if file == "arm" else arm.parents[2] / "parts/urdf/joint.xacro"
     path.write_text(path.read_text().replace(old, new))
     with pytest.raises(DescriptionError) as caught:
@@ -197,7 +210,7 @@ def test_what_xacro_refuses(arm, file, old, new, words):
     assert words in str(caught.value)
 
 
-def test_arguments_where_there_are_none(arm, tmp_path):
+def test_misplaced_xacro_arguments_are_rejected(arm, tmp_path):
     with pytest.raises(DescriptionError, match="expected name:=value, found 'x'"):
         expanded(arm, ("x",))
     plain = tmp_path / "plain.urdf"
@@ -208,6 +221,6 @@ def test_arguments_where_there_are_none(arm, tmp_path):
     assert "arguments belong to URDF" in run("ur5e", "a:=b", "--to", tmp_path / "o").output
 
 
-def test_a_missing_file():
+def test_missing_xacro_file_is_reported():
     with pytest.raises(DescriptionError, match="a readable file"):
         expanded(Path("none.xacro"), ())

@@ -45,7 +45,7 @@ def include(name):
     return f'<xacro:include filename="{name}.xacro"/>'
 
 
-def test_a_file_of_macros_names_the_file_that_includes_it(tmp_path):
+def test_hint_for_macro_file_names_the_including_file(tmp_path):
     folder = written(
         tmp_path, parts=MACRO, whole=include("parts") + '<xacro:arm prefix="" reach="1"/>'
     )
@@ -53,23 +53,23 @@ def test_a_file_of_macros_names_the_file_that_includes_it(tmp_path):
     assert f"{folder / 'whole.xacro'}, which includes it" in refusal(folder / "parts.xacro")
 
 
-def test_a_file_of_macros_that_nobody_includes_shows_a_call(tmp_path):
+def test_hint_for_unused_macro_file_shows_a_call(tmp_path):
     message = refusal(written(tmp_path, parts=MACRO) / "parts.xacro")
     assert message.endswith(f"derive a file that calls one, as {CALL}")
 
 
-def test_an_include_whose_macro_nobody_calls(tmp_path):
+def test_hint_for_uncalled_included_macro_shows_a_call(tmp_path):
     folder = written(tmp_path, parts=MACRO, whole=include("parts"))
     assert refusal(folder / "whole.xacro").endswith(
         f"the file includes parts.xacro and calls no macro of it: add {CALL}"
     )
 
 
-def test_no_links_and_no_macros(tmp_path):
+def test_file_without_links_or_macros_is_reported(tmp_path):
     assert "defines no macro" in refusal(written(tmp_path, bare="<material/>") / "bare.xacro")
 
 
-def test_a_part_that_hangs_on_a_link_of_the_whole(tmp_path):
+def test_hint_for_partial_file_names_the_complete_file(tmp_path):
     whole = '<link name="flange"/>' + include("hand")
     folder = written(tmp_path, hand=JOINT, whole=whole)
     assert "<link" in expanded(folder / "whole.xacro", ())
@@ -93,30 +93,39 @@ def test_a_part_that_hangs_on_a_link_of_the_whole(tmp_path):
         ("", MACRO + '<xacro:arm prefix="" reach="1"/>', "has to hold an element for each"),
         ("", MACRO + "<xacro:paint/>", "has to give c"),
     ],
+    ids=[
+        "property in other file",
+        "no prefix",
+        "no property",
+        "defined after use",
+        "macro in other file",
+        "missing block",
+        "missing parameter",
+    ],
 )
-def test_what_a_file_does_not_include(tmp_path, elsewhere, text, words):
+def test_hint_locates_missing_properties_and_macros(tmp_path, elsewhere, text, words):
     folder = written(tmp_path, whole=text)
     other = written(tmp_path, "common", constants=elsewhere) / "constants.xacro"
     assert words.format(other=other) in refusal(folder / "whole.xacro")
 
 
-def test_a_missing_package_is_said_once(tmp_path):
+def test_missing_package_is_reported_only_once(tmp_path):
     file = written(tmp_path, whole=include("$(find no_parts)/a")) / "whole.xacro"
     assert refusal(file).count("no package 'no_parts'") == 1
     assert "<class" not in refusal(file)
 
 
-def test_an_argument_is_asked_for(tmp_path):
+def test_hint_names_missing_xacro_argument(tmp_path):
     file = written(tmp_path, whole='<link name="$(arg side)_hand"/>') / "whole.xacro"
     assert "give it by side:=value" in refusal(file)
     assert "left_hand" in expanded(file, ("side:=left",))
 
 
-def test_an_error_that_nobody_knows_has_no_hint(tmp_path):
+def test_unknown_xacro_error_has_no_hint(tmp_path):
     assert missing("some other reason", tmp_path / "a.xacro") == ""
 
 
-def test_an_argument_that_begins_as_the_word_before_it_ends(tmp_path):
+def test_hint_gives_full_argument_name(tmp_path):
     folder = written(tmp_path, whole='<link name="$(arg tool_len)"/>')
     message = refusal(folder / "whole.xacro")
     assert "argument tool_len" in message

@@ -133,7 +133,7 @@ def poses_at(mechanism, q):
 
 
 @pytest.mark.parametrize("make", [hexa, twisted_delta, tripod])
-def test_the_arms_of_a_pose_are_those_that_made_it(make):
+def test_leg_inverse_recovers_generating_actuators(make):
     mechanism = make()
     at, ik = dict(mechanism.reference), solved(make)
     middle = np.array([float(at.get(c.name, 0)) for c in mechanism.coordinates])
@@ -150,7 +150,7 @@ def test_the_arms_of_a_pose_are_those_that_made_it(make):
     assert checked >= POSES
 
 
-def test_a_pose_beside_those_of_three_freedoms_has_no_arms():
+def test_pose_outside_three_dof_workspace_has_no_solution():
     mechanism = twisted_delta()
     T = poses_at(mechanism, np.zeros(3))[:1]
     ik = solved(twisted_delta)
@@ -163,7 +163,7 @@ def test_a_pose_beside_those_of_three_freedoms_has_no_arms():
     assert np.nanmin(ik(T)[1]) > 1e-5
 
 
-def test_a_tilted_tube_has_one_length_of_each_leg():
+def test_tripod_pose_has_a_single_solution():
     mechanism, ik = tripod(), solved(tripod)
     T = poses_at(mechanism, np.array([0.03, -0.05, 0.08]))
     q, residual = ik(T)
@@ -173,7 +173,7 @@ def test_a_tilted_tube_has_one_length_of_each_leg():
     assert ik(T)[1].min() > 1e-6
 
 
-def test_every_side_of_six_arms_holds_a_pose():
+def test_all_64_branches_of_hexa_solve_a_pose():
     T = np.eye(4)[None].repeat(POSES, 0)
     T[:, :3, 3] = np.random.default_rng(1).uniform(-0.03, 0.03, (POSES, 3))
     T[:, 2, 3] += 0.38

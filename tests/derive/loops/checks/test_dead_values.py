@@ -20,7 +20,7 @@ def drawn_four_bar(rng):
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_a_crank_stops_where_coupler_and_rocker_are_in_line(seed):
+def test_four_bar_dead_points_align_coupler_and_rocker(seed):
     a, b, c, d = drawn_four_bar(np.random.default_rng(seed))
     text = (ROBOTS / "four_bar.toml").read_text()
     for name, old, new in zip("abcd", (100, 300, 250, 350), (a, b, c, d), strict=True):
@@ -36,6 +36,6 @@ def test_a_crank_stops_where_coupler_and_rocker_are_in_line(seed):
     assert found.least == pytest.approx((1 - cosine**2).min(), abs=1e-5)
 
 
-def test_a_margin_of_several_coordinates_has_no_list():
+def test_dead_points_of_multi_coordinate_margins_are_not_listed():
     (far,) = dead_values(Hybrid(loads((ROBOTS / "five_bar.toml").read_text(), "five_bar.toml")))
     assert far is None

@@ -25,12 +25,12 @@ def limited(name, **limits):
     )
 
 
-def test_limits_within_reach_are_not_told():
+def test_reachable_limits_give_no_note():
     for name in ("four_bar", "five_bar", "excavator", "well_manipulator", "bricklaying_gantry"):
         assert limits_of(Hybrid(load(ROBOTS / f"{name}.toml"))) == ()
 
 
-def test_limits_beyond_reach_tell_where_loops_close():
+def test_note_on_unreachable_limits_states_closing_range():
     # Stretched, the cylinder is as long as both of its pins are far from the boom's pin.
     reach = 1000 * (np.hypot(0.55, 0.65) + np.hypot(2.6, 0.85)) - 1980
     (told,) = limits_of(Hybrid(limited("excavator", boom_cylinder=("0", "3"))))
@@ -42,7 +42,7 @@ def test_limits_beyond_reach_tell_where_loops_close():
     assert float(found.group(1)) == pytest.approx(reach, abs=1)
 
 
-def test_wide_limits_do_not_step_over_the_part_that_closes():
+def test_closing_range_is_found_within_very_wide_limits():
     pins = np.hypot(0.55, 0.65), np.hypot(2.6, 0.85)
     *_, told = limits_of(Hybrid(limited("excavator", boom_cylinder=("-1.9", "3000"))))
     found = re.search(r"the loops close from (\S+) to (\S+) mm$", told)
@@ -50,7 +50,7 @@ def test_wide_limits_do_not_step_over_the_part_that_closes():
     assert [float(end) for end in found.groups()] == pytest.approx(ends, abs=1)
 
 
-def test_a_box_that_stays_open_tells_the_part_that_closes():
+def test_note_states_share_of_limits_in_which_loops_close():
     robot = limited("five_bar", left=("1.9", "3.1"), right=("0", "1.25"))
     short = tuple(
         replace(p, value=sp.Rational(18, 100)) if p.name == "b" else p for p in robot.parameters
@@ -65,7 +65,7 @@ def test_a_box_that_stays_open_tells_the_part_that_closes():
     assert len(told) == 3
 
 
-def test_limits_of_a_platform_are_searched():
+def test_closing_range_of_platform_limits_is_searched():
     told = limits_of(Hybrid(limited("planar_3rrr", theta_1=("-3", "3"))))
     assert re.match(r"limits: the loops close in \d+ % of 60 random", told[0])
     low, high = map(float, re.search(r"close from (\S+) to (\S+) deg", told[1]).groups())
@@ -81,13 +81,13 @@ def test_limits_of_a_platform_are_searched():
         ("excavator", "boom_cylinder: two pins and a slide"),
     ],
 )
-def test_mechanisms_in_words(name, words):
+def test_mechanism_explanation_states_mobility_and_loop_steps(name, words):
     text = str(explain(load(ROBOTS / f"{name}.toml")))
     assert "Freedoms: " in text
     assert words in text
 
 
-def test_words_on_a_mechanism_that_is_not_determined():
+def test_explanation_of_underactuated_mechanism_raises_error():
     robot = load(ROBOTS / "five_bar.toml")
     with pytest.raises(RobotError, match="2 degrees of freedom and 1 actuated coordinate"):
         str(explain(replace(robot, actuated=("left",))))
@@ -96,7 +96,7 @@ def test_words_on_a_mechanism_that_is_not_determined():
 # --- given numbers ---
 
 
-def test_counts_of_textbooks_from_their_numbers():
+def test_mobility_from_numbers_matches_textbook_counts():
     assert mobility(lambda_=6, links=14, joints=15, freedom=15) == 3
     assert mobility(lambda_=3, links=4, joints=4, freedom=4) == 1
     assert mobility(lambda_=6, links=14, joints=18, freedom=36) == 6
@@ -113,13 +113,14 @@ def test_counts_of_textbooks_from_their_numbers():
         ({"lambda_": 3, "links": 4, "joints": 4, "freedom": 3}, "each of 4 joints has 1 to 3"),
         ({"lambda_": 3, "links": 4, "joints": 4}, "expected a mechanism, or lambda_, links"),
     ],
+    ids=["lambda_", "joints", "freedom above", "freedom below", "missing"],
 )
-def test_numbers_that_cannot_be(numbers, words):
+def test_impossible_mobility_numbers_are_rejected(numbers, words):
     with pytest.raises(RobotError, match=words):
         mobility(**numbers)
 
 
-def test_a_reference_that_moved_far_is_told():
+def test_note_reports_reference_far_from_closed_configuration():
     for name in ("excavator", "five_bar", "four_bar"):
         assert moved_reference(Hybrid(load(ROBOTS / f"{name}.toml"))) == ""
     robot = load(ROBOTS / "four_bar.toml")
@@ -130,7 +131,7 @@ def test_a_reference_that_moved_far_is_told():
     )
 
 
-def test_a_joint_whose_limits_exclude_zero_starts_between_them():
+def test_reference_defaults_to_middle_of_limits_that_exclude_zero():
     def start(low, high, reference=()):
         robot = limited("four_bar", crank=(low, high))
         return replace(robot, reference=reference).reference_of("crank")

@@ -97,7 +97,7 @@ SPOILT = [
 
 
 @pytest.mark.parametrize(("name", "parameter", "value"), SPOILT)
-def test_offers_close_the_loop(name, parameter, value):
+def test_proposed_parameter_values_close_the_loop(name, parameter, value):
     whole = mechanism(name)
     # The reference as numbers: that of a platform follows from its parameters.
     robot = with_parameter(whole, parameter, value)
@@ -112,7 +112,7 @@ def test_offers_close_the_loop(name, parameter, value):
         assert closes(robot, offer, (low + high) / 2), (offer, low, high)
 
 
-def test_the_gap_and_its_ranges_in_numbers():
+def test_four_bar_gap_and_proposed_ranges_are_correct():
     # The crank's pin is at (0, 100), the rocker's at (350, 0): 364.0 mm apart.
     apart = 1000 * np.hypot(0.1, 0.35)
     text = message(with_parameter(mechanism("four_bar"), "b", "0.08"))
@@ -122,7 +122,7 @@ def test_the_gap_and_its_ranges_in_numbers():
     assert ranges["c"] == pytest.approx((apart - 80, apart + 80), abs=0.1)
 
 
-def test_an_open_delta_is_told_after_few_evaluations(monkeypatch):
+def test_open_delta_is_diagnosed_with_few_evaluations(monkeypatch):
     counted, poses = [], BodiesInNumbers.poses
 
     def counting(bodies, values):
@@ -138,7 +138,7 @@ def test_an_open_delta_is_told_after_few_evaluations(monkeypatch):
     assert len(counted) < 3000
 
 
-def test_a_rod_says_how_much_it_lacks():
+def test_error_states_excess_length_of_a_cylinder():
     robot = mechanism("excavator")
     struts = tuple(
         replace(s, length=sp.Rational(3, 2)) if s.name == "boom_cylinder" else s
@@ -156,7 +156,7 @@ def test_loops_that_close_have_no_gap():
         assert open_loop(mechanism(name)) == ""
 
 
-def test_a_reference_that_tells_no_branch_is_told_a_posture():
+def test_ambiguous_reference_error_proposes_a_configuration():
     level = (("left", sp.Integer(0)), ("right", sp.Integer(0)))
     text = message(replace(mechanism("five_bar"), reference=level))
     assert "The loops close at left_elbow = " in text
@@ -203,7 +203,7 @@ gas_strut = 20
 """
 
 
-def test_a_swing_that_nobody_gives_is_along_its_strut():
+def test_default_swing_angle_points_along_its_strut():
     robot = loads(BONNET)
     # The joints at zero leave the strut 1.8 mm too short; it stands upright, far from a zero swing.
     assert message(robot) == ""
@@ -214,7 +214,7 @@ def test_a_swing_that_nobody_gives_is_along_its_strut():
     assert closed_configuration(replace(robot, reference=far)) == pytest.approx(z, abs=1e-12)
 
 
-def test_postures_are_told_within_half_a_turn():
+def test_proposed_angles_are_wrapped_to_half_a_revolution():
     assert gaps._wrapped(math.radians(-615.1), False) == pytest.approx(math.radians(104.9))
     assert gaps._wrapped(-615.1, True) == -615.1
 
@@ -251,7 +251,7 @@ foot = 2
 """
 
 
-def test_a_pin_across_the_plane_is_told_to_turn():
+def test_error_on_pin_with_wrong_axis_proposes_a_rotation():
     text = message(loads(PIN_ACROSS))
     assert "a pin turns about the z axis of its frames" in text
     assert "turn about (0, -1, 0): turn both frames by rpy" in text
@@ -291,7 +291,7 @@ CASES = list(spoilt_actuation())
 
 
 @pytest.mark.parametrize(("robot", "words"), [c[1:] for c in CASES], ids=[c[0] for c in CASES])
-def test_actuators_that_do_not_match_the_freedoms(robot, words):
+def test_error_states_mismatch_of_actuators_and_freedoms(robot, words):
     text = message(robot)
     model = Model(robot)
     # What is told are the unknown joints that the oracle's Jacobian leaves free.
@@ -308,16 +308,16 @@ def test_actuators_that_do_not_match_the_freedoms(robot, words):
         assert told - len(robot.actuated) == free > 0
 
 
-def test_enough_spoilt_mechanisms():
+def test_invalid_actuation_cases_number_at_least_25():
     assert len(CASES) >= 25
 
 
-def test_shipped_mechanisms_are_determined():
+def test_shipped_mechanisms_have_no_loop_or_actuation_error():
     for name in LOOPED:
         assert message(mechanism(name)) == ""
 
 
-def test_a_structure_that_cannot_move():
+def test_dependent_actuators_are_rejected():
     robot = mechanism("four_bar")
     twice = (*robot.closures, replace(robot.closures[0], name="again"))
     braced = replace(
@@ -337,7 +337,7 @@ def swapped(rod):
 
 
 @pytest.mark.parametrize("k", range(6))
-def test_a_rod_whose_ends_are_swapped_is_named(k):
+def test_rod_with_swapped_ends_is_named(k):
     robot = mechanism("delta")
     struts = tuple(swapped(s) if i == k else s for i, s in enumerate(robot.struts))
     spoilt = replace(robot, struts=struts)
@@ -347,7 +347,7 @@ def test_a_rod_whose_ends_are_swapped_is_named(k):
     assert text.count("rod_") == (2 if k < 2 else 1)
 
 
-def test_doubts_on_ends_are_told():
+def test_diagnostics_report_swapped_rod_ends():
     robot = mechanism("delta")
     struts = tuple(swapped(s) if i == 3 else s for i, s in enumerate(robot.struts))
     (told,) = doubts_of(Hybrid(replace(robot, struts=struts)))
@@ -355,14 +355,14 @@ def test_doubts_on_ends_are_told():
     assert "rod 'rod_2_right' seem swapped" in told
 
 
-def test_no_doubts_on_ends_of_shipped_mechanisms():
+def test_shipped_mechanisms_have_no_swapped_rod_diagnostics():
     for name in (*LOOPED, "board_installer", "delta", "stewart_gough", "well_manipulator"):
         robot = mechanism(name)
         assert doubtful_ends(robot, closed_configuration(robot)) == ""
 
 
 @pytest.mark.parametrize(("name", "parameter", "value"), SPOILT)
-def test_rods_of_a_wrong_length_do_not_seem_swapped(name, parameter, value):
+def test_wrong_rod_length_is_not_reported_as_swapped_ends(name, parameter, value):
     assert "swapped" not in message(with_parameter(mechanism(name), parameter, value))
 
 
@@ -384,7 +384,7 @@ def with_a_tilted_rocker(kind, closure):
 
 
 @pytest.mark.parametrize("kind", ["pin", "ball"])
-def test_a_pin_between_bodies_out_of_parallel_is_told(kind):
+def test_error_reports_nonparallel_axes_and_redundant_constraints(kind):
     told = message(with_a_tilted_rocker(kind, "exact"))
     assert "'far' does not close" in told
     assert "the axis of 'rocker' is 0.873 mrad out of parallel" in told
@@ -413,7 +413,7 @@ def with_a_third_crank(closure, miss="0.0002"):
     )
 
 
-def test_a_third_crank_is_told_to_be_redundant():
+def test_error_names_the_redundant_third_crank():
     told = message(with_a_third_crank("exact"))
     assert "0.2 mm too long" in told
     assert "1 constraint is redundant" in told
@@ -424,19 +424,19 @@ def test_a_third_crank_is_told_to_be_redundant():
     assert note.startswith("closed in least squares: 1 constraint is redundant")
 
 
-def test_least_squares_close_no_loop_that_is_far_open():
+def test_least_squares_closure_rejects_large_gaps():
     told = message(with_a_third_crank("least squares", "0.1"))
     assert "'third' does not close" in told
     assert 'closure = "least squares" applies to constraints that repeat others' in told
 
 
 @pytest.mark.parametrize(("name", "parameter", "value"), SPOILT[:3])
-def test_least_squares_close_no_loop_out_of_reach(name, parameter, value):
+def test_least_squares_closure_rejects_unreachable_loops(name, parameter, value):
     robot = with_parameter(mechanism(name), parameter, value)
     assert "does not close" in message(replace(robot, closure="least squares"))
 
 
-def test_motors_against_each_other_are_not_least_squares():
+def test_least_squares_closure_rejects_conflicting_motors():
     robot = mechanism("four_bar")
     fight = replace(robot, actuated=("crank", "rocker"), closure="least squares")
     off = replace(fight, reference=tuple((n, v + sp.Rational(1, 1000)) for n, v in fight.reference))

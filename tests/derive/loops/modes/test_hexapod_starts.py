@@ -40,7 +40,7 @@ def family(a, b, generator):
     return RodFamily(np.tile(a, (12, 1, 1)), b, generator.uniform(1, 2, (12, 6)))
 
 
-def test_the_equations_hold_at_poses():
+def test_six_rod_equations_vanish_only_at_poses():
     generator = np.random.default_rng(0)
     for _ in range(50):
         a, b = generator.normal(size=(2, 6, 3))
@@ -70,7 +70,7 @@ COUNTS = {"6-6": 40, "flat": 40, "6-3": 16, "3-3": 16}
 
 
 @pytest.mark.parametrize("kind", COUNTS)
-def test_the_number_of_poses(kind):
+def test_complex_pose_count_matches_known_number(kind):
     generator = np.random.default_rng(1)
     a, b = points(kind, generator)
     own, x = starts(family(a, b, generator))
@@ -80,7 +80,7 @@ def test_the_number_of_poses(kind):
     assert (np.abs(x.conj() @ x.T) - np.eye(len(x))).max() < 1 - 1e-6
 
 
-def test_paths_around_find_no_other_pose():
+def test_monodromy_paths_permute_the_found_poses():
     """Paths to other rods of the family and back permute the poses."""
     generator = np.random.default_rng(2)
     a, b = points("3-3", generator)
@@ -97,7 +97,7 @@ def test_paths_around_find_no_other_pose():
     np.testing.assert_array_equal(same.sum(1), 1)
 
 
-def test_rounding_does_not_reach_the_starts(monkeypatch):
+def test_start_poses_are_independent_of_rounding(monkeypatch):
     """The same bytes where the paths end with other errors, in another order."""
     from chasles.derive.loops.modes import hexapod_starts
 
@@ -116,7 +116,7 @@ def test_rounding_does_not_reach_the_starts(monkeypatch):
     np.testing.assert_array_equal(x, y)
 
 
-def test_a_platform_that_no_lengths_hold_has_no_start():
+def test_architecturally_singular_platform_has_no_start_pose():
     """Equal hexagons on a circle: the platform can move while the lengths stay (Husty 2000)."""
     generator = np.random.default_rng(5)
     angles = generator.uniform(0, 6, 6)

@@ -53,7 +53,7 @@ def turned_apart(one, other):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_the_pose_gives_the_joint_that_drives_each_leg(seed):
+def test_leg_inverse_recovers_actuators_and_their_rates(seed):
     mechanism = drawn(seed, kinds_of(seed))
     model, z = closed_configurations(mechanism, seed)
     assert len(z) > 3
@@ -72,7 +72,7 @@ def test_the_pose_gives_the_joint_that_drives_each_leg(seed):
     np.testing.assert_allclose(np.array(rates(theta.T, moved.T)).T, expected, rtol=1e-6, atol=1e-7)
 
 
-def test_a_hinge_that_leaves_the_plane_has_no_length_alone_to_go_by():
+def test_legs_with_tilted_hinge_have_no_closed_form_inverse():
     """Two lengths of the crank's angle would close the sphere, and one of them not the loop."""
     flat = drawn(3, ("RRS", "RRS", "PRS"))
     angle = sp.Rational(3, 10)
@@ -90,7 +90,7 @@ def test_a_hinge_that_leaves_the_plane_has_no_length_alone_to_go_by():
     assert set(Hybrid(replace(flat, joints=joints)).backward.open) == {"r0_0", "r1_0"}
 
 
-def test_the_steps_are_named():
+def test_explanation_names_the_leg_steps():
     told = str(explain(drawn(1, ("RPS", "PRS", "RRS"))))
     for title in ("a distance gives a travel", "a line meets a sphere", "a circle meets a sphere"):
         assert title in told
@@ -98,7 +98,7 @@ def test_the_steps_are_named():
 
 
 @pytest.mark.parametrize("make", [led_by_a_leg, agile_eye, tripod])
-def test_every_working_mode_of_three_legs_is_in_one_slot(make):
+def test_leg_inverse_returns_eight_distinct_working_modes(make):
     mechanism = make()
     model, z = closed_configurations(mechanism, 0)
     assert len(z) > POSES / 2

@@ -33,7 +33,7 @@ def expanded(terms, expressions):
     return SymbolicFunction("f", "", "", (argument,), (result,), terms).expanded()[0]
 
 
-def test_it_is_what_is_left_when_the_position_is_eliminated():
+def test_triad_polynomial_equals_elimination_of_the_position():
     terms = Terms({})
     found = harmonics(expanded(terms, triad_polynomial(terms, POINTS, PINS, RODS)), C, S)
     # Three circles about A_i - R b_i: the first from the others, Cramer's rule, and back.
@@ -113,7 +113,7 @@ def held(pose, directions):
     return (pose[:2] + pins - np.array(RODS, float)[:, None] * lines).ravel()
 
 
-def test_every_pose_is_a_zero_and_its_position_comes_back(compiled):
+def test_every_pose_is_a_root_and_its_position_is_recovered(compiled):
     polynomial, position, _ = compiled
     rng = np.random.default_rng(1)
     for _ in range(300):
@@ -125,7 +125,7 @@ def test_every_pose_is_a_zero_and_its_position_comes_back(compiled):
         np.testing.assert_allclose(position(p, pose[2]), pose[:2], atol=1e-7)
 
 
-def test_where_the_centres_are_in_one_line_both_sides_are_found(compiled):
+def test_collinear_centers_give_double_root_and_both_positions(compiled):
     polynomial, position, mirror = compiled
     pose = np.array([0.3, -0.2, 0.7])
     # The centres A_i - R b_i are on the platform's x axis, all rods reach the same point of it.
@@ -141,7 +141,7 @@ def test_where_the_centres_are_in_one_line_both_sides_are_found(compiled):
     np.testing.assert_allclose(found, [[0.3, -0.7], [0.3, -0.2]], atol=1e-12)
 
 
-def test_where_rods_can_stay_parallel_the_polynomial_vanishes(compiled):
+def test_polynomial_has_double_root_where_rods_stay_parallel(compiled):
     terms = Terms({})
     rods = [sp.Rational(1, 2)] * 3
     a = triad_polynomial(terms, POINTS, PINS, rods)

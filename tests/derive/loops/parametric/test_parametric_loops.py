@@ -1,7 +1,6 @@
 """Loops whose geometry is an input: equations against derived robots, derivatives by CasADi."""
 
 from dataclasses import replace
-from functools import cache
 
 import casadi as ca
 import numpy as np
@@ -15,30 +14,8 @@ from chasles.derive.loops.closing import closed_configuration
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.loops.parametric.parametric_loops import ParametricLoops
 from chasles.derive.model.placements import Translation
-from chasles.derive.terms.casadi_graph import lower
 from tests.support.derivations import ROBOTS
-
-RODS = ["five_bar", "slider_crank", "planar_3rrr", "delta", "excavator"]
-EVERY = [*RODS, "four_bar", "stewart_gough", "bricklaying_gantry"]
-
-
-@cache
-def loops_of(name):
-    loops = ParametricLoops(Hybrid(load(ROBOTS / f"{name}.toml")))
-    functions = list(loops.inner.values())
-    return loops, dict(zip(loops.inner, lower(functions, name), strict=True))
-
-
-def nominal(loops):
-    return np.array([float(loops.terms.value(p.value)) for p in loops.geometry.parameters])
-
-
-def reference(loops):
-    """The variables w = (q, u) at the reference."""
-    at, terms = loops.hybrid.at_reference, loops.terms
-    coordinates = loops.mechanism.coordinates
-    q = [at[c.moves] / float(terms.value(c.ratio)) for c in coordinates]
-    return np.array([*q, *(at[variable.name] for variable in loops.unknown)])
+from tests.support.loops.parametric import EVERY, RODS, loops_of, nominal, reference
 
 
 def closed(loops, functions, w, p):
@@ -53,7 +30,7 @@ def closed(loops, functions, w, p):
 
 
 @pytest.mark.parametrize("name", EVERY)
-def test_derivatives_are_those_of_automatic_differentiation(name):
+def test_loop_derivatives_match_automatic_differentiation(name):
     loops, functions = loops_of(name)
     random = np.random.default_rng(2)
     p = nominal(loops) + random.uniform(-0.02, 0.02, len(loops.geometry.parameters))
@@ -83,7 +60,7 @@ def off(frame, shift):
 
 
 @pytest.mark.parametrize("name", RODS)
-def test_other_rods_are_those_of_a_mechanism_described_with_them(name):
+def test_changed_rod_parameters_match_redescribed_mechanism(name):
     loops, functions = loops_of(name)
     random = np.random.default_rng(3)
     p, names = nominal(loops), [item.name for item in loops.geometry.parameters]
@@ -111,14 +88,14 @@ def test_other_rods_are_those_of_a_mechanism_described_with_them(name):
             assert abs(np.remainder(value - z[variable.name] + np.pi, 2 * np.pi) - np.pi) < 1e-9
 
 
-def test_parameters_across_the_plane_are_left_out():
+def test_out_of_plane_parameters_are_omitted():
     loops, _ = loops_of("four_bar")
     names = {item.name for item in loops.geometry.parameters if item.part in ("axis", "loop")}
     assert {"crank_shift_x", "rocker_pin_a_y"} <= names
     assert not {name for name in names if "tilt" in name or name.endswith("_z")}
 
 
-def test_axes_of_free_bodies_are_left_out():
+def test_axis_parameters_of_free_bodies_are_omitted():
     loops, _ = loops_of("stewart_gough")
     assert {item.part for item in loops.geometry.parameters} == {
         *("base", "tool", "loop", "transmission")
@@ -126,7 +103,7 @@ def test_axes_of_free_bodies_are_left_out():
     assert sum(item.part == "loop" for item in loops.geometry.parameters) == 6 * 7
 
 
-def test_parts_of_the_design_are_its_own():
+def test_nominal_part_frames_match_joint_placements():
     loops, functions = loops_of("five_bar")
     frames = np.array(functions["parts_p"](nominal(loops))).reshape(-1, 4, 4)
     mechanism = loops.hybrid.mechanism
@@ -137,7 +114,7 @@ def test_parts_of_the_design_are_its_own():
     assert_allclose(frames[-1, 0, 3], 0.3, atol=1e-15)
 
 
-def test_loops_that_repeat_equations_have_no_parametric_functions():
+def test_redundant_loops_have_no_parametric_functions():
     mechanism = load(ROBOTS / "five_bar.toml")
     (rod,) = mechanism.struts
     again = replace(rod, name="again", swing="again_swing")

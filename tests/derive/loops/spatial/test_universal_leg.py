@@ -57,7 +57,7 @@ def random_q(count, spread=np.pi):
 
 
 @pytest.mark.parametrize("name", BUILDERS)
-def test_the_steps(name):
+def test_universal_leg_is_solved_in_two_steps_with_four_branches(name):
     h = Hybrid(BUILDERS[name]())
     assert [type(step) for step in h.forward.steps] == [TurningLeg, UniversalLeg]
     assert not h.forward.open
@@ -76,7 +76,7 @@ def test_loops_close_where_margins_are_positive(name):
 
 
 @pytest.mark.parametrize("name", BUILDERS)
-def test_the_branch_is_the_reference_s(name):
+def test_solution_lies_on_the_branch_of_the_reference(name):
     mechanism = BUILDERS[name]()
     at_reference = Hybrid(mechanism).at_reference
     for joint, value in at_reference.items():
@@ -91,7 +91,7 @@ def test_the_branch_is_the_reference_s(name):
 
 
 @pytest.mark.parametrize("name", BUILDERS)
-def test_rates_against_automatic_differentiation(name):
+def test_chain_rates_match_automatic_differentiation(name):
     q = random_q(60, 0.8)
     x, xd = ca.SX.sym("x"), ca.SX.sym("xd")
     oracle = ca.Function("oracle", [x, xd], [ca.jtimes(kernels(name)["chain"](x), x, xd)])
@@ -102,7 +102,7 @@ def test_rates_against_automatic_differentiation(name):
     np.testing.assert_allclose(rates[held], expected[held], rtol=1e-9, atol=1e-11)
 
 
-def test_every_branch_of_the_rod_closes():
+def test_all_four_branches_close_and_are_distinct():
     model = Model(rsur())
     places = [model.names.index(n) for n in ("rocker", "yoke", "swing")]
     for row in random_q(20, 0.3):
@@ -123,7 +123,7 @@ def test_axes_that_do_not_meet_have_no_closed_form():
     assert set(h.forward.open) == {"rocker", "yoke", "swing"}
 
 
-def test_a_rod_that_is_too_short():
+def test_too_short_rod_is_rejected():
     (ball,) = rsur().closures
     short = replace(ball, b=Frame("rod", at("1/10", 0, "1/4")))
     with pytest.raises(RobotError, match="'ball' does not close"):

@@ -26,7 +26,7 @@ def turned(robot, seed):
 
 
 @pytest.mark.parametrize("name", ["ur5e", "puma560", "stanford"])
-def test_axes_and_start(loaded, name):
+def test_circle_axes_and_start_frame_match_true_arm(loaded, name):
     robot = loaded(name)
     truth = drawn(robot, 2)
     q, circle, joints = turned(robot, 1)
@@ -50,14 +50,14 @@ def test_axes_and_start(loaded, name):
     assert 0.9 < found.noise < 1.1
 
 
-def test_joints_that_move_together(arm):
+def test_simultaneous_joint_motion_in_circle_is_rejected(arm):
     q = np.linspace(0, 1, 8)[:, None] * [1.0, 1.0, 0, 0, 0, 0]
     observation = Circles(np.zeros((8, 1, 3)), NOISE, np.zeros(8, dtype=int))
     with pytest.raises(InputValueError, match="circle 0: the tool does not turn about one axis"):
         observation.axes(arm.fk(q))
 
 
-def test_parallel_axes_alone_start_like_positions(arm, truth):
+def test_circles_of_parallel_axes_give_accurate_start(arm, truth):
     q = np.tile([0.3, -1.0, 0.8, 0.2, 0.5, 0.1], (18, 1))
     q[:9, 1] += np.linspace(-1, 1, 9)
     q[9:, 2] += np.linspace(-1, 1, 9)

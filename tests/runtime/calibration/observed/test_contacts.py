@@ -30,7 +30,7 @@ OBSERVATIONS = {
 
 
 @pytest.mark.parametrize("name", OBSERVATIONS)
-def test_derivatives(name):
+def test_observation_derivatives_match_central_differences(name):
     observation, x = OBSERVATIONS[name]
     T, h = POSES, 1e-6
     if name == "poses":
@@ -55,7 +55,7 @@ def test_derivatives(name):
     assert_allclose(by_x, np.array(differences).reshape(len(x), len(by_x)).T, atol=1e-7)
 
 
-def test_a_ball_bar(arm, truth):
+def test_identify_explains_ball_bar_distances_to_noise(arm, truth):
     random = np.random.default_rng(0)
     target, centre = np.array([0.05, 0.02, 0.1, 1]), np.array([0.5, 0.2, 0.1])
 
@@ -71,7 +71,7 @@ def test_a_ball_bar(arm, truth):
     assert np.sqrt(np.mean(found.held_back(held, Distances(measured(held), NOISE)) ** 2)) < 1
 
 
-def test_contacts_with_a_sphere_of_unknown_radius(arm, truth):
+def test_identify_explains_contacts_with_sphere_of_unknown_radius(arm, truth):
     random = np.random.default_rng(2)
     target, centre, radius = np.array([0.05, 0.02, 0.1, 1]), np.array([0.4, 0.2, 0.1]), 0.3
 
@@ -97,7 +97,7 @@ def test_contacts_with_a_sphere_of_unknown_radius(arm, truth):
     assert any("radius" in dict(item.combination) for item in found.redundant)
 
 
-def test_contacts_with_a_plane(arm, truth):
+def test_identify_explains_contacts_with_plane_to_noise(arm, truth):
     random = np.random.default_rng(1)
     normal, target = np.array([0.1, 0.2, 1.0]) / np.sqrt(1.05), np.array([0.05, 0.02, 0.1, 1])
     q = random.uniform(-2, 2, (400, 6))

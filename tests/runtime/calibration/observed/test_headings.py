@@ -81,7 +81,7 @@ def written(path, header, values, separator=",", decimal=".", before=()):
 
 
 @pytest.mark.parametrize(("joints", "places"), list(itertools.product(JOINTS, PLACES)))
-def test_headings_of_joints_and_of_targets(tmp_path, joints, places):
+def test_joint_and_target_headings_are_recognized_in_any_column_order(tmp_path, joints, places):
     """Each of 26 ways to call joints beside each of 17 to call targets, columns in any order."""
     random = np.random.default_rng(len(joints) + 100 * len(places))
     header = [joints.format(k + 1) for k in range(6)]
@@ -114,8 +114,9 @@ XYZ = ["x", "y", "z"]
         ),
         ([f"{a.upper()} {name}" for name in ("A", "B", "C") for a in "xyz"], "1 a, 2 b, 3 c"),
     ],
+    ids=["repeated xyz", "dotted number", "named targets", "letter suffix"],
 )
-def test_targets_without_numbers(tmp_path, places, said):
+def test_targets_without_number_suffix_are_recognized(tmp_path, places, said):
     measured = read_measurements(written(tmp_path / "t.csv", [*NAMES, *places], NUMBERS), ROBOT)
     assert_allclose(measured.observation.points, POINTS, atol=1e-12)
     assert said in " ".join(measured.assumed)
@@ -130,8 +131,9 @@ def test_targets_without_numbers(tmp_path, places, said):
         ([f"actual_q_{k}" for k in range(6)], "px"),
         ([f"q{k}" for k in range(6)], "tcp.x (mm)"),
     ],
+    ids=["S L U R B T", "coordinate names", "_joint suffix", "actual_q_k", "q0 to q5"],
 )
-def test_names_of_makers(tmp_path, header, place):
+def test_manufacturer_joint_and_position_names_are_recognized(tmp_path, header, place):
     places = [place.replace("x", a).replace("X", a) for a in "xyz"]
     path = written(tmp_path / "t.csv", [*header, *places], NUMBERS[:, :9])
     q, found = read_measurements(path, ROBOT)
@@ -139,7 +141,7 @@ def test_names_of_makers(tmp_path, header, place):
     assert_allclose(found.points, POINTS[:, :1], atol=1e-12)
 
 
-def test_columns_that_were_commanded_or_computed(tmp_path):
+def test_commanded_or_computed_columns_are_not_read_as_measurements(tmp_path):
     """They stand for joints that nobody recorded, and never for measurements."""
     aims, fk = [f"target_q_{k}" for k in range(6)], [f"{a}_nominal" for a in "xyz"]
     errors = ["error_x [mm]", "std x"]
@@ -178,7 +180,7 @@ ORIENTATIONS = {
 
 @pytest.mark.parametrize("form", ORIENTATIONS)
 @pytest.mark.parametrize("separator", [",", ";"])
-def test_orientations(tmp_path, form, separator):
+def test_orientation_columns_match_scipy_in_every_format(tmp_path, form, separator):
     """Each form as SciPy writes it."""
     header, values = ORIENTATIONS[form]
     table = np.concatenate([values, NUMBERS[:, :9]], 1)
@@ -190,7 +192,7 @@ def test_orientations(tmp_path, form, separator):
     assert "are read as" in " ".join(measured.assumed)
 
 
-def test_rows_of_four_by_four(tmp_path):
+def test_flattened_4x4_matrix_rows_are_read_and_checked(tmp_path):
     T = np.zeros((7, 4, 4))
     T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = R, 1e3 * POINTS[:, 0], 1
     header = [*(f"T{i}{j}" for i in range(1, 5) for j in range(1, 5)), *NAMES]
@@ -205,7 +207,7 @@ def test_rows_of_four_by_four(tmp_path):
 
 
 @pytest.mark.parametrize("unit", ["deg", "rad"])
-def test_the_unit_of_angles_by_their_size(tmp_path, unit):
+def test_missing_units_are_inferred_from_magnitude(tmp_path, unit):
     q = np.degrees(Q) if unit == "deg" else Q
     path = written(tmp_path / "t.csv", [*NAMES, *XYZ], np.concatenate([q, NUMBERS[:, 6:9]], 1))
     measured = read_measurements(path, ROBOT)
@@ -214,7 +216,7 @@ def test_the_unit_of_angles_by_their_size(tmp_path, unit):
     assert "positions have no unit; by their size they are in mm" in measured.assumed
 
 
-def test_what_is_too_small_to_tell_is_asked(tmp_path):
+def test_ambiguous_unit_is_rejected(tmp_path):
     path = written(
         tmp_path / "t.csv", [*NAMES, *XYZ], np.concatenate([Q / 100, NUMBERS[:, 6:9]], 1)
     )
@@ -232,7 +234,7 @@ INDEX = np.arange(1.0, 8)[:, None]
 @pytest.mark.parametrize("first", ["joints", "places"])
 @pytest.mark.parametrize("numbered", [False, True])
 @pytest.mark.parametrize("separator", [",", " ", "\t"])
-def test_tables_without_a_header(tmp_path, count, first, numbered, separator):
+def test_table_without_header_is_read(tmp_path, count, first, numbered, separator):
     q, places = np.degrees(Q), 1e3 * POINTS[:, :count].reshape(7, -1)
     parts = [q, places] if first == "joints" else [places, q]
     table = np.concatenate([*([INDEX] if numbered else []), *parts], 1)
@@ -250,8 +252,9 @@ def test_tables_without_a_header(tmp_path, count, first, numbered, separator):
         NUMBERS[:, :8],
         NUMBERS[:2],
     ],
+    ids=["rotation vector", "quaternion", "missing column", "two rows"],
 )
-def test_tables_without_a_header_that_leave_it_open(tmp_path, table):
+def test_ambiguous_table_without_header_is_rejected(tmp_path, table):
     """A pose, a column too few, and too few rows to see that distances stay."""
     with pytest.raises(InputValueError, match=r"first line holds numbers.*write a header such as"):
         read_measurements(written(tmp_path / "t.csv", [], table), ROBOT)
@@ -264,13 +267,14 @@ def test_tables_without_a_header_that_leave_it_open(tmp_path, table):
         ["# remarks", "\ufeff# more"],
         ["Robot: arm no. 7", "Operator: nobody"],
     ],
+    ids=["title lines", "hash comments", "colon lines"],
 )
-def test_titles_and_comments_before_the_header(tmp_path, before):
+def test_titles_and_comments_before_header_are_skipped(tmp_path, before):
     path = written(tmp_path / "t.csv", [*NAMES, *XYZ], NUMBERS[:, :9], before=before)
     assert_allclose(read_measurements(path, ROBOT).q, Q, atol=1e-12)
 
 
-def test_the_header_as_numpy_writes_it(tmp_path):
+def test_header_written_by_numpy_savetxt_is_read(tmp_path):
     path = tmp_path / "t.txt"
     np.savetxt(path, NUMBERS[:, :9], header=" ".join([*NAMES, *XYZ]))
     assert_allclose(read_measurements(path, ROBOT).observation.points, POINTS[:, :1], atol=1e-12)
@@ -286,7 +290,7 @@ def test_the_header_as_numpy_writes_it(tmp_path):
         (".5", 0.5),
     ],
 )
-def test_numbers_as_people_write_them(tmp_path, cell, value):
+def test_decimal_and_thousands_separators_are_parsed(tmp_path, cell, value):
     rows = [[*map(str, np.degrees(q)), cell, "250", "30"] for q in Q]
     path = tmp_path / "t.csv"
     path.write_text("\n".join(map(";".join, [[*NAMES, "x [mm]", "y [mm]", "z [mm]"], *rows])))
@@ -297,7 +301,7 @@ def test_numbers_as_people_write_them(tmp_path, cell, value):
 @pytest.mark.parametrize(
     "cell", ["1,2,3", "12a", "1.2.3", "12,34.5", "0x10", "1e", "--5", "1_000", "5,"]
 )
-def test_cells_that_are_no_number_are_named(tmp_path, cell):
+def test_malformed_number_error_names_line_and_column(tmp_path, cell):
     rows = [[*map(str, np.degrees(q)), "100", "250", "30"] for q in Q]
     rows[4][6] = cell
     path = tmp_path / "t.csv"
@@ -306,7 +310,7 @@ def test_cells_that_are_no_number_are_named(tmp_path, cell):
         read_measurements(path, ROBOT)
 
 
-def test_damaged_tables_are_read_or_refused(tmp_path):
+def test_damaged_table_raises_only_input_value_error(tmp_path):
     """400 tables with characters lost, added or exchanged raise no other error."""
     random, refused = np.random.default_rng(5), 0
     for k in range(400):
@@ -330,7 +334,7 @@ def test_damaged_tables_are_read_or_refused(tmp_path):
     assert 200 < refused < 400
 
 
-def test_a_spreadsheet(tmp_path):
+def test_spreadsheet_file_is_rejected_with_hint(tmp_path):
     path = tmp_path / "t.xlsx"
     path.write_bytes(b"PK\x03\x04rest")
     with pytest.raises(InputValueError, match="a spreadsheet; save it as text"):

@@ -26,7 +26,7 @@ Q = np.random.default_rng(0).uniform(-2, 2, (5, 6))
 HEADER = [f"q{k + 1} [deg]" for k in range(6)]
 
 
-def test_several_targets_some_unseen(arm, write):
+def test_missing_targets_are_read_as_nan(arm, write):
     points = np.random.default_rng(1).normal(size=(5, 2, 3))
     header = [*HEADER, *(f"{axis}{j} (mm)" for j in (1, 2) for axis in "xyz"), "remark"]
     rows = [[*q, *y.ravel(), "good"] for q, y in zip(np.degrees(Q), 1e3 * points, strict=True)]
@@ -39,7 +39,7 @@ def test_several_targets_some_unseen(arm, write):
     assert found.labels[4] == "measurement 3, target 2"
 
 
-def test_a_row_a_target_with_the_robots_own_names(arm, write):
+def test_one_row_per_target_table_accepts_robot_coordinate_names(arm, write):
     points = np.random.default_rng(1).normal(size=(5, 3, 3))
     header = [*(f"{c.name} [rad]" for c in arm.coordinates), "target", "x [m]", "y [m]", "z [m]"]
     rows = [
@@ -66,7 +66,7 @@ def turns(R, form):
 
 
 @pytest.mark.parametrize("form", ["rotation vector", "roll, pitch and yaw", "quaternion"])
-def test_poses(arm, write, form):
+def test_pose_orientation_formats_are_read(arm, write, form):
     T = screws.exp(np.random.default_rng(2).normal(size=(5, 6)))
     T[0, :3, :3] = np.eye(3)
     rows = []
@@ -78,7 +78,7 @@ def test_poses(arm, write, form):
     assert_allclose(found.T, T, atol=1e-14)
 
 
-def test_quaternions_by_other_names_and_of_unlike_lengths(arm, write):
+def test_quaternion_headings_are_recognized_and_norms_are_checked(arm, write):
     T = screws.exp(np.random.default_rng(2).normal(size=(5, 6)))
     rows = [
         [*np.degrees(q), *pose[:3, 3], *turns(pose[:3, :3], "")[1]]
@@ -106,8 +106,17 @@ def test_quaternions_by_other_names_and_of_unlike_lengths(arm, write):
         (lambda h, r: (h, [r[0], ["inf", *r[0][1:]]]), "line 3: 'q1' is 'inf', expected a number"),
         (lambda h, r: (["q2 [deg]", *h[1:]], r), "two columns are called 'q2'"),
     ],
+    ids=[
+        "missing joint",
+        "no unit",
+        "wrong unit",
+        "no positions",
+        "text cell",
+        "infinite cell",
+        "duplicate column",
+    ],
 )
-def test_what_is_wrong_is_said(arm, write, change, message):
+def test_invalid_table_error_names_column_and_expectation(arm, write, change, message):
     header, rows = change([*HEADER, "x [m]", "y [m]", "z [m]"], [[1.0] * 9])
     with pytest.raises(InputValueError, match=message):
         read_measurements(write(header, rows), arm)
@@ -129,7 +138,7 @@ HEADERS = {
 
 @pytest.mark.parametrize("style", HEADERS)
 @pytest.mark.parametrize("separator", [",", ";", "\t"])
-def test_headers_of_other_programs_in_any_order(arm, tmp_path, style, separator):
+def test_headers_of_other_programs_are_read_in_any_column_order(arm, tmp_path, style, separator):
     joints, targets = HEADERS[style]
     header = ["id", *targets, *reversed(joints)]
     lines = ["# a tracker", "", separator.join(header)]
@@ -149,7 +158,7 @@ def test_headers_of_other_programs_in_any_order(arm, tmp_path, style, separator)
     assert_allclose(found.points, expected, atol=1e-14)
 
 
-def test_a_row_a_target_in_any_order(arm, write):
+def test_one_row_per_target_table_is_read_in_any_row_order(arm, write):
     rows = [
         [name, *np.degrees(q), *y]
         for j, name in enumerate("AB")
@@ -163,12 +172,12 @@ def test_a_row_a_target_in_any_order(arm, write):
     assert_allclose(found.points[5], [[1, 2, 3], [np.nan] * 3])
 
 
-def test_a_header_alone(arm, write):
+def test_table_without_rows_is_rejected(arm, write):
     with pytest.raises(InputValueError, match="a header and no rows"):
         read_measurements(write([*HEADER, "x [m]", "y [m]", "z [m]"], []), arm)
 
 
-def test_an_empty_file(arm, tmp_path):
+def test_empty_file_is_rejected(arm, tmp_path):
     path = tmp_path / "empty.csv"
     path.write_text("")
     with pytest.raises(InputValueError, match="empty; expected a header"):
@@ -203,8 +212,24 @@ BARE, ROWS = "q1,q2,q3,q4,q5,q6,x,y,z", [",".join(row) for row in CELLS]
         ("\n".join([BARE, ",".join(["deg"] * 6 + ["mm"] * 3), *ROWS]), "utf-8"),
         ("\n".join([BARE, ",".join(["[Deg]"] * 6 + ["(mm)"] * 3), *ROWS]), "utf-8"),
     ],
+    ids=[
+        "utf-8 bom",
+        "utf-16",
+        "cp1252",
+        "unit words",
+        "decimal comma",
+        "german headings",
+        "actual suffix",
+        "no units",
+        "joint units missing",
+        "space separated",
+        "bar separated",
+        "quoted cells",
+        "unit row",
+        "bracketed unit row",
+    ],
 )
-def test_tables_as_other_programs_write_them(arm, tmp_path, written, encoding):
+def test_tables_in_common_encodings_and_formats_are_read(arm, tmp_path, written, encoding):
     path = tmp_path / "measured.csv"
     path.write_bytes(written.encode(encoding))
     q, found = read_measurements(path, arm)
@@ -224,8 +249,17 @@ def test_tables_as_other_programs_write_them(arm, tmp_path, written, encoding):
         ("\n".join([BARE, *(",".join(["0.5"] * 9) for _ in range(5))]), "'q1' has no unit"),
         (TABLE.replace("x [mm],y [mm],z [mm]", "x,y,z [mm],qw,qx,qy,qz"), "'x' has no unit"),
     ],
+    ids=[
+        "no header",
+        "unknown separator",
+        "ambiguous comma",
+        "empty cell",
+        "one unit missing",
+        "ambiguous angles",
+        "pose without units",
+    ],
 )
-def test_tables_of_another_form_are_named(arm, tmp_path, written, expected):
+def test_unreadable_table_error_names_cause(arm, tmp_path, written, expected):
     path = tmp_path / "measured.csv"
     path.write_text(written, encoding="utf-8")
     with pytest.raises(InputValueError, match=expected):

@@ -29,7 +29,7 @@ def seen_from(arm, truth, random, stations):
 
 @pytest.mark.parametrize("stations", [2, 3])
 @pytest.mark.parametrize("truth", [0, 1], indirect=True)
-def test_frames_and_robot_are_found_together(arm, truth, stations):
+def test_station_frames_and_robot_are_identified_together(arm, truth, stations):
     random = np.random.default_rng(stations)
     measured, frames = seen_from(arm, truth, random, stations)
     measured.points[4, 1] = np.nan
@@ -54,7 +54,7 @@ def test_frames_and_robot_are_found_together(arm, truth, stations):
     assert np.abs(errors[1:, 3:]).max() < 6 * reach[:, 3:].max()
 
 
-def test_derivatives_are_differences(arm, truth):
+def test_station_derivatives_match_central_differences(arm, truth):
     random = np.random.default_rng(5)
     measured, _ = seen_from(arm, truth, random, 3)
     start = measured.start(arm.fk(truth.q))
@@ -69,7 +69,7 @@ def test_derivatives_are_differences(arm, truth):
     assert_allclose(by_x, np.transpose(differences), atol=1e-3, rtol=1e-7)
 
 
-def test_held_back_measurements_use_the_frames_that_were_found(arm, truth):
+def test_held_back_measurements_use_identified_station_frames(arm, truth):
     random = np.random.default_rng(6)
     measured, _ = seen_from(arm, truth, random, 2)
     first, last = np.arange(45), np.arange(45, 60)
@@ -78,7 +78,7 @@ def test_held_back_measurements_use_the_frames_that_were_found(arm, truth):
     assert 0.8 < np.sqrt(np.mean(errors**2)) < 1.6
 
 
-def test_a_station_that_saw_too_little_is_named(arm, truth):
+def test_station_with_too_few_targets_is_rejected(arm, truth):
     measured, _ = seen_from(arm, truth, np.random.default_rng(7), 3)
     measured.points[measured.station == 2] = np.nan
     measured.points[2, 0] = 1.0
@@ -86,7 +86,7 @@ def test_a_station_that_saw_too_little_is_named(arm, truth):
         identify(arm, truth.q, measured)
 
 
-def test_a_column_names_stations(arm, truth, tmp_path):
+def test_station_column_is_read_from_table(arm, truth, tmp_path):
     measured, _ = seen_from(arm, truth, np.random.default_rng(8), 2)
     path = tmp_path / "two.csv"
     with path.open("w", newline="", encoding="utf-8") as stream:

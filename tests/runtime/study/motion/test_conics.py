@@ -45,7 +45,7 @@ def off(points, form):
     return np.abs((x * x + y * y - 1, y - x * x, x * x - y * y - 1)[kind]), np.abs(z)
 
 
-def test_five_points_give_back_their_conic():
+def test_conic_through_five_points_recovers_curve():
     checked = 0
     for T, u, speed, form in drawn(100):
         curve = conic(T)
@@ -62,7 +62,7 @@ def test_five_points_give_back_their_conic():
     assert checked == 100
 
 
-def test_the_length_is_the_way_and_derivatives_are_exact():
+def test_conic_is_parametrized_by_arc_length():
     h = 1e-5
     for T, *_ in drawn(30):
         curve = conic(T)
@@ -76,7 +76,7 @@ def test_the_length_is_the_way_and_derivatives_are_exact():
         np.testing.assert_allclose(bent, A, atol=1e-5 * max(np.abs(A).max(), 1) ** 3)
 
 
-def test_what_is_no_arc_of_a_conic():
+def test_points_without_conic_arc_are_rejected():
     on_circle = np.column_stack([np.cos(a := np.arange(5.0)), np.sin(a), 0 * a])
     swapped = on_circle[[0, 2, 1, 3, 4]]
     branches = np.column_stack([[1, 1, 1, -1, -1] * np.cosh(a - 2), np.sinh(a - 2), 0 * a])
@@ -91,7 +91,7 @@ def test_what_is_no_arc_of_a_conic():
         conic(on_circle[:4])
 
 
-def test_the_free_motion_of_the_teaching_arm():
+def test_teaching_arm_follows_two_parabolas_of_paper():
     """Two conics through the five points of the paper's table, 50 steps of 0.01 s each.
 
     The points are raised by 0.05 m: on the paper's base of 0.1 m three of them exceed its limits,
@@ -119,7 +119,7 @@ def test_the_free_motion_of_the_teaching_arm():
     np.testing.assert_allclose(parts[0].q[-1], parts[1].q[0], atol=1e-9)
 
 
-def test_an_unknown_task():
+def test_unknown_curve_task_is_rejected():
     curve = parabola([[0, 0, 0], [1, 1, 0], [2, 0, 0]])
     with pytest.raises(InputValueError, match="task_curve: expected one of position, position_pi"):
         task_curve("pose", curve)

@@ -16,7 +16,7 @@ def drawn(count):
         yield KINDS[k % 4], length, {"speed": speed, "acceleration": acceleration, "jerk": jerk}
 
 
-def test_limits_and_ends():
+def test_time_scalings_respect_limits_and_end_at_rest():
     checked = 0
     for kind, length, limits in drawn(400):
         found = law(kind, length, **limits)
@@ -34,7 +34,7 @@ def test_limits_and_ends():
     assert checked == 400
 
 
-def test_derivatives_by_differences():
+def test_time_scaling_derivatives_match_differences():
     for kind, length, limits in drawn(40):
         found = law(kind, length, **limits)
         t, h = np.linspace(0, found.duration, 40001, retstep=True)
@@ -47,7 +47,7 @@ def test_derivatives_by_differences():
         np.testing.assert_allclose(slope[kept], a[kept], atol=1e-2 * np.abs(a).max())
 
 
-def test_peaks():
+def test_polynomial_time_scalings_have_known_peaks():
     cubic, quintic = law("cubic", 1, duration=1), law("quintic", 1, duration=1)
     assert cubic.at(0.5)[1] == pytest.approx(1.5)
     assert quintic.at(0.5)[1] == pytest.approx(1.875)
@@ -65,13 +65,13 @@ def test_peaks():
         ("s_curve", "jerk"),
     ],
 )
-def test_the_derivative_that_jumps(kind, first):
+def test_time_scaling_jumps_only_in_expected_derivative(kind, first):
     found = law(kind, 0.5, duration=2)
     assert {name for name, _, _ in found.jumps()} == {first}
     assert found.duration == pytest.approx(2)
 
 
-def test_times():
+def test_time_scaling_durations_match_formulas():
     found = law("trapezoidal", 2, speed=1, acceleration=2)
     assert found.duration == pytest.approx(2.5)
     slower = law("trapezoidal", 2, speed=1, acceleration=2, duration=5)
@@ -89,13 +89,14 @@ def test_times():
         (("s_curve", 1), "s_curve needs speed, acceleration and jerk, or a duration"),
         (("quintic", -1), "expected a finite length >= 0"),
     ],
+    ids=["unknown kind", "cubic without duration", "s_curve without limits", "negative length"],
 )
-def test_errors(arguments, message):
+def test_invalid_time_scaling_arguments_are_rejected(arguments, message):
     with pytest.raises(InputValueError, match=message):
         law(*arguments)
 
 
-def test_too_short_a_time():
+def test_too_short_duration_is_rejected():
     for kind in KINDS:
         with pytest.raises(InputValueError, match="a duration of 1 s is too short"):
             law(kind, 1, duration=1, speed=0.5, acceleration=1, jerk=1)

@@ -47,7 +47,7 @@ def curves(robot, rng, count):
         made += 1
 
 
-def test_on_the_curve_with_exact_derivatives(arm):
+def test_motion_stays_on_curve_with_exact_derivatives(arm):
     checked = 0
     for curve, q in curves(arm, np.random.default_rng(1), 12):
         motion = Motion(arm, curve, law("quintic", curve.length, duration=2.0), q)
@@ -67,7 +67,7 @@ def test_on_the_curve_with_exact_derivatives(arm):
     assert checked >= 8
 
 
-def test_derivatives_of_curves_by_their_length():
+def test_curve_arc_length_derivatives_match_differences():
     rng = np.random.default_rng(2)
     arm = chasles.load("ur5e")
     h = 1e-5
@@ -100,7 +100,7 @@ def test_lines_are_straight_and_arcs_round(arm):
     assert np.linalg.norm(points - via, axis=1).min() < 0.01
 
 
-def test_a_curve_out_of_reach(arm):
+def test_unreachable_curve_raises_with_progress(arm):
     T = arm.fk(HOME)
     far = T.copy()
     far[0, 3] += 2
@@ -109,7 +109,7 @@ def test_a_curve_out_of_reach(arm):
         Motion(arm, curve, law("cubic", curve.length, duration=1), HOME).sample()
 
 
-def test_time_optimal_keeps_limits(arm):
+def test_time_optimal_motion_saturates_but_respects_limits(arm):
     checked = 0
     for curve, q in curves(arm, np.random.default_rng(4), 6):
         motion = Motion(arm, curve, law("cubic", curve.length, duration=1), q)
@@ -131,19 +131,19 @@ def test_time_optimal_keeps_limits(arm):
     assert checked >= 4
 
 
-def test_time_optimal_of_a_joint_is_a_trapezoid(arm):
+def test_time_optimal_single_joint_motion_is_trapezoidal(arm):
     to = HOME + np.eye(6)[1]
     motion = Motion(arm, joint_line(HOME, to), law("cubic", 1, duration=9), HOME)
     fast = time_optimal(motion, rates=0.5, accelerations=2)
     assert fast.duration == pytest.approx(1 / 0.5 + 0.5 / 2, rel=1e-3)
 
 
-def test_a_law_that_is_longer_than_its_curve(arm):
+def test_time_scaling_longer_than_curve_is_rejected(arm):
     with pytest.raises(InputValueError, match="the law covers 2, the curve has 1"):
         Motion(arm, joint_line(HOME, HOME + 0.1), law("cubic", 2, duration=1), HOME)
 
 
-def test_excesses(arm):
+def test_limit_violations_are_reported_with_amount_and_time(arm):
     motion = Motion(
         arm, joint_line(HOME, HOME + 3 * np.eye(6)[2]), law("cubic", 1, duration=1), HOME
     )
@@ -158,7 +158,7 @@ def test_excesses(arm):
     assert "elbow exceeds its rate limit by 0.5 at 0.5" in str(found[1])
 
 
-def test_files_and_pictures(arm, tmp_path):
+def test_motion_exports_csv_npz_and_plot(arm, tmp_path):
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
     found = Motion(arm, joint_line(HOME, HOME + 0.1), law("quintic", 1, duration=1), HOME).sample(
@@ -177,7 +177,7 @@ def test_files_and_pictures(arm, tmp_path):
         joined([])
 
 
-def test_parabolas_and_blends_pass_their_poses(arm):
+def test_parabolas_and_blends_pass_through_their_poses(arm):
     rng = np.random.default_rng(7)
     for _ in range(20):
         T = arm.fk(HOME + np.cumsum(rng.uniform(-0.3, 0.3, (5, 6)), 0))
@@ -197,7 +197,7 @@ def test_parabolas_and_blends_pass_their_poses(arm):
         blended(T, 9.0)
 
 
-def test_rates_near_a_singularity_are_those_of_the_curve():
+def test_rates_near_singularity_match_curve_differences():
     """The tool's line passes an elbow that is almost straight; nothing damps the rates."""
     arm, checked = chasles.load("iiwa14"), 0
     rng = np.random.default_rng(3)
@@ -230,7 +230,7 @@ class Peak:
 
 
 @pytest.mark.parametrize("at", [0.185, 0.215, 0.415, 0.485, 0.73])
-def test_narrow_peaks_are_found_on_both_sides_of_a_sample(at):
+def test_narrow_rate_peaks_between_samples_are_found(at):
     factor, beyond = _stretch(Peak(at), [np.ones(1), np.ones(1)], None)
     assert factor == pytest.approx(4, rel=0.02)
     assert np.abs(beyond - at).min() < 0.01

@@ -34,7 +34,7 @@ def by_least_squares(robot, T, q):
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_each_pose_from_the_start_anew(name):
+def test_minimum_norm_configuration_matches_scipy(name):
     robot, rng, checked = chasles.load(name), np.random.default_rng(1), 0
     for q_0, curve in lines(robot, rng, 12):
         motion = Motion(
@@ -53,7 +53,7 @@ def test_each_pose_from_the_start_anew(name):
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_rates_and_accelerations(name):
+def test_minimum_norm_derivatives_match_differences(name):
     robot, rng = chasles.load(name), np.random.default_rng(2)
     for q_0, curve in lines(robot, rng, 6):
         motion = Motion(
@@ -86,7 +86,7 @@ class Bounded:
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_nothing_is_asked_beyond_the_ends(name):
+def test_minimum_norm_never_evaluates_curve_beyond_ends(name):
     robot = chasles.load(name)
     for q_0, curve in lines(robot, np.random.default_rng(5), 3):
         s = curve.length * np.array([0, 1e-4, 2e-3, 3.9e-3, 0.5, 0.9961, 0.998, 0.9999, 1])
@@ -102,7 +102,7 @@ def test_nothing_is_asked_beyond_the_ends(name):
         np.testing.assert_allclose(one.by_s, rates, atol=1e-6 * np.abs(rates).max())
 
 
-def test_a_locked_joint_leaves_the_inverse_of_six():
+def test_fixed_joint_reduces_minimum_norm_to_nearest_inverse():
     robot = chasles.load("iiwa14")
     q_0, curve = next(lines(robot, np.random.default_rng(3), 1))
     timed = law("cubic", curve.length, duration=1)
@@ -114,7 +114,7 @@ def test_a_locked_joint_leaves_the_inverse_of_six():
     np.testing.assert_allclose(locked[0].qd, locked[1].qd, atol=1e-8)
 
 
-def test_errors():
+def test_invalid_minimum_norm_requests_are_rejected():
     robot = chasles.load("iiwa14")
     q_0, curve = next(lines(robot, np.random.default_rng(4), 1))
     timed = law("cubic", curve.length, duration=1)
@@ -139,7 +139,7 @@ def test_errors():
         motion.sample()
 
 
-def test_a_jump_between_neighbours_is_an_error():
+def test_jump_between_adjacent_samples_is_rejected():
     """Two ends of the iteration at places next to each other are two postures, no motion."""
     robot = chasles.load("iiwa14")
     _, curve = next(lines(robot, np.random.default_rng(4), 1))

@@ -49,7 +49,7 @@ def process(robot):
     )
 
 
-def test_the_process(robot, process):
+def test_well_process_follows_stages_within_limits(robot, process):
     found = process.sample(100)
     assert len(found.t) == 4901
     assert found.t[-1] == pytest.approx(49)
@@ -61,7 +61,7 @@ def test_the_process(robot, process):
     assert not excesses(robot, found)
 
 
-def test_postures_of_the_paper(robot, process):
+def test_process_configurations_match_paper(robot, process):
     found = process.sample(1)
     theta = np.degrees(robot.chain(found.q))
     reach = found.T[:, :3, 3]
@@ -75,7 +75,7 @@ def test_postures_of_the_paper(robot, process):
     )
 
 
-def test_rates_of_the_paper(robot, process):
+def test_process_rates_match_paper(robot, process):
     found = process.sample(10)
     theta_rates = np.degrees(robot.chain_rates(found.q, found.qd))
     np.testing.assert_allclose(
@@ -88,7 +88,7 @@ def test_rates_of_the_paper(robot, process):
     np.testing.assert_allclose(lengths, [14.716898778, 1.634283733, -29.628184448], atol=1e-6)
 
 
-def test_amplitudes_of_the_paper(robot, process):
+def test_process_amplitudes_match_paper(robot, process):
     found = process.sample(100)
     theta = np.degrees(robot.chain(found.q))
     printed = [30, 81, 98, 132, 55]
@@ -100,7 +100,7 @@ def test_amplitudes_of_the_paper(robot, process):
     np.testing.assert_allclose(lengths[1:], [302, 319, 123], atol=1)
 
 
-def test_jumps(process):
+def test_sequence_reports_rate_jumps_at_stage_ends(process):
     jumps = process.jumps()
     assert {name for _, name, _, _ in jumps} == {"rate"}
     assert [stage for stage, *_ in jumps] == [0, 0, 2, 2, 3, 3, 5, 5, 7, 7]
@@ -108,7 +108,7 @@ def test_jumps(process):
     np.testing.assert_allclose(times, [0, 5, 10, 15, 15, 25, 27, 37, 39, 49], atol=1e-12)
 
 
-def test_a_curve_that_starts_elsewhere(robot):
+def test_curve_that_starts_away_from_tool_is_rejected(robot):
     start = Sequence(robot, robot.actuators(INITIAL))
     with pytest.raises(InputValueError, match=r"the curve starts 1\.11 m from the tool"):
         start.follow(line(T_READY, lowered(T_READY, 0.1)), "cubic", duration=1)

@@ -22,7 +22,7 @@ def checked(motion):
     return found
 
 
-def test_the_teaching_arm_with_a_horizontal_tool():
+def test_position_pitch_line_is_straight_at_constant_pitch():
     arm = chasles.load("lynxmotion")
     for a, b in pairwise(POINTS):
         line = task_line("position_pitch", [*a, 0], [*b, 0])
@@ -38,7 +38,7 @@ def test_the_teaching_arm_with_a_horizontal_tool():
     assert np.arcsin(found.T[-1, 2, 2]) == pytest.approx(-0.5, abs=1e-9)
 
 
-def test_a_planar_arm():
+def test_planar_task_line_has_exact_derivatives():
     arm = chasles.load("bricklaying_planar")
     rng = np.random.default_rng(1)
     done = 0
@@ -54,7 +54,7 @@ def test_a_planar_arm():
     assert done >= 5
 
 
-def test_a_position_leaves_a_joint_open():
+def test_underconstrained_position_task_is_rejected():
     arm = chasles.load("lynxmotion")
     q = np.radians([[10, 80, -60, 0, 0], [12, 82, -63, 0, 0]])
     line = task_line("position", *arm.fk(q)[:, :3, 3])
@@ -63,7 +63,7 @@ def test_a_position_leaves_a_joint_open():
         motion.sample()
 
 
-def test_errors():
+def test_invalid_task_line_arguments_are_rejected():
     with pytest.raises(InputValueError, match="expected one of position, position_pitch, planar"):
         task_line("pose", [0] * 6, [1] * 6)
     with pytest.raises(ShapeError, match=r"position_pitch has 4 values, got \(3,\) and \(4,\)"):

@@ -49,7 +49,7 @@ def laying(gantry):
     return found
 
 
-def test_every_brick_is_in_its_place(laying):
+def test_every_brick_is_released_at_its_position(laying):
     places = list(running_bond(3, 3))
     found = laying.sample(50)
     assert len(places) == 8
@@ -64,7 +64,7 @@ def test_every_brick_is_in_its_place(laying):
             assert (aside < BRICK[0]).any()
 
 
-def test_motors_follow_the_slides_in_proportion(gantry, laying):
+def test_motor_angles_are_proportional_to_prismatic_positions(gantry, laying):
     found = laying.sample(50)
     radii = np.array([PULLEYS[name] for name in found.names])
     np.testing.assert_allclose(found.q * radii, found.T[:, :3, 3], atol=1e-12)
@@ -73,7 +73,7 @@ def test_motors_follow_the_slides_in_proportion(gantry, laying):
     assert np.abs(found.qd[:, 2]).max() > 9.9
 
 
-def test_the_tool_stays_above_the_bricks_on_the_way(laying):
+def test_tool_stays_above_laid_bricks(laying):
     found = laying.sample(200)
     p = found.T[:, :3, 3]
     height = np.maximum(PICK[2], 0.03 + BRICK[2] * 3)
@@ -84,6 +84,6 @@ def test_the_tool_stays_above_the_bricks_on_the_way(laying):
     assert aside.max() < 1e-9
 
 
-def test_no_rate_jumps(laying):
+def test_brick_laying_jumps_only_in_jerk(laying):
     assert {name for _, name, _, _ in laying.jumps()} == {"jerk"}
     assert laying.duration == pytest.approx(sum(s.motion.duration for s in laying.stages))

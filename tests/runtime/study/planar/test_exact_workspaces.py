@@ -84,7 +84,7 @@ def from_border(region, points):
     return least
 
 
-def test_sections_of_random_chains_against_samples():
+def test_planar_sections_match_sampled_reachability():
     rng, checked = np.random.default_rng(1), 0
     for chain in chains(12):
         region = region_of(*chain)
@@ -105,7 +105,7 @@ def test_sections_of_random_chains_against_samples():
     assert checked > 500
 
 
-def test_two_links_have_the_textbook_area():
+def test_two_link_workspace_area_matches_formula():
     rng = np.random.default_rng(2)
     for _ in range(100):
         a, b = rng.uniform(0.1, 1, 2)
@@ -125,7 +125,7 @@ def body_of(chain, offset, turn):
     )
 
 
-def test_bodies_of_revolution_against_points():
+def test_revolved_workspace_volume_matches_monte_carlo():
     """Planes beside the axis, on either side of it, that turn by less and by more than a turn."""
     rng, checked = np.random.default_rng(3), 0
     for k, chain in enumerate(chains(12, seed=5)):
@@ -163,7 +163,7 @@ def test_bodies_of_revolution_against_points():
     assert checked == 12
 
 
-def test_a_torus_that_turns_beside_its_axis():
+def test_swept_disc_volume_matches_pappus_theorem():
     """A whole disc: Pappus, and the same volume for all turns in parts of one."""
     for offset in (0.0, 0.3):
         disc = ArcRegion((BorderArc(np.array([2.0, 0.0]), 0.5, 0.0, 2 * np.pi),))
@@ -195,7 +195,7 @@ def meeting(robot, q, k):
 
 
 @pytest.mark.parametrize("name", ["ur5e", "puma560", "irb6640", "jaco2"])
-def test_wrists_against_samples(name):
+def test_wrist_workspace_matches_samples(name):
     beyond, empty = check_wrist(chasles.load(name), 60_000)
     assert beyond < 1e-9
     assert empty < 0.01
@@ -237,7 +237,7 @@ def check_wrist(robot, count):
 
 
 @pytest.mark.parametrize("name", ["lynxmotion", "scara", "bricklaying_planar", "puma560"])
-def test_robots_against_samples(name):
+def test_exact_workspace_matches_sampled_workspace(name):
     robot = chasles.load(name)
     exact = exact_workspace(robot)
     found = workspace(robot, 100_000, finest=30, threads=1)
@@ -246,13 +246,13 @@ def test_robots_against_samples(name):
     assert abs(size - found.measure.value) < found.measure.error
 
 
-def test_the_teaching_arm_of_the_paper():
+def test_teaching_arm_extents_match_paper():
     extents = exact_workspace(chasles.load("lynxmotion")).extents
     np.testing.assert_allclose(extents[1], [0.28660254, 0.28660254, 0.4], atol=5e-9)
     np.testing.assert_allclose(extents[0], [-0.28660254, -0.28660254, -0.05], atol=5e-9)
 
 
-def test_arms_of_other_kinds():
+def test_unsupported_arms_are_rejected_with_reason():
     with pytest.raises(InputValueError, match="ur5e: the axes that move its tool are neither par"):
         exact_workspace(chasles.load("ur5e"))
     with pytest.raises(InputValueError, match="iiwa14: the axes that move its wrist are neither"):
@@ -265,7 +265,7 @@ def test_arms_of_other_kinds():
         exact_workspace(chasles.load("five_bar"))
 
 
-def test_picture():
+def test_workspace_plot_shows_closed_border():
     pytest.importorskip("matplotlib").use("Agg")
     axes = exact_workspace(chasles.load("lynxmotion")).plot()
     assert axes.get_xlabel() == "distance from the first axis [m]"

@@ -22,7 +22,7 @@ from tests.support.derivations import ROBOTS
         ("planar_3rrr_170", 30, 89107.925046),
     ],
 )
-def test_areas_of_the_reference(name, degrees, square_millimetres):
+def test_constant_orientation_area_matches_reference(name, degrees, square_millimetres):
     found = constant_orientation(chasles.load(name), np.radians(degrees))
     assert found.area * 1e6 == pytest.approx(square_millimetres, rel=1e-10)
 
@@ -62,7 +62,7 @@ def chord(centres, inner, outer, y):
 
 @pytest.mark.parametrize(("name", "coupler"), [("planar_3rrr", 130), ("planar_3rrr_170", 170)])
 @pytest.mark.parametrize("degrees", [15, 30, 45, 60])
-def test_areas_by_chords(name, coupler, degrees):
+def test_constant_orientation_area_matches_chord_integration(name, coupler, degrees):
     """The platform's joints stand on its corners, and turn with it."""
     corners = np.radians([210, 330, 90])
     base, turned = corners, corners + np.radians(degrees)
@@ -73,7 +73,7 @@ def test_areas_by_chords(name, coupler, degrees):
     assert found.area * 1e6 == pytest.approx(expected, rel=1e-9)
 
 
-def test_random_annuli_against_points():
+def test_annuli_intersection_area_matches_monte_carlo():
     rng = np.random.default_rng(1)
     checked = 0
     for _ in range(100):
@@ -90,7 +90,7 @@ def test_random_annuli_against_points():
     assert checked > 50
 
 
-def test_known_areas():
+def test_annuli_areas_match_known_values():
     disk, hole = Annulus(np.zeros(2), 0, 2.0), Annulus(np.array([0.5, 0]), 0.5, 9.0)
     assert area([disk]) == pytest.approx(4 * np.pi, rel=1e-14)
     assert area([disk, hole]) == pytest.approx(3.75 * np.pi, rel=1e-14)
@@ -100,7 +100,7 @@ def test_known_areas():
     assert len(border(lens)) == 2
 
 
-def test_against_the_inverse():
+def test_region_contains_exactly_poses_with_valid_inverse():
     platform = chasles.load("planar_3rrr")
     rng = np.random.default_rng(2)
     checked = 0
@@ -133,7 +133,7 @@ def dexterous_platform(tmp_path_factory):
     return compiled(load(file), folder / "small", ["fk", "actuators", "actuator_margin"])
 
 
-def test_every_angle(dexterous_platform):
+def test_dexterous_region_contains_all_orientations(dexterous_platform):
     rng = np.random.default_rng(3)
     points = rng.uniform(-0.15, 0.15, (3000, 2))
     angles = np.linspace(0, 2 * np.pi, 181)
@@ -148,7 +148,7 @@ def test_every_angle(dexterous_platform):
 @pytest.mark.parametrize(
     ("crank", "coupler", "r_p"), [(300, 330, 60), (300, 350, 60), (300, 300, 60), (330, 300, 20)]
 )
-def test_every_angle_where_holes_turn_around_the_tool(crank, coupler, r_p, tmp_path):
+def test_dexterous_region_excludes_holes_that_rotate_around_tool(crank, coupler, r_p, tmp_path):
     """Links of unequal lengths leave a hole about each pivot, which may turn around the tool."""
     file = tmp_path / "holed.toml"
     text = f'extends = "{ROBOTS / "planar_3rrr.toml"}"\nname = "holed"\n'
@@ -177,7 +177,7 @@ def test_every_angle_where_holes_turn_around_the_tool(crank, coupler, r_p, tmp_p
     assert not inside[(away > abs(r - hole)) & (away < r + hole)].any()
 
 
-def test_some_angle_and_all_angles():
+def test_total_area_never_exceeds_inclusive_area():
     platform = chasles.load("planar_3rrr_170")
     one = orientations(platform, np.radians([30]), finest=400)
     assert one.total == one.inclusive == pytest.approx(0.089107925046, rel=5e-3)
@@ -185,20 +185,20 @@ def test_some_angle_and_all_angles():
     assert few.total < one.total < few.inclusive
 
 
-def test_angles_all_round(dexterous_platform):
+def test_total_area_over_full_rotation_equals_dexterous_area(dexterous_platform):
     whole = orientations(dexterous_platform, np.linspace(0, 2 * np.pi, 90), finest=300)
     assert whole.total == pytest.approx(dexterous(dexterous_platform).area, rel=3e-2)
     assert whole.share.max() == 1
     assert dexterous(chasles.load("planar_3rrr_170")).area == 0
 
 
-def test_other_robots_are_refused():
+def test_robots_without_three_planar_legs_are_rejected():
     for name in ("ur5e", "five_bar", "stewart_gough"):
         with pytest.raises(InputValueError, match="expected a planar platform on three legs"):
             constant_orientation(chasles.load(name), 0)
 
 
-def test_picture():
+def test_constant_orientation_plot_states_angle():
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
     axes = constant_orientation(chasles.load("planar_3rrr"), 0.5).plot()

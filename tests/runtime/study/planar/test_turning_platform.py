@@ -40,7 +40,7 @@ def at_angles(own, points, count):
     return np.column_stack(found)
 
 
-def test_random_platforms_against_many_angles():
+def test_orientation_range_areas_match_dense_angle_samples():
     rng, solid, count = np.random.default_rng(1), 0, 4000
     for _ in range(20):
         own = legs(rng, rng.uniform(0.1, 6))
@@ -61,7 +61,7 @@ def test_random_platforms_against_many_angles():
     assert solid > 5
 
 
-def test_errors_of_inclusive_areas_are_bounds():
+def test_inclusive_area_error_is_a_bound():
     rng = np.random.default_rng(2)
     for _ in range(10):
         own = legs(rng, rng.uniform(0.1, 2))
@@ -69,7 +69,7 @@ def test_errors_of_inclusive_areas_are_bounds():
         assert abs(rough.value - fine.value) <= rough.error + fine.error
 
 
-def test_a_narrow_range_is_one_angle_and_wider_ranges_lose_places():
+def test_total_area_shrinks_with_orientation_range():
     platform = chasles.load("planar_3rrr")
     one = constant_orientation(platform, 0.5).area
     narrow = orientation_range(platform, 0.5 - 1e-9, 0.5 + 1e-9, accuracy=1e-2)
@@ -79,7 +79,7 @@ def test_a_narrow_range_is_one_angle_and_wider_ranges_lose_places():
     assert areas == sorted(areas, reverse=True)
 
 
-def test_a_whole_turn():
+def test_full_rotation_total_area_equals_annuli_intersection():
     rng = np.random.default_rng(5)
     for _ in range(20):
         own = legs(rng, 2 * np.pi)
@@ -97,7 +97,7 @@ def test_a_whole_turn():
     assert dexterous(chasles.load("planar_3rrr_170")).area == 0
 
 
-def test_singular_places_are_singular():
+def test_singular_curves_have_zero_type_2_measure():
     platform, checked = chasles.load("planar_3rrr"), 0
     for degrees in (0, 15, 30, 45, 60):
         phi = np.radians(degrees)
@@ -114,14 +114,14 @@ def test_singular_places_are_singular():
     assert checked > 100
 
 
-def test_picture_with_singular_places():
+def test_plot_legend_names_singular_curves():
     pytest.importorskip("matplotlib").use("Agg")
     platform = chasles.load("planar_3rrr")
     axes = constant_orientation(platform, 0.5).plot(singular=singular_places(platform, 0.5))
     assert axes.get_legend().get_texts()[0].get_text() == "platform gains a freedom"
 
 
-def test_arguments():
+def test_invalid_orientation_range_arguments_are_rejected():
     platform = chasles.load("planar_3rrr")
     with pytest.raises(InputValueError, match="orientation_range: expected lower < upper and acc"):
         orientation_range(platform, 1, 0)

@@ -34,7 +34,7 @@ def to_segment(p, a, b):
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_shapes_are_where_the_drawing_has_them(name):
+def test_collision_shapes_match_drawn_skeleton(name):
     robot = chasles.load(name)
     hulls, bones, checked = hulls_of(robot), skeleton(robot), 0
     joints_on_ground = sum(
@@ -67,7 +67,7 @@ def test_shapes_are_where_the_drawing_has_them(name):
 
 
 @pytest.mark.parametrize("name", [name for name in ROBOTS if name != "bricklaying_gantry"])
-def test_the_tool_is_at_the_end_of_a_shape(name):
+def test_tool_lies_on_a_collision_shape(name):
     robot = chasles.load(name)
     hulls = hulls_of(robot)
     for q, z in zip(*closed(robot, np.random.default_rng(2), 5), strict=True):
@@ -77,7 +77,7 @@ def test_the_tool_is_at_the_end_of_a_shape(name):
         assert near < 0.05 * hulls.skeleton.size
 
 
-def test_legs_of_a_hexapod_by_its_own_equations():
+def test_hexapod_leg_shapes_match_rod_equations():
     robot = chasles.load("stewart_gough")
     hulls = hulls_of(robot)
     legs = [k for k, hull in enumerate(hulls.hulls) if hull.is_strut]
@@ -99,7 +99,7 @@ def test_legs_of_a_hexapod_by_its_own_equations():
         assert a.shape == (6, 3)
 
 
-def test_legs_of_a_planar_platform_by_hand():
+def test_planar_platform_leg_shapes_match_hand_calculation():
     robot = chasles.load("planar_3rrr")
     hulls = hulls_of(robot)
     for q, z in zip(*closed(robot, np.random.default_rng(4), 20), strict=True):
@@ -116,7 +116,7 @@ def test_legs_of_a_planar_platform_by_hand():
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_corners_move_no_further_than_stated(name):
+def test_corner_motion_stays_within_bound(name):
     robot = chasles.load(name)
     hulls, rng = hulls_of(robot), np.random.default_rng(5)
     tight = []
@@ -138,7 +138,7 @@ def test_corners_move_no_further_than_stated(name):
 
 
 @pytest.mark.parametrize("name", ["ur5e", "excavator", "well_manipulator"])
-def test_what_carries_both_brings_them_no_nearer(name):
+def test_distance_bound_ignores_common_motion(name):
     robot = chasles.load(name)
     hulls, rng, checked = hulls_of(robot), np.random.default_rng(6), 0
     for _, z in zip(*closed(robot, rng, 6), strict=True):
@@ -156,7 +156,7 @@ def test_what_carries_both_brings_them_no_nearer(name):
     assert checked > 20
 
 
-def test_levers_are_those_of_the_middle_while_an_arm_unfolds():
+def test_motion_bound_uses_lever_arms_of_centre_configuration():
     """Folded, the tool of an arm is near its first axis; unfolding does not add to that lever."""
     robot = chasles.load("scara")
     hulls, q = hulls_of(robot), np.array([0.0, 2.5, 0.1, 0.0])

@@ -42,7 +42,7 @@ def around(values, turns):
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_nothing_moves_further_than_bounded(name):
+def test_loop_motion_stays_within_bounds(name):
     robot, bounds, lower, upper = made(name)
     hulls = hulls_of(robot)
     rng, certain, tight = np.random.default_rng(1), 0, []
@@ -73,7 +73,7 @@ def test_nothing_moves_further_than_bounded(name):
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_curvature_bounds_generated_second_derivatives(name):
+def test_curvature_bounds_exceed_second_derivatives(name):
     robot, bounds, _, _ = made(name)
     rng, n = np.random.default_rng(2), len(bounds.turns)
     z = rng.uniform(-1, 1, (300, n)) * np.where(bounds.turns, np.pi, bounds.widest)
@@ -98,7 +98,7 @@ def test_curvature_bounds_generated_second_derivatives(name):
     assert (most[there] > 0.15 * bounds.curvature[there]).all()
 
 
-def test_no_bound_where_loops_open_or_are_dead():
+def test_no_bound_exists_for_segment_with_open_loops():
     """Cylinders beyond their limits: on short ways triangles open, or are as good as stretched."""
     robot, bounds, lower, upper = made("excavator")
     rng, dead, span = np.random.default_rng(3), 0, upper - lower
@@ -139,7 +139,7 @@ def of_third_degree(robot, z):
     return found
 
 
-def test_no_bound_beyond_the_slides_or_on_another_branch():
+def test_no_bound_exists_beyond_stroke_or_on_other_branch():
     robot, bounds, _, _ = made("excavator")
     q = np.array(robot.reference.q)
     way = (q, q + 1e-3)
@@ -150,7 +150,7 @@ def test_no_bound_beyond_the_slides_or_on_another_branch():
     )
 
 
-def test_equations_without_bounds():
+def test_loops_without_computable_bounds_are_rejected():
     robot, _, lower, upper = made("excavator")
     with pytest.raises(InputValueError, match="equation 0 of its loops is no polynomial"):
         loop_bounds(Changed(robot, constraint=of_third_degree), lower, upper)
@@ -158,7 +158,7 @@ def test_equations_without_bounds():
         loop_bounds(robot, lower + 100, upper + 100)
 
 
-def test_no_bound_at_a_singular_posture():
+def test_no_bound_exists_at_singular_configuration():
     """Where a joint is in no equation, the others do not lead it: no number, and no warning."""
     robot, bounds, _, _ = made("excavator")
 
@@ -174,7 +174,7 @@ def test_no_bound_at_a_singular_posture():
         assert replace(bounds, robot=changed).joints(q, q + 1e-3) is None
 
 
-def test_bounded_boxes_hold_no_singular_posture():
+def test_bounded_boxes_contain_no_singular_configuration():
     """Anywhere in a box that is stated, the equations determine the joints: det keeps its sign."""
     checked = 0
     for name in ("planar_3rrr", "stewart_gough", "delta", "excavator"):
@@ -218,7 +218,7 @@ def in_other_mode(robot, z):
     raise AssertionError("no joints of the other mode")
 
 
-def test_no_way_leads_from_one_assembly_mode_to_another():
+def test_no_free_segment_connects_different_assembly_modes():
     pytest.importorskip("coal", reason="coal comes with pin")
     robot = chasles.load("planar_3rrr")
     here = robot.configuration(np.array(robot.reference.q))

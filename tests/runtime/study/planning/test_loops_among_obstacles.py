@@ -1,4 +1,4 @@
-"""Paths of robots with loops, close to obstacles, at ten times as many places as were asked."""
+"""Paths of robots with loops, close to obstacles, at ten times the planner's resolution."""
 
 from dataclasses import replace
 
@@ -9,8 +9,6 @@ import chasles
 
 pytest.importorskip("coal", reason="coal comes with pin")
 
-from bench.measures import scenes as bench_scenes
-from bench.measures.scenes import ROBOTS, drawn, scenes
 from chasles.study.planning import (
     ball,
     capsule,
@@ -20,17 +18,20 @@ from chasles.study.planning import (
     shortened,
 )
 from chasles.study.planning.loop_bounds import closed_postures
+from tests.campaigns.scenes import ROBOTS, drawn, left, planned
+from tests.support.waiting import SECONDS
 
 
-def test_no_path_touches_when_checked_finer():
-    results = list(scenes(5, key=1, robots=("five_bar", "excavator", "bricklaying_gantry")))
+def test_paths_stay_collision_free_at_finer_sampling():
+    names = ("five_bar", "excavator", "bricklaying_gantry", "five_bar", "excavator")
+    results = [planned(chasles.load(name), key) for key, name in enumerate(names, 1)]
     assert sum(scene.found for scene in results) >= 3
     assert sum(scene.checked for scene in results) > 3000
     assert not any(scene.touching + scene.open + scene.changed for scene in results)
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_ways_approach_no_further_than_stated(name):
+def test_approach_bound_limits_distance_change(name):
     rng, checked = np.random.default_rng(8), 0
     space, _ = drawn(chasles.load(name), rng)
     q, _ = closed_postures(space.robot, space.lower, space.upper)
@@ -68,7 +69,7 @@ AMONG = {
 
 
 @pytest.mark.parametrize("name", AMONG)
-def test_paths_of_platforms_keep_clear_and_keep_their_mode(name):
+def test_platform_paths_avoid_obstacles_and_keep_assembly_mode(name):
     """A path exists where the straight way is blocked; it holds at ten times as many places."""
     obstacles, radius, span = AMONG[name]
     robot = chasles.load(name)
@@ -92,11 +93,11 @@ def test_paths_of_platforms_keep_clear_and_keep_their_mode(name):
     for path in kept:
         places = path.at(np.linspace(0, 1, 1000))
         assert space.free(places).all()
-        assert bench_scenes.left(space, places) == (0, 0)
+        assert left(space, places) == (0, 0)
 
 
 @pytest.mark.parametrize("name", ["planar_3rrr", "stewart_gough"])
-def test_trees_of_platforms(name):
+def test_rrt_connect_finds_collision_free_platform_path(name):
     pytest.importorskip("ompl")
     obstacles, radius, _ = AMONG[name]
     robot = chasles.load(name)
@@ -104,12 +105,12 @@ def test_trees_of_platforms(name):
     middle = np.array(robot.reference.q)
     q = middle + np.random.default_rng(5).uniform(-0.05, 0.05, (20, robot.n))
     start, goal = q[space.free(q)][:2]
-    plan = connecting_trees(space, start, goal, seconds=20, key=3)
+    plan = connecting_trees(space, start, goal, seconds=SECONDS, key=3)
     assert plan.found, plan.reason
-    assert bench_scenes.left(space, plan.at(np.linspace(0, 1, 500))) == (0, 0)
+    assert left(space, plan.at(np.linspace(0, 1, 500))) == (0, 0)
 
 
-def test_an_open_loop_blocks_a_way():
+def test_open_loop_blocks_segment():
     space, q = drawn(chasles.load("excavator"), np.random.default_rng(9))
     open_q = q[0].copy()
     open_q[1:] += 100  # no triangle has such a side

@@ -13,6 +13,7 @@ from chasles.study.planning import (
     success,
 )
 from chasles.study.planning.success import wilson
+from tests.support.waiting import SECONDS
 
 SIDE = 0.1
 
@@ -32,7 +33,7 @@ def random_map(rng):
     return occupancy_map(rng.random((30, 30)) < 0.1, SIDE, rng.uniform(-1, 1, 2))
 
 
-def test_ways_against_fine_sampling():
+def test_free_segment_check_agrees_with_fine_sampling():
     rng = np.random.default_rng(1)
     free = 0
     for _ in range(300):
@@ -50,7 +51,7 @@ def test_ways_against_fine_sampling():
     assert free > 10
 
 
-def test_thirty_seeds_of_a_narrow_passage():
+def test_narrow_passage_plans_are_free_and_shortcuts_never_longer():
     space = passage()
     found = 0
     for key in range(30):
@@ -67,7 +68,7 @@ def test_thirty_seeds_of_a_narrow_passage():
     assert found >= 15
 
 
-def test_both_searches_find_the_same_length():
+def test_astar_and_dijkstra_find_equal_length():
     space = passage(4)
     for key in range(5):
         made = roadmap(space, 200, key=key)
@@ -75,7 +76,7 @@ def test_both_searches_find_the_same_length():
         assert lengths[0] == pytest.approx(lengths[1]) or not np.isfinite(lengths).any()
 
 
-def test_both_readings_of_the_step():
+def test_step_and_dispersion_limit_point_distances():
     space = passage()
     near = roadmap(space, 150, step=0.4)
     ways = near.points[near.ways]
@@ -88,7 +89,7 @@ def test_both_readings_of_the_step():
     assert 40 < len(spread.points) < 150
 
 
-def test_the_same_key_gives_the_same_roadmap():
+def test_same_rng_gives_same_roadmap():
     space = passage()
     one, two, other = (roadmap(space, 100, key=key) for key in (5, 5, 6))
     assert np.array_equal(one.points, two.points)
@@ -102,8 +103,9 @@ def test_the_same_key_gives_the_same_roadmap():
         ((2.05, 3.0), GOAL, r"the start is not free: \(2\.05, 3\) m is occupied"),
         (START, (9.0, 1.0), r"the goal is not free: \(9, 1\) m is outside the map"),
     ],
+    ids=["occupied start", "goal outside map"],
 )
-def test_ends_that_are_not_free(start, goal, reason):
+def test_occupied_start_or_goal_is_explained(start, goal, reason):
     plan = roadmap(passage(), 50).plan(start, goal)
     assert not plan.found
     assert np.isinf(plan.length)
@@ -111,12 +113,12 @@ def test_ends_that_are_not_free(start, goal, reason):
         plan.at(0.5)
 
 
-def test_no_passage():
+def test_disconnected_roadmap_is_explained():
     plan = roadmap(passage(0), 300).plan(START, GOAL)
     assert plan.reason == "start and goal lie in different ones of the 2 parts of the roadmap"
 
 
-def test_a_study_of_success():
+def test_success_rate_grows_with_samples_and_step():
     found = success(passage(), START, GOAL, samples=(30, 300), steps=(0.5, np.inf), runs=8)
     rates = {(row.samples, row.step): row.rate for row in found.rows}
     assert len(rates) == 4
@@ -124,16 +126,16 @@ def test_a_study_of_success():
     assert all(row.low <= row.rate <= row.high for row in found.rows)
 
 
-def test_wilson():
+def test_wilson_interval_matches_scipy():
     for successes in range(31):
         expected = binomtest(successes, 30).proportion_ci(method="wilson")
         np.testing.assert_allclose(wilson(successes, 30), expected, atol=1e-12)
 
 
-def test_connecting_trees():
+def test_rrt_connect_finds_free_path_or_explains_failure():
     pytest.importorskip("ompl")
     space = passage(1)
-    plan = connecting_trees(space, START, GOAL, seconds=20)
+    plan = connecting_trees(space, START, GOAL, seconds=SECONDS)
     assert plan.found, plan.reason
     assert space.free(plan.at(np.linspace(0, 1, 50001))).all()
     assert connecting_trees(space, (2.05, 3.0), GOAL).reason.startswith("the start is not free")
@@ -141,7 +143,7 @@ def test_connecting_trees():
     assert blocked.reason == "no path was found in 0.2 s"
 
 
-def test_errors():
+def test_invalid_roadmap_arguments_are_rejected():
     with pytest.raises(InputValueError, match="expected samples >= 1"):
         roadmap(passage(), 0)
     with pytest.raises(ShapeError, match=r"start: expected \(2,\), got shape \(3,\)"):

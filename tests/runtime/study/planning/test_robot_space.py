@@ -18,6 +18,7 @@ from chasles.study.planning import (
     robot_space,
     shortened,
 )
+from tests.support.waiting import SECONDS
 
 pytest.importorskip("coal", reason="coal comes with pin")
 
@@ -48,7 +49,7 @@ def postures(space, rng, count):
     return q[space.free(q)]
 
 
-def test_free_ways_are_free_when_sampled_finer(space):
+def test_free_segments_stay_free_at_finer_sampling(space):
     rng = np.random.default_rng(1)
     free = 0
     for q in postures(space, rng, 40):
@@ -60,7 +61,7 @@ def test_free_ways_are_free_when_sampled_finer(space):
     assert free >= 5
 
 
-def test_distances_shrink_no_faster_than_stated(space):
+def test_distance_change_stays_within_approach_bound(space):
     rng = np.random.default_rng(2)
     checked = 0
     for q in postures(space, rng, 40):
@@ -85,7 +86,7 @@ def sampled(corners):
 
 
 @pytest.mark.parametrize("name", ["ur5e", "excavator", "stewart_gough", "delta"])
-def test_distances_to_a_ball_by_sampled_shapes(name):
+def test_sphere_distances_match_sampled_shapes(name):
     robot = chasles.load(name)
     radii = np.linspace(0.01, 0.03, len(robot_space(robot, OBSTACLES[:1], radius=0.01).parts))
     space = robot_space(robot, OBSTACLES[:1], radius=radii)
@@ -103,7 +104,7 @@ def test_distances_to_a_ball_by_sampled_shapes(name):
     assert checked >= 40
 
 
-def test_parts_that_pass_beside_each_other():
+def test_may_touch_disables_only_checks_of_named_pair():
     robot = chasles.load("board_installer")
     space = robot_space(robot, OBSTACLES[:1], radius=0.01)
     pair = ("greater_arm", "rotating_frame")
@@ -118,7 +119,7 @@ def test_parts_that_pass_beside_each_other():
         robot_space(robot, radius=0.01, may_touch=[("arm", "crank")])
 
 
-def test_plans_of_an_arm():
+def test_roadmap_paths_of_arm_stay_free_after_shortcutting():
     robot = chasles.load("ur5e")
     space = robot_space(robot, OBSTACLES, radius=0.05)
     q = postures(space, np.random.default_rng(4), 60)
@@ -133,18 +134,18 @@ def test_plans_of_an_arm():
     assert found
 
 
-def test_trees_of_an_arm(capfd):
+def test_rrt_connect_finds_free_arm_path_silently(capfd):
     pytest.importorskip("ompl")
     space = robot_space(chasles.load("scara"), OBSTACLES[:1], radius=0.03)
     start, goal = postures(space, np.random.default_rng(5), 60)[:2]
     for key in (1, 2):
-        plan = connecting_trees(space, start, goal, seconds=20, key=key)
+        plan = connecting_trees(space, start, goal, seconds=SECONDS, key=key)
         assert plan.found, plan.reason
         assert space.free(plan.at(np.linspace(0, 1, 1000))).all()
     assert "".join(capfd.readouterr()) == ""
 
 
-def test_what_touches():
+def test_blocked_start_names_touching_parts_or_exceeded_limit():
     robot = chasles.load("ur5e")
     stretched = np.zeros(6)
     p = robot.fk(stretched)[:3, 3]
@@ -156,7 +157,7 @@ def test_what_touches():
     assert beyond.reason == "the start is not free: shoulder_pan is beyond its limits"
 
 
-def test_a_mesh(tmp_path):
+def test_mesh_obstacle_matches_equal_box_obstacle(tmp_path):
     corners = np.array([[x, y, z] for x in (0, 0.2) for y in (0, 0.2) for z in (0, 0.2)])
     faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     lines = [f"v {x} {y} {z}" for x, y, z in corners]
@@ -172,7 +173,7 @@ def test_a_mesh(tmp_path):
     np.testing.assert_allclose(apart[outside, 0], apart[outside, 1], atol=1e-4)
 
 
-def test_errors():
+def test_invalid_obstacles_and_radii_are_rejected():
     robot = chasles.load("ur5e")
     with pytest.raises(ShapeError, match=r"radius: expected a number or 5, of 0, link2, link3"):
         robot_space(robot, OBSTACLES, radius=[0.1, 0.1])
@@ -201,7 +202,7 @@ def test_errors():
             made()
 
 
-def test_why_a_start_is_not_free():
+def test_why_explains_limit_and_loop_closure():
     space = robot_space(chasles.load("excavator"), OBSTACLES[:1], radius=0.05)
     q = np.array(space.robot.reference.q)
     assert space.why(q * np.nan) == "swing is beyond its limits"

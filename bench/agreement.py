@@ -1,0 +1,34 @@
+"""Fair comparisons: a peer is timed only if it computes the same results as chasles."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tests.support.tolerances import AGREEMENT
+
+CONFIGURATIONS = 20
+"""Number of configurations at which results are compared before they are timed."""
+
+
+class DisagreementError(Exception):
+    """A peer computes other results than chasles."""
+
+
+def require_same(name: str, found: Iterable[ArrayLike], expected: Iterable[ArrayLike]) -> None:
+    """Raise an error that names the peer unless its results equal the results of chasles.
+
+    Args:
+        name: The peer, and the robot or function that it computes.
+        found: Arrays of the peer; NaN must stand where chasles returns NaN.
+        expected: Arrays of chasles, with the same shapes.
+    """
+    for own, peer in zip(map(np.asarray, expected), map(np.asarray, found), strict=True):
+        if peer.shape != own.shape:
+            raise DisagreementError(f"{name}: shape {peer.shape}, but chasles has {own.shape}")
+        if not np.allclose(peer, own, rtol=0, atol=AGREEMENT, equal_nan=True):
+            error = np.abs(peer - own).max()
+            raise DisagreementError(
+                f"{name}: results differ from chasles by {error:.2g}, "
+                f"which is more than {AGREEMENT:g}; the benchmark must not time it"
+            )

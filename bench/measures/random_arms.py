@@ -1,0 +1,76 @@
+"""Time the inverses of random arms: ``python -m bench arms``.
+
+The arms are arms with errors and arms without a structure, see ``tests/campaigns/displaced.py`` and
+``tests/campaigns/general.py``, where their solutions are judged.
+"""
+
+import time
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from chasles.derive import Robot, RobotError
+from tests.campaigns import displaced, general
+from tests.campaigns.general import Judged, configurations, loaded
+
+from ..report import out, seconds, table
+
+SINGLES, BATCH = 1000, 10_000
+"""Poses that are solved one by one, and poses of a batch."""
+ROUNDS = 3
+MICRO = 1e6
+MAX_P99 = 50.0
+"""Microseconds a call: bar on the 99th percentile of arms with errors."""
+COLUMNS = ("arm", "joints", "nominal", "single us", "p99 us", "batch us", "bar", "")
+
+
+def run(count: int, first: int) -> int:
+    """Print the times of numbered arms; return 1 if an arm with errors misses its bar.
+
+    Args:
+        count: Number of arms of each kind.
+        first: Number of the first arm.
+    """
+    rows = []
+    for number in range(first, first + count):
+        for title, robot, bar in (
+            ("errors", displaced.arm_of(number), MAX_P99),
+            ("general", general.arm_of(number), None),
+        ):
+            name = f"{number}, {title}: {robot.title or robot.name}"
+            try:
+                rows.append((name, *times(robot, number, bar)))
+            except RobotError as error:
+                out.print(f"{name} is left out: {error}", markup=False)
+    table("Inverses of random arms, time of a pose", COLUMNS, rows)
+    return int(any(row[-1] for row in rows))
+
+
+def times(robot: Robot, number: int, bar: float | None) -> tuple[object, ...]:
+    """The further cells of an arm's row.
+
+    Args:
+        robot: The arm.
+        number: Seed of the poses.
+        bar: The maximum of the 99th percentile.
+    """
+    with TemporaryDirectory() as folder:
+        arm = loaded(robot, Path(folder))
+    q, _ = configurations(robot, BATCH, 0, np.random.default_rng(number))
+    inputs = (arm.fk(q), *Judged(robot, arm).given(q))
+    single, p99 = np.percentile(
+        [
+            min(seconds(partial(arm.ik, *row)) for _ in range(ROUNDS))
+            for row in zip(*(values[:SINGLES] for values in inputs), strict=True)
+        ],
+        (50, 99),
+    )
+    batch = min(
+        seconds(partial(arm.ik, *inputs, threads=1), time.process_time) for _ in range(ROUNDS)
+    )
+    mark = "MISSED" if bar is not None and MICRO * p99 > bar else ""
+    has_nominal = "yes" if "ik_nominal" in arm.functions else ""
+    cells = (MICRO * single, MICRO * p99, MICRO * batch / BATCH)
+    return (arm.n, has_nominal, *map(float, cells), bar, mark)

@@ -1,0 +1,154 @@
+"""Paths of robots with loops in random scenes, checked at ten times as many configurations.
+
+Each scene has spheres that almost touch the robot in random configurations, so that paths pass
+close to them. A path that is planned and shortened is sampled at ten times as many configurations
+as its planner tested. At each of them nothing may touch, the loops must be closed, and the joints
+must be those that Newton's iteration follows from the start, so that no assembly mode changes.
+"""
+
+from dataclasses import dataclass, field, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+import chasles
+from chasles.drawing import skeleton
+from chasles.study.planning import RobotSpace, ball, roadmap, robot_space, shortened
+
+from .campaign import Campaign, Outcome
+
+FloatArray = NDArray[np.float64]
+ROBOTS = (
+    *("excavator", "well_manipulator", "five_bar", "board_installer", "bricklaying_gantry"),
+    *("planar_3rrr", "stewart_gough", "delta", "four_bar", "slider_crank"),
+)
+SCENES = 5
+"""Scenes of a trial."""
+BALLS, DRAWN, ENOUGH = 5, 200, 40
+SAMPLES, NEIGHBOURS, TRIES = 30, 6, 10
+FINER = 10
+CLOSED = 1e-11
+"""Maximum rounding error of closed loops, relative to the robot's size."""
+STEPS = 4
+"""Steps of Newton's iteration from a configuration to the next, which is near."""
+FOLLOWED = 1e-6
+"""Difference of joints [rad or m] of another assembly mode: modes are far apart."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """The result of a scene.
+
+    Attributes:
+        found: Whether there is a path.
+        checked: Number of configurations on the path that were checked.
+        touching: At how many of them a body touches.
+        open: At how many of them a loop is open.
+        changed: At how many of them the assembly mode is not that of the start.
+    """
+
+    found: bool
+    checked: int = 0
+    touching: int = 0
+    open: int = 0
+    changed: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class _Recording(RobotSpace):
+    """A space that records the tested configurations."""
+
+    tested: list[FloatArray] = field(default_factory=list)
+
+    def distances(self, q: FloatArray) -> FloatArray:
+        """Record the configurations and return their distances."""
+        self.tested.append(q)
+        found: FloatArray = super().distances(q)
+        return found
+
+
+def trial(number: int) -> Outcome:
+    """Plans and checks paths in some scenes; consecutive trials take the robots in turn."""
+    robot = chasles.load(ROBOTS[number % len(ROBOTS)])
+    keys = np.random.default_rng(number).integers(2**31, size=SCENES).tolist()
+    found = [planned(robot, key) for key in keys]
+    failures = [
+        f"{robot.name}, key {key}: {s.touching} touch, {s.open} open, {s.changed} in another mode"
+        for key, s in zip(keys, found, strict=True)
+        if s.touching or s.open or s.changed
+    ]
+    counts = {
+        "scenes": SCENES,
+        "paths": sum(s.found for s in found),
+        "configurations": sum(s.checked for s in found),
+    }
+    return Outcome(counts, tuple(failures))
+
+
+def planned(robot: chasles.Robot, key: int) -> Scene:
+    """Plan a path in a random scene and check it.
+
+    Args:
+        robot: A robot with loops.
+        key: Chooses the random numbers.
+    """
+    space, (start, goal) = drawn(robot, np.random.default_rng(key))
+    space.tested.clear()
+    plan = roadmap(space, SAMPLES, neighbours=NEIGHBOURS, key=key).plan(start, goal)
+    plan = shortened(space, plan, tries=TRIES, key=key)
+    if not plan.found:
+        return Scene(False)
+    q = plan.at(np.linspace(0, 1, FINER * max(len(space.tested), 100)))
+    return Scene(True, len(q), int((~space.free(q)).sum()), *left(space, q))
+
+
+def left(space: RobotSpace, places: FloatArray) -> tuple[int, int]:
+    """Number of configurations (m, n) with open loops, and number in another assembly mode."""
+    robot, bounds = space.robot, space.bounds
+    assert bounds is not None
+    z = robot.configuration(places)
+    error = np.abs(robot.constraint(z)).max(-1)
+    is_open = ~(error <= CLOSED * max(1.0, skeleton(robot).size))
+    free = np.setdiff1d(np.arange(z.shape[1]), bounds.given)
+    followed, changed = z[0].copy(), 0
+    for here in z:
+        followed[bounds.given] = here[bounds.given]
+        for _ in range(STEPS):
+            D = robot.constraint_D_z(followed)[:, free]
+            followed[free] -= np.linalg.lstsq(D, robot.constraint(followed), rcond=None)[0]
+        away = followed - here
+        away[bounds.turns] = (away[bounds.turns] + np.pi) % (2 * np.pi) - np.pi
+        changed += not np.abs(away).max() <= FOLLOWED
+    return int(is_open.sum()), changed
+
+
+def drawn(robot: chasles.Robot, rng: np.random.Generator) -> tuple[_Recording, FloatArray]:
+    """A space with spheres close to random configurations, and two free configurations (2, n)."""
+    size = skeleton(robot).size
+    radius = 0.01 * size
+    empty = robot_space(robot, [ball([0, 0, 1e3 * size], size)], radius=radius)
+    while True:
+        q = np.empty((0, robot.n))
+        while len(q) < ENOUGH:
+            more = rng.uniform(empty.lower, empty.upper, (DRAWN, robot.n))
+            q = np.vstack([q, more[np.isfinite(robot.configuration(more)).all(-1)]])
+        balls = []
+        for near in q[:BALLS]:
+            places = np.vstack(empty.hulls.corners(robot.configuration(near)))
+            away = rng.normal(size=3)
+            own = rng.uniform(0.01, 0.05) * size
+            gap = own + radius + rng.uniform(0.0, 0.03) * size
+            centre = places[rng.integers(len(places))] + gap * away / np.linalg.norm(away)
+            balls.append(ball(centre, own))
+        made = robot_space(robot, balls, radius=radius)
+        space = _Recording(*(getattr(made, own.name) for own in fields(made)))
+        free = q[BALLS:][space.free(q[BALLS:])]
+        if len(free) > 1:
+            return space, free[:2]
+
+
+CAMPAIGN = Campaign(
+    "scenes",
+    "A path among obstacles touches nothing, keeps loops closed and keeps the assembly mode.",
+    trial,
+)

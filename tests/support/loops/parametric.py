@@ -1,0 +1,33 @@
+"""Parametric equations of shipped robots with loops, derived once, and their nominal values."""
+
+from functools import cache
+
+import numpy as np
+
+from chasles.derive import load
+from chasles.derive.loops.hybrid import Hybrid
+from chasles.derive.loops.parametric.parametric_loops import ParametricLoops
+from chasles.derive.terms.casadi_graph import lower
+from tests.support.derivations import ROBOTS
+
+RODS = ["five_bar", "slider_crank", "planar_3rrr", "delta", "excavator"]
+EVERY = [*RODS, "four_bar", "stewart_gough", "bricklaying_gantry"]
+
+
+@cache
+def loops_of(name):
+    loops = ParametricLoops(Hybrid(load(ROBOTS / f"{name}.toml")))
+    functions = list(loops.inner.values())
+    return loops, dict(zip(loops.inner, lower(functions, name), strict=True))
+
+
+def nominal(loops):
+    return np.array([float(loops.terms.value(p.value)) for p in loops.geometry.parameters])
+
+
+def reference(loops):
+    """The variables w = (q, u) at the reference."""
+    at, terms = loops.hybrid.at_reference, loops.terms
+    coordinates = loops.mechanism.coordinates
+    q = [at[c.moves] / float(terms.value(c.ratio)) for c in coordinates]
+    return np.array([*q, *(at[variable.name] for variable in loops.unknown)])

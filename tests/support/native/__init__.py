@@ -1,0 +1,81 @@
+"""Compiles C and C++ for tests and benchmarks into build/native; file names contain a digest."""
+
+import hashlib
+import os
+import shlex
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from chasles.contract.compiler import FLAGS
+
+BUILD = Path(__file__).parents[3] / "build" / "native"
+UNPACKED = "-fno-tree-slp-vectorize"
+"""Flag only for the C of chasles: GCC 12 vectorises it wrongly. Peers would lose speed."""
+FLAGS_OF_ALL = (
+    *(flag for flag in FLAGS if flag != UNPACKED and not flag.startswith("-std")),
+    "-DNDEBUG",
+)
+"""Flags of chasles' own C, which every peer gets too: -O3 -march=native, no errno.
+
+NDEBUG serves the peers: Eigen's assertions take as long as the kinematics.
+"""
+
+
+@dataclass(frozen=True)
+class Source:
+    """The source of a shared library.
+
+    Attributes:
+        name: Name of the library.
+        files: The text of each file; the first file is compiled.
+        flags: Further flags: include folders, definitions.
+    """
+
+    name: str
+    files: Mapping[str, str]
+    flags: Sequence[str] = ()
+
+    @property
+    def command(self) -> tuple[str, ...]:
+        """Compiler and flags; a first file that ends in .cpp selects the C++ compiler."""
+        plus = next(iter(self.files)).endswith(".cpp")
+        compiler = shlex.split(os.environ.get("CXX", "c++") if plus else os.environ.get("CC", "cc"))
+        standard = "-std=c++17" if plus else "-std=c99"
+        return (*compiler, standard, *FLAGS_OF_ALL, *self.flags)
+
+    @property
+    def path(self) -> Path:
+        """Path of the compiled library."""
+        parts = [*self.command, *self.files, *self.files.values(), compiler_version(self.command)]
+        digest = hashlib.sha256("\0".join(parts).encode()).hexdigest()
+        return BUILD / f"{self.name}-{digest[:16]}.so"
+
+
+def compiler_version(command: Sequence[str]) -> str:
+    """The first line of a compiler's ``--version``, or '' without a compiler."""
+    if shutil.which(command[0]) is None:
+        return ""
+    done = subprocess.run([command[0], "--version"], capture_output=True, text=True, check=False)
+    return done.stdout.partition("\n")[0]
+
+
+def compiled(source: Source) -> Path:
+    """Return the path of the library; compile it if it does not exist yet.
+
+    Several processes may compile the same source at once: each compiles in a folder of its own
+    and moves the library to its path in one step.
+    """
+    if not source.path.exists():
+        BUILD.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=BUILD) as folder:
+            for name, text in source.files.items():
+                (Path(folder) / name).write_text(text, encoding="utf-8")
+            first = next(iter(source.files))
+            command = [*source.command, first, "-o", "library.so", "-lm"]
+            subprocess.run(command, cwd=folder, check=True, capture_output=True)
+            (Path(folder) / "library.so").replace(source.path)
+    return source.path

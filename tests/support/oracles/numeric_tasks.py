@@ -1,0 +1,81 @@
+"""Reachable poses for iterated inverses, and an independent count of the poses they miss."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+import chasles
+
+COMPARED = ("ur5e", "puma560", "panda")
+"""Robots that the Robotics Toolbox also solves."""
+ALONE = (
+    *("iiwa14", "photo_robot", "lynxmotion", "jaco2"),
+    *("well_manipulator", "board_installer", "stewart_gough"),
+)
+"""Robots that only chasles solves."""
+DIRECTION = (1, 1, 1, 1, 1, 0)
+"""Weights for five joints: position and direction of the tool's z axis, any rotation about it."""
+WEIGHTS = {"lynxmotion": DIRECTION}
+"""The position determines the yaw of an arm on a turntable; the target adds the pitch."""
+TOLERANCE = 1e-9
+ROUNDING = 1e-13
+"""Difference between a pose computed alone and the same pose in a batch [m or rad]."""
+
+
+@dataclass(frozen=True)
+class NumericTask:
+    """Poses that a robot reaches within its limits.
+
+    Attributes:
+        robot: The robot.
+        T: (m, 4, 4) poses.
+        weights: Weights of the components of the pose error; None if all count equally.
+    """
+
+    robot: chasles.Robot
+    T: np.ndarray
+    weights: tuple[int, ...] | None
+
+    def solve(self, T: np.ndarray, threads: int = 1):
+        """Solve a single pose or a batch of poses."""
+        return self.robot.ik_numeric(T, weights=self.weights, threads=threads)
+
+
+def numeric_task(name: str, count: int) -> NumericTask:
+    """Poses at random coordinates within limits, or within half a turn or a metre of 0."""
+    robot = chasles.load(name)
+    reach = np.array([np.pi if c.unit == "rad" else 1.0 for c in robot.coordinates])
+    lower = np.where(np.isfinite(robot.lower), robot.lower, -reach)
+    upper = np.where(np.isfinite(robot.upper), robot.upper, reach)
+    rng = np.random.default_rng(1)
+    T = np.empty((0, 4, 4))
+    while len(T) < count:
+        more = robot.fk(rng.uniform(lower, upper, (count, robot.n)))
+        T = np.vstack([T, more[np.isfinite(more).all((1, 2))]])
+    return NumericTask(robot, T[:count], WEIGHTS.get(name))
+
+
+def errors(task: NumericTask, results: Sequence[Any]) -> np.ndarray:
+    """Errors (m,) of the poses [m or rad]; NaN without a claimed success or beyond a limit."""
+    robot = task.robot
+    q = np.array([result.q for result in results])
+    claimed = np.array([bool(result.success) for result in results])
+    within = ((q >= robot.lower) & (q <= robot.upper)).all(axis=1)
+    return np.where(claimed & within, pose_error(task, robot.fk(q)), np.nan)
+
+
+def pose_error(task: NumericTask, T: np.ndarray) -> np.ndarray:
+    """The larger of distance and angle (m,) between poses and the task's poses [m or rad]."""
+    distance = np.linalg.norm(T[:, :3, 3] - task.T[:, :3, 3], axis=1)
+    columns = slice(2, 3) if task.weights == DIRECTION else slice(0, 3)
+    sides = np.linalg.norm(T[:, :3, columns] - task.T[:, :3, columns], axis=(1, 2))
+    # A small rotation moves two axes by its angle; if a single axis is compared, it moves once.
+    return np.maximum(distance, sides if task.weights == DIRECTION else sides / np.sqrt(2))
+
+
+def missed(task: NumericTask) -> int:
+    """Number of poses for which chasles returns no valid solution within the limits."""
+    error = errors(task, [task.solve(pose) for pose in task.T])
+    return int(np.count_nonzero(~(error <= TOLERANCE + ROUNDING)))

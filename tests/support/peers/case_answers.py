@@ -1,0 +1,28 @@
+"""Solutions of chasles and of its peers for the robots and target sets of tests of inverses."""
+
+import numpy as np
+
+from tests.support.generators.poses import Case
+from tests.support.peers.interface import Answers, answers
+
+FIXED_JOINTS = {"iiwa14": 2, "panda": 6}
+"""Index of the joint with a fixed value for peers that solve only six joints."""
+MAX_JOINTS = 6
+"""A robot with more joints has infinitely many solutions."""
+
+
+def own_answers(case: Case, q: np.ndarray) -> Answers:
+    """Return the solutions of chasles for the targets at q (m, n)."""
+    found = getattr(case.robot, case.function)(case.targets(q), *case.others(q))
+    return Answers(found.q, found.valid)
+
+
+def peer_answers(name: str, case: Case, q: np.ndarray) -> Answers:
+    """Return the solutions of a peer for the targets at q (m, n)."""
+    fixed = FIXED_JOINTS.get(case.name, -1)
+    return answers(name, case.screws, case.targets(q), fixed, q[:, fixed])
+
+
+def chooses_branches(name: str, case: Case) -> bool:
+    """Whether a peer selects some of the infinitely many solutions of a robot."""
+    return name == "ssik" and case.robot.n > MAX_JOINTS
