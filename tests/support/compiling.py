@@ -22,13 +22,17 @@ CALLED = ("c", "casadi", "python")
 BUILD = Path(__file__).parents[2] / "build" / "tests"
 """Derived folders and compiled libraries of all tests, by content, for all workers and runs."""
 
+QUICK, FAST = "-O0", "-O1"
+"""Flags: QUICK compiles a calibrated arm in 2.5 s instead of the 11 s of users' -O3. FAST takes
+5 s, and is for tests with tens of thousands of poses.
+"""
+
 
 @contextmanager
-def compiled_quickly(flags: str = "-O1") -> Iterator[None]:
+def compiled_quickly(flags: str = QUICK) -> Iterator[None]:
     """In its body, robots are compiled with some flags into a cache of the tests.
 
-    A calibrated arm takes 5 s at -O1 instead of the 11 s of users' -O3. Shipped robots are no
-    subject of it: tests call them as users have them.
+    Shipped robots are not loaded in it: tests call them as users have them.
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CHASLES_CACHE", str(BUILD))
@@ -42,7 +46,7 @@ def compiled(
     folder: Path,
     functions: Sequence[str] | None = None,
     languages: Sequence[str] = CALLED,
-    flags: str = "-O1",
+    flags: str = QUICK,
 ) -> chasles.Robot:
     """A robot that is derived, put into a folder, compiled and loaded.
 
@@ -69,7 +73,7 @@ def compiled(
     return loaded(folder, flags)
 
 
-def loaded(folder: Path, flags: str = "-O1") -> chasles.Robot:
+def loaded(folder: Path, flags: str = QUICK) -> chasles.Robot:
     """The robot of a folder, compiled once for all tests."""
     digest = hashlib.sha256((folder / "manifest.json").read_bytes() + flags.encode()).hexdigest()
     with compiled_quickly(flags), locked(BUILD / "libraries" / digest):

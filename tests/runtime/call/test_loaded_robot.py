@@ -201,13 +201,13 @@ def test_generated_package_loads_robot_lazily(folder, cache):
     (folder.path / "__init__.py").write_text(INIT)
     code = """
 import os, sys
-from tests.support.handwritten import tiny
+import tiny
 assert "fk" in dir(tiny) and "robot" in dir(tiny)
 assert not hasattr(tiny, "__path_of_nothing__")
 assert not os.path.exists(os.environ["CHASLES_CACHE"])
 assert tiny.fk([0.0, 1.0]).shape == (3, 4)
 assert tiny.n == 2 and tiny.robot.fk is tiny.fk and "fk" in vars(tiny)
-from tests.support.handwritten.tiny import blend
+from tiny import blend
 try:
     tiny.ik
 except AttributeError as error:

@@ -399,7 +399,7 @@ def test_concurrent_first_use_of_generated_package_is_consistent(folder, cache):
     code = """
 import threading
 import numpy as np
-from tests.support.handwritten import tiny
+import tiny
 
 results = []
 threads = [threading.Thread(target=lambda: results.append(tiny.fk([0.5, 1.0]))) for _ in range(5)]

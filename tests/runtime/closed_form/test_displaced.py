@@ -14,7 +14,7 @@ from chasles.derive.inverse.serial_inverse import inverses
 from chasles.derive.model.tolerances import SEPARATE
 from chasles.derive.terms.terms import Terms
 from tests.campaigns.general import Judged
-from tests.support.compiling import compiled
+from tests.support.compiling import FAST, compiled
 from tests.support.derivations import description
 from tests.support.generators.drawn_arms import random_arm
 from tests.support.generators.geometric_errors import displaced
@@ -53,7 +53,7 @@ def robot():
 
 @pytest.fixture(scope="module")
 def arm(robot, tmp_path_factory):
-    return compiled(robot, tmp_path_factory.mktemp("displaced") / robot.name, FUNCTIONS)
+    return compiled(robot, tmp_path_factory.mktemp("displaced") / robot.name, FUNCTIONS, flags=FAST)
 
 
 def near_wrist(count, seed):
@@ -108,7 +108,7 @@ def test_far_unreachable_pose_returns_nominal_arm_answers(arm):
 def test_poses_with_over_twelve_solutions_include_configuration(tmp_path):
     """Some have sixteen, as many as six revolute joints may have."""
     robot = displaced(load(description("irb120")), MANY, MANY_SEED)
-    arm = compiled(robot, tmp_path / robot.name, FUNCTIONS)
+    arm = compiled(robot, tmp_path / robot.name, FUNCTIONS, flags=FAST)
     q = near_wrist(60_000, 2)
     found = arm.ik(arm.fk(q))
     many = found.count > 12
@@ -124,7 +124,7 @@ def test_poses_with_over_twelve_solutions_include_configuration(tmp_path):
 def test_few_configurations_are_missed_near_singularities(tmp_path):
     """With errors of 10 mm and mrad: of random configurations, most that are lost are there."""
     robot = displaced(load(description("irb6640")), 1e-2)
-    arm = compiled(robot, tmp_path / robot.name, FUNCTIONS)
+    arm = compiled(robot, tmp_path / robot.name, FUNCTIONS, flags=FAST)
     q = np.random.default_rng(3).uniform(-np.pi, np.pi, (RANDOM, arm.n))
     T, J = arm.fk_jacobian_mixed(q)
     least = np.linalg.svd(J, compute_uv=False)[:, -1]
@@ -154,7 +154,7 @@ def shown(name, size):
 )
 def test_arms_with_fixed_or_prismatic_joints_miss_no_configuration(robot, tmp_path):
     """At random and at right angles, those at which the six other joints are singular left out."""
-    arm = compiled(robot, tmp_path / robot.name, FUNCTIONS)
+    arm = compiled(robot, tmp_path / robot.name, FUNCTIONS, flags=FAST)
     rng = np.random.default_rng(7)
     q = rng.uniform(-np.pi, np.pi, (2 * POSES, arm.n))
     q[POSES:] = np.pi / 2 * rng.integers(-1, 3, (POSES, arm.n))

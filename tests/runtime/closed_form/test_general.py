@@ -13,7 +13,7 @@ from chasles.derive import load
 from chasles.derive.inverse.general.raghavan_roth import numbers
 from chasles.derive.inverse.general.split_choice import choose, length
 from chasles.tolerances import SOLVED
-from tests.support.compiling import compiled, loaded
+from tests.support.compiling import FAST, compiled, loaded
 from tests.support.derivations import description
 
 DOUBLES = np.ctypeslib.ndpointer(np.float64, flags="C")
@@ -27,13 +27,13 @@ SAME = 1e-6
 @pytest.fixture(scope="module", params=NAMES)
 def folder(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("general") / request.param
-    compiled(load(description(request.param)), folder, ["fk", "ik"])
+    compiled(load(description(request.param)), folder, ["fk", "ik"], flags=FAST)
     return folder
 
 
 @pytest.fixture(scope="module")
 def robot(folder):
-    return loaded(folder)
+    return loaded(folder, FAST)
 
 
 def configurations(robot, count, seed):

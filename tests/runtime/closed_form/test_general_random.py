@@ -8,7 +8,7 @@ import pytest
 
 from chasles.derive import explain, loads
 from tests.campaigns.general import DERIVED, Judged
-from tests.support.compiling import compiled
+from tests.support.compiling import FAST, compiled
 from tests.support.generators.random_arms import random_arm
 from tests.support.generators.synthetic import robot_of
 
@@ -27,7 +27,7 @@ CHAIN = "R/R/R/R/R"
 def judged(request, tmp_path_factory):
     robot = random_arm(*ARMS[request.param])
     folder = tmp_path_factory.mktemp("random") / request.param
-    return Judged(robot, compiled(robot, folder, DERIVED))
+    return Judged(robot, compiled(robot, folder, DERIVED, flags=FAST))
 
 
 def uniform(judged, count, seed):
@@ -94,7 +94,7 @@ def test_five_joint_ik_recovers_generating_configuration(arm, right):
 
 def test_five_joint_arm_with_prismatic_joint_misses_no_pose(tmp_path):
     robot = random_arm(7, "/////", {3})
-    arm = compiled(robot, tmp_path / robot.name)
+    arm = compiled(robot, tmp_path / robot.name, flags=FAST)
     assert "joint_4 slides: its displacement" in str(explain(robot))
     q = np.random.default_rng(1).uniform(-1, 1, (1000, 5))
     assert Judged(robot, arm).lost(q) == (1000, 0, 0, 0)
@@ -128,7 +128,7 @@ joints = [
 
 def test_arm_with_last_prismatic_joint_solves_right_angles(tmp_path):
     robot = loads(LAST_SLIDES)
-    arm, rng = compiled(robot, tmp_path / robot.name), np.random.default_rng(11)
+    arm, rng = compiled(robot, tmp_path / robot.name, flags=FAST), np.random.default_rng(11)
     q = np.pi / 2 * rng.integers(-1, 3, (4000, 6))
     q[:, 5] = rng.uniform(0, 0.4, len(q))
     q = q[np.linalg.svd(arm.jacobian_mixed(q), compute_uv=False)[:, -1] > 1e-3]

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from chasles.derive.cli import app
 from tests.support.ur_files import LINKS, conf
 
-PAGE = Path(__file__).parents[3] / "docs" / "robot-files.md"
+PAGE = Path(__file__).parents[4] / "docs" / "robot-files.md"
 ARM = """\
 <robot name="{name}"><link name="base_link"/><link name="tool0"/><link name="camera_link"/>
 <joint name="turn" type="revolute"><parent link="base_link"/><child link="tool0"/>
