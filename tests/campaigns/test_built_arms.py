@@ -21,11 +21,10 @@ def test_inverse_of_built_arm_stays_within_error_limits(number, monkeypatch):
     assert_within_bars(judged(number))
 
 
-@pytest.mark.parametrize("number", [1, 7])
-def test_inverse_with_tool_on_last_axis_stays_within_error_limits(number, monkeypatch):
+def test_inverse_with_tool_on_last_axis_stays_within_error_limits(monkeypatch):
     """A column and two joints: the last one turns the tool about its own origin."""
     monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
-    assert_within_bars(judged_arm(drawn_arm(number, tool=()).mechanism, number))
+    assert_within_bars(judged_arm(drawn_arm(1, tool=()).mechanism, 1))
 
 
 @pytest.mark.parametrize("number", [2, 265, 81], ids=["crank", "between", "few that close"])

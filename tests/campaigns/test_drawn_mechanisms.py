@@ -8,27 +8,45 @@ import sympy as sp
 
 import chasles
 from chasles.derive import RobotError, derive, mobility, write
+from chasles.derive.emit.languages import EMITTERS
+from chasles.derive.loops.hybrid import Hybrid
+from chasles.derive.loops.maps import makers
 from chasles.derive.model.placements import Translation
-from tests.campaigns.mechanisms import FAULTS, half_way, judged
+from tests.campaigns.mechanisms import FAULTS, Verdict, _compare, half_way
 from tests.support.generators.drawn_mechanisms import FAMILIES, drawn_mechanism
 from tests.support.oracles.multi_start import Multistart
 
 INPUTS = 6
 FIRST = 520
 """Number of a mechanism of the first family."""
+MAPS = (
+    *("chain", "passive", "configuration", "margin", "chain_all"),
+    *("actuators", "actuator_margin", "actuators_all"),
+)
+"""The maps through the loops; a mechanism has some of them."""
+C_ALONE = [emitter for emitter in EMITTERS if emitter.language in ("c", "python")]
 BESIDE = np.array([[-1e-3], [1e-3]])
 
 
 @pytest.mark.parametrize("k", range(len(FAMILIES)), ids=list(FAMILIES))
-def test_mechanism_branches_match_multi_start_newton(k, monkeypatch):
+def test_mechanism_branches_match_multi_start_newton(k, tmp_path, monkeypatch):
     # The code runs once, and compiling it well takes longer.
     monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
-    verdict = judged(drawn_mechanism(FIRST + k), FIRST + k, INPUTS, is_short=True)
+    drawn = drawn_mechanism(FIRST + k)
+    verdict = Verdict(FIRST + k, drawn.family)
+    _compare(verdict, maps_of(drawn.mechanism, tmp_path), drawn, INPUTS)
     assert {fault: verdict.faults[fault] for fault in FAULTS} == dict.fromkeys(FAULTS, 0)
     assert not verdict.open
     assert verdict.inputs >= INPUTS
     assert verdict.branches >= INPUTS
     assert verdict.largest < 1e-14
+
+
+def maps_of(mechanism, folder):
+    """A robot with the maps of a mechanism and no other function."""
+    known = makers(Hybrid(mechanism))
+    write(mechanism, folder, [name for name in MAPS if name in known], C_ALONE)
+    return chasles.load(folder)
 
 
 def test_nearby_assembly_mode_is_kept_distinct():
@@ -84,14 +102,15 @@ def test_three_crank_linkage_is_mobile_only_uncrossed(seed, crossed):
         derive(rigid)
 
 
-def test_offset_universal_joint_closes_by_newton(tmp_path):
+def test_offset_universal_joint_closes_by_newton(tmp_path, monkeypatch):
+    monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
     plain = drawn_mechanism(12).mechanism
     aside = Translation((sp.Rational(5, 1000) * sp.nsimplify(Multistart(plain).size), 0, 0))
     joints = tuple(
         replace(j, before=(aside, *j.before)) if j.name == "u2" else j for j in plain.joints
     )
     mechanism = replace(plain, joints=joints)
-    write(mechanism, tmp_path / "aside", ["configuration", "fk"])
+    write(mechanism, tmp_path / "aside", ["configuration", "fk"], C_ALONE)
     robot = chasles.load(tmp_path / "aside")
     assert robot.solution == "newton"
     q = robot.reference.q + np.random.default_rng(0).uniform(-0.1, 0.1, (200, robot.n))

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from chasles.derive import from_urdf
+from tests.campaigns import field
 from tests.campaigns.field import judgement, own
 from tests.support.compiling import compiled
 from tests.support.generators.field_arms import (
     FieldCase,
     arms,
     calibrated,
-    derived,
     from_ssik,
     prebuilt,
 )
@@ -20,6 +20,8 @@ from tests.support.oracles.verdict import judged
 from tests.support.peers.interface import Answers
 
 POSES = 40
+FUNCTIONS = ["fk", "jacobian_mixed", "ik"]
+"""The functions that the judge calls."""
 
 
 def test_field_contains_all_ssik_arms_and_calibrated_arm():
@@ -42,7 +44,15 @@ def test_written_urdf_matches_ssik_fk(name, tmp_path):
     np.testing.assert_allclose(screws_of(from_urdf(path)).fk(q), theirs, atol=1e-13)
 
 
-def test_judge_accepts_calibrated_arm_and_detects_shifted_answers(tmp_path):
+def test_judge_accepts_calibrated_arm_and_detects_shifted_answers(tmp_path, monkeypatch):
+    def derived(arm, folder):
+        path = folder / f"{arm.name}.urdf"
+        path.write_text(arm.urdf(), encoding="utf-8")
+        compiled(from_urdf(path), folder / arm.name, FUNCTIONS)
+
+    # The campaign compiles all functions for users.
+    monkeypatch.setattr(field, "derived", derived)
+    monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
     arm = calibrated()
     outcome = judgement(arm, tmp_path, POSES, POSES // 2, 0)
     assert outcome.failures == ()
@@ -61,8 +71,6 @@ def test_judge_accepts_calibrated_arm_and_detects_shifted_answers(tmp_path):
 def test_underivable_arm_is_reported(tmp_path):
     arm = calibrated()
     broken = type(arm)("broken", arm.before * np.nan, arm.axes, arm.after)
-    with pytest.raises(RuntimeError):
-        derived(broken, tmp_path)
     (failure,) = judgement(broken, tmp_path, POSES, POSES, 0).failures
     assert failure.startswith("broken: not derived: ")
 
@@ -74,7 +82,7 @@ def test_double_solutions_at_right_angles_occupy_single_slot(tmp_path):
     path = tmp_path / "arm.urdf"
     path.write_text(arm.urdf(), encoding="utf-8")
     robot = compiled(from_urdf(path), tmp_path / "arm", ["fk", "ik"])
-    q = np.pi / 2 * np.random.default_rng(0).integers(-1, 3, (1000, 6))
+    q = np.pi / 2 * np.random.default_rng(0).integers(-1, 3, (200, 6))
     count = robot.ik(arm.screws.fk(q)).count
     assert (count % 2 == 0).all()
     assert np.unique(count).size > 5

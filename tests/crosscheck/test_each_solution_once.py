@@ -8,10 +8,10 @@ random configurations.
 import numpy as np
 import pytest
 
-from chasles.derive import derive
+from chasles.derive import derive, load
 from chasles.derive.terms.branches import patterns
 from chasles.derive.terms.casadi_graph import lower
-from tests.support.derivations import derivation, kernels
+from tests.support.derivations import ROBOTS
 from tests.support.generators.drawn_mechanisms import drawn_mechanism
 
 SAME = 1e-7
@@ -20,6 +20,7 @@ AT_DEAD_POINT = 1e-6
 FOUND = 1e-5
 """Radian, or parts of the mechanism's size: near a dead point half of the digits are uncertain."""
 POSES = 50
+FUNCTIONS = ("fk", "ik")
 SEEDS = (0, 1, 14, 27, 40, 53)
 """Mechanisms whose inverse has a closed form."""
 
@@ -59,14 +60,18 @@ def faults(functions, compiled, q, turns, size):
     return len(q), int(twice), int((~held.any(1)).sum()), int(solves.sum())
 
 
+def evaluated(mechanism):
+    """``fk`` and ``ik`` of a mechanism as equations and in CasADi."""
+    functions = derive(mechanism, FUNCTIONS).functions
+    assert {f.name for f in functions} == {*FUNCTIONS}
+    return functions, dict(zip((f.name for f in functions), lower(functions, "drawn"), strict=True))
+
+
 def drawn_faults(seed):
-    """The faults of a drawn mechanism; None where it has no inverse by structure alone."""
+    """The faults of a drawn mechanism whose inverse takes the pose alone."""
     mechanism = drawn_mechanism(seed).mechanism
-    derived = derive(mechanism)
-    functions = [f for f in derived.functions if f.name in {"fk", "ik"}]
-    if len(functions) < 2 or any(len(f.inputs) != 1 for f in functions):
-        return None
-    compiled = dict(zip((f.name for f in functions), lower(functions, "drawn"), strict=True))
+    functions, compiled = evaluated(mechanism)
+    assert all(len(f.inputs) == 1 for f in functions)
     lengths = [
         float(abs(x))
         for j in mechanism.joints
@@ -94,6 +99,7 @@ def test_random_mechanism_solutions_appear_exactly_once(seed):
 # --- the delta robot ---
 
 BASE, ARM, ROD, PLATFORM = 0.2, 0.26, 0.8, 0.05
+PLATFORM_POSES = 10
 
 
 def rods(q, p):
@@ -125,13 +131,10 @@ def holding(p, rng):
 
 
 def test_delta_ik_finds_every_elbow_solution_exactly_once():
-    functions, compiled, rng = (
-        derivation("delta").functions,
-        kernels("delta"),
-        np.random.default_rng(1),
-    )
+    functions, compiled = evaluated(load(ROBOTS / "delta.toml"))
+    rng = np.random.default_rng(1)
     checked = 0
-    for known in np.radians(rng.uniform(-30, 70, (POSES, 3))):
+    for known in np.radians(rng.uniform(-30, 70, (PLATFORM_POSES, 3))):
         T = np.array(compiled["fk"](known)).reshape(16, 1)
         every = holding(T.reshape(4, 4)[:3, 3], rng)
         assert len(every) == 8
@@ -144,4 +147,4 @@ def test_delta_ik_finds_every_elbow_solution_exactly_once():
         for one in wanted:
             assert (apart(found, one, True, 1.0) < 1e-8).sum() == 1
         checked += len(wanted)
-    assert checked > 2 * POSES
+    assert checked > 2 * PLATFORM_POSES

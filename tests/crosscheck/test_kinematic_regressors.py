@@ -24,6 +24,8 @@ SHELF = sorted(
     if not {"actuated", "extends"} & set(path.read_text().split())
 )
 """The serial arms of the shelf."""
+EVERY_FRAME = ("stanford", "scara")
+"""Robots whose Jacobians are compared in every frame."""
 STEP = 1e-30
 FRAMES = {
     "identification_jacobian": "LOCAL_WORLD_ALIGNED",
@@ -49,18 +51,18 @@ def largest_difference(path, random, names=("identification_jacobian",)):
     return worst
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [name for name in NAMES if name not in EVERY_FRAME])
 def test_identification_jacobian_matches_pinocchio_for_shipped_robots(name):
     assert largest_difference(ROBOTS / f"{name}.toml", np.random.default_rng(7)) <= 1e-10
 
 
-@pytest.mark.parametrize("name", ["stanford", "scara"])
+@pytest.mark.parametrize("name", EVERY_FRAME)
 def test_identification_jacobian_matches_pinocchio_in_every_frame(name):
     path = ROBOTS / f"{name}.toml"
     assert largest_difference(path, np.random.default_rng(8), FRAMES) <= 1e-10
 
 
-@pytest.mark.parametrize("name", np.random.default_rng(8).choice(SHELF, 2, replace=False))
+@pytest.mark.parametrize("name", np.random.default_rng(8).choice(SHELF, 1))
 def test_identification_jacobian_matches_pinocchio_for_shelf_robots(name):
     path = ROBOTS / "shelf" / f"{name}.toml"
     assert largest_difference(path, np.random.default_rng(9)) <= 1e-10

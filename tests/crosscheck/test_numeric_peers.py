@@ -52,10 +52,11 @@ def test_peer_model_has_same_kinematics_and_limits(name):
     robot = chasles.load(name)
     elements = peer.sequence(screws(name), robot.lower, robot.upper)
     np.testing.assert_array_equal(elements.qlim, [robot.lower, robot.upper])
-    q = np.random.default_rng(0).uniform(robot.lower, robot.upper, (20, robot.n))
+    inverse = peer.inverse(screws(name), robot.lower, robot.upper)
+    q = np.random.default_rng(0).uniform(robot.lower, robot.upper, (5, robot.n))
     for row, T in zip(q, robot.fk(q), strict=True):
         assert np.abs(elements.eval(row) - T).max() <= AGREEMENT
-        found = peer.inverse(screws(name), robot.lower, robot.upper)(T)
+        found = inverse(T)
         assert found.success
         assert np.abs(robot.fk(found.q) - T).max() <= 1e-6
 
@@ -85,7 +86,7 @@ def scipys(error, robot, q, jac="2-point"):
 @pytest.mark.parametrize("name", OUT_OF_REACH)
 def test_unreachable_position_is_as_near_as_scipy(name):
     robot = chasles.load(name)
-    T = reach_beyond(robot, 3)
+    T = reach_beyond(robot, 1)
     found = robot.ik_numeric(T, weights=POSITION)
     assert not found.success.any()
     assert found.iterations.max() <= 10_000
@@ -104,7 +105,7 @@ def test_unreachable_position_is_as_near_as_scipy(name):
 @pytest.mark.parametrize("name", ["ur5e", "puma560", "iiwa14"])
 def test_unreachable_pose_error_is_as_small_as_scipy(name):
     robot = chasles.load(name)
-    T = reach_beyond(robot, 3)
+    T = reach_beyond(robot, 1)
     found = robot.ik_numeric(T)
     assert not found.success.any()
     for q, pose in zip(found.q, T, strict=True):

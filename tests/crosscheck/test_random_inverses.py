@@ -22,21 +22,24 @@ LOST_BEFORE = (776, 3671, 53007, 50925, 52722, 54909, 91081)
 """The closed form misses poses: a search finds them, or steps while a joint is held."""
 FOLDED = (33, 2144, 9074, 20350, 52670, 53401, 61198)
 """The ends of the elbow nearly meet in poses near right angles."""
-OTHERS = (33, 88, 376, 764, 1478, 1797, 20454)
+OTHERS = (88, 376, 764, 1478, 1797, 20454)
 SLIDES = (
     *("R/P/P", "RLPLP", "R=P/P", "P=R/P", "P/R=P", "RLP/R", "P=RLP/RxrxR", "R/P/P/RxrxR"),
     *("RLPLR/RxrxR", "R=P=R/RxrxR"),
 )
-PATHS, STEPS = 12, 300
+PATHS, STEPS = 4, 300
 
 
 def clean(case, seed):
     """Whether poses at random and at right angles have all their solutions, without refinement."""
-    found = [loss for loss in losses_of(case, seed) if not loss.poses.startswith("near")]
-    assert not found, "\n".join(map(str, found))
+    for chosen, poses in sets(case, np.random.default_rng(seed)):
+        if poses.name.startswith("near"):
+            continue
+        found = judged(chosen, poses, chosen.answers)
+        assert (found.missed, found.wrong, found.lost or 0) == (0, 0, 0), poses.name
 
 
-@pytest.mark.parametrize("seed", [*FIVE_JOINTS, *OBLIQUE_WRISTS, *OTHERS])
+@pytest.mark.parametrize("seed", [*OBLIQUE_WRISTS, *OTHERS])
 def test_random_arms_miss_no_pose(seed):
     cases = cases_of(random_arm(seed))
     assert cases
@@ -45,10 +48,12 @@ def test_random_arms_miss_no_pose(seed):
 
 
 @pytest.mark.parametrize("seed", FIVE_JOINTS)
-def test_five_joint_arm_uses_tool_axis_as_sixth_joint(seed):
-    (case, *_) = cases_of(random_arm(seed))
-    assert case.robot.n == 5
-    assert case.inverses.classification.lines.axes[-1].name == "tool_axis"
+def test_five_joint_arm_misses_no_pose_with_tool_axis_as_sixth_joint(seed):
+    cases = cases_of(random_arm(seed))
+    assert cases[0].robot.n == 5
+    assert cases[0].inverses.classification.lines.axes[-1].name == "tool_axis"
+    for case in cases:
+        clean(case, seed)
 
 
 @pytest.mark.parametrize("chain", SLIDES)
@@ -92,10 +97,10 @@ def test_arm_confined_to_surface_has_no_position_task():
 
 @pytest.mark.parametrize("chain", ["R/R=R=R/R/R", "R/R/R=R=R/R"])
 def test_parallel_forearm_misses_no_right_angle_pose(chain, monkeypatch):
-    monkeypatch.setattr(losses, "RIGHT", 1000)
+    monkeypatch.setattr(losses, "RIGHT", 300)
     (case,) = cases_of(robot_of(chain, right=True))
     q = right_angles(case, np.random.default_rng(0))
-    assert len(q) == 1000
+    assert len(q) == 300
     found = judged(case, PoseSet("right angles", q, regular=determines(case)), case.answers)
     assert (found.missed, found.wrong, found.lost) == (0, 0, 0)
 

@@ -8,6 +8,8 @@ from chasles.derive import explain, loads
 from tests.campaigns.losses import losses_of
 from tests.support.generators.drawn_arms import cases_of
 
+SEEDS = (1, 2)
+"""Axes along the base's axes with round lengths, and axes in any direction."""
 ROW = "joints that a pose determines one by one"
 PLANE = "parallel axes"
 POSITION = "three joints that position the tool"
@@ -48,7 +50,7 @@ def lost_of(cases):
     "kinds", ["PP", "RP", "PR", "RR", "PPR", "RRP", "PPPR", "RPPP", "PPPRR", "RPPPR"]
 )
 def test_arms_with_decoupled_joints_solve_every_pose(kinds):
-    for seed in range(4):
+    for seed in SEEDS:
         draw = random.Random(f"{kinds}{seed}")
         turns, slides = draw.sample(DIRECTIONS[:3], 3), draw.sample(DIRECTIONS[:3], 3)
         if seed > 1:
@@ -73,7 +75,7 @@ def test_gantry_with_offset_three_axis_head_solves_every_pose():
 
 @pytest.mark.parametrize("kinds", ["RRR", "PRRR", "RRRP", "PPRRR", "RRRPP"])
 def test_three_meeting_axes_with_few_prismatic_joints_solve_every_pose(kinds):
-    for seed in range(4):
+    for seed in SEEDS:
         draw = random.Random(f"{kinds}{seed}")
         turns, slides = draw.sample(DIRECTIONS[:3], 3), draw.sample(DIRECTIONS[:3], 3)
         if seed > 1:
@@ -94,7 +96,7 @@ def test_five_axis_machine_has_position_and_direction_ik():
 @pytest.mark.parametrize("kinds", ["RRT", "RTR", "TRR", "RLTR", "LRTR", "RTLR", "RTRL", "TRLR"])
 def test_planar_arms_with_prismatic_joint_solve_every_pose(kinds):
     """T slides across the axes, and L along them."""
-    for seed in range(4):
+    for seed in range(2):
         draw = random.Random(seed)
         directions = [draw.choice(ACROSS) if kind == "T" else [0, 1, 0] for kind in kinds]
         joints = kinds.replace("L", "P").replace("T", "P")
@@ -142,10 +144,8 @@ def crane(order, *, hand, round_numbers, seed):
 @pytest.mark.parametrize("hand", [False, True])
 @pytest.mark.parametrize("order", ORDERS)
 def test_random_cranes_solve_every_pose(order, hand, round_numbers):
-    titles = set()
-    for seed in range(3):
-        cases = cases_of(crane(order, hand=hand, round_numbers=round_numbers, seed=seed))
-        assert round_numbers or "ik" in {case.function for case in cases}
-        titles |= {case.inverses.classification.found.title for case in cases}
-        assert [str(loss) for case in cases for loss in losses_of(case, 0)] == []
+    cases = cases_of(crane(order, hand=hand, round_numbers=round_numbers, seed=0))
+    assert round_numbers or "ik" in {case.function for case in cases}
+    titles = {case.inverses.classification.found.title for case in cases}
+    assert [str(loss) for case in cases for loss in losses_of(case, 0)] == []
     assert round_numbers or titles == {CRANE}

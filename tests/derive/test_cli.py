@@ -270,9 +270,9 @@ def test_time_limit_is_not_caught_by_library_code():
 
 
 def test_repeated_time_limit_signal_does_not_disturb_unwinding(monkeypatch):
-    """Rings half a millisecond apart fall into the way out of some of 1,000 bodies."""
+    """Rings half a millisecond apart fall into the way out of some of 300 bodies."""
     monkeypatch.setattr(time_limit, "REPEATED", 5e-4)
-    for _ in range(1000):
+    for _ in range(300):
         with pytest.raises(OutOfTime), at_most(1e-3):
             endless([])
 

@@ -109,7 +109,7 @@ BUILT = {
     "tilted": tilted,
     "named_wrist": named_wrist,
     "fourteen": lambda: parallel(14),
-    **{f"random{k}": lambda k=k: random_chain(random.Random(k), 3 + k).robot() for k in range(6)},
+    **{f"random{k}": lambda k=k: random_chain(random.Random(k), 3 + k).robot() for k in range(4)},
 }
 ROBOTS = [*NAMES, *BUILT]
 

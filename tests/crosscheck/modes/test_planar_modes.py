@@ -1,9 +1,13 @@
 """Planar platforms on legs of joints that turn or slide: modes and velocities."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from chasles.derive import loads
 from tests.campaigns import planar
+from tests.support.compiling import compiled
 from tests.support.generators.planar_platforms import drawn_platform
 
 FUNCTIONS = ("modes", "velocity_relation", "chain_fk")
@@ -23,7 +27,13 @@ CLOSED, SAME, FAR = 1e-12, 1e-6, 20.0
 @pytest.fixture(scope="module")
 def legs(tmp_path_factory):
     platform = drawn_platform(np.random.default_rng(6), A_CRANK_AND_TWO_LINES)
-    return platform, planar.derived(platform, tmp_path_factory.mktemp("legs"), FUNCTIONS)
+    return platform, derived(platform, tmp_path_factory.mktemp("legs"), FUNCTIONS)
+
+
+def derived(platform, folder, functions):
+    """The robot of a platform with some functions."""
+    described = loads(platform.text("platform"))
+    return compiled(described, folder / "platform", functions, planar.LANGUAGES)
 
 
 def test_modes_contain_every_newton_solution(legs):
@@ -73,20 +83,18 @@ def test_assembly_polynomial_vanishes_at_every_mode(legs):
 def test_modes_are_complete_for_three_line_platforms(kinds, tmp_path):
     generator = np.random.default_rng(7)
     platform = drawn_platform(generator, kinds)
-    robot = planar.derived(platform, tmp_path, ("modes",))
-    modes = 0
-    for q in platform.q + generator.uniform(-0.2, 0.2, (2, 3)):
-        row = planar.compared(robot, platform, q, generator, STARTS)
-        assert (row.missed, row.wrong, row.unsure) == (0, 0, False)
-        modes += row.modes
-    assert modes >= 2
+    robot = derived(platform, tmp_path, ("modes",))
+    q = platform.q + generator.uniform(-0.2, 0.2, 3)
+    row = planar.compared(robot, platform, q, generator, STARTS)
+    assert (row.missed, row.wrong, row.unsure) == (0, 0, False)
+    assert row.modes >= 2
 
 
 @pytest.mark.parametrize("first", range(0, len(SEVERAL), 3))
 def test_ik_planar_contains_every_newton_leg_solution(first, tmp_path):
     generator = np.random.default_rng(first)
     platform = drawn_platform(generator, SEVERAL[first : first + 3])
-    robot = planar.derived(platform, tmp_path, ("actuators_all",))
+    robot = derived(platform, tmp_path, ("actuators_all",))
     poses = platform.pose + generator.uniform(-0.1, 0.1, (3, 3))
     q, valid, _ = robot.ik_planar(poses)
     counted = 0
@@ -115,17 +123,17 @@ def leg_inverse(platform, k, pose, generator, starts=120):
     x = np.where(turns, generator.uniform(-np.pi, np.pi, (starts, 2)), 0)
     x = np.where(turns, x, generator.normal(size=(starts, 2)) * 3)
 
+    alone = replace(platform, legs=(leg,))
+
     def gaps(x):
-        whole = np.zeros((len(x), 6), x.dtype)
-        whole[:, :3], whole[:, 3 + k] = pose, x[:, 1]
-        q = np.zeros((3, len(x)), x.dtype)
-        q[k] = x[:, 0]
-        found, facing = platform.excess(whole, q)
-        return found[:, 2 * k : 2 * k + 2], facing[:, k]
+        whole = np.concatenate([np.broadcast_to(pose, (len(x), 3)), x[:, 1:]], 1)
+        found, facing = alone.excess(whole, x[None, :, 0])
+        return found, facing[:, 0]
 
     for _ in range(60):
-        J = np.stack([gaps(x + 1e-30j * e)[0].imag / 1e-30 for e in np.eye(2)], -1)
-        step = np.linalg.solve(J + 1e-14 * np.eye(2), -gaps(x)[0][..., None])[..., 0]
+        found, _ = gaps(np.concatenate([x + 1e-30j * e for e in np.eye(2)]))
+        J = np.stack(np.split(found.imag / 1e-30, 2), -1)
+        step = np.linalg.solve(J + 1e-14 * np.eye(2), -found.real[: len(x), :, None])[..., 0]
         x = x + step * np.minimum(1, 0.5 / np.maximum(np.abs(step).max(1, keepdims=True), 0.5))
     found, facing = gaps(x)
     values = x[(np.abs(found).max(1) < CLOSED) & (facing > 0), 0]

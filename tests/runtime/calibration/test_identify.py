@@ -39,7 +39,7 @@ def held_back(arm, truth, found, random):
     return (np.linalg.norm(x - true, axis=-1).mean() for x in (placed, of_nominal))
 
 
-@pytest.mark.parametrize("truth", range(6), indirect=True)
+@pytest.mark.parametrize("truth", range(2), indirect=True)
 def test_identify_from_unknown_targets_reduces_held_back_error(arm, truth):
     random = np.random.default_rng(1)
     found = identify(arm, truth.q, measured_positions(arm, truth, random))
@@ -51,7 +51,7 @@ def test_identify_from_unknown_targets_reduces_held_back_error(arm, truth):
     assert 0.9 < found.noise < 1.1
 
 
-@pytest.mark.parametrize("truth", range(6), indirect=True)
+@pytest.mark.parametrize("truth", range(2), indirect=True)
 def test_gross_errors_are_named_and_excluded(arm, truth):
     random = np.random.default_rng(2)
     observation = measured_positions(arm, truth, random)
@@ -66,7 +66,7 @@ def test_gross_errors_are_named_and_excluded(arm, truth):
     assert 20 * after < before
 
 
-@pytest.mark.parametrize("truth", range(4), indirect=True)
+@pytest.mark.parametrize("truth", range(2), indirect=True)
 def test_identify_from_unknown_probe_poses_reduces_error(arm, truth):
     random = np.random.default_rng(3)
     observation = measured_poses(arm, truth, random)
@@ -82,9 +82,12 @@ def test_identify_from_unknown_probe_poses_reduces_error(arm, truth):
 
 
 def test_confidence_intervals_cover_truth_in_95_percent(arm):
-    """Each of 40 arms is drawn on the parameters that are identified, so that truth is unique."""
+    """Each of 20 arms is drawn on the parameters that are identified, so that truth is unique.
+
+    The campaign `calibration` tests the intervals of many arms.
+    """
     inside = []
-    for seed in range(40):
+    for seed in range(20):
         random = np.random.default_rng(seed)
         p = np.array([g.value for g in arm.geometry])
         off = np.array([g.part == "axis" for g in arm.geometry])
@@ -104,7 +107,7 @@ def test_confidence_intervals_cover_truth_in_95_percent(arm):
 def test_pose_spread_of_repeated_identifications_stays_near_noise(arm, truth):
     found = [
         identify(arm, truth.q, measured_positions(arm, truth, np.random.default_rng(seed)))
-        for seed in range(30)
+        for seed in range(15)
     ]
     spread = np.std([c.poses(truth.q[:1])[0, :3, 3] for c in found], axis=0)
     assert (spread < 5 * NOISE[0]).all()
@@ -189,7 +192,7 @@ def test_noise_free_data_with_tolerances_keep_positive_covariance(arm, truth):
 @pytest.mark.parametrize("turned", [1.0, 0.3])
 def test_register_points_recovers_random_frames_and_targets(count, turned):
     """Exact positions leave no error, from every orientation of the device and small turns too."""
-    for seed in range(30):
+    for seed in range(10):
         random = np.random.default_rng(seed)
         T = screws.exp(random.normal(size=(20, 6)) * [1, 1, 1, turned, turned, turned])
         T_W_base = screws.exp(random.normal(size=6) * 2)

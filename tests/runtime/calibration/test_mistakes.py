@@ -11,8 +11,8 @@ from chasles.errors import InputValueError
 from tests.support.measured_arms import drawn
 
 NOISE = 2e-5
-ARMS = ("ur5e", "puma560", "stanford")
-"""Parallel axes, crossed ones, and a slide."""
+ARMS = ("ur5e", "stanford")
+"""Parallel axes; crossed axes and a prismatic joint."""
 
 
 @pytest.fixture(params=ARMS)
@@ -59,7 +59,7 @@ def test_coupled_joint_column_is_diagnosed(case):
     turning = [k for k in range(robot.n) if robot.coordinates[k].unit == "rad"]
     pairs = [(i, j) for i in turning for j in turning if 0 < j - i <= 2]
     random = np.random.default_rng(6)
-    for i, j in random.permutation(pairs)[:4]:
+    for i, j in random.permutation(pairs)[:1]:
         names = robot.coordinates[i].name, robot.coordinates[j].name
         for sign, word in ((1, "added to"), (-1, "subtracted from")):
             wrong = q.copy()
@@ -72,7 +72,7 @@ def test_wrong_joint_zero_is_diagnosed(case):
     """The first joint's is that of the base, and the last one's that of the tool."""
     robot, q, points = case
     turning = [k for k in range(1, robot.n - 1) if robot.coordinates[k].unit == "rad"]
-    for k in turning[:3]:
+    for k in turning[:2]:
         for degrees in (90, -90):
             wrong = q.copy()
             wrong[:, k] += np.radians(degrees)
@@ -89,14 +89,13 @@ def test_wrong_joint_zero_is_diagnosed(case):
 
 def test_two_simultaneous_mistakes_are_diagnosed(loaded):
     """A joint that is added to a later one, whose sign is turned as well."""
-    for name in ("ur5e", "puma560"):
-        robot = loaded(name)
-        truth = drawn(robot, 3, zero=0.01, count=40)
-        wrong = truth.q.copy()
-        wrong[:, 2] = -wrong[:, 2] + wrong[:, 1]
-        with pytest.raises(InputValueError, match=r"better if .*, and ") as raised:
-            found(robot, wrong, truth.positions(robot, truth.q))
-        assert robot.coordinates[2].name in str(raised.value)
+    robot = loaded("ur5e")
+    truth = drawn(robot, 3, zero=0.01, count=40)
+    wrong = truth.q.copy()
+    wrong[:, 2] = -wrong[:, 2] + wrong[:, 1]
+    with pytest.raises(InputValueError, match=r"better if .*, and ") as raised:
+        found(robot, wrong, truth.positions(robot, truth.q))
+    assert robot.coordinates[2].name in str(raised.value)
 
 
 def test_rows_shifted_by_one_are_diagnosed(case):
@@ -163,7 +162,7 @@ def test_too_few_or_repeated_configurations_are_diagnosed(case):
 
 def test_measurements_of_another_robot_are_diagnosed(loaded):
     robot = loaded("ur5e")
-    truth, random = drawn(robot, 3, count=40), np.random.default_rng(5)
+    truth, random = drawn(robot, 3, count=20), np.random.default_rng(5)
     other = random.uniform(-1, 1, truth.q.shape)
     result = found(robot, other, truth.positions(robot, truth.q))
     assert any("mm remain after the identification" in said for said in result.doubts)
@@ -193,8 +192,8 @@ def as_quaternions(R):
     ids=["xyzw as wxyz", "wxyz as xyzw", "inverse rotation"],
 )
 def test_misread_orientations_are_diagnosed(loaded, misread, said):
-    robot = loaded("puma560")
-    for seed in range(5):
+    robot = loaded("stanford")
+    for seed in range(2):
         truth = drawn(robot, seed, zero=0.02, count=40)
         T = truth.poses(robot, truth.q) @ screws.exp([0.1, 0.2, -0.1, 0.4, 1.0, 0.2])
         assert identify(robot, truth.q, Poses(T, (NOISE, NOISE))).doubts == ()

@@ -147,8 +147,7 @@ def shown(name, size):
 @pytest.mark.parametrize(
     "robot",
     [
-        *(shown("panda", 3e-3), shown("iiwa14", 3e-3), shown("xarm7", 3e-4)),
-        *(shown("stanford", 3e-3), drawn(80), drawn(100)),
+        *(shown("panda", 3e-3), shown("stanford", 3e-3), drawn(80), drawn(100)),
     ],
     ids=lambda robot: robot.title or robot.name,
 )

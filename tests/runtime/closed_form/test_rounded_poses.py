@@ -22,7 +22,7 @@ array = OptionalPackage("dask.array")
 dask = OptionalPackage("dask")
 
 
-ARMS = {"ur5e": (), "puma560": (), "crx10": (), "scara": (), "lynxmotion": (), "panda": (0.3,)}
+ARMS = {"ur5e": (), "puma560": (), "jaco2": (), "scara": (), "lynxmotion": (), "panda": (0.3,)}
 POSES = 40
 FREEDOMS = 6
 CLEAR = 1e-3
@@ -278,7 +278,7 @@ NO_POSE = {
 
 
 @pytest.mark.parametrize(("change", "message"), NO_POSE.values(), ids=NO_POSE)
-@pytest.mark.parametrize("name", ["ur5e", "scara", "crx10"])
+@pytest.mark.parametrize("name", ["ur5e", "scara", "jaco2"])
 def test_non_rigid_matrix_error_names_cause_and_index(name, change, message):
     arm, T = arm_and_poses(name)
     rng = np.random.default_rng(6)

@@ -22,6 +22,8 @@ from tests.support.scaled import scaled
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "hessian_mixed", "ik")
 FACTORS = {"micrometre": sp.Rational(1, 10**6), "kilometre": sp.Integer(1000)}
+SIZES = {"scara": tuple(FACTORS), "stanford": ("micrometre",)}
+"""Arms with prismatic joints, in four and in six joints, and their sizes besides a metre."""
 POSES = 300
 BORDER = 0.1
 """Parts of the tolerance by which a residual is off it where rounding decides."""
@@ -45,13 +47,14 @@ def written(robot, folder):
     return compiled(robot, folder, FUNCTIONS, ["c"])
 
 
-@pytest.fixture(scope="module", params=["ur5e", "scara", "stanford"])
+@pytest.fixture(scope="module", params=SIZES)
 def family(request, tmp_path_factory):
     """A robot of about a metre, and the same robot in other sizes."""
     folder = tmp_path_factory.mktemp("sizes")
     robot = varied(request.param, random.Random(request.param))
     made = {1: written(robot, folder / robot.name)}
-    for name, factor in FACTORS.items():
+    for name in SIZES[request.param]:
+        factor = FACTORS[name]
         made[float(factor)] = written(scaled(robot, factor, robot.name), folder / name / robot.name)
     return made
 

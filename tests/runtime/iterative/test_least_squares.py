@@ -13,7 +13,7 @@ from chasles.derive.terms.terms import Terms
 from tests.support.compiling import compiled
 from tests.support.generators.as_built import on_links, out_of_plane
 from tests.support.loops.closures import Model
-from tests.support.loops.mechanisms import five_bar, four_bar, parallelogram, slider_crank
+from tests.support.loops.mechanisms import five_bar, parallelogram
 
 NAMES = (
     *("fk", "fk_jacobian_mixed", "configuration", "configuration_D_q", "margin", "constraint"),
@@ -21,12 +21,10 @@ NAMES = (
     *("actuators", "actuators_D_chain", "actuator_rates", "actuator_accelerations"),
     *("jacobian_mixed", "acceleration_mixed"),
 )
-ITERATED = ("slider_crank", "five_bar")
-"""Those of which a coordinate is no joint of the main chain."""
+ITERATED = ("five_bar",)
+"""Mechanisms with a coordinate that is not a joint of the main chain."""
 STEP = 1e-6
 DRAWN = {
-    "four_bar": lambda: out_of_plane(four_bar(), np.random.default_rng(1)),
-    "slider_crank": lambda: out_of_plane(slider_crank(), np.random.default_rng(2)),
     "parallelogram": lambda: out_of_plane(parallelogram(), np.random.default_rng(3)),
     "five_bar": lambda: out_of_plane(on_links(five_bar()), np.random.default_rng(4)),
 }
@@ -34,10 +32,13 @@ DRAWN = {
 
 @pytest.fixture(scope="module", params=list(DRAWN))
 def drawn(request, tmp_path_factory):
-    """A robot whose loops cannot close, and its description."""
+    """A robot whose loops cannot close, and its description.
+
+    The campaign `least_squares` takes other mechanisms and many errors.
+    """
     mechanism = DRAWN[request.param]()
     names = (*NAMES, *(["actuator_margin"] if request.param in ITERATED else ()))
-    return compiled(mechanism, tmp_path_factory.mktemp("open"), names), mechanism
+    return compiled(mechanism, tmp_path_factory.mktemp("open"), names, ["c"]), mechanism
 
 
 def postures(robot, count=40):
@@ -147,7 +148,7 @@ def test_actuator_maps_invert_chain_maps(drawn):
 def test_closable_loops_keep_closed_form_solution(tmp_path):
     """Asked for in vain: the closed form of the design stays."""
     robot = compiled(
-        replace(parallelogram(), closure="least squares"), tmp_path, ["fk", "constraint"]
+        replace(parallelogram(), closure="least squares"), tmp_path, ["fk", "constraint"], ["c"]
     )
     assert robot.solution == "closed form"
 
@@ -197,9 +198,8 @@ wrist = 0.2
 """
     path = tmp_path / "driven_elbow.toml"
     path.write_text(text)
-    robot = compiled(
-        load(path), tmp_path, ["fk", "fk_jacobian_mixed", "margin", "ik", "constraint"]
-    )
+    functions = ["fk", "fk_jacobian_mixed", "margin", "ik", "constraint"]
+    robot = compiled(load(path), tmp_path, functions, ["c"])
     assert robot.solution == "newton"
     q = robot.reference.q + np.random.default_rng(8).uniform(-0.5, 0.5, (200, 3))
     found = robot.ik(robot.fk(q))

@@ -14,7 +14,7 @@ import chasles.derive
 from tests.support.compiling import compiled
 
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
-FACTORS = (1 / 256, 256.0)
+FACTORS = {"planar_3rrr": 256.0, "five_bar": 1 / 256, "stewart_gough": 1 / 256}
 """Powers of two, so that the lengths are the same to the last bit."""
 LENGTHS = {
     "planar_3rrr": re.compile(r"(?<=value = )[\d.]+"),
@@ -43,7 +43,7 @@ def written(name, factor, folder):
     return compiled(chasles.derive.load(file), folder / name, wanted, ["c"])
 
 
-@pytest.fixture(scope="module", params=[(n, f) for n in LENGTHS for f in FACTORS], ids=str)
+@pytest.fixture(scope="module", params=FACTORS.items(), ids=str)
 def pair(request, tmp_path_factory):
     """A shipped robot, the same robot in another size, and the factor."""
     name, factor = request.param

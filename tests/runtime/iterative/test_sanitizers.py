@@ -117,7 +117,7 @@ def screws_for(name):
 @pytest.mark.parametrize(
     ("name", "modes"),
     [
-        (SMALL, ["tool", "box"]),
+        ("ur5e", ["tool", "box"]),
         (LARGE, ["tool", "link", "box"]),
         ("stewart_gough", ["platform"]),
     ],

@@ -1,0 +1,111 @@
+"""Generated C of shipped robots, under the compiler's sanitizers.
+
+Reads and writes out of bounds, undefined behaviour and data races do not show in results.
+"""
+
+import os
+import random
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import chasles
+from chasles.contract.library import write_glue
+from chasles.contract.manifest import read_manifest
+
+from .campaign import Campaign, Outcome
+
+DRIVER = Path(__file__).parents[1] / "support" / "native" / "kernels.c"
+SOLVERS = DRIVER.with_name("solvers.c")
+GENERATED = Path(__file__).parents[2] / "generated"
+RUNTIME = Path(chasles.__file__).parent
+INCLUDES = [f"-I{RUNTIME}", f"-I{RUNTIME / 'contract'}"]
+SOLVER_SOURCES = [
+    *sorted(map(str, (RUNTIME / "iterative" / "native").glob("*.c"))),
+    str(RUNTIME / "velocity" / "native" / "damped_box.c"),
+]
+GCC = shutil.which("gcc")
+
+# A build without flags has code for several instruction sets and chooses one when called. Here the
+# better sets are hidden from it, so that each code runs. Linux lists the sets of the processor.
+CHOSEN = [
+    *("-include", str(DRIVER.with_name("chosen_sets.h"))),
+    "-D__builtin_cpu_supports(set)=chosen_sets_have(set)",
+]
+SETS = {
+    "avx512": ("avx512f", "avx512dq", "avx512vl", "avx2", "fma"),
+    "avx2": ("avx2", "fma"),
+    "baseline": (),
+}
+
+CASES = 40 * 6 + 4
+"""Batch lengths times layouts, and long batches at different alignments, per function."""
+
+
+def build(name, folder, *flags):
+    """Compiles the driver with all functions of a robot."""
+    manifest = read_manifest(GENERATED / name)
+    (folder / "glue.c").write_text(write_glue(manifest))
+    paths = [*INCLUDES, f"-I{manifest.folder}"]
+    command = [GCC, "-std=gnu99", "-Wall", "-Wextra", "-Werror", "-Wno-psabi", *flags, *paths]
+    libraries = ["-lpthread", "-lmvec", "-lm"]
+    subprocess.run(
+        [*command, str(DRIVER), "glue.c", "-o", "kernels", *libraries], cwd=folder, check=True
+    )
+    return folder / "kernels", len(manifest.functions)
+
+
+def build_solvers(name, folder, sanitizers):
+    """Compiles the driver of the solvers with a robot's functions for one pose at a time."""
+    manifest = read_manifest(GENERATED / name)
+    files = {file: digest for file, digest in manifest.files.items() if file != manifest.batch_file}
+    (folder / "glue.c").write_text(write_glue(replace(manifest, files=files)))
+    flags = ["-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O1", "-fno-sanitize-recover=all"]
+    paths = [f"-fsanitize={sanitizers}", *INCLUDES, f"-I{manifest.folder}"]
+    command = [GCC, *flags, *paths, str(SOLVERS), *SOLVER_SOURCES, "glue.c", "-o", "solvers"]
+    subprocess.run([*command, "-lpthread", "-lm"], cwd=folder, check=True)
+    return folder / "solvers"
+
+
+def run(program, mode, given="", sets=()):
+    environment = {**os.environ, "CHOSEN_SETS": " ".join(sets)}
+    ways = {"capture_output": True, "text": True}
+    done = subprocess.run([program, mode], check=False, input=given, env=environment, **ways)
+    assert done.returncode == 0, done.stderr[:3000]
+    return int(done.stdout)
+
+
+def missing_features(chosen):
+    """The features of an instruction set that this processor lacks, in words; '' if it has all."""
+    try:
+        text = Path("/proc/cpuinfo").read_text()
+    except OSError:
+        text = ""
+    found = re.search(r"^flags\s*:(.*)$", text, re.MULTILINE)
+    missing = set(SETS[chosen]) - set(found[1].split() if found else ())
+    return ", ".join(sorted(missing))
+
+
+def trial(number: int) -> Outcome:
+    """Runs all functions of one robot, drawn at random, under one sanitizer."""
+    draw = random.Random(number)
+    name, kind = draw.choice(chasles.robots()), draw.choice(("address", "undefined", "thread"))
+    flags = ["-O0", f"-fsanitize={kind}", "-fno-sanitize-recover=all"]
+    with TemporaryDirectory() as folder:
+        program, functions = build(name, Path(folder), *CHOSEN, *flags)
+        sets = [chosen for chosen in SETS if not missing_features(chosen)]
+        mode, cases = ("threads", 1) if kind == "thread" else ("bounds", CASES)
+        counted = [run(program, mode, sets=SETS[chosen]) for chosen in sets]
+    if counted != [functions * cases] * len(sets):
+        return Outcome(failures=(f"{name}, {kind}: {counted} cases of {functions} functions",))
+    return Outcome({"functions": functions, "cases": sum(counted)})
+
+
+CAMPAIGN = Campaign(
+    "memory",
+    "No function of a shipped robot reads or writes out of bounds, is undefined, or races.",
+    trial,
+)
