@@ -1,8 +1,11 @@
 """A Chromium without a window, led by its own protocol over a socket on this machine."""
 
 import base64
+import ctypes
 import json
+import signal
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -40,7 +43,13 @@ class Chromium:
         """Starts it with a profile of its own in a folder."""
         command = [program, *FLAGS, f"--user-data-dir={folder}", "about:blank"]
         quiet = subprocess.DEVNULL
-        self._process = subprocess.Popen(command, stdout=quiet, stderr=quiet)
+        self._process = subprocess.Popen(
+            # The function takes no lock, so threads of this process do no harm.
+            command,
+            stdout=quiet,
+            stderr=quiet,
+            preexec_fn=_end_with_parent,  # noqa: PLW1509
+        )
         port_file = folder / "DevToolsActivePort"
         until(lambda: port_file.is_file() and len(port_file.read_text().split()) > 1)
         port, path = port_file.read_text().split()
@@ -154,3 +163,10 @@ class Chromium:
             self.said.append((values["entry"]["level"], values["entry"]["text"]))
         elif event.get("method") == "Page.frameNavigated":
             self.said.clear()
+
+
+def _end_with_parent() -> None:
+    """Lets Linux end this process when its parent ends, even if the parent is killed."""
+    if sys.platform == "linux":
+        set_parent_death_signal = 1
+        ctypes.CDLL(None).prctl(set_parent_death_signal, signal.SIGKILL)
