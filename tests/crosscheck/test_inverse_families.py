@@ -5,10 +5,11 @@ from functools import cache
 import numpy as np
 import pytest
 
+from chasles.derive import derive, load
 from chasles.derive.inverse.classify import classify
 from chasles.derive.inverse.given_joints import ways_to_give
 from chasles.derive.terms.terms import Terms
-from tests.support.derivations import derivation
+from tests.support.derivations import description
 from tests.support.generators.poses import Case, PoseSet, nearly, right_angles
 from tests.support.generators.synthetic import Arm, Function, robot_of
 from tests.support.oracles import verdict
@@ -111,10 +112,12 @@ def assert_complete(arm, monkeypatch):
 
 
 @pytest.mark.parametrize(("chain", "title", "right"), EVERYWHERE)
-def test_inverse_family_misses_no_solution(chain, title, right):
+def test_inverse_family_misses_no_solution(chain, title, right, monkeypatch):
     arm = arm_of(chain, right=right)
     assert arm.inverses.classification.found.title == title
     assert_nothing_is_missed(arm)
+    if not right:
+        assert_complete(arm, monkeypatch)
 
 
 @pytest.mark.parametrize(("chain", "right"), BACKWARDS)
@@ -122,11 +125,6 @@ def test_reversed_chain_inverse_misses_no_solution(chain, right):
     arm = arm_of(chain, right=right)
     assert arm.inverses.classification.found.backwards
     assert_nothing_is_missed(arm)
-
-
-@pytest.mark.parametrize("chain", [*(arm + WRIST for arm in ARMS), *FAMILIES, *SEVEN])
-def test_inverse_contains_every_newton_solution(chain, monkeypatch):
-    assert_complete(arm_of(chain), monkeypatch)
 
 
 @pytest.mark.parametrize("chain", [chain for chain in ARMS if chain not in ("R=R=P", "P=R=R")])
@@ -236,7 +234,8 @@ HYBRID = ("board_installer", "well_manipulator", "delta", "excavator", "five_bar
 @cache
 def hybrid_of(name):
     """A robot with loops, for its chain, and its inverse as it is derived now."""
-    return Case(name), Function(derivation(name).function("ik"))
+    ik = derive(load(description(name)), ["ik"]).function("ik")
+    return Case(name), Function(ik)
 
 
 def given_of(case, function, q):

@@ -10,7 +10,7 @@ from tests.support.derivations import ROBOTS
 from tests.support.generators.drawn_arms import cases_for_given, random_arm
 from tests.support.oracles.verdict import judged
 
-SEEDS = (1, 13, 14, 22, 135, 155)
+SEEDS = (13, 14, 22, 135, 155)
 """Arms that nobody chose, some with turning joints given in between."""
 
 
