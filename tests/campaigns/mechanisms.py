@@ -8,7 +8,7 @@ Mechanisms without a closed form are counted and not compared.
 
 import tempfile
 from collections import Counter
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +26,6 @@ LEFT = 1e-12
 """Maximum residual of a valid slot, relative to the mechanism's size."""
 AT_DEAD_POINT = 1e-5
 """Margin below which two branches are about to meet, so that no count is certain."""
-MAPS = ("map", "margin", "branches")
 FAULTS = ("missing", "repeated", "wrong", "not the first", "out of branch", "unlabelled")
 
 
@@ -66,22 +65,16 @@ def trial(number: int) -> Outcome:
     return Outcome(counts, failures, {"residual": verdict.largest})
 
 
-def judged(
-    drawn: DrawnMechanism, seed: int, inputs: int = INPUTS, is_short: bool = False
-) -> Verdict:
+def judged(drawn: DrawnMechanism, seed: int, inputs: int = INPUTS) -> Verdict:
     """Derive, write and load a mechanism, and judge it.
 
     Args:
         drawn: The mechanism.
         seed: Its number.
         inputs: Number of inputs.
-        is_short: Whether only the maps are written and compiled.
     """
     verdict = Verdict(seed, drawn.family)
     derivation = derive(drawn.mechanism)
-    if is_short and not derivation.hybrid.forward.open:
-        maps = (f for f in derivation.functions if f.role.name in MAPS)
-        derivation = replace(derivation, functions=tuple(maps), inverse=None)
     with tempfile.TemporaryDirectory() as folder:
         put(files_of(derivation), Path(folder))
         robot = chasles.load(folder)
