@@ -75,7 +75,7 @@ class Judged:
     Attributes:
         fall: Error of the nominal arm relative to the error of the identified arm.
         over: Error of the identified arm relative to the bound.
-        is_reached: Whether the error is that of an efficient estimator.
+        is_reached: Whether the error is as small as the error of an efficient estimator.
         inside: Whether each interval holds the truth.
         probability: Probability that the errors are smaller relative to their intervals.
     """

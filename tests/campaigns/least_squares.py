@@ -1,7 +1,7 @@
 """Mechanisms whose joints are displaced, closed in least squares.
 
 Rods on pins become links, and every joint and closure is moved by up to 0.5 mm and rotated by up to
-2 mrad about each axis. The configurations must be those of an independent minimization with exact
+2 mrad about each axis. The configurations must match an independent minimization with exact
 derivatives. Derivatives must agree with differences, and ``actuators`` and ``ik`` must return the
 coordinates from the chain and from the pose.
 """

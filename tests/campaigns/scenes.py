@@ -3,7 +3,7 @@
 Each scene has spheres that almost touch the robot in random configurations, so that paths pass
 close to them. A path that is planned and shortened is sampled at ten times as many configurations
 as its planner tested. At each of them nothing may touch, the loops must be closed, and the joints
-must be those that Newton's iteration follows from the start, so that no assembly mode changes.
+must match Newton's iteration from the start, so that no assembly mode changes.
 """
 
 from dataclasses import dataclass, field, fields
@@ -44,7 +44,7 @@ class Scene:
         checked: Number of configurations on the path that were checked.
         touching: At how many of them a body touches.
         open: At how many of them a loop is open.
-        changed: At how many of them the assembly mode is not that of the start.
+        changed: At how many of them the assembly mode differs from the start.
     """
 
     found: bool

@@ -57,7 +57,7 @@ def judged_arm(arm: Mechanism, number: int) -> Judged:
     """Derive and judge an arm at random configurations.
 
     Args:
-        arm: The arm; fixed joint values of its inverse are those of the configuration.
+        arm: The arm; the configuration gives the fixed joint values of its inverse.
         number: Seed of the configurations.
     """
     rng = np.random.default_rng(number)

@@ -49,7 +49,7 @@ WAYS = {"plain": set(), "avx2": AVX2, "avx512": AVX512}
 every_way = pytest.mark.parametrize("way", WAYS)
 WIDEST = "avx512" if set(AVX512) <= features_of_processor() else "avx2"
 FILLED = {"every_kind_8": ("plain", "avx2"), "every_kind_16": ("plain", WIDEST)}
-"""Ways to compute many branches: in plain C, and with the vectors of which they fill two."""
+"""Ways to compute many branches: in plain C, and with vectors so wide that they fill two."""
 EVERY_WAY = [(name, way) for name in FUNCTIONS for way in FILLED.get(name, WAYS)]
 
 
