@@ -6,7 +6,6 @@ The oracle is each branch by itself: its signs put into the terms of the derivat
 import ctypes
 import itertools
 import subprocess
-from pathlib import Path
 
 import mpmath
 import numpy as np
@@ -22,16 +21,11 @@ from chasles.derive.terms.branches import patterns
 from chasles.errors import ManifestError
 from tests.support.derivations import derivation
 from tests.support.loops import branched
+from tests.support.processor import features, require_features
 from tests.support.tolerances import EXACT_CODE, NEAR_ROOT, RECIPROCAL_ROOT
 from tests.support.tools import needs, path_of
 
 pytestmark = needs("gcc")
-
-
-def features_of_processor():
-    """The features of the processor, as Linux lists them."""
-    path = Path("/proc/cpuinfo")
-    return set(path.read_text().split()) if path.exists() else set()
 
 
 ROBOT = derivation("ur5e").robot
@@ -47,7 +41,7 @@ AVX2, AVX512 = {"avx2", "fma"}, {"avx2", "fma", "avx512f", "avx512dq", "avx512vl
 WAYS = {"plain": set(), "avx2": AVX2, "avx512": AVX512}
 """Processor features that each way to compute one pose needs."""
 every_way = pytest.mark.parametrize("way", WAYS)
-WIDEST = "avx512" if set(AVX512) <= features_of_processor() else "avx2"
+WIDEST = "avx512" if set(AVX512) <= features() else "avx2"
 FILLED = {"every_kind_8": ("plain", "avx2"), "every_kind_16": ("plain", WIDEST)}
 """Ways to compute many branches: in plain C, and with vectors so wide that they fill two."""
 EVERY_WAY = [(name, way) for name in FUNCTIONS for way in FILLED.get(name, WAYS)]
@@ -65,12 +59,6 @@ def many_sources(tmp_path_factory):
     return {name: branched.write(tmp_path_factory.mktemp(name), [FUNCTIONS[name]]) for name in MANY}
 
 
-def require(features):
-    missing = features - features_of_processor()
-    if missing:
-        pytest.skip(f"this processor has no {', '.join(sorted(missing))}")
-
-
 @pytest.fixture(scope="module")
 def arm_sources(tmp_path_factory):
     """The C of the arm alone."""
@@ -85,7 +73,7 @@ def loadable(tmp_path_factory):
 
 
 def compiled(folder, way, *flags, program="gcc", batches=True):
-    require(WAYS[way])
+    require_features(WAYS[way])
     target = folder / f"{way}{''.join(flags)}{program}.so"
     if not target.exists():
         flags = ("-shared", "-fPIC", *flags, "-o", str(target), "-lm")
@@ -308,7 +296,7 @@ void supplement(size_t n, const double *a, const double *y, double *value) {{
 def on_lanes(request, tmp_path):
     """A function of lanes by name, as one of arrays."""
     number, needed = LANES[request.param]
-    require(needed)
+    require_features(needed)
     (tmp_path / "calls.c").write_text(CALLS.format(number))
     (tmp_path / "chasles_lanes.h").write_text(support("chasles_lanes.h"))
     flags = ("-O2", "-Wno-psabi", "-shared", "-fPIC", *(f"-m{f}" for f in sorted(needed)))

@@ -23,6 +23,7 @@ from chasles.derive.terms.casadi_graph import LoweringError, lower
 from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
 from chasles.derive.terms.terms import Terms
 from tests.support.derivations import derivation
+from tests.support.processor import require_features
 from tests.support.tolerances import ANGLE, COS_SIN, LIBMVEC
 from tests.support.tools import needs, path_of
 
@@ -158,10 +159,7 @@ def compiled(folder, chosen_set, *flags, program=(GCC,)):
 
 
 def require_processor(chosen_set):
-    text = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").exists() else ""
-    missing = NEEDED[chosen_set] - set(text.split())
-    if missing:
-        pytest.skip(f"this processor has no {', '.join(sorted(missing))}")
+    require_features(NEEDED[chosen_set])
 
 
 @pytest.fixture(scope="module")

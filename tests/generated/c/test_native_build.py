@@ -9,6 +9,7 @@ import pytest
 
 import chasles
 from tests.support.native import UNPACKED, Source, compiled
+from tests.support.processor import require_features
 from tests.support.tolerances import AGREEMENT
 
 AVX2 = ("-march=x86-64", "-mavx2", "-mfma")
@@ -50,16 +51,11 @@ def native(robot, function, flags=()):
     return call
 
 
-def has_avx2():
-    facts = Path("/proc/cpuinfo")
-    return facts.exists() and " avx2 " in facts.read_text(encoding="utf-8")
-
-
 @pytest.mark.parametrize("name", INVERSES)
 @pytest.mark.parametrize("flags", [(), AVX2], ids=["native", "avx2"])
 def test_inverse_in_c_returns_the_solutions_of_python(name, flags):
-    if flags and not has_avx2():
-        pytest.skip("a processor without AVX2")
+    if flags:
+        require_features({"avx2"})
     robot = chasles.load(name)
     ik = native(robot, "ik", flags)
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (20, robot.n))

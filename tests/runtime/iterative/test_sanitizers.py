@@ -21,9 +21,9 @@ from tests.campaigns.memory import (
     SETS,
     build,
     build_solvers,
-    missing_features,
     run,
 )
+from tests.support.processor import require_features
 from tests.support.tools import needs
 
 pytestmark = needs("gcc")
@@ -41,11 +41,6 @@ def require(folder, sanitizer):
             pytest.skip(f"the sanitizer {sanitizer} does not run: {done.stderr[:200]}")
 
 
-def require_processor(chosen):
-    if missing_features(chosen):
-        pytest.skip(f"this processor has no {missing_features(chosen)}")
-
-
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
     """A program with code for all instruction sets, by robot and flags."""
@@ -59,7 +54,7 @@ def built(tmp_path_factory):
 
 @pytest.mark.parametrize("chosen", SETS)
 def test_generated_code_stays_within_array_bounds(chosen, built, tmp_path):
-    require_processor(chosen)
+    require_features(SETS[chosen])
     require(tmp_path, "address")
     program, functions = built(SMALL, "-Og", "-fsanitize=address")
     assert run(program, "bounds", sets=SETS[chosen]) == functions * CASES
@@ -75,7 +70,7 @@ def test_generated_code_has_no_undefined_behaviour(tmp_path):
 @pytest.mark.parametrize("chosen", SETS)
 def test_vector_code_touches_only_its_rows(chosen, built):
     """Optimized code between protected pages: the sanitizer knows no masked or streaming stores."""
-    require_processor(chosen)
+    require_features(SETS[chosen])
     program, functions = built(LARGE, "-O2")
     assert run(program, "pages", sets=SETS[chosen]) == 2 * functions * CASES
 
