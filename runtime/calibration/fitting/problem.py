@@ -344,8 +344,12 @@ class Problem:
     def solve(
         self, x: FloatArray, used: BoolArray, noise: float, *, robust: bool = False
     ) -> FloatArray:
-        """The least sum of squares over some rows, or of a loss that outliers do not govern."""
-        kept, drawn = used[self._rows], noise * self.drawn() / SMALL
+        """The least sum of squares over some rows, or of a loss that outliers do not govern.
+
+        Configurations whose loops do not close at the start are left out.
+        """
+        kept = used[self._rows] & np.isfinite(self.errors(x))
+        drawn = noise * self.drawn() / SMALL
 
         def errors(y: FloatArray) -> Errors:
             T = self.poses(self.q, y)
@@ -359,13 +363,15 @@ class Problem:
 
     def spread(self, x: FloatArray) -> float:
         """A standard deviation of the errors that outliers do not govern."""
-        return float(_CONSISTENT * np.median(np.abs(self.errors(x))))
+        e = self.errors(x)
+        closed = np.isfinite(e)
+        return float(_CONSISTENT * np.median(np.abs(e[closed]))) if closed.any() else 0.0
 
     def within(self, x: FloatArray) -> BoolArray:
         """Which rows agree with the others."""
-        e, rows = self.errors(x), self._rows
         largest = np.zeros(len(self.observation.labels))
-        np.maximum.at(largest, rows, np.abs(e))
+        # Loops that do not close at x give NaN.
+        np.maximum.at(largest, self._rows, np.nan_to_num(np.abs(self.errors(x)), nan=np.inf))
         return largest <= OUTLYING * self.spread(x)
 
     def noise(self, x: FloatArray, used: BoolArray, last: float) -> float:

@@ -20,22 +20,24 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ... import screws
+
 FloatArray = NDArray[np.float64]
 
-_FIRST_ROUNDS = 4
-"""Alternations from each of 24 rotations; those with the least error go on."""
-_FINISHED = 6
-"""Rotations that go on."""
-_ROUNDS = 100
-"""Alternations from these; the best is refined by the identification."""
+_ROUNDS = 60
+"""Most steps from each of 24 rotations."""
+_SETTLED = 1e-9
+"""Step [rad] behind which no more follow."""
+_DAMPED = 1e-3
+"""First damping, in parts of the trace of the normal equations."""
+_FULL = 1e-9
+"""Singular value, in parts of the largest, below which measurements leave an unknown open."""
 _ACROSS = 0.1
 """Second singular value of directions below which axes are parallel and leave a turn open."""
 _LEVER = 0.1
 """Least distance of points that stand for an orientation [m]: 0.05 mrad weigh 5 um there."""
 _REPEATED = 0.999
 """Second singular value, in parts of the first, from which orientations leave the frames open."""
-_SETTLED = 0.9999
-"""Part of the error that is left by an alternation behind which no more follow."""
 
 
 class Registration(NamedTuple):
@@ -60,13 +62,9 @@ def register_points(T: FloatArray, measured: FloatArray) -> Registration:
         measured: (N, m, 3) positions of m targets in the device's frame [m], NaN where a target was
             not seen.
     """
-    alternation = _Alternation(T, measured)
-    screened = alternation.from_rotations(_CUBE, _FIRST_ROUNDS)
-    best = np.argsort(screened.error, kind="stable")[:_FINISHED]
-    finished = alternation.from_rotations(screened.R[best], _ROUNDS)
-    k = int(np.argmin(finished.error))
-    frame = _pose(finished.R[k], finished.shift[k])
-    return Registration(frame, finished.points[k], float(finished.error[k]))
+    registrations = _Registrations(T, measured)
+    R = registrations.refined(_CUBE)
+    return registrations.at(R[np.linalg.norm(registrations.errors(R), axis=-1).argmin()])
 
 
 def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -146,67 +144,65 @@ def mean_pose(T: FloatArray, measured: FloatArray) -> FloatArray:
     )
 
 
-class _Fits(NamedTuple):
-    """k registrations side by side: rotations (k, 3, 3), shifts, targets (k, m, 3), errors (k,)."""
+class _Registrations:
+    """The errors of registrations by their rotation alone, the rest in closed form.
 
-    R: FloatArray
-    shift: FloatArray
-    points: FloatArray
-    error: FloatArray
-
-
-class _Alternation:
-    """Targets and shift from the rotation, then the rotation from them, in turns.
-
-    The targets x_j with R_i x_j + p_i + c = R^T y_ij have the same normal equations at each
-    rotation R, with the nominal orientations R_i and origins p_i.
+    Targets x_j and the shift c satisfy R_i x_j + c = R^T y_ij - p_i, with the nominal orientations
+    R_i and origins p_i: linear equations at each rotation R. What their least-squares solution
+    leaves is linear in the entries of R, so 10 numbers hold the errors of all measurements.
     """
 
     def __init__(self, T: FloatArray, measured: FloatArray) -> None:
         """Takes nominal poses (N, 4, 4) and positions (N, m, 3), NaN where unseen."""
         seen = np.isfinite(measured).all(-1)
         index, target = np.nonzero(seen)
-        self.count = measured.shape[1]
-        self.origin = T[index, :3, 3]
-        self.measured = measured[seen]
-        rows = np.zeros((len(index), 3, self.count + 1, 3))
-        rows[np.arange(len(index)), :, target] = T[index, :3, :3]
+        count = len(index)
+        rows = np.zeros((count, 3, measured.shape[1] + 1, 3))
+        rows[np.arange(count), :, target] = T[index, :3, :3]
         rows[:, :, -1] = np.eye(3)
-        self.solve = np.linalg.pinv(rows.reshape(3 * len(index), -1)).T
-        # A product with zeros among its factors is far faster than one of axes with each target.
-        self.turned = rows[:, :, :-1].reshape(3 * len(index), -1).T
+        # Equations by the entries R_lk, in the order of R.ravel(), and by -1.
+        right = np.einsum("nl,ka->nalk", measured[seen], np.eye(3)).reshape(-1, 9)
+        right = np.column_stack([right, T[index, :3, 3].ravel()])
+        # Minimum norm: a target that was never seen is at the tool's origin.
+        u, sizes, vt = np.linalg.svd(rows.reshape(3 * count, -1), full_matrices=False)
+        rank = int((sizes > _FULL * sizes[0]).sum())
+        along = u[:, :rank].T @ right
+        self._solution = (vt[:rank].T / sizes[:rank]) @ along
+        self._left = np.linalg.qr(right - u[:, :rank] @ along, mode="r") / np.sqrt(count)
 
-    def from_rotations(self, R: FloatArray, rounds: int) -> _Fits:
-        """The registrations behind some rounds, from rotations (k, 3, 3) that stop as they settle.
+    def errors(self, R: FloatArray) -> FloatArray:
+        """(k, 10) vectors whose length is the root mean square distance, at rotations (k, 3, 3)."""
+        return _with_one(R) @ self._left.T
 
-        A target that was never seen is at the tool's origin.
-        """
-        k = len(R)
-        found = _Fits(R, np.zeros((k, 3)), np.zeros((k, self.count, 3)), np.full(k, np.inf))
-        moving = np.arange(k)
-        for _ in range(rounds):
-            after = self._round(found.R[moving])
-            settled = after.error > _SETTLED * found.error[moving]
-            for kept, new in zip(found, after, strict=True):
-                kept[moving] = new
-            moving = moving[~settled]
-            if not len(moving):
+    def refined(self, R: FloatArray) -> FloatArray:
+        """(k, 3, 3) rotations with the least errors near others, by Levenberg and Marquardt."""
+        damping, e = np.full(len(R), _DAMPED), self.errors(R)
+        for _ in range(_ROUNDS):
+            turned = (R[:, None] @ _GENERATORS).reshape(-1, 3, 9)
+            J = turned @ self._left[:, :9].T
+            H = J @ J.swapaxes(1, 2)
+            added = damping * (np.trace(H, axis1=1, axis2=2) + np.finfo(float).tiny)
+            step = np.linalg.solve(H + added[:, None, None] * np.eye(3), -J @ e[..., None])[..., 0]
+            there = R @ screws.exp_rotation(step)
+            after = self.errors(there)
+            less = (after**2).sum(-1) < (e**2).sum(-1)
+            R = np.where(less[:, None, None], there, R)
+            e = np.where(less[:, None], after, e)
+            damping = np.where(less, damping / 10, damping * 10)
+            if np.abs(step).max() < _SETTLED:
                 break
-        return found
+        return R
 
-    def _round(self, R: FloatArray) -> _Fits:
-        """One round from rotations (k, 3, 3)."""
-        k = len(R)
-        apart = (self.measured @ R - self.origin).reshape(k, -1)
-        points = (apart @ self.solve)[:, :-3]
-        placed = self.origin + (points @ self.turned).reshape(k, -1, 3)
-        middle, there = placed.mean(1), self.measured.mean(0)
-        products = (self.measured - there).T @ (placed - middle[:, None])
-        R = _rotation(products)
-        shift = there - np.einsum("kij,kj->ki", R, middle)
-        left = placed @ R.swapaxes(1, 2) + shift[:, None] - self.measured
-        squares = np.einsum("kni,kni->k", left, left)
-        return _Fits(R, shift, points.reshape(k, -1, 3), np.sqrt(squares / left.shape[1]))
+    def at(self, R: FloatArray) -> Registration:
+        """The registration with a rotation (3, 3) of the base frame in the device's."""
+        found = self._solution @ _with_one(R[None])[0]
+        error = float(np.linalg.norm(self.errors(R[None])))
+        return Registration(_pose(R, R @ found[-3:]), found[:-3].reshape(-1, 3), error)
+
+
+def _with_one(R: FloatArray) -> FloatArray:
+    """(k, 10) entries of rotations (k, 3, 3), and -1."""
+    return np.column_stack([R.reshape(-1, 9), np.full(len(R), -1.0)])
 
 
 def _rotation(matrix: FloatArray) -> FloatArray:
@@ -235,3 +231,12 @@ def _cube_rotations() -> list[FloatArray]:
 
 
 _CUBE = np.array(_cube_rotations())
+_GENERATORS = np.array(
+    [
+        [[0, 0, 0], [0, 0, -1], [0, 1, 0]],
+        [[0, 0, 1], [0, 0, 0], [-1, 0, 0]],
+        [[0, -1, 0], [1, 0, 0], [0, 0, 0]],
+    ],
+    dtype=np.float64,
+)
+"""[e_k]x: R [w]x is the derivative of R exp([w]x)."""
