@@ -24,12 +24,18 @@ from ... import screws
 
 FloatArray = NDArray[np.float64]
 
+_FIRST_ROUNDS = 5
+"""Steps from each of 24 rotations; those with the least error go on."""
+_FINISHED = 6
+"""Rotations that go on."""
 _ROUNDS = 60
-"""Most steps from each of 24 rotations."""
-_SETTLED = 1e-9
-"""Step [rad] behind which no more follow."""
+"""Most steps from these."""
+_SETTLED = 1e-6
+"""Part of its error that each start must lose in a step for another one to follow."""
 _DAMPED = 1e-3
 """First damping, in parts of the trace of the normal equations."""
+_STUCK = 1e6
+"""Damping, likewise, at which no step lowers the error."""
 _FULL = 1e-9
 """Singular value, in parts of the largest, below which measurements leave an unknown open."""
 _ACROSS = 0.1
@@ -63,7 +69,9 @@ def register_points(T: FloatArray, measured: FloatArray) -> Registration:
             not seen.
     """
     registrations = _Registrations(T, measured)
-    R = registrations.refined(_CUBE)
+    R = registrations.refined(_CUBE, _FIRST_ROUNDS)
+    best = np.linalg.norm(registrations.errors(R), axis=-1).argsort(kind="stable")
+    R = registrations.refined(R[best[:_FINISHED]], _ROUNDS)
     return registrations.at(R[np.linalg.norm(registrations.errors(R), axis=-1).argmin()])
 
 
@@ -149,7 +157,7 @@ class _Registrations:
 
     Targets x_j and the shift c satisfy R_i x_j + c = R^T y_ij - p_i, with the nominal orientations
     R_i and origins p_i: linear equations at each rotation R. What their least-squares solution
-    leaves is linear in the entries of R, so 10 numbers hold the errors of all measurements.
+    leaves is linear in the entries of R, and a triangle of few rows holds it for all measurements.
     """
 
     def __init__(self, T: FloatArray, measured: FloatArray) -> None:
@@ -162,34 +170,38 @@ class _Registrations:
         rows[:, :, -1] = np.eye(3)
         # Equations by the entries R_lk, in the order of R.ravel(), and by -1.
         right = np.einsum("nl,ka->nalk", measured[seen], np.eye(3)).reshape(-1, 9)
-        right = np.column_stack([right, T[index, :3, 3].ravel()])
+        rows = rows.reshape(3 * count, -1)
+        everything = np.column_stack([rows, right, T[index, :3, 3].ravel()])
+        triangle = np.linalg.qr(everything, mode="r") / np.sqrt(count)
+        rows, right = np.split(triangle, [rows.shape[1]], axis=1)
         # Minimum norm: a target that was never seen is at the tool's origin.
-        u, sizes, vt = np.linalg.svd(rows.reshape(3 * count, -1), full_matrices=False)
+        u, sizes, vt = np.linalg.svd(rows, full_matrices=False)
         rank = int((sizes > _FULL * sizes[0]).sum())
         along = u[:, :rank].T @ right
         self._solution = (vt[:rank].T / sizes[:rank]) @ along
-        self._left = np.linalg.qr(right - u[:, :rank] @ along, mode="r") / np.sqrt(count)
+        self._left = right - u[:, :rank] @ along
 
     def errors(self, R: FloatArray) -> FloatArray:
-        """(k, 10) vectors whose length is the root mean square distance, at rotations (k, 3, 3)."""
+        """(k, r) vectors whose length is the root mean square distance, at rotations (k, 3, 3)."""
         return _with_one(R) @ self._left.T
 
-    def refined(self, R: FloatArray) -> FloatArray:
+    def refined(self, R: FloatArray, rounds: int) -> FloatArray:
         """(k, 3, 3) rotations with the least errors near others, by Levenberg and Marquardt."""
         damping, e = np.full(len(R), _DAMPED), self.errors(R)
-        for _ in range(_ROUNDS):
-            turned = (R[:, None] @ _GENERATORS).reshape(-1, 3, 9)
-            J = turned @ self._left[:, :9].T
+        for _ in range(rounds):
+            J = (R[:, None] @ _GENERATORS).reshape(-1, 3, 9) @ self._left[:, :9].T
             H = J @ J.swapaxes(1, 2)
             added = damping * (np.trace(H, axis1=1, axis2=2) + np.finfo(float).tiny)
             step = np.linalg.solve(H + added[:, None, None] * np.eye(3), -J @ e[..., None])[..., 0]
             there = R @ screws.exp_rotation(step)
             after = self.errors(there)
-            less = (after**2).sum(-1) < (e**2).sum(-1)
+            gain = (e**2).sum(-1) - (after**2).sum(-1)
+            less = gain > 0
+            is_settled = less & (gain <= _SETTLED * (e**2).sum(-1))
             R = np.where(less[:, None, None], there, R)
             e = np.where(less[:, None], after, e)
             damping = np.where(less, damping / 10, damping * 10)
-            if np.abs(step).max() < _SETTLED:
+            if (is_settled | (damping > _STUCK)).all():
                 break
         return R
 
