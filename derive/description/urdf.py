@@ -4,6 +4,7 @@ Decimals are read as written, then cleaned (:mod:`~chasles.derive.description.cl
 """
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -23,12 +24,14 @@ from .conventions.urdf_origin import urdf
 from .importers.identifiers import identifier as _identifier
 from .importers.identifiers import prefix
 from .importers.kinematic_tree import KinematicTree, TreeJoint, TreeJointKind
-from .importers.robot_xml import parsed
+from .importers.robot_xml import parsed, read_xml
 from .importers.tool_links import Ends, NoChain, chosen_ends, only_chain
 from .plausibility import questioned
-from .toml_file import DescriptionError, read_text
+from .toml_file import DescriptionError, listed
 
 DECIMAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+LIMITED_KINDS = ("revolute", "prismatic")
+"""Joints that must state limits."""
 FREE_KINDS = ("floating", "planar")
 """Joints of several freedoms: a chain begins behind them."""
 KINDS: dict[str, JointKind] = {
@@ -65,8 +68,19 @@ def from_urdf(
     Raises:
         DescriptionError: The file is no URDF, has no such chain, or has several longest chains.
     """
-    robot = UrdfFile(str(path), read_text(path)).robot(base, tip, name)
+    robot = UrdfFile(str(path), read_xml(path)).robot(base, tip, name)
     return robot if exact else cleaned(robot)
+
+
+def _states_no_range(limit: etree._Element | None) -> bool:
+    """Whether a joint's limits are missing or both 0, as exporters write them for unknown ones."""
+    if limit is None:
+        return True
+    bounds = [limit.get(name, "0") for name in ("lower", "upper")]
+    try:
+        return not any(map(float, bounds))
+    except ValueError:
+        return False
 
 
 class UrdfFile:
@@ -137,7 +151,8 @@ class UrdfFile:
             raise
         except RobotError as error:
             self._fail(self.root, "", None, f"joints that make a robot ({error})")
-        return replace(robot, notes=(*filter(None, [ends.note]), *questioned(robot)))
+        notes = filter(None, [ends.note, self._without_limits(elements)])
+        return replace(robot, notes=(*notes, *questioned(robot)))
 
     # --- the tree ---
 
@@ -223,6 +238,20 @@ class UrdfFile:
         if not lower < upper:
             self._fail(limit, "limit", f"{lower}, {upper}", "a lower limit below the upper")
         return lower, upper
+
+    def _without_limits(self, elements: Sequence[etree._Element]) -> str:
+        """A note on joints whose type needs limits and that state none, or 0 and 0."""
+        names = [
+            str(element.get("name"))
+            for element in elements
+            if element.get("type") in LIMITED_KINDS
+            and element.find("mimic") is None
+            and _states_no_range(element.find("limit"))
+        ]
+        if not names:
+            return ""
+        joints = f"joint {names[0]} states" if len(names) == 1 else f"joints {listed(names)} state"
+        return f"{joints} no range of limits: taken as unlimited"
 
     def _mimic(self, element: etree._Element) -> Mimic | None:
         """The law by which a joint follows a joint with its own coordinate, other laws resolved."""

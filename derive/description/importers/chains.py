@@ -7,12 +7,12 @@ from typing import Protocol
 from ...model.errors import RobotError
 from ...model.mechanism import Described, Mechanism
 from ..cleaned_robot import cleaned
-from ..toml_file import DescriptionError, read_text
+from ..toml_file import DescriptionError
 from ..urdf import UrdfFile
 from .identifiers import identifier
 from .kinematic_tree import KinematicTree
 from .mjcf.mjcf_file import MjcfFile
-from .robot_xml import is_urdf
+from .robot_xml import is_urdf, read_xml
 from .srdf import group_ends, srdf_beside
 from .tool_links import Ends
 from .xacro_file import expanded, is_xacro
@@ -86,9 +86,9 @@ def opened(file: Path, arguments: Sequence[str] = ()) -> LinkedBodies:
     if arguments:
         expected = "a xacro file: no other takes arguments"
         raise DescriptionError(str(file), None, "", arguments[0], expected)
-    if file.suffix.lower() == ".xml" and not is_urdf(read_text(file)):
+    if file.suffix.lower() == ".xml" and not is_urdf(read_xml(file)):
         return MjcfFile(file)
-    return UrdfFile(str(file), read_text(file))
+    return UrdfFile(str(file), read_xml(file))
 
 
 def chains(

@@ -1,13 +1,33 @@
 """XML of robots: parsed without entities, so that no file can read another or fill the memory."""
 
 import re
+from pathlib import Path
 
 from lxml import etree
 
-from ..toml_file import DescriptionError
+from ..toml_file import DescriptionError, decoded, read_bytes
 
 ROOT = "robot"
 _FIRST_TAG = re.compile(r"<([A-Za-z][\w:.-]*)")
+
+
+_DECLARED = re.compile(rb"""<\?xml[^>]*\bencoding\s*=\s*["']([\w.:-]+)["']""")
+_UTF_16 = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"<\0": "utf-16-le", b"\0<": "utf-16-be"}
+"""Encodings by the first two bytes: a byte order mark, or the first character without one."""
+
+
+def read_xml(path: str | Path) -> str:
+    """The text of an XML file, in the encoding that it declares.
+
+    Raises:
+        DescriptionError: The file cannot be read, is too long, or is not in its encoding.
+    """
+    content = read_bytes(path)
+    declared = _DECLARED.match(content.removeprefix(b"\xef\xbb\xbf"))
+    encoding = declared[1].decode() if declared else "utf-8"
+    if encoding.lower() in ("utf-8", "utf8", "utf-16"):
+        encoding = "utf-8-sig"
+    return decoded(str(path), content, _UTF_16.get(content[:2], encoding))
 
 
 def is_urdf(text: str) -> bool:

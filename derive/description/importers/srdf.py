@@ -10,9 +10,9 @@ from typing import NoReturn
 
 from lxml import etree
 
-from ..toml_file import DescriptionError, hint, listed, read_text
+from ..toml_file import DescriptionError, hint, listed
 from .kinematic_tree import KinematicTree
-from .robot_xml import parsed
+from .robot_xml import parsed, read_xml
 from .xacro_file import expanded, is_xacro
 
 MOST_NESTED = 16
@@ -46,7 +46,7 @@ def srdf_beside(file: Path) -> Path | None:
 
 class _Srdf:
     def __init__(self, file: Path, tree: KinematicTree) -> None:
-        text = expanded(file, ()) if is_xacro(file) else read_text(file)
+        text = expanded(file, ()) if is_xacro(file) else read_xml(file)
         self.file, self.tree = str(file), tree
         self.root = parsed(self.file, text)
         groups = self.root.findall("group")

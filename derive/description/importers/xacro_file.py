@@ -9,7 +9,8 @@ from typing import Any
 from xml.dom import minidom
 from xml.parsers.expat import ExpatError
 
-from ..toml_file import DescriptionError, read_text
+from ..toml_file import DescriptionError
+from .robot_xml import read_xml
 from .xacro_hints import incomplete, missing
 
 ARGUMENT = re.compile(r"([A-Za-z_]\w*):=(.*)", re.DOTALL)
@@ -49,7 +50,7 @@ def expanded(file: Path, arguments: Sequence[str]) -> str:
         from xacro import substitution_args  # noqa: PLC0415
     except ModuleNotFoundError as error:
         raise DescriptionError(str(file), None, "", None, NEEDS_XACRO) from error
-    read_text(file)
+    read_xml(file)
     values = arguments_of(file, arguments)
     said = io.StringIO()
     before = len(xacro.all_includes)

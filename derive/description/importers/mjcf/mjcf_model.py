@@ -18,8 +18,8 @@ from lxml import etree
 from ....model.exact import read, snap_angle
 from ....model.placements import Vector
 from ....model.tolerances import COMPILED_ANGLE, COMPILED_DECIMALS, EVALUATION_DIGITS, UNIT_VECTOR
-from ...toml_file import DescriptionError, read_text
-from ..robot_xml import parsed
+from ...toml_file import DescriptionError
+from ..robot_xml import parsed, read_xml
 from ..roll_pitch_yaw import of_quaternion
 
 NEEDED = "the package mujoco, to read MJCF (pip install 'chasles[files]')"
@@ -77,7 +77,7 @@ def compiled(file: Path) -> CompiledModel:
         import mujoco  # noqa: PLC0415
     except ModuleNotFoundError as error:
         raise DescriptionError(str(file), None, "", None, NEEDED) from error
-    _check_text(file, read_text(file))
+    _check_text(file, read_xml(file))
     try:
         spec = mujoco.MjSpec.from_file(str(file))
         actuated = tuple(

@@ -1,0 +1,70 @@
+"""URDF files as they are written: their encodings, and limits that they do not state."""
+
+import pytest
+
+from chasles.derive import load
+from chasles.derive.description.toml_file import DescriptionError
+
+URDF = """<?xml version="1.0"{encoding}?>
+<!-- Prüfling -->
+<robot name="arm">
+  <link name="base"/><link name="upper"/><link name="fore"/><link name="hand"/>
+  <joint name="shoulder" type="revolute">
+    <parent link="base"/><child link="upper"/><axis xyz="0 0 1"/>
+    <limit lower="-1" upper="2"/>
+  </joint>
+  <joint name="elbow" type="revolute">
+    <parent link="upper"/><child link="fore"/><origin xyz="1 0 0"/><axis xyz="0 0 1"/>
+    {limit}
+  </joint>
+  <joint name="wrist" type="continuous">
+    <parent link="fore"/><child link="hand"/><origin xyz="1 0 0"/><axis xyz="1 0 0"/>
+  </joint>
+</robot>
+"""
+LIMIT = '<limit lower="-1" upper="1"/>'
+DECLARED = {
+    "utf-8": "",
+    "utf-8-sig": ' encoding="UTF-8"',
+    "latin-1": ' encoding="ISO-8859-1"',
+    "cp1252": " encoding='windows-1252'",
+    "utf-16": ' encoding="UTF-16"',
+    "utf-16-le": ' encoding="UTF-16"',
+    "utf-16-be": "",
+}
+
+
+@pytest.mark.parametrize("encoding", DECLARED)
+def test_urdf_is_read_in_the_encoding_that_it_declares(tmp_path, encoding):
+    path = tmp_path / "arm.urdf"
+    text = URDF.format(encoding=DECLARED[encoding], limit=LIMIT)
+    path.write_bytes(text.encode(encoding))
+    robot = load(path)
+    assert [joint.name for joint in robot.moving] == ["shoulder", "elbow", "wrist"]
+    assert robot.notes == ()
+
+
+@pytest.mark.parametrize(
+    ("declared", "message"),
+    [("UTF-8", "UTF-8 text"), ("klingon", "a known encoding")],
+    ids=["other bytes than declared", "unknown encoding"],
+)
+def test_undecodable_urdf_is_refused_with_its_encoding(tmp_path, declared, message):
+    path = tmp_path / "arm.urdf"
+    text = URDF.format(encoding=f' encoding="{declared}"', limit=LIMIT)
+    path.write_bytes(text.encode("latin-1"))
+    with pytest.raises(DescriptionError, match=message):
+        load(path)
+
+
+@pytest.mark.parametrize(
+    "limit",
+    ["", '<limit effort="1" velocity="1"/>', '<limit lower="0" upper="0.0"/>'],
+    ids=["no limit", "limit without range", "zero range"],
+)
+def test_missing_and_zero_limits_are_noted_as_unlimited(tmp_path, limit):
+    path = tmp_path / "arm.urdf"
+    path.write_text(URDF.format(encoding="", limit=limit), encoding="utf-8")
+    robot = load(path)
+    assert robot.moving[1].limits == (None, None)
+    assert robot.notes == ("joint elbow states no range of limits: taken as unlimited",)
