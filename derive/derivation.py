@@ -218,7 +218,7 @@ def _of_mechanism(
     chosen = _chosen(mechanism.name, wanted, capabilities, [*inner, *PARAMETRIC])
     chosen += [name for name in (*inner, *asked_p) if parametric and name not in chosen]
     asked_of_tool = [name for name in chosen if name in of_tool]
-    made = hybrid.kinematics.functions(asked_of_tool) if asked_of_tool else {}
+    made = hybrid.tool_functions(asked_of_tool) if asked_of_tool else {}
     made |= {name: makers[name](hybrid) for name in chosen if name in makers}
     made |= inverse.functions if inverse else {}
     made |= {name: function for name, function in inner.items() if name in chosen} | laws

@@ -270,7 +270,7 @@ def _numbers(
     if closure is not None:
         followed = Followed(closure)
         return followed.posed, followed.theta
-    pose = hybrid.kinematics.function("fk_jacobian_mixed")
+    pose = hybrid.tool_functions(["fk_jacobian_mixed"])["fk_jacobian_mixed"]
     fk, theta = lower([pose, chain(hybrid)], "true")
 
     def posed(q: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -6,7 +6,7 @@ angles from that sum, and the rest is often short: the arm of a pantograph moves
 straight line and a circle, whatever its links do.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -17,12 +17,7 @@ from ..terms.terms import Terms
 from ..terms.vectors import ONE, ZERO, added, rotated_z
 from .planar.phasors import PhasorSum
 
-Gate = Callable[[Sequence[sp.Expr]], sp.Expr]
 X, Y = (ONE, ZERO, ZERO), (ZERO, ONE, ZERO)
-
-
-def _ungated(_: Sequence[sp.Expr]) -> sp.Expr:
-    return ZERO
 
 
 def collapsed(
@@ -30,7 +25,6 @@ def collapsed(
     groups: Sequence[Group],
     relations: Sequence[PhasorSum],
     count: int,
-    gate: Gate = _ungated,
 ) -> tuple[tuple[Group, ...], tuple[sp.Expr, ...]]:
     """A chain without the joints whose turns cancel.
 
@@ -39,8 +33,6 @@ def collapsed(
         groups: The chain.
         relations: Sums of turning vectors that are zero.
         count: Number of moving joints of the chain.
-        gate: A term added to a translation: 0 where the loops behind some angles close, else NaN.
-            The translation itself no longer depends on these loops.
 
     Returns:
         The chain for its tool alone (links are omitted together with their joints), and the
@@ -51,7 +43,7 @@ def collapsed(
     for group in groups:
         before, after = None, group
         while after is not before:
-            before, after = after, _collapsed(terms, after, relations, count, translations, gate)
+            before, after = after, _collapsed(terms, after, relations, count, translations)
         found.append(after)
     return tuple(found), tuple(translations)
 
@@ -62,7 +54,6 @@ def _collapsed(
     relations: Sequence[PhasorSum],
     count: int,
     translations: list[sp.Expr],
-    gate: Gate,
 ) -> Group:
     """The group with one stretch less, or itself."""
     stations = group.stations
@@ -75,9 +66,8 @@ def _collapsed(
             moved = _sum(terms, inner).reduced(relations, partial(_solved_angles, terms))
             if any(map(terms.is_solved, moved.terms)):
                 continue
-            closed = gate([station.angle for station in inner])
             still = moved.turned(-stations[first - 1].angle).coordinates(terms)
-            x, y = (terms.let(component + closed) for component in still)
+            x, y = map(terms.let, still)
             slides = []
             for value, axis in ((x, X), (y, Y)):
                 if not terms.is_constant(value):

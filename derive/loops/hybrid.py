@@ -1,6 +1,6 @@
 """A robot with loops in derivation: its coordinates, its solved loops and its tool's kinematics."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -62,6 +62,7 @@ class Hybrid:
             terms: The terms of another mechanism with the same parameters; new ones by default.
         """
         self.missing: dict[str, str] = {}
+        self._known_behind: dict[sp.Symbol, set[sp.Symbol]] = {}
         self.terms = terms or Terms({p.symbol: p.value for p in mechanism.parameters})
         mechanism = closable(mechanism, self.terms)
         self.left_open = left_open(mechanism) if mechanism.closure == "least squares" else None
@@ -271,7 +272,7 @@ class Hybrid:
         """The functions of the tool."""
         values = self._joint_values
         shorter, translations = collapsed(
-            self.terms, self.groups, self.forward.relations, len(values), self._gate
+            self.terms, self.groups, self.forward.relations, len(values)
         )
         everything = [*values, *translations]
         kept = [everything[k] for group in shorter for s in group.stations for k in s.joints]
@@ -279,19 +280,56 @@ class Hybrid:
         links = Forward(self.terms, self.groups)
         return Kinematics.of(self.robot, self.terms, shorter, motion, self.arguments, links)
 
-    def _gate(self, angles: Sequence[sp.Expr]) -> sp.Expr:
-        """0 where the loops behind some angles close, else NaN; its rate is itself."""
-        behind = {*self.terms.needed(angles), *(s for angle in angles for s in angle.free_symbols)}
-        margins = [
-            step.margin
-            for step in self.forward.steps
-            if step.margin is not None and behind.intersection(step.solved)
-        ]
-        if not margins:
-            return sp.Integer(0)
-        gate = self.where(sp.And(*(sp.Ge(margin, 0) for margin in margins)))
-        self.forward.loops[gate] = lambda _: gate
-        return gate
+    def tool_functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
+        """The functions of the tool with some names, NaN where a loop does not close."""
+        found = self.kinematics.functions(names)
+        return {name: self._of_closed_loops(function) for name, function in found.items()}
+
+    def _of_closed_loops(self, function: SymbolicFunction) -> SymbolicFunction:
+        """A function of actuators or chain, NaN where a loop does not close."""
+        is_of_actuators = function.role.domain == _DOMAINS["q"]
+        if function.role.domain == _DOMAINS["z"] or function.role.name in ("margin", "branches"):
+            return function
+        solution = self.forward if is_of_actuators else self.backward
+        results = tuple(
+            replace(result, entries=self.while_closed(result.entries, solution))
+            for result in function.outputs
+        )
+        return replace(function, outputs=results)
+
+    def while_closed(self, entries: Sequence[sp.Expr], *solutions: Solution) -> tuple[sp.Expr, ...]:
+        """Entries, those that depend on the configuration NaN where loops do not close.
+
+        An entry behind the root of a step is NaN where that step does not close. Other steps do not
+        change it, such as a brace beside the chain, so it needs a term that is 0 or NaN.
+
+        Args:
+            entries: The entries.
+            solutions: The solutions that give these entries; one that closes is enough.
+        """
+        return tuple(self._while_closed(entry, solutions) for entry in entries)
+
+    def _while_closed(self, entry: sp.Expr, solutions: Sequence[Solution]) -> sp.Expr:
+        if self.terms.is_constant(entry):
+            return entry
+        behind = self._behind(entry)
+        conditions = []
+        for solution in solutions:
+            steps = [step for step in solution.steps if step.margin is not None]
+            beside = [step for step in steps if not sp.sympify(step.root).free_symbols <= behind]
+            conditions.append(sp.And(*(sp.Ge(step.margin, 0) for step in beside)))
+        closed = sp.Or(*conditions)
+        return entry if closed == sp.true else self.terms.let(entry + self.where(closed))
+
+    def _behind(self, entry: sp.Expr) -> frozenset[sp.Symbol]:
+        """The symbols on which an entry depends."""
+        definitions, known = self.terms.definitions, self._known_behind
+        for symbol in self.terms.needed([entry]):
+            if symbol not in known:
+                own = definitions[symbol].free_symbols
+                known[symbol] = own.union(*(known.get(s, ()) for s in own))
+        own = entry.free_symbols
+        return frozenset(own.union(*(known.get(s, ()) for s in own)))
 
     def where(self, condition: sp.Basic) -> sp.Expr:
         """0 where a condition holds, else NaN."""
@@ -362,4 +400,6 @@ class Hybrid:
         """A function of some of the arguments; its role has the domain of the first argument."""
         arguments = tuple(self.arguments[argument] for argument in inputs)
         told = replace(role, domain=_DOMAINS[inputs[0]])
-        return SymbolicFunction(name, summary, identity, arguments, outputs, self.terms, role=told)
+        return self._of_closed_loops(
+            SymbolicFunction(name, summary, identity, arguments, outputs, self.terms, role=told)
+        )

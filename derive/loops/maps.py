@@ -212,7 +212,13 @@ def _all(
     rows = [_margins_of(solutions, list(steps)) for solutions in alike.values()]
     labels = _labels(h, list(alike.values()))
     count, width = len(alike), len(branches[0][0])
-    values = sum((_where(h, row, condition(solutions)) for row, solutions in alike.items()), ())
+    values = sum(
+        (
+            h.while_closed(_where(h, row, condition(solutions)), *solutions)
+            for row, solutions in alike.items()
+        ),
+        (),
+    )
     return h.function(
         name,
         "All branches of the loops' solution, NaN where a branch does not close.",

@@ -2,8 +2,9 @@
 
 Each mechanism of ``drawn_mechanisms.py`` is derived, its folder is written and loaded, and both
 of its maps return all branches at some inputs. No branch may be missing, no branch may come twice,
-and no branch may be wrong: a valid slot closes the loops with cylinders of positive length.
-Mechanisms without a closed form are counted and not compared.
+and no branch may be wrong: a valid slot closes the loops with cylinders of positive length. Where
+no mode is on the reference's branch, no function returns a finite entry that depends on its input.
+Mechanisms without a closed form are counted, and compared where they have no mode at all.
 """
 
 import tempfile
@@ -14,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 import chasles
+from chasles.contract.manifest import read_manifest
 from chasles.derive import derive
 from chasles.derive.build.generate import files_of, put
 from tests.support.generators.drawn_mechanisms import DrawnMechanism, drawn_mechanism
@@ -26,7 +28,17 @@ LEFT = 1e-12
 """Maximum residual of a valid slot, relative to the mechanism's size."""
 AT_DEAD_POINT = 1e-5
 """Margin below which two branches are about to meet, so that no count is certain."""
-FAULTS = ("missing", "repeated", "wrong", "not the first", "out of branch", "unlabelled")
+FAULTS = (
+    "missing",
+    "repeated",
+    "wrong",
+    "not the first",
+    "out of branch",
+    "unlabelled",
+    "finite where open",
+    "not finite where closed",
+    "valid where open",
+)
 
 
 @dataclass
@@ -41,6 +53,7 @@ class Verdict:
         inputs: Number of inputs at which they were compared.
         largest: Largest residual of a valid slot, relative to the mechanism's size.
         open: Whether its loops have no closed form.
+        open_inputs: Number of inputs at which no mode is on the reference's branch.
     """
 
     seed: int
@@ -50,6 +63,7 @@ class Verdict:
     inputs: int = 0
     largest: float = 0.0
     open: bool = False
+    open_inputs: int = 0
 
 
 def trial(number: int) -> Outcome:
@@ -58,6 +72,7 @@ def trial(number: int) -> Outcome:
     counts = {
         "mechanisms without a closed form": int(verdict.open),
         "inputs": verdict.inputs,
+        "open inputs": verdict.open_inputs,
         "branches": verdict.branches,
     }
     faults = [f"{verdict.faults[kind]} {kind}" for kind in FAULTS if verdict.faults[kind]]
@@ -86,16 +101,24 @@ def _compare(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, inpu
     numbers = Multistart(drawn.mechanism)
     rng = np.random.default_rng(verdict.seed)
     q = np.vstack([drawn.q, numbers.random_q(rng, inputs - 1)])
+    modes = numbers.modes(q, numbers.actuated)
     if robot.solution != "closed form":
         verdict.open = True
+        reached = np.isfinite(robot.fk(q)).all((1, 2))
+        closed = np.array([len(of) > 0 for of in modes])
+        clear = reached | ~closed
+        _silent(verdict, robot, "actuators", q[clear], closed[clear])
         return
-    modes = numbers.modes(q, numbers.actuated)
     found = robot.chain_branches(q)
     labels = robot.labels["chain_all"]
     _count(verdict, numbers, (numbers.actuated, q), (numbers.chain, found), labels, modes)
     _reference(verdict, numbers, drawn, robot)
     first = np.isclose(robot.chain(q), found[0][:, 0], rtol=0, atol=SAME * numbers.size)
     verdict.faults["not the first"] += int((~first.all(-1) & found[1][:, 0]).sum())
+    closed = found[1][:, 0]
+    clear = ~(np.abs(found[2][:, 0]).min(-1) < AT_DEAD_POINT)
+    _silent(verdict, robot, "actuators", q[clear], closed[clear])
+    _pretended(verdict, robot, q[closed])
     some = [of[rng.integers(len(of))] for of in modes if of]
     if not hasattr(robot, "actuators") or not some:
         return
@@ -108,6 +131,54 @@ def _compare(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, inpu
     labels = robot.labels["actuators_all"]
     _count(verdict, numbers, (numbers.chain, theta), (numbers.actuated, found), labels, back)
     _valid(verdict, numbers, robot, theta)
+    if len(numbers.chain) == len(numbers.actuated):
+        moved = theta[::2] + numbers.scales(numbers.chain) * rng.uniform(-1, 1, theta[::2].shape)
+        theta, back = np.vstack([theta, moved]), [*back, *numbers.modes(moved, numbers.chain)]
+        clear = np.ones(len(theta), dtype=bool)
+        if hasattr(robot, "actuator_margin"):
+            clear = ~(np.abs(robot.actuator_margin(theta)).min(-1) < AT_DEAD_POINT)
+        closed = np.array([len(of) > 0 for of in back])
+        _silent(verdict, robot, "chain", theta[clear], closed[clear])
+
+
+def _silent(
+    verdict: Verdict,
+    robot: chasles.Robot,
+    domain: str,
+    values: np.ndarray,
+    closed: np.ndarray,
+) -> None:
+    """Count results that do not tell whether the loops close.
+
+    Args:
+        verdict: Receives the faults.
+        robot: The robot.
+        domain: The vector that the functions take.
+        values: Its values (N, n), none of them at a dead point.
+        closed: (N,) whether the loops close, by an independent oracle.
+    """
+    verdict.open_inputs += int((~closed).sum())
+    if closed.sum() < 2:
+        return
+    rng = np.random.default_rng(verdict.seed)
+    for info in read_manifest(robot.folder).functions:
+        if info.domain != domain or info.role in ("margin", "branches"):
+            continue
+        rates = [rng.normal(size=(len(values), *i.shape)) for i in info.inputs[1:]]
+        results = getattr(robot, info.name)(values, *rates)
+        for result in results if isinstance(results, tuple) else (results,):
+            flat = np.asarray(result, dtype=float).reshape(len(values), -1)
+            varies = np.ptp(flat[closed], axis=0) > 0
+            verdict.faults["not finite where closed"] += int((~np.isfinite(flat[closed])).sum())
+            verdict.faults["finite where open"] += int(np.isfinite(flat[~closed][:, varies]).sum())
+
+
+def _pretended(verdict: Verdict, robot: chasles.Robot, q: np.ndarray) -> None:
+    """Count valid slots of the inverse at which the loops do not close."""
+    if not hasattr(robot, "ik") or robot.given or not len(q):
+        return
+    slots = robot.ik(robot.fk(q))
+    verdict.faults["valid where open"] += int((~robot.valid(slots.q[slots.valid])).sum())
 
 
 def _reference(

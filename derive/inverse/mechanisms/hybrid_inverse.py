@@ -40,9 +40,9 @@ from ..tasks.slots import (
 )
 from ..tasks.task import Solved, TaskInput
 from .loop_sides import (
-    actuators_on_sides,
     choices_of_loops,
     settled_choices,
+    solved_on_sides,
     unused_sides,
 )
 from .starts_beyond import beyond_dead_points
@@ -251,16 +251,19 @@ def _on_chain(
     terms = hybrid.terms
     arguments, joints = _joints_of(hybrid, lines, found, work)
     theta = dict(zip(hybrid.theta, joints, strict=True))
-    actuators, margins = actuators_on_sides(hybrid, work)
+    solution = solved_on_sides(hybrid, work)
+    margins = [margin for _, margin in solution.margins]
     held = _coordinates(hybrid, found.given)
-    entries = list(actuators)
+    entries = list(hybrid.actuators_in(solution))
     if built is not None:
-        entries = list(beyond_dead_points(terms, actuators))
+        entries = list(beyond_dead_points(terms, entries))
         for k in held:
             entries[k] = built.actuator(k)
     values = substituted(terms, [*entries, *margins], theta)
     q, closing = values[: len(entries)], values[len(entries) :]
     residual = _residual(hybrid, q)
+    if built is None:
+        residual = _while_closed(hybrid, residual, closing)
     names = tuple(hybrid.robot.moving[k].name for k in found.given)
     return _solved(hybrid, work, arguments, found.family.inputs, q, residual, names, held, closing)
 
@@ -275,7 +278,9 @@ def _start_on_chain(
     terms = design.terms
     arguments, joints = _joints_of(design, lines, found, work)
     residual = pose_residual(terms, tool_of(terms, design.robot, joints), POSE_SYMBOLS)
-    actuators, margins = actuators_on_sides(built, work)
+    solution = solved_on_sides(built, work)
+    actuators = built.actuators_in(solution)
+    margins = [margin for _, margin in solution.margins]
     theta = dict(zip(built.theta, joints, strict=True))
     values = substituted(terms, [*beyond_dead_points(terms, actuators), *margins], theta)
     q, closing = values[: len(actuators)], values[len(actuators) :]
@@ -324,10 +329,11 @@ def _on_shorter_chain(
         for k, (symbol, joint) in enumerate(zip(hybrid.theta, robot.moving, strict=True))
         if k in work.turns
     }
-    actuators, margins = actuators_on_sides(hybrid, work)
+    solution = solved_on_sides(hybrid, work)
+    closing = [m for _, m in solution.margins if _arguments(hybrid, m) <= theta.keys()]
+    actuators = hybrid.actuators_in(solution)
     if is_start:
         actuators = beyond_dead_points(terms, actuators)
-    closing = [margin for margin in margins if _arguments(hybrid, margin) <= theta.keys()]
     q = []
     for symbol, entry in zip(hybrid.q, actuators, strict=True):
         if symbol in sliding:
@@ -338,7 +344,9 @@ def _on_shorter_chain(
             return None
         q.append(substituted(terms, [entry], theta)[0])
     margins = list(substituted(terms, closing, theta))
-    residual = _residual(hybrid, q)
+    residual = _residual(hybrid, q, is_closed=is_start or len(closing) == len(solution.margins))
+    if not is_start:
+        residual = _while_closed(hybrid, residual, margins)
     return _solved(hybrid, work, (), found.family.inputs, tuple(q), residual, closing=margins)
 
 
@@ -366,14 +374,27 @@ def _solved(
     return Solved(function, work, names, inputs)
 
 
-def _residual(hybrid: Hybrid, q: Sequence[sp.Expr]) -> sp.Expr:
-    """Compares the tool's pose at these actuated coordinates with the wanted one."""
+def _residual(hybrid: Hybrid, q: Sequence[sp.Expr], *, is_closed: bool = True) -> sp.Expr:
+    """Compares the tool's pose at these actuated coordinates with the wanted one.
+
+    Without ``is_closed``, it is NaN where a loop does not close at these coordinates.
+    """
     terms = hybrid.terms
     axes, origin = hybrid.kinematics.forward.tool_pose()
-    entries = [e for vector in (*axes, origin) for e in vector]
+    entries: Sequence[sp.Expr] = (*axes[0], *axes[1], *axes[2], *origin)
+    if not is_closed:
+        entries = hybrid.while_closed(entries, hybrid.forward)
     values: Mapping[sp.Symbol, sp.Expr] = dict(zip(hybrid.q, q, strict=True))
     x, y, z, position = _triples(substituted(terms, entries, values))
     return pose_residual(terms, ((x, y, z), position), POSE_SYMBOLS)
+
+
+def _while_closed(hybrid: Hybrid, residual: sp.Expr, closing: Sequence[sp.Expr]) -> sp.Expr:
+    """The residual, NaN where a loop does not close from the main chain."""
+    if not closing:
+        return residual
+    closed = sp.And(*(sp.Ge(margin, 0) for margin in closing))
+    return hybrid.terms.let(residual + hybrid.where(closed))
 
 
 def _coordinates(hybrid: Hybrid, joints: Sequence[int]) -> list[int]:

@@ -29,22 +29,11 @@ BoolArray = NDArray[np.bool_]
 SAMPLES, MOST_DRAWN = 200, 4000
 """Configurations that an inverse is asked for, and those drawn to find them: loops of cranks and
 rods close at one in twenty."""
+PARTS, FEW = (1.0, 0.1, 0.01, 0.001), 20
+"""Parts of the mechanism's size over which lengths without limits are drawn, in turn until a few
+configurations close: three booms far from the base close within a small part of it."""
 MOST_CHOICES = 9
 """Choices that are tried together, in 512 slots; with more, loops stay on the reference's side."""
-
-
-def actuators_on_sides(hybrid: Hybrid, work: Work) -> tuple[tuple[sp.Expr, ...], list[sp.Expr]]:
-    """The actuated coordinates from the main chain, with a sign for the side of each loop.
-
-    Args:
-        hybrid: The robot.
-        work: Receives the signs and the names of the sides; a sign of 1 is the reference's side.
-
-    Returns:
-        The coordinates, and the margins of the loops.
-    """
-    solution = solved_on_sides(hybrid, work)
-    return hybrid.actuators_in(solution), [margin for _, margin in solution.margins]
 
 
 def solved_on_sides(hybrid: Hybrid, work: Work) -> Solution:
@@ -163,10 +152,13 @@ def idle_choices(
 
 def _poses(hybrid: Hybrid, given: Sequence[int]) -> list[FloatArray]:
     """Random coordinates (N, n), their poses (16, N), and given joints (1, N) there."""
-    fk, theta = lower([hybrid.kinematics.function("fk"), chain(hybrid)], "true")
-    known = _configurations(hybrid)
-    T = np.array(fk(known.T)).reshape(16, -1)
-    closed = np.flatnonzero(np.isfinite(T).all(0))[:SAMPLES]
+    fk, theta = lower([hybrid.tool_functions(["fk"])["fk"], chain(hybrid)], "true")
+    for part in PARTS:
+        known = _configurations(hybrid, part)
+        T = np.array(fk(known.T)).reshape(16, -1)
+        closed = np.flatnonzero(np.isfinite(T).all(0))[:SAMPLES]
+        if len(closed) >= FEW:
+            break
     known, T = known[closed], T[:, closed]
     return [known, T, *(np.array(theta(known.T))[k][None] for k in given)]
 
@@ -205,19 +197,21 @@ def _moved(hybrid: Hybrid, apart: FloatArray) -> FloatArray:
     return np.asarray(np.abs(np.where(turns, wrapped, moved)))
 
 
-def _configurations(hybrid: Hybrid) -> FloatArray:
-    """Random coordinates (N, n): within the limits, all round, or as far as the mechanism is long.
+def _configurations(hybrid: Hybrid, part: float) -> FloatArray:
+    """The reference's coordinates and random ones (N, n).
 
-    From closer to the reference than that, a rocker may not have passed its dead points.
+    They are within the limits, all round, or within a part of the mechanism's size.
+    From closer to the reference than its whole size, a rocker may not have passed its dead points.
     """
     low, high = [], []
     for c in hybrid.mechanism.coordinates:
         ratio = float(hybrid.terms.value(c.ratio))
         middle = hybrid.at_reference[c.moves] / ratio
         size = hybrid.backward.reference.size
-        reach = np.pi if c.kind == "revolute" else size
+        reach = np.pi if c.kind == "revolute" else part * size
         ends = zip(c.limits, (-reach / abs(ratio), reach / abs(ratio)), strict=True)
         a, b = (middle + off if v is None else float(v) for v, off in ends)
         low.append(a)
         high.append(b)
-    return np.random.default_rng(0).uniform(low, high, (MOST_DRAWN, len(low)))
+    drawn = np.random.default_rng(0).uniform(low, high, (MOST_DRAWN, len(low)))
+    return np.vstack([hybrid.q_at_reference, drawn])

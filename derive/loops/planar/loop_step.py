@@ -127,6 +127,7 @@ class LoopStep(ABC):
         turned: The angle from the axes of the body to the axes of the vectors.
         solved: The angles that the step gives, named terms.
         margin: Zero at a dead point, below zero out of reach; None where the step always closes.
+        root: The term, up to its sign, that is NaN where the step does not close.
         sign: The sign of the branch; zero where there is a single solution.
         title: Name of the kind of step.
         branches: The name of each branch by its sign: the position of the part that the other
@@ -142,6 +143,7 @@ class LoopStep(ABC):
     turned: sp.Expr = ZERO
     solved: tuple[sp.Symbol, ...] = ()
     margin: sp.Expr | None = None
+    root: sp.Expr = ZERO
     sign: int = 0
 
     title: ClassVar[str]

@@ -46,6 +46,7 @@ class CircleAndLine:
         vector: From the one pin to the other.
         margin: cos^2 of the angle between line and vector; zero at a dead point, below zero out of
             reach.
+        root: Along the line from the foot of the perpendicular to the far pin; NaN out of reach.
     """
 
     offset: Complex
@@ -54,6 +55,7 @@ class CircleAndLine:
     travel: sp.Expr
     vector: Complex
     margin: sp.Expr
+    root: sp.Expr
 
 
 def circle_and_line(
@@ -84,7 +86,7 @@ def circle_and_line(
     x = terms.let(direction[0] * along - direction[1] * n)
     y = terms.let(direction[1] * along + direction[0] * n)
     margin = sp.Integer(1) if inside == r.square else terms.let(inside / r.square)
-    return CircleAndLine(offset, direction, r, terms.let(along - m), (x, y), margin)
+    return CircleAndLine(offset, direction, r, terms.let(along - m), (x, y), margin, along)
 
 
 def rate_of_third(line: CircleAndLine) -> LoopRate:
@@ -167,6 +169,7 @@ class TwoPinsAndSlide(PlanarStep):
                 turned=delta,
                 solved=(turn,),
                 margin=None if line.margin == 1 else line.margin,
+                root=line.root,
                 sign=sign,
                 line=line,
                 is_length=is_length,

@@ -219,6 +219,7 @@ class ThreePins(PlanarStep):
                 turned=d.angle,
                 solved=(first, second),
                 margin=found.margin,
+                root=found.height,
                 sign=sign,
                 triangle=found,
             )

@@ -59,6 +59,7 @@ class SlidingLeg(LegStep):
                 joints=(joint.name, reach.strut.name),
                 axes=joint.parent,
                 margin=let(inside / reach.square),
+                root=along,
                 sign=sign,
                 offset=(x, y, z),
                 travel=value,

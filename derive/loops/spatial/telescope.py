@@ -153,6 +153,7 @@ class TelescopeTravel(LoopStep):
                 joints=(slide.name, telescope.closure.name),
                 axes=telescope.foot.body,
                 margin=None if is_straight else let(inside / square),
+                root=root,
                 sign=sign,
                 ball=ball,
                 telescope=telescope,

@@ -92,6 +92,7 @@ class ThreeSpheres(LegStep):
                 joints=tuple(strut.name for strut in struts),
                 axes=legs.mechanism.base_frame,
                 margin=margin,
+                root=meet.rise,
                 sign=sign,
                 spheres=tuple(spheres),
                 position=position,

@@ -76,6 +76,7 @@ class TurningLeg(LegStep):
                 axes=joint.parent,
                 solved=(angle,),
                 margin=margin,
+                root=found.height,
                 sign=sign,
                 circles=found,
                 square=reach.square,

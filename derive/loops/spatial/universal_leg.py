@@ -161,6 +161,7 @@ class UniversalLeg(LoopStep):
                 axes=joint.first.parent,
                 solved=(first, second),
                 margin=terms.let(aim.inside / aim.most),
+                root=aim.h,
                 sign=sign,
                 joint=joint,
                 direction=(x, y, z),
