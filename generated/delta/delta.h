@@ -176,7 +176,7 @@ void delta_chain_accelerations(const double q[3], const double qd[3], const doub
 
 /* All joints, swings and cylinder lengths, angles between -pi and pi.
  * z = (x, y, z, yaw, pitch, roll, arm_1, arm_2, arm_3), constraint(z) = 0
- * 104 operations: multiply 51, add 42, trig 6, other 5.
+ * 111 operations: multiply 52, add 45, trig 6, other 8.
  *   q: actuator coordinates, 3 (rad)
  *   z: full configuration, 9 (rad or m) */
 void delta_configuration(const double q[3], double z[9]);
@@ -200,21 +200,21 @@ void delta_chain_all(const double q[3], double theta[12], double margin[2]);
 
 /* Actuated coordinates from the joints of the main chain.
  * actuators(chain(q)) = q
- * 173 operations: multiply 83, add 63, negate 6, trig 9, other 12.
+ * 197 operations: multiply 92, add 66, negate 3, trig 9, other 27.
  *   theta: joints of the main chain, 6 (rad or m)
  *   q: actuated coordinates, 3 (rad) */
 void delta_actuators(const double theta[6], double q[3]);
 
 /* Derivative of the actuated coordinates by the main chain's joints.
  * actuators_D_chain[:, k] = d actuators / d theta_k
- * 347 operations: multiply 186, add 106, negate 13, trig 6, other 36.
+ * 376 operations: multiply 195, add 124, trig 6, other 51.
  *   theta: joints of the main chain, 6 (rad or m)
  *   q_D_theta: derivative, 3 x 6 (1, m, 1/m) */
 void delta_actuators_D_chain(const double theta[6], double q_D_theta[18]);
 
 /* Rates of the actuated coordinates.
  * qd = actuators_D_chain(theta) thetad
- * 305 operations: multiply 157, add 118, negate 3, trig 6, other 21.
+ * 329 operations: multiply 166, add 121, trig 6, other 36.
  *   theta: joints of the main chain, 6 (rad or m)
  *   thetad: joint rates of the main chain, 6 (rad or m/s)
  *   qd: actuator rates, 3 (rad/s) */
@@ -222,7 +222,7 @@ void delta_actuator_rates(const double theta[6], const double thetad[6], double 
 
 /* Accelerations of the actuated coordinates.
  * qdd = actuators_D_chain(theta) thetadd + d/dt actuators_D_chain(theta) thetad
- * 678 operations: multiply 364, add 260, negate 3, trig 6, other 45.
+ * 702 operations: multiply 373, add 263, trig 6, other 60.
  *   theta: joints of the main chain, 6 (rad or m)
  *   thetad: joint rates of the main chain, 6 (rad or m/s)
  *   thetadd: joint accelerations of the main chain, 6 (rad or m/s^2)
@@ -274,7 +274,7 @@ void delta_constraint_D_z_dot(const double z[9], const double zd[9], double resi
 /* Distance between the ends of each rod or cylinder less its length.
  * |b_i(theta) - a_i(q)| - l_i, i = rod_1_left, rod_1_right, rod_2_left, rod_2_right, rod_3_left,
  * rod_3_right
- * 171 operations: multiply 64, add 89, trig 12, other 6.
+ * 253 operations: multiply 98, add 124, trig 12, other 19.
  *   theta: joints of the main chain, 6 (rad or m)
  *   q: actuator coordinates, 3 (rad)
  *   residual: excess of distance over length, 6 (m) */
@@ -282,7 +282,7 @@ void delta_rods(const double theta[6], const double q[3], double residual[6]);
 
 /* Derivative of the rods' residuals by the main chain's joints.
  * rods_D_chain[:, k] = d rods / d theta_k
- * 343 operations: multiply 196, add 119, negate 4, trig 12, other 12.
+ * 451 operations: multiply 230, add 184, trig 12, other 25.
  *   theta: joints of the main chain, 6 (rad or m)
  *   q: actuator coordinates, 3 (rad)
  *   residual_D_theta: derivative, 6 x 6 (1, m) */
@@ -291,7 +291,7 @@ void delta_rods_D_chain(const double theta[6], const double q[3], double residua
 /* Both matrices of the velocity relation of a platform on legs.
  * J_x x' = J_q q', x' the tool's twist (v, omega) in base axes in the free directions v_x, v_y,
  * v_z, omega_x, omega_y, omega_z
- * 303 operations: multiply 142, add 117, negate 2, trig 12, other 30.
+ * 419 operations: multiply 176, add 188, trig 12, other 43.
  *   theta: joints of the main chain, 6 (rad or m)
  *   q: actuator coordinates, 3 (rad)
  *   J_x: rods along their directions, 6 x 6 (1, m)
@@ -307,7 +307,7 @@ void delta_chain_fk(const double theta[6], double T_0_ee[16]);
 
 /* Ends of the rods apart from the platform, in the axes of its first three joints, and the rods' lengths.
  * |b_i(theta) - a_i(q)| = l_i
- * 33 operations: multiply 10, add 11, negate 6, trig 6.
+ * 114 operations: multiply 49, add 53, trig 6, other 6.
  *   q: actuator coordinates, 3 (rad)
  *   a: ends apart from the platform, 6 x 3 (m)
  *   l: lengths, 6 (m) */
@@ -315,7 +315,7 @@ void delta_rod_ends(const double q[3], double a[18], double l[6]);
 
 /* Every solution of the inverse kinematics, in 8 slots.
  * fk(q[k]) = T wherever residual[k] is rounding
- * 948 operations: multiply 461, add 384, negate 12, trig 6, other 85.
+ * 963 operations: multiply 461, add 392, negate 12, trig 6, other 92.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution a row, 8 x 3 (rad)
  *   residual: distance of fk(q[k]) from the target, 8 (m or rad)

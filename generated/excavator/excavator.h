@@ -20,21 +20,21 @@ extern "C" {
 
 /* Pose of the tool (tip) in the base frame (0).
  * T_0_tip = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_tip, theta = chain(q)
- * 141 operations: multiply 73, add 51, negate 3, trig 2, other 12.
+ * 158 operations: multiply 77, add 53, negate 2, trig 2, other 24.
  *   q: actuator coordinates, 4 (rad or m)
  *   T_0_tip: pose of the tool, 4 x 4 (1, m) */
 void excavator_fk(const double q[4], double T_0_tip[16]);
 
 /* Pose of every link's frame in the base frame, in order from the base.
  * T[k] is the pose of link k of: upper, boom, stick, bucket
- * 153 operations: multiply 81, add 51, negate 7, trig 2, other 12.
+ * 194 operations: multiply 85, add 74, negate 2, trig 2, other 31.
  *   q: actuator coordinates, 4 (rad or m)
  *   T: link poses, 4 x 4 x 4 (1, m) */
 void excavator_link_poses(const double q[4], double T[64]);
 
 /* Pose of the tool and mixed Jacobian in one call.
  * (fk(q), jacobian_mixed(q))
- * 191 operations: multiply 105, add 57, negate 11, trig 2, other 16.
+ * 221 operations: multiply 109, add 65, negate 7, trig 2, other 38.
  *   q: actuator coordinates, 4 (rad or m)
  *   T_0_tip: pose of the tool, 4 x 4 (1, m)
  *   J: mixed Jacobian, 6 x 4 (m, 1) */
@@ -42,28 +42,28 @@ void excavator_fk_jacobian_mixed(const double q[4], double T_0_tip[16], double J
 
 /* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
- * 164 operations: multiply 87, add 51, negate 8, trig 2, other 16.
+ * 195 operations: multiply 91, add 63, negate 2, trig 2, other 37.
  *   q: actuator coordinates, 4 (rad or m)
  *   J: space Jacobian, 6 x 4 (m, 1) */
 void excavator_jacobian_space(const double q[4], double J[24]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
- * 171 operations: multiply 91, add 60, negate 4, other 16.
+ * 195 operations: multiply 95, add 64, negate 2, other 34.
  *   q: actuator coordinates, 4 (rad or m)
  *   J: body Jacobian, 6 x 4 (m, 1) */
 void excavator_jacobian_body(const double q[4], double J[24]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
- * 183 operations: multiply 101, add 56, negate 8, trig 2, other 16.
+ * 208 operations: multiply 105, add 62, negate 5, trig 2, other 34.
  *   q: actuator coordinates, 4 (rad or m)
  *   J: mixed Jacobian, 6 x 4 (m, 1) */
 void excavator_jacobian_mixed(const double q[4], double J[24]);
 
 /* Time derivative of jacobian_space at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- * 358 operations: multiply 200, add 113, negate 8, trig 2, other 35.
+ * 390 operations: multiply 204, add 126, negate 2, trig 2, other 56.
  *   q: actuator coordinates, 4 (rad or m)
  *   qd: actuator rates, 4 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 4 (m/s, 1/s) */
@@ -71,7 +71,7 @@ void excavator_jacobian_space_dot(const double q[4], const double qd[4], double 
 
 /* Time derivative of jacobian_body at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- * 309 operations: multiply 169, add 100, negate 5, other 35.
+ * 333 operations: multiply 173, add 104, negate 3, other 53.
  *   q: actuator coordinates, 4 (rad or m)
  *   qd: actuator rates, 4 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 4 (m/s, 1/s) */
@@ -79,7 +79,7 @@ void excavator_jacobian_body_dot(const double q[4], const double qd[4], double J
 
 /* Time derivative of jacobian_mixed at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- * 400 operations: multiply 227, add 129, negate 6, trig 2, other 36.
+ * 429 operations: multiply 231, add 136, negate 3, trig 2, other 57.
  *   q: actuator coordinates, 4 (rad or m)
  *   qd: actuator rates, 4 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 4 (m/s, 1/s) */
@@ -87,14 +87,14 @@ void excavator_jacobian_mixed_dot(const double q[4], const double qd[4], double 
 
 /* Derivative of jacobian_mixed by the joint coordinates.
  * H[:, j, k] = d jacobian_mixed[:, j] / d q_k
- * 370 operations: multiply 219, add 95, negate 22, trig 2, other 32.
+ * 397 operations: multiply 223, add 107, negate 15, trig 2, other 50.
  *   q: actuator coordinates, 4 (rad or m)
  *   H: Hessian, 6 x 4 x 4 (m, 1) */
 void excavator_hessian_mixed(const double q[4], double H[96]);
 
 /* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
  * V = jacobian_space(q) qd
- * 169 operations: multiply 90, add 61, trig 2, other 16.
+ * 186 operations: multiply 94, add 62, trig 2, other 28.
  *   q: actuator coordinates, 4 (rad or m)
  *   qd: actuator rates, 4 (rad or m/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
@@ -110,7 +110,7 @@ void excavator_twist_body(const double q[4], const double qd[4], double V[6]);
 
 /* Twist (v, omega) of the tool's origin, in base axes.
  * V = jacobian_mixed(q) qd
- * 192 operations: multiply 106, add 68, trig 2, other 16.
+ * 209 operations: multiply 110, add 69, trig 2, other 28.
  *   q: actuator coordinates, 4 (rad or m)
  *   qd: actuator rates, 4 (rad or m/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
@@ -145,21 +145,21 @@ void excavator_acceleration_mixed(const double q[4], const double qd[4], const d
 
 /* Joints of the main chain, angles between -pi and pi.
  * theta = (swing, boom, stick, bucket), with every loop closed
- * 111 operations: multiply 53, add 41, negate 2, trig 3, other 12.
+ * 139 operations: multiply 57, add 45, trig 3, other 34.
  *   q: actuator coordinates, 4 (rad or m)
  *   theta: main chain, 4 (rad) */
 void excavator_chain(const double q[4], double theta[4]);
 
 /* Derivative of the main chain's joints by the actuated coordinates.
  * chain_D_q[:, k] = d chain / d q_k
- * 85 operations: multiply 36, add 31, negate 2, other 16.
+ * 108 operations: multiply 40, add 34, other 34.
  *   q: actuator coordinates, 4 (rad or m)
  *   theta_D_q: derivative, 4 x 4 (1, m, 1/m) */
 void excavator_chain_D_q(const double q[4], double theta_D_q[16]);
 
 /* Joint rates of the main chain.
  * thetad = chain_D_q(q) qd
- * 88 operations: multiply 39, add 31, negate 2, other 16.
+ * 116 operations: multiply 43, add 35, other 38.
  *   q: actuator coordinates, 4 (rad or m)
  *   qd: actuator rates, 4 (rad or m/s)
  *   thetad: rates of the main chain, 4 (rad/s) */
@@ -167,7 +167,7 @@ void excavator_chain_rates(const double q[4], const double qd[4], double thetad[
 
 /* Joint accelerations of the main chain.
  * thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
- * 189 operations: multiply 97, add 61, negate 2, other 29.
+ * 217 operations: multiply 101, add 65, other 51.
  *   q: actuator coordinates, 4 (rad or m)
  *   qd: actuator rates, 4 (rad or m/s)
  *   qdd: actuator accelerations, 4 (rad or m/s^2)
@@ -177,14 +177,14 @@ void excavator_chain_accelerations(const double q[4], const double qd[4], const 
 /* Passive joints that are not in the main chain, angles between -pi and pi.
  * passive = (rocker, bucket_link_swing, boom_cylinder_swing, stick_cylinder_swing,
  * bucket_cylinder_swing), with every loop closed
- * 110 operations: multiply 49, add 38, trig 5, other 18.
+ * 140 operations: multiply 53, add 43, trig 5, other 39.
  *   q: actuator coordinates, 4 (rad or m)
  *   passive: passive joints, 5 (rad or m) */
 void excavator_passive(const double q[4], double passive[5]);
 
 /* Derivative of the passive joints by the actuated coordinates.
  * passive_D_q[:, k] = d passive / d q_k
- * 127 operations: multiply 58, add 43, negate 3, other 23.
+ * 154 operations: multiply 62, add 48, other 44.
  *   q: actuator coordinates, 4 (rad or m)
  *   passive_D_q: derivative, 5 x 4 (1, m, 1/m) */
 void excavator_passive_D_q(const double q[4], double passive_D_q[20]);
@@ -192,7 +192,7 @@ void excavator_passive_D_q(const double q[4], double passive_D_q[20]);
 /* All joints, swings and cylinder lengths, angles between -pi and pi.
  * z = (swing, boom, stick, bucket, rocker, bucket_link_swing, boom_cylinder, boom_cylinder_swing,
  * stick_cylinder, stick_cylinder_swing, bucket_cylinder, bucket_cylinder_swing), constraint(z) = 0
- * 143 operations: multiply 67, add 48, negate 2, trig 8, other 18.
+ * 182 operations: multiply 71, add 60, trig 8, other 43.
  *   q: actuator coordinates, 4 (rad or m)
  *   z: full configuration, 12 (rad or m) */
 void excavator_configuration(const double q[4], double z[12]);
@@ -221,7 +221,7 @@ void excavator_margin(const double q[4], double margin[4]);
  * bucket_cylinder left, bucket_link left; boom_cylinder left, stick_cylinder right,
  * bucket_cylinder right, bucket_link right; boom_cylinder left, stick_cylinder right,
  * bucket_cylinder right, bucket_link left
- * 206 operations: multiply 99, add 75, negate 6, trig 8, other 18.
+ * 246 operations: multiply 99, add 89, trig 8, other 50.
  *   q: actuator coordinates, 4 (rad or m)
  *   theta: one branch a row, 16 x 4 (rad)
  *   margin: margins of each branch, 16 x 4 (1) */
@@ -229,21 +229,21 @@ void excavator_chain_all(const double q[4], double theta[64], double margin[64])
 
 /* Actuated coordinates from the joints of the main chain.
  * actuators(chain(q)) = q
- * 67 operations: multiply 29, add 26, trig 6, other 6.
+ * 74 operations: multiply 30, add 29, trig 6, other 9.
  *   theta: joints of the main chain, 4 (rad)
  *   q: actuated coordinates, 4 (rad or m) */
 void excavator_actuators(const double theta[4], double q[4]);
 
 /* Derivative of the actuated coordinates by the main chain's joints.
  * actuators_D_chain[:, k] = d actuators / d theta_k
- * 103 operations: multiply 52, add 35, trig 6, other 10.
+ * 109 operations: multiply 53, add 37, trig 6, other 13.
  *   theta: joints of the main chain, 4 (rad)
  *   q_D_theta: derivative, 4 x 4 (1, m, 1/m) */
 void excavator_actuators_D_chain(const double theta[4], double q_D_theta[16]);
 
 /* Rates of the actuated coordinates.
  * qd = actuators_D_chain(theta) thetad
- * 121 operations: multiply 70, add 35, trig 6, other 10.
+ * 128 operations: multiply 71, add 38, trig 6, other 13.
  *   theta: joints of the main chain, 4 (rad)
  *   thetad: joint rates of the main chain, 4 (rad/s)
  *   qd: actuator rates, 4 (rad or m/s) */
@@ -251,7 +251,7 @@ void excavator_actuator_rates(const double theta[4], const double thetad[4], dou
 
 /* Accelerations of the actuated coordinates.
  * qdd = actuators_D_chain(theta) thetadd + d/dt actuators_D_chain(theta) thetad
- * 255 operations: multiply 152, add 77, trig 6, other 20.
+ * 262 operations: multiply 153, add 80, trig 6, other 23.
  *   theta: joints of the main chain, 4 (rad)
  *   thetad: joint rates of the main chain, 4 (rad/s)
  *   thetadd: joint accelerations of the main chain, 4 (rad/s^2)
@@ -267,7 +267,7 @@ void excavator_actuator_margin(const double theta[4], double margin[1]);
 
 /* All branches of the loops' solution, NaN where a branch does not close.
  * branches: bucket_link left; bucket_link right
- * 79 operations: multiply 34, add 32, trig 6, other 7.
+ * 85 operations: multiply 34, add 35, trig 6, other 10.
  *   theta: joints of the main chain, 4 (rad)
  *   q: one branch a row, 2 x 4 (rad or m)
  *   margin: margins of each branch, 2 x 1 (1) */
@@ -298,7 +298,7 @@ void excavator_constraint_D_z_dot(const double z[12], const double zd[12], doubl
 
 /* Every solution of the inverse kinematics, in 2 slots.
  * fk(q[k]) = T wherever residual[k] is rounding
- * 558 operations: multiply 269, add 227, negate 1, trig 1, other 60.
+ * 566 operations: multiply 269, add 229, negate 1, trig 1, other 66.
  *   T: pose of the tool, T_0_tip, 4 x 4 (1, m)
  *   q: joint coordinates, one solution a row, 2 x 4 (rad or m)
  *   residual: distance of fk(q[k]) from the target, 2 (m or rad)

@@ -66,7 +66,7 @@ void five_bar_fk(const double q[2], double T_0_ee[16]) {
 }
 
 // Pose of every link's frame in the base frame, in order from the base.
-// 30 operations: multiply 14, add 8, negate 2, trig 4, other 2
+// 38 operations: multiply 15, add 13, negate 1, trig 4, other 5
 void five_bar_link_poses(const double q[2], double T[32]) {
   // inputs
   const double q_0 = q[0];
@@ -99,46 +99,52 @@ void five_bar_link_poses(const double q[2], double T[32]) {
   T[30] = 0.0;
   T[31] = 1.0;
   // shared terms; T
-  T[0] = c[0];
-  const double v5 = -s[0];
-  T[4] = s[0];
-  T[5] = c[0];
-  const double v6 = 0.2 * c[1];
-  const double v7 = 0.2 * c[0];
-  const double v8 = 0.2 * s[1];
-  const double v9 = 0.2 * s[0];
+  const double v5 = 0.2 * c[1];
+  const double v6 = 0.2 * c[0];
+  const double v7 = 0.2 * s[1];
+  const double v8 = 0.2 * s[0];
+  const double v9 = 0.2 + v5;
+  const double v10 = v7 - v8;
+  const double v11 = v6 - 0.1;
+  const double v12 = v9 - v6;
+  const double v13 = v10 * v10;
+  const double v14 = 0.5 * v10;
+  const double v15 = v12 * v12;
+  const double v16 = 0.5 * v12;
+  const double v17 = v15 + v13;
+  const double v18 = 0.36 - v17;
+  const double v19 = v17 * v18;
+  const double v20 = 30.864197530864196 * v19;
+  const double v21 = sqrt(v19);
+  const int v22 = 0.0 <= v20;
+  const double v23 = 0.5 * v21;
+  const double v24 = v22 ? 0.0 : -1.0;
+  const double v25 = v23 / v17;
+  const double v26 = sqrt(v24);
+  const double v27 = v25 * v10;
+  const double v28 = v25 * v12;
+  const double v29 = c[0] + v26;
+  const double v30 = v26 - s[0];
+  const double v31 = v26 + s[0];
+  const double v32 = v16 - v27;
+  const double v33 = v14 + v28;
+  const double v34 = v26 + v11;
+  const double v35 = v8 + v26;
+  T[0] = v29;
+  T[1] = v30;
+  T[4] = v31;
+  T[5] = v29;
+  const double v36 = 3.333333333333333 * v32;
+  const double v37 = 3.333333333333333 * v33;
+  T[19] = v34;
+  T[23] = v35;
   // shared terms; T
-  T[1] = v5;
-  const double v10 = 0.2 + v6;
-  const double v11 = v8 - v9;
-  const double v12 = v7 - 0.1;
-  T[23] = v9;
-  // shared terms; T
-  const double v13 = v10 - v7;
-  const double v14 = v11 * v11;
-  const double v15 = 0.5 * v11;
-  T[19] = v12;
-  // shared terms; T
-  const double v16 = 0.5 * v13;
-  const double v17 = v13 * v13;
-  const double v18 = v17 + v14;
-  const double v19 = 0.36 - v18;
-  const double v20 = v18 * v19;
-  const double v21 = sqrt(v20);
-  const double v22 = 0.5 * v21;
-  const double v23 = v22 / v18;
-  const double v24 = v23 * v11;
-  const double v25 = v23 * v13;
-  const double v26 = v16 - v24;
-  const double v27 = v15 + v25;
-  const double v28 = 3.333333333333333 * v26;
-  const double v29 = 3.333333333333333 * v27;
-  T[16] = v28;
-  const double v30 = -v29;
-  T[20] = v29;
-  T[21] = v28;
+  T[16] = v36;
+  const double v38 = -v37;
+  T[20] = v37;
+  T[21] = v36;
   // T
-  T[17] = v30;
+  T[17] = v38;
 }
 
 // Pose of the tool and mixed Jacobian in one call.
@@ -1824,49 +1830,54 @@ void five_bar_acceleration_mixed(const double q[2], const double qd[2], const do
 }
 
 // Joints of the main chain, angles between -pi and pi.
-// 34 operations: multiply 18, add 9, trig 5, other 2
+// 39 operations: multiply 19, add 10, trig 5, other 5
 void five_bar_chain(const double q[2], double theta[2]) {
   // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   // cosines and sines
-  const double angle[2] = {q_0, q_1};
+  const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // theta
-  theta[0] = q_0;
   // shared terms; theta
-  const double v5 = 0.2 * s[1];
-  const double v6 = 0.2 * s[0];
-  const double v7 = 0.2 * c[1];
-  const double v8 = 0.2 * c[0];
-  const double v9 = v5 - v6;
-  const double v10 = 0.2 + v7;
-  const double v11 = 0.5 * v9;
-  const double v12 = v10 - v8;
-  const double v13 = v9 * v9;
-  const double v14 = v12 * v12;
-  const double v15 = 0.5 * v12;
-  const double v16 = v14 + v13;
+  const double v5 = 0.2 * c[0];
+  const double v6 = 0.2 * c[1];
+  const double v7 = 0.2 * s[0];
+  const double v8 = 0.2 * s[1];
+  const double v9 = 0.2 + v5;
+  const double v10 = v7 - v8;
+  const double v11 = v9 - v6;
+  const double v12 = v10 * v10;
+  const double v13 = 0.5 * v10;
+  const double v14 = v11 * v11;
+  const double v15 = 0.5 * v11;
+  const double v16 = v14 + v12;
   const double v17 = 0.36 - v16;
   const double v18 = v16 * v17;
   const double v19 = sqrt(v18);
-  const double v20 = 0.5 * v19;
-  const double v21 = v20 / v16;
-  const double v22 = v21 * v12;
-  const double v23 = v21 * v9;
-  const double v24 = v11 + v22;
-  const double v25 = v15 - v23;
-  const double v26 = 3.333333333333333 * v24;
-  const double v27 = 3.333333333333333 * v25;
-  const double v28 = c[0] * v26;
-  const double v29 = s[0] * v27;
-  const double v30 = c[0] * v27;
-  const double v31 = s[0] * v26;
-  const double v32 = v28 - v29;
-  const double v33 = v30 + v31;
-  const double v34 = atan2(v32, v33);
-  theta[1] = v34;
+  const double v20 = 30.864197530864196 * v18;
+  const double v21 = 0.5 * v19;
+  const int v22 = 0.0 <= v20;
+  const double v23 = v21 / v16;
+  const double v24 = v22 ? 0.0 : -1.0;
+  const double v25 = v23 * v11;
+  const double v26 = v23 * v10;
+  const double v27 = sqrt(v24);
+  const double v28 = v13 + v25;
+  const double v29 = v15 - v26;
+  const double v30 = v27 + q_0;
+  const double v31 = 3.333333333333333 * v28;
+  const double v32 = 3.333333333333333 * v29;
+  theta[0] = v30;
+  // shared terms; theta
+  const double v33 = c[1] * v31;
+  const double v34 = s[1] * v32;
+  const double v35 = c[1] * v32;
+  const double v36 = s[1] * v31;
+  const double v37 = v33 - v34;
+  const double v38 = v35 + v36;
+  const double v39 = atan2(v37, v38);
+  theta[1] = v39;
 }
 
 // Derivative of the main chain's joints by the actuated coordinates.
@@ -1921,7 +1932,7 @@ void five_bar_chain_D_q(const double q[2], double theta_D_q[4]) {
 }
 
 // Joint rates of the main chain.
-// 42 operations: multiply 22, add 13, trig 4, other 3
+// 47 operations: multiply 23, add 14, trig 4, other 6
 void five_bar_chain_rates(const double q[2], const double qd[2], double thetad[2]) {
   // inputs
   const double q_0 = q[0];
@@ -1932,8 +1943,6 @@ void five_bar_chain_rates(const double q[2], const double qd[2], double thetad[2
   const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // thetad
-  thetad[0] = qd_0;
   // shared terms; thetad
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
@@ -1954,30 +1963,37 @@ void five_bar_chain_rates(const double q[2], const double qd[2], double thetad[2
   const double v21 = v15 - v16;
   const double v22 = 0.5 * v14;
   const double v23 = v17 - v18;
-  const double v24 = 0.5 * v19;
-  const double v25 = v19 * v19;
-  const double v26 = v25 + v20;
+  const double v24 = v19 * v19;
+  const double v25 = 0.5 * v19;
+  const double v26 = v24 + v20;
   const double v27 = 0.36 - v26;
   const double v28 = v26 * v27;
-  const double v29 = sqrt(v28);
-  const double v30 = 0.5 * v29;
-  const double v31 = v30 / v26;
-  const double v32 = v31 * v14;
-  const double v33 = v31 * v19;
-  const double v34 = v24 - v32;
-  const double v35 = v22 + v33;
-  const double v36 = v34 - v19;
-  const double v37 = v35 - v14;
-  const double v38 = v36 * v21;
-  const double v39 = v37 * v23;
-  const double v40 = v38 + v39;
-  const double v41 = v40 / v30;
-  const double v42 = v41 - qd_0;
-  thetad[1] = v42;
+  const double v29 = 30.864197530864196 * v28;
+  const double v30 = sqrt(v28);
+  const int v31 = 0.0 <= v29;
+  const double v32 = 0.5 * v30;
+  const double v33 = v31 ? 0.0 : -1.0;
+  const double v34 = v32 / v26;
+  const double v35 = sqrt(v33);
+  const double v36 = v34 * v14;
+  const double v37 = v34 * v19;
+  const double v38 = v35 + qd_0;
+  const double v39 = v25 - v36;
+  const double v40 = v22 + v37;
+  thetad[0] = v38;
+  const double v41 = v39 - v19;
+  const double v42 = v40 - v14;
+  // shared terms; thetad
+  const double v43 = v41 * v21;
+  const double v44 = v42 * v23;
+  const double v45 = v43 + v44;
+  const double v46 = v45 / v32;
+  const double v47 = v46 - qd_0;
+  thetad[1] = v47;
 }
 
 // Joint accelerations of the main chain.
-// 108 operations: multiply 60, add 35, trig 4, other 9
+// 113 operations: multiply 61, add 36, trig 4, other 12
 void five_bar_chain_accelerations(const double q[2], const double qd[2], const double qdd[2], double thetadd[2]) {
   // inputs
   const double q_0 = q[0];
@@ -1990,8 +2006,6 @@ void five_bar_chain_accelerations(const double q[2], const double qd[2], const d
   const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // thetadd
-  thetadd[0] = qdd_0;
   // shared terms; thetadd
   const double v5 = 0.2 * c[0];
   const double v6 = 0.2 * c[1];
@@ -2025,8 +2039,8 @@ void five_bar_chain_accelerations(const double q[2], const double qd[2], const d
   const double v34 = v23 - v24;
   const double v35 = v25 - v26;
   const double v36 = 2.0 * v18;
-  const double v37 = 0.5 * v27;
-  const double v38 = v27 * v27;
+  const double v37 = v27 * v27;
+  const double v38 = 0.5 * v27;
   const double v39 = 0.2 * v29;
   const double v40 = 0.2 * v30;
   const double v41 = 0.2 * v32;
@@ -2035,7 +2049,7 @@ void five_bar_chain_accelerations(const double q[2], const double qd[2], const d
   const double v44 = 2.0 * v27;
   const double v45 = v35 * v36;
   const double v46 = 0.5 * v35;
-  const double v47 = v38 + v28;
+  const double v47 = v37 + v28;
   const double v48 = v39 - v40;
   const double v49 = v41 - v42;
   const double v50 = v34 * v44;
@@ -2048,56 +2062,63 @@ void five_bar_chain_accelerations(const double q[2], const double qd[2], const d
   const double v57 = v53 / v54;
   const double v58 = v52 * v51;
   const double v59 = v52 * v47;
-  const double v60 = sqrt(v55);
-  const double v61 = v56 / v47;
-  const double v62 = v52 * v57;
-  const double v63 = v58 - v59;
-  const double v64 = 0.5 * v60;
-  const double v65 = v61 - v62;
-  const double v66 = 0.25 / v60;
-  const double v67 = v64 / v47;
-  const double v68 = v65 * v27;
-  const double v69 = v63 * v66;
-  const double v70 = v64 / v54;
-  const double v71 = v65 * v18;
-  const double v72 = v64 * v64;
-  const double v73 = v67 * v18;
-  const double v74 = v67 * v27;
-  const double v75 = v43 + v68;
-  const double v76 = v67 * v35;
-  const double v77 = v69 / v47;
-  const double v78 = v52 * v70;
-  const double v79 = v67 * v34;
-  const double v80 = v37 - v73;
-  const double v81 = v31 + v74;
-  const double v82 = v75 - v76;
-  const double v83 = v77 - v78;
-  const double v84 = v46 + v79;
-  const double v85 = v80 - v27;
-  const double v86 = v81 - v18;
-  const double v87 = v83 * v18;
-  const double v88 = v84 + v71;
-  const double v89 = v83 * v27;
-  const double v90 = v85 * v48;
-  const double v91 = v86 * v49;
-  const double v92 = v82 - v87;
-  const double v93 = v88 + v89;
-  const double v94 = v85 * v34;
-  const double v95 = v86 * v35;
-  const double v96 = v90 + v91;
-  const double v97 = v92 - v34;
-  const double v98 = v93 - v35;
-  const double v99 = v94 + v95;
-  const double v100 = v34 * v97;
-  const double v101 = v35 * v98;
-  const double v102 = v99 / v72;
-  const double v103 = v96 + v100;
-  const double v104 = v69 * v102;
-  const double v105 = v103 + v101;
-  const double v106 = v105 / v64;
-  const double v107 = v106 - v104;
-  const double v108 = v107 - qdd_0;
-  thetadd[1] = v108;
+  const double v60 = 30.864197530864196 * v55;
+  const double v61 = sqrt(v55);
+  const double v62 = v56 / v47;
+  const double v63 = v52 * v57;
+  const double v64 = v58 - v59;
+  const int v65 = 0.0 <= v60;
+  const double v66 = 0.5 * v61;
+  const double v67 = v62 - v63;
+  const double v68 = 0.25 / v61;
+  const double v69 = v65 ? 0.0 : -1.0;
+  const double v70 = v66 / v47;
+  const double v71 = v67 * v27;
+  const double v72 = v64 * v68;
+  const double v73 = v66 / v54;
+  const double v74 = v67 * v18;
+  const double v75 = v66 * v66;
+  const double v76 = sqrt(v69);
+  const double v77 = v70 * v18;
+  const double v78 = v70 * v27;
+  const double v79 = v43 + v71;
+  const double v80 = v70 * v35;
+  const double v81 = v72 / v47;
+  const double v82 = v52 * v73;
+  const double v83 = v70 * v34;
+  const double v84 = v76 + qdd_0;
+  const double v85 = v38 - v77;
+  const double v86 = v31 + v78;
+  const double v87 = v79 - v80;
+  const double v88 = v81 - v82;
+  const double v89 = v46 + v83;
+  thetadd[0] = v84;
+  const double v90 = v85 - v27;
+  const double v91 = v86 - v18;
+  const double v92 = v88 * v18;
+  const double v93 = v89 + v74;
+  const double v94 = v88 * v27;
+  // shared terms; thetadd
+  const double v95 = v90 * v48;
+  const double v96 = v91 * v49;
+  const double v97 = v87 - v92;
+  const double v98 = v93 + v94;
+  const double v99 = v90 * v34;
+  const double v100 = v91 * v35;
+  const double v101 = v95 + v96;
+  const double v102 = v97 - v34;
+  const double v103 = v98 - v35;
+  const double v104 = v99 + v100;
+  const double v105 = v34 * v102;
+  const double v106 = v35 * v103;
+  const double v107 = v104 / v75;
+  const double v108 = v101 + v105;
+  const double v109 = v72 * v107;
+  const double v110 = v108 + v106;
+  const double v111 = v110 / v66;
+  const double v112 = v111 - v109;
+  const double v113 = v112 - qdd_0;
+  thetadd[1] = v113;
 }
 
 // Passive joints that are not in the main chain, angles between -pi and pi.
@@ -2193,63 +2214,69 @@ void five_bar_passive_D_q(const double q[2], double passive_D_q[2]) {
 }
 
 // All joints, swings and cylinder lengths, angles between -pi and pi.
-// 45 operations: multiply 24, add 13, trig 6, other 2
+// 51 operations: multiply 25, add 15, trig 6, other 5
 void five_bar_configuration(const double q[2], double z[4]) {
   // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   // cosines and sines
-  const double angle[2] = {q_0, q_1};
+  const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // z
-  z[0] = q_0;
-  z[2] = q_1;
   // shared terms; z
-  const double v5 = 0.2 * s[1];
-  const double v6 = 0.2 * s[0];
-  const double v7 = 0.2 * c[1];
-  const double v8 = 0.2 * c[0];
-  const double v9 = v5 - v6;
-  const double v10 = 0.2 + v7;
-  const double v11 = 0.5 * v9;
-  const double v12 = v10 - v8;
-  const double v13 = v9 * v9;
-  const double v14 = v12 * v12;
-  const double v15 = 0.5 * v12;
-  const double v16 = v14 + v13;
+  const double v5 = 0.2 * c[0];
+  const double v6 = 0.2 * c[1];
+  const double v7 = 0.2 * s[0];
+  const double v8 = 0.2 * s[1];
+  const double v9 = 0.2 + v5;
+  const double v10 = v7 - v8;
+  const double v11 = v9 - v6;
+  const double v12 = v10 * v10;
+  const double v13 = 0.5 * v10;
+  const double v14 = v11 * v11;
+  const double v15 = 0.5 * v11;
+  const double v16 = v14 + v12;
   const double v17 = 0.36 - v16;
   const double v18 = v16 * v17;
   const double v19 = sqrt(v18);
-  const double v20 = 0.5 * v19;
-  const double v21 = v20 / v16;
-  const double v22 = v21 * v12;
-  const double v23 = v21 * v9;
-  const double v24 = v11 + v22;
-  const double v25 = v15 - v23;
-  const double v26 = 3.333333333333333 * v24;
-  const double v27 = 3.333333333333333 * v25;
-  const double v28 = v24 - v9;
-  const double v29 = v25 - v12;
-  const double v30 = c[0] * v26;
-  const double v31 = s[0] * v27;
-  const double v32 = c[0] * v27;
-  const double v33 = s[0] * v26;
-  const double v34 = 3.333333333333333 * v28;
-  const double v35 = 3.333333333333333 * v29;
-  const double v36 = v30 - v31;
-  const double v37 = v32 + v33;
-  const double v38 = v34 * c[1];
-  const double v39 = v35 * s[1];
-  const double v40 = v35 * c[1];
-  const double v41 = v34 * s[1];
-  const double v42 = atan2(v36, v37);
-  const double v43 = v38 - v39;
-  const double v44 = v40 + v41;
-  const double v45 = atan2(v43, v44);
-  z[1] = v42;
+  const double v20 = 30.864197530864196 * v18;
+  const double v21 = 0.5 * v19;
+  const int v22 = 0.0 <= v20;
+  const double v23 = v21 / v16;
+  const double v24 = v22 ? 0.0 : -1.0;
+  const double v25 = v23 * v11;
+  const double v26 = v23 * v10;
+  const double v27 = sqrt(v24);
+  const double v28 = v13 + v25;
+  const double v29 = v15 - v26;
+  const double v30 = v27 + q_0;
+  const double v31 = v27 + q_1;
+  const double v32 = 3.333333333333333 * v28;
+  const double v33 = 3.333333333333333 * v29;
+  const double v34 = v28 - v10;
+  const double v35 = v29 - v11;
+  z[0] = v30;
+  z[2] = v31;
+  // shared terms; z
+  const double v36 = c[1] * v32;
+  const double v37 = s[1] * v33;
+  const double v38 = c[1] * v33;
+  const double v39 = s[1] * v32;
+  const double v40 = 3.333333333333333 * v34;
+  const double v41 = 3.333333333333333 * v35;
+  const double v42 = v36 - v37;
+  const double v43 = v38 + v39;
+  const double v44 = v40 * c[0];
+  const double v45 = v41 * s[0];
+  const double v46 = v41 * c[0];
+  const double v47 = v40 * s[0];
+  const double v48 = atan2(v42, v43);
+  const double v49 = v44 - v45;
+  const double v50 = v46 + v47;
+  const double v51 = atan2(v49, v50);
+  z[1] = v48;
   // z
-  z[3] = v45;
+  z[3] = v51;
 }
 
 // Margin of each step of the loops' solution, zero at its dead point.
@@ -2280,70 +2307,74 @@ void five_bar_margin(const double q[2], double margin[1]) {
 }
 
 // All branches of the loops' solution, NaN where a branch does not close.
-// 46 operations: multiply 25, add 13, trig 6, other 2
+// 50 operations: multiply 25, add 14, trig 6, other 5
 void five_bar_chain_all(const double q[2], double theta[4], double margin[2]) {
   // inputs
   const double q_0 = q[0];
   const double q_1 = q[1];
   // cosines and sines
-  const double angle[2] = {q_0, q_1};
+  const double angle[2] = {q_1, q_0};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // column 1 of theta
-  theta[0] = q_0;
-  theta[2] = q_0;
   // shared terms; margin
-  const double v5 = 0.2 * s[1];
-  const double v6 = 0.2 * s[0];
-  const double v7 = 0.2 * c[1];
-  const double v8 = 0.2 * c[0];
-  const double v9 = v5 - v6;
-  const double v10 = 0.2 + v7;
-  const double v11 = 0.5 * v9;
-  const double v12 = v10 - v8;
-  const double v13 = v9 * v9;
-  const double v14 = v12 * v12;
-  const double v15 = 0.5 * v12;
-  const double v16 = v14 + v13;
+  const double v5 = 0.2 * c[0];
+  const double v6 = 0.2 * c[1];
+  const double v7 = 0.2 * s[0];
+  const double v8 = 0.2 * s[1];
+  const double v9 = 0.2 + v5;
+  const double v10 = v7 - v8;
+  const double v11 = v9 - v6;
+  const double v12 = v10 * v10;
+  const double v13 = 0.5 * v10;
+  const double v14 = v11 * v11;
+  const double v15 = 0.5 * v11;
+  const double v16 = v14 + v12;
   const double v17 = 0.36 - v16;
   const double v18 = v16 * v17;
   const double v19 = sqrt(v18);
   const double v20 = 30.864197530864196 * v18;
   const double v21 = 0.5 * v19;
+  const int v22 = 0.0 <= v20;
   margin[0] = v20;
   margin[1] = v20;
+  // shared terms; column 1 of theta
+  const double v23 = v21 / v16;
+  const double v24 = v22 ? 0.0 : -1.0;
+  const double v25 = v23 * v11;
+  const double v26 = v23 * v10;
+  const double v27 = sqrt(v24);
+  const double v28 = v13 + v25;
+  const double v29 = v15 - v26;
+  const double v30 = v13 - v25;
+  const double v31 = v15 + v26;
+  const double v32 = v27 + q_0;
+  const double v33 = 3.333333333333333 * v28;
+  const double v34 = 3.333333333333333 * v29;
+  const double v35 = 3.333333333333333 * v30;
+  const double v36 = 3.333333333333333 * v31;
+  theta[0] = v32;
+  theta[2] = v32;
   // shared terms; column 2 of theta
-  const double v22 = v21 / v16;
-  const double v23 = v22 * v12;
-  const double v24 = v22 * v9;
-  const double v25 = v11 + v23;
-  const double v26 = v15 - v24;
-  const double v27 = v11 - v23;
-  const double v28 = v15 + v24;
-  const double v29 = 3.333333333333333 * v25;
-  const double v30 = 3.333333333333333 * v26;
-  const double v31 = 3.333333333333333 * v27;
-  const double v32 = 3.333333333333333 * v28;
-  const double v33 = c[0] * v29;
-  const double v34 = s[0] * v30;
-  const double v35 = c[0] * v30;
-  const double v36 = s[0] * v29;
-  const double v37 = c[0] * v31;
-  const double v38 = s[0] * v32;
-  const double v39 = c[0] * v32;
-  const double v40 = s[0] * v31;
-  const double v41 = v33 - v34;
-  const double v42 = v35 + v36;
-  const double v43 = v37 - v38;
-  const double v44 = v39 + v40;
-  const double v45 = atan2(v41, v42);
-  const double v46 = atan2(v43, v44);
-  theta[1] = v45;
-  theta[3] = v46;
+  const double v37 = c[1] * v33;
+  const double v38 = s[1] * v34;
+  const double v39 = c[1] * v34;
+  const double v40 = s[1] * v33;
+  const double v41 = c[1] * v35;
+  const double v42 = s[1] * v36;
+  const double v43 = c[1] * v36;
+  const double v44 = s[1] * v35;
+  const double v45 = v37 - v38;
+  const double v46 = v39 + v40;
+  const double v47 = v41 - v42;
+  const double v48 = v43 + v44;
+  const double v49 = atan2(v45, v46);
+  const double v50 = atan2(v47, v48);
+  theta[1] = v49;
+  theta[3] = v50;
 }
 
 // Actuated coordinates from the joints of the main chain.
-// 34 operations: multiply 15, add 11, trig 5, other 3
+// 39 operations: multiply 16, add 12, trig 5, other 6
 void five_bar_actuators(const double theta[2], double q[2]) {
   // inputs
   const double theta_0 = theta[0];
@@ -2354,39 +2385,44 @@ void five_bar_actuators(const double theta[2], double q[2]) {
   const double angle[2] = {theta_0, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // q
-  q[0] = theta_0;
   // shared terms; q
-  const double v4 = 0.2 * s[0];
-  const double v6 = 0.2 * c[0];
-  const double v8 = 0.3 * s[1];
-  const double v9 = 0.3 * c[1];
+  const double v4 = 0.2 * c[0];
+  const double v6 = 0.2 * s[0];
+  const double v8 = 0.3 * c[1];
+  const double v9 = 0.3 * s[1];
   const double v10 = v4 + v8;
   const double v11 = v6 + v9;
-  const double v12 = v11 - 0.2;
-  const double v13 = v10 * v10;
+  const double v12 = v10 - 0.2;
+  const double v13 = v11 * v11;
   const double v14 = v12 * v12;
   const double v15 = v14 + v13;
-  const double v16 = 0.5 * v15;
-  const double v17 = 0.25 - v15;
-  const double v18 = v15 - 0.01;
-  const double v19 = 0.02 + v16;
-  const double v20 = v17 * v18;
-  const double v21 = v19 - 0.045;
-  const double v22 = sqrt(v20);
-  const double v23 = v21 / v15;
-  const double v24 = 0.5 * v22;
-  const double v25 = v10 * v23;
-  const double v26 = v24 / v15;
-  const double v27 = v12 * v23;
-  const double v28 = v12 * v26;
-  const double v29 = v10 * v26;
-  const double v30 = v25 - v28;
-  const double v31 = v27 + v29;
-  const double v32 = 5.0 * v30;
-  const double v33 = 5.0 * v31;
-  const double v34 = atan2(v32, v33);
-  q[1] = v34;
+  const double v16 = 0.25 - v15;
+  const double v17 = v15 - 0.01;
+  const double v18 = 0.5 * v15;
+  const double v19 = v16 * v17;
+  const double v20 = 0.02 + v18;
+  const double v21 = v20 - 0.045;
+  const double v22 = sqrt(v19);
+  const double v23 = 69.44444444444444 * v19;
+  const double v24 = v21 / v15;
+  const double v25 = 0.5 * v22;
+  const int v26 = 0.0 <= v23;
+  const double v27 = v11 * v24;
+  const double v28 = v25 / v15;
+  const double v29 = v12 * v24;
+  const double v30 = v26 ? 0.0 : -1.0;
+  const double v31 = v12 * v28;
+  const double v32 = v11 * v28;
+  const double v33 = sqrt(v30);
+  const double v34 = v27 - v31;
+  const double v35 = v29 + v32;
+  const double v36 = v33 + theta_0;
+  const double v37 = 5.0 * v34;
+  const double v38 = 5.0 * v35;
+  q[0] = v36;
+  // shared terms; q
+  const double v39 = atan2(v37, v38);
+  q[1] = v39;
 }
 
 // Derivative of the actuated coordinates by the main chain's joints.
@@ -2448,7 +2484,7 @@ void five_bar_actuators_D_chain(const double theta[2], double q_D_theta[4]) {
 }
 
 // Rates of the actuated coordinates.
-// 52 operations: multiply 25, add 18, negate 1, trig 4, other 4
+// 57 operations: multiply 26, add 19, negate 1, trig 4, other 7
 void five_bar_actuator_rates(const double theta[2], const double thetad[2], double qd[2]) {
   // inputs
   const double theta_0 = theta[0];
@@ -2461,61 +2497,66 @@ void five_bar_actuator_rates(const double theta[2], const double thetad[2], doub
   const double angle[2] = {theta_0, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // qd
-  qd[0] = thetad_0;
   // shared terms; qd
-  const double v6 = c[0] * thetad_0;
+  const double v6 = 0.2 * c[0];
   const double v7 = 0.2 * s[0];
-  const double v8 = 0.2 * c[0];
+  const double v8 = c[0] * thetad_0;
   const double v9 = s[0] * thetad_0;
-  const double v10 = 0.2 * v6;
-  const double v11 = c[1] * thetad_0;
-  const double v12 = c[1] * thetad_1;
-  const double v13 = 0.3 * s[1];
-  const double v14 = 0.3 * c[1];
+  const double v10 = 0.3 * c[1];
+  const double v11 = 0.3 * s[1];
+  const double v12 = 0.2 * v8;
+  const double v13 = c[1] * thetad_0;
+  const double v14 = c[1] * thetad_1;
   const double v15 = 0.2 * v9;
   const double v16 = s[1] * thetad_0;
   const double v17 = s[1] * thetad_1;
-  const double v18 = v11 + v12;
-  const double v19 = v7 + v13;
-  const double v20 = v8 + v14;
+  const double v18 = v6 + v10;
+  const double v19 = v7 + v11;
+  const double v20 = v13 + v14;
   const double v21 = v16 + v17;
-  const double v22 = 0.3 * v18;
-  const double v23 = v20 - 0.2;
-  const double v24 = v19 * v19;
+  const double v22 = v18 - 0.2;
+  const double v23 = v19 * v19;
+  const double v24 = 0.3 * v20;
   const double v25 = 0.3 * v21;
-  const double v26 = v10 + v22;
-  const double v27 = v23 * v23;
+  const double v26 = v22 * v22;
+  const double v27 = v12 + v24;
   const double v28 = v15 + v25;
-  const double v29 = v27 + v24;
-  const double v30 = 0.5 * v29;
-  const double v31 = 0.25 - v29;
-  const double v32 = v29 - 0.01;
-  const double v33 = 0.02 + v30;
-  const double v34 = v31 * v32;
-  const double v35 = v33 - 0.045;
-  const double v36 = sqrt(v34);
-  const double v37 = v35 / v29;
-  const double v38 = 0.5 * v36;
-  const double v39 = v19 * v37;
-  const double v40 = v38 / v29;
-  const double v41 = v23 * v37;
-  const double v42 = v23 * v40;
-  const double v43 = v19 * v40;
-  const double v44 = v39 - v42;
-  const double v45 = v41 + v43;
-  const double v46 = v44 - v19;
-  const double v47 = v45 - v23;
-  const double v48 = v26 * v46;
-  const double v49 = v28 * v47;
-  const double v50 = v48 - v49;
-  const double v51 = v50 / v38;
-  const double v52 = -v51;
-  qd[1] = v52;
+  const double v29 = v26 + v23;
+  const double v30 = 0.25 - v29;
+  const double v31 = v29 - 0.01;
+  const double v32 = 0.5 * v29;
+  const double v33 = v30 * v31;
+  const double v34 = 0.02 + v32;
+  const double v35 = 69.44444444444444 * v33;
+  const double v36 = v34 - 0.045;
+  const double v37 = sqrt(v33);
+  const int v38 = 0.0 <= v35;
+  const double v39 = v36 / v29;
+  const double v40 = 0.5 * v37;
+  const double v41 = v38 ? 0.0 : -1.0;
+  const double v42 = v19 * v39;
+  const double v43 = v40 / v29;
+  const double v44 = v22 * v39;
+  const double v45 = sqrt(v41);
+  const double v46 = v22 * v43;
+  const double v47 = v19 * v43;
+  const double v48 = v45 + thetad_0;
+  const double v49 = v42 - v46;
+  const double v50 = v44 + v47;
+  qd[0] = v48;
+  const double v51 = v49 - v19;
+  const double v52 = v50 - v22;
+  // shared terms; qd
+  const double v53 = v27 * v51;
+  const double v54 = v28 * v52;
+  const double v55 = v53 - v54;
+  const double v56 = v55 / v40;
+  const double v57 = -v56;
+  qd[1] = v57;
 }
 
 // Accelerations of the actuated coordinates.
-// 122 operations: multiply 64, add 43, negate 1, trig 4, other 10
+// 127 operations: multiply 65, add 44, negate 1, trig 4, other 13
 void five_bar_actuator_accelerations(const double theta[2], const double thetad[2], const double thetadd[2], double qdd[2]) {
   // inputs
   const double theta_0 = theta[0];
@@ -2531,126 +2572,131 @@ void five_bar_actuator_accelerations(const double theta[2], const double thetad[
   const double angle[2] = {theta_0, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // qdd
-  qdd[0] = thetadd_0;
   // shared terms; qdd
-  const double v7 = c[0] * thetad_0;
+  const double v7 = 0.2 * c[0];
   const double v8 = 0.2 * s[0];
-  const double v9 = s[0] * thetad_0;
-  const double v10 = 0.2 * c[0];
+  const double v9 = c[0] * thetad_0;
+  const double v10 = s[0] * thetad_0;
   const double v11 = c[0] * thetadd_0;
   const double v12 = s[0] * thetadd_0;
-  const double v13 = 0.2 * v7;
-  const double v14 = c[1] * thetad_0;
-  const double v15 = c[1] * thetad_1;
-  const double v16 = 0.3 * s[1];
-  const double v17 = 0.2 * v9;
-  const double v18 = s[1] * thetad_0;
-  const double v19 = s[1] * thetad_1;
-  const double v20 = 0.3 * c[1];
-  const double v21 = v9 * thetad_0;
+  const double v13 = 0.3 * c[1];
+  const double v14 = 0.3 * s[1];
+  const double v15 = 0.2 * v9;
+  const double v16 = c[1] * thetad_0;
+  const double v17 = c[1] * thetad_1;
+  const double v18 = 0.2 * v10;
+  const double v19 = s[1] * thetad_0;
+  const double v20 = s[1] * thetad_1;
+  const double v21 = v10 * thetad_0;
   const double v22 = c[1] * thetadd_0;
   const double v23 = c[1] * thetadd_1;
-  const double v24 = v7 * thetad_0;
+  const double v24 = v9 * thetad_0;
   const double v25 = s[1] * thetadd_0;
   const double v26 = s[1] * thetadd_1;
-  const double v27 = v14 + v15;
-  const double v28 = v8 + v16;
-  const double v29 = v18 + v19;
-  const double v30 = v10 + v20;
+  const double v27 = v7 + v13;
+  const double v28 = v8 + v14;
+  const double v29 = v16 + v17;
+  const double v30 = v19 + v20;
   const double v31 = v11 - v21;
   const double v32 = v22 + v23;
   const double v33 = v12 + v24;
   const double v34 = v25 + v26;
-  const double v35 = 0.3 * v27;
-  const double v36 = 2.0 * v28;
+  const double v35 = v27 - 0.2;
+  const double v36 = v28 * v28;
   const double v37 = 0.3 * v29;
-  const double v38 = v30 - 0.2;
-  const double v39 = v28 * v28;
+  const double v38 = 2.0 * v28;
+  const double v39 = 0.3 * v30;
   const double v40 = 0.2 * v31;
-  const double v41 = v29 * v4;
+  const double v41 = v30 * v4;
   const double v42 = 0.2 * v33;
-  const double v43 = v27 * v4;
-  const double v44 = v13 + v35;
-  const double v45 = v17 + v37;
-  const double v46 = 2.0 * v38;
-  const double v47 = v38 * v38;
+  const double v43 = v29 * v4;
+  const double v44 = v35 * v35;
+  const double v45 = v15 + v37;
+  const double v46 = v18 + v39;
+  const double v47 = 2.0 * v35;
   const double v48 = v32 - v41;
   const double v49 = v34 + v43;
-  const double v50 = v44 * v36;
-  const double v51 = v45 * v46;
-  const double v52 = v47 + v39;
+  const double v50 = v44 + v36;
+  const double v51 = v45 * v38;
+  const double v52 = v46 * v47;
   const double v53 = 0.3 * v48;
   const double v54 = 0.3 * v49;
-  const double v55 = v50 - v51;
-  const double v56 = 0.5 * v52;
-  const double v57 = v52 * v52;
-  const double v58 = 0.25 - v52;
-  const double v59 = v52 - 0.01;
+  const double v55 = 0.25 - v50;
+  const double v56 = v50 - 0.01;
+  const double v57 = v51 - v52;
+  const double v58 = 0.5 * v50;
+  const double v59 = v50 * v50;
   const double v60 = v40 + v53;
   const double v61 = v42 + v54;
-  const double v62 = 0.5 * v55;
-  const double v63 = 0.02 + v56;
-  const double v64 = v58 * v59;
-  const double v65 = v55 * v58;
-  const double v66 = v55 * v59;
-  const double v67 = v62 / v52;
-  const double v68 = v63 - 0.045;
-  const double v69 = sqrt(v64);
-  const double v70 = v65 - v66;
-  const double v71 = v68 / v57;
-  const double v72 = 0.5 * v69;
-  const double v73 = v68 / v52;
-  const double v74 = 0.25 / v69;
-  const double v75 = v55 * v71;
-  const double v76 = v72 / v52;
-  const double v77 = v44 * v73;
-  const double v78 = v70 * v74;
-  const double v79 = v72 / v57;
-  const double v80 = v28 * v73;
-  const double v81 = v45 * v73;
-  const double v82 = v38 * v73;
-  const double v83 = v72 * v72;
-  const double v84 = v67 - v75;
-  const double v85 = v45 * v76;
-  const double v86 = v78 / v52;
-  const double v87 = v55 * v79;
-  const double v88 = v38 * v76;
-  const double v89 = v44 * v76;
-  const double v90 = v28 * v76;
-  const double v91 = v28 * v84;
-  const double v92 = v86 - v87;
-  const double v93 = v80 - v88;
-  const double v94 = v38 * v84;
-  const double v95 = v82 + v90;
-  const double v96 = v91 + v85;
-  const double v97 = v38 * v92;
-  const double v98 = v93 - v28;
-  const double v99 = v28 * v92;
-  const double v100 = v95 - v38;
-  const double v101 = v96 + v77;
-  const double v102 = v60 * v98;
-  const double v103 = v94 + v99;
-  const double v104 = v61 * v100;
-  const double v105 = v44 * v98;
-  const double v106 = v45 * v100;
-  const double v107 = v101 - v97;
-  const double v108 = v103 + v89;
-  const double v109 = v105 - v106;
-  const double v110 = v107 - v44;
-  const double v111 = v108 - v81;
-  const double v112 = v109 / v83;
-  const double v113 = v44 * v110;
-  const double v114 = v45 + v111;
-  const double v115 = v78 * v112;
-  const double v116 = v113 + v102;
-  const double v117 = v45 * v114;
-  const double v118 = v116 - v117;
-  const double v119 = v118 - v104;
-  const double v120 = v119 / v72;
-  const double v121 = v120 - v115;
-  const double v122 = -v121;
-  qdd[1] = v122;
+  const double v62 = v55 * v56;
+  const double v63 = 0.5 * v57;
+  const double v64 = 0.02 + v58;
+  const double v65 = v55 * v57;
+  const double v66 = v56 * v57;
+  const double v67 = 69.44444444444444 * v62;
+  const double v68 = v63 / v50;
+  const double v69 = v64 - 0.045;
+  const double v70 = sqrt(v62);
+  const double v71 = v65 - v66;
+  const int v72 = 0.0 <= v67;
+  const double v73 = v69 / v59;
+  const double v74 = 0.5 * v70;
+  const double v75 = v69 / v50;
+  const double v76 = 0.25 / v70;
+  const double v77 = v72 ? 0.0 : -1.0;
+  const double v78 = v57 * v73;
+  const double v79 = v74 / v50;
+  const double v80 = v45 * v75;
+  const double v81 = v71 * v76;
+  const double v82 = v74 / v59;
+  const double v83 = v28 * v75;
+  const double v84 = v46 * v75;
+  const double v85 = v35 * v75;
+  const double v86 = v74 * v74;
+  const double v87 = sqrt(v77);
+  const double v88 = v68 - v78;
+  const double v89 = v46 * v79;
+  const double v90 = v81 / v50;
+  const double v91 = v57 * v82;
+  const double v92 = v35 * v79;
+  const double v93 = v45 * v79;
+  const double v94 = v28 * v79;
+  const double v95 = v87 + thetadd_0;
+  const double v96 = v28 * v88;
+  const double v97 = v90 - v91;
+  const double v98 = v83 - v92;
+  const double v99 = v35 * v88;
+  const double v100 = v85 + v94;
+  qdd[0] = v95;
+  const double v101 = v96 + v89;
+  const double v102 = v35 * v97;
+  const double v103 = v98 - v28;
+  const double v104 = v28 * v97;
+  const double v105 = v100 - v35;
+  // shared terms; qdd
+  const double v106 = v101 + v80;
+  const double v107 = v60 * v103;
+  const double v108 = v99 + v104;
+  const double v109 = v61 * v105;
+  const double v110 = v45 * v103;
+  const double v111 = v46 * v105;
+  const double v112 = v106 - v102;
+  const double v113 = v108 + v93;
+  const double v114 = v110 - v111;
+  const double v115 = v112 - v45;
+  const double v116 = v113 - v84;
+  const double v117 = v114 / v86;
+  const double v118 = v45 * v115;
+  const double v119 = v46 + v116;
+  const double v120 = v81 * v117;
+  const double v121 = v118 + v107;
+  const double v122 = v46 * v119;
+  const double v123 = v121 - v122;
+  const double v124 = v123 - v109;
+  const double v125 = v124 / v74;
+  const double v126 = v125 - v120;
+  const double v127 = -v126;
+  qdd[1] = v127;
 }
 
 // Margin of each step of the loops' solution, zero at its dead point.
@@ -2684,7 +2730,7 @@ void five_bar_actuator_margin(const double theta[2], double margin[1]) {
 }
 
 // All branches of the loops' solution, NaN where a branch does not close.
-// 40 operations: multiply 18, add 13, trig 6, other 3
+// 44 operations: multiply 18, add 14, trig 6, other 6
 void five_bar_actuators_all(const double theta[2], double q[4], double margin[2]) {
   // inputs
   const double theta_0 = theta[0];
@@ -2695,50 +2741,54 @@ void five_bar_actuators_all(const double theta[2], double q[4], double margin[2]
   const double angle[2] = {theta_0, v2};
   double c[2], s[2];
   chasles_cos_sin(2, angle, c, s);
-  // column 1 of q
-  q[0] = theta_0;
-  q[2] = theta_0;
   // shared terms; margin
-  const double v4 = 0.2 * s[0];
-  const double v6 = 0.2 * c[0];
-  const double v8 = 0.3 * s[1];
-  const double v9 = 0.3 * c[1];
+  const double v4 = 0.2 * c[0];
+  const double v6 = 0.2 * s[0];
+  const double v8 = 0.3 * c[1];
+  const double v9 = 0.3 * s[1];
   const double v10 = v4 + v8;
   const double v11 = v6 + v9;
-  const double v12 = v11 - 0.2;
-  const double v13 = v10 * v10;
+  const double v12 = v10 - 0.2;
+  const double v13 = v11 * v11;
   const double v14 = v12 * v12;
   const double v15 = v14 + v13;
-  const double v16 = 0.5 * v15;
-  const double v17 = 0.25 - v15;
-  const double v18 = v15 - 0.01;
-  const double v19 = 0.02 + v16;
-  const double v20 = v17 * v18;
-  const double v21 = v19 - 0.045;
-  const double v22 = sqrt(v20);
-  const double v23 = 69.44444444444444 * v20;
+  const double v16 = 0.25 - v15;
+  const double v17 = v15 - 0.01;
+  const double v18 = 0.5 * v15;
+  const double v19 = v16 * v17;
+  const double v20 = 0.02 + v18;
+  const double v21 = v20 - 0.045;
+  const double v22 = sqrt(v19);
+  const double v23 = 69.44444444444444 * v19;
   const double v24 = v21 / v15;
   const double v25 = 0.5 * v22;
+  const int v26 = 0.0 <= v23;
   margin[0] = v23;
   margin[1] = v23;
+  // shared terms; column 1 of q
+  const double v27 = v11 * v24;
+  const double v28 = v25 / v15;
+  const double v29 = v12 * v24;
+  const double v30 = v26 ? 0.0 : -1.0;
+  const double v31 = v12 * v28;
+  const double v32 = v11 * v28;
+  const double v33 = sqrt(v30);
+  const double v34 = v27 - v31;
+  const double v35 = v29 + v32;
+  const double v36 = v31 + v27;
+  const double v37 = v29 - v32;
+  const double v38 = v33 + theta_0;
+  const double v39 = 5.0 * v34;
+  const double v40 = 5.0 * v35;
+  const double v41 = 5.0 * v36;
+  const double v42 = 5.0 * v37;
+  q[0] = v38;
+  q[2] = v38;
   // shared terms; column 2 of q
-  const double v26 = v10 * v24;
-  const double v27 = v25 / v15;
-  const double v28 = v12 * v24;
-  const double v29 = v12 * v27;
-  const double v30 = v10 * v27;
-  const double v31 = v26 - v29;
-  const double v32 = v28 + v30;
-  const double v33 = v29 + v26;
-  const double v34 = v28 - v30;
-  const double v35 = 5.0 * v31;
-  const double v36 = 5.0 * v32;
-  const double v37 = 5.0 * v33;
-  const double v38 = 5.0 * v34;
-  const double v39 = atan2(v35, v36);
-  const double v40 = atan2(v37, v38);
-  q[1] = v39;
-  q[3] = v40;
+  const double v43 = atan2(v39, v40);
+  const double v44 = atan2(v41, v42);
+  q[1] = v43;
+  q[3] = v44;
 }
 
 // Residuals of the loop closure equations, zero where the loops are closed.
@@ -2886,7 +2936,7 @@ void five_bar_constraint_D_z_dot(const double z[4], const double zd[4], double r
 
 #if !FIVE_BAR_BRANCHES
 // One branch of ik.
-// 111 operations: multiply 49, add 47, trig 2, other 13
+// 115 operations: multiply 49, add 48, trig 2, other 16
 static void five_bar_ik_branch(const double T[16], const double choice[1], double q[2], double residual[1], double margin[1]) {
   // inputs
   const double T_0 = T[0];
@@ -2954,74 +3004,78 @@ static void five_bar_ik_branch(const double T[16], const double choice[1], doubl
   const double v49 = 69.44444444444444 * v46;
   const double v50 = v47 / v41;
   const double v51 = v4 * v48;
-  const double v52 = v36 * v50;
-  const double v53 = v51 / v41;
-  const double v54 = v38 * v50;
-  const double v55 = v38 * v53;
-  const double v56 = v36 * v53;
-  const double v57 = v52 - v55;
-  const double v58 = v54 + v56;
-  const double v59 = 5.0 * v57;
-  const double v60 = 5.0 * v58;
-  const double v61 = 0.2 + v58;
-  const double v62 = v57 - v34;
-  const double v63 = atan2(v59, v60);
-  const double v64 = v61 - v35;
-  const double v65 = v62 * v62;
-  const double v66 = 0.5 * v62;
-  const double v67 = 0.5 * v64;
-  const double v68 = v64 * v64;
-  const double v69 = v68 + v65;
-  const double v70 = 0.36 - v69;
-  const double v71 = v69 * v70;
-  const double v72 = sqrt(v71);
-  const double v73 = 0.5 * v72;
-  const double v74 = v73 / v69;
-  const double v75 = v62 * v74;
-  const double v76 = v64 * v74;
-  const double v77 = v67 - v75;
-  const double v78 = v76 + v66;
-  const double v79 = 0.9999999999999999 * v77;
-  const double v80 = 0.9999999999999999 * v78;
-  const double v81 = 3.333333333333333 * v77;
-  const double v82 = 3.333333333333333 * v78;
-  const double v83 = v79 + v35;
-  const double v84 = v80 + v34;
-  const double v85 = v81 - T_0;
-  const double v86 = T_1 + v82;
-  const double v87 = v82 - T_4;
-  const double v88 = v81 - T_5;
-  const double v89 = v83 - 0.1;
-  const double v90 = v84 - T_7;
-  const double v91 = v85 * v85;
-  const double v92 = v86 * v86;
-  const double v93 = v87 * v87;
+  const int v52 = 0.0 <= v49;
+  const double v53 = v36 * v50;
+  const double v54 = v51 / v41;
+  const double v55 = v38 * v50;
+  const double v56 = v52 ? 0.0 : -1.0;
+  const double v57 = v38 * v54;
+  const double v58 = v36 * v54;
+  const double v59 = sqrt(v56);
+  const double v60 = v53 - v57;
+  const double v61 = v55 + v58;
+  const double v62 = 5.0 * v60;
+  const double v63 = 5.0 * v61;
+  const double v64 = 0.2 + v61;
+  const double v65 = v60 - v34;
+  const double v66 = atan2(v62, v63);
+  const double v67 = v64 - v35;
+  const double v68 = v65 * v65;
+  const double v69 = 0.5 * v65;
+  const double v70 = 0.5 * v67;
+  const double v71 = v67 * v67;
+  const double v72 = v71 + v68;
+  const double v73 = 0.36 - v72;
+  const double v74 = v72 * v73;
+  const double v75 = sqrt(v74);
+  const double v76 = 0.5 * v75;
+  const double v77 = v76 / v72;
+  const double v78 = v65 * v77;
+  const double v79 = v67 * v77;
+  const double v80 = v70 - v78;
+  const double v81 = v79 + v69;
+  const double v82 = 0.9999999999999999 * v80;
+  const double v83 = 0.9999999999999999 * v81;
+  const double v84 = 3.333333333333333 * v80;
+  const double v85 = 3.333333333333333 * v81;
+  const double v86 = v82 + v35;
+  const double v87 = v83 + v34;
+  const double v88 = v84 - T_0;
+  const double v89 = T_1 + v85;
+  const double v90 = v85 - T_4;
+  const double v91 = v84 - T_5;
+  const double v92 = v86 - 0.1;
+  const double v93 = v87 - T_7;
   const double v94 = v88 * v88;
-  const double v95 = v89 - T_3;
+  const double v95 = v89 * v89;
   const double v96 = v90 * v90;
-  const double v97 = v17 + v91;
-  const double v98 = v95 * v95;
-  const double v99 = v97 + v92;
-  const double v100 = v5 + v98;
-  const double v101 = v99 + v93;
-  const double v102 = v100 + v96;
-  const double v103 = v101 + v94;
-  const double v104 = v103 + v13;
-  const double v105 = 0.5 * v104;
-  const double v106 = v102 + v105;
-  const double v107 = v102 - v105;
-  const double v108 = fabs(v107);
-  const double v109 = v106 + v108;
-  const double v110 = 0.5 * v109;
-  const double v111 = sqrt(v110);
+  const double v97 = v91 * v91;
+  const double v98 = v92 - T_3;
+  const double v99 = v93 * v93;
+  const double v100 = v17 + v94;
+  const double v101 = v98 * v98;
+  const double v102 = v100 + v95;
+  const double v103 = v5 + v101;
+  const double v104 = v102 + v96;
+  const double v105 = v103 + v99;
+  const double v106 = v104 + v97;
+  const double v107 = v106 + v13;
+  const double v108 = 0.5 * v107;
+  const double v109 = v105 + v108;
+  const double v110 = v105 - v108;
+  const double v111 = fabs(v110);
+  const double v112 = v109 + v111;
+  const double v113 = 0.5 * v112;
+  const double v114 = sqrt(v113);
+  const double v115 = v114 + v59;
   // q
   q[0] = v33;
   // margin
   margin[0] = v49;
   // q
-  q[1] = v63;
+  q[1] = v66;
   // residual
-  residual[0] = v111;
+  residual[0] = v115;
 }
 #endif
 

@@ -14,7 +14,7 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-// One branch of ik: 111 operations: multiply 53, add 47, trig 2, other 9
+// One branch of ik: 115 operations: multiply 53, add 48, trig 2, other 12
 LANES_INLINE void LANES_NAME(five_bar_ik_branch)(
     const double *T, const double (*choice)[8], int b, lanes *out)
 {
@@ -36,26 +36,30 @@ LANES_INLINE void LANES_NAME(five_bar_ik_branch)(
       v47 = v45 - 0.045;
   LANES_LET1(v48, sqrt, v46);
   const lanes v49 = 69.44444444444444 * v46, v50 = v47 / v41, v51 = v4 * v48;
-  out[3] = v49;
-  const lanes v52 = v36 * v50, v53 = v51 / v41, v54 = v38 * v50, v55 = v38 * v53, v56 = v36 * v53,
-      v57 = v52 - v55, v58 = v54 + v56, v59 = 5.0 * v57, v60 = 5.0 * v58, v61 = 0.2 + v58,
-      v62 = v57 - v34;
-  LANES_LET2(v63, atan2, v59, v60);
-  const lanes v64 = v61 - v35, v65 = v62 * v62, v66 = 0.5 * v62;
-  out[1] = v63;
-  const lanes v67 = 0.5 * v64, v68 = v64 * v64, v69 = v68 + v65, v70 = 0.36 - v69, v71 = v69 * v70;
-  LANES_LET1(v72, sqrt, v71);
-  const lanes v73 = 0.5 * v72, v74 = v73 / v69, v75 = v62 * v74, v76 = v64 * v74, v77 = v67 - v75,
-      v78 = v76 + v66, v79 = 0.9999999999999999 * v77, v80 = 0.9999999999999999 * v78,
-      v81 = 3.333333333333333 * v77, v82 = 3.333333333333333 * v78, v83 = v79 + v35,
-      v84 = v80 + v34, v85 = v81 - T_0, v86 = T_1 + v82, v87 = v82 - T_4, v88 = v81 - T_5,
-      v89 = v83 - 0.1, v90 = v84 - T_7, v91 = v85 * v85, v92 = v86 * v86, v93 = v87 * v87,
-      v94 = v88 * v88, v95 = v89 - T_3, v96 = v90 * v90, v97 = v17 + v91, v98 = v95 * v95,
-      v99 = v97 + v92, v100 = v5 + v98, v101 = v99 + v93, v102 = v100 + v96, v103 = v101 + v94,
-      v104 = v103 + v13, v105 = 0.5 * v104, v106 = v102 + v105, v107 = v102 - v105;
-  LANES_LET1(v108, fabs, v107);
-  const lanes v109 = v106 + v108, v110 = 0.5 * v109;
-  LANES_LET1(v111, sqrt, v110); out[2] = v111; LANES_LET2(v29, atan2, v24, v27); out[0] = v29;
+  const lanes_where v52 = LANES_LE(0.0, v49); out[3] = v49;
+  const lanes v53 = v36 * v50, v54 = v51 / v41, v55 = v38 * v50, v56 = LANES_CHOICE(v52, 0.0, -1.0),
+      v57 = v38 * v54, v58 = v36 * v54;
+  LANES_LET1(v59, sqrt, v56);
+  const lanes v60 = v53 - v57, v61 = v55 + v58, v62 = 5.0 * v60, v63 = 5.0 * v61, v64 = 0.2 + v61,
+      v65 = v60 - v34;
+  LANES_LET2(v66, atan2, v62, v63);
+  const lanes v67 = v64 - v35, v68 = v65 * v65, v69 = 0.5 * v65;
+  out[1] = v66;
+  const lanes v70 = 0.5 * v67, v71 = v67 * v67, v72 = v71 + v68, v73 = 0.36 - v72, v74 = v72 * v73;
+  LANES_LET1(v75, sqrt, v74);
+  const lanes v76 = 0.5 * v75, v77 = v76 / v72, v78 = v65 * v77, v79 = v67 * v77, v80 = v70 - v78,
+      v81 = v79 + v69, v82 = 0.9999999999999999 * v80, v83 = 0.9999999999999999 * v81,
+      v84 = 3.333333333333333 * v80, v85 = 3.333333333333333 * v81, v86 = v82 + v35,
+      v87 = v83 + v34, v88 = v84 - T_0, v89 = T_1 + v85, v90 = v85 - T_4, v91 = v84 - T_5,
+      v92 = v86 - 0.1, v93 = v87 - T_7, v94 = v88 * v88, v95 = v89 * v89, v96 = v90 * v90,
+      v97 = v91 * v91, v98 = v92 - T_3, v99 = v93 * v93, v100 = v17 + v94, v101 = v98 * v98,
+      v102 = v100 + v95, v103 = v5 + v101, v104 = v102 + v96, v105 = v103 + v99, v106 = v104 + v97,
+      v107 = v106 + v13, v108 = 0.5 * v107, v109 = v105 + v108, v110 = v105 - v108;
+  LANES_LET1(v111, fabs, v110);
+  const lanes v112 = v109 + v111, v113 = 0.5 * v112;
+  LANES_LET1(v114, sqrt, v113);
+  const lanes v115 = v114 + v59;
+  out[2] = v115; LANES_LET2(v29, atan2, v24, v27); out[0] = v29;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(five_bar_ik_branches)(const double *T, double *q, double *residual, double *margin)

@@ -24,29 +24,38 @@ static LANES_TARGET void LANES_NAME(five_bar_fk)(const lanes *in, lanes *out)
   out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
 }
 
-// link_poses: 30 operations: multiply 14, add 8, negate 2, trig 4, other 2
+// link_poses: 38 operations: multiply 15, add 13, negate 1, trig 4, other 5
 static LANES_TARGET void LANES_NAME(five_bar_link_poses)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], q_1 = in[1];
-  LANES_COS_SIN(v1, v2, q_0); LANES_COS_SIN(v3, v4, q_1); out[0] = v1;
-  const lanes v5 = -v2;
-  out[1] = v5; out[2] = LANES_OF(0.0); out[3] = LANES_OF(-0.1); out[4] = v2; out[5] = v1;
-  out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
-  const lanes v6 = 0.2 * v3, v7 = 0.2 + v6, v8 = 0.2 * v1, v9 = v7 - v8, v10 = 0.5 * v9,
-      v11 = v9 * v9, v12 = 0.2 * v4, v13 = 0.2 * v2, v14 = v12 - v13, v15 = v14 * v14,
-      v16 = v11 + v15, v17 = 0.36 - v16, v18 = v16 * v17;
-  LANES_LET1(v19, sqrt, v18);
-  const lanes v20 = 0.5 * v19, v21 = v20 / v16, v22 = v21 * v14, v23 = v10 - v22,
-      v24 = 3.333333333333333 * v23;
-  out[16] = v24;
-  const lanes v25 = 0.5 * v14, v26 = v21 * v9, v27 = v25 + v26, v28 = 3.333333333333333 * v27,
-      v29 = -v28;
-  out[17] = v29; out[18] = LANES_OF(0.0);
-  const lanes v30 = v8 - 0.1;
-  out[19] = v30; out[20] = v28; out[21] = v24; out[22] = LANES_OF(0.0); out[23] = v13;
-  out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0); out[26] = LANES_OF(1.0);
+  LANES_COS_SIN(v1, v4, q_0); LANES_COS_SIN(v2, v3, q_1);
+  const lanes v5 = 0.2 * v2, v6 = 0.2 + v5, v7 = 0.2 * v1, v8 = v6 - v7, v9 = v8 * v8,
+      v10 = 0.2 * v3, v11 = 0.2 * v4, v12 = v10 - v11, v13 = v12 * v12, v14 = v9 + v13,
+      v15 = 0.36 - v14, v16 = v14 * v15, v17 = 30.864197530864196 * v16;
+  const lanes_where v18 = LANES_LE(0.0, v17);
+  const lanes v19 = LANES_CHOICE(v18, 0.0, -1.0);
+  LANES_LET1(v20, sqrt, v19);
+  const lanes v21 = v1 + v20;
+  out[0] = v21;
+  const lanes v22 = v20 - v4;
+  out[1] = v22; out[2] = LANES_OF(0.0); out[3] = LANES_OF(-0.1);
+  const lanes v23 = v20 + v4;
+  out[4] = v23; out[5] = v21; out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0);
+  out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(1.0); out[11] = LANES_OF(0.0);
+  out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
+  out[15] = LANES_OF(1.0);
+  const lanes v24 = 0.5 * v8;
+  LANES_LET1(v25, sqrt, v16);
+  const lanes v26 = 0.5 * v25, v27 = v26 / v14, v28 = v27 * v12, v29 = v24 - v28,
+      v30 = 3.333333333333333 * v29;
+  out[16] = v30;
+  const lanes v31 = 0.5 * v12, v32 = v27 * v8, v33 = v31 + v32, v34 = 3.333333333333333 * v33,
+      v35 = -v34;
+  out[17] = v35; out[18] = LANES_OF(0.0);
+  const lanes v36 = v7 - 0.1, v37 = v20 + v36;
+  out[19] = v37; out[20] = v34; out[21] = v30; out[22] = LANES_OF(0.0);
+  const lanes v38 = v11 + v20;
+  out[23] = v38; out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0); out[26] = LANES_OF(1.0);
   out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0);
   out[30] = LANES_OF(0.0); out[31] = LANES_OF(1.0);
 }
@@ -532,20 +541,28 @@ static LANES_TARGET void LANES_NAME(five_bar_acceleration_mixed)(const lanes *in
   out[5] = v110;
 }
 
-// chain: 34 operations: multiply 18, add 9, trig 5, other 2
+// chain: 39 operations: multiply 19, add 10, trig 5, other 5
 static LANES_TARGET void LANES_NAME(five_bar_chain)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], q_1 = in[1];
-  LANES_COS_SIN(v1, v4, q_0); LANES_COS_SIN(v8, v2, q_1);
-  const lanes v3 = 0.2 * v2, v5 = 0.2 * v4, v6 = v3 - v5, v7 = 0.5 * v6, v9 = 0.2 * v8,
-      v10 = 0.2 + v9, v11 = 0.2 * v1, v12 = v10 - v11, v13 = v12 * v12, v14 = v6 * v6,
-      v15 = v13 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
-  LANES_LET1(v18, sqrt, v17);
-  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v12, v22 = v7 + v21,
-      v23 = 3.333333333333333 * v22, v24 = v1 * v23, v25 = 0.5 * v12, v26 = v20 * v6,
-      v27 = v25 - v26, v28 = 3.333333333333333 * v27, v29 = v4 * v28, v30 = v24 - v29,
-      v31 = v1 * v28, v32 = v4 * v23, v33 = v31 + v32;
-  LANES_LET2(v34, atan2, v30, v33); out[0] = q_0; out[1] = v34;
+  LANES_COS_SIN(v1, v8, q_1);
+  const lanes v2 = 0.2 * v1, v3 = 0.2 + v2;
+  LANES_COS_SIN(v4, v10, q_0);
+  const lanes v5 = 0.2 * v4, v6 = v3 - v5, v7 = v6 * v6, v9 = 0.2 * v8, v11 = 0.2 * v10,
+      v12 = v9 - v11, v13 = v12 * v12, v14 = v7 + v13, v15 = 0.36 - v14, v16 = v14 * v15,
+      v17 = 0.5 * v12;
+  LANES_LET1(v18, sqrt, v16);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v14, v21 = v20 * v6, v22 = v17 + v21,
+      v23 = 3.333333333333333 * v22, v24 = v4 * v23, v25 = 0.5 * v6, v26 = v20 * v12,
+      v27 = v25 - v26, v28 = 3.333333333333333 * v27, v29 = v10 * v28, v30 = v24 - v29,
+      v31 = v4 * v28, v32 = v10 * v23, v33 = v31 + v32;
+  LANES_LET2(v34, atan2, v30, v33);
+  const lanes v35 = 30.864197530864196 * v16;
+  const lanes_where v36 = LANES_LE(0.0, v35);
+  const lanes v37 = LANES_CHOICE(v36, 0.0, -1.0);
+  LANES_LET1(v38, sqrt, v37);
+  const lanes v39 = v38 + q_0;
+  out[0] = v39; out[1] = v34;
 }
 
 // chain_D_q: 36 operations: multiply 16, add 12, trig 4, other 4
@@ -566,52 +583,64 @@ static LANES_TARGET void LANES_NAME(five_bar_chain_D_q)(const lanes *in, lanes *
   out[3] = v36;
 }
 
-// chain_rates: 42 operations: multiply 22, add 13, trig 4, other 3
+// chain_rates: 47 operations: multiply 23, add 14, trig 4, other 6
 static LANES_TARGET void LANES_NAME(five_bar_chain_rates)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], q_1 = in[1], qd_0 = in[2], qd_1 = in[3];
-  LANES_COS_SIN(v1, v3, q_1); LANES_COS_SIN(v2, v4, q_0); out[0] = qd_0;
-  const lanes v5 = 0.2 * v1, v6 = 0.2 + v5, v7 = 0.2 * v2, v8 = v6 - v7, v9 = 0.5 * v8,
-      v10 = v8 * v8, v11 = 0.2 * v3, v12 = 0.2 * v4, v13 = v11 - v12, v14 = v13 * v13,
-      v15 = v10 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
-  LANES_LET1(v18, sqrt, v17);
-  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v9 - v21, v23 = v22 - v8,
-      v24 = v4 * qd_0, v25 = 0.2 * v24, v26 = v3 * qd_1, v27 = 0.2 * v26, v28 = v25 - v27,
-      v29 = v23 * v28, v30 = 0.5 * v13, v31 = v20 * v8, v32 = v30 + v31, v33 = v32 - v13,
-      v34 = v1 * qd_1, v35 = 0.2 * v34, v36 = v2 * qd_0, v37 = 0.2 * v36, v38 = v35 - v37,
-      v39 = v33 * v38, v40 = v29 + v39, v41 = v40 / v19, v42 = v41 - qd_0;
-  out[1] = v42;
+  LANES_COS_SIN(v1, v3, q_1); LANES_COS_SIN(v2, v4, q_0);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 + v5, v7 = 0.2 * v2, v8 = v6 - v7, v9 = v8 * v8,
+      v10 = 0.2 * v3, v11 = 0.2 * v4, v12 = v10 - v11, v13 = v12 * v12, v14 = v9 + v13,
+      v15 = 0.36 - v14, v16 = v14 * v15, v17 = 30.864197530864196 * v16;
+  const lanes_where v18 = LANES_LE(0.0, v17);
+  const lanes v19 = LANES_CHOICE(v18, 0.0, -1.0);
+  LANES_LET1(v20, sqrt, v19);
+  const lanes v21 = v20 + qd_0;
+  out[0] = v21;
+  const lanes v22 = 0.5 * v8;
+  LANES_LET1(v23, sqrt, v16);
+  const lanes v24 = 0.5 * v23, v25 = v24 / v14, v26 = v25 * v12, v27 = v22 - v26, v28 = v27 - v8,
+      v29 = v4 * qd_0, v30 = 0.2 * v29, v31 = v3 * qd_1, v32 = 0.2 * v31, v33 = v30 - v32,
+      v34 = v28 * v33, v35 = 0.5 * v12, v36 = v25 * v8, v37 = v35 + v36, v38 = v37 - v12,
+      v39 = v1 * qd_1, v40 = 0.2 * v39, v41 = v2 * qd_0, v42 = 0.2 * v41, v43 = v40 - v42,
+      v44 = v38 * v43, v45 = v34 + v44, v46 = v45 / v24, v47 = v46 - qd_0;
+  out[1] = v47;
 }
 
-// chain_accelerations: 108 operations: multiply 60, add 35, trig 4, other 9
+// chain_accelerations: 113 operations: multiply 61, add 36, trig 4, other 12
 static LANES_TARGET void LANES_NAME(five_bar_chain_accelerations)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], q_1 = in[1], qd_0 = in[2], qd_1 = in[3], qdd_0 = in[4], qdd_1 = in[5];
-  LANES_COS_SIN(v1, v3, q_1); LANES_COS_SIN(v2, v4, q_0); out[0] = qdd_0;
-  const lanes v5 = 0.2 * v1, v6 = 0.2 + v5, v7 = 0.2 * v2, v8 = v6 - v7, v9 = 0.5 * v8,
-      v10 = v8 * v8, v11 = 0.2 * v3, v12 = 0.2 * v4, v13 = v11 - v12, v14 = v13 * v13,
-      v15 = v10 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
-  LANES_LET1(v18, sqrt, v17);
-  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v9 - v21, v23 = v22 - v8,
-      v24 = v4 * qdd_0, v25 = v2 * qd_0, v26 = v25 * qd_0, v27 = v24 + v26, v28 = 0.2 * v27,
-      v29 = v1 * qd_1, v30 = v29 * qd_1, v31 = v3 * qdd_1, v32 = v30 + v31, v33 = 0.2 * v32,
-      v34 = v28 - v33, v35 = v23 * v34, v36 = 0.5 * v13, v37 = v20 * v8, v38 = v36 + v37,
-      v39 = v38 - v13, v40 = v1 * qdd_1, v41 = v3 * qd_1, v42 = v41 * qd_1, v43 = v40 - v42,
-      v44 = 0.2 * v43, v45 = v2 * qdd_0, v46 = v4 * qd_0, v47 = v46 * qd_0, v48 = v45 - v47,
-      v49 = 0.2 * v48, v50 = v44 - v49, v51 = v39 * v50, v52 = v35 + v51, v53 = 0.2 * v46,
-      v54 = 0.2 * v41, v55 = v53 - v54, v56 = 0.5 * v55, v57 = 2.0 * v8, v58 = v55 * v57,
-      v59 = 0.2 * v29, v60 = 0.2 * v25, v61 = v59 - v60, v62 = 2.0 * v13, v63 = v61 * v62,
-      v64 = v58 + v63, v65 = 0.5 * v64, v66 = v65 / v15, v67 = 0.5 * v15, v68 = v15 * v15,
-      v69 = v67 / v68, v70 = v64 * v69, v71 = v66 - v70, v72 = v71 * v8, v73 = v56 + v72,
-      v74 = v20 * v61, v75 = v73 - v74, v76 = v64 * v16, v77 = v64 * v15, v78 = v76 - v77,
-      v79 = 0.25 / v18, v80 = v78 * v79, v81 = v80 / v15, v82 = v19 / v68, v83 = v64 * v82,
-      v84 = v81 - v83, v85 = v84 * v13, v86 = v75 - v85, v87 = v86 - v55, v88 = v55 * v87,
-      v89 = v52 + v88, v90 = 0.5 * v61, v91 = v20 * v55, v92 = v90 + v91, v93 = v71 * v13,
-      v94 = v92 + v93, v95 = v84 * v8, v96 = v94 + v95, v97 = v96 - v61, v98 = v61 * v97,
-      v99 = v89 + v98, v100 = v99 / v19, v101 = v23 * v55, v102 = v39 * v61, v103 = v101 + v102,
-      v104 = v19 * v19, v105 = v103 / v104, v106 = v80 * v105, v107 = v100 - v106,
-      v108 = v107 - qdd_0;
-  out[1] = v108;
+  LANES_COS_SIN(v1, v3, q_1); LANES_COS_SIN(v2, v4, q_0);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 + v5, v7 = 0.2 * v2, v8 = v6 - v7, v9 = v8 * v8,
+      v10 = 0.2 * v3, v11 = 0.2 * v4, v12 = v10 - v11, v13 = v12 * v12, v14 = v9 + v13,
+      v15 = 0.36 - v14, v16 = v14 * v15, v17 = 30.864197530864196 * v16;
+  const lanes_where v18 = LANES_LE(0.0, v17);
+  const lanes v19 = LANES_CHOICE(v18, 0.0, -1.0);
+  LANES_LET1(v20, sqrt, v19);
+  const lanes v21 = v20 + qdd_0;
+  out[0] = v21;
+  const lanes v22 = 0.5 * v8;
+  LANES_LET1(v23, sqrt, v16);
+  const lanes v24 = 0.5 * v23, v25 = v24 / v14, v26 = v25 * v12, v27 = v22 - v26, v28 = v27 - v8,
+      v29 = v4 * qdd_0, v30 = v2 * qd_0, v31 = v30 * qd_0, v32 = v29 + v31, v33 = 0.2 * v32,
+      v34 = v1 * qd_1, v35 = v34 * qd_1, v36 = v3 * qdd_1, v37 = v35 + v36, v38 = 0.2 * v37,
+      v39 = v33 - v38, v40 = v28 * v39, v41 = 0.5 * v12, v42 = v25 * v8, v43 = v41 + v42,
+      v44 = v43 - v12, v45 = v1 * qdd_1, v46 = v3 * qd_1, v47 = v46 * qd_1, v48 = v45 - v47,
+      v49 = 0.2 * v48, v50 = v2 * qdd_0, v51 = v4 * qd_0, v52 = v51 * qd_0, v53 = v50 - v52,
+      v54 = 0.2 * v53, v55 = v49 - v54, v56 = v44 * v55, v57 = v40 + v56, v58 = 0.2 * v51,
+      v59 = 0.2 * v46, v60 = v58 - v59, v61 = 0.5 * v60, v62 = 2.0 * v8, v63 = v60 * v62,
+      v64 = 0.2 * v34, v65 = 0.2 * v30, v66 = v64 - v65, v67 = 2.0 * v12, v68 = v66 * v67,
+      v69 = v63 + v68, v70 = 0.5 * v69, v71 = v70 / v14, v72 = 0.5 * v14, v73 = v14 * v14,
+      v74 = v72 / v73, v75 = v69 * v74, v76 = v71 - v75, v77 = v76 * v8, v78 = v61 + v77,
+      v79 = v25 * v66, v80 = v78 - v79, v81 = v69 * v15, v82 = v69 * v14, v83 = v81 - v82,
+      v84 = 0.25 / v23, v85 = v83 * v84, v86 = v85 / v14, v87 = v24 / v73, v88 = v69 * v87,
+      v89 = v86 - v88, v90 = v89 * v12, v91 = v80 - v90, v92 = v91 - v60, v93 = v60 * v92,
+      v94 = v57 + v93, v95 = 0.5 * v66, v96 = v25 * v60, v97 = v95 + v96, v98 = v76 * v12,
+      v99 = v97 + v98, v100 = v89 * v8, v101 = v99 + v100, v102 = v101 - v66, v103 = v66 * v102,
+      v104 = v94 + v103, v105 = v104 / v24, v106 = v28 * v60, v107 = v44 * v66, v108 = v106 + v107,
+      v109 = v24 * v24, v110 = v108 / v109, v111 = v85 * v110, v112 = v105 - v111,
+      v113 = v112 - qdd_0;
+  out[1] = v113;
 }
 
 // passive: 36 operations: multiply 18, add 11, trig 5, other 2
@@ -649,24 +678,34 @@ static LANES_TARGET void LANES_NAME(five_bar_passive_D_q)(const lanes *in, lanes
   out[1] = v34;
 }
 
-// configuration: 45 operations: multiply 24, add 13, trig 6, other 2
+// configuration: 51 operations: multiply 25, add 15, trig 6, other 5
 static LANES_TARGET void LANES_NAME(five_bar_configuration)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], q_1 = in[1];
-  LANES_COS_SIN(v1, v4, q_0); LANES_COS_SIN(v8, v2, q_1);
-  const lanes v3 = 0.2 * v2, v5 = 0.2 * v4, v6 = v3 - v5, v7 = 0.5 * v6, v9 = 0.2 * v8,
-      v10 = 0.2 + v9, v11 = 0.2 * v1, v12 = v10 - v11, v13 = v12 * v12, v14 = v6 * v6,
-      v15 = v13 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
-  LANES_LET1(v18, sqrt, v17);
-  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v12, v22 = v7 + v21,
-      v23 = 3.333333333333333 * v22, v24 = v1 * v23, v25 = 0.5 * v12, v26 = v20 * v6,
-      v27 = v25 - v26, v28 = 3.333333333333333 * v27, v29 = v4 * v28, v30 = v24 - v29,
-      v31 = v1 * v28, v32 = v4 * v23, v33 = v31 + v32;
+  LANES_COS_SIN(v1, v8, q_1);
+  const lanes v2 = 0.2 * v1, v3 = 0.2 + v2;
+  LANES_COS_SIN(v4, v10, q_0);
+  const lanes v5 = 0.2 * v4, v6 = v3 - v5, v7 = v6 * v6, v9 = 0.2 * v8, v11 = 0.2 * v10,
+      v12 = v9 - v11, v13 = v12 * v12, v14 = v7 + v13, v15 = 0.36 - v14, v16 = v14 * v15,
+      v17 = 0.5 * v12;
+  LANES_LET1(v18, sqrt, v16);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v14, v21 = v20 * v6, v22 = v17 + v21,
+      v23 = 3.333333333333333 * v22, v24 = v4 * v23, v25 = 0.5 * v6, v26 = v20 * v12,
+      v27 = v25 - v26, v28 = 3.333333333333333 * v27, v29 = v10 * v28, v30 = v24 - v29,
+      v31 = v4 * v28, v32 = v10 * v23, v33 = v31 + v32;
   LANES_LET2(v34, atan2, v30, v33);
-  const lanes v35 = v22 - v6, v36 = 3.333333333333333 * v35, v37 = v36 * v8, v38 = v27 - v12,
-      v39 = 3.333333333333333 * v38, v40 = v39 * v2, v41 = v37 - v40, v42 = v39 * v8,
-      v43 = v36 * v2, v44 = v42 + v43;
-  LANES_LET2(v45, atan2, v41, v44); out[0] = q_0; out[1] = v34; out[2] = q_1; out[3] = v45;
+  const lanes v35 = v22 - v12, v36 = 3.333333333333333 * v35, v37 = v36 * v1, v38 = v27 - v6,
+      v39 = 3.333333333333333 * v38, v40 = v39 * v8, v41 = v37 - v40, v42 = v39 * v1,
+      v43 = v36 * v8, v44 = v42 + v43;
+  LANES_LET2(v45, atan2, v41, v44);
+  const lanes v46 = 30.864197530864196 * v16;
+  const lanes_where v47 = LANES_LE(0.0, v46);
+  const lanes v48 = LANES_CHOICE(v47, 0.0, -1.0);
+  LANES_LET1(v49, sqrt, v48);
+  const lanes v50 = v49 + q_0;
+  out[0] = v50; out[1] = v34;
+  const lanes v51 = v49 + q_1;
+  out[2] = v51; out[3] = v45;
 }
 
 // margin: 17 operations: multiply 8, add 5, trig 4
@@ -680,43 +719,55 @@ static LANES_TARGET void LANES_NAME(five_bar_margin)(const lanes *in, lanes *out
   out[0] = v17;
 }
 
-// chain_all: 46 operations: multiply 25, add 13, trig 6, other 2
+// chain_all: 50 operations: multiply 25, add 14, trig 6, other 5
 static LANES_TARGET void LANES_NAME(five_bar_chain_all)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], q_1 = in[1];
-  LANES_COS_SIN(v1, v4, q_0); LANES_COS_SIN(v8, v2, q_1);
-  const lanes v3 = 0.2 * v2, v5 = 0.2 * v4, v6 = v3 - v5, v7 = 0.5 * v6, v9 = 0.2 * v8,
-      v10 = 0.2 + v9, v11 = 0.2 * v1, v12 = v10 - v11, v13 = v12 * v12, v14 = v6 * v6,
-      v15 = v13 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
-  LANES_LET1(v18, sqrt, v17);
-  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v12, v22 = v7 + v21,
-      v23 = 3.333333333333333 * v22, v24 = v1 * v23, v25 = 0.5 * v12, v26 = v20 * v6,
-      v27 = v25 - v26, v28 = 3.333333333333333 * v27, v29 = v4 * v28, v30 = v24 - v29,
-      v31 = v1 * v28, v32 = v4 * v23, v33 = v31 + v32;
+  LANES_COS_SIN(v1, v8, q_1);
+  const lanes v2 = 0.2 * v1, v3 = 0.2 + v2;
+  LANES_COS_SIN(v4, v10, q_0);
+  const lanes v5 = 0.2 * v4, v6 = v3 - v5, v7 = v6 * v6, v9 = 0.2 * v8, v11 = 0.2 * v10,
+      v12 = v9 - v11, v13 = v12 * v12, v14 = v7 + v13, v15 = 0.36 - v14, v16 = v14 * v15,
+      v17 = 0.5 * v12;
+  LANES_LET1(v18, sqrt, v16);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v14, v21 = v20 * v6, v22 = v17 + v21,
+      v23 = 3.333333333333333 * v22, v24 = v4 * v23, v25 = 0.5 * v6, v26 = v20 * v12,
+      v27 = v25 - v26, v28 = 3.333333333333333 * v27, v29 = v10 * v28, v30 = v24 - v29,
+      v31 = v4 * v28, v32 = v10 * v23, v33 = v31 + v32;
   LANES_LET2(v34, atan2, v30, v33);
-  const lanes v35 = v7 - v21, v36 = 3.333333333333333 * v35, v37 = v1 * v36, v38 = v25 + v26,
-      v39 = 3.333333333333333 * v38, v40 = v4 * v39, v41 = v37 - v40, v42 = v1 * v39,
-      v43 = v4 * v36, v44 = v42 + v43;
-  LANES_LET2(v45, atan2, v41, v44); out[0] = q_0; out[1] = v34; out[2] = q_0; out[3] = v45;
-  const lanes v46 = 30.864197530864196 * v17;
-  out[4] = v46; out[5] = v46;
+  const lanes v35 = v17 - v21, v36 = 3.333333333333333 * v35, v37 = v4 * v36, v38 = v25 + v26,
+      v39 = 3.333333333333333 * v38, v40 = v10 * v39, v41 = v37 - v40, v42 = v4 * v39,
+      v43 = v10 * v36, v44 = v42 + v43;
+  LANES_LET2(v45, atan2, v41, v44);
+  const lanes v46 = 30.864197530864196 * v16;
+  const lanes_where v47 = LANES_LE(0.0, v46);
+  const lanes v48 = LANES_CHOICE(v47, 0.0, -1.0);
+  LANES_LET1(v49, sqrt, v48);
+  const lanes v50 = v49 + q_0;
+  out[0] = v50; out[1] = v34; out[2] = v50; out[3] = v45; out[4] = v46; out[5] = v46;
 }
 
-// actuators: 34 operations: multiply 15, add 11, trig 5, other 3
+// actuators: 39 operations: multiply 16, add 12, trig 5, other 6
 static LANES_TARGET void LANES_NAME(five_bar_actuators)(const lanes *in, lanes *out)
 {
   const lanes theta_0 = in[0], theta_1 = in[1];
-  LANES_COS_SIN(v7, v1, theta_0);
+  LANES_COS_SIN(v1, v9, theta_0);
   const lanes v2 = 0.2 * v1, v3 = theta_0 + theta_1;
-  LANES_COS_SIN(v9, v4, v3);
-  const lanes v5 = 0.3 * v4, v6 = v2 + v5, v8 = 0.2 * v7, v10 = 0.3 * v9, v11 = v8 + v10,
-      v12 = v11 - 0.2, v13 = v12 * v12, v14 = v6 * v6, v15 = v13 + v14, v16 = 0.5 * v15,
-      v17 = 0.02 + v16, v18 = v17 - 0.045, v19 = v18 / v15, v20 = v6 * v19, v21 = 0.25 - v15,
-      v22 = v15 - 0.01, v23 = v21 * v22;
-  LANES_LET1(v24, sqrt, v23);
-  const lanes v25 = 0.5 * v24, v26 = v25 / v15, v27 = v12 * v26, v28 = v20 - v27, v29 = 5.0 * v28,
-      v30 = v12 * v19, v31 = v6 * v26, v32 = v30 + v31, v33 = 5.0 * v32;
-  LANES_LET2(v34, atan2, v29, v33); out[0] = theta_0; out[1] = v34;
+  LANES_COS_SIN(v4, v11, v3);
+  const lanes v5 = 0.3 * v4, v6 = v2 + v5, v7 = v6 - 0.2, v8 = v7 * v7, v10 = 0.2 * v9,
+      v12 = 0.3 * v11, v13 = v10 + v12, v14 = v13 * v13, v15 = v8 + v14, v16 = 0.25 - v15,
+      v17 = v15 - 0.01, v18 = v16 * v17, v19 = 0.5 * v15, v20 = 0.02 + v19, v21 = v20 - 0.045,
+      v22 = v21 / v15, v23 = v13 * v22;
+  LANES_LET1(v24, sqrt, v18);
+  const lanes v25 = 0.5 * v24, v26 = v25 / v15, v27 = v7 * v26, v28 = v23 - v27, v29 = 5.0 * v28,
+      v30 = v7 * v22, v31 = v13 * v26, v32 = v30 + v31, v33 = 5.0 * v32;
+  LANES_LET2(v34, atan2, v29, v33);
+  const lanes v35 = 69.44444444444444 * v18;
+  const lanes_where v36 = LANES_LE(0.0, v35);
+  const lanes v37 = LANES_CHOICE(v36, 0.0, -1.0);
+  LANES_LET1(v38, sqrt, v37);
+  const lanes v39 = v38 + theta_0;
+  out[0] = v39; out[1] = v34;
 }
 
 // actuators_D_chain: 43 operations: multiply 17, add 15, negate 2, trig 4, other 5
@@ -739,63 +790,74 @@ static LANES_TARGET void LANES_NAME(five_bar_actuators_D_chain)(const lanes *in,
   out[3] = v43;
 }
 
-// actuator_rates: 52 operations: multiply 25, add 18, negate 1, trig 4, other 4
+// actuator_rates: 57 operations: multiply 26, add 19, negate 1, trig 4, other 7
 static LANES_TARGET void LANES_NAME(five_bar_actuator_rates)(const lanes *in, lanes *out)
 {
   const lanes theta_0 = in[0], theta_1 = in[1], thetad_0 = in[2], thetad_1 = in[3];
   LANES_COS_SIN(v1, v4, theta_0);
   const lanes v2 = theta_0 + theta_1;
-  LANES_COS_SIN(v3, v5, v2); out[0] = thetad_0;
-  const lanes v6 = v1 * thetad_0, v7 = 0.2 * v6, v8 = v3 * thetad_0, v9 = v3 * thetad_1,
-      v10 = v8 + v9, v11 = 0.3 * v10, v12 = v7 + v11, v13 = 0.2 * v4, v14 = 0.3 * v5,
-      v15 = v13 + v14, v16 = 0.2 * v1, v17 = 0.3 * v3, v18 = v16 + v17, v19 = v18 - 0.2,
-      v20 = v19 * v19, v21 = v15 * v15, v22 = v20 + v21, v23 = 0.5 * v22, v24 = 0.02 + v23,
-      v25 = v24 - 0.045, v26 = v25 / v22, v27 = v15 * v26, v28 = 0.25 - v22, v29 = v22 - 0.01,
-      v30 = v28 * v29;
-  LANES_LET1(v31, sqrt, v30);
-  const lanes v32 = 0.5 * v31, v33 = v32 / v22, v34 = v19 * v33, v35 = v27 - v34, v36 = v35 - v15,
-      v37 = v12 * v36, v38 = v4 * thetad_0, v39 = 0.2 * v38, v40 = v5 * thetad_0,
-      v41 = v5 * thetad_1, v42 = v40 + v41, v43 = 0.3 * v42, v44 = v39 + v43, v45 = v19 * v26,
-      v46 = v15 * v33, v47 = v45 + v46, v48 = v47 - v19, v49 = v44 * v48, v50 = v37 - v49,
-      v51 = v50 / v32, v52 = -v51;
-  out[1] = v52;
+  LANES_COS_SIN(v3, v5, v2);
+  const lanes v6 = 0.2 * v1, v7 = 0.3 * v3, v8 = v6 + v7, v9 = v8 - 0.2, v10 = v9 * v9,
+      v11 = 0.2 * v4, v12 = 0.3 * v5, v13 = v11 + v12, v14 = v13 * v13, v15 = v10 + v14,
+      v16 = 0.25 - v15, v17 = v15 - 0.01, v18 = v16 * v17, v19 = 69.44444444444444 * v18;
+  const lanes_where v20 = LANES_LE(0.0, v19);
+  const lanes v21 = LANES_CHOICE(v20, 0.0, -1.0);
+  LANES_LET1(v22, sqrt, v21);
+  const lanes v23 = v22 + thetad_0;
+  out[0] = v23;
+  const lanes v24 = v1 * thetad_0, v25 = 0.2 * v24, v26 = v3 * thetad_0, v27 = v3 * thetad_1,
+      v28 = v26 + v27, v29 = 0.3 * v28, v30 = v25 + v29, v31 = 0.5 * v15, v32 = 0.02 + v31,
+      v33 = v32 - 0.045, v34 = v33 / v15, v35 = v13 * v34;
+  LANES_LET1(v36, sqrt, v18);
+  const lanes v37 = 0.5 * v36, v38 = v37 / v15, v39 = v9 * v38, v40 = v35 - v39, v41 = v40 - v13,
+      v42 = v30 * v41, v43 = v4 * thetad_0, v44 = 0.2 * v43, v45 = v5 * thetad_0,
+      v46 = v5 * thetad_1, v47 = v45 + v46, v48 = 0.3 * v47, v49 = v44 + v48, v50 = v9 * v34,
+      v51 = v13 * v38, v52 = v50 + v51, v53 = v52 - v9, v54 = v49 * v53, v55 = v42 - v54,
+      v56 = v55 / v37, v57 = -v56;
+  out[1] = v57;
 }
 
-// actuator_accelerations: 122 operations: multiply 64, add 43, negate 1, trig 4, other 10
+// actuator_accelerations: 127 operations: multiply 65, add 44, negate 1, trig 4, other 13
 static LANES_TARGET void LANES_NAME(five_bar_actuator_accelerations)(const lanes *in, lanes *out)
 {
   const lanes theta_0 = in[0], theta_1 = in[1], thetad_0 = in[2], thetad_1 = in[3],
       thetadd_0 = in[4], thetadd_1 = in[5];
   LANES_COS_SIN(v1, v4, theta_0);
   const lanes v2 = theta_0 + theta_1;
-  LANES_COS_SIN(v3, v5, v2); out[0] = thetadd_0;
-  const lanes v6 = v1 * thetad_0, v7 = 0.2 * v6, v8 = v3 * thetad_0, v9 = v3 * thetad_1,
-      v10 = v8 + v9, v11 = 0.3 * v10, v12 = v7 + v11, v13 = 0.2 * v4, v14 = 0.3 * v5,
-      v15 = v13 + v14, v16 = 2.0 * v15, v17 = v12 * v16, v18 = v4 * thetad_0, v19 = 0.2 * v18,
-      v20 = v5 * thetad_0, v21 = v5 * thetad_1, v22 = v20 + v21, v23 = 0.3 * v22, v24 = v19 + v23,
-      v25 = 0.2 * v1, v26 = 0.3 * v3, v27 = v25 + v26, v28 = v27 - 0.2, v29 = 2.0 * v28,
-      v30 = v24 * v29, v31 = v17 - v30, v32 = 0.5 * v31, v33 = v28 * v28, v34 = v15 * v15,
-      v35 = v33 + v34, v36 = v32 / v35, v37 = 0.5 * v35, v38 = 0.02 + v37, v39 = v38 - 0.045,
-      v40 = v35 * v35, v41 = v39 / v40, v42 = v31 * v41, v43 = v36 - v42, v44 = v15 * v43,
-      v45 = 0.25 - v35, v46 = v35 - 0.01, v47 = v45 * v46;
-  LANES_LET1(v48, sqrt, v47);
-  const lanes v49 = 0.5 * v48, v50 = v49 / v35, v51 = v24 * v50, v52 = v44 + v51, v53 = v39 / v35,
-      v54 = v12 * v53, v55 = v52 + v54, v56 = v31 * v45, v57 = v31 * v46, v58 = v56 - v57,
-      v59 = 0.25 / v48, v60 = v58 * v59, v61 = v60 / v35, v62 = v49 / v40, v63 = v31 * v62,
-      v64 = v61 - v63, v65 = v28 * v64, v66 = v55 - v65, v67 = v66 - v12, v68 = v12 * v67,
-      v69 = v1 * thetadd_0, v70 = v18 * thetad_0, v71 = v69 - v70, v72 = 0.2 * v71,
-      v73 = v3 * thetadd_0, v74 = v3 * thetadd_1, v75 = v73 + v74, v76 = thetad_0 + thetad_1,
-      v77 = v22 * v76, v78 = v75 - v77, v79 = 0.3 * v78, v80 = v72 + v79, v81 = v15 * v53,
-      v82 = v28 * v50, v83 = v81 - v82, v84 = v83 - v15, v85 = v80 * v84, v86 = v68 + v85,
-      v87 = v28 * v43, v88 = v15 * v64, v89 = v87 + v88, v90 = v12 * v50, v91 = v89 + v90,
-      v92 = v24 * v53, v93 = v91 - v92, v94 = v24 + v93, v95 = v24 * v94, v96 = v86 - v95,
-      v97 = v4 * thetadd_0, v98 = v6 * thetad_0, v99 = v97 + v98, v100 = 0.2 * v99,
-      v101 = v5 * thetadd_0, v102 = v5 * thetadd_1, v103 = v101 + v102, v104 = v10 * v76,
-      v105 = v103 + v104, v106 = 0.3 * v105, v107 = v100 + v106, v108 = v28 * v53, v109 = v15 * v50,
-      v110 = v108 + v109, v111 = v110 - v28, v112 = v107 * v111, v113 = v96 - v112,
-      v114 = v113 / v49, v115 = v12 * v84, v116 = v24 * v111, v117 = v115 - v116, v118 = v49 * v49,
-      v119 = v117 / v118, v120 = v60 * v119, v121 = v114 - v120, v122 = -v121;
-  out[1] = v122;
+  LANES_COS_SIN(v3, v5, v2);
+  const lanes v6 = 0.2 * v1, v7 = 0.3 * v3, v8 = v6 + v7, v9 = v8 - 0.2, v10 = v9 * v9,
+      v11 = 0.2 * v4, v12 = 0.3 * v5, v13 = v11 + v12, v14 = v13 * v13, v15 = v10 + v14,
+      v16 = 0.25 - v15, v17 = v15 - 0.01, v18 = v16 * v17, v19 = 69.44444444444444 * v18;
+  const lanes_where v20 = LANES_LE(0.0, v19);
+  const lanes v21 = LANES_CHOICE(v20, 0.0, -1.0);
+  LANES_LET1(v22, sqrt, v21);
+  const lanes v23 = v22 + thetadd_0;
+  out[0] = v23;
+  const lanes v24 = v1 * thetad_0, v25 = 0.2 * v24, v26 = v3 * thetad_0, v27 = v3 * thetad_1,
+      v28 = v26 + v27, v29 = 0.3 * v28, v30 = v25 + v29, v31 = 2.0 * v13, v32 = v30 * v31,
+      v33 = v4 * thetad_0, v34 = 0.2 * v33, v35 = v5 * thetad_0, v36 = v5 * thetad_1,
+      v37 = v35 + v36, v38 = 0.3 * v37, v39 = v34 + v38, v40 = 2.0 * v9, v41 = v39 * v40,
+      v42 = v32 - v41, v43 = 0.5 * v42, v44 = v43 / v15, v45 = 0.5 * v15, v46 = 0.02 + v45,
+      v47 = v46 - 0.045, v48 = v15 * v15, v49 = v47 / v48, v50 = v42 * v49, v51 = v44 - v50,
+      v52 = v13 * v51;
+  LANES_LET1(v53, sqrt, v18);
+  const lanes v54 = 0.5 * v53, v55 = v54 / v15, v56 = v39 * v55, v57 = v52 + v56, v58 = v47 / v15,
+      v59 = v30 * v58, v60 = v57 + v59, v61 = v16 * v42, v62 = v17 * v42, v63 = v61 - v62,
+      v64 = 0.25 / v53, v65 = v63 * v64, v66 = v65 / v15, v67 = v54 / v48, v68 = v42 * v67,
+      v69 = v66 - v68, v70 = v9 * v69, v71 = v60 - v70, v72 = v71 - v30, v73 = v30 * v72,
+      v74 = v1 * thetadd_0, v75 = v33 * thetad_0, v76 = v74 - v75, v77 = 0.2 * v76,
+      v78 = v3 * thetadd_0, v79 = v3 * thetadd_1, v80 = v78 + v79, v81 = thetad_0 + thetad_1,
+      v82 = v37 * v81, v83 = v80 - v82, v84 = 0.3 * v83, v85 = v77 + v84, v86 = v13 * v58,
+      v87 = v9 * v55, v88 = v86 - v87, v89 = v88 - v13, v90 = v85 * v89, v91 = v73 + v90,
+      v92 = v9 * v51, v93 = v13 * v69, v94 = v92 + v93, v95 = v30 * v55, v96 = v94 + v95,
+      v97 = v39 * v58, v98 = v96 - v97, v99 = v39 + v98, v100 = v39 * v99, v101 = v91 - v100,
+      v102 = v4 * thetadd_0, v103 = v24 * thetad_0, v104 = v102 + v103, v105 = 0.2 * v104,
+      v106 = v5 * thetadd_0, v107 = v5 * thetadd_1, v108 = v106 + v107, v109 = v28 * v81,
+      v110 = v108 + v109, v111 = 0.3 * v110, v112 = v105 + v111, v113 = v9 * v58, v114 = v13 * v55,
+      v115 = v113 + v114, v116 = v115 - v9, v117 = v112 * v116, v118 = v101 - v117,
+      v119 = v118 / v54, v120 = v30 * v89, v121 = v39 * v116, v122 = v120 - v121, v123 = v54 * v54,
+      v124 = v122 / v123, v125 = v65 * v124, v126 = v119 - v125, v127 = -v126;
+  out[1] = v127;
 }
 
 // actuator_margin: 19 operations: multiply 8, add 7, trig 4
@@ -811,25 +873,29 @@ static LANES_TARGET void LANES_NAME(five_bar_actuator_margin)(const lanes *in, l
   out[0] = v19;
 }
 
-// actuators_all: 40 operations: multiply 18, add 13, trig 6, other 3
+// actuators_all: 44 operations: multiply 18, add 14, trig 6, other 6
 static LANES_TARGET void LANES_NAME(five_bar_actuators_all)(const lanes *in, lanes *out)
 {
   const lanes theta_0 = in[0], theta_1 = in[1];
-  LANES_COS_SIN(v7, v1, theta_0);
+  LANES_COS_SIN(v1, v9, theta_0);
   const lanes v2 = 0.2 * v1, v3 = theta_0 + theta_1;
-  LANES_COS_SIN(v9, v4, v3);
-  const lanes v5 = 0.3 * v4, v6 = v2 + v5, v8 = 0.2 * v7, v10 = 0.3 * v9, v11 = v8 + v10,
-      v12 = v11 - 0.2, v13 = v12 * v12, v14 = v6 * v6, v15 = v13 + v14, v16 = 0.5 * v15,
-      v17 = 0.02 + v16, v18 = v17 - 0.045, v19 = v18 / v15, v20 = v6 * v19, v21 = 0.25 - v15,
-      v22 = v15 - 0.01, v23 = v21 * v22;
-  LANES_LET1(v24, sqrt, v23);
-  const lanes v25 = 0.5 * v24, v26 = v25 / v15, v27 = v12 * v26, v28 = v20 - v27, v29 = 5.0 * v28,
-      v30 = v12 * v19, v31 = v6 * v26, v32 = v30 + v31, v33 = 5.0 * v32;
+  LANES_COS_SIN(v4, v11, v3);
+  const lanes v5 = 0.3 * v4, v6 = v2 + v5, v7 = v6 - 0.2, v8 = v7 * v7, v10 = 0.2 * v9,
+      v12 = 0.3 * v11, v13 = v10 + v12, v14 = v13 * v13, v15 = v8 + v14, v16 = 0.25 - v15,
+      v17 = v15 - 0.01, v18 = v16 * v17, v19 = 0.5 * v15, v20 = 0.02 + v19, v21 = v20 - 0.045,
+      v22 = v21 / v15, v23 = v13 * v22;
+  LANES_LET1(v24, sqrt, v18);
+  const lanes v25 = 0.5 * v24, v26 = v25 / v15, v27 = v7 * v26, v28 = v23 - v27, v29 = 5.0 * v28,
+      v30 = v7 * v22, v31 = v13 * v26, v32 = v30 + v31, v33 = 5.0 * v32;
   LANES_LET2(v34, atan2, v29, v33);
-  const lanes v35 = v27 + v20, v36 = 5.0 * v35, v37 = v30 - v31, v38 = 5.0 * v37;
-  LANES_LET2(v39, atan2, v36, v38); out[0] = theta_0; out[1] = v34; out[2] = theta_0; out[3] = v39;
-  const lanes v40 = 69.44444444444444 * v23;
-  out[4] = v40; out[5] = v40;
+  const lanes v35 = v27 + v23, v36 = 5.0 * v35, v37 = v30 - v31, v38 = 5.0 * v37;
+  LANES_LET2(v39, atan2, v36, v38);
+  const lanes v40 = 69.44444444444444 * v18;
+  const lanes_where v41 = LANES_LE(0.0, v40);
+  const lanes v42 = LANES_CHOICE(v41, 0.0, -1.0);
+  LANES_LET1(v43, sqrt, v42);
+  const lanes v44 = v43 + theta_0;
+  out[0] = v44; out[1] = v34; out[2] = v44; out[3] = v39; out[4] = v40; out[5] = v40;
 }
 
 // constraint: 25 operations: multiply 8, add 9, trig 8
@@ -900,7 +966,7 @@ static LANES_TARGET void LANES_NAME(five_bar_constraint_D_z_dot)(const lanes *in
   out[7] = v42;
 }
 
-// ik: 169 operations: multiply 77, add 75, trig 3, other 14
+// ik: 174 operations: multiply 77, add 77, trig 3, other 17
 static LANES_SPARING LANES_TARGET void LANES_NAME(five_bar_ik)(const lanes *in, lanes *out)
 {
   const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
@@ -921,40 +987,45 @@ static LANES_SPARING LANES_TARGET void LANES_NAME(five_bar_ik)(const lanes *in, 
       v46 = v44 - 0.045;
   LANES_LET1(v47, sqrt, v45);
   const lanes v48 = 69.44444444444444 * v45, v49 = v46 / v40, v50 = 0.5 * v47, v51 = -0.5 * v47;
-  out[6] = v48; out[7] = v48;
-  const lanes v52 = v35 * v49, v53 = v50 / v40, v54 = v37 * v49, v55 = v51 / v40, v56 = v37 * v53,
-      v57 = v35 * v53, v58 = v37 * v55, v59 = v35 * v55, v60 = v52 - v56, v61 = v54 + v57,
-      v62 = v52 - v58, v63 = v54 + v59, v64 = 5.0 * v60, v65 = 5.0 * v61, v66 = 5.0 * v62,
-      v67 = 5.0 * v63, v68 = 0.2 + v61, v69 = v60 - v33, v70 = 0.2 + v63, v71 = v62 - v33;
-  LANES_LET2(v72, atan2, v64, v65); LANES_LET2(v73, atan2, v66, v67);
-  const lanes v74 = v68 - v34, v75 = v69 * v69, v76 = 0.5 * v69, v77 = v70 - v34, v78 = v71 * v71,
-      v79 = 0.5 * v71;
-  out[1] = v72;
-  const lanes v80 = 0.5 * v74, v81 = v74 * v74;
-  out[3] = v73;
-  const lanes v82 = 0.5 * v77, v83 = v77 * v77, v84 = v81 + v75, v85 = v83 + v78, v86 = 0.36 - v84,
-      v87 = 0.36 - v85, v88 = v84 * v86, v89 = v85 * v87;
-  LANES_LET1(v90, sqrt, v88); LANES_LET1(v91, sqrt, v89);
-  const lanes v92 = 0.5 * v90, v93 = 0.5 * v91, v94 = v92 / v84, v95 = v93 / v85, v96 = v69 * v94,
-      v97 = v74 * v94, v98 = v71 * v95, v99 = v77 * v95, v100 = v80 - v96, v101 = v97 + v76,
-      v102 = v82 - v98, v103 = v99 + v79, v104 = 0.9999999999999999 * v100,
-      v105 = 0.9999999999999999 * v101, v106 = 3.333333333333333 * v100,
-      v107 = 3.333333333333333 * v101, v108 = 0.9999999999999999 * v102,
-      v109 = 0.9999999999999999 * v103, v110 = 3.333333333333333 * v102,
-      v111 = 3.333333333333333 * v103, v112 = v104 + v34, v113 = v105 + v33, v114 = v106 - T_0,
-      v115 = T_1 + v107, v116 = v107 - T_4, v117 = v106 - T_5, v118 = v108 + v34, v119 = v109 + v33,
-      v120 = v110 - T_0, v121 = T_1 + v111, v122 = v111 - T_4, v123 = v110 - T_5, v124 = v112 - 0.1,
-      v125 = v113 - T_7, v126 = v114 * v114, v127 = v115 * v115, v128 = v116 * v116,
-      v129 = v117 * v117, v130 = v118 - 0.1, v131 = v119 - T_7, v132 = v120 * v120,
-      v133 = v121 * v121, v134 = v122 * v122, v135 = v123 * v123, v136 = v124 - T_3,
-      v137 = v125 * v125, v138 = v16 + v126, v139 = v130 - T_3, v140 = v131 * v131,
-      v141 = v16 + v132, v142 = v136 * v136, v143 = v138 + v127, v144 = v139 * v139,
-      v145 = v141 + v133, v146 = v4 + v142, v147 = v143 + v128, v148 = v4 + v144,
-      v149 = v145 + v134, v150 = v146 + v137, v151 = v147 + v129, v152 = v148 + v140,
-      v153 = v149 + v135, v154 = v151 + v12, v155 = v153 + v12, v156 = 0.5 * v154,
-      v157 = 0.5 * v155, v158 = v150 + v156, v159 = v150 - v156, v160 = v152 + v157,
-      v161 = v152 - v157;
-  LANES_LET1(v162, fabs, v159); LANES_LET1(v163, fabs, v161);
-  const lanes v164 = v158 + v162, v165 = v160 + v163, v166 = 0.5 * v164, v167 = 0.5 * v165;
-  LANES_LET1(v168, sqrt, v166); LANES_LET1(v169, sqrt, v167); out[4] = v168; out[5] = v169;
+  const lanes_where v52 = LANES_LE(0.0, v48); out[6] = v48; out[7] = v48;
+  const lanes v53 = v35 * v49, v54 = v50 / v40, v55 = v37 * v49, v56 = v51 / v40,
+      v57 = LANES_CHOICE(v52, 0.0, -1.0), v58 = v37 * v54, v59 = v35 * v54, v60 = v37 * v56,
+      v61 = v35 * v56;
+  LANES_LET1(v62, sqrt, v57);
+  const lanes v63 = v53 - v58, v64 = v55 + v59, v65 = v53 - v60, v66 = v55 + v61, v67 = 5.0 * v63,
+      v68 = 5.0 * v64, v69 = 5.0 * v65, v70 = 5.0 * v66, v71 = 0.2 + v64, v72 = v63 - v33,
+      v73 = 0.2 + v66, v74 = v65 - v33;
+  LANES_LET2(v75, atan2, v67, v68); LANES_LET2(v76, atan2, v69, v70);
+  const lanes v77 = v71 - v34, v78 = v72 * v72, v79 = 0.5 * v72, v80 = v73 - v34, v81 = v74 * v74,
+      v82 = 0.5 * v74;
+  out[1] = v75;
+  const lanes v83 = 0.5 * v77, v84 = v77 * v77;
+  out[3] = v76;
+  const lanes v85 = 0.5 * v80, v86 = v80 * v80, v87 = v84 + v78, v88 = v86 + v81, v89 = 0.36 - v87,
+      v90 = 0.36 - v88, v91 = v87 * v89, v92 = v88 * v90;
+  LANES_LET1(v93, sqrt, v91); LANES_LET1(v94, sqrt, v92);
+  const lanes v95 = 0.5 * v93, v96 = 0.5 * v94, v97 = v95 / v87, v98 = v96 / v88, v99 = v72 * v97,
+      v100 = v77 * v97, v101 = v74 * v98, v102 = v80 * v98, v103 = v83 - v99, v104 = v100 + v79,
+      v105 = v85 - v101, v106 = v102 + v82, v107 = 0.9999999999999999 * v103,
+      v108 = 0.9999999999999999 * v104, v109 = 3.333333333333333 * v103,
+      v110 = 3.333333333333333 * v104, v111 = 0.9999999999999999 * v105,
+      v112 = 0.9999999999999999 * v106, v113 = 3.333333333333333 * v105,
+      v114 = 3.333333333333333 * v106, v115 = v107 + v34, v116 = v108 + v33, v117 = v109 - T_0,
+      v118 = T_1 + v110, v119 = v110 - T_4, v120 = v109 - T_5, v121 = v111 + v34, v122 = v112 + v33,
+      v123 = v113 - T_0, v124 = T_1 + v114, v125 = v114 - T_4, v126 = v113 - T_5, v127 = v115 - 0.1,
+      v128 = v116 - T_7, v129 = v117 * v117, v130 = v118 * v118, v131 = v119 * v119,
+      v132 = v120 * v120, v133 = v121 - 0.1, v134 = v122 - T_7, v135 = v123 * v123,
+      v136 = v124 * v124, v137 = v125 * v125, v138 = v126 * v126, v139 = v127 - T_3,
+      v140 = v128 * v128, v141 = v16 + v129, v142 = v133 - T_3, v143 = v134 * v134,
+      v144 = v16 + v135, v145 = v139 * v139, v146 = v141 + v130, v147 = v142 * v142,
+      v148 = v144 + v136, v149 = v4 + v145, v150 = v146 + v131, v151 = v4 + v147,
+      v152 = v148 + v137, v153 = v149 + v140, v154 = v150 + v132, v155 = v151 + v143,
+      v156 = v152 + v138, v157 = v154 + v12, v158 = v156 + v12, v159 = 0.5 * v157,
+      v160 = 0.5 * v158, v161 = v153 + v159, v162 = v153 - v159, v163 = v155 + v160,
+      v164 = v155 - v160;
+  LANES_LET1(v165, fabs, v162); LANES_LET1(v166, fabs, v164);
+  const lanes v167 = v161 + v165, v168 = v163 + v166, v169 = 0.5 * v167, v170 = 0.5 * v168;
+  LANES_LET1(v171, sqrt, v169); LANES_LET1(v172, sqrt, v170);
+  const lanes v173 = v171 + v62, v174 = v172 + v62;
+  out[4] = v173; out[5] = v174;
 }

@@ -68,7 +68,7 @@ void four_bar_fk(const double q[1], double T_0_ee[16]) {
 }
 
 // Pose of every link's frame in the base frame, in order from the base.
-// 28 operations: multiply 13, add 8, negate 2, trig 2, other 3
+// 36 operations: multiply 14, add 13, negate 1, trig 2, other 6
 void four_bar_link_poses(const double q[1], double T[32]) {
   // inputs
   const double q_0 = q[0];
@@ -100,45 +100,52 @@ void four_bar_link_poses(const double q[1], double T[32]) {
   T[30] = 0.0;
   T[31] = 1.0;
   // shared terms; T
-  T[0] = c[0];
-  const double v3 = -s[0];
-  T[4] = s[0];
-  T[5] = c[0];
-  const double v4 = 0.1 * c[0];
-  const double v5 = 0.1 * s[0];
-  // shared terms; T
-  T[1] = v3;
-  const double v6 = 0.35 - v4;
+  const double v3 = 0.1 * c[0];
+  const double v4 = 0.1 * s[0];
+  const double v5 = 0.35 - v3;
+  const double v6 = v4 * v4;
   const double v7 = v5 * v5;
-  T[19] = v4;
-  T[23] = v5;
-  // shared terms; T
-  const double v8 = v6 * v6;
-  const double v9 = v8 + v7;
-  const double v10 = 0.5 * v9;
-  const double v11 = 0.3025 - v9;
-  const double v12 = v9 - 0.0025;
-  const double v13 = 0.045 + v10;
-  const double v14 = v11 * v12;
+  const double v8 = v7 + v6;
+  const double v9 = 0.3025 - v8;
+  const double v10 = v8 - 0.0025;
+  const double v11 = 0.5 * v8;
+  const double v12 = v9 * v10;
+  const double v13 = 0.045 + v11;
+  const double v14 = 44.44444444444444 * v12;
   const double v15 = v13 - 0.03125;
-  const double v16 = sqrt(v14);
-  const double v17 = v15 / v9;
-  const double v18 = 0.5 * v16;
-  const double v19 = v17 * v6;
-  const double v20 = v18 / v9;
-  const double v21 = v17 * v5;
-  const double v22 = v20 * v5;
-  const double v23 = v20 * v6;
-  const double v24 = v19 + v22;
-  const double v25 = v23 - v21;
-  const double v26 = 3.333333333333333 * v24;
-  const double v27 = 3.333333333333333 * v25;
-  T[16] = v26;
-  const double v28 = -v27;
-  T[20] = v27;
-  T[21] = v26;
+  const double v16 = sqrt(v12);
+  const int v17 = 0.0 <= v14;
+  const double v18 = v15 / v8;
+  const double v19 = 0.5 * v16;
+  const double v20 = v17 ? 0.0 : -1.0;
+  const double v21 = v18 * v5;
+  const double v22 = v19 / v8;
+  const double v23 = v18 * v4;
+  const double v24 = sqrt(v20);
+  const double v25 = v22 * v4;
+  const double v26 = v22 * v5;
+  const double v27 = c[0] + v24;
+  const double v28 = v24 - s[0];
+  const double v29 = s[0] + v24;
+  const double v30 = v21 + v25;
+  const double v31 = v26 - v23;
+  const double v32 = v24 + v3;
+  const double v33 = v24 + v4;
+  T[0] = v27;
+  T[1] = v28;
+  T[4] = v29;
+  T[5] = v27;
+  const double v34 = 3.333333333333333 * v30;
+  const double v35 = 3.333333333333333 * v31;
+  T[19] = v32;
+  T[23] = v33;
+  // shared terms; T
+  T[16] = v34;
+  const double v36 = -v35;
+  T[20] = v35;
+  T[21] = v34;
   // T
-  T[17] = v28;
+  T[17] = v36;
 }
 
 // Pose of the tool and mixed Jacobian in one call.
@@ -1518,7 +1525,7 @@ void four_bar_acceleration_mixed(const double q[1], const double qd[1], const do
 }
 
 // Joints of the main chain, angles between -pi and pi.
-// 33 operations: multiply 17, add 10, trig 3, other 3
+// 38 operations: multiply 18, add 11, trig 3, other 6
 void four_bar_chain(const double q[1], double theta[2]) {
   // inputs
   const double q_0 = q[0];
@@ -1526,8 +1533,6 @@ void four_bar_chain(const double q[1], double theta[2]) {
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // theta
-  theta[0] = q_0;
   // shared terms; theta
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
@@ -1542,25 +1547,32 @@ void four_bar_chain(const double q[1], double theta[2]) {
   const double v13 = 0.045 + v11;
   const double v14 = sqrt(v12);
   const double v15 = v13 - 0.03125;
-  const double v16 = 0.5 * v14;
-  const double v17 = v15 / v8;
-  const double v18 = v16 / v8;
-  const double v19 = v17 * v4;
-  const double v20 = v17 * v5;
-  const double v21 = v18 * v5;
-  const double v22 = v18 * v4;
-  const double v23 = v21 - v19;
-  const double v24 = v20 + v22;
-  const double v25 = 3.333333333333333 * v23;
-  const double v26 = 3.333333333333333 * v24;
-  const double v27 = c[0] * v25;
-  const double v28 = v26 * s[0];
-  const double v29 = c[0] * v26;
-  const double v30 = s[0] * v25;
-  const double v31 = v27 - v28;
-  const double v32 = v29 + v30;
-  const double v33 = atan2(v31, v32);
-  theta[1] = v33;
+  const double v16 = 44.44444444444444 * v12;
+  const double v17 = 0.5 * v14;
+  const double v18 = v15 / v8;
+  const int v19 = 0.0 <= v16;
+  const double v20 = v17 / v8;
+  const double v21 = v18 * v4;
+  const double v22 = v18 * v5;
+  const double v23 = v19 ? 0.0 : -1.0;
+  const double v24 = v20 * v5;
+  const double v25 = v20 * v4;
+  const double v26 = sqrt(v23);
+  const double v27 = v24 - v21;
+  const double v28 = v22 + v25;
+  const double v29 = v26 + q_0;
+  const double v30 = 3.333333333333333 * v27;
+  const double v31 = 3.333333333333333 * v28;
+  theta[0] = v29;
+  // shared terms; theta
+  const double v32 = c[0] * v30;
+  const double v33 = v31 * s[0];
+  const double v34 = c[0] * v31;
+  const double v35 = s[0] * v30;
+  const double v36 = v32 - v33;
+  const double v37 = v34 + v35;
+  const double v38 = atan2(v36, v37);
+  theta[1] = v38;
 }
 
 // Derivative of the main chain's joints by the actuated coordinates.
@@ -1608,7 +1620,7 @@ void four_bar_chain_D_q(const double q[1], double theta_D_q[2]) {
 }
 
 // Joint rates of the main chain.
-// 35 operations: multiply 17, add 12, trig 2, other 4
+// 40 operations: multiply 18, add 13, trig 2, other 7
 void four_bar_chain_rates(const double q[1], const double qd[1], double thetad[2]) {
   // inputs
   const double q_0 = q[0];
@@ -1617,47 +1629,52 @@ void four_bar_chain_rates(const double q[1], const double qd[1], double thetad[2
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // thetad
-  thetad[0] = qd_0;
   // shared terms; thetad
-  const double v3 = s[0] * qd_0;
-  const double v4 = 0.1 * c[0];
-  const double v5 = 0.1 * s[0];
+  const double v3 = 0.1 * c[0];
+  const double v4 = 0.1 * s[0];
+  const double v5 = s[0] * qd_0;
   const double v6 = c[0] * qd_0;
-  const double v7 = 0.1 * v3;
-  const double v8 = 0.35 - v4;
-  const double v9 = v5 * v5;
+  const double v7 = 0.35 - v3;
+  const double v8 = v4 * v4;
+  const double v9 = 0.1 * v5;
   const double v10 = 0.1 * v6;
-  const double v11 = v8 * v8;
-  const double v12 = v11 + v9;
-  const double v13 = 0.5 * v12;
-  const double v14 = 0.3025 - v12;
-  const double v15 = v12 - 0.0025;
-  const double v16 = 0.045 + v13;
-  const double v17 = v14 * v15;
-  const double v18 = v16 - 0.03125;
-  const double v19 = sqrt(v17);
-  const double v20 = v18 / v12;
-  const double v21 = 0.5 * v19;
-  const double v22 = v20 * v8;
-  const double v23 = v21 / v12;
-  const double v24 = v20 * v5;
-  const double v25 = v23 * v5;
-  const double v26 = v23 * v8;
-  const double v27 = v22 + v25;
-  const double v28 = v26 - v24;
-  const double v29 = v27 - v8;
-  const double v30 = v28 + v5;
-  const double v31 = v7 * v29;
-  const double v32 = v10 * v30;
-  const double v33 = v31 - v32;
-  const double v34 = v33 / v21;
-  const double v35 = v34 - qd_0;
-  thetad[1] = v35;
+  const double v11 = v7 * v7;
+  const double v12 = v11 + v8;
+  const double v13 = 0.3025 - v12;
+  const double v14 = v12 - 0.0025;
+  const double v15 = 0.5 * v12;
+  const double v16 = v13 * v14;
+  const double v17 = 0.045 + v15;
+  const double v18 = 44.44444444444444 * v16;
+  const double v19 = v17 - 0.03125;
+  const double v20 = sqrt(v16);
+  const int v21 = 0.0 <= v18;
+  const double v22 = v19 / v12;
+  const double v23 = 0.5 * v20;
+  const double v24 = v21 ? 0.0 : -1.0;
+  const double v25 = v22 * v7;
+  const double v26 = v23 / v12;
+  const double v27 = v22 * v4;
+  const double v28 = sqrt(v24);
+  const double v29 = v26 * v4;
+  const double v30 = v26 * v7;
+  const double v31 = v28 + qd_0;
+  const double v32 = v25 + v29;
+  const double v33 = v30 - v27;
+  thetad[0] = v31;
+  const double v34 = v32 - v7;
+  const double v35 = v33 + v4;
+  // shared terms; thetad
+  const double v36 = v9 * v34;
+  const double v37 = v10 * v35;
+  const double v38 = v36 - v37;
+  const double v39 = v38 / v23;
+  const double v40 = v39 - qd_0;
+  thetad[1] = v40;
 }
 
 // Joint accelerations of the main chain.
-// 90 operations: multiply 48, add 30, trig 2, other 10
+// 95 operations: multiply 49, add 31, trig 2, other 13
 void four_bar_chain_accelerations(const double q[1], const double qd[1], const double qdd[1], double thetadd[2]) {
   // inputs
   const double q_0 = q[0];
@@ -1667,98 +1684,103 @@ void four_bar_chain_accelerations(const double q[1], const double qd[1], const d
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // thetadd
-  thetadd[0] = qdd_0;
   // shared terms; thetadd
-  const double v3 = s[0] * qd_0;
-  const double v4 = 0.1 * c[0];
-  const double v5 = 0.1 * s[0];
+  const double v3 = 0.1 * c[0];
+  const double v4 = 0.1 * s[0];
+  const double v5 = s[0] * qd_0;
   const double v6 = c[0] * qd_0;
   const double v7 = 0.2 * s[0];
   const double v8 = s[0] * qdd_0;
   const double v9 = c[0] * qdd_0;
-  const double v10 = 0.1 * v3;
-  const double v11 = 0.35 - v4;
-  const double v12 = v5 * v5;
+  const double v10 = 0.35 - v3;
+  const double v11 = v4 * v4;
+  const double v12 = 0.1 * v5;
   const double v13 = 0.1 * v6;
   const double v14 = v6 * qd_0;
-  const double v15 = v3 * qd_0;
-  const double v16 = v11 * v11;
-  const double v17 = 2.0 * v11;
+  const double v15 = v5 * qd_0;
+  const double v16 = v10 * v10;
+  const double v17 = 2.0 * v10;
   const double v18 = v13 * v7;
   const double v19 = v14 + v8;
   const double v20 = v9 - v15;
-  const double v21 = v16 + v12;
-  const double v22 = v10 * v17;
+  const double v21 = v16 + v11;
+  const double v22 = v12 * v17;
   const double v23 = 0.1 * v19;
   const double v24 = 0.1 * v20;
-  const double v25 = 0.5 * v21;
-  const double v26 = 0.3025 - v21;
-  const double v27 = v21 - 0.0025;
+  const double v25 = 0.3025 - v21;
+  const double v26 = v21 - 0.0025;
+  const double v27 = 0.5 * v21;
   const double v28 = v22 + v18;
   const double v29 = v21 * v21;
-  const double v30 = 0.045 + v25;
-  const double v31 = v26 * v27;
+  const double v30 = v25 * v26;
+  const double v31 = 0.045 + v27;
   const double v32 = 0.5 * v28;
-  const double v33 = v28 * v26;
-  const double v34 = v28 * v27;
-  const double v35 = v30 - 0.03125;
-  const double v36 = sqrt(v31);
-  const double v37 = v32 / v21;
-  const double v38 = v33 - v34;
-  const double v39 = v35 / v21;
-  const double v40 = 0.5 * v36;
-  const double v41 = v35 / v29;
-  const double v42 = 0.25 / v36;
-  const double v43 = v39 * v10;
-  const double v44 = v40 / v21;
-  const double v45 = v28 * v41;
-  const double v46 = v38 * v42;
-  const double v47 = v40 / v29;
-  const double v48 = v39 * v11;
-  const double v49 = v39 * v13;
-  const double v50 = v39 * v5;
-  const double v51 = v40 * v40;
-  const double v52 = v44 * v13;
-  const double v53 = v37 - v45;
-  const double v54 = v46 / v21;
-  const double v55 = v28 * v47;
-  const double v56 = v44 * v5;
-  const double v57 = v44 * v10;
-  const double v58 = v44 * v11;
-  const double v59 = v43 + v52;
-  const double v60 = v53 * v11;
-  const double v61 = v54 - v55;
-  const double v62 = v48 + v56;
-  const double v63 = v53 * v5;
-  const double v64 = v58 - v50;
-  const double v65 = v59 + v60;
-  const double v66 = v61 * v5;
-  const double v67 = v62 - v11;
-  const double v68 = v61 * v11;
-  const double v69 = v64 + v5;
-  const double v70 = v65 + v66;
-  const double v71 = v67 * v23;
-  const double v72 = v57 + v68;
-  const double v73 = v69 * v24;
-  const double v74 = v10 * v67;
-  const double v75 = v13 * v69;
-  const double v76 = v70 - v10;
-  const double v77 = v72 - v49;
-  const double v78 = v74 - v75;
-  const double v79 = v10 * v76;
-  const double v80 = v77 - v63;
-  const double v81 = v78 / v51;
-  const double v82 = v79 + v71;
-  const double v83 = v13 + v80;
-  const double v84 = v46 * v81;
-  const double v85 = v13 * v83;
-  const double v86 = v82 - v85;
-  const double v87 = v86 - v73;
-  const double v88 = v87 / v40;
-  const double v89 = v88 - v84;
-  const double v90 = v89 - qdd_0;
-  thetadd[1] = v90;
+  const double v33 = v28 * v25;
+  const double v34 = v28 * v26;
+  const double v35 = 44.44444444444444 * v30;
+  const double v36 = v31 - 0.03125;
+  const double v37 = sqrt(v30);
+  const double v38 = v32 / v21;
+  const double v39 = v33 - v34;
+  const int v40 = 0.0 <= v35;
+  const double v41 = v36 / v21;
+  const double v42 = 0.5 * v37;
+  const double v43 = v36 / v29;
+  const double v44 = 0.25 / v37;
+  const double v45 = v40 ? 0.0 : -1.0;
+  const double v46 = v41 * v12;
+  const double v47 = v42 / v21;
+  const double v48 = v28 * v43;
+  const double v49 = v39 * v44;
+  const double v50 = v42 / v29;
+  const double v51 = v41 * v10;
+  const double v52 = v41 * v13;
+  const double v53 = v41 * v4;
+  const double v54 = v42 * v42;
+  const double v55 = sqrt(v45);
+  const double v56 = v47 * v13;
+  const double v57 = v38 - v48;
+  const double v58 = v49 / v21;
+  const double v59 = v28 * v50;
+  const double v60 = v47 * v4;
+  const double v61 = v47 * v12;
+  const double v62 = v47 * v10;
+  const double v63 = v55 + qdd_0;
+  const double v64 = v46 + v56;
+  const double v65 = v57 * v10;
+  const double v66 = v58 - v59;
+  const double v67 = v51 + v60;
+  const double v68 = v57 * v4;
+  const double v69 = v62 - v53;
+  thetadd[0] = v63;
+  const double v70 = v64 + v65;
+  const double v71 = v66 * v4;
+  const double v72 = v67 - v10;
+  const double v73 = v66 * v10;
+  const double v74 = v69 + v4;
+  // shared terms; thetadd
+  const double v75 = v70 + v71;
+  const double v76 = v72 * v23;
+  const double v77 = v61 + v73;
+  const double v78 = v74 * v24;
+  const double v79 = v12 * v72;
+  const double v80 = v13 * v74;
+  const double v81 = v75 - v12;
+  const double v82 = v77 - v52;
+  const double v83 = v79 - v80;
+  const double v84 = v12 * v81;
+  const double v85 = v82 - v68;
+  const double v86 = v83 / v54;
+  const double v87 = v84 + v76;
+  const double v88 = v13 + v85;
+  const double v89 = v49 * v86;
+  const double v90 = v13 * v88;
+  const double v91 = v87 - v90;
+  const double v92 = v91 - v78;
+  const double v93 = v92 / v42;
+  const double v94 = v93 - v89;
+  const double v95 = v94 - qdd_0;
+  thetadd[1] = v95;
 }
 
 // Passive joints that are not in the main chain, angles between -pi and pi.
@@ -1841,7 +1863,7 @@ void four_bar_passive_D_q(const double q[1], double passive_D_q[1]) {
 }
 
 // All joints, swings and cylinder lengths, angles between -pi and pi.
-// 38 operations: multiply 19, add 12, trig 4, other 3
+// 43 operations: multiply 20, add 13, trig 4, other 6
 void four_bar_configuration(const double q[1], double z[3]) {
   // inputs
   const double q_0 = q[0];
@@ -1849,8 +1871,6 @@ void four_bar_configuration(const double q[1], double z[3]) {
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // z
-  z[0] = q_0;
   // shared terms; z
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
@@ -1865,32 +1885,39 @@ void four_bar_configuration(const double q[1], double z[3]) {
   const double v13 = 0.045 + v11;
   const double v14 = sqrt(v12);
   const double v15 = v13 - 0.03125;
-  const double v16 = 0.5 * v14;
-  const double v17 = v15 / v8;
-  const double v18 = v16 / v8;
-  const double v19 = v17 * v4;
-  const double v20 = v17 * v5;
-  const double v21 = v18 * v5;
-  const double v22 = v18 * v4;
-  const double v23 = v21 - v19;
-  const double v24 = v20 + v22;
-  const double v25 = 3.333333333333333 * v23;
-  const double v26 = 3.333333333333333 * v24;
-  const double v27 = v23 + v4;
-  const double v28 = v24 - v5;
-  const double v29 = c[0] * v25;
-  const double v30 = v26 * s[0];
-  const double v31 = c[0] * v26;
-  const double v32 = s[0] * v25;
-  const double v33 = 4.0 * v27;
-  const double v34 = 4.0 * v28;
-  const double v35 = v29 - v30;
-  const double v36 = v31 + v32;
-  const double v37 = atan2(v33, v34);
-  const double v38 = atan2(v35, v36);
-  z[2] = v37;
+  const double v16 = 44.44444444444444 * v12;
+  const double v17 = 0.5 * v14;
+  const double v18 = v15 / v8;
+  const int v19 = 0.0 <= v16;
+  const double v20 = v17 / v8;
+  const double v21 = v18 * v4;
+  const double v22 = v18 * v5;
+  const double v23 = v19 ? 0.0 : -1.0;
+  const double v24 = v20 * v5;
+  const double v25 = v20 * v4;
+  const double v26 = sqrt(v23);
+  const double v27 = v24 - v21;
+  const double v28 = v22 + v25;
+  const double v29 = v26 + q_0;
+  const double v30 = 3.333333333333333 * v27;
+  const double v31 = 3.333333333333333 * v28;
+  const double v32 = v27 + v4;
+  const double v33 = v28 - v5;
+  z[0] = v29;
+  // shared terms; z
+  const double v34 = c[0] * v30;
+  const double v35 = v31 * s[0];
+  const double v36 = c[0] * v31;
+  const double v37 = s[0] * v30;
+  const double v38 = 4.0 * v32;
+  const double v39 = 4.0 * v33;
+  const double v40 = v34 - v35;
+  const double v41 = v36 + v37;
+  const double v42 = atan2(v38, v39);
+  const double v43 = atan2(v40, v41);
+  z[2] = v42;
   // z
-  z[1] = v38;
+  z[1] = v43;
 }
 
 // Margin of each step of the loops' solution, zero at its dead point.
@@ -1917,7 +1944,7 @@ void four_bar_margin(const double q[1], double margin[1]) {
 }
 
 // All branches of the loops' solution, NaN where a branch does not close.
-// 46 operations: multiply 24, add 14, negate 1, trig 4, other 3
+// 50 operations: multiply 24, add 15, negate 1, trig 4, other 6
 void four_bar_chain_all(const double q[1], double theta[4], double margin[2]) {
   // inputs
   const double q_0 = q[0];
@@ -1925,9 +1952,6 @@ void four_bar_chain_all(const double q[1], double theta[4], double margin[2]) {
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // column 1 of theta
-  theta[0] = q_0;
-  theta[2] = q_0;
   // shared terms; margin
   const double v3 = 0.1 * c[0];
   const double v4 = 0.1 * s[0];
@@ -1945,40 +1969,47 @@ void four_bar_chain_all(const double q[1], double theta[4], double margin[2]) {
   const double v16 = 44.44444444444444 * v12;
   const double v17 = 0.5 * v14;
   const double v18 = v15 / v8;
+  const int v19 = 0.0 <= v16;
   margin[0] = v16;
   margin[1] = v16;
+  // shared terms; column 1 of theta
+  const double v20 = v17 / v8;
+  const double v21 = v18 * v4;
+  const double v22 = v18 * v5;
+  const double v23 = v19 ? 0.0 : -1.0;
+  const double v24 = v20 * v5;
+  const double v25 = v20 * v4;
+  const double v26 = sqrt(v23);
+  const double v27 = v24 - v21;
+  const double v28 = v22 + v25;
+  const double v29 = v21 + v24;
+  const double v30 = v22 - v25;
+  const double v31 = v26 + q_0;
+  const double v32 = 3.333333333333333 * v27;
+  const double v33 = 3.333333333333333 * v28;
+  const double v34 = 3.333333333333333 * v29;
+  const double v35 = 3.333333333333333 * v30;
+  theta[0] = v31;
+  theta[2] = v31;
   // shared terms; column 2 of theta
-  const double v19 = v17 / v8;
-  const double v20 = v18 * v4;
-  const double v21 = v18 * v5;
-  const double v22 = v19 * v5;
-  const double v23 = v19 * v4;
-  const double v24 = v22 - v20;
-  const double v25 = v21 + v23;
-  const double v26 = v20 + v22;
-  const double v27 = v21 - v23;
-  const double v28 = 3.333333333333333 * v24;
-  const double v29 = 3.333333333333333 * v25;
-  const double v30 = 3.333333333333333 * v26;
-  const double v31 = 3.333333333333333 * v27;
-  const double v32 = c[0] * v28;
-  const double v33 = v29 * s[0];
-  const double v34 = c[0] * v29;
-  const double v35 = s[0] * v28;
-  const double v36 = c[0] * v30;
-  const double v37 = s[0] * v31;
-  const double v38 = c[0] * v31;
-  const double v39 = s[0] * v30;
-  const double v40 = v32 - v33;
-  const double v41 = v34 + v35;
-  const double v42 = v36 + v37;
-  const double v43 = v38 - v39;
-  const double v44 = atan2(v40, v41);
-  const double v45 = atan2(v42, v43);
-  theta[1] = v44;
-  const double v46 = -v45;
+  const double v36 = c[0] * v32;
+  const double v37 = v33 * s[0];
+  const double v38 = c[0] * v33;
+  const double v39 = s[0] * v32;
+  const double v40 = c[0] * v34;
+  const double v41 = s[0] * v35;
+  const double v42 = c[0] * v35;
+  const double v43 = s[0] * v34;
+  const double v44 = v36 - v37;
+  const double v45 = v38 + v39;
+  const double v46 = v40 + v41;
+  const double v47 = v42 - v43;
+  const double v48 = atan2(v44, v45);
+  const double v49 = atan2(v46, v47);
+  theta[1] = v48;
+  const double v50 = -v49;
   // column 2 of theta
-  theta[3] = v46;
+  theta[3] = v50;
 }
 
 // Actuated coordinates from the joints of the main chain.

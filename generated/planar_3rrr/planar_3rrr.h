@@ -19,21 +19,21 @@ extern "C" {
 
 /* Actuated coordinates from the joints of the main chain.
  * actuators(chain(q)) = q
- * 90 operations: multiply 39, add 36, negate 1, trig 5, other 9.
+ * 108 operations: multiply 42, add 39, negate 1, trig 5, other 21.
  *   theta: joints of the main chain, 3 (rad or m)
  *   q: actuated coordinates, 3 (rad) */
 void planar_3rrr_actuators(const double theta[3], double q[3]);
 
 /* Derivative of the actuated coordinates by the main chain's joints.
  * actuators_D_chain[:, k] = d actuators / d theta_k
- * 108 operations: multiply 39, add 48, negate 1, trig 2, other 18.
+ * 131 operations: multiply 42, add 57, trig 2, other 30.
  *   theta: joints of the main chain, 3 (rad or m)
  *   q_D_theta: derivative, 3 x 3 (1, m, 1/m) */
 void planar_3rrr_actuators_D_chain(const double theta[3], double q_D_theta[9]);
 
 /* Rates of the actuated coordinates.
  * qd = actuators_D_chain(theta) thetad
- * 115 operations: multiply 47, add 54, trig 2, other 12.
+ * 133 operations: multiply 50, add 57, trig 2, other 24.
  *   theta: joints of the main chain, 3 (rad or m)
  *   thetad: joint rates of the main chain, 3 (rad or m/s)
  *   qd: actuator rates, 3 (rad/s) */
@@ -41,7 +41,7 @@ void planar_3rrr_actuator_rates(const double theta[3], const double thetad[3], d
 
 /* Accelerations of the actuated coordinates.
  * qdd = actuators_D_chain(theta) thetadd + d/dt actuators_D_chain(theta) thetad
- * 278 operations: multiply 132, add 114, trig 2, other 30.
+ * 296 operations: multiply 135, add 117, trig 2, other 42.
  *   theta: joints of the main chain, 3 (rad or m)
  *   thetad: joint rates of the main chain, 3 (rad or m/s)
  *   thetadd: joint accelerations of the main chain, 3 (rad or m/s^2)
@@ -61,7 +61,7 @@ void planar_3rrr_actuator_margin(const double theta[3], double margin[3]);
  * right, coupler_3 right; coupler_1 right, coupler_2 left, coupler_3 left; coupler_1 right,
  * coupler_2 left, coupler_3 right; coupler_1 right, coupler_2 right, coupler_3 left; coupler_1
  * right, coupler_2 right, coupler_3 right
- * 110 operations: multiply 48, add 43, negate 2, trig 8, other 9.
+ * 128 operations: multiply 48, add 49, negate 2, trig 8, other 21.
  *   theta: joints of the main chain, 3 (rad or m)
  *   q: one branch a row, 8 x 3 (rad)
  *   margin: margins of each branch, 8 x 3 (1) */
@@ -216,7 +216,7 @@ void planar_3rrr_chain_acceleration_mixed(const double theta[3], const double th
 
 /* Distance between the ends of each rod or cylinder less its length.
  * |b_i(theta) - a_i(q)| - l_i, i = coupler_1, coupler_2, coupler_3
- * 56 operations: multiply 18, add 27, trig 8, other 3.
+ * 100 operations: multiply 30, add 52, trig 8, other 10.
  *   theta: joints of the main chain, 3 (rad or m)
  *   q: actuator coordinates, 3 (rad)
  *   residual: excess of distance over length, 3 (m) */
@@ -224,7 +224,7 @@ void planar_3rrr_rods(const double theta[3], const double q[3], double residual[
 
 /* Derivative of the rods' residuals by the main chain's joints.
  * rods_D_chain[:, k] = d rods / d theta_k
- * 81 operations: multiply 39, add 27, negate 1, trig 8, other 6.
+ * 130 operations: multiply 51, add 58, trig 8, other 13.
  *   theta: joints of the main chain, 3 (rad or m)
  *   q: actuator coordinates, 3 (rad)
  *   residual_D_theta: derivative, 3 x 3 (1, m) */
@@ -233,7 +233,7 @@ void planar_3rrr_rods_D_chain(const double theta[3], const double q[3], double r
 /* Both matrices of the velocity relation of a platform on legs.
  * J_x x' = J_q q', x' the tool's twist (v, omega) in base axes in the free directions v_x, v_y,
  * omega_z
- * 91 operations: multiply 39, add 32, trig 8, other 12.
+ * 144 operations: multiply 51, add 66, trig 8, other 19.
  *   theta: joints of the main chain, 3 (rad or m)
  *   q: actuator coordinates, 3 (rad)
  *   J_x: rods along their directions, 3 x 3 (1, m)

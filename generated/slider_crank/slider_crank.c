@@ -77,7 +77,7 @@ void slider_crank_link_poses(const double q[1], double T[16]) {
 }
 
 // Pose of the tool and mixed Jacobian in one call.
-// 15 operations: multiply 6, add 5, trig 2, other 2
+// 20 operations: multiply 7, add 6, trig 2, other 5
 void slider_crank_fk_jacobian_mixed(const double q[1], double T_0_ee[16], double J[6]) {
   // inputs
   const double q_0 = q[0];
@@ -116,18 +116,23 @@ void slider_crank_fk_jacobian_mixed(const double q[1], double T_0_ee[16], double
   const double v9 = v3 * v5;
   const double v10 = sqrt(v7);
   const double v11 = v8 - v9;
-  const double v12 = v3 + v10;
-  const double v13 = 0.5 / v10;
-  T_0_ee[3] = v12;
-  const double v14 = v11 * v13;
+  const double v12 = 30.864197530864196 * v7;
+  const double v13 = v3 + v10;
+  const double v14 = 0.5 / v10;
+  const int v15 = 0.0 <= v12;
+  T_0_ee[3] = v13;
+  const double v16 = v14 * v11;
+  const double v17 = v15 ? 0.0 : -1.0;
   // shared terms; J
-  const double v15 = v14 - v4;
-  J[0] = v15;
+  const double v18 = v16 - v4;
+  const double v19 = sqrt(v17);
+  const double v20 = v18 + v19;
+  J[0] = v20;
 }
 
 // Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
 // axes.
-// 14 operations: multiply 6, add 4, trig 2, other 2
+// 19 operations: multiply 7, add 5, trig 2, other 5
 void slider_crank_jacobian_space(const double q[1], double J[6]) {
   // inputs
   const double q_0 = q[0];
@@ -142,23 +147,28 @@ void slider_crank_jacobian_space(const double q[1], double J[6]) {
   J[4] = 0.0;
   J[5] = 0.0;
   // shared terms; J
-  const double v3 = 0.05 * c[0];
-  const double v4 = 0.05 * s[0];
-  const double v5 = 0.18 - v4;
-  const double v6 = 0.18 + v4;
-  const double v7 = v3 * v5;
-  const double v8 = v3 * v6;
-  const double v9 = v6 * v5;
-  const double v10 = v7 - v8;
-  const double v11 = sqrt(v9);
-  const double v12 = 0.5 / v11;
-  const double v13 = v10 * v12;
-  const double v14 = v13 - v4;
-  J[0] = v14;
+  const double v3 = 0.05 * s[0];
+  const double v4 = 0.05 * c[0];
+  const double v5 = 0.18 + v3;
+  const double v6 = 0.18 - v3;
+  const double v7 = v5 * v6;
+  const double v8 = v4 * v6;
+  const double v9 = v4 * v5;
+  const double v10 = sqrt(v7);
+  const double v11 = v8 - v9;
+  const double v12 = 30.864197530864196 * v7;
+  const double v13 = 0.5 / v10;
+  const int v14 = 0.0 <= v12;
+  const double v15 = v13 * v11;
+  const double v16 = v14 ? 0.0 : -1.0;
+  const double v17 = v15 - v3;
+  const double v18 = sqrt(v16);
+  const double v19 = v17 + v18;
+  J[0] = v19;
 }
 
 // Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
-// 14 operations: multiply 6, add 4, trig 2, other 2
+// 19 operations: multiply 7, add 5, trig 2, other 5
 void slider_crank_jacobian_body(const double q[1], double J[6]) {
   // inputs
   const double q_0 = q[0];
@@ -173,23 +183,28 @@ void slider_crank_jacobian_body(const double q[1], double J[6]) {
   J[4] = 0.0;
   J[5] = 0.0;
   // shared terms; J
-  const double v3 = 0.05 * c[0];
-  const double v4 = 0.05 * s[0];
-  const double v5 = 0.18 - v4;
-  const double v6 = 0.18 + v4;
-  const double v7 = v3 * v5;
-  const double v8 = v3 * v6;
-  const double v9 = v6 * v5;
-  const double v10 = v7 - v8;
-  const double v11 = sqrt(v9);
-  const double v12 = 0.5 / v11;
-  const double v13 = v10 * v12;
-  const double v14 = v13 - v4;
-  J[0] = v14;
+  const double v3 = 0.05 * s[0];
+  const double v4 = 0.05 * c[0];
+  const double v5 = 0.18 + v3;
+  const double v6 = 0.18 - v3;
+  const double v7 = v5 * v6;
+  const double v8 = v4 * v6;
+  const double v9 = v4 * v5;
+  const double v10 = sqrt(v7);
+  const double v11 = v8 - v9;
+  const double v12 = 30.864197530864196 * v7;
+  const double v13 = 0.5 / v10;
+  const int v14 = 0.0 <= v12;
+  const double v15 = v13 * v11;
+  const double v16 = v14 ? 0.0 : -1.0;
+  const double v17 = v15 - v3;
+  const double v18 = sqrt(v16);
+  const double v19 = v17 + v18;
+  J[0] = v19;
 }
 
 // Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
-// 14 operations: multiply 6, add 4, trig 2, other 2
+// 19 operations: multiply 7, add 5, trig 2, other 5
 void slider_crank_jacobian_mixed(const double q[1], double J[6]) {
   // inputs
   const double q_0 = q[0];
@@ -204,23 +219,28 @@ void slider_crank_jacobian_mixed(const double q[1], double J[6]) {
   J[4] = 0.0;
   J[5] = 0.0;
   // shared terms; J
-  const double v3 = 0.05 * c[0];
-  const double v4 = 0.05 * s[0];
-  const double v5 = 0.18 - v4;
-  const double v6 = 0.18 + v4;
-  const double v7 = v3 * v5;
-  const double v8 = v3 * v6;
-  const double v9 = v6 * v5;
-  const double v10 = v7 - v8;
-  const double v11 = sqrt(v9);
-  const double v12 = 0.5 / v11;
-  const double v13 = v10 * v12;
-  const double v14 = v13 - v4;
-  J[0] = v14;
+  const double v3 = 0.05 * s[0];
+  const double v4 = 0.05 * c[0];
+  const double v5 = 0.18 + v3;
+  const double v6 = 0.18 - v3;
+  const double v7 = v5 * v6;
+  const double v8 = v4 * v6;
+  const double v9 = v4 * v5;
+  const double v10 = sqrt(v7);
+  const double v11 = v8 - v9;
+  const double v12 = 30.864197530864196 * v7;
+  const double v13 = 0.5 / v10;
+  const int v14 = 0.0 <= v12;
+  const double v15 = v13 * v11;
+  const double v16 = v14 ? 0.0 : -1.0;
+  const double v17 = v15 - v3;
+  const double v18 = sqrt(v16);
+  const double v19 = v17 + v18;
+  J[0] = v19;
 }
 
 // Time derivative of jacobian_space at joint rates qd.
-// 32 operations: multiply 18, add 8, negate 1, trig 2, other 3
+// 36 operations: multiply 19, add 9, trig 2, other 6
 void slider_crank_jacobian_space_dot(const double q[1], const double qd[1], double J_dot[6]) {
   // inputs
   const double q_0 = q[0];
@@ -236,41 +256,45 @@ void slider_crank_jacobian_space_dot(const double q[1], const double qd[1], doub
   J_dot[4] = 0.0;
   J_dot[5] = 0.0;
   // shared terms; J_dot
-  const double v3 = c[0] * qd_0;
-  const double v4 = s[0] * qd_0;
-  const double v5 = 0.05 * s[0];
+  const double v3 = 0.05 * s[0];
+  const double v4 = c[0] * qd_0;
+  const double v5 = s[0] * qd_0;
   const double v6 = 0.05 * c[0];
-  const double v7 = 0.05 * v3;
-  const double v8 = 0.05 * v4;
-  const double v9 = 0.18 - v5;
-  const double v10 = 0.18 + v5;
-  const double v11 = 0.1 * v3;
-  const double v12 = v9 - v10;
-  const double v13 = v11 * v6;
-  const double v14 = v10 * v9;
-  const double v15 = v7 * v9;
-  const double v16 = v7 * v10;
-  const double v17 = v6 * v9;
-  const double v18 = v6 * v10;
-  const double v19 = v8 * v12;
-  const double v20 = sqrt(v14);
-  const double v21 = v15 - v16;
-  const double v22 = v17 - v18;
-  const double v23 = v19 + v13;
-  const double v24 = 0.5 / v20;
-  const double v25 = v20 * v14;
-  const double v26 = v23 * v24;
-  const double v27 = 0.25 / v25;
-  const double v28 = v21 * v27;
-  const double v29 = v28 * v22;
-  const double v30 = v26 + v29;
-  const double v31 = v7 + v30;
-  const double v32 = -v31;
-  J_dot[0] = v32;
+  const double v7 = 0.18 + v3;
+  const double v8 = 0.18 - v3;
+  const double v9 = 0.05 * v4;
+  const double v10 = 0.05 * v5;
+  const double v11 = 0.1 * v4;
+  const double v12 = v7 * v8;
+  const double v13 = v8 - v7;
+  const double v14 = v11 * v6;
+  const double v15 = v9 * v8;
+  const double v16 = v9 * v7;
+  const double v17 = v6 * v8;
+  const double v18 = v6 * v7;
+  const double v19 = 30.864197530864196 * v12;
+  const double v20 = sqrt(v12);
+  const double v21 = v10 * v13;
+  const double v22 = v15 - v16;
+  const double v23 = v17 - v18;
+  const int v24 = 0.0 <= v19;
+  const double v25 = 0.5 / v20;
+  const double v26 = v21 + v14;
+  const double v27 = v20 * v12;
+  const double v28 = v24 ? 0.0 : -1.0;
+  const double v29 = v25 * v26;
+  const double v30 = 0.25 / v27;
+  const double v31 = sqrt(v28);
+  const double v32 = v22 * v30;
+  const double v33 = v32 * v23;
+  const double v34 = v29 + v33;
+  const double v35 = v9 + v34;
+  const double v36 = v31 - v35;
+  J_dot[0] = v36;
 }
 
 // Time derivative of jacobian_body at joint rates qd.
-// 32 operations: multiply 18, add 8, negate 1, trig 2, other 3
+// 36 operations: multiply 19, add 9, trig 2, other 6
 void slider_crank_jacobian_body_dot(const double q[1], const double qd[1], double J_dot[6]) {
   // inputs
   const double q_0 = q[0];
@@ -286,41 +310,45 @@ void slider_crank_jacobian_body_dot(const double q[1], const double qd[1], doubl
   J_dot[4] = 0.0;
   J_dot[5] = 0.0;
   // shared terms; J_dot
-  const double v3 = c[0] * qd_0;
-  const double v4 = s[0] * qd_0;
-  const double v5 = 0.05 * s[0];
+  const double v3 = 0.05 * s[0];
+  const double v4 = c[0] * qd_0;
+  const double v5 = s[0] * qd_0;
   const double v6 = 0.05 * c[0];
-  const double v7 = 0.05 * v3;
-  const double v8 = 0.05 * v4;
-  const double v9 = 0.18 - v5;
-  const double v10 = 0.18 + v5;
-  const double v11 = 0.1 * v3;
-  const double v12 = v9 - v10;
-  const double v13 = v11 * v6;
-  const double v14 = v10 * v9;
-  const double v15 = v7 * v9;
-  const double v16 = v7 * v10;
-  const double v17 = v6 * v9;
-  const double v18 = v6 * v10;
-  const double v19 = v8 * v12;
-  const double v20 = sqrt(v14);
-  const double v21 = v15 - v16;
-  const double v22 = v17 - v18;
-  const double v23 = v19 + v13;
-  const double v24 = 0.5 / v20;
-  const double v25 = v20 * v14;
-  const double v26 = v23 * v24;
-  const double v27 = 0.25 / v25;
-  const double v28 = v21 * v27;
-  const double v29 = v28 * v22;
-  const double v30 = v26 + v29;
-  const double v31 = v7 + v30;
-  const double v32 = -v31;
-  J_dot[0] = v32;
+  const double v7 = 0.18 + v3;
+  const double v8 = 0.18 - v3;
+  const double v9 = 0.05 * v4;
+  const double v10 = 0.05 * v5;
+  const double v11 = 0.1 * v4;
+  const double v12 = v7 * v8;
+  const double v13 = v8 - v7;
+  const double v14 = v11 * v6;
+  const double v15 = v9 * v8;
+  const double v16 = v9 * v7;
+  const double v17 = v6 * v8;
+  const double v18 = v6 * v7;
+  const double v19 = 30.864197530864196 * v12;
+  const double v20 = sqrt(v12);
+  const double v21 = v10 * v13;
+  const double v22 = v15 - v16;
+  const double v23 = v17 - v18;
+  const int v24 = 0.0 <= v19;
+  const double v25 = 0.5 / v20;
+  const double v26 = v21 + v14;
+  const double v27 = v20 * v12;
+  const double v28 = v24 ? 0.0 : -1.0;
+  const double v29 = v25 * v26;
+  const double v30 = 0.25 / v27;
+  const double v31 = sqrt(v28);
+  const double v32 = v22 * v30;
+  const double v33 = v32 * v23;
+  const double v34 = v29 + v33;
+  const double v35 = v9 + v34;
+  const double v36 = v31 - v35;
+  J_dot[0] = v36;
 }
 
 // Time derivative of jacobian_mixed at joint rates qd.
-// 32 operations: multiply 18, add 8, negate 1, trig 2, other 3
+// 36 operations: multiply 19, add 9, trig 2, other 6
 void slider_crank_jacobian_mixed_dot(const double q[1], const double qd[1], double J_dot[6]) {
   // inputs
   const double q_0 = q[0];
@@ -336,41 +364,45 @@ void slider_crank_jacobian_mixed_dot(const double q[1], const double qd[1], doub
   J_dot[4] = 0.0;
   J_dot[5] = 0.0;
   // shared terms; J_dot
-  const double v3 = c[0] * qd_0;
-  const double v4 = s[0] * qd_0;
-  const double v5 = 0.05 * s[0];
+  const double v3 = 0.05 * s[0];
+  const double v4 = c[0] * qd_0;
+  const double v5 = s[0] * qd_0;
   const double v6 = 0.05 * c[0];
-  const double v7 = 0.05 * v3;
-  const double v8 = 0.05 * v4;
-  const double v9 = 0.18 - v5;
-  const double v10 = 0.18 + v5;
-  const double v11 = 0.1 * v3;
-  const double v12 = v9 - v10;
-  const double v13 = v11 * v6;
-  const double v14 = v10 * v9;
-  const double v15 = v7 * v9;
-  const double v16 = v7 * v10;
-  const double v17 = v6 * v9;
-  const double v18 = v6 * v10;
-  const double v19 = v8 * v12;
-  const double v20 = sqrt(v14);
-  const double v21 = v15 - v16;
-  const double v22 = v17 - v18;
-  const double v23 = v19 + v13;
-  const double v24 = 0.5 / v20;
-  const double v25 = v20 * v14;
-  const double v26 = v23 * v24;
-  const double v27 = 0.25 / v25;
-  const double v28 = v21 * v27;
-  const double v29 = v28 * v22;
-  const double v30 = v26 + v29;
-  const double v31 = v7 + v30;
-  const double v32 = -v31;
-  J_dot[0] = v32;
+  const double v7 = 0.18 + v3;
+  const double v8 = 0.18 - v3;
+  const double v9 = 0.05 * v4;
+  const double v10 = 0.05 * v5;
+  const double v11 = 0.1 * v4;
+  const double v12 = v7 * v8;
+  const double v13 = v8 - v7;
+  const double v14 = v11 * v6;
+  const double v15 = v9 * v8;
+  const double v16 = v9 * v7;
+  const double v17 = v6 * v8;
+  const double v18 = v6 * v7;
+  const double v19 = 30.864197530864196 * v12;
+  const double v20 = sqrt(v12);
+  const double v21 = v10 * v13;
+  const double v22 = v15 - v16;
+  const double v23 = v17 - v18;
+  const int v24 = 0.0 <= v19;
+  const double v25 = 0.5 / v20;
+  const double v26 = v21 + v14;
+  const double v27 = v20 * v12;
+  const double v28 = v24 ? 0.0 : -1.0;
+  const double v29 = v25 * v26;
+  const double v30 = 0.25 / v27;
+  const double v31 = sqrt(v28);
+  const double v32 = v22 * v30;
+  const double v33 = v32 * v23;
+  const double v34 = v29 + v33;
+  const double v35 = v9 + v34;
+  const double v36 = v31 - v35;
+  J_dot[0] = v36;
 }
 
 // Derivative of jacobian_mixed by the joint coordinates.
-// 25 operations: multiply 12, add 7, negate 1, trig 2, other 3
+// 29 operations: multiply 13, add 8, trig 2, other 6
 void slider_crank_hessian_mixed(const double q[1], double H[6]) {
   // inputs
   const double q_0 = q[0];
@@ -385,34 +417,38 @@ void slider_crank_hessian_mixed(const double q[1], double H[6]) {
   H[4] = 0.0;
   H[5] = 0.0;
   // shared terms; H
-  const double v3 = 0.05 * c[0];
-  const double v4 = 0.05 * s[0];
-  const double v5 = v3 * v3;
-  const double v6 = 0.18 - v4;
-  const double v7 = 0.18 + v4;
-  const double v8 = 2.0 * v5;
-  const double v9 = v6 - v7;
-  const double v10 = v7 * v6;
-  const double v11 = v3 * v6;
-  const double v12 = v3 * v7;
-  const double v13 = v9 * v4;
-  const double v14 = sqrt(v10);
-  const double v15 = v11 - v12;
-  const double v16 = v8 + v13;
-  const double v17 = 0.5 / v14;
-  const double v18 = v14 * v10;
-  const double v19 = v16 * v17;
-  const double v20 = 0.25 / v18;
-  const double v21 = v20 * v15;
-  const double v22 = v21 * v15;
-  const double v23 = v19 + v22;
-  const double v24 = v23 + v3;
-  const double v25 = -v24;
-  H[0] = v25;
+  const double v3 = 0.05 * s[0];
+  const double v4 = 0.05 * c[0];
+  const double v5 = 0.18 + v3;
+  const double v6 = 0.18 - v3;
+  const double v7 = v4 * v4;
+  const double v8 = v5 * v6;
+  const double v9 = 2.0 * v7;
+  const double v10 = v6 - v5;
+  const double v11 = v4 * v6;
+  const double v12 = v4 * v5;
+  const double v13 = 30.864197530864196 * v8;
+  const double v14 = sqrt(v8);
+  const double v15 = v10 * v3;
+  const double v16 = v11 - v12;
+  const int v17 = 0.0 <= v13;
+  const double v18 = 0.5 / v14;
+  const double v19 = v9 + v15;
+  const double v20 = v14 * v8;
+  const double v21 = v17 ? 0.0 : -1.0;
+  const double v22 = v18 * v19;
+  const double v23 = 0.25 / v20;
+  const double v24 = sqrt(v21);
+  const double v25 = v23 * v16;
+  const double v26 = v25 * v16;
+  const double v27 = v22 + v26;
+  const double v28 = v27 + v4;
+  const double v29 = v24 - v28;
+  H[0] = v29;
 }
 
 // Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
-// 17 operations: multiply 9, add 4, trig 2, other 2
+// 22 operations: multiply 10, add 5, trig 2, other 5
 void slider_crank_twist_space(const double q[1], const double qd[1], double V[6]) {
   // inputs
   const double q_0 = q[0];
@@ -428,26 +464,31 @@ void slider_crank_twist_space(const double q[1], const double qd[1], double V[6]
   V[4] = 0.0;
   V[5] = 0.0;
   // shared terms; V
-  const double v3 = c[0] * qd_0;
-  const double v4 = 0.05 * s[0];
+  const double v3 = 0.05 * s[0];
+  const double v4 = c[0] * qd_0;
   const double v5 = s[0] * qd_0;
-  const double v6 = 0.05 * v3;
-  const double v7 = 0.18 - v4;
-  const double v8 = 0.18 + v4;
+  const double v6 = 0.18 + v3;
+  const double v7 = 0.18 - v3;
+  const double v8 = 0.05 * v4;
   const double v9 = 0.05 * v5;
   const double v10 = v6 * v7;
-  const double v11 = v6 * v8;
-  const double v12 = v8 * v7;
-  const double v13 = v10 - v11;
-  const double v14 = sqrt(v12);
-  const double v15 = 0.5 / v14;
-  const double v16 = v13 * v15;
-  const double v17 = v16 - v9;
-  V[0] = v17;
+  const double v11 = v8 * v7;
+  const double v12 = v8 * v6;
+  const double v13 = sqrt(v10);
+  const double v14 = v11 - v12;
+  const double v15 = 30.864197530864196 * v10;
+  const double v16 = 0.5 / v13;
+  const int v17 = 0.0 <= v15;
+  const double v18 = v16 * v14;
+  const double v19 = v17 ? 0.0 : -1.0;
+  const double v20 = v18 - v9;
+  const double v21 = sqrt(v19);
+  const double v22 = v20 + v21;
+  V[0] = v22;
 }
 
 // Twist (v, omega) of the tool's origin, in tool axes.
-// 17 operations: multiply 9, add 4, trig 2, other 2
+// 22 operations: multiply 10, add 5, trig 2, other 5
 void slider_crank_twist_body(const double q[1], const double qd[1], double V[6]) {
   // inputs
   const double q_0 = q[0];
@@ -463,26 +504,31 @@ void slider_crank_twist_body(const double q[1], const double qd[1], double V[6])
   V[4] = 0.0;
   V[5] = 0.0;
   // shared terms; V
-  const double v3 = c[0] * qd_0;
-  const double v4 = 0.05 * s[0];
+  const double v3 = 0.05 * s[0];
+  const double v4 = c[0] * qd_0;
   const double v5 = s[0] * qd_0;
-  const double v6 = 0.05 * v3;
-  const double v7 = 0.18 - v4;
-  const double v8 = 0.18 + v4;
+  const double v6 = 0.18 + v3;
+  const double v7 = 0.18 - v3;
+  const double v8 = 0.05 * v4;
   const double v9 = 0.05 * v5;
   const double v10 = v6 * v7;
-  const double v11 = v6 * v8;
-  const double v12 = v8 * v7;
-  const double v13 = v10 - v11;
-  const double v14 = sqrt(v12);
-  const double v15 = 0.5 / v14;
-  const double v16 = v13 * v15;
-  const double v17 = v16 - v9;
-  V[0] = v17;
+  const double v11 = v8 * v7;
+  const double v12 = v8 * v6;
+  const double v13 = sqrt(v10);
+  const double v14 = v11 - v12;
+  const double v15 = 30.864197530864196 * v10;
+  const double v16 = 0.5 / v13;
+  const int v17 = 0.0 <= v15;
+  const double v18 = v16 * v14;
+  const double v19 = v17 ? 0.0 : -1.0;
+  const double v20 = v18 - v9;
+  const double v21 = sqrt(v19);
+  const double v22 = v20 + v21;
+  V[0] = v22;
 }
 
 // Twist (v, omega) of the tool's origin, in base axes.
-// 17 operations: multiply 9, add 4, trig 2, other 2
+// 22 operations: multiply 10, add 5, trig 2, other 5
 void slider_crank_twist_mixed(const double q[1], const double qd[1], double V[6]) {
   // inputs
   const double q_0 = q[0];
@@ -498,26 +544,31 @@ void slider_crank_twist_mixed(const double q[1], const double qd[1], double V[6]
   V[4] = 0.0;
   V[5] = 0.0;
   // shared terms; V
-  const double v3 = c[0] * qd_0;
-  const double v4 = 0.05 * s[0];
+  const double v3 = 0.05 * s[0];
+  const double v4 = c[0] * qd_0;
   const double v5 = s[0] * qd_0;
-  const double v6 = 0.05 * v3;
-  const double v7 = 0.18 - v4;
-  const double v8 = 0.18 + v4;
+  const double v6 = 0.18 + v3;
+  const double v7 = 0.18 - v3;
+  const double v8 = 0.05 * v4;
   const double v9 = 0.05 * v5;
   const double v10 = v6 * v7;
-  const double v11 = v6 * v8;
-  const double v12 = v8 * v7;
-  const double v13 = v10 - v11;
-  const double v14 = sqrt(v12);
-  const double v15 = 0.5 / v14;
-  const double v16 = v13 * v15;
-  const double v17 = v16 - v9;
-  V[0] = v17;
+  const double v11 = v8 * v7;
+  const double v12 = v8 * v6;
+  const double v13 = sqrt(v10);
+  const double v14 = v11 - v12;
+  const double v15 = 30.864197530864196 * v10;
+  const double v16 = 0.5 / v13;
+  const int v17 = 0.0 <= v15;
+  const double v18 = v16 * v14;
+  const double v19 = v17 ? 0.0 : -1.0;
+  const double v20 = v18 - v9;
+  const double v21 = sqrt(v19);
+  const double v22 = v20 + v21;
+  V[0] = v22;
 }
 
 // Time derivative of twist_space at rates qd and accelerations qdd.
-// 34 operations: multiply 20, add 9, trig 2, other 3
+// 39 operations: multiply 21, add 10, trig 2, other 6
 void slider_crank_acceleration_space(const double q[1], const double qd[1], const double qdd[1], double A[6]) {
   // inputs
   const double q_0 = q[0];
@@ -539,38 +590,43 @@ void slider_crank_acceleration_space(const double q[1], const double qd[1], cons
   const double v5 = s[0] * qd_0;
   const double v6 = c[0] * qd_0;
   const double v7 = s[0] * qdd_0;
-  const double v8 = 0.18 - v3;
-  const double v9 = 0.18 + v3;
+  const double v8 = 0.18 + v3;
+  const double v9 = 0.18 - v3;
   const double v10 = v5 * qd_0;
   const double v11 = 0.05 * v6;
   const double v12 = v6 * qd_0;
-  const double v13 = v8 - v9;
-  const double v14 = v4 - v10;
-  const double v15 = v11 * v11;
-  const double v16 = v9 * v8;
-  const double v17 = v11 * v8;
-  const double v18 = v11 * v9;
+  const double v13 = v8 * v9;
+  const double v14 = v9 - v8;
+  const double v15 = v4 - v10;
+  const double v16 = v11 * v11;
+  const double v17 = v11 * v9;
+  const double v18 = v11 * v8;
   const double v19 = v12 + v7;
-  const double v20 = 0.05 * v14;
-  const double v21 = 2.0 * v15;
-  const double v22 = sqrt(v16);
+  const double v20 = sqrt(v13);
+  const double v21 = 0.05 * v15;
+  const double v22 = 2.0 * v16;
   const double v23 = v17 - v18;
   const double v24 = 0.05 * v19;
-  const double v25 = v13 * v20;
-  const double v26 = 0.5 / v22;
-  const double v27 = v22 * v16;
-  const double v28 = v25 - v21;
-  const double v29 = 0.25 / v27;
-  const double v30 = v28 * v26;
-  const double v31 = v23 * v29;
-  const double v32 = v23 * v31;
-  const double v33 = v30 - v32;
-  const double v34 = v33 - v24;
-  A[0] = v34;
+  const double v25 = 30.864197530864196 * v13;
+  const double v26 = 0.5 / v20;
+  const double v27 = v14 * v21;
+  const double v28 = v20 * v13;
+  const int v29 = 0.0 <= v25;
+  const double v30 = v27 - v22;
+  const double v31 = 0.25 / v28;
+  const double v32 = v29 ? 0.0 : -1.0;
+  const double v33 = v26 * v30;
+  const double v34 = v23 * v31;
+  const double v35 = sqrt(v32);
+  const double v36 = v23 * v34;
+  const double v37 = v33 - v36;
+  const double v38 = v37 - v24;
+  const double v39 = v38 + v35;
+  A[0] = v39;
 }
 
 // Time derivative of twist_body at rates qd and accelerations qdd.
-// 34 operations: multiply 20, add 9, trig 2, other 3
+// 39 operations: multiply 21, add 10, trig 2, other 6
 void slider_crank_acceleration_body(const double q[1], const double qd[1], const double qdd[1], double A[6]) {
   // inputs
   const double q_0 = q[0];
@@ -592,38 +648,43 @@ void slider_crank_acceleration_body(const double q[1], const double qd[1], const
   const double v5 = s[0] * qd_0;
   const double v6 = c[0] * qd_0;
   const double v7 = s[0] * qdd_0;
-  const double v8 = 0.18 - v3;
-  const double v9 = 0.18 + v3;
+  const double v8 = 0.18 + v3;
+  const double v9 = 0.18 - v3;
   const double v10 = v5 * qd_0;
   const double v11 = 0.05 * v6;
   const double v12 = v6 * qd_0;
-  const double v13 = v8 - v9;
-  const double v14 = v4 - v10;
-  const double v15 = v11 * v11;
-  const double v16 = v9 * v8;
-  const double v17 = v11 * v8;
-  const double v18 = v11 * v9;
+  const double v13 = v8 * v9;
+  const double v14 = v9 - v8;
+  const double v15 = v4 - v10;
+  const double v16 = v11 * v11;
+  const double v17 = v11 * v9;
+  const double v18 = v11 * v8;
   const double v19 = v12 + v7;
-  const double v20 = 0.05 * v14;
-  const double v21 = 2.0 * v15;
-  const double v22 = sqrt(v16);
+  const double v20 = sqrt(v13);
+  const double v21 = 0.05 * v15;
+  const double v22 = 2.0 * v16;
   const double v23 = v17 - v18;
   const double v24 = 0.05 * v19;
-  const double v25 = v13 * v20;
-  const double v26 = 0.5 / v22;
-  const double v27 = v22 * v16;
-  const double v28 = v25 - v21;
-  const double v29 = 0.25 / v27;
-  const double v30 = v28 * v26;
-  const double v31 = v23 * v29;
-  const double v32 = v23 * v31;
-  const double v33 = v30 - v32;
-  const double v34 = v33 - v24;
-  A[0] = v34;
+  const double v25 = 30.864197530864196 * v13;
+  const double v26 = 0.5 / v20;
+  const double v27 = v14 * v21;
+  const double v28 = v20 * v13;
+  const int v29 = 0.0 <= v25;
+  const double v30 = v27 - v22;
+  const double v31 = 0.25 / v28;
+  const double v32 = v29 ? 0.0 : -1.0;
+  const double v33 = v26 * v30;
+  const double v34 = v23 * v31;
+  const double v35 = sqrt(v32);
+  const double v36 = v23 * v34;
+  const double v37 = v33 - v36;
+  const double v38 = v37 - v24;
+  const double v39 = v38 + v35;
+  A[0] = v39;
 }
 
 // Time derivative of twist_mixed at rates qd and accelerations qdd.
-// 34 operations: multiply 20, add 9, trig 2, other 3
+// 39 operations: multiply 21, add 10, trig 2, other 6
 void slider_crank_acceleration_mixed(const double q[1], const double qd[1], const double qdd[1], double A[6]) {
   // inputs
   const double q_0 = q[0];
@@ -645,34 +706,39 @@ void slider_crank_acceleration_mixed(const double q[1], const double qd[1], cons
   const double v5 = s[0] * qd_0;
   const double v6 = c[0] * qd_0;
   const double v7 = s[0] * qdd_0;
-  const double v8 = 0.18 - v3;
-  const double v9 = 0.18 + v3;
+  const double v8 = 0.18 + v3;
+  const double v9 = 0.18 - v3;
   const double v10 = v5 * qd_0;
   const double v11 = 0.05 * v6;
   const double v12 = v6 * qd_0;
-  const double v13 = v8 - v9;
-  const double v14 = v4 - v10;
-  const double v15 = v11 * v11;
-  const double v16 = v9 * v8;
-  const double v17 = v11 * v8;
-  const double v18 = v11 * v9;
+  const double v13 = v8 * v9;
+  const double v14 = v9 - v8;
+  const double v15 = v4 - v10;
+  const double v16 = v11 * v11;
+  const double v17 = v11 * v9;
+  const double v18 = v11 * v8;
   const double v19 = v12 + v7;
-  const double v20 = 0.05 * v14;
-  const double v21 = 2.0 * v15;
-  const double v22 = sqrt(v16);
+  const double v20 = sqrt(v13);
+  const double v21 = 0.05 * v15;
+  const double v22 = 2.0 * v16;
   const double v23 = v17 - v18;
   const double v24 = 0.05 * v19;
-  const double v25 = v13 * v20;
-  const double v26 = 0.5 / v22;
-  const double v27 = v22 * v16;
-  const double v28 = v25 - v21;
-  const double v29 = 0.25 / v27;
-  const double v30 = v28 * v26;
-  const double v31 = v23 * v29;
-  const double v32 = v23 * v31;
-  const double v33 = v30 - v32;
-  const double v34 = v33 - v24;
-  A[0] = v34;
+  const double v25 = 30.864197530864196 * v13;
+  const double v26 = 0.5 / v20;
+  const double v27 = v14 * v21;
+  const double v28 = v20 * v13;
+  const int v29 = 0.0 <= v25;
+  const double v30 = v27 - v22;
+  const double v31 = 0.25 / v28;
+  const double v32 = v29 ? 0.0 : -1.0;
+  const double v33 = v26 * v30;
+  const double v34 = v23 * v31;
+  const double v35 = sqrt(v32);
+  const double v36 = v23 * v34;
+  const double v37 = v33 - v36;
+  const double v38 = v37 - v24;
+  const double v39 = v38 + v35;
+  A[0] = v39;
 }
 
 // Joints of the main chain, angles between -pi and pi.
@@ -696,7 +762,7 @@ void slider_crank_chain(const double q[1], double theta[1]) {
 }
 
 // Derivative of the main chain's joints by the actuated coordinates.
-// 14 operations: multiply 6, add 4, trig 2, other 2
+// 19 operations: multiply 7, add 5, trig 2, other 5
 void slider_crank_chain_D_q(const double q[1], double theta_D_q[1]) {
   // inputs
   const double q_0 = q[0];
@@ -705,23 +771,28 @@ void slider_crank_chain_D_q(const double q[1], double theta_D_q[1]) {
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
   // shared terms; theta_D_q
-  const double v3 = 0.05 * c[0];
-  const double v4 = 0.05 * s[0];
-  const double v5 = 0.18 - v4;
-  const double v6 = 0.18 + v4;
-  const double v7 = v3 * v5;
-  const double v8 = v3 * v6;
-  const double v9 = v6 * v5;
-  const double v10 = v7 - v8;
-  const double v11 = sqrt(v9);
-  const double v12 = 0.5 / v11;
-  const double v13 = v10 * v12;
-  const double v14 = v13 - v4;
-  theta_D_q[0] = v14;
+  const double v3 = 0.05 * s[0];
+  const double v4 = 0.05 * c[0];
+  const double v5 = 0.18 + v3;
+  const double v6 = 0.18 - v3;
+  const double v7 = v5 * v6;
+  const double v8 = v4 * v6;
+  const double v9 = v4 * v5;
+  const double v10 = sqrt(v7);
+  const double v11 = v8 - v9;
+  const double v12 = 30.864197530864196 * v7;
+  const double v13 = 0.5 / v10;
+  const int v14 = 0.0 <= v12;
+  const double v15 = v13 * v11;
+  const double v16 = v14 ? 0.0 : -1.0;
+  const double v17 = v15 - v3;
+  const double v18 = sqrt(v16);
+  const double v19 = v17 + v18;
+  theta_D_q[0] = v19;
 }
 
 // Joint rates of the main chain.
-// 17 operations: multiply 9, add 4, trig 2, other 2
+// 22 operations: multiply 10, add 5, trig 2, other 5
 void slider_crank_chain_rates(const double q[1], const double qd[1], double thetad[1]) {
   // inputs
   const double q_0 = q[0];
@@ -731,26 +802,31 @@ void slider_crank_chain_rates(const double q[1], const double qd[1], double thet
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
   // shared terms; thetad
-  const double v3 = c[0] * qd_0;
-  const double v4 = 0.05 * s[0];
+  const double v3 = 0.05 * s[0];
+  const double v4 = c[0] * qd_0;
   const double v5 = s[0] * qd_0;
-  const double v6 = 0.05 * v3;
-  const double v7 = 0.18 - v4;
-  const double v8 = 0.18 + v4;
+  const double v6 = 0.18 + v3;
+  const double v7 = 0.18 - v3;
+  const double v8 = 0.05 * v4;
   const double v9 = 0.05 * v5;
   const double v10 = v6 * v7;
-  const double v11 = v6 * v8;
-  const double v12 = v8 * v7;
-  const double v13 = v10 - v11;
-  const double v14 = sqrt(v12);
-  const double v15 = 0.5 / v14;
-  const double v16 = v13 * v15;
-  const double v17 = v16 - v9;
-  thetad[0] = v17;
+  const double v11 = v8 * v7;
+  const double v12 = v8 * v6;
+  const double v13 = sqrt(v10);
+  const double v14 = v11 - v12;
+  const double v15 = 30.864197530864196 * v10;
+  const double v16 = 0.5 / v13;
+  const int v17 = 0.0 <= v15;
+  const double v18 = v16 * v14;
+  const double v19 = v17 ? 0.0 : -1.0;
+  const double v20 = v18 - v9;
+  const double v21 = sqrt(v19);
+  const double v22 = v20 + v21;
+  thetad[0] = v22;
 }
 
 // Joint accelerations of the main chain.
-// 34 operations: multiply 20, add 9, trig 2, other 3
+// 39 operations: multiply 21, add 10, trig 2, other 6
 void slider_crank_chain_accelerations(const double q[1], const double qd[1], const double qdd[1], double thetadd[1]) {
   // inputs
   const double q_0 = q[0];
@@ -766,34 +842,39 @@ void slider_crank_chain_accelerations(const double q[1], const double qd[1], con
   const double v5 = s[0] * qd_0;
   const double v6 = c[0] * qd_0;
   const double v7 = s[0] * qdd_0;
-  const double v8 = 0.18 - v3;
-  const double v9 = 0.18 + v3;
+  const double v8 = 0.18 + v3;
+  const double v9 = 0.18 - v3;
   const double v10 = v5 * qd_0;
   const double v11 = 0.05 * v6;
   const double v12 = v6 * qd_0;
-  const double v13 = v8 - v9;
-  const double v14 = v4 - v10;
-  const double v15 = v11 * v11;
-  const double v16 = v9 * v8;
-  const double v17 = v11 * v8;
-  const double v18 = v11 * v9;
+  const double v13 = v8 * v9;
+  const double v14 = v9 - v8;
+  const double v15 = v4 - v10;
+  const double v16 = v11 * v11;
+  const double v17 = v11 * v9;
+  const double v18 = v11 * v8;
   const double v19 = v12 + v7;
-  const double v20 = 0.05 * v14;
-  const double v21 = 2.0 * v15;
-  const double v22 = sqrt(v16);
+  const double v20 = sqrt(v13);
+  const double v21 = 0.05 * v15;
+  const double v22 = 2.0 * v16;
   const double v23 = v17 - v18;
   const double v24 = 0.05 * v19;
-  const double v25 = v13 * v20;
-  const double v26 = 0.5 / v22;
-  const double v27 = v22 * v16;
-  const double v28 = v25 - v21;
-  const double v29 = 0.25 / v27;
-  const double v30 = v28 * v26;
-  const double v31 = v23 * v29;
-  const double v32 = v23 * v31;
-  const double v33 = v30 - v32;
-  const double v34 = v33 - v24;
-  thetadd[0] = v34;
+  const double v25 = 30.864197530864196 * v13;
+  const double v26 = 0.5 / v20;
+  const double v27 = v14 * v21;
+  const double v28 = v20 * v13;
+  const int v29 = 0.0 <= v25;
+  const double v30 = v27 - v22;
+  const double v31 = 0.25 / v28;
+  const double v32 = v29 ? 0.0 : -1.0;
+  const double v33 = v26 * v30;
+  const double v34 = v23 * v31;
+  const double v35 = sqrt(v32);
+  const double v36 = v23 * v34;
+  const double v37 = v33 - v36;
+  const double v38 = v37 - v24;
+  const double v39 = v38 + v35;
+  thetadd[0] = v39;
 }
 
 // Passive joints that are not in the main chain, angles between -pi and pi.
@@ -845,7 +926,7 @@ void slider_crank_passive_D_q(const double q[1], double passive_D_q[1]) {
   const double v11 = v8 - v9;
   const double v12 = v3 * v10;
   const double v13 = 0.5 / v10;
-  const double v14 = v11 * v13;
+  const double v14 = v13 * v11;
   const double v15 = v14 * v4;
   const double v16 = v12 - v15;
   const double v17 = 30.864197530864196 * v16;
@@ -855,7 +936,7 @@ void slider_crank_passive_D_q(const double q[1], double passive_D_q[1]) {
 }
 
 // All joints, swings and cylinder lengths, angles between -pi and pi.
-// 19 operations: multiply 9, add 5, negate 1, trig 3, other 1
+// 24 operations: multiply 10, add 6, negate 1, trig 3, other 4
 void slider_crank_configuration(const double q[1], double z[3]) {
   // inputs
   const double q_0 = q[0];
@@ -863,8 +944,6 @@ void slider_crank_configuration(const double q[1], double z[3]) {
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
-  // z
-  z[1] = q_0;
   // shared terms; z
   const double v3 = 0.05 * s[0];
   const double v4 = 0.27777777777777773 * s[0];
@@ -875,17 +954,24 @@ void slider_crank_configuration(const double q[1], double z[3]) {
   const double v9 = v4 * s[0];
   const double v10 = v6 * v7;
   const double v11 = sqrt(v10);
-  const double v12 = 5.555555555555555 * v11;
-  const double v13 = v5 + v11;
-  const double v14 = v12 * s[0];
-  const double v15 = c[0] * v12;
-  z[0] = v13;
+  const double v12 = 30.864197530864196 * v10;
+  const double v13 = 5.555555555555555 * v11;
+  const double v14 = v5 + v11;
+  const int v15 = 0.0 <= v12;
+  const double v16 = v13 * s[0];
+  const double v17 = c[0] * v13;
+  z[0] = v14;
+  const double v18 = v15 ? 0.0 : -1.0;
   // shared terms; z
-  const double v16 = v8 + v14;
-  const double v17 = v15 - v9;
-  const double v18 = -v16;
-  const double v19 = atan2(v18, v17);
-  z[2] = v19;
+  const double v19 = v8 + v16;
+  const double v20 = v17 - v9;
+  const double v21 = sqrt(v18);
+  const double v22 = -v19;
+  const double v23 = v21 + q_0;
+  const double v24 = atan2(v22, v20);
+  z[1] = v23;
+  // z
+  z[2] = v24;
 }
 
 // Margin of each step of the loops' solution, zero at its dead point.
@@ -1207,86 +1293,117 @@ void slider_crank_constraint_D_z_dot(const double z[3], const double zd[3], doub
 }
 
 // Distance between the ends of each rod or cylinder less its length.
-// 10 operations: multiply 4, add 3, trig 2, other 1
+// 19 operations: multiply 7, add 6, trig 2, other 4
 void slider_crank_rods(const double theta[1], const double q[1], double residual[1]) {
   // inputs
   const double theta_0 = theta[0];
   const double q_0 = q[0];
+  // shared terms
+  const double v3 = theta_0 * theta_0;
+  const double v6 = 0.0529 - v3;
+  const double v7 = v3 - 0.0169;
+  const double v10 = v6 * v7;
+  const double v12 = 3086.41975308642 * v10;
+  const int v14 = 0.0 <= v12;
+  const double v16 = v14 ? 0.0 : -1.0;
+  const double v18 = sqrt(v16);
   // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
   // shared terms; residual
-  const double v3 = 0.05 * c[0];
-  const double v4 = 0.05 * s[0];
-  const double v5 = theta_0 - v3;
-  const double v6 = v4 * v4;
-  const double v7 = v5 * v5;
-  const double v8 = v7 + v6;
-  const double v9 = sqrt(v8);
-  const double v10 = v9 - 0.18;
-  residual[0] = v10;
+  const double v4 = 0.05 * c[0];
+  const double v5 = 0.05 * s[0];
+  const double v8 = theta_0 - v4;
+  const double v9 = v5 * v5;
+  const double v11 = v8 * v8;
+  const double v13 = v11 + v9;
+  const double v15 = sqrt(v13);
+  const double v17 = v15 - 0.18;
+  const double v19 = v17 + v18;
+  residual[0] = v19;
 }
 
 // Derivative of the rods' residuals by the main chain's joints.
-// 12 operations: multiply 6, add 2, trig 2, other 2
+// 21 operations: multiply 9, add 5, trig 2, other 5
 void slider_crank_rods_D_chain(const double theta[1], const double q[1], double residual_D_theta[1]) {
   // inputs
   const double theta_0 = theta[0];
   const double q_0 = q[0];
+  // shared terms
+  const double v3 = theta_0 * theta_0;
+  const double v4 = 0.0529 - v3;
+  const double v5 = v3 - 0.0169;
+  const double v8 = v4 * v5;
+  const double v11 = 3086.41975308642 * v8;
+  const int v14 = 0.0 <= v11;
+  const double v16 = v14 ? 0.0 : -1.0;
+  const double v18 = sqrt(v16);
   // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
   // shared terms; residual_D_theta
-  const double v3 = 0.05 * c[0];
-  const double v4 = 0.05 * s[0];
-  const double v5 = theta_0 - v3;
-  const double v6 = v4 * v4;
-  const double v7 = 2.0 * v5;
-  const double v8 = v5 * v5;
-  const double v9 = v8 + v6;
-  const double v10 = sqrt(v9);
-  const double v11 = 0.5 / v10;
-  const double v12 = v7 * v11;
-  residual_D_theta[0] = v12;
+  const double v6 = 0.05 * c[0];
+  const double v7 = 0.05 * s[0];
+  const double v9 = theta_0 - v6;
+  const double v10 = v7 * v7;
+  const double v12 = 2.0 * v9;
+  const double v13 = v9 * v9;
+  const double v15 = v13 + v10;
+  const double v17 = sqrt(v15);
+  const double v19 = 0.5 / v17;
+  const double v20 = v12 * v19;
+  const double v21 = v18 + v20;
+  residual_D_theta[0] = v21;
 }
 
 // Both matrices of the velocity relation of a platform on legs.
-// 18 operations: multiply 9, add 3, negate 1, trig 2, other 3
+// 28 operations: multiply 12, add 7, negate 1, trig 2, other 6
 void slider_crank_velocity_relation(const double theta[1], const double q[1], double J_x[1], double J_q[1]) {
   // inputs
   const double theta_0 = theta[0];
   const double q_0 = q[0];
+  // shared terms
+  const double v3 = theta_0 * theta_0;
+  const double v4 = 0.0529 - v3;
+  const double v5 = v3 - 0.0169;
+  const double v8 = v4 * v5;
+  const double v12 = 3086.41975308642 * v8;
+  const int v16 = 0.0 <= v12;
+  const double v20 = v16 ? 0.0 : -1.0;
+  const double v23 = sqrt(v20);
   // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
   // shared terms; J_x
-  const double v3 = 0.05 * c[0];
-  const double v4 = 0.05 * s[0];
-  const double v5 = theta_0 - v3;
-  const double v6 = v4 * v4;
-  const double v7 = -v4;
-  const double v8 = v5 * v5;
-  const double v9 = 2.0 * v7;
-  const double v10 = 2.0 * v5;
-  const double v11 = v8 + v6;
-  const double v12 = v9 * v3;
-  const double v13 = v10 * v4;
-  const double v14 = sqrt(v11);
-  const double v15 = v12 - v13;
-  const double v16 = v5 / v14;
-  const double v17 = 0.5 / v14;
-  J_x[0] = v16;
-  const double v18 = v17 * v15;
+  const double v6 = 0.05 * c[0];
+  const double v7 = 0.05 * s[0];
+  const double v9 = theta_0 - v6;
+  const double v10 = v7 * v7;
+  const double v11 = -v7;
+  const double v13 = v9 * v9;
+  const double v14 = 2.0 * v11;
+  const double v15 = 2.0 * v9;
+  const double v17 = v13 + v10;
+  const double v18 = v14 * v6;
+  const double v19 = v15 * v7;
+  const double v21 = sqrt(v17);
+  const double v22 = v18 - v19;
+  const double v24 = v9 / v21;
+  const double v25 = 0.5 / v21;
+  const double v26 = v23 + v24;
+  const double v27 = v25 * v22;
+  J_x[0] = v26;
+  const double v28 = v23 + v27;
   // J_q
-  J_q[0] = v18;
+  J_q[0] = v28;
 }
 
 #if !SLIDER_CRANK_BRANCHES
 // One branch of ik.
-// 56 operations: multiply 25, add 24, trig 1, other 6
+// 60 operations: multiply 25, add 25, trig 1, other 9
 static void slider_crank_ik_branch(const double T[16], const double choice[1], double q[1], double residual[1], double margin[1]) {
   // inputs
   const double T_0 = T[0];
@@ -1334,37 +1451,41 @@ static void slider_crank_ik_branch(const double T[16], const double choice[1], d
   const double v29 = v1 * v25;
   const double v30 = v26 / v2;
   const double v31 = v27 + v9;
-  const double v32 = v29 / v2;
-  const double v33 = T_3 * v30;
-  const double v34 = v31 + v10;
-  const double v35 = T_3 * v32;
-  const double v36 = 20.0 * v33;
-  const double v37 = v34 + v19;
-  const double v38 = 20.0 * v35;
-  const double v39 = 0.18 + v35;
-  const double v40 = 0.18 - v35;
-  const double v41 = v37 + v20;
-  const double v42 = atan2(v38, v36);
-  const double v43 = v39 * v40;
-  const double v44 = v41 + v21;
-  const double v45 = sqrt(v43);
-  const double v46 = 0.5 * v44;
-  const double v47 = v33 + v45;
-  const double v48 = v47 - T_3;
-  const double v49 = v48 * v48;
-  const double v50 = v17 + v49;
-  const double v51 = v50 + v46;
-  const double v52 = v50 - v46;
-  const double v53 = fabs(v52);
-  const double v54 = v51 + v53;
-  const double v55 = 0.5 * v54;
-  const double v56 = sqrt(v55);
+  const int v32 = 0.0 <= v28;
+  const double v33 = v29 / v2;
+  const double v34 = T_3 * v30;
+  const double v35 = v31 + v10;
+  const double v36 = v32 ? 0.0 : -1.0;
+  const double v37 = T_3 * v33;
+  const double v38 = 20.0 * v34;
+  const double v39 = v35 + v19;
+  const double v40 = sqrt(v36);
+  const double v41 = 20.0 * v37;
+  const double v42 = 0.18 + v37;
+  const double v43 = 0.18 - v37;
+  const double v44 = v39 + v20;
+  const double v45 = atan2(v41, v38);
+  const double v46 = v42 * v43;
+  const double v47 = v44 + v21;
+  const double v48 = sqrt(v46);
+  const double v49 = 0.5 * v47;
+  const double v50 = v34 + v48;
+  const double v51 = v50 - T_3;
+  const double v52 = v51 * v51;
+  const double v53 = v17 + v52;
+  const double v54 = v53 + v49;
+  const double v55 = v53 - v49;
+  const double v56 = fabs(v55);
+  const double v57 = v54 + v56;
+  const double v58 = 0.5 * v57;
+  const double v59 = sqrt(v58);
+  const double v60 = v59 + v40;
   // margin
   margin[0] = v28;
   // q
-  q[0] = v42;
+  q[0] = v45;
   // residual
-  residual[0] = v56;
+  residual[0] = v60;
 }
 #endif
 

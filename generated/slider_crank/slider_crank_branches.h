@@ -14,7 +14,7 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-// One branch of ik: 56 operations: multiply 25, add 24, trig 1, other 6
+// One branch of ik: 60 operations: multiply 25, add 25, trig 1, other 9
 LANES_INLINE void LANES_NAME(slider_crank_ik_branch)(
     const double *T, const double (*choice)[8], int b, lanes *out)
 {
@@ -30,17 +30,21 @@ LANES_INLINE void LANES_NAME(slider_crank_ik_branch)(
   LANES_LET1(v25, sqrt, v22);
   const lanes v26 = v23 - 0.0162, v27 = v24 + v8, v28 = 3086.41975308642 * v22, v29 = v1 * v25,
       v30 = v26 / v2, v31 = v27 + v9;
-  out[2] = v28;
-  const lanes v32 = v29 / v2, v33 = T_3 * v30, v34 = v31 + v10, v35 = T_3 * v32, v36 = 20.0 * v33,
-      v37 = v34 + v19, v38 = 20.0 * v35, v39 = 0.18 + v35, v40 = 0.18 - v35, v41 = v37 + v20;
-  LANES_LET2(v42, atan2, v38, v36);
-  const lanes v43 = v39 * v40, v44 = v41 + v21;
-  out[0] = v42; LANES_LET1(v45, sqrt, v43);
-  const lanes v46 = 0.5 * v44, v47 = v33 + v45, v48 = v47 - T_3, v49 = v48 * v48, v50 = v17 + v49,
-      v51 = v50 + v46, v52 = v50 - v46;
-  LANES_LET1(v53, fabs, v52);
-  const lanes v54 = v51 + v53, v55 = 0.5 * v54;
-  LANES_LET1(v56, sqrt, v55); out[1] = v56;
+  const lanes_where v32 = LANES_LE(0.0, v28); out[2] = v28;
+  const lanes v33 = v29 / v2, v34 = T_3 * v30, v35 = v31 + v10, v36 = LANES_CHOICE(v32, 0.0, -1.0),
+      v37 = T_3 * v33, v38 = 20.0 * v34, v39 = v35 + v19;
+  LANES_LET1(v40, sqrt, v36);
+  const lanes v41 = 20.0 * v37, v42 = 0.18 + v37, v43 = 0.18 - v37, v44 = v39 + v20;
+  LANES_LET2(v45, atan2, v41, v38);
+  const lanes v46 = v42 * v43, v47 = v44 + v21;
+  out[0] = v45; LANES_LET1(v48, sqrt, v46);
+  const lanes v49 = 0.5 * v47, v50 = v34 + v48, v51 = v50 - T_3, v52 = v51 * v51, v53 = v17 + v52,
+      v54 = v53 + v49, v55 = v53 - v49;
+  LANES_LET1(v56, fabs, v55);
+  const lanes v57 = v54 + v56, v58 = 0.5 * v57;
+  LANES_LET1(v59, sqrt, v58);
+  const lanes v60 = v59 + v40;
+  out[1] = v60;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(slider_crank_ik_branches)(const double *T, double *q, double *residual, double *margin)

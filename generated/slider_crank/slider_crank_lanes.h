@@ -31,7 +31,7 @@ static LANES_TARGET void LANES_NAME(slider_crank_link_poses)(const lanes *in, la
   out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
 }
 
-// fk_jacobian_mixed: 15 operations: multiply 6, add 5, trig 2, other 2
+// fk_jacobian_mixed: 20 operations: multiply 7, add 6, trig 2, other 5
 static LANES_TARGET void LANES_NAME(slider_crank_fk_jacobian_mixed)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
@@ -44,201 +44,262 @@ static LANES_TARGET void LANES_NAME(slider_crank_fk_jacobian_mixed)(const lanes 
   out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(1.0);
   out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
   out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
-  const lanes v10 = v3 * v6, v11 = v3 * v5, v12 = v10 - v11, v13 = 0.5 / v8, v14 = v12 * v13,
-      v15 = v14 - v4;
-  out[16] = v15; out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0);
+  const lanes v10 = 0.5 / v8, v11 = v3 * v6, v12 = v3 * v5, v13 = v11 - v12, v14 = v10 * v13,
+      v15 = v14 - v4, v16 = 30.864197530864196 * v7;
+  const lanes_where v17 = LANES_LE(0.0, v16);
+  const lanes v18 = LANES_CHOICE(v17, 0.0, -1.0);
+  LANES_LET1(v19, sqrt, v18);
+  const lanes v20 = v15 + v19;
+  out[16] = v20; out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0);
   out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0);
 }
 
-// jacobian_space: 14 operations: multiply 6, add 4, trig 2, other 2
+// jacobian_space: 19 operations: multiply 7, add 5, trig 2, other 5
 static LANES_TARGET void LANES_NAME(slider_crank_jacobian_space)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  LANES_COS_SIN(v1, v2, q_0);
-  const lanes v3 = 0.05 * v1, v4 = 0.05 * v2, v5 = 0.18 - v4, v6 = v3 * v5, v7 = 0.18 + v4,
-      v8 = v3 * v7, v9 = v6 - v8, v10 = v7 * v5;
-  LANES_LET1(v11, sqrt, v10);
-  const lanes v12 = 0.5 / v11, v13 = v9 * v12, v14 = v13 - v4;
-  out[0] = v14; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 / v7, v9 = 0.05 * v2, v10 = v9 * v5, v11 = v9 * v4, v12 = v10 - v11,
+      v13 = v8 * v12, v14 = v13 - v3, v15 = 30.864197530864196 * v6;
+  const lanes_where v16 = LANES_LE(0.0, v15);
+  const lanes v17 = LANES_CHOICE(v16, 0.0, -1.0);
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = v14 + v18;
+  out[0] = v19; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
-// jacobian_body: 14 operations: multiply 6, add 4, trig 2, other 2
+// jacobian_body: 19 operations: multiply 7, add 5, trig 2, other 5
 static LANES_TARGET void LANES_NAME(slider_crank_jacobian_body)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  LANES_COS_SIN(v1, v2, q_0);
-  const lanes v3 = 0.05 * v1, v4 = 0.05 * v2, v5 = 0.18 - v4, v6 = v3 * v5, v7 = 0.18 + v4,
-      v8 = v3 * v7, v9 = v6 - v8, v10 = v7 * v5;
-  LANES_LET1(v11, sqrt, v10);
-  const lanes v12 = 0.5 / v11, v13 = v9 * v12, v14 = v13 - v4;
-  out[0] = v14; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 / v7, v9 = 0.05 * v2, v10 = v9 * v5, v11 = v9 * v4, v12 = v10 - v11,
+      v13 = v8 * v12, v14 = v13 - v3, v15 = 30.864197530864196 * v6;
+  const lanes_where v16 = LANES_LE(0.0, v15);
+  const lanes v17 = LANES_CHOICE(v16, 0.0, -1.0);
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = v14 + v18;
+  out[0] = v19; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
-// jacobian_mixed: 14 operations: multiply 6, add 4, trig 2, other 2
+// jacobian_mixed: 19 operations: multiply 7, add 5, trig 2, other 5
 static LANES_TARGET void LANES_NAME(slider_crank_jacobian_mixed)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  LANES_COS_SIN(v1, v2, q_0);
-  const lanes v3 = 0.05 * v1, v4 = 0.05 * v2, v5 = 0.18 - v4, v6 = v3 * v5, v7 = 0.18 + v4,
-      v8 = v3 * v7, v9 = v6 - v8, v10 = v7 * v5;
-  LANES_LET1(v11, sqrt, v10);
-  const lanes v12 = 0.5 / v11, v13 = v9 * v12, v14 = v13 - v4;
-  out[0] = v14; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 / v7, v9 = 0.05 * v2, v10 = v9 * v5, v11 = v9 * v4, v12 = v10 - v11,
+      v13 = v8 * v12, v14 = v13 - v3, v15 = 30.864197530864196 * v6;
+  const lanes_where v16 = LANES_LE(0.0, v15);
+  const lanes v17 = LANES_CHOICE(v16, 0.0, -1.0);
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = v14 + v18;
+  out[0] = v19; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
-// jacobian_space_dot: 32 operations: multiply 18, add 8, negate 1, trig 2, other 3
+// jacobian_space_dot: 36 operations: multiply 19, add 9, trig 2, other 6
 static LANES_TARGET void LANES_NAME(slider_crank_jacobian_space_dot)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1];
-  LANES_COS_SIN(v1, v2, q_0);
-  const lanes v3 = v1 * qd_0, v4 = 0.05 * v3, v5 = v2 * qd_0, v6 = 0.05 * v5, v7 = 0.05 * v2,
-      v8 = 0.18 - v7, v9 = 0.18 + v7, v10 = v8 - v9, v11 = v6 * v10, v12 = 0.1 * v3,
-      v13 = 0.05 * v1, v14 = v12 * v13, v15 = v11 + v14, v16 = v9 * v8;
-  LANES_LET1(v17, sqrt, v16);
-  const lanes v18 = 0.5 / v17, v19 = v15 * v18, v20 = v4 * v8, v21 = v4 * v9, v22 = v20 - v21,
-      v23 = v17 * v16, v24 = 0.25 / v23, v25 = v22 * v24, v26 = v13 * v8, v27 = v13 * v9,
-      v28 = v26 - v27, v29 = v25 * v28, v30 = v19 + v29, v31 = v4 + v30, v32 = -v31;
-  out[0] = v32; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5,
+      v7 = 30.864197530864196 * v6;
+  const lanes_where v8 = LANES_LE(0.0, v7);
+  const lanes v9 = LANES_CHOICE(v8, 0.0, -1.0);
+  LANES_LET1(v10, sqrt, v9);
+  const lanes v11 = v2 * qd_0, v12 = 0.05 * v11;
+  LANES_LET1(v13, sqrt, v6);
+  const lanes v14 = 0.5 / v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v5 - v4, v18 = v16 * v17,
+      v19 = 0.1 * v11, v20 = 0.05 * v2, v21 = v19 * v20, v22 = v18 + v21, v23 = v14 * v22,
+      v24 = v12 * v5, v25 = v12 * v4, v26 = v24 - v25, v27 = v13 * v6, v28 = 0.25 / v27,
+      v29 = v26 * v28, v30 = v20 * v5, v31 = v20 * v4, v32 = v30 - v31, v33 = v29 * v32,
+      v34 = v23 + v33, v35 = v12 + v34, v36 = v10 - v35;
+  out[0] = v36; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
-// jacobian_body_dot: 32 operations: multiply 18, add 8, negate 1, trig 2, other 3
+// jacobian_body_dot: 36 operations: multiply 19, add 9, trig 2, other 6
 static LANES_TARGET void LANES_NAME(slider_crank_jacobian_body_dot)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1];
-  LANES_COS_SIN(v1, v2, q_0);
-  const lanes v3 = v1 * qd_0, v4 = 0.05 * v3, v5 = v2 * qd_0, v6 = 0.05 * v5, v7 = 0.05 * v2,
-      v8 = 0.18 - v7, v9 = 0.18 + v7, v10 = v8 - v9, v11 = v6 * v10, v12 = 0.1 * v3,
-      v13 = 0.05 * v1, v14 = v12 * v13, v15 = v11 + v14, v16 = v9 * v8;
-  LANES_LET1(v17, sqrt, v16);
-  const lanes v18 = 0.5 / v17, v19 = v15 * v18, v20 = v4 * v8, v21 = v4 * v9, v22 = v20 - v21,
-      v23 = v17 * v16, v24 = 0.25 / v23, v25 = v22 * v24, v26 = v13 * v8, v27 = v13 * v9,
-      v28 = v26 - v27, v29 = v25 * v28, v30 = v19 + v29, v31 = v4 + v30, v32 = -v31;
-  out[0] = v32; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5,
+      v7 = 30.864197530864196 * v6;
+  const lanes_where v8 = LANES_LE(0.0, v7);
+  const lanes v9 = LANES_CHOICE(v8, 0.0, -1.0);
+  LANES_LET1(v10, sqrt, v9);
+  const lanes v11 = v2 * qd_0, v12 = 0.05 * v11;
+  LANES_LET1(v13, sqrt, v6);
+  const lanes v14 = 0.5 / v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v5 - v4, v18 = v16 * v17,
+      v19 = 0.1 * v11, v20 = 0.05 * v2, v21 = v19 * v20, v22 = v18 + v21, v23 = v14 * v22,
+      v24 = v12 * v5, v25 = v12 * v4, v26 = v24 - v25, v27 = v13 * v6, v28 = 0.25 / v27,
+      v29 = v26 * v28, v30 = v20 * v5, v31 = v20 * v4, v32 = v30 - v31, v33 = v29 * v32,
+      v34 = v23 + v33, v35 = v12 + v34, v36 = v10 - v35;
+  out[0] = v36; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
-// jacobian_mixed_dot: 32 operations: multiply 18, add 8, negate 1, trig 2, other 3
+// jacobian_mixed_dot: 36 operations: multiply 19, add 9, trig 2, other 6
 static LANES_TARGET void LANES_NAME(slider_crank_jacobian_mixed_dot)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1];
-  LANES_COS_SIN(v1, v2, q_0);
-  const lanes v3 = v1 * qd_0, v4 = 0.05 * v3, v5 = v2 * qd_0, v6 = 0.05 * v5, v7 = 0.05 * v2,
-      v8 = 0.18 - v7, v9 = 0.18 + v7, v10 = v8 - v9, v11 = v6 * v10, v12 = 0.1 * v3,
-      v13 = 0.05 * v1, v14 = v12 * v13, v15 = v11 + v14, v16 = v9 * v8;
-  LANES_LET1(v17, sqrt, v16);
-  const lanes v18 = 0.5 / v17, v19 = v15 * v18, v20 = v4 * v8, v21 = v4 * v9, v22 = v20 - v21,
-      v23 = v17 * v16, v24 = 0.25 / v23, v25 = v22 * v24, v26 = v13 * v8, v27 = v13 * v9,
-      v28 = v26 - v27, v29 = v25 * v28, v30 = v19 + v29, v31 = v4 + v30, v32 = -v31;
-  out[0] = v32; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5,
+      v7 = 30.864197530864196 * v6;
+  const lanes_where v8 = LANES_LE(0.0, v7);
+  const lanes v9 = LANES_CHOICE(v8, 0.0, -1.0);
+  LANES_LET1(v10, sqrt, v9);
+  const lanes v11 = v2 * qd_0, v12 = 0.05 * v11;
+  LANES_LET1(v13, sqrt, v6);
+  const lanes v14 = 0.5 / v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v5 - v4, v18 = v16 * v17,
+      v19 = 0.1 * v11, v20 = 0.05 * v2, v21 = v19 * v20, v22 = v18 + v21, v23 = v14 * v22,
+      v24 = v12 * v5, v25 = v12 * v4, v26 = v24 - v25, v27 = v13 * v6, v28 = 0.25 / v27,
+      v29 = v26 * v28, v30 = v20 * v5, v31 = v20 * v4, v32 = v30 - v31, v33 = v29 * v32,
+      v34 = v23 + v33, v35 = v12 + v34, v36 = v10 - v35;
+  out[0] = v36; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
-// hessian_mixed: 25 operations: multiply 12, add 7, negate 1, trig 2, other 3
+// hessian_mixed: 29 operations: multiply 13, add 8, trig 2, other 6
 static LANES_TARGET void LANES_NAME(slider_crank_hessian_mixed)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  LANES_COS_SIN(v1, v2, q_0);
-  const lanes v3 = 0.05 * v1, v4 = v3 * v3, v5 = 2.0 * v4, v6 = 0.05 * v2, v7 = 0.18 - v6,
-      v8 = 0.18 + v6, v9 = v7 - v8, v10 = v9 * v6, v11 = v5 + v10, v12 = v8 * v7;
-  LANES_LET1(v13, sqrt, v12);
-  const lanes v14 = 0.5 / v13, v15 = v11 * v14, v16 = v13 * v12, v17 = 0.25 / v16, v18 = v3 * v7,
-      v19 = v3 * v8, v20 = v18 - v19, v21 = v17 * v20, v22 = v21 * v20, v23 = v15 + v22,
-      v24 = v23 + v3, v25 = -v24;
-  out[0] = v25; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5,
+      v7 = 30.864197530864196 * v6;
+  const lanes_where v8 = LANES_LE(0.0, v7);
+  const lanes v9 = LANES_CHOICE(v8, 0.0, -1.0);
+  LANES_LET1(v10, sqrt, v9); LANES_LET1(v11, sqrt, v6);
+  const lanes v12 = 0.5 / v11, v13 = 0.05 * v2, v14 = v13 * v13, v15 = 2.0 * v14, v16 = v5 - v4,
+      v17 = v16 * v3, v18 = v15 + v17, v19 = v12 * v18, v20 = v11 * v6, v21 = 0.25 / v20,
+      v22 = v13 * v5, v23 = v13 * v4, v24 = v22 - v23, v25 = v21 * v24, v26 = v25 * v24,
+      v27 = v19 + v26, v28 = v27 + v13, v29 = v10 - v28;
+  out[0] = v29; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
-// twist_space: 17 operations: multiply 9, add 4, trig 2, other 2
+// twist_space: 22 operations: multiply 10, add 5, trig 2, other 5
 static LANES_TARGET void LANES_NAME(slider_crank_twist_space)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1];
-  LANES_COS_SIN(v1, v2, q_0);
-  const lanes v3 = v1 * qd_0, v4 = 0.05 * v3, v5 = 0.05 * v2, v6 = 0.18 - v5, v7 = v4 * v6,
-      v8 = 0.18 + v5, v9 = v4 * v8, v10 = v7 - v9, v11 = v8 * v6;
-  LANES_LET1(v12, sqrt, v11);
-  const lanes v13 = 0.5 / v12, v14 = v10 * v13, v15 = v2 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
-  out[0] = v17; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v10 * v4,
+      v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16,
+      v18 = 30.864197530864196 * v6;
+  const lanes_where v19 = LANES_LE(0.0, v18);
+  const lanes v20 = LANES_CHOICE(v19, 0.0, -1.0);
+  LANES_LET1(v21, sqrt, v20);
+  const lanes v22 = v17 + v21;
+  out[0] = v22; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
-// twist_body: 17 operations: multiply 9, add 4, trig 2, other 2
+// twist_body: 22 operations: multiply 10, add 5, trig 2, other 5
 static LANES_TARGET void LANES_NAME(slider_crank_twist_body)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1];
-  LANES_COS_SIN(v1, v2, q_0);
-  const lanes v3 = v1 * qd_0, v4 = 0.05 * v3, v5 = 0.05 * v2, v6 = 0.18 - v5, v7 = v4 * v6,
-      v8 = 0.18 + v5, v9 = v4 * v8, v10 = v7 - v9, v11 = v8 * v6;
-  LANES_LET1(v12, sqrt, v11);
-  const lanes v13 = 0.5 / v12, v14 = v10 * v13, v15 = v2 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
-  out[0] = v17; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v10 * v4,
+      v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16,
+      v18 = 30.864197530864196 * v6;
+  const lanes_where v19 = LANES_LE(0.0, v18);
+  const lanes v20 = LANES_CHOICE(v19, 0.0, -1.0);
+  LANES_LET1(v21, sqrt, v20);
+  const lanes v22 = v17 + v21;
+  out[0] = v22; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
-// twist_mixed: 17 operations: multiply 9, add 4, trig 2, other 2
+// twist_mixed: 22 operations: multiply 10, add 5, trig 2, other 5
 static LANES_TARGET void LANES_NAME(slider_crank_twist_mixed)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1];
-  LANES_COS_SIN(v1, v2, q_0);
-  const lanes v3 = v1 * qd_0, v4 = 0.05 * v3, v5 = 0.05 * v2, v6 = 0.18 - v5, v7 = v4 * v6,
-      v8 = 0.18 + v5, v9 = v4 * v8, v10 = v7 - v9, v11 = v8 * v6;
-  LANES_LET1(v12, sqrt, v11);
-  const lanes v13 = 0.5 / v12, v14 = v10 * v13, v15 = v2 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
-  out[0] = v17; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v10 * v4,
+      v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16,
+      v18 = 30.864197530864196 * v6;
+  const lanes_where v19 = LANES_LE(0.0, v18);
+  const lanes v20 = LANES_CHOICE(v19, 0.0, -1.0);
+  LANES_LET1(v21, sqrt, v20);
+  const lanes v22 = v17 + v21;
+  out[0] = v22; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
-// acceleration_space: 34 operations: multiply 20, add 9, trig 2, other 3
+// acceleration_space: 39 operations: multiply 21, add 10, trig 2, other 6
 static LANES_TARGET void LANES_NAME(slider_crank_acceleration_space)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1], qdd_0 = in[2];
   LANES_COS_SIN(v2, v1, q_0);
-  const lanes v3 = 0.05 * v1, v4 = 0.18 - v3, v5 = 0.18 + v3, v6 = v4 - v5, v7 = v2 * qdd_0,
-      v8 = v1 * qd_0, v9 = v8 * qd_0, v10 = v7 - v9, v11 = 0.05 * v10, v12 = v6 * v11,
-      v13 = v2 * qd_0, v14 = 0.05 * v13, v15 = v14 * v14, v16 = 2.0 * v15, v17 = v12 - v16,
-      v18 = v5 * v4;
-  LANES_LET1(v19, sqrt, v18);
-  const lanes v20 = 0.5 / v19, v21 = v17 * v20, v22 = v14 * v4, v23 = v14 * v5, v24 = v22 - v23,
-      v25 = v19 * v18, v26 = 0.25 / v25, v27 = v24 * v26, v28 = v24 * v27, v29 = v21 - v28,
-      v30 = v13 * qd_0, v31 = v1 * qdd_0, v32 = v30 + v31, v33 = 0.05 * v32, v34 = v29 - v33;
-  out[0] = v34; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 / v7, v9 = v5 - v4, v10 = v2 * qdd_0, v11 = v1 * qd_0, v12 = v11 * qd_0,
+      v13 = v10 - v12, v14 = 0.05 * v13, v15 = v9 * v14, v16 = v2 * qd_0, v17 = 0.05 * v16,
+      v18 = v17 * v17, v19 = 2.0 * v18, v20 = v15 - v19, v21 = v8 * v20, v22 = v17 * v5,
+      v23 = v17 * v4, v24 = v22 - v23, v25 = v7 * v6, v26 = 0.25 / v25, v27 = v24 * v26,
+      v28 = v24 * v27, v29 = v21 - v28, v30 = v16 * qd_0, v31 = v1 * qdd_0, v32 = v30 + v31,
+      v33 = 0.05 * v32, v34 = v29 - v33, v35 = 30.864197530864196 * v6;
+  const lanes_where v36 = LANES_LE(0.0, v35);
+  const lanes v37 = LANES_CHOICE(v36, 0.0, -1.0);
+  LANES_LET1(v38, sqrt, v37);
+  const lanes v39 = v34 + v38;
+  out[0] = v39; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
-// acceleration_body: 34 operations: multiply 20, add 9, trig 2, other 3
+// acceleration_body: 39 operations: multiply 21, add 10, trig 2, other 6
 static LANES_TARGET void LANES_NAME(slider_crank_acceleration_body)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1], qdd_0 = in[2];
   LANES_COS_SIN(v2, v1, q_0);
-  const lanes v3 = 0.05 * v1, v4 = 0.18 - v3, v5 = 0.18 + v3, v6 = v4 - v5, v7 = v2 * qdd_0,
-      v8 = v1 * qd_0, v9 = v8 * qd_0, v10 = v7 - v9, v11 = 0.05 * v10, v12 = v6 * v11,
-      v13 = v2 * qd_0, v14 = 0.05 * v13, v15 = v14 * v14, v16 = 2.0 * v15, v17 = v12 - v16,
-      v18 = v5 * v4;
-  LANES_LET1(v19, sqrt, v18);
-  const lanes v20 = 0.5 / v19, v21 = v17 * v20, v22 = v14 * v4, v23 = v14 * v5, v24 = v22 - v23,
-      v25 = v19 * v18, v26 = 0.25 / v25, v27 = v24 * v26, v28 = v24 * v27, v29 = v21 - v28,
-      v30 = v13 * qd_0, v31 = v1 * qdd_0, v32 = v30 + v31, v33 = 0.05 * v32, v34 = v29 - v33;
-  out[0] = v34; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 / v7, v9 = v5 - v4, v10 = v2 * qdd_0, v11 = v1 * qd_0, v12 = v11 * qd_0,
+      v13 = v10 - v12, v14 = 0.05 * v13, v15 = v9 * v14, v16 = v2 * qd_0, v17 = 0.05 * v16,
+      v18 = v17 * v17, v19 = 2.0 * v18, v20 = v15 - v19, v21 = v8 * v20, v22 = v17 * v5,
+      v23 = v17 * v4, v24 = v22 - v23, v25 = v7 * v6, v26 = 0.25 / v25, v27 = v24 * v26,
+      v28 = v24 * v27, v29 = v21 - v28, v30 = v16 * qd_0, v31 = v1 * qdd_0, v32 = v30 + v31,
+      v33 = 0.05 * v32, v34 = v29 - v33, v35 = 30.864197530864196 * v6;
+  const lanes_where v36 = LANES_LE(0.0, v35);
+  const lanes v37 = LANES_CHOICE(v36, 0.0, -1.0);
+  LANES_LET1(v38, sqrt, v37);
+  const lanes v39 = v34 + v38;
+  out[0] = v39; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
-// acceleration_mixed: 34 operations: multiply 20, add 9, trig 2, other 3
+// acceleration_mixed: 39 operations: multiply 21, add 10, trig 2, other 6
 static LANES_TARGET void LANES_NAME(slider_crank_acceleration_mixed)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1], qdd_0 = in[2];
   LANES_COS_SIN(v2, v1, q_0);
-  const lanes v3 = 0.05 * v1, v4 = 0.18 - v3, v5 = 0.18 + v3, v6 = v4 - v5, v7 = v2 * qdd_0,
-      v8 = v1 * qd_0, v9 = v8 * qd_0, v10 = v7 - v9, v11 = 0.05 * v10, v12 = v6 * v11,
-      v13 = v2 * qd_0, v14 = 0.05 * v13, v15 = v14 * v14, v16 = 2.0 * v15, v17 = v12 - v16,
-      v18 = v5 * v4;
-  LANES_LET1(v19, sqrt, v18);
-  const lanes v20 = 0.5 / v19, v21 = v17 * v20, v22 = v14 * v4, v23 = v14 * v5, v24 = v22 - v23,
-      v25 = v19 * v18, v26 = 0.25 / v25, v27 = v24 * v26, v28 = v24 * v27, v29 = v21 - v28,
-      v30 = v13 * qd_0, v31 = v1 * qdd_0, v32 = v30 + v31, v33 = 0.05 * v32, v34 = v29 - v33;
-  out[0] = v34; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 / v7, v9 = v5 - v4, v10 = v2 * qdd_0, v11 = v1 * qd_0, v12 = v11 * qd_0,
+      v13 = v10 - v12, v14 = 0.05 * v13, v15 = v9 * v14, v16 = v2 * qd_0, v17 = 0.05 * v16,
+      v18 = v17 * v17, v19 = 2.0 * v18, v20 = v15 - v19, v21 = v8 * v20, v22 = v17 * v5,
+      v23 = v17 * v4, v24 = v22 - v23, v25 = v7 * v6, v26 = 0.25 / v25, v27 = v24 * v26,
+      v28 = v24 * v27, v29 = v21 - v28, v30 = v16 * qd_0, v31 = v1 * qdd_0, v32 = v30 + v31,
+      v33 = 0.05 * v32, v34 = v29 - v33, v35 = 30.864197530864196 * v6;
+  const lanes_where v36 = LANES_LE(0.0, v35);
+  const lanes v37 = LANES_CHOICE(v36, 0.0, -1.0);
+  LANES_LET1(v38, sqrt, v37);
+  const lanes v39 = v34 + v38;
+  out[0] = v39; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
@@ -253,44 +314,57 @@ static LANES_TARGET void LANES_NAME(slider_crank_chain)(const lanes *in, lanes *
   out[0] = v9;
 }
 
-// chain_D_q: 14 operations: multiply 6, add 4, trig 2, other 2
+// chain_D_q: 19 operations: multiply 7, add 5, trig 2, other 5
 static LANES_TARGET void LANES_NAME(slider_crank_chain_D_q)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  LANES_COS_SIN(v1, v2, q_0);
-  const lanes v3 = 0.05 * v1, v4 = 0.05 * v2, v5 = 0.18 - v4, v6 = v3 * v5, v7 = 0.18 + v4,
-      v8 = v3 * v7, v9 = v6 - v8, v10 = v7 * v5;
-  LANES_LET1(v11, sqrt, v10);
-  const lanes v12 = 0.5 / v11, v13 = v9 * v12, v14 = v13 - v4;
-  out[0] = v14;
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 / v7, v9 = 0.05 * v2, v10 = v9 * v5, v11 = v9 * v4, v12 = v10 - v11,
+      v13 = v8 * v12, v14 = v13 - v3, v15 = 30.864197530864196 * v6;
+  const lanes_where v16 = LANES_LE(0.0, v15);
+  const lanes v17 = LANES_CHOICE(v16, 0.0, -1.0);
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = v14 + v18;
+  out[0] = v19;
 }
 
-// chain_rates: 17 operations: multiply 9, add 4, trig 2, other 2
+// chain_rates: 22 operations: multiply 10, add 5, trig 2, other 5
 static LANES_TARGET void LANES_NAME(slider_crank_chain_rates)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1];
-  LANES_COS_SIN(v1, v2, q_0);
-  const lanes v3 = v1 * qd_0, v4 = 0.05 * v3, v5 = 0.05 * v2, v6 = 0.18 - v5, v7 = v4 * v6,
-      v8 = 0.18 + v5, v9 = v4 * v8, v10 = v7 - v9, v11 = v8 * v6;
-  LANES_LET1(v12, sqrt, v11);
-  const lanes v13 = 0.5 / v12, v14 = v10 * v13, v15 = v2 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
-  out[0] = v17;
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v10 * v4,
+      v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16,
+      v18 = 30.864197530864196 * v6;
+  const lanes_where v19 = LANES_LE(0.0, v18);
+  const lanes v20 = LANES_CHOICE(v19, 0.0, -1.0);
+  LANES_LET1(v21, sqrt, v20);
+  const lanes v22 = v17 + v21;
+  out[0] = v22;
 }
 
-// chain_accelerations: 34 operations: multiply 20, add 9, trig 2, other 3
+// chain_accelerations: 39 operations: multiply 21, add 10, trig 2, other 6
 static LANES_TARGET void LANES_NAME(slider_crank_chain_accelerations)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1], qdd_0 = in[2];
   LANES_COS_SIN(v2, v1, q_0);
-  const lanes v3 = 0.05 * v1, v4 = 0.18 - v3, v5 = 0.18 + v3, v6 = v4 - v5, v7 = v2 * qdd_0,
-      v8 = v1 * qd_0, v9 = v8 * qd_0, v10 = v7 - v9, v11 = 0.05 * v10, v12 = v6 * v11,
-      v13 = v2 * qd_0, v14 = 0.05 * v13, v15 = v14 * v14, v16 = 2.0 * v15, v17 = v12 - v16,
-      v18 = v5 * v4;
-  LANES_LET1(v19, sqrt, v18);
-  const lanes v20 = 0.5 / v19, v21 = v17 * v20, v22 = v14 * v4, v23 = v14 * v5, v24 = v22 - v23,
-      v25 = v19 * v18, v26 = 0.25 / v25, v27 = v24 * v26, v28 = v24 * v27, v29 = v21 - v28,
-      v30 = v13 * qd_0, v31 = v1 * qdd_0, v32 = v30 + v31, v33 = 0.05 * v32, v34 = v29 - v33;
-  out[0] = v34;
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 / v7, v9 = v5 - v4, v10 = v2 * qdd_0, v11 = v1 * qd_0, v12 = v11 * qd_0,
+      v13 = v10 - v12, v14 = 0.05 * v13, v15 = v9 * v14, v16 = v2 * qd_0, v17 = 0.05 * v16,
+      v18 = v17 * v17, v19 = 2.0 * v18, v20 = v15 - v19, v21 = v8 * v20, v22 = v17 * v5,
+      v23 = v17 * v4, v24 = v22 - v23, v25 = v7 * v6, v26 = 0.25 / v25, v27 = v24 * v26,
+      v28 = v24 * v27, v29 = v21 - v28, v30 = v16 * qd_0, v31 = v1 * qdd_0, v32 = v30 + v31,
+      v33 = 0.05 * v32, v34 = v29 - v33, v35 = 30.864197530864196 * v6;
+  const lanes_where v36 = LANES_LE(0.0, v35);
+  const lanes v37 = LANES_CHOICE(v36, 0.0, -1.0);
+  LANES_LET1(v38, sqrt, v37);
+  const lanes v39 = v34 + v38;
+  out[0] = v39;
 }
 
 // passive: 17 operations: multiply 8, add 4, negate 1, trig 3, other 1
@@ -313,13 +387,13 @@ static LANES_TARGET void LANES_NAME(slider_crank_passive_D_q)(const lanes *in, l
   LANES_COS_SIN(v1, v2, q_0);
   const lanes v3 = 0.05 * v1, v4 = 0.05 * v2, v5 = 0.18 + v4, v6 = 0.18 - v4, v7 = v5 * v6;
   LANES_LET1(v8, sqrt, v7);
-  const lanes v9 = v3 * v8, v10 = v3 * v6, v11 = v3 * v5, v12 = v10 - v11, v13 = 0.5 / v8,
-      v14 = v12 * v13, v15 = v14 * v4, v16 = v9 - v15, v17 = 30.864197530864196 * v16,
+  const lanes v9 = v3 * v8, v10 = 0.5 / v8, v11 = v3 * v6, v12 = v3 * v5, v13 = v11 - v12,
+      v14 = v10 * v13, v15 = v14 * v4, v16 = v9 - v15, v17 = 30.864197530864196 * v16,
       v18 = 1.0 + v17, v19 = -v18;
   out[0] = v19;
 }
 
-// configuration: 19 operations: multiply 9, add 5, negate 1, trig 3, other 1
+// configuration: 24 operations: multiply 10, add 6, negate 1, trig 3, other 4
 static LANES_TARGET void LANES_NAME(slider_crank_configuration)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
@@ -330,7 +404,13 @@ static LANES_TARGET void LANES_NAME(slider_crank_configuration)(const lanes *in,
       v11 = v10 * v2, v12 = v9 + v11, v13 = -v12, v14 = v1 * v10, v15 = v8 * v2, v16 = v14 - v15;
   LANES_LET2(v17, atan2, v13, v16);
   const lanes v18 = 0.05 * v1, v19 = v18 + v7;
-  out[0] = v19; out[1] = q_0; out[2] = v17;
+  out[0] = v19;
+  const lanes v20 = 30.864197530864196 * v6;
+  const lanes_where v21 = LANES_LE(0.0, v20);
+  const lanes v22 = LANES_CHOICE(v21, 0.0, -1.0);
+  LANES_LET1(v23, sqrt, v22);
+  const lanes v24 = v23 + q_0;
+  out[1] = v24; out[2] = v17;
 }
 
 // margin: 6 operations: multiply 3, add 2, trig 1
@@ -479,7 +559,7 @@ static LANES_TARGET void LANES_NAME(slider_crank_constraint_D_z_dot)(const lanes
   out[5] = v23;
 }
 
-// rods: 10 operations: multiply 4, add 3, trig 2, other 1
+// rods: 19 operations: multiply 7, add 6, trig 2, other 4
 static LANES_TARGET void LANES_NAME(slider_crank_rods)(const lanes *in, lanes *out)
 {
   const lanes theta_0 = in[0], q_0 = in[1];
@@ -487,38 +567,53 @@ static LANES_TARGET void LANES_NAME(slider_crank_rods)(const lanes *in, lanes *o
   const lanes v3 = 0.05 * v1, v4 = theta_0 - v3, v5 = v4 * v4, v6 = 0.05 * v2, v7 = v6 * v6,
       v8 = v5 + v7;
   LANES_LET1(v9, sqrt, v8);
-  const lanes v10 = v9 - 0.18;
-  out[0] = v10;
+  const lanes v10 = v9 - 0.18, v11 = theta_0 * theta_0, v12 = 0.0529 - v11, v13 = v11 - 0.0169,
+      v14 = v12 * v13, v15 = 3086.41975308642 * v14;
+  const lanes_where v16 = LANES_LE(0.0, v15);
+  const lanes v17 = LANES_CHOICE(v16, 0.0, -1.0);
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = v10 + v18;
+  out[0] = v19;
 }
 
-// rods_D_chain: 12 operations: multiply 6, add 2, trig 2, other 2
+// rods_D_chain: 21 operations: multiply 9, add 5, trig 2, other 5
 static LANES_TARGET void LANES_NAME(slider_crank_rods_D_chain)(const lanes *in, lanes *out)
 {
   const lanes theta_0 = in[0], q_0 = in[1];
   LANES_COS_SIN(v1, v2, q_0);
-  const lanes v3 = 0.05 * v1, v4 = theta_0 - v3, v5 = 2.0 * v4, v6 = v4 * v4, v7 = 0.05 * v2,
-      v8 = v7 * v7, v9 = v6 + v8;
+  const lanes v3 = theta_0 * theta_0, v4 = 0.0529 - v3, v5 = v3 - 0.0169, v6 = v4 * v5,
+      v7 = 3086.41975308642 * v6;
+  const lanes_where v8 = LANES_LE(0.0, v7);
+  const lanes v9 = LANES_CHOICE(v8, 0.0, -1.0);
   LANES_LET1(v10, sqrt, v9);
-  const lanes v11 = 0.5 / v10, v12 = v5 * v11;
-  out[0] = v12;
+  const lanes v11 = 0.05 * v1, v12 = theta_0 - v11, v13 = 2.0 * v12, v14 = v12 * v12,
+      v15 = 0.05 * v2, v16 = v15 * v15, v17 = v14 + v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 / v18, v20 = v13 * v19, v21 = v10 + v20;
+  out[0] = v21;
 }
 
-// velocity_relation: 18 operations: multiply 9, add 3, negate 1, trig 2, other 3
+// velocity_relation: 28 operations: multiply 12, add 7, negate 1, trig 2, other 6
 static LANES_TARGET void LANES_NAME(slider_crank_velocity_relation)(const lanes *in, lanes *out)
 {
   const lanes theta_0 = in[0], q_0 = in[1];
   LANES_COS_SIN(v1, v2, q_0);
-  const lanes v3 = 0.05 * v1, v4 = theta_0 - v3, v5 = v4 * v4, v6 = 0.05 * v2, v7 = v6 * v6,
-      v8 = v5 + v7;
-  LANES_LET1(v9, sqrt, v8);
-  const lanes v10 = v4 / v9;
-  out[0] = v10;
-  const lanes v11 = 0.5 / v9, v12 = -v6, v13 = 2.0 * v12, v14 = v13 * v3, v15 = 2.0 * v4,
-      v16 = v15 * v6, v17 = v14 - v16, v18 = v11 * v17;
-  out[1] = v18;
+  const lanes v3 = theta_0 * theta_0, v4 = 0.0529 - v3, v5 = v3 - 0.0169, v6 = v4 * v5,
+      v7 = 3086.41975308642 * v6;
+  const lanes_where v8 = LANES_LE(0.0, v7);
+  const lanes v9 = LANES_CHOICE(v8, 0.0, -1.0);
+  LANES_LET1(v10, sqrt, v9);
+  const lanes v11 = 0.05 * v1, v12 = theta_0 - v11, v13 = v12 * v12, v14 = 0.05 * v2,
+      v15 = v14 * v14, v16 = v13 + v15;
+  LANES_LET1(v17, sqrt, v16);
+  const lanes v18 = v12 / v17, v19 = v10 + v18;
+  out[0] = v19;
+  const lanes v20 = 0.5 / v17, v21 = -v14, v22 = 2.0 * v21, v23 = v22 * v11, v24 = 2.0 * v12,
+      v25 = v24 * v14, v26 = v23 - v25, v27 = v20 * v26, v28 = v10 + v27;
+  out[1] = v28;
 }
 
-// ik: 74 operations: multiply 30, add 32, trig 2, other 10
+// ik: 79 operations: multiply 30, add 34, trig 2, other 13
 static LANES_SPARING LANES_TARGET void LANES_NAME(slider_crank_ik)(const lanes *in, lanes *out)
 {
   const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
@@ -531,19 +626,24 @@ static LANES_SPARING LANES_TARGET void LANES_NAME(slider_crank_ik)(const lanes *
   LANES_LET1(v24, sqrt, v21);
   const lanes v25 = v22 - 0.0162, v26 = v23 + v7, v27 = 3086.41975308642 * v21, v28 = 0.5 * v24,
       v29 = v25 / v1, v30 = -0.5 * v24, v31 = v26 + v8;
-  out[4] = v27; out[5] = v27;
-  const lanes v32 = v28 / v1, v33 = T_3 * v29, v34 = v30 / v1, v35 = v31 + v9, v36 = T_3 * v32,
-      v37 = 20.0 * v33, v38 = T_3 * v34, v39 = v35 + v18, v40 = 20.0 * v36, v41 = 20.0 * v38,
-      v42 = 0.18 + v36, v43 = 0.18 - v36, v44 = v39 + v19, v45 = 0.18 + v38, v46 = 0.18 - v38;
-  LANES_LET2(v47, atan2, v40, v37); LANES_LET2(v48, atan2, v41, v37);
-  const lanes v49 = v42 * v43, v50 = v44 + v20, v51 = v45 * v46;
-  out[0] = v47; LANES_LET1(v52, sqrt, v49);
-  const lanes v53 = 0.5 * v50;
-  out[1] = v48; LANES_LET1(v54, sqrt, v51);
-  const lanes v55 = v33 + v52, v56 = v33 + v54, v57 = v55 - T_3, v58 = v56 - T_3, v59 = v57 * v57,
-      v60 = v58 * v58, v61 = v16 + v59, v62 = v16 + v60, v63 = v61 + v53, v64 = v61 - v53,
-      v65 = v62 + v53, v66 = v62 - v53;
-  LANES_LET1(v67, fabs, v64); LANES_LET1(v68, fabs, v66);
-  const lanes v69 = v63 + v67, v70 = v65 + v68, v71 = 0.5 * v69, v72 = 0.5 * v70;
-  LANES_LET1(v73, sqrt, v71); LANES_LET1(v74, sqrt, v72); out[2] = v73; out[3] = v74;
+  const lanes_where v32 = LANES_LE(0.0, v27); out[4] = v27; out[5] = v27;
+  const lanes v33 = v28 / v1, v34 = T_3 * v29, v35 = v30 / v1, v36 = v31 + v9,
+      v37 = LANES_CHOICE(v32, 0.0, -1.0), v38 = T_3 * v33, v39 = 20.0 * v34, v40 = T_3 * v35,
+      v41 = v36 + v18;
+  LANES_LET1(v42, sqrt, v37);
+  const lanes v43 = 20.0 * v38, v44 = 20.0 * v40, v45 = 0.18 + v38, v46 = 0.18 - v38,
+      v47 = v41 + v19, v48 = 0.18 + v40, v49 = 0.18 - v40;
+  LANES_LET2(v50, atan2, v43, v39); LANES_LET2(v51, atan2, v44, v39);
+  const lanes v52 = v45 * v46, v53 = v47 + v20, v54 = v48 * v49;
+  out[0] = v50; LANES_LET1(v55, sqrt, v52);
+  const lanes v56 = 0.5 * v53;
+  out[1] = v51; LANES_LET1(v57, sqrt, v54);
+  const lanes v58 = v34 + v55, v59 = v34 + v57, v60 = v58 - T_3, v61 = v59 - T_3, v62 = v60 * v60,
+      v63 = v61 * v61, v64 = v16 + v62, v65 = v16 + v63, v66 = v64 + v56, v67 = v64 - v56,
+      v68 = v65 + v56, v69 = v65 - v56;
+  LANES_LET1(v70, fabs, v67); LANES_LET1(v71, fabs, v69);
+  const lanes v72 = v66 + v70, v73 = v68 + v71, v74 = 0.5 * v72, v75 = 0.5 * v73;
+  LANES_LET1(v76, sqrt, v74); LANES_LET1(v77, sqrt, v75);
+  const lanes v78 = v76 + v42, v79 = v77 + v42;
+  out[2] = v78; out[3] = v79;
 }
