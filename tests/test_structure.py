@@ -3,6 +3,7 @@
 import ast
 from collections import Counter
 from collections.abc import Iterator
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -62,15 +63,19 @@ def modules(root: Path) -> dict[tuple[str, ...], Path]:
     return found
 
 
-def imports(path: Path) -> Iterator[tuple[int, str, list[str]]]:
-    """Level, module and names of every import, those inside functions included."""
+@cache
+def imports(path: Path) -> list[tuple[int, str, list[str]]]:
+    """Level, module and names of every import of a file, including imports inside functions."""
+    found = []
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
-            yield from ((0, alias.name, []) for alias in node.names)
+            found += [(0, alias.name, []) for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
-            yield node.level, node.module or "", [alias.name for alias in node.names]
+            found.append((node.level, node.module or "", [alias.name for alias in node.names]))
+    return found
 
 
+@cache
 def imported_modules(root: Path) -> dict[tuple[str, ...], set[tuple[str, ...]]]:
     """For each module of a half, the modules of the same half that it imports.
 

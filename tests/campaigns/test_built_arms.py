@@ -6,11 +6,8 @@ from tests.campaigns.as_built.built_arms import BARS, judged, judged_arm
 from tests.support.generators.driven_arms import drawn_arm
 
 BUILT = {
-    42: "beyond half a turn",
-    44: "beside a dead point",
-    2: "a given joint's crank on both sides",
-    136: "a rocker on both sides, and a parallelogram that folds",
-    141: "a parallelogram that folds, behind a given joint",
+    44: "near a dead point",
+    141: "a parallelogram that folds, after a fixed joint",
 }
 
 
@@ -27,9 +24,9 @@ def test_inverse_with_tool_on_last_axis_stays_within_error_limits(monkeypatch):
     assert_within_bars(judged_arm(drawn_arm(1, tool=()).mechanism, 1))
 
 
-@pytest.mark.parametrize("number", [2, 265, 81], ids=["crank", "between", "few that close"])
+@pytest.mark.parametrize("number", [2, 81], ids=["crank", "few that close"])
 def test_inverse_of_designed_arm_stays_within_error_limits(number, monkeypatch):
-    """A crank holds a given joint, a joint in between is given, and few configurations close."""
+    """A crank drives a fixed joint, and few configurations close."""
     monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
     assert_within_bars(judged_arm(drawn_arm(number, tool=()).mechanism, number))
 

@@ -5,12 +5,13 @@ from itertools import islice
 
 import pytest
 
-from chasles.derive import artifacts, explain, loads
+from chasles.derive import derive, explain, loads
+from chasles.derive.latex import fragments
 from tests.campaigns.robust import attempt, mutants, written
 from tests.support.generators.round_arms import round_arm
 
-READ = 100
-ARMS = (6, 9, 10)
+READ = 40
+ARMS = (9,)
 
 
 def test_mutated_files_are_read_or_rejected(tmp_path):
@@ -63,7 +64,7 @@ alpha = "-pi/4"
 @pytest.mark.parametrize("text", [ZEROS, SLIDES], ids=["zero offsets", "prismatic joints"])
 def test_undetermined_angle_is_explained_without_closed_form(text):
     robot = loads(text)
-    article = artifacts(robot)["latex/inverse.tex"]
+    article = fragments(derive(robot))["inverse.tex"]
     assert "the tool moves in fewer directions" in str(explain(robot))
     assert "zoo" not in article
     assert "There is no closed form" in article
@@ -84,4 +85,4 @@ theta = "pi/2"
 
 
 def test_article_prints_unsimplified_zero_expression():
-    assert artifacts(loads(SURDS))["latex/screws.tex"]
+    assert fragments(derive(loads(SURDS)))["screws.tex"]

@@ -21,7 +21,7 @@ FOUND = 1e-5
 """Radian, or parts of the mechanism's size: near a dead point half of the digits are uncertain."""
 POSES = 50
 FUNCTIONS = ("fk", "ik")
-SEEDS = (0, 1, 14, 27, 40, 53)
+SEEDS = (0, 1, 14)
 """Mechanisms whose inverse has a closed form."""
 
 
@@ -99,7 +99,7 @@ def test_random_mechanism_solutions_appear_exactly_once(seed):
 # --- the delta robot ---
 
 BASE, ARM, ROD, PLATFORM = 0.2, 0.26, 0.8, 0.05
-PLATFORM_POSES = 10
+PLATFORM_POSES = 4
 
 
 def rods(q, p):

@@ -1,6 +1,7 @@
 """Every family of inverses on random arms that have it, judged by an FK of their rows alone."""
 
 from functools import cache
+from itertools import product
 
 import numpy as np
 import pytest
@@ -54,21 +55,24 @@ FAMILIES = {
 SEVEN = ("RxrxRLrLRxrxR", "RxrxR/R/RxrxR", "RxrxRxRxRxrxR")
 """Elbows in a plane, with an offset along their axis, and of three axes through one point."""
 PLANE = ("R=R=R", "R=R=R=P", "R=R=P=R", "R=P=R=R", "P=R=R=R")
+WRISTED = ("R/R=R", "R/R/R", "R=R=P", "P=R=R")
+"""Arms that are tested with a spherical wrist.
+
+They have a quadratic, a quartic, and the two cases without a position inverse of their own. The
+other cases are tested by their position inverse.
+"""
 EVERYWHERE = [
-    *((arm + WRIST, "spherical wrist", right) for arm in ARMS for right in (False,)),
-    *((arm + WRIST, "spherical wrist", True) for arm in ("R/R/R", "R=R=P", "P/RxR")),
+    *((arm + WRIST, "spherical wrist", False) for arm in WRISTED),
+    *((arm + WRIST, "spherical wrist", True) for arm in ("R=R=P", "P/RxR")),
     *((chain, title, False) for chain, title in FAMILIES.items()),
-    *((chain, title, True) for chain, title in FAMILIES.items() if title != FOREARM),
+    *((chain, title, True) for chain, title in FAMILIES.items() if title in (UR, COLUMN)),
     *((chain, SWIVEL, False) for chain in SEVEN),
     (SEVEN[0], SWIVEL, True),
     *((chain, "parallel axes", True) for chain in PLANE),
 ]
 BACKWARDS = [
-    ("R/R/R/RxrxR"[::-1], False),
     ("R/RxR/RxrxR"[::-1], True),
     ("R/R=R=R/RxR"[::-1], False),
-    ("R/R=R=R/R/R"[::-1], False),
-    ("R/RxrxR/R/R"[::-1], True),
     ("RLpLP=R/RxR"[::-1], False),
 ]
 
@@ -137,7 +141,7 @@ def test_three_joint_position_inverse_is_complete(chain, monkeypatch):
     assert_complete(arm, monkeypatch)
 
 
-@pytest.mark.parametrize("chain", ["R/R/R/RxrxR/R", "R/R=R/RxrxR/R", "P/R/R=R/RxrxR"])
+@pytest.mark.parametrize("chain", ["R/R=R/RxrxR/R", "P/R/R=R/RxrxR"])
 def test_inverse_with_fixed_joint_is_complete(chain, monkeypatch):
     arm = arm_of(chain)
     assert len(arm.inverses.classification.found.given) == 1
@@ -154,7 +158,7 @@ def test_arm_with_fewer_joints_solves_its_reachable_poses(chain, monkeypatch):
     assert_complete(arm, monkeypatch)
 
 
-@pytest.mark.parametrize("chain", ["R/R=R/RxrxR", "RxR/R/RxrxR", "R/R=R=R/RxR"])
+@pytest.mark.parametrize("chain", ["R/R=R/RxrxR", "R/R=R=R/RxR"])
 @pytest.mark.parametrize("peer", ["eaik", "ik_geo"])
 def test_solution_count_matches_peer_solvers(peer, chain):
     if peer in absent():
@@ -165,7 +169,7 @@ def test_solution_count_matches_peer_solvers(peer, chain):
     assert np.array_equal(counts(arm, arm.answers(q)), counts(arm, theirs))
 
 
-@pytest.mark.parametrize("chain", ["R/R=R/RxrxR", "R/R/R/RxrxR", "R/R=R=R/RxR", "RxrxRLrLRxrxR"])
+@pytest.mark.parametrize("chain", ["R/R=R/RxrxR", "R/R=R=R/RxR", "RxrxRLrLRxrxR"])
 def test_unreachable_targets_give_finite_invalid_answers(chain):
     arm = arm_of(chain)
     q = some(arm, 200)
@@ -228,7 +232,7 @@ def classify_of(chain):
     return classify(robot, Terms({}))
 
 
-HYBRID = ("board_installer", "well_manipulator", "delta", "excavator", "five_bar", "four_bar")
+HYBRID = ("well_manipulator", "delta", "excavator", "five_bar", "four_bar")
 
 
 @cache
@@ -278,14 +282,13 @@ def test_loop_robot_marks_unreachable_poses_invalid(name):
         assert not function(T, *given).valid.any()
 
 
-@pytest.mark.parametrize("row", [0, 1, 2])
-@pytest.mark.parametrize("column", [0, 1, 2, 3])
 @pytest.mark.parametrize("chain", ["R=R=R=P", "R=R=R", "R+R=R=R", "P/P/P/RxrxR", "R/R=R=R/RxR"])
-def test_nan_target_has_no_valid_solution(chain, row, column):
+def test_nan_target_has_no_valid_solution(chain):
     arm = arm_of(chain)
-    T = arm.targets(some(arm, 10))
-    T[:, row, column] = np.nan
-    assert not arm.robot.functions["ik"](T).valid.any()
+    for row, column in product(range(3), range(4)):
+        T = arm.targets(some(arm, 10))
+        T[:, row, column] = np.nan
+        assert not arm.robot.functions["ik"](T).valid.any(), (row, column)
 
 
 @pytest.mark.parametrize("by", [1e-6, 1e-4, 1e-3])

@@ -8,7 +8,7 @@ from tests.campaigns.mutants import classified, excess, findings, read, serial_r
 from tests.support.generators.mutated_urdfs import MUTATIONS, arm_of_robot, arm_of_urdf, mutated
 
 pytest.importorskip("pinocchio", reason="the oracle, in the extra `crosscheck`")
-MUTANTS = 24
+MUTANTS = 8
 
 
 def arm_named(name):

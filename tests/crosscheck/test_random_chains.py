@@ -6,14 +6,15 @@ pytest.importorskip("pinocchio", reason="missing package: pinocchio (make test i
 
 from tests.campaigns.chains import check_jacobians, check_motions
 
-CHAINS, MOTIONS = 36, 12
+CHAINS, MOTIONS = (2, 6, 8, 9, 10, 11, 13), (3, 5, 9, 15)
+"""Seeds of chains that together have every frame, joint type and a joint that follows another."""
 
 
-@pytest.mark.parametrize("seed", range(CHAINS))
+@pytest.mark.parametrize("seed", CHAINS)
 def test_poses_and_jacobians_of_random_chains_agree_with_pinocchio(seed):
     check_jacobians(seed)
 
 
 def test_hessians_twists_and_accelerations_of_random_chains_agree_with_pinocchio():
-    followed = sum(check_motions(seed) for seed in range(MOTIONS))
+    followed = sum(check_motions(seed) for seed in MOTIONS)
     assert followed > 0

@@ -8,7 +8,7 @@ from tests.support.tolerances import EXACT_CODE, ORACLE, ORACLE_RATES
 
 pin = pytest.importorskip("pinocchio", reason="the oracle, in the extra `crosscheck`")
 
-POSES = 10_000
+POSES = 2_000
 P = np.pi / 2
 INCH = 0.0254
 FRAMES = {

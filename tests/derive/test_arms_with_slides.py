@@ -46,9 +46,7 @@ def lost_of(cases):
     return [str(loss) for case in cases for loss in losses_of(case, 0)]
 
 
-@pytest.mark.parametrize(
-    "kinds", ["PP", "RP", "PR", "RR", "PPR", "RRP", "PPPR", "RPPP", "PPPRR", "RPPPR"]
-)
+@pytest.mark.parametrize("kinds", ["PP", "RP", "RR", "RRP", "PPPR", "RPPPR"])
 def test_arms_with_decoupled_joints_solve_every_pose(kinds):
     for seed in SEEDS:
         draw = random.Random(f"{kinds}{seed}")
@@ -73,7 +71,7 @@ def test_gantry_with_offset_three_axis_head_solves_every_pose():
     assert not lost_of([case])
 
 
-@pytest.mark.parametrize("kinds", ["RRR", "PRRR", "RRRP", "PPRRR", "RRRPP"])
+@pytest.mark.parametrize("kinds", ["RRR", "PRRR", "RRRPP"])
 def test_three_meeting_axes_with_few_prismatic_joints_solve_every_pose(kinds):
     for seed in SEEDS:
         draw = random.Random(f"{kinds}{seed}")
@@ -93,7 +91,7 @@ def test_five_axis_machine_has_position_and_direction_ik():
     assert not lost_of(cases)
 
 
-@pytest.mark.parametrize("kinds", ["RRT", "RTR", "TRR", "RLTR", "LRTR", "RTLR", "RTRL", "TRLR"])
+@pytest.mark.parametrize("kinds", ["RRT", "RTR", "TRR", "RLTR", "LRTR", "TRLR"])
 def test_planar_arms_with_prismatic_joint_solve_every_pose(kinds):
     """T slides across the axes, and L along them."""
     for seed in range(2):
@@ -140,9 +138,13 @@ def crane(order, *, hand, round_numbers, seed):
     return loads("\n".join([*lines[:1], f"tool = {{ {tool} }}", *lines[1:]]))
 
 
-@pytest.mark.parametrize("round_numbers", [False, True])
-@pytest.mark.parametrize("hand", [False, True])
-@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize(
+    ("order", "hand", "round_numbers"),
+    [
+        *((order, False, False) for order in ORDERS),
+        *(("RPR", True, False), ("PRR", False, True), ("RRP", True, True)),
+    ],
+)
 def test_random_cranes_solve_every_pose(order, hand, round_numbers):
     cases = cases_of(crane(order, hand=hand, round_numbers=round_numbers, seed=0))
     assert round_numbers or "ik" in {case.function for case in cases}

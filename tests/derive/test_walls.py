@@ -1,6 +1,7 @@
 """The compiler knows nothing of the runtime, and nothing of the day, the host or the directory."""
 
 import ast
+from functools import cache
 from pathlib import Path
 
 import chasles.derive
@@ -11,8 +12,13 @@ IMPURE = {"datetime", "random", "socket", "getpass", "platform", "uuid", "secret
 SIMPLIFIERS = {"simplify", "trigsimp", "nsimplify", "sympify", "parse_expr"}
 
 
+@cache
+def tree(path):
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def imported(path):
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(tree(path)):
         if isinstance(node, ast.Import):
             yield from ((0, alias.name) for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -31,7 +37,7 @@ def test_compiler_never_calls_eval_exec_or_simplifiers():
     for path in FILES:
         called = {
             node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+            for node in ast.walk(tree(path))
             if isinstance(node, ast.Call)
         }
         assert not called & {"eval", "exec", *SIMPLIFIERS}, path

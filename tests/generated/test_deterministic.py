@@ -20,8 +20,8 @@ OLD_PROCESSOR = {
 }
 """OpenBLAS and NumPy choose their loops by the processor; these run on all, and round otherwise."""
 
-DERIVED = ("jaco2", "panda", "board_installer", "five_bar")
-"""Numbers by iteration, a redundant arm, and loops that are solved in turn and together.
+DERIVED = ("jaco2", "five_bar")
+"""An arm whose inverse iterates numerically, and a mechanism with a loop.
 
 `make check-generated` and .ci/run derive all robots in this way.
 """

@@ -84,7 +84,7 @@ def test_unreachable_chain_has_nan_actuators(name):
     z = np.zeros((reached.sum(), len(m.names)))
     z[:, m.chain], z[:, m.actuated] = theta[reached], q[reached]
     known = sorted({*m.chain, *m.actuated})
-    assert closest(m, z[:200], known).max() < 1e-9
+    assert closest(m, z[:60], known).max() < 1e-9
 
 
 BROKEN = {
@@ -197,7 +197,7 @@ def test_margin_vanishes_at_dead_points_of_actuators(name):
 @pytest.mark.parametrize("name", LOOPED)
 def test_chain_branches_close_and_start_with_reference_branch(name):
     r, m = robot(name), model(name)
-    q = random_q(name, 20, seed=61)
+    q = random_q(name, 6, seed=61)
     theta, valid, margin = r.chain_branches(q)
     np.testing.assert_allclose(theta[:, 0], r.chain(q), atol=CLOSED)
     assert valid[:, 0].all()
@@ -223,6 +223,8 @@ def closest(m, z, known):
     generator, best = np.random.default_rng(62), np.full(len(z), np.inf)
     for _ in range(25):
         left = np.flatnonzero(best > CLOSED)
+        if not left.size:
+            break
         start = z[left]
         start[:, free] = generator.uniform(-np.pi, np.pi, (len(left), len(free)))
         best[left] = np.minimum(best[left], m.gap(m.newton(start, known)))
@@ -344,7 +346,7 @@ def test_cylinder_lengths_are_never_negative():
 
 def test_every_parallelogram_assembly_is_a_branch():
     r, m = robot("board_installer"), model("board_installer")
-    q = random_q("board_installer", 20, seed=66)
+    q = random_q("board_installer", 4, seed=66)
     theta, valid, _ = r.chain_branches(q)
     assert valid.all()
     assert theta.shape[1] == 32

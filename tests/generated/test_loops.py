@@ -5,6 +5,8 @@ implicit function theorem (closures), automatic differentiation of the CasADi fu
 differences.
 """
 
+from functools import cache
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -67,7 +69,7 @@ def test_chain_and_passive_are_parts_of_the_configuration(name):
 
 @pytest.mark.parametrize("name", LOOPED)
 def test_independent_newton_converges_to_configuration(name):
-    _, z = far_from_dead_points(name, 500)
+    _, z = far_from_dead_points(name, 150)
     m = model(name)
     start = z.copy()
     start[:, m.unknown] += np.random.default_rng(3).uniform(-0.01, 0.01, (len(z), len(m.unknown)))
@@ -84,7 +86,7 @@ def test_configuration_stays_on_reference_branch(name):
     goals = random_q(name, 6, seed=5)
     z = np.repeat(z, len(goals), 0)
     start = np.array(r.reference.q)
-    for part in np.linspace(0, 1, 41):
+    for part in np.linspace(0, 1, 21):
         z[:, m.actuated] = (start + part * (goals - start)) * m.ratio
         z = m.newton(z, m.actuated)
     difference = z - r.configuration(goals)
@@ -328,9 +330,19 @@ def slope(function, step=1e-4):
 
 # --- one pose, many poses, CasADi ---
 
+COMPARED = ["slider_crank", "five_bar", "well_manipulator", "bricklaying_gantry"]
+"""Loops with revolute and prismatic joints, a loop of two actuators, cylinders, and no loop."""
+
 
 def arguments(name, function, n):
     """Inputs of a function at closed configurations of the robot."""
+    given = closed_states(name, n)
+    return [given[argument.name] for argument in function.inputs]
+
+
+@cache
+def closed_states(name, n):
+    """Values of all arguments that a function may have, at closed configurations."""
     r, m = robot(name), model(name)
     q, z = far_from_dead_points(name, n, seed=31)
     q, z = q[on_the_branch(name, q, q)], z[on_the_branch(name, q, q)]
@@ -339,20 +351,20 @@ def arguments(name, function, n):
     given["thetad"] = r.chain_rates(q, rates)
     given["thetadd"] = r.chain_accelerations(q, rates, faster)
     given["zd"] = (m.z_D_q(z) @ rates[..., None])[..., 0]
-    return [given[argument.name] for argument in function.inputs]
+    return given
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", COMPARED)
 def test_single_pose_batch_and_casadi_results_agree(name):
     r, checked = robot(name), 0
     for key, function in r.functions.items():
         # Those whose C is written by hand have no equations for CasADi.
         if function.solutions or key not in kernels(name):
             continue
-        inputs = arguments(name, function, 150)
+        inputs = arguments(name, function, 60)
         batch = function(*inputs)
         outputs = batch if isinstance(batch, tuple) else (batch,)
-        assert len(inputs[0]) > 40
+        assert len(inputs[0]) > 15
         singles = [function(*row) for row in zip(*inputs, strict=True)]
         singles = [s if isinstance(s, tuple) else (s,) for s in singles]
         for k, output in enumerate(outputs):
@@ -360,7 +372,7 @@ def test_single_pose_batch_and_casadi_results_agree(name):
             np.testing.assert_array_equal(np.isnan(single), np.isnan(output), err_msg=key)
             assert relative(np.nan_to_num(single), np.nan_to_num(output)) < DERIVATIVES, key
         kept = kernels(name)[key]
-        for j in range(0, len(inputs[0]), 7):
+        for j in range(0, len(inputs[0]), len(inputs[0]) // 6):
             found = kept.call([x[j] for x in inputs])
             for output, value in zip(outputs, found, strict=True):
                 expected = np.array(value).reshape(output[j].shape)
@@ -368,7 +380,7 @@ def test_single_pose_batch_and_casadi_results_agree(name):
                 there = np.nan_to_num(output[j])[None], np.nan_to_num(expected)[None]
                 assert relative(*there) < DERIVATIVES, key
             checked += 1
-    assert checked > 6 * len(r.functions)
+    assert checked > 5 * len(r.functions)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -59,6 +59,14 @@ def twists(angles: list[float]) -> list[Matrix]:
     ]
 
 
+def few_twists(angles: list[float]) -> list[Matrix]:
+    """Every angle once, the axes and the linear parts in turn."""
+    return [
+        vector(*LINEAR[k % len(LINEAR)], *(angle * a for a in AXES[k % len(AXES)]))
+        for k, angle in enumerate(angles)
+    ]
+
+
 def random_twists(count: int, seed: int) -> list[Matrix]:
     """Twists with entries between -1.5 and 1.5."""
     draw = random.Random(seed)

@@ -19,9 +19,9 @@ from .oracles import (
     dexp_series,
     distance,
     expm,
+    few_twists,
     random_twists,
     rotation_vectors,
-    twists,
     vector,
     wide,
 )
@@ -37,42 +37,43 @@ def test_exp_so3_is_the_matrix_exponential() -> None:
 
 def test_exp_se3_is_the_matrix_exponential() -> None:
     checked = 0
-    for x in [*twists(ANGLES), *random_twists(20, seed=6)]:
+    for x in [*few_twists(ANGLES), *random_twists(6, seed=6)]:
         assert_close(lie.exp_se3(x), expm(lie.hat_se3(x)), x)
         checked += 1
-    assert checked == 13 * 4 + 20
+    assert checked == 13 + 6
 
 
 def test_exp_and_log_se3_keep_thirty_digits() -> None:
     """Floats of 30 digits give results of 30 digits, on both sides of the branch at one radian."""
     checked = 0
-    for x in [*twists([1e-8, 0.3, 1 - 1e-9, 1 + 1e-9, 3.0]), *random_twists(5, seed=7)]:
+    for x in [*few_twists([1e-8, 0.3, 1 - 1e-9, 1 + 1e-9, 3.0]), *random_twists(3, seed=7)]:
         x30 = x.applyfunc(lambda e: Float(e, 30))
         assert distance(lie.exp_se3(x30), expm(lie.hat_se3(x))) < mpmath.mpf("1e-28")
         assert distance(lie.log_se3(lie.exp_se3(x30)), wide(x)) < mpmath.mpf("1e-27")
         checked += 1
-    assert checked == 25
+    assert checked == 5 + 3
 
 
 def test_log_undoes_exp() -> None:
     checked = 0
-    for omega in rotation_vectors(PRINCIPAL_ANGLES):
+    for x in few_twists(PRINCIPAL_ANGLES):
+        omega = x[3:, :]
         assert_close(lie.log_so3(lie.exp_so3(omega)), omega, omega)
         checked += 1
-    for x in [*twists(PRINCIPAL_ANGLES), *random_twists(20, seed=8)]:
+    for x in [*few_twists(PRINCIPAL_ANGLES), *random_twists(6, seed=8)]:
         assert_close(lie.log_se3(lie.exp_se3(x)), x, x)
         checked += 1
-    assert checked == 2 * 16 * 4 + 20
+    assert checked == 2 * 16 + 6
 
 
 def test_exp_undoes_log() -> None:
     checked = 0
-    for x in twists([*ANGLES, *NEAR_HALF_TURN]):
+    for x in few_twists([*ANGLES, *NEAR_HALF_TURN]):
         T = lie.exp_se3(x)
         assert_close(lie.exp_se3(lie.log_se3(T)), T, x)
         assert_close(lie.exp_so3(lie.log_so3(lie.rotation(T))), lie.rotation(T), x)
         checked += 1
-    assert checked == 21 * 4
+    assert checked == 21
 
 
 def test_log_has_small_relative_error_at_small_angles() -> None:
@@ -182,7 +183,7 @@ def test_inverse_pose_has_the_negative_logarithm() -> None:
 component = st.floats(-1.8, 1.8, allow_subnormal=False)
 
 
-@settings(max_examples=60, derandomize=True, database=None, deadline=None)
+@settings(max_examples=15, derandomize=True, database=None, deadline=None)
 @given(st.lists(component, min_size=6, max_size=6))
 def test_exp_and_log_match_expm_at_hypothesis_twists(entries: list[float]) -> None:
     """Length at most 1.8 sqrt(3) < pi."""

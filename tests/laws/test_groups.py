@@ -7,10 +7,10 @@ from .oracles import (
     ANGLES,
     assert_close,
     expm,
+    few_twists,
     pairs,
     random_poses,
     random_twists,
-    twists,
 )
 
 POSES = random_poses(8, seed=2)
@@ -30,12 +30,12 @@ def test_pose_product_is_closed_and_associative() -> None:
 
 def test_pose_times_its_inverse_is_identity() -> None:
     checked = 0
-    for T in [*POSES, *map(lie.exp_se3, twists(ANGLES))]:
+    for T in [*POSES, *map(lie.exp_se3, few_twists(ANGLES))]:
         assert_close(T * lie.inverse_se3(T), eye(4), T)
         assert_close(lie.inverse_se3(T) * T, eye(4), T)
         assert_close(lie.inverse_se3(lie.inverse_se3(T)), T, T)
         checked += 1
-    assert checked == 8 + 13 * 4
+    assert checked == 8 + 13
     assert lie.inverse_se3(eye(4)) == eye(4)
 
 
@@ -74,10 +74,10 @@ def test_adjoint_is_conjugation() -> None:
 
 def test_adjoint_of_exp_is_exp_of_ad() -> None:
     checked = 0
-    for x in [*twists(ANGLES), *random_twists(10, seed=4)]:
+    for x in [*few_twists(ANGLES), *random_twists(4, seed=4)]:
         assert_close(lie.adjoint(lie.exp_se3(x)), expm(lie.ad(x)), x)
         checked += 1
-    assert checked == 13 * 4 + 10
+    assert checked == 13 + 4
 
 
 def test_conjugated_exp_is_exp_of_adjoint() -> None:

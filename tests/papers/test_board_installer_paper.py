@@ -64,7 +64,7 @@ def test_drawn_members_keep_their_lengths():
         ("C", "N"): b,
     }
     robot = paper.robot()
-    for q in np.random.default_rng(5).uniform(robot.lower, robot.upper, (50, 6)):
+    for q in np.random.default_rng(5).uniform(robot.lower, robot.upper, (8, 6)):
         pins = board_pictures.skeleton(q).pins
         for (start, end), length in [*lengths.items(), (("M", "N"), push_rod + q[4])]:
             between = np.linalg.norm(pins[start] - pins[end])

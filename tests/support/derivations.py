@@ -25,6 +25,11 @@ MECHANISMS = [
 """The shipped robots with loops."""
 NAMES = [name for name in ALL if name not in MECHANISMS]
 """The serial ones."""
+SAMPLE = (
+    *("ur5e", "jaco2", "iiwa14", "lynxmotion", "bricklaying_planar"),
+    *("five_bar", "well_manipulator", "planar_3rrr", "stewart_gough"),
+)
+"""Shipped robots of every kind; together they have every function that any shipped robot has."""
 
 
 def description(name: str) -> Path:

@@ -112,13 +112,15 @@ BUILT = {
     **{f"random{k}": lambda k=k: random_chain(random.Random(k), 3 + k).robot() for k in range(4)},
 }
 ROBOTS = [*NAMES, *BUILT]
+FUNCTIONS = ("fk", "jacobian_mixed", "jacobian_space")
+"""The functions that an article prints; it is the same without the others."""
 
 
 @cache
 def derived(name):
     """A serial robot, or the main chain of one with loops."""
     if name in BUILT:
-        return derive(BUILT[name]())
+        return derive(BUILT[name](), FUNCTIONS)
     robot = derivation(name).robot
     return derive(robot.main_chain) if isinstance(robot, Mechanism) else derivation(name)
 

@@ -16,8 +16,13 @@ INSIDE = 1e-3
 POSES = 3
 
 
-def without_formula(found):
-    """Why the text of an inverse cannot be put into numbers; empty where it can."""
+def without_formula(found, texts=None):
+    """Why the text of an inverse cannot be put into numbers; empty where it can.
+
+    Args:
+        found: The derivation.
+        texts: The fragments of its article, if they are already written.
+    """
     inverse = found.inverse
     if inverse.general is not None:
         return "no structure: a matrix whose determinant has the solutions as its roots"
@@ -25,14 +30,20 @@ def without_formula(found):
         return "led from the inverse of a nominal arm"
     if "ik" not in inverse.solved:
         return inverse.missing
-    printed = PrintedInverse(fragments(found))
+    printed = PrintedInverse(texts or fragments(found))
     return "" if printed.is_whole else "a quartic, or constants that have no short form"
 
 
-def read_back(found, poses=POSES):
-    """How many slots of poses within reach have the solution that the text gives."""
+def read_back(found, poses=POSES, texts=None):
+    """How many slots of poses within reach have the solution that the text gives.
+
+    Args:
+        found: The derivation.
+        poses: The number of poses.
+        texts: The fragments of its article, if they are already written.
+    """
     inverse, robot = found.inverse.solved["ik"], found.robot
-    printed = PrintedInverse(fragments(found))
+    printed = PrintedInverse(texts or fragments(found))
     function = inverse.function
     fk, ik = lower([found.function("fk"), function], "arm")
     others = {f.role.name: f for f in found.inverse.others}

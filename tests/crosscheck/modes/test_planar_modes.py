@@ -10,18 +10,20 @@ from tests.campaigns import planar
 from tests.support.compiling import compiled
 from tests.support.generators.planar_platforms import drawn_platform
 
-FUNCTIONS = ("modes", "velocity_relation", "chain_fk")
+FUNCTIONS = ("modes", "velocity_relation", "chain_fk", "actuators_all")
+LINE_FUNCTIONS = ("modes", "actuators_all")
 STARTS = 100
 STEP = 1e-6
 A_CRANK_AND_TWO_LINES = (("RRR", 0), ("RPR", 2), ("PRR", 2))
-THREE_LINES = (
-    # Lines apart from the platform, and lines of the platform.
-    (("PRR", 2), ("RRP", 0), ("RPR", 2)),
-    (("PRP", 2), ("PRP", 2), ("RPP", 2)),
-    (("PRP", 0), ("PRP", 0), ("PRP", 0)),
-)
-SEVERAL = (*A_CRANK_AND_TWO_LINES, *THREE_LINES[0], ("PRP", 0), ("RPP", 1), ("RRP", 1))
+THREE_LINES = (("PRP", 2), ("RRP", 0), ("RPP", 1))
+"""A line that is apart from the platform, and two lines of the platform."""
 CLOSED, SAME, FAR = 1e-12, 1e-6, 20.0
+
+
+@pytest.fixture(scope="module")
+def lines(tmp_path_factory):
+    platform = drawn_platform(np.random.default_rng(7), THREE_LINES)
+    return platform, derived(platform, tmp_path_factory.mktemp("lines"), LINE_FUNCTIONS)
 
 
 @pytest.fixture(scope="module")
@@ -75,26 +77,20 @@ def test_assembly_polynomial_vanishes_at_every_mode(legs):
         assert abs(value) < 1e-10 * np.abs([a0, *rest]).max()
 
 
-@pytest.mark.parametrize(
-    "kinds",
-    THREE_LINES,
-    ids=["-".join(f"{kind}{driven}" for kind, driven in kinds) for kinds in THREE_LINES],
-)
-def test_modes_are_complete_for_three_line_platforms(kinds, tmp_path):
+def test_modes_are_complete_for_three_line_platform(lines):
+    platform, robot = lines
     generator = np.random.default_rng(7)
-    platform = drawn_platform(generator, kinds)
-    robot = derived(platform, tmp_path, ("modes",))
     q = platform.q + generator.uniform(-0.2, 0.2, 3)
     row = planar.compared(robot, platform, q, generator, STARTS)
     assert (row.missed, row.wrong, row.unsure) == (0, 0, False)
     assert row.modes >= 2
 
 
-@pytest.mark.parametrize("first", range(0, len(SEVERAL), 3))
-def test_ik_planar_contains_every_newton_leg_solution(first, tmp_path):
-    generator = np.random.default_rng(first)
-    platform = drawn_platform(generator, SEVERAL[first : first + 3])
-    robot = derived(platform, tmp_path, ("actuators_all",))
+@pytest.mark.parametrize("name", ["legs", "lines"])
+def test_ik_planar_contains_every_newton_leg_solution(name, request):
+    generator = np.random.default_rng(2)
+    platform, robot = request.getfixturevalue(name)
+    # Two poses are reached by all legs of the crank's platform, one is not.
     poses = platform.pose + generator.uniform(-0.1, 0.1, (3, 3))
     q, valid, _ = robot.ik_planar(poses)
     counted = 0

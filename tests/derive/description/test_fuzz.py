@@ -9,8 +9,8 @@ from chasles.derive.build.time_limit import at_most
 from chasles.derive.cli import app
 from tests.support.derivations import NAMES, ROBOTS
 
-MALFORMED = 500
-COMMANDS = 100
+MALFORMED = 150
+COMMANDS = 30
 ENDLESS_SECONDS = 60.0
 JUNK = (
     "",

@@ -57,7 +57,7 @@ def test_noise_threshold_scales_with_longest_length():
 
 def test_short_decimals_are_recovered_from_noise():
     dice = random.Random(1)
-    for _ in range(2000):
+    for _ in range(600):
         length = R(dice.randint(-(10**5), 10**5), 10**5)
         noisy = R(repr(float(length) + 10 ** dice.uniform(-16, -9.1) * dice.choice((-1, 1))))
         assert without_noise(noisy, AT_A_METRE) == length
@@ -65,7 +65,7 @@ def test_short_decimals_are_recovered_from_noise():
 
 def test_long_decimals_are_rarely_changed():
     dice = random.Random(2)
-    texts = [f"{dice.uniform(-1, 1):.{dice.randint(6, 17)}f}" for _ in range(3000)]
+    texts = [f"{dice.uniform(-1, 1):.{dice.randint(6, 17)}f}" for _ in range(1000)]
     changed = [text for text in texts if without_noise(R(text), AT_A_METRE) != R(text)]
     # Three zeros or nines follow some place of a random number now and then; it moves by 1e-9.
     assert len(changed) < 0.02 * len(texts)
@@ -152,7 +152,7 @@ def test_fractions_of_rounded_pi_become_fractions_of_pi():
 @pytest.mark.parametrize("places", [2, 3, 4, 6, 9])
 def test_random_angles_are_rarely_snapped(places):
     dice = random.Random(places)
-    angles = [R(f"{dice.uniform(-6, 6):.{places}f}") for _ in range(2000)]
+    angles = [R(f"{dice.uniform(-6, 6):.{places}f}") for _ in range(600)]
     taken = [angle for angle in angles if exact_angle(angle) != angle]
     # Cut and rounded angles together are one and a half units of the last place; parts of a
     # rounded pi are few beside them.
@@ -189,10 +189,11 @@ def test_rounded_directions_snap_to_exact_unit_vectors(found, taken):
     assert exact_direction(vector(found)) == taken
 
 
-@pytest.mark.parametrize("digits", [4, 7, 16])
-def test_exact_directions_are_recovered_from_digits(digits):
+@pytest.mark.parametrize(("digits", "third"), [(4, 0), (7, 1), (16, 2)])
+def test_exact_directions_are_recovered_from_digits(digits, third):
+    """Each number of digits takes another third of the directions."""
     checked = 0
-    for named, numbers in exact_directions():
+    for named, numbers in exact_directions()[third::3]:
         direction = named.exact
         assert max(abs(float(a) - b) for a, b in zip(direction, numbers, strict=True)) < 3e-16
         texts = [f"{number:.{digits}f}" for number in numbers]
@@ -201,13 +202,13 @@ def test_exact_directions_are_recovered_from_digits(digits):
         proportional = len({abs(c) for c in direction if c != 0}) == 1
         assert found == direction or (proportional and max(map(abs, off)) < 10.0**-digits), texts
         checked += 1
-    assert checked > 600
+    assert checked > 200
 
 
 def test_random_directions_stay_and_scaled_copies_align_equally():
     dice = random.Random(3)
     stayed = 0
-    for _ in range(300):
+    for _ in range(80):
         given = tuple(R(f"{dice.gauss(0, 1):.17f}") for _ in range(3))
         found = exact_direction(given)
         stayed += found == given
@@ -216,13 +217,13 @@ def test_random_directions_stay_and_scaled_copies_align_equally():
         assert before == twice
         # The angles are decimals, or short roots: no root of a long fraction.
         assert all(decimal_places(motion.angle) is not None for motion in before)
-    assert stayed > 270
+    assert stayed > 72
 
 
 def test_align_z_reproduces_axes_to_24_digits():
     dice = random.Random(4)
-    axes = [tuple(R(f"{dice.gauss(0, 1):.9f}") for _ in range(3)) for _ in range(50)]
-    axes += [direction.exact for direction, _ in exact_directions()[::7]] + [(R(1), R(2), R(3))]
+    axes = [tuple(R(f"{dice.gauss(0, 1):.9f}") for _ in range(3)) for _ in range(15)]
+    axes += [direction.exact for direction, _ in exact_directions()[::31]] + [(R(1), R(2), R(3))]
     for axis in axes:
         azimuth, tilt = 0, 0
         for motion in align_z(axis):

@@ -1,5 +1,6 @@
 """The shipped robots with loops, closed in numbers without the equations of the compiler."""
 
+import tomllib
 from functools import cache
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 import sympy as sp
 
 from chasles.derive import load, mobility
+from chasles.derive.description.mechanism_file import has_loops
 from chasles.derive.model.mechanism import Mechanism
 from tests.support.derivations import ROBOTS, description
 from tests.support.loops.closed_in_numbers import HELD, NEAR, Model
@@ -55,8 +57,10 @@ SHIPPED = {
 
 
 def test_every_shipped_mechanism_is_covered():
-    names = [path.stem for path in [*ROBOTS.glob("*.toml"), *ROBOTS.glob("shelf/*.toml")]]
-    assert sorted(SHIPPED) == sorted(n for n in names if isinstance(mechanism(n), Mechanism))
+    files = [*ROBOTS.glob("*.toml"), *ROBOTS.glob("shelf/*.toml")]
+    tables = {path.stem: tomllib.loads(path.read_text(encoding="utf-8")) for path in files}
+    maybe = {name for name, table in tables.items() if has_loops(table) or "extends" in table}
+    assert sorted(SHIPPED) == sorted(n for n in maybe if isinstance(mechanism(n), Mechanism))
 
 
 @pytest.mark.parametrize("name", SHIPPED)
@@ -109,12 +113,12 @@ def test_every_loop_closes_within_the_limits(name):
         low, high = HELD_BOX
     rng = np.random.default_rng(7)
     tried = 0
-    for k in range(6):
+    for k in range(2):
         part = rng.random(len(low)) if k % 2 else rng.integers(0, 2, len(low))
         _, held = m.followed(low + (high - low) * part)
         assert held > HELD
         tried += 1
-    assert tried == 6
+    assert tried == 2
 
 
 WELL = [

@@ -21,7 +21,8 @@ RIGHT = (
 )
 AXES = ("1 0 0", "0 1 0", "0 0 1", "0 0 -1", "0.6 0 0.8", "1 2 3", "-0.57735 0.57735 0.57735")
 TYPES = ("revolute", "continuous", "prismatic", "fixed")
-ROBOTS, POSES = 40, 4
+ROBOTS, POSES = (0, 1, 2, 3, 5, 12, 16, 23, 27, 34), 2
+"""Seeds of the random robots; the last six have a follower of a follower."""
 
 TWO_LINKS = """\
 <robot name="two-links">
@@ -78,7 +79,7 @@ def test_random_urdf_robots_match_pinocchio_link_poses(tmp_path):
     pin = pytest.importorskip("pinocchio", reason="the oracle, in the extra `crosscheck`")
     checked = 0
     seen = dict.fromkeys((*TYPES, "mimic", "mimic of a mimic"), 0)
-    for seed in range(ROBOTS):
+    for seed in ROBOTS:
         dice = random.Random(seed)
         text, tip = random_urdf(dice)
         path = tmp_path / f"{seed}.urdf"
@@ -109,7 +110,7 @@ def test_random_urdf_robots_match_pinocchio_link_poses(tmp_path):
                 checked += 1
             tool = data.oMf[model.getFrameId(tip)].homogeneous
             assert np.abs(np.array(fk(q)).reshape(4, 4) - tool).max() <= ORACLE, seed
-    assert checked >= ROBOTS * POSES * 2
+    assert checked >= len(ROBOTS) * POSES * 2
     assert min(seen.values()) >= 5, seen
 
 

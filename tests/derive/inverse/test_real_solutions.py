@@ -11,7 +11,7 @@ from chasles.derive.inverse.general.split_choice import choose
 from tests.support.derivations import ROBOTS
 from tests.support.generators.random_arms import random_arm
 
-POSES = 20
+POSES = 8
 SAME = 1e-10
 """Entry of a pose: the solutions are refined to 1e-13 in parts of the arm's length."""
 
@@ -43,7 +43,7 @@ def test_real_solution_count_matches_compiled_ik(arm):
 
 
 @pytest.mark.parametrize(
-    "slides", [{1}, {4}, {2, 3}, {0, 5}], ids=lambda slides: "-".join(map(str, sorted(slides)))
+    "slides", [{1}, {0, 5}], ids=lambda slides: "-".join(map(str, sorted(slides)))
 )
 def test_real_solutions_with_prismatic_joints_reach_the_pose(slides):
     robot = random_arm(6, slides=slides)

@@ -120,7 +120,7 @@ def assert_solved(residual, margin, limit=1e-12):
 
 
 def test_sp6_recovers_planted_angle_pairs(solve6):
-    _, A, planted = random6(1, 100_000)
+    _, A, planted = random6(1, 20_000)
     angles, residual, margin = solve6(planted6(A, planted))
     assert_solved(residual, margin, 1e-14)
     off = wrapped(angles - planted.T[:, None, :]).max(-1).min(1)
@@ -128,8 +128,8 @@ def test_sp6_recovers_planted_angle_pairs(solve6):
 
 
 def test_sp6_solution_count_matches_real_roots(solve6):
-    generator, A, planted = random6(2, 500)
-    X = np.concatenate([planted6(A, planted), generator.normal(size=(500, 10))])
+    generator, A, planted = random6(2, 80)
+    X = np.concatenate([planted6(A, planted), generator.normal(size=(80, 10))])
     angles, residual, margin = solve6(X)
     exists = margin >= 0
     assert residual[exists].max() < 1e-14
@@ -177,7 +177,7 @@ def circles(generator, N):
 
 
 def test_sp6_solves_degenerate_coefficients(solve6):
-    generator, A, planted = random6(3, 20_000)
+    generator, A, planted = random6(3, 4_000)
     N = len(A)
     multiple = generator.normal(size=(N, 1))
     cases = {
@@ -206,7 +206,7 @@ def test_sp6_solves_degenerate_coefficients(solve6):
 
 
 def test_sp6_solves_right_angles_and_integer_coefficients(solve6):
-    generator, A, _ = random6(4, 100_000)
+    generator, A, _ = random6(4, 20_000)
     right = generator.integers(0, 4, (2, len(A))) * np.pi / 2
     whole = generator.integers(-1, 2, A.shape).astype(float)
     for X in (planted6(whole, right), np.rint(planted6(whole, right)), planted6(A, right)):
@@ -216,7 +216,7 @@ def test_sp6_solves_right_angles_and_integer_coefficients(solve6):
 
 @pytest.mark.parametrize("distance", NEAR_DOUBLE)
 def test_sp6_solves_near_double_roots(solve6, distance):
-    generator, A, planted = random6(5, 20_000)
+    generator, A, planted = random6(5, 5_000)
     along = np.stack([f(t) for t in planted for f in (np.cos, lambda t: -np.sin(t))], -1)
     first, second = (
         np.einsum("nij,nj->ni", rows_of(A)[:, :, k : k + 2], along[:, k : k + 2]) for k in (0, 2)
@@ -229,7 +229,7 @@ def test_sp6_solves_near_double_roots(solve6, distance):
 
 
 def test_sp6_out_of_reach_is_finite_with_negative_margin(solve6):
-    generator, A, _ = random6(6, 10_000)
+    generator, A, _ = random6(6, 2_000)
     b = generator.normal(size=(len(A), 2)) * 10 ** generator.uniform(2, 9, (len(A), 1))
     angles, _, margin = solve6(np.concatenate([A, b], 1))
     assert np.isfinite(angles).all()
@@ -284,7 +284,7 @@ def polynomial_of(angles):
 @pytest.mark.parametrize(("equal", "near"), [(1, 1e-8), (2, 1e-5), (3, 1e-2), (4, 1e-2)])
 def test_repeated_trigonometric_roots_are_found(roots, equal, near):
     generator = np.random.default_rng(equal)
-    angles = generator.uniform(-np.pi, np.pi, (5000, 4))
+    angles = generator.uniform(-np.pi, np.pi, (2000, 4))
     angles[:, :equal] = angles[:, :1]
     phi, value, _ = roots(polynomial_of(angles))
     # Rounding parts n equal roots by the nth root of 1e-16.
@@ -295,7 +295,7 @@ def test_repeated_trigonometric_roots_are_found(roots, equal, near):
 
 def test_lower_degree_trigonometric_polynomials_are_solved(roots):
     generator = np.random.default_rng(9)
-    phi0 = generator.uniform(-np.pi, np.pi, 20_000)
+    phi0 = generator.uniform(-np.pi, np.pi, 3_000)
     basis = np.stack([np.cos(phi0), np.sin(phi0), np.cos(2 * phi0), np.sin(2 * phi0)], 1)
     for kept in (
         (1, 1, 0, 0),
@@ -361,7 +361,7 @@ def random5(seed, N):
 
 
 def test_sp5_recovers_planted_angle_triples(solve5):
-    _, vectors, planted = random5(11, 100_000)
+    _, vectors, planted = random5(11, 20_000)
     angles, residual, margin = solve5(*closing(planted, *vectors))
     assert_solved(residual, margin, 1e-14)
     off = wrapped(angles - planted.T[:, None, :]).max(-1).min(1)
@@ -370,7 +370,7 @@ def test_sp5_recovers_planted_angle_triples(solve5):
 
 @pytest.mark.parametrize("distance", NEAR_AXIS)
 def test_sp5_is_accurate_near_the_second_axis(solve5, distance):
-    generator, (k1, p1, k2, p2, k3, p3), planted = random5(12, 10_000)
+    generator, (k1, p1, k2, p2, k3, p3), planted = random5(12, 2_000)
     w = p2 + turned(k3, pair(planted[2]), p3)
     p2 = p2 - (w - k2 * (w * k2).sum(1, keepdims=True)) + distance * generator.normal(size=w.shape)
     _, residual, margin = solve5(*closing(planted, k1, p1, k2, p2, k3, p3))
@@ -385,7 +385,8 @@ def test_sp5_solves_axes_at_right_angles(solve5):
     k1, k2, k3 = (axes[grid[:, k]] for k in range(3))
     t = grid[:, 3:].T * np.pi / 2
     generator, checked = np.random.default_rng(13), 0
-    for make in (lambda: generator.integers(-2, 3, k1.shape).astype(float),) * 4 + (
+    for make in (
+        lambda: generator.integers(-2, 3, k1.shape).astype(float),
         lambda: generator.normal(size=k1.shape),
     ):
         vectors = closing(t, k1, make(), k2, make(), k3, make())
@@ -393,11 +394,11 @@ def test_sp5_solves_axes_at_right_angles(solve5):
         assert residual.min(1).max() < 1e-12
         assert residual[margin >= 0].max() < 1e-9
         checked += len(t.T)
-    assert checked == 5 * 6912
+    assert checked == 2 * 6912
 
 
 def test_sp5_out_of_reach_is_finite_with_negative_margin(solve5):
-    _, (k1, p1, k2, p2, k3, p3), _ = random5(14, 10_000)
+    _, (k1, p1, k2, p2, k3, p3), _ = random5(14, 2_000)
     angles, residual, margin = solve5(100 * p2, k1, p1, k2, p2, k3, p3)
     assert np.isfinite(angles).all()
     out = residual.min(1) > 1e-9

@@ -9,8 +9,10 @@ from chasles.derive.chain.posture import from_aside
 from chasles.derive.latex.drawing import DrawnMembers, arm_drawing
 from chasles.derive.latex.drawing.paper import HEIGHT, WIDTH, Paper, at
 from chasles.derive.latex.drawing.parts import scene
-from tests.support.derivations import NAMES, article, derivation, shaped
+from tests.support.derivations import article, derivation, shaped
 
+DRAWN = ("ur5e", "scara", "iiwa14", "lynxmotion", "photo_robot", "puma560")
+"""Arms with four to seven joints, with and without prismatic joints and limits."""
 TRUE = 1e-8
 """Drawn points and directions are rounded to nine digits of the robot's size."""
 EDGE = 1
@@ -26,7 +28,7 @@ def parts(name):
     return found.skeleton, scene(found.skeleton, found.skeleton.posture, members)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", DRAWN)
 def test_joints_lie_on_their_screw_axes_and_the_tool_is_at_its_pose(name):
     skeleton, scene = parts(name)
     q = np.array(skeleton.posture)
@@ -44,11 +46,10 @@ def test_joints_lie_on_their_screw_axes_and_the_tool_is_at_its_pose(name):
     assert seen == set(range(1, len(q) + 1))
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", DRAWN)
 def test_the_figure_names_each_coordinate_and_fits_the_page(name):
-    text = article(name)["drawing.tex"]
     skeleton, scene = parts(name)
-    assert text == arm_drawing(derivation(name).robot, skeleton)
+    text = arm_drawing(derivation(name).robot, skeleton)
     assert len(text) < LARGEST
     indices = re.findall(r"\\node\[coordinate name[^\n]*\$q_\{(\d+)\}\$", text)
     assert sorted(map(int, indices)) == list(range(1, len(skeleton.posture) + 1))
@@ -61,7 +62,7 @@ def test_the_figure_names_each_coordinate_and_fits_the_page(name):
     assert 0 < top - bottom <= HEIGHT / 10 + EDGE
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", DRAWN)
 def test_drawn_configurations_are_round_and_within_limits(name):
     found = derivation(name)
     for value, joint in zip(found.skeleton.posture, found.robot.coordinates, strict=True):
@@ -70,3 +71,9 @@ def test_drawn_configurations_are_round_and_within_limits(name):
         assert high is None or value <= float(high)
         if joint.kind == "revolute" and low is not None and float(low) < -0.3 < 0.3 < float(high):
             assert np.degrees(value) / 15 == pytest.approx(round(np.degrees(value) / 15))
+
+
+@pytest.mark.parametrize("name", ["scara", "lynxmotion"])
+def test_article_contains_the_figure_of_its_robot(name):
+    found = derivation(name)
+    assert article(name)["drawing.tex"] == arm_drawing(found.robot, found.skeleton)

@@ -16,12 +16,9 @@ from chasles.derive.terms.casadi_graph import lower
 from tests.support.generators.planar_platforms import drawn_platform
 
 LEGS = {
-    # Three, two, one and no circles, then lines; harmonics of the polynomial.
+    # Three, one and no circles, then lines; harmonics of the polynomial.
     "circles": ((("RRR", 0), ("RRR", 1), ("RPR", 1)), 3),
-    "a line": ((("RRR", 0), ("RRR", 0), ("PRR", 2)), 3),
     "two lines": ((("RRR", 0), ("RPR", 2), ("PRR", 2)), 3),
-    "two lines that turn alike": ((("RRR", 0), ("PRR", 2), ("PRP", 2)), 2),
-    "lines": ((("PRR", 2), ("RRP", 0), ("RPR", 2)), 2),
     "lines that turn alike": ((("PRP", 0), ("PRP", 0), ("RRP", 0)), 1),
 }
 FUNCTIONS = ["assembly_polynomial", "legs"]

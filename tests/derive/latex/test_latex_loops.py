@@ -16,13 +16,14 @@ from chasles.derive.latex.loops.rates_fragment import Rates
 from chasles.derive.latex.setting.printer import FractionPrinter
 from chasles.derive.loops.planar.loop_step import Cross
 from chasles.derive.model.mechanism import Closure, Drive, Frame, Mechanism, Strut
-from tests.support.derivations import MECHANISMS, article, derivation, kernels
+from tests.support.derivations import GENERATED, MECHANISMS, article, derivation, kernels
 
 SOLVED = [
-    *("board_installer", "delta", "excavator", "five_bar", "four_bar", "slider_crank"),
-    "well_manipulator",
+    *("board_installer", "delta", "five_bar", "four_bar", "slider_crank", "well_manipulator"),
 ]
-TURNED_BACK = [*SOLVED, "planar_3rrr", "planar_3rrr_170", "stewart_gough"]
+TURNED_BACK = [*SOLVED, "planar_3rrr", "stewart_gough"]
+WRITTEN = ("four_bar", "board_installer", "planar_3rrr")
+"""Mechanisms whose articles are written in these tests; the other articles are committed files."""
 TRUE = 1e-10
 NEAR = 0.05
 """Range of random numbers about the reference (radian, metre)."""
@@ -326,9 +327,17 @@ def test_four_bar_loop_is_printed_as_in_textbooks():
     )
 
 
+def texts_of(name):
+    if name in WRITTEN:
+        return article(name)
+    return {path.name: path.read_text() for path in (GENERATED / name / "latex").iterdir()}
+
+
 @pytest.mark.parametrize("name", MECHANISMS)
 def test_no_internal_name_is_printed(name):
-    for file, text in article(name).items():
+    texts = texts_of(name)
+    assert texts
+    for file, text in texts.items():
         assert not re.search(r"(?<![\w\\}$])_[tkz]?\d", text), file
         assert "zoo" not in text, file
         assert not re.search(r"\bnan\b", text), file
@@ -360,12 +369,13 @@ def test_loop_fragments_exist_only_for_closed_loops():
     }
     assert "loops.tex" not in geared
     assert "solution.tex" in geared
-    inputs = re.findall(r"\\input\{latex/(\w+)\}", document(derivation("four_bar")))
+    text = document(derivation("four_bar"))
+    inputs = re.findall(r"\\input\{latex/(\w+)\}", text)
     # The figure comes first.
     in_order = sorted(with_loops, key=lambda name: name != "drawing.tex")
     assert [f"{name}.tex" for name in inputs] == in_order
-    assert "tikz" in document(derivation("four_bar"))
-    assert "tikz" in document(derivation("ur5e"))
+    assert "tikz" in text
+    assert "tikz" in document(derivation("scara"))
 
 
 def geared():

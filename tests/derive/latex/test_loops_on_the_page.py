@@ -5,7 +5,10 @@ import re
 import numpy as np
 
 from chasles.derive import derive, loads
-from chasles.derive.latex import fragments
+from chasles.derive.latex.loops.example_of_loops import worked_example_of_loops
+from chasles.derive.latex.loops.loop_page import LoopPage
+from chasles.derive.latex.loops.loops_fragment import loops
+from chasles.derive.latex.loops.solution_fragment import solution
 from chasles.derive.latex.setting.widths import LINE, width
 from chasles.derive.model.mechanism import Frame, Mechanism, Strut
 from tests.support.generators.drawn_mechanisms import drawn_mechanism
@@ -15,22 +18,22 @@ from tests.support.loops.mechanisms import BASE, at, near, pin
 
 def test_worked_example_uses_a_closed_configuration():
     """A tenth of the range from its reference the loops of this mechanism are open."""
-    parts = fragments(derive(drawn_mechanism(2).mechanism, ["fk", "chain", "ik"]))
-    (example,) = (text for name, text in parts.items() if name.startswith("example"))
+    found = derive(drawn_mechanism(2).mechanism, ["fk", "chain", "ik"])
+    example = worked_example_of_loops(LoopPage.of(found))
     assert "the pose of the tool is" in example
     assert "nan" not in example
 
 
 def test_displacement_matrices_of_loops_fit_the_line_width():
     platform = loads(drawn_platform(np.random.default_rng(201)).text("platform"))
-    loops = fragments(derive(platform, ["chain_fk"]))["loops.tex"]
-    matrices = re.findall(r"^M_\{\d\} = .*?\\end\{array\}", loops, re.DOTALL | re.MULTILINE)
+    text = loops(LoopPage.of(derive(platform, ["chain_fk"])))
+    matrices = re.findall(r"^M_\{\d\} = .*?\\end\{array\}", text, re.DOTALL | re.MULTILINE)
     assert len(matrices) == 3
     for matrix in matrices:
         rows = [row.split("&") for row in matrix.split("\n")[1:-1]]
         columns = zip(*(row for row in rows if len(row) == 4), strict=True)
         assert sum(max(map(width, column)) for column in columns) < LINE - 80
-    assert r"(to 6 decimals)" in loops
+    assert r"(to 6 decimals)" in text
 
 
 def test_article_states_least_squares_closure():
@@ -47,7 +50,7 @@ def test_article_states_least_squares_closure():
         reference=near(("crank", 1), ("bar", -1)),
         closure="least squares",
     )
-    parts = fragments(derive(whole, ["fk"]))
-    assert "1 constraint is redundant" in parts["loops.tex"]
-    assert "least sum of squared gaps" in parts["loops.tex"]
-    assert r"\frac{\partial g}{\partial z_{\mathrm{p}}}" in parts["solution.tex"]
+    page = LoopPage.of(derive(whole, ["fk"]))
+    assert "1 constraint is redundant" in loops(page)
+    assert "least sum of squared gaps" in loops(page)
+    assert r"\frac{\partial g}{\partial z_{\mathrm{p}}}" in solution(page)

@@ -21,7 +21,7 @@ from chasles.derive.latex.setting.page import Page
 from chasles.derive.terms.terms import Terms
 from tests.support.derivations import ROBOTS as FOLDER
 from tests.support.derivations import article, derivation
-from tests.support.printed_robots import ROBOTS, calibrated, derived, printed
+from tests.support.printed_robots import calibrated, derived, printed
 
 WRITERS = {
     "parameters.tex": parameters,
@@ -40,7 +40,7 @@ def told(function):
     return function.name, function.outputs, function.definitions(), function.margin
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", ["iiwa14", "jaco2", "scara", "awkward", "tilted", "random2"])
 def test_fragments_written_in_any_order_are_the_same(name):
     found = derived(name)
     expected = dict(printed(name))
@@ -58,18 +58,17 @@ def test_fragments_written_in_any_order_are_the_same(name):
     assert {file: text for file, text in written.items() if text} == expected, names
 
 
-@pytest.mark.parametrize("name", ["five_bar", "board_installer"])
+@pytest.mark.parametrize("name", ["five_bar", "four_bar"])
 def test_an_article_is_the_same_when_it_is_written_again(name):
     assert fragments(derivation(name)) == article(name)
 
 
-@pytest.mark.parametrize("name", ["ur5e", "jaco2", "five_bar", "planar_3rrr"])
+@pytest.mark.parametrize("name", ["scara", "ur5e", "five_bar", "planar_3rrr"])
 def test_functions_are_independent_of_request_order(name):
     robot = load(FOLDER / f"{name}.toml")
     whole = derivation(name)
     expected = [told(function) for function in whole.functions]
     names = [function.name for function in (*whole.functions, *whole.written)]
-    assert [told(function) for function in derive(robot, names).functions] == expected
     random.Random(name).shuffle(names)
     assert [told(function) for function in derive(robot, names).functions] == expected
 
@@ -87,23 +86,24 @@ def test_term_names_are_independent_of_request_order():
 
     asked = ("fk", "jacobian_space", "jacobian_mixed_dot", "hessian_mixed")
     expected = named(asked)
-    for order in permutations(asked):
+    # Every fourth of the 24 orders: each function comes first at least once.
+    for order in [*permutations(asked)][3::4]:
         assert named(order) == expected
 
 
 def test_printed_names_are_independent_of_other_functions():
     robot = calibrated()
-    expected = equations(derive(robot))
+    expected = equations(derived("calibrated"))
     for names in (["fk"], ["jacobian_mixed"], ["jacobian_space", "jacobian_mixed", "fk"]):
         found = equations(derive(robot, names))
         assert found.fk == expected.fk
         assert found.jacobian_mixed == expected.jacobian_mixed
         assert found.jacobian_space == expected.jacobian_space
-    assert fragments(derive(robot, ["twist_body"])) == fragments(derive(robot))
+    assert fragments(derive(robot, ["twist_body"])) == printed("calibrated")
 
 
 def test_writing_an_article_leaves_derivation_terms_unchanged():
-    found = derive(load(FOLDER / "ur5e.toml"))
+    found = derive(load(FOLDER / "scara.toml"))
     before = dict(found.terms.definitions), dict(found.terms.constants)
     fragments(found)
     assert (found.terms.definitions, found.terms.constants) == before

@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from chasles.derive import derive, load, loads, model_report
-from chasles.derive.latex import FOLDER, document, fragments, model_quality
+from chasles.derive.build.generate import put
+from chasles.derive.latex import FOLDER, files, fragments, model_quality
+from chasles.derive.program.programs import NO_PROGRAMS
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.convention_robots import sagging_ur5e
-from tests.support.derivations import ROBOTS
+from tests.support.derivations import ROBOTS, article
 from tests.support.tools import needs
 
 REPORT = r"""\documentclass{article}
@@ -26,8 +28,13 @@ def sagging():
     return derive(loads(sagging_ur5e()), ["fk", "fk_p"])
 
 
-def compiled(folder, name, text):
-    (folder / f"{name}.tex").write_text(text)
+@pytest.fixture(scope="module")
+def written(sagging):
+    """The article of the sagging arm and its fragments, by path."""
+    return files(sagging, NO_PROGRAMS)
+
+
+def compiled(folder, name):
     arguments = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", name]
     done = subprocess.run(arguments, cwd=folder, capture_output=True, check=False)
     log = (folder / f"{name}.log").read_text(errors="replace")
@@ -37,19 +44,22 @@ def compiled(folder, name, text):
 
 
 @needs("pdflatex")
-def test_parametric_article_and_model_report_compile(tmp_path, sagging):
-    (tmp_path / FOLDER).mkdir()
-    for name, text in fragments(sagging).items():
-        (tmp_path / FOLDER / name).write_text(text)
-    compiled(tmp_path, "article", document(sagging))
+def test_parametric_article_and_model_report_compile(tmp_path, sagging, written):
+    put(written, tmp_path)
+    compiled(tmp_path, sagging.robot.name)
     report = model_quality(model_report(load(ROBOTS / "scara.toml")))
-    compiled(tmp_path, "report", REPORT % report)
+    (tmp_path / "report.tex").write_text(REPORT % report)
+    compiled(tmp_path, "report")
 
 
-def test_parametric_fragment_is_printed_only_on_request(sagging):
-    assert "parametric.tex" in fragments(sagging)
-    assert "parametric.tex" not in fragments(derive(loads(sagging_ur5e()), ["fk"]))
-    text = fragments(sagging)["parametric.tex"]
+def test_parametric_fragment_is_printed_only_on_request():
+    robot = load(ROBOTS / "scara.toml")
+    assert "parametric.tex" in fragments(derive(robot, ["fk", "fk_p"]))
+    assert "parametric.tex" not in article("scara")
+
+
+def test_parametric_fragment_lists_all_parameters(sagging, written):
+    text = written[f"{FOLDER}/parametric.tex"]
     count = len(sagging.geometry.parameters)
     assert f"${count}$ numbers" in text
     assert rf"p_{{{count}}}" in text
@@ -60,24 +70,22 @@ def test_parametric_fragment_is_printed_only_on_request(sagging):
 @needs("pdflatex")
 def test_parametric_fragment_of_loops_is_printed_and_compiles(tmp_path):
     derived = derive(load(ROBOTS / "five_bar.toml"), ["fk", "fk_p"])
-    written = fragments(derived)
-    text, count = written["parametric.tex"], len(derived.geometry.parameters)
+    written = files(derived, NO_PROGRAMS)
+    text, count = written[f"{FOLDER}/parametric.tex"], len(derived.geometry.parameters)
     assert f"${count}$ numbers" in text
     assert rf"p_{{{count}}}" in text
     assert r"\mathit{length} = 0.3" in text
-    assert "parametric.tex" not in fragments(derive(derived.robot, ["fk"]))
-    (tmp_path / FOLDER).mkdir()
-    for name, own in written.items():
-        (tmp_path / FOLDER / name).write_text(own)
-    compiled(tmp_path, "article", document(derived))
+    assert "parametric.tex" not in article("five_bar")
+    put(written, tmp_path)
+    compiled(tmp_path, "five_bar")
 
 
 TOKEN = re.compile(r"([RT])_\{?([xyz])\}?\(([^()]*)\)|(T)\(([^()]*)\)")
 
 
-def test_printed_parametric_product_equals_the_pose(sagging):
+def test_printed_parametric_product_equals_the_pose(sagging, written):
     """The printed factors, read back, give the pose of the nominal robot and of others."""
-    text = fragments(sagging)["parametric.tex"]
+    text = written[f"{FOLDER}/parametric.tex"]
     random = np.random.default_rng(4)
     q = random.uniform(-2, 2, 6)
     p = [float(sagging.terms.value(g.value)) for g in sagging.geometry.parameters]

@@ -18,7 +18,7 @@ from chasles.derive.model.placements import Rotation, Translation
 from chasles.derive.terms.casadi_graph import lower
 from chasles.derive.terms.terms import Terms
 from tests.support.derivations import derivation
-from tests.support.printed_robots import ROBOTS, derived
+from tests.support.printed_robots import derived
 
 AREA = 0.02
 """Relative error of an area: the outline is within a fraction of one of ninety cells."""
@@ -27,6 +27,8 @@ CELL = 0.011
 ALMOST = 0.998
 """Least part of random postures inside the outline to a cell; its corners are rounded."""
 MOST_BYTES = 3000
+SMALL_FIGURES = ("ur5e", "iiwa14", "bricklaying_planar", "awkward", "tilted", "random3")
+"""Upright and lying arms, redundant arms, prismatic joints and odd angles."""
 
 
 def bodies_of(robot):
@@ -52,7 +54,7 @@ def whole(found):
 
 def test_two_link_arms_reach_rings_and_half_rings():
     rng = np.random.default_rng(1)
-    for _ in range(8):
+    for _ in range(3):
         a, b = rng.uniform(0.2, 1, 2).round(3)
         ring = math.pi * ((a + b) ** 2 - (a - b) ** 2)
         free = [(None, None)] * 2
@@ -66,7 +68,7 @@ def test_two_link_arms_reach_rings_and_half_rings():
 def test_joint_limits_reduce_the_area_to_a_ring_sector():
     # The elbow's angle gives the distance, the shoulder turns an arc of it: a sector of a ring.
     rng = np.random.default_rng(2)
-    for _ in range(8):
+    for _ in range(3):
         low, bend, turn = (
             round(rng.uniform(*ends), 3) for ends in ((0.3, 0.9), (1.5, 2.5), (0.8, 3))
         )
@@ -89,7 +91,7 @@ def inside(loops, points):
     return count % 2 == 1
 
 
-@pytest.mark.parametrize("name", ["ur5e", "panda", "irb6640", "lynxmotion", "jaco2", "puma560"])
+@pytest.mark.parametrize("name", ["ur5e", "lynxmotion", "puma560"])
 def test_random_positions_lie_inside_the_outline(name):
     found = derivation(name)
     region = reached(found.skeleton)
@@ -100,8 +102,7 @@ def test_random_positions_lie_inside_the_outline(name):
         for j in coordinates
     ]
     q = rng.uniform(*np.array(bounds).T, size=(2000, len(bounds)))
-    (kernel,) = lower([found.function("fk")], name)
-    p = np.array([np.array(kernel(row)).reshape(4, 4)[:3, 3] for row in q])
+    p = poses_at(name, q)[:, :3, 3]
     seen = np.column_stack([np.hypot(p[:, 0], p[:, 1]), p[:, 2]])
     step = CELL * np.ptp(seen, 0).max()
     near = [seen + step * np.array(way) for way in ((0, 0), (1, 0), (-1, 0), (0, 1), (0, -1))]
@@ -112,7 +113,7 @@ def test_random_positions_lie_inside_the_outline(name):
     assert (corners.max(0) < high + 0.15 * np.ptp(seen, 0)).all()
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", SMALL_FIGURES)
 def test_workspace_figure_is_small_and_reproducible(name):
     found = derived(name)
     text = workspace(found.robot, found.skeleton)
@@ -144,7 +145,7 @@ def bounds_of(name):
     )
 
 
-@pytest.mark.parametrize("name", ["excavator", "well_manipulator", "board_installer", "five_bar"])
+@pytest.mark.parametrize("name", ["well_manipulator", "five_bar"])
 def test_random_positions_of_mechanisms_lie_inside_the_outline(name):
     region = of_loops(name)
     bounds = bounds_of(name)
@@ -162,7 +163,7 @@ def test_random_positions_of_mechanisms_lie_inside_the_outline(name):
 def test_five_bar_area_equals_integral_of_determinant():
     """Its map is one to one within the limits, which stay on one side of its dead points."""
     low, high = bounds_of("five_bar").T
-    cells, step = 200, 1e-5
+    cells, step = 100, 1e-5
     grid = np.stack(np.meshgrid(*(np.arange(cells) + 0.5,) * 2), -1).reshape(-1, 2) / cells
     q = low + (high - low) * grid
     columns = [

@@ -12,7 +12,7 @@ from tests.support.oracles.multi_start import Multistart
 
 OFF = 1e-4
 """Radian, or parts of the size: off by less than anyone would see, by more than rounding."""
-FAMILIES = {"four-bar": 0, "Watt": 2, "parallelogram": 6, "parallelograms": 7, "series": 9}
+FAMILIES = {"four-bar": 0, "Watt": 2, "parallelograms": 7}
 
 
 def every_actuator(mechanism):
@@ -30,7 +30,7 @@ def test_inconsistent_chain_joints_give_nan_actuators(seed):
     assert len(numbers.chain) > len(numbers.actuated)
     actuators = every_actuator(drawn.mechanism)
     rng = np.random.default_rng(seed)
-    q = np.vstack([drawn.q, numbers.random_q(rng, 11)])
+    q = np.vstack([drawn.q, numbers.random_q(rng, 6)])
     checked = 0
     for row, modes in zip(q, numbers.modes(q, numbers.actuated), strict=True):
         for mode in modes:

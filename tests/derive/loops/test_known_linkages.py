@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from chasles.derive import derive, loads
-from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.loops.closed_in_numbers import Model
 
@@ -96,16 +95,16 @@ JANSEN = (
 
 def tool_of(text):
     """A linkage's hybrid and its pose of the tool (4, 4) by the actuated coordinate."""
-    robot = loads(text)
-    (kernel,) = lower(derive(robot, ["fk"]).functions, robot.name)
-    return Hybrid(robot), lambda q: np.array(kernel(q)).reshape(4, 4)
+    derivation = derive(loads(text), ["fk"])
+    (kernel,) = lower(derivation.functions, derivation.robot.name)
+    return derivation.hybrid, lambda q: np.array(kernel(q)).reshape(4, 4)
 
 
 def test_peaucellier_inversor_traces_a_straight_line():
     hybrid, tool = tool_of(PEAUCELLIER)
     assert hybrid.mobility.true == hybrid.mobility.kutzbach == 1
     heights = []
-    for crank in np.radians(np.linspace(-30, 30, 61)):
+    for crank in np.radians(np.linspace(-30, 30, 13)):
         x, y, _ = tool(crank)[:3, 3]
         assert x == pytest.approx((0.24**2 - 0.1**2) / (2 * 0.075), abs=1e-12)
         heights.append(y)
@@ -115,13 +114,13 @@ def test_peaucellier_inversor_traces_a_straight_line():
 def test_a_scissor_lift_keeps_its_table_level():
     hybrid, tool = tool_of(SCISSORS)
     assert hybrid.mobility.true == 1
-    for foot in np.linspace(0.5, 2.3, 37):
+    for foot in np.linspace(0.5, 2.3, 10):
         T = tool(foot)
         assert T[2, 3] == pytest.approx(2 * np.sqrt(2.4**2 - foot**2), abs=1e-12)
         assert T[:3, :3] == pytest.approx(np.eye(3), abs=1e-12)
 
 
-@pytest.mark.parametrize("body", ["table", "roller", "arm_4", "arm_2", "shoe"])
+@pytest.mark.parametrize("body", ["roller", "arm_4", "shoe"])
 def test_scissor_lift_actuator_follows_from_any_tool_body(body):
     tool = "tool = { body = "
     robot = loads(SCISSORS.replace(f'{tool}"table"', f'{tool}"{body}"'))
@@ -136,7 +135,7 @@ def test_jansen_leg_traces_a_closed_path_with_flat_stance():
     model = Model(hybrid.mechanism)
     u = model.closed(model.q, model.u)
     points = []
-    for crank in np.radians(np.arange(0, 361, 5)):
+    for crank in np.radians(np.arange(0, 361, 15)):
         u = model.closed(np.array([crank]), u)
         points.append(tool(crank)[:3, 3])
         assert points[-1] == pytest.approx(model.tip(np.array([crank]), u)[:3, 3], abs=1e-10)

@@ -131,10 +131,15 @@ KINDS = {
 
 
 @cache
+def derived(name):
+    return derive(BUILDERS[name](), FUNCTIONS[name])
+
+
+@cache
 def kernels(name):
-    derived = derive(BUILDERS[name](), FUNCTIONS[name])
-    names = [f.name for f in derived.functions]
-    return dict(zip(names, lower(derived.functions, "test"), strict=True))
+    functions = derived(name).functions
+    names = [f.name for f in functions]
+    return dict(zip(names, lower(functions, "test"), strict=True))
 
 
 FORWARD = ["chain", "chain_rates", "configuration", "margin", "chain_all"]
@@ -148,7 +153,7 @@ FUNCTIONS["lift"] = [*FORWARD, "actuators", "actuator_rates"]
 
 @cache
 def reference(name):
-    h = Hybrid(BUILDERS[name]())
+    h = derived(name).hybrid
     return np.array([h.at_reference[c.moves] for c in h.mechanism.coordinates])
 
 
@@ -177,7 +182,7 @@ def test_loops_close_on_the_branch_of_the_reference(name):
 
 @pytest.mark.parametrize("name", BUILDERS)
 def test_spatial_loops_are_solved_by_the_expected_step(name):
-    h = Hybrid(BUILDERS[name]())
+    h = derived(name).hybrid
     assert [type(step) for step in h.forward.steps] == [KINDS[name]]
     assert not h.forward.open
 
@@ -209,7 +214,7 @@ def test_both_branches_close_and_are_distinct(name):
 
 @pytest.mark.parametrize("name", BUILDERS)
 def test_out_of_reach_is_nan_with_a_negative_margin(name):
-    q = random_q(name, 2000, 4.0)
+    q = random_q(name, 300, 4.0)
     chain, margin = (run(name, f, [(row,) for row in q]) for f in ("chain", "margin"))
     closes = (margin >= 0).all(-1)
     np.testing.assert_array_equal(np.isfinite(chain).all(-1), closes)
@@ -244,11 +249,11 @@ def test_delta_pose_beyond_rod_length_has_negative_margin():
 
 def test_stewart_actuators_are_the_leg_lengths():
     mechanism = stewart()
-    h = Hybrid(mechanism)
+    made = derive(mechanism, ["actuators"])
+    h = made.hybrid
     assert {type(step) for step in h.backward.steps} == {CylinderLength}
     assert set(h.forward.open) == {"x", "y", "z", "yaw", "pitch", "roll"}
-    derived = derive(mechanism, ["actuators"])
-    (kernel,) = lower(derived.functions, "test")
+    (kernel,) = lower(made.functions, "test")
     model = Model(mechanism)
     theta = np.array([0.1, -0.05, 1.1, 0.2, -0.1, 0.15])
     z = np.zeros((1, len(model.names)))
@@ -261,16 +266,15 @@ def test_spatial_loop_open_at_the_reference_is_rejected():
     short = replace(rssr(), struts=(replace(rssr().struts[0], length=sp.Rational(1, 10)),))
     with pytest.raises(RobotError, match=r"'rod' does not close .* 386.3 mm too short"):
         derive(short)
-    rods = tuple(replace(rod, length=sp.Rational(1, 10)) for rod in delta().struts)
-    with pytest.raises(RobotError, match=r"'rod\dl' does not close .* too short"):
-        derive(replace(delta(), struts=rods))
 
 
 def test_reference_selects_the_delta_branch():
     up = replace(delta(), reference=tuple((n, -v if n == "z" else v) for n, v in delta().reference))
-    (step,) = Hybrid(up).forward.steps
-    (usual,) = Hybrid(delta()).forward.steps
+    whole = derived("delta").hybrid
+    (usual,) = whole.forward.steps
+    turned = Hybrid(up)
+    (step,) = turned.forward.steps
     assert {step.branch, usual.branch} == {"above", "below"}
-    assert Hybrid(up).at_reference["z"] > 0 > Hybrid(delta()).at_reference["z"]
+    assert turned.at_reference["z"] > 0 > whole.at_reference["z"]
     assert len(usual.name(delta()).split(" and ")) == 6
     assert usual.joints[0] == "rod0l"

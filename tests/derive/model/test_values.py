@@ -10,7 +10,7 @@ from chasles.derive.model.roots import angle_of, power, root
 from chasles.derive.model.values import NoValue, Values, to_digits
 from chasles.derive.terms.terms import Terms
 
-CASES = 300
+CASES = 80
 PARTS = (sp.Integer(2), sp.Rational(-3, 7), sp.Rational("0.4251460319702735"), sp.pi / 5)
 SYMBOLS = {sp.Symbol("a", real=True): "0.0892", sp.Symbol("b", real=True): "1.570279330556899"}
 

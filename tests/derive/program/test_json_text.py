@@ -2,17 +2,18 @@
 
 import json
 
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chasles.derive.emit.json_text import LINE, json_text
 
 LEAVES = st.none() | st.booleans() | st.floats(allow_nan=False) | st.text() | st.integers()
 DATA = st.recursive(
-    LEAVES, lambda part: st.lists(part) | st.dictionaries(st.text(), part), max_leaves=60
+    LEAVES, lambda part: st.lists(part) | st.dictionaries(st.text(), part), max_leaves=30
 )
 
 
+@settings(max_examples=40)
 @given(DATA)
 def test_json_text_round_trips_data(value):
     assert json.loads(json_text(value)) == value

@@ -54,6 +54,9 @@ SIGNED = [
     )
 ]
 """Functions with signs, read from the C: deriving all robots would slow every collection."""
+SAMPLE = ("ur5e", "iiwa14", "lynxmotion", "five_bar", "slider_crank")
+"""Arms whose inverse has branches, a redundant arm, tasks of positions, and planar loops."""
+SAMPLED = [pair for pair in SIGNED if pair[0] in SAMPLE]
 X, Y, S = Input(0, 0), Input(0, 1), Input(1, 0)
 A, B, C, D = map(Variable, range(1, 5))
 
@@ -87,13 +90,13 @@ def test_at_least_fifteen_functions_have_branches():
     assert len(SIGNED) >= 15
 
 
-@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("name", [*SAMPLE, "planar_3rrr"])
 def test_generated_c_has_a_branch_function_per_signed_function(name):
     signed = [(name, f.name) for f in derivation(name).functions if f.signs]
     assert sorted(signed) == sorted(pair for pair in SIGNED if pair[0] == name)
 
 
-@pytest.mark.parametrize(("name", "function"), SIGNED)
+@pytest.mark.parametrize(("name", "function"), SAMPLED)
 def test_unrolled_branches_equal_single_branches_bit_for_bit(name, function):
     symbolic = derivation(name).function(function)
     programs, rng = made(name), np.random.default_rng(11)
@@ -107,7 +110,7 @@ def test_unrolled_branches_equal_single_branches_bit_for_bit(name, function):
             np.testing.assert_array_equal(every[b * n : (b + 1) * n] + 0.0, one + 0.0)
 
 
-@pytest.mark.parametrize(("name", "function"), SIGNED)
+@pytest.mark.parametrize(("name", "function"), SAMPLED)
 def test_unrolled_branches_share_operations(name, function):
     symbolic = derivation(name).function(function)
     whole = count_operations(made(name).whole[function]).total
@@ -238,7 +241,7 @@ def test_unrolled_random_programs_equal_single_branches():
     rng = np.random.default_rng(8)
     signs = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
     given, differing = rng.normal(size=(2, POSES)), 0
-    for _ in range(1_000):
+    for _ in range(250):
         alone = random_branch(rng)
         program = unrolled(alone, signs, "f")
         (whole,) = run(program, [given])
@@ -248,4 +251,4 @@ def test_unrolled_random_programs_equal_single_branches():
             choice = np.repeat(np.array(chosen, float)[:, None], POSES, 1)
             (one,) = run(alone, [given, choice])
             np.testing.assert_array_equal(whole[b * n : (b + 1) * n] + 0.0, one + 0.0)
-    assert differing > 300
+    assert differing > 75

@@ -1,4 +1,4 @@
-"""The C that CasADi itself generates computes the same as ours: every function of every robot."""
+"""The C that CasADi itself generates computes the same as ours: every function of a sample."""
 
 import ctypes
 import subprocess
@@ -9,7 +9,7 @@ import pytest
 
 import chasles
 from chasles.derive.terms.branches import patterns
-from tests.support.derivations import ALL, derivation, kernels
+from tests.support.derivations import SAMPLE, derivation, kernels
 
 TOLERANCE = 2e-12
 """In parts of the largest entry of an output: cosines differ by a last place, and loops near their
@@ -18,7 +18,7 @@ POSES = 20
 POINTER = ctypes.POINTER(ctypes.c_double)
 
 
-@pytest.fixture(scope="module", params=ALL)
+@pytest.fixture(scope="module", params=SAMPLE)
 def robot(request):
     return chasles.load(request.param)
 

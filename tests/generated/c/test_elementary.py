@@ -236,9 +236,9 @@ def test_vector_operations_match_scalar_operations(name, chosen_set, sources, nu
     assert_same(batch(library, name, *numbers[:, :1]), expected[:1])
 
 
-@pytest.mark.parametrize("chosen_set", SETS)
-def test_old_libmvec_falls_back_to_libm(chosen_set, sources, numbers):
-    library = compiled(sources, chosen_set, "-include", "old_glibc.h")
+def test_old_libmvec_falls_back_to_libm(sources, numbers):
+    """The library contains the code of all instruction sets; the call takes the narrowest."""
+    library = compiled(sources, "baseline", "-include", "old_glibc.h")
     listing = subprocess.run(
         ["nm", "-D", library._name], capture_output=True, text=True, check=True
     )
@@ -258,7 +258,7 @@ def turn(library, angles):
 
 def near_right_angles(largest):
     """The doubles on both sides of multiples of a right angle, where a sine or cosine vanishes."""
-    multiples = np.unique(np.geomspace(1, largest, 2000).astype(int)) * (np.pi / 2)
+    multiples = np.unique(np.geomspace(1, largest, 700).astype(int)) * (np.pi / 2)
     return np.hstack([np.nextafter(multiples, 0), multiples, -np.nextafter(multiples, np.inf)])
 
 
@@ -272,19 +272,20 @@ def units_off(got, exact):
 
 
 ANGLES = {
-    "one turn": (np.random.default_rng(1).uniform(-6.3, 6.3, 6000), COS_SIN),
+    "one turn": (np.random.default_rng(1).uniform(-6.3, 6.3, 2000), COS_SIN),
     "right angles": (near_right_angles(60_000), COS_SIN),
-    "thousands of turns": (np.random.default_rng(2).uniform(-1e5, 1e5, 3000), COS_SIN),
+    "thousands of turns": (np.random.default_rng(2).uniform(-1e5, 1e5, 1000), COS_SIN),
     "tiny": (10.0 ** np.random.default_rng(3).uniform(-300, 0, 1000), COS_SIN),
-    "far": (10.0 ** np.random.default_rng(4).uniform(5, 300, 3000), LIBMVEC),
+    "far": (10.0 ** np.random.default_rng(4).uniform(5, 300, 1000), LIBMVEC),
 }
 
 
 @cache
 def exact_cosines_and_sines(kind):
     """Two lists, with as many digits as leave thirty at the farthest angle."""
-    with mpmath.workdps(350):
-        angles = list(map(mpmath.mpf, ANGLES[kind][0].tolist()))
+    angles = ANGLES[kind][0]
+    with mpmath.workdps(50 + max(0, int(np.log10(np.abs(angles).max())))):
+        angles = list(map(mpmath.mpf, angles.tolist()))
         return list(map(mpmath.cos, angles)), list(map(mpmath.sin, angles))
 
 
@@ -361,9 +362,11 @@ def test_sin_and_cos_handle_tiny_huge_and_non_finite_angles(chosen_set, sources,
             assert_same(got[1:], expected[1:])
 
 
-@pytest.mark.parametrize("chosen_set", ["avx2", "baseline"])
-@pytest.mark.parametrize("program", ["clang", "g++"])
-@pytest.mark.parametrize("flags", [("-mavx2", "-mfma"), ()], ids=["avx2 everywhere", "no flags"])
+@pytest.mark.parametrize(
+    ("program", "flags", "chosen_set"),
+    [("g++", (), "avx2"), ("clang", ("-mavx2", "-mfma"), "baseline")],
+    ids=["g++ without flags", "clang with AVX2 everywhere"],
+)
 def test_other_compilers_give_same_vector_results(program, flags, chosen_set, sources, numbers):
     path = path_of(program)
     language = ("-x", "c++") if program == "g++" else ()

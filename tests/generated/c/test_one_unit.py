@@ -7,11 +7,15 @@ import pytest
 from tests.support.derivations import ALL, GENERATED
 from tests.support.tools import path_of
 
-CHECK = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-fsyntax-only"]
+CHECK = ["-pedantic", "-Wall", "-Wextra", "-Werror", "-fsyntax-only"]
+C, CPP = ["-std=c99"], ["-std=c++11", "-x", "c++"]
 
 
-@pytest.mark.parametrize("compiler", ["gcc", "clang"])
-@pytest.mark.parametrize("flags", [[], ["-mavx2", "-mfma"]], ids=["plain", "avx2"])
+@pytest.mark.parametrize(
+    ("compiler", "flags"),
+    [("gcc", C), ("clang", [*C, "-mavx2", "-mfma"]), ("g++", CPP)],
+    ids=["gcc", "clang-avx2", "g++"],
+)
 def test_all_robots_compile_in_single_translation_unit(compiler, flags, tmp_path):
     path_of(compiler)
     unit = tmp_path / "unit.c"

@@ -43,9 +43,8 @@ def test_robot_file_reproduces_calibrated_fk_and_ik_inverts_it(arm, truth, mine)
     assert near.any(-1).mean() > 0.999
 
 
-@pytest.mark.parametrize("name", ["stanford", "photo_robot"])
-def test_robot_file_reproduces_fk_with_prismatic_joints_and_offsets(loaded, name, tmp_path):
-    robot = loaded(name)
+def test_robot_file_reproduces_fk_with_prismatic_joints_and_offsets(loaded, tmp_path):
+    robot = loaded("stanford")
     random = np.random.default_rng(1)
     p = np.array([g.value for g in robot.geometry])
     off = np.array([g.part != "transmission" for g in robot.geometry])

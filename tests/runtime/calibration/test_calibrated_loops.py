@@ -29,7 +29,7 @@ STEP = 1e-5
 SIGMA = (2e-5, 5e-5)
 LEAST = 20.0
 """Factor by which the error of held-back poses falls."""
-MECHANISMS = ("board_installer", "excavator")
+MECHANISMS = ("excavator", "board_installer")
 POSTURES = 300
 DRAWN = 5e-4
 """Metre and radian: what axes, rods and tool of a drawn robot are off by at most."""
@@ -39,8 +39,8 @@ SAME = 1e-10
 
 IDENTIFIED = ("fk", "fk_p", "identification_jacobian", "parts_p")
 FUNCTIONS = {
-    **dict.fromkeys(("four_bar", "stewart_gough"), ("jacobian_mixed", *IDENTIFIED, *PARAMETRIC)),
-    **dict.fromkeys(("slider_crank", "delta", "well_manipulator"), IDENTIFIED),
+    **dict.fromkeys(("four_bar", "delta"), ("jacobian_mixed", *IDENTIFIED, *PARAMETRIC)),
+    **dict.fromkeys(("slider_crank", "well_manipulator"), IDENTIFIED),
 }
 """Functions of the robots as designed; `fk`, `fk_p` and `parts_p` suffice to draw a robot."""
 
@@ -50,7 +50,8 @@ def parametric(name):
     """A robot as designed, with its parametric functions."""
     folder = Path(tempfile.mkdtemp()) / name
     functions = sorted(set(FUNCTIONS.get(name, ("fk", "fk_p", "parts_p"))))
-    return compiled(load(ROBOTS / f"{name}.toml"), folder, functions)
+    languages = ["c", "casadi"] if name == "four_bar" else ["c"]
+    return compiled(load(ROBOTS / f"{name}.toml"), folder, functions, languages)
 
 
 def drawn(robot, random, error):
@@ -85,7 +86,7 @@ def differences(function, x, T):
     return np.stack(columns, -1)
 
 
-@pytest.mark.parametrize("name", ["four_bar", "stewart_gough"])
+@pytest.mark.parametrize("name", ["four_bar", "delta"])
 def test_parametric_loop_functions_match_fk_and_finite_differences(name):
     robot, random = parametric(name), np.random.default_rng(1)
     q, p = around(robot, random, 20), np.array([item.value for item in robot.geometry])
@@ -114,12 +115,9 @@ def test_geometry_with_open_loops_gives_nan():
     assert np.isnan(robot.fk_p(np.array([robot.reference.q] * 2), p)[:, :3, 3]).all()
 
 
-@pytest.mark.parametrize(
-    ("name", "seed"),
-    [("four_bar", 4), ("four_bar", 6), ("four_bar", 8), ("stewart_gough", 4)],
-)
-def test_identification_explains_randomly_perturbed_loop_robot(name, seed):
-    robot, random = parametric(name), np.random.default_rng(seed)
+@pytest.mark.parametrize("seed", [4, 6, 8])
+def test_identification_explains_randomly_perturbed_loop_robot(seed):
+    robot, random = parametric("four_bar"), np.random.default_rng(seed)
     p, T_W_base = drawn(robot, random, 1e-3), screws.exp(random.normal(size=6))
     q, held = everywhere(robot, random, 60), everywhere(robot, random, 500)
     noise = screws.exp(random.normal(size=(60, 6)) * np.repeat(SIGMA, 3))
@@ -191,9 +189,8 @@ def test_unobservable_mechanism_scale_is_reported_redundant(tmp_path):
     assert_allclose(larger, 0, atol=1e-13)
 
 
-@pytest.mark.parametrize("name", ["slider_crank"])
-def test_robot_file_reproduces_identified_loop_robot(name, tmp_path):
-    robot, random = parametric(name), np.random.default_rng(5)
+def test_robot_file_reproduces_identified_loop_robot(tmp_path):
+    robot, random = parametric("slider_crank"), np.random.default_rng(5)
     p = drawn(robot, random, 5e-4)
     drives = np.array([item.part == "transmission" for item in robot.geometry])
     p[drives] += random.uniform(-1e-3, 1e-3, drives.sum())
@@ -258,7 +255,7 @@ def test_identification_rank_matches_paper_formula(parts, rank):
     assert (sizes > 1e-9 * sizes[0]).sum() == rank
 
 
-@pytest.mark.parametrize("name", ["slider_crank", "stewart_gough"])
+@pytest.mark.parametrize("name", ["slider_crank", "delta"])
 def test_vary_keyword_selects_only_its_own_parameter_parts(name):
     """The geometry is axes and loops together; each alone is sought beside the base alone."""
     robot, random = parametric(name), np.random.default_rng(4)
@@ -279,7 +276,7 @@ def test_vary_keyword_selects_only_its_own_parameter_parts(name):
 
 
 def calibrated(name, seed):
-    """A drawn robot that its design leads, as its file describes it."""
+    """A drawn robot that is refined from its design, as its file describes it."""
     robot = parametric(name)
     p = drawn(robot, np.random.default_rng(seed), DRAWN)
     text = robot_file(robot, p, f"mine_{seed}", "a test", name)
@@ -293,15 +290,15 @@ def postures(name, seed):
 
 
 @cache
-def mapped(name, seed):
+def mapped(name, seed, *margin):
     """A calibrated robot with the maps between actuators and main chain."""
-    functions = ["chain", "actuators", "actuator_margin"]
+    functions = ["chain", "actuators", *margin]
     return compiled(calibrated(name, seed), Path(tempfile.mkdtemp()), functions, ["c"])
 
 
 def check_maps(name, seed):
     """Finds the coordinates again in every posture whose loops close."""
-    robot, q = mapped(name, seed), postures(name, seed)
+    robot, q = mapped(name, seed, "actuator_margin"), postures(name, seed)
     theta = robot.chain(q)
     closed = np.isfinite(theta).all(-1)
     assert closed.mean() > 0.9
@@ -311,32 +308,22 @@ def check_maps(name, seed):
 
 
 def test_calibrated_actuator_maps_recover_all_configurations():
-    check_maps("board_installer", 5)
+    check_maps("excavator", 5)
 
 
 def test_joint_values_that_violate_loop_closure_are_invalid():
-    robot = mapped("board_installer", 5)
-    theta = robot.chain(postures("board_installer", 5))
+    robot = mapped("four_bar", 5)
+    theta = robot.chain(np.linspace(-3, 3, POSTURES)[:, None])
     assert robot.actuators_valid(theta).all()
-    for joint in ("shoulder", "elbow", "wrist"):
+    for joint in range(2):
         moved = theta.copy()
-        moved[:, [one.name for one in robot.chain_joints].index(joint)] += 1e-3
+        moved[:, joint] += 1e-3
         assert not robot.actuators_valid(moved).any()
-
-
-def test_ik_recovers_configuration_of_calibrated_gantry(tmp_path):
-    """The motors move the slides of the tool themselves; only the floating rails are iterated."""
-    robot = compiled(calibrated("bricklaying_gantry", 5), tmp_path, ["fk", "ik"], ["c"])
-    q = postures("bricklaying_gantry", 5)
-    found = robot.ik(robot.fk(q))
-    assert found.valid.shape == (POSTURES, 1)
-    assert found.valid.all()
-    np.testing.assert_allclose(found.q[:, 0], q, rtol=0, atol=SAME)
 
 
 @pytest.fixture(scope="module")
 def built_delta(tmp_path_factory):
-    """A delta whose platform turns a little, as its rods are not of one length."""
+    """A delta robot whose platform rotates a little, as its rods are not of one length."""
     folder = tmp_path_factory.mktemp("built") / "delta"
     return compiled(calibrated("delta", 5), folder, ["fk", "ik", "ik_position"], ["c"])
 

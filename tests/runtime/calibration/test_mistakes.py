@@ -13,13 +13,15 @@ from tests.support.measured_arms import drawn
 NOISE = 2e-5
 ARMS = ("ur5e", "stanford")
 """Parallel axes; crossed axes and a prismatic joint."""
+ONE_ARM = pytest.mark.parametrize("case", ["stanford"], indirect=True)
+"""Mistakes in the table or of the device, which do not depend on the arm."""
 
 
 @pytest.fixture(params=ARMS)
 def case(loaded, request):
     """A robot, coordinates, and positions measured there."""
     robot = loaded(request.param)
-    truth = drawn(robot, 3, zero=0.02, count=40)
+    truth = drawn(robot, 3, zero=0.02, count=24)
     points = truth.positions(robot, truth.q)
     return robot, truth.q, points + NOISE * np.random.default_rng(0).normal(size=points.shape)
 
@@ -34,70 +36,71 @@ def test_good_measurements_raise_no_diagnostics(case):
 
 def test_reversed_joint_sign_is_diagnosed(case):
     robot, q, points = case
-    for k in np.random.default_rng(2).choice(robot.n, 2, replace=False):
-        signs = np.where(np.arange(robot.n) == k, -1, 1)
-        name = robot.coordinates[k].name
-        with pytest.raises(InputValueError, match=f"the sign of {name} is turned"):
-            found(robot, signs * q, points)
+    k = np.random.default_rng(2).integers(robot.n)
+    signs = np.where(np.arange(robot.n) == k, -1, 1)
+    name = robot.coordinates[k].name
+    with pytest.raises(InputValueError, match=f"the sign of {name} is turned"):
+        found(robot, signs * q, points)
 
 
+@ONE_ARM
 def test_exchanged_joint_columns_are_diagnosed(case):
     robot, q, points = case
-    random = np.random.default_rng(1)
-    for _ in range(2):
-        i, j = sorted(random.choice(robot.n, 2, replace=False))
-        order = np.arange(robot.n)
-        order[[i, j]] = j, i
-        names = robot.coordinates[i].name, robot.coordinates[j].name
-        with pytest.raises(InputValueError, match=f"columns of {names[0]} and {names[1]} are exch"):
-            found(robot, q[:, order], points)
+    i, j = sorted(np.random.default_rng(1).choice(robot.n, 2, replace=False))
+    order = np.arange(robot.n)
+    order[[i, j]] = j, i
+    names = robot.coordinates[i].name, robot.coordinates[j].name
+    with pytest.raises(InputValueError, match=f"columns of {names[0]} and {names[1]} are exch"):
+        found(robot, q[:, order], points)
 
 
-def test_coupled_joint_column_is_diagnosed(case):
+@pytest.mark.parametrize(
+    ("case", "sign", "word"),
+    [("ur5e", 1, "added to"), ("stanford", -1, "subtracted from")],
+    indirect=["case"],
+)
+def test_coupled_joint_column_is_diagnosed(case, sign, word):
     """As controllers write that hold the forearm's angle to the floor."""
     robot, q, points = case
     turning = [k for k in range(robot.n) if robot.coordinates[k].unit == "rad"]
     pairs = [(i, j) for i in turning for j in turning if 0 < j - i <= 2]
-    random = np.random.default_rng(6)
-    for i, j in random.permutation(pairs)[:1]:
-        names = robot.coordinates[i].name, robot.coordinates[j].name
-        for sign, word in ((1, "added to"), (-1, "subtracted from")):
-            wrong = q.copy()
-            wrong[:, j] += sign * q[:, i]
-            with pytest.raises(InputValueError, match=f"if {names[0]} is {word} {names[1]}. Corr"):
-                found(robot, wrong, points)
+    i, j = np.random.default_rng(6).permutation(pairs)[0]
+    names = robot.coordinates[i].name, robot.coordinates[j].name
+    wrong = q.copy()
+    wrong[:, j] += sign * q[:, i]
+    with pytest.raises(InputValueError, match=f"if {names[0]} is {word} {names[1]}. Corr"):
+        found(robot, wrong, points)
 
 
-def test_wrong_joint_zero_is_diagnosed(case):
+@pytest.mark.parametrize(("case", "degrees"), [("ur5e", 90), ("stanford", -90)], indirect=["case"])
+def test_wrong_joint_zero_is_diagnosed(case, degrees):
     """The first joint's is that of the base, and the last one's that of the tool."""
     robot, q, points = case
-    turning = [k for k in range(1, robot.n - 1) if robot.coordinates[k].unit == "rad"]
-    for k in turning[:2]:
-        for degrees in (90, -90):
-            wrong = q.copy()
-            wrong[:, k] += np.radians(degrees)
-            name = robot.coordinates[k].name
-            try:
-                said = " ".join(found(robot, wrong, points).doubts)
-            except InputValueError as error:
-                said = str(error)
-            # Small tools turn about a wrist's axis, and another zero of it may be identified.
-            assert (
-                f"zero of {name} is off by {degrees} deg" in said or "is its zero another" in said
-            )
+    k = next(k for k in range(1, robot.n - 1) if robot.coordinates[k].unit == "rad")
+    wrong = q.copy()
+    wrong[:, k] += np.radians(degrees)
+    name = robot.coordinates[k].name
+    try:
+        said = " ".join(found(robot, wrong, points).doubts)
+    except InputValueError as error:
+        said = str(error)
+    # Small tools turn about a wrist's axis, and another zero of it may be identified.
+    assert f"zero of {name} is off by {degrees} deg" in said or "is its zero another" in said
 
 
 def test_two_simultaneous_mistakes_are_diagnosed(loaded):
     """A joint that is added to a later one, whose sign is turned as well."""
     robot = loaded("ur5e")
-    truth = drawn(robot, 3, zero=0.01, count=40)
+    truth = drawn(robot, 3, zero=0.01, count=24)
     wrong = truth.q.copy()
     wrong[:, 2] = -wrong[:, 2] + wrong[:, 1]
+    measured = Poses(truth.poses(robot, truth.q), (NOISE, NOISE))
     with pytest.raises(InputValueError, match=r"better if .*, and ") as raised:
-        found(robot, wrong, truth.positions(robot, truth.q))
+        identify(robot, wrong, measured)
     assert robot.coordinates[2].name in str(raised.value)
 
 
+@ONE_ARM
 def test_rows_shifted_by_one_are_diagnosed(case):
     robot, q, points = case
     with pytest.raises(InputValueError, match="coordinates stand one row too late"):
@@ -106,9 +109,10 @@ def test_rows_shifted_by_one_are_diagnosed(case):
         found(robot, q[1:], points[:-1])
 
 
+@ONE_ARM
 def test_left_handed_device_frame_is_diagnosed(case):
     robot, q, points = case
-    for mirrored in (points[..., [1, 0, 2]], points * [1, 1, -1], -points):
+    for mirrored in (points[..., [1, 0, 2]], -points):
         with pytest.raises(InputValueError, match="the device's frame is left-handed"):
             found(robot, q, mirrored)
 
@@ -135,9 +139,10 @@ def test_joint_coordinates_from_another_row_are_diagnosed(case):
     assert said.startswith("measurement 8: all 3 targets are off, by ")
 
 
+@ONE_ARM
 def test_base_that_moved_during_measurement_is_diagnosed(case):
     robot, q, points = case
-    points[:20] += [0.1, 0.0, 0.05]
+    points[:12] += [0.1, 0.0, 0.05]
     said = " ".join(found(robot, q, points).doubts)
     assert "contradict the others" in said or "mm remain after the identification" in said
 
@@ -164,7 +169,7 @@ def test_measurements_of_another_robot_are_diagnosed(loaded):
     robot = loaded("ur5e")
     truth, random = drawn(robot, 3, count=20), np.random.default_rng(5)
     other = random.uniform(-1, 1, truth.q.shape)
-    result = found(robot, other, truth.positions(robot, truth.q))
+    result = identify(robot, other, Poses(truth.poses(robot, truth.q), (NOISE, NOISE)))
     assert any("mm remain after the identification" in said for said in result.doubts)
 
 
@@ -193,13 +198,12 @@ def as_quaternions(R):
 )
 def test_misread_orientations_are_diagnosed(loaded, misread, said):
     robot = loaded("stanford")
-    for seed in range(2):
-        truth = drawn(robot, seed, zero=0.02, count=40)
-        T = truth.poses(robot, truth.q) @ screws.exp([0.1, 0.2, -0.1, 0.4, 1.0, 0.2])
-        assert identify(robot, truth.q, Poses(T, (NOISE, NOISE))).doubts == ()
-        T[:, :3, :3] = misread(T[:, :3, :3]).as_matrix()
-        with pytest.raises(InputValueError, match=said):
-            identify(robot, truth.q, Poses(T, (NOISE, NOISE)))
+    truth = drawn(robot, 0, zero=0.02, count=40)
+    T = truth.poses(robot, truth.q) @ screws.exp([0.1, 0.2, -0.1, 0.4, 1.0, 0.2])
+    assert identify(robot, truth.q, Poses(T, (NOISE, NOISE))).doubts == ()
+    T[:, :3, :3] = misread(T[:, :3, :3]).as_matrix()
+    with pytest.raises(InputValueError, match=said):
+        identify(robot, truth.q, Poses(T, (NOISE, NOISE)))
 
 
 def test_quaternion_conversion_matches_scipy_and_round_trips():

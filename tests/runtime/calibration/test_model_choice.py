@@ -75,7 +75,7 @@ def test_base_corrections_are_absorbed_by_base_frame(arm):
     )
 
 
-@pytest.mark.parametrize("name", ["ur5e", "puma560", "stanford"])
+@pytest.mark.parametrize("name", ["ur5e", "stanford"])
 def test_best_model_selects_simplest_model_with_best_prediction(loaded, name):
     robot = loaded(name)
     truth = drawn(robot, 3, zero=0.02, count=36)

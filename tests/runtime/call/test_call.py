@@ -8,7 +8,7 @@ import warnings
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -30,6 +30,7 @@ def loop(function, core, *inputs):
     return batch, np.array(results)
 
 
+@settings(max_examples=40)
 @given(st.data())
 def test_batch_equals_loop_over_single_poses(robot, data):
     q = data.draw(batches.flatmap(lambda b: hnp.arrays(np.float64, (*b, 2), elements=finite)))
@@ -42,6 +43,7 @@ def test_batch_equals_loop_over_single_poses(robot, data):
     np.testing.assert_allclose(result, expected.reshape(result.shape), rtol=1e-13, atol=rounding)
 
 
+@settings(max_examples=40)
 @given(st.data())
 def test_leading_dimensions_broadcast(robot, data):
     shapes = data.draw(hnp.mutually_broadcastable_shapes(num_shapes=2, max_dims=3, max_side=3))

@@ -7,8 +7,6 @@ import pytest
 
 import chasles
 from chasles.call.capabilities import Missing
-from chasles.derive import loads
-from tests.support.compiling import compiled
 
 
 def message(robot, name):
@@ -188,13 +186,8 @@ def test_missing_attribute_error_names_reason_and_substitute(robot, name, words)
     assert words in str(caught.value)
 
 
-def test_ik_with_fixed_joints_without_inverse_names_substitute(tmp_path):
+def test_ik_with_fixed_joints_without_inverse_names_substitute(robot):
     with pytest.raises(AttributeError, match=r"ik_numeric, .* with lock= keeps given joints at"):
         chasles.load("planar_3rrr").ik(np.eye(4), given={"x": 0.1})
-    text = "\n".join(
-        ['name = "pair"', 'convention = "urdf"']
-        + [f'[[joints]]\nname = "j{k}"\nxyz = [0.1, 0.2, 0.3]\naxis = [0, 1, {k}]' for k in (0, 1)]
-    )
-    pair = compiled(loads(text), tmp_path / "pair", ["fk"])
     with pytest.raises(AttributeError, match="chasles-derive FILE --give JOINTS"):
-        pair.ik(np.eye(4), given={"j0": 0.1})
+        robot.ik(np.eye(4), given={robot.coordinates[0].name: 0.1})

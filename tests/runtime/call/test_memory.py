@@ -79,12 +79,13 @@ def test_every_large_batch_call_path_uses_buffer_pool(arm, q, expected):
     for found in (arm.fk(q[::-1])[::-1], arm.fk(q.astype(np.longdouble)), arm.fk(q, threads=2)):
         assert handler_of(found if found.base is None else found.base) == "chasles_results"
         np.testing.assert_array_equal(found, expected)
-    T = np.empty((N, 4, 4))
-    given, J = arm.fk_jacobian_mixed(q, out=(T, None))
+    half = q[: N // 2]
+    T = np.empty((N // 2, 4, 4))
+    given, J = arm.fk_jacobian_mixed(half, out=(T, None))
     assert given is T
     assert handler_of(J) == "chasles_results"
-    np.testing.assert_array_equal(T, expected)
-    np.testing.assert_array_equal(J, arm.jacobian_mixed.ufunc(q))
+    np.testing.assert_array_equal(T, expected[: N // 2])
+    np.testing.assert_array_equal(J, arm.jacobian_mixed.ufunc(half))
 
 
 def test_live_results_never_share_memory(arm, q, expected):
@@ -94,18 +95,16 @@ def test_live_results_never_share_memory(arm, q, expected):
     held.append(arm.fk(q)[N // 2 :, :3].transpose(0, 2, 1))
     kept_alive = memoryview(arm.fk(q))
     held += [np.asarray(kept_alive), arm.fk(q)]
-    copies = [array.copy() for array in held]
-    for _ in range(2):
-        arm.fk(-q)
-        arm.fk_jacobian_mixed(-q)
+    arm.fk(-q)
+    arm.fk_jacobian_mixed(-q[: N * 4 // 10])
     count = 0
     for a, b in itertools.combinations(held, 2):
         assert not np.may_share_memory(a, b)
         count += 1
     assert count == 15
-    for array, copied in zip(held, copies, strict=True):
-        np.testing.assert_array_equal(array, copied)
-    np.testing.assert_array_equal(held[0], expected)
+    part = expected[N // 2 :, :3].transpose(0, 2, 1)
+    for array, own in zip(held, [*[expected] * 3, part, expected, expected], strict=True):
+        np.testing.assert_array_equal(array, own)
 
 
 def test_pooled_results_behave_like_ordinary_arrays(arm, q, expected):

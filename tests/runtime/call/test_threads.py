@@ -77,10 +77,10 @@ def test_threaded_results_match_for_broadcast_inputs(eager, q_shape, qd_shape):
 def test_threaded_results_match_for_default_partition(robot):
     rng = np.random.default_rng(33)
     arm = chasles.load("ur5e")
-    for n in (1000, 10_000, 12_345, 20_001, 50_001):
+    for n in (1000, 12_345, 30_001):
         check(arm.fk, rng.normal(size=(n, 6)))
     check(arm.twist_mixed, rng.normal(size=(7, 3000, 6)), rng.normal(size=(3000, 6)))
-    check(robot.fk, rng.normal(size=(4, 50_000, 2)))
+    check(robot.fk, rng.normal(size=(4, 20_000, 2)))
 
 
 def test_threaded_results_match_for_every_memory_layout(eager):
@@ -358,7 +358,7 @@ def test_concurrent_mixed_calls_give_correct_results():
     shared = np.empty((8, *pose.shape))
 
     def work(k):
-        for turn in range(6):
+        for turn in range(3):
             for row, expected in zip(q[:50], single, strict=True):
                 assert np.array_equal(arm.fk(row), expected)
             part = slice(k * 100 + turn, k * 100 + turn + 300)

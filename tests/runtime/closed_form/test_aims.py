@@ -27,11 +27,11 @@ OFFERED = [
 """Every task of part of a pose."""
 SPOILT = 1e-7
 """Radians by which coordinates are off."""
-NEAR_RIGHT_ANGLES = {
-    51898: "ik_position_direction",
-    54909: "ik_position_direction",
-}
-"""Arms that lose poses near right angles without refinement."""
+NEAR_RIGHT_ANGLES = 51898, "ik_position_direction"
+"""An arm whose inverse loses poses near right angles without refinement.
+
+The campaign `losses` draws such arms.
+"""
 
 
 def test_task_parts_match_reference_table():
@@ -110,7 +110,7 @@ def test_inaccurate_slots_are_refined_to_full_precision(robot, task):
 @pytest.mark.parametrize(("robot", "task"), OFFERED)
 def test_unreachable_targets_remain_invalid_after_refinement(robot, task):
     role, chain = role_of(robot, task), screws(robot)
-    q = np.random.default_rng(3).uniform(-3, 3, (300, len(chain.axes)))
+    q = np.random.default_rng(3).uniform(-3, 3, (60, len(chain.axes)))
     target = TASKS[task].target(chain.fk(q))
     reach = np.linalg.norm(target[:, :2], axis=1)
     # No pose of the arm is so far away, as all joints together turn its whole length.
@@ -140,9 +140,8 @@ def test_task_target_scales_with_length_unit(robot, task, unit):
     np.testing.assert_allclose(divided, target, rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.parametrize("seed", NEAR_RIGHT_ANGLES)
-def test_poses_near_right_angles_are_refined(seed):
-    name = NEAR_RIGHT_ANGLES[seed]
+def test_poses_near_right_angles_are_refined():
+    seed, name = NEAR_RIGHT_ANGLES
     case = next(case for case in cases_of(random_arm(seed)) if case.function == name)
     losses = [loss for loss in losses_of(case, seed) if loss.poses == "near right angles"]
     assert losses

@@ -13,27 +13,25 @@ from chasles.derive import load
 from chasles.derive.inverse.general.raghavan_roth import numbers
 from chasles.derive.inverse.general.split_choice import choose, length
 from chasles.tolerances import SOLVED
-from tests.support.compiling import FAST, compiled, loaded
+from tests.support.compiling import compiled
 from tests.support.derivations import description
 
 DOUBLES = np.ctypeslib.ndpointer(np.float64, flags="C")
-NAMES = ("jaco2", "crx10")
+SIMD = {"jaco2": "-march=x86-64", "crx10": "-march=native -mno-avx512f"}
+"""A shipped robot as users have it, and an arm that is derived; compiler flags for each."""
 CLOSED = 5e-14
 """m, rad: the worst that Newton's steps leave away from singularities."""
 SAME = 1e-6
 """rad: solutions closer than this are one."""
 
 
-@pytest.fixture(scope="module", params=NAMES)
-def folder(request, tmp_path_factory):
+@pytest.fixture(scope="module", params=SIMD)
+def robot(request, tmp_path_factory):
+    if request.param == "jaco2":
+        return chasles.load("jaco2")
     folder = tmp_path_factory.mktemp("general") / request.param
-    compiled(load(description(request.param)), folder, ["fk", "ik"], flags=FAST)
-    return folder
-
-
-@pytest.fixture(scope="module")
-def robot(folder):
-    return loaded(folder, FAST)
+    functions = ["fk", "fk_jacobian_mixed", "ik"]
+    return compiled(load(description(request.param)), folder, functions, ["c"])
 
 
 def configurations(robot, count, seed):
@@ -62,7 +60,7 @@ def errors(T, A):
 
 
 def test_ik_recovers_generating_configuration(robot):
-    q = configurations(robot, 10_000, 1)
+    q = configurations(robot, 2000, 1)
     solutions = robot.ik(robot.fk(q))
     assert (solutions.count > 0).all()
     assert (solutions.count % 2 == 0).all()
@@ -75,17 +73,14 @@ def test_ik_recovers_generating_configuration(robot):
 def test_nearly_coincident_solutions_are_found(robot):
     # With axes that meet, some pairs of solutions differ by 1e-5 rad in the suppressed joint: their
     # roots may come out complex, and steps onto one of two that are nearly singular may be short.
-    q = configurations(robot, 10_000, 3)
+    q = configurations(robot, 4000, 3)
     assert included(robot.ik(robot.fk(q)), q).all()
 
 
-@pytest.mark.parametrize(
-    "flags", ["-march=native -mno-avx512f", "-march=x86-64"], ids=["avx2", "baseline"]
-)
-def test_solutions_do_not_depend_on_simd_width(robot, folder, tmp_path, flags):
-    count, library = 500, tmp_path / "ik.so"
-    command = ["gcc", "-std=c99", "-O1", "-shared", "-fPIC", *flags.split(), "-o", str(library)]
-    subprocess.run([*command, str(folder / f"{robot.name}.c"), "-lm"], check=True)
+def test_solutions_do_not_depend_on_simd_width(robot, tmp_path):
+    count, library, flags = 500, tmp_path / "ik.so", SIMD[robot.name].split()
+    command = ["gcc", "-std=c99", "-O0", "-shared", "-fPIC", *flags, "-o", str(library)]
+    subprocess.run([*command, str(robot.folder / f"{robot.name}.c"), "-lm"], check=True)
     solve = getattr(ctypes.CDLL(str(library)), f"{robot.name}_ik")
     solve.argtypes, solve.restype = [DOUBLES] * 4, None
     T = robot.fk(configurations(robot, count, 11))
@@ -105,7 +100,7 @@ def test_solutions_do_not_depend_on_simd_width(robot, folder, tmp_path, flags):
 
 
 def test_valid_solutions_reach_pose_and_are_distinct(robot):
-    T = robot.fk(configurations(robot, 2000, 2))
+    T = robot.fk(configurations(robot, 500, 2))
     solutions = robot.ik(T)
     off = np.abs(robot.fk(solutions.q) - T[:, None]).max((-1, -2))
     assert off[solutions.valid].max() <= CLOSED
@@ -115,7 +110,7 @@ def test_valid_solutions_reach_pose_and_are_distinct(robot):
         for one, other in itertools.combinations(q[valid], 2):
             pairs += 1
             assert np.abs(wrapped(one - other)).max() > SAME
-    assert pairs > 10_000
+    assert pairs > 2500
 
 
 def test_valid_solutions_come_first_sorted_by_suppressed_joint(robot):
@@ -127,15 +122,15 @@ def test_valid_solutions_come_first_sorted_by_suppressed_joint(robot):
 
 
 def test_solution_count_matches_multi_start_newton(robot):
-    poses = robot.fk(configurations(robot, 8, 4))
+    poses = robot.fk(configurations(robot, 3, 4))
     random = np.random.default_rng(5)
     found = [len(everywhere(robot, T, random)) for T in poses]
     assert found == robot.ik(poses).count.tolist()
 
 
 def everywhere(robot, T, random):
-    """Solutions by Newton's steps from 6,000 random configurations."""
-    q = random.uniform(-np.pi, np.pi, (6000, 6))
+    """Solutions by Newton's steps from 3,000 random configurations."""
+    q = random.uniform(-np.pi, np.pi, (3000, 6))
     for k in range(40):
         at, J = robot.fk_jacobian_mixed(q)
         e = errors(T, at)
@@ -152,21 +147,22 @@ def everywhere(robot, T, random):
     return found
 
 
-def test_every_right_angle_pose_is_solved(robot):
+def test_right_angle_poses_are_solved(robot):
+    """A sixteenth of all."""
     q = np.array(list(itertools.product(np.arange(4) * np.pi / 2, repeat=6)))
-    assert len(q) == 4096
+    q = np.random.default_rng(12).permutation(q)[:256]
     T, J = robot.fk_jacobian_mixed(q)
     solutions = robot.ik(T)
     assert (solutions.count > 0).all()
     regular = np.linalg.svd(J)[1][:, -1] > 1e-6
-    assert regular.sum() > 1000
+    assert regular.sum() > 60
     assert included(solutions, q)[regular].all()
 
 
 @pytest.mark.parametrize("joint", range(1, 5))
 @pytest.mark.parametrize("away", [0.0, 1e-12, 1e-9, 1e-6, 1e-3])
 def test_poses_with_single_joint_near_right_angle_are_solved(robot, joint, away):
-    q = configurations(robot, 1000, 6)
+    q = configurations(robot, 400, 6)
     q[:, joint] = np.pi / 2 * np.random.default_rng(7).integers(-1, 3, len(q)) + away
     solutions = robot.ik(robot.fk(q))
     assert (solutions.count > 0).all()

@@ -8,17 +8,15 @@ import pytest
 
 from chasles.derive import explain, loads
 from tests.campaigns.general import DERIVED, Judged
-from tests.support.compiling import FAST, compiled
+from tests.support.compiling import compiled
 from tests.support.generators.random_arms import random_arm
 from tests.support.generators.synthetic import robot_of
 
 ARMS = {
-    "skew": (11, "//////"),
-    "two_parallel_wrist_offset": (12, "x=//x/"),
     "seven_with_meeting_axes": (16, "xx/x/x/"),
     "six_a_torso_and_a_slide": (17, "/x//=///", {3}),
 }
-
+"""The campaign `general` draws arms with six and more joints."""
 CHAIN = "R/R/R/R/R"
 """Five skew axes."""
 
@@ -27,7 +25,7 @@ CHAIN = "R/R/R/R/R"
 def judged(request, tmp_path_factory):
     robot = random_arm(*ARMS[request.param])
     folder = tmp_path_factory.mktemp("random") / request.param
-    return Judged(robot, compiled(robot, folder, DERIVED, flags=FAST))
+    return Judged(robot, compiled(robot, folder, DERIVED, ["c"]))
 
 
 def uniform(judged, count, seed):
@@ -35,8 +33,8 @@ def uniform(judged, count, seed):
 
 
 def test_random_poses_are_all_solved_correctly(judged):
-    regular, lost, none, wrong = judged.lost(uniform(judged, 500, 1))
-    assert regular >= 490
+    regular, lost, none, wrong = judged.lost(uniform(judged, 300, 1))
+    assert regular >= 290
     assert (lost, none, wrong) == (0, 0, 0)
 
 
@@ -65,7 +63,7 @@ def test_fixed_joints_keep_their_values(judged):
 def arm(tmp_path_factory):
     """The arm, derived and compiled."""
     folder = tmp_path_factory.mktemp("five") / "arm"
-    return compiled(robot_of(CHAIN), folder)
+    return compiled(robot_of(CHAIN), folder, DERIVED, ["c"])
 
 
 def test_explain_names_five_joint_method():
@@ -94,10 +92,10 @@ def test_five_joint_ik_recovers_generating_configuration(arm, right):
 
 def test_five_joint_arm_with_prismatic_joint_misses_no_pose(tmp_path):
     robot = random_arm(7, "/////", {3})
-    arm = compiled(robot, tmp_path / robot.name, flags=FAST)
+    arm = compiled(robot, tmp_path / robot.name, DERIVED, ["c"])
     assert "joint_4 slides: its displacement" in str(explain(robot))
-    q = np.random.default_rng(1).uniform(-1, 1, (1000, 5))
-    assert Judged(robot, arm).lost(q) == (1000, 0, 0, 0)
+    q = np.random.default_rng(1).uniform(-1, 1, (300, 5))
+    assert Judged(robot, arm).lost(q) == (300, 0, 0, 0)
 
 
 def test_pose_unreachable_by_five_joints_is_invalid(arm):
@@ -128,9 +126,10 @@ joints = [
 
 def test_arm_with_last_prismatic_joint_solves_right_angles(tmp_path):
     robot = loads(LAST_SLIDES)
-    arm, rng = compiled(robot, tmp_path / robot.name, flags=FAST), np.random.default_rng(11)
-    q = np.pi / 2 * rng.integers(-1, 3, (4000, 6))
+    arm, rng = compiled(robot, tmp_path, DERIVED, ["c"]), np.random.default_rng(11)
+    q = np.pi / 2 * rng.integers(-1, 3, (1200, 6))
     q[:, 5] = rng.uniform(0, 0.4, len(q))
-    q = q[np.linalg.svd(arm.jacobian_mixed(q), compute_uv=False)[:, -1] > 1e-3]
-    assert len(q) > 800
+    _, J = arm.fk_jacobian_mixed(q)
+    q = q[np.linalg.svd(J, compute_uv=False)[:, -1] > 1e-3]
+    assert len(q) > 240
     assert Judged(robot, arm).lost(q)[1:] == (0, 0, 0)

@@ -25,7 +25,7 @@ QUARTERS = np.arange(-1, 3) * (np.pi / 2)
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("search") / "arm"
-    compiled(random_arm(ARM), folder, FUNCTIONS)
+    compiled(random_arm(ARM), folder, FUNCTIONS, ["c"])
     return folder
 
 
@@ -70,7 +70,7 @@ def test_search_works_for_single_poses(arm, q, T):
     _, residual, _ = arm.ik.ufunc(T, q[:, 0], q[:, 5])
     lost = np.flatnonzero(residual.min(axis=1) > 1e-3)
     assert len(lost) > 20
-    for i in lost:
+    for i in lost[:10]:
         solutions = arm.ik(T[i], q[i, 0], q[i, 5]).array()
         assert len(solutions)
         assert np.abs(SCREWS.fk(solutions) - T[i]).max() < 1e-9

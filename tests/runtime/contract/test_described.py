@@ -7,7 +7,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import threading
 import venv
 from pathlib import Path
 
@@ -37,7 +36,15 @@ URDF = """\
   </joint>
 </robot>
 """
-FIND = "import sys, chasles; print(chasles.find_folder(sys.argv[1]))"
+FEW = ("--functions", "fk")
+"""Options of the compiler: a robot of one function is derived several times faster."""
+FIND = f"""\
+import sys, chasles
+from chasles.contract import described
+run = described._run_compiler
+described._run_compiler = lambda file, folder, options: run(file, folder, (*options, *{FEW}))
+print(chasles.find_folder(sys.argv[1]))
+"""
 
 
 @pytest.fixture(autouse=True)
@@ -46,9 +53,31 @@ def fast(cache, monkeypatch):
     monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
 
 
+@pytest.fixture
+def here(monkeypatch, compiler_in_process):
+    """The compiler runs in this process."""
+    monkeypatch.setattr(subprocess, "run", compiler_in_process)
+
+
+@pytest.fixture
+def few(monkeypatch, here):
+    """The compiler runs in this process, and derives forward kinematics alone."""
+    derive_few(monkeypatch, FEW)
+
+
+def derive_few(monkeypatch, functions):
+    """Makes the runtime call the compiler with further options."""
+    run = described._run_compiler
+
+    def run_few(description, folder, options):
+        run(description, folder, (*options, *functions))
+
+    monkeypatch.setattr(described, "_run_compiler", run_few)
+
+
 @pytest.mark.parametrize("name", ["lanes", "batch", "glue"])
 def test_robot_named_like_chasles_source_file_compiles(tmp_path, name):
-    robot = compiled(loads(ARM.replace("elbow_arm", name)), tmp_path / name)
+    robot = compiled(loads(ARM.replace("elbow_arm", name)), tmp_path / name, ["fk"], ["c"])
     np.testing.assert_allclose(robot.fk([0, 0])[0, 3], 0.5)
 
 
@@ -59,6 +88,7 @@ def test_chasles_include_guards_never_clash_with_robot_guards():
     assert not [g for g in guards if g.startswith(("CHASLES_ROBOT_", "CHASLES_BATCH_OF_"))]
 
 
+@pytest.mark.usefixtures("few")
 def test_robot_name_with_chasles_prefix_is_rejected(tmp_path):
     path = tmp_path / "arm.toml"
     path.write_text(ARM.replace("elbow_arm", "chasles_rigid"))
@@ -84,7 +114,9 @@ def finding(robot, python=sys.executable):
     return subprocess.Popen([python, "-c", FIND, str(robot)], start_new_session=True, **pipes)
 
 
-def test_shelf_robot_is_derived_once_on_first_use(cache, capfd):
+@pytest.mark.usefixtures("here")
+def test_shelf_robot_is_derived_once_on_first_use(cache, capfd, monkeypatch):
+    derive_few(monkeypatch, ("--functions", "fk,fk_jacobian_mixed,ik"))
     assert "xarm5" in chasles.shelf_robots()
     robot = chasles.load("xarm5")
     assert capfd.readouterr().err == "chasles: deriving xarm5 once, a few seconds ...\n"
@@ -99,6 +131,7 @@ def test_shelf_robot_is_derived_once_on_first_use(cache, capfd):
     assert len(derived(cache)) == 1
 
 
+@pytest.mark.usefixtures("here")
 def test_derivation_message_mentions_parametric_functions(arm, capfd):
     robot = chasles.load(arm, parametric=True)
     said = "chasles: deriving elbow_arm with parametric functions once, a few seconds ...\n"
@@ -112,6 +145,7 @@ def test_shelf_names_are_disjoint_from_generated_robots():
     assert not set(chasles.shelf_robots()) & set(chasles.robots())
 
 
+@pytest.mark.usefixtures("few")
 def test_robot_file_and_urdf_load_from_path_strings(arm, tmp_path, monkeypatch):
     (tmp_path / "door.urdf").write_text(URDF)
     monkeypatch.chdir(tmp_path)
@@ -119,6 +153,7 @@ def test_robot_file_and_urdf_load_from_path_strings(arm, tmp_path, monkeypatch):
     assert chasles.load("door.urdf").frames.tip == "lid"
 
 
+@pytest.mark.usefixtures("few")
 def test_a_changed_description_is_derived_again(arm, tmp_path, cache):
     heir = tmp_path / "long_arm.toml"
     heir.write_text('extends = "elbow_arm.toml"\nname = "long_arm"\nparameters = { a1 = 1 }\n')
@@ -155,6 +190,7 @@ def test_changed_installed_nominal_robot_is_derived_again(room, tmp_path, monkey
     assert described._home(built) != first
 
 
+@pytest.mark.usefixtures("few")
 def test_invalid_description_error_names_cause(arm, tmp_path, cache):
     arm.write_text(ARM.replace('"a1"', '"a2"'))
     with pytest.raises(chasles.DerivationError, match=r"elbow_arm.toml:4: joints\[1\].a: expected"):
@@ -204,6 +240,7 @@ def test_concurrent_first_loads_share_derived_robot(arm, cache):
     assert sum("deriving" in err for _, err in said) >= 2
 
 
+@pytest.mark.usefixtures("few")
 def test_interrupted_derivation_leaves_no_loadable_robot(arm, cache):
     process = finding(arm)
     until(lambda: (cache / "derived").is_dir() and any((cache / "derived").iterdir()))
@@ -213,16 +250,19 @@ def test_interrupted_derivation_leaves_no_loadable_robot(arm, cache):
     assert chasles.load(arm).name == "elbow_arm"
 
 
+@pytest.mark.usefixtures("few")
 def test_description_changed_during_derivation_is_rejected(arm, cache):
-    def change():
-        until(lambda: (cache / "derived").is_dir() and derived(cache), pause=0.001)
-        arm.write_text(ARM.replace("a = 0.2", "a = 0.25"))
+    run = subprocess.run
 
-    editor = threading.Thread(target=change)
-    editor.start()
-    with pytest.raises(chasles.DerivationError, match="changed while it was derived"):
-        chasles.find_folder(arm)
-    editor.join()
+    def run_and_change(command, **options):
+        done = run(command, **options)
+        arm.write_text(ARM.replace("a = 0.2", "a = 0.25"))
+        return done
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(subprocess, "run", run_and_change)
+        with pytest.raises(chasles.DerivationError, match="changed while it was derived"):
+            chasles.find_folder(arm)
     assert derived(cache) == []
     shutil.rmtree(chasles.find_folder(arm))
     with pytest.raises(chasles.CacheError, match="holds no robot any more; delete this folder"):
@@ -230,6 +270,7 @@ def test_description_changed_during_derivation_is_rejected(arm, cache):
 
 
 def test_derivation_ignores_modules_in_working_directory(arm, tmp_path, monkeypatch):
+    derive_few(monkeypatch, FEW)
     (tmp_path / "typing.py").write_text("raise RuntimeError\n")
     monkeypatch.chdir(tmp_path)
     assert chasles.find_folder(arm).is_dir()

@@ -1,6 +1,7 @@
 """`ik(T, given={...})`: inverses for joints that the caller chooses, derived on first use."""
 
 import inspect
+import subprocess
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import chasles
 from chasles import screws
 from chasles.closed_form import given_values
 from chasles.derive.build.generate import artifacts, put
+from chasles.derive.emit.languages import EMITTERS
 from tests.support.generators.drawn_arms import random_arm
 
 DEG, MM = np.pi / 180, 1e-3
@@ -23,12 +25,13 @@ def shipped():
 
 
 @pytest.fixture(scope="module", autouse=True)
-def cache(shipped, tmp_path_factory):
-    """One cache for this file, nothing kept of other files, and C that is compiled quickly."""
+def cache(shipped, tmp_path_factory, compiler_in_process):
+    """One cache for this file, nothing kept of other files, and a quick compiler."""
     given_values._inverse_of.cache_clear()
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CHASLES_CACHE", str(tmp_path_factory.mktemp("given")))
         patch.setenv("CHASLES_CFLAGS", "-O0")
+        patch.setattr(subprocess, "run", compiler_in_process)
         yield
 
 
@@ -157,20 +160,21 @@ def test_fixed_joint_ik_contains_all_scipy_solutions(panda):
             there = panda.fk(np.insert(x, 3, q[3]))
             return screws.log(screws.inverse(T) @ there)
 
-        for start in rng.uniform(-np.pi, np.pi, (40, 6)):
+        for start in rng.uniform(-np.pi, np.pi, (20, 6)):
             answer = root(error, start, tol=1e-12)
             if np.abs(answer.fun).max() > 1e-9:
                 continue
             searched += 1
             moves = found.moves_from(np.insert(answer.x, 3, q[3]))[found.valid][:, free]
             assert np.abs(moves).max(-1).min() < 1e-5
-    assert searched > 30
+    assert searched > 15
 
 
 def test_fixed_joints_at_right_angles_miss_no_pose(tmp_path):
     """Given joints in between at right angles: the arm around them has another structure there."""
     robot, names = random_arm(332), ("j2", "j3")
-    files = artifacts(robot, ("fk", "fk_jacobian_mixed", "ik"), give=names)
+    called = [emitter for emitter in EMITTERS if emitter.language == "c"]
+    files = artifacts(robot, ("fk", "fk_jacobian_mixed", "ik"), called, names)
     put(files, tmp_path / "arm")
     arm = chasles.load(tmp_path / "arm")
     q = np.random.default_rng(0).integers(-1, 3, (200, arm.n)) * np.pi / 2

@@ -1,5 +1,6 @@
 """The geometry of drawings: what stands where, how many ghosts, and letters that do not overlap."""
 
+import functools
 import itertools
 import random
 import xml.etree.ElementTree as ET
@@ -26,7 +27,10 @@ TRUE = 1e-9
 """Points of shapes are rounded to nine digits."""
 ROBOTS = chasles.robots()
 PLANAR = {"bricklaying_planar", "five_bar", "four_bar", "planar_3rrr", "slider_crank"}
-SHELF = ("cr5", "crx10ia", "fr3", "gen3", "sawyer", "tx2_60", "vs060", "xarm6")
+CROWDED = ("panda", "photo_robot", "excavator", "planar_3rrr", "stewart_gough")
+"""One robot of each kind: a wrist, a fixed joint, cylinders, a plane, struts in space."""
+SHELF = ("crx10ia", "sawyer", "tx2_60")
+"""Six joints with an offset wrist, seven joints, and a wrist whose axes intersect."""
 
 
 def shown(bodies, views=None, q=None, ghosts=None, path=None):
@@ -36,6 +40,13 @@ def shown(bodies, views=None, q=None, ghosts=None, path=None):
     found = views_of(bodies, poses, views)
     pale = none if ghosts is None else bodies.poses(ghosts)
     return poses, scenes(bodies, poses, pale, path, found)
+
+
+@functools.cache
+def first_scenes(name):
+    """The skeleton of a shipped robot, its poses and its scenes in the first configuration."""
+    bodies = skeleton(chasles.load(name))
+    return bodies, *shown(bodies)
 
 
 def lettered(bodies):
@@ -90,8 +101,7 @@ def test_link_ends_match_fk_joint_positions(name):
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_all_marks_lie_inside_view_box(name):
-    bodies = skeleton(chasles.load(name))
-    poses, found = shown(bodies)
+    bodies, poses, found = first_scenes(name)
     for scene in found:
         low, high = scene.box
         for points in (
@@ -109,8 +119,7 @@ def test_all_marks_lie_inside_view_box(name):
 def test_only_planar_robots_are_drawn_in_their_plane():
     planar = set()
     for name in ROBOTS:
-        bodies = skeleton(chasles.load(name))
-        poses, found = shown(bodies)
+        bodies, poses, found = first_scenes(name)
         if [scene.view.name for scene in found] == ["plane"]:
             planar.add(name)
             normal = found[0].view.rows[2]
@@ -133,13 +142,13 @@ def test_planar_dimensions_match_description_lengths():
     assert {"0.1 m", "0.3 m", "0.25 m", "0.35 m"} <= texts
 
 
-@pytest.mark.parametrize("name", ["ur5e", "panda", "scara", "puma560", "excavator"])
+@pytest.mark.parametrize("name", ["ur5e", "panda", "scara", "excavator"])
 def test_ghosts_show_every_other_ik_solution(name):
     robot = chasles.load(name)
     bodies = skeleton(robot)
     generator = np.random.default_rng(8)
     counted = 0
-    for _ in range(5):
+    for _ in range(3):
         near = bodies.posture if robot.reference else generator.uniform(-1, 1, robot.n)
         q = near + 0.02 * generator.uniform(-1, 1, robot.n)
         others = other_inverses(robot, q)
@@ -156,7 +165,7 @@ def test_ghosts_show_every_other_ik_solution(name):
                 tip = scene.frames[1].origin
                 assert np.linalg.norm(tips - tip, axis=1).min() < 0.05 * bodies.size
         counted += len(ghosts)
-    assert counted >= (0 if name == "excavator" else 5)
+    assert counted >= (0 if name == "excavator" else 3)
 
 
 def test_drawn_path_follows_tool_positions(tmp_path):
@@ -171,7 +180,7 @@ def test_drawn_path_follows_tool_positions(tmp_path):
     assert root.findall(".//{http://www.w3.org/2000/svg}image") == []
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", CROWDED)
 def test_labels_do_not_overlap_for_shipped_robots(name):
     bodies = skeleton(chasles.load(name))
     figure = lettered(bodies)
@@ -192,17 +201,17 @@ def test_labels_do_not_overlap_for_shelf_robots(name):
 def test_labels_do_not_overlap_for_random_arms():
     generator = random.Random(17)
     checked, sure = 0, 0
-    for _ in range(8):
+    for _ in range(4):
         bodies = described_skeleton(random_chain(generator, generator.randint(3, 7)).robot())
         figure = lettered(bodies)
         sure += overlaps(figure) == []
         checked += 1
-    assert (checked, sure) == (8, 8)
+    assert (checked, sure) == (4, 4)
 
 
 def test_marks_of_random_arms_are_finite_and_near_the_robot():
     generator = random.Random(4)
-    for _ in range(25):
+    for _ in range(8):
         bodies = described_skeleton(random_chain(generator, generator.randint(2, 8)).robot())
         poses = bodies.poses(bodies.posture)
         found = marks(bodies, poses, AXONOMETRIC, 0.02 * bodies.size)

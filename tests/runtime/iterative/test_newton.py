@@ -61,7 +61,7 @@ def robot(request, tmp_path_factory):
     folder = above / request.param
     read = load(description(above, request.param))
     wanted = [name for name in WANTED if read.passive or not name.startswith("passive")]
-    robot = compiled(read, folder, wanted)
+    robot = compiled(read, folder, wanted, ["c", "casadi"])
     # A robot that is unpickled is loaded again.
     with compiled_quickly():
         yield robot
@@ -90,7 +90,7 @@ def difference(function, x, step=1e-6):
 
 
 def test_loops_close_everywhere_within_limits(robot):
-    q = coordinates(robot, 5000)
+    q = coordinates(robot, 1000)
     found = robot.follow(q)
     assert found.valid.all()
     assert found.n_failed == 0
@@ -126,7 +126,7 @@ def test_newton_keeps_branch_far_outside_limits(robot):
     if robot.name == "redundant":
         pytest.skip("without a determinant")
     q = coordinates(robot, 60, wide=3.0)
-    expected, own = followed(robot, q, 3000)
+    expected, own = followed(robot, q, 1000)
     z = robot.follow(q).z[:, own]
     reached = np.isfinite(expected).all(-1)
     assert 15 < reached.sum() < 60

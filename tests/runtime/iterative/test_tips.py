@@ -55,7 +55,8 @@ def test_ik_numeric_solves_for_every_link_as_tip(name):
 
 def test_tool_is_only_tip_without_link_poses(tmp_path):
     wanted = ["fk", "chain", *numeric_inverse._KERNELS["platform"]]
-    platform = compiled(load(description("planar_3rrr")), tmp_path / "platform", wanted)
+    read = load(description("planar_3rrr"))
+    platform = compiled(read, tmp_path / "platform", wanted, ["c"])
     T = platform.fk(np.array(platform.reference.q))
     assert platform.ik_numeric(T, tip="ee").success
     assert platform.ik_numeric(T, np.array(platform.reference.q) + 0.01).success

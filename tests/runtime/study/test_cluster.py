@@ -32,7 +32,7 @@ def client():
 
 def test_workspace_on_cluster_is_bitwise_equal(client):
     robot = chasles.load("scara")
-    count = 40 * PIECE + 77
+    count = 8 * PIECE + 77
     here = workspace(robot, count, finest=50, quality=("directions",), threads=1)
     there = workspace(robot, count, finest=50, quality=("directions",), client=client)
     assert np.array_equal(here.hits, there.hits)
@@ -71,12 +71,24 @@ def test_reach_on_cluster_equals_local_result(client):
 
 def test_killed_worker_does_not_change_result(client):
     robot = chasles.load("scara")
-    count = 150 * PIECE
+    count = 40 * PIECE
     expected = workspace(robot, count, finest=50, threads=1)
-    pid = next(iter(client.run(os.getpid).values()))
-    killer = threading.Timer(0.5, os.kill, (pid, signal.SIGKILL))
+    pids, killed, done = client.run(os.getpid), [], threading.Event()
+
+    def kill_busy_worker():
+        while not killed and not done.is_set():
+            busy = [address for address, tasks in client.processing().items() if tasks]
+            for address in busy[:1]:
+                os.kill(pids[address], signal.SIGKILL)
+                killed.append(pids[address])
+
+    killer = threading.Thread(target=kill_busy_worker)
     killer.start()
-    found = workspace(robot, count, finest=50, threads=1, client=client)
-    killer.join()
-    assert pid not in client.run(os.getpid).values()
+    try:
+        found = workspace(robot, count, finest=50, threads=1, client=client)
+    finally:
+        done.set()
+        killer.join()
+    assert killed
+    assert killed[0] not in client.run(os.getpid).values()
     assert np.array_equal(found.hits, expected.hits)

@@ -40,12 +40,13 @@ def test_every_sample_is_counted_in_a_cell(lynxmotion):
 
 @pytest.mark.parametrize("by", ["sobol", "uniform", "grid"])
 def test_workspace_is_bitwise_equal_for_any_thread_count(lynxmotion, by):
-    one, two, five = (
-        workspace(lynxmotion, SAMPLES, by=by, finest=30, quality=QUALITY, threads=threads)
-        for threads in (1, 2, 5)
+    # The slow qualities are merged in one way for all samplings.
+    quality = QUALITY if by == "sobol" else ("directions",)
+    one, *others = (
+        workspace(lynxmotion, 2 * PIECE + 77, by=by, finest=30, quality=quality, threads=threads)
+        for threads in ((1, 2, 5) if by == "sobol" else (1, 5))
     )
-    assert same(one, two)
-    assert same(one, five)
+    assert all(same(one, other) for other in others)
 
 
 def test_same_rng_gives_same_workspace(lynxmotion):

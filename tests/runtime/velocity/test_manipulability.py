@@ -155,7 +155,8 @@ def test_invalid_manipulability_arguments_are_rejected(ur5e):
 
 
 def test_gradient_is_missing_without_hessian(tmp_path):
-    scara = compiled(load(description("scara")), tmp_path / "scara", ["fk", "jacobian_mixed"])
+    wanted = ["fk", "jacobian_mixed"]
+    scara = compiled(load(description("scara")), tmp_path / "scara", wanted, ["c"])
     assert scara.manipulability(np.full(4, 0.1)).measure > 0
     with pytest.raises(AttributeError, match="'scara' has no 'manipulability_gradient'"):
         scara.manipulability_gradient  # noqa: B018

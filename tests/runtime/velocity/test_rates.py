@@ -197,15 +197,15 @@ def test_joint_at_limit_never_moves_outward(panda, dt):
 
 
 def test_position_rate_and_acceleration_limits_always_hold(panda):
-    """Joints driven about at 1 kHz until they meet limits; every bound holds at every tick."""
+    """Joints driven about at 250 Hz until they meet limits; every bound holds at every tick."""
     rng = np.random.default_rng(10)
-    dt, count = 1e-3, 200
+    dt, count = 4e-3, 100
     rate, acceleration = np.linspace(1.5, 2.5, 7), np.linspace(5.0, 15.0, 7)
-    q, qd = inside(panda, count, margin=0.3), np.zeros((count, 7))
+    q, qd = inside(panda, count, margin=0.05), np.zeros((count, 7))
     touched = np.zeros((count, 7), bool)
     target = np.zeros((count, 7))
-    for tick in range(2000):
-        if tick % 500 == 0:
+    for tick in range(500):
+        if tick % 250 == 0:
             target = rng.uniform(-3, 3, (count, 7))
         V = reached(panda, q, target)
         found = panda.joint_rates(

@@ -96,8 +96,9 @@ def test_track_passes_wrist_singularity_accurately(arm):
     assert not track.at_rate_limit
 
 
-@pytest.mark.parametrize("offset", [0.0, 1e-6, 1e-3, 0.01, 0.03])
-@pytest.mark.parametrize("rate", [RATE, 0.5])
+@pytest.mark.parametrize(
+    ("offset", "rate"), [(0.0, RATE), (1e-6, 0.5), (1e-3, RATE), (0.01, 0.5), (0.03, RATE)]
+)
 def test_track_passes_near_wrist_singularity_within_error_bound(arm, offset, rate):
     # Near the singularity, across it in the direction that is lost there: the closer it passes,
     # the faster the wrist has to turn by half a turn.
@@ -130,7 +131,7 @@ def test_track_error_at_wrist_singularity_respects_documented_bound(arm):
     # wrist to leave the singularity.
     rng = np.random.default_rng(5)
     checked = 0
-    while checked < 60:
+    while checked < 20:
         q = IN_LINE + rng.uniform(-0.5, 0.5, 6) * [1, 0.5, 0.5, 1, 0, 1]
         q[4] = rng.choice([0, 1e-4, 1e-3, 0.01, 0.03])
         twist = rng.normal(size=6) * [0.1, 0.1, 0.1, 0.2, 0.2, 0.2]
@@ -147,7 +148,7 @@ def test_track_error_at_wrist_singularity_respects_documented_bound(arm):
         bound = step / dt * np.pi / rate + (432 * (DAMPING * length) ** 2 * step) ** (1 / 3)
         assert error.max() < bound
         checked += 1
-    assert checked == 60
+    assert checked == 20
 
 
 def costs(robot, q, target, rate, dt, length):
@@ -171,14 +172,14 @@ def costs(robot, q, target, rate, dt, length):
 def test_track_step_solves_bounded_least_squares(arm):
     rng = np.random.default_rng(11)
     held = 0
-    for _ in range(200):
+    for _ in range(60):
         q = rng.uniform(-2, 2, 6)
         q[4] *= rng.choice([1, 0.01])
         target = arm.fk(q) @ screws.exp(rng.normal(size=6) * 0.02)
         cost, least, touched = costs(arm, q, target, rng.uniform(0.5, 3, 6), 0.01, 0.4)
         assert cost <= least * (1 + 1e-6) + 1e-14
         held += touched
-    assert held > 100
+    assert held > 30
 
 
 def test_joints_stop_at_their_limits(arm):

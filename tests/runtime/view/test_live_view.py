@@ -8,33 +8,46 @@ import pytest
 import chasles
 from chasles.errors import InputValueError
 from chasles.view import LiveView, Recording
+from chasles.view.display import Display
 from tests.support.waiting import until
 
 viser = pytest.importorskip("viser", reason="viser is not installed")
 OF_VISER = ("THREE.Clock", "Detected chrome", "WebGL", "Performance")
 """What viser's own page says, whatever is shown."""
+ROUTE = np.array([0.4, 0.05, 0.05, 0.05, -0.1, 0.1])
+"""The recording leads this far from the start [rad]."""
 GRIP = 0.8
 """Part of the length of the handle's arrow at which the mouse takes it."""
 
 
+@pytest.fixture(scope="module")
+def arm_view(browser):
+    """A view of an arm with a recording, opened in the browser once for all tests.
+
+    Shadows, the lights of surroundings and the ground take most of the time of software rendering.
+    """
+    arm = chasles.load("ur5e")
+    q = Display(arm).start.q
+    recording = Recording(np.array([0.0, 2.0]), np.array([q, q + ROUTE]))
+    view = LiveView(arm, recording=recording)
+    scene = view._server.scene
+    scene.configure_default_lights(enabled=True, cast_shadow=False)
+    scene.configure_environment_map(None)
+    scene.remove_by_name("/ground")
+    browser.open(view.address)
+    until(lambda: len(view._server.get_clients()) == 1)
+    until(lambda: browser.run("!!document.querySelector('canvas')"))
+    until(lambda: "workspace" in browser.run("document.body.innerText"))
+    until(lambda: looks_at_the_robot(view))
+    yield view
+    view.close()
+
+
 @pytest.fixture
-def shown(browser):
-    """Opens a view of a robot in the browser; it ends with the test."""
-    views = []
-
-    def show(name, **options):
-        view = LiveView(chasles.load(name), **options)
-        views.append(view)
-        browser.open(view.address)
-        until(lambda: len(view._server.get_clients()) == 1)
-        until(lambda: browser.run("!!document.querySelector('canvas')"))
-        until(lambda: "workspace" in browser.run("document.body.innerText"))
-        until(lambda: looks_at_the_robot(view))
-        return view
-
-    yield show
-    for view in views:
-        view.close()
+def view(arm_view):
+    """The view of the arm, at the configuration in which it starts."""
+    arm_view.move_to(arm_view._display.start.q)
+    return arm_view
 
 
 def looks_at_the_robot(view):
@@ -73,8 +86,7 @@ def field_of(label):
     return f"document.getElementById({own}).parentElement.querySelector('input[type=text]')"
 
 
-def test_slider_moves_only_its_joint(shown, browser):
-    view = shown("ur5e")
+def test_slider_moves_only_its_joint(view, browser):
     before = view.posture.q.copy()
     browser.run(f"{field_of('elbow')}.focus()")
     browser.run(f"{field_of('elbow')}.select()")
@@ -90,10 +102,8 @@ def test_slider_moves_only_its_joint(shown, browser):
     assert complaints(browser) == []
 
 
-@pytest.mark.parametrize("name", ["ur5e", "planar_3rrr"])
-def test_dragged_arrow_moves_tool_along_axis_on_nearest_branch(shown, browser, name):
-    view = shown(name)
-    robot, T = chasles.load(name), view.posture.tool.copy()
+def test_dragged_arrow_moves_tool_along_axis_on_nearest_branch(view, browser):
+    robot, T = chasles.load("ur5e"), view.posture.tool.copy()
     q = view.posture.q.copy()
     arrows = view.handle_size * T[:3, :2].T
     ways = [
@@ -110,25 +120,42 @@ def test_dragged_arrow_moves_tool_along_axis_on_nearest_branch(shown, browser, n
     np.testing.assert_allclose(np.delete(moved[:3, 3], axis), 0, atol=1e-6)
     np.testing.assert_allclose(moved[:3, :3], np.eye(3), atol=1e-6)
     # The nearest of all branches that hold the tool there.
-    found = robot.ik(view.posture.tool) if "ik" in dir(robot) else None
-    if found is not None:
-        np.testing.assert_allclose(found.nearest(q), view.posture.q, atol=1e-6)
+    np.testing.assert_allclose(robot.ik(view.posture.tool).nearest(q), view.posture.q, atol=1e-6)
     assert np.abs(view.posture.q - q).max() < 0.8
     assert complaints(browser) == []
 
 
-def test_recording_is_played_back(shown, browser):
-    robot = chasles.load("excavator")
-    q = np.array(robot.reference.q)
-    ways = np.array([q, q + np.array([0.4, 0.05, 0.05, 0.05])])
-    view = shown("excavator", recording=Recording(np.array([0.0, 2.0]), ways))
+def test_recording_is_played_back(view, browser):
+    q = view.posture.q.copy()
     view.step()
     first = view.posture.q[0]
     until(lambda: (view.step(), view.posture.q[0] != first)[1])
-    part = (view.posture.q[0] - q[0]) / 0.4
-    np.testing.assert_allclose(view.posture.q, q + part * (ways[1] - q), atol=1e-12)
+    part = (view.posture.q[0] - q[0]) / ROUTE[0]
+    assert 0 < part <= 1
+    np.testing.assert_allclose(view.posture.q, q + part * ROUTE, atol=1e-12)
     until(lambda: "time" in browser.run("document.body.innerText"))
     assert complaints(browser) == []
+
+
+@pytest.mark.parametrize("name", ["planar_3rrr", "excavator"])
+def test_view_of_loops_follows_drag_target_and_recording(name):
+    """The server alone: no page is open."""
+    robot = chasles.load(name)
+    start = Display(robot).start
+    there = Display(robot).at(start.q + 0.02, start)
+    recording = Recording(np.array([0.0, 2.0]), np.array([start.q, there.q]))
+    view = LiveView(robot, recording=recording)
+    try:
+        view.drag_to(there.tool)
+        np.testing.assert_allclose(view.posture.tool, there.tool, atol=1e-7)
+        shown = [T[:3, 3] for T in view.posture.bodies]
+        np.testing.assert_allclose([body.position for body in view._bodies], shown, atol=1e-12)
+        view.step()
+        part = (view.posture.q - start.q) / (there.q - start.q)
+        np.testing.assert_allclose(part, part[0], atol=1e-9)
+        assert 0 <= part[0] <= 1
+    finally:
+        view.close()
 
 
 def test_occupied_port_is_rejected():

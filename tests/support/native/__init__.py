@@ -1,5 +1,6 @@
 """Compiles C and C++ for tests and benchmarks into build/native; file names contain a digest."""
 
+import fcntl
 import hashlib
 import os
 import shlex
@@ -66,16 +67,22 @@ def compiler_version(command: Sequence[str]) -> str:
 def compiled(source: Source) -> Path:
     """Return the path of the library; compile it if it does not exist yet.
 
-    Several processes may compile the same source at once: each compiles in a folder of its own
-    and moves the library to its path in one step.
+    Each source is compiled once: a process that needs it while another compiles it waits. The
+    library is moved to its path in one step.
     """
-    if not source.path.exists():
-        BUILD.mkdir(parents=True, exist_ok=True)
+    path = source.path
+    if path.exists():
+        return path
+    BUILD.mkdir(parents=True, exist_ok=True)
+    with path.with_suffix(".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if path.exists():
+            return path
         with tempfile.TemporaryDirectory(dir=BUILD) as folder:
             for name, text in source.files.items():
                 (Path(folder) / name).write_text(text, encoding="utf-8")
             first = next(iter(source.files))
             command = [*source.command, first, "-o", "library.so", "-lm"]
             subprocess.run(command, cwd=folder, check=True, capture_output=True)
-            (Path(folder) / "library.so").replace(source.path)
-    return source.path
+            (Path(folder) / "library.so").replace(path)
+    return path

@@ -124,10 +124,15 @@ def newton(case: Case, q: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     z = np.tile(q, (STARTS, 1))
     columns = list(case.solved)
     z[:, columns] = case.random(rng, STARTS)[:, columns]
+    active = np.arange(len(z))
     for _ in range(STEPS):
-        J, left = (finite(array) for array in _system(case, z, target, others))
+        J, left = (finite(array) for array in _system(case, z[active], target, others))
+        is_open = np.abs(left).max(axis=-1) > ROUNDING
+        active, J, left = active[is_open], J[is_open], left[is_open]
+        if not len(active):
+            break
         step = np.linalg.pinv(J[..., columns], rcond=RANK) @ left[..., None]
-        z[:, columns] += np.clip(step[..., 0], -LONGEST, LONGEST)
+        z[np.ix_(active, columns)] += np.clip(step[..., 0], -LONGEST, LONGEST)
     ends = case.error(z, target) <= VALID
     ends &= np.abs(_system(case, z, target, others)[1]).max(axis=-1) <= VALID
     return distinct(case, z[ends])

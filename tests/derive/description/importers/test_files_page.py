@@ -81,6 +81,9 @@ MADE = {
 }
 
 
+QUICKLY = ("--functions", "fk", "--detail", "none", "--jobs", "1")
+
+
 def test_commands_of_robot_files_page_run(files):
     page = PAGE.read_text(encoding="utf-8")
     section = page[page.index("## Files of other programs") :]
@@ -88,7 +91,7 @@ def test_commands_of_robot_files_page_run(files):
     assert len(commands) == 10
     for command in commands:
         words = [word.replace("robots", "made") for word in shlex.split(command)]
-        done = CliRunner().invoke(app, [*words, "--functions", "fk", "--jobs", "1"])
+        done = CliRunner().invoke(app, [*words, *QUICKLY])
         assert done.exit_code == 0, (command, done.output)
         names = MADE[words[0]]
         names = ["duo"] if words[1:3] == ["--tip", "left_tool0"] else names

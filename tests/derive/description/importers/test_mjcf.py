@@ -13,7 +13,7 @@ from chasles.derive.terms.casadi_graph import lower
 from tests.support.mjcf_models import oracle, poses_of, random_model, read, wrong
 from tests.support.tolerances import ORACLE
 
-MODELS, POSES = 14, 3
+MODELS, POSES = 6, 2
 
 
 @pytest.fixture

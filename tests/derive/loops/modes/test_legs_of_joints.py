@@ -16,11 +16,11 @@ from chasles.derive import Rotation, derive, explain
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.loops.closures import Model
-from tests.support.loops.legs_of_joints import agile_eye, drawn, kinds_of, led_by_a_leg, tripod
+from tests.support.loops.legs_of_joints import agile_eye, drawn, led_by_a_leg
 
-POSES = 40
-SEEDS = (1, 10)
-"""Legs of all kinds: RPS, PRS and RRS, then UPS, PUS and RUS."""
+POSES = 12
+KINDS = {1: ("RPS", "PRS", "RRS"), 10: ("UPS", "PUS", "UPS", "RUS", "UPS", "UPS")}
+"""Seeds of platforms, and the kinds of their legs: in planes, then in space."""
 FOUND = 1e-8
 MAPS = ("actuators", "actuator_rates")
 
@@ -54,9 +54,9 @@ def turned_apart(one, other):
     return np.abs(np.remainder(one - other + np.pi, 2 * np.pi) - np.pi).max(-1)
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_leg_inverse_recovers_actuators_and_their_rates(seed):
-    mechanism = drawn(seed, kinds_of(seed))
+@pytest.mark.parametrize(("seed", "kinds"), KINDS.items(), ids=["three", "six"])
+def test_leg_inverse_recovers_actuators_and_their_rates(seed, kinds):
+    mechanism = drawn(seed, kinds)
     model, z = closed_configurations(mechanism, seed)
     assert len(z) > 3
     derivation = derive(mechanism, ["ik", "actuators", "actuator_rates"])
@@ -99,7 +99,7 @@ def test_explanation_names_the_leg_steps():
     assert told.count("a hinge points to a ball") == 3
 
 
-@pytest.mark.parametrize("make", [led_by_a_leg, agile_eye, tripod])
+@pytest.mark.parametrize("make", [led_by_a_leg, agile_eye])
 def test_leg_inverse_returns_eight_distinct_working_modes(make):
     mechanism = make()
     model, z = closed_configurations(mechanism, 0)

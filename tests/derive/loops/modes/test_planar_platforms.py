@@ -60,7 +60,7 @@ def reference(pose, ends, pins, q):
     return "\n[reference]\n" + "\n".join(lines)
 
 
-def newton(ends, pins, lengths, generator, count=800):
+def newton(ends, pins, lengths, generator, count=400):
     """The poses of three circles, from random starts."""
     size = np.abs(pins).max() + np.max(lengths)
     x = generator.uniform([-size, -size, -np.pi], [size, size, np.pi], (count, 3))
@@ -107,7 +107,7 @@ def test_published_planar_platform_has_six_assembly_modes(cylinders):
 def test_assembly_modes_at_random_lengths_match_newton(cylinders):
     generator = np.random.default_rng(1)
     counts = np.zeros(7, int)
-    for q in generator.uniform(4, 25, (60, 3)):
+    for q in generator.uniform(4, 25, (25, 3)):
         found = cylinders.fk_planar_all(q)
         expected = newton(BASE, PINS, q, generator)
         np.testing.assert_allclose(found.x[found.valid], expected, atol=1e-6)
@@ -144,13 +144,13 @@ def test_assembly_modes_of_3prr_platform_match_newton(tmp_path):
     robot = compiled(loads(text), tmp_path / "planar_3prr", FUNCTIONS)
     generator = np.random.default_rng(3)
     modes = 0
-    for q in generator.uniform(0.1, 0.3, (40, 3)):
+    for q in generator.uniform(0.1, 0.3, (10, 3)):
         found = robot.fk_planar_all(q)
         ends = base + q[:, None] * way
         expected = newton(ends, pins, lengths, generator)
         np.testing.assert_allclose(found.x[found.valid], expected, atol=1e-6)
         modes += len(expected)
-    assert modes > 60
+    assert modes > 15
     assert robot.ik_planar([0.0, 0.0, 0.0]).q.shape == (8, 3)
 
 
@@ -172,8 +172,10 @@ def queries(monkeypatch):
     return counted
 
 
-@pytest.mark.parametrize("first", range(0, len(LEGS), 3))
-def test_legs_of_every_kind_are_derived_quickly_with_long_decimals(first, monkeypatch, queries):
+@pytest.mark.parametrize("first", range(3, len(LEGS), 6))
+def test_legs_with_prismatic_joints_are_derived_quickly_with_long_decimals(
+    first, monkeypatch, queries
+):
     """SymPy does not search for the signs of the products of sines between prismatic joints."""
     monkeypatch.setattr(planar_platforms, "_rounded", lambda place: tuple(map(float, place)))
     platform = drawn_platform(np.random.default_rng(first), LEGS[first : first + 3])

@@ -311,9 +311,9 @@ def test_malformed_number_error_names_line_and_column(tmp_path, cell):
 
 
 def test_damaged_table_raises_only_input_value_error(tmp_path):
-    """400 tables with characters lost, added or exchanged raise no other error."""
+    """130 tables with characters lost, added or exchanged raise no other error."""
     random, refused = np.random.default_rng(5), 0
-    for k in range(400):
+    for k in range(130):
         header = [JOINTS[k % 26].format(i + 1) for i in range(6)]
         header += [PLACES[k % 17].format(a, j + 1, a.upper()) for j in range(3) for a in "xyz"]
         separator = ",;\t |"[random.integers(5)]
@@ -331,7 +331,7 @@ def test_damaged_table_raises_only_input_value_error(tmp_path):
             read_measurements(path, ROBOT)
         except InputValueError as error:
             refused += "t.csv" in str(error)
-    assert 200 < refused < 400
+    assert 65 < refused < 130
 
 
 def test_spreadsheet_file_is_rejected_with_hint(tmp_path):

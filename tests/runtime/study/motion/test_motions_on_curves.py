@@ -111,7 +111,7 @@ def test_unreachable_curve_raises_with_progress(arm):
 
 def test_time_optimal_motion_saturates_but_respects_limits(arm):
     checked = 0
-    for curve, q in curves(arm, np.random.default_rng(4), 6):
+    for curve, q in curves(arm, np.random.default_rng(4), 4):
         motion = Motion(arm, curve, law("cubic", curve.length, duration=1), q)
         rates, accelerations = np.full(6, 1.5), np.linspace(2, 6, 6)
         try:

@@ -55,7 +55,7 @@ def test_minimum_norm_configuration_matches_scipy(name):
 @pytest.mark.parametrize("name", ARMS)
 def test_minimum_norm_derivatives_match_differences(name):
     robot, rng = chasles.load(name), np.random.default_rng(2)
-    for q_0, curve in lines(robot, rng, 6):
+    for q_0, curve in lines(robot, rng, 2):
         motion = Motion(
             robot, curve, law("quintic", curve.length, duration=1), q_0, redundancy="minimum_norm"
         )

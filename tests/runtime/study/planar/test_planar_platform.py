@@ -76,7 +76,7 @@ def test_constant_orientation_area_matches_chord_integration(name, coupler, degr
 def test_annuli_intersection_area_matches_monte_carlo():
     rng = np.random.default_rng(1)
     checked = 0
-    for _ in range(100):
+    for _ in range(40):
         annuli = [
             Annulus(rng.uniform(-1, 1, 2), inner, inner + rng.uniform(0.3, 2))
             for inner in rng.choice([0, 0.2, 0.7], 3)
@@ -87,7 +87,7 @@ def test_annuli_intersection_area_matches_monte_carlo():
         deviation = 64 * np.sqrt(inside.mean() * (1 - inside.mean()) / len(points)) + 1e-4
         assert abs(found - share) < 5 * deviation
         checked += found > 0
-    assert checked > 50
+    assert checked > 20
 
 
 def test_annuli_areas_match_known_values():
@@ -125,11 +125,11 @@ def test_region_contains_exactly_poses_with_valid_inverse():
 
 @pytest.fixture(scope="module")
 def dexterous_platform(tmp_path_factory):
-    """A small platform on long couplers, which turns all the way round in the middle."""
+    """A small platform on equal cranks and couplers, which rotates freely in the middle."""
     folder = tmp_path_factory.mktemp("small")
     text = f'extends = "{ROBOTS / "planar_3rrr.toml"}"\nname = "small"\n'
     file = folder / "small.toml"
-    file.write_text(text + "parameters = { r_p = 30, L = 200 }\n")
+    file.write_text(text + "parameters = { r_p = 30, S_A = 185, L = 185 }\n")
     return compiled(load(file), folder / "small", ["fk", "actuators", "actuator_margin"])
 
 
@@ -145,9 +145,7 @@ def test_dexterous_region_contains_all_orientations(dexterous_platform):
     assert (found != always).mean() < 0.01
 
 
-@pytest.mark.parametrize(
-    ("crank", "coupler", "r_p"), [(300, 330, 60), (300, 350, 60), (300, 300, 60), (330, 300, 20)]
-)
+@pytest.mark.parametrize(("crank", "coupler", "r_p"), [(300, 350, 60), (330, 300, 20)])
 def test_dexterous_region_excludes_holes_that_rotate_around_tool(crank, coupler, r_p, tmp_path):
     """Links of unequal lengths leave a hole about each pivot, which may turn around the tool."""
     file = tmp_path / "holed.toml"

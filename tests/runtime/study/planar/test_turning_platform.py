@@ -42,7 +42,7 @@ def at_angles(own, points, count):
 
 def test_orientation_range_areas_match_dense_angle_samples():
     rng, solid, count = np.random.default_rng(1), 0, 4000
-    for _ in range(20):
+    for _ in range(8):
         own = legs(rng, rng.uniform(0.1, 6))
         points = rng.uniform(-0.5, 0.5, (count, 2))
         possible = at_angles(own, points, 200)
@@ -58,12 +58,12 @@ def test_orientation_range_areas_match_dense_angle_samples():
         assert abs(inclusive.value - share.mean()) <= inclusive.error + deviation
         assert inclusive.error <= 5e-3 * inclusive.value
         solid += total.area > 0
-    assert solid > 5
+    assert solid > 2
 
 
 def test_inclusive_area_error_is_a_bound():
     rng = np.random.default_rng(2)
-    for _ in range(10):
+    for _ in range(4):
         own = legs(rng, rng.uniform(0.1, 2))
         rough, fine = _inclusive(own, 3e-2), _inclusive(own, 4e-3)
         assert abs(rough.value - fine.value) <= rough.error + fine.error

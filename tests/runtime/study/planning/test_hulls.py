@@ -115,7 +115,7 @@ def test_planar_platform_leg_shapes_match_hand_calculation():
             assert np.linalg.norm(rod[1] - rod[0]) == pytest.approx(0.13)
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", ["ur5e", "stanford", "excavator", "slider_crank", "stewart_gough"])
 def test_corner_motion_stays_within_bound(name):
     robot = chasles.load(name)
     hulls, rng = hulls_of(robot), np.random.default_rng(5)

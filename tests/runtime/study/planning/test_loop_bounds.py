@@ -2,7 +2,7 @@
 
 import warnings
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -25,9 +25,12 @@ ROBOTS = (
     "stewart_gough",
     "delta",
 )
-PLACES = 33
+KINDS = ("excavator", "slider_crank", "planar_3rrr", "stewart_gough", "delta")
+"""Cylinders, a slider, a planar platform, legs with six freedoms, and parallelograms."""
+PLACES = 17
 
 
+@cache
 def made(name):
     robot = chasles.load(name)
     lower = np.where(np.isfinite(robot.lower), robot.lower, -np.pi)
@@ -41,13 +44,13 @@ def around(values, turns):
     return np.abs(np.where(turns, (away + np.pi) % (2 * np.pi) - np.pi, away)).max(0)
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", KINDS)
 def test_loop_motion_stays_within_bounds(name):
     robot, bounds, lower, upper = made(name)
     hulls = hulls_of(robot)
     rng, certain, tight = np.random.default_rng(1), 0, []
     q, _ = closed_postures(robot, lower, upper)
-    for k in range(90):
+    for k in range(45):
         a = q[rng.integers(len(q))]
         size = (0.0005, 0.002, 0.01)[k % 3] * (upper - lower)
         b = np.clip(a + rng.normal(size=robot.n) * size, lower, upper)
@@ -68,7 +71,7 @@ def test_loop_motion_stays_within_bounds(name):
         assert (far <= most + 1e-9).all()
         tight.append(most.max() / max(far.max(), 1e-9))
         certain += 1
-    assert certain >= 50
+    assert certain >= 25
     assert np.median(tight) < 6
 
 
@@ -182,7 +185,7 @@ def test_bounded_boxes_contain_no_singular_configuration():
         q, z = closed_postures(robot, lower, upper)
         rest = np.setdiff1d(np.arange(z.shape[1]), bounds.given)
         rng = np.random.default_rng(7)
-        for k in range(40):
+        for k in range(30):
             a = q[k]
             # The longest step with a bound reaches far into the box.
             for size in (0.1, 0.03, 0.01, 0.003):

@@ -54,7 +54,7 @@ def test_free_segment_check_agrees_with_fine_sampling():
 def test_narrow_passage_plans_are_free_and_shortcuts_never_longer():
     space = passage()
     found = 0
-    for key in range(30):
+    for key in range(12):
         plan = roadmap(space, 300, key=key).plan(START, GOAL)
         if not plan.found:
             assert "parts of the roadmap" in plan.reason or "no free way" in plan.reason
@@ -62,10 +62,10 @@ def test_narrow_passage_plans_are_free_and_shortcuts_never_longer():
             continue
         found += 1
         for better in (plan, shortened(space, plan, key=key)):
-            assert space.free(better.at(np.linspace(0, 1, 50001))).all()
+            assert space.free(better.at(np.linspace(0, 1, 20001))).all()
             np.testing.assert_array_equal(better.points[[0, -1]], [START, GOAL])
             assert better.length <= plan.length * (1 + 1e-12)
-    assert found >= 15
+    assert found >= 6
 
 
 def test_astar_and_dijkstra_find_equal_length():
@@ -119,7 +119,7 @@ def test_disconnected_roadmap_is_explained():
 
 
 def test_success_rate_grows_with_samples_and_step():
-    found = success(passage(), START, GOAL, samples=(30, 300), steps=(0.5, np.inf), runs=8)
+    found = success(passage(), START, GOAL, samples=(30, 300), steps=(0.5, np.inf), runs=4)
     rates = {(row.samples, row.step): row.rate for row in found.rows}
     assert len(rates) == 4
     assert rates[300, np.inf] > rates[30, 0.5]

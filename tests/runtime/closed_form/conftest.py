@@ -1,0 +1,24 @@
+"""The arm of `displaced_arm.py`, derived and compiled once for several files."""
+
+import pytest
+
+from chasles.derive import load
+from tests.support.compiling import compiled
+from tests.support.derivations import description
+from tests.support.generators.geometric_errors import displaced
+
+from .displaced_arm import SEED, SIZE
+
+
+@pytest.fixture(scope="session")
+def displaced_robot():
+    """The description of the arm."""
+    return displaced(load(description("irb120")), SIZE, SEED)
+
+
+@pytest.fixture(scope="session")
+def displaced_arm(displaced_robot, tmp_path_factory):
+    """The arm, compiled."""
+    folder = tmp_path_factory.mktemp("displaced") / displaced_robot.name
+    functions = ("fk", "fk_jacobian_mixed", "ik")
+    return compiled(displaced_robot, folder, functions, ["c", "casadi"])
