@@ -288,8 +288,6 @@ class Hybrid:
     def _of_closed_loops(self, function: SymbolicFunction) -> SymbolicFunction:
         """A function of actuators or chain, NaN where a loop does not close."""
         is_of_actuators = function.role.domain == _DOMAINS["q"]
-        if function.role.domain == _DOMAINS["z"] or function.role.name in ("margin", "branches"):
-            return function
         solution = self.forward if is_of_actuators else self.backward
         results = tuple(
             replace(result, entries=self.while_closed(result.entries, solution))
@@ -397,9 +395,13 @@ class Hybrid:
         *outputs: Result,
         role: Role = OTHER,
     ) -> SymbolicFunction:
-        """A function of some of the arguments; its role has the domain of the first argument."""
+        """A function of some of the arguments; its role has the domain of the first argument.
+
+        A map through the loops is NaN where one of them does not close.
+        """
         arguments = tuple(self.arguments[argument] for argument in inputs)
         told = replace(role, domain=_DOMAINS[inputs[0]])
-        return self._of_closed_loops(
-            SymbolicFunction(name, summary, identity, arguments, outputs, self.terms, role=told)
-        )
+        made = SymbolicFunction(name, summary, identity, arguments, outputs, self.terms, role=told)
+        # Branches have conditions of their own; all but maps hold for open loops, too.
+        is_map = bool(told.codomain) and told.name != "branches"
+        return self._of_closed_loops(made) if is_map else made

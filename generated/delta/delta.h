@@ -274,7 +274,7 @@ void delta_constraint_D_z_dot(const double z[9], const double zd[9], double resi
 /* Distance between the ends of each rod or cylinder less its length.
  * |b_i(theta) - a_i(q)| - l_i, i = rod_1_left, rod_1_right, rod_2_left, rod_2_right, rod_3_left,
  * rod_3_right
- * 253 operations: multiply 98, add 124, trig 12, other 19.
+ * 171 operations: multiply 64, add 89, trig 12, other 6.
  *   theta: joints of the main chain, 6 (rad or m)
  *   q: actuator coordinates, 3 (rad)
  *   residual: excess of distance over length, 6 (m) */
@@ -282,7 +282,7 @@ void delta_rods(const double theta[6], const double q[3], double residual[6]);
 
 /* Derivative of the rods' residuals by the main chain's joints.
  * rods_D_chain[:, k] = d rods / d theta_k
- * 451 operations: multiply 230, add 184, trig 12, other 25.
+ * 343 operations: multiply 196, add 119, negate 4, trig 12, other 12.
  *   theta: joints of the main chain, 6 (rad or m)
  *   q: actuator coordinates, 3 (rad)
  *   residual_D_theta: derivative, 6 x 6 (1, m) */
@@ -291,7 +291,7 @@ void delta_rods_D_chain(const double theta[6], const double q[3], double residua
 /* Both matrices of the velocity relation of a platform on legs.
  * J_x x' = J_q q', x' the tool's twist (v, omega) in base axes in the free directions v_x, v_y,
  * v_z, omega_x, omega_y, omega_z
- * 419 operations: multiply 176, add 188, trig 12, other 43.
+ * 303 operations: multiply 142, add 117, negate 2, trig 12, other 30.
  *   theta: joints of the main chain, 6 (rad or m)
  *   q: actuator coordinates, 3 (rad)
  *   J_x: rods along their directions, 6 x 6 (1, m)
@@ -307,7 +307,7 @@ void delta_chain_fk(const double theta[6], double T_0_ee[16]);
 
 /* Ends of the rods apart from the platform, in the axes of its first three joints, and the rods' lengths.
  * |b_i(theta) - a_i(q)| = l_i
- * 114 operations: multiply 49, add 53, trig 6, other 6.
+ * 33 operations: multiply 10, add 11, negate 6, trig 6.
  *   q: actuator coordinates, 3 (rad)
  *   a: ends apart from the platform, 6 x 3 (m)
  *   l: lengths, 6 (m) */

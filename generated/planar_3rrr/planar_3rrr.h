@@ -216,7 +216,7 @@ void planar_3rrr_chain_acceleration_mixed(const double theta[3], const double th
 
 /* Distance between the ends of each rod or cylinder less its length.
  * |b_i(theta) - a_i(q)| - l_i, i = coupler_1, coupler_2, coupler_3
- * 100 operations: multiply 30, add 52, trig 8, other 10.
+ * 56 operations: multiply 18, add 27, trig 8, other 3.
  *   theta: joints of the main chain, 3 (rad or m)
  *   q: actuator coordinates, 3 (rad)
  *   residual: excess of distance over length, 3 (m) */
@@ -224,7 +224,7 @@ void planar_3rrr_rods(const double theta[3], const double q[3], double residual[
 
 /* Derivative of the rods' residuals by the main chain's joints.
  * rods_D_chain[:, k] = d rods / d theta_k
- * 130 operations: multiply 51, add 58, trig 8, other 13.
+ * 81 operations: multiply 39, add 27, negate 1, trig 8, other 6.
  *   theta: joints of the main chain, 3 (rad or m)
  *   q: actuator coordinates, 3 (rad)
  *   residual_D_theta: derivative, 3 x 3 (1, m) */
@@ -233,7 +233,7 @@ void planar_3rrr_rods_D_chain(const double theta[3], const double q[3], double r
 /* Both matrices of the velocity relation of a platform on legs.
  * J_x x' = J_q q', x' the tool's twist (v, omega) in base axes in the free directions v_x, v_y,
  * omega_z
- * 144 operations: multiply 51, add 66, trig 8, other 19.
+ * 91 operations: multiply 39, add 32, trig 8, other 12.
  *   theta: joints of the main chain, 3 (rad or m)
  *   q: actuator coordinates, 3 (rad)
  *   J_x: rods along their directions, 3 x 3 (1, m)

@@ -713,7 +713,7 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_chain_acceleration_mixed)(const 
   out[4] = LANES_OF(0.0); out[5] = thetadd_2;
 }
 
-// rods: 100 operations: multiply 30, add 52, trig 8, other 10
+// rods: 56 operations: multiply 18, add 27, trig 8, other 3
 static LANES_TARGET void LANES_NAME(planar_3rrr_rods)(const lanes *in, lanes *out)
 {
   const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], q_0 = in[3], q_1 = in[4],
@@ -725,157 +725,110 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_rods)(const lanes *in, lanes *ou
       v17 = 0.11258330249197702 * v1, v18 = 0.065 * v2, v19 = v17 + v18, v20 = theta_1 - v19,
       v21 = 0.17 * v4, v22 = v21 - 0.145, v23 = v20 - v22, v24 = v23 * v23, v25 = v16 + v24;
   LANES_LET1(v26, sqrt, v25);
-  const lanes v27 = v26 - 0.13, v28 = theta_0 + 0.2511473670974872, v29 = v28 + v9, v30 = v29 - v10,
-      v31 = v30 * v30, v32 = theta_1 + 0.145, v33 = v32 - v17, v34 = v33 - v18, v35 = v34 * v34,
-      v36 = v31 + v35, v37 = v36 - 0.0016, v38 = 0.09 - v36, v39 = v37 * v38,
-      v40 = 511.8650314285129 * v39;
-  const lanes_where v41 = LANES_LE(0.0, v40);
-  const lanes v42 = theta_0 - 0.2511473670974872, v43 = v42 + v10, v44 = v43 + v9, v45 = v44 * v44,
-      v46 = v32 + v17, v47 = v46 - v18, v48 = v47 * v47, v49 = v45 + v48, v50 = 0.09 - v49,
-      v51 = v49 - 0.0016, v52 = v50 * v51, v53 = 511.8650314285129 * v52;
-  const lanes_where v54 = LANES_LE(0.0, v53); const lanes_where v55 = LANES_AND(v41, v54);
-  const lanes v56 = 0.13 * v1, v57 = theta_0 - v56, v58 = v57 * v57, v59 = theta_1 - 0.29,
-      v60 = 0.13 * v2, v61 = v59 + v60, v62 = v61 * v61, v63 = v58 + v62, v64 = 0.09 - v63,
-      v65 = v63 - 0.0016, v66 = v64 * v65, v67 = 511.8650314285129 * v66;
-  const lanes_where v68 = LANES_LE(0.0, v67); const lanes_where v69 = LANES_AND(v55, v68);
-  const lanes v70 = LANES_CHOICE(v69, 0.0, -1.0);
-  LANES_LET1(v71, sqrt, v70);
-  const lanes v72 = v27 + v71;
-  out[0] = v72;
-  const lanes v73 = v10 + v9, v74 = v73 + theta_0, v75 = 0.17 * v5, v76 = 0.2511473670974872 + v75,
-      v77 = v74 - v76, v78 = v77 * v77, v79 = v17 - v18, v80 = v79 + theta_1, v81 = 0.17 * v6,
-      v82 = v81 - 0.145, v83 = v80 - v82, v84 = v83 * v83, v85 = v78 + v84;
-  LANES_LET1(v86, sqrt, v85);
-  const lanes v87 = v86 - 0.13, v88 = v87 + v71;
-  out[1] = v88;
-  const lanes v89 = 0.17 * v7, v90 = v57 - v89, v91 = v90 * v90, v92 = v60 + theta_1,
-      v93 = 0.17 * v8, v94 = v93 + 0.29, v95 = v92 - v94, v96 = v95 * v95, v97 = v91 + v96;
-  LANES_LET1(v98, sqrt, v97);
-  const lanes v99 = v98 - 0.13, v100 = v99 + v71;
-  out[2] = v100;
+  const lanes v27 = v26 - 0.13;
+  out[0] = v27;
+  const lanes v28 = v10 + v9, v29 = v28 + theta_0, v30 = 0.17 * v5, v31 = 0.2511473670974872 + v30,
+      v32 = v29 - v31, v33 = v32 * v32, v34 = v17 - v18, v35 = v34 + theta_1, v36 = 0.17 * v6,
+      v37 = v36 - 0.145, v38 = v35 - v37, v39 = v38 * v38, v40 = v33 + v39;
+  LANES_LET1(v41, sqrt, v40);
+  const lanes v42 = v41 - 0.13;
+  out[1] = v42;
+  const lanes v43 = 0.13 * v1, v44 = theta_0 - v43, v45 = 0.17 * v7, v46 = v44 - v45,
+      v47 = v46 * v46, v48 = 0.13 * v2, v49 = v48 + theta_1, v50 = 0.17 * v8, v51 = v50 + 0.29,
+      v52 = v49 - v51, v53 = v52 * v52, v54 = v47 + v53;
+  LANES_LET1(v55, sqrt, v54);
+  const lanes v56 = v55 - 0.13;
+  out[2] = v56;
 }
 
-// rods_D_chain: 130 operations: multiply 51, add 58, trig 8, other 13
+// rods_D_chain: 81 operations: multiply 39, add 27, negate 1, trig 8, other 6
 static LANES_TARGET void LANES_NAME(planar_3rrr_rods_D_chain)(const lanes *in, lanes *out)
 {
   const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], q_0 = in[3], q_1 = in[4],
       q_2 = in[5];
   LANES_COS_SIN(v2, v1, theta_2); LANES_COS_SIN(v3, v4, q_0); LANES_COS_SIN(v5, v6, q_1);
   LANES_COS_SIN(v7, v8, q_2);
-  const lanes v9 = theta_0 + 0.2511473670974872, v10 = 0.065 * v1, v11 = v9 + v10,
-      v12 = 0.11258330249197702 * v2, v13 = v11 - v12, v14 = v13 * v13, v15 = theta_1 + 0.145,
-      v16 = 0.11258330249197702 * v1, v17 = v15 - v16, v18 = 0.065 * v2, v19 = v17 - v18,
-      v20 = v19 * v19, v21 = v14 + v20, v22 = v21 - 0.0016, v23 = 0.09 - v21, v24 = v22 * v23,
-      v25 = 511.8650314285129 * v24;
-  const lanes_where v26 = LANES_LE(0.0, v25);
-  const lanes v27 = theta_0 - 0.2511473670974872, v28 = v27 + v12, v29 = v28 + v10, v30 = v29 * v29,
-      v31 = v15 + v16, v32 = v31 - v18, v33 = v32 * v32, v34 = v30 + v33, v35 = 0.09 - v34,
-      v36 = v34 - 0.0016, v37 = v35 * v36, v38 = 511.8650314285129 * v37;
-  const lanes_where v39 = LANES_LE(0.0, v38); const lanes_where v40 = LANES_AND(v26, v39);
-  const lanes v41 = 0.13 * v1, v42 = theta_0 - v41, v43 = v42 * v42, v44 = theta_1 - 0.29,
-      v45 = 0.13 * v2, v46 = v44 + v45, v47 = v46 * v46, v48 = v43 + v47, v49 = 0.09 - v48,
-      v50 = v48 - 0.0016, v51 = v49 * v50, v52 = 511.8650314285129 * v51;
-  const lanes_where v53 = LANES_LE(0.0, v52); const lanes_where v54 = LANES_AND(v40, v53);
-  const lanes v55 = LANES_CHOICE(v54, 0.0, -1.0);
-  LANES_LET1(v56, sqrt, v55);
-  const lanes v57 = v10 - v12, v58 = v57 + theta_0, v59 = 0.17 * v3, v60 = v59 - 0.2511473670974872,
-      v61 = v58 - v60, v62 = 2.0 * v61, v63 = v61 * v61, v64 = v16 + v18, v65 = theta_1 - v64,
-      v66 = 0.17 * v4, v67 = v66 - 0.145, v68 = v65 - v67, v69 = v68 * v68, v70 = v63 + v69;
-  LANES_LET1(v71, sqrt, v70);
-  const lanes v72 = 0.5 / v71, v73 = v62 * v72, v74 = v56 + v73;
-  out[0] = v74;
-  const lanes v75 = 2.0 * v68, v76 = v72 * v75, v77 = v56 + v76;
-  out[1] = v77;
-  const lanes v78 = v64 * v62, v79 = v75 * v57, v80 = v78 + v79, v81 = v72 * v80, v82 = v56 + v81;
-  out[2] = v82;
-  const lanes v83 = v12 + v10, v84 = v83 + theta_0, v85 = 0.17 * v5, v86 = 0.2511473670974872 + v85,
-      v87 = v84 - v86, v88 = 2.0 * v87, v89 = v87 * v87, v90 = v16 - v18, v91 = v90 + theta_1,
-      v92 = 0.17 * v6, v93 = v92 - 0.145, v94 = v91 - v93, v95 = v94 * v94, v96 = v89 + v95;
-  LANES_LET1(v97, sqrt, v96);
-  const lanes v98 = 0.5 / v97, v99 = v88 * v98, v100 = v56 + v99;
-  out[3] = v100;
-  const lanes v101 = 2.0 * v94, v102 = v98 * v101, v103 = v56 + v102;
-  out[4] = v103;
-  const lanes v104 = v83 * v101, v105 = v90 * v88, v106 = v104 - v105, v107 = v98 * v106,
-      v108 = v56 + v107;
-  out[5] = v108;
-  const lanes v109 = 0.17 * v7, v110 = v42 - v109, v111 = 2.0 * v110, v112 = v110 * v110,
-      v113 = v45 + theta_1, v114 = 0.17 * v8, v115 = v114 + 0.29, v116 = v113 - v115,
-      v117 = v116 * v116, v118 = v112 + v117;
-  LANES_LET1(v119, sqrt, v118);
-  const lanes v120 = 0.5 / v119, v121 = v111 * v120, v122 = v56 + v121;
-  out[6] = v122;
-  const lanes v123 = 2.0 * v116, v124 = v120 * v123, v125 = v56 + v124;
-  out[7] = v125;
-  const lanes v126 = v41 * v123, v127 = v45 * v111, v128 = v126 + v127, v129 = v120 * v128,
-      v130 = v56 - v129;
-  out[8] = v130;
+  const lanes v9 = 0.065 * v1, v10 = 0.11258330249197702 * v2, v11 = v9 - v10, v12 = v11 + theta_0,
+      v13 = 0.17 * v3, v14 = v13 - 0.2511473670974872, v15 = v12 - v14, v16 = 2.0 * v15,
+      v17 = v15 * v15, v18 = 0.11258330249197702 * v1, v19 = 0.065 * v2, v20 = v18 + v19,
+      v21 = theta_1 - v20, v22 = 0.17 * v4, v23 = v22 - 0.145, v24 = v21 - v23, v25 = v24 * v24,
+      v26 = v17 + v25;
+  LANES_LET1(v27, sqrt, v26);
+  const lanes v28 = 0.5 / v27, v29 = v16 * v28;
+  out[0] = v29;
+  const lanes v30 = 2.0 * v24, v31 = v28 * v30;
+  out[1] = v31;
+  const lanes v32 = v20 * v16, v33 = v30 * v11, v34 = v32 + v33, v35 = v28 * v34;
+  out[2] = v35;
+  const lanes v36 = v10 + v9, v37 = v36 + theta_0, v38 = 0.17 * v5, v39 = 0.2511473670974872 + v38,
+      v40 = v37 - v39, v41 = 2.0 * v40, v42 = v40 * v40, v43 = v18 - v19, v44 = v43 + theta_1,
+      v45 = 0.17 * v6, v46 = v45 - 0.145, v47 = v44 - v46, v48 = v47 * v47, v49 = v42 + v48;
+  LANES_LET1(v50, sqrt, v49);
+  const lanes v51 = 0.5 / v50, v52 = v41 * v51;
+  out[3] = v52;
+  const lanes v53 = 2.0 * v47, v54 = v51 * v53;
+  out[4] = v54;
+  const lanes v55 = v36 * v53, v56 = v43 * v41, v57 = v55 - v56, v58 = v51 * v57;
+  out[5] = v58;
+  const lanes v59 = 0.13 * v1, v60 = theta_0 - v59, v61 = 0.17 * v7, v62 = v60 - v61,
+      v63 = 2.0 * v62, v64 = v62 * v62, v65 = 0.13 * v2, v66 = v65 + theta_1, v67 = 0.17 * v8,
+      v68 = v67 + 0.29, v69 = v66 - v68, v70 = v69 * v69, v71 = v64 + v70;
+  LANES_LET1(v72, sqrt, v71);
+  const lanes v73 = 0.5 / v72, v74 = v63 * v73;
+  out[6] = v74;
+  const lanes v75 = 2.0 * v69, v76 = v73 * v75;
+  out[7] = v76;
+  const lanes v77 = v59 * v75, v78 = v65 * v63, v79 = v77 + v78, v80 = v73 * v79, v81 = -v80;
+  out[8] = v81;
 }
 
-// velocity_relation: 144 operations: multiply 51, add 66, trig 8, other 19
+// velocity_relation: 91 operations: multiply 39, add 32, trig 8, other 12
 static LANES_TARGET void LANES_NAME(planar_3rrr_velocity_relation)(const lanes *in, lanes *out)
 {
   const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], q_0 = in[3], q_1 = in[4],
       q_2 = in[5];
   LANES_COS_SIN(v2, v1, theta_2); LANES_COS_SIN(v3, v4, q_0); LANES_COS_SIN(v5, v6, q_1);
   LANES_COS_SIN(v7, v8, q_2);
-  const lanes v9 = theta_0 + 0.2511473670974872, v10 = 0.065 * v1, v11 = v9 + v10,
-      v12 = 0.11258330249197702 * v2, v13 = v11 - v12, v14 = v13 * v13, v15 = theta_1 + 0.145,
-      v16 = 0.11258330249197702 * v1, v17 = v15 - v16, v18 = 0.065 * v2, v19 = v17 - v18,
-      v20 = v19 * v19, v21 = v14 + v20, v22 = v21 - 0.0016, v23 = 0.09 - v21, v24 = v22 * v23,
-      v25 = 511.8650314285129 * v24;
-  const lanes_where v26 = LANES_LE(0.0, v25);
-  const lanes v27 = theta_0 - 0.2511473670974872, v28 = v27 + v12, v29 = v28 + v10, v30 = v29 * v29,
-      v31 = v15 + v16, v32 = v31 - v18, v33 = v32 * v32, v34 = v30 + v33, v35 = 0.09 - v34,
-      v36 = v34 - 0.0016, v37 = v35 * v36, v38 = 511.8650314285129 * v37;
-  const lanes_where v39 = LANES_LE(0.0, v38); const lanes_where v40 = LANES_AND(v26, v39);
-  const lanes v41 = 0.13 * v1, v42 = theta_0 - v41, v43 = v42 * v42, v44 = theta_1 - 0.29,
-      v45 = 0.13 * v2, v46 = v44 + v45, v47 = v46 * v46, v48 = v43 + v47, v49 = 0.09 - v48,
-      v50 = v48 - 0.0016, v51 = v49 * v50, v52 = 511.8650314285129 * v51;
-  const lanes_where v53 = LANES_LE(0.0, v52); const lanes_where v54 = LANES_AND(v40, v53);
-  const lanes v55 = LANES_CHOICE(v54, 0.0, -1.0);
-  LANES_LET1(v56, sqrt, v55);
-  const lanes v57 = v10 - v12, v58 = v57 + theta_0, v59 = 0.17 * v3, v60 = v59 - 0.2511473670974872,
-      v61 = v58 - v60, v62 = v61 * v61, v63 = v16 + v18, v64 = theta_1 - v63, v65 = 0.17 * v4,
-      v66 = v65 - 0.145, v67 = v64 - v66, v68 = v67 * v67, v69 = v62 + v68;
-  LANES_LET1(v70, sqrt, v69);
-  const lanes v71 = v61 / v70, v72 = v56 + v71;
-  out[0] = v72;
-  const lanes v73 = v67 / v70, v74 = v56 + v73;
-  out[1] = v74;
-  const lanes v75 = v73 * v57, v76 = v64 - theta_1, v77 = v71 * v76, v78 = v75 - v77,
-      v79 = v56 + v78;
-  out[2] = v79;
-  const lanes v80 = v12 + v10, v81 = v80 + theta_0, v82 = 0.17 * v5, v83 = 0.2511473670974872 + v82,
-      v84 = v81 - v83, v85 = v84 * v84, v86 = v16 - v18, v87 = v86 + theta_1, v88 = 0.17 * v6,
-      v89 = v88 - 0.145, v90 = v87 - v89, v91 = v90 * v90, v92 = v85 + v91;
-  LANES_LET1(v93, sqrt, v92);
-  const lanes v94 = v84 / v93, v95 = v56 + v94;
-  out[3] = v95;
-  const lanes v96 = v90 / v93, v97 = v56 + v96;
-  out[4] = v97;
-  const lanes v98 = v96 * v80, v99 = v94 * v86, v100 = v98 - v99, v101 = v56 + v100;
-  out[5] = v101;
-  const lanes v102 = 0.17 * v7, v103 = v42 - v102, v104 = v103 * v103, v105 = v45 + theta_1,
-      v106 = 0.17 * v8, v107 = v106 + 0.29, v108 = v105 - v107, v109 = v108 * v108,
-      v110 = v104 + v109;
-  LANES_LET1(v111, sqrt, v110);
-  const lanes v112 = v103 / v111, v113 = v56 + v112;
-  out[6] = v113;
-  const lanes v114 = v108 / v111, v115 = v56 + v114;
-  out[7] = v115;
-  const lanes v116 = v42 - theta_0, v117 = v114 * v116, v118 = v112 * v45, v119 = v117 - v118,
-      v120 = v56 + v119;
-  out[8] = v120;
-  const lanes v121 = 0.5 / v70, v122 = 2.0 * v67, v123 = v122 * v59, v124 = 2.0 * v61,
-      v125 = v124 * v65, v126 = v123 - v125, v127 = v121 * v126, v128 = v56 + v127;
-  out[9] = v128; out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
-  const lanes v129 = 0.5 / v93, v130 = 2.0 * v90, v131 = v130 * v82, v132 = 2.0 * v84,
-      v133 = v132 * v88, v134 = v131 - v133, v135 = v129 * v134, v136 = v56 + v135;
-  out[13] = v136; out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0);
-  const lanes v137 = 0.5 / v111, v138 = 2.0 * v108, v139 = v138 * v102, v140 = 2.0 * v103,
-      v141 = v140 * v106, v142 = v139 - v141, v143 = v137 * v142, v144 = v56 + v143;
-  out[17] = v144;
+  const lanes v9 = 0.065 * v1, v10 = 0.11258330249197702 * v2, v11 = v9 - v10, v12 = v11 + theta_0,
+      v13 = 0.17 * v3, v14 = v13 - 0.2511473670974872, v15 = v12 - v14, v16 = v15 * v15,
+      v17 = 0.11258330249197702 * v1, v18 = 0.065 * v2, v19 = v17 + v18, v20 = theta_1 - v19,
+      v21 = 0.17 * v4, v22 = v21 - 0.145, v23 = v20 - v22, v24 = v23 * v23, v25 = v16 + v24;
+  LANES_LET1(v26, sqrt, v25);
+  const lanes v27 = v15 / v26;
+  out[0] = v27;
+  const lanes v28 = v23 / v26;
+  out[1] = v28;
+  const lanes v29 = v28 * v11, v30 = v20 - theta_1, v31 = v27 * v30, v32 = v29 - v31;
+  out[2] = v32;
+  const lanes v33 = v10 + v9, v34 = v33 + theta_0, v35 = 0.17 * v5, v36 = 0.2511473670974872 + v35,
+      v37 = v34 - v36, v38 = v37 * v37, v39 = v17 - v18, v40 = v39 + theta_1, v41 = 0.17 * v6,
+      v42 = v41 - 0.145, v43 = v40 - v42, v44 = v43 * v43, v45 = v38 + v44;
+  LANES_LET1(v46, sqrt, v45);
+  const lanes v47 = v37 / v46;
+  out[3] = v47;
+  const lanes v48 = v43 / v46;
+  out[4] = v48;
+  const lanes v49 = v48 * v33, v50 = v47 * v39, v51 = v49 - v50;
+  out[5] = v51;
+  const lanes v52 = 0.13 * v1, v53 = theta_0 - v52, v54 = 0.17 * v7, v55 = v53 - v54,
+      v56 = v55 * v55, v57 = 0.13 * v2, v58 = v57 + theta_1, v59 = 0.17 * v8, v60 = v59 + 0.29,
+      v61 = v58 - v60, v62 = v61 * v61, v63 = v56 + v62;
+  LANES_LET1(v64, sqrt, v63);
+  const lanes v65 = v55 / v64;
+  out[6] = v65;
+  const lanes v66 = v61 / v64;
+  out[7] = v66;
+  const lanes v67 = v53 - theta_0, v68 = v66 * v67, v69 = v65 * v57, v70 = v68 - v69;
+  out[8] = v70;
+  const lanes v71 = 0.5 / v26, v72 = 2.0 * v23, v73 = v72 * v13, v74 = 2.0 * v15, v75 = v74 * v21,
+      v76 = v73 - v75, v77 = v71 * v76;
+  out[9] = v77; out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  const lanes v78 = 0.5 / v46, v79 = 2.0 * v43, v80 = v79 * v35, v81 = 2.0 * v37, v82 = v81 * v41,
+      v83 = v80 - v82, v84 = v78 * v83;
+  out[13] = v84; out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0);
+  const lanes v85 = 0.5 / v64, v86 = 2.0 * v61, v87 = v86 * v54, v88 = 2.0 * v55, v89 = v88 * v59,
+      v90 = v87 - v89, v91 = v85 * v90;
+  out[17] = v91;
 }
 
 // assembly_polynomial: 242 operations: multiply 130, add 103, negate 3, trig 6

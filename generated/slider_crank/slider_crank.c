@@ -1293,112 +1293,81 @@ void slider_crank_constraint_D_z_dot(const double z[3], const double zd[3], doub
 }
 
 // Distance between the ends of each rod or cylinder less its length.
-// 19 operations: multiply 7, add 6, trig 2, other 4
+// 10 operations: multiply 4, add 3, trig 2, other 1
 void slider_crank_rods(const double theta[1], const double q[1], double residual[1]) {
   // inputs
   const double theta_0 = theta[0];
   const double q_0 = q[0];
-  // shared terms
-  const double v3 = theta_0 * theta_0;
-  const double v6 = 0.0529 - v3;
-  const double v7 = v3 - 0.0169;
-  const double v10 = v6 * v7;
-  const double v12 = 3086.41975308642 * v10;
-  const int v14 = 0.0 <= v12;
-  const double v16 = v14 ? 0.0 : -1.0;
-  const double v18 = sqrt(v16);
   // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
   // shared terms; residual
-  const double v4 = 0.05 * c[0];
-  const double v5 = 0.05 * s[0];
-  const double v8 = theta_0 - v4;
-  const double v9 = v5 * v5;
-  const double v11 = v8 * v8;
-  const double v13 = v11 + v9;
-  const double v15 = sqrt(v13);
-  const double v17 = v15 - 0.18;
-  const double v19 = v17 + v18;
-  residual[0] = v19;
+  const double v3 = 0.05 * c[0];
+  const double v4 = 0.05 * s[0];
+  const double v5 = theta_0 - v3;
+  const double v6 = v4 * v4;
+  const double v7 = v5 * v5;
+  const double v8 = v7 + v6;
+  const double v9 = sqrt(v8);
+  const double v10 = v9 - 0.18;
+  residual[0] = v10;
 }
 
 // Derivative of the rods' residuals by the main chain's joints.
-// 21 operations: multiply 9, add 5, trig 2, other 5
+// 12 operations: multiply 6, add 2, trig 2, other 2
 void slider_crank_rods_D_chain(const double theta[1], const double q[1], double residual_D_theta[1]) {
   // inputs
   const double theta_0 = theta[0];
   const double q_0 = q[0];
-  // shared terms
-  const double v3 = theta_0 * theta_0;
-  const double v4 = 0.0529 - v3;
-  const double v5 = v3 - 0.0169;
-  const double v8 = v4 * v5;
-  const double v11 = 3086.41975308642 * v8;
-  const int v14 = 0.0 <= v11;
-  const double v16 = v14 ? 0.0 : -1.0;
-  const double v18 = sqrt(v16);
   // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
   // shared terms; residual_D_theta
-  const double v6 = 0.05 * c[0];
-  const double v7 = 0.05 * s[0];
-  const double v9 = theta_0 - v6;
-  const double v10 = v7 * v7;
-  const double v12 = 2.0 * v9;
-  const double v13 = v9 * v9;
-  const double v15 = v13 + v10;
-  const double v17 = sqrt(v15);
-  const double v19 = 0.5 / v17;
-  const double v20 = v12 * v19;
-  const double v21 = v18 + v20;
-  residual_D_theta[0] = v21;
+  const double v3 = 0.05 * c[0];
+  const double v4 = 0.05 * s[0];
+  const double v5 = theta_0 - v3;
+  const double v6 = v4 * v4;
+  const double v7 = 2.0 * v5;
+  const double v8 = v5 * v5;
+  const double v9 = v8 + v6;
+  const double v10 = sqrt(v9);
+  const double v11 = 0.5 / v10;
+  const double v12 = v7 * v11;
+  residual_D_theta[0] = v12;
 }
 
 // Both matrices of the velocity relation of a platform on legs.
-// 28 operations: multiply 12, add 7, negate 1, trig 2, other 6
+// 18 operations: multiply 9, add 3, negate 1, trig 2, other 3
 void slider_crank_velocity_relation(const double theta[1], const double q[1], double J_x[1], double J_q[1]) {
   // inputs
   const double theta_0 = theta[0];
   const double q_0 = q[0];
-  // shared terms
-  const double v3 = theta_0 * theta_0;
-  const double v4 = 0.0529 - v3;
-  const double v5 = v3 - 0.0169;
-  const double v8 = v4 * v5;
-  const double v12 = 3086.41975308642 * v8;
-  const int v16 = 0.0 <= v12;
-  const double v20 = v16 ? 0.0 : -1.0;
-  const double v23 = sqrt(v20);
   // cosines and sines
   const double angle[1] = {q_0};
   double c[1], s[1];
   chasles_cos_sin(1, angle, c, s);
   // shared terms; J_x
-  const double v6 = 0.05 * c[0];
-  const double v7 = 0.05 * s[0];
-  const double v9 = theta_0 - v6;
-  const double v10 = v7 * v7;
-  const double v11 = -v7;
-  const double v13 = v9 * v9;
-  const double v14 = 2.0 * v11;
-  const double v15 = 2.0 * v9;
-  const double v17 = v13 + v10;
-  const double v18 = v14 * v6;
-  const double v19 = v15 * v7;
-  const double v21 = sqrt(v17);
-  const double v22 = v18 - v19;
-  const double v24 = v9 / v21;
-  const double v25 = 0.5 / v21;
-  const double v26 = v23 + v24;
-  const double v27 = v25 * v22;
-  J_x[0] = v26;
-  const double v28 = v23 + v27;
+  const double v3 = 0.05 * c[0];
+  const double v4 = 0.05 * s[0];
+  const double v5 = theta_0 - v3;
+  const double v6 = v4 * v4;
+  const double v7 = -v4;
+  const double v8 = v5 * v5;
+  const double v9 = 2.0 * v7;
+  const double v10 = 2.0 * v5;
+  const double v11 = v8 + v6;
+  const double v12 = v9 * v3;
+  const double v13 = v10 * v4;
+  const double v14 = sqrt(v11);
+  const double v15 = v12 - v13;
+  const double v16 = v5 / v14;
+  const double v17 = 0.5 / v14;
+  J_x[0] = v16;
+  const double v18 = v17 * v15;
   // J_q
-  J_q[0] = v28;
+  J_q[0] = v18;
 }
 
 #if !SLIDER_CRANK_BRANCHES

@@ -277,7 +277,7 @@ void slider_crank_constraint_D_z_dot(const double z[3], const double zd[3], doub
 
 /* Distance between the ends of each rod or cylinder less its length.
  * |b_i(theta) - a_i(q)| - l_i, i = connecting_rod
- * 19 operations: multiply 7, add 6, trig 2, other 4.
+ * 10 operations: multiply 4, add 3, trig 2, other 1.
  *   theta: joints of the main chain, 1 (m)
  *   q: actuator coordinates, 1 (rad)
  *   residual: excess of distance over length, 1 (m) */
@@ -285,7 +285,7 @@ void slider_crank_rods(const double theta[1], const double q[1], double residual
 
 /* Derivative of the rods' residuals by the main chain's joints.
  * rods_D_chain[:, k] = d rods / d theta_k
- * 21 operations: multiply 9, add 5, trig 2, other 5.
+ * 12 operations: multiply 6, add 2, trig 2, other 2.
  *   theta: joints of the main chain, 1 (m)
  *   q: actuator coordinates, 1 (rad)
  *   residual_D_theta: derivative, 1 x 1 (1, m) */
@@ -293,7 +293,7 @@ void slider_crank_rods_D_chain(const double theta[1], const double q[1], double 
 
 /* Both matrices of the velocity relation of a platform on legs.
  * J_x x' = J_q q', x' the tool's twist (v, omega) in base axes in the free directions v_x
- * 28 operations: multiply 12, add 7, negate 1, trig 2, other 6.
+ * 18 operations: multiply 9, add 3, negate 1, trig 2, other 3.
  *   theta: joints of the main chain, 1 (m)
  *   q: actuator coordinates, 1 (rad)
  *   J_x: rods along their directions, 1 x 1 (1, m)

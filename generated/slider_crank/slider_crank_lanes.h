@@ -559,7 +559,7 @@ static LANES_TARGET void LANES_NAME(slider_crank_constraint_D_z_dot)(const lanes
   out[5] = v23;
 }
 
-// rods: 19 operations: multiply 7, add 6, trig 2, other 4
+// rods: 10 operations: multiply 4, add 3, trig 2, other 1
 static LANES_TARGET void LANES_NAME(slider_crank_rods)(const lanes *in, lanes *out)
 {
   const lanes theta_0 = in[0], q_0 = in[1];
@@ -567,50 +567,35 @@ static LANES_TARGET void LANES_NAME(slider_crank_rods)(const lanes *in, lanes *o
   const lanes v3 = 0.05 * v1, v4 = theta_0 - v3, v5 = v4 * v4, v6 = 0.05 * v2, v7 = v6 * v6,
       v8 = v5 + v7;
   LANES_LET1(v9, sqrt, v8);
-  const lanes v10 = v9 - 0.18, v11 = theta_0 * theta_0, v12 = 0.0529 - v11, v13 = v11 - 0.0169,
-      v14 = v12 * v13, v15 = 3086.41975308642 * v14;
-  const lanes_where v16 = LANES_LE(0.0, v15);
-  const lanes v17 = LANES_CHOICE(v16, 0.0, -1.0);
-  LANES_LET1(v18, sqrt, v17);
-  const lanes v19 = v10 + v18;
-  out[0] = v19;
+  const lanes v10 = v9 - 0.18;
+  out[0] = v10;
 }
 
-// rods_D_chain: 21 operations: multiply 9, add 5, trig 2, other 5
+// rods_D_chain: 12 operations: multiply 6, add 2, trig 2, other 2
 static LANES_TARGET void LANES_NAME(slider_crank_rods_D_chain)(const lanes *in, lanes *out)
 {
   const lanes theta_0 = in[0], q_0 = in[1];
   LANES_COS_SIN(v1, v2, q_0);
-  const lanes v3 = theta_0 * theta_0, v4 = 0.0529 - v3, v5 = v3 - 0.0169, v6 = v4 * v5,
-      v7 = 3086.41975308642 * v6;
-  const lanes_where v8 = LANES_LE(0.0, v7);
-  const lanes v9 = LANES_CHOICE(v8, 0.0, -1.0);
+  const lanes v3 = 0.05 * v1, v4 = theta_0 - v3, v5 = 2.0 * v4, v6 = v4 * v4, v7 = 0.05 * v2,
+      v8 = v7 * v7, v9 = v6 + v8;
   LANES_LET1(v10, sqrt, v9);
-  const lanes v11 = 0.05 * v1, v12 = theta_0 - v11, v13 = 2.0 * v12, v14 = v12 * v12,
-      v15 = 0.05 * v2, v16 = v15 * v15, v17 = v14 + v16;
-  LANES_LET1(v18, sqrt, v17);
-  const lanes v19 = 0.5 / v18, v20 = v13 * v19, v21 = v10 + v20;
-  out[0] = v21;
+  const lanes v11 = 0.5 / v10, v12 = v5 * v11;
+  out[0] = v12;
 }
 
-// velocity_relation: 28 operations: multiply 12, add 7, negate 1, trig 2, other 6
+// velocity_relation: 18 operations: multiply 9, add 3, negate 1, trig 2, other 3
 static LANES_TARGET void LANES_NAME(slider_crank_velocity_relation)(const lanes *in, lanes *out)
 {
   const lanes theta_0 = in[0], q_0 = in[1];
   LANES_COS_SIN(v1, v2, q_0);
-  const lanes v3 = theta_0 * theta_0, v4 = 0.0529 - v3, v5 = v3 - 0.0169, v6 = v4 * v5,
-      v7 = 3086.41975308642 * v6;
-  const lanes_where v8 = LANES_LE(0.0, v7);
-  const lanes v9 = LANES_CHOICE(v8, 0.0, -1.0);
-  LANES_LET1(v10, sqrt, v9);
-  const lanes v11 = 0.05 * v1, v12 = theta_0 - v11, v13 = v12 * v12, v14 = 0.05 * v2,
-      v15 = v14 * v14, v16 = v13 + v15;
-  LANES_LET1(v17, sqrt, v16);
-  const lanes v18 = v12 / v17, v19 = v10 + v18;
-  out[0] = v19;
-  const lanes v20 = 0.5 / v17, v21 = -v14, v22 = 2.0 * v21, v23 = v22 * v11, v24 = 2.0 * v12,
-      v25 = v24 * v14, v26 = v23 - v25, v27 = v20 * v26, v28 = v10 + v27;
-  out[1] = v28;
+  const lanes v3 = 0.05 * v1, v4 = theta_0 - v3, v5 = v4 * v4, v6 = 0.05 * v2, v7 = v6 * v6,
+      v8 = v5 + v7;
+  LANES_LET1(v9, sqrt, v8);
+  const lanes v10 = v4 / v9;
+  out[0] = v10;
+  const lanes v11 = 0.5 / v9, v12 = -v6, v13 = 2.0 * v12, v14 = v13 * v3, v15 = 2.0 * v4,
+      v16 = v15 * v6, v17 = v14 - v16, v18 = v11 * v17;
+  out[1] = v18;
 }
 
 // ik: 79 operations: multiply 30, add 34, trig 2, other 13
