@@ -127,6 +127,20 @@ def exact_angle(value: sp.Expr) -> sp.Expr:
     return angle
 
 
+def radians_meant(value: sp.Expr) -> sp.Expr | None:
+    """The multiple of pi that a decimal of a file in degrees stands for in radians, if it does.
+
+    It is at most one turn. Right angles are told by two places, 1.57; other multiples of pi/12 by
+    four, 0.7854.
+    """
+    places = decimal_places(value) or 0
+    multiple = exact_angle(value) / sp.pi
+    if not value or not multiple.is_Rational or abs(multiple) > 2:  # noqa: PLR2004
+        return None
+    is_right = (2 * multiple).is_Integer
+    return multiple * sp.pi if is_right or places >= _PLACES_OF_PI else None
+
+
 def _is_rounded(angle: sp.Expr, part: Fraction, step: Fraction) -> bool:
     """Whether the magnitude of a decimal is a part of pi, rounded or cut off, as pi may be."""
     number, places = abs(Fraction(angle.p, angle.q)), decimal_places(angle) or 0

@@ -38,11 +38,12 @@ from ..model.robot import Robot
 from .cleaned_robot import cleaned
 from .conventions import CONVENTIONS
 from .conventions.suited import suited
+from .file_text import read_text
 from .importers.chains import SUFFIXES, from_file, is_imported
 from .mechanism_file import MechanismFile, has_loops
 from .serial_file import AUTO, RobotFile
 from .shipped_files import nominal_file
-from .toml_file import DescriptionError, TomlFile, read_text
+from .toml_file import DescriptionError, TomlFile
 
 __all__ = ["DescriptionError", "load", "loads"]
 

@@ -8,7 +8,6 @@ import keyword
 import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import NoReturn, TypeVar
 
 import sympy as sp
@@ -21,13 +20,13 @@ from ..model.robot import Parameter, check_robot_name
 from ..model.roots import at, drawn_out
 from ..model.tolerances import LENGTH_SCALING
 from ..model.values import NoValue, value_at
+from .noise import radians_meant
 from .plausibility import LARGEST, statement_of
 from .toml_lines import first_line, is_unreadable, table_of
 
 Keys = tuple[str | int, ...]
 """The path to a value in the file's table: names of tables and fields, indices in lists."""
 Word = TypeVar("Word", bound=str)
-LONGEST_FILE = 1_000_000
 OWN_FIELDS = ("name", "title", "source")
 """Fields, besides parameters, that a file replaces in the file that it extends."""
 HEIR_FIELDS = ("extends", *OWN_FIELDS, "parameters")
@@ -69,6 +68,9 @@ SAME_MEANING: Mapping[str, tuple[str, ...]] = {
 """Words of other tables and of other programs for what a field or a choice is called here."""
 
 
+_DECIMAL = re.compile(r"[+-]?[0-9]*\.[0-9]+")
+
+
 class DescriptionError(RobotError):
     """An error in a robot file: its file, line and field, the value found and the value expected.
 
@@ -89,54 +91,6 @@ class DescriptionError(RobotError):
         about = f"{field}: " if field else ""
         found = "" if value is None else f", found {shown_value(value)}"
         super().__init__(f"{position}: {about}expected {expected}{found}")
-
-
-def read_text(path: str | Path) -> str:
-    """The text of a description file.
-
-    Raises:
-        DescriptionError: The file cannot be read, is too long, or is not UTF-8.
-    """
-    return decoded(str(path), read_bytes(path), "utf-8-sig")
-
-
-def read_bytes(path: str | Path) -> bytes:
-    """The content of a description file.
-
-    Raises:
-        DescriptionError: The file cannot be read, or is too long.
-    """
-    file = str(path)
-    try:
-        with Path(path).open("rb") as stream:
-            content = stream.read(LONGEST_FILE + 1)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise DescriptionError(file, None, "", None, f"a readable file ({reason})") from error
-    if len(content) > LONGEST_FILE:
-        raise DescriptionError(file, None, "", None, f"at most {LONGEST_FILE} bytes")
-    return content
-
-
-def decoded(file: str, content: bytes, encoding: str) -> str:
-    """The content of a file as text.
-
-    Args:
-        file: Name of the file in errors.
-        content: Its bytes.
-        encoding: Name of the encoding.
-
-    Raises:
-        DescriptionError: The content is not in this encoding, or there is no such encoding.
-    """
-    name = encoding.upper().removesuffix("-SIG")
-    try:
-        return content.decode(encoding)
-    except UnicodeDecodeError as error:
-        line = content[: error.start].count(b"\n") + 1
-        raise DescriptionError(file, line, "", None, f"{name} text") from error
-    except LookupError as error:
-        raise DescriptionError(file, 1, "encoding", encoding, "a known encoding") from error
 
 
 class TomlFile:
@@ -233,7 +187,8 @@ class TomlFile:
         kind = self.kinds.get(name, "length")
         given = self.at(keys)
         if not isinstance(given, Mapping) or "unit" not in given:
-            self.check_degrees(keys, given, kind)
+            number = given.get("value") if isinstance(given, Mapping) else given
+            self.check_degrees(keys, number, kind)
         if not isinstance(given, Mapping):
             return Parameter(name, self._sized(keys, self.literal(keys), kind), kind)
         scale = PARAMETER_UNITS.get(str(given.get("unit")), self.scale[kind])
@@ -310,11 +265,21 @@ class TomlFile:
         return at(expression, {s: self.parameter(s.name).value for s in symbols})
 
     def check_degrees(self, keys: Keys, value: object, kind: ParameterKind) -> None:
-        """Refuses pi in an angle in degrees, where it would mean 3.14 degrees."""
-        texts = [part for part in _parts(value) if isinstance(part, str)]
-        in_degrees = kind == "angle" and self.scale["angle"] != 1
-        if in_degrees and any(re.search(r"\bpi\b", text) for text in texts):
-            self.fail(keys, 'an angle in degrees, as units say, and pi belongs to units of "rad"')
+        """Refuses pi in an angle in degrees, and decimals that are radians: pi/2, 1.5708."""
+        if kind != "angle" or self.scale["angle"] == 1:
+            return
+        for text in map(str, _parts(value)):
+            if re.search(r"\bpi\b", text):
+                self.fail(
+                    keys, 'an angle in degrees, as units say, and pi belongs to units of "rad"'
+                )
+            meant = radians_meant(read(text)) if _DECIMAL.fullmatch(text) else None
+            if meant is not None:
+                self.fail(
+                    keys,
+                    f"an angle in degrees, as units say, and {text} is {meant} in radians: write "
+                    f'{meant * 180 / sp.pi}, or "{read(text)}" if {text} degrees are meant',
+                )
 
     def _scales(self, expression: sp.Expr, kind: ParameterKind) -> bool:
         """Whether a length is linear in the lengths, and an angle a function of their ratios."""

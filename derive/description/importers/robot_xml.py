@@ -5,7 +5,8 @@ from pathlib import Path
 
 from lxml import etree
 
-from ..toml_file import DescriptionError, decoded, read_bytes
+from ..file_text import decoded, read_bytes
+from ..toml_file import DescriptionError
 
 ROOT = "robot"
 _FIRST_TAG = re.compile(r"<([A-Za-z][\w:.-]*)")

@@ -28,7 +28,8 @@ from ...model.robot import Joint, Robot
 from ...model.tolerances import CALIBRATED_TOOL, EVALUATION_DIGITS, ROUNDING
 from ..conventions.denavit_hartenberg import dh
 from ..conventions.urdf_origin import urdf
-from ..toml_file import DescriptionError, read_text
+from ..file_text import read_text
+from ..toml_file import DescriptionError
 from .roll_pitch_yaw import of_matrix
 
 if TYPE_CHECKING:

@@ -167,3 +167,30 @@ def test_missing_poe_axis_is_rejected():
     text = 'name = "r"\nconvention = "poe"\n[[joints]]\npoint = [1, 0, 0]\n'
     with pytest.raises(DescriptionError, match="the direction that the joint moves about"):
         loads(text)
+
+
+DEGREES = HEAD + 'units = {{ angle = "deg" }}\n[[joints]]\na = 1\nalpha = {}\n[[joints]]\na = 1\n'
+
+
+@pytest.mark.parametrize(
+    ("written", "degrees"),
+    [("1.5708", 90), ('"-1.571"', -90), ("1.57", 90), ("3.14159", 180), ("0.7854", 45)],
+)
+def test_radians_in_a_file_in_degrees_are_refused(written, degrees):
+    with pytest.raises(DescriptionError, match=rf"alpha: .* in radians: write {degrees}, or"):
+        loads(DEGREES.format(written))
+
+
+@pytest.mark.parametrize("written", ["1.5", "0.785", "90", "15.708", '"3927/2500"', "0.0", "0.5"])
+def test_degrees_that_are_no_rounded_multiple_of_pi_are_taken(written):
+    joint = loads(DEGREES.format(written)).joints[0]
+    assert dict(joint.given)["alpha"] == sp.Rational(written.strip('"')) * sp.pi / 180
+
+
+def test_radians_in_a_parameter_and_in_limits_are_refused():
+    for text in ("[parameters]\nt = { value = 1.5708 }\n", "[parameters]\nt = 1.5708\n"):
+        turned = DEGREES.format('"t"').replace("[[joints]]", text + "[[joints]]", 1)
+        with pytest.raises(DescriptionError, match="pi/2 in radians: write 90"):
+            loads(turned.replace("t = {", 't = { meaning = "twist",'))
+    with pytest.raises(DescriptionError, match="-pi in radians: write -180"):
+        loads(DEGREES.format("90") + "limits = [-3.1416, 3.1416]\n")

@@ -1,13 +1,12 @@
-"""The arm of `displaced_arm.py`, derived and compiled once for several files."""
+"""The arm of `tests/support/displaced_arm.py`, derived and compiled once for several files."""
 
 import pytest
 
 from chasles.derive import load
 from tests.support.compiling import compiled
 from tests.support.derivations import description
+from tests.support.displaced_arm import SEED, SIZE
 from tests.support.generators.geometric_errors import displaced
-
-from .displaced_arm import SEED, SIZE
 
 
 @pytest.fixture(scope="session")

@@ -6,9 +6,8 @@ import subprocess
 import numpy as np
 import pytest
 
+from tests.support.displaced_arm import near_wrist
 from tests.support.oracles.pinocchio_fk import pinocchio_fk
-
-from .displaced_arm import near_wrist
 
 CONFIGURATIONS, POSES = 5000, 150
 REGULAR = 1e-4

@@ -13,11 +13,10 @@ from chasles.derive.terms.terms import Terms
 from tests.campaigns.general import Judged
 from tests.support.compiling import compiled
 from tests.support.derivations import description
+from tests.support.displaced_arm import SIZE, near_wrist
 from tests.support.generators.drawn_arms import random_arm
 from tests.support.generators.geometric_errors import displaced
 from tests.support.oracles.pinocchio_fk import pinocchio_fk
-
-from .displaced_arm import SIZE, near_wrist
 
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "ik")
 TRUE = 1e-8
