@@ -314,7 +314,7 @@ class Hybrid:
         conditions = []
         for solution in solutions:
             steps = [step for step in solution.steps if step.margin is not None]
-            beside = [step for step in steps if not sp.sympify(step.root).free_symbols <= behind]
+            beside = [step for step in steps if not step.root.free_symbols <= behind]
             conditions.append(sp.And(*(sp.Ge(step.margin, 0) for step in beside)))
         closed = sp.Or(*conditions)
         return entry if closed == sp.true else self.terms.let(entry + self.where(closed))

@@ -310,7 +310,7 @@ void board_installer_constraint_D_z_dot(const double z[16], const double zd[16],
 
 /* Every solution of the inverse kinematics, in 8 slots.
  * fk(q[k]) = T wherever residual[k] is rounding
- * 588 operations: multiply 214, add 281, negate 22, trig 12, other 59.
+ * 950 operations: multiply 315, add 518, negate 22, trig 12, other 83.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution a row, 8 x 6 (rad or m)
  *   residual: distance of fk(q[k]) from the target, 8 (m or rad)

@@ -18,13 +18,13 @@ _UTF_16 = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"<\0": "utf-16-le", b"
 
 
 def read_xml(path: str | Path) -> str:
-    """The text of an XML file, in the encoding that it declares.
+    """The text of an XML file, in the encoding of its byte order mark, or that it declares.
 
     Raises:
         DescriptionError: The file cannot be read, is too long, or is not in its encoding.
     """
     content = read_bytes(path)
-    declared = _DECLARED.match(content.removeprefix(b"\xef\xbb\xbf"))
+    declared = _DECLARED.match(content)
     encoding = declared[1].decode() if declared else "utf-8"
     if encoding.lower() in ("utf-8", "utf8", "utf-16"):
         encoding = "utf-8-sig"

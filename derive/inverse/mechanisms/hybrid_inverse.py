@@ -344,9 +344,8 @@ def _on_shorter_chain(
             return None
         q.append(substituted(terms, [entry], theta)[0])
     margins = list(substituted(terms, closing, theta))
-    residual = _residual(hybrid, q, is_closed=is_start or len(closing) == len(solution.margins))
-    if not is_start:
-        residual = _while_closed(hybrid, residual, margins)
+    # Slides tell nothing of the loops that move them.
+    residual = _residual(hybrid, q, is_closed=is_start)
     return _solved(hybrid, work, (), found.family.inputs, tuple(q), residual, closing=margins)
 
 
