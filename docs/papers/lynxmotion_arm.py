@@ -49,6 +49,7 @@ RATE = 100.0
 BISECTIONS = 40
 
 
+@cache
 def arm() -> Any:
     """The arm with all lengths of 0.1 m."""
     return chasles.load("lynxmotion")
