@@ -15,7 +15,9 @@ pytest.importorskip("coal", reason="coal comes with pin")
 
 
 @pytest.mark.parametrize("paper", pages.present())
-def test_paper_rows_are_consistent_and_cover_printed_items(paper):
+def test_paper_rows_are_consistent_and_cover_printed_items(paper, request):
+    if paper == "board_installer":
+        request.getfixturevalue("length_errors")
     rows = importlib.import_module(paper).rows()
     assert {row.verdict for row in rows} <= set(pages.VERDICTS)
     assert all(row.note for row in rows if row.verdict != "agrees")
