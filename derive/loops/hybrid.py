@@ -25,6 +25,7 @@ from .constraints import ConfigurationVariable, LoopEquations, configuration_nam
 from .iterated.left_open import left_open
 from .iterated.tilted_pins import closable
 from .mobility import Mobility, mobility_of
+from .planar.loop_step import HALF, LoopStep
 from .solution import (
     Loops,
     Solution,
@@ -305,19 +306,41 @@ class Hybrid:
             entries: The entries.
             solutions: The solutions that give these entries; one that closes is enough.
         """
-        return tuple(self._while_closed(entry, solutions) for entry in entries)
-
-    def _while_closed(self, entry: sp.Expr, solutions: Sequence[Solution]) -> sp.Expr:
-        if self.terms.is_constant(entry):
-            return entry
-        behind = self._behind(entry)
+        beside = [[self._beside(entry, solution) for solution in solutions] for entry in entries]
+        asked = [all(steps) for steps in beside]
+        if not any(asked):
+            return tuple(entries)
+        # One term serves all entries: each root more costs more than a comparison.
         conditions = []
-        for solution in solutions:
-            steps = [step for step in solution.steps if step.margin is not None]
-            beside = [step for step in steps if not step.root.free_symbols <= behind]
-            conditions.append(sp.And(*(sp.Ge(step.margin, 0) for step in beside)))
-        closed = sp.Or(*conditions)
-        return entry if closed == sp.true else self.terms.let(entry + self.where(closed))
+        for k, solution in enumerate(solutions):
+            indices = {
+                i for row, is_asked in zip(beside, asked, strict=True) if is_asked for i in row[k]
+            }
+            squares = [self._under_root(solution.steps[i]) for i in sorted(indices)]
+            conditions.append(sp.And(*(sp.Ge(square, 0) for square in squares)))
+        gate = self.where(sp.Or(*conditions))
+        return tuple(
+            self.terms.let(entry + gate) if is_asked else entry
+            for entry, is_asked in zip(entries, asked, strict=True)
+        )
+
+    def _beside(self, entry: sp.Expr, solution: Solution) -> list[int]:
+        """The steps of a solution, by index, on whose roots an entry does not depend."""
+        if self.terms.is_constant(entry):
+            return []
+        behind = self._behind(entry)
+        return [
+            i
+            for i, step in enumerate(solution.steps)
+            if step.margin is not None and not step.root.free_symbols <= behind
+        ]
+
+    def _under_root(self, step: LoopStep) -> sp.Expr:
+        """The number under the root of a step, negative where the margin is; else the margin."""
+        (root,) = step.root.free_symbols
+        powers = self.terms.definitions[root].atoms(sp.Pow)
+        bases = [p.base for p in powers if p.exp == HALF and p.base.free_symbols]
+        return bases[0] if len(bases) == 1 else step.margin
 
     def _behind(self, entry: sp.Expr) -> frozenset[sp.Symbol]:
         """The symbols on which an entry depends."""

@@ -22,7 +22,7 @@ extern "C" {
 
 /* Pose of the tool (ee) in the base frame (0).
  * T_0_ee = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee, theta = chain(q)
- * 109 operations: multiply 46, add 49, trig 8, other 6.
+ * 108 operations: multiply 45, add 49, trig 8, other 6.
  *   q: actuator coordinates, 6 (rad or m)
  *   T_0_ee: pose of the tool, 4 x 4 (1, m) */
 void board_installer_fk(const double q[6], double T_0_ee[16]);
@@ -30,14 +30,14 @@ void board_installer_fk(const double q[6], double T_0_ee[16]);
 /* Pose of every link's frame in the base frame, in order from the base.
  * T[k] is the pose of link k of: rotating_frame, slider, greater_arm, smaller_arm,
  * swinging_bracket, four_axis_reducer, pitch_bracket, end_effector
- * 174 operations: multiply 64, add 86, trig 8, other 16.
+ * 167 operations: multiply 62, add 86, trig 8, other 11.
  *   q: actuator coordinates, 6 (rad or m)
  *   T: link poses, 8 x 4 x 4 (1, m) */
 void board_installer_link_poses(const double q[6], double T[128]);
 
 /* Pose of the tool and mixed Jacobian in one call.
  * (fk(q), jacobian_mixed(q))
- * 145 operations: multiply 61, add 64, trig 8, other 12.
+ * 146 operations: multiply 59, add 68, trig 8, other 11.
  *   q: actuator coordinates, 6 (rad or m)
  *   T_0_ee: pose of the tool, 4 x 4 (1, m)
  *   J: mixed Jacobian, 6 x 6 (m, 1) */
@@ -45,28 +45,28 @@ void board_installer_fk_jacobian_mixed(const double q[6], double T_0_ee[16], dou
 
 /* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
- * 122 operations: multiply 52, add 52, trig 6, other 12.
+ * 117 operations: multiply 50, add 52, trig 6, other 9.
  *   q: actuator coordinates, 6 (rad or m)
  *   J: space Jacobian, 6 x 6 (m, 1) */
 void board_installer_jacobian_space(const double q[6], double J[36]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
- * 156 operations: multiply 77, add 64, trig 8, other 7.
+ * 155 operations: multiply 76, add 64, trig 8, other 7.
  *   q: actuator coordinates, 6 (rad or m)
  *   J: body Jacobian, 6 x 6 (m, 1) */
 void board_installer_jacobian_body(const double q[6], double J[36]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
- * 115 operations: multiply 49, add 48, trig 6, other 12.
+ * 110 operations: multiply 47, add 48, trig 6, other 9.
  *   q: actuator coordinates, 6 (rad or m)
  *   J: mixed Jacobian, 6 x 6 (m, 1) */
 void board_installer_jacobian_mixed(const double q[6], double J[36]);
 
 /* Time derivative of jacobian_space at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- * 223 operations: multiply 113, add 88, trig 6, other 16.
+ * 218 operations: multiply 111, add 88, trig 6, other 13.
  *   q: actuator coordinates, 6 (rad or m)
  *   qd: actuator rates, 6 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 6 (m/s, 1/s) */
@@ -74,7 +74,7 @@ void board_installer_jacobian_space_dot(const double q[6], const double qd[6], d
 
 /* Time derivative of jacobian_body at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- * 297 operations: multiply 160, add 118, trig 8, other 11.
+ * 296 operations: multiply 159, add 118, trig 8, other 11.
  *   q: actuator coordinates, 6 (rad or m)
  *   qd: actuator rates, 6 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 6 (m/s, 1/s) */
@@ -82,7 +82,7 @@ void board_installer_jacobian_body_dot(const double q[6], const double qd[6], do
 
 /* Time derivative of jacobian_mixed at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- * 197 operations: multiply 99, add 76, trig 6, other 16.
+ * 192 operations: multiply 97, add 76, trig 6, other 13.
  *   q: actuator coordinates, 6 (rad or m)
  *   qd: actuator rates, 6 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 6 (m/s, 1/s) */
@@ -90,14 +90,14 @@ void board_installer_jacobian_mixed_dot(const double q[6], const double qd[6], d
 
 /* Derivative of jacobian_mixed by the joint coordinates.
  * H[:, j, k] = d jacobian_mixed[:, j] / d q_k
- * 163 operations: multiply 78, add 64, trig 6, other 15.
+ * 158 operations: multiply 76, add 64, trig 6, other 12.
  *   q: actuator coordinates, 6 (rad or m)
  *   H: Hessian, 6 x 6 x 6 (m, 1) */
 void board_installer_hessian_mixed(const double q[6], double H[216]);
 
 /* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
  * V = jacobian_space(q) qd
- * 131 operations: multiply 65, add 53, trig 6, other 7.
+ * 130 operations: multiply 64, add 53, trig 6, other 7.
  *   q: actuator coordinates, 6 (rad or m)
  *   qd: actuator rates, 6 (rad or m/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
@@ -105,7 +105,7 @@ void board_installer_twist_space(const double q[6], const double qd[6], double V
 
 /* Twist (v, omega) of the tool's origin, in tool axes.
  * V = jacobian_body(q) qd
- * 174 operations: multiply 93, add 66, trig 8, other 7.
+ * 173 operations: multiply 92, add 66, trig 8, other 7.
  *   q: actuator coordinates, 6 (rad or m)
  *   qd: actuator rates, 6 (rad or m/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
@@ -113,7 +113,7 @@ void board_installer_twist_body(const double q[6], const double qd[6], double V[
 
 /* Twist (v, omega) of the tool's origin, in base axes.
  * V = jacobian_mixed(q) qd
- * 122 operations: multiply 60, add 49, trig 6, other 7.
+ * 121 operations: multiply 59, add 49, trig 6, other 7.
  *   q: actuator coordinates, 6 (rad or m)
  *   qd: actuator rates, 6 (rad or m/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
@@ -121,7 +121,7 @@ void board_installer_twist_mixed(const double q[6], const double qd[6], double V
 
 /* Time derivative of twist_space at rates qd and accelerations qdd.
  * A = jacobian_space(q) qdd + jacobian_space_dot(q, qd) qd
- * 257 operations: multiply 139, add 102, trig 6, other 10.
+ * 256 operations: multiply 138, add 102, trig 6, other 10.
  *   q: actuator coordinates, 6 (rad or m)
  *   qd: actuator rates, 6 (rad or m/s)
  *   qdd: actuator accelerations, 6 (rad or m/s^2)
@@ -130,7 +130,7 @@ void board_installer_acceleration_space(const double q[6], const double qd[6], c
 
 /* Time derivative of twist_body at rates qd and accelerations qdd.
  * A = jacobian_body(q) qdd + jacobian_body_dot(q, qd) qd
- * 346 operations: multiply 194, add 134, trig 8, other 10.
+ * 345 operations: multiply 193, add 134, trig 8, other 10.
  *   q: actuator coordinates, 6 (rad or m)
  *   qd: actuator rates, 6 (rad or m/s)
  *   qdd: actuator accelerations, 6 (rad or m/s^2)
@@ -139,7 +139,7 @@ void board_installer_acceleration_body(const double q[6], const double qd[6], co
 
 /* Time derivative of twist_mixed at rates qd and accelerations qdd.
  * A = jacobian_mixed(q) qdd + jacobian_mixed_dot(q, qd) qd
- * 226 operations: multiply 121, add 89, trig 6, other 10.
+ * 225 operations: multiply 120, add 89, trig 6, other 10.
  *   q: actuator coordinates, 6 (rad or m)
  *   qd: actuator rates, 6 (rad or m/s)
  *   qdd: actuator accelerations, 6 (rad or m/s^2)
@@ -148,21 +148,21 @@ void board_installer_acceleration_mixed(const double q[6], const double qd[6], c
 
 /* Joints of the main chain, angles between -pi and pi.
  * theta = (waist, slider, shoulder, elbow, wrist, yaw, pitch, roll), with every loop closed
- * 92 operations: multiply 33, add 35, negate 2, trig 6, other 16.
+ * 85 operations: multiply 31, add 35, negate 2, trig 6, other 11.
  *   q: actuator coordinates, 6 (rad or m)
  *   theta: main chain, 8 (rad or m) */
 void board_installer_chain(const double q[6], double theta[8]);
 
 /* Derivative of the main chain's joints by the actuated coordinates.
  * chain_D_q[:, k] = d chain / d q_k
- * 73 operations: multiply 23, add 30, trig 2, other 18.
+ * 69 operations: multiply 21, add 30, trig 2, other 16.
  *   q: actuator coordinates, 6 (rad or m)
  *   theta_D_q: derivative, 8 x 6 (1, m, 1/m) */
 void board_installer_chain_D_q(const double q[6], double theta_D_q[48]);
 
 /* Joint rates of the main chain.
  * thetad = chain_D_q(q) qd
- * 80 operations: multiply 28, add 31, trig 2, other 19.
+ * 73 operations: multiply 26, add 31, trig 2, other 14.
  *   q: actuator coordinates, 6 (rad or m)
  *   qd: actuator rates, 6 (rad or m/s)
  *   thetad: rates of the main chain, 8 (rad or m/s) */
@@ -170,7 +170,7 @@ void board_installer_chain_rates(const double q[6], const double qd[6], double t
 
 /* Joint accelerations of the main chain.
  * thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
- * 161 operations: multiply 73, add 58, trig 2, other 28.
+ * 154 operations: multiply 71, add 58, trig 2, other 23.
  *   q: actuator coordinates, 6 (rad or m)
  *   qd: actuator rates, 6 (rad or m/s)
  *   qdd: actuator accelerations, 6 (rad or m/s^2)
@@ -180,14 +180,14 @@ void board_installer_chain_accelerations(const double q[6], const double qd[6], 
 /* Passive joints that are not in the main chain, angles between -pi and pi.
  * passive = (elbow_plate, rod_KH_swing, rod_FH_swing, greater_rod_swing, smaller_rod_swing,
  * push_rod_swing), with every loop closed
- * 88 operations: multiply 33, add 31, negate 1, trig 8, other 15.
+ * 84 operations: multiply 31, add 31, negate 1, trig 8, other 13.
  *   q: actuator coordinates, 6 (rad or m)
  *   passive: passive joints, 6 (rad or m) */
 void board_installer_passive(const double q[6], double passive[6]);
 
 /* Derivative of the passive joints by the actuated coordinates.
  * passive_D_q[:, k] = d passive / d q_k
- * 95 operations: multiply 32, add 41, trig 2, other 20.
+ * 91 operations: multiply 30, add 41, trig 2, other 18.
  *   q: actuator coordinates, 6 (rad or m)
  *   passive_D_q: derivative, 6 x 6 (1, m, 1/m) */
 void board_installer_passive_D_q(const double q[6], double passive_D_q[36]);
@@ -195,7 +195,7 @@ void board_installer_passive_D_q(const double q[6], double passive_D_q[36]);
 /* All joints, swings and cylinder lengths, angles between -pi and pi.
  * z = (waist, slider, shoulder, elbow, wrist, yaw, pitch, roll, crank, elbow_plate, rod_KH_swing,
  * rod_FH_swing, greater_rod_swing, smaller_rod_swing, push_rod, push_rod_swing), constraint(z) = 0
- * 106 operations: multiply 35, add 42, negate 2, trig 9, other 18.
+ * 99 operations: multiply 33, add 42, negate 2, trig 9, other 13.
  *   q: actuator coordinates, 6 (rad or m)
  *   z: full configuration, 16 (rad or m) */
 void board_installer_configuration(const double q[6], double z[16]);
@@ -240,7 +240,7 @@ void board_installer_margin(const double q[6], double margin[2]);
  * greater_rod crossed, smaller_rod parallel, push_rod left; rod_KH right, rod_FH crossed,
  * greater_rod crossed, smaller_rod crossed, push_rod right; rod_KH right, rod_FH crossed,
  * greater_rod crossed, smaller_rod crossed, push_rod left
- * 446 operations: multiply 195, add 163, negate 22, trig 26, other 40.
+ * 442 operations: multiply 195, add 163, negate 22, trig 26, other 36.
  *   q: actuator coordinates, 6 (rad or m)
  *   theta: one branch a row, 32 x 8 (rad or m)
  *   margin: margins of each branch, 32 x 2 (1) */
@@ -310,7 +310,7 @@ void board_installer_constraint_D_z_dot(const double z[16], const double zd[16],
 
 /* Every solution of the inverse kinematics, in 8 slots.
  * fk(q[k]) = T wherever residual[k] is rounding
- * 950 operations: multiply 315, add 518, negate 22, trig 12, other 83.
+ * 942 operations: multiply 307, add 518, negate 22, trig 12, other 83.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: joint coordinates, one solution a row, 8 x 6 (rad or m)
  *   residual: distance of fk(q[k]) from the target, 8 (m or rad)

@@ -176,7 +176,7 @@ void delta_chain_accelerations(const double q[3], const double qd[3], const doub
 
 /* All joints, swings and cylinder lengths, angles between -pi and pi.
  * z = (x, y, z, yaw, pitch, roll, arm_1, arm_2, arm_3), constraint(z) = 0
- * 111 operations: multiply 52, add 45, trig 6, other 8.
+ * 110 operations: multiply 51, add 45, trig 6, other 8.
  *   q: actuator coordinates, 3 (rad)
  *   z: full configuration, 9 (rad or m) */
 void delta_configuration(const double q[3], double z[9]);
@@ -200,21 +200,21 @@ void delta_chain_all(const double q[3], double theta[12], double margin[2]);
 
 /* Actuated coordinates from the joints of the main chain.
  * actuators(chain(q)) = q
- * 197 operations: multiply 92, add 66, negate 3, trig 9, other 27.
+ * 180 operations: multiply 83, add 66, negate 3, trig 9, other 19.
  *   theta: joints of the main chain, 6 (rad or m)
  *   q: actuated coordinates, 3 (rad) */
 void delta_actuators(const double theta[6], double q[3]);
 
 /* Derivative of the actuated coordinates by the main chain's joints.
  * actuators_D_chain[:, k] = d actuators / d theta_k
- * 376 operations: multiply 195, add 124, trig 6, other 51.
+ * 359 operations: multiply 186, add 124, trig 6, other 43.
  *   theta: joints of the main chain, 6 (rad or m)
  *   q_D_theta: derivative, 3 x 6 (1, m, 1/m) */
 void delta_actuators_D_chain(const double theta[6], double q_D_theta[18]);
 
 /* Rates of the actuated coordinates.
  * qd = actuators_D_chain(theta) thetad
- * 329 operations: multiply 166, add 121, trig 6, other 36.
+ * 312 operations: multiply 157, add 121, trig 6, other 28.
  *   theta: joints of the main chain, 6 (rad or m)
  *   thetad: joint rates of the main chain, 6 (rad or m/s)
  *   qd: actuator rates, 3 (rad/s) */
@@ -222,7 +222,7 @@ void delta_actuator_rates(const double theta[6], const double thetad[6], double 
 
 /* Accelerations of the actuated coordinates.
  * qdd = actuators_D_chain(theta) thetadd + d/dt actuators_D_chain(theta) thetad
- * 702 operations: multiply 373, add 263, trig 6, other 60.
+ * 685 operations: multiply 364, add 263, trig 6, other 52.
  *   theta: joints of the main chain, 6 (rad or m)
  *   thetad: joint rates of the main chain, 6 (rad or m/s)
  *   thetadd: joint accelerations of the main chain, 6 (rad or m/s^2)

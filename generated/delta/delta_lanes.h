@@ -1684,7 +1684,7 @@ static LANES_TARGET void LANES_NAME(delta_chain_accelerations)(const lanes *in, 
   out[2] = v402; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
-// configuration: 111 operations: multiply 52, add 45, trig 6, other 8
+// configuration: 110 operations: multiply 51, add 45, trig 6, other 8
 static LANES_TARGET void LANES_NAME(delta_configuration)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2];
@@ -1716,16 +1716,15 @@ static LANES_TARGET void LANES_NAME(delta_configuration)(const lanes *in, lanes 
   out[1] = v101;
   const lanes v102 = v92 - v22, v103 = v39 * v97, v104 = v102 - v103;
   out[2] = v104; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
-  const lanes v105 = 1.5625 * v95;
-  const lanes_where v106 = LANES_LE(0.0, v105);
-  const lanes v107 = LANES_CHOICE(v106, 0.0, -1.0);
-  LANES_LET1(v108, sqrt, v107);
-  const lanes v109 = v108 + q_0;
-  out[6] = v109;
-  const lanes v110 = v108 + q_1;
-  out[7] = v110;
-  const lanes v111 = v108 + q_2;
-  out[8] = v111;
+  const lanes_where v105 = LANES_LE(0.0, v96);
+  const lanes v106 = LANES_CHOICE(v105, 0.0, -1.0);
+  LANES_LET1(v107, sqrt, v106);
+  const lanes v108 = v107 + q_0;
+  out[6] = v108;
+  const lanes v109 = v107 + q_1;
+  out[7] = v109;
+  const lanes v110 = v107 + q_2;
+  out[8] = v110;
 }
 
 // margin: 95 operations: multiply 49, add 37, trig 6, other 3
@@ -1798,544 +1797,505 @@ static LANES_TARGET void LANES_NAME(delta_chain_all)(const lanes *in, lanes *out
   out[12] = v109; out[13] = v109;
 }
 
-// actuators: 197 operations: multiply 92, add 66, negate 3, trig 9, other 27
+// actuators: 180 operations: multiply 83, add 66, negate 3, trig 9, other 19
 static LANES_TARGET void LANES_NAME(delta_actuators)(const lanes *in, lanes *out)
 {
   const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4],
       theta_5 = in[5];
-  LANES_COS_SIN(v3, v1, theta_4);
-  const lanes v2 = 0.05964101615137755 * v1;
-  LANES_COS_SIN(v16, v4, theta_5);
-  const lanes v5 = 0.023301270189221932 * v4, v6 = v3 * v5, v7 = v2 + v6, v8 = v7 + theta_2,
+  LANES_COS_SIN(v1, v5, theta_4); LANES_COS_SIN(v16, v2, theta_5);
+  const lanes v3 = 0.04 * v2, v4 = v1 * v3, v6 = 0.05 * v5, v7 = v4 - v6, v8 = v7 + theta_2,
       v9 = v8 * v8;
   LANES_COS_SIN(v10, v15, theta_3);
-  const lanes v11 = 0.05964101615137755 * v3, v12 = v1 * v5, v13 = v11 - v12, v14 = v10 * v13,
-      v17 = 0.023301270189221932 * v16, v18 = v15 * v17, v19 = v14 + v18, v20 = theta_0 - v19,
-      v21 = 0.1 + v20, v22 = 0.5 * v21, v23 = v10 * v17, v24 = v15 * v13, v25 = v23 - v24,
-      v26 = v25 + theta_1, v27 = v26 - 0.17320508075688773, v28 = 0.8660254037844386 * v27,
-      v29 = v22 - v28, v30 = v29 * v29, v31 = v9 + v30;
-  LANES_LET1(v32, sqrt, v31);
-  const lanes v33 = 0.26 + v32, v34 = v33 * v33, v35 = 0.5 * v27, v36 = 0.8660254037844386 * v21,
-      v37 = v35 + v36, v38 = 0.04 + v37, v39 = v38 * v38, v40 = 0.64 - v39, v41 = v34 - v40,
-      v42 = v32 - 0.26, v43 = v42 * v42, v44 = v40 - v43, v45 = v41 * v44,
-      v46 = 0.009641016151377546 * v1, v47 = 0.06330127018922194 * v4, v48 = v3 * v47,
-      v49 = v46 + v48, v50 = theta_2 - v49, v51 = v50 * v50, v52 = 0.06330127018922194 * v16,
-      v53 = v15 * v52, v54 = v1 * v47, v55 = 0.009641016151377546 * v3, v56 = v54 - v55,
-      v57 = v10 * v56, v58 = v53 - v57, v59 = v58 + theta_0, v60 = 0.1 + v59, v61 = 0.5 * v60,
-      v62 = v10 * v52, v63 = v15 * v56, v64 = v62 + v63, v65 = theta_1 - v64,
-      v66 = 0.17320508075688773 + v65, v67 = 0.8660254037844386 * v66, v68 = v61 + v67,
-      v69 = v68 * v68, v70 = v51 + v69;
-  LANES_LET1(v71, sqrt, v70);
-  const lanes v72 = 0.26 + v71, v73 = v72 * v72, v74 = 0.8660254037844386 * v60, v75 = 0.5 * v66,
-      v76 = v74 - v75, v77 = v76 - 0.04, v78 = v77 * v77, v79 = 0.64 - v78, v80 = v73 - v79,
-      v81 = v71 - 0.26, v82 = v81 * v81, v83 = v79 - v82, v84 = v80 * v83, v85 = 0.04 * v4,
-      v86 = v3 * v85, v87 = 0.05 * v1, v88 = v86 - v87, v89 = v88 + theta_2, v90 = v89 * v89,
-      v91 = v1 * v85, v92 = 0.05 * v3, v93 = v91 + v92, v94 = v10 * v93, v95 = 0.04 * v16,
-      v96 = v15 * v95, v97 = v94 - v96, v98 = v97 + theta_0, v99 = v98 - 0.2, v100 = v99 * v99,
-      v101 = v90 + v100, v102 = 0.5 * v101, v103 = 0.0338 + v102, v104 = v10 * v95,
-      v105 = v15 * v93, v106 = v104 + v105, v107 = v106 + theta_1, v108 = v107 - 0.04,
-      v109 = v108 * v108, v110 = 0.64 - v109, v111 = 0.5 * v110, v112 = v103 - v111,
-      v113 = v112 / v101, v114 = v89 * v113;
-  LANES_LET1(v115, sqrt, v101);
-  const lanes v116 = 0.26 + v115, v117 = v116 * v116, v118 = v117 - v110, v119 = v115 - 0.26,
-      v120 = v119 * v119, v121 = v110 - v120, v122 = v118 * v121;
-  LANES_LET1(v123, sqrt, v122);
-  const lanes v124 = 0.5 * v123, v125 = v124 / v101, v126 = v99 * v125, v127 = v114 + v126,
-      v128 = 3.8461538461538463 * v127, v129 = v89 * v125, v130 = v99 * v113, v131 = v129 - v130,
+  const lanes v11 = v5 * v3, v12 = 0.05 * v1, v13 = v11 + v12, v14 = v10 * v13, v17 = 0.04 * v16,
+      v18 = v15 * v17, v19 = v14 - v18, v20 = v19 + theta_0, v21 = v20 - 0.2, v22 = v21 * v21,
+      v23 = v9 + v22;
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = 0.26 + v24, v26 = v25 * v25, v27 = v10 * v17, v28 = v15 * v13, v29 = v27 + v28,
+      v30 = v29 + theta_1, v31 = v30 - 0.04, v32 = v31 * v31, v33 = 0.64 - v32, v34 = v26 - v33,
+      v35 = v24 - 0.26, v36 = v35 * v35, v37 = v33 - v36, v38 = v34 * v37,
+      v39 = 0.05964101615137755 * v5, v40 = 0.023301270189221932 * v2, v41 = v1 * v40,
+      v42 = v39 + v41, v43 = v42 + theta_2, v44 = v43 * v43, v45 = 0.05964101615137755 * v1,
+      v46 = v5 * v40, v47 = v45 - v46, v48 = v10 * v47, v49 = 0.023301270189221932 * v16,
+      v50 = v15 * v49, v51 = v48 + v50, v52 = theta_0 - v51, v53 = 0.1 + v52, v54 = 0.5 * v53,
+      v55 = v10 * v49, v56 = v15 * v47, v57 = v55 - v56, v58 = v57 + theta_1,
+      v59 = v58 - 0.17320508075688773, v60 = 0.8660254037844386 * v59, v61 = v54 - v60,
+      v62 = v61 * v61, v63 = v44 + v62;
+  LANES_LET1(v64, sqrt, v63);
+  const lanes v65 = 0.26 + v64, v66 = v65 * v65, v67 = 0.5 * v59, v68 = 0.8660254037844386 * v53,
+      v69 = v67 + v68, v70 = 0.04 + v69, v71 = v70 * v70, v72 = 0.64 - v71, v73 = v66 - v72,
+      v74 = v64 - 0.26, v75 = v74 * v74, v76 = v72 - v75, v77 = v73 * v76,
+      v78 = 0.009641016151377546 * v5, v79 = 0.06330127018922194 * v2, v80 = v1 * v79,
+      v81 = v78 + v80, v82 = theta_2 - v81, v83 = v82 * v82, v84 = 0.06330127018922194 * v16,
+      v85 = v15 * v84, v86 = v5 * v79, v87 = 0.009641016151377546 * v1, v88 = v86 - v87,
+      v89 = v10 * v88, v90 = v85 - v89, v91 = v90 + theta_0, v92 = 0.1 + v91, v93 = 0.5 * v92,
+      v94 = v10 * v84, v95 = v15 * v88, v96 = v94 + v95, v97 = theta_1 - v96,
+      v98 = 0.17320508075688773 + v97, v99 = 0.8660254037844386 * v98, v100 = v93 + v99,
+      v101 = v100 * v100, v102 = v83 + v101;
+  LANES_LET1(v103, sqrt, v102);
+  const lanes v104 = 0.26 + v103, v105 = v104 * v104, v106 = 0.8660254037844386 * v92,
+      v107 = 0.5 * v98, v108 = v106 - v107, v109 = v108 - 0.04, v110 = v109 * v109,
+      v111 = 0.64 - v110, v112 = v105 - v111, v113 = v103 - 0.26, v114 = v113 * v113,
+      v115 = v111 - v114, v116 = v112 * v115, v117 = 0.5 * v23, v118 = 0.0338 + v117,
+      v119 = 0.5 * v33, v120 = v118 - v119, v121 = v120 / v23, v122 = v8 * v121;
+  LANES_LET1(v123, sqrt, v38);
+  const lanes v124 = 0.5 * v123, v125 = v124 / v23, v126 = v21 * v125, v127 = v122 + v126,
+      v128 = 3.8461538461538463 * v127, v129 = v8 * v125, v130 = v21 * v121, v131 = v129 - v130,
       v132 = 3.8461538461538463 * v131, v133 = -v132;
   LANES_LET2(v134, atan2, v128, v133);
-  const lanes v135 = 0.5 * v31, v136 = 0.0338 + v135, v137 = 0.5 * v40, v138 = v136 - v137,
-      v139 = v138 / v31, v140 = v8 * v139;
-  LANES_LET1(v141, sqrt, v45);
-  const lanes v142 = 0.5 * v141, v143 = v142 / v31, v144 = v29 * v143, v145 = v140 - v144,
-      v146 = 3.8461538461538463 * v145, v147 = v8 * v143, v148 = v29 * v139, v149 = v147 + v148,
+  const lanes v135 = 0.5 * v63, v136 = 0.0338 + v135, v137 = 0.5 * v72, v138 = v136 - v137,
+      v139 = v138 / v63, v140 = v43 * v139;
+  LANES_LET1(v141, sqrt, v77);
+  const lanes v142 = 0.5 * v141, v143 = v142 / v63, v144 = v61 * v143, v145 = v140 - v144,
+      v146 = 3.8461538461538463 * v145, v147 = v43 * v143, v148 = v61 * v139, v149 = v147 + v148,
       v150 = 3.8461538461538463 * v149, v151 = -v150;
   LANES_LET2(v152, atan2, v146, v151);
-  const lanes v153 = 0.5 * v70, v154 = 0.0338 + v153, v155 = 0.5 * v79, v156 = v154 - v155,
-      v157 = v156 / v70, v158 = v50 * v157;
-  LANES_LET1(v159, sqrt, v84);
-  const lanes v160 = 0.5 * v159, v161 = v160 / v70, v162 = v68 * v161, v163 = v158 - v162,
-      v164 = 3.8461538461538463 * v163, v165 = v50 * v161, v166 = v68 * v157, v167 = v165 + v166,
+  const lanes v153 = 0.5 * v102, v154 = 0.0338 + v153, v155 = 0.5 * v111, v156 = v154 - v155,
+      v157 = v156 / v102, v158 = v82 * v157;
+  LANES_LET1(v159, sqrt, v116);
+  const lanes v160 = 0.5 * v159, v161 = v160 / v102, v162 = v100 * v161, v163 = v158 - v162,
+      v164 = 3.8461538461538463 * v163, v165 = v82 * v161, v166 = v100 * v157, v167 = v165 + v166,
       v168 = 3.8461538461538463 * v167, v169 = -v168;
-  LANES_LET2(v170, atan2, v164, v169);
-  const lanes v171 = 3.698224852071006 * v45, v172 = v171 / v40, v173 = 1.5625 * v40,
-      v174 = v172 * v173;
-  const lanes_where v175 = LANES_LE(0.0, v174);
-  const lanes v176 = 3.698224852071006 * v84, v177 = v176 / v79, v178 = 1.5625 * v79,
-      v179 = v177 * v178;
-  const lanes_where v180 = LANES_LE(0.0, v179); const lanes_where v181 = LANES_AND(v175, v180);
-  const lanes v182 = LANES_CHOICE(v181, 0.0, -1.0);
-  LANES_LET1(v183, sqrt, v182);
-  const lanes v184 = v183 - v134;
-  out[0] = v184;
-  const lanes v185 = 3.698224852071006 * v122, v186 = v185 / v110, v187 = 1.5625 * v110,
-      v188 = v186 * v187;
-  const lanes_where v189 = LANES_LE(0.0, v188); const lanes_where v190 = LANES_AND(v189, v180);
-  const lanes v191 = LANES_CHOICE(v190, 0.0, -1.0);
-  LANES_LET1(v192, sqrt, v191);
-  const lanes v193 = v192 - v152;
-  out[1] = v193; const lanes_where v194 = LANES_AND(v189, v175);
-  const lanes v195 = LANES_CHOICE(v194, 0.0, -1.0);
-  LANES_LET1(v196, sqrt, v195);
-  const lanes v197 = v196 - v170;
-  out[2] = v197;
+  LANES_LET2(v170, atan2, v164, v169); const lanes_where v171 = LANES_LE(0.0, v38);
+  const lanes_where v172 = LANES_LE(0.0, v77); const lanes_where v173 = LANES_AND(v171, v172);
+  const lanes_where v174 = LANES_LE(0.0, v116); const lanes_where v175 = LANES_AND(v173, v174);
+  const lanes v176 = LANES_CHOICE(v175, 0.0, -1.0);
+  LANES_LET1(v177, sqrt, v176);
+  const lanes v178 = v177 - v134;
+  out[0] = v178;
+  const lanes v179 = v177 - v152;
+  out[1] = v179;
+  const lanes v180 = v177 - v170;
+  out[2] = v180;
 }
 
-// actuators_D_chain: 376 operations: multiply 195, add 124, trig 6, other 51
+// actuators_D_chain: 359 operations: multiply 186, add 124, trig 6, other 43
 static LANES_TARGET void LANES_NAME(delta_actuators_D_chain)(const lanes *in, lanes *out)
 {
   const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4],
       theta_5 = in[5];
-  LANES_COS_SIN(v2, v1, theta_4); LANES_COS_SIN(v6, v3, theta_5); LANES_COS_SIN(v4, v5, theta_3);
-  const lanes v7 = 0.05964101615137755 * v1, v8 = 0.023301270189221932 * v3, v9 = v2 * v8,
-      v10 = v7 + v9, v11 = v10 + theta_2, v12 = v11 * v11, v13 = 0.05964101615137755 * v2,
-      v14 = v1 * v8, v15 = v13 - v14, v16 = v4 * v15, v17 = 0.023301270189221932 * v6,
-      v18 = v5 * v17, v19 = v16 + v18, v20 = theta_0 - v19, v21 = 0.1 + v20, v22 = 0.5 * v21,
-      v23 = v4 * v17, v24 = v5 * v15, v25 = v23 - v24, v26 = v25 + theta_1,
-      v27 = v26 - 0.17320508075688773, v28 = 0.8660254037844386 * v27, v29 = v22 - v28,
-      v30 = v29 * v29, v31 = v12 + v30;
-  LANES_LET1(v32, sqrt, v31);
-  const lanes v33 = 0.26 + v32, v34 = v33 * v33, v35 = 0.5 * v27, v36 = 0.8660254037844386 * v21,
-      v37 = v35 + v36, v38 = 0.04 + v37, v39 = v38 * v38, v40 = 0.64 - v39, v41 = v34 - v40,
-      v42 = v32 - 0.26, v43 = v42 * v42, v44 = v40 - v43, v45 = v41 * v44,
-      v46 = 3.698224852071006 * v45, v47 = v46 / v40, v48 = 1.5625 * v40, v49 = v47 * v48;
-  const lanes_where v50 = LANES_LE(0.0, v49);
-  const lanes v51 = 0.009641016151377546 * v1, v52 = 0.06330127018922194 * v3, v53 = v2 * v52,
-      v54 = v51 + v53, v55 = theta_2 - v54, v56 = v55 * v55, v57 = 0.06330127018922194 * v6,
-      v58 = v5 * v57, v59 = v1 * v52, v60 = 0.009641016151377546 * v2, v61 = v59 - v60,
-      v62 = v4 * v61, v63 = v58 - v62, v64 = v63 + theta_0, v65 = 0.1 + v64, v66 = 0.5 * v65,
-      v67 = v4 * v57, v68 = v5 * v61, v69 = v67 + v68, v70 = theta_1 - v69,
-      v71 = 0.17320508075688773 + v70, v72 = 0.8660254037844386 * v71, v73 = v66 + v72,
-      v74 = v73 * v73, v75 = v56 + v74;
-  LANES_LET1(v76, sqrt, v75);
-  const lanes v77 = 0.26 + v76, v78 = v77 * v77, v79 = 0.8660254037844386 * v65, v80 = 0.5 * v71,
-      v81 = v79 - v80, v82 = v81 - 0.04, v83 = v82 * v82, v84 = 0.64 - v83, v85 = v78 - v84,
-      v86 = v76 - 0.26, v87 = v86 * v86, v88 = v84 - v87, v89 = v85 * v88,
-      v90 = 3.698224852071006 * v89, v91 = v90 / v84, v92 = 1.5625 * v84, v93 = v91 * v92;
-  const lanes_where v94 = LANES_LE(0.0, v93); const lanes_where v95 = LANES_AND(v50, v94);
-  const lanes v96 = LANES_CHOICE(v95, 0.0, -1.0);
-  LANES_LET1(v97, sqrt, v96);
-  const lanes v98 = 0.04 * v3, v99 = v1 * v98, v100 = 0.05 * v2, v101 = v99 + v100,
-      v102 = v4 * v101, v103 = 0.04 * v6, v104 = v5 * v103, v105 = v102 - v104,
-      v106 = v105 + theta_0, v107 = v106 - 0.2, v108 = v2 * v98, v109 = 0.05 * v1,
-      v110 = v108 - v109, v111 = v110 + theta_2, v112 = v111 * v111, v113 = v107 * v107,
-      v114 = v112 + v113;
-  LANES_LET1(v115, sqrt, v114);
-  const lanes v116 = 0.26 + v115, v117 = v116 * v116, v118 = v4 * v103, v119 = v5 * v101,
-      v120 = v118 + v119, v121 = v120 + theta_1, v122 = v121 - 0.04, v123 = v122 * v122,
-      v124 = 0.64 - v123, v125 = v117 - v124, v126 = v115 - 0.26, v127 = v126 * v126,
-      v128 = v124 - v127, v129 = v125 * v128;
-  LANES_LET1(v130, sqrt, v129);
-  const lanes v131 = 0.5 * v130, v132 = v131 / v114, v133 = v111 * v132, v134 = 0.5 * v114,
-      v135 = 0.0338 + v134, v136 = 0.5 * v124, v137 = v135 - v136, v138 = v137 / v114,
-      v139 = v107 * v138, v140 = v133 - v139, v141 = v107 + v140, v142 = v141 / v131,
-      v143 = v97 + v142;
-  out[0] = v143;
-  const lanes v144 = 2.0 * v122;
-  LANES_LET1(v145, sqrt, v124);
-  const lanes v146 = 0.5 / v145, v147 = v144 * v146, v148 = v147 * v145, v149 = v148 / v131,
-      v150 = v149 + v97;
-  out[1] = v150;
-  const lanes v151 = v111 * v138, v152 = v107 * v132, v153 = v151 + v152, v154 = v153 - v111,
-      v155 = v154 / v131, v156 = v97 - v155;
-  out[2] = v156;
-  const lanes v157 = v120 * v141, v158 = v144 * v105, v159 = v146 * v158, v160 = v159 * v145,
-      v161 = v157 - v160, v162 = v161 / v131, v163 = v97 - v162;
-  out[3] = v163;
-  const lanes v164 = v4 * v110, v165 = v164 * v141, v166 = v5 * v110, v167 = v144 * v166,
-      v168 = v146 * v167, v169 = v168 * v145, v170 = v165 + v169, v171 = v101 * v154,
-      v172 = v170 + v171, v173 = v172 / v131, v174 = v173 + v97;
-  out[4] = v174;
-  const lanes v175 = v2 * v103, v176 = v175 * v154, v177 = v1 * v103, v178 = v4 * v177,
-      v179 = v5 * v98, v180 = v178 + v179, v181 = v180 * v141, v182 = v176 - v181, v183 = v5 * v177,
-      v184 = v4 * v98, v185 = v183 - v184, v186 = v144 * v185, v187 = v146 * v186,
-      v188 = v187 * v145, v189 = v182 - v188, v190 = v189 / v131, v191 = v97 - v190;
-  out[5] = v191;
-  const lanes v192 = 3.698224852071006 * v129, v193 = v192 / v124, v194 = 1.5625 * v124,
-      v195 = v193 * v194;
-  const lanes_where v196 = LANES_LE(0.0, v195); const lanes_where v197 = LANES_AND(v196, v94);
-  const lanes v198 = LANES_CHOICE(v197, 0.0, -1.0);
-  LANES_LET1(v199, sqrt, v198); LANES_LET1(v200, sqrt, v45);
-  const lanes v201 = 0.5 * v200, v202 = v201 / v31, v203 = v11 * v202, v204 = 0.5 * v31,
-      v205 = 0.0338 + v204, v206 = 0.5 * v40, v207 = v205 - v206, v208 = v207 / v31,
-      v209 = v29 * v208, v210 = v203 + v209, v211 = v210 - v29, v212 = 0.5 * v211,
-      v213 = 1.7320508075688772 * v38;
-  LANES_LET1(v214, sqrt, v40);
-  const lanes v215 = 0.5 / v214, v216 = v213 * v215, v217 = v216 * v214, v218 = v212 - v217,
-      v219 = v218 / v201, v220 = v199 - v219;
-  out[6] = v220;
-  const lanes v221 = 0.8660254037844386 * v211, v222 = v215 * v38, v223 = v222 * v214,
-      v224 = v221 + v223, v225 = v224 / v201, v226 = v225 + v199;
-  out[7] = v226;
-  const lanes v227 = v11 * v208, v228 = v29 * v202, v229 = v227 - v228, v230 = v229 - v11,
-      v231 = v230 / v201, v232 = v199 - v231;
-  out[8] = v232;
-  const lanes v233 = 0.8660254037844386 * v19, v234 = 0.5 * v25, v235 = v233 - v234,
-      v236 = v235 * v211, v237 = 0.5 * v19, v238 = 0.8660254037844386 * v25, v239 = v237 + v238,
-      v240 = 2.0 * v38, v241 = v239 * v240, v242 = v215 * v241, v243 = v242 * v214,
-      v244 = v236 + v243, v245 = v244 / v201, v246 = v199 - v245;
-  out[9] = v246;
-  const lanes v247 = v4 * v10, v248 = 0.5 * v247, v249 = v5 * v10, v250 = 0.8660254037844386 * v249,
-      v251 = v248 - v250, v252 = v251 * v211, v253 = v15 * v230, v254 = v252 + v253,
-      v255 = 0.5 * v249, v256 = 0.8660254037844386 * v247, v257 = v255 + v256, v258 = v257 * v240,
-      v259 = v215 * v258, v260 = v259 * v214, v261 = v254 - v260, v262 = v261 / v201,
-      v263 = v199 - v262;
-  out[10] = v263;
-  const lanes v264 = v1 * v17, v265 = v4 * v264, v266 = v5 * v8, v267 = v265 + v266,
-      v268 = 0.5 * v267, v269 = v5 * v264, v270 = v4 * v8, v271 = v269 - v270,
-      v272 = 0.8660254037844386 * v271, v273 = v268 - v272, v274 = v273 * v211, v275 = v2 * v17,
-      v276 = v275 * v230, v277 = v274 + v276, v278 = 0.5 * v271, v279 = 0.8660254037844386 * v267,
-      v280 = v278 + v279, v281 = v280 * v240, v282 = v215 * v281, v283 = v282 * v214,
-      v284 = v277 - v283, v285 = v284 / v201, v286 = v199 - v285;
-  out[11] = v286; const lanes_where v287 = LANES_AND(v196, v50);
-  const lanes v288 = LANES_CHOICE(v287, 0.0, -1.0);
-  LANES_LET1(v289, sqrt, v288); LANES_LET1(v290, sqrt, v89);
-  const lanes v291 = 0.5 * v290, v292 = v291 / v75, v293 = v55 * v292, v294 = 0.5 * v75,
-      v295 = 0.0338 + v294, v296 = 0.5 * v84, v297 = v295 - v296, v298 = v297 / v75,
-      v299 = v73 * v298, v300 = v293 + v299, v301 = v300 - v73, v302 = 0.5 * v301,
-      v303 = 1.7320508075688772 * v82;
-  LANES_LET1(v304, sqrt, v84);
-  const lanes v305 = 0.5 / v304, v306 = v303 * v305, v307 = v306 * v304, v308 = v302 - v307,
-      v309 = v308 / v291, v310 = v289 - v309;
-  out[12] = v310;
-  const lanes v311 = 0.8660254037844386 * v301, v312 = v305 * v82, v313 = v312 * v304,
-      v314 = v311 + v313, v315 = v314 / v291, v316 = v289 - v315;
-  out[13] = v316;
-  const lanes v317 = v55 * v298, v318 = v73 * v292, v319 = v317 - v318, v320 = v319 - v55,
-      v321 = v320 / v291, v322 = v289 - v321;
-  out[14] = v322;
-  const lanes v323 = 0.5 * v69, v324 = 0.8660254037844386 * v63, v325 = v323 + v324,
-      v326 = v325 * v301, v327 = 2.0 * v82, v328 = 0.8660254037844386 * v69, v329 = 0.5 * v63,
-      v330 = v328 - v329, v331 = v327 * v330, v332 = v305 * v331, v333 = v332 * v304,
-      v334 = v326 - v333, v335 = v334 / v291, v336 = v289 - v335;
-  out[15] = v336;
-  const lanes v337 = v61 * v320, v338 = v4 * v54, v339 = 0.5 * v338, v340 = v5 * v54,
-      v341 = 0.8660254037844386 * v340, v342 = v339 + v341, v343 = v342 * v301, v344 = v337 - v343,
-      v345 = 0.5 * v340, v346 = 0.8660254037844386 * v338, v347 = v345 - v346, v348 = v327 * v347,
-      v349 = v305 * v348, v350 = v349 * v304, v351 = v344 - v350, v352 = v351 / v291,
-      v353 = v289 - v352;
-  out[16] = v353;
-  const lanes v354 = v1 * v57, v355 = v4 * v354, v356 = v5 * v52, v357 = v355 + v356,
-      v358 = 0.5 * v357, v359 = v5 * v354, v360 = v4 * v52, v361 = v359 - v360,
-      v362 = 0.8660254037844386 * v361, v363 = v358 + v362, v364 = v363 * v301, v365 = v2 * v57,
-      v366 = v365 * v320, v367 = v364 + v366, v368 = 0.5 * v361, v369 = 0.8660254037844386 * v357,
-      v370 = v368 - v369, v371 = v327 * v370, v372 = v305 * v371, v373 = v372 * v304,
-      v374 = v367 + v373, v375 = v374 / v291, v376 = v375 + v289;
-  out[17] = v376;
+  LANES_COS_SIN(v1, v3, theta_4); LANES_COS_SIN(v6, v2, theta_5); LANES_COS_SIN(v4, v5, theta_3);
+  const lanes v7 = 0.04 * v2, v8 = v1 * v7, v9 = 0.05 * v3, v10 = v8 - v9, v11 = v10 + theta_2,
+      v12 = v11 * v11, v13 = v3 * v7, v14 = 0.05 * v1, v15 = v13 + v14, v16 = v4 * v15,
+      v17 = 0.04 * v6, v18 = v5 * v17, v19 = v16 - v18, v20 = v19 + theta_0, v21 = v20 - 0.2,
+      v22 = v21 * v21, v23 = v12 + v22;
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = 0.26 + v24, v26 = v25 * v25, v27 = v4 * v17, v28 = v5 * v15, v29 = v27 + v28,
+      v30 = v29 + theta_1, v31 = v30 - 0.04, v32 = v31 * v31, v33 = 0.64 - v32, v34 = v26 - v33,
+      v35 = v24 - 0.26, v36 = v35 * v35, v37 = v33 - v36, v38 = v34 * v37;
+  const lanes_where v39 = LANES_LE(0.0, v38);
+  const lanes v40 = 0.05964101615137755 * v3, v41 = 0.023301270189221932 * v2, v42 = v1 * v41,
+      v43 = v40 + v42, v44 = v43 + theta_2, v45 = v44 * v44, v46 = 0.05964101615137755 * v1,
+      v47 = v3 * v41, v48 = v46 - v47, v49 = v4 * v48, v50 = 0.023301270189221932 * v6,
+      v51 = v5 * v50, v52 = v49 + v51, v53 = theta_0 - v52, v54 = 0.1 + v53, v55 = 0.5 * v54,
+      v56 = v4 * v50, v57 = v5 * v48, v58 = v56 - v57, v59 = v58 + theta_1,
+      v60 = v59 - 0.17320508075688773, v61 = 0.8660254037844386 * v60, v62 = v55 - v61,
+      v63 = v62 * v62, v64 = v45 + v63;
+  LANES_LET1(v65, sqrt, v64);
+  const lanes v66 = 0.26 + v65, v67 = v66 * v66, v68 = 0.5 * v60, v69 = 0.8660254037844386 * v54,
+      v70 = v68 + v69, v71 = 0.04 + v70, v72 = v71 * v71, v73 = 0.64 - v72, v74 = v67 - v73,
+      v75 = v65 - 0.26, v76 = v75 * v75, v77 = v73 - v76, v78 = v74 * v77;
+  const lanes_where v79 = LANES_LE(0.0, v78); const lanes_where v80 = LANES_AND(v39, v79);
+  const lanes v81 = 0.009641016151377546 * v3, v82 = 0.06330127018922194 * v2, v83 = v1 * v82,
+      v84 = v81 + v83, v85 = theta_2 - v84, v86 = v85 * v85, v87 = 0.06330127018922194 * v6,
+      v88 = v5 * v87, v89 = v3 * v82, v90 = 0.009641016151377546 * v1, v91 = v89 - v90,
+      v92 = v4 * v91, v93 = v88 - v92, v94 = v93 + theta_0, v95 = 0.1 + v94, v96 = 0.5 * v95,
+      v97 = v4 * v87, v98 = v5 * v91, v99 = v97 + v98, v100 = theta_1 - v99,
+      v101 = 0.17320508075688773 + v100, v102 = 0.8660254037844386 * v101, v103 = v96 + v102,
+      v104 = v103 * v103, v105 = v86 + v104;
+  LANES_LET1(v106, sqrt, v105);
+  const lanes v107 = 0.26 + v106, v108 = v107 * v107, v109 = 0.8660254037844386 * v95,
+      v110 = 0.5 * v101, v111 = v109 - v110, v112 = v111 - 0.04, v113 = v112 * v112,
+      v114 = 0.64 - v113, v115 = v108 - v114, v116 = v106 - 0.26, v117 = v116 * v116,
+      v118 = v114 - v117, v119 = v115 * v118;
+  const lanes_where v120 = LANES_LE(0.0, v119); const lanes_where v121 = LANES_AND(v80, v120);
+  const lanes v122 = LANES_CHOICE(v121, 0.0, -1.0);
+  LANES_LET1(v123, sqrt, v122); LANES_LET1(v124, sqrt, v38);
+  const lanes v125 = 0.5 * v124, v126 = v125 / v23, v127 = v11 * v126, v128 = 0.5 * v23,
+      v129 = 0.0338 + v128, v130 = 0.5 * v33, v131 = v129 - v130, v132 = v131 / v23,
+      v133 = v21 * v132, v134 = v127 - v133, v135 = v21 + v134, v136 = v135 / v125,
+      v137 = v123 + v136;
+  out[0] = v137;
+  const lanes v138 = 2.0 * v31;
+  LANES_LET1(v139, sqrt, v33);
+  const lanes v140 = 0.5 / v139, v141 = v138 * v140, v142 = v141 * v139, v143 = v142 / v125,
+      v144 = v143 + v123;
+  out[1] = v144;
+  const lanes v145 = v11 * v132, v146 = v21 * v126, v147 = v145 + v146, v148 = v147 - v11,
+      v149 = v148 / v125, v150 = v123 - v149;
+  out[2] = v150;
+  const lanes v151 = v29 * v135, v152 = v138 * v19, v153 = v140 * v152, v154 = v153 * v139,
+      v155 = v151 - v154, v156 = v155 / v125, v157 = v123 - v156;
+  out[3] = v157;
+  const lanes v158 = v4 * v10, v159 = v158 * v135, v160 = v5 * v10, v161 = v138 * v160,
+      v162 = v140 * v161, v163 = v162 * v139, v164 = v159 + v163, v165 = v15 * v148,
+      v166 = v164 + v165, v167 = v166 / v125, v168 = v167 + v123;
+  out[4] = v168;
+  const lanes v169 = v1 * v17, v170 = v169 * v148, v171 = v3 * v17, v172 = v4 * v171,
+      v173 = v5 * v7, v174 = v172 + v173, v175 = v174 * v135, v176 = v170 - v175, v177 = v5 * v171,
+      v178 = v4 * v7, v179 = v177 - v178, v180 = v138 * v179, v181 = v140 * v180,
+      v182 = v181 * v139, v183 = v176 - v182, v184 = v183 / v125, v185 = v123 - v184;
+  out[5] = v185; LANES_LET1(v186, sqrt, v78);
+  const lanes v187 = 0.5 * v186, v188 = v187 / v64, v189 = v44 * v188, v190 = 0.5 * v64,
+      v191 = 0.0338 + v190, v192 = 0.5 * v73, v193 = v191 - v192, v194 = v193 / v64,
+      v195 = v62 * v194, v196 = v189 + v195, v197 = v196 - v62, v198 = 0.5 * v197;
+  LANES_LET1(v199, sqrt, v73);
+  const lanes v200 = 1.7320508075688772 * v71, v201 = 0.5 / v199, v202 = v200 * v201,
+      v203 = v199 * v202, v204 = v198 - v203, v205 = v204 / v187, v206 = v123 - v205;
+  out[6] = v206;
+  const lanes v207 = 0.8660254037844386 * v197, v208 = v71 * v201, v209 = v208 * v199,
+      v210 = v207 + v209, v211 = v210 / v187, v212 = v211 + v123;
+  out[7] = v212;
+  const lanes v213 = v44 * v194, v214 = v62 * v188, v215 = v213 - v214, v216 = v215 - v44,
+      v217 = v216 / v187, v218 = v123 - v217;
+  out[8] = v218;
+  const lanes v219 = 0.8660254037844386 * v52, v220 = 0.5 * v58, v221 = v219 - v220,
+      v222 = v221 * v197, v223 = 0.5 * v52, v224 = 0.8660254037844386 * v58, v225 = v223 + v224,
+      v226 = 2.0 * v71, v227 = v225 * v226, v228 = v227 * v201, v229 = v228 * v199,
+      v230 = v222 + v229, v231 = v230 / v187, v232 = v123 - v231;
+  out[9] = v232;
+  const lanes v233 = v4 * v43, v234 = 0.5 * v233, v235 = v5 * v43, v236 = 0.8660254037844386 * v235,
+      v237 = v234 - v236, v238 = v237 * v197, v239 = v48 * v216, v240 = v238 + v239,
+      v241 = 0.5 * v235, v242 = 0.8660254037844386 * v233, v243 = v241 + v242, v244 = v243 * v226,
+      v245 = v244 * v201, v246 = v245 * v199, v247 = v240 - v246, v248 = v247 / v187,
+      v249 = v123 - v248;
+  out[10] = v249;
+  const lanes v250 = v3 * v50, v251 = v4 * v250, v252 = v5 * v41, v253 = v251 + v252,
+      v254 = 0.5 * v253, v255 = v5 * v250, v256 = v4 * v41, v257 = v255 - v256,
+      v258 = 0.8660254037844386 * v257, v259 = v254 - v258, v260 = v259 * v197, v261 = v1 * v50,
+      v262 = v261 * v216, v263 = v260 + v262, v264 = 0.5 * v257, v265 = 0.8660254037844386 * v253,
+      v266 = v264 + v265, v267 = v266 * v226, v268 = v267 * v201, v269 = v268 * v199,
+      v270 = v263 - v269, v271 = v270 / v187, v272 = v123 - v271;
+  out[11] = v272; LANES_LET1(v273, sqrt, v119);
+  const lanes v274 = 0.5 * v273, v275 = v274 / v105, v276 = v85 * v275, v277 = 0.5 * v105,
+      v278 = 0.0338 + v277, v279 = 0.5 * v114, v280 = v278 - v279, v281 = v280 / v105,
+      v282 = v103 * v281, v283 = v276 + v282, v284 = v283 - v103, v285 = 0.5 * v284,
+      v286 = 1.7320508075688772 * v112;
+  LANES_LET1(v287, sqrt, v114);
+  const lanes v288 = 0.5 / v287, v289 = v286 * v288, v290 = v289 * v287, v291 = v285 - v290,
+      v292 = v291 / v274, v293 = v123 - v292;
+  out[12] = v293;
+  const lanes v294 = 0.8660254037844386 * v284, v295 = v288 * v112, v296 = v295 * v287,
+      v297 = v294 + v296, v298 = v297 / v274, v299 = v123 - v298;
+  out[13] = v299;
+  const lanes v300 = v85 * v281, v301 = v103 * v275, v302 = v300 - v301, v303 = v302 - v85,
+      v304 = v303 / v274, v305 = v123 - v304;
+  out[14] = v305;
+  const lanes v306 = 0.5 * v99, v307 = 0.8660254037844386 * v93, v308 = v306 + v307,
+      v309 = v308 * v284, v310 = 2.0 * v112, v311 = 0.8660254037844386 * v99, v312 = 0.5 * v93,
+      v313 = v311 - v312, v314 = v310 * v313, v315 = v288 * v314, v316 = v315 * v287,
+      v317 = v309 - v316, v318 = v317 / v274, v319 = v123 - v318;
+  out[15] = v319;
+  const lanes v320 = v91 * v303, v321 = v4 * v84, v322 = 0.5 * v321, v323 = v5 * v84,
+      v324 = 0.8660254037844386 * v323, v325 = v322 + v324, v326 = v325 * v284, v327 = v320 - v326,
+      v328 = 0.5 * v323, v329 = 0.8660254037844386 * v321, v330 = v328 - v329, v331 = v310 * v330,
+      v332 = v288 * v331, v333 = v332 * v287, v334 = v327 - v333, v335 = v334 / v274,
+      v336 = v123 - v335;
+  out[16] = v336;
+  const lanes v337 = v3 * v87, v338 = v4 * v337, v339 = v5 * v82, v340 = v338 + v339,
+      v341 = 0.5 * v340, v342 = v5 * v337, v343 = v4 * v82, v344 = v342 - v343,
+      v345 = 0.8660254037844386 * v344, v346 = v341 + v345, v347 = v346 * v284, v348 = v1 * v87,
+      v349 = v348 * v303, v350 = v347 + v349, v351 = 0.5 * v344, v352 = 0.8660254037844386 * v340,
+      v353 = v351 - v352, v354 = v310 * v353, v355 = v288 * v354, v356 = v355 * v287,
+      v357 = v350 + v356, v358 = v357 / v274, v359 = v358 + v123;
+  out[17] = v359;
 }
 
-// actuator_rates: 329 operations: multiply 166, add 121, trig 6, other 36
+// actuator_rates: 312 operations: multiply 157, add 121, trig 6, other 28
 static LANES_TARGET void LANES_NAME(delta_actuator_rates)(const lanes *in, lanes *out)
 {
   const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4],
       theta_5 = in[5], thetad_0 = in[6], thetad_1 = in[7], thetad_2 = in[8], thetad_3 = in[9],
       thetad_4 = in[10], thetad_5 = in[11];
-  LANES_COS_SIN(v2, v1, theta_4); LANES_COS_SIN(v6, v3, theta_5); LANES_COS_SIN(v4, v5, theta_3);
-  const lanes v7 = 0.05964101615137755 * v1, v8 = 0.023301270189221932 * v3, v9 = v2 * v8,
-      v10 = v7 + v9, v11 = v10 + theta_2, v12 = v11 * v11, v13 = 0.05964101615137755 * v2,
-      v14 = v1 * v8, v15 = v13 - v14, v16 = v4 * v15, v17 = 0.023301270189221932 * v6,
-      v18 = v5 * v17, v19 = v16 + v18, v20 = theta_0 - v19, v21 = 0.1 + v20, v22 = 0.5 * v21,
-      v23 = v4 * v17, v24 = v5 * v15, v25 = v23 - v24, v26 = v25 + theta_1,
-      v27 = v26 - 0.17320508075688773, v28 = 0.8660254037844386 * v27, v29 = v22 - v28,
-      v30 = v29 * v29, v31 = v12 + v30;
-  LANES_LET1(v32, sqrt, v31);
-  const lanes v33 = 0.26 + v32, v34 = v33 * v33, v35 = 0.5 * v27, v36 = 0.8660254037844386 * v21,
-      v37 = v35 + v36, v38 = 0.04 + v37, v39 = v38 * v38, v40 = 0.64 - v39, v41 = v34 - v40,
-      v42 = v32 - 0.26, v43 = v42 * v42, v44 = v40 - v43, v45 = v41 * v44,
-      v46 = 3.698224852071006 * v45, v47 = v46 / v40, v48 = 1.5625 * v40, v49 = v47 * v48;
-  const lanes_where v50 = LANES_LE(0.0, v49);
-  const lanes v51 = 0.009641016151377546 * v1, v52 = 0.06330127018922194 * v3, v53 = v2 * v52,
-      v54 = v51 + v53, v55 = theta_2 - v54, v56 = v55 * v55, v57 = 0.06330127018922194 * v6,
-      v58 = v5 * v57, v59 = v1 * v52, v60 = 0.009641016151377546 * v2, v61 = v59 - v60,
-      v62 = v4 * v61, v63 = v58 - v62, v64 = v63 + theta_0, v65 = 0.1 + v64, v66 = 0.5 * v65,
-      v67 = v4 * v57, v68 = v5 * v61, v69 = v67 + v68, v70 = theta_1 - v69,
-      v71 = 0.17320508075688773 + v70, v72 = 0.8660254037844386 * v71, v73 = v66 + v72,
-      v74 = v73 * v73, v75 = v56 + v74;
-  LANES_LET1(v76, sqrt, v75);
-  const lanes v77 = 0.26 + v76, v78 = v77 * v77, v79 = 0.8660254037844386 * v65, v80 = 0.5 * v71,
-      v81 = v79 - v80, v82 = v81 - 0.04, v83 = v82 * v82, v84 = 0.64 - v83, v85 = v78 - v84,
-      v86 = v76 - 0.26, v87 = v86 * v86, v88 = v84 - v87, v89 = v85 * v88,
-      v90 = 3.698224852071006 * v89, v91 = v90 / v84, v92 = 1.5625 * v84, v93 = v91 * v92;
-  const lanes_where v94 = LANES_LE(0.0, v93); const lanes_where v95 = LANES_AND(v50, v94);
-  const lanes v96 = LANES_CHOICE(v95, 0.0, -1.0);
-  LANES_LET1(v97, sqrt, v96);
-  const lanes v98 = v6 * thetad_5, v99 = 0.04 * v98, v100 = v2 * v99, v101 = v2 * thetad_4,
-      v102 = 0.05 * v101, v103 = v100 - v102, v104 = v1 * thetad_4, v105 = 0.04 * v3,
-      v106 = v104 * v105, v107 = v103 - v106, v108 = v107 + thetad_2, v109 = v2 * v105,
-      v110 = 0.05 * v1, v111 = v109 - v110, v112 = v111 + theta_2, v113 = v112 * v112,
-      v114 = v1 * v105, v115 = 0.05 * v2, v116 = v114 + v115, v117 = v4 * v116, v118 = 0.04 * v6,
-      v119 = v5 * v118, v120 = v117 - v119, v121 = v120 + theta_0, v122 = v121 - 0.2,
-      v123 = v122 * v122, v124 = v113 + v123, v125 = 0.5 * v124, v126 = 0.0338 + v125,
-      v127 = v4 * v118, v128 = v5 * v116, v129 = v127 + v128, v130 = v129 + theta_1,
-      v131 = v130 - 0.04, v132 = v131 * v131, v133 = 0.64 - v132, v134 = 0.5 * v133,
-      v135 = v126 - v134, v136 = v135 / v124, v137 = v112 * v136;
-  LANES_LET1(v138, sqrt, v124);
-  const lanes v139 = 0.26 + v138, v140 = v139 * v139, v141 = v140 - v133, v142 = v138 - 0.26,
-      v143 = v142 * v142, v144 = v133 - v143, v145 = v141 * v144;
-  LANES_LET1(v146, sqrt, v145);
-  const lanes v147 = 0.5 * v146, v148 = v147 / v124, v149 = v122 * v148, v150 = v137 + v149,
-      v151 = v150 - v112, v152 = v108 * v151, v153 = v1 * v99, v154 = v101 * v105,
-      v155 = v153 + v154, v156 = 0.05 * v104, v157 = v155 - v156, v158 = v4 * v157,
-      v159 = v3 * thetad_5, v160 = 0.04 * v159, v161 = v5 * v160, v162 = v158 + v161,
-      v163 = v5 * thetad_3, v164 = v163 * v116, v165 = v162 - v164, v166 = v4 * thetad_3,
-      v167 = v166 * v118, v168 = v165 - v167, v169 = v168 + thetad_0, v170 = v112 * v148,
-      v171 = v122 * v136, v172 = v170 - v171, v173 = v122 + v172, v174 = v169 * v173,
-      v175 = v152 - v174;
-  LANES_LET1(v176, sqrt, v133);
-  const lanes v177 = 0.5 / v176, v178 = 2.0 * v131, v179 = v5 * v157, v180 = v166 * v116,
-      v181 = v179 + v180, v182 = v4 * v160, v183 = v181 - v182, v184 = v163 * v118,
-      v185 = v183 - v184, v186 = v185 + thetad_1, v187 = v178 * v186, v188 = v177 * v187,
-      v189 = v188 * v176, v190 = v175 - v189, v191 = v190 / v147, v192 = v97 - v191;
-  out[0] = v192;
-  const lanes v193 = 3.698224852071006 * v145, v194 = v193 / v133, v195 = 1.5625 * v133,
-      v196 = v194 * v195;
-  const lanes_where v197 = LANES_LE(0.0, v196); const lanes_where v198 = LANES_AND(v197, v94);
-  const lanes v199 = LANES_CHOICE(v198, 0.0, -1.0);
-  LANES_LET1(v200, sqrt, v199);
-  const lanes v201 = v166 * v17, v202 = 0.05964101615137755 * v104,
-      v203 = 0.023301270189221932 * v98, v204 = v1 * v203, v205 = v202 + v204, v206 = v101 * v8,
-      v207 = v205 + v206, v208 = v4 * v207, v209 = v201 - v208, v210 = 0.023301270189221932 * v159,
-      v211 = v5 * v210, v212 = v209 - v211, v213 = v163 * v15, v214 = v212 - v213,
-      v215 = thetad_0 - v214, v216 = 0.5 * v215, v217 = v5 * v207, v218 = v4 * v210,
-      v219 = v217 - v218, v220 = v163 * v17, v221 = v219 - v220, v222 = v166 * v15,
-      v223 = v221 - v222, v224 = v223 + thetad_1, v225 = 0.8660254037844386 * v224,
-      v226 = v216 - v225;
-  LANES_LET1(v227, sqrt, v45);
-  const lanes v228 = 0.5 * v227, v229 = v228 / v31, v230 = v11 * v229, v231 = 0.5 * v31,
-      v232 = 0.0338 + v231, v233 = 0.5 * v40, v234 = v232 - v233, v235 = v234 / v31,
-      v236 = v29 * v235, v237 = v230 + v236, v238 = v237 - v29, v239 = v226 * v238,
-      v240 = 0.05964101615137755 * v101, v241 = v2 * v203, v242 = v240 + v241, v243 = v104 * v8,
-      v244 = v242 - v243, v245 = v244 + thetad_2, v246 = v11 * v235, v247 = v29 * v229,
-      v248 = v246 - v247, v249 = v248 - v11, v250 = v245 * v249, v251 = v239 + v250;
-  LANES_LET1(v252, sqrt, v40);
-  const lanes v253 = 0.5 / v252, v254 = 0.5 * v224, v255 = 0.8660254037844386 * v215,
-      v256 = v254 + v255, v257 = 2.0 * v38, v258 = v256 * v257, v259 = v253 * v258,
-      v260 = v259 * v252, v261 = v251 - v260, v262 = v261 / v228, v263 = v200 - v262;
-  out[1] = v263; const lanes_where v264 = LANES_AND(v197, v50);
-  const lanes v265 = LANES_CHOICE(v264, 0.0, -1.0);
-  LANES_LET1(v266, sqrt, v265);
-  const lanes v267 = v163 * v61, v268 = v166 * v57, v269 = v267 + v268,
-      v270 = 0.009641016151377546 * v104, v271 = 0.06330127018922194 * v98, v272 = v1 * v271,
-      v273 = v270 + v272, v274 = v101 * v52, v275 = v273 + v274, v276 = v4 * v275,
-      v277 = v269 - v276, v278 = 0.06330127018922194 * v159, v279 = v5 * v278, v280 = v277 - v279,
-      v281 = v280 + thetad_0, v282 = 0.5 * v281, v283 = v5 * v275, v284 = v166 * v61,
-      v285 = v283 + v284, v286 = v4 * v278, v287 = v285 - v286, v288 = v163 * v57,
-      v289 = v287 - v288, v290 = thetad_1 - v289, v291 = 0.8660254037844386 * v290,
-      v292 = v282 + v291;
-  LANES_LET1(v293, sqrt, v89);
-  const lanes v294 = 0.5 * v293, v295 = v294 / v75, v296 = v55 * v295, v297 = 0.5 * v75,
-      v298 = 0.0338 + v297, v299 = 0.5 * v84, v300 = v298 - v299, v301 = v300 / v75,
-      v302 = v73 * v301, v303 = v296 + v302, v304 = v303 - v73, v305 = v292 * v304,
-      v306 = 0.009641016151377546 * v101, v307 = v2 * v271, v308 = v306 + v307, v309 = v104 * v52,
-      v310 = v308 - v309, v311 = thetad_2 - v310, v312 = v55 * v301, v313 = v73 * v295,
-      v314 = v312 - v313, v315 = v314 - v55, v316 = v311 * v315, v317 = v305 + v316;
-  LANES_LET1(v318, sqrt, v84);
-  const lanes v319 = 0.5 / v318, v320 = 2.0 * v82, v321 = 0.8660254037844386 * v281,
-      v322 = 0.5 * v290, v323 = v321 - v322, v324 = v320 * v323, v325 = v319 * v324,
-      v326 = v325 * v318, v327 = v317 - v326, v328 = v327 / v294, v329 = v266 - v328;
-  out[2] = v329;
+  LANES_COS_SIN(v1, v3, theta_4); LANES_COS_SIN(v6, v2, theta_5); LANES_COS_SIN(v4, v5, theta_3);
+  const lanes v7 = 0.04 * v2, v8 = v1 * v7, v9 = 0.05 * v3, v10 = v8 - v9, v11 = v10 + theta_2,
+      v12 = v11 * v11, v13 = v3 * v7, v14 = 0.05 * v1, v15 = v13 + v14, v16 = v4 * v15,
+      v17 = 0.04 * v6, v18 = v5 * v17, v19 = v16 - v18, v20 = v19 + theta_0, v21 = v20 - 0.2,
+      v22 = v21 * v21, v23 = v12 + v22;
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = 0.26 + v24, v26 = v25 * v25, v27 = v4 * v17, v28 = v5 * v15, v29 = v27 + v28,
+      v30 = v29 + theta_1, v31 = v30 - 0.04, v32 = v31 * v31, v33 = 0.64 - v32, v34 = v26 - v33,
+      v35 = v24 - 0.26, v36 = v35 * v35, v37 = v33 - v36, v38 = v34 * v37;
+  const lanes_where v39 = LANES_LE(0.0, v38);
+  const lanes v40 = 0.05964101615137755 * v3, v41 = 0.023301270189221932 * v2, v42 = v1 * v41,
+      v43 = v40 + v42, v44 = v43 + theta_2, v45 = v44 * v44, v46 = 0.05964101615137755 * v1,
+      v47 = v3 * v41, v48 = v46 - v47, v49 = v4 * v48, v50 = 0.023301270189221932 * v6,
+      v51 = v5 * v50, v52 = v49 + v51, v53 = theta_0 - v52, v54 = 0.1 + v53, v55 = 0.5 * v54,
+      v56 = v4 * v50, v57 = v5 * v48, v58 = v56 - v57, v59 = v58 + theta_1,
+      v60 = v59 - 0.17320508075688773, v61 = 0.8660254037844386 * v60, v62 = v55 - v61,
+      v63 = v62 * v62, v64 = v45 + v63;
+  LANES_LET1(v65, sqrt, v64);
+  const lanes v66 = 0.26 + v65, v67 = v66 * v66, v68 = 0.5 * v60, v69 = 0.8660254037844386 * v54,
+      v70 = v68 + v69, v71 = 0.04 + v70, v72 = v71 * v71, v73 = 0.64 - v72, v74 = v67 - v73,
+      v75 = v65 - 0.26, v76 = v75 * v75, v77 = v73 - v76, v78 = v74 * v77;
+  const lanes_where v79 = LANES_LE(0.0, v78); const lanes_where v80 = LANES_AND(v39, v79);
+  const lanes v81 = 0.009641016151377546 * v3, v82 = 0.06330127018922194 * v2, v83 = v1 * v82,
+      v84 = v81 + v83, v85 = theta_2 - v84, v86 = v85 * v85, v87 = 0.06330127018922194 * v6,
+      v88 = v5 * v87, v89 = v3 * v82, v90 = 0.009641016151377546 * v1, v91 = v89 - v90,
+      v92 = v4 * v91, v93 = v88 - v92, v94 = v93 + theta_0, v95 = 0.1 + v94, v96 = 0.5 * v95,
+      v97 = v4 * v87, v98 = v5 * v91, v99 = v97 + v98, v100 = theta_1 - v99,
+      v101 = 0.17320508075688773 + v100, v102 = 0.8660254037844386 * v101, v103 = v96 + v102,
+      v104 = v103 * v103, v105 = v86 + v104;
+  LANES_LET1(v106, sqrt, v105);
+  const lanes v107 = 0.26 + v106, v108 = v107 * v107, v109 = 0.8660254037844386 * v95,
+      v110 = 0.5 * v101, v111 = v109 - v110, v112 = v111 - 0.04, v113 = v112 * v112,
+      v114 = 0.64 - v113, v115 = v108 - v114, v116 = v106 - 0.26, v117 = v116 * v116,
+      v118 = v114 - v117, v119 = v115 * v118;
+  const lanes_where v120 = LANES_LE(0.0, v119); const lanes_where v121 = LANES_AND(v80, v120);
+  const lanes v122 = LANES_CHOICE(v121, 0.0, -1.0);
+  LANES_LET1(v123, sqrt, v122);
+  const lanes v124 = v6 * thetad_5, v125 = 0.04 * v124, v126 = v1 * v125, v127 = v1 * thetad_4,
+      v128 = 0.05 * v127, v129 = v126 - v128, v130 = v3 * thetad_4, v131 = v130 * v7,
+      v132 = v129 - v131, v133 = v132 + thetad_2, v134 = 0.5 * v23, v135 = 0.0338 + v134,
+      v136 = 0.5 * v33, v137 = v135 - v136, v138 = v137 / v23, v139 = v11 * v138;
+  LANES_LET1(v140, sqrt, v38);
+  const lanes v141 = 0.5 * v140, v142 = v141 / v23, v143 = v21 * v142, v144 = v139 + v143,
+      v145 = v144 - v11, v146 = v133 * v145, v147 = v3 * v125, v148 = v127 * v7, v149 = v147 + v148,
+      v150 = 0.05 * v130, v151 = v149 - v150, v152 = v4 * v151, v153 = v2 * thetad_5,
+      v154 = 0.04 * v153, v155 = v5 * v154, v156 = v152 + v155, v157 = v5 * thetad_3,
+      v158 = v157 * v15, v159 = v156 - v158, v160 = v4 * thetad_3, v161 = v160 * v17,
+      v162 = v159 - v161, v163 = v162 + thetad_0, v164 = v11 * v142, v165 = v21 * v138,
+      v166 = v164 - v165, v167 = v21 + v166, v168 = v163 * v167, v169 = v146 - v168;
+  LANES_LET1(v170, sqrt, v33);
+  const lanes v171 = 0.5 / v170, v172 = 2.0 * v31, v173 = v5 * v151, v174 = v160 * v15,
+      v175 = v173 + v174, v176 = v4 * v154, v177 = v175 - v176, v178 = v157 * v17,
+      v179 = v177 - v178, v180 = v179 + thetad_1, v181 = v172 * v180, v182 = v171 * v181,
+      v183 = v182 * v170, v184 = v169 - v183, v185 = v184 / v141, v186 = v123 - v185;
+  out[0] = v186;
+  const lanes v187 = v160 * v50, v188 = 0.05964101615137755 * v130,
+      v189 = 0.023301270189221932 * v124, v190 = v3 * v189, v191 = v188 + v190, v192 = v127 * v41,
+      v193 = v191 + v192, v194 = v4 * v193, v195 = v187 - v194, v196 = 0.023301270189221932 * v153,
+      v197 = v5 * v196, v198 = v195 - v197, v199 = v157 * v48, v200 = v198 - v199,
+      v201 = thetad_0 - v200, v202 = 0.5 * v201, v203 = v5 * v193, v204 = v4 * v196,
+      v205 = v203 - v204, v206 = v157 * v50, v207 = v205 - v206, v208 = v160 * v48,
+      v209 = v207 - v208, v210 = v209 + thetad_1, v211 = 0.8660254037844386 * v210,
+      v212 = v202 - v211;
+  LANES_LET1(v213, sqrt, v78);
+  const lanes v214 = 0.5 * v213, v215 = v214 / v64, v216 = v44 * v215, v217 = 0.5 * v64,
+      v218 = 0.0338 + v217, v219 = 0.5 * v73, v220 = v218 - v219, v221 = v220 / v64,
+      v222 = v62 * v221, v223 = v216 + v222, v224 = v223 - v62, v225 = v212 * v224,
+      v226 = 0.05964101615137755 * v127, v227 = v1 * v189, v228 = v226 + v227, v229 = v130 * v41,
+      v230 = v228 - v229, v231 = v230 + thetad_2, v232 = v44 * v221, v233 = v62 * v215,
+      v234 = v232 - v233, v235 = v234 - v44, v236 = v231 * v235, v237 = v225 + v236,
+      v238 = 0.5 * v210, v239 = 0.8660254037844386 * v201, v240 = v238 + v239, v241 = 2.0 * v71,
+      v242 = v240 * v241;
+  LANES_LET1(v243, sqrt, v73);
+  const lanes v244 = 0.5 / v243, v245 = v242 * v244, v246 = v245 * v243, v247 = v237 - v246,
+      v248 = v247 / v214, v249 = v123 - v248;
+  out[1] = v249;
+  const lanes v250 = v157 * v91, v251 = v160 * v87, v252 = v250 + v251,
+      v253 = 0.009641016151377546 * v130, v254 = 0.06330127018922194 * v124, v255 = v3 * v254,
+      v256 = v253 + v255, v257 = v127 * v82, v258 = v256 + v257, v259 = v4 * v258,
+      v260 = v252 - v259, v261 = 0.06330127018922194 * v153, v262 = v5 * v261, v263 = v260 - v262,
+      v264 = v263 + thetad_0, v265 = 0.5 * v264, v266 = v5 * v258, v267 = v160 * v91,
+      v268 = v266 + v267, v269 = v4 * v261, v270 = v268 - v269, v271 = v157 * v87,
+      v272 = v270 - v271, v273 = thetad_1 - v272, v274 = 0.8660254037844386 * v273,
+      v275 = v265 + v274;
+  LANES_LET1(v276, sqrt, v119);
+  const lanes v277 = 0.5 * v276, v278 = v277 / v105, v279 = v85 * v278, v280 = 0.5 * v105,
+      v281 = 0.0338 + v280, v282 = 0.5 * v114, v283 = v281 - v282, v284 = v283 / v105,
+      v285 = v103 * v284, v286 = v279 + v285, v287 = v286 - v103, v288 = v275 * v287,
+      v289 = 0.009641016151377546 * v127, v290 = v1 * v254, v291 = v289 + v290, v292 = v130 * v82,
+      v293 = v291 - v292, v294 = thetad_2 - v293, v295 = v85 * v284, v296 = v103 * v278,
+      v297 = v295 - v296, v298 = v297 - v85, v299 = v294 * v298, v300 = v288 + v299;
+  LANES_LET1(v301, sqrt, v114);
+  const lanes v302 = 0.5 / v301, v303 = 2.0 * v112, v304 = 0.8660254037844386 * v264,
+      v305 = 0.5 * v273, v306 = v304 - v305, v307 = v303 * v306, v308 = v302 * v307,
+      v309 = v308 * v301, v310 = v300 - v309, v311 = v310 / v277, v312 = v123 - v311;
+  out[2] = v312;
 }
 
-// actuator_accelerations: 702 operations: multiply 373, add 263, trig 6, other 60
+// actuator_accelerations: 685 operations: multiply 364, add 263, trig 6, other 52
 static LANES_TARGET void LANES_NAME(delta_actuator_accelerations)(const lanes *in, lanes *out)
 {
   const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4],
       theta_5 = in[5], thetad_0 = in[6], thetad_1 = in[7], thetad_2 = in[8], thetad_3 = in[9],
       thetad_4 = in[10], thetad_5 = in[11], thetadd_0 = in[12], thetadd_1 = in[13],
       thetadd_2 = in[14], thetadd_3 = in[15], thetadd_4 = in[16], thetadd_5 = in[17];
-  LANES_COS_SIN(v2, v1, theta_4); LANES_COS_SIN(v6, v3, theta_5); LANES_COS_SIN(v4, v5, theta_3);
-  const lanes v7 = 0.05964101615137755 * v1, v8 = 0.023301270189221932 * v3, v9 = v2 * v8,
-      v10 = v7 + v9, v11 = v10 + theta_2, v12 = v11 * v11, v13 = 0.05964101615137755 * v2,
-      v14 = v1 * v8, v15 = v13 - v14, v16 = v4 * v15, v17 = 0.023301270189221932 * v6,
-      v18 = v5 * v17, v19 = v16 + v18, v20 = theta_0 - v19, v21 = 0.1 + v20, v22 = 0.5 * v21,
-      v23 = v4 * v17, v24 = v5 * v15, v25 = v23 - v24, v26 = v25 + theta_1,
-      v27 = v26 - 0.17320508075688773, v28 = 0.8660254037844386 * v27, v29 = v22 - v28,
-      v30 = v29 * v29, v31 = v12 + v30;
-  LANES_LET1(v32, sqrt, v31);
-  const lanes v33 = 0.26 + v32, v34 = v33 * v33, v35 = 0.5 * v27, v36 = 0.8660254037844386 * v21,
-      v37 = v35 + v36, v38 = 0.04 + v37, v39 = v38 * v38, v40 = 0.64 - v39, v41 = v34 - v40,
-      v42 = v32 - 0.26, v43 = v42 * v42, v44 = v40 - v43, v45 = v41 * v44,
-      v46 = 3.698224852071006 * v45, v47 = v46 / v40, v48 = 1.5625 * v40, v49 = v47 * v48;
-  const lanes_where v50 = LANES_LE(0.0, v49);
-  const lanes v51 = 0.009641016151377546 * v1, v52 = 0.06330127018922194 * v3, v53 = v2 * v52,
-      v54 = v51 + v53, v55 = theta_2 - v54, v56 = v55 * v55, v57 = 0.06330127018922194 * v6,
-      v58 = v5 * v57, v59 = v1 * v52, v60 = 0.009641016151377546 * v2, v61 = v59 - v60,
-      v62 = v4 * v61, v63 = v58 - v62, v64 = v63 + theta_0, v65 = 0.1 + v64, v66 = 0.5 * v65,
-      v67 = v4 * v57, v68 = v5 * v61, v69 = v67 + v68, v70 = theta_1 - v69,
-      v71 = 0.17320508075688773 + v70, v72 = 0.8660254037844386 * v71, v73 = v66 + v72,
-      v74 = v73 * v73, v75 = v56 + v74;
-  LANES_LET1(v76, sqrt, v75);
-  const lanes v77 = 0.26 + v76, v78 = v77 * v77, v79 = 0.8660254037844386 * v65, v80 = 0.5 * v71,
-      v81 = v79 - v80, v82 = v81 - 0.04, v83 = v82 * v82, v84 = 0.64 - v83, v85 = v78 - v84,
-      v86 = v76 - 0.26, v87 = v86 * v86, v88 = v84 - v87, v89 = v85 * v88,
-      v90 = 3.698224852071006 * v89, v91 = v90 / v84, v92 = 1.5625 * v84, v93 = v91 * v92;
-  const lanes_where v94 = LANES_LE(0.0, v93); const lanes_where v95 = LANES_AND(v50, v94);
-  const lanes v96 = LANES_CHOICE(v95, 0.0, -1.0);
-  LANES_LET1(v97, sqrt, v96);
-  const lanes v98 = 0.04 * v6, v99 = v4 * v98, v100 = 0.04 * v3, v101 = v1 * v100, v102 = 0.05 * v2,
-      v103 = v101 + v102, v104 = v5 * v103, v105 = v99 + v104, v106 = v105 + theta_1,
-      v107 = v106 - 0.04, v108 = v107 * v107, v109 = 0.64 - v108;
-  LANES_LET1(v110, sqrt, v109);
-  const lanes v111 = 0.5 / v110, v112 = 2.0 * v107, v113 = v6 * thetad_5, v114 = 0.04 * v113,
-      v115 = v1 * v114, v116 = v2 * thetad_4, v117 = v116 * v100, v118 = v115 + v117,
-      v119 = v1 * thetad_4, v120 = 0.05 * v119, v121 = v118 - v120, v122 = v5 * v121,
-      v123 = v4 * thetad_3, v124 = v123 * v103, v125 = v122 + v124, v126 = v3 * thetad_5,
-      v127 = 0.04 * v126, v128 = v4 * v127, v129 = v125 - v128, v130 = v5 * thetad_3,
-      v131 = v130 * v98, v132 = v129 - v131, v133 = v132 + thetad_1, v134 = v112 * v133,
-      v135 = v111 * v134, v136 = v135 * v135, v137 = v2 * v114, v138 = 0.05 * v116,
-      v139 = v137 - v138, v140 = v119 * v100, v141 = v139 - v140, v142 = v141 + thetad_2,
-      v143 = v4 * v121, v144 = v5 * v127, v145 = v143 + v144, v146 = v130 * v103,
-      v147 = v145 - v146, v148 = v123 * v98, v149 = v147 - v148, v150 = v149 + thetad_0,
-      v151 = v2 * v100, v152 = 0.05 * v1, v153 = v151 - v152, v154 = v153 + theta_2,
-      v155 = v154 * v154, v156 = v4 * v103, v157 = v5 * v98, v158 = v156 - v157,
-      v159 = v158 + theta_0, v160 = v159 - 0.2, v161 = v160 * v160, v162 = v155 + v161;
-  LANES_LET1(v163, sqrt, v162);
-  const lanes v164 = 0.26 + v163, v165 = v164 * v164, v166 = v165 - v109, v167 = v163 - 0.26,
-      v168 = v167 * v167, v169 = v109 - v168, v170 = v166 * v169;
-  LANES_LET1(v171, sqrt, v170);
-  const lanes v172 = 0.5 * v171, v173 = v172 / v162, v174 = v150 * v173, v175 = 0.5 * v162,
-      v176 = 0.0338 + v175, v177 = 0.5 * v109, v178 = v176 - v177, v179 = v178 / v162,
-      v180 = v142 * v179, v181 = v174 + v180, v182 = 0.5 * v134, v183 = 2.0 * v160,
-      v184 = v150 * v183, v185 = 2.0 * v154, v186 = v142 * v185, v187 = v184 + v186,
-      v188 = 0.5 * v187, v189 = v182 + v188, v190 = v189 / v162, v191 = v162 * v162,
-      v192 = v178 / v191, v193 = v187 * v192, v194 = v190 - v193, v195 = v194 * v154,
-      v196 = v181 + v195, v197 = 0.5 / v163, v198 = v187 * v197, v199 = 2.0 * v163,
-      v200 = 0.52 + v199, v201 = v198 * v200, v202 = v134 + v201, v203 = v202 * v169,
-      v204 = v199 - 0.52, v205 = v198 * v204, v206 = v134 + v205, v207 = v206 * v166,
-      v208 = v203 - v207, v209 = 0.25 / v171, v210 = v208 * v209, v211 = v210 / v162,
-      v212 = v172 / v191, v213 = v187 * v212, v214 = v211 - v213, v215 = v214 * v160,
-      v216 = v196 + v215, v217 = v216 - v142, v218 = v142 * v217, v219 = v136 + v218,
-      v220 = v6 * thetadd_5, v221 = v126 * thetad_5, v222 = v220 - v221, v223 = 0.04 * v222,
-      v224 = v2 * v223, v225 = v1 * thetadd_4, v226 = v116 * thetad_4, v227 = v225 + v226,
-      v228 = v100 * v227, v229 = v224 - v228, v230 = v2 * thetadd_4, v231 = v119 * thetad_4,
-      v232 = v230 - v231, v233 = 0.05 * v232, v234 = v229 - v233, v235 = 2.0 * v119,
-      v236 = v235 * v114, v237 = v234 - v236, v238 = v237 + thetadd_2, v239 = v154 * v179,
-      v240 = v160 * v173, v241 = v239 + v240, v242 = v241 - v154, v243 = v238 * v242,
-      v244 = v219 + v243, v245 = v142 * v173, v246 = v214 * v154, v247 = v245 + v246,
-      v248 = v150 * v179, v249 = v247 - v248, v250 = v194 * v160, v251 = v249 - v250,
-      v252 = v150 + v251, v253 = v150 * v252, v254 = v244 - v253, v255 = v1 * v223,
-      v256 = v100 * v232, v257 = v255 + v256, v258 = 2.0 * v116, v259 = v258 * v114,
-      v260 = v257 + v259, v261 = 0.05 * v227, v262 = v260 - v261, v263 = v4 * v262,
-      v264 = v3 * thetadd_5, v265 = v113 * thetad_5, v266 = v264 + v265, v267 = 0.04 * v266,
-      v268 = v5 * v267, v269 = v263 + v268, v270 = 2.0 * v123, v271 = v270 * v127,
-      v272 = v269 + v271, v273 = v5 * thetadd_3, v274 = v123 * thetad_3, v275 = v273 + v274,
-      v276 = v275 * v103, v277 = v272 - v276, v278 = v4 * thetadd_3, v279 = v130 * thetad_3,
-      v280 = v278 - v279, v281 = v280 * v98, v282 = v277 - v281, v283 = 2.0 * v130,
-      v284 = v283 * v121, v285 = v282 - v284, v286 = v285 + thetadd_0, v287 = v154 * v173,
-      v288 = v160 * v179, v289 = v287 - v288, v290 = v160 + v289, v291 = v286 * v290,
-      v292 = v254 - v291, v293 = v5 * v262, v294 = v280 * v103, v295 = v293 + v294,
-      v296 = v283 * v127, v297 = v295 + v296, v298 = v270 * v121, v299 = v297 + v298,
-      v300 = v4 * v267, v301 = v299 - v300, v302 = v275 * v98, v303 = v301 - v302,
-      v304 = v303 + thetadd_1, v305 = v112 * v304, v306 = 2.0 * v133, v307 = v133 * v306,
-      v308 = v305 + v307, v309 = v111 * v308, v310 = v110 * v109, v311 = 0.25 / v310,
-      v312 = v134 * v311, v313 = v134 * v312, v314 = v309 + v313, v315 = v314 * v110,
-      v316 = v292 - v315, v317 = v316 / v172, v318 = v142 * v242, v319 = v150 * v290,
-      v320 = v318 - v319, v321 = v135 * v110, v322 = v320 - v321, v323 = v172 * v172,
-      v324 = v322 / v323, v325 = v210 * v324, v326 = v317 - v325, v327 = v97 - v326;
-  out[0] = v327;
-  const lanes v328 = 3.698224852071006 * v170, v329 = v328 / v109, v330 = 1.5625 * v109,
-      v331 = v329 * v330;
-  const lanes_where v332 = LANES_LE(0.0, v331); const lanes_where v333 = LANES_AND(v332, v94);
-  const lanes v334 = LANES_CHOICE(v333, 0.0, -1.0);
-  LANES_LET1(v335, sqrt, v334); LANES_LET1(v336, sqrt, v40);
-  const lanes v337 = 0.5 / v336, v338 = 0.05964101615137755 * v119,
-      v339 = 0.023301270189221932 * v113, v340 = v1 * v339, v341 = v338 + v340, v342 = v116 * v8,
-      v343 = v341 + v342, v344 = v5 * v343, v345 = 0.023301270189221932 * v126, v346 = v4 * v345,
-      v347 = v344 - v346, v348 = v130 * v17, v349 = v347 - v348, v350 = v123 * v15,
-      v351 = v349 - v350, v352 = v351 + thetad_1, v353 = 0.5 * v352, v354 = v123 * v17,
-      v355 = v4 * v343, v356 = v354 - v355, v357 = v5 * v345, v358 = v356 - v357, v359 = v130 * v15,
-      v360 = v358 - v359, v361 = thetad_0 - v360, v362 = 0.8660254037844386 * v361,
-      v363 = v353 + v362, v364 = 2.0 * v38, v365 = v363 * v364, v366 = v337 * v365,
-      v367 = v366 * v366, v368 = 0.5 * v361, v369 = 0.8660254037844386 * v352, v370 = v368 - v369,
-      v371 = 0.5 * v31, v372 = 0.0338 + v371, v373 = 0.5 * v40, v374 = v372 - v373,
-      v375 = v374 / v31, v376 = v370 * v375, v377 = 0.05964101615137755 * v116, v378 = v2 * v339,
-      v379 = v377 + v378, v380 = v119 * v8, v381 = v379 - v380, v382 = v381 + thetad_2;
-  LANES_LET1(v383, sqrt, v45);
-  const lanes v384 = 0.5 * v383, v385 = v384 / v31, v386 = v382 * v385, v387 = v376 + v386,
-      v388 = 0.5 * v365, v389 = 2.0 * v29, v390 = v370 * v389, v391 = 2.0 * v11, v392 = v382 * v391,
-      v393 = v390 + v392, v394 = 0.5 * v393, v395 = v388 + v394, v396 = v395 / v31,
-      v397 = v31 * v31, v398 = v374 / v397, v399 = v393 * v398, v400 = v396 - v399,
-      v401 = v400 * v29, v402 = v387 + v401, v403 = 0.5 / v32, v404 = v393 * v403, v405 = 2.0 * v32,
-      v406 = 0.52 + v405, v407 = v404 * v406, v408 = v365 + v407, v409 = v408 * v44,
-      v410 = v405 - 0.52, v411 = v404 * v410, v412 = v365 + v411, v413 = v412 * v41,
-      v414 = v409 - v413, v415 = 0.25 / v383, v416 = v414 * v415, v417 = v416 / v31,
-      v418 = v384 / v397, v419 = v393 * v418, v420 = v417 - v419, v421 = v420 * v11,
-      v422 = v402 + v421, v423 = v422 - v370, v424 = v370 * v423, v425 = v367 + v424,
-      v426 = v382 * v375, v427 = v400 * v11, v428 = v426 + v427, v429 = v370 * v385,
-      v430 = v428 - v429, v431 = v420 * v29, v432 = v430 - v431, v433 = v432 - v382,
-      v434 = v382 * v433, v435 = v425 + v434, v436 = v280 * v17, v437 = v283 * v343,
-      v438 = v436 + v437, v439 = 0.05964101615137755 * v227, v440 = 0.023301270189221932 * v222,
-      v441 = v1 * v440, v442 = v439 + v441, v443 = v232 * v8, v444 = v442 + v443,
-      v445 = v258 * v339, v446 = v444 + v445, v447 = v4 * v446, v448 = v438 - v447,
-      v449 = 0.023301270189221932 * v266, v450 = v5 * v449, v451 = v448 - v450, v452 = v275 * v15,
-      v453 = v451 - v452, v454 = v270 * v345, v455 = v453 - v454, v456 = thetadd_0 - v455,
-      v457 = 0.5 * v456, v458 = v5 * v446, v459 = v283 * v345, v460 = v458 + v459,
-      v461 = v270 * v343, v462 = v460 + v461, v463 = v4 * v449, v464 = v462 - v463,
-      v465 = v275 * v17, v466 = v464 - v465, v467 = v280 * v15, v468 = v466 - v467,
-      v469 = v468 + thetadd_1, v470 = 0.8660254037844386 * v469, v471 = v457 - v470,
-      v472 = v11 * v385, v473 = v29 * v375, v474 = v472 + v473, v475 = v474 - v29,
-      v476 = v471 * v475, v477 = v435 + v476, v478 = 0.05964101615137755 * v232, v479 = v2 * v440,
-      v480 = v478 + v479, v481 = v227 * v8, v482 = v480 - v481, v483 = v235 * v339,
-      v484 = v482 - v483, v485 = v484 + thetadd_2, v486 = v11 * v375, v487 = v29 * v385,
-      v488 = v486 - v487, v489 = v488 - v11, v490 = v485 * v489, v491 = v477 + v490,
-      v492 = 2.0 * v363, v493 = v363 * v492, v494 = 0.5 * v469, v495 = 0.8660254037844386 * v456,
-      v496 = v494 + v495, v497 = v496 * v364, v498 = v493 + v497, v499 = v337 * v498,
-      v500 = v336 * v40, v501 = 0.25 / v500, v502 = v365 * v501, v503 = v365 * v502,
-      v504 = v499 + v503, v505 = v504 * v336, v506 = v491 - v505, v507 = v506 / v384,
-      v508 = v370 * v475, v509 = v382 * v489, v510 = v508 + v509, v511 = v366 * v336,
-      v512 = v510 - v511, v513 = v384 * v384, v514 = v512 / v513, v515 = v416 * v514,
-      v516 = v507 - v515, v517 = v335 - v516;
-  out[1] = v517; const lanes_where v518 = LANES_AND(v332, v50);
-  const lanes v519 = LANES_CHOICE(v518, 0.0, -1.0);
-  LANES_LET1(v520, sqrt, v519); LANES_LET1(v521, sqrt, v84);
-  const lanes v522 = 0.5 / v521, v523 = 2.0 * v82, v524 = v130 * v61, v525 = v123 * v57,
-      v526 = v524 + v525, v527 = 0.009641016151377546 * v119, v528 = 0.06330127018922194 * v113,
-      v529 = v1 * v528, v530 = v527 + v529, v531 = v116 * v52, v532 = v530 + v531, v533 = v4 * v532,
-      v534 = v526 - v533, v535 = 0.06330127018922194 * v126, v536 = v5 * v535, v537 = v534 - v536,
-      v538 = v537 + thetad_0, v539 = 0.8660254037844386 * v538, v540 = v5 * v532, v541 = v123 * v61,
-      v542 = v540 + v541, v543 = v4 * v535, v544 = v542 - v543, v545 = v130 * v57,
-      v546 = v544 - v545, v547 = thetad_1 - v546, v548 = 0.5 * v547, v549 = v539 - v548,
-      v550 = v523 * v549, v551 = v522 * v550, v552 = v551 * v551, v553 = 0.5 * v538,
-      v554 = 0.8660254037844386 * v547, v555 = v553 + v554, v556 = 0.5 * v75, v557 = 0.0338 + v556,
-      v558 = 0.5 * v84, v559 = v557 - v558, v560 = v559 / v75, v561 = v555 * v560,
-      v562 = 0.009641016151377546 * v116, v563 = v2 * v528, v564 = v562 + v563, v565 = v119 * v52,
-      v566 = v564 - v565, v567 = thetad_2 - v566;
-  LANES_LET1(v568, sqrt, v89);
-  const lanes v569 = 0.5 * v568, v570 = v569 / v75, v571 = v567 * v570, v572 = v561 + v571,
-      v573 = 0.5 * v550, v574 = 2.0 * v73, v575 = v555 * v574, v576 = 2.0 * v55, v577 = v567 * v576,
-      v578 = v575 + v577, v579 = 0.5 * v578, v580 = v573 + v579, v581 = v580 / v75,
-      v582 = v75 * v75, v583 = v559 / v582, v584 = v578 * v583, v585 = v581 - v584,
-      v586 = v585 * v73, v587 = v572 + v586, v588 = 0.5 / v76, v589 = v578 * v588, v590 = 2.0 * v76,
-      v591 = 0.52 + v590, v592 = v589 * v591, v593 = v550 + v592, v594 = v593 * v88,
-      v595 = v590 - 0.52, v596 = v589 * v595, v597 = v550 + v596, v598 = v597 * v85,
-      v599 = v594 - v598, v600 = 0.25 / v568, v601 = v599 * v600, v602 = v601 / v75,
-      v603 = v569 / v582, v604 = v578 * v603, v605 = v602 - v604, v606 = v605 * v55,
-      v607 = v587 + v606, v608 = v607 - v555, v609 = v555 * v608, v610 = v552 + v609,
-      v611 = v567 * v560, v612 = v585 * v55, v613 = v611 + v612, v614 = v555 * v570,
-      v615 = v613 - v614, v616 = v605 * v73, v617 = v615 - v616, v618 = v617 - v567,
-      v619 = v567 * v618, v620 = v610 + v619, v621 = v275 * v61, v622 = v280 * v57,
-      v623 = v621 + v622, v624 = v283 * v532, v625 = v623 + v624,
-      v626 = 0.009641016151377546 * v227, v627 = 0.06330127018922194 * v222, v628 = v1 * v627,
-      v629 = v626 + v628, v630 = v232 * v52, v631 = v629 + v630, v632 = v258 * v528,
-      v633 = v631 + v632, v634 = v4 * v633, v635 = v625 - v634, v636 = 0.06330127018922194 * v266,
-      v637 = v5 * v636, v638 = v635 - v637, v639 = v270 * v535, v640 = v638 - v639,
-      v641 = v640 + thetadd_0, v642 = 0.5 * v641, v643 = v5 * v633, v644 = v280 * v61,
-      v645 = v643 + v644, v646 = v283 * v535, v647 = v645 + v646, v648 = v270 * v532,
-      v649 = v647 + v648, v650 = v4 * v636, v651 = v649 - v650, v652 = v275 * v57,
-      v653 = v651 - v652, v654 = thetadd_1 - v653, v655 = 0.8660254037844386 * v654,
-      v656 = v642 + v655, v657 = v55 * v570, v658 = v73 * v560, v659 = v657 + v658,
-      v660 = v659 - v73, v661 = v656 * v660, v662 = v620 + v661, v663 = 0.009641016151377546 * v232,
-      v664 = v2 * v627, v665 = v663 + v664, v666 = v227 * v52, v667 = v665 - v666,
-      v668 = v235 * v528, v669 = v667 - v668, v670 = thetadd_2 - v669, v671 = v55 * v560,
-      v672 = v73 * v570, v673 = v671 - v672, v674 = v673 - v55, v675 = v670 * v674,
-      v676 = v662 + v675, v677 = 0.8660254037844386 * v641, v678 = 0.5 * v654, v679 = v677 - v678,
-      v680 = v523 * v679, v681 = 2.0 * v549, v682 = v549 * v681, v683 = v680 + v682,
-      v684 = v522 * v683, v685 = v521 * v84, v686 = 0.25 / v685, v687 = v550 * v686,
-      v688 = v550 * v687, v689 = v684 + v688, v690 = v689 * v521, v691 = v676 - v690,
-      v692 = v691 / v569, v693 = v555 * v660, v694 = v567 * v674, v695 = v693 + v694,
-      v696 = v551 * v521, v697 = v695 - v696, v698 = v569 * v569, v699 = v697 / v698,
-      v700 = v601 * v699, v701 = v692 - v700, v702 = v520 - v701;
-  out[2] = v702;
+  LANES_COS_SIN(v1, v3, theta_4); LANES_COS_SIN(v6, v2, theta_5); LANES_COS_SIN(v4, v5, theta_3);
+  const lanes v7 = 0.04 * v2, v8 = v1 * v7, v9 = 0.05 * v3, v10 = v8 - v9, v11 = v10 + theta_2,
+      v12 = v11 * v11, v13 = v3 * v7, v14 = 0.05 * v1, v15 = v13 + v14, v16 = v4 * v15,
+      v17 = 0.04 * v6, v18 = v5 * v17, v19 = v16 - v18, v20 = v19 + theta_0, v21 = v20 - 0.2,
+      v22 = v21 * v21, v23 = v12 + v22;
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = 0.26 + v24, v26 = v25 * v25, v27 = v4 * v17, v28 = v5 * v15, v29 = v27 + v28,
+      v30 = v29 + theta_1, v31 = v30 - 0.04, v32 = v31 * v31, v33 = 0.64 - v32, v34 = v26 - v33,
+      v35 = v24 - 0.26, v36 = v35 * v35, v37 = v33 - v36, v38 = v34 * v37;
+  const lanes_where v39 = LANES_LE(0.0, v38);
+  const lanes v40 = 0.05964101615137755 * v3, v41 = 0.023301270189221932 * v2, v42 = v1 * v41,
+      v43 = v40 + v42, v44 = v43 + theta_2, v45 = v44 * v44, v46 = 0.05964101615137755 * v1,
+      v47 = v3 * v41, v48 = v46 - v47, v49 = v4 * v48, v50 = 0.023301270189221932 * v6,
+      v51 = v5 * v50, v52 = v49 + v51, v53 = theta_0 - v52, v54 = 0.1 + v53, v55 = 0.5 * v54,
+      v56 = v4 * v50, v57 = v5 * v48, v58 = v56 - v57, v59 = v58 + theta_1,
+      v60 = v59 - 0.17320508075688773, v61 = 0.8660254037844386 * v60, v62 = v55 - v61,
+      v63 = v62 * v62, v64 = v45 + v63;
+  LANES_LET1(v65, sqrt, v64);
+  const lanes v66 = 0.26 + v65, v67 = v66 * v66, v68 = 0.5 * v60, v69 = 0.8660254037844386 * v54,
+      v70 = v68 + v69, v71 = 0.04 + v70, v72 = v71 * v71, v73 = 0.64 - v72, v74 = v67 - v73,
+      v75 = v65 - 0.26, v76 = v75 * v75, v77 = v73 - v76, v78 = v74 * v77;
+  const lanes_where v79 = LANES_LE(0.0, v78); const lanes_where v80 = LANES_AND(v39, v79);
+  const lanes v81 = 0.009641016151377546 * v3, v82 = 0.06330127018922194 * v2, v83 = v1 * v82,
+      v84 = v81 + v83, v85 = theta_2 - v84, v86 = v85 * v85, v87 = 0.06330127018922194 * v6,
+      v88 = v5 * v87, v89 = v3 * v82, v90 = 0.009641016151377546 * v1, v91 = v89 - v90,
+      v92 = v4 * v91, v93 = v88 - v92, v94 = v93 + theta_0, v95 = 0.1 + v94, v96 = 0.5 * v95,
+      v97 = v4 * v87, v98 = v5 * v91, v99 = v97 + v98, v100 = theta_1 - v99,
+      v101 = 0.17320508075688773 + v100, v102 = 0.8660254037844386 * v101, v103 = v96 + v102,
+      v104 = v103 * v103, v105 = v86 + v104;
+  LANES_LET1(v106, sqrt, v105);
+  const lanes v107 = 0.26 + v106, v108 = v107 * v107, v109 = 0.8660254037844386 * v95,
+      v110 = 0.5 * v101, v111 = v109 - v110, v112 = v111 - 0.04, v113 = v112 * v112,
+      v114 = 0.64 - v113, v115 = v108 - v114, v116 = v106 - 0.26, v117 = v116 * v116,
+      v118 = v114 - v117, v119 = v115 * v118;
+  const lanes_where v120 = LANES_LE(0.0, v119); const lanes_where v121 = LANES_AND(v80, v120);
+  const lanes v122 = LANES_CHOICE(v121, 0.0, -1.0);
+  LANES_LET1(v123, sqrt, v122); LANES_LET1(v124, sqrt, v33);
+  const lanes v125 = 0.5 / v124, v126 = 2.0 * v31, v127 = v6 * thetad_5, v128 = 0.04 * v127,
+      v129 = v3 * v128, v130 = v1 * thetad_4, v131 = v130 * v7, v132 = v129 + v131,
+      v133 = v3 * thetad_4, v134 = 0.05 * v133, v135 = v132 - v134, v136 = v5 * v135,
+      v137 = v4 * thetad_3, v138 = v137 * v15, v139 = v136 + v138, v140 = v2 * thetad_5,
+      v141 = 0.04 * v140, v142 = v4 * v141, v143 = v139 - v142, v144 = v5 * thetad_3,
+      v145 = v144 * v17, v146 = v143 - v145, v147 = v146 + thetad_1, v148 = v126 * v147,
+      v149 = v125 * v148, v150 = v149 * v149, v151 = v1 * v128, v152 = 0.05 * v130,
+      v153 = v151 - v152, v154 = v133 * v7, v155 = v153 - v154, v156 = v155 + thetad_2,
+      v157 = v4 * v135, v158 = v5 * v141, v159 = v157 + v158, v160 = v144 * v15, v161 = v159 - v160,
+      v162 = v137 * v17, v163 = v161 - v162, v164 = v163 + thetad_0;
+  LANES_LET1(v165, sqrt, v38);
+  const lanes v166 = 0.5 * v165, v167 = v166 / v23, v168 = v164 * v167, v169 = 0.5 * v23,
+      v170 = 0.0338 + v169, v171 = 0.5 * v33, v172 = v170 - v171, v173 = v172 / v23,
+      v174 = v156 * v173, v175 = v168 + v174, v176 = 0.5 * v148, v177 = 2.0 * v21,
+      v178 = v164 * v177, v179 = 2.0 * v11, v180 = v156 * v179, v181 = v178 + v180,
+      v182 = 0.5 * v181, v183 = v176 + v182, v184 = v183 / v23, v185 = v23 * v23,
+      v186 = v172 / v185, v187 = v181 * v186, v188 = v184 - v187, v189 = v188 * v11,
+      v190 = v175 + v189, v191 = 0.5 / v24, v192 = v181 * v191, v193 = 2.0 * v24,
+      v194 = 0.52 + v193, v195 = v192 * v194, v196 = v148 + v195, v197 = v196 * v37,
+      v198 = v193 - 0.52, v199 = v192 * v198, v200 = v148 + v199, v201 = v200 * v34,
+      v202 = v197 - v201, v203 = 0.25 / v165, v204 = v202 * v203, v205 = v204 / v23,
+      v206 = v166 / v185, v207 = v181 * v206, v208 = v205 - v207, v209 = v208 * v21,
+      v210 = v190 + v209, v211 = v210 - v156, v212 = v156 * v211, v213 = v150 + v212,
+      v214 = v6 * thetadd_5, v215 = v140 * thetad_5, v216 = v214 - v215, v217 = 0.04 * v216,
+      v218 = v1 * v217, v219 = v1 * thetadd_4, v220 = v133 * thetad_4, v221 = v219 - v220,
+      v222 = 0.05 * v221, v223 = v218 - v222, v224 = v3 * thetadd_4, v225 = v130 * thetad_4,
+      v226 = v224 + v225, v227 = v226 * v7, v228 = v223 - v227, v229 = 2.0 * v133,
+      v230 = v229 * v128, v231 = v228 - v230, v232 = v231 + thetadd_2, v233 = v11 * v173,
+      v234 = v21 * v167, v235 = v233 + v234, v236 = v235 - v11, v237 = v232 * v236,
+      v238 = v213 + v237, v239 = v156 * v167, v240 = v208 * v11, v241 = v239 + v240,
+      v242 = v164 * v173, v243 = v241 - v242, v244 = v188 * v21, v245 = v243 - v244,
+      v246 = v164 + v245, v247 = v164 * v246, v248 = v238 - v247, v249 = v3 * v217,
+      v250 = v221 * v7, v251 = v249 + v250, v252 = 2.0 * v130, v253 = v252 * v128,
+      v254 = v251 + v253, v255 = 0.05 * v226, v256 = v254 - v255, v257 = v4 * v256,
+      v258 = v2 * thetadd_5, v259 = v127 * thetad_5, v260 = v258 + v259, v261 = 0.04 * v260,
+      v262 = v5 * v261, v263 = v257 + v262, v264 = 2.0 * v137, v265 = v264 * v141,
+      v266 = v263 + v265, v267 = v5 * thetadd_3, v268 = v137 * thetad_3, v269 = v267 + v268,
+      v270 = v269 * v15, v271 = v266 - v270, v272 = v4 * thetadd_3, v273 = v144 * thetad_3,
+      v274 = v272 - v273, v275 = v274 * v17, v276 = v271 - v275, v277 = 2.0 * v144,
+      v278 = v277 * v135, v279 = v276 - v278, v280 = v279 + thetadd_0, v281 = v11 * v167,
+      v282 = v21 * v173, v283 = v281 - v282, v284 = v21 + v283, v285 = v280 * v284,
+      v286 = v248 - v285, v287 = v5 * v256, v288 = v274 * v15, v289 = v287 + v288,
+      v290 = v277 * v141, v291 = v289 + v290, v292 = v264 * v135, v293 = v291 + v292,
+      v294 = v4 * v261, v295 = v293 - v294, v296 = v269 * v17, v297 = v295 - v296,
+      v298 = v297 + thetadd_1, v299 = v126 * v298, v300 = 2.0 * v147, v301 = v147 * v300,
+      v302 = v299 + v301, v303 = v125 * v302, v304 = v124 * v33, v305 = 0.25 / v304,
+      v306 = v148 * v305, v307 = v148 * v306, v308 = v303 + v307, v309 = v308 * v124,
+      v310 = v286 - v309, v311 = v310 / v166, v312 = v156 * v236, v313 = v164 * v284,
+      v314 = v312 - v313, v315 = v149 * v124, v316 = v314 - v315, v317 = v166 * v166,
+      v318 = v316 / v317, v319 = v204 * v318, v320 = v311 - v319, v321 = v123 - v320;
+  out[0] = v321;
+  const lanes v322 = 0.05964101615137755 * v133, v323 = 0.023301270189221932 * v127,
+      v324 = v3 * v323, v325 = v322 + v324, v326 = v130 * v41, v327 = v325 + v326, v328 = v5 * v327,
+      v329 = 0.023301270189221932 * v140, v330 = v4 * v329, v331 = v328 - v330, v332 = v144 * v50,
+      v333 = v331 - v332, v334 = v137 * v48, v335 = v333 - v334, v336 = v335 + thetad_1,
+      v337 = 0.5 * v336, v338 = v137 * v50, v339 = v4 * v327, v340 = v338 - v339, v341 = v5 * v329,
+      v342 = v340 - v341, v343 = v144 * v48, v344 = v342 - v343, v345 = thetad_0 - v344,
+      v346 = 0.8660254037844386 * v345, v347 = v337 + v346, v348 = 2.0 * v71, v349 = v347 * v348;
+  LANES_LET1(v350, sqrt, v73);
+  const lanes v351 = 0.5 / v350, v352 = v349 * v351, v353 = v352 * v352, v354 = 0.5 * v345,
+      v355 = 0.8660254037844386 * v336, v356 = v354 - v355, v357 = 0.5 * v64, v358 = 0.0338 + v357,
+      v359 = 0.5 * v73, v360 = v358 - v359, v361 = v360 / v64, v362 = v356 * v361,
+      v363 = 0.05964101615137755 * v130, v364 = v1 * v323, v365 = v363 + v364, v366 = v133 * v41,
+      v367 = v365 - v366, v368 = v367 + thetad_2;
+  LANES_LET1(v369, sqrt, v78);
+  const lanes v370 = 0.5 * v369, v371 = v370 / v64, v372 = v368 * v371, v373 = v362 + v372,
+      v374 = 0.5 * v349, v375 = 2.0 * v62, v376 = v356 * v375, v377 = 2.0 * v44, v378 = v368 * v377,
+      v379 = v376 + v378, v380 = 0.5 * v379, v381 = v374 + v380, v382 = v381 / v64,
+      v383 = v64 * v64, v384 = v360 / v383, v385 = v379 * v384, v386 = v382 - v385,
+      v387 = v386 * v62, v388 = v373 + v387, v389 = 0.5 / v65, v390 = v379 * v389, v391 = 2.0 * v65,
+      v392 = 0.52 + v391, v393 = v390 * v392, v394 = v349 + v393, v395 = v394 * v77,
+      v396 = v391 - 0.52, v397 = v390 * v396, v398 = v349 + v397, v399 = v398 * v74,
+      v400 = v395 - v399, v401 = 0.25 / v369, v402 = v400 * v401, v403 = v402 / v64,
+      v404 = v370 / v383, v405 = v379 * v404, v406 = v403 - v405, v407 = v406 * v44,
+      v408 = v388 + v407, v409 = v408 - v356, v410 = v356 * v409, v411 = v353 + v410,
+      v412 = v368 * v361, v413 = v386 * v44, v414 = v412 + v413, v415 = v356 * v371,
+      v416 = v414 - v415, v417 = v406 * v62, v418 = v416 - v417, v419 = v418 - v368,
+      v420 = v368 * v419, v421 = v411 + v420, v422 = v274 * v50, v423 = v277 * v327,
+      v424 = v422 + v423, v425 = 0.05964101615137755 * v226, v426 = 0.023301270189221932 * v216,
+      v427 = v3 * v426, v428 = v425 + v427, v429 = v221 * v41, v430 = v428 + v429,
+      v431 = v252 * v323, v432 = v430 + v431, v433 = v4 * v432, v434 = v424 - v433,
+      v435 = 0.023301270189221932 * v260, v436 = v5 * v435, v437 = v434 - v436, v438 = v269 * v48,
+      v439 = v437 - v438, v440 = v264 * v329, v441 = v439 - v440, v442 = thetadd_0 - v441,
+      v443 = 0.5 * v442, v444 = v5 * v432, v445 = v277 * v329, v446 = v444 + v445,
+      v447 = v264 * v327, v448 = v446 + v447, v449 = v4 * v435, v450 = v448 - v449,
+      v451 = v269 * v50, v452 = v450 - v451, v453 = v274 * v48, v454 = v452 - v453,
+      v455 = v454 + thetadd_1, v456 = 0.8660254037844386 * v455, v457 = v443 - v456,
+      v458 = v44 * v371, v459 = v62 * v361, v460 = v458 + v459, v461 = v460 - v62,
+      v462 = v457 * v461, v463 = v421 + v462, v464 = 0.05964101615137755 * v221, v465 = v1 * v426,
+      v466 = v464 + v465, v467 = v226 * v41, v468 = v466 - v467, v469 = v229 * v323,
+      v470 = v468 - v469, v471 = v470 + thetadd_2, v472 = v44 * v361, v473 = v62 * v371,
+      v474 = v472 - v473, v475 = v474 - v44, v476 = v471 * v475, v477 = v463 + v476,
+      v478 = v350 * v73, v479 = 0.25 / v478, v480 = v349 * v479, v481 = v349 * v480,
+      v482 = 2.0 * v347, v483 = v347 * v482, v484 = 0.5 * v455, v485 = 0.8660254037844386 * v442,
+      v486 = v484 + v485, v487 = v486 * v348, v488 = v483 + v487, v489 = v488 * v351,
+      v490 = v481 + v489, v491 = v490 * v350, v492 = v477 - v491, v493 = v492 / v370,
+      v494 = v356 * v461, v495 = v368 * v475, v496 = v494 + v495, v497 = v352 * v350,
+      v498 = v496 - v497, v499 = v370 * v370, v500 = v498 / v499, v501 = v402 * v500,
+      v502 = v493 - v501, v503 = v123 - v502;
+  out[1] = v503; LANES_LET1(v504, sqrt, v114);
+  const lanes v505 = 0.5 / v504, v506 = 2.0 * v112, v507 = v144 * v91, v508 = v137 * v87,
+      v509 = v507 + v508, v510 = 0.009641016151377546 * v133, v511 = 0.06330127018922194 * v127,
+      v512 = v3 * v511, v513 = v510 + v512, v514 = v130 * v82, v515 = v513 + v514, v516 = v4 * v515,
+      v517 = v509 - v516, v518 = 0.06330127018922194 * v140, v519 = v5 * v518, v520 = v517 - v519,
+      v521 = v520 + thetad_0, v522 = 0.8660254037844386 * v521, v523 = v5 * v515, v524 = v137 * v91,
+      v525 = v523 + v524, v526 = v4 * v518, v527 = v525 - v526, v528 = v144 * v87,
+      v529 = v527 - v528, v530 = thetad_1 - v529, v531 = 0.5 * v530, v532 = v522 - v531,
+      v533 = v506 * v532, v534 = v505 * v533, v535 = v534 * v534, v536 = 0.5 * v521,
+      v537 = 0.8660254037844386 * v530, v538 = v536 + v537, v539 = 0.5 * v105, v540 = 0.0338 + v539,
+      v541 = 0.5 * v114, v542 = v540 - v541, v543 = v542 / v105, v544 = v538 * v543,
+      v545 = 0.009641016151377546 * v130, v546 = v1 * v511, v547 = v545 + v546, v548 = v133 * v82,
+      v549 = v547 - v548, v550 = thetad_2 - v549;
+  LANES_LET1(v551, sqrt, v119);
+  const lanes v552 = 0.5 * v551, v553 = v552 / v105, v554 = v550 * v553, v555 = v544 + v554,
+      v556 = 0.5 * v533, v557 = 2.0 * v103, v558 = v538 * v557, v559 = 2.0 * v85,
+      v560 = v550 * v559, v561 = v558 + v560, v562 = 0.5 * v561, v563 = v556 + v562,
+      v564 = v563 / v105, v565 = v105 * v105, v566 = v542 / v565, v567 = v561 * v566,
+      v568 = v564 - v567, v569 = v568 * v103, v570 = v555 + v569, v571 = 0.5 / v106,
+      v572 = v561 * v571, v573 = 2.0 * v106, v574 = 0.52 + v573, v575 = v572 * v574,
+      v576 = v533 + v575, v577 = v576 * v118, v578 = v573 - 0.52, v579 = v572 * v578,
+      v580 = v533 + v579, v581 = v580 * v115, v582 = v577 - v581, v583 = 0.25 / v551,
+      v584 = v582 * v583, v585 = v584 / v105, v586 = v552 / v565, v587 = v561 * v586,
+      v588 = v585 - v587, v589 = v588 * v85, v590 = v570 + v589, v591 = v590 - v538,
+      v592 = v538 * v591, v593 = v535 + v592, v594 = v550 * v543, v595 = v568 * v85,
+      v596 = v594 + v595, v597 = v538 * v553, v598 = v596 - v597, v599 = v588 * v103,
+      v600 = v598 - v599, v601 = v600 - v550, v602 = v550 * v601, v603 = v593 + v602,
+      v604 = v269 * v91, v605 = v274 * v87, v606 = v604 + v605, v607 = v277 * v515,
+      v608 = v606 + v607, v609 = 0.009641016151377546 * v226, v610 = 0.06330127018922194 * v216,
+      v611 = v3 * v610, v612 = v609 + v611, v613 = v221 * v82, v614 = v612 + v613,
+      v615 = v252 * v511, v616 = v614 + v615, v617 = v4 * v616, v618 = v608 - v617,
+      v619 = 0.06330127018922194 * v260, v620 = v5 * v619, v621 = v618 - v620, v622 = v264 * v518,
+      v623 = v621 - v622, v624 = v623 + thetadd_0, v625 = 0.5 * v624, v626 = v5 * v616,
+      v627 = v274 * v91, v628 = v626 + v627, v629 = v277 * v518, v630 = v628 + v629,
+      v631 = v264 * v515, v632 = v630 + v631, v633 = v4 * v619, v634 = v632 - v633,
+      v635 = v269 * v87, v636 = v634 - v635, v637 = thetadd_1 - v636,
+      v638 = 0.8660254037844386 * v637, v639 = v625 + v638, v640 = v85 * v553, v641 = v103 * v543,
+      v642 = v640 + v641, v643 = v642 - v103, v644 = v639 * v643, v645 = v603 + v644,
+      v646 = 0.009641016151377546 * v221, v647 = v1 * v610, v648 = v646 + v647, v649 = v226 * v82,
+      v650 = v648 - v649, v651 = v229 * v511, v652 = v650 - v651, v653 = thetadd_2 - v652,
+      v654 = v85 * v543, v655 = v103 * v553, v656 = v654 - v655, v657 = v656 - v85,
+      v658 = v653 * v657, v659 = v645 + v658, v660 = 0.8660254037844386 * v624, v661 = 0.5 * v637,
+      v662 = v660 - v661, v663 = v506 * v662, v664 = 2.0 * v532, v665 = v532 * v664,
+      v666 = v663 + v665, v667 = v505 * v666, v668 = v504 * v114, v669 = 0.25 / v668,
+      v670 = v533 * v669, v671 = v533 * v670, v672 = v667 + v671, v673 = v672 * v504,
+      v674 = v659 - v673, v675 = v674 / v552, v676 = v538 * v643, v677 = v550 * v657,
+      v678 = v676 + v677, v679 = v534 * v504, v680 = v678 - v679, v681 = v552 * v552,
+      v682 = v680 / v681, v683 = v584 * v682, v684 = v675 - v683, v685 = v123 - v684;
+  out[2] = v685;
 }
 
 // actuator_margin: 128 operations: multiply 65, add 51, trig 6, other 6

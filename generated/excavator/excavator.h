@@ -20,21 +20,21 @@ extern "C" {
 
 /* Pose of the tool (tip) in the base frame (0).
  * T_0_tip = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_tip, theta = chain(q)
- * 158 operations: multiply 77, add 53, negate 2, trig 2, other 24.
+ * 151 operations: multiply 73, add 53, negate 2, trig 2, other 21.
  *   q: actuator coordinates, 4 (rad or m)
  *   T_0_tip: pose of the tool, 4 x 4 (1, m) */
 void excavator_fk(const double q[4], double T_0_tip[16]);
 
 /* Pose of every link's frame in the base frame, in order from the base.
  * T[k] is the pose of link k of: upper, boom, stick, bucket
- * 194 operations: multiply 85, add 74, negate 2, trig 2, other 31.
+ * 180 operations: multiply 81, add 74, negate 2, trig 2, other 21.
  *   q: actuator coordinates, 4 (rad or m)
  *   T: link poses, 4 x 4 x 4 (1, m) */
 void excavator_link_poses(const double q[4], double T[64]);
 
 /* Pose of the tool and mixed Jacobian in one call.
  * (fk(q), jacobian_mixed(q))
- * 221 operations: multiply 109, add 65, negate 7, trig 2, other 38.
+ * 204 operations: multiply 105, add 65, negate 7, trig 2, other 25.
  *   q: actuator coordinates, 4 (rad or m)
  *   T_0_tip: pose of the tool, 4 x 4 (1, m)
  *   J: mixed Jacobian, 6 x 4 (m, 1) */
@@ -42,28 +42,28 @@ void excavator_fk_jacobian_mixed(const double q[4], double T_0_tip[16], double J
 
 /* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
- * 195 operations: multiply 91, add 63, negate 2, trig 2, other 37.
+ * 179 operations: multiply 87, add 63, negate 2, trig 2, other 25.
  *   q: actuator coordinates, 4 (rad or m)
  *   J: space Jacobian, 6 x 4 (m, 1) */
 void excavator_jacobian_space(const double q[4], double J[24]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
- * 195 operations: multiply 95, add 64, negate 2, other 34.
+ * 182 operations: multiply 91, add 64, negate 2, other 25.
  *   q: actuator coordinates, 4 (rad or m)
  *   J: body Jacobian, 6 x 4 (m, 1) */
 void excavator_jacobian_body(const double q[4], double J[24]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
- * 208 operations: multiply 105, add 62, negate 5, trig 2, other 34.
+ * 195 operations: multiply 101, add 62, negate 5, trig 2, other 25.
  *   q: actuator coordinates, 4 (rad or m)
  *   J: mixed Jacobian, 6 x 4 (m, 1) */
 void excavator_jacobian_mixed(const double q[4], double J[24]);
 
 /* Time derivative of jacobian_space at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- * 390 operations: multiply 204, add 126, negate 2, trig 2, other 56.
+ * 374 operations: multiply 200, add 126, negate 2, trig 2, other 44.
  *   q: actuator coordinates, 4 (rad or m)
  *   qd: actuator rates, 4 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 4 (m/s, 1/s) */
@@ -71,7 +71,7 @@ void excavator_jacobian_space_dot(const double q[4], const double qd[4], double 
 
 /* Time derivative of jacobian_body at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- * 333 operations: multiply 173, add 104, negate 3, other 53.
+ * 320 operations: multiply 169, add 104, negate 3, other 44.
  *   q: actuator coordinates, 4 (rad or m)
  *   qd: actuator rates, 4 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 4 (m/s, 1/s) */
@@ -79,7 +79,7 @@ void excavator_jacobian_body_dot(const double q[4], const double qd[4], double J
 
 /* Time derivative of jacobian_mixed at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- * 429 operations: multiply 231, add 136, negate 3, trig 2, other 57.
+ * 413 operations: multiply 227, add 136, negate 3, trig 2, other 45.
  *   q: actuator coordinates, 4 (rad or m)
  *   qd: actuator rates, 4 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 4 (m/s, 1/s) */
@@ -87,14 +87,14 @@ void excavator_jacobian_mixed_dot(const double q[4], const double qd[4], double 
 
 /* Derivative of jacobian_mixed by the joint coordinates.
  * H[:, j, k] = d jacobian_mixed[:, j] / d q_k
- * 397 operations: multiply 223, add 107, negate 15, trig 2, other 50.
+ * 384 operations: multiply 219, add 107, negate 15, trig 2, other 41.
  *   q: actuator coordinates, 4 (rad or m)
  *   H: Hessian, 6 x 4 x 4 (m, 1) */
 void excavator_hessian_mixed(const double q[4], double H[96]);
 
 /* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
  * V = jacobian_space(q) qd
- * 186 operations: multiply 94, add 62, trig 2, other 28.
+ * 179 operations: multiply 90, add 62, trig 2, other 25.
  *   q: actuator coordinates, 4 (rad or m)
  *   qd: actuator rates, 4 (rad or m/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
@@ -110,7 +110,7 @@ void excavator_twist_body(const double q[4], const double qd[4], double V[6]);
 
 /* Twist (v, omega) of the tool's origin, in base axes.
  * V = jacobian_mixed(q) qd
- * 209 operations: multiply 110, add 69, trig 2, other 28.
+ * 202 operations: multiply 106, add 69, trig 2, other 25.
  *   q: actuator coordinates, 4 (rad or m)
  *   qd: actuator rates, 4 (rad or m/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
@@ -145,21 +145,21 @@ void excavator_acceleration_mixed(const double q[4], const double qd[4], const d
 
 /* Joints of the main chain, angles between -pi and pi.
  * theta = (swing, boom, stick, bucket), with every loop closed
- * 139 operations: multiply 57, add 45, trig 3, other 34.
+ * 122 operations: multiply 53, add 45, trig 3, other 21.
  *   q: actuator coordinates, 4 (rad or m)
  *   theta: main chain, 4 (rad) */
 void excavator_chain(const double q[4], double theta[4]);
 
 /* Derivative of the main chain's joints by the actuated coordinates.
  * chain_D_q[:, k] = d chain / d q_k
- * 108 operations: multiply 40, add 34, other 34.
+ * 95 operations: multiply 36, add 34, other 25.
  *   q: actuator coordinates, 4 (rad or m)
  *   theta_D_q: derivative, 4 x 4 (1, m, 1/m) */
 void excavator_chain_D_q(const double q[4], double theta_D_q[16]);
 
 /* Joint rates of the main chain.
  * thetad = chain_D_q(q) qd
- * 116 operations: multiply 43, add 35, other 38.
+ * 99 operations: multiply 39, add 35, other 25.
  *   q: actuator coordinates, 4 (rad or m)
  *   qd: actuator rates, 4 (rad or m/s)
  *   thetad: rates of the main chain, 4 (rad/s) */
@@ -167,7 +167,7 @@ void excavator_chain_rates(const double q[4], const double qd[4], double thetad[
 
 /* Joint accelerations of the main chain.
  * thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
- * 217 operations: multiply 101, add 65, other 51.
+ * 200 operations: multiply 97, add 65, other 38.
  *   q: actuator coordinates, 4 (rad or m)
  *   qd: actuator rates, 4 (rad or m/s)
  *   qdd: actuator accelerations, 4 (rad or m/s^2)
@@ -177,14 +177,14 @@ void excavator_chain_accelerations(const double q[4], const double qd[4], const 
 /* Passive joints that are not in the main chain, angles between -pi and pi.
  * passive = (rocker, bucket_link_swing, boom_cylinder_swing, stick_cylinder_swing,
  * bucket_cylinder_swing), with every loop closed
- * 140 operations: multiply 53, add 43, trig 5, other 39.
+ * 124 operations: multiply 49, add 43, trig 5, other 27.
  *   q: actuator coordinates, 4 (rad or m)
  *   passive: passive joints, 5 (rad or m) */
 void excavator_passive(const double q[4], double passive[5]);
 
 /* Derivative of the passive joints by the actuated coordinates.
  * passive_D_q[:, k] = d passive / d q_k
- * 154 operations: multiply 62, add 48, other 44.
+ * 138 operations: multiply 58, add 48, other 32.
  *   q: actuator coordinates, 4 (rad or m)
  *   passive_D_q: derivative, 5 x 4 (1, m, 1/m) */
 void excavator_passive_D_q(const double q[4], double passive_D_q[20]);
@@ -192,7 +192,7 @@ void excavator_passive_D_q(const double q[4], double passive_D_q[20]);
 /* All joints, swings and cylinder lengths, angles between -pi and pi.
  * z = (swing, boom, stick, bucket, rocker, bucket_link_swing, boom_cylinder, boom_cylinder_swing,
  * stick_cylinder, stick_cylinder_swing, bucket_cylinder, bucket_cylinder_swing), constraint(z) = 0
- * 182 operations: multiply 71, add 60, trig 8, other 43.
+ * 162 operations: multiply 67, add 60, trig 8, other 27.
  *   q: actuator coordinates, 4 (rad or m)
  *   z: full configuration, 12 (rad or m) */
 void excavator_configuration(const double q[4], double z[12]);
@@ -221,7 +221,7 @@ void excavator_margin(const double q[4], double margin[4]);
  * bucket_cylinder left, bucket_link left; boom_cylinder left, stick_cylinder right,
  * bucket_cylinder right, bucket_link right; boom_cylinder left, stick_cylinder right,
  * bucket_cylinder right, bucket_link left
- * 246 operations: multiply 99, add 89, trig 8, other 50.
+ * 229 operations: multiply 99, add 89, trig 8, other 33.
  *   q: actuator coordinates, 4 (rad or m)
  *   theta: one branch a row, 16 x 4 (rad)
  *   margin: margins of each branch, 16 x 4 (1) */
@@ -229,21 +229,21 @@ void excavator_chain_all(const double q[4], double theta[64], double margin[64])
 
 /* Actuated coordinates from the joints of the main chain.
  * actuators(chain(q)) = q
- * 74 operations: multiply 30, add 29, trig 6, other 9.
+ * 73 operations: multiply 29, add 29, trig 6, other 9.
  *   theta: joints of the main chain, 4 (rad)
  *   q: actuated coordinates, 4 (rad or m) */
 void excavator_actuators(const double theta[4], double q[4]);
 
 /* Derivative of the actuated coordinates by the main chain's joints.
  * actuators_D_chain[:, k] = d actuators / d theta_k
- * 109 operations: multiply 53, add 37, trig 6, other 13.
+ * 108 operations: multiply 52, add 37, trig 6, other 13.
  *   theta: joints of the main chain, 4 (rad)
  *   q_D_theta: derivative, 4 x 4 (1, m, 1/m) */
 void excavator_actuators_D_chain(const double theta[4], double q_D_theta[16]);
 
 /* Rates of the actuated coordinates.
  * qd = actuators_D_chain(theta) thetad
- * 128 operations: multiply 71, add 38, trig 6, other 13.
+ * 127 operations: multiply 70, add 38, trig 6, other 13.
  *   theta: joints of the main chain, 4 (rad)
  *   thetad: joint rates of the main chain, 4 (rad/s)
  *   qd: actuator rates, 4 (rad or m/s) */
@@ -251,7 +251,7 @@ void excavator_actuator_rates(const double theta[4], const double thetad[4], dou
 
 /* Accelerations of the actuated coordinates.
  * qdd = actuators_D_chain(theta) thetadd + d/dt actuators_D_chain(theta) thetad
- * 262 operations: multiply 153, add 80, trig 6, other 23.
+ * 261 operations: multiply 152, add 80, trig 6, other 23.
  *   theta: joints of the main chain, 4 (rad)
  *   thetad: joint rates of the main chain, 4 (rad/s)
  *   thetadd: joint accelerations of the main chain, 4 (rad/s^2)

@@ -66,7 +66,7 @@ void five_bar_fk(const double q[2], double T_0_ee[16]) {
 }
 
 // Pose of every link's frame in the base frame, in order from the base.
-// 38 operations: multiply 15, add 13, negate 1, trig 4, other 5
+// 37 operations: multiply 14, add 13, negate 1, trig 4, other 5
 void five_bar_link_poses(const double q[2], double T[32]) {
   // inputs
   const double q_0 = q[0];
@@ -114,37 +114,36 @@ void five_bar_link_poses(const double q[2], double T[32]) {
   const double v17 = v15 + v13;
   const double v18 = 0.36 - v17;
   const double v19 = v17 * v18;
-  const double v20 = 30.864197530864196 * v19;
+  const int v20 = 0.0 <= v19;
   const double v21 = sqrt(v19);
-  const int v22 = 0.0 <= v20;
+  const double v22 = v20 ? 0.0 : -1.0;
   const double v23 = 0.5 * v21;
-  const double v24 = v22 ? 0.0 : -1.0;
+  const double v24 = sqrt(v22);
   const double v25 = v23 / v17;
-  const double v26 = sqrt(v24);
-  const double v27 = v25 * v10;
-  const double v28 = v25 * v12;
-  const double v29 = c[0] + v26;
-  const double v30 = v26 - s[0];
-  const double v31 = v26 + s[0];
-  const double v32 = v16 - v27;
-  const double v33 = v14 + v28;
-  const double v34 = v26 + v11;
-  const double v35 = v8 + v26;
-  T[0] = v29;
-  T[1] = v30;
-  T[4] = v31;
-  T[5] = v29;
-  const double v36 = 3.333333333333333 * v32;
-  const double v37 = 3.333333333333333 * v33;
-  T[19] = v34;
-  T[23] = v35;
+  const double v26 = c[0] + v24;
+  const double v27 = v24 - s[0];
+  const double v28 = v24 + s[0];
+  const double v29 = v25 * v10;
+  const double v30 = v25 * v12;
+  const double v31 = v24 + v11;
+  const double v32 = v8 + v24;
+  T[0] = v26;
+  T[1] = v27;
+  T[4] = v28;
+  T[5] = v26;
+  const double v33 = v16 - v29;
+  const double v34 = v14 + v30;
+  T[19] = v31;
+  T[23] = v32;
   // shared terms; T
-  T[16] = v36;
-  const double v38 = -v37;
-  T[20] = v37;
-  T[21] = v36;
+  const double v35 = 3.333333333333333 * v33;
+  const double v36 = 3.333333333333333 * v34;
+  T[16] = v35;
+  const double v37 = -v36;
+  T[20] = v36;
+  T[21] = v35;
   // T
-  T[17] = v38;
+  T[17] = v37;
 }
 
 // Pose of the tool and mixed Jacobian in one call.
@@ -1830,7 +1829,7 @@ void five_bar_acceleration_mixed(const double q[2], const double qd[2], const do
 }
 
 // Joints of the main chain, angles between -pi and pi.
-// 39 operations: multiply 19, add 10, trig 5, other 5
+// 38 operations: multiply 18, add 10, trig 5, other 5
 void five_bar_chain(const double q[2], double theta[2]) {
   // inputs
   const double q_0 = q[0];
@@ -1855,29 +1854,28 @@ void five_bar_chain(const double q[2], double theta[2]) {
   const double v17 = 0.36 - v16;
   const double v18 = v16 * v17;
   const double v19 = sqrt(v18);
-  const double v20 = 30.864197530864196 * v18;
+  const int v20 = 0.0 <= v18;
   const double v21 = 0.5 * v19;
-  const int v22 = 0.0 <= v20;
+  const double v22 = v20 ? 0.0 : -1.0;
   const double v23 = v21 / v16;
-  const double v24 = v22 ? 0.0 : -1.0;
+  const double v24 = sqrt(v22);
   const double v25 = v23 * v11;
   const double v26 = v23 * v10;
-  const double v27 = sqrt(v24);
+  const double v27 = v24 + q_0;
   const double v28 = v13 + v25;
   const double v29 = v15 - v26;
-  const double v30 = v27 + q_0;
-  const double v31 = 3.333333333333333 * v28;
-  const double v32 = 3.333333333333333 * v29;
-  theta[0] = v30;
+  theta[0] = v27;
   // shared terms; theta
-  const double v33 = c[1] * v31;
-  const double v34 = s[1] * v32;
-  const double v35 = c[1] * v32;
-  const double v36 = s[1] * v31;
-  const double v37 = v33 - v34;
-  const double v38 = v35 + v36;
-  const double v39 = atan2(v37, v38);
-  theta[1] = v39;
+  const double v30 = 3.333333333333333 * v28;
+  const double v31 = 3.333333333333333 * v29;
+  const double v32 = c[1] * v30;
+  const double v33 = s[1] * v31;
+  const double v34 = c[1] * v31;
+  const double v35 = s[1] * v30;
+  const double v36 = v32 - v33;
+  const double v37 = v34 + v35;
+  const double v38 = atan2(v36, v37);
+  theta[1] = v38;
 }
 
 // Derivative of the main chain's joints by the actuated coordinates.
@@ -1932,7 +1930,7 @@ void five_bar_chain_D_q(const double q[2], double theta_D_q[4]) {
 }
 
 // Joint rates of the main chain.
-// 47 operations: multiply 23, add 14, trig 4, other 6
+// 46 operations: multiply 22, add 14, trig 4, other 6
 void five_bar_chain_rates(const double q[2], const double qd[2], double thetad[2]) {
   // inputs
   const double q_0 = q[0];
@@ -1968,32 +1966,31 @@ void five_bar_chain_rates(const double q[2], const double qd[2], double thetad[2
   const double v26 = v24 + v20;
   const double v27 = 0.36 - v26;
   const double v28 = v26 * v27;
-  const double v29 = 30.864197530864196 * v28;
+  const int v29 = 0.0 <= v28;
   const double v30 = sqrt(v28);
-  const int v31 = 0.0 <= v29;
+  const double v31 = v29 ? 0.0 : -1.0;
   const double v32 = 0.5 * v30;
-  const double v33 = v31 ? 0.0 : -1.0;
+  const double v33 = sqrt(v31);
   const double v34 = v32 / v26;
-  const double v35 = sqrt(v33);
+  const double v35 = v33 + qd_0;
   const double v36 = v34 * v14;
   const double v37 = v34 * v19;
-  const double v38 = v35 + qd_0;
-  const double v39 = v25 - v36;
-  const double v40 = v22 + v37;
-  thetad[0] = v38;
-  const double v41 = v39 - v19;
-  const double v42 = v40 - v14;
+  thetad[0] = v35;
+  const double v38 = v25 - v36;
+  const double v39 = v22 + v37;
   // shared terms; thetad
-  const double v43 = v41 * v21;
-  const double v44 = v42 * v23;
-  const double v45 = v43 + v44;
-  const double v46 = v45 / v32;
-  const double v47 = v46 - qd_0;
-  thetad[1] = v47;
+  const double v40 = v38 - v19;
+  const double v41 = v39 - v14;
+  const double v42 = v40 * v21;
+  const double v43 = v41 * v23;
+  const double v44 = v42 + v43;
+  const double v45 = v44 / v32;
+  const double v46 = v45 - qd_0;
+  thetad[1] = v46;
 }
 
 // Joint accelerations of the main chain.
-// 113 operations: multiply 61, add 36, trig 4, other 12
+// 112 operations: multiply 60, add 36, trig 4, other 12
 void five_bar_chain_accelerations(const double q[2], const double qd[2], const double qdd[2], double thetadd[2]) {
   // inputs
   const double q_0 = q[0];
@@ -2062,23 +2059,23 @@ void five_bar_chain_accelerations(const double q[2], const double qd[2], const d
   const double v57 = v53 / v54;
   const double v58 = v52 * v51;
   const double v59 = v52 * v47;
-  const double v60 = 30.864197530864196 * v55;
+  const int v60 = 0.0 <= v55;
   const double v61 = sqrt(v55);
   const double v62 = v56 / v47;
   const double v63 = v52 * v57;
   const double v64 = v58 - v59;
-  const int v65 = 0.0 <= v60;
+  const double v65 = v60 ? 0.0 : -1.0;
   const double v66 = 0.5 * v61;
   const double v67 = v62 - v63;
   const double v68 = 0.25 / v61;
-  const double v69 = v65 ? 0.0 : -1.0;
+  const double v69 = sqrt(v65);
   const double v70 = v66 / v47;
   const double v71 = v67 * v27;
   const double v72 = v64 * v68;
   const double v73 = v66 / v54;
   const double v74 = v67 * v18;
   const double v75 = v66 * v66;
-  const double v76 = sqrt(v69);
+  const double v76 = v69 + qdd_0;
   const double v77 = v70 * v18;
   const double v78 = v70 * v27;
   const double v79 = v43 + v71;
@@ -2086,39 +2083,38 @@ void five_bar_chain_accelerations(const double q[2], const double qd[2], const d
   const double v81 = v72 / v47;
   const double v82 = v52 * v73;
   const double v83 = v70 * v34;
-  const double v84 = v76 + qdd_0;
-  const double v85 = v38 - v77;
-  const double v86 = v31 + v78;
-  const double v87 = v79 - v80;
-  const double v88 = v81 - v82;
-  const double v89 = v46 + v83;
-  thetadd[0] = v84;
-  const double v90 = v85 - v27;
-  const double v91 = v86 - v18;
-  const double v92 = v88 * v18;
-  const double v93 = v89 + v74;
-  const double v94 = v88 * v27;
+  thetadd[0] = v76;
+  const double v84 = v38 - v77;
+  const double v85 = v31 + v78;
+  const double v86 = v79 - v80;
+  const double v87 = v81 - v82;
+  const double v88 = v46 + v83;
   // shared terms; thetadd
-  const double v95 = v90 * v48;
-  const double v96 = v91 * v49;
-  const double v97 = v87 - v92;
-  const double v98 = v93 + v94;
-  const double v99 = v90 * v34;
-  const double v100 = v91 * v35;
-  const double v101 = v95 + v96;
-  const double v102 = v97 - v34;
-  const double v103 = v98 - v35;
-  const double v104 = v99 + v100;
-  const double v105 = v34 * v102;
-  const double v106 = v35 * v103;
-  const double v107 = v104 / v75;
-  const double v108 = v101 + v105;
-  const double v109 = v72 * v107;
-  const double v110 = v108 + v106;
-  const double v111 = v110 / v66;
-  const double v112 = v111 - v109;
-  const double v113 = v112 - qdd_0;
-  thetadd[1] = v113;
+  const double v89 = v84 - v27;
+  const double v90 = v85 - v18;
+  const double v91 = v87 * v18;
+  const double v92 = v88 + v74;
+  const double v93 = v87 * v27;
+  const double v94 = v89 * v48;
+  const double v95 = v90 * v49;
+  const double v96 = v86 - v91;
+  const double v97 = v92 + v93;
+  const double v98 = v89 * v34;
+  const double v99 = v90 * v35;
+  const double v100 = v94 + v95;
+  const double v101 = v96 - v34;
+  const double v102 = v97 - v35;
+  const double v103 = v98 + v99;
+  const double v104 = v34 * v101;
+  const double v105 = v35 * v102;
+  const double v106 = v103 / v75;
+  const double v107 = v100 + v104;
+  const double v108 = v72 * v106;
+  const double v109 = v107 + v105;
+  const double v110 = v109 / v66;
+  const double v111 = v110 - v108;
+  const double v112 = v111 - qdd_0;
+  thetadd[1] = v112;
 }
 
 // Passive joints that are not in the main chain, angles between -pi and pi.
@@ -2214,7 +2210,7 @@ void five_bar_passive_D_q(const double q[2], double passive_D_q[2]) {
 }
 
 // All joints, swings and cylinder lengths, angles between -pi and pi.
-// 51 operations: multiply 25, add 15, trig 6, other 5
+// 50 operations: multiply 24, add 15, trig 6, other 5
 void five_bar_configuration(const double q[2], double z[4]) {
   // inputs
   const double q_0 = q[0];
@@ -2239,44 +2235,43 @@ void five_bar_configuration(const double q[2], double z[4]) {
   const double v17 = 0.36 - v16;
   const double v18 = v16 * v17;
   const double v19 = sqrt(v18);
-  const double v20 = 30.864197530864196 * v18;
+  const int v20 = 0.0 <= v18;
   const double v21 = 0.5 * v19;
-  const int v22 = 0.0 <= v20;
+  const double v22 = v20 ? 0.0 : -1.0;
   const double v23 = v21 / v16;
-  const double v24 = v22 ? 0.0 : -1.0;
+  const double v24 = sqrt(v22);
   const double v25 = v23 * v11;
   const double v26 = v23 * v10;
-  const double v27 = sqrt(v24);
-  const double v28 = v13 + v25;
-  const double v29 = v15 - v26;
-  const double v30 = v27 + q_0;
-  const double v31 = v27 + q_1;
-  const double v32 = 3.333333333333333 * v28;
-  const double v33 = 3.333333333333333 * v29;
-  const double v34 = v28 - v10;
-  const double v35 = v29 - v11;
-  z[0] = v30;
-  z[2] = v31;
+  const double v27 = v24 + q_0;
+  const double v28 = v24 + q_1;
+  const double v29 = v13 + v25;
+  const double v30 = v15 - v26;
+  z[0] = v27;
+  z[2] = v28;
   // shared terms; z
-  const double v36 = c[1] * v32;
-  const double v37 = s[1] * v33;
-  const double v38 = c[1] * v33;
-  const double v39 = s[1] * v32;
+  const double v31 = 3.333333333333333 * v29;
+  const double v32 = 3.333333333333333 * v30;
+  const double v33 = v29 - v10;
+  const double v34 = v30 - v11;
+  const double v35 = c[1] * v31;
+  const double v36 = s[1] * v32;
+  const double v37 = c[1] * v32;
+  const double v38 = s[1] * v31;
+  const double v39 = 3.333333333333333 * v33;
   const double v40 = 3.333333333333333 * v34;
-  const double v41 = 3.333333333333333 * v35;
-  const double v42 = v36 - v37;
-  const double v43 = v38 + v39;
-  const double v44 = v40 * c[0];
-  const double v45 = v41 * s[0];
-  const double v46 = v41 * c[0];
-  const double v47 = v40 * s[0];
-  const double v48 = atan2(v42, v43);
-  const double v49 = v44 - v45;
-  const double v50 = v46 + v47;
-  const double v51 = atan2(v49, v50);
-  z[1] = v48;
+  const double v41 = v35 - v36;
+  const double v42 = v37 + v38;
+  const double v43 = v39 * c[0];
+  const double v44 = v40 * s[0];
+  const double v45 = v40 * c[0];
+  const double v46 = v39 * s[0];
+  const double v47 = atan2(v41, v42);
+  const double v48 = v43 - v44;
+  const double v49 = v45 + v46;
+  const double v50 = atan2(v48, v49);
+  z[1] = v47;
   // z
-  z[3] = v51;
+  z[3] = v50;
 }
 
 // Margin of each step of the loops' solution, zero at its dead point.
@@ -2332,29 +2327,29 @@ void five_bar_chain_all(const double q[2], double theta[4], double margin[2]) {
   const double v17 = 0.36 - v16;
   const double v18 = v16 * v17;
   const double v19 = sqrt(v18);
-  const double v20 = 30.864197530864196 * v18;
-  const double v21 = 0.5 * v19;
-  const int v22 = 0.0 <= v20;
-  margin[0] = v20;
-  margin[1] = v20;
+  const int v20 = 0.0 <= v18;
+  const double v21 = 30.864197530864196 * v18;
+  const double v22 = 0.5 * v19;
+  const double v23 = v20 ? 0.0 : -1.0;
+  margin[0] = v21;
+  margin[1] = v21;
   // shared terms; column 1 of theta
-  const double v23 = v21 / v16;
-  const double v24 = v22 ? 0.0 : -1.0;
-  const double v25 = v23 * v11;
-  const double v26 = v23 * v10;
-  const double v27 = sqrt(v24);
-  const double v28 = v13 + v25;
-  const double v29 = v15 - v26;
-  const double v30 = v13 - v25;
-  const double v31 = v15 + v26;
-  const double v32 = v27 + q_0;
-  const double v33 = 3.333333333333333 * v28;
-  const double v34 = 3.333333333333333 * v29;
-  const double v35 = 3.333333333333333 * v30;
-  const double v36 = 3.333333333333333 * v31;
-  theta[0] = v32;
-  theta[2] = v32;
+  const double v24 = v22 / v16;
+  const double v25 = sqrt(v23);
+  const double v26 = v24 * v11;
+  const double v27 = v24 * v10;
+  const double v28 = v25 + q_0;
+  const double v29 = v13 + v26;
+  const double v30 = v15 - v27;
+  const double v31 = v13 - v26;
+  const double v32 = v15 + v27;
+  theta[0] = v28;
+  theta[2] = v28;
   // shared terms; column 2 of theta
+  const double v33 = 3.333333333333333 * v29;
+  const double v34 = 3.333333333333333 * v30;
+  const double v35 = 3.333333333333333 * v31;
+  const double v36 = 3.333333333333333 * v32;
   const double v37 = c[1] * v33;
   const double v38 = s[1] * v34;
   const double v39 = c[1] * v34;
@@ -2374,7 +2369,7 @@ void five_bar_chain_all(const double q[2], double theta[4], double margin[2]) {
 }
 
 // Actuated coordinates from the joints of the main chain.
-// 39 operations: multiply 16, add 12, trig 5, other 6
+// 38 operations: multiply 15, add 12, trig 5, other 6
 void five_bar_actuators(const double theta[2], double q[2]) {
   // inputs
   const double theta_0 = theta[0];
@@ -2403,26 +2398,25 @@ void five_bar_actuators(const double theta[2], double q[2]) {
   const double v20 = 0.02 + v18;
   const double v21 = v20 - 0.045;
   const double v22 = sqrt(v19);
-  const double v23 = 69.44444444444444 * v19;
+  const int v23 = 0.0 <= v19;
   const double v24 = v21 / v15;
   const double v25 = 0.5 * v22;
-  const int v26 = 0.0 <= v23;
+  const double v26 = v23 ? 0.0 : -1.0;
   const double v27 = v11 * v24;
   const double v28 = v25 / v15;
   const double v29 = v12 * v24;
-  const double v30 = v26 ? 0.0 : -1.0;
+  const double v30 = sqrt(v26);
   const double v31 = v12 * v28;
   const double v32 = v11 * v28;
-  const double v33 = sqrt(v30);
+  const double v33 = v30 + theta_0;
   const double v34 = v27 - v31;
   const double v35 = v29 + v32;
-  const double v36 = v33 + theta_0;
-  const double v37 = 5.0 * v34;
-  const double v38 = 5.0 * v35;
-  q[0] = v36;
+  q[0] = v33;
   // shared terms; q
-  const double v39 = atan2(v37, v38);
-  q[1] = v39;
+  const double v36 = 5.0 * v34;
+  const double v37 = 5.0 * v35;
+  const double v38 = atan2(v36, v37);
+  q[1] = v38;
 }
 
 // Derivative of the actuated coordinates by the main chain's joints.
@@ -2484,7 +2478,7 @@ void five_bar_actuators_D_chain(const double theta[2], double q_D_theta[4]) {
 }
 
 // Rates of the actuated coordinates.
-// 57 operations: multiply 26, add 19, negate 1, trig 4, other 7
+// 56 operations: multiply 25, add 19, negate 1, trig 4, other 7
 void five_bar_actuator_rates(const double theta[2], const double thetad[2], double qd[2]) {
   // inputs
   const double theta_0 = theta[0];
@@ -2527,36 +2521,35 @@ void five_bar_actuator_rates(const double theta[2], const double thetad[2], doub
   const double v32 = 0.5 * v29;
   const double v33 = v30 * v31;
   const double v34 = 0.02 + v32;
-  const double v35 = 69.44444444444444 * v33;
+  const int v35 = 0.0 <= v33;
   const double v36 = v34 - 0.045;
   const double v37 = sqrt(v33);
-  const int v38 = 0.0 <= v35;
+  const double v38 = v35 ? 0.0 : -1.0;
   const double v39 = v36 / v29;
   const double v40 = 0.5 * v37;
-  const double v41 = v38 ? 0.0 : -1.0;
+  const double v41 = sqrt(v38);
   const double v42 = v19 * v39;
   const double v43 = v40 / v29;
   const double v44 = v22 * v39;
-  const double v45 = sqrt(v41);
+  const double v45 = v41 + thetad_0;
   const double v46 = v22 * v43;
   const double v47 = v19 * v43;
-  const double v48 = v45 + thetad_0;
-  const double v49 = v42 - v46;
-  const double v50 = v44 + v47;
-  qd[0] = v48;
-  const double v51 = v49 - v19;
-  const double v52 = v50 - v22;
+  qd[0] = v45;
+  const double v48 = v42 - v46;
+  const double v49 = v44 + v47;
   // shared terms; qd
-  const double v53 = v27 * v51;
-  const double v54 = v28 * v52;
-  const double v55 = v53 - v54;
-  const double v56 = v55 / v40;
-  const double v57 = -v56;
-  qd[1] = v57;
+  const double v50 = v48 - v19;
+  const double v51 = v49 - v22;
+  const double v52 = v27 * v50;
+  const double v53 = v28 * v51;
+  const double v54 = v52 - v53;
+  const double v55 = v54 / v40;
+  const double v56 = -v55;
+  qd[1] = v56;
 }
 
 // Accelerations of the actuated coordinates.
-// 127 operations: multiply 65, add 44, negate 1, trig 4, other 13
+// 126 operations: multiply 64, add 44, negate 1, trig 4, other 13
 void five_bar_actuator_accelerations(const double theta[2], const double thetad[2], const double thetadd[2], double qdd[2]) {
   // inputs
   const double theta_0 = theta[0];
@@ -2633,17 +2626,17 @@ void five_bar_actuator_accelerations(const double theta[2], const double thetad[
   const double v64 = 0.02 + v58;
   const double v65 = v55 * v57;
   const double v66 = v56 * v57;
-  const double v67 = 69.44444444444444 * v62;
+  const int v67 = 0.0 <= v62;
   const double v68 = v63 / v50;
   const double v69 = v64 - 0.045;
   const double v70 = sqrt(v62);
   const double v71 = v65 - v66;
-  const int v72 = 0.0 <= v67;
+  const double v72 = v67 ? 0.0 : -1.0;
   const double v73 = v69 / v59;
   const double v74 = 0.5 * v70;
   const double v75 = v69 / v50;
   const double v76 = 0.25 / v70;
-  const double v77 = v72 ? 0.0 : -1.0;
+  const double v77 = sqrt(v72);
   const double v78 = v57 * v73;
   const double v79 = v74 / v50;
   const double v80 = v45 * v75;
@@ -2653,7 +2646,7 @@ void five_bar_actuator_accelerations(const double theta[2], const double thetad[
   const double v84 = v46 * v75;
   const double v85 = v35 * v75;
   const double v86 = v74 * v74;
-  const double v87 = sqrt(v77);
+  const double v87 = v77 + thetadd_0;
   const double v88 = v68 - v78;
   const double v89 = v46 * v79;
   const double v90 = v81 / v50;
@@ -2661,42 +2654,41 @@ void five_bar_actuator_accelerations(const double theta[2], const double thetad[
   const double v92 = v35 * v79;
   const double v93 = v45 * v79;
   const double v94 = v28 * v79;
-  const double v95 = v87 + thetadd_0;
-  const double v96 = v28 * v88;
-  const double v97 = v90 - v91;
-  const double v98 = v83 - v92;
-  const double v99 = v35 * v88;
-  const double v100 = v85 + v94;
-  qdd[0] = v95;
-  const double v101 = v96 + v89;
-  const double v102 = v35 * v97;
-  const double v103 = v98 - v28;
-  const double v104 = v28 * v97;
-  const double v105 = v100 - v35;
+  qdd[0] = v87;
+  const double v95 = v28 * v88;
+  const double v96 = v90 - v91;
+  const double v97 = v83 - v92;
+  const double v98 = v35 * v88;
+  const double v99 = v85 + v94;
   // shared terms; qdd
-  const double v106 = v101 + v80;
-  const double v107 = v60 * v103;
-  const double v108 = v99 + v104;
-  const double v109 = v61 * v105;
-  const double v110 = v45 * v103;
-  const double v111 = v46 * v105;
-  const double v112 = v106 - v102;
-  const double v113 = v108 + v93;
-  const double v114 = v110 - v111;
-  const double v115 = v112 - v45;
-  const double v116 = v113 - v84;
-  const double v117 = v114 / v86;
-  const double v118 = v45 * v115;
-  const double v119 = v46 + v116;
-  const double v120 = v81 * v117;
-  const double v121 = v118 + v107;
-  const double v122 = v46 * v119;
-  const double v123 = v121 - v122;
-  const double v124 = v123 - v109;
-  const double v125 = v124 / v74;
-  const double v126 = v125 - v120;
-  const double v127 = -v126;
-  qdd[1] = v127;
+  const double v100 = v95 + v89;
+  const double v101 = v35 * v96;
+  const double v102 = v97 - v28;
+  const double v103 = v28 * v96;
+  const double v104 = v99 - v35;
+  const double v105 = v100 + v80;
+  const double v106 = v60 * v102;
+  const double v107 = v98 + v103;
+  const double v108 = v61 * v104;
+  const double v109 = v45 * v102;
+  const double v110 = v46 * v104;
+  const double v111 = v105 - v101;
+  const double v112 = v107 + v93;
+  const double v113 = v109 - v110;
+  const double v114 = v111 - v45;
+  const double v115 = v112 - v84;
+  const double v116 = v113 / v86;
+  const double v117 = v45 * v114;
+  const double v118 = v46 + v115;
+  const double v119 = v81 * v116;
+  const double v120 = v117 + v106;
+  const double v121 = v46 * v118;
+  const double v122 = v120 - v121;
+  const double v123 = v122 - v108;
+  const double v124 = v123 / v74;
+  const double v125 = v124 - v119;
+  const double v126 = -v125;
+  qdd[1] = v126;
 }
 
 // Margin of each step of the loops' solution, zero at its dead point.
@@ -2759,32 +2751,32 @@ void five_bar_actuators_all(const double theta[2], double q[4], double margin[2]
   const double v20 = 0.02 + v18;
   const double v21 = v20 - 0.045;
   const double v22 = sqrt(v19);
-  const double v23 = 69.44444444444444 * v19;
-  const double v24 = v21 / v15;
-  const double v25 = 0.5 * v22;
-  const int v26 = 0.0 <= v23;
-  margin[0] = v23;
-  margin[1] = v23;
+  const int v23 = 0.0 <= v19;
+  const double v24 = 69.44444444444444 * v19;
+  const double v25 = v21 / v15;
+  const double v26 = 0.5 * v22;
+  const double v27 = v23 ? 0.0 : -1.0;
+  margin[0] = v24;
+  margin[1] = v24;
   // shared terms; column 1 of q
-  const double v27 = v11 * v24;
-  const double v28 = v25 / v15;
-  const double v29 = v12 * v24;
-  const double v30 = v26 ? 0.0 : -1.0;
-  const double v31 = v12 * v28;
-  const double v32 = v11 * v28;
-  const double v33 = sqrt(v30);
-  const double v34 = v27 - v31;
-  const double v35 = v29 + v32;
-  const double v36 = v31 + v27;
-  const double v37 = v29 - v32;
-  const double v38 = v33 + theta_0;
-  const double v39 = 5.0 * v34;
-  const double v40 = 5.0 * v35;
-  const double v41 = 5.0 * v36;
-  const double v42 = 5.0 * v37;
-  q[0] = v38;
-  q[2] = v38;
+  const double v28 = v11 * v25;
+  const double v29 = v26 / v15;
+  const double v30 = v12 * v25;
+  const double v31 = sqrt(v27);
+  const double v32 = v12 * v29;
+  const double v33 = v11 * v29;
+  const double v34 = v31 + theta_0;
+  const double v35 = v28 - v32;
+  const double v36 = v30 + v33;
+  const double v37 = v32 + v28;
+  const double v38 = v30 - v33;
+  q[0] = v34;
+  q[2] = v34;
   // shared terms; column 2 of q
+  const double v39 = 5.0 * v35;
+  const double v40 = 5.0 * v36;
+  const double v41 = 5.0 * v37;
+  const double v42 = 5.0 * v38;
   const double v43 = atan2(v39, v40);
   const double v44 = atan2(v41, v42);
   q[1] = v43;

@@ -25,7 +25,7 @@ void five_bar_fk(const double q[2], double T_0_ee[16]);
 
 /* Pose of every link's frame in the base frame, in order from the base.
  * T[k] is the pose of link k of: left_crank, left_coupler
- * 38 operations: multiply 15, add 13, negate 1, trig 4, other 5.
+ * 37 operations: multiply 14, add 13, negate 1, trig 4, other 5.
  *   q: actuator coordinates, 2 (rad)
  *   T: link poses, 2 x 4 x 4 (1, m) */
 void five_bar_link_poses(const double q[2], double T[32]);
@@ -143,7 +143,7 @@ void five_bar_acceleration_mixed(const double q[2], const double qd[2], const do
 
 /* Joints of the main chain, angles between -pi and pi.
  * theta = (left, left_elbow), with every loop closed
- * 39 operations: multiply 19, add 10, trig 5, other 5.
+ * 38 operations: multiply 18, add 10, trig 5, other 5.
  *   q: actuator coordinates, 2 (rad)
  *   theta: main chain, 2 (rad) */
 void five_bar_chain(const double q[2], double theta[2]);
@@ -157,7 +157,7 @@ void five_bar_chain_D_q(const double q[2], double theta_D_q[4]);
 
 /* Joint rates of the main chain.
  * thetad = chain_D_q(q) qd
- * 47 operations: multiply 23, add 14, trig 4, other 6.
+ * 46 operations: multiply 22, add 14, trig 4, other 6.
  *   q: actuator coordinates, 2 (rad)
  *   qd: actuator rates, 2 (rad/s)
  *   thetad: rates of the main chain, 2 (rad/s) */
@@ -165,7 +165,7 @@ void five_bar_chain_rates(const double q[2], const double qd[2], double thetad[2
 
 /* Joint accelerations of the main chain.
  * thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
- * 113 operations: multiply 61, add 36, trig 4, other 12.
+ * 112 operations: multiply 60, add 36, trig 4, other 12.
  *   q: actuator coordinates, 2 (rad)
  *   qd: actuator rates, 2 (rad/s)
  *   qdd: actuator accelerations, 2 (rad/s^2)
@@ -188,7 +188,7 @@ void five_bar_passive_D_q(const double q[2], double passive_D_q[2]);
 
 /* All joints, swings and cylinder lengths, angles between -pi and pi.
  * z = (left, left_elbow, right, right_elbow), constraint(z) = 0
- * 51 operations: multiply 25, add 15, trig 6, other 5.
+ * 50 operations: multiply 24, add 15, trig 6, other 5.
  *   q: actuator coordinates, 2 (rad)
  *   z: full configuration, 4 (rad or m) */
 void five_bar_configuration(const double q[2], double z[4]);
@@ -210,7 +210,7 @@ void five_bar_chain_all(const double q[2], double theta[4], double margin[2]);
 
 /* Actuated coordinates from the joints of the main chain.
  * actuators(chain(q)) = q
- * 39 operations: multiply 16, add 12, trig 5, other 6.
+ * 38 operations: multiply 15, add 12, trig 5, other 6.
  *   theta: joints of the main chain, 2 (rad)
  *   q: actuated coordinates, 2 (rad) */
 void five_bar_actuators(const double theta[2], double q[2]);
@@ -224,7 +224,7 @@ void five_bar_actuators_D_chain(const double theta[2], double q_D_theta[4]);
 
 /* Rates of the actuated coordinates.
  * qd = actuators_D_chain(theta) thetad
- * 57 operations: multiply 26, add 19, negate 1, trig 4, other 7.
+ * 56 operations: multiply 25, add 19, negate 1, trig 4, other 7.
  *   theta: joints of the main chain, 2 (rad)
  *   thetad: joint rates of the main chain, 2 (rad/s)
  *   qd: actuator rates, 2 (rad/s) */
@@ -232,7 +232,7 @@ void five_bar_actuator_rates(const double theta[2], const double thetad[2], doub
 
 /* Accelerations of the actuated coordinates.
  * qdd = actuators_D_chain(theta) thetadd + d/dt actuators_D_chain(theta) thetad
- * 127 operations: multiply 65, add 44, negate 1, trig 4, other 13.
+ * 126 operations: multiply 64, add 44, negate 1, trig 4, other 13.
  *   theta: joints of the main chain, 2 (rad)
  *   thetad: joint rates of the main chain, 2 (rad/s)
  *   thetadd: joint accelerations of the main chain, 2 (rad/s^2)

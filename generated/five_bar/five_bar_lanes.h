@@ -24,38 +24,38 @@ static LANES_TARGET void LANES_NAME(five_bar_fk)(const lanes *in, lanes *out)
   out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
 }
 
-// link_poses: 38 operations: multiply 15, add 13, negate 1, trig 4, other 5
+// link_poses: 37 operations: multiply 14, add 13, negate 1, trig 4, other 5
 static LANES_TARGET void LANES_NAME(five_bar_link_poses)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], q_1 = in[1];
   LANES_COS_SIN(v1, v4, q_0); LANES_COS_SIN(v2, v3, q_1);
   const lanes v5 = 0.2 * v2, v6 = 0.2 + v5, v7 = 0.2 * v1, v8 = v6 - v7, v9 = v8 * v8,
       v10 = 0.2 * v3, v11 = 0.2 * v4, v12 = v10 - v11, v13 = v12 * v12, v14 = v9 + v13,
-      v15 = 0.36 - v14, v16 = v14 * v15, v17 = 30.864197530864196 * v16;
-  const lanes_where v18 = LANES_LE(0.0, v17);
-  const lanes v19 = LANES_CHOICE(v18, 0.0, -1.0);
-  LANES_LET1(v20, sqrt, v19);
-  const lanes v21 = v1 + v20;
-  out[0] = v21;
-  const lanes v22 = v20 - v4;
-  out[1] = v22; out[2] = LANES_OF(0.0); out[3] = LANES_OF(-0.1);
-  const lanes v23 = v20 + v4;
-  out[4] = v23; out[5] = v21; out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0);
+      v15 = 0.36 - v14, v16 = v14 * v15;
+  const lanes_where v17 = LANES_LE(0.0, v16);
+  const lanes v18 = LANES_CHOICE(v17, 0.0, -1.0);
+  LANES_LET1(v19, sqrt, v18);
+  const lanes v20 = v1 + v19;
+  out[0] = v20;
+  const lanes v21 = v19 - v4;
+  out[1] = v21; out[2] = LANES_OF(0.0); out[3] = LANES_OF(-0.1);
+  const lanes v22 = v19 + v4;
+  out[4] = v22; out[5] = v20; out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0);
   out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(1.0); out[11] = LANES_OF(0.0);
   out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(1.0);
-  const lanes v24 = 0.5 * v8;
-  LANES_LET1(v25, sqrt, v16);
-  const lanes v26 = 0.5 * v25, v27 = v26 / v14, v28 = v27 * v12, v29 = v24 - v28,
-      v30 = 3.333333333333333 * v29;
-  out[16] = v30;
-  const lanes v31 = 0.5 * v12, v32 = v27 * v8, v33 = v31 + v32, v34 = 3.333333333333333 * v33,
-      v35 = -v34;
-  out[17] = v35; out[18] = LANES_OF(0.0);
-  const lanes v36 = v7 - 0.1, v37 = v20 + v36;
-  out[19] = v37; out[20] = v34; out[21] = v30; out[22] = LANES_OF(0.0);
-  const lanes v38 = v11 + v20;
-  out[23] = v38; out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0); out[26] = LANES_OF(1.0);
+  const lanes v23 = 0.5 * v8;
+  LANES_LET1(v24, sqrt, v16);
+  const lanes v25 = 0.5 * v24, v26 = v25 / v14, v27 = v26 * v12, v28 = v23 - v27,
+      v29 = 3.333333333333333 * v28;
+  out[16] = v29;
+  const lanes v30 = 0.5 * v12, v31 = v26 * v8, v32 = v30 + v31, v33 = 3.333333333333333 * v32,
+      v34 = -v33;
+  out[17] = v34; out[18] = LANES_OF(0.0);
+  const lanes v35 = v7 - 0.1, v36 = v19 + v35;
+  out[19] = v36; out[20] = v33; out[21] = v29; out[22] = LANES_OF(0.0);
+  const lanes v37 = v11 + v19;
+  out[23] = v37; out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0); out[26] = LANES_OF(1.0);
   out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0);
   out[30] = LANES_OF(0.0); out[31] = LANES_OF(1.0);
 }
@@ -541,7 +541,7 @@ static LANES_TARGET void LANES_NAME(five_bar_acceleration_mixed)(const lanes *in
   out[5] = v110;
 }
 
-// chain: 39 operations: multiply 19, add 10, trig 5, other 5
+// chain: 38 operations: multiply 18, add 10, trig 5, other 5
 static LANES_TARGET void LANES_NAME(five_bar_chain)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], q_1 = in[1];
@@ -556,13 +556,11 @@ static LANES_TARGET void LANES_NAME(five_bar_chain)(const lanes *in, lanes *out)
       v23 = 3.333333333333333 * v22, v24 = v4 * v23, v25 = 0.5 * v6, v26 = v20 * v12,
       v27 = v25 - v26, v28 = 3.333333333333333 * v27, v29 = v10 * v28, v30 = v24 - v29,
       v31 = v4 * v28, v32 = v10 * v23, v33 = v31 + v32;
-  LANES_LET2(v34, atan2, v30, v33);
-  const lanes v35 = 30.864197530864196 * v16;
-  const lanes_where v36 = LANES_LE(0.0, v35);
-  const lanes v37 = LANES_CHOICE(v36, 0.0, -1.0);
-  LANES_LET1(v38, sqrt, v37);
-  const lanes v39 = v38 + q_0;
-  out[0] = v39; out[1] = v34;
+  LANES_LET2(v34, atan2, v30, v33); const lanes_where v35 = LANES_LE(0.0, v16);
+  const lanes v36 = LANES_CHOICE(v35, 0.0, -1.0);
+  LANES_LET1(v37, sqrt, v36);
+  const lanes v38 = v37 + q_0;
+  out[0] = v38; out[1] = v34;
 }
 
 // chain_D_q: 36 operations: multiply 16, add 12, trig 4, other 4
@@ -583,64 +581,64 @@ static LANES_TARGET void LANES_NAME(five_bar_chain_D_q)(const lanes *in, lanes *
   out[3] = v36;
 }
 
-// chain_rates: 47 operations: multiply 23, add 14, trig 4, other 6
+// chain_rates: 46 operations: multiply 22, add 14, trig 4, other 6
 static LANES_TARGET void LANES_NAME(five_bar_chain_rates)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], q_1 = in[1], qd_0 = in[2], qd_1 = in[3];
   LANES_COS_SIN(v1, v3, q_1); LANES_COS_SIN(v2, v4, q_0);
   const lanes v5 = 0.2 * v1, v6 = 0.2 + v5, v7 = 0.2 * v2, v8 = v6 - v7, v9 = v8 * v8,
       v10 = 0.2 * v3, v11 = 0.2 * v4, v12 = v10 - v11, v13 = v12 * v12, v14 = v9 + v13,
-      v15 = 0.36 - v14, v16 = v14 * v15, v17 = 30.864197530864196 * v16;
-  const lanes_where v18 = LANES_LE(0.0, v17);
-  const lanes v19 = LANES_CHOICE(v18, 0.0, -1.0);
-  LANES_LET1(v20, sqrt, v19);
-  const lanes v21 = v20 + qd_0;
-  out[0] = v21;
-  const lanes v22 = 0.5 * v8;
-  LANES_LET1(v23, sqrt, v16);
-  const lanes v24 = 0.5 * v23, v25 = v24 / v14, v26 = v25 * v12, v27 = v22 - v26, v28 = v27 - v8,
-      v29 = v4 * qd_0, v30 = 0.2 * v29, v31 = v3 * qd_1, v32 = 0.2 * v31, v33 = v30 - v32,
-      v34 = v28 * v33, v35 = 0.5 * v12, v36 = v25 * v8, v37 = v35 + v36, v38 = v37 - v12,
-      v39 = v1 * qd_1, v40 = 0.2 * v39, v41 = v2 * qd_0, v42 = 0.2 * v41, v43 = v40 - v42,
-      v44 = v38 * v43, v45 = v34 + v44, v46 = v45 / v24, v47 = v46 - qd_0;
-  out[1] = v47;
+      v15 = 0.36 - v14, v16 = v14 * v15;
+  const lanes_where v17 = LANES_LE(0.0, v16);
+  const lanes v18 = LANES_CHOICE(v17, 0.0, -1.0);
+  LANES_LET1(v19, sqrt, v18);
+  const lanes v20 = v19 + qd_0;
+  out[0] = v20;
+  const lanes v21 = 0.5 * v8;
+  LANES_LET1(v22, sqrt, v16);
+  const lanes v23 = 0.5 * v22, v24 = v23 / v14, v25 = v24 * v12, v26 = v21 - v25, v27 = v26 - v8,
+      v28 = v4 * qd_0, v29 = 0.2 * v28, v30 = v3 * qd_1, v31 = 0.2 * v30, v32 = v29 - v31,
+      v33 = v27 * v32, v34 = 0.5 * v12, v35 = v24 * v8, v36 = v34 + v35, v37 = v36 - v12,
+      v38 = v1 * qd_1, v39 = 0.2 * v38, v40 = v2 * qd_0, v41 = 0.2 * v40, v42 = v39 - v41,
+      v43 = v37 * v42, v44 = v33 + v43, v45 = v44 / v23, v46 = v45 - qd_0;
+  out[1] = v46;
 }
 
-// chain_accelerations: 113 operations: multiply 61, add 36, trig 4, other 12
+// chain_accelerations: 112 operations: multiply 60, add 36, trig 4, other 12
 static LANES_TARGET void LANES_NAME(five_bar_chain_accelerations)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], q_1 = in[1], qd_0 = in[2], qd_1 = in[3], qdd_0 = in[4], qdd_1 = in[5];
   LANES_COS_SIN(v1, v3, q_1); LANES_COS_SIN(v2, v4, q_0);
   const lanes v5 = 0.2 * v1, v6 = 0.2 + v5, v7 = 0.2 * v2, v8 = v6 - v7, v9 = v8 * v8,
       v10 = 0.2 * v3, v11 = 0.2 * v4, v12 = v10 - v11, v13 = v12 * v12, v14 = v9 + v13,
-      v15 = 0.36 - v14, v16 = v14 * v15, v17 = 30.864197530864196 * v16;
-  const lanes_where v18 = LANES_LE(0.0, v17);
-  const lanes v19 = LANES_CHOICE(v18, 0.0, -1.0);
-  LANES_LET1(v20, sqrt, v19);
-  const lanes v21 = v20 + qdd_0;
-  out[0] = v21;
-  const lanes v22 = 0.5 * v8;
-  LANES_LET1(v23, sqrt, v16);
-  const lanes v24 = 0.5 * v23, v25 = v24 / v14, v26 = v25 * v12, v27 = v22 - v26, v28 = v27 - v8,
-      v29 = v4 * qdd_0, v30 = v2 * qd_0, v31 = v30 * qd_0, v32 = v29 + v31, v33 = 0.2 * v32,
-      v34 = v1 * qd_1, v35 = v34 * qd_1, v36 = v3 * qdd_1, v37 = v35 + v36, v38 = 0.2 * v37,
-      v39 = v33 - v38, v40 = v28 * v39, v41 = 0.5 * v12, v42 = v25 * v8, v43 = v41 + v42,
-      v44 = v43 - v12, v45 = v1 * qdd_1, v46 = v3 * qd_1, v47 = v46 * qd_1, v48 = v45 - v47,
-      v49 = 0.2 * v48, v50 = v2 * qdd_0, v51 = v4 * qd_0, v52 = v51 * qd_0, v53 = v50 - v52,
-      v54 = 0.2 * v53, v55 = v49 - v54, v56 = v44 * v55, v57 = v40 + v56, v58 = 0.2 * v51,
-      v59 = 0.2 * v46, v60 = v58 - v59, v61 = 0.5 * v60, v62 = 2.0 * v8, v63 = v60 * v62,
-      v64 = 0.2 * v34, v65 = 0.2 * v30, v66 = v64 - v65, v67 = 2.0 * v12, v68 = v66 * v67,
-      v69 = v63 + v68, v70 = 0.5 * v69, v71 = v70 / v14, v72 = 0.5 * v14, v73 = v14 * v14,
-      v74 = v72 / v73, v75 = v69 * v74, v76 = v71 - v75, v77 = v76 * v8, v78 = v61 + v77,
-      v79 = v25 * v66, v80 = v78 - v79, v81 = v69 * v15, v82 = v69 * v14, v83 = v81 - v82,
-      v84 = 0.25 / v23, v85 = v83 * v84, v86 = v85 / v14, v87 = v24 / v73, v88 = v69 * v87,
-      v89 = v86 - v88, v90 = v89 * v12, v91 = v80 - v90, v92 = v91 - v60, v93 = v60 * v92,
-      v94 = v57 + v93, v95 = 0.5 * v66, v96 = v25 * v60, v97 = v95 + v96, v98 = v76 * v12,
-      v99 = v97 + v98, v100 = v89 * v8, v101 = v99 + v100, v102 = v101 - v66, v103 = v66 * v102,
-      v104 = v94 + v103, v105 = v104 / v24, v106 = v28 * v60, v107 = v44 * v66, v108 = v106 + v107,
-      v109 = v24 * v24, v110 = v108 / v109, v111 = v85 * v110, v112 = v105 - v111,
-      v113 = v112 - qdd_0;
-  out[1] = v113;
+      v15 = 0.36 - v14, v16 = v14 * v15;
+  const lanes_where v17 = LANES_LE(0.0, v16);
+  const lanes v18 = LANES_CHOICE(v17, 0.0, -1.0);
+  LANES_LET1(v19, sqrt, v18);
+  const lanes v20 = v19 + qdd_0;
+  out[0] = v20;
+  const lanes v21 = 0.5 * v8;
+  LANES_LET1(v22, sqrt, v16);
+  const lanes v23 = 0.5 * v22, v24 = v23 / v14, v25 = v24 * v12, v26 = v21 - v25, v27 = v26 - v8,
+      v28 = v4 * qdd_0, v29 = v2 * qd_0, v30 = v29 * qd_0, v31 = v28 + v30, v32 = 0.2 * v31,
+      v33 = v1 * qd_1, v34 = v33 * qd_1, v35 = v3 * qdd_1, v36 = v34 + v35, v37 = 0.2 * v36,
+      v38 = v32 - v37, v39 = v27 * v38, v40 = 0.5 * v12, v41 = v24 * v8, v42 = v40 + v41,
+      v43 = v42 - v12, v44 = v1 * qdd_1, v45 = v3 * qd_1, v46 = v45 * qd_1, v47 = v44 - v46,
+      v48 = 0.2 * v47, v49 = v2 * qdd_0, v50 = v4 * qd_0, v51 = v50 * qd_0, v52 = v49 - v51,
+      v53 = 0.2 * v52, v54 = v48 - v53, v55 = v43 * v54, v56 = v39 + v55, v57 = 0.2 * v50,
+      v58 = 0.2 * v45, v59 = v57 - v58, v60 = 0.5 * v59, v61 = 2.0 * v8, v62 = v59 * v61,
+      v63 = 0.2 * v33, v64 = 0.2 * v29, v65 = v63 - v64, v66 = 2.0 * v12, v67 = v65 * v66,
+      v68 = v62 + v67, v69 = 0.5 * v68, v70 = v69 / v14, v71 = 0.5 * v14, v72 = v14 * v14,
+      v73 = v71 / v72, v74 = v68 * v73, v75 = v70 - v74, v76 = v75 * v8, v77 = v60 + v76,
+      v78 = v24 * v65, v79 = v77 - v78, v80 = v68 * v15, v81 = v68 * v14, v82 = v80 - v81,
+      v83 = 0.25 / v22, v84 = v82 * v83, v85 = v84 / v14, v86 = v23 / v72, v87 = v68 * v86,
+      v88 = v85 - v87, v89 = v88 * v12, v90 = v79 - v89, v91 = v90 - v59, v92 = v59 * v91,
+      v93 = v56 + v92, v94 = 0.5 * v65, v95 = v24 * v59, v96 = v94 + v95, v97 = v75 * v12,
+      v98 = v96 + v97, v99 = v88 * v8, v100 = v98 + v99, v101 = v100 - v65, v102 = v65 * v101,
+      v103 = v93 + v102, v104 = v103 / v23, v105 = v27 * v59, v106 = v43 * v65, v107 = v105 + v106,
+      v108 = v23 * v23, v109 = v107 / v108, v110 = v84 * v109, v111 = v104 - v110,
+      v112 = v111 - qdd_0;
+  out[1] = v112;
 }
 
 // passive: 36 operations: multiply 18, add 11, trig 5, other 2
@@ -678,7 +676,7 @@ static LANES_TARGET void LANES_NAME(five_bar_passive_D_q)(const lanes *in, lanes
   out[1] = v34;
 }
 
-// configuration: 51 operations: multiply 25, add 15, trig 6, other 5
+// configuration: 50 operations: multiply 24, add 15, trig 6, other 5
 static LANES_TARGET void LANES_NAME(five_bar_configuration)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], q_1 = in[1];
@@ -697,15 +695,13 @@ static LANES_TARGET void LANES_NAME(five_bar_configuration)(const lanes *in, lan
   const lanes v35 = v22 - v12, v36 = 3.333333333333333 * v35, v37 = v36 * v1, v38 = v27 - v6,
       v39 = 3.333333333333333 * v38, v40 = v39 * v8, v41 = v37 - v40, v42 = v39 * v1,
       v43 = v36 * v8, v44 = v42 + v43;
-  LANES_LET2(v45, atan2, v41, v44);
-  const lanes v46 = 30.864197530864196 * v16;
-  const lanes_where v47 = LANES_LE(0.0, v46);
-  const lanes v48 = LANES_CHOICE(v47, 0.0, -1.0);
-  LANES_LET1(v49, sqrt, v48);
-  const lanes v50 = v49 + q_0;
-  out[0] = v50; out[1] = v34;
-  const lanes v51 = v49 + q_1;
-  out[2] = v51; out[3] = v45;
+  LANES_LET2(v45, atan2, v41, v44); const lanes_where v46 = LANES_LE(0.0, v16);
+  const lanes v47 = LANES_CHOICE(v46, 0.0, -1.0);
+  LANES_LET1(v48, sqrt, v47);
+  const lanes v49 = v48 + q_0;
+  out[0] = v49; out[1] = v34;
+  const lanes v50 = v48 + q_1;
+  out[2] = v50; out[3] = v45;
 }
 
 // margin: 17 operations: multiply 8, add 5, trig 4
@@ -738,16 +734,16 @@ static LANES_TARGET void LANES_NAME(five_bar_chain_all)(const lanes *in, lanes *
   const lanes v35 = v17 - v21, v36 = 3.333333333333333 * v35, v37 = v4 * v36, v38 = v25 + v26,
       v39 = 3.333333333333333 * v38, v40 = v10 * v39, v41 = v37 - v40, v42 = v4 * v39,
       v43 = v10 * v36, v44 = v42 + v43;
-  LANES_LET2(v45, atan2, v41, v44);
-  const lanes v46 = 30.864197530864196 * v16;
-  const lanes_where v47 = LANES_LE(0.0, v46);
-  const lanes v48 = LANES_CHOICE(v47, 0.0, -1.0);
-  LANES_LET1(v49, sqrt, v48);
-  const lanes v50 = v49 + q_0;
-  out[0] = v50; out[1] = v34; out[2] = v50; out[3] = v45; out[4] = v46; out[5] = v46;
+  LANES_LET2(v45, atan2, v41, v44); const lanes_where v46 = LANES_LE(0.0, v16);
+  const lanes v47 = LANES_CHOICE(v46, 0.0, -1.0);
+  LANES_LET1(v48, sqrt, v47);
+  const lanes v49 = v48 + q_0;
+  out[0] = v49; out[1] = v34; out[2] = v49; out[3] = v45;
+  const lanes v50 = 30.864197530864196 * v16;
+  out[4] = v50; out[5] = v50;
 }
 
-// actuators: 39 operations: multiply 16, add 12, trig 5, other 6
+// actuators: 38 operations: multiply 15, add 12, trig 5, other 6
 static LANES_TARGET void LANES_NAME(five_bar_actuators)(const lanes *in, lanes *out)
 {
   const lanes theta_0 = in[0], theta_1 = in[1];
@@ -761,13 +757,11 @@ static LANES_TARGET void LANES_NAME(five_bar_actuators)(const lanes *in, lanes *
   LANES_LET1(v24, sqrt, v18);
   const lanes v25 = 0.5 * v24, v26 = v25 / v15, v27 = v7 * v26, v28 = v23 - v27, v29 = 5.0 * v28,
       v30 = v7 * v22, v31 = v13 * v26, v32 = v30 + v31, v33 = 5.0 * v32;
-  LANES_LET2(v34, atan2, v29, v33);
-  const lanes v35 = 69.44444444444444 * v18;
-  const lanes_where v36 = LANES_LE(0.0, v35);
-  const lanes v37 = LANES_CHOICE(v36, 0.0, -1.0);
-  LANES_LET1(v38, sqrt, v37);
-  const lanes v39 = v38 + theta_0;
-  out[0] = v39; out[1] = v34;
+  LANES_LET2(v34, atan2, v29, v33); const lanes_where v35 = LANES_LE(0.0, v18);
+  const lanes v36 = LANES_CHOICE(v35, 0.0, -1.0);
+  LANES_LET1(v37, sqrt, v36);
+  const lanes v38 = v37 + theta_0;
+  out[0] = v38; out[1] = v34;
 }
 
 // actuators_D_chain: 43 operations: multiply 17, add 15, negate 2, trig 4, other 5
@@ -790,7 +784,7 @@ static LANES_TARGET void LANES_NAME(five_bar_actuators_D_chain)(const lanes *in,
   out[3] = v43;
 }
 
-// actuator_rates: 57 operations: multiply 26, add 19, negate 1, trig 4, other 7
+// actuator_rates: 56 operations: multiply 25, add 19, negate 1, trig 4, other 7
 static LANES_TARGET void LANES_NAME(five_bar_actuator_rates)(const lanes *in, lanes *out)
 {
   const lanes theta_0 = in[0], theta_1 = in[1], thetad_0 = in[2], thetad_1 = in[3];
@@ -799,25 +793,25 @@ static LANES_TARGET void LANES_NAME(five_bar_actuator_rates)(const lanes *in, la
   LANES_COS_SIN(v3, v5, v2);
   const lanes v6 = 0.2 * v1, v7 = 0.3 * v3, v8 = v6 + v7, v9 = v8 - 0.2, v10 = v9 * v9,
       v11 = 0.2 * v4, v12 = 0.3 * v5, v13 = v11 + v12, v14 = v13 * v13, v15 = v10 + v14,
-      v16 = 0.25 - v15, v17 = v15 - 0.01, v18 = v16 * v17, v19 = 69.44444444444444 * v18;
-  const lanes_where v20 = LANES_LE(0.0, v19);
-  const lanes v21 = LANES_CHOICE(v20, 0.0, -1.0);
-  LANES_LET1(v22, sqrt, v21);
-  const lanes v23 = v22 + thetad_0;
-  out[0] = v23;
-  const lanes v24 = v1 * thetad_0, v25 = 0.2 * v24, v26 = v3 * thetad_0, v27 = v3 * thetad_1,
-      v28 = v26 + v27, v29 = 0.3 * v28, v30 = v25 + v29, v31 = 0.5 * v15, v32 = 0.02 + v31,
-      v33 = v32 - 0.045, v34 = v33 / v15, v35 = v13 * v34;
-  LANES_LET1(v36, sqrt, v18);
-  const lanes v37 = 0.5 * v36, v38 = v37 / v15, v39 = v9 * v38, v40 = v35 - v39, v41 = v40 - v13,
-      v42 = v30 * v41, v43 = v4 * thetad_0, v44 = 0.2 * v43, v45 = v5 * thetad_0,
-      v46 = v5 * thetad_1, v47 = v45 + v46, v48 = 0.3 * v47, v49 = v44 + v48, v50 = v9 * v34,
-      v51 = v13 * v38, v52 = v50 + v51, v53 = v52 - v9, v54 = v49 * v53, v55 = v42 - v54,
-      v56 = v55 / v37, v57 = -v56;
-  out[1] = v57;
+      v16 = 0.25 - v15, v17 = v15 - 0.01, v18 = v16 * v17;
+  const lanes_where v19 = LANES_LE(0.0, v18);
+  const lanes v20 = LANES_CHOICE(v19, 0.0, -1.0);
+  LANES_LET1(v21, sqrt, v20);
+  const lanes v22 = v21 + thetad_0;
+  out[0] = v22;
+  const lanes v23 = v1 * thetad_0, v24 = 0.2 * v23, v25 = v3 * thetad_0, v26 = v3 * thetad_1,
+      v27 = v25 + v26, v28 = 0.3 * v27, v29 = v24 + v28, v30 = 0.5 * v15, v31 = 0.02 + v30,
+      v32 = v31 - 0.045, v33 = v32 / v15, v34 = v13 * v33;
+  LANES_LET1(v35, sqrt, v18);
+  const lanes v36 = 0.5 * v35, v37 = v36 / v15, v38 = v9 * v37, v39 = v34 - v38, v40 = v39 - v13,
+      v41 = v29 * v40, v42 = v4 * thetad_0, v43 = 0.2 * v42, v44 = v5 * thetad_0,
+      v45 = v5 * thetad_1, v46 = v44 + v45, v47 = 0.3 * v46, v48 = v43 + v47, v49 = v9 * v33,
+      v50 = v13 * v37, v51 = v49 + v50, v52 = v51 - v9, v53 = v48 * v52, v54 = v41 - v53,
+      v55 = v54 / v36, v56 = -v55;
+  out[1] = v56;
 }
 
-// actuator_accelerations: 127 operations: multiply 65, add 44, negate 1, trig 4, other 13
+// actuator_accelerations: 126 operations: multiply 64, add 44, negate 1, trig 4, other 13
 static LANES_TARGET void LANES_NAME(five_bar_actuator_accelerations)(const lanes *in, lanes *out)
 {
   const lanes theta_0 = in[0], theta_1 = in[1], thetad_0 = in[2], thetad_1 = in[3],
@@ -827,37 +821,37 @@ static LANES_TARGET void LANES_NAME(five_bar_actuator_accelerations)(const lanes
   LANES_COS_SIN(v3, v5, v2);
   const lanes v6 = 0.2 * v1, v7 = 0.3 * v3, v8 = v6 + v7, v9 = v8 - 0.2, v10 = v9 * v9,
       v11 = 0.2 * v4, v12 = 0.3 * v5, v13 = v11 + v12, v14 = v13 * v13, v15 = v10 + v14,
-      v16 = 0.25 - v15, v17 = v15 - 0.01, v18 = v16 * v17, v19 = 69.44444444444444 * v18;
-  const lanes_where v20 = LANES_LE(0.0, v19);
-  const lanes v21 = LANES_CHOICE(v20, 0.0, -1.0);
-  LANES_LET1(v22, sqrt, v21);
-  const lanes v23 = v22 + thetadd_0;
-  out[0] = v23;
-  const lanes v24 = v1 * thetad_0, v25 = 0.2 * v24, v26 = v3 * thetad_0, v27 = v3 * thetad_1,
-      v28 = v26 + v27, v29 = 0.3 * v28, v30 = v25 + v29, v31 = 2.0 * v13, v32 = v30 * v31,
-      v33 = v4 * thetad_0, v34 = 0.2 * v33, v35 = v5 * thetad_0, v36 = v5 * thetad_1,
-      v37 = v35 + v36, v38 = 0.3 * v37, v39 = v34 + v38, v40 = 2.0 * v9, v41 = v39 * v40,
-      v42 = v32 - v41, v43 = 0.5 * v42, v44 = v43 / v15, v45 = 0.5 * v15, v46 = 0.02 + v45,
-      v47 = v46 - 0.045, v48 = v15 * v15, v49 = v47 / v48, v50 = v42 * v49, v51 = v44 - v50,
-      v52 = v13 * v51;
-  LANES_LET1(v53, sqrt, v18);
-  const lanes v54 = 0.5 * v53, v55 = v54 / v15, v56 = v39 * v55, v57 = v52 + v56, v58 = v47 / v15,
-      v59 = v30 * v58, v60 = v57 + v59, v61 = v16 * v42, v62 = v17 * v42, v63 = v61 - v62,
-      v64 = 0.25 / v53, v65 = v63 * v64, v66 = v65 / v15, v67 = v54 / v48, v68 = v42 * v67,
-      v69 = v66 - v68, v70 = v9 * v69, v71 = v60 - v70, v72 = v71 - v30, v73 = v30 * v72,
-      v74 = v1 * thetadd_0, v75 = v33 * thetad_0, v76 = v74 - v75, v77 = 0.2 * v76,
-      v78 = v3 * thetadd_0, v79 = v3 * thetadd_1, v80 = v78 + v79, v81 = thetad_0 + thetad_1,
-      v82 = v37 * v81, v83 = v80 - v82, v84 = 0.3 * v83, v85 = v77 + v84, v86 = v13 * v58,
-      v87 = v9 * v55, v88 = v86 - v87, v89 = v88 - v13, v90 = v85 * v89, v91 = v73 + v90,
-      v92 = v9 * v51, v93 = v13 * v69, v94 = v92 + v93, v95 = v30 * v55, v96 = v94 + v95,
-      v97 = v39 * v58, v98 = v96 - v97, v99 = v39 + v98, v100 = v39 * v99, v101 = v91 - v100,
-      v102 = v4 * thetadd_0, v103 = v24 * thetad_0, v104 = v102 + v103, v105 = 0.2 * v104,
-      v106 = v5 * thetadd_0, v107 = v5 * thetadd_1, v108 = v106 + v107, v109 = v28 * v81,
-      v110 = v108 + v109, v111 = 0.3 * v110, v112 = v105 + v111, v113 = v9 * v58, v114 = v13 * v55,
-      v115 = v113 + v114, v116 = v115 - v9, v117 = v112 * v116, v118 = v101 - v117,
-      v119 = v118 / v54, v120 = v30 * v89, v121 = v39 * v116, v122 = v120 - v121, v123 = v54 * v54,
-      v124 = v122 / v123, v125 = v65 * v124, v126 = v119 - v125, v127 = -v126;
-  out[1] = v127;
+      v16 = 0.25 - v15, v17 = v15 - 0.01, v18 = v16 * v17;
+  const lanes_where v19 = LANES_LE(0.0, v18);
+  const lanes v20 = LANES_CHOICE(v19, 0.0, -1.0);
+  LANES_LET1(v21, sqrt, v20);
+  const lanes v22 = v21 + thetadd_0;
+  out[0] = v22;
+  const lanes v23 = v1 * thetad_0, v24 = 0.2 * v23, v25 = v3 * thetad_0, v26 = v3 * thetad_1,
+      v27 = v25 + v26, v28 = 0.3 * v27, v29 = v24 + v28, v30 = 2.0 * v13, v31 = v29 * v30,
+      v32 = v4 * thetad_0, v33 = 0.2 * v32, v34 = v5 * thetad_0, v35 = v5 * thetad_1,
+      v36 = v34 + v35, v37 = 0.3 * v36, v38 = v33 + v37, v39 = 2.0 * v9, v40 = v38 * v39,
+      v41 = v31 - v40, v42 = 0.5 * v41, v43 = v42 / v15, v44 = 0.5 * v15, v45 = 0.02 + v44,
+      v46 = v45 - 0.045, v47 = v15 * v15, v48 = v46 / v47, v49 = v41 * v48, v50 = v43 - v49,
+      v51 = v13 * v50;
+  LANES_LET1(v52, sqrt, v18);
+  const lanes v53 = 0.5 * v52, v54 = v53 / v15, v55 = v38 * v54, v56 = v51 + v55, v57 = v46 / v15,
+      v58 = v29 * v57, v59 = v56 + v58, v60 = v16 * v41, v61 = v17 * v41, v62 = v60 - v61,
+      v63 = 0.25 / v52, v64 = v62 * v63, v65 = v64 / v15, v66 = v53 / v47, v67 = v41 * v66,
+      v68 = v65 - v67, v69 = v9 * v68, v70 = v59 - v69, v71 = v70 - v29, v72 = v29 * v71,
+      v73 = v1 * thetadd_0, v74 = v32 * thetad_0, v75 = v73 - v74, v76 = 0.2 * v75,
+      v77 = v3 * thetadd_0, v78 = v3 * thetadd_1, v79 = v77 + v78, v80 = thetad_0 + thetad_1,
+      v81 = v36 * v80, v82 = v79 - v81, v83 = 0.3 * v82, v84 = v76 + v83, v85 = v13 * v57,
+      v86 = v9 * v54, v87 = v85 - v86, v88 = v87 - v13, v89 = v84 * v88, v90 = v72 + v89,
+      v91 = v9 * v50, v92 = v13 * v68, v93 = v91 + v92, v94 = v29 * v54, v95 = v93 + v94,
+      v96 = v38 * v57, v97 = v95 - v96, v98 = v38 + v97, v99 = v38 * v98, v100 = v90 - v99,
+      v101 = v4 * thetadd_0, v102 = v23 * thetad_0, v103 = v101 + v102, v104 = 0.2 * v103,
+      v105 = v5 * thetadd_0, v106 = v5 * thetadd_1, v107 = v105 + v106, v108 = v27 * v80,
+      v109 = v107 + v108, v110 = 0.3 * v109, v111 = v104 + v110, v112 = v9 * v57, v113 = v13 * v54,
+      v114 = v112 + v113, v115 = v114 - v9, v116 = v111 * v115, v117 = v100 - v116,
+      v118 = v117 / v53, v119 = v29 * v88, v120 = v38 * v115, v121 = v119 - v120, v122 = v53 * v53,
+      v123 = v121 / v122, v124 = v64 * v123, v125 = v118 - v124, v126 = -v125;
+  out[1] = v126;
 }
 
 // actuator_margin: 19 operations: multiply 8, add 7, trig 4
@@ -889,13 +883,13 @@ static LANES_TARGET void LANES_NAME(five_bar_actuators_all)(const lanes *in, lan
       v30 = v7 * v22, v31 = v13 * v26, v32 = v30 + v31, v33 = 5.0 * v32;
   LANES_LET2(v34, atan2, v29, v33);
   const lanes v35 = v27 + v23, v36 = 5.0 * v35, v37 = v30 - v31, v38 = 5.0 * v37;
-  LANES_LET2(v39, atan2, v36, v38);
-  const lanes v40 = 69.44444444444444 * v18;
-  const lanes_where v41 = LANES_LE(0.0, v40);
-  const lanes v42 = LANES_CHOICE(v41, 0.0, -1.0);
-  LANES_LET1(v43, sqrt, v42);
-  const lanes v44 = v43 + theta_0;
-  out[0] = v44; out[1] = v34; out[2] = v44; out[3] = v39; out[4] = v40; out[5] = v40;
+  LANES_LET2(v39, atan2, v36, v38); const lanes_where v40 = LANES_LE(0.0, v18);
+  const lanes v41 = LANES_CHOICE(v40, 0.0, -1.0);
+  LANES_LET1(v42, sqrt, v41);
+  const lanes v43 = v42 + theta_0;
+  out[0] = v43; out[1] = v34; out[2] = v43; out[3] = v39;
+  const lanes v44 = 69.44444444444444 * v18;
+  out[4] = v44; out[5] = v44;
 }
 
 // constraint: 25 operations: multiply 8, add 9, trig 8

@@ -68,7 +68,7 @@ void four_bar_fk(const double q[1], double T_0_ee[16]) {
 }
 
 // Pose of every link's frame in the base frame, in order from the base.
-// 36 operations: multiply 14, add 13, negate 1, trig 2, other 6
+// 35 operations: multiply 13, add 13, negate 1, trig 2, other 6
 void four_bar_link_poses(const double q[1], double T[32]) {
   // inputs
   const double q_0 = q[0];
@@ -111,41 +111,40 @@ void four_bar_link_poses(const double q[1], double T[32]) {
   const double v11 = 0.5 * v8;
   const double v12 = v9 * v10;
   const double v13 = 0.045 + v11;
-  const double v14 = 44.44444444444444 * v12;
+  const int v14 = 0.0 <= v12;
   const double v15 = v13 - 0.03125;
   const double v16 = sqrt(v12);
-  const int v17 = 0.0 <= v14;
+  const double v17 = v14 ? 0.0 : -1.0;
   const double v18 = v15 / v8;
   const double v19 = 0.5 * v16;
-  const double v20 = v17 ? 0.0 : -1.0;
+  const double v20 = sqrt(v17);
   const double v21 = v18 * v5;
   const double v22 = v19 / v8;
   const double v23 = v18 * v4;
-  const double v24 = sqrt(v20);
-  const double v25 = v22 * v4;
-  const double v26 = v22 * v5;
-  const double v27 = c[0] + v24;
-  const double v28 = v24 - s[0];
-  const double v29 = s[0] + v24;
-  const double v30 = v21 + v25;
-  const double v31 = v26 - v23;
-  const double v32 = v24 + v3;
-  const double v33 = v24 + v4;
-  T[0] = v27;
-  T[1] = v28;
-  T[4] = v29;
-  T[5] = v27;
-  const double v34 = 3.333333333333333 * v30;
-  const double v35 = 3.333333333333333 * v31;
-  T[19] = v32;
-  T[23] = v33;
+  const double v24 = c[0] + v20;
+  const double v25 = v20 - s[0];
+  const double v26 = s[0] + v20;
+  const double v27 = v22 * v4;
+  const double v28 = v22 * v5;
+  const double v29 = v20 + v3;
+  const double v30 = v20 + v4;
+  T[0] = v24;
+  T[1] = v25;
+  T[4] = v26;
+  T[5] = v24;
+  const double v31 = v21 + v27;
+  const double v32 = v28 - v23;
+  T[19] = v29;
+  T[23] = v30;
   // shared terms; T
-  T[16] = v34;
-  const double v36 = -v35;
-  T[20] = v35;
-  T[21] = v34;
+  const double v33 = 3.333333333333333 * v31;
+  const double v34 = 3.333333333333333 * v32;
+  T[16] = v33;
+  const double v35 = -v34;
+  T[20] = v34;
+  T[21] = v33;
   // T
-  T[17] = v36;
+  T[17] = v35;
 }
 
 // Pose of the tool and mixed Jacobian in one call.
@@ -1525,7 +1524,7 @@ void four_bar_acceleration_mixed(const double q[1], const double qd[1], const do
 }
 
 // Joints of the main chain, angles between -pi and pi.
-// 38 operations: multiply 18, add 11, trig 3, other 6
+// 37 operations: multiply 17, add 11, trig 3, other 6
 void four_bar_chain(const double q[1], double theta[2]) {
   // inputs
   const double q_0 = q[0];
@@ -1547,32 +1546,31 @@ void four_bar_chain(const double q[1], double theta[2]) {
   const double v13 = 0.045 + v11;
   const double v14 = sqrt(v12);
   const double v15 = v13 - 0.03125;
-  const double v16 = 44.44444444444444 * v12;
+  const int v16 = 0.0 <= v12;
   const double v17 = 0.5 * v14;
   const double v18 = v15 / v8;
-  const int v19 = 0.0 <= v16;
+  const double v19 = v16 ? 0.0 : -1.0;
   const double v20 = v17 / v8;
   const double v21 = v18 * v4;
   const double v22 = v18 * v5;
-  const double v23 = v19 ? 0.0 : -1.0;
+  const double v23 = sqrt(v19);
   const double v24 = v20 * v5;
   const double v25 = v20 * v4;
-  const double v26 = sqrt(v23);
+  const double v26 = v23 + q_0;
   const double v27 = v24 - v21;
   const double v28 = v22 + v25;
-  const double v29 = v26 + q_0;
-  const double v30 = 3.333333333333333 * v27;
-  const double v31 = 3.333333333333333 * v28;
-  theta[0] = v29;
+  theta[0] = v26;
   // shared terms; theta
-  const double v32 = c[0] * v30;
-  const double v33 = v31 * s[0];
-  const double v34 = c[0] * v31;
-  const double v35 = s[0] * v30;
-  const double v36 = v32 - v33;
-  const double v37 = v34 + v35;
-  const double v38 = atan2(v36, v37);
-  theta[1] = v38;
+  const double v29 = 3.333333333333333 * v27;
+  const double v30 = 3.333333333333333 * v28;
+  const double v31 = c[0] * v29;
+  const double v32 = v30 * s[0];
+  const double v33 = c[0] * v30;
+  const double v34 = s[0] * v29;
+  const double v35 = v31 - v32;
+  const double v36 = v33 + v34;
+  const double v37 = atan2(v35, v36);
+  theta[1] = v37;
 }
 
 // Derivative of the main chain's joints by the actuated coordinates.
@@ -1620,7 +1618,7 @@ void four_bar_chain_D_q(const double q[1], double theta_D_q[2]) {
 }
 
 // Joint rates of the main chain.
-// 40 operations: multiply 18, add 13, trig 2, other 7
+// 39 operations: multiply 17, add 13, trig 2, other 7
 void four_bar_chain_rates(const double q[1], const double qd[1], double thetad[2]) {
   // inputs
   const double q_0 = q[0];
@@ -1645,36 +1643,35 @@ void four_bar_chain_rates(const double q[1], const double qd[1], double thetad[2
   const double v15 = 0.5 * v12;
   const double v16 = v13 * v14;
   const double v17 = 0.045 + v15;
-  const double v18 = 44.44444444444444 * v16;
+  const int v18 = 0.0 <= v16;
   const double v19 = v17 - 0.03125;
   const double v20 = sqrt(v16);
-  const int v21 = 0.0 <= v18;
+  const double v21 = v18 ? 0.0 : -1.0;
   const double v22 = v19 / v12;
   const double v23 = 0.5 * v20;
-  const double v24 = v21 ? 0.0 : -1.0;
+  const double v24 = sqrt(v21);
   const double v25 = v22 * v7;
   const double v26 = v23 / v12;
   const double v27 = v22 * v4;
-  const double v28 = sqrt(v24);
+  const double v28 = v24 + qd_0;
   const double v29 = v26 * v4;
   const double v30 = v26 * v7;
-  const double v31 = v28 + qd_0;
-  const double v32 = v25 + v29;
-  const double v33 = v30 - v27;
-  thetad[0] = v31;
-  const double v34 = v32 - v7;
-  const double v35 = v33 + v4;
+  thetad[0] = v28;
+  const double v31 = v25 + v29;
+  const double v32 = v30 - v27;
   // shared terms; thetad
-  const double v36 = v9 * v34;
-  const double v37 = v10 * v35;
-  const double v38 = v36 - v37;
-  const double v39 = v38 / v23;
-  const double v40 = v39 - qd_0;
-  thetad[1] = v40;
+  const double v33 = v31 - v7;
+  const double v34 = v32 + v4;
+  const double v35 = v9 * v33;
+  const double v36 = v10 * v34;
+  const double v37 = v35 - v36;
+  const double v38 = v37 / v23;
+  const double v39 = v38 - qd_0;
+  thetad[1] = v39;
 }
 
 // Joint accelerations of the main chain.
-// 95 operations: multiply 49, add 31, trig 2, other 13
+// 94 operations: multiply 48, add 31, trig 2, other 13
 void four_bar_chain_accelerations(const double q[1], const double qd[1], const double qdd[1], double thetadd[2]) {
   // inputs
   const double q_0 = q[0];
@@ -1717,17 +1714,17 @@ void four_bar_chain_accelerations(const double q[1], const double qd[1], const d
   const double v32 = 0.5 * v28;
   const double v33 = v28 * v25;
   const double v34 = v28 * v26;
-  const double v35 = 44.44444444444444 * v30;
+  const int v35 = 0.0 <= v30;
   const double v36 = v31 - 0.03125;
   const double v37 = sqrt(v30);
   const double v38 = v32 / v21;
   const double v39 = v33 - v34;
-  const int v40 = 0.0 <= v35;
+  const double v40 = v35 ? 0.0 : -1.0;
   const double v41 = v36 / v21;
   const double v42 = 0.5 * v37;
   const double v43 = v36 / v29;
   const double v44 = 0.25 / v37;
-  const double v45 = v40 ? 0.0 : -1.0;
+  const double v45 = sqrt(v40);
   const double v46 = v41 * v12;
   const double v47 = v42 / v21;
   const double v48 = v28 * v43;
@@ -1737,7 +1734,7 @@ void four_bar_chain_accelerations(const double q[1], const double qd[1], const d
   const double v52 = v41 * v13;
   const double v53 = v41 * v4;
   const double v54 = v42 * v42;
-  const double v55 = sqrt(v45);
+  const double v55 = v45 + qdd_0;
   const double v56 = v47 * v13;
   const double v57 = v38 - v48;
   const double v58 = v49 / v21;
@@ -1745,42 +1742,41 @@ void four_bar_chain_accelerations(const double q[1], const double qd[1], const d
   const double v60 = v47 * v4;
   const double v61 = v47 * v12;
   const double v62 = v47 * v10;
-  const double v63 = v55 + qdd_0;
-  const double v64 = v46 + v56;
-  const double v65 = v57 * v10;
-  const double v66 = v58 - v59;
-  const double v67 = v51 + v60;
-  const double v68 = v57 * v4;
-  const double v69 = v62 - v53;
-  thetadd[0] = v63;
-  const double v70 = v64 + v65;
-  const double v71 = v66 * v4;
-  const double v72 = v67 - v10;
-  const double v73 = v66 * v10;
-  const double v74 = v69 + v4;
+  thetadd[0] = v55;
+  const double v63 = v46 + v56;
+  const double v64 = v57 * v10;
+  const double v65 = v58 - v59;
+  const double v66 = v51 + v60;
+  const double v67 = v57 * v4;
+  const double v68 = v62 - v53;
   // shared terms; thetadd
-  const double v75 = v70 + v71;
-  const double v76 = v72 * v23;
-  const double v77 = v61 + v73;
-  const double v78 = v74 * v24;
-  const double v79 = v12 * v72;
-  const double v80 = v13 * v74;
-  const double v81 = v75 - v12;
-  const double v82 = v77 - v52;
-  const double v83 = v79 - v80;
-  const double v84 = v12 * v81;
-  const double v85 = v82 - v68;
-  const double v86 = v83 / v54;
-  const double v87 = v84 + v76;
-  const double v88 = v13 + v85;
-  const double v89 = v49 * v86;
-  const double v90 = v13 * v88;
-  const double v91 = v87 - v90;
-  const double v92 = v91 - v78;
-  const double v93 = v92 / v42;
-  const double v94 = v93 - v89;
-  const double v95 = v94 - qdd_0;
-  thetadd[1] = v95;
+  const double v69 = v63 + v64;
+  const double v70 = v65 * v4;
+  const double v71 = v66 - v10;
+  const double v72 = v65 * v10;
+  const double v73 = v68 + v4;
+  const double v74 = v69 + v70;
+  const double v75 = v71 * v23;
+  const double v76 = v61 + v72;
+  const double v77 = v73 * v24;
+  const double v78 = v12 * v71;
+  const double v79 = v13 * v73;
+  const double v80 = v74 - v12;
+  const double v81 = v76 - v52;
+  const double v82 = v78 - v79;
+  const double v83 = v12 * v80;
+  const double v84 = v81 - v67;
+  const double v85 = v82 / v54;
+  const double v86 = v83 + v75;
+  const double v87 = v13 + v84;
+  const double v88 = v49 * v85;
+  const double v89 = v13 * v87;
+  const double v90 = v86 - v89;
+  const double v91 = v90 - v77;
+  const double v92 = v91 / v42;
+  const double v93 = v92 - v88;
+  const double v94 = v93 - qdd_0;
+  thetadd[1] = v94;
 }
 
 // Passive joints that are not in the main chain, angles between -pi and pi.
@@ -1863,7 +1859,7 @@ void four_bar_passive_D_q(const double q[1], double passive_D_q[1]) {
 }
 
 // All joints, swings and cylinder lengths, angles between -pi and pi.
-// 43 operations: multiply 20, add 13, trig 4, other 6
+// 42 operations: multiply 19, add 13, trig 4, other 6
 void four_bar_configuration(const double q[1], double z[3]) {
   // inputs
   const double q_0 = q[0];
@@ -1885,39 +1881,38 @@ void four_bar_configuration(const double q[1], double z[3]) {
   const double v13 = 0.045 + v11;
   const double v14 = sqrt(v12);
   const double v15 = v13 - 0.03125;
-  const double v16 = 44.44444444444444 * v12;
+  const int v16 = 0.0 <= v12;
   const double v17 = 0.5 * v14;
   const double v18 = v15 / v8;
-  const int v19 = 0.0 <= v16;
+  const double v19 = v16 ? 0.0 : -1.0;
   const double v20 = v17 / v8;
   const double v21 = v18 * v4;
   const double v22 = v18 * v5;
-  const double v23 = v19 ? 0.0 : -1.0;
+  const double v23 = sqrt(v19);
   const double v24 = v20 * v5;
   const double v25 = v20 * v4;
-  const double v26 = sqrt(v23);
+  const double v26 = v23 + q_0;
   const double v27 = v24 - v21;
   const double v28 = v22 + v25;
-  const double v29 = v26 + q_0;
-  const double v30 = 3.333333333333333 * v27;
-  const double v31 = 3.333333333333333 * v28;
-  const double v32 = v27 + v4;
-  const double v33 = v28 - v5;
-  z[0] = v29;
+  z[0] = v26;
   // shared terms; z
-  const double v34 = c[0] * v30;
-  const double v35 = v31 * s[0];
-  const double v36 = c[0] * v31;
-  const double v37 = s[0] * v30;
+  const double v29 = 3.333333333333333 * v27;
+  const double v30 = 3.333333333333333 * v28;
+  const double v31 = v27 + v4;
+  const double v32 = v28 - v5;
+  const double v33 = c[0] * v29;
+  const double v34 = v30 * s[0];
+  const double v35 = c[0] * v30;
+  const double v36 = s[0] * v29;
+  const double v37 = 4.0 * v31;
   const double v38 = 4.0 * v32;
-  const double v39 = 4.0 * v33;
-  const double v40 = v34 - v35;
-  const double v41 = v36 + v37;
-  const double v42 = atan2(v38, v39);
-  const double v43 = atan2(v40, v41);
-  z[2] = v42;
+  const double v39 = v33 - v34;
+  const double v40 = v35 + v36;
+  const double v41 = atan2(v37, v38);
+  const double v42 = atan2(v39, v40);
+  z[2] = v41;
   // z
-  z[1] = v43;
+  z[1] = v42;
 }
 
 // Margin of each step of the loops' solution, zero at its dead point.
@@ -1966,32 +1961,32 @@ void four_bar_chain_all(const double q[1], double theta[4], double margin[2]) {
   const double v13 = 0.045 + v11;
   const double v14 = sqrt(v12);
   const double v15 = v13 - 0.03125;
-  const double v16 = 44.44444444444444 * v12;
-  const double v17 = 0.5 * v14;
-  const double v18 = v15 / v8;
-  const int v19 = 0.0 <= v16;
-  margin[0] = v16;
-  margin[1] = v16;
+  const int v16 = 0.0 <= v12;
+  const double v17 = 44.44444444444444 * v12;
+  const double v18 = 0.5 * v14;
+  const double v19 = v15 / v8;
+  const double v20 = v16 ? 0.0 : -1.0;
+  margin[0] = v17;
+  margin[1] = v17;
   // shared terms; column 1 of theta
-  const double v20 = v17 / v8;
-  const double v21 = v18 * v4;
-  const double v22 = v18 * v5;
-  const double v23 = v19 ? 0.0 : -1.0;
-  const double v24 = v20 * v5;
-  const double v25 = v20 * v4;
-  const double v26 = sqrt(v23);
-  const double v27 = v24 - v21;
-  const double v28 = v22 + v25;
-  const double v29 = v21 + v24;
-  const double v30 = v22 - v25;
-  const double v31 = v26 + q_0;
-  const double v32 = 3.333333333333333 * v27;
-  const double v33 = 3.333333333333333 * v28;
-  const double v34 = 3.333333333333333 * v29;
-  const double v35 = 3.333333333333333 * v30;
-  theta[0] = v31;
-  theta[2] = v31;
+  const double v21 = v18 / v8;
+  const double v22 = v19 * v4;
+  const double v23 = v19 * v5;
+  const double v24 = sqrt(v20);
+  const double v25 = v21 * v5;
+  const double v26 = v21 * v4;
+  const double v27 = v24 + q_0;
+  const double v28 = v25 - v22;
+  const double v29 = v23 + v26;
+  const double v30 = v22 + v25;
+  const double v31 = v23 - v26;
+  theta[0] = v27;
+  theta[2] = v27;
   // shared terms; column 2 of theta
+  const double v32 = 3.333333333333333 * v28;
+  const double v33 = 3.333333333333333 * v29;
+  const double v34 = 3.333333333333333 * v30;
+  const double v35 = 3.333333333333333 * v31;
   const double v36 = c[0] * v32;
   const double v37 = v33 * s[0];
   const double v38 = c[0] * v33;

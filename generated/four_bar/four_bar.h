@@ -24,7 +24,7 @@ void four_bar_fk(const double q[1], double T_0_ee[16]);
 
 /* Pose of every link's frame in the base frame, in order from the base.
  * T[k] is the pose of link k of: crank, coupler
- * 36 operations: multiply 14, add 13, negate 1, trig 2, other 6.
+ * 35 operations: multiply 13, add 13, negate 1, trig 2, other 6.
  *   q: actuator coordinates, 1 (rad)
  *   T: link poses, 2 x 4 x 4 (1, m) */
 void four_bar_link_poses(const double q[1], double T[32]);
@@ -142,7 +142,7 @@ void four_bar_acceleration_mixed(const double q[1], const double qd[1], const do
 
 /* Joints of the main chain, angles between -pi and pi.
  * theta = (crank, coupler), with every loop closed
- * 38 operations: multiply 18, add 11, trig 3, other 6.
+ * 37 operations: multiply 17, add 11, trig 3, other 6.
  *   q: actuator coordinates, 1 (rad)
  *   theta: main chain, 2 (rad) */
 void four_bar_chain(const double q[1], double theta[2]);
@@ -156,7 +156,7 @@ void four_bar_chain_D_q(const double q[1], double theta_D_q[2]);
 
 /* Joint rates of the main chain.
  * thetad = chain_D_q(q) qd
- * 40 operations: multiply 18, add 13, trig 2, other 7.
+ * 39 operations: multiply 17, add 13, trig 2, other 7.
  *   q: actuator coordinates, 1 (rad)
  *   qd: actuator rates, 1 (rad/s)
  *   thetad: rates of the main chain, 2 (rad/s) */
@@ -164,7 +164,7 @@ void four_bar_chain_rates(const double q[1], const double qd[1], double thetad[2
 
 /* Joint accelerations of the main chain.
  * thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
- * 95 operations: multiply 49, add 31, trig 2, other 13.
+ * 94 operations: multiply 48, add 31, trig 2, other 13.
  *   q: actuator coordinates, 1 (rad)
  *   qd: actuator rates, 1 (rad/s)
  *   qdd: actuator accelerations, 1 (rad/s^2)
@@ -187,7 +187,7 @@ void four_bar_passive_D_q(const double q[1], double passive_D_q[1]);
 
 /* All joints, swings and cylinder lengths, angles between -pi and pi.
  * z = (crank, coupler, rocker), constraint(z) = 0
- * 43 operations: multiply 20, add 13, trig 4, other 6.
+ * 42 operations: multiply 19, add 13, trig 4, other 6.
  *   q: actuator coordinates, 1 (rad)
  *   z: full configuration, 3 (rad or m) */
 void four_bar_configuration(const double q[1], double z[3]);

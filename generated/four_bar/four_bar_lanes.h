@@ -26,39 +26,38 @@ static LANES_TARGET void LANES_NAME(four_bar_fk)(const lanes *in, lanes *out)
   out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
 }
 
-// link_poses: 36 operations: multiply 14, add 13, negate 1, trig 2, other 6
+// link_poses: 35 operations: multiply 13, add 13, negate 1, trig 2, other 6
 static LANES_TARGET void LANES_NAME(four_bar_link_poses)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
   LANES_COS_SIN(v1, v2, q_0);
   const lanes v3 = 0.1 * v1, v4 = 0.35 - v3, v5 = v4 * v4, v6 = 0.1 * v2, v7 = v6 * v6,
-      v8 = v5 + v7, v9 = 0.3025 - v8, v10 = v8 - 0.0025, v11 = v9 * v10,
-      v12 = 44.44444444444444 * v11;
-  const lanes_where v13 = LANES_LE(0.0, v12);
-  const lanes v14 = LANES_CHOICE(v13, 0.0, -1.0);
-  LANES_LET1(v15, sqrt, v14);
-  const lanes v16 = v1 + v15;
-  out[0] = v16;
-  const lanes v17 = v15 - v2;
-  out[1] = v17; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
-  const lanes v18 = v2 + v15;
-  out[4] = v18; out[5] = v16; out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0);
+      v8 = v5 + v7, v9 = 0.3025 - v8, v10 = v8 - 0.0025, v11 = v9 * v10;
+  const lanes_where v12 = LANES_LE(0.0, v11);
+  const lanes v13 = LANES_CHOICE(v12, 0.0, -1.0);
+  LANES_LET1(v14, sqrt, v13);
+  const lanes v15 = v1 + v14;
+  out[0] = v15;
+  const lanes v16 = v14 - v2;
+  out[1] = v16; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  const lanes v17 = v2 + v14;
+  out[4] = v17; out[5] = v15; out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0);
   out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(1.0); out[11] = LANES_OF(0.0);
   out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(1.0);
-  const lanes v19 = 0.5 * v8, v20 = 0.045 + v19, v21 = v20 - 0.03125, v22 = v21 / v8,
-      v23 = v22 * v4;
-  LANES_LET1(v24, sqrt, v11);
-  const lanes v25 = 0.5 * v24, v26 = v25 / v8, v27 = v26 * v6, v28 = v23 + v27,
-      v29 = 3.333333333333333 * v28;
-  out[16] = v29;
-  const lanes v30 = v26 * v4, v31 = v22 * v6, v32 = v30 - v31, v33 = 3.333333333333333 * v32,
-      v34 = -v33;
-  out[17] = v34; out[18] = LANES_OF(0.0);
-  const lanes v35 = v15 + v3;
-  out[19] = v35; out[20] = v33; out[21] = v29; out[22] = LANES_OF(0.0);
-  const lanes v36 = v15 + v6;
-  out[23] = v36; out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0); out[26] = LANES_OF(1.0);
+  const lanes v18 = 0.5 * v8, v19 = 0.045 + v18, v20 = v19 - 0.03125, v21 = v20 / v8,
+      v22 = v21 * v4;
+  LANES_LET1(v23, sqrt, v11);
+  const lanes v24 = 0.5 * v23, v25 = v24 / v8, v26 = v25 * v6, v27 = v22 + v26,
+      v28 = 3.333333333333333 * v27;
+  out[16] = v28;
+  const lanes v29 = v25 * v4, v30 = v21 * v6, v31 = v29 - v30, v32 = 3.333333333333333 * v31,
+      v33 = -v32;
+  out[17] = v33; out[18] = LANES_OF(0.0);
+  const lanes v34 = v14 + v3;
+  out[19] = v34; out[20] = v32; out[21] = v28; out[22] = LANES_OF(0.0);
+  const lanes v35 = v14 + v6;
+  out[23] = v35; out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0); out[26] = LANES_OF(1.0);
   out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0);
   out[30] = LANES_OF(0.0); out[31] = LANES_OF(1.0);
 }
@@ -465,7 +464,7 @@ static LANES_TARGET void LANES_NAME(four_bar_acceleration_mixed)(const lanes *in
   out[5] = v94;
 }
 
-// chain: 38 operations: multiply 18, add 11, trig 3, other 6
+// chain: 37 operations: multiply 17, add 11, trig 3, other 6
 static LANES_TARGET void LANES_NAME(four_bar_chain)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
@@ -478,13 +477,11 @@ static LANES_TARGET void LANES_NAME(four_bar_chain)(const lanes *in, lanes *out)
       v22 = 3.333333333333333 * v21, v23 = v1 * v22, v24 = v19 * v3, v25 = v14 * v6,
       v26 = v24 + v25, v27 = 3.333333333333333 * v26, v28 = v27 * v5, v29 = v23 - v28,
       v30 = v1 * v27, v31 = v5 * v22, v32 = v30 + v31;
-  LANES_LET2(v33, atan2, v29, v32);
-  const lanes v34 = 44.44444444444444 * v11;
-  const lanes_where v35 = LANES_LE(0.0, v34);
-  const lanes v36 = LANES_CHOICE(v35, 0.0, -1.0);
-  LANES_LET1(v37, sqrt, v36);
-  const lanes v38 = v37 + q_0;
-  out[0] = v38; out[1] = v33;
+  LANES_LET2(v33, atan2, v29, v32); const lanes_where v34 = LANES_LE(0.0, v11);
+  const lanes v35 = LANES_CHOICE(v34, 0.0, -1.0);
+  LANES_LET1(v36, sqrt, v35);
+  const lanes v37 = v36 + q_0;
+  out[0] = v37; out[1] = v33;
 }
 
 // chain_D_q: 31 operations: multiply 13, add 12, trig 2, other 4
@@ -502,61 +499,59 @@ static LANES_TARGET void LANES_NAME(four_bar_chain_D_q)(const lanes *in, lanes *
   out[1] = v31;
 }
 
-// chain_rates: 40 operations: multiply 18, add 13, trig 2, other 7
+// chain_rates: 39 operations: multiply 17, add 13, trig 2, other 7
 static LANES_TARGET void LANES_NAME(four_bar_chain_rates)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1];
   LANES_COS_SIN(v1, v2, q_0);
   const lanes v3 = 0.1 * v1, v4 = 0.35 - v3, v5 = v4 * v4, v6 = 0.1 * v2, v7 = v6 * v6,
-      v8 = v5 + v7, v9 = 0.3025 - v8, v10 = v8 - 0.0025, v11 = v9 * v10,
-      v12 = 44.44444444444444 * v11;
-  const lanes_where v13 = LANES_LE(0.0, v12);
-  const lanes v14 = LANES_CHOICE(v13, 0.0, -1.0);
-  LANES_LET1(v15, sqrt, v14);
-  const lanes v16 = v15 + qd_0;
-  out[0] = v16;
-  const lanes v17 = v2 * qd_0, v18 = 0.1 * v17, v19 = 0.5 * v8, v20 = 0.045 + v19,
-      v21 = v20 - 0.03125, v22 = v21 / v8, v23 = v22 * v4;
-  LANES_LET1(v24, sqrt, v11);
-  const lanes v25 = 0.5 * v24, v26 = v25 / v8, v27 = v26 * v6, v28 = v23 + v27, v29 = v28 - v4,
-      v30 = v18 * v29, v31 = v1 * qd_0, v32 = 0.1 * v31, v33 = v26 * v4, v34 = v22 * v6,
-      v35 = v33 - v34, v36 = v35 + v6, v37 = v32 * v36, v38 = v30 - v37, v39 = v38 / v25,
-      v40 = v39 - qd_0;
-  out[1] = v40;
+      v8 = v5 + v7, v9 = 0.3025 - v8, v10 = v8 - 0.0025, v11 = v9 * v10;
+  const lanes_where v12 = LANES_LE(0.0, v11);
+  const lanes v13 = LANES_CHOICE(v12, 0.0, -1.0);
+  LANES_LET1(v14, sqrt, v13);
+  const lanes v15 = v14 + qd_0;
+  out[0] = v15;
+  const lanes v16 = v2 * qd_0, v17 = 0.1 * v16, v18 = 0.5 * v8, v19 = 0.045 + v18,
+      v20 = v19 - 0.03125, v21 = v20 / v8, v22 = v21 * v4;
+  LANES_LET1(v23, sqrt, v11);
+  const lanes v24 = 0.5 * v23, v25 = v24 / v8, v26 = v25 * v6, v27 = v22 + v26, v28 = v27 - v4,
+      v29 = v17 * v28, v30 = v1 * qd_0, v31 = 0.1 * v30, v32 = v25 * v4, v33 = v21 * v6,
+      v34 = v32 - v33, v35 = v34 + v6, v36 = v31 * v35, v37 = v29 - v36, v38 = v37 / v24,
+      v39 = v38 - qd_0;
+  out[1] = v39;
 }
 
-// chain_accelerations: 95 operations: multiply 49, add 31, trig 2, other 13
+// chain_accelerations: 94 operations: multiply 48, add 31, trig 2, other 13
 static LANES_TARGET void LANES_NAME(four_bar_chain_accelerations)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1], qdd_0 = in[2];
   LANES_COS_SIN(v1, v2, q_0);
   const lanes v3 = 0.1 * v1, v4 = 0.35 - v3, v5 = v4 * v4, v6 = 0.1 * v2, v7 = v6 * v6,
-      v8 = v5 + v7, v9 = 0.3025 - v8, v10 = v8 - 0.0025, v11 = v9 * v10,
-      v12 = 44.44444444444444 * v11;
-  const lanes_where v13 = LANES_LE(0.0, v12);
-  const lanes v14 = LANES_CHOICE(v13, 0.0, -1.0);
-  LANES_LET1(v15, sqrt, v14);
-  const lanes v16 = v15 + qdd_0;
-  out[0] = v16;
-  const lanes v17 = v2 * qd_0, v18 = 0.1 * v17, v19 = 0.5 * v8, v20 = 0.045 + v19,
-      v21 = v20 - 0.03125, v22 = v21 / v8, v23 = v22 * v18;
-  LANES_LET1(v24, sqrt, v11);
-  const lanes v25 = 0.5 * v24, v26 = v25 / v8, v27 = v1 * qd_0, v28 = 0.1 * v27, v29 = v26 * v28,
-      v30 = v23 + v29, v31 = 2.0 * v4, v32 = v18 * v31, v33 = 0.2 * v2, v34 = v28 * v33,
-      v35 = v32 + v34, v36 = 0.5 * v35, v37 = v36 / v8, v38 = v8 * v8, v39 = v21 / v38,
-      v40 = v35 * v39, v41 = v37 - v40, v42 = v41 * v4, v43 = v30 + v42, v44 = v35 * v9,
-      v45 = v35 * v10, v46 = v44 - v45, v47 = 0.25 / v24, v48 = v46 * v47, v49 = v48 / v8,
-      v50 = v25 / v38, v51 = v35 * v50, v52 = v49 - v51, v53 = v52 * v6, v54 = v43 + v53,
-      v55 = v54 - v18, v56 = v18 * v55, v57 = v22 * v4, v58 = v26 * v6, v59 = v57 + v58,
-      v60 = v59 - v4, v61 = v27 * qd_0, v62 = v2 * qdd_0, v63 = v61 + v62, v64 = 0.1 * v63,
-      v65 = v60 * v64, v66 = v56 + v65, v67 = v26 * v18, v68 = v52 * v4, v69 = v67 + v68,
-      v70 = v22 * v28, v71 = v69 - v70, v72 = v41 * v6, v73 = v71 - v72, v74 = v28 + v73,
-      v75 = v28 * v74, v76 = v66 - v75, v77 = v26 * v4, v78 = v22 * v6, v79 = v77 - v78,
-      v80 = v79 + v6, v81 = v1 * qdd_0, v82 = v17 * qd_0, v83 = v81 - v82, v84 = 0.1 * v83,
-      v85 = v80 * v84, v86 = v76 - v85, v87 = v86 / v25, v88 = v18 * v60, v89 = v28 * v80,
-      v90 = v88 - v89, v91 = v25 * v25, v92 = v90 / v91, v93 = v48 * v92, v94 = v87 - v93,
-      v95 = v94 - qdd_0;
-  out[1] = v95;
+      v8 = v5 + v7, v9 = 0.3025 - v8, v10 = v8 - 0.0025, v11 = v9 * v10;
+  const lanes_where v12 = LANES_LE(0.0, v11);
+  const lanes v13 = LANES_CHOICE(v12, 0.0, -1.0);
+  LANES_LET1(v14, sqrt, v13);
+  const lanes v15 = v14 + qdd_0;
+  out[0] = v15;
+  const lanes v16 = v2 * qd_0, v17 = 0.1 * v16, v18 = 0.5 * v8, v19 = 0.045 + v18,
+      v20 = v19 - 0.03125, v21 = v20 / v8, v22 = v21 * v17;
+  LANES_LET1(v23, sqrt, v11);
+  const lanes v24 = 0.5 * v23, v25 = v24 / v8, v26 = v1 * qd_0, v27 = 0.1 * v26, v28 = v25 * v27,
+      v29 = v22 + v28, v30 = 2.0 * v4, v31 = v17 * v30, v32 = 0.2 * v2, v33 = v27 * v32,
+      v34 = v31 + v33, v35 = 0.5 * v34, v36 = v35 / v8, v37 = v8 * v8, v38 = v20 / v37,
+      v39 = v34 * v38, v40 = v36 - v39, v41 = v40 * v4, v42 = v29 + v41, v43 = v34 * v9,
+      v44 = v34 * v10, v45 = v43 - v44, v46 = 0.25 / v23, v47 = v45 * v46, v48 = v47 / v8,
+      v49 = v24 / v37, v50 = v34 * v49, v51 = v48 - v50, v52 = v51 * v6, v53 = v42 + v52,
+      v54 = v53 - v17, v55 = v17 * v54, v56 = v21 * v4, v57 = v25 * v6, v58 = v56 + v57,
+      v59 = v58 - v4, v60 = v26 * qd_0, v61 = v2 * qdd_0, v62 = v60 + v61, v63 = 0.1 * v62,
+      v64 = v59 * v63, v65 = v55 + v64, v66 = v25 * v17, v67 = v51 * v4, v68 = v66 + v67,
+      v69 = v21 * v27, v70 = v68 - v69, v71 = v40 * v6, v72 = v70 - v71, v73 = v27 + v72,
+      v74 = v27 * v73, v75 = v65 - v74, v76 = v25 * v4, v77 = v21 * v6, v78 = v76 - v77,
+      v79 = v78 + v6, v80 = v1 * qdd_0, v81 = v16 * qd_0, v82 = v80 - v81, v83 = 0.1 * v82,
+      v84 = v79 * v83, v85 = v75 - v84, v86 = v85 / v24, v87 = v17 * v59, v88 = v27 * v79,
+      v89 = v87 - v88, v90 = v24 * v24, v91 = v89 / v90, v92 = v47 * v91, v93 = v86 - v92,
+      v94 = v93 - qdd_0;
+  out[1] = v94;
 }
 
 // passive: 29 operations: multiply 13, add 10, trig 3, other 3
@@ -589,7 +584,7 @@ static LANES_TARGET void LANES_NAME(four_bar_passive_D_q)(const lanes *in, lanes
   out[0] = v28;
 }
 
-// configuration: 43 operations: multiply 20, add 13, trig 4, other 6
+// configuration: 42 operations: multiply 19, add 13, trig 4, other 6
 static LANES_TARGET void LANES_NAME(four_bar_configuration)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
@@ -604,13 +599,11 @@ static LANES_TARGET void LANES_NAME(four_bar_configuration)(const lanes *in, lan
       v30 = v1 * v27, v31 = v5 * v22, v32 = v30 + v31;
   LANES_LET2(v33, atan2, v29, v32);
   const lanes v34 = v21 + v6, v35 = 4.0 * v34, v36 = v26 - v3, v37 = 4.0 * v36;
-  LANES_LET2(v38, atan2, v35, v37);
-  const lanes v39 = 44.44444444444444 * v11;
-  const lanes_where v40 = LANES_LE(0.0, v39);
-  const lanes v41 = LANES_CHOICE(v40, 0.0, -1.0);
-  LANES_LET1(v42, sqrt, v41);
-  const lanes v43 = v42 + q_0;
-  out[0] = v43; out[1] = v33; out[2] = v38;
+  LANES_LET2(v38, atan2, v35, v37); const lanes_where v39 = LANES_LE(0.0, v11);
+  const lanes v40 = LANES_CHOICE(v39, 0.0, -1.0);
+  LANES_LET1(v41, sqrt, v40);
+  const lanes v42 = v41 + q_0;
+  out[0] = v42; out[1] = v33; out[2] = v38;
 }
 
 // margin: 12 operations: multiply 6, add 4, trig 2
@@ -641,15 +634,15 @@ static LANES_TARGET void LANES_NAME(four_bar_chain_all)(const lanes *in, lanes *
   const lanes v34 = v20 + v15, v35 = 3.333333333333333 * v34, v36 = v1 * v35, v37 = v24 - v25,
       v38 = 3.333333333333333 * v37, v39 = v5 * v38, v40 = v36 + v39, v41 = v1 * v38,
       v42 = v5 * v35, v43 = v41 - v42;
-  LANES_LET2(v44, atan2, v40, v43);
-  const lanes v45 = 44.44444444444444 * v11;
-  const lanes_where v46 = LANES_LE(0.0, v45);
-  const lanes v47 = LANES_CHOICE(v46, 0.0, -1.0);
-  LANES_LET1(v48, sqrt, v47);
-  const lanes v49 = v48 + q_0;
-  out[0] = v49; out[1] = v33; out[2] = v49;
-  const lanes v50 = -v44;
-  out[3] = v50; out[4] = v45; out[5] = v45;
+  LANES_LET2(v44, atan2, v40, v43); const lanes_where v45 = LANES_LE(0.0, v11);
+  const lanes v46 = LANES_CHOICE(v45, 0.0, -1.0);
+  LANES_LET1(v47, sqrt, v46);
+  const lanes v48 = v47 + q_0;
+  out[0] = v48; out[1] = v33; out[2] = v48;
+  const lanes v49 = -v44;
+  out[3] = v49;
+  const lanes v50 = 44.44444444444444 * v11;
+  out[4] = v50; out[5] = v50;
 }
 
 // actuators: 0 operations

@@ -19,21 +19,21 @@ extern "C" {
 
 /* Actuated coordinates from the joints of the main chain.
  * actuators(chain(q)) = q
- * 108 operations: multiply 42, add 39, negate 1, trig 5, other 21.
+ * 100 operations: multiply 39, add 39, negate 1, trig 5, other 16.
  *   theta: joints of the main chain, 3 (rad or m)
  *   q: actuated coordinates, 3 (rad) */
 void planar_3rrr_actuators(const double theta[3], double q[3]);
 
 /* Derivative of the actuated coordinates by the main chain's joints.
  * actuators_D_chain[:, k] = d actuators / d theta_k
- * 131 operations: multiply 42, add 57, trig 2, other 30.
+ * 123 operations: multiply 39, add 57, trig 2, other 25.
  *   theta: joints of the main chain, 3 (rad or m)
  *   q_D_theta: derivative, 3 x 3 (1, m, 1/m) */
 void planar_3rrr_actuators_D_chain(const double theta[3], double q_D_theta[9]);
 
 /* Rates of the actuated coordinates.
  * qd = actuators_D_chain(theta) thetad
- * 133 operations: multiply 50, add 57, trig 2, other 24.
+ * 125 operations: multiply 47, add 57, trig 2, other 19.
  *   theta: joints of the main chain, 3 (rad or m)
  *   thetad: joint rates of the main chain, 3 (rad or m/s)
  *   qd: actuator rates, 3 (rad/s) */
@@ -41,7 +41,7 @@ void planar_3rrr_actuator_rates(const double theta[3], const double thetad[3], d
 
 /* Accelerations of the actuated coordinates.
  * qdd = actuators_D_chain(theta) thetadd + d/dt actuators_D_chain(theta) thetad
- * 296 operations: multiply 135, add 117, trig 2, other 42.
+ * 288 operations: multiply 132, add 117, trig 2, other 37.
  *   theta: joints of the main chain, 3 (rad or m)
  *   thetad: joint rates of the main chain, 3 (rad or m/s)
  *   thetadd: joint accelerations of the main chain, 3 (rad or m/s^2)
@@ -61,7 +61,7 @@ void planar_3rrr_actuator_margin(const double theta[3], double margin[3]);
  * right, coupler_3 right; coupler_1 right, coupler_2 left, coupler_3 left; coupler_1 right,
  * coupler_2 left, coupler_3 right; coupler_1 right, coupler_2 right, coupler_3 left; coupler_1
  * right, coupler_2 right, coupler_3 right
- * 128 operations: multiply 48, add 49, negate 2, trig 8, other 21.
+ * 123 operations: multiply 48, add 49, negate 2, trig 8, other 16.
  *   theta: joints of the main chain, 3 (rad or m)
  *   q: one branch a row, 8 x 3 (rad)
  *   margin: margins of each branch, 8 x 3 (1) */

@@ -77,7 +77,7 @@ void slider_crank_link_poses(const double q[1], double T[16]) {
 }
 
 // Pose of the tool and mixed Jacobian in one call.
-// 20 operations: multiply 7, add 6, trig 2, other 5
+// 19 operations: multiply 6, add 6, trig 2, other 5
 void slider_crank_fk_jacobian_mixed(const double q[1], double T_0_ee[16], double J[6]) {
   // inputs
   const double q_0 = q[0];
@@ -116,23 +116,22 @@ void slider_crank_fk_jacobian_mixed(const double q[1], double T_0_ee[16], double
   const double v9 = v3 * v5;
   const double v10 = sqrt(v7);
   const double v11 = v8 - v9;
-  const double v12 = 30.864197530864196 * v7;
+  const int v12 = 0.0 <= v7;
   const double v13 = v3 + v10;
   const double v14 = 0.5 / v10;
-  const int v15 = 0.0 <= v12;
+  const double v15 = v12 ? 0.0 : -1.0;
   T_0_ee[3] = v13;
   const double v16 = v14 * v11;
-  const double v17 = v15 ? 0.0 : -1.0;
+  const double v17 = sqrt(v15);
   // shared terms; J
   const double v18 = v16 - v4;
-  const double v19 = sqrt(v17);
-  const double v20 = v18 + v19;
-  J[0] = v20;
+  const double v19 = v18 + v17;
+  J[0] = v19;
 }
 
 // Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
 // axes.
-// 19 operations: multiply 7, add 5, trig 2, other 5
+// 18 operations: multiply 6, add 5, trig 2, other 5
 void slider_crank_jacobian_space(const double q[1], double J[6]) {
   // inputs
   const double q_0 = q[0];
@@ -156,19 +155,18 @@ void slider_crank_jacobian_space(const double q[1], double J[6]) {
   const double v9 = v4 * v5;
   const double v10 = sqrt(v7);
   const double v11 = v8 - v9;
-  const double v12 = 30.864197530864196 * v7;
+  const int v12 = 0.0 <= v7;
   const double v13 = 0.5 / v10;
-  const int v14 = 0.0 <= v12;
+  const double v14 = v12 ? 0.0 : -1.0;
   const double v15 = v13 * v11;
-  const double v16 = v14 ? 0.0 : -1.0;
+  const double v16 = sqrt(v14);
   const double v17 = v15 - v3;
-  const double v18 = sqrt(v16);
-  const double v19 = v17 + v18;
-  J[0] = v19;
+  const double v18 = v17 + v16;
+  J[0] = v18;
 }
 
 // Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
-// 19 operations: multiply 7, add 5, trig 2, other 5
+// 18 operations: multiply 6, add 5, trig 2, other 5
 void slider_crank_jacobian_body(const double q[1], double J[6]) {
   // inputs
   const double q_0 = q[0];
@@ -192,19 +190,18 @@ void slider_crank_jacobian_body(const double q[1], double J[6]) {
   const double v9 = v4 * v5;
   const double v10 = sqrt(v7);
   const double v11 = v8 - v9;
-  const double v12 = 30.864197530864196 * v7;
+  const int v12 = 0.0 <= v7;
   const double v13 = 0.5 / v10;
-  const int v14 = 0.0 <= v12;
+  const double v14 = v12 ? 0.0 : -1.0;
   const double v15 = v13 * v11;
-  const double v16 = v14 ? 0.0 : -1.0;
+  const double v16 = sqrt(v14);
   const double v17 = v15 - v3;
-  const double v18 = sqrt(v16);
-  const double v19 = v17 + v18;
-  J[0] = v19;
+  const double v18 = v17 + v16;
+  J[0] = v18;
 }
 
 // Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
-// 19 operations: multiply 7, add 5, trig 2, other 5
+// 18 operations: multiply 6, add 5, trig 2, other 5
 void slider_crank_jacobian_mixed(const double q[1], double J[6]) {
   // inputs
   const double q_0 = q[0];
@@ -228,19 +225,18 @@ void slider_crank_jacobian_mixed(const double q[1], double J[6]) {
   const double v9 = v4 * v5;
   const double v10 = sqrt(v7);
   const double v11 = v8 - v9;
-  const double v12 = 30.864197530864196 * v7;
+  const int v12 = 0.0 <= v7;
   const double v13 = 0.5 / v10;
-  const int v14 = 0.0 <= v12;
+  const double v14 = v12 ? 0.0 : -1.0;
   const double v15 = v13 * v11;
-  const double v16 = v14 ? 0.0 : -1.0;
+  const double v16 = sqrt(v14);
   const double v17 = v15 - v3;
-  const double v18 = sqrt(v16);
-  const double v19 = v17 + v18;
-  J[0] = v19;
+  const double v18 = v17 + v16;
+  J[0] = v18;
 }
 
 // Time derivative of jacobian_space at joint rates qd.
-// 36 operations: multiply 19, add 9, trig 2, other 6
+// 35 operations: multiply 18, add 9, trig 2, other 6
 void slider_crank_jacobian_space_dot(const double q[1], const double qd[1], double J_dot[6]) {
   // inputs
   const double q_0 = q[0];
@@ -272,29 +268,28 @@ void slider_crank_jacobian_space_dot(const double q[1], const double qd[1], doub
   const double v16 = v9 * v7;
   const double v17 = v6 * v8;
   const double v18 = v6 * v7;
-  const double v19 = 30.864197530864196 * v12;
+  const int v19 = 0.0 <= v12;
   const double v20 = sqrt(v12);
   const double v21 = v10 * v13;
   const double v22 = v15 - v16;
   const double v23 = v17 - v18;
-  const int v24 = 0.0 <= v19;
+  const double v24 = v19 ? 0.0 : -1.0;
   const double v25 = 0.5 / v20;
   const double v26 = v21 + v14;
   const double v27 = v20 * v12;
-  const double v28 = v24 ? 0.0 : -1.0;
+  const double v28 = sqrt(v24);
   const double v29 = v25 * v26;
   const double v30 = 0.25 / v27;
-  const double v31 = sqrt(v28);
-  const double v32 = v22 * v30;
-  const double v33 = v32 * v23;
-  const double v34 = v29 + v33;
-  const double v35 = v9 + v34;
-  const double v36 = v31 - v35;
-  J_dot[0] = v36;
+  const double v31 = v22 * v30;
+  const double v32 = v31 * v23;
+  const double v33 = v29 + v32;
+  const double v34 = v9 + v33;
+  const double v35 = v28 - v34;
+  J_dot[0] = v35;
 }
 
 // Time derivative of jacobian_body at joint rates qd.
-// 36 operations: multiply 19, add 9, trig 2, other 6
+// 35 operations: multiply 18, add 9, trig 2, other 6
 void slider_crank_jacobian_body_dot(const double q[1], const double qd[1], double J_dot[6]) {
   // inputs
   const double q_0 = q[0];
@@ -326,29 +321,28 @@ void slider_crank_jacobian_body_dot(const double q[1], const double qd[1], doubl
   const double v16 = v9 * v7;
   const double v17 = v6 * v8;
   const double v18 = v6 * v7;
-  const double v19 = 30.864197530864196 * v12;
+  const int v19 = 0.0 <= v12;
   const double v20 = sqrt(v12);
   const double v21 = v10 * v13;
   const double v22 = v15 - v16;
   const double v23 = v17 - v18;
-  const int v24 = 0.0 <= v19;
+  const double v24 = v19 ? 0.0 : -1.0;
   const double v25 = 0.5 / v20;
   const double v26 = v21 + v14;
   const double v27 = v20 * v12;
-  const double v28 = v24 ? 0.0 : -1.0;
+  const double v28 = sqrt(v24);
   const double v29 = v25 * v26;
   const double v30 = 0.25 / v27;
-  const double v31 = sqrt(v28);
-  const double v32 = v22 * v30;
-  const double v33 = v32 * v23;
-  const double v34 = v29 + v33;
-  const double v35 = v9 + v34;
-  const double v36 = v31 - v35;
-  J_dot[0] = v36;
+  const double v31 = v22 * v30;
+  const double v32 = v31 * v23;
+  const double v33 = v29 + v32;
+  const double v34 = v9 + v33;
+  const double v35 = v28 - v34;
+  J_dot[0] = v35;
 }
 
 // Time derivative of jacobian_mixed at joint rates qd.
-// 36 operations: multiply 19, add 9, trig 2, other 6
+// 35 operations: multiply 18, add 9, trig 2, other 6
 void slider_crank_jacobian_mixed_dot(const double q[1], const double qd[1], double J_dot[6]) {
   // inputs
   const double q_0 = q[0];
@@ -380,29 +374,28 @@ void slider_crank_jacobian_mixed_dot(const double q[1], const double qd[1], doub
   const double v16 = v9 * v7;
   const double v17 = v6 * v8;
   const double v18 = v6 * v7;
-  const double v19 = 30.864197530864196 * v12;
+  const int v19 = 0.0 <= v12;
   const double v20 = sqrt(v12);
   const double v21 = v10 * v13;
   const double v22 = v15 - v16;
   const double v23 = v17 - v18;
-  const int v24 = 0.0 <= v19;
+  const double v24 = v19 ? 0.0 : -1.0;
   const double v25 = 0.5 / v20;
   const double v26 = v21 + v14;
   const double v27 = v20 * v12;
-  const double v28 = v24 ? 0.0 : -1.0;
+  const double v28 = sqrt(v24);
   const double v29 = v25 * v26;
   const double v30 = 0.25 / v27;
-  const double v31 = sqrt(v28);
-  const double v32 = v22 * v30;
-  const double v33 = v32 * v23;
-  const double v34 = v29 + v33;
-  const double v35 = v9 + v34;
-  const double v36 = v31 - v35;
-  J_dot[0] = v36;
+  const double v31 = v22 * v30;
+  const double v32 = v31 * v23;
+  const double v33 = v29 + v32;
+  const double v34 = v9 + v33;
+  const double v35 = v28 - v34;
+  J_dot[0] = v35;
 }
 
 // Derivative of jacobian_mixed by the joint coordinates.
-// 29 operations: multiply 13, add 8, trig 2, other 6
+// 28 operations: multiply 12, add 8, trig 2, other 6
 void slider_crank_hessian_mixed(const double q[1], double H[6]) {
   // inputs
   const double q_0 = q[0];
@@ -427,28 +420,27 @@ void slider_crank_hessian_mixed(const double q[1], double H[6]) {
   const double v10 = v6 - v5;
   const double v11 = v4 * v6;
   const double v12 = v4 * v5;
-  const double v13 = 30.864197530864196 * v8;
+  const int v13 = 0.0 <= v8;
   const double v14 = sqrt(v8);
   const double v15 = v10 * v3;
   const double v16 = v11 - v12;
-  const int v17 = 0.0 <= v13;
+  const double v17 = v13 ? 0.0 : -1.0;
   const double v18 = 0.5 / v14;
   const double v19 = v9 + v15;
   const double v20 = v14 * v8;
-  const double v21 = v17 ? 0.0 : -1.0;
+  const double v21 = sqrt(v17);
   const double v22 = v18 * v19;
   const double v23 = 0.25 / v20;
-  const double v24 = sqrt(v21);
-  const double v25 = v23 * v16;
-  const double v26 = v25 * v16;
-  const double v27 = v22 + v26;
-  const double v28 = v27 + v4;
-  const double v29 = v24 - v28;
-  H[0] = v29;
+  const double v24 = v23 * v16;
+  const double v25 = v24 * v16;
+  const double v26 = v22 + v25;
+  const double v27 = v26 + v4;
+  const double v28 = v21 - v27;
+  H[0] = v28;
 }
 
 // Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
-// 22 operations: multiply 10, add 5, trig 2, other 5
+// 21 operations: multiply 9, add 5, trig 2, other 5
 void slider_crank_twist_space(const double q[1], const double qd[1], double V[6]) {
   // inputs
   const double q_0 = q[0];
@@ -476,19 +468,18 @@ void slider_crank_twist_space(const double q[1], const double qd[1], double V[6]
   const double v12 = v8 * v6;
   const double v13 = sqrt(v10);
   const double v14 = v11 - v12;
-  const double v15 = 30.864197530864196 * v10;
+  const int v15 = 0.0 <= v10;
   const double v16 = 0.5 / v13;
-  const int v17 = 0.0 <= v15;
+  const double v17 = v15 ? 0.0 : -1.0;
   const double v18 = v16 * v14;
-  const double v19 = v17 ? 0.0 : -1.0;
+  const double v19 = sqrt(v17);
   const double v20 = v18 - v9;
-  const double v21 = sqrt(v19);
-  const double v22 = v20 + v21;
-  V[0] = v22;
+  const double v21 = v20 + v19;
+  V[0] = v21;
 }
 
 // Twist (v, omega) of the tool's origin, in tool axes.
-// 22 operations: multiply 10, add 5, trig 2, other 5
+// 21 operations: multiply 9, add 5, trig 2, other 5
 void slider_crank_twist_body(const double q[1], const double qd[1], double V[6]) {
   // inputs
   const double q_0 = q[0];
@@ -516,19 +507,18 @@ void slider_crank_twist_body(const double q[1], const double qd[1], double V[6])
   const double v12 = v8 * v6;
   const double v13 = sqrt(v10);
   const double v14 = v11 - v12;
-  const double v15 = 30.864197530864196 * v10;
+  const int v15 = 0.0 <= v10;
   const double v16 = 0.5 / v13;
-  const int v17 = 0.0 <= v15;
+  const double v17 = v15 ? 0.0 : -1.0;
   const double v18 = v16 * v14;
-  const double v19 = v17 ? 0.0 : -1.0;
+  const double v19 = sqrt(v17);
   const double v20 = v18 - v9;
-  const double v21 = sqrt(v19);
-  const double v22 = v20 + v21;
-  V[0] = v22;
+  const double v21 = v20 + v19;
+  V[0] = v21;
 }
 
 // Twist (v, omega) of the tool's origin, in base axes.
-// 22 operations: multiply 10, add 5, trig 2, other 5
+// 21 operations: multiply 9, add 5, trig 2, other 5
 void slider_crank_twist_mixed(const double q[1], const double qd[1], double V[6]) {
   // inputs
   const double q_0 = q[0];
@@ -556,19 +546,18 @@ void slider_crank_twist_mixed(const double q[1], const double qd[1], double V[6]
   const double v12 = v8 * v6;
   const double v13 = sqrt(v10);
   const double v14 = v11 - v12;
-  const double v15 = 30.864197530864196 * v10;
+  const int v15 = 0.0 <= v10;
   const double v16 = 0.5 / v13;
-  const int v17 = 0.0 <= v15;
+  const double v17 = v15 ? 0.0 : -1.0;
   const double v18 = v16 * v14;
-  const double v19 = v17 ? 0.0 : -1.0;
+  const double v19 = sqrt(v17);
   const double v20 = v18 - v9;
-  const double v21 = sqrt(v19);
-  const double v22 = v20 + v21;
-  V[0] = v22;
+  const double v21 = v20 + v19;
+  V[0] = v21;
 }
 
 // Time derivative of twist_space at rates qd and accelerations qdd.
-// 39 operations: multiply 21, add 10, trig 2, other 6
+// 38 operations: multiply 20, add 10, trig 2, other 6
 void slider_crank_acceleration_space(const double q[1], const double qd[1], const double qdd[1], double A[6]) {
   // inputs
   const double q_0 = q[0];
@@ -607,26 +596,25 @@ void slider_crank_acceleration_space(const double q[1], const double qd[1], cons
   const double v22 = 2.0 * v16;
   const double v23 = v17 - v18;
   const double v24 = 0.05 * v19;
-  const double v25 = 30.864197530864196 * v13;
+  const int v25 = 0.0 <= v13;
   const double v26 = 0.5 / v20;
   const double v27 = v14 * v21;
   const double v28 = v20 * v13;
-  const int v29 = 0.0 <= v25;
+  const double v29 = v25 ? 0.0 : -1.0;
   const double v30 = v27 - v22;
   const double v31 = 0.25 / v28;
-  const double v32 = v29 ? 0.0 : -1.0;
+  const double v32 = sqrt(v29);
   const double v33 = v26 * v30;
   const double v34 = v23 * v31;
-  const double v35 = sqrt(v32);
-  const double v36 = v23 * v34;
-  const double v37 = v33 - v36;
-  const double v38 = v37 - v24;
-  const double v39 = v38 + v35;
-  A[0] = v39;
+  const double v35 = v23 * v34;
+  const double v36 = v33 - v35;
+  const double v37 = v36 - v24;
+  const double v38 = v37 + v32;
+  A[0] = v38;
 }
 
 // Time derivative of twist_body at rates qd and accelerations qdd.
-// 39 operations: multiply 21, add 10, trig 2, other 6
+// 38 operations: multiply 20, add 10, trig 2, other 6
 void slider_crank_acceleration_body(const double q[1], const double qd[1], const double qdd[1], double A[6]) {
   // inputs
   const double q_0 = q[0];
@@ -665,26 +653,25 @@ void slider_crank_acceleration_body(const double q[1], const double qd[1], const
   const double v22 = 2.0 * v16;
   const double v23 = v17 - v18;
   const double v24 = 0.05 * v19;
-  const double v25 = 30.864197530864196 * v13;
+  const int v25 = 0.0 <= v13;
   const double v26 = 0.5 / v20;
   const double v27 = v14 * v21;
   const double v28 = v20 * v13;
-  const int v29 = 0.0 <= v25;
+  const double v29 = v25 ? 0.0 : -1.0;
   const double v30 = v27 - v22;
   const double v31 = 0.25 / v28;
-  const double v32 = v29 ? 0.0 : -1.0;
+  const double v32 = sqrt(v29);
   const double v33 = v26 * v30;
   const double v34 = v23 * v31;
-  const double v35 = sqrt(v32);
-  const double v36 = v23 * v34;
-  const double v37 = v33 - v36;
-  const double v38 = v37 - v24;
-  const double v39 = v38 + v35;
-  A[0] = v39;
+  const double v35 = v23 * v34;
+  const double v36 = v33 - v35;
+  const double v37 = v36 - v24;
+  const double v38 = v37 + v32;
+  A[0] = v38;
 }
 
 // Time derivative of twist_mixed at rates qd and accelerations qdd.
-// 39 operations: multiply 21, add 10, trig 2, other 6
+// 38 operations: multiply 20, add 10, trig 2, other 6
 void slider_crank_acceleration_mixed(const double q[1], const double qd[1], const double qdd[1], double A[6]) {
   // inputs
   const double q_0 = q[0];
@@ -723,22 +710,21 @@ void slider_crank_acceleration_mixed(const double q[1], const double qd[1], cons
   const double v22 = 2.0 * v16;
   const double v23 = v17 - v18;
   const double v24 = 0.05 * v19;
-  const double v25 = 30.864197530864196 * v13;
+  const int v25 = 0.0 <= v13;
   const double v26 = 0.5 / v20;
   const double v27 = v14 * v21;
   const double v28 = v20 * v13;
-  const int v29 = 0.0 <= v25;
+  const double v29 = v25 ? 0.0 : -1.0;
   const double v30 = v27 - v22;
   const double v31 = 0.25 / v28;
-  const double v32 = v29 ? 0.0 : -1.0;
+  const double v32 = sqrt(v29);
   const double v33 = v26 * v30;
   const double v34 = v23 * v31;
-  const double v35 = sqrt(v32);
-  const double v36 = v23 * v34;
-  const double v37 = v33 - v36;
-  const double v38 = v37 - v24;
-  const double v39 = v38 + v35;
-  A[0] = v39;
+  const double v35 = v23 * v34;
+  const double v36 = v33 - v35;
+  const double v37 = v36 - v24;
+  const double v38 = v37 + v32;
+  A[0] = v38;
 }
 
 // Joints of the main chain, angles between -pi and pi.
@@ -762,7 +748,7 @@ void slider_crank_chain(const double q[1], double theta[1]) {
 }
 
 // Derivative of the main chain's joints by the actuated coordinates.
-// 19 operations: multiply 7, add 5, trig 2, other 5
+// 18 operations: multiply 6, add 5, trig 2, other 5
 void slider_crank_chain_D_q(const double q[1], double theta_D_q[1]) {
   // inputs
   const double q_0 = q[0];
@@ -780,19 +766,18 @@ void slider_crank_chain_D_q(const double q[1], double theta_D_q[1]) {
   const double v9 = v4 * v5;
   const double v10 = sqrt(v7);
   const double v11 = v8 - v9;
-  const double v12 = 30.864197530864196 * v7;
+  const int v12 = 0.0 <= v7;
   const double v13 = 0.5 / v10;
-  const int v14 = 0.0 <= v12;
+  const double v14 = v12 ? 0.0 : -1.0;
   const double v15 = v13 * v11;
-  const double v16 = v14 ? 0.0 : -1.0;
+  const double v16 = sqrt(v14);
   const double v17 = v15 - v3;
-  const double v18 = sqrt(v16);
-  const double v19 = v17 + v18;
-  theta_D_q[0] = v19;
+  const double v18 = v17 + v16;
+  theta_D_q[0] = v18;
 }
 
 // Joint rates of the main chain.
-// 22 operations: multiply 10, add 5, trig 2, other 5
+// 21 operations: multiply 9, add 5, trig 2, other 5
 void slider_crank_chain_rates(const double q[1], const double qd[1], double thetad[1]) {
   // inputs
   const double q_0 = q[0];
@@ -814,19 +799,18 @@ void slider_crank_chain_rates(const double q[1], const double qd[1], double thet
   const double v12 = v8 * v6;
   const double v13 = sqrt(v10);
   const double v14 = v11 - v12;
-  const double v15 = 30.864197530864196 * v10;
+  const int v15 = 0.0 <= v10;
   const double v16 = 0.5 / v13;
-  const int v17 = 0.0 <= v15;
+  const double v17 = v15 ? 0.0 : -1.0;
   const double v18 = v16 * v14;
-  const double v19 = v17 ? 0.0 : -1.0;
+  const double v19 = sqrt(v17);
   const double v20 = v18 - v9;
-  const double v21 = sqrt(v19);
-  const double v22 = v20 + v21;
-  thetad[0] = v22;
+  const double v21 = v20 + v19;
+  thetad[0] = v21;
 }
 
 // Joint accelerations of the main chain.
-// 39 operations: multiply 21, add 10, trig 2, other 6
+// 38 operations: multiply 20, add 10, trig 2, other 6
 void slider_crank_chain_accelerations(const double q[1], const double qd[1], const double qdd[1], double thetadd[1]) {
   // inputs
   const double q_0 = q[0];
@@ -859,22 +843,21 @@ void slider_crank_chain_accelerations(const double q[1], const double qd[1], con
   const double v22 = 2.0 * v16;
   const double v23 = v17 - v18;
   const double v24 = 0.05 * v19;
-  const double v25 = 30.864197530864196 * v13;
+  const int v25 = 0.0 <= v13;
   const double v26 = 0.5 / v20;
   const double v27 = v14 * v21;
   const double v28 = v20 * v13;
-  const int v29 = 0.0 <= v25;
+  const double v29 = v25 ? 0.0 : -1.0;
   const double v30 = v27 - v22;
   const double v31 = 0.25 / v28;
-  const double v32 = v29 ? 0.0 : -1.0;
+  const double v32 = sqrt(v29);
   const double v33 = v26 * v30;
   const double v34 = v23 * v31;
-  const double v35 = sqrt(v32);
-  const double v36 = v23 * v34;
-  const double v37 = v33 - v36;
-  const double v38 = v37 - v24;
-  const double v39 = v38 + v35;
-  thetadd[0] = v39;
+  const double v35 = v23 * v34;
+  const double v36 = v33 - v35;
+  const double v37 = v36 - v24;
+  const double v38 = v37 + v32;
+  thetadd[0] = v38;
 }
 
 // Passive joints that are not in the main chain, angles between -pi and pi.
@@ -936,7 +919,7 @@ void slider_crank_passive_D_q(const double q[1], double passive_D_q[1]) {
 }
 
 // All joints, swings and cylinder lengths, angles between -pi and pi.
-// 24 operations: multiply 10, add 6, negate 1, trig 3, other 4
+// 23 operations: multiply 9, add 6, negate 1, trig 3, other 4
 void slider_crank_configuration(const double q[1], double z[3]) {
   // inputs
   const double q_0 = q[0];
@@ -954,24 +937,23 @@ void slider_crank_configuration(const double q[1], double z[3]) {
   const double v9 = v4 * s[0];
   const double v10 = v6 * v7;
   const double v11 = sqrt(v10);
-  const double v12 = 30.864197530864196 * v10;
+  const int v12 = 0.0 <= v10;
   const double v13 = 5.555555555555555 * v11;
   const double v14 = v5 + v11;
-  const int v15 = 0.0 <= v12;
+  const double v15 = v12 ? 0.0 : -1.0;
   const double v16 = v13 * s[0];
   const double v17 = c[0] * v13;
   z[0] = v14;
-  const double v18 = v15 ? 0.0 : -1.0;
+  const double v18 = sqrt(v15);
   // shared terms; z
   const double v19 = v8 + v16;
   const double v20 = v17 - v9;
-  const double v21 = sqrt(v18);
+  const double v21 = v18 + q_0;
   const double v22 = -v19;
-  const double v23 = v21 + q_0;
-  const double v24 = atan2(v22, v20);
-  z[1] = v23;
-  // z
-  z[2] = v24;
+  z[1] = v21;
+  // shared terms; z
+  const double v23 = atan2(v22, v20);
+  z[2] = v23;
 }
 
 // Margin of each step of the loops' solution, zero at its dead point.

@@ -31,7 +31,7 @@ void slider_crank_link_poses(const double q[1], double T[16]);
 
 /* Pose of the tool and mixed Jacobian in one call.
  * (fk(q), jacobian_mixed(q))
- * 20 operations: multiply 7, add 6, trig 2, other 5.
+ * 19 operations: multiply 6, add 6, trig 2, other 5.
  *   q: actuator coordinates, 1 (rad)
  *   T_0_ee: pose of the tool, 4 x 4 (1, m)
  *   J: mixed Jacobian, 6 x 1 (m, 1) */
@@ -39,28 +39,28 @@ void slider_crank_fk_jacobian_mixed(const double q[1], double T_0_ee[16], double
 
 /* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
- * 19 operations: multiply 7, add 5, trig 2, other 5.
+ * 18 operations: multiply 6, add 5, trig 2, other 5.
  *   q: actuator coordinates, 1 (rad)
  *   J: space Jacobian, 6 x 1 (m, 1) */
 void slider_crank_jacobian_space(const double q[1], double J[6]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
- * 19 operations: multiply 7, add 5, trig 2, other 5.
+ * 18 operations: multiply 6, add 5, trig 2, other 5.
  *   q: actuator coordinates, 1 (rad)
  *   J: body Jacobian, 6 x 1 (m, 1) */
 void slider_crank_jacobian_body(const double q[1], double J[6]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
- * 19 operations: multiply 7, add 5, trig 2, other 5.
+ * 18 operations: multiply 6, add 5, trig 2, other 5.
  *   q: actuator coordinates, 1 (rad)
  *   J: mixed Jacobian, 6 x 1 (m, 1) */
 void slider_crank_jacobian_mixed(const double q[1], double J[6]);
 
 /* Time derivative of jacobian_space at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- * 36 operations: multiply 19, add 9, trig 2, other 6.
+ * 35 operations: multiply 18, add 9, trig 2, other 6.
  *   q: actuator coordinates, 1 (rad)
  *   qd: actuator rates, 1 (rad/s)
  *   J_dot: rate of the Jacobian, 6 x 1 (m/s, 1/s) */
@@ -68,7 +68,7 @@ void slider_crank_jacobian_space_dot(const double q[1], const double qd[1], doub
 
 /* Time derivative of jacobian_body at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- * 36 operations: multiply 19, add 9, trig 2, other 6.
+ * 35 operations: multiply 18, add 9, trig 2, other 6.
  *   q: actuator coordinates, 1 (rad)
  *   qd: actuator rates, 1 (rad/s)
  *   J_dot: rate of the Jacobian, 6 x 1 (m/s, 1/s) */
@@ -76,7 +76,7 @@ void slider_crank_jacobian_body_dot(const double q[1], const double qd[1], doubl
 
 /* Time derivative of jacobian_mixed at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- * 36 operations: multiply 19, add 9, trig 2, other 6.
+ * 35 operations: multiply 18, add 9, trig 2, other 6.
  *   q: actuator coordinates, 1 (rad)
  *   qd: actuator rates, 1 (rad/s)
  *   J_dot: rate of the Jacobian, 6 x 1 (m/s, 1/s) */
@@ -84,14 +84,14 @@ void slider_crank_jacobian_mixed_dot(const double q[1], const double qd[1], doub
 
 /* Derivative of jacobian_mixed by the joint coordinates.
  * H[:, j, k] = d jacobian_mixed[:, j] / d q_k
- * 29 operations: multiply 13, add 8, trig 2, other 6.
+ * 28 operations: multiply 12, add 8, trig 2, other 6.
  *   q: actuator coordinates, 1 (rad)
  *   H: Hessian, 6 x 1 x 1 (m, 1) */
 void slider_crank_hessian_mixed(const double q[1], double H[6]);
 
 /* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
  * V = jacobian_space(q) qd
- * 22 operations: multiply 10, add 5, trig 2, other 5.
+ * 21 operations: multiply 9, add 5, trig 2, other 5.
  *   q: actuator coordinates, 1 (rad)
  *   qd: actuator rates, 1 (rad/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
@@ -99,7 +99,7 @@ void slider_crank_twist_space(const double q[1], const double qd[1], double V[6]
 
 /* Twist (v, omega) of the tool's origin, in tool axes.
  * V = jacobian_body(q) qd
- * 22 operations: multiply 10, add 5, trig 2, other 5.
+ * 21 operations: multiply 9, add 5, trig 2, other 5.
  *   q: actuator coordinates, 1 (rad)
  *   qd: actuator rates, 1 (rad/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
@@ -107,7 +107,7 @@ void slider_crank_twist_body(const double q[1], const double qd[1], double V[6])
 
 /* Twist (v, omega) of the tool's origin, in base axes.
  * V = jacobian_mixed(q) qd
- * 22 operations: multiply 10, add 5, trig 2, other 5.
+ * 21 operations: multiply 9, add 5, trig 2, other 5.
  *   q: actuator coordinates, 1 (rad)
  *   qd: actuator rates, 1 (rad/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
@@ -115,7 +115,7 @@ void slider_crank_twist_mixed(const double q[1], const double qd[1], double V[6]
 
 /* Time derivative of twist_space at rates qd and accelerations qdd.
  * A = jacobian_space(q) qdd + jacobian_space_dot(q, qd) qd
- * 39 operations: multiply 21, add 10, trig 2, other 6.
+ * 38 operations: multiply 20, add 10, trig 2, other 6.
  *   q: actuator coordinates, 1 (rad)
  *   qd: actuator rates, 1 (rad/s)
  *   qdd: actuator accelerations, 1 (rad/s^2)
@@ -124,7 +124,7 @@ void slider_crank_acceleration_space(const double q[1], const double qd[1], cons
 
 /* Time derivative of twist_body at rates qd and accelerations qdd.
  * A = jacobian_body(q) qdd + jacobian_body_dot(q, qd) qd
- * 39 operations: multiply 21, add 10, trig 2, other 6.
+ * 38 operations: multiply 20, add 10, trig 2, other 6.
  *   q: actuator coordinates, 1 (rad)
  *   qd: actuator rates, 1 (rad/s)
  *   qdd: actuator accelerations, 1 (rad/s^2)
@@ -133,7 +133,7 @@ void slider_crank_acceleration_body(const double q[1], const double qd[1], const
 
 /* Time derivative of twist_mixed at rates qd and accelerations qdd.
  * A = jacobian_mixed(q) qdd + jacobian_mixed_dot(q, qd) qd
- * 39 operations: multiply 21, add 10, trig 2, other 6.
+ * 38 operations: multiply 20, add 10, trig 2, other 6.
  *   q: actuator coordinates, 1 (rad)
  *   qd: actuator rates, 1 (rad/s)
  *   qdd: actuator accelerations, 1 (rad/s^2)
@@ -149,14 +149,14 @@ void slider_crank_chain(const double q[1], double theta[1]);
 
 /* Derivative of the main chain's joints by the actuated coordinates.
  * chain_D_q[:, k] = d chain / d q_k
- * 19 operations: multiply 7, add 5, trig 2, other 5.
+ * 18 operations: multiply 6, add 5, trig 2, other 5.
  *   q: actuator coordinates, 1 (rad)
  *   theta_D_q: derivative, 1 x 1 (1, m, 1/m) */
 void slider_crank_chain_D_q(const double q[1], double theta_D_q[1]);
 
 /* Joint rates of the main chain.
  * thetad = chain_D_q(q) qd
- * 22 operations: multiply 10, add 5, trig 2, other 5.
+ * 21 operations: multiply 9, add 5, trig 2, other 5.
  *   q: actuator coordinates, 1 (rad)
  *   qd: actuator rates, 1 (rad/s)
  *   thetad: rates of the main chain, 1 (m/s) */
@@ -164,7 +164,7 @@ void slider_crank_chain_rates(const double q[1], const double qd[1], double thet
 
 /* Joint accelerations of the main chain.
  * thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
- * 39 operations: multiply 21, add 10, trig 2, other 6.
+ * 38 operations: multiply 20, add 10, trig 2, other 6.
  *   q: actuator coordinates, 1 (rad)
  *   qd: actuator rates, 1 (rad/s)
  *   qdd: actuator accelerations, 1 (rad/s^2)
@@ -187,7 +187,7 @@ void slider_crank_passive_D_q(const double q[1], double passive_D_q[1]);
 
 /* All joints, swings and cylinder lengths, angles between -pi and pi.
  * z = (slider, crank, rod_angle), constraint(z) = 0
- * 24 operations: multiply 10, add 6, negate 1, trig 3, other 4.
+ * 23 operations: multiply 9, add 6, negate 1, trig 3, other 4.
  *   q: actuator coordinates, 1 (rad)
  *   z: full configuration, 3 (rad or m) */
 void slider_crank_configuration(const double q[1], double z[3]);

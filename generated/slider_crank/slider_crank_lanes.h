@@ -31,7 +31,7 @@ static LANES_TARGET void LANES_NAME(slider_crank_link_poses)(const lanes *in, la
   out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
 }
 
-// fk_jacobian_mixed: 20 operations: multiply 7, add 6, trig 2, other 5
+// fk_jacobian_mixed: 19 operations: multiply 6, add 6, trig 2, other 5
 static LANES_TARGET void LANES_NAME(slider_crank_fk_jacobian_mixed)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
@@ -45,16 +45,16 @@ static LANES_TARGET void LANES_NAME(slider_crank_fk_jacobian_mixed)(const lanes 
   out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
   out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
   const lanes v10 = 0.5 / v8, v11 = v3 * v6, v12 = v3 * v5, v13 = v11 - v12, v14 = v10 * v13,
-      v15 = v14 - v4, v16 = 30.864197530864196 * v7;
-  const lanes_where v17 = LANES_LE(0.0, v16);
-  const lanes v18 = LANES_CHOICE(v17, 0.0, -1.0);
-  LANES_LET1(v19, sqrt, v18);
-  const lanes v20 = v15 + v19;
-  out[16] = v20; out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0);
+      v15 = v14 - v4;
+  const lanes_where v16 = LANES_LE(0.0, v7);
+  const lanes v17 = LANES_CHOICE(v16, 0.0, -1.0);
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = v15 + v18;
+  out[16] = v19; out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0);
   out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0);
 }
 
-// jacobian_space: 19 operations: multiply 7, add 5, trig 2, other 5
+// jacobian_space: 18 operations: multiply 6, add 5, trig 2, other 5
 static LANES_TARGET void LANES_NAME(slider_crank_jacobian_space)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
@@ -62,16 +62,16 @@ static LANES_TARGET void LANES_NAME(slider_crank_jacobian_space)(const lanes *in
   const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
   LANES_LET1(v7, sqrt, v6);
   const lanes v8 = 0.5 / v7, v9 = 0.05 * v2, v10 = v9 * v5, v11 = v9 * v4, v12 = v10 - v11,
-      v13 = v8 * v12, v14 = v13 - v3, v15 = 30.864197530864196 * v6;
-  const lanes_where v16 = LANES_LE(0.0, v15);
-  const lanes v17 = LANES_CHOICE(v16, 0.0, -1.0);
-  LANES_LET1(v18, sqrt, v17);
-  const lanes v19 = v14 + v18;
-  out[0] = v19; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+      v13 = v8 * v12, v14 = v13 - v3;
+  const lanes_where v15 = LANES_LE(0.0, v6);
+  const lanes v16 = LANES_CHOICE(v15, 0.0, -1.0);
+  LANES_LET1(v17, sqrt, v16);
+  const lanes v18 = v14 + v17;
+  out[0] = v18; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
-// jacobian_body: 19 operations: multiply 7, add 5, trig 2, other 5
+// jacobian_body: 18 operations: multiply 6, add 5, trig 2, other 5
 static LANES_TARGET void LANES_NAME(slider_crank_jacobian_body)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
@@ -79,16 +79,16 @@ static LANES_TARGET void LANES_NAME(slider_crank_jacobian_body)(const lanes *in,
   const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
   LANES_LET1(v7, sqrt, v6);
   const lanes v8 = 0.5 / v7, v9 = 0.05 * v2, v10 = v9 * v5, v11 = v9 * v4, v12 = v10 - v11,
-      v13 = v8 * v12, v14 = v13 - v3, v15 = 30.864197530864196 * v6;
-  const lanes_where v16 = LANES_LE(0.0, v15);
-  const lanes v17 = LANES_CHOICE(v16, 0.0, -1.0);
-  LANES_LET1(v18, sqrt, v17);
-  const lanes v19 = v14 + v18;
-  out[0] = v19; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+      v13 = v8 * v12, v14 = v13 - v3;
+  const lanes_where v15 = LANES_LE(0.0, v6);
+  const lanes v16 = LANES_CHOICE(v15, 0.0, -1.0);
+  LANES_LET1(v17, sqrt, v16);
+  const lanes v18 = v14 + v17;
+  out[0] = v18; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
-// jacobian_mixed: 19 operations: multiply 7, add 5, trig 2, other 5
+// jacobian_mixed: 18 operations: multiply 6, add 5, trig 2, other 5
 static LANES_TARGET void LANES_NAME(slider_crank_jacobian_mixed)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
@@ -96,97 +96,93 @@ static LANES_TARGET void LANES_NAME(slider_crank_jacobian_mixed)(const lanes *in
   const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
   LANES_LET1(v7, sqrt, v6);
   const lanes v8 = 0.5 / v7, v9 = 0.05 * v2, v10 = v9 * v5, v11 = v9 * v4, v12 = v10 - v11,
-      v13 = v8 * v12, v14 = v13 - v3, v15 = 30.864197530864196 * v6;
-  const lanes_where v16 = LANES_LE(0.0, v15);
-  const lanes v17 = LANES_CHOICE(v16, 0.0, -1.0);
-  LANES_LET1(v18, sqrt, v17);
-  const lanes v19 = v14 + v18;
-  out[0] = v19; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+      v13 = v8 * v12, v14 = v13 - v3;
+  const lanes_where v15 = LANES_LE(0.0, v6);
+  const lanes v16 = LANES_CHOICE(v15, 0.0, -1.0);
+  LANES_LET1(v17, sqrt, v16);
+  const lanes v18 = v14 + v17;
+  out[0] = v18; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
-// jacobian_space_dot: 36 operations: multiply 19, add 9, trig 2, other 6
+// jacobian_space_dot: 35 operations: multiply 18, add 9, trig 2, other 6
 static LANES_TARGET void LANES_NAME(slider_crank_jacobian_space_dot)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1];
   LANES_COS_SIN(v2, v1, q_0);
-  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5,
-      v7 = 30.864197530864196 * v6;
-  const lanes_where v8 = LANES_LE(0.0, v7);
-  const lanes v9 = LANES_CHOICE(v8, 0.0, -1.0);
-  LANES_LET1(v10, sqrt, v9);
-  const lanes v11 = v2 * qd_0, v12 = 0.05 * v11;
-  LANES_LET1(v13, sqrt, v6);
-  const lanes v14 = 0.5 / v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v5 - v4, v18 = v16 * v17,
-      v19 = 0.1 * v11, v20 = 0.05 * v2, v21 = v19 * v20, v22 = v18 + v21, v23 = v14 * v22,
-      v24 = v12 * v5, v25 = v12 * v4, v26 = v24 - v25, v27 = v13 * v6, v28 = 0.25 / v27,
-      v29 = v26 * v28, v30 = v20 * v5, v31 = v20 * v4, v32 = v30 - v31, v33 = v29 * v32,
-      v34 = v23 + v33, v35 = v12 + v34, v36 = v10 - v35;
-  out[0] = v36; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
+  const lanes_where v7 = LANES_LE(0.0, v6);
+  const lanes v8 = LANES_CHOICE(v7, 0.0, -1.0);
+  LANES_LET1(v9, sqrt, v8);
+  const lanes v10 = v2 * qd_0, v11 = 0.05 * v10;
+  LANES_LET1(v12, sqrt, v6);
+  const lanes v13 = 0.5 / v12, v14 = v1 * qd_0, v15 = 0.05 * v14, v16 = v5 - v4, v17 = v15 * v16,
+      v18 = 0.1 * v10, v19 = 0.05 * v2, v20 = v18 * v19, v21 = v17 + v20, v22 = v13 * v21,
+      v23 = v11 * v5, v24 = v11 * v4, v25 = v23 - v24, v26 = v12 * v6, v27 = 0.25 / v26,
+      v28 = v25 * v27, v29 = v19 * v5, v30 = v19 * v4, v31 = v29 - v30, v32 = v28 * v31,
+      v33 = v22 + v32, v34 = v11 + v33, v35 = v9 - v34;
+  out[0] = v35; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
-// jacobian_body_dot: 36 operations: multiply 19, add 9, trig 2, other 6
+// jacobian_body_dot: 35 operations: multiply 18, add 9, trig 2, other 6
 static LANES_TARGET void LANES_NAME(slider_crank_jacobian_body_dot)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1];
   LANES_COS_SIN(v2, v1, q_0);
-  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5,
-      v7 = 30.864197530864196 * v6;
-  const lanes_where v8 = LANES_LE(0.0, v7);
-  const lanes v9 = LANES_CHOICE(v8, 0.0, -1.0);
-  LANES_LET1(v10, sqrt, v9);
-  const lanes v11 = v2 * qd_0, v12 = 0.05 * v11;
-  LANES_LET1(v13, sqrt, v6);
-  const lanes v14 = 0.5 / v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v5 - v4, v18 = v16 * v17,
-      v19 = 0.1 * v11, v20 = 0.05 * v2, v21 = v19 * v20, v22 = v18 + v21, v23 = v14 * v22,
-      v24 = v12 * v5, v25 = v12 * v4, v26 = v24 - v25, v27 = v13 * v6, v28 = 0.25 / v27,
-      v29 = v26 * v28, v30 = v20 * v5, v31 = v20 * v4, v32 = v30 - v31, v33 = v29 * v32,
-      v34 = v23 + v33, v35 = v12 + v34, v36 = v10 - v35;
-  out[0] = v36; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
+  const lanes_where v7 = LANES_LE(0.0, v6);
+  const lanes v8 = LANES_CHOICE(v7, 0.0, -1.0);
+  LANES_LET1(v9, sqrt, v8);
+  const lanes v10 = v2 * qd_0, v11 = 0.05 * v10;
+  LANES_LET1(v12, sqrt, v6);
+  const lanes v13 = 0.5 / v12, v14 = v1 * qd_0, v15 = 0.05 * v14, v16 = v5 - v4, v17 = v15 * v16,
+      v18 = 0.1 * v10, v19 = 0.05 * v2, v20 = v18 * v19, v21 = v17 + v20, v22 = v13 * v21,
+      v23 = v11 * v5, v24 = v11 * v4, v25 = v23 - v24, v26 = v12 * v6, v27 = 0.25 / v26,
+      v28 = v25 * v27, v29 = v19 * v5, v30 = v19 * v4, v31 = v29 - v30, v32 = v28 * v31,
+      v33 = v22 + v32, v34 = v11 + v33, v35 = v9 - v34;
+  out[0] = v35; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
-// jacobian_mixed_dot: 36 operations: multiply 19, add 9, trig 2, other 6
+// jacobian_mixed_dot: 35 operations: multiply 18, add 9, trig 2, other 6
 static LANES_TARGET void LANES_NAME(slider_crank_jacobian_mixed_dot)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1];
   LANES_COS_SIN(v2, v1, q_0);
-  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5,
-      v7 = 30.864197530864196 * v6;
-  const lanes_where v8 = LANES_LE(0.0, v7);
-  const lanes v9 = LANES_CHOICE(v8, 0.0, -1.0);
-  LANES_LET1(v10, sqrt, v9);
-  const lanes v11 = v2 * qd_0, v12 = 0.05 * v11;
-  LANES_LET1(v13, sqrt, v6);
-  const lanes v14 = 0.5 / v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v5 - v4, v18 = v16 * v17,
-      v19 = 0.1 * v11, v20 = 0.05 * v2, v21 = v19 * v20, v22 = v18 + v21, v23 = v14 * v22,
-      v24 = v12 * v5, v25 = v12 * v4, v26 = v24 - v25, v27 = v13 * v6, v28 = 0.25 / v27,
-      v29 = v26 * v28, v30 = v20 * v5, v31 = v20 * v4, v32 = v30 - v31, v33 = v29 * v32,
-      v34 = v23 + v33, v35 = v12 + v34, v36 = v10 - v35;
-  out[0] = v36; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
+  const lanes_where v7 = LANES_LE(0.0, v6);
+  const lanes v8 = LANES_CHOICE(v7, 0.0, -1.0);
+  LANES_LET1(v9, sqrt, v8);
+  const lanes v10 = v2 * qd_0, v11 = 0.05 * v10;
+  LANES_LET1(v12, sqrt, v6);
+  const lanes v13 = 0.5 / v12, v14 = v1 * qd_0, v15 = 0.05 * v14, v16 = v5 - v4, v17 = v15 * v16,
+      v18 = 0.1 * v10, v19 = 0.05 * v2, v20 = v18 * v19, v21 = v17 + v20, v22 = v13 * v21,
+      v23 = v11 * v5, v24 = v11 * v4, v25 = v23 - v24, v26 = v12 * v6, v27 = 0.25 / v26,
+      v28 = v25 * v27, v29 = v19 * v5, v30 = v19 * v4, v31 = v29 - v30, v32 = v28 * v31,
+      v33 = v22 + v32, v34 = v11 + v33, v35 = v9 - v34;
+  out[0] = v35; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
-// hessian_mixed: 29 operations: multiply 13, add 8, trig 2, other 6
+// hessian_mixed: 28 operations: multiply 12, add 8, trig 2, other 6
 static LANES_TARGET void LANES_NAME(slider_crank_hessian_mixed)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
   LANES_COS_SIN(v2, v1, q_0);
-  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5,
-      v7 = 30.864197530864196 * v6;
-  const lanes_where v8 = LANES_LE(0.0, v7);
-  const lanes v9 = LANES_CHOICE(v8, 0.0, -1.0);
-  LANES_LET1(v10, sqrt, v9); LANES_LET1(v11, sqrt, v6);
-  const lanes v12 = 0.5 / v11, v13 = 0.05 * v2, v14 = v13 * v13, v15 = 2.0 * v14, v16 = v5 - v4,
-      v17 = v16 * v3, v18 = v15 + v17, v19 = v12 * v18, v20 = v11 * v6, v21 = 0.25 / v20,
-      v22 = v13 * v5, v23 = v13 * v4, v24 = v22 - v23, v25 = v21 * v24, v26 = v25 * v24,
-      v27 = v19 + v26, v28 = v27 + v13, v29 = v10 - v28;
-  out[0] = v29; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
+  const lanes_where v7 = LANES_LE(0.0, v6);
+  const lanes v8 = LANES_CHOICE(v7, 0.0, -1.0);
+  LANES_LET1(v9, sqrt, v8); LANES_LET1(v10, sqrt, v6);
+  const lanes v11 = 0.5 / v10, v12 = 0.05 * v2, v13 = v12 * v12, v14 = 2.0 * v13, v15 = v5 - v4,
+      v16 = v15 * v3, v17 = v14 + v16, v18 = v11 * v17, v19 = v10 * v6, v20 = 0.25 / v19,
+      v21 = v12 * v5, v22 = v12 * v4, v23 = v21 - v22, v24 = v20 * v23, v25 = v24 * v23,
+      v26 = v18 + v25, v27 = v26 + v12, v28 = v9 - v27;
+  out[0] = v28; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
-// twist_space: 22 operations: multiply 10, add 5, trig 2, other 5
+// twist_space: 21 operations: multiply 9, add 5, trig 2, other 5
 static LANES_TARGET void LANES_NAME(slider_crank_twist_space)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1];
@@ -194,17 +190,16 @@ static LANES_TARGET void LANES_NAME(slider_crank_twist_space)(const lanes *in, l
   const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
   LANES_LET1(v7, sqrt, v6);
   const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v10 * v4,
-      v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16,
-      v18 = 30.864197530864196 * v6;
-  const lanes_where v19 = LANES_LE(0.0, v18);
-  const lanes v20 = LANES_CHOICE(v19, 0.0, -1.0);
-  LANES_LET1(v21, sqrt, v20);
-  const lanes v22 = v17 + v21;
-  out[0] = v22; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+      v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
+  const lanes_where v18 = LANES_LE(0.0, v6);
+  const lanes v19 = LANES_CHOICE(v18, 0.0, -1.0);
+  LANES_LET1(v20, sqrt, v19);
+  const lanes v21 = v17 + v20;
+  out[0] = v21; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
-// twist_body: 22 operations: multiply 10, add 5, trig 2, other 5
+// twist_body: 21 operations: multiply 9, add 5, trig 2, other 5
 static LANES_TARGET void LANES_NAME(slider_crank_twist_body)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1];
@@ -212,17 +207,16 @@ static LANES_TARGET void LANES_NAME(slider_crank_twist_body)(const lanes *in, la
   const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
   LANES_LET1(v7, sqrt, v6);
   const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v10 * v4,
-      v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16,
-      v18 = 30.864197530864196 * v6;
-  const lanes_where v19 = LANES_LE(0.0, v18);
-  const lanes v20 = LANES_CHOICE(v19, 0.0, -1.0);
-  LANES_LET1(v21, sqrt, v20);
-  const lanes v22 = v17 + v21;
-  out[0] = v22; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+      v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
+  const lanes_where v18 = LANES_LE(0.0, v6);
+  const lanes v19 = LANES_CHOICE(v18, 0.0, -1.0);
+  LANES_LET1(v20, sqrt, v19);
+  const lanes v21 = v17 + v20;
+  out[0] = v21; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
-// twist_mixed: 22 operations: multiply 10, add 5, trig 2, other 5
+// twist_mixed: 21 operations: multiply 9, add 5, trig 2, other 5
 static LANES_TARGET void LANES_NAME(slider_crank_twist_mixed)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1];
@@ -230,17 +224,16 @@ static LANES_TARGET void LANES_NAME(slider_crank_twist_mixed)(const lanes *in, l
   const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
   LANES_LET1(v7, sqrt, v6);
   const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v10 * v4,
-      v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16,
-      v18 = 30.864197530864196 * v6;
-  const lanes_where v19 = LANES_LE(0.0, v18);
-  const lanes v20 = LANES_CHOICE(v19, 0.0, -1.0);
-  LANES_LET1(v21, sqrt, v20);
-  const lanes v22 = v17 + v21;
-  out[0] = v22; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+      v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
+  const lanes_where v18 = LANES_LE(0.0, v6);
+  const lanes v19 = LANES_CHOICE(v18, 0.0, -1.0);
+  LANES_LET1(v20, sqrt, v19);
+  const lanes v21 = v17 + v20;
+  out[0] = v21; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
-// acceleration_space: 39 operations: multiply 21, add 10, trig 2, other 6
+// acceleration_space: 38 operations: multiply 20, add 10, trig 2, other 6
 static LANES_TARGET void LANES_NAME(slider_crank_acceleration_space)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1], qdd_0 = in[2];
@@ -252,16 +245,16 @@ static LANES_TARGET void LANES_NAME(slider_crank_acceleration_space)(const lanes
       v18 = v17 * v17, v19 = 2.0 * v18, v20 = v15 - v19, v21 = v8 * v20, v22 = v17 * v5,
       v23 = v17 * v4, v24 = v22 - v23, v25 = v7 * v6, v26 = 0.25 / v25, v27 = v24 * v26,
       v28 = v24 * v27, v29 = v21 - v28, v30 = v16 * qd_0, v31 = v1 * qdd_0, v32 = v30 + v31,
-      v33 = 0.05 * v32, v34 = v29 - v33, v35 = 30.864197530864196 * v6;
-  const lanes_where v36 = LANES_LE(0.0, v35);
-  const lanes v37 = LANES_CHOICE(v36, 0.0, -1.0);
-  LANES_LET1(v38, sqrt, v37);
-  const lanes v39 = v34 + v38;
-  out[0] = v39; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+      v33 = 0.05 * v32, v34 = v29 - v33;
+  const lanes_where v35 = LANES_LE(0.0, v6);
+  const lanes v36 = LANES_CHOICE(v35, 0.0, -1.0);
+  LANES_LET1(v37, sqrt, v36);
+  const lanes v38 = v34 + v37;
+  out[0] = v38; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
-// acceleration_body: 39 operations: multiply 21, add 10, trig 2, other 6
+// acceleration_body: 38 operations: multiply 20, add 10, trig 2, other 6
 static LANES_TARGET void LANES_NAME(slider_crank_acceleration_body)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1], qdd_0 = in[2];
@@ -273,16 +266,16 @@ static LANES_TARGET void LANES_NAME(slider_crank_acceleration_body)(const lanes 
       v18 = v17 * v17, v19 = 2.0 * v18, v20 = v15 - v19, v21 = v8 * v20, v22 = v17 * v5,
       v23 = v17 * v4, v24 = v22 - v23, v25 = v7 * v6, v26 = 0.25 / v25, v27 = v24 * v26,
       v28 = v24 * v27, v29 = v21 - v28, v30 = v16 * qd_0, v31 = v1 * qdd_0, v32 = v30 + v31,
-      v33 = 0.05 * v32, v34 = v29 - v33, v35 = 30.864197530864196 * v6;
-  const lanes_where v36 = LANES_LE(0.0, v35);
-  const lanes v37 = LANES_CHOICE(v36, 0.0, -1.0);
-  LANES_LET1(v38, sqrt, v37);
-  const lanes v39 = v34 + v38;
-  out[0] = v39; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+      v33 = 0.05 * v32, v34 = v29 - v33;
+  const lanes_where v35 = LANES_LE(0.0, v6);
+  const lanes v36 = LANES_CHOICE(v35, 0.0, -1.0);
+  LANES_LET1(v37, sqrt, v36);
+  const lanes v38 = v34 + v37;
+  out[0] = v38; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
-// acceleration_mixed: 39 operations: multiply 21, add 10, trig 2, other 6
+// acceleration_mixed: 38 operations: multiply 20, add 10, trig 2, other 6
 static LANES_TARGET void LANES_NAME(slider_crank_acceleration_mixed)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1], qdd_0 = in[2];
@@ -294,12 +287,12 @@ static LANES_TARGET void LANES_NAME(slider_crank_acceleration_mixed)(const lanes
       v18 = v17 * v17, v19 = 2.0 * v18, v20 = v15 - v19, v21 = v8 * v20, v22 = v17 * v5,
       v23 = v17 * v4, v24 = v22 - v23, v25 = v7 * v6, v26 = 0.25 / v25, v27 = v24 * v26,
       v28 = v24 * v27, v29 = v21 - v28, v30 = v16 * qd_0, v31 = v1 * qdd_0, v32 = v30 + v31,
-      v33 = 0.05 * v32, v34 = v29 - v33, v35 = 30.864197530864196 * v6;
-  const lanes_where v36 = LANES_LE(0.0, v35);
-  const lanes v37 = LANES_CHOICE(v36, 0.0, -1.0);
-  LANES_LET1(v38, sqrt, v37);
-  const lanes v39 = v34 + v38;
-  out[0] = v39; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+      v33 = 0.05 * v32, v34 = v29 - v33;
+  const lanes_where v35 = LANES_LE(0.0, v6);
+  const lanes v36 = LANES_CHOICE(v35, 0.0, -1.0);
+  LANES_LET1(v37, sqrt, v36);
+  const lanes v38 = v34 + v37;
+  out[0] = v38; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
@@ -314,7 +307,7 @@ static LANES_TARGET void LANES_NAME(slider_crank_chain)(const lanes *in, lanes *
   out[0] = v9;
 }
 
-// chain_D_q: 19 operations: multiply 7, add 5, trig 2, other 5
+// chain_D_q: 18 operations: multiply 6, add 5, trig 2, other 5
 static LANES_TARGET void LANES_NAME(slider_crank_chain_D_q)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
@@ -322,15 +315,15 @@ static LANES_TARGET void LANES_NAME(slider_crank_chain_D_q)(const lanes *in, lan
   const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
   LANES_LET1(v7, sqrt, v6);
   const lanes v8 = 0.5 / v7, v9 = 0.05 * v2, v10 = v9 * v5, v11 = v9 * v4, v12 = v10 - v11,
-      v13 = v8 * v12, v14 = v13 - v3, v15 = 30.864197530864196 * v6;
-  const lanes_where v16 = LANES_LE(0.0, v15);
-  const lanes v17 = LANES_CHOICE(v16, 0.0, -1.0);
-  LANES_LET1(v18, sqrt, v17);
-  const lanes v19 = v14 + v18;
-  out[0] = v19;
+      v13 = v8 * v12, v14 = v13 - v3;
+  const lanes_where v15 = LANES_LE(0.0, v6);
+  const lanes v16 = LANES_CHOICE(v15, 0.0, -1.0);
+  LANES_LET1(v17, sqrt, v16);
+  const lanes v18 = v14 + v17;
+  out[0] = v18;
 }
 
-// chain_rates: 22 operations: multiply 10, add 5, trig 2, other 5
+// chain_rates: 21 operations: multiply 9, add 5, trig 2, other 5
 static LANES_TARGET void LANES_NAME(slider_crank_chain_rates)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1];
@@ -338,16 +331,15 @@ static LANES_TARGET void LANES_NAME(slider_crank_chain_rates)(const lanes *in, l
   const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
   LANES_LET1(v7, sqrt, v6);
   const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v10 * v4,
-      v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16,
-      v18 = 30.864197530864196 * v6;
-  const lanes_where v19 = LANES_LE(0.0, v18);
-  const lanes v20 = LANES_CHOICE(v19, 0.0, -1.0);
-  LANES_LET1(v21, sqrt, v20);
-  const lanes v22 = v17 + v21;
-  out[0] = v22;
+      v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
+  const lanes_where v18 = LANES_LE(0.0, v6);
+  const lanes v19 = LANES_CHOICE(v18, 0.0, -1.0);
+  LANES_LET1(v20, sqrt, v19);
+  const lanes v21 = v17 + v20;
+  out[0] = v21;
 }
 
-// chain_accelerations: 39 operations: multiply 21, add 10, trig 2, other 6
+// chain_accelerations: 38 operations: multiply 20, add 10, trig 2, other 6
 static LANES_TARGET void LANES_NAME(slider_crank_chain_accelerations)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], qd_0 = in[1], qdd_0 = in[2];
@@ -359,12 +351,12 @@ static LANES_TARGET void LANES_NAME(slider_crank_chain_accelerations)(const lane
       v18 = v17 * v17, v19 = 2.0 * v18, v20 = v15 - v19, v21 = v8 * v20, v22 = v17 * v5,
       v23 = v17 * v4, v24 = v22 - v23, v25 = v7 * v6, v26 = 0.25 / v25, v27 = v24 * v26,
       v28 = v24 * v27, v29 = v21 - v28, v30 = v16 * qd_0, v31 = v1 * qdd_0, v32 = v30 + v31,
-      v33 = 0.05 * v32, v34 = v29 - v33, v35 = 30.864197530864196 * v6;
-  const lanes_where v36 = LANES_LE(0.0, v35);
-  const lanes v37 = LANES_CHOICE(v36, 0.0, -1.0);
-  LANES_LET1(v38, sqrt, v37);
-  const lanes v39 = v34 + v38;
-  out[0] = v39;
+      v33 = 0.05 * v32, v34 = v29 - v33;
+  const lanes_where v35 = LANES_LE(0.0, v6);
+  const lanes v36 = LANES_CHOICE(v35, 0.0, -1.0);
+  LANES_LET1(v37, sqrt, v36);
+  const lanes v38 = v34 + v37;
+  out[0] = v38;
 }
 
 // passive: 17 operations: multiply 8, add 4, negate 1, trig 3, other 1
@@ -393,7 +385,7 @@ static LANES_TARGET void LANES_NAME(slider_crank_passive_D_q)(const lanes *in, l
   out[0] = v19;
 }
 
-// configuration: 24 operations: multiply 10, add 6, negate 1, trig 3, other 4
+// configuration: 23 operations: multiply 9, add 6, negate 1, trig 3, other 4
 static LANES_TARGET void LANES_NAME(slider_crank_configuration)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
@@ -404,13 +396,11 @@ static LANES_TARGET void LANES_NAME(slider_crank_configuration)(const lanes *in,
       v11 = v10 * v2, v12 = v9 + v11, v13 = -v12, v14 = v1 * v10, v15 = v8 * v2, v16 = v14 - v15;
   LANES_LET2(v17, atan2, v13, v16);
   const lanes v18 = 0.05 * v1, v19 = v18 + v7;
-  out[0] = v19;
-  const lanes v20 = 30.864197530864196 * v6;
-  const lanes_where v21 = LANES_LE(0.0, v20);
-  const lanes v22 = LANES_CHOICE(v21, 0.0, -1.0);
-  LANES_LET1(v23, sqrt, v22);
-  const lanes v24 = v23 + q_0;
-  out[1] = v24; out[2] = v17;
+  out[0] = v19; const lanes_where v20 = LANES_LE(0.0, v6);
+  const lanes v21 = LANES_CHOICE(v20, 0.0, -1.0);
+  LANES_LET1(v22, sqrt, v21);
+  const lanes v23 = v22 + q_0;
+  out[1] = v23; out[2] = v17;
 }
 
 // margin: 6 operations: multiply 3, add 2, trig 1

@@ -23,21 +23,21 @@ extern "C" {
 
 /* Pose of the tool (R) in the base frame (0).
  * T_0_R = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_R, theta = chain(q)
- * 210 operations: multiply 104, add 77, negate 2, trig 2, other 25.
+ * 202 operations: multiply 100, add 77, negate 2, trig 2, other 21.
  *   q: actuator coordinates, 7 (rad or m)
  *   T_0_R: pose of the tool, 4 x 4 (1, m) */
 void well_manipulator_fk(const double q[7], double T_0_R[16]);
 
 /* Pose of every link's frame in the base frame, in order from the base.
  * T[k] is the pose of link k of: arm_1, arm_2, arm_3, arm_4, arm_5, arm_6, arm_7
- * 331 operations: multiply 147, add 146, negate 2, trig 2, other 34.
+ * 314 operations: multiply 143, add 146, negate 2, trig 2, other 21.
  *   q: actuator coordinates, 7 (rad or m)
  *   T: link poses, 7 x 4 x 4 (1, m) */
 void well_manipulator_link_poses(const double q[7], double T[112]);
 
 /* Pose of the tool and mixed Jacobian in one call.
  * (fk(q), jacobian_mixed(q))
- * 293 operations: multiply 144, add 93, negate 7, trig 2, other 47.
+ * 267 operations: multiply 140, add 93, negate 7, trig 2, other 25.
  *   q: actuator coordinates, 7 (rad or m)
  *   T_0_R: pose of the tool, 4 x 4 (1, m)
  *   J: mixed Jacobian, 6 x 7 (m, 1) */
@@ -45,28 +45,28 @@ void well_manipulator_fk_jacobian_mixed(const double q[7], double T_0_R[16], dou
 
 /* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
- * 239 operations: multiply 110, add 81, negate 2, trig 2, other 44.
+ * 216 operations: multiply 106, add 81, negate 2, trig 2, other 25.
  *   q: actuator coordinates, 7 (rad or m)
  *   J: space Jacobian, 6 x 7 (m, 1) */
 void well_manipulator_jacobian_space(const double q[7], double J[42]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
- * 272 operations: multiply 134, add 92, negate 7, other 39.
+ * 254 operations: multiply 130, add 92, negate 7, other 25.
  *   q: actuator coordinates, 7 (rad or m)
  *   J: body Jacobian, 6 x 7 (m, 1) */
 void well_manipulator_jacobian_body(const double q[7], double J[42]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
- * 281 operations: multiply 140, add 90, negate 5, trig 2, other 44.
+ * 258 operations: multiply 136, add 90, negate 5, trig 2, other 25.
  *   q: actuator coordinates, 7 (rad or m)
  *   J: mixed Jacobian, 6 x 7 (m, 1) */
 void well_manipulator_jacobian_mixed(const double q[7], double J[42]);
 
 /* Time derivative of jacobian_space at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- * 450 operations: multiply 233, add 153, negate 3, trig 2, other 59.
+ * 427 operations: multiply 229, add 153, negate 3, trig 2, other 40.
  *   q: actuator coordinates, 7 (rad or m)
  *   qd: actuator rates, 7 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 7 (m/s, 1/s) */
@@ -74,7 +74,7 @@ void well_manipulator_jacobian_space_dot(const double q[7], const double qd[7], 
 
 /* Time derivative of jacobian_body at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- * 384 operations: multiply 198, add 126, negate 6, other 54.
+ * 366 operations: multiply 194, add 126, negate 6, other 40.
  *   q: actuator coordinates, 7 (rad or m)
  *   qd: actuator rates, 7 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 7 (m/s, 1/s) */
@@ -82,7 +82,7 @@ void well_manipulator_jacobian_body_dot(const double q[7], const double qd[7], d
 
 /* Time derivative of jacobian_mixed at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- * 521 operations: multiply 278, add 175, negate 6, trig 2, other 60.
+ * 498 operations: multiply 274, add 175, negate 6, trig 2, other 41.
  *   q: actuator coordinates, 7 (rad or m)
  *   qd: actuator rates, 7 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 7 (m/s, 1/s) */
@@ -90,14 +90,14 @@ void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], 
 
 /* Derivative of jacobian_mixed by the joint coordinates.
  * H[:, j, k] = d jacobian_mixed[:, j] / d q_k
- * 536 operations: multiply 295, add 137, negate 46, trig 2, other 56.
+ * 513 operations: multiply 291, add 137, negate 46, trig 2, other 37.
  *   q: actuator coordinates, 7 (rad or m)
  *   H: Hessian, 6 x 7 x 7 (m, 1) */
 void well_manipulator_hessian_mixed(const double q[7], double H[294]);
 
 /* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
  * V = jacobian_space(q) qd
- * 232 operations: multiply 120, add 80, negate 1, trig 2, other 29.
+ * 224 operations: multiply 116, add 80, negate 1, trig 2, other 25.
  *   q: actuator coordinates, 7 (rad or m)
  *   qd: actuator rates, 7 (rad or m/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
@@ -113,7 +113,7 @@ void well_manipulator_twist_body(const double q[7], const double qd[7], double V
 
 /* Twist (v, omega) of the tool's origin, in base axes.
  * V = jacobian_mixed(q) qd
- * 284 operations: multiply 152, add 100, negate 1, trig 2, other 29.
+ * 276 operations: multiply 148, add 100, negate 1, trig 2, other 25.
  *   q: actuator coordinates, 7 (rad or m)
  *   qd: actuator rates, 7 (rad or m/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
@@ -148,21 +148,21 @@ void well_manipulator_acceleration_mixed(const double q[7], const double qd[7], 
 
 /* Joints of the main chain, angles between -pi and pi.
  * theta = (theta1, theta2, theta3, l_HI, theta5, l_MN, theta7), with every loop closed
- * 145 operations: multiply 56, add 47, trig 4, other 38.
+ * 124 operations: multiply 52, add 47, trig 4, other 21.
  *   q: actuator coordinates, 7 (rad or m)
  *   theta: main chain, 7 (rad or m) */
 void well_manipulator_chain(const double q[7], double theta[7]);
 
 /* Derivative of the main chain's joints by the actuated coordinates.
  * chain_D_q[:, k] = d chain / d q_k
- * 67 operations: multiply 16, add 12, other 39.
+ * 49 operations: multiply 12, add 12, other 25.
  *   q: actuator coordinates, 7 (rad or m)
  *   theta_D_q: derivative, 7 x 7 (1, m, 1/m) */
 void well_manipulator_chain_D_q(const double q[7], double theta_D_q[49]);
 
 /* Joint rates of the main chain.
  * thetad = chain_D_q(q) qd
- * 77 operations: multiply 20, add 15, other 42.
+ * 56 operations: multiply 16, add 15, other 25.
  *   q: actuator coordinates, 7 (rad or m)
  *   qd: actuator rates, 7 (rad or m/s)
  *   thetad: rates of the main chain, 7 (rad or m/s) */
@@ -170,7 +170,7 @@ void well_manipulator_chain_rates(const double q[7], const double qd[7], double 
 
 /* Joint accelerations of the main chain.
  * thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
- * 133 operations: multiply 56, add 27, other 50.
+ * 112 operations: multiply 52, add 27, other 33.
  *   q: actuator coordinates, 7 (rad or m)
  *   qd: actuator rates, 7 (rad or m/s)
  *   qdd: actuator accelerations, 7 (rad or m/s^2)
@@ -179,14 +179,14 @@ void well_manipulator_chain_accelerations(const double q[7], const double qd[7],
 
 /* Passive joints that are not in the main chain, angles between -pi and pi.
  * passive = (theta8, theta9, theta10, theta11), with every loop closed
- * 115 operations: multiply 40, add 28, trig 4, other 43.
+ * 97 operations: multiply 36, add 28, trig 4, other 29.
  *   q: actuator coordinates, 7 (rad or m)
  *   passive: passive joints, 4 (rad or m) */
 void well_manipulator_passive(const double q[7], double passive[4]);
 
 /* Derivative of the passive joints by the actuated coordinates.
  * passive_D_q[:, k] = d passive / d q_k
- * 139 operations: multiply 52, add 40, other 47.
+ * 121 operations: multiply 48, add 40, other 33.
  *   q: actuator coordinates, 7 (rad or m)
  *   passive_D_q: derivative, 4 x 7 (1, m, 1/m) */
 void well_manipulator_passive_D_q(const double q[7], double passive_D_q[28]);
@@ -194,7 +194,7 @@ void well_manipulator_passive_D_q(const double q[7], double passive_D_q[28]);
 /* All joints, swings and cylinder lengths, angles between -pi and pi.
  * z = (theta1, theta2, theta3, l_HI, theta5, l_MN, theta7, cylinder_1, theta8, cylinder_2, theta9,
  * cylinder_3, theta10, cylinder_4, theta11), constraint(z) = 0
- * 173 operations: multiply 64, add 55, trig 8, other 46.
+ * 152 operations: multiply 60, add 55, trig 8, other 29.
  *   q: actuator coordinates, 7 (rad or m)
  *   z: full configuration, 15 (rad or m) */
 void well_manipulator_configuration(const double q[7], double z[15]);
@@ -220,7 +220,7 @@ void well_manipulator_margin(const double q[7], double margin[4]);
  * cylinder_1 right, cylinder_2 right, cylinder_3 left, cylinder_4 right; cylinder_1 right,
  * cylinder_2 right, cylinder_3 right, cylinder_4 left; cylinder_1 right, cylinder_2 right,
  * cylinder_3 right, cylinder_4 right
- * 201 operations: multiply 80, add 75, trig 8, other 38.
+ * 188 operations: multiply 80, add 75, trig 8, other 25.
  *   q: actuator coordinates, 7 (rad or m)
  *   theta: one branch a row, 16 x 7 (rad or m)
  *   margin: margins of each branch, 16 x 4 (1) */

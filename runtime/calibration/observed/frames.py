@@ -183,7 +183,7 @@ class _Registrations:
 
     def errors(self, R: FloatArray) -> FloatArray:
         """(k, r) vectors whose length is the root mean square distance, at rotations (k, 3, 3)."""
-        return _with_one(R) @ self._left.T
+        return np.asarray(_with_one(R) @ self._left.T)
 
     def refined(self, R: FloatArray, rounds: int) -> FloatArray:
         """(k, 3, 3) rotations with the least errors near others, by Levenberg and Marquardt."""
