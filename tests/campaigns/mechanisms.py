@@ -39,7 +39,6 @@ FAULTS = (
     "not finite where closed",
     "valid where open",
 )
-
 NOT_MAPS = ("margin", "branches", "assembly polynomial", "assembly pose", "assembly mirror")
 """Roles of functions that hold, or have conditions of their own, where loops are open."""
 

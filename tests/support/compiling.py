@@ -1,6 +1,5 @@
 """Robots that tests derive themselves: derived and compiled once for all workers of a run."""
 
-import fcntl
 import hashlib
 import shutil
 from collections.abc import Iterator, Sequence
@@ -16,6 +15,7 @@ from chasles.derive import write
 from chasles.derive.emit.languages import EMITTERS
 from chasles.derive.emit.manifest import description_text
 from chasles.derive.model.mechanism import Described
+from tests.support.locking import locked
 
 CALLED = ("c", "casadi", "python")
 """The languages that are called; the article is a third of the time of a derivation."""
@@ -78,15 +78,6 @@ def loaded(folder: Path, flags: str = QUICK) -> chasles.Robot:
     digest = hashlib.sha256((folder / "manifest.json").read_bytes() + flags.encode()).hexdigest()
     with compiled_quickly(flags), locked(BUILD / "libraries" / digest):
         return chasles.load(folder)
-
-
-@contextmanager
-def locked(path: Path) -> Iterator[None]:
-    """Holds the lock of a path against other processes."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.with_suffix(".lock").open("w") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
-        yield
 
 
 @cache

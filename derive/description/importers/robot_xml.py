@@ -10,8 +10,6 @@ from ..toml_file import DescriptionError
 
 ROOT = "robot"
 _FIRST_TAG = re.compile(r"<([A-Za-z][\w:.-]*)")
-
-
 _DECLARED = re.compile(rb"""<\?xml[^>]*\bencoding\s*=\s*["']([\w.:-]+)["']""")
 _UTF_16 = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"<\0": "utf-16-le", b"\0<": "utf-16-be"}
 """Encodings by the first two bytes: a byte order mark, or the first character without one."""

@@ -1,6 +1,5 @@
 """Compiles C and C++ for tests and benchmarks into build/native; file names contain a digest."""
 
-import fcntl
 import hashlib
 import os
 import shlex
@@ -12,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from chasles.contract.compiler import FLAGS
+from tests.support.locking import locked
 
 BUILD = Path(__file__).parents[3] / "build" / "native"
 UNPACKED = "-fno-tree-slp-vectorize"
@@ -73,9 +73,7 @@ def compiled(source: Source) -> Path:
     path = source.path
     if path.exists():
         return path
-    BUILD.mkdir(parents=True, exist_ok=True)
-    with path.with_suffix(".lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    with locked(path):
         if path.exists():
             return path
         with tempfile.TemporaryDirectory(dir=BUILD) as folder:
