@@ -81,5 +81,5 @@ SOURCES := pyproject.toml setup.py $(wildcard runtime/*/*.[ch] runtime/*/*/*.[ch
 .venv/bench: .venv/dev
 	@echo "installing the benchmarks' peers into .venv" && $(INSTALL) '.[bench]' && touch $@
 
-build/typing/chasles: $(wildcard runtime/* runtime/*/*)
-	@mkdir -p $@ && ln -sfn $(CURDIR)/runtime/* $(CURDIR)/derive $(CURDIR)/generated $@/
+build/typing/chasles: $(wildcard runtime/* runtime/*/* apps/*)
+	@rm -rf $@ && mkdir -p $@ && ln -sfn $(CURDIR)/runtime/* $(CURDIR)/apps/* $(CURDIR)/contract $(CURDIR)/derive $(CURDIR)/generated $@/

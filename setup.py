@@ -21,9 +21,12 @@ EXTENSIONS = {
 """The modules in C, and the sources of each, under runtime/."""
 
 
+APPS = ("calibration", "cli", "drawing", "study", "view")
+
+
 def packages_under(folder):
     """The packages of a folder, under the names they have once installed."""
-    prefix = f"chasles.{folder}"
+    prefix = f"chasles.{Path(folder).name}"
     return [prefix, *(f"{prefix}.{name}" for name in find_packages(folder))]
 
 
@@ -49,11 +52,14 @@ setup(
     packages=[
         "chasles",
         *(f"chasles.{name}" for name in find_packages("runtime")),
+        "chasles.contract",
+        *(name for app in APPS for name in packages_under(f"apps/{app}")),
         *packages_under("derive"),
         *packages_under("generated"),
     ],
     package_data={
-        "chasles": ["py.typed", "*/*.pyi", "contract/_kernel.h", "view/page/*", "view/three/*"],
+        "chasles": ["py.typed", "*/*.pyi", "library/_kernel.h"],
+        "chasles.view": ["page/*", "three/*"],
         "chasles.derive": [
             "py.typed",
             "robots/*",

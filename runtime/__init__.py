@@ -8,14 +8,13 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import screws, se3
 from .call._call import Function, release_memory
+from .call.threads import count_cores
 from .closed_form.solutions import Solutions
-from .contract.described import PARAMETRIC, derived_folder, is_description, shelf, shipped
-from .contract.manifest import read_manifest
+from .contract import read_manifest
 from .errors import (
     CacheError,
     ChaslesError,
@@ -33,9 +32,11 @@ from .errors import (
     SourceMismatchError,
     UnknownRobotError,
 )
-from .robot import Robot, shipped_folders
+from .library import find_folder, shelf, shipped_folders
+from .robot import Robot
 from .velocity.manipulability import Ellipsoid, Manipulability
 from .velocity.rates import Accelerations, Rates
+from .velocity.singular_ways import SingularityCurves
 
 __all__ = [
     "Accelerations",
@@ -56,11 +57,13 @@ __all__ = [
     "Rates",
     "Robot",
     "ShapeError",
+    "SingularityCurves",
     "SingularityError",
     "Solutions",
     "SourceMismatchError",
     "UnknownRobotError",
     "animate",
+    "count_cores",
     "draw",
     "load",
     "release_memory",
@@ -112,36 +115,6 @@ def load(robot: str | os.PathLike[str], *, parametric: bool = False) -> Robot:
             ".xacro and .xml"
         )
     return Robot(read_manifest(folder))
-
-
-def find_folder(robot: str | os.PathLike[str], *, parametric: bool = False) -> Path:
-    """The folder of a robot, given in the same way as to `load`, and derived first like there.
-
-    Raises:
-        UnknownRobotError: If no installed robot has that name.
-        DerivationError: If the compiler is not installed or refuses the description.
-    """
-    options = PARAMETRIC if parametric else ()
-    path = Path(robot)
-    if is_description(path):
-        return derived_folder(path, options)
-    if not isinstance(robot, str) or os.sep in robot or path.is_file():
-        return path
-    folders = shipped_folders()
-    if robot in folders and not parametric:
-        return folders[robot]
-    arms = (shipped() if parametric else {}) | shelf()
-    if robot in arms:
-        return derived_folder(arms[robot], options)
-    import difflib  # noqa: PLC0415
-
-    close = difflib.get_close_matches(robot, [*folders, *arms])
-    hint = f"did you mean {' or '.join(close)}? " if close else ""
-    known = ", ".join(folders) or "none are installed"
-    raise UnknownRobotError(
-        f"no robot named {robot!r}; {hint}known: {known}; a folder is given as a path, './{robot}'"
-        f"; derived on first use: {', '.join(arms)}"
-    )
 
 
 _IMPORTED_BY_NAME = ("calibration", "derive", "generated", "study", "view")

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from .contract.manifest import read_manifest
+from .contract import read_manifest
 from .robot import Robot
 
 

@@ -12,9 +12,9 @@ from .call.guard import Guard
 from .closed_form.given_values import GivenValues
 from .closed_form.refinement import refinement_of
 from .closed_form.solutions import solutions_of
-from .contract.facts import Argument, FunctionInfo, Manifest
-from .contract.library import open_library
-from .iterative.size import unit_length
+from .contract import Argument, FunctionInfo, Manifest
+from .library.cache import open_library
+from .size import unit_length
 from .tolerances import SOLVED
 
 _WIDTH = 100

@@ -5,23 +5,21 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Mapping
 from functools import partial
-from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from .call._call import Function
 from .call.capabilities import Hint, Missing, missing_names
 from .closed_form.assembly_modes import PlatformMethods
 from .closed_form.hints import no_inverse, no_representation
 from .closed_form.paths import InverseMethods
-from .closed_form.solutions import Solutions
+from .closed_form.solutions import Solutions, within
 from .closed_form.substitutes import INSTEAD, substitute
-from .contract.described import derived_folder, is_of_shelf, shelf
-from .contract.facts import (
+from .contract import (
     Argument,
     Cleaning,
     Coordinate,
@@ -31,16 +29,18 @@ from .contract.facts import (
     Parameter,
     Reference,
     Variable,
+    read_manifest,
 )
-from .contract.manifest import read_manifest
-from .errors import SourceMismatchError
+from .errors import ShapeError, SourceMismatchError
 from .iterative.numeric_inverse import NumericMethods
+from .library import derived_folder, is_of_shelf, shelf, shipped_folders
 from .loading import load_functions
 from .velocity.rates import VelocityMethods
 from .velocity.singular_ways import SingularWayMethods
 from .velocity.track import TrackMethods
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 
 class Robot(
@@ -97,6 +97,7 @@ class Robot(
         passive_joints: Its joints that are neither actuated nor in the main chain.
         configuration_variables: All variables of its loops, in the order of `z`.
         reference: The configuration that selects the branch, None without loops.
+        manifest: Everything that its manifest states; further facts and its bodies.
         folder: The folder it was loaded from.
         digest: SHA-256 of its manifest, and so of all its equations.
     """
@@ -125,6 +126,7 @@ class Robot(
     passive_joints: tuple[Variable, ...]
     configuration_variables: tuple[Variable, ...]
     reference: Reference | None
+    manifest: Manifest
     folder: Path
     digest: str
 
@@ -209,7 +211,6 @@ class Robot(
             frames=manifest.frames,
             parameters=MappingProxyType({item.name: item for item in manifest.parameters}),
             geometry=manifest.geometry,
-            _robot_file=manifest.robot_file,
             notes=manifest.notes,
             cleaning=manifest.cleaning,
             functions=MappingProxyType(functions),
@@ -225,16 +226,35 @@ class Robot(
             reference=manifest.loops.reference,
             folder=manifest.folder,
             digest=manifest.digest,
-            _is_iterated=manifest.is_iterated,
-            _skeleton=manifest.skeleton,
-            _actuated_in_z=manifest.loops.actuated_in_z,
-            _no_inverse=manifest.inverse.missing,
+            manifest=manifest,
             _roles=MappingProxyType(roles),
             _solvers={},
             _velocity_relation=manifest.with_role("velocity relation", "chain"),
         )
         missing = missing_names(self, _optional_functions(), _HINTS)
         object.__setattr__(self, "__class__", _class_without(frozenset(missing.items())))
+
+    def is_within_limits(self, q: ArrayLike) -> BoolArray:
+        """Whether coordinates are within the robot's limits, up to rounding.
+
+        Args:
+            q: (..., n) coordinates [rad or m].
+
+        Returns:
+            (...,) whether every coordinate is within its limits, or beyond one by at most 1e-12
+            (rad, or 1e-12 `unit_length`). False for NaN.
+
+        Raises:
+            ShapeError: If q does not have n columns.
+        """
+        units = np.array([self.unit_length if c.unit == "m" else 1.0 for c in self.coordinates])
+        values = np.asarray(q, dtype=np.float64)
+        if values.shape[-1:] != (self.n,):
+            raise ShapeError(
+                f"{self.name}.is_within_limits: q: expected shape (..., {self.n}), got "
+                f"{values.shape}"
+            )
+        return np.asarray(within(values, self.lower, self.upper, units).all(-1))
 
     def __dir__(self) -> list[str]:
         """The attributes that this robot has."""
@@ -299,14 +319,6 @@ def _class_without(missing: frozenset[tuple[str, Hint]]) -> type[Robot]:
     attributes |= {"__module__": Robot.__module__, "__qualname__": "Robot"}
     attributes |= {"__doc__": Robot.__doc__}
     return type("Robot", (Robot,), attributes)
-
-
-def shipped_folders() -> dict[str, Path]:
-    """The folders of the generated robots that are installed with chasles, by name."""
-    spec = find_spec("chasles.generated")
-    roots = spec.submodule_search_locations if spec else None
-    manifests = [file for root in roots or () for file in Path(root).glob("*/manifest.json")]
-    return {file.parent.name: file.parent for file in sorted(manifests)}
 
 
 def _constant(values: list[float]) -> FloatArray:

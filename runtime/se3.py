@@ -33,7 +33,13 @@ __all__ = ["NEARLY_RIGID", "deviation", "project"]
 _LAST_ROW = (0.0, 0.0, 0.0, 1.0)
 
 
-def project(T: ArrayLike, tolerance: float = NEARLY_RIGID) -> FloatArray:
+def project(
+    T: ArrayLike,
+    tolerance: float = NEARLY_RIGID,
+    *,
+    caller: str = "se3.project",
+    name: str = "T",
+) -> FloatArray:
     """The rigid poses nearest to matrices that are nearly rigid.
 
     R becomes the nearest rotation in the Frobenius norm, the orthogonal factor of its polar
@@ -42,6 +48,8 @@ def project(T: ArrayLike, tolerance: float = NEARLY_RIGID) -> FloatArray:
     Args:
         T: (..., 4, 4) matrices: arrays of any real type, or nested lists.
         tolerance: Largest `deviation` that is accepted [rad].
+        caller: The function that was called, for errors.
+        name: Its argument, for errors.
 
     Returns:
         (..., 4, 4) poses, float64: T itself where it is rigid to rounding (1e-13), NaN where a
@@ -53,7 +61,19 @@ def project(T: ArrayLike, tolerance: float = NEARLY_RIGID) -> FloatArray:
         InputTypeError: If T is not made of real numbers.
         ShapeError: If its last dimensions are not (4, 4).
     """
-    return projected("se3.project", T, tolerance)
+    if not tolerance > 0:
+        raise InputValueError(f"{caller}: tolerance must be positive, got {tolerance!r}")
+    matrices = _matrices(caller, T, name)
+    off = _deviation(matrices)
+    _refuse(caller, matrices, off, tolerance, name)
+    # A copy: the caller's array stays as it is.
+    poses = np.array(matrices)
+    poses[np.isnan(off)] = np.nan
+    rounded = off > RIGID_TO_ROUNDING
+    U, _, V = np.linalg.svd(matrices[rounded][:, :3, :3])
+    poses[rounded, :3, :3] = U @ V
+    poses[rounded, 3] = _LAST_ROW
+    return poses
 
 
 def deviation(T: ArrayLike) -> FloatArray:
@@ -71,25 +91,6 @@ def deviation(T: ArrayLike) -> FloatArray:
         ShapeError: If its last dimensions are not (4, 4).
     """
     return _deviation(_matrices("se3.deviation", T, "T"))[()]
-
-
-def projected(
-    caller: str, T: ArrayLike, tolerance: float = NEARLY_RIGID, name: str = "T"
-) -> FloatArray:
-    """As `project`, with the names of the caller and of its argument in errors."""
-    if not tolerance > 0:
-        raise InputValueError(f"{caller}: tolerance must be positive, got {tolerance!r}")
-    matrices = _matrices(caller, T, name)
-    off = _deviation(matrices)
-    _refuse(caller, matrices, off, tolerance, name)
-    # A copy: the caller's array stays as it is.
-    poses = np.array(matrices)
-    poses[np.isnan(off)] = np.nan
-    rounded = off > RIGID_TO_ROUNDING
-    U, _, V = np.linalg.svd(matrices[rounded][:, :3, :3])
-    poses[rounded, :3, :3] = U @ V
-    poses[rounded, 3] = _LAST_ROW
-    return poses
 
 
 def refuse(caller: str, T: FloatArray) -> None:

@@ -13,10 +13,10 @@ from tests.support.compiling import compiled_quickly
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
 TESTED = {
-    "drawing.md": "runtime/drawing/test_drawing_page.py",
+    "drawing.md": "apps/drawing/test_drawing_page.py",
     "inverse.md": "runtime/closed_form/test_inverse_page.py",
     "numeric.md": "runtime/iterative/test_numeric.py",
-    "studies.md": "runtime/study/test_studies_page.py",
+    "studies.md": "apps/study/test_studies_page.py",
     "tracking.md": "runtime/velocity/test_tracking_page.py",
     "velocity.md": "runtime/velocity/test_rates_input.py",
 }

@@ -1,23 +1,24 @@
 """The structure of the project: short files, unique test files, imports in one direction."""
 
 import ast
+import re
+import sys
 from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
-import chasles
-import chasles.derive
-
-DERIVE = Path(chasles.derive.__file__).resolve().parent
-RUNTIME = Path(chasles.__file__).resolve().parent
 TESTS = Path(__file__).resolve().parent
 ROOT = TESTS.parent
+DERIVE, CONTRACT, RUNTIME, APPS = (
+    ROOT / name for name in ("derive", "contract", "runtime", "apps")
+)
 BENCH = ROOT / "bench"
-HALVES = {"derive": DERIVE, "runtime": RUNTIME}
+HALVES = {"derive": DERIVE, "contract": CONTRACT, "runtime": RUNTIME, "apps": APPS}
 WRITTEN = {**HALVES, "tests": TESTS, "bench": BENCH}
 """Folders of handwritten files; generated/ is written by the compiler."""
 
@@ -45,7 +46,14 @@ STAGES = (
 )
 """Rooms and modules of the compiler; each imports from earlier stages and from itself alone."""
 RANK = {room: rank for rank, rooms in enumerate(STAGES) for room in rooms}
-COMPILER_ONLY = {"sympy", "casadi", "mpmath", "lxml", "typer", "xacro", "mujoco", "yaml"}
+RUNTIME_LINES = 15_000
+"""Lines of the runtime with its C, at most."""
+FORWARDS = {"__init__", "__main__"}
+"""Modules of the runtime that forward to apps."""
+APP_NAMES = {"calibration", "cli", "drawing", "study", "view"}
+PUBLIC = {"contract", "locks", "sampling", "screws", "se3", "summaries", "tolerances"}
+"""Modules of `chasles` from which apps import; the command line also starts compilers."""
+COMMAND_LINE_ONLY = {"derive", "library"}
 
 
 def handwritten(root: Path) -> list[Path]:
@@ -116,7 +124,7 @@ def repeated(names: Iterator[str]) -> list[str]:
 def test_files_are_short(part):
     files = [path for path in handwritten(WRITTEN[part]) if path.suffix in SUFFIXES]
     lines = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in files}
-    assert len(files) > 30
+    assert len(files) >= 5
     assert {str(path): n for path, n in lines.items() if n > MOST_LINES} == {}
 
 
@@ -155,22 +163,89 @@ def test_packages_have_no_import_cycle(half):
     for name, targets in imported_modules(HALVES[half]).items():
         others = {room(target) for target in targets} - {room(name)}
         rooms.setdefault(room(name), set()).update(others)
-    assert len(rooms) > 5
+    assert len(rooms) > 3
     assert circle(rooms) == []
 
 
-def test_runtime_does_not_import_the_compiler():
+INSTALLED_AS = {"derive": ("derive",), "contract": ("contract",), "runtime": (), "apps": ()}
+"""The package below `chasles` that each half is installed as."""
+
+
+def imports_of_chasles(half: str) -> Iterator[tuple[Path, str, str, list[str]]]:
+    """Each import from chasles in a half: file, room, module below chasles, and its names."""
+    for name, path in modules(HALVES[half]).items():
+        package = (*INSTALLED_AS[half], *(name if path.stem == "__init__" else name[:-1]))
+        for level, module, names in imports(path):
+            parts = tuple(filter(None, module.split(".")))
+            if level:
+                parts = (*package[: len(package) - level + 1], *parts)
+            elif parts[0] == "chasles":
+                parts = parts[1:]
+            else:
+                continue
+            yield path, room(name), ".".join(parts), names
+
+
+def parts_of_chasles(module: str, names: list[str]) -> set[str]:
+    """The modules directly below `chasles`, or the names of `chasles`, that an import refers to."""
+    return {module.split(".", maxsplit=1)[0]} if module else set(names)
+
+
+def test_contract_depends_on_nothing():
+    for path in handwritten(CONTRACT):
+        for level, module, _ in imports(path):
+            top = module.split(".")[0]
+            assert level == 1 or (level == 0 and top in sys.stdlib_module_names), path
+
+
+def test_runtime_imports_numpy_and_the_contract_alone():
+    allowed = {"numpy", "chasles", *sys.stdlib_module_names}
     reached = Counter()
     for name, path in modules(RUNTIME).items():
         package = name if path.stem == "__init__" else name[:-1]
         for level, module, _ in imports(path):
-            top = module.split(".")[0]
             assert level <= len(package) + 1, f"{path} reaches out of the runtime"
-            assert level or top not in COMPILER_ONLY, f"{path} imports {module}"
-            assert top != "derive", f"{path} imports {module}"
-            assert not module.startswith("chasles.derive"), f"{path} imports {module}"
+            assert level or module.split(".")[0] in allowed, f"{path} imports {module}"
             reached[room(name)] += 1
     assert len(reached) > 5
+    for path, at, module, names in imports_of_chasles("runtime"):
+        apart = parts_of_chasles(module, names) & (APP_NAMES | {"derive"})
+        assert at in FORWARDS or not apart, f"{path} imports {apart}"
+
+
+def test_compiler_imports_only_the_contract():
+    for path, _, module, names in imports_of_chasles("derive"):
+        parts = parts_of_chasles(module, names)
+        assert parts <= {"contract", "derive"}, f"{path} imports {parts}"
+
+
+def test_apps_import_only_public_names():
+    found = 0
+    for path, app, module, names in imports_of_chasles("apps"):
+        if module.split(".")[0] in APP_NAMES:
+            continue
+        found += 1
+        allowed = PUBLIC | (COMMAND_LINE_ONLY if app == "cli" else set())
+        assert module in {"", *allowed}, f"{path} imports {module}"
+        imported = import_module(f"chasles.{module}".rstrip("."))
+        offered = {
+            *getattr(imported, "__all__", names),
+            *(() if module else {*allowed, *APP_NAMES}),
+        }
+        assert set(names) <= offered, f"{path} imports {set(names) - offered}"
+    assert found > 80
+
+
+def test_apps_use_no_private_attribute_of_a_robot():
+    for path in python_files("apps"):
+        private = re.findall(r"\b(?:robot|arm)\._[a-z]\w*", path.read_text(encoding="utf-8"))
+        assert private == [], path
+
+
+def test_runtime_is_small():
+    files = [path for path in handwritten(RUNTIME) if path.suffix in {*SUFFIXES, ".pyi"}]
+    lines = sum(len(path.read_text(encoding="utf-8").splitlines()) for path in files)
+    assert 10_000 < lines <= RUNTIME_LINES
 
 
 def absolute_imports(path: Path, root: Path) -> Iterator[tuple[str, ...]]:
@@ -188,7 +263,7 @@ def python_files(*folders: str) -> list[Path]:
 
 
 def test_only_bench_imports_bench():
-    files = python_files("derive", "runtime", "tests", "docs")
+    files = python_files(*HALVES, "tests", "docs")
     assert len(files) > 300
     for path in files:
         for name in absolute_imports(path, ROOT):
@@ -197,7 +272,7 @@ def test_only_bench_imports_bench():
 
 def test_tests_are_imported_by_tests_and_their_support_by_bench():
     found = 0
-    for path in python_files("derive", "runtime", "bench"):
+    for path in python_files(*HALVES, "bench"):
         for name in absolute_imports(path, ROOT):
             if name[0] == "tests":
                 assert path.is_relative_to(BENCH), f"{path} imports {'.'.join(name)}"

@@ -1,5 +1,7 @@
 """The root of the compiler's errors."""
 
+from chasles.contract import ChaslesError
 
-class RobotError(ValueError):
+
+class RobotError(ChaslesError, ValueError):
     """A description that is no robot, or that cannot be compiled; the message gives the reason."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contract.facts import AIMS
+from ..contract import AIMS
 from .polish import Measured, of_pose
 
 FloatArray = NDArray[np.float64]

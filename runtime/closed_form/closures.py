@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..call._call import Function
 from ..call.capabilities import needs
-from ..contract.facts import Coordinate
+from ..contract import Coordinate, Manifest
 from ..iterative.newton import NewtonMethods
-from ..iterative.size import SizeMethods
+from ..size import SizeMethods
 from ..tolerances import SAME_JOINTS
 
 FloatArray = NDArray[np.float64]
@@ -58,18 +58,19 @@ def _has_leg_inverse(robot: LoopMethods) -> bool:
 
 
 def _can_check_actuators(robot: LoopMethods) -> bool:
-    closes_everywhere = "chain" in robot.functions and not robot._is_iterated
+    closes_everywhere = "chain" in robot.functions and not robot.manifest.is_iterated
     return closes_everywhere or ("margin", "actuators", "") in robot._roles
 
 
 def _can_check_chain(robot: LoopMethods) -> bool:
-    return not robot._is_iterated or ("margin", "chain", "") in robot._roles
+    return not robot.manifest.is_iterated or ("margin", "chain", "") in robot._roles
 
 
 class LoopMethods(NewtonMethods, SizeMethods):
     """The methods of a robot with loops."""
 
     n: int
+    manifest: Manifest
     chain_joints: tuple[Coordinate, ...]
     _roles: Mapping[tuple[str, str, str], Function[Any]]
     chain: Function[FloatArray]
@@ -119,7 +120,7 @@ class LoopMethods(NewtonMethods, SizeMethods):
         if guard is not None:
             held = np.asarray(held & _closes(guard(theta)))
         # Where the iteration finds the chain, it finds one of several modes.
-        is_free = self._is_iterated and len(self.chain_joints) == self.n
+        is_free = self.manifest.is_iterated and len(self.chain_joints) == self.n
         if ("map", "actuators", "chain") in self._roles and not is_free:
             rows = np.asarray(theta, dtype=np.float64)
             q = self._roles["map", "chain", "actuators"](np.atleast_2d(rows))

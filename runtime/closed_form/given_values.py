@@ -19,12 +19,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..call._call import Function
 from ..call.validation import real_array
-from ..contract.described import derived_folder, description_of, giving
-from ..contract.facts import FunctionInfo, Manifest
-from ..contract.manifest import read_manifest
+from ..contract import FunctionInfo, Manifest, read_manifest
 from ..errors import DerivationError, InputTypeError, InputValueError
-from ..iterative.locks import following
-from ..se3 import projected
+from ..library.derived import derived_folder, description_of, giving
+from ..locks import following
+from ..se3 import project
 from ..tolerances import GIVEN_ASIDE, GIVEN_NEAR, SOLVED
 from .refinement import Refinement
 from .solutions import Solutions
@@ -233,7 +232,7 @@ class Aside:
         missed = ~valid.any(-1) & np.isfinite(residual).all(-1)
         if not missed.any():
             return
-        poses = projected("ik", np.broadcast_to(T, (*missed.shape, 4, 4))[missed])
+        poses = project(np.broadcast_to(T, (*missed.shape, 4, 4))[missed], caller="ik")
         values = [np.broadcast_to(value, missed.shape)[missed] for value in given]
         near = self.inverse(poses, *(value + GIVEN_ASIDE for value in values))
         rows, slots = np.nonzero(near.residual <= GIVEN_NEAR * unit)

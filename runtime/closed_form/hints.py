@@ -35,7 +35,11 @@ def no_inverse(robot: Any) -> tuple[str, str]:
             "chasles-derive FILE --give JOINTS, which writes an ik of given joints where they "
             "leave a closed form"
         )
-    reason = "its loops are solved by iteration" if robot._is_iterated else robot._no_inverse
+    reason = (
+        "its loops are solved by iteration"
+        if robot.manifest.is_iterated
+        else robot.manifest.inverse.missing
+    )
     return reason, "; ".join(found)
 
 

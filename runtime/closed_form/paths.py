@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..call._call import Function
 from ..call.capabilities import needs
-from ..contract.facts import Argument, Coordinate
+from ..contract import Argument, Coordinate
 from ..errors import InputValueError, ShapeError
-from ..se3 import projected
+from ..se3 import project
 from ..tolerances import JUMP
 from .hints import no_inverse
 from .refinement import Refinement
@@ -194,7 +194,7 @@ class InverseMethods:
         if jump is not None and not jump > 0:
             raise InputValueError(f"{self.name}.ik_path: jump must be positive, got {jump!r}")
         # The inverse of a whole pose takes poses as they come, and allows for their rounding.
-        rigid = poses if is_part else projected(f"{self.name}.ik_path", poses)
+        rigid = poses if is_part else project(poses, caller=f"{self.name}.ik_path")
         asked = poses if is_part or task == "pose" else _PART_OF_POSE[task](rigid)
         solutions = inverse(asked, *given)
         if solutions.q.shape[:-2] != poses.shape[:1]:
@@ -313,7 +313,7 @@ class InverseMethods:
         ):
             return None
         refinement = Refinement(self.fk_jacobian_mixed, (), unit, judged=unit)
-        rigid = projected(f"{self.name}.ik_path", pose[None])
+        rigid = project(pose[None], caller=f"{self.name}.ik_path")
         (q,), (residual,) = refinement.led(rigid, here[None])
         return q if residual <= refinement.enough(pose[None])[0] else None
 

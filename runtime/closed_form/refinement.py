@@ -31,8 +31,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..call._call import RIGID_TO_ROUNDING, Function, rounded_residuals
-from ..contract.facts import FunctionInfo, Manifest
-from ..se3 import projected
+from ..contract import FunctionInfo, Manifest
+from ..se3 import project
 from ..tolerances import AT_REST, AT_REST_BEND, AT_REST_RATE, BEND_STEP, REFINED, SOLVED
 from .aims import WHOLE, Task
 from .polish import BLOCK, STEPS, iterate
@@ -170,7 +170,7 @@ class Refinement:
         self._take(slots, found, left, fields, enough)
 
     def _rigid(self, target: FloatArray) -> FloatArray:
-        return target if self.task.aims else projected("refinement", target)
+        return target if self.task.aims else project(target, caller="refinement")
 
     def _refine(
         self,

@@ -17,7 +17,7 @@ from typing import Any, ClassVar, NamedTuple, Self, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..contract.facts import Coordinate
+from ..contract import Coordinate
 from ..errors import InputTypeError, InputValueError, OutOfReachError, ShapeError
 from ..tolerances import AT_LIMIT, FAR, SAME_SOLUTION, SOLVED, TILTED
 

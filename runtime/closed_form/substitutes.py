@@ -134,7 +134,7 @@ def _reason(robot: Any, name: str) -> str:
         return _OF_LOOPS
     if name in ("passive", "passive_D_q") and not robot.passive_joints:
         return _NO_PASSIVE
-    if robot._is_iterated and name != "swivel":
+    if robot.manifest.is_iterated and name != "swivel":
         return _ITERATED
     if name in ("margin", "chain_all", "chain_branches"):
         return _ALWAYS_CLOSED

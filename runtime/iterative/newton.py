@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..call._call import Function
 from ..call.capabilities import needs
+from ..contract import Manifest
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -40,13 +41,13 @@ class Continuation(NamedTuple):
 class NewtonMethods:
     """The methods of a robot whose loops have no closed-form solution."""
 
-    _is_iterated: bool
+    manifest: Manifest
     configuration: Function[FloatArray]
     configuration_near: Function[FloatArray]
     constraint: Function[FloatArray]
     fk_near: Function[tuple[FloatArray, FloatArray]]
 
-    @needs("configuration_near", "constraint", when=lambda robot: robot._is_iterated)
+    @needs("configuration_near", "constraint", when=lambda robot: robot.manifest.is_iterated)
     def follow(self, q: ArrayLike, seed: ArrayLike | None = None) -> Continuation:
         """Configurations at actuated coordinates, by Newton's iteration on the loops.
 
@@ -66,7 +67,7 @@ class NewtonMethods:
         z = self.configuration(rows) if seed is None else self.configuration_near(rows, seed)
         return self._continued(z[0])
 
-    @needs("configuration_near", "constraint", when=lambda robot: robot._is_iterated)
+    @needs("configuration_near", "constraint", when=lambda robot: robot.manifest.is_iterated)
     def follow_path(self, q: ArrayLike, seed: ArrayLike | None = None) -> Continuation:
         """Configurations along a path, each from the one before.
 

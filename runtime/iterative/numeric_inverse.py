@@ -27,13 +27,13 @@ from ..call._call import Function
 from ..call.capabilities import needs
 from ..call.threads import count_cores
 from ..call.validation import real_array
-from ..contract.facts import Coordinate, Frames, Reference
+from ..contract import Coordinate, Frames, Reference
 from ..errors import InputValueError, ShapeError
+from ..locks import Lock, locked_coordinates
+from ..sampling import low_discrepancy
+from ..size import SizeMethods
 from ..tolerances import NUMERIC_SOLVED, PROBE, STANDSTILL
 from ._numeric import Solver
-from .locks import Lock, locked_coordinates
-from .low_discrepancy import low_discrepancy
-from .size import SizeMethods
 
 FloatArray = NDArray[np.float64]
 

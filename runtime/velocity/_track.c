@@ -2,7 +2,7 @@
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
 
-#include "contract/_kernel.h"
+#include "library/_kernel.h"
 #include "numerics/_tolerances.h"
 #include "velocity/native/path_tracking.h"
 

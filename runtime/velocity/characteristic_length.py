@@ -12,7 +12,7 @@ rate by the rate of turning coordinates, and 1 m where there are none.
 
 Singular values, ellipsoids, joint rates, paths and distances from singularities all take this
 length unless another is given. Residuals of inverses do not: they have the unit of
-`iterative/size.py`.
+`size.py`.
 
 Source:
     Angeles, Fundamentals of Robotic Mechanical Systems: where all singular values can be made
@@ -30,9 +30,9 @@ from numpy.typing import NDArray
 
 from ..call._call import Function
 from ..call.capabilities import needs
-from ..contract.facts import Coordinate, FunctionInfo, Reference, Variable
+from ..contract import Coordinate, FunctionInfo, Reference, Variable
 from ..errors import InputValueError
-from ..iterative.size import configurations
+from ..size import configurations
 from ..tolerances import TURNS
 
 FloatArray = NDArray[np.float64]

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..call._call import Function
 from ..call.capabilities import needs
-from ..contract.facts import Coordinate
+from ..contract import Coordinate
 from ..errors import InputValueError
 from ..tolerances import INFINITE_CONDITION, RANK
 from . import _rates

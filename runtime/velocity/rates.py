@@ -31,7 +31,7 @@ from ..call._call import Function
 from ..call.capabilities import needs
 from ..call.validation import real_array
 from ..errors import InputTypeError, InputValueError, ShapeError
-from ..iterative.locks import Lock, locked_coordinates
+from ..locks import Lock, locked_coordinates
 from . import _rates
 from .manipulability import ManipulabilityMethods, Metric, Rows
 

@@ -12,7 +12,7 @@ from ..call._call import Function
 from ..call.capabilities import needs
 from ..closed_form.closures import LoopMethods
 from ..errors import InputValueError, ShapeError
-from ..short_repr import told
+from ..summaries import summary_repr
 from .contours import zero_curves
 from .singularity import SingularityMethods
 
@@ -61,7 +61,7 @@ class SingularityCurves(NamedTuple):
     def __repr__(self) -> str:
         """In words, with the figures that matter."""
         facts = (f"{len(self.type_1)} of type 1", f"{len(self.type_2)} of type 2")
-        return told(self, "", *facts, methods="type_1, type_2")
+        return summary_repr(self, "", *facts, methods="type_1, type_2")
 
 
 def _has_maps(robot: SingularWayMethods) -> bool:

@@ -14,8 +14,8 @@ from ..call._call import Function
 from ..call.capabilities import needs
 from ..call.validation import real_array
 from ..errors import InputValueError, ShapeError
-from ..iterative.locks import Lock, locked_coordinates
-from ..se3 import projected
+from ..locks import Lock, locked_coordinates
+from ..se3 import project
 from ..tolerances import TRACK_GAIN
 from . import _track
 from .manipulability import ManipulabilityMethods
@@ -187,7 +187,7 @@ class TrackMethods(ManipulabilityMethods):
             raise ShapeError(f"{self.name}.track: expected q0 ({self.n},), got {start.shape}")
         unknown = ~np.isfinite(path).all((-2, -1))
         _require(not unknown.any(), f"{self.name}.track: poses[{np.argmax(unknown)}] is not finite")
-        path = projected(f"{self.name}.track", path, name="poses")
+        path = project(path, caller=f"{self.name}.track", name="poses")
         outside = ~((start >= self.lower) & (start <= self.upper) & np.isfinite(start))
         name = self.coordinates[int(np.argmax(outside))].name
         _require(not outside.any(), f"{self.name}.track: q0 {start}: {name} is outside its limits")

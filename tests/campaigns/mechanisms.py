@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 import chasles
-from chasles.contract.manifest import read_manifest
+from chasles.contract import read_manifest
 from chasles.derive import derive
 from chasles.derive.build.generate import files_of, put
 from tests.support.generators.drawn_mechanisms import DrawnMechanism, drawn_mechanism

@@ -12,8 +12,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import chasles
-from chasles.contract.library import write_glue
-from chasles.contract.manifest import read_manifest
+from chasles.contract import read_manifest
+from chasles.library.cache import write_glue
 from tests.support.processor import features
 
 from .campaign import Campaign, Outcome
@@ -22,7 +22,7 @@ DRIVER = Path(__file__).parents[1] / "support" / "native" / "kernels.c"
 SOLVERS = DRIVER.with_name("solvers.c")
 GENERATED = Path(__file__).parents[2] / "generated"
 RUNTIME = Path(chasles.__file__).parent
-INCLUDES = [f"-I{RUNTIME}", f"-I{RUNTIME / 'contract'}"]
+INCLUDES = [f"-I{RUNTIME}", f"-I{RUNTIME / 'library'}"]
 SOLVER_SOURCES = [
     *sorted(map(str, (RUNTIME / "iterative" / "native").glob("*.c"))),
     str(RUNTIME / "velocity" / "native" / "damped_box.c"),

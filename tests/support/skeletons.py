@@ -6,9 +6,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from chasles.contract.facts import ActuatedVariable
+from chasles.contract import ActuatedVariable, skeleton_facts
 from chasles.contract.json_entry import Entry
-from chasles.contract.skeleton_facts import skeleton_facts
 from chasles.derive.derivation import Derivation
 from chasles.derive.emit.skeleton_entry import skeleton_entry
 from chasles.derive.loops.hybrid import Hybrid
@@ -42,7 +41,9 @@ def described_skeleton(robot):
         reference=SimpleNamespace(q=[z[k] / ratio for k, ratio in moved]) if hybrid else None,
         lower=np.full(len(robot.coordinates), -np.inf),
         upper=np.full(len(robot.coordinates), np.inf),
-        _skeleton=facts,
-        _actuated_in_z=[ActuatedVariable(k, ratio) for k, ratio in moved],
+        manifest=SimpleNamespace(
+            skeleton=facts,
+            loops=SimpleNamespace(actuated_in_z=[ActuatedVariable(k, ratio) for k, ratio in moved]),
+        ),
     )
     return skeleton(stand_in)

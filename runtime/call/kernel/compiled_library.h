@@ -3,7 +3,7 @@
 #define CHASLES_COMPILED_LIBRARY_H
 
 #include "call/kernel/python_api.h"
-#include "contract/_kernel.h"
+#include "library/_kernel.h"
 
 typedef struct {
     PyObject_HEAD

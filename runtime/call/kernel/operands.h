@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #include "call/kernel/python_api.h"
-#include "contract/_kernel.h"
+#include "library/_kernel.h"
 
 #define MAX_OPERANDS 32 /* inputs and outputs of one function */
 #define MAX_CORE_NDIM 8

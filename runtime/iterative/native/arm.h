@@ -6,7 +6,7 @@
 #ifndef CHASLES_ARM_H
 #define CHASLES_ARM_H
 
-#include "contract/_kernel.h"
+#include "library/_kernel.h"
 #include "numerics/_vectors.h"
 
 #define MOST_KERNELS 4

@@ -4,7 +4,7 @@
 
 #include <stddef.h>
 
-#include "contract/_kernel.h"
+#include "library/_kernel.h"
 #include "velocity/native/damped_box.h"
 
 /* What limits a coordinate in a step: bits of Tracking.touched. */

@@ -13,7 +13,7 @@ import pytest
 import sympy as sp
 
 import chasles
-from chasles.contract.manifest import read_manifest
+from chasles.contract import read_manifest
 from chasles.derive.emit.c.header import support
 from chasles.derive.program.operations import Operation
 from chasles.derive.program.programs import programs

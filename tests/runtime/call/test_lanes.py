@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.contract.manifest import read_manifest
+from chasles.contract import read_manifest
 from tests.support.derivations import NAMES as SERIAL
 
 ROUNDING = 16

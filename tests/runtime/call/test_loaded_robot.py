@@ -12,7 +12,7 @@ import pytest
 
 import chasles
 import chasles.robot
-from chasles.__main__ import main
+from chasles.cli import main
 from tests.support.handwritten import tiny
 
 Q = np.array([0.3, -1.2])
@@ -265,7 +265,7 @@ def test_missing_file_is_reported_without_traceback(
 ):
     monkeypatch.chdir(tmp_path)
     if arguments[0] == "calibrate":
-        monkeypatch.setattr("chasles.__main__.load", lambda *_, **__: None)
+        monkeypatch.setattr("chasles.cli.command_line.load", lambda *_, **__: None)
     monkeypatch.setattr("chasles.view.html_page", lambda _: "page")
     assert main(arguments) == 1
     told = capsys.readouterr().err

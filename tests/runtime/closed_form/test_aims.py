@@ -9,7 +9,7 @@ import pytest
 
 from chasles.closed_form.aims import PARTS, Task
 from chasles.closed_form.refinement import Refinement
-from chasles.contract.facts import AIMS
+from chasles.contract import AIMS
 from chasles.derive.terms.symbolic_function import SymbolicFunction
 from tests.campaigns.losses import losses_of
 from tests.support.derivations import derivation

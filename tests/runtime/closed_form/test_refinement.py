@@ -8,7 +8,7 @@ import pytest
 import chasles
 import chasles.call.threads
 from chasles.closed_form.refinement import Refinement, refinement_of
-from chasles.contract.manifest import read_manifest
+from chasles.contract import read_manifest
 from chasles.tolerances import REFINED, SOLVED
 from tests.support.handwritten import scara
 from tests.support.optional import OptionalPackage

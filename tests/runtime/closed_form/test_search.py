@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.contract.manifest import read_manifest
+from chasles.contract import read_manifest
 from tests.support.compiling import compiled, loaded
 from tests.support.generators.drawn_arms import random_arm
 from tests.support.oracles.screws import screws_of

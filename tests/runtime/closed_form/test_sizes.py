@@ -12,8 +12,8 @@ import sympy as sp
 
 import chasles
 import chasles.derive
-from chasles.contract.facts import Coordinate
-from chasles.iterative.size import unit_length
+from chasles.contract import Coordinate
+from chasles.size import unit_length
 from tests.support.compiling import compiled
 from tests.support.scaled import scaled
 

@@ -34,7 +34,7 @@ def test_invalid_branch_entry_in_manifest_is_rejected(tmp_path, cache, spoil, me
 
 
 def test_geared_motors_do_not_wrap(tmp_path):
-    from chasles.contract.manifest import read_manifest
+    from chasles.contract import read_manifest
 
     ratios = [1.0, -1.0, 2.0, 0.5]
     z = [{"name": f"z{i}", "unit": "rad"} for i in range(4)]

@@ -11,7 +11,7 @@ import pytest
 
 import chasles
 from chasles.closed_form.solutions import Solutions, solutions_of
-from chasles.contract.manifest import Coordinate
+from chasles.contract import Coordinate
 from tests.support.handwritten import scara
 
 N = 1000
@@ -209,8 +209,8 @@ def test_inverse_exposes_its_solutions_class(arm):
 )
 def test_invalid_solutions_class_is_rejected(tmp_path, cache, bad):
     from chasles.call import _call
-    from chasles.contract.library import build, make_recipe
-    from chasles.contract.manifest import read_manifest
+    from chasles.contract import read_manifest
+    from chasles.library.cache import build, make_recipe
 
     manifest = read_manifest(scara.write(tmp_path / "scara").path)
     build(manifest)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.__main__ import main
+from chasles.cli import main
 from tests.support.handwritten import lift
 
 OPEN = np.array([0.25, 2.5])

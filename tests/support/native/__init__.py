@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from chasles.contract.compiler import FLAGS
+from chasles.library.compiler import FLAGS
 from tests.support.locking import locked
 
 BUILD = Path(__file__).parents[3] / "build" / "native"

@@ -17,7 +17,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-#include "contract/_kernel.h"
+#include "library/_kernel.h"
 
 #define MOST 16                      /* inputs and outputs of a function */
 #define LONGEST 40                   /* longest of the short batches */

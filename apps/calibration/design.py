@@ -1,0 +1,204 @@
+"""Design of measurements: the postures that determine the parameters best.
+
+With B_i the derivative of what is measured at posture i, in standard deviations, the covariance of
+the parameters is the inverse of A = sum B_i^T B_i. A D-optimal design has the largest determinant
+of A, and so the largest observability index O1 = det(A)^(1/2k) / sqrt(count). It is sought by
+exchange: postures are added one by one, then each is exchanged for a better one until none is left.
+
+Source:
+    V. V. Fedorov, Theory of Optimal Experiments, 1972, for the exchange; J. H. Borm, C. H. Menq,
+    Determination of optimal measurement configurations for robot calibration based on observability
+    measure, International Journal of Robotics Research 10 (1991), for O1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from chasles import InputValueError
+from chasles.summaries import short_repr
+
+from .fitting.problem import in_one_thread, problem_at
+from .observed.observations import SMALL, Observation, Poses, Positions, Start
+from .parameters import GEOMETRY
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+_PRIOR = 1e-6
+"""Weight that keeps A invertible before enough postures are chosen, in parts of all postures'."""
+_PASSES = 20
+"""Exchanges of every posture at most; each makes the determinant larger."""
+_GAIN = 1e-9
+"""Least gain of the logarithm of the determinant for which a posture is exchanged."""
+_NEXT = 10
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """Chosen postures and how well they determine the parameters.
+
+    Attributes:
+        chosen: Indices of the postures among the candidates.
+        q: (count, n) their coordinates [rad or m].
+        names: The parameters and unknowns that are determined.
+        std: Standard deviation of each [m, rad, 1].
+        o1: The observability index O1, variables in parts of 1 mm and 1 mrad.
+        tool_error: Root mean square error of the tool's position over all candidates [m] that
+            noise alone leaves.
+        with_more: The same if the ten next best postures were measured as well.
+    """
+
+    chosen: NDArray[np.intp]
+    q: FloatArray
+    names: tuple[str, ...]
+    std: FloatArray
+    o1: float
+    tool_error: float
+    with_more: float
+
+    __repr__ = short_repr
+
+
+@in_one_thread
+def design(
+    robot: Any,
+    candidates: ArrayLike,
+    count: int,
+    *,
+    targets: ArrayLike | None = None,
+    sigma: float | tuple[float, float] | None = None,
+    vary: Collection[str] = GEOMETRY,
+    allowed: Callable[[FloatArray], ArrayLike] | None = None,
+) -> Design:
+    """The postures, out of candidates, that determine the parameters of a robot best.
+
+    Args:
+        robot: A robot with parametric functions.
+        candidates: (M, n) coordinates [rad or m]; those beyond limits are left out.
+        count: Number of postures.
+        targets: (m, 3) targets on the tool whose positions are measured [m]; without them, poses
+            are measured.
+        sigma: Standard deviation of a coordinate [m], and for poses of a turn [rad].
+        vary: As in :func:`~chasles.calibration.identify`.
+        allowed: A test of all candidates (M, n), for example for collisions: (M,) booleans.
+
+    Raises:
+        InputValueError: There are fewer allowed candidates than postures, or so few postures that
+            they do not determine the parameters.
+    """
+    at = np.asarray(candidates, dtype=np.float64)
+    free = ((at >= robot.lower) & (at <= robot.upper)).all(-1)
+    if allowed is not None:
+        free &= np.asarray(allowed(at), dtype=bool)
+    index = np.flatnonzero(free)
+    if len(index) < count:
+        raise InputValueError(
+            f"design: {len(index)} of {len(at)} candidates are within limits and allowed; expected "
+            f"at least {count}"
+        )
+    B, tool, names = _derivatives(robot, at[index], targets, sigma, vary)
+    if count * B.shape[1] <= len(names):
+        raise InputValueError(
+            f"design: {count} postures give {count * B.shape[1]} numbers for {len(names)} "
+            "variables; choose more postures"
+        )
+    search = _Exchange(B)
+    chosen = search.best(count)
+    more = search.extended(chosen, min(_NEXT, len(index) - count))
+    A = search.information(chosen)
+    covariance = np.asarray(np.linalg.inv(A))
+    return Design(
+        index[chosen],
+        at[index[chosen]],
+        names,
+        SMALL * np.sqrt(np.diag(covariance)),
+        float(np.exp(np.linalg.slogdet(A)[1] / (2 * len(names))) / np.sqrt(count)),
+        _tool_error(tool, covariance),
+        _tool_error(tool, np.asarray(np.linalg.inv(search.information(more)))),
+    )
+
+
+def _derivatives(
+    robot: Any,
+    q: FloatArray,
+    targets: ArrayLike | None,
+    sigma: float | tuple[float, float] | None,
+    vary: Collection[str],
+) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
+    """Derivatives of measurements (M, r, k), of the tool's position (M, 3, k), and names."""
+    observation: Observation
+    if targets is None:
+        pair = (SMALL, SMALL) if sigma is None else sigma
+        if not isinstance(pair, tuple):
+            raise InputValueError("design: poses need two standard deviations, (metre, radian)")
+        observation, unknowns = Poses(robot.fk(q), pair), np.zeros(0)
+    else:
+        points = np.atleast_2d(np.asarray(targets, dtype=np.float64))
+        one = SMALL if sigma is None else sigma
+        if isinstance(one, tuple):
+            raise InputValueError("design: positions need one standard deviation (metre)")
+        observation, unknowns = Positions(np.zeros((len(q), *points.shape)), one), points.ravel()
+    problem = problem_at(robot, q, Start(np.eye(4), unknowns, observation, 0.0), vary)
+    B = problem.derivative(problem.x0) * SMALL
+    tool = robot.identification_jacobian(q, problem.held)[:, :3, problem.sought] * SMALL
+    beside = np.zeros((len(q), 3, len(unknowns)))
+    return (
+        B.reshape(len(q), -1, B.shape[-1]),
+        np.concatenate([tool, beside], -1),
+        problem.names,
+    )
+
+
+class _Exchange:
+    """The search for the postures with the largest determinant."""
+
+    def __init__(self, B: FloatArray) -> None:
+        self.B = B
+        whole = np.einsum("mrk,mrl->kl", B, B)
+        self.prior = _PRIOR * np.diag(np.diag(whole)) / len(B)
+
+    def information(self, chosen: NDArray[np.intp]) -> FloatArray:
+        """A without the prior."""
+        B = self.B[chosen].reshape(-1, self.B.shape[-1])
+        return np.asarray(B.T @ B)
+
+    def best(self, count: int) -> NDArray[np.intp]:
+        """The postures found by adding, then exchanging."""
+        chosen = list(self.extended(np.zeros(0, dtype=np.intp), count))
+        for _ in range(_PASSES):
+            exchanged = False
+            for k in range(count):
+                others = np.array([c for i, c in enumerate(chosen) if i != k], dtype=np.intp)
+                gains = self._gains(others)
+                found = int(np.argmax(gains))
+                if gains[found] > gains[chosen[k]] + _GAIN:
+                    chosen[k], exchanged = found, True
+            if not exchanged:
+                break
+        return np.array(chosen, dtype=np.intp)
+
+    def extended(self, chosen: NDArray[np.intp], more: int) -> NDArray[np.intp]:
+        """Postures and the next best ones, one by one."""
+        for _ in range(more):
+            chosen = np.append(chosen, np.argmax(self._gains(chosen)))
+        return chosen
+
+    def _gains(self, chosen: NDArray[np.intp]) -> FloatArray:
+        """(M,) growth of log det A by each posture; -inf of those that are chosen already."""
+        C = np.linalg.inv(self.information(chosen) + self.prior)
+        r = self.B.shape[1]
+        inner = np.eye(r) + (self.B @ C) @ self.B.swapaxes(-1, -2)
+        gains = np.linalg.slogdet(inner)[1]
+        gains[chosen] = -np.inf
+        return np.asarray(gains)
+
+
+def _tool_error(tool: FloatArray, covariance: FloatArray) -> float:
+    squares = np.einsum("mik,kl,mil->m", tool, covariance, tool)
+    return float(np.sqrt(squares.mean()))

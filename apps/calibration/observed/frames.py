@@ -1,0 +1,254 @@
+"""Frames of measuring devices in closed form, from the nominal robot: starts of an identification.
+
+A laser tracker or a camera measures in a frame W of its own, and the place of its targets on the
+tool is unknown. With the nominal poses T_i of the tool in the base frame,
+
+    y_ij = T_W_base (T_i x_j)         positions of targets x_j
+    Y_i  = T_W_base T_i T_tool_probe  poses of a probe
+
+Source:
+    S. Umeyama, Least-squares estimation of transformation parameters between two point patterns,
+    IEEE PAMI 13 (1991), for the rotation; M. Shah, Solving the robot-world/hand-eye calibration
+    problem using the Kronecker product, ASME J. Mechanisms and Robotics 5 (2013), for poses.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chasles import screws
+
+FloatArray = NDArray[np.float64]
+
+_FIRST_ROUNDS = 5
+"""Steps from each of 24 rotations; those with the least error go on."""
+_FINISHED = 6
+"""Rotations that go on."""
+_ROUNDS = 60
+"""Most steps from these."""
+_SETTLED = 1e-6
+"""Part of its error that each start must lose in a step for another one to follow."""
+_DAMPED = 1e-3
+"""First damping, in parts of the trace of the normal equations."""
+_STUCK = 1e6
+"""Damping, likewise, at which no step lowers the error."""
+_FULL = 1e-9
+"""Singular value, in parts of the largest, below which measurements leave an unknown open."""
+_ACROSS = 0.1
+"""Second singular value of directions below which axes are parallel and leave a turn open."""
+_LEVER = 0.1
+"""Least distance of points that stand for an orientation [m]: 0.05 mrad weigh 5 um there."""
+_REPEATED = 0.999
+"""Second singular value, in parts of the first, from which orientations leave the frames open."""
+
+
+class Registration(NamedTuple):
+    """Frames found from measurements.
+
+    Attributes:
+        T_W_base: (4, 4) the base frame in the measuring device's.
+        points: (m, 3) targets in the tool's frame [m].
+        error: Root mean square distance [m].
+    """
+
+    T_W_base: FloatArray
+    points: FloatArray
+    error: float
+
+
+def register_points(T: FloatArray, measured: FloatArray) -> Registration:
+    """The base frame and the targets that fit measured positions best.
+
+    Args:
+        T: (N, 4, 4) nominal poses of the tool in the base frame.
+        measured: (N, m, 3) positions of m targets in the device's frame [m], NaN where a target was
+            not seen.
+    """
+    registrations = _Registrations(T, measured)
+    R = registrations.refined(_CUBE, _FIRST_ROUNDS)
+    best = np.linalg.norm(registrations.errors(R), axis=-1).argsort(kind="stable")
+    R = registrations.refined(R[best[:_FINISHED]], _ROUNDS)
+    return registrations.at(R[np.linalg.norm(registrations.errors(R), axis=-1).argmin()])
+
+
+def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The frames T_W_base and T_tool_probe that fit measured poses best.
+
+    Args:
+        T: (N, 4, 4) nominal poses of the tool in the base frame.
+        measured: (N, 4, 4) poses of the probe in the device's frame.
+    """
+    R, Y = T[:, :3, :3], measured[:, :3, :3]
+    # R_base_W = R_i R_tool_probe Y_i^T for all i: the largest singular value's pair of vectors.
+    products = np.einsum("nij,nkl->ikjl", R, Y).reshape(9, 9)
+    _, sizes, vectors = np.linalg.svd(products)
+    if sizes[1] > _REPEATED * sizes[0]:
+        return _register_by_points(T, measured)
+    X = vectors[0].reshape(3, 3)
+    R_tool_probe = _rotation(X * np.sign(np.linalg.det(X)))
+    R_base_W = _rotation(np.einsum("nij,jk,nlk->il", R, R_tool_probe, Y))
+    # R_base_W y_i - p_i = R_i t_tool_probe - t_base_W
+    rows = np.concatenate([R, np.broadcast_to(-np.eye(3), R.shape)], -1).reshape(-1, 6)
+    right = measured[:, :3, 3] @ R_base_W.T - T[:, :3, 3]
+    found = np.linalg.lstsq(rows, right.ravel())[0]
+    T_W_base = np.asarray(np.linalg.inv(_pose(R_base_W, found[3:])))
+    return T_W_base, _pose(R_tool_probe, found[:3])
+
+
+def _register_by_points(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The frames of tools that turn about one axis or not at all, whose places count as well.
+
+    The probe is four points: its origin, and one on each axis as far away as the tool moves, or
+    `_LEVER` where it hardly moves.
+    """
+    spread = max(float(np.linalg.norm(T[:, :3, 3].std(0))), _LEVER)
+    origin, axes = measured[:, None, :3, 3], measured[:, :3, :3].swapaxes(1, 2)
+    found = register_points(T, np.concatenate([origin, origin + spread * axes], 1))
+    R = _rotation((found.points[1:] - found.points[0]).T)
+    return found.T_W_base, _pose(R, found.points[0])
+
+
+def register_axes(
+    nominal: tuple[FloatArray, FloatArray], measured: tuple[FloatArray, FloatArray]
+) -> FloatArray | None:
+    """The base frame that carries nominal axes nearest to measured ones; None if they are parallel.
+
+    Args:
+        nominal: Directions (k, 3) and points (k, 3) in the base frame.
+        measured: Directions and points in the device's frame.
+    """
+    (h, p), (n, c) = nominal, measured
+    if np.linalg.svd(h)[1][1:2].sum() < _ACROSS:
+        return None
+    R = _rotation(n.T @ h)
+    # The part of R p + t - c across the axis vanishes.
+    across = np.eye(3) - n[:, :, None] * n[:, None, :]
+    right = np.einsum("kij,kj->ki", across, c - p @ R.T)
+    return _pose(R, np.linalg.lstsq(across.reshape(-1, 3), right.ravel())[0])
+
+
+def transformation(points: FloatArray, measured: FloatArray) -> FloatArray:
+    """(4, 4) the pose that carries points (N, 3) nearest to measured ones (N, 3)."""
+    middle, there = points.mean(0), measured.mean(0)
+    R = _rotation((measured - there).T @ (points - middle))
+    return _pose(R, there - R @ middle)
+
+
+def targets_at(T: FloatArray, measured: FloatArray) -> FloatArray:
+    """(m, 3) mean places of targets on the tool, from poses (N, 4, 4) and positions (N, m, 3)."""
+    turned = np.einsum("nji,nmj->nmi", T[:, :3, :3], measured - T[:, None, :3, 3])
+    return np.asarray(np.nanmean(turned, axis=0))
+
+
+def mean_pose(T: FloatArray, measured: FloatArray) -> FloatArray:
+    """(4, 4) the mean place on the tool, from poses (N, 4, 4) of the tool and of what is on it."""
+    R, apart = T[:, :3, :3].swapaxes(-1, -2), measured[:, :3, 3] - T[:, :3, 3]
+    return _pose(
+        _rotation((R @ measured[:, :3, :3]).sum(0)), (R @ apart[..., None])[..., 0].mean(0)
+    )
+
+
+class _Registrations:
+    """The errors of registrations by their rotation alone, the rest in closed form.
+
+    Targets x_j and the shift c satisfy R_i x_j + c = R^T y_ij - p_i, with the nominal orientations
+    R_i and origins p_i: linear equations at each rotation R. What their least-squares solution
+    leaves is linear in the entries of R, and a triangle of few rows holds it for all measurements.
+    """
+
+    def __init__(self, T: FloatArray, measured: FloatArray) -> None:
+        """Takes nominal poses (N, 4, 4) and positions (N, m, 3), NaN where unseen."""
+        seen = np.isfinite(measured).all(-1)
+        index, target = np.nonzero(seen)
+        count = len(index)
+        rows = np.zeros((count, 3, measured.shape[1] + 1, 3))
+        rows[np.arange(count), :, target] = T[index, :3, :3]
+        rows[:, :, -1] = np.eye(3)
+        # Equations by the entries R_lk, in the order of R.ravel(), and by -1.
+        right = np.einsum("nl,ka->nalk", measured[seen], np.eye(3)).reshape(-1, 9)
+        rows = rows.reshape(3 * count, -1)
+        everything = np.column_stack([rows, right, T[index, :3, 3].ravel()])
+        triangle = np.linalg.qr(everything, mode="r") / np.sqrt(count)
+        rows, right = np.split(triangle, [rows.shape[1]], axis=1)
+        # Minimum norm: a target that was never seen is at the tool's origin.
+        u, sizes, vt = np.linalg.svd(rows, full_matrices=False)
+        rank = int((sizes > _FULL * sizes[0]).sum())
+        along = u[:, :rank].T @ right
+        self._solution = (vt[:rank].T / sizes[:rank]) @ along
+        self._left = right - u[:, :rank] @ along
+
+    def errors(self, R: FloatArray) -> FloatArray:
+        """(k, r) vectors whose length is the root mean square distance, at rotations (k, 3, 3)."""
+        return np.asarray(_with_one(R) @ self._left.T)
+
+    def refined(self, R: FloatArray, rounds: int) -> FloatArray:
+        """(k, 3, 3) rotations with the least errors near others, by Levenberg and Marquardt."""
+        damping, e = np.full(len(R), _DAMPED), self.errors(R)
+        for _ in range(rounds):
+            J = (R[:, None] @ _GENERATORS).reshape(-1, 3, 9) @ self._left[:, :9].T
+            H = J @ J.swapaxes(1, 2)
+            added = damping * (np.trace(H, axis1=1, axis2=2) + np.finfo(float).tiny)
+            step = np.linalg.solve(H + added[:, None, None] * np.eye(3), -J @ e[..., None])[..., 0]
+            there = R @ screws.exp_rotation(step)
+            after = self.errors(there)
+            gain = (e**2).sum(-1) - (after**2).sum(-1)
+            less = gain > 0
+            is_settled = less & (gain <= _SETTLED * (e**2).sum(-1))
+            R = np.where(less[:, None, None], there, R)
+            e = np.where(less[:, None], after, e)
+            damping = np.where(less, damping / 10, damping * 10)
+            if (is_settled | (damping > _STUCK)).all():
+                break
+        return R
+
+    def at(self, R: FloatArray) -> Registration:
+        """The registration with a rotation (3, 3) of the base frame in the device's."""
+        found = self._solution @ _with_one(R[None])[0]
+        error = float(np.linalg.norm(self.errors(R[None])))
+        return Registration(_pose(R, R @ found[-3:]), found[:-3].reshape(-1, 3), error)
+
+
+def _with_one(R: FloatArray) -> FloatArray:
+    """(k, 10) entries of rotations (k, 3, 3), and -1."""
+    return np.column_stack([R.reshape(-1, 9), np.full(len(R), -1.0)])
+
+
+def _rotation(matrix: FloatArray) -> FloatArray:
+    """(..., 3, 3) the rotations R with the largest trace(R^T matrix)."""
+    u, _, vt = np.linalg.svd(matrix)
+    u[..., 2] *= np.sign(np.linalg.det(u @ vt))[..., None]
+    return np.asarray(u @ vt)
+
+
+def _pose(R: FloatArray, p: FloatArray) -> FloatArray:
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = R, p
+    return T
+
+
+def _cube_rotations() -> list[FloatArray]:
+    """The 24 rotations of a cube."""
+    found = []
+    for order in itertools.permutations(range(3)):
+        for signs in itertools.product((1.0, -1.0), repeat=3):
+            matrix = np.zeros((3, 3))
+            matrix[range(3), order] = signs
+            if np.linalg.det(matrix) > 0:
+                found.append(matrix)
+    return found
+
+
+_CUBE = np.array(_cube_rotations())
+_GENERATORS = np.array(
+    [
+        [[0, 0, 0], [0, 0, -1], [0, 1, 0]],
+        [[0, 0, 1], [0, 0, 0], [-1, 0, 0]],
+        [[0, -1, 0], [1, 0, 0], [0, 0, 0]],
+    ],
+    dtype=np.float64,
+)
+"""[e_k]x: R [w]x is the derivative of R exp([w]x)."""

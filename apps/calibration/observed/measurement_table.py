@@ -1,0 +1,334 @@
+"""Measurements from a table: coordinates, and positions of targets or poses, in any common form.
+
+    q1 [deg], ..., q6 [deg], x [mm], y [mm], z [mm]                       one target
+    q1 [deg], ..., q6 [deg], x1 [mm], y1 [mm], z1 [mm], x2 [mm], ...      several targets
+    q1 [deg], ..., q6 [deg], target, x [mm], y [mm], z [mm]               a row a target
+    station, q1 [deg], ..., q6 [deg], x [mm], y [mm], z [mm]              several stations
+    q1 [deg], ..., q6 [deg], x [mm], y [mm], z [mm], rx [deg], ry [deg], rz [deg]
+    q1 [deg], ..., q6 [deg], x [mm], y [mm], z [mm], qw, qx, qy, qz
+
+Columns stand in any order under the headings of `headings.py`, between the separators of
+`table_text.py`. A unit stands in the heading or in a row of units below the header. Where no angle
+has a unit, or no position, their size tells it, and :attr:`Measured.assumed` says so. Without a
+header, columns are told by their number and by distances that do not change (`bare_table.py`).
+Empty cells of a position mean that the target was not seen. Other columns are left out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chasles import InputValueError
+from chasles.summaries import short_repr
+
+from .bare_table import header_of
+from .headings import AXES, STATION, TARGET, UNITS, Column, named, unit_of
+from .observations import Observation, Poses, Positions
+from .stations import Stations
+from .table_text import TableLine, cells_of, is_number, number
+from .turns import Form, WrongRow, described, form_of, unit_by_size
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+
+_HALL = 20.0
+"""Largest distance [m] from a device: larger numbers without a unit are millimetres."""
+_TITLES = 30
+"""Most lines before the header."""
+_UNSEEN = ("", "nan", "-", "--", "n/a", "na", "none", "null")
+"""What a cell says, in small letters, of a target that was not seen."""
+_UNITLESS = ("-", "1")
+"""What a row of units says of columns without one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """Coordinates and what was measured there; unpacks as the pair of them.
+
+    Attributes:
+        q: (N, n) [rad or m].
+        observation: Positions of targets, or poses.
+        assumed: What the table does not state and its numbers tell, a sentence each.
+    """
+
+    q: FloatArray
+    observation: Observation
+    assumed: tuple[str, ...] = ()
+
+    __repr__ = short_repr
+
+    def __iter__(self) -> Iterator[Any]:
+        """The coordinates, then the observation."""
+        return iter((self.q, self.observation))
+
+
+def read_measurements(file: str | Path, robot: Any) -> Measured:
+    """Reads a table of measurements.
+
+    Args:
+        file: The table; its header names the columns.
+        robot: The robot that was measured.
+
+    Raises:
+        InputValueError: A column is missing, a unit is missing or of the wrong kind, or a cell is
+            no number; the message names file, line and column.
+    """
+    path = Path(file)
+    table = _with_units(_read(path, robot), robot)
+    q = np.stack([table.numbers(*_column_of(table, robot, k)) for k in range(robot.n)], -1)
+    for row in table.rows:
+        _check_length(path, row, table.width)
+    return _observation(table, q)
+
+
+def _read(path: Path, robot: Any) -> _Table:
+    """The table with its columns by name, and units as its header states them."""
+    cells = cells_of(path)
+    first = _first_row(path, cells.lines)
+    titles, rows = cells.lines[:first], cells.lines[first:]
+    units: list[str] = []
+    if titles and _is_units(titles[-1].cells):
+        units = titles.pop().cells
+    said: list[str] = []
+    if titles:
+        header = titles.pop().cells
+    elif len(cells.comment) == len(rows[0].cells):
+        header = cells.comment
+    else:
+        header = header_of(path, rows, robot, said)
+    if titles:
+        said.append(f"lines {titles[0].number} to {titles[-1].number} are titles")
+    found = named(header, [coordinate.name for coordinate in robot.coordinates])
+    if found.repeated:
+        raise InputValueError(f"{path}: two columns are called {found.repeated[0]!r}")
+    columns = {
+        name: column._replace(unit=_unit(units, column)) for name, column in found.columns.items()
+    }
+    return _Table(path, columns, rows, [*said, *found.said], len(header))
+
+
+def _first_row(path: Path, lines: Sequence[TableLine]) -> int:
+    """The index of the first line that holds numbers."""
+    if len(lines[0].cells) == 1 == len(lines[-1].cells):
+        raise InputValueError(
+            f"{path}: the header has one column, {lines[0].cells[0].strip()!r}; expected columns "
+            "that are separated by commas, semicolons or tabs"
+        )
+    for k, line in enumerate(lines[: _TITLES + 1]):
+        filled = [cell for cell in line.cells if cell.strip()]
+        if 2 * sum(map(is_number, filled)) > len(filled):
+            return k
+    raise InputValueError(f"{path}: a header and no rows; expected one for each measurement")
+
+
+def _is_units(line: Sequence[str]) -> bool:
+    """Whether a line holds units and nothing else."""
+    words = [cell.strip() for cell in line if cell.strip()]
+    return any(map(unit_of, words)) and all(unit_of(w) or w in _UNITLESS for w in words)
+
+
+def _unit(units: Sequence[str], column: Column) -> str:
+    """The unit in the row of units; that of the heading where there is none."""
+    return (unit_of(units[column.number]) if column.number < len(units) else "") or column.unit
+
+
+def _check_length(path: Path, row: TableLine, columns: int) -> None:
+    if any(cell.strip() for cell in row.cells[columns:]):
+        raise InputValueError(
+            f"{path}, line {row.number}: {len(row.cells)} cells and {columns} columns in the "
+            "header; where a comma is the decimal mark, separate columns by semicolons or tabs"
+        )
+
+
+class _Table(NamedTuple):
+    path: Path
+    columns: Mapping[str, Column]
+    rows: Sequence[TableLine]
+    said: list[str]
+    width: int
+
+    def numbers(self, name: str, kind: str, *, may_be_empty: bool = False) -> FloatArray:
+        """A column in metres, radians or, of kind "1", as it stands."""
+        factor = self._factor(self.columns[name], kind)
+        return np.array([self._number(name, row, may_be_empty) for row in self.rows]) * factor
+
+    def positions(self, names: Sequence[str]) -> FloatArray:
+        """(rows, 3) positions in metres; NaN where all three cells of a target are empty."""
+        points = np.stack([self.numbers(name, "m", may_be_empty=True) for name in names], -1)
+        unseen = np.isnan(points)
+        for k in np.flatnonzero(unseen.any(1) & ~unseen.all(1)).tolist():
+            column = self.columns[names[int(np.argmax(unseen[k]))]]
+            raise InputValueError(
+                f"{self.path}, line {self.rows[k].number}: {column.heading!r} is empty; expected a "
+                "number, or no coordinate of a target that was not seen"
+            )
+        return points
+
+    def plain(self, names: Sequence[str]) -> FloatArray:
+        """(rows, k) numbers of columns as they stand; rows without all of them are left out."""
+        columns = [self.columns[name].number for name in names]
+        cells = [[_cell(row, column) for column in columns] for row in self.rows]
+        found = np.array([[number(cell) for cell in row] for row in cells]).reshape(-1, len(names))
+        return np.asarray(found[np.isfinite(found).all(-1)])
+
+    def names_of_rows(self, name: str) -> list[str]:
+        """The cells of a column, without spaces around them."""
+        return [_cell(row, self.columns[name].number) for row in self.rows]
+
+    def _factor(self, column: Column, kind: str) -> float:
+        if kind == "1":
+            return 1.0
+        expected = [word for word, (of, _) in UNITS.items() if of == kind]
+        if column.unit not in expected:
+            found = f"unit {column.unit!r}" if column.unit else "no unit"
+            raise InputValueError(
+                f"{self.path}: column {column.heading!r} has {found}; expected "
+                f"'{column.heading} [{expected[0]}]' or another of {', '.join(expected)}"
+            )
+        return UNITS[column.unit][1]
+
+    def _number(self, name: str, row: TableLine, may_be_empty: bool) -> float:
+        column = self.columns[name]
+        text = _cell(row, column.number)
+        if may_be_empty and text.lower() in _UNSEEN:
+            return math.nan
+        if not math.isfinite(value := number(text)):
+            raise InputValueError(
+                f"{self.path}, line {row.number}: {column.heading!r} is {text!r}, expected a number"
+            )
+        return value
+
+
+def _cell(row: TableLine, column: int) -> str:
+    return row.cells[column].strip() if column < len(row.cells) else ""
+
+
+def _with_units(table: _Table, robot: Any) -> _Table:
+    """The table, with units of angles or of positions that no column of their kind states."""
+    turning = [k for k in range(robot.n) if robot.coordinates[k].unit == "rad"]
+    form = form_of(table.columns)
+    turns = [name for k in turning if (name := _name_of(table, robot, k))]
+    angles = form.names if form and form.kind == "rad" else ()
+    places = [name for name in table.columns if name[:1] in AXES and (name[1:] or "0").isdigit()]
+    found = dict(table.columns)
+    for words, names, of in (
+        ("joint angles", turns, unit_by_size),
+        ("angles of orientations", angles, unit_by_size),
+        ("positions", places, _length_by_size),
+    ):
+        if not names or any(found[name].unit for name in names):
+            continue
+        if unit := of(table.plain(names)):
+            found |= {name: found[name]._replace(unit=unit) for name in names}
+            table.said.append(f"{words} have no unit; by their size they are in {unit}")
+    return table._replace(columns=found)
+
+
+def _length_by_size(values: FloatArray) -> str:
+    return "mm" if np.abs(values).max(initial=0.0) > _HALL else ""
+
+
+def _name_of(table: _Table, robot: Any, k: int) -> str:
+    """The name of the column of a coordinate; "" where there is none."""
+    first = 0 if "q0" in table.columns else 1
+    names = (robot.coordinates[k].name, f"q{k + first}")
+    return next((name for name in names if name in table.columns), "")
+
+
+def _column_of(table: _Table, robot: Any, k: int) -> tuple[str, str]:
+    coordinate = robot.coordinates[k]
+    if name := _name_of(table, robot, k):
+        return name, coordinate.unit
+    raise InputValueError(
+        f"{table.path}: no column for coordinate {coordinate.name!r}; expected "
+        f"'{coordinate.name} [{'deg' if coordinate.unit == 'rad' else 'mm'}]' or 'q{k + 1} [...]'; "
+        f"found {_headings(table)}"
+    )
+
+
+def _headings(table: _Table) -> str:
+    return ", ".join(column.heading for column in table.columns.values())
+
+
+def _observation(table: _Table, q: FloatArray) -> Measured:
+    if TARGET in table.columns and set(AXES) <= table.columns.keys():
+        return _long(table, q)
+    numbers = range(len(table.columns) + 1)
+    several = [names for j in numbers if _has(table, names := tuple(f"{a}{j}" for a in AXES))]
+    if not several and _has(table, AXES):
+        several = [AXES]
+    if not several:
+        raise InputValueError(
+            f"{table.path}: no positions; expected columns x, y, z, or x1, y1, z1, x2 ...; found "
+            f"{_headings(table)}"
+        )
+    points = np.stack([table.positions(names) for names in several], 1)
+    form = form_of(table.columns)
+    if form is None:
+        return Measured(q, _of_stations(points, _stations(table)), tuple(table.said))
+    if np.any(_stations(table)):
+        raise InputValueError(f"{table.path}: poses from several stations; expected positions")
+    T = np.zeros((len(q), 4, 4))
+    T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = _orientations(table, form), points[:, 0], 1
+    return Measured(q, Poses(T), tuple(table.said))
+
+
+def _has(table: _Table, names: Sequence[str]) -> bool:
+    return set(names) <= table.columns.keys()
+
+
+def _of_stations(points: FloatArray, station: IntArray) -> Observation:
+    return Stations(points, station) if np.any(station) else Positions(points)
+
+
+def _stations(table: _Table) -> IntArray:
+    """The number of each row's station, from 0 in the order of their first rows."""
+    if STATION not in table.columns:
+        return np.zeros(len(table.rows), dtype=np.intp)
+    names = table.names_of_rows(STATION)
+    numbers = {name: k for k, name in enumerate(dict.fromkeys(names))}
+    return np.array([numbers[name] for name in names], dtype=np.intp)
+
+
+def _orientations(table: _Table, form: Form) -> FloatArray:
+    """(rows, 3, 3) the orientations of poses."""
+    table.said.append(described(form, {n: table.columns[n].heading for n in form.names}))
+    values = np.stack([table.numbers(name, form.kind) for name in form.names], -1)
+    try:
+        return form.read(values)
+    except WrongRow as wrong:
+        line = table.rows[wrong.row].number
+        raise InputValueError(f"{table.path}, line {line}: {wrong}") from None
+
+
+def _long(table: _Table, q: FloatArray) -> Measured:
+    """A row a target, in any order: equal coordinates are one configuration.
+
+    A target that comes again at the same coordinates belongs to a further configuration.
+    """
+    names = table.names_of_rows(TARGET)
+    targets = list(dict.fromkeys(names))
+    xyz = table.positions(AXES)
+    station = _stations(table)
+    times: Counter[tuple[bytes, str]] = Counter()
+    found: dict[tuple[bytes, int], int] = {}
+    rows, first = [], []
+    for k, name in enumerate(names):
+        at = q[k].tobytes() + station[k].tobytes()
+        key = at, times[at, name]
+        times[at, name] += 1
+        if key not in found:
+            found[key] = len(found)
+            first.append(k)
+        rows.append(found[key])
+    points = np.full((len(found), len(targets), 3), np.nan)
+    points[rows, [targets.index(name) for name in names]] = xyz
+    return Measured(q[first], _of_stations(points, station[first]), tuple(table.said))

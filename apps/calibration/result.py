@@ -1,0 +1,163 @@
+"""The result of an identification, and its report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.special
+from numpy.typing import ArrayLike, NDArray
+
+from chasles.summaries import summary_repr
+
+from .fitting.identifiable import Redundancy
+from .observed.observations import Observation
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+SHOWN = {"m": (1e3, "mm"), "rad": (1e3, "mrad"), "1": (1e3, "‰"), "m/rad": (1e3, "mm/rad")}
+"""Factor and unit in which a number of a unit is shown to people."""
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """Identified parameters, and how well they are known.
+
+    Attributes:
+        names: The identified parameters, those of the robot first, then unknowns.
+        values: Their values [m, rad, 1].
+        deviations: What they differ by from the nominal robot; of unknowns, the values.
+        covariance: (k, k) of the values.
+        p: The whole vector of the robot's geometry.
+        redundant: The parameters that the measurements do not tell apart; they kept their values.
+        T_W_base: (4, 4) the base frame in the measuring device's.
+        nominal_errors: (M,) errors of the nominal robot, in standard deviations.
+        errors: (M,) errors of the calibrated robot.
+        used: (rows,) whether a row took part; the others contradict it.
+        noise: Factor by which the errors exceed the standard deviations that were stated.
+        freedoms: Measured numbers beyond those that determine the variables.
+        observation: The measurements, with the frames that were found for them.
+        q: (N, n) coordinates at which the tool was measured [rad or m].
+        robot: The nominal robot.
+        doubts: What is doubtful of the result, a sentence each: exchanged targets, joints at rest.
+    """
+
+    names: tuple[str, ...]
+    values: FloatArray
+    deviations: FloatArray
+    covariance: FloatArray
+    p: FloatArray
+    redundant: tuple[Redundancy, ...]
+    T_W_base: FloatArray
+    nominal_errors: FloatArray
+    errors: FloatArray
+    used: BoolArray
+    noise: float
+    freedoms: int
+    observation: Observation
+    q: FloatArray
+    robot: Any
+    doubts: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        return summary_repr(
+            self,
+            self.robot.name,
+            f"{len(self.names)} variables from {len(self.observation.rows)} measured numbers",
+            f"error {self.before:.4g} before, {self.after:.4g} after, in standard deviations",
+            f"{len(self.outliers)} rows left out" if self.outliers else "",
+            f"{len(self.redundant)} parameters cannot be told apart" if self.redundant else "",
+            f"{len(self.doubts)} doubts" if self.doubts else "",
+            methods="print() it for the report; values, intervals, poses(q)",
+        )
+
+    @property
+    def before(self) -> float:
+        """Root mean square error of the nominal robot, in standard deviations."""
+        return _rms(self.nominal_errors[self.used[self.observation.rows]])
+
+    @property
+    def after(self) -> float:
+        """Root mean square error of the calibrated robot, in standard deviations."""
+        return _rms(self.errors[self.used[self.observation.rows]])
+
+    @property
+    def outliers(self) -> tuple[str, ...]:
+        """Labels of the rows that were left out."""
+        return tuple(np.array(self.observation.labels)[~self.used].tolist())
+
+    @property
+    def unknowns(self) -> FloatArray:
+        """The values of the observation's unknowns, such as targets on the tool [m]."""
+        return self.values[len(self.values) - len(self.observation.unknowns) :]
+
+    def poses(self, q: ArrayLike) -> FloatArray:
+        """Poses (..., 4, 4) of the calibrated robot's tool in the measuring device's frame."""
+        return np.asarray(self.T_W_base @ self.robot.fk_p(q, self.p))
+
+    def held_back(self, q: ArrayLike, observation: Observation) -> FloatArray:
+        """Errors on measurements that took no part, in their standard deviations.
+
+        Args:
+            q: (N, n) coordinates [rad or m].
+            observation: What was measured there, `at` other configurations of the same set-up.
+        """
+        frames = observation.placed_as(self.observation)
+        return frames.errors(self.poses(q), self.unknowns)
+
+    @property
+    def std(self) -> FloatArray:
+        """Standard deviation of each value."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    @property
+    def intervals(self) -> FloatArray:
+        """(k, 2) bounds between which each value lies in 95 of 100 calibrations (Student's t)."""
+        reach = float(scipy.special.stdtrit(self.freedoms, 0.975)) * self.std
+        return np.stack([self.values - reach, self.values + reach], -1)
+
+    def __str__(self) -> str:
+        """A report for people."""
+        return _report(self)
+
+    @property
+    def correlations(self) -> FloatArray:
+        """(k, k) correlation of the values."""
+        return np.asarray(self.covariance / np.outer(self.std, self.std))
+
+
+def _rms(errors: FloatArray) -> float:
+    return float(np.sqrt(np.mean(errors**2)))
+
+
+def _report(found: Calibration) -> str:
+    """Errors before and after, parameters with their 95 % intervals, and what was left out.
+
+    Args:
+        found: A calibration.
+    """
+    lengths, used = found.observation.lengths, found.used
+    before, after = (lengths(e)[used].mean() for e in (found.nominal_errors, found.errors))
+    units = {item.name: item.unit for item in found.robot.geometry}
+    lines = [
+        f"{found.robot.name}: {len(found.names)} variables from {len(found.observation.rows)} "
+        "measured numbers",
+        f"mean distance before {1e3 * before:.4g} mm, after {1e3 * after:.4g} mm",
+        f"error before {found.before:.4g}, after {found.after:.4g} standard deviations; the noise "
+        f"is {found.noise:.3g} times the one that was stated",
+        "",
+        f"{'parameter':<28}{'nominal':>12}{'change':>12}{'+-95 %':>10}",
+    ]
+    reach = (found.intervals[:, 1] - found.intervals[:, 0]) / 2
+    rows = zip(found.names, found.values, found.deviations, reach, strict=True)
+    for name, value, deviation, half in rows:
+        factor, unit = SHOWN[units.get(name, "m")]
+        nominal, change, half_width = (factor * x for x in (value - deviation, deviation, half))
+        lines.append(f"{name:<28}{nominal:12.4f}{change:+12.4f}{half_width:10.4f} {unit}")
+    lines += ["", *(f"held at nominal: {item}" for item in found.redundant)]
+    lines += [f"left out: {label}" for label in found.outliers]
+    lines += [f"doubtful: {sentence}" for sentence in found.doubts]
+    return "\n".join(lines).rstrip()

@@ -1,0 +1,5 @@
+"""The command line: `chasles build`, `calibrate`, `info`, `list` and `view`."""
+
+from .command_line import main
+
+__all__ = ["main"]

@@ -1,0 +1,237 @@
+"""The commands and their options."""
+
+from __future__ import annotations
+
+import argparse
+import io
+import os
+import sys
+import time
+import tomllib
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from chasles import ChaslesError, InputValueError, load, robots
+from chasles.contract import Argument, Manifest, read_manifest
+from chasles.library import build, find_folder, is_description, shelf, shipped_folders
+
+if TYPE_CHECKING:
+    from chasles.calibration import Calibration
+
+_AT_ONCE = 2
+USAGE = 2
+"""The exit status of a command line that names no command, as argparse has it for wrong ones."""
+_ASKED_BY_A_SHELL = "_ARGCOMPLETE"
+"""The variable that argcomplete sets where a shell asks how a line goes on."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs the command line.
+
+    Args:
+        arguments: The arguments after the program's name; None takes the arguments of the process.
+
+    Returns:
+        The exit status: 0 if all went well, 1 after an error, 2 where no command is named.
+    """
+    parser = _parser()
+    if _ASKED_BY_A_SHELL in os.environ:
+        # An extra, which only this needs.
+        from .completion import complete  # noqa: PLC0415
+
+        complete(parser)
+    options = parser.parse_args(arguments)
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # Who reads through a pipe sees each line when it is printed.
+        sys.stdout.reconfigure(line_buffering=True)
+    if options.command is None:
+        parser.print_help(sys.stderr)
+        return USAGE
+    try:
+        status: int = options.run(options)
+        sys.stdout.flush()
+    except ChaslesError as error:
+        print(f"chasles: {error}", file=sys.stderr)
+        return 1
+    except BrokenPipeError:
+        # The reader (head, less) closed the pipe; Python must not complain at exit either.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except OSError as error:
+        print(f"chasles: {error.filename}: {error.strerror}", file=sys.stderr)
+        return 1
+    return status
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="chasles", description="Generated robot kinematics.")
+    commands = parser.add_subparsers(dest="command", metavar="command")
+    build_ = commands.add_parser("build", help="compile robots into the cache")
+    build_.add_argument(
+        "robots", nargs="*", help="names, folders or descriptions; all generated ones if none"
+    )
+    build_.set_defaults(run=_build)
+    calibrate = commands.add_parser(
+        "calibrate", help="identify a robot from a table of measured positions or poses"
+    )
+    calibrate.add_argument("measurements", type=Path, help=".csv with units in its header")
+    calibrate.add_argument("--robot", required=True, help="name or description of the robot")
+    calibrate.add_argument("--to", type=Path, help="robot file (.toml) to write")
+    calibrate.add_argument(
+        "--vary",
+        action="append",
+        metavar="PART",
+        help="parameters or parts of the model: geometry, axis, loop, joint, offset, transmission; "
+        "without it, the model that predicts held-back configurations best",
+    )
+    calibrate.add_argument("--report", type=Path, help="report (.html or .tex) to write")
+    calibrate.set_defaults(run=_calibrate)
+    info = commands.add_parser("info", help="show the functions of a robot")
+    info.add_argument("robot", help="name, folder or description")
+    info.set_defaults(run=_info)
+    list_ = commands.add_parser("list", help="show the robots that can be loaded by name")
+    list_.set_defaults(run=_list)
+    view = commands.add_parser("view", help="show a moving robot in the browser")
+    view.add_argument("robot", help="name, folder or description")
+    view.add_argument("--html", type=Path, help="page to write instead, which needs no network")
+    view.add_argument("--play", type=Path, help="motion (.npz) or table of coordinates (.csv)")
+    view.add_argument("--port", type=int, help="port of the page; a free one without it")
+    view.set_defaults(run=_view)
+    return parser
+
+
+def _build(options: argparse.Namespace) -> int:
+    manifests = [read_manifest(find_folder(robot)) for robot in options.robots or robots()]
+    # Threads suffice: the compiler does the work, in processes of its own.
+    with ThreadPoolExecutor(_AT_ONCE) as pool:
+        failed = 0
+        for report in pool.map(_build_one, manifests):
+            print(report.line, flush=True, file=sys.stderr if report.failed else sys.stdout)
+            failed += report.failed
+    return 1 if failed else 0
+
+
+def _calibrate(options: argparse.Namespace) -> int:
+    # SciPy is an extra, and takes a second to import.
+    from chasles import calibration  # noqa: PLC0415
+
+    robot = load(options.robot, parametric=True)
+    measured = calibration.read_measurements(options.measurements, robot)
+    for sentence in measured.assumed:
+        print(f"{options.measurements}: {sentence}")
+    q, observation = measured
+    held_back: Mapping[str, float] = {}
+    if options.vary:
+        found = calibration.identify(robot, q, observation, vary=options.vary)
+    else:
+        chosen = calibration.best_model(robot, q, observation)
+        found, held_back = chosen.calibration, chosen.errors
+        print(f"model: {chosen.model.name}")
+    print(found)
+    if options.report:
+        _write_report(found, options.report, held_back)
+    if options.to:
+        source = f"{robot.source}; identified from {options.measurements.name}"
+        design = Path(options.robot)
+        nominal = str(design.resolve()) if design.is_file() else options.robot
+        text = calibration.robot_file(robot, found.p, options.to.stem, source, nominal)
+        options.to.write_text(text, encoding="utf-8")
+        print(f"\nwritten: {options.to}")
+        if "[[transmissions]]" in text:
+            print("its functions take true coordinates, joints_from_motors(m)")
+    return 0
+
+
+def _write_report(found: Calibration, file: Path, held_back: Mapping[str, float]) -> None:
+    # Matplotlib is an extra, and takes a second to import.
+    from chasles.calibration import report  # noqa: PLC0415
+
+    if file.suffix == ".tex":
+        report.tex_page(found, file, held_back)
+    else:
+        file.write_text(report.html_page(found, held_back), encoding="utf-8")
+    print(f"\nwritten: {file}")
+
+
+def _view(options: argparse.Namespace) -> int:
+    # The other commands need no drawings.
+    from chasles.view import LiveView, html_page, read_recording  # noqa: PLC0415
+
+    robot = load(options.robot)
+    if options.html and (options.play or options.port):
+        raise InputValueError("--play and --port are for the live view; a page has sliders alone")
+    if options.html:
+        options.html.write_text(html_page(robot), encoding="utf-8")
+        print(f"written: {options.html}")
+        return 0
+    recording = read_recording(options.play, robot) if options.play else None
+    file = Path(options.robot) if is_description(Path(options.robot)) else None
+    shown = LiveView(robot, port=options.port, description=file, recording=recording)
+    print(f"{robot.name}: {shown.address} (ctrl-c ends it)", flush=True)
+    try:
+        shown.wait()
+    except KeyboardInterrupt:
+        return 0
+    finally:
+        shown.close()
+
+
+@dataclass(frozen=True)
+class _Report:
+    line: str
+    failed: bool
+
+
+def _build_one(manifest: Manifest) -> _Report:
+    start = time.perf_counter()
+    try:
+        result = "compiled" if build(manifest) else "in the cache"
+    except ChaslesError as error:
+        return _Report(f"{manifest.name}: {error}", failed=True)
+    seconds = time.perf_counter() - start
+    return _Report(f"{manifest.name:<24} {result:<12} {seconds:7.3f} s", failed=False)
+
+
+def _info(options: argparse.Namespace) -> int:
+    manifest = read_manifest(find_folder(options.robot))
+    print("\n".join([f"{manifest.name}: {manifest.title}", manifest.source, *manifest.notes, ""]))
+    print(f"frames: {manifest.frames.base} to {manifest.frames.tip}\n\ncoordinates (q):")
+    for coordinate in manifest.coordinates:
+        limits = f"{_limit(coordinate.lower, '-')} to {_limit(coordinate.upper, '')}"
+        print(f"    {coordinate.name:<20} {coordinate.kind:<10} {limits} {coordinate.unit}")
+    if manifest.loops.solution:
+        joints = ", ".join(f"{item.name} [{item.unit}]" for item in manifest.loops.chain)
+        passive = ", ".join(f"{item.name} [{item.unit}]" for item in manifest.loops.passive)
+        print(f"\nloops ({manifest.loops.solution}): {', '.join(manifest.loops.names)}")
+        print(f"    main chain (theta): {joints}\n    passive: {passive or 'none'}")
+    print("\nparameters:")
+    for parameter in manifest.parameters:
+        value = f"{parameter.value:.10g} {parameter.unit}"
+        print(f"    {parameter.name:<20} {value:<20} {parameter.meaning}")
+    print("\nfunctions:")
+    for function in manifest.functions:
+        counts = ", ".join(f"{n} {kind}" for kind, n in function.operations.items() if n)
+        print(f"    {function.name}({_arguments(function.inputs)})")
+        print(f"        -> {_arguments(function.outputs)}")
+        print(f"        {function.summary}\n        {counts}")
+    return 0
+
+
+def _list(_options: argparse.Namespace) -> int:
+    for name, folder in shipped_folders().items():
+        print(f"{name:<24} {read_manifest(folder).title}")
+    print("\nderived on first use:")
+    for name, description in shelf().items():
+        print(f"{name:<24} {tomllib.loads(description.read_text(encoding='utf-8'))['title']}")
+    return 0
+
+
+def _limit(limit: float | None, sign: str) -> str:
+    return f"{sign}inf" if limit is None else f"{limit:.6g}"
+
+
+def _arguments(arguments: Sequence[Argument]) -> str:
+    return ", ".join(f"{item.name} {list(item.shape)} [{item.unit}]" for item in arguments)

@@ -1,0 +1,139 @@
+"""Motions as moving drawings: GIF by Pillow, MP4 by ffmpeg."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chasles import ChaslesError, InputValueError
+
+from .figure import figure_of, rows_of
+from .scene import Scene, scenes
+from .skeleton import Skeleton, skeleton
+from .views import views_of
+
+FloatArray = NDArray[np.float64]
+_DOTS = 200
+"""Pixels per inch: a figure of 8 cm has 630 pixels."""
+
+
+def animate(
+    robot: Any,
+    motion: Any,
+    file: str | os.PathLike[str],
+    *,
+    views: Sequence[str] | None = None,
+    rate: float = 20.0,
+) -> Path:
+    """Writes a moving drawing of a robot, with the path of its tool so far.
+
+    Args:
+        robot: The robot.
+        motion: (k, n) postures [rad or m], one a picture; or a motion, which is sampled at the rate
+            of the pictures.
+        file: The file to write, .gif or .mp4. A film needs ffmpeg: the one that is installed, or
+            that of `pip install 'chasles[film]'`.
+        views: As of `draw`; None: the robot's plane, or else from aside.
+        rate: Pictures per second.
+
+    Returns:
+        The file.
+
+    Raises:
+        InputValueError: If the file has another ending, or the motion is that of another robot.
+        ChaslesError: If ffmpeg is needed and absent, or fails.
+        OutOfReachError: If loops do not close in a posture.
+        ImportError: If matplotlib or Pillow is absent: `pip install 'chasles[draw]'`.
+    """
+    target = Path(file)
+    if target.suffix not in (".gif", ".mp4"):
+        raise InputValueError(f"animate: file: got {target.name!r}, expected .gif or .mp4")
+    ffmpeg = _ffmpeg(target) if target.suffix == ".mp4" else ""
+    sampled = motion.sample(rate) if hasattr(motion, "sample") else motion
+    pictures = list(_pictures(robot, rows_of(robot, sampled, "animate: motion"), views))
+    if ffmpeg:
+        _write_film(ffmpeg, target, pictures, rate)
+    else:
+        _write_gif(target, pictures, rate)
+    return target
+
+
+def _pictures(
+    robot: Any, rows: FloatArray, views: Sequence[str] | None
+) -> Iterator[NDArray[np.uint8]]:
+    """The pictures (height, width, 3), all with the same limits."""
+    bodies = skeleton(robot)
+    poses = bodies.poses(rows)
+    for k in np.flatnonzero(~np.isfinite(poses).all(axis=(1, 2, 3)))[:1]:
+        bodies.poses(rows[k])
+        raise InputValueError(f"animate: motion: posture {k} has no finite pose")
+    every = [_scenes(bodies, poses[: k + 1], poses, views) for k in range(len(rows))]
+    boxes = [_around([moment[j] for moment in every]) for j in range(len(every[0]))]
+    for moment in every:
+        figure = figure_of(moment, (), has_path=True, boxes=boxes)
+        figure.set_dpi(_DOTS)
+        figure.canvas.draw()
+        picture = np.asarray(figure.canvas.buffer_rgba())[..., :3]
+        # Films need even numbers of pixels.
+        yield picture[: picture.shape[0] // 2 * 2, : picture.shape[1] // 2 * 2].copy()
+
+
+def _scenes(
+    bodies: Skeleton, so_far: FloatArray, poses: FloatArray, views: Sequence[str] | None
+) -> list[Scene]:
+    found = views_of(bodies, poses[0], None if views is None else tuple(views))
+    if views is None and len(found) > 1:
+        found = views_of(bodies, poses[0], ("axonometric",))
+    path = bodies.tip_poses(so_far)[:, :3, 3]
+    none = np.empty((0, *poses.shape[1:]))
+    return scenes(bodies, so_far[-1], none, path, found, span_of=poses)
+
+
+def _around(moments: list[Scene]) -> tuple[FloatArray, FloatArray]:
+    """The box around the boxes of a view at all moments."""
+    boxes = [scene.box for scene in moments]
+    return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
+
+
+def _ffmpeg(target: Path) -> str:
+    """The program that encodes films: the system's, or else that of the wheel imageio-ffmpeg."""
+    found = shutil.which("ffmpeg")
+    if found is not None:
+        return found
+    try:
+        import imageio_ffmpeg  # noqa: PLC0415 - an extra
+
+        return str(imageio_ffmpeg.get_ffmpeg_exe())
+    except (ImportError, RuntimeError) as error:
+        raise ChaslesError(
+            f"animate: {target.name}: films need ffmpeg, which is not installed: "
+            "pip install 'chasles[film]', or install ffmpeg itself; a .gif needs none"
+        ) from error
+
+
+def _write_film(ffmpeg: str, target: Path, pictures: list[NDArray[np.uint8]], rate: float) -> None:
+    height, width = pictures[0].shape[:2]
+    command = [ffmpeg, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"]
+    command += ["-s", f"{width}x{height}", "-r", f"{rate:g}", "-i", "-", "-c:v", "libx264"]
+    command += ["-pix_fmt", "yuv420p", "-f", "mp4", str(target)]
+    data = b"".join(picture.tobytes() for picture in pictures)
+    done = subprocess.run(command, input=data, capture_output=True, check=False)
+    if done.returncode:
+        raise ChaslesError(f"animate: {target}: ffmpeg: {done.stderr.decode().strip()}")
+
+
+def _write_gif(target: Path, pictures: list[NDArray[np.uint8]], rate: float) -> None:
+    from PIL import Image  # noqa: PLC0415
+
+    images = [Image.fromarray(picture) for picture in pictures]
+    # One palette for all pictures, or colours would flicker from one to the next.
+    palette = images[0].quantize(128)
+    first, *rest = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
+    first.save(target, save_all=True, append_images=rest, duration=round(1000 / rate), loop=0)

@@ -1,0 +1,92 @@
+"""The assembly modes of a platform as configurations: every posture at the same actuators."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chasles.sampling import low_discrepancy
+from chasles.tolerances import SAME_SOLUTION, SOLVED
+
+from .skeleton import Skeleton
+
+FloatArray = NDArray[np.float64]
+_STARTS = 24
+"""Starts for the passive joints of the legs; those of a leg of two links need two."""
+_STEPS = 20
+"""Steps of Newton's iteration from each."""
+
+
+class AssemblyModes(NamedTuple):
+    """The assembly modes at actuated coordinates.
+
+    Attributes:
+        z: (k, n_z) configurations. Swings of rods, which no body needs, keep their values.
+        margin: (k,) margins: 0 where the platform is singular and two modes meet.
+    """
+
+    z: FloatArray
+    margin: FloatArray
+
+
+def has_modes(robot: Any) -> bool:
+    """Whether all assembly modes of a robot are known."""
+    return "modes" in robot.functions
+
+
+def assembly_modes(bodies: Skeleton, q: FloatArray, near: FloatArray) -> AssemblyModes:
+    """Every assembly mode of a platform on legs.
+
+    Args:
+        bodies: The bodies of a robot that has the function `modes`.
+        q: (n,) actuated coordinates [rad or m].
+        near: (n_z,) a configuration, at which passive joints of the legs start.
+
+    Returns:
+        The modes. One is left out whose legs do not close from any start.
+    """
+    robot = bodies.robot
+    theta, margin, _ = robot.modes(q)
+    found = np.isfinite(margin)
+    names = [variable.name for variable in robot.configuration_variables]
+    chain = [names.index(joint.name) for joint in robot.chain_joints]
+    z = np.tile(near, (int(found.sum()), 1))
+    for item, value in zip(robot.manifest.loops.actuated_in_z, q, strict=True):
+        z[:, item.index] = item.ratio * value
+    z[:, chain] = theta[found]
+    known = {*chain, *(item.index for item in robot.manifest.loops.actuated_in_z)}
+    moving = {body.joint.coordinate for body in bodies.bodies if body.joint}
+    if moving - known <= {-1}:
+        return AssemblyModes(z, margin[found])
+    legs = [k for k in range(len(names)) if k not in known]
+    closed = [_closed(robot, row, legs) for row in z]
+    kept = np.array([row is not None for row in closed], dtype=np.bool_)
+    rows = [row for row in closed if row is not None]
+    return AssemblyModes(np.reshape(rows, (-1, len(names))), margin[found][kept])
+
+
+def _closed(robot: Any, z: FloatArray, legs: list[int]) -> FloatArray | None:
+    """The configuration with the passive joints of the legs that close it."""
+    turns = np.array([robot.configuration_variables[k].unit == "rad" for k in legs])
+    reach = np.where(turns, 2 * np.pi, robot.unit_length)
+    for part in low_discrepancy(0, _STARTS, len(legs), np.zeros(len(legs))):
+        start = z.copy()
+        start[legs] += reach * (part - np.round(part))
+        for _ in range(_STEPS):
+            residual = robot.constraint(start)
+            if np.abs(residual).max() < SOLVED * robot.unit_length:
+                return start
+            J = robot.constraint_D_z(start)[:, legs]
+            start[legs] -= np.linalg.lstsq(J, residual, rcond=None)[0]
+    return None
+
+
+def others(modes: AssemblyModes, z: FloatArray, bodies: Skeleton) -> AssemblyModes:
+    """The modes but the one in which the robot is, by the place of the tool."""
+    tips = bodies.tip_poses(bodies.poses_at(modes.z))
+    tip = bodies.tip_poses(bodies.poses_at(z))
+    size = np.where(np.arange(4) == 3, bodies.size, 1.0)  # noqa: PLR2004 - lengths
+    is_other = np.abs((tips - tip) / size).max((-1, -2)) > SAME_SOLUTION
+    return AssemblyModes(modes.z[is_other], modes.margin[is_other])

@@ -1,0 +1,357 @@
+"""Technical drawings of robots, as figures of matplotlib that no window shows by itself."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from chasles import InputValueError, ShapeError, Solutions
+from chasles.tolerances import SAME_SOLUTION
+
+from .assembly import assembly_modes, has_modes, others
+from .lettering import Lettering
+from .scene import Scene, scenes
+from .skeleton import Skeleton, skeleton
+from .views import AXONOMETRIC, SPATIAL, View, views_of
+
+FloatArray = NDArray[np.float64]
+
+WIDTH = 3.15
+"""Width of a figure, 8 cm in inches: what fits one column of print."""
+_TALLEST = 5.2
+_LEFT, _RIGHT, _BOTTOM, _TOP, _GAP = 0.42, 0.08, 0.36, 0.16, 0.2
+"""Margins of a figure, and the gap between two views (inch)."""
+_ENTRY = 0.1
+"""Height of a line of the legend (inch)."""
+_LETTERS, _SMALL = 7.0, 6.0
+"""Sizes of letters (pt)."""
+_AXES = ("#d55e00", "#009e73", "#0072b2")
+_GHOSTS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#999999", "#000000")
+"""Colours that differ for all kinds of sight (Okabe and Ito, 2008)."""
+_PATH = "#cc79a7"
+_DARK = "#333333"
+_LINES: dict[str, dict[str, Any]] = {
+    "link": {"color": "#7d8b99", "linewidth": 2.6},
+    "ram": {"color": "#7d8b99", "linewidth": 1.8},
+    "base": {"color": "#777777", "linewidth": 0.7, "dashes": (6, 2, 1, 2)},
+    "guide": {"color": "#777777", "linewidth": 1.6},
+    "rod": {"color": "#777777", "linewidth": 1.5},
+    "piston": {"color": "#555555", "linewidth": 1.3},
+    "axis": {"color": _DARK, "linewidth": 0.4, "dashes": (8, 2, 2, 2)},
+    "ground": {"color": _DARK, "linewidth": 0.8},
+    "hatch": {"color": _DARK, "linewidth": 0.4},
+}
+_HALO = ("link", "rod", "ram", "piston")
+"""Lines with a white border, so that crossings are clear."""
+_AREAS: dict[str, dict[str, Any]] = {
+    "joint": {"facecolor": "#ffffff", "edgecolor": _DARK, "linewidth": 0.6},
+    "driven": {"facecolor": "#e69f00", "edgecolor": _DARK, "linewidth": 0.6},
+    "plate": {"facecolor": "#dde3e8", "edgecolor": "#7d8b99", "linewidth": 1.2},
+    "floor": {"facecolor": "#eeeeee", "edgecolor": "#777777", "linewidth": 0.8},
+    "stand": {"facecolor": "#ffffff", "edgecolor": _DARK, "linewidth": 0.6},
+    "barrel": {"facecolor": "#ffffff", "edgecolor": _DARK, "linewidth": 0.7},
+    "driven barrel": {"facecolor": "#f3cf80", "edgecolor": _DARK, "linewidth": 0.7},
+    "dot": {"facecolor": _DARK, "edgecolor": "none", "linewidth": 0.0},
+}
+
+
+def draw(
+    robot: Any,
+    q: ArrayLike | None = None,
+    *,
+    ghosts: Any = None,
+    path: Any = None,
+    views: Sequence[str] | None = None,
+    ax: Any = None,
+    file: str | os.PathLike[str] | None = None,
+) -> Any:
+    """Draws a robot: links, joints by their symbols, cylinders, rods, ground and frames.
+
+    Joints that actuators move are orange and bear the name of their coordinate; passive ones are
+    white. A robot that moves in a plane is drawn on it, with its lengths in metres; all others from
+    the front, from the side and from above, at one scale, and from aside without perspective. The
+    figure is 8 cm wide, and no window opens.
+
+    Args:
+        robot: The robot.
+        q: (n,) actuated coordinates [rad or m]; None: the reference of its loops, or a posture in
+            which the joints of an arm are apart on the picture.
+        ghosts: Further postures, drawn pale: True for all other inverses of the same pose, "modes"
+            for all other assembly modes at the same actuators, the solutions of an inverse at one
+            pose, or (g, n) coordinates.
+        path: Postures (k, n) or a sampled motion, whose tool's path is drawn.
+        views: Some of "front", "side", "top", "axonometric" and, of planar robots, "plane".
+        ax: matplotlib axes for a single view: the robot's plane, or else from aside, where no view
+            is named; None: a new figure.
+        file: The file to write: .pdf and .svg hold vectors, .png pixels.
+
+    Returns:
+        The figure, or `ax` where it is given.
+
+    Raises:
+        OutOfReachError: If loops do not close at q.
+        InputValueError: If a view is unknown, axes are given for several views, a motion is that of
+            another robot, ghosts are asked of a robot without an inverse in closed form, or modes
+            of one whose modes are not known.
+        ShapeError: If q, ghosts or path have another number of coordinates.
+        ImportError: If matplotlib is absent: `pip install 'chasles[draw]'`.
+    """
+    bodies = skeleton(robot)
+    chosen = bodies.posture if q is None else _row(robot, q)
+    poses = bodies.poses(chosen)
+    pale, labels = _ghosts(bodies, chosen, ghosts)
+    way = None if path is None else _tool_path(bodies, path)
+    found = views_of(bodies, poses, None if views is None else tuple(views))
+    if views is None and ax is not None and len(found) > 1:
+        found = [AXONOMETRIC]
+    if ax is not None and len(found) != 1:
+        raise InputValueError(f"draw: ax: axes for one view, got {len(found)} views")
+    shown = scenes(bodies, poses, pale, way, found)
+    if ax is not None:
+        _limit(ax, shown[0].box, None)
+        _paint(ax, shown[0])
+        return ax
+    figure = figure_of(shown, labels, has_path=way is not None)
+    if file is not None:
+        figure.savefig(file, dpi=300)
+    return figure
+
+
+def _row(robot: Any, q: ArrayLike) -> FloatArray:
+    row = np.asarray(q, dtype=np.float64)
+    if row.shape != (robot.n,):
+        raise ShapeError(f"draw: q: expected shape ({robot.n},), got {row.shape}")
+    return row
+
+
+def rows_of(robot: Any, postures: Any, name: str) -> FloatArray:
+    """(k, n) coordinates of postures, or of a sampled motion.
+
+    Raises:
+        ShapeError: If they are no rows of n coordinates.
+        InputValueError: If the motion is that of another robot.
+    """
+    sampled = postures.sample() if hasattr(postures, "sample") else postures
+    if getattr(sampled, "robot", robot.name) != robot.name:
+        raise InputValueError(f"{name}: a motion of {sampled.robot}, expected one of {robot.name}")
+    rows = np.asarray(getattr(sampled, "q", sampled), dtype=np.float64)
+    if rows.ndim != 2 or rows.shape[1] != robot.n or not len(rows):  # noqa: PLR2004
+        raise ShapeError(f"{name}: expected shape (k, {robot.n}), got {rows.shape}")
+    return rows
+
+
+def _tool_path(bodies: Skeleton, path: Any) -> FloatArray:
+    rows = rows_of(bodies.robot, path, "draw: path")
+    tips: FloatArray = bodies.tip_poses(bodies.poses(rows))[:, :3, 3]
+    return tips
+
+
+def _ghosts(bodies: Skeleton, q: FloatArray, ghosts: Any) -> tuple[FloatArray, tuple[str, ...]]:
+    """The poses (g, bodies, 4, 4) of the further postures, and their names."""
+    robot = bodies.robot
+    if ghosts is None or ghosts is False:
+        return np.empty((0, len(bodies.bodies), 4, 4)), ()
+    if isinstance(ghosts, str):
+        return _modes(bodies, q, ghosts), ()
+    if ghosts is True:
+        if "ik" not in robot.functions:
+            raise InputValueError(f"draw: ghosts: {robot.name} has no inverse in closed form")
+        ghosts = other_inverses(robot, q)
+    if isinstance(ghosts, Solutions):
+        return bodies.poses(ghosts.array()), _labels(ghosts)
+    return bodies.poses(rows_of(robot, ghosts, "draw: ghosts")), ()
+
+
+def _modes(bodies: Skeleton, q: FloatArray, word: str) -> FloatArray:
+    if word != "modes":
+        raise InputValueError(f'draw: ghosts: got {word!r}, expected "modes" of all words')
+    if not has_modes(bodies.robot):
+        raise InputValueError(f"draw: ghosts: the modes of {bodies.robot.name} are not known")
+    z = bodies.robot.configuration(q)
+    return bodies.poses_at(others(assembly_modes(bodies, q, z), z, bodies).z)
+
+
+def other_inverses(robot: Any, q: FloatArray) -> Solutions:
+    """The distinct inverses of the pose at q but q itself, the given coordinates as in q."""
+    given = [q[k] for k in robot.given]
+    if robot.redundancy and not given:
+        given = list(np.atleast_1d(robot.swivel(q)))
+    found: Solutions = robot.ik(robot.fk(q), *given).distinct()
+    apart = found.q - q
+    turns = np.array(found.wraps)
+    apart = np.where(turns, np.remainder(apart + np.pi, 2 * np.pi) - np.pi, apart)
+    is_other = np.abs(apart).max(-1) > SAME_SOLUTION
+    return found._replace(valid=found.valid & is_other)
+
+
+def _labels(found: Solutions) -> tuple[str, ...]:
+    if not found.labels:
+        return ()
+    return tuple(label for label, valid in zip(found.labels, found.valid, strict=True) if valid)
+
+
+# --- the figure ---
+
+
+def figure_of(
+    shown: list[Scene],
+    labels: tuple[str, ...],
+    *,
+    has_path: bool,
+    boxes: list[tuple[FloatArray, FloatArray]] | None = None,
+) -> Any:
+    """A figure of 8 cm with a pair of axes for each scene.
+
+    Args:
+        shown: The scenes.
+        labels: The names of the ghosts, for the legend.
+        has_path: Whether the legend names the path of the tool.
+        boxes: The lowest and highest corner of each view; None: around each scene.
+
+    Returns:
+        The figure, which no window shows.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    entries = len(labels) + has_path
+    below = _ENTRY * entries + (0.04 if entries else 0.0)
+    cells = _cells([scene.view for scene in shown])
+    boxes = [scene.box for scene in shown] if boxes is None else boxes
+    spans = [high - low for low, high in boxes]
+    widths = _largest(cells, spans, 1)
+    heights = _largest(cells, spans, 0)
+    across = WIDTH - _LEFT - _RIGHT - _GAP * (len(widths) - 1)
+    upright = _TALLEST - _BOTTOM - _TOP - _GAP * (len(heights) - 1)
+    scale = min(across / sum(widths), upright / sum(heights))
+    height = scale * sum(heights) + _BOTTOM + _TOP + _GAP * (len(heights) - 1) + below
+    figure = Figure(figsize=(WIDTH, height))
+    FigureCanvasAgg(figure)
+    # Views that are narrower than the figure stand in its middle.
+    spare = (across - scale * sum(widths)) / 2
+    for scene, box, (row, column) in zip(shown, boxes, cells, strict=True):
+        left = _LEFT + spare + scale * sum(widths[:column]) + _GAP * column
+        bottom = _BOTTOM + below + scale * sum(heights[row + 1 :]) + _GAP * (len(heights) - 1 - row)
+        size = scale * widths[column], scale * heights[row]
+        ax = figure.add_axes((left / WIDTH, bottom / height, size[0] / WIDTH, size[1] / height))
+        _limit(ax, box, (widths[column], heights[row]))
+        _paint(ax, scene)
+        _label_axes(ax, scene.view, is_low=row == len(heights) - 1, is_left=column == 0)
+    _legend(figure, labels, has_path=has_path)
+    return figure
+
+
+def _cells(views: list[View]) -> list[tuple[int, int]]:
+    """Row and column of each view: the four in space in a square, others side by side."""
+    if [view.name for view in views] == [view.name for view in SPATIAL]:
+        return [(0, 0), (0, 1), (1, 0), (1, 1)]
+    return [(0, k) for k in range(len(views))]
+
+
+def _largest(cells: list[tuple[int, int]], spans: list[FloatArray], part: int) -> list[float]:
+    """The largest width of each column (part 1), or height of each row (part 0)."""
+    count = 1 + max(cell[part] for cell in cells)
+    return [
+        max(float(s[1 - part]) for c, s in zip(cells, spans, strict=True) if c[part] == k)
+        for k in range(count)
+    ]
+
+
+def _limit(ax: Any, box: tuple[FloatArray, FloatArray], size: tuple[float, float] | None) -> None:
+    """Sets the limits of axes to a box, or to a size around its middle."""
+    low, high = box
+    if size is not None:
+        middle = (low + high) / 2
+        low, high = middle - np.array(size) / 2, middle + np.array(size) / 2
+    ax.set_xlim(low[0], high[0])
+    ax.set_ylim(low[1], high[1])
+    ax.set_aspect("equal")
+    ax.apply_aspect()
+
+
+def _label_axes(ax: Any, view: View, *, is_low: bool, is_left: bool) -> None:
+    from matplotlib.ticker import MaxNLocator  # noqa: PLC0415
+
+    for side in ("top", "right", "bottom", "left"):
+        ax.spines[side].set(linewidth=0.4, color="#aaaaaa")
+    ax.tick_params(labelsize=_SMALL, width=0.4, length=2, pad=1.5, color="#777777")
+    if view.name != "plane":
+        ax.set_title(view.name, fontsize=_SMALL, loc="left", pad=2, color="#555555")
+    if not view.labels[0]:
+        ax.set_xticks([])
+        ax.set_yticks([])
+        return
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
+    ax.set_xlabel(f"{view.labels[0]} [m]", fontsize=_LETTERS, labelpad=1)
+    ax.set_ylabel(f"{view.labels[1]} [m]", fontsize=_LETTERS, labelpad=1)
+    if not is_low:
+        ax.set_xlabel("")
+        ax.tick_params(labelbottom=False)
+    if not is_left:
+        ax.set_ylabel("")
+        ax.tick_params(labelleft=False)
+
+
+def _paint(ax: Any, scene: Scene) -> None:
+    """Draws a scene on axes whose limits are set."""
+    from matplotlib.lines import Line2D  # noqa: PLC0415
+    from matplotlib.patches import Polygon  # noqa: PLC0415
+
+    order = 10.0
+    for k, ghost in enumerate(scene.ghosts):
+        for line in ghost:
+            colour = _GHOSTS[k % len(_GHOSTS)]
+            ax.add_line(Line2D(*line.T, color=colour, linewidth=1.3, alpha=0.45, zorder=5))
+            ax.plot(*line.T, "o", color=colour, markersize=1.6, alpha=0.45, zorder=5)
+    for mark in scene.marks:
+        order += 0.01
+        if mark.is_area:
+            ax.add_patch(
+                Polygon(mark.points, zorder=order, joinstyle="round", **_AREAS[mark.style])
+            )
+            continue
+        style = _LINES[mark.style]
+        x, y = mark.points.T
+        joined: dict[str, Any] = {"solid_joinstyle": "round", "solid_capstyle": "round"}
+        if mark.style in _HALO:
+            wide = style["linewidth"] + 1.4
+            halo: dict[str, Any] = {"color": "#ffffff", "linewidth": wide, "solid_capstyle": "butt"}
+            ax.add_line(Line2D(x, y, zorder=order, **halo))
+        ax.add_line(Line2D(x, y, zorder=order + 0.005, **joined, **style))
+    if scene.path is not None:
+        ax.add_line(Line2D(*scene.path.T, color=_PATH, linewidth=1.1, zorder=order + 1))
+    for frame in scene.frames:
+        for tip, colour in zip(frame.tips, _AXES, strict=True):
+            _arrow(ax, frame.origin, tip, colour)
+    letters = Lettering(ax, scene, _LETTERS, [])
+    if scene.view.name in ("axonometric", "plane"):
+        letters.name_coordinates()
+        letters.name_axes(_AXES)
+        letters.write_lengths()
+    if scene.view.name == "axonometric":
+        letters.add_scale()
+
+
+def _arrow(ax: Any, origin: FloatArray, tip: FloatArray, colour: str) -> None:
+    style = {"arrowstyle": "-|>,head_length=0.25,head_width=0.1", "color": colour}
+    extent = {"shrinkA": 0, "shrinkB": 0, "linewidth": 0.8, "mutation_scale": 8}
+    ax.annotate("", tip, origin, zorder=900, arrowprops=style | extent)
+
+
+def _legend(figure: Any, labels: tuple[str, ...], *, has_path: bool) -> None:
+    from matplotlib.lines import Line2D  # noqa: PLC0415
+
+    handles = [
+        Line2D([], [], color=_GHOSTS[k % len(_GHOSTS)], linewidth=1.3, alpha=0.6, label=label)
+        for k, label in enumerate(labels)
+    ]
+    if has_path:
+        handles.append(Line2D([], [], color=_PATH, linewidth=1.1, label="path of the tool"))
+    if handles:
+        style = {"fontsize": _SMALL, "frameon": False, "labelspacing": 0.2, "borderpad": 0.1}
+        figure.legend(handles=handles, loc="lower center", **style)

@@ -1,0 +1,214 @@
+"""A robot's rigid bodies and their poses: what drawings and viewers show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from chasles import ManifestError
+from chasles.contract import Body, BodyJoint, HeldFrames, Shape, SkeletonFacts, Span
+from chasles.summaries import summary_repr
+
+FloatArray = NDArray[np.float64]
+_PART = 0.4
+"""The part of its travel at which a coordinate is drawn that the reference has at a limit."""
+__all__ = ["Body", "BodyJoint", "Shape", "Skeleton", "Span", "skeleton"]
+
+
+def skeleton(robot: Any) -> Skeleton:
+    """The rigid bodies of a robot with their shapes.
+
+    Args:
+        robot: The robot, as `load` returns it.
+
+    Returns:
+        Its bodies; equal robots give equal bodies.
+
+    Raises:
+        ManifestError: If an earlier version derived the robot, without its bodies.
+    """
+    facts: SkeletonFacts | None = robot.manifest.skeleton
+    if facts is None:
+        raise ManifestError(
+            f"{robot.folder}: skeleton: absent, expected the bodies of {robot.name}; derive the "
+            "robot again with this version"
+        )
+    actuators = {item.index: k for k, item in enumerate(robot.manifest.loops.actuated_in_z)}
+    if not robot.configuration_variables:
+        actuators = {k: k for k in range(robot.n)}
+    posture = np.array(facts.posture) if facts.posture else _between_limits(robot)
+    tip = facts.tip, _pose(facts.tip_placement)
+    return Skeleton(robot, facts.bodies, *tip, facts.size, posture, facts.closures, actuators)
+
+
+@dataclass(frozen=True, eq=False)
+class Skeleton:
+    """The bodies of a robot: the ground, one on each joint, then rods and halves of cylinders.
+
+    Attributes:
+        robot: The robot.
+        bodies: They; the ground's frame is the base frame, and a parent comes before its children.
+        tip: Index of the body that carries the tip.
+        tip_placement: (4, 4) pose of the tip in that body's frame.
+        size: Diagonal of the box around the robot at its reference, or at zero [m].
+        posture: (n,) coordinates at which it is drawn where nobody chooses: the reference of loops.
+        closures: The joints that close its loops, besides its struts.
+        actuators: The coordinate of q by the entry of the configuration that it moves.
+    """
+
+    robot: Any
+    bodies: tuple[Body, ...]
+    tip: int
+    tip_placement: FloatArray
+    size: float
+    posture: FloatArray
+    closures: tuple[HeldFrames, ...]
+    actuators: dict[int, int] = field(repr=False)
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        names = ", ".join(body.name for body in self.bodies)
+        return summary_repr(
+            self, self.robot.name, f"{len(self.bodies)} bodies: {names}", methods="poses(q)"
+        )
+
+    def poses(self, q: ArrayLike, seed: ArrayLike | None = None) -> FloatArray:
+        """The pose of every body in the base frame.
+
+        Args:
+            q: (..., n) actuated coordinates [rad or m].
+            seed: (..., n_z) configurations nearby, which choose the branch of a robot whose loops
+                are solved by iteration; without them, it is the branch of the reference.
+
+        Returns:
+            (..., bodies, 4, 4): `poses(q)[..., tip, :, :] @ tip_placement` is `robot.fk(q)`. NaN
+            where loops do not close.
+
+        Raises:
+            OutOfReachError: If loops do not close at a single q.
+        """
+        if not self.robot.configuration_variables:
+            return self.poses_at(q)
+        if seed is None:
+            return self.poses_at(self.robot.configuration(q))
+        return self.poses_at(self.robot.configuration_near(q, seed))
+
+    def poses_at(self, z: ArrayLike) -> FloatArray:
+        """The pose of every body in the base frame at a configuration.
+
+        Args:
+            z: (..., n_z) configurations, in the order of `robot.configuration_variables`; of a
+                serial robot (..., n) coordinates [rad or m].
+
+        Returns:
+            (..., bodies, 4, 4), where loops stand open too: a strut lies between its two points.
+        """
+        local = self._motions.poses(np.asarray(z, dtype=np.float64))
+        found = np.empty((*local.shape[:-3], len(self.bodies), 4, 4))
+        found[..., 0, :, :] = np.eye(4)
+        for k, parent in enumerate(self._motions.parents, 1):
+            np.matmul(found[..., parent, :, :], local[..., k - 1, :, :], out=found[..., k, :, :])
+        if self._spans is not None:
+            found[..., len(self._motions.parents) + 1 :, :, :] = self._spans.poses(found)
+        return found
+
+    def tip_poses(self, poses: FloatArray) -> FloatArray:
+        """The pose of the tip (..., 4, 4) at poses of the bodies (..., bodies, 4, 4)."""
+        tips: FloatArray = poses[..., self.tip, :, :] @ self.tip_placement
+        return tips
+
+    def actuator(self, joint: BodyJoint | None) -> int | None:
+        """The index in q of the coordinate that moves a joint, None for a passive one."""
+        k = None if joint is None else self.actuators.get(joint.coordinate)
+        is_serial = not self.robot.configuration_variables
+        if joint is None or k is None or not is_serial:
+            return k
+        # A follower moves with the coordinate of its leader.
+        return k if self.robot.coordinates[k].name == joint.name else None
+
+    @cached_property
+    def _motions(self) -> _Motions:
+        return _Motions([body for body in self.bodies if body.joint])
+
+    @cached_property
+    def _spans(self) -> _Spans | None:
+        spans = [body.span for body in self.bodies if body.span]
+        return _Spans(spans) if spans else None
+
+
+def _between_limits(robot: Any) -> FloatArray:
+    """The reference of loops; coordinates that it has at a limit between limits, if loops close."""
+    q = np.array(robot.reference.q)
+    with np.errstate(invalid="ignore"):
+        at_limit = np.isfinite(robot.upper - robot.lower) & (
+            (q <= robot.lower) | (q >= robot.upper)
+        )
+        middle = np.where(at_limit, robot.lower + _PART * (robot.upper - robot.lower), q)
+    # One row more, since a single pose that is not reached would raise.
+    closes = bool(np.isfinite(robot.configuration(middle[None])).all())
+    return middle if closes else q
+
+
+class _Motions:
+    """The bodies on joints, as arrays: local pose = P + sin v A + (1 - cos v) B + v C."""
+
+    def __init__(self, bodies: list[Body]) -> None:
+        self.parents = [body.parent for body in bodies]
+        joints = [body.joint for body in bodies if body.joint]
+        self.coordinates = np.array([max(joint.coordinate, 0) for joint in joints])
+        moves = np.array([joint.kind != "fixed" for joint in joints])
+        self.ratios = np.where(moves, [joint.ratio for joint in joints], 0.0)
+        self.offsets = np.array([joint.offset for joint in joints])
+        P = np.array([_pose(body.placement) for body in bodies])
+        A, B, C = (np.zeros((len(bodies), 4, 4)) for _ in range(3))
+        for k, joint in enumerate(joints):
+            axis, at = np.array(joint.axis), np.array(joint.at)
+            C[k, :3, 3] = axis * (1.0 if joint.kind == "prismatic" else joint.advance)
+            if joint.kind in ("revolute", "helical"):
+                K = np.cross(np.eye(3), axis)
+                A[k, :3, :3], A[k, :3, 3] = K, -K @ at
+                B[k, :3, :3], B[k, :3, 3] = K @ K, -K @ K @ at
+        self.terms = np.array([P, P @ A, P @ B, P @ C]).reshape(4, len(bodies), 16)
+
+    def poses(self, z: FloatArray) -> FloatArray:
+        v = z[..., self.coordinates] * self.ratios + self.offsets
+        weights = np.stack([np.ones_like(v), np.sin(v), 1 - np.cos(v), v], axis=-1)
+        flat = np.einsum("...kt,tkm->...km", weights, self.terms)
+        return np.asarray(flat.reshape(*v.shape, 4, 4))
+
+
+class _Spans:
+    """The struts, as arrays."""
+
+    def __init__(self, spans: list[Span]) -> None:
+        self.a, self.b = np.array([span.bodies for span in spans]).T
+        ends = np.array([span.ends for span in spans])
+        self.at_a, self.at_b = ends[:, 0, :, None], ends[:, 1, :, None]
+        self.across = np.array([span.across for span in spans])[:, :, None]
+        self.from_end = np.array([span.from_end for span in spans])[:, None]
+
+    def poses(self, bodies: FloatArray) -> FloatArray:
+        A, B = bodies[..., self.a, :, :], bodies[..., self.b, :, :]
+        a = (A[..., :3, :3] @ self.at_a)[..., 0] + A[..., :3, 3]
+        b = (B[..., :3, :3] @ self.at_b)[..., 0] + B[..., :3, 3]
+        z = _unit(b - a)
+        across = (A[..., :3, :3] @ self.across)[..., 0]
+        y = _unit(across - z * (across * z).sum(-1, keepdims=True))
+        T = np.zeros((*z.shape[:-1], 4, 4))
+        T[..., :3, 0], T[..., :3, 1], T[..., :3, 2] = np.cross(y, z), y, z
+        T[..., :3, 3] = np.where(self.from_end, b, a)
+        T[..., 3, 3] = 1.0
+        return T
+
+
+def _unit(v: FloatArray) -> FloatArray:
+    found: FloatArray = v / np.sqrt((v * v).sum(-1, keepdims=True))
+    return found
+
+
+def _pose(rows: Any) -> FloatArray:
+    return np.array([*rows, (0.0, 0.0, 0.0, 1.0)])

@@ -1,0 +1,123 @@
+"""Projections of a drawing: along the axes of the base, from aside, or on a robot's own plane."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chasles import InputValueError
+
+from .skeleton import Skeleton
+
+FloatArray = NDArray[np.float64]
+_SAME_PLANE = 1e-6
+"""Sine of the angle between axes up to which they count as parallel: loops that are closed by
+iteration leave 1e-9, and the eye sees 1e-3."""
+_AZIMUTH, _ELEVATION = math.radians(-56), math.radians(22)
+
+
+@dataclass(frozen=True)
+class View:
+    """A parallel projection.
+
+    Attributes:
+        name: Its name.
+        right: The direction in the base frame that goes to the right.
+        up: The direction that goes up.
+        labels: The names of both directions on the picture's axes, "" from aside.
+    """
+
+    name: str
+    right: tuple[float, float, float]
+    up: tuple[float, float, float]
+    labels: tuple[str, str] = ("", "")
+
+    @property
+    def rows(self) -> FloatArray:
+        """(3, 3) directions to the right, up and towards the eye, in the base frame."""
+        return np.array([self.right, self.up, np.cross(self.right, self.up)])
+
+    def project(self, points: FloatArray) -> FloatArray:
+        """(..., 2) points (..., 3) on the picture [m]."""
+        seen: FloatArray = points @ self.rows[:2].T
+        return seen
+
+    def depth(self, points: FloatArray) -> float:
+        """The mean distance of points (k, 3) towards the eye [m]."""
+        return float(np.mean(points @ self.rows[2]))
+
+
+def _from_aside() -> View:
+    (ca, sa), (ce, se) = ((math.cos(v), math.sin(v)) for v in (_AZIMUTH, _ELEVATION))
+    return View("axonometric", (-sa, ca, 0.0), (-se * ca, -se * sa, ce))
+
+
+FRONT = View("front", (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), ("x", "z"))
+SIDE = View("side", (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), ("y", "z"))
+TOP = View("top", (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), ("x", "y"))
+AXONOMETRIC = _from_aside()
+SPATIAL = (TOP, AXONOMETRIC, FRONT, SIDE)
+"""The views of a robot in space; the projections lie as the third angle lays them."""
+VIEWS = {view.name: view for view in SPATIAL}
+
+
+def views_of(skeleton: Skeleton, poses: FloatArray, names: tuple[str, ...] | None) -> list[View]:
+    """The views of a drawing.
+
+    Args:
+        skeleton: The bodies.
+        poses: (bodies, 4, 4) their poses.
+        names: "front" (x to the right, z up), "side" (y, z), "top" (x, y), "axonometric", or
+            "plane" of a robot that moves in one; None for that plane, or else all four others.
+
+    Raises:
+        InputValueError: If a name is none of these.
+    """
+    plane = plane_of(skeleton, poses)
+    known = VIEWS | ({"plane": plane} if plane else {})
+    if names is None:
+        return [plane] if plane else list(SPATIAL)
+    for name in names:
+        if name not in known:
+            raise InputValueError(f"views: got {name!r}, expected some of {', '.join(known)}")
+    return [known[name] for name in names]
+
+
+def plane_of(skeleton: Skeleton, poses: FloatArray) -> View | None:
+    """The view on the plane in which all bodies move; None where they move in space.
+
+    All turns are then about its normal, and all slides at right angles to it; every point of the
+    shapes is as far from it as the ground at most by the robot's size.
+    """
+    turns: list[FloatArray] = []
+    slides: list[FloatArray] = []
+    for body, T in zip(skeleton.bodies, poses, strict=True):
+        if body.joint and body.joint.kind != "fixed":
+            axis = T[:3, :3] @ np.array(body.joint.axis)
+            (slides if body.joint.kind == "prismatic" else turns).append(axis)
+            if body.joint.kind == "helical":
+                return None
+    if not turns:
+        return None
+    normal = turns[0] / np.linalg.norm(turns[0])
+    if any(np.linalg.norm(np.cross(normal, axis)) > _SAME_PLANE for axis in turns):
+        return None
+    if any(abs(normal @ axis) > _SAME_PLANE for axis in slides):
+        return None
+    return _on(normal)
+
+
+def _on(normal: FloatArray) -> View:
+    """The view against a normal, with z upright where the plane holds it, else y."""
+    main = int(np.argmax(np.abs(normal)))
+    if abs(normal[main]) > 1 - _SAME_PLANE:
+        base = (SIDE, FRONT, TOP)[main]
+        return View("plane", base.right, base.up, base.labels)
+    up = np.array([0.0, 0.0, 1.0]) - normal * normal[2]
+    up /= np.linalg.norm(up)
+    right = np.cross(up, normal)
+    right *= 1.0 if right[np.argmax(np.abs(right))] > 0 else -1.0
+    return View("plane", (right[0], right[1], right[2]), (up[0], up[1], up[2]))

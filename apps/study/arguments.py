@@ -1,0 +1,77 @@
+"""Arguments of studies: numbers that are finite, poses that are rigid, counts that are whole."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from chasles import InputValueError, ShapeError
+from chasles.se3 import project
+
+FloatArray = NDArray[np.float64]
+
+
+def finite(name: str, values: ArrayLike, shape: tuple[int, ...] | None = None) -> FloatArray:
+    """An array of finite numbers.
+
+    Args:
+        name: The function and its argument, for errors.
+        values: The numbers.
+        shape: The shape that is expected; None: any.
+
+    Raises:
+        ShapeError: The array has another shape.
+        InputValueError: A number is NaN or infinite.
+    """
+    array = np.asarray(values, dtype=np.float64)
+    if shape is not None and array.shape != shape:
+        raise ShapeError(f"{name}: expected shape {shape}, got {array.shape}")
+    if not np.isfinite(array).all():
+        raise InputValueError(f"{name}: expected finite numbers, got {_worst(array)}")
+    return array
+
+
+def above_0(name: str, value: float) -> float:
+    """A finite number above 0.
+
+    Raises:
+        InputValueError: It is not.
+    """
+    if not 0 < value < math.inf:
+        raise InputValueError(f"{name}: expected values above 0 that are finite, got {value:g}")
+    return float(value)
+
+
+def poses(name: str, T: ArrayLike) -> FloatArray:
+    """Rigid poses (..., 4, 4), finite; those that are nearly rigid are projected.
+
+    Raises:
+        ShapeError: The last dimensions are not (4, 4).
+        InputValueError: A number is not finite, or a pose is not rigid.
+    """
+    array = np.asarray(T, dtype=np.float64)
+    if array.shape[-2:] != (4, 4):
+        raise ShapeError(f"{name}: expected poses (..., 4, 4), got shape {array.shape}")
+    caller, _, argument = name.partition(": ")
+    return project(finite(name, array), caller=caller, name=argument or "T")
+
+
+def whole(name: str, value: Any, least: int) -> int:
+    """A whole number, also as a float such as 1e9.
+
+    Raises:
+        InputValueError: It is not whole, or below the least.
+    """
+    is_whole = math.isfinite(value) and value == int(value)
+    if not is_whole or value < least:
+        raise InputValueError(f"{name} = {value}: expected a whole number, at least {least}")
+    return int(value)
+
+
+def _worst(array: FloatArray) -> str:
+    at = np.argwhere(~np.isfinite(array))[0]
+    place = f" at {tuple(int(k) for k in at)}" if len(at) else ""
+    return f"{array[tuple(at)]}{place}"

@@ -1,0 +1,77 @@
+"""How far a tool reaches along each axis: optimisation from the best of many postures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chasles import InputValueError
+
+from .samples import Samples
+
+FloatArray = NDArray[np.float64]
+
+_STARTS = 8
+"""Postures from which each end is sought: a box of joints has few local ends."""
+_CALLS = 1000
+"""Most postures that a search tries."""
+_STEP = 1e-12
+"""Step at which a search ends, in parts of the coordinates' ranges."""
+_SLOPE = 1e-14
+"""Slope at which a search ends, likewise."""
+
+
+def extents_of(robot: Any, points: Samples) -> FloatArray:
+    """The least and largest coordinates of the tool's origin in the box of the samples.
+
+    Each end is a local optimum, found with the exact Jacobian from the eight best of the first
+    2^16 samples.
+
+    Args:
+        robot: The robot.
+        points: Samples of its postures.
+
+    Returns:
+        (2, 3) least and largest x, y, z [m].
+
+    Raises:
+        InputValueError: Loops close at none of the samples.
+    """
+    q = np.concatenate([block.copy() for block in points.blocks(0)])
+    p = robot.fk(q)[:, :3, 3]
+    closed = np.isfinite(p).all(-1)
+    if not closed.any():
+        raise InputValueError(
+            f"{robot.name}: the loops close at none of {len(q)} samples; are the limits right?"
+        )
+    q, p = q[closed], p[closed]
+    ends = np.empty((2, 3))
+    for axis in range(3):
+        for k, sign in enumerate((1, -1)):
+            starts = q[np.argsort(sign * p[:, axis])[:_STARTS]]
+            sampled = sign * p[:, axis].min() if sign > 0 else -p[:, axis].max()
+            found = min(_least(robot, start, points, axis, sign) for start in starts)
+            ends[k, axis] = sign * min(found, sampled)
+    return ends
+
+
+def _least(robot: Any, start: FloatArray, points: Samples, axis: int, sign: int) -> float:
+    """The least coordinate, or with sign -1 the least negative one, reached from a posture."""
+    from scipy.optimize import minimize  # noqa: PLC0415
+
+    def value(q: FloatArray) -> tuple[float, FloatArray]:
+        T, J = robot.fk_jacobian_mixed(q[None])
+        p, gradient = T[0, axis, 3], J[0, axis]
+        # An open loop is a wall for the line search, which interpolates between finite values.
+        return (sign * p, sign * gradient) if np.isfinite(p) else (wall, np.zeros_like(q))
+
+    T = robot.fk(start[None])
+    wall = sign * float(T[0, axis, 3]) + float(np.abs(T[0, :3, 3]).max())
+    bounds = list(zip(points.lower, points.upper, strict=True))
+    options = {"maxfun": _CALLS, "ftol": 0.0, "xtol": _STEP, "gtol": _SLOPE}
+    # Other methods call BLAS on tiny matrices, and its threads wait for each other.
+    with np.errstate(invalid="ignore"):
+        found = minimize(value, start, jac=True, method="TNC", bounds=bounds, options=options)
+    return float(found.fun)

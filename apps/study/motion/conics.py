@@ -1,0 +1,181 @@
+"""Conic sections through five points: arcs of ellipses, parabolas and hyperbolas.
+
+With homogeneous coordinates x = (x, y, 1) in the plane of the points, the conic is x^T C x = 0, and
+the pole W of its chord from P to Q is where the tangents at both ends meet. The arc between them is
+
+    X(t) = (1 - t)^2 P + 2 t (1 - t) W + t^2 Q,    0 <= t <= 1,
+
+once W is scaled so that W^T C W = -P^T C Q / 2; the sign of W chooses one of the two arcs. This
+holds for half an ellipse, too, whose W is at infinity. The way along the arc is an integral without
+closed form: Gauss quadrature on pieces, and Newton's iteration for its inverse.
+
+Source:
+    G. Farin, Curves and Surfaces for CAGD, chapter 12: conics as rational curves.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.polynomial.legendre import leggauss
+from numpy.typing import ArrayLike, NDArray
+
+from chasles import InputValueError, ShapeError
+from chasles.summaries import short_repr
+
+from ..tolerances import STRAIGHT
+from .curves import CurvePoses, poses_at, turns_through, waypoints
+
+FloatArray = NDArray[np.float64]
+
+_POINTS = 5
+"""Points that determine a conic."""
+_PIECES, _ORDER = 128, 16
+"""Pieces of an arc, and points of the quadrature on each."""
+_NEWTON = 4
+"""Steps for the inverse of the way; each squares the error of the table, a part of a piece."""
+_NO_ARC = "conic: the points do not follow each other on an arc of the conic through them"
+
+
+@dataclass(frozen=True, eq=False)
+class ConicArc:
+    """An arc of a conic section; s is the way on it.
+
+    Attributes:
+        controls: (3, 4) homogeneous control points P, W and Q: (weight * position [m], weight).
+        weight: The weight w of W: below 1 an ellipse, 1 a parabola, above 1 a hyperbola.
+        rotations: The orientation as a function of s.
+        table: (k + 1,) the way at k + 1 equal steps of t [m].
+        length: The way of the whole arc [m].
+    """
+
+    controls: FloatArray
+    weight: float
+    rotations: Any
+    table: FloatArray
+    length: float
+
+    __repr__ = short_repr
+
+    def at(self, s: FloatArray) -> CurvePoses:
+        """Poses at lengths (m,)."""
+        p, by_t, by_tt = _point(self.controls, self._parameter(s))
+        speed = np.linalg.norm(by_t, axis=1, keepdims=True)
+        ahead = by_t / speed
+        bend = (by_tt - (by_tt * ahead).sum(1, keepdims=True) * ahead) / speed**2
+        R = self.rotations(s).as_matrix()
+        turn, turn_rate = ((R @ self.rotations(s, order)[..., None])[..., 0] for order in (1, 2))
+        return CurvePoses(poses_at(R, p), np.hstack([ahead, turn]), np.hstack([bend, turn_rate]))
+
+    def _parameter(self, s: FloatArray) -> FloatArray:
+        """The parameter t of lengths (m,)."""
+        pieces = len(self.table) - 1
+        t = np.interp(s, self.table, np.linspace(0, 1, pieces + 1))
+        for _ in range(_NEWTON):
+            k = np.clip((t * pieces).astype(int), 0, pieces - 1)
+            missing = s - self.table[k] - _way(self.controls, k / pieces, t)
+            t = t + missing / np.linalg.norm(_point(self.controls, t)[1], axis=1)
+        return t
+
+
+def conic(poses: ArrayLike) -> ConicArc:
+    """The arc of the conic section through five points, from the first to the last.
+
+    Args:
+        poses: (5, 4, 4) poses in the order in which the arc meets them, or (5, 3) positions [m]
+            with the orientation of the base. The positions lie in a plane, no three on a line.
+
+    Returns:
+        The arc; the orientation is a smooth curve through those of the poses.
+
+    Raises:
+        ShapeError: These are not five poses or positions.
+        InputValueError: The positions lie in no plane, three lie on a line, or they do not follow
+            each other on an arc: the conic meets them in another order, or is a hyperbola with
+            points on both branches.
+    """
+    T, _ = waypoints("conic", poses)
+    if len(T) != _POINTS:
+        raise ShapeError(f"conic: expected five poses, got {len(T)}")
+    p = T[:, :3, 3]
+    middle, size, plane = _plane(p)
+    points = np.column_stack([(p - middle) @ plane.T / size, np.ones(_POINTS)])
+    _require_corners(points)
+    controls, t = _arc(points)
+    weight = float(controls[1, 2])
+    in_space = np.column_stack(
+        [size * controls[:, :2] @ plane + controls[:, 2:] * middle, controls[:, 2]]
+    )
+    ends = np.linspace(0, 1, _PIECES + 1)
+    table = np.r_[0, np.cumsum(_way(in_space, ends[:-1], ends[1:]))]
+    k = np.clip((t * _PIECES).astype(int), 0, _PIECES - 1)
+    s = table[k] + _way(in_space, ends[k], t)
+    return ConicArc(in_space, weight, turns_through(T, s), table, float(table[-1]))
+
+
+def _plane(p: FloatArray) -> tuple[FloatArray, float, FloatArray]:
+    """The middle of points, their size [m], and two axes (2, 3) of their plane."""
+    middle = p.mean(0)
+    _, spread, axes = np.linalg.svd(p - middle)
+    if spread[2] > STRAIGHT * spread[0]:
+        raise InputValueError(
+            f"conic: expected points in a plane, they are {spread[2]:.3g} m off the nearest one"
+        )
+    return middle, float(spread[0]), np.asarray(axes[:2])
+
+
+def _require_corners(points: FloatArray) -> None:
+    for i, j, k in itertools.combinations(range(_POINTS), 3):
+        a, b = points[j, :2] - points[i, :2], points[k, :2] - points[i, :2]
+        area = abs(a[0] * b[1] - a[1] * b[0])
+        if area <= STRAIGHT * np.linalg.norm(a) * np.linalg.norm(b):
+            raise InputValueError(f"conic: points {i}, {j} and {k} lie on a line")
+
+
+def _arc(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Control points (3, 3) of the arc through homogeneous points (5, 3), and their parameters."""
+    x, y, _ = points.T
+    terms = np.column_stack([x * x, x * y, y * y, x, y, np.ones(_POINTS)])
+    a, b, c, d, e, f = np.linalg.svd(terms)[2][-1]
+    C = np.array([[a, b / 2, d / 2], [b / 2, c, e / 2], [d / 2, e / 2, f]])
+    start, end = points[0], points[-1]
+    pole = np.linalg.solve(C, np.cross(start, end))
+    square = -(start @ C @ end) / (2 * pole @ C @ pole)
+    if square <= 0:  # the ends lie on two branches of a hyperbola
+        raise InputValueError(_NO_ARC)
+    controls = np.array([start, np.sqrt(square) * pole, end])
+    # A point is k ((1 - t)^2, 2 t (1 - t), t^2) in the basis of the control points.
+    before, twice_between, _ = np.linalg.solve(controls.T, points.T)
+    if twice_between[1] * before[1] < 0:
+        controls[1] *= -1
+        twice_between = -twice_between
+    odds = twice_between[1:-1] / (2 * before[1:-1])
+    t = np.r_[0, odds / (1 + odds), 1]
+    if not ((odds > 0).all() and (np.diff(t) > 0).all() and controls[1, 2] > -1):
+        raise InputValueError(_NO_ARC)
+    return controls, t
+
+
+def _point(controls: FloatArray, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Positions (m, 3) at parameters (m,), and their first and second derivatives by t."""
+    u = t[:, None]
+    first, middle, last = controls
+    x = (1 - u) ** 2 * first + 2 * u * (1 - u) * middle + u**2 * last
+    x_t = 2 * ((1 - u) * (middle - first) + u * (last - middle))
+    x_tt = 2 * (first - 2 * middle + last)
+    w, w_t, w_tt = x[:, 3:], x_t[:, 3:], x_tt[3]
+    p = x[:, :3] / w
+    p_t = (x_t[:, :3] - w_t * p) / w
+    return p, p_t, (x_tt[:3] - w_tt * p - 2 * w_t * p_t) / w
+
+
+def _way(controls: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    """(m,) ways between parameters (m,) of the same piece [m]."""
+    nodes, weights = leggauss(_ORDER)
+    half, middle = (end - start) / 2, (start + end) / 2
+    t = middle[:, None] + half[:, None] * nodes
+    speed = np.linalg.norm(_point(controls, t.ravel())[1], axis=1).reshape(t.shape)
+    return np.asarray(half * (speed @ weights))

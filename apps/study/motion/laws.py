@@ -1,0 +1,261 @@
+"""Laws of motion: a length that is covered in time, by polynomials between breaks.
+
+All laws but the constant one start and end at rest. They are written as piecewise polynomials, so
+that every derivative is exact and its jumps are known.
+
+| kind | limited by | first derivative that jumps |
+|---|---|---|
+| constant | speed | rate |
+| cubic | speed, acceleration | acceleration |
+| quintic | speed, acceleration, jerk | jerk |
+| trapezoidal | speed, acceleration | acceleration |
+| s_curve | speed, acceleration, jerk | jerk |
+
+Source:
+    J. J. Craig, Introduction to Robotics, chapter 7, for polynomials and trapezoids; L. Berscheid,
+    T. Kröger, Jerk-limited real-time trajectory generation with arbitrary target states, 2021, for
+    the S-curve (the library ruckig).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.polynomial import polynomial
+from numpy.typing import ArrayLike, NDArray
+
+from chasles import InputValueError
+from chasles.summaries import summary_repr
+
+FloatArray = NDArray[np.float64]
+Kind = Literal["constant", "cubic", "quintic", "trapezoidal", "s_curve"]
+DERIVATIVES = ("position", "rate", "acceleration", "jerk")
+
+_JUMP = 1e-9
+"""Jump of a derivative that is told, in parts of length / duration^order."""
+
+
+@dataclass(frozen=True, eq=False)
+class Law:
+    """A length as a function of time.
+
+    Attributes:
+        breaks: (k + 1,) times between which it is a polynomial, from 0 [s].
+        coefficients: (k, m) coefficients of powers 0 to m - 1 of the time since the last break.
+        length: The length that is covered, in the unit of the path.
+    """
+
+    breaks: FloatArray
+    coefficients: FloatArray
+    length: float
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        pieces = f"{len(self.coefficients)} polynomials"
+        return summary_repr(self, "", f"length {self.length:.6g} in {self.duration:.6g} s", pieces)
+
+    @property
+    def duration(self) -> float:
+        """The time it takes [s]."""
+        return float(self.breaks[-1])
+
+    def at(self, t: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Length, rate and acceleration.
+
+        Args:
+            t: (m,) times [s]; before the start and after the end the law rests.
+
+        Returns:
+            (m,) each, in the unit of the path, per second, and per second squared.
+        """
+        time = np.asarray(t, dtype=np.float64)
+        inside = np.clip(time, 0, self.duration)
+        piece = np.clip(np.searchsorted(self.breaks, inside, "right") - 1, 0, len(self.breaks) - 2)
+        u = inside - self.breaks[piece]
+        s, v, a = (self._derivative(order, piece, u) for order in range(3))
+        rests = (time < 0) | (time > self.duration)
+        return s, np.where(rests, 0, v), np.where(rests, 0, a)
+
+    def jumps(self) -> list[tuple[str, float, float]]:
+        """The lowest derivative that jumps at each break: its name, the time [s] and the step."""
+        found = []
+        orders = self.coefficients.shape[1]
+        ends = [self._at_ends(order) for order in range(min(orders, len(DERIVATIVES)))]
+        for k, time in enumerate(self.breaks):
+            for order, (before, after) in enumerate(ends):
+                step = after[k] - before[k]
+                if abs(step) > _JUMP * self.length / self.duration**order:
+                    found.append((DERIVATIVES[order], float(time), float(step)))
+                    break
+        return found
+
+    def stretched(self, factor: float) -> Law:
+        """The same law in `factor` times the time."""
+        powers = factor ** -np.arange(self.coefficients.shape[1], dtype=float)
+        return Law(self.breaks * factor, self.coefficients * powers, self.length)
+
+    def _derivative(self, order: int, piece: NDArray[np.intp], u: FloatArray) -> FloatArray:
+        rows = _derived(self.coefficients, order)[piece]
+        value = np.zeros(u.shape)
+        for column in rows.T[::-1]:
+            value = value * u + column
+        return value
+
+    def _at_ends(self, order: int) -> tuple[FloatArray, FloatArray]:
+        """A derivative just before and just after each break; it rests outside."""
+        rows = _derived(self.coefficients, order)
+        widths = np.diff(self.breaks)
+        last = np.array([polynomial.polyval(w, row) for w, row in zip(widths, rows, strict=True)])
+        outside = (0.0, self.length if order == 0 else 0.0)
+        return np.r_[outside[0], last], np.r_[rows[:, 0], outside[1]]
+
+
+def _derived(coefficients: FloatArray, order: int) -> FloatArray:
+    for _ in range(order):
+        coefficients = coefficients[:, 1:] * np.arange(1, coefficients.shape[1])
+    return coefficients if coefficients.shape[1] else np.zeros((len(coefficients), 1))
+
+
+def law(
+    kind: Kind,
+    length: float,
+    *,
+    duration: float | None = None,
+    speed: float = math.inf,
+    acceleration: float = math.inf,
+    jerk: float = math.inf,
+) -> Law:
+    """The law that covers a length, from rest to rest unless its rate is constant.
+
+    Args:
+        kind: "constant", "cubic", "quintic", "trapezoidal" or "s_curve".
+        length: The length, at least 0, in the unit of the path.
+        duration: The time [s]; None: the shortest within the limits.
+        speed: The largest rate, per second.
+        acceleration: The largest acceleration, per second squared.
+        jerk: The largest jerk, per second cubed; a cubic and a trapezoid have none.
+
+    Raises:
+        InputValueError: A limit that the kind needs is missing, the duration is shorter than the
+            limits allow, a value is not positive, or a length of 0 has no duration.
+    """
+    if kind not in get_args(Kind):
+        raise InputValueError(f"law: expected one of {', '.join(get_args(Kind))}, got {kind!r}")
+    limits = {"speed": speed, "acceleration": acceleration, "jerk": jerk}
+    wrong = [name for name, value in limits.items() if not value > 0]
+    timed = duration is None or 0 < duration < math.inf
+    if wrong or not 0 <= length < math.inf or not timed:
+        raise InputValueError(
+            f"law: expected a finite length >= 0, a finite duration > 0 and limits > 0, got length "
+            f"{length}, duration {duration}, {', '.join(f'{n} {v}' for n, v in limits.items())}"
+        )
+    if length == 0:
+        if duration is None:
+            raise InputValueError("law: a length of 0 takes no time; give a duration to wait")
+        return Law(np.array([0, duration]), np.zeros((1, 1)), 0.0)
+    if kind in _PEAKS:
+        return _single(kind, length, duration, limits)
+    found = _MAKERS[kind](
+        length, limits if _is_limited(kind, limits) else _by_time(kind, length, duration)
+    )
+    return _in_time(found, duration)
+
+
+def _is_limited(kind: Kind, limits: dict[str, float]) -> bool:
+    needed = ("speed", "acceleration", "jerk") if kind == "s_curve" else ("speed", "acceleration")
+    return all(math.isfinite(limits[name]) for name in needed)
+
+
+def _by_time(kind: Kind, length: float, duration: float | None) -> dict[str, float]:
+    """Limits that make a law last for the duration: a third each to start, cruise and brake."""
+    if duration is None:
+        needed = "speed, acceleration and jerk" if kind == "s_curve" else "speed and acceleration"
+        raise InputValueError(f"law: {kind} needs {needed}, or a duration")
+    speed = length / duration * 3 / 2
+    acceleration = speed / (duration / 3)
+    if kind == "trapezoidal":
+        return {"speed": speed, "acceleration": acceleration, "jerk": math.inf}
+    return {
+        "speed": speed,
+        "acceleration": 2 * acceleration,
+        "jerk": 4 * acceleration / (duration / 3),
+    }
+
+
+def _in_time(found: Law, duration: float | None) -> Law:
+    if duration is None:
+        return found
+    if duration < found.duration * (1 - _JUMP):
+        raise InputValueError(
+            f"law: a duration of {duration:g} s is too short: the limits need "
+            f"{found.duration:.6g} s"
+        )
+    return found.stretched(duration / found.duration)
+
+
+_PEAKS = {"constant": (1.0,), "cubic": (1.5, 6.0), "quintic": (1.875, 10 / math.sqrt(3), 60.0)}
+"""Largest rate, acceleration and jerk of a unit length in a unit time, where they are finite."""
+_POWERS: dict[str, tuple[float, ...]] = {
+    "constant": (0, 1),
+    "cubic": (0, 0, 3, -2),
+    "quintic": (0, 0, 0, 10, -15, 6),
+}
+"""Coefficients of a unit length in a unit time."""
+
+
+def _single(kind: Kind, length: float, duration: float | None, limits: dict[str, float]) -> Law:
+    times = [
+        (peak * length / limit) ** (1 / power)
+        for power, (peak, limit) in enumerate(zip(_PEAKS[kind], limits.values(), strict=False), 1)
+    ]
+    least = max(times)
+    if duration is None and least == 0:
+        raise InputValueError(f"law: {kind} needs a duration, or a limit of speed or acceleration")
+    T = least if duration is None else duration
+    if least * (1 - _JUMP) > T:
+        raise InputValueError(
+            f"law: a duration of {T:g} s is too short: the limits need {least:.6g} s"
+        )
+    row = np.array(_POWERS[kind]) * T ** -np.arange(len(_POWERS[kind]), dtype=float)
+    return Law(np.array([0, T]), length * row[None], length)
+
+
+def _trapezoid(length: float, limits: dict[str, float]) -> Law:
+    v = min(limits["speed"], math.sqrt(length * limits["acceleration"]))
+    a = limits["acceleration"]
+    start, cruise = v / a, max(length / v - v / a, 0.0)
+    return _by_jerk(length, [start, cruise, start], [a, 0, -a], order=2)
+
+
+def _s_curve(length: float, limits: dict[str, float]) -> Law:
+    import ruckig  # noqa: PLC0415
+
+    asked = ruckig.InputParameter(1)
+    asked.target_position = [length]
+    asked.max_velocity = [limits["speed"]]
+    asked.max_acceleration = [limits["acceleration"]]
+    asked.max_jerk = [limits["jerk"]]
+    found = ruckig.Trajectory(1)
+    ruckig.Ruckig(1).calculate(asked, found)
+    profile = found.profiles[0][0]
+    return _by_jerk(length, profile.t, profile.j, order=3)
+
+
+def _by_jerk(length: float, widths: Sequence[float], values: Sequence[float], order: int) -> Law:
+    """The law from rest whose derivative of an order has given values for given times."""
+    kept = [(w, j) for w, j in zip(widths, values, strict=True) if w > 0]
+    state, rows = np.zeros(order), []
+    for width, value in kept:
+        row = np.r_[state, value] / [math.factorial(k) for k in range(order + 1)]
+        rows.append(row)
+        state = np.array(
+            [polynomial.polyval(width, polynomial.polyder(row, k)) for k in range(order)]
+        )
+    return Law(np.r_[0, np.cumsum([w for w, _ in kept])], np.array(rows), length)
+
+
+_MAKERS: dict[str, Any] = {"trapezoidal": _trapezoid, "s_curve": _s_curve}

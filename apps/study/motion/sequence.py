@@ -1,0 +1,206 @@
+"""Sequences: motions and pauses one after the other, as in a process.
+
+    laying = (
+        Sequence(robot, q0)
+        .move(q1, "quintic", duration=2)
+        .hold(0.5)
+        .follow(line(robot.fk(q1), T_2), "trapezoidal", speed=0.2, acceleration=1)
+    )
+    sampled = laying.sample(rate=100)
+
+Each stage begins where the one before ends.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from chasles import InputValueError, OutOfReachError
+from chasles.locks import Lock
+from chasles.summaries import summary_repr
+
+from ..arguments import above_0, finite
+from .curves import In, PoseCurve, TaskCurve, TaskLine, joint_line
+from .laws import Kind, Law, law
+from .motion import Motion, Redundancy, Sampled, joined
+
+FloatArray = NDArray[np.float64]
+
+_LONG = 200
+"""Characters of all names of stages up to which they are shown."""
+_SAME = 1e-9
+"""Distance [m] and angle [rad] between the end of a stage and the start of the next curve."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """A motion, or a pause at a posture.
+
+    Attributes:
+        motion: The motion.
+        q_end: (n,) coordinates at its end [rad or m].
+        name: Its name.
+    """
+
+    motion: Motion
+    q_end: FloatArray
+    name: str
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        return summary_repr(self, "", self.name, f"{self.motion.duration:.6g} s")
+
+
+@dataclass(frozen=True, eq=False)
+class Sequence:
+    """Stages of a robot's motion; every method returns a longer sequence.
+
+    Attributes:
+        robot: The robot.
+        start: (n,) coordinates at the start [rad or m].
+        stages: The stages so far.
+    """
+
+    robot: Any
+    start: FloatArray
+    stages: tuple[Stage, ...] = ()
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        names = ", ".join(stage.name for stage in self.stages)
+        return summary_repr(
+            self,
+            self.robot.name,
+            f"{len(self.stages)} stages in {self.duration:.6g} s",
+            names if len(names) < _LONG else "",
+            methods="move, hold, follow, sample(rate), jumps()",
+        )
+
+    def __post_init__(self) -> None:
+        """Refuses a start that is no posture."""
+        finite(f"Sequence of {self.robot.name}: start", self.start, (self.robot.n,))
+
+    @property
+    def q_end(self) -> FloatArray:
+        """(n,) coordinates at the end [rad or m]."""
+        return self.stages[-1].q_end if self.stages else np.asarray(self.start, dtype=np.float64)
+
+    @property
+    def duration(self) -> float:
+        """The time of all stages [s]."""
+        return sum(stage.motion.duration for stage in self.stages)
+
+    def move(
+        self, to: ArrayLike, kind: Kind, *, of: In = "coordinates", name: str = "", **limits: float
+    ) -> Self:
+        """Moves all coordinates in proportion.
+
+        Args:
+            to: (n,) coordinates at the end; for the main chain its joints [rad or m].
+            kind: The law, as in `law`.
+            of: "coordinates", or "chain": the joints of the main chain move in proportion.
+            name: The name of the stage.
+            limits: duration, speed, acceleration and jerk of the part of the way, from 0 to 1.
+        """
+        begin = self.q_end
+        if of == "chain" and self.robot.loops:
+            begin = self.robot.chain(begin)
+        curve = joint_line(begin, to, of)
+        return self._with(Motion(self.robot, curve, law(kind, 1.0, **limits), self.q_end), name)
+
+    def hold(self, duration: float, name: str = "") -> Self:
+        """Waits.
+
+        Args:
+            duration: The time [s].
+            name: The name of the stage.
+
+        Raises:
+            InputValueError: The duration is not above 0.
+        """
+        above_0("hold: duration", duration)
+        rest = Law(np.array([0.0, duration]), np.zeros((1, 1)), 0.0)
+        curve = joint_line(self.q_end, self.q_end)
+        return self._with(Motion(self.robot, curve, rest, self.q_end), name)
+
+    def follow(
+        self,
+        curve: PoseCurve | TaskLine | TaskCurve,
+        kind: Kind,
+        *,
+        given: tuple[float, ...] = (),
+        lock: Lock | None = None,
+        redundancy: Redundancy = "nearest",
+        name: str = "",
+        **limits: float,
+    ) -> Self:
+        """Moves the tool on a curve that starts where the tool is.
+
+        Args:
+            curve: The curve of the tool.
+            kind: The law, as in `law`.
+            given: The further inputs of the robot's `ik`, constant.
+            lock: Coordinates, or joints of the main chain, that do not move.
+            redundancy: "nearest" to the sample before, or "minimum_norm": steps of minimum norm in
+                the joints of the main chain from the posture at the start of the stage, for each
+                pose anew, as in `Motion`.
+            name: The name of the stage.
+            limits: duration [s], speed [m/s], acceleration and jerk of the tool on the curve.
+
+        Raises:
+            InputValueError: The curve starts elsewhere.
+            OutOfReachError: The curve leaves the reach, the branch or the limits.
+        """
+        if not isinstance(curve, TaskLine | TaskCurve):
+            self._require_start(curve.at(np.zeros(1)).T[0])
+        found = law(kind, curve.length, **limits)
+        motion = Motion(self.robot, curve, found, self.q_end, given, lock, redundancy)
+        return self._with(motion, name)
+
+    def _require_start(self, there: FloatArray) -> None:
+        off = self.robot.fk(self.q_end) - there
+        if not np.abs(off).max() <= _SAME:
+            raise InputValueError(
+                f"follow: the curve starts {np.linalg.norm(off[:3, 3]):.3g} m from the tool, and "
+                f"the rotations differ by {np.abs(off[:3, :3]).max():.3g}"
+            )
+
+    def sample(self, rate: float = 100.0) -> Sampled:
+        """All stages at a rate; `stage` says which.
+
+        Args:
+            rate: Samples per second.
+
+        Raises:
+            InputValueError: There is no stage.
+            OutOfReachError: A curve leaves the reach, the branch or the limits.
+        """
+        if not self.stages:
+            raise InputValueError("Sequence.sample: there is no stage yet; move, hold or follow")
+        return joined([stage.motion.sample(rate) for stage in self.stages])
+
+    def jumps(self) -> list[tuple[int, str, float, float]]:
+        """Jumps of derivatives: stage, the derivative's name, time in the sequence [s], step."""
+        found, begin = [], 0.0
+        for index, stage in enumerate(self.stages):
+            moves = stage.motion.law
+            found += [(index, name, begin + time, step) for name, time, step in moves.jumps()]
+            begin += moves.duration
+        return found
+
+    def _with(self, motion: Motion, name: str) -> Self:
+        own = name or f"stage {len(self.stages) + 1}"
+        ends = motion.sample(_CHECKS / motion.duration) if motion.law.length else None
+        q_end = self.q_end if ends is None else ends.q[-1]
+        if not np.isfinite(q_end).all():
+            raise OutOfReachError(f"{self.robot.name}: the loops do not close at the end of {own}")
+        stage = Stage(motion, q_end, own)
+        return replace(self, stages=(*self.stages, stage))
+
+
+_CHECKS = 100
+"""Samples of a new stage on the way to its end."""

@@ -1,0 +1,210 @@
+"""The fastest law on a curve: at each moment a rate or an acceleration is at its limit.
+
+The curve in the coordinates, q(s), is sampled with its exact derivatives; reachability analysis
+gives the fastest profile s(t) on this grid. Between the grid's nodes a limit may be exceeded a
+little, so the law is then stretched by what a ten times finer grid shows.
+
+Source:
+    H. Pham, Q.-C. Pham, A new approach to time-optimal path parameterization based on reachability
+    analysis, 2018 (the library toppra).
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from chasles import InputValueError
+
+from ..arguments import above_0, finite, whole
+from .laws import Law
+from .motion import Motion, Sampled, per_coordinate
+
+FloatArray = NDArray[np.float64]
+
+_NODES = 400
+"""Nodes of the grid along the curve."""
+_FEWEST = 10
+"""Nodes at least: between fewer the curve bends too far."""
+_FINER = 10
+"""Samples between two nodes at which limits are checked."""
+_REFINEMENTS = 3
+"""Rounds in which samples are added near the largest values."""
+_ROUNDS = 4
+"""Grids at most; each has further nodes where the law of the one before exceeds a limit."""
+_CLOSEST = 1e-5
+"""Distance of nodes, in parts of the curve, that is not halved: rounding of rates over less than
+that would become accelerations."""
+_LOCAL = 1.01
+"""Factor of time that is given to the whole motion rather than to a finer grid."""
+_HIDDEN = 1.0
+"""How far a peak may stand above the samples beside it, in parts of the step between them."""
+_BEFORE = 1e-9
+"""Part of the time between two nodes by which a sample is before a node."""
+_NONE = 1e9
+"""An acceleration that nothing reaches, for the tool's way, which has no limit of its own."""
+_MARGIN = 1e-5
+"""Part of the time that is given away for the extremes between these samples: they exceed the
+samples by the square of a tenth of the variation from node to node."""
+
+
+def time_optimal(
+    motion: Motion,
+    *,
+    rates: ArrayLike,
+    accelerations: ArrayLike,
+    tool_speed: float | None = None,
+    nodes: int = _NODES,
+) -> Motion:
+    """The same motion in the least time within limits.
+
+    Args:
+        motion: A motion on the curve; its law is replaced.
+        rates: () or (n,) largest rates [rad/s or m/s].
+        accelerations: () or (n,) largest accelerations [rad/s^2 or m/s^2].
+        tool_speed: The largest speed of the tool's origin [m/s]; None: none.
+        nodes: Nodes of the grid along the curve.
+
+    Returns:
+        The motion, from rest to rest, with no limit exceeded.
+
+    Raises:
+        InputValueError: A limit is not positive, an acceleration has no limit, nothing moves on the
+            curve, or no motion from rest to rest exists.
+        OutOfReachError: The curve leaves the reach, the branch or the limits.
+    """
+    robot = motion.robot
+    limits = [
+        per_coordinate(name, v, robot.n)
+        for name, v in (("rate", rates), ("acceleration", accelerations))
+    ]
+    if tool_speed is not None:
+        above_0("time_optimal: tool_speed", tool_speed)
+    whole("time_optimal: nodes", nodes, _FEWEST)
+    finite("time_optimal: accelerations", limits[1])
+    s, best = _nodes(motion, nodes), math.inf
+    for _ in range(_ROUNDS):
+        tried = replace(motion, law=_fastest(motion, limits, tool_speed, s))
+        factor, beyond = _stretch(tried, limits, tool_speed)
+        if factor * tried.duration < best:
+            best = factor * tried.duration
+            found = replace(motion, law=tried.law.stretched(factor * (1 + _MARGIN)))
+        if not len(beyond):
+            break
+        s = _with_nodes(s, beyond)
+    return found
+
+
+def _with_nodes(s: FloatArray, further: FloatArray) -> FloatArray:
+    """Lengths with further ones, the middles of the parts in which these lie."""
+    parts = np.unique(np.clip(np.searchsorted(s, further) - 1, 0, len(s) - 2))
+    wide = np.diff(s)[parts] > _CLOSEST * s[-1]
+    middles = (s[parts] + s[parts + 1]) / 2
+    return np.sort(np.r_[s, middles[wide]])
+
+
+def _fastest(
+    motion: Motion, limits: list[FloatArray], tool_speed: float | None, s: FloatArray
+) -> Law:
+    """The law whose acceleration is constant between the nodes of a grid, at lengths s."""
+    import toppra  # noqa: PLC0415
+    from toppra.algorithm import TOPPRA  # noqa: PLC0415
+    from toppra.constraint import (  # noqa: PLC0415
+        JointAccelerationConstraint,
+        JointVelocityConstraint,
+    )
+
+    path = _on_grid(motion, s, tool_speed)
+    rate, acceleration = limits
+    if tool_speed is not None:
+        rate = np.r_[rate, tool_speed]
+        acceleration = np.r_[acceleration, _NONE]
+    constraints = [
+        JointVelocityConstraint(np.column_stack([-rate, rate])),
+        JointAccelerationConstraint(np.column_stack([-acceleration, acceleration])),
+    ]
+    logging.getLogger("toppra").setLevel(logging.ERROR)
+    toppra.algorithm.algorithm.logger.setLevel(logging.ERROR)
+    _, sd, _ = TOPPRA(constraints, path, gridpoints=s).compute_parameterization(0, 0)
+    if sd is None or not np.isfinite(sd).all():
+        raise InputValueError("time_optimal: no motion from rest to rest stays within the limits")
+    widths = 2 * np.diff(s) / (sd[1:] + sd[:-1])
+    half = (sd[1:] - sd[:-1]) / (2 * widths)
+    rows = np.column_stack([s[:-1], sd[:-1], half])
+    return Law(np.r_[0, np.cumsum(widths)], rows, motion.curve.length)
+
+
+def _nodes(motion: Motion, count: int) -> FloatArray:
+    """Lengths from the start to the end, closer together where rates change by a larger factor."""
+    s = np.linspace(0, motion.curve.length, count + 1)
+    _, by_s, by_ss = motion.on_curve(s)
+    if not by_s.any():
+        raise InputValueError("time_optimal: nothing moves on the curve")
+    rate, change = (np.linalg.norm(values, axis=1) for values in (by_s, by_ss))
+    dense = 1 / motion.curve.length + change / np.maximum(rate, np.finfo(float).tiny)
+    share = np.r_[0, np.cumsum(np.diff(s) * (dense[1:] + dense[:-1]) / 2)]
+    return np.asarray(np.interp(np.linspace(0, share[-1], count + 1), share, s))
+
+
+def _on_grid(motion: Motion, s: FloatArray, tool_speed: float | None) -> Any:
+    """The curve in the coordinates as toppra reads it; the way of the tool is one more of them."""
+    from toppra.interpolator import AbstractGeometricPath  # noqa: PLC0415
+
+    orders = list(motion.on_curve(s))
+    if tool_speed is not None:
+        twist = motion.robot.twist_mixed(orders[0], orders[1])
+        way = np.linalg.norm(twist[:, :3], axis=1)
+        orders = [np.column_stack([x, y]) for x, y in zip(orders, (s, way, 0 * s), strict=True)]
+
+    class OnGrid(AbstractGeometricPath):  # type: ignore[misc]
+        dof = orders[0].shape[1]
+        path_interval = s[[0, -1]]
+        waypoints = (s, orders[0])
+
+        def __call__(self, at: Any, order: int = 0) -> FloatArray:
+            nearest = np.searchsorted((s[1:] + s[:-1]) / 2, np.asarray(at))
+            return np.asarray(orders[order][nearest])
+
+    return OnGrid()
+
+
+def _stretch(
+    motion: Motion, limits: list[FloatArray], tool_speed: float | None
+) -> tuple[float, FloatArray]:
+    """The factor of time that brings rates and accelerations within limits, at least 1.
+
+    With it come the lengths at which more than a small factor is needed, as further nodes.
+
+    Close to a singularity a peak is narrower than the samples. Wherever the sampled values are
+    within their own steps of the largest one, a peak may hide between them: samples are added.
+    """
+    begin, width = motion.law.breaks[:-1], np.diff(motion.law.breaks)
+    most, beyond = 1.0, [np.empty(0)]
+    for _ in range(_REFINEMENTS):
+        # The acceleration jumps at a node: its value before the node counts, too.
+        parts = np.linspace(0, 1 - _BEFORE, _FINER + 1)
+        times = begin[:, None] + width[:, None] * parts
+        used = _used(motion.at(times.ravel()), limits, tool_speed).reshape(times.shape)
+        most = max(most, float(used.max()))
+        beyond.append(times[used > _LOCAL])
+        hidden = used[:, :-1] + _HIDDEN * np.abs(np.diff(used, axis=1)) > most
+        hidden |= used[:, 1:] + _HIDDEN * np.abs(np.diff(used, axis=1)) > most
+        begin, width = times[:, :-1][hidden], np.diff(times, axis=1)[hidden]
+        if not len(begin):
+            break
+    return most, motion.law.at(np.concatenate(beyond))[0]
+
+
+def _used(sampled: Sampled, limits: list[FloatArray], tool_speed: float | None) -> FloatArray:
+    """(m,) the factor of time that each sample needs to be within limits."""
+    rate = (np.abs(sampled.qd) / limits[0]).max(1)
+    acceleration = np.sqrt((np.abs(sampled.qdd) / limits[1]).max(1))
+    used = np.maximum(rate, acceleration)
+    if tool_speed:
+        used = np.maximum(used, np.linalg.norm(sampled.V[:, :3], axis=1) / tool_speed)
+    return np.asarray(used)

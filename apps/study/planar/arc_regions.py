@@ -1,0 +1,330 @@
+"""Regions of a plane bounded by arcs of circles, and what they sweep when they turn about a point.
+
+All borders here are found the same way: candidates are arcs on which the border must lie; they are
+cut where they cross each other, and a piece belongs to the border if the region is on one side of
+it alone. Where a region turns about a point by angles from a to b, the candidates are its border
+turned by a and by b, and the circles about the point that touch its border or pass its corners.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chasles.summaries import summary_repr
+
+from ..tolerances import BESIDE, SAME_ARC, TANGENT
+from .annuli import BorderArc
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+_TURN = 2 * math.pi
+_BLOCK = 20_000
+"""Points times arcs that are held at once: they stay in the processor's cache."""
+_RAY = 0.7548776662466927
+"""Angle of the rays that count crossings [rad]: an odd one, so that no ray touches an arc."""
+
+
+@dataclass(frozen=True, eq=False)
+class ArcRegion:
+    """A region bounded by arcs, or only the points on arcs, or a point: an arc of radius 0.
+
+    Attributes:
+        arcs: The arcs of its border, with the region to their left.
+        solid: Whether the points between the arcs belong to it.
+    """
+
+    arcs: tuple[BorderArc, ...]
+    solid: bool = True
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        corners = [f"({a:.4g}, {b:.4g})" for a, b in self.extents] if self.arcs else []
+        where = f"from {' to '.join(corners)} m" if corners else ""
+        facts = (f"{len(self.arcs)} arcs", f"area {self.area:.12g} m^2", where)
+        return summary_repr(self, "", *facts, methods="contains(points)")
+
+    @property
+    def area(self) -> float:
+        """Its area [m^2], exact to rounding."""
+        return sum(arc.twice_area for arc in self.arcs) / 2 if self.solid else 0.0
+
+    @property
+    def extents(self) -> FloatArray:
+        """(2, 2) least and largest x and y [m]."""
+        points = np.concatenate([_extremes(arc) for arc in self.arcs])
+        return np.array([points.min(0), points.max(0)])
+
+    def contains(self, points: FloatArray) -> BoolArray:
+        """Whether points (m, 2) lie between the arcs: rays from inside cross them oddly often."""
+        if not self.arcs:
+            return np.zeros(len(points), dtype=bool)
+        parts = np.array_split(points, max(1, len(points) * len(self.arcs) // _BLOCK))
+        return np.concatenate([self._contains(part) for part in parts])
+
+    def _contains(self, points: FloatArray) -> BoolArray:
+        centres, radii, starts, widths = self._rows
+        along = np.array([math.cos(_RAY), math.sin(_RAY)])
+        step = points[:, None] - centres
+        middle = step @ along
+        with np.errstate(invalid="ignore"):
+            half = np.sqrt(middle**2 - (step**2).sum(-1) + radii**2)
+            crossings = np.zeros(len(points), dtype=np.int64)
+            for way in (-middle - half, -middle + half):
+                x, y = np.moveaxis(step + way[..., None] * along, -1, 0)
+                on_arc = (np.arctan2(y, x) - starts) % _TURN <= widths
+                crossings += ((way > 0) & on_arc).sum(1)
+        return np.asarray(crossings % 2 == 1)
+
+    @cached_property
+    def _rows(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Centres (k, 2), radii, least angles and widths (k,) of the arcs."""
+        rows = [(*a.centre, a.radius, min(a.start, a.end), abs(a.end - a.start)) for a in self.arcs]
+        table = np.array(rows, dtype=np.float64).reshape(-1, 5)
+        return table[:, :2], table[:, 2], table[:, 3], table[:, 4]
+
+    def moment(self) -> float:
+        """The integral of x over the part with x > 0 [m^3], by Green's theorem.
+
+        It is that of max(x, 0)^2 / 2 dy along the border.
+        """
+        return sum(_moment(arc) for arc in self.arcs)
+
+    def mirrored(self) -> ArcRegion:
+        """The region with x and -x exchanged."""
+        arcs = [
+            BorderArc(arc.centre * [-1, 1], arc.radius, math.pi - arc.end, math.pi - arc.start)
+            for arc in self.arcs
+        ]
+        return ArcRegion(tuple(arcs), self.solid)
+
+
+def swept(region: ArcRegion, centre: FloatArray, lower: float, upper: float) -> ArcRegion:
+    """What a region passes while it turns about a point.
+
+    Args:
+        region: The region.
+        centre: (2,) the point [m].
+        lower: The least angle [rad].
+        upper: The largest angle [rad]; infinite or a turn above the least one: all angles.
+    """
+    whole = not upper - lower < _TURN
+    if len(region.arcs) == 1 and region.arcs[0].radius == 0:
+        return _swept_point(region.arcs[0].centre - centre, centre, lower, upper)
+    candidates = [
+        BorderArc(centre, radius, *((0.0, _TURN) if whole else (start + lower, start + upper)))
+        for arc in region.arcs
+        for radius, start in _touching(arc, centre)
+    ]
+    if not whole:
+        candidates += [_turned(arc, centre, by) for arc in region.arcs for by in (lower, upper)]
+
+    def inside(points: FloatArray) -> BoolArray:
+        x, y = (points - centre).T
+        angles = np.arctan2(y, x)
+        pieces = _angles(region, centre, np.hypot(x, y))
+        return np.array(
+            [
+                any(whole or (angle - a - lower) % _TURN <= b - a + upper - lower for a, b in own)
+                for angle, own in zip(angles.tolist(), pieces, strict=True)
+            ],
+            dtype=bool,
+        )
+
+    return bounded(candidates, inside)
+
+
+def bounded(
+    candidates: Sequence[BorderArc], inside: Callable[[FloatArray], BoolArray]
+) -> ArcRegion:
+    """The region whose border lies on candidates.
+
+    Args:
+        candidates: Arcs on which the whole border lies; pieces of them need not belong to it.
+        inside: Whether points (m, 2) beside the arcs belong to the region.
+    """
+    size = max(arc.radius + float(np.abs(arc.centre).max()) for arc in candidates)
+    circles = _circles(candidates, size)
+    ends = np.array([point for arc in candidates for point in _ends(arc)])
+    others = (
+        np.array([arcs[0].centre for arcs in circles]).reshape(-1, 2),
+        np.array([arcs[0].radius for arcs in circles]),
+    )
+    pieces, beside = [], []
+    for arcs in circles:
+        centre, radius = arcs[0].centre, arcs[0].radius
+        for a, b in itertools.pairwise(_cuts(arcs, others, ends, SAME_ARC * size)):
+            middle = (a + b) / 2
+            if (b - a) * radius <= SAME_ARC * size or not any(_covers(x, middle) for x in arcs):
+                continue
+            aside = min(BESIDE * size, BESIDE**0.5 * (b - a) * radius)
+            along = np.array([math.cos(middle), math.sin(middle)])
+            pieces.append((centre, radius, a, b))
+            beside += [centre + (radius + by) * along for by in (-aside, aside)]
+    sides = inside(np.array(beside).reshape(-1, 2)).reshape(-1, 2)
+    found = [
+        BorderArc(centre, radius, *((a, b) if within else (b, a)))
+        for (centre, radius, a, b), (within, beyond) in zip(pieces, sides, strict=True)
+        if within != beyond
+    ]
+    return ArcRegion(tuple(found))
+
+
+def united(first: ArcRegion, second: ArcRegion) -> ArcRegion:
+    """What belongs to one of two regions at least."""
+    arcs = [*first.arcs, *second.arcs]
+    return bounded(arcs, lambda p: first.contains(p) | second.contains(p)) if arcs else first
+
+
+def common(first: ArcRegion, second: ArcRegion) -> ArcRegion:
+    """What two regions have in common."""
+    arcs = [*first.arcs, *second.arcs]
+    if not arcs:
+        return first
+    return bounded(arcs, lambda p: first.contains(p) & second.contains(p))
+
+
+def _swept_point(step: FloatArray, centre: FloatArray, lower: float, upper: float) -> ArcRegion:
+    """The arc of a point about a centre."""
+    radius, angle = math.hypot(*step), math.atan2(step[1], step[0])
+    ends = (angle + lower, angle + upper) if upper - lower < _TURN else (0.0, _TURN)
+    return ArcRegion((BorderArc(centre, radius, *ends),), solid=False)
+
+
+def _turned(arc: BorderArc, centre: FloatArray, by: float) -> BorderArc:
+    c, s = math.cos(by), math.sin(by)
+    turned = centre + np.array([[c, -s], [s, c]]) @ (arc.centre - centre)
+    return BorderArc(turned, arc.radius, arc.start + by, arc.end + by)
+
+
+def _touching(arc: BorderArc, centre: FloatArray) -> Iterable[tuple[float, float]]:
+    """Radius of circles about a centre that touch an arc or meet its ends, and the angle there."""
+    away = arc.centre - centre
+    outward = math.atan2(away[1], away[0])
+    angles = [arc.start, arc.end]
+    angles += [angle for angle in (outward, outward + math.pi) if _covers(arc, angle)]
+    for angle in angles:
+        x, y = away + arc.radius * np.array([math.cos(angle), math.sin(angle)])
+        yield math.hypot(x, y), math.atan2(y, x)
+
+
+def _angles(
+    region: ArcRegion, centre: FloatArray, radii: FloatArray
+) -> list[list[tuple[float, float]]]:
+    """The angles at which each of several circles about a centre lies in a region."""
+    centres, own, starts, widths = region._rows
+    angles, on_arcs = _crossings(centre, radii[:, None], centres, own)
+    with np.errstate(invalid="ignore"):
+        kept = (on_arcs - starts) % _TURN <= widths
+    cuts = [np.sort(angles[:, k][kept[:, k]] % _TURN).tolist() for k in range(len(radii))]
+    if not region.solid:
+        return [[(angle, angle) for angle in row] for row in cuts]
+    pieces = [
+        list(itertools.pairwise([*row, row[0] + _TURN] if row else [0.0, _TURN])) for row in cuts
+    ]
+    middles = np.array([(a + b) / 2 for row in pieces for a, b in row])
+    radius = np.repeat(radii, [len(row) for row in pieces])[:, None]
+    points = centre + radius * np.column_stack([np.cos(middles), np.sin(middles)])
+    inside = iter(region.contains(points).tolist())
+    return [[piece for piece in row if next(inside)] for row in pieces]
+
+
+def _crossings(
+    centre: FloatArray, radius: float | FloatArray, centres: FloatArray, radii: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Angles (2, ..., k) at which a circle crosses k others: on it, and on them.
+
+    NaN where it does not. Circles that touch do not cross: rounding would decide.
+    """
+    step = centres - centre
+    d = np.hypot(step[:, 0], step[:, 1])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        cosine = (radius**2 + d**2 - radii**2) / (2 * radius * d)
+        half = np.where(np.abs(cosine) < 1 - TANGENT, np.arccos(cosine), np.nan)
+    towards = np.arctan2(step[:, 1], step[:, 0])
+    angles = np.stack([towards - half, towards + half])
+    x, y = radius * np.cos(angles) - step[:, 0], radius * np.sin(angles) - step[:, 1]
+    return angles, np.arctan2(y, x)
+
+
+def _circles(arcs: Iterable[BorderArc], size: float) -> list[list[BorderArc]]:
+    """Arcs by their circles; circles that differ by rounding are one."""
+    found: list[list[BorderArc]] = []
+    for arc in arcs:
+        if arc.radius <= SAME_ARC * size:
+            continue
+        for own in found:
+            off = math.hypot(*(own[0].centre - arc.centre)) + abs(own[0].radius - arc.radius)
+            if off <= SAME_ARC * size:
+                own.append(arc)
+                break
+        else:
+            found.append([arc])
+    return found
+
+
+def _cuts(
+    arcs: list[BorderArc], others: tuple[FloatArray, FloatArray], ends: FloatArray, slack: float
+) -> list[float]:
+    """Angles over one turn at which other circles cross a circle, or arcs end on it.
+
+    Where two arcs touch, rounding decides whether they cross; but one of them ends there.
+    """
+    own = arcs[0]
+    angles = [angle for arc in arcs for angle in (arc.start, arc.end)]
+    across = _crossings(own.centre, own.radius, *others)[0]
+    angles += across[np.isfinite(across)].tolist()
+    x, y = (ends - own.centre).T
+    touching = np.abs(np.hypot(x, y) - own.radius) <= slack
+    angles += [float(angle) for angle in np.arctan2(y[touching], x[touching])]
+    ascending = sorted(angle % _TURN for angle in angles)
+    return [*ascending, ascending[0] + _TURN]
+
+
+def _ends(arc: BorderArc) -> FloatArray:
+    """(2, 2) where an arc starts and ends."""
+    angles = np.array([arc.start, arc.end])
+    return np.asarray(arc.centre + arc.radius * np.column_stack([np.cos(angles), np.sin(angles)]))
+
+
+def _covers(arc: BorderArc, angle: Any) -> Any:
+    """Whether an arc has points at an angle [rad]; false for NaN."""
+    start, end = min(arc.start, arc.end), max(arc.start, arc.end)
+    return (angle - start) % _TURN <= end - start
+
+
+def _extremes(arc: BorderArc) -> FloatArray:
+    """(k, 2) ends of an arc and its points with extreme coordinates."""
+    angles = [arc.start, arc.end]
+    angles += [k * math.pi / 2 for k in range(4) if _covers(arc, k * math.pi / 2)]
+    return np.asarray(arc.centre + arc.radius * np.column_stack([np.cos(angles), np.sin(angles)]))
+
+
+def _moment(arc: BorderArc) -> float:
+    """The integral of max(x, 0)^2 / 2 dy along an arc, with x = c + r cos t, dy = r cos t dt."""
+    c, r = float(arc.centre[0]), arc.radius
+    least, most = min(arc.start, arc.end), max(arc.start, arc.end)
+    cuts = [least, most]
+    if abs(c) < r:
+        at_zero = math.acos(-c / r)
+        cuts += [least + (t - least) % _TURN for t in (at_zero, -at_zero) if _covers(arc, t)]
+
+    def integral(t: float) -> float:
+        sine = math.sin(t)
+        squares = t / 2 + math.sin(2 * t) / 4
+        return c * c * sine + 2 * c * r * squares + r * r * (sine - sine**3 / 3)
+
+    total = sum(
+        integral(b) - integral(a)
+        for a, b in itertools.pairwise(sorted(cuts))
+        if c + r * math.cos((a + b) / 2) > 0
+    )
+    return math.copysign(r / 2, arc.end - arc.start) * total

@@ -1,0 +1,119 @@
+"""The axes that move a point of a serial arm, as lines at one posture.
+
+Where two successive axes meet, neither moves the point: the centre of a spherical wrist, or of arms
+like a UR the place where axes 5 and 6 meet.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..tolerances import SAME_ARC
+
+FloatArray = NDArray[np.float64]
+
+_POSTURES = 8
+"""Postures at which a joint that does not move the point leaves it at rest."""
+
+
+@dataclass(frozen=True, eq=False)
+class MovingAxes:
+    """The joints that move a point, at one posture; limits are counted from there.
+
+    Attributes:
+        names: The names of the joints.
+        directions: (m, 3) directions of the axes in the base frame.
+        points: (m, 3) the point of each axis nearest to the base's origin [m].
+        turns: (m,) whether a joint turns; the others slide.
+        limits: (m, 2) least and largest way of each joint [rad or m].
+        place: (3,) the point [m].
+    """
+
+    names: tuple[str, ...]
+    directions: FloatArray
+    points: FloatArray
+    turns: NDArray[np.bool_]
+    limits: FloatArray
+    place: FloatArray
+
+    @property
+    def parallel(self) -> bool:
+        """Whether all axes are parallel, and there are two that turn."""
+        if self.turns.sum() < 2:  # noqa: PLR2004 - one turns a point on a circle
+            return False
+        n = self.directions[self.turns][0]
+        return bool(np.abs(np.cross(self.directions, n)).max() <= SAME_ARC)
+
+    @property
+    def upright(self) -> bool:
+        """Whether the first one turns about a vertical axis, and the others in a plane with it."""
+        rest = self.without_first()
+        if not (self.turns.all() and rest.parallel):
+            return False
+        first, n = self.directions[0], rest.directions[0]
+        return bool(abs(abs(first[2]) - 1) <= SAME_ARC and abs(first @ n) <= SAME_ARC)
+
+    def without_first(self) -> MovingAxes:
+        """The axes from the second one on."""
+        rest = slice(1, None)
+        return MovingAxes(
+            self.names[rest],
+            self.directions[rest],
+            self.points[rest],
+            self.turns[rest],
+            self.limits[rest],
+            self.place,
+        )
+
+
+def of_tool(robot: Any) -> MovingAxes:
+    """The axes that move the tool's origin, with each joint in the middle of its limits."""
+    postures = _postures(robot)
+    places = robot.fk(postures)[:, :3, 3]
+    return _moving(robot, robot.jacobian_space(postures), places)
+
+
+def of_meetings(robot: Any) -> Iterator[MovingAxes]:
+    """The axes that move each place where two successive axes meet, from the tool to the base.
+
+    The point of an axis nearest to another one is p + s a: from p + s a - p' - s' a' normal to
+    both a and a'.
+    """
+    S = robot.jacobian_space(_postures(robot))
+    for j in range(robot.n - 1, 0, -1):
+        (v, a), (w, b) = ((S[:, :3, k], S[:, 3:, k]) for k in (j - 1, j))
+        n = np.cross(a, b)
+        across = (n * n).sum(-1)
+        if across.min() <= SAME_ARC:
+            continue
+        p, step = np.cross(a, v), np.cross(b, w) - np.cross(a, v)
+        apart = np.abs((step * n).sum(-1)) / np.sqrt(across)
+        if apart.max() <= SAME_ARC:
+            along = (np.cross(step, b) * n).sum(-1) / across
+            yield _moving(robot, S[..., : j - 1], p + along[:, None] * a)
+
+
+def _postures(robot: Any) -> FloatArray:
+    """The middle of the limits, and random postures about it."""
+    bounded = np.isfinite(robot.lower) & np.isfinite(robot.upper)
+    inside = (np.where(bounded, robot.lower, 0) + np.where(bounded, robot.upper, 0)) / 2
+    some = inside + np.random.default_rng(0).uniform(-1, 1, (_POSTURES, robot.n))
+    return np.vstack([inside, some])
+
+
+def _moving(robot: Any, S: FloatArray, places: FloatArray) -> MovingAxes:
+    """The axes out of space Jacobians (m, 6, k) that move a point, at places (m, 3)."""
+    speeds = S[:, :3] + np.cross(S[:, 3:], places[..., None], axis=1)
+    moving = np.flatnonzero(np.abs(speeds).max((0, 1)) > SAME_ARC)
+    v, omega = S[0, :3, moving], S[0, 3:, moving]
+    turns = np.linalg.norm(omega, axis=1) > SAME_ARC
+    inside = _postures(robot)[0]
+    limits = np.column_stack([robot.lower - inside, robot.upper - inside])[moving]
+    names = tuple(robot.coordinates[k].name for k in moving)
+    directions = np.where(turns[:, None], omega, v)
+    return MovingAxes(names, directions, np.cross(omega, v), turns, limits, places[0])

@@ -1,0 +1,207 @@
+"""Workspaces with exact borders: arms whose joints move a point of the tool in a plane.
+
+Where the axes that move the point are parallel, it stays in a plane, or in a prism with slides
+along the axes. Where the first axis is vertical and the others are normal to a plane that it turns,
+the workspace is a body of revolution, and its section by that plane is found; the plane may pass
+beside the axis. In both cases the section is what a point sweeps by turning about one axis after
+the other, from the point to the base, each within its limits; its border consists of arcs. Volumes
+are in `meridian.py`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chasles import InputValueError
+from chasles.summaries import ranges, summary_repr
+
+from ..tolerances import SAME_ARC
+from .annuli import BorderArc
+from .arc_regions import ArcRegion, swept
+from .axes import MovingAxes, of_meetings, of_tool
+from .meridian import Meridian, meridian, swept_volume
+
+FloatArray = NDArray[np.float64]
+
+Point = Literal["tool", "wrist"]
+
+_TURN = 2 * math.pi
+
+
+@dataclass(frozen=True, eq=False)
+class ExactWorkspace:
+    """The exact workspace of the tool's origin, or of the centre of the wrist.
+
+    Attributes:
+        robot: The robot's name.
+        of: The point: "tool" or "wrist".
+        joints: The names of the joints that move it.
+        section: The region in the plane; of a body of revolution, in (u, z) where u is counted from
+            the place of the plane nearest to the first axis, u < 0 behind it.
+        origin: (3,) origin of the plane [m], on the first axis for a body of revolution.
+        axes: (2, 3) directions of the plane's two axes in the base frame, with the base at 0.
+        offset: The distance of the plane from the first axis [m], positive along axes[0] x axes[1];
+            0 where the tool stays in a plane.
+        turn: (2,) least and largest angle of the base [rad]; None where the tool stays in a plane.
+        height: (2,) least and largest way of slides normal to the plane [m].
+    """
+
+    robot: str
+    of: Point
+    joints: tuple[str, ...]
+    section: ArcRegion
+    origin: FloatArray
+    axes: FloatArray
+    offset: float
+    turn: FloatArray | None
+    height: FloatArray
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        return summary_repr(
+            self,
+            self.robot,
+            f"of the {self.of}, moved by {', '.join(self.joints)}",
+            ranges(self.extents),
+            f"section {self.area:.12g} m^2, volume {self.volume:.12g} m^3",
+            methods="section, meridian, plot()" if self.turn is not None else "section, plot()",
+        )
+
+    @property
+    def area(self) -> float:
+        """The area of the section [m^2], exact to rounding."""
+        return self.section.area
+
+    @cached_property
+    def volume(self) -> float:
+        """The volume [m^3], to 1e-12 relative; 0 of a flat workspace."""
+        if self.turn is None:
+            return self.area * float(np.ptp(self.height))
+        return swept_volume(self.section, self.offset, float(np.ptp(self.turn)))
+
+    @cached_property
+    def meridian(self) -> Meridian:
+        """Distances from the first axis and heights that are reached at some angle of the base.
+
+        Raises:
+            InputValueError: The tool stays in a plane.
+        """
+        if self.turn is None:
+            raise InputValueError(f"{self.robot}: its point stays in a plane, nothing turns that")
+        return meridian(self.section, self.offset)
+
+    @property
+    def extents(self) -> FloatArray:
+        """(2, 3) least and largest x, y and z [m], exact to rounding."""
+        (u_0, v_0), (u_1, v_1) = self.section.extents
+        if self.turn is None:
+            normal = np.cross(*self.axes)
+            p = self.origin + np.array([_along(self.section, axis) for axis in self.axes.T]).T
+            slides = np.sort(np.outer(self.height, normal), axis=0)
+            return np.asarray(p + slides)
+        # At each angle of the base x and y are linear in u: their ends are those of u.
+        towards = math.atan2(self.axes[0, 1], self.axes[0, 0])
+        ends = []
+        for u in (u_0, u_1):
+            rho, angle = math.hypot(u, self.offset), math.atan2(-self.offset, u)
+            at = self.turn + towards + angle
+            x, y = (_cosine_ends(at - normal) for normal in (0.0, math.pi / 2))
+            ends.append(rho * np.array([x, y]).T)
+        low, high = (np.array(ends)[:, k] for k in (0, 1))
+        return np.asarray(self.origin + np.array([[*low.min(0), v_0], [*high.max(0), v_1]]))
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draws the section's border; returns the matplotlib axes."""
+        from ..pictures import plot_section  # noqa: PLC0415
+
+        return plot_section(self, ax)
+
+
+def exact_workspace(robot: Any, of: Point = "tool") -> ExactWorkspace:
+    """The exact workspace of an arm whose joints move a point in a plane.
+
+    Args:
+        robot: A serial arm. Joints that leave the point at rest, such as a roll about the tool, do
+            not count. The others are parallel revolute joints and slides along them; or a vertical
+            first axis, and revolute ones normal to a plane that it turns.
+        of: "tool": the tool's origin; "wrist": the last place where two successive axes meet that
+            the joints before them move like that, such as the centre of a spherical wrist.
+
+    Raises:
+        InputValueError: The arm is not of that kind.
+    """
+    if robot.loops:
+        raise InputValueError(f"{robot.name}: exact_workspace takes serial arms, this has loops")
+    if of not in ("tool", "wrist"):
+        raise InputValueError(f"exact_workspace: expected of 'tool' or 'wrist', got {of!r}")
+    candidates = [of_tool(robot)] if of == "tool" else of_meetings(robot)
+    chain = next((own for own in candidates if own.parallel or own.upright), None)
+    if chain is None:
+        other = "; of='wrist' may be" if of == "tool" else ""
+        raise InputValueError(
+            f"{robot.name}: the axes that move its {of} are neither parallel, nor a vertical first "
+            f"one and parallel ones normal to it, so its border is not made of arcs{other}; "
+            "workspace() takes any arm"
+        )
+    flat = chain.parallel
+    rest = chain if flat else chain.without_first()
+    n = rest.directions[rest.turns][0]
+    axes = _plane(n) if flat else np.array([np.cross([0, 0, 1.0], n), [0, 0, 1.0]])
+    origin = n * (rest.place @ n) if flat else chain.points[0] * [1, 1, 0]
+    section = _section(rest, n, axes, origin)
+    slides = ~rest.turns
+    along = rest.limits[slides] * (rest.directions[slides] @ n)[:, None]
+    height = np.sort(along, axis=1).sum(0)
+    turn, offset = None, 0.0
+    if not flat:
+        turn = np.sort(chain.limits[0] * chain.directions[0, 2])
+        beside = float((rest.place - origin) @ np.cross(*axes))
+        offset = beside if abs(beside) > SAME_ARC else 0.0
+    return ExactWorkspace(robot.name, of, chain.names, section, origin, axes, offset, turn, height)
+
+
+def _section(rest: MovingAxes, n: FloatArray, axes: FloatArray, origin: FloatArray) -> ArcRegion:
+    """What the point passes in the plane by turning about parallel axes of direction n."""
+    section = ArcRegion((BorderArc(axes @ (rest.place - origin), 0.0, 0.0, 0.0),), solid=False)
+    for k in np.flatnonzero(rest.turns)[::-1]:
+        by = np.sort(rest.limits[k] * (rest.directions[k] @ n))
+        section = swept(section, axes @ (rest.points[k] - origin), *by)
+    return section
+
+
+def _plane(n: FloatArray) -> FloatArray:
+    """Two directions normal to a third one: x and y of the base where it is z."""
+    least = np.eye(3)[int(np.argmin(np.abs(n)))]
+    u = least - (least @ n) * n
+    u /= np.linalg.norm(u)
+    return np.array([u, np.cross(n, u)])
+
+
+def _along(section: ArcRegion, direction: FloatArray) -> FloatArray:
+    """(2,) least and largest value of direction @ (u, v) over a section."""
+    size = math.hypot(*direction)
+    if size <= SAME_ARC:
+        return np.zeros(2)
+    by = -math.atan2(direction[1], direction[0])
+    c, s = math.cos(by), math.sin(by)
+    turned = [
+        BorderArc(np.array([[c, -s], [s, c]]) @ a.centre, a.radius, a.start + by, a.end + by)
+        for a in section.arcs
+    ]
+    return np.asarray(size * ArcRegion(tuple(turned)).extents[:, 0])
+
+
+def _cosine_ends(angles: FloatArray) -> tuple[float, float]:
+    """Least and largest cosine between two angles [rad]."""
+    lower, upper = angles
+    values = [math.cos(lower), math.cos(upper)] if np.isfinite(angles).all() else []
+    for k, value in ((0, 1.0), (1, -1.0)):
+        if not upper - lower < _TURN or (k * math.pi - lower) % _TURN <= upper - lower:
+            values.append(value)
+    return min(values), max(values)

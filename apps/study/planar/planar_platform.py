@@ -1,0 +1,279 @@
+"""Workspaces of planar platforms on three legs, by circles.
+
+At a constant orientation a leg of two links reaches all points of an annulus, and a leg with a
+cylinder those between its limits. Neither is read from a description: the leg's margin, and the
+square of the cylinder's length, is a polynomial in the square of the distance d from the annulus's
+centre, so that samples give centre and radii exactly; other legs do not fit such a polynomial and
+are refused.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from chasles import InputValueError, SingularityCurves
+from chasles.summaries import summary_repr
+
+from ..arguments import finite
+from ..cells import Cells, cells_of
+from .annuli import Annulus, BorderArc, area, border
+
+FloatArray = NDArray[np.float64]
+
+_SAMPLES = 200
+_FITS = 1e-9
+"""Relative residual of the polynomial up to which a leg's border is taken as circles."""
+_AXES = ("prismatic", "prismatic", "revolute")
+
+
+@dataclass(frozen=True, eq=False)
+class PlanarRegion:
+    """Places of a platform's tool in the plane.
+
+    Attributes:
+        robot: The robot's name.
+        name: What the region is, in words.
+        pieces: Parts of the region that have no point in common; each is what annuli, one a leg,
+            have in common.
+    """
+
+    robot: str
+    name: str
+    pieces: tuple[tuple[Annulus, ...], ...]
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        arcs = f"{len(self.arcs)} arcs"
+        facts = (self.name, f"area {self.area:.12g} m^2", arcs)
+        return summary_repr(self, self.robot, *facts, methods="contains(points), plot()")
+
+    @property
+    def area(self) -> float:
+        """Its area [m^2], exact to rounding."""
+        return sum(area(piece) for piece in self.pieces)
+
+    @property
+    def arcs(self) -> list[BorderArc]:
+        """The arcs of its border, with the region to their left."""
+        return [arc for piece in self.pieces for arc in border(piece)]
+
+    def contains(self, points: FloatArray) -> NDArray[np.bool_]:
+        """Whether points (m, 2) [m] belong to it."""
+        inside = [np.all([own.contains(points) for own in piece], axis=0) for piece in self.pieces]
+        return np.asarray(np.any(inside, axis=0))
+
+    def plot(self, ax: Any = None, singular: SingularityCurves | None = None) -> Any:
+        """Draws the region, the circles of the legs and curves of singular places.
+
+        Args:
+            ax: The matplotlib axes; None: a new figure.
+            singular: Curves inside, from `singular_places`.
+
+        Returns:
+            The axes.
+        """
+        from ..pictures import plot_region  # noqa: PLC0415
+
+        return plot_region(self, ax, singular)
+
+
+def constant_orientation(robot: Any, phi: float) -> PlanarRegion:
+    """Where the tool of a planar platform can be at an angle.
+
+    Args:
+        robot: A planar platform on three legs, each of two links, or of a cylinder with limits.
+        phi: The angle [rad].
+
+    Raises:
+        InputValueError: The robot is no such platform, or the angle is not finite.
+
+    Source:
+        J.-P. Merlet, C. Gosselin, N. Mouly, Workspaces of planar parallel manipulators, 1998.
+    """
+    finite("constant_orientation: phi", phi, ())
+    annuli = tuple(_annulus(robot, leg, phi) for leg in range(robot.n)) if _is_planar(robot) else ()
+    if not annuli:
+        raise InputValueError(f"{robot.name}: expected a planar platform on three legs")
+    return PlanarRegion(robot.name, f"at {np.degrees(phi):.4g}°", (annuli,))
+
+
+def singular_places(robot: Any, phi: float, slot: int = 0, points: int = 201) -> SingularityCurves:
+    """The singular places of a planar platform's tool at one angle, in the box of its region.
+
+    Those of type 1 are the border of what the legs reach, those of type 2 lie inside: the platform
+    gains a freedom there.
+
+    Args:
+        robot: As for `constant_orientation`.
+        phi: The angle [rad].
+        slot: The branch of the legs, a slot of `ik_planar`; 0 is the reference's.
+        points: Number of lines each way of the grid on which the curves are found.
+
+    Raises:
+        InputValueError: The robot is no such platform.
+    """
+    disks = [(own.centre, own.outer) for own in constant_orientation(robot, phi).pieces[0]]
+    lower = np.max([centre - radius for centre, radius in disks], axis=0)
+    upper = np.min([centre + radius for centre, radius in disks], axis=0)
+    if not (lower < upper).all():
+        return SingularityCurves((), ())
+    x, y = np.column_stack([lower, upper]).tolist()
+    found: SingularityCurves = robot.singularity_curves(phi, x, y, slot, points)
+    return found
+
+
+def dexterous(robot: Any) -> PlanarRegion:
+    """Where the tool of a planar platform can be at every angle.
+
+    While the platform turns, the centre of a leg's annulus moves on a circle of radius r about a
+    point. A tool at the distance t from that point is between |t - r| and t + r from the centre:
+    it stays in the annulus if t is at most outer - r, and either at least inner + r or, where the
+    hole of the annulus moves around the tool, at most r - inner.
+
+    Args:
+        robot: As for `constant_orientation`.
+
+    Raises:
+        InputValueError: The robot is no such platform.
+    """
+    legs = []
+    turned = (constant_orientation(robot, phi).pieces[0] for phi in (0.0, np.pi))
+    for at_0, at_half in zip(*turned, strict=True):
+        middle = (at_0.centre + at_half.centre) / 2
+        r = float(np.linalg.norm(at_0.centre - at_half.centre)) / 2
+        least = at_0.inner + r if at_0.inner > 0 else 0.0
+        most = at_0.outer - r
+        parts = [Annulus(middle, least, most)] if most > least else []
+        if 0 < at_0.inner < r and most > 0:
+            parts.append(Annulus(middle, 0.0, min(r - at_0.inner, most)))
+        legs.append(parts)
+    return PlanarRegion(robot.name, "at every angle", tuple(itertools.product(*legs)))
+
+
+@dataclass(frozen=True, eq=False)
+class Orientations:
+    """The angles that a planar platform can have at each place.
+
+    Attributes:
+        cells: The cells, whose centres are the places.
+        angles: (k,) the angles [rad].
+        possible: (nx, ny, k) whether each angle is possible at each place.
+    """
+
+    cells: Cells
+    angles: FloatArray
+    possible: NDArray[np.bool_]
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        least, most = np.degrees([self.angles.min(), self.angles.max()])
+        return summary_repr(
+            self,
+            "",
+            f"{len(self.angles)} angles from {least:.4g}° to {most:.4g}°",
+            f"all of them on {self.total:.4g} m^2, some on {self.inclusive:.4g} m^2",
+            methods="share, possible",
+        )
+
+    @property
+    def share(self) -> FloatArray:
+        """(nx, ny) part of the angles that are possible."""
+        return np.asarray(self.possible.mean(-1))
+
+    @property
+    def total(self) -> float:
+        """Area where all angles are possible [m^2], to about a cell along its border."""
+        return float(self.possible.all(-1).sum() * self.cells.side**2)
+
+    @property
+    def inclusive(self) -> float:
+        """Area where some angle is possible [m^2], to about a cell along its border."""
+        return float(self.possible.any(-1).sum() * self.cells.side**2)
+
+
+def orientations(robot: Any, angles: ArrayLike, finest: int = 200) -> Orientations:
+    """Which of some angles a planar platform can have, place by place.
+
+    Args:
+        robot: As for `constant_orientation`.
+        angles: (k,) angles [rad].
+        finest: Number of cells along the longest side.
+
+    Raises:
+        InputValueError: The robot is no such platform.
+    """
+    turns = np.atleast_1d(finite("orientations: angles", angles))
+    if not len(turns):
+        raise InputValueError("orientations: expected at least one angle")
+    regions = [constant_orientation(robot, phi) for phi in turns]
+    disks = [(own.centre, own.outer) for region in regions for own in region.pieces[0]]
+    lower = np.min([np.r_[centre - radius, 0] for centre, radius in disks], axis=0)
+    upper = np.max([np.r_[centre + radius, 0] for centre, radius in disks], axis=0)
+    cells = cells_of(lower, upper, finest)
+    x, y, _ = cells.centres()
+    places = np.stack(np.meshgrid(x, y, indexing="ij"), -1).reshape(-1, 2)
+    possible = np.column_stack([region.contains(places) for region in regions])
+    return Orientations(cells, turns, possible.reshape(len(x), len(y), len(turns)))
+
+
+def _is_planar(robot: Any) -> bool:
+    joints = [joint.kind for joint in robot.chain_joints]
+    return tuple(joints) == _AXES and robot.n == len(_AXES)
+
+
+def _annulus(robot: Any, leg: int, phi: float) -> Annulus:
+    """What a leg reaches, from samples of its margin or its length."""
+    coordinate = robot.coordinates[leg]
+    if coordinate.kind == "prismatic":
+        c, (a, b) = _of_distance(robot, leg, lambda x: robot.actuators(x)[:, leg] ** 2, phi, 1)
+        lower, upper = robot.lower[leg], robot.upper[leg]
+        if not np.isfinite([lower, upper]).all():
+            raise InputValueError(f"{robot.name}: {coordinate.name} has no limits")
+        squares = (np.array([max(lower, 0.0), upper]) ** 2 - a) / b
+    else:
+        c, polynomial = _of_distance(robot, leg, lambda x: robot.actuator_margin(x)[:, leg], phi, 2)
+        squares = np.sort(np.roots(polynomial[::-1]).real)
+    inner, outer = np.sqrt(np.maximum(squares, 0))
+    return Annulus(c, float(inner), float(outer))
+
+
+def _of_distance(
+    robot: Any, leg: int, value: Callable[[FloatArray], FloatArray], phi: float, degree: int
+) -> tuple[FloatArray, FloatArray]:
+    """Centre and coefficients by powers of d^2 of a polynomial in d^2 that samples determine."""
+    size = robot.unit_length
+    p = np.random.default_rng(0).uniform(-size, size, (_SAMPLES, 2))
+    found = value(np.column_stack([p, np.full(len(p), phi)]))
+    kept = np.isfinite(found)
+    p, found = p[kept], found[kept]
+    centre = _centre(p / size, found, degree) * size
+    square = ((p - centre) ** 2).sum(-1) / size**2
+    powers = square[:, None] ** np.arange(degree + 1)
+    coefficients = np.linalg.lstsq(powers, found, rcond=None)[0]
+    residual = np.abs(powers @ coefficients - found).max()
+    if not residual <= _FITS * np.abs(found).max():
+        raise InputValueError(
+            f"{robot.name}: the border of leg {leg + 1} does not consist of circles, it is off by "
+            f"{residual:.3g} of {np.abs(found).max():.3g}"
+        )
+    return centre, coefficients / size ** (2.0 * np.arange(degree + 1))
+
+
+def _centre(p: FloatArray, value: FloatArray, degree: int) -> FloatArray:
+    """The centre, from the two leading orders of a polynomial in x and y.
+
+    a d^2m = a (x^2 + y^2)^m - 2 m a (x^2 + y^2)^(m - 1) (c_x x + c_y y) + lower orders.
+    """
+    x, y = p.T
+    orders = [(i, j) for i in range(2 * degree + 1) for j in range(2 * degree + 1 - i)]
+    terms = np.column_stack([x**i * y**j for i, j in orders])
+    by_order = dict(zip(orders, np.linalg.lstsq(terms, value, rcond=None)[0], strict=True))
+    lead = by_order[2 * degree, 0]
+    below = np.array([by_order[2 * degree - 1, 0], by_order[0, 2 * degree - 1]])
+    return np.asarray(-below / (2 * degree * lead))

@@ -1,0 +1,225 @@
+"""Workspaces of planar platforms that must turn through a range of angles.
+
+At the angle phi a leg reaches the annulus about c(phi) between the radii a and b, and c(phi) moves
+on an arc of radius r about a point m. A leg reaches a place at all angles where the place is at
+most b from the farthest point of this arc and at least a from the nearest one. Both borders consist
+of circles: about the arc's ends with radii a and b, about m with b - r, r + a and |r - a|. So the
+total workspace is bounded by arcs, exactly.
+
+The places that are reached at some angle have no such border, since two legs end there together. A
+square of half diagonal d belongs to them if all legs have a distance of d to spare at its middle at
+one angle, and lies outside if at each angle a leg misses its middle by d: distances change by no
+more than places do. Both are decided in closed form. Squares between are divided; what is left of
+them is the error.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chasles import InputValueError
+from chasles.summaries import summary_repr
+
+from ..cells import Measure
+from .annuli import BorderArc
+from .arc_regions import ArcRegion, bounded
+from .planar_platform import constant_orientation
+
+FloatArray = NDArray[np.float64]
+
+_TURN = 2 * math.pi
+_ACROSS = 16
+"""Squares across the box at the start."""
+
+
+@dataclass(frozen=True, eq=False)
+class OrientationRange:
+    """Where a planar platform's tool can be at all or some angles of a range.
+
+    Attributes:
+        robot: The robot's name.
+        angles: (2,) the range [rad].
+        total: The region where every angle of it is possible; its area is exact.
+        inclusive: The area where some angle of it is possible [m^2]; its error is a bound.
+    """
+
+    robot: str
+    angles: FloatArray
+    total: ArcRegion
+    inclusive: Measure
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        least, most = np.degrees(self.angles)
+        return summary_repr(
+            self,
+            self.robot,
+            f"angles from {least:.4g}° to {most:.4g}°",
+            f"all of them on {self.total.area:.12g} m^2",
+            f"some of them on {self.inclusive.value:.6g} ± {self.inclusive.error:.1g} m^2",
+        )
+
+
+def orientation_range(
+    robot: Any, lower: float, upper: float, accuracy: float = 1e-3
+) -> OrientationRange:
+    """The total and the inclusive workspace of a planar platform for a range of angles.
+
+    Args:
+        robot: As for `constant_orientation`.
+        lower: The least angle [rad].
+        upper: The largest angle [rad].
+        accuracy: The error of the inclusive area, in parts of the area, at which squares are no
+            longer divided.
+
+    Raises:
+        InputValueError: The robot is no such platform, the angles do not ascend, or the accuracy
+            is not positive.
+
+    Source:
+        J.-P. Merlet, C. Gosselin, N. Mouly, Workspaces of planar parallel manipulators, 1998, for
+        the kinds of workspaces.
+    """
+    if not -math.inf < lower < upper < math.inf or not accuracy > 0:
+        raise InputValueError(
+            f"orientation_range: expected lower < upper and accuracy > 0, got {lower:g}, {upper:g} "
+            f"and {accuracy:g}"
+        )
+    legs = _legs(robot, lower, min(upper, lower + _TURN))
+    return OrientationRange(
+        robot.name, np.array([lower, upper]), _total(legs), _inclusive(legs, accuracy)
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Leg:
+    """An annulus whose centre moves on an arc."""
+
+    middle: FloatArray
+    radius: float
+    start: float
+    width: float
+    inner: float
+    outer: float
+
+    def centres(self, turned: FloatArray) -> FloatArray:
+        """(k, 2) centres at angles (k,) from the start of the range."""
+        angle = self.start + turned
+        along = np.column_stack([np.cos(angle), np.sin(angle)])
+        return np.asarray(self.middle + self.radius * along)
+
+    def always(self, point: FloatArray) -> bool:
+        """Whether a point is in the annulus at every angle."""
+        x, y = point - self.middle
+        d, angle = math.hypot(x, y), math.atan2(y, x)
+        ends = np.hypot(*(point - self.centres(np.array([0.0, self.width]))).T)
+        nearest = abs(d - self.radius) if self._passes(angle) else ends.min()
+        farthest = d + self.radius if self._passes(angle + math.pi) else ends.max()
+        return bool(nearest >= self.inner and farthest <= self.outer)
+
+    def circles(self) -> list[tuple[FloatArray, float]]:
+        """Circles that the border of the points in `always` lies on."""
+        ends = self.centres(np.array([0.0, self.width]))
+        found = [(end, radius) for end in ends for radius in (self.inner, self.outer)]
+        about_middle = (
+            self.outer - self.radius,
+            self.radius + self.inner,
+            abs(self.radius - self.inner),
+        )
+        return found + [(self.middle, radius) for radius in about_middle]
+
+    def _passes(self, angle: float) -> bool:
+        return (angle - self.start) % _TURN <= self.width
+
+
+def _legs(robot: Any, lower: float, upper: float) -> list[_Leg]:
+    found = []
+    angles = (lower, lower + math.pi)
+    for here, across in zip(
+        *(constant_orientation(robot, phi).pieces[0] for phi in angles), strict=True
+    ):
+        middle = (here.centre + across.centre) / 2
+        x, y = here.centre - middle
+        start, radius = math.atan2(y, x), math.hypot(x, y)
+        found.append(_Leg(middle, radius, start, upper - lower, here.inner, here.outer))
+    return found
+
+
+def _total(legs: list[_Leg]) -> ArcRegion:
+    arcs = [
+        BorderArc(centre, radius, 0.0, _TURN)
+        for leg in legs
+        for centre, radius in leg.circles()
+        if radius > 0
+    ]
+    return bounded(
+        arcs, lambda points: np.array([all(leg.always(p) for leg in legs) for p in points])
+    )
+
+
+def _inclusive(legs: list[_Leg], accuracy: float) -> Measure:
+    """The area of the places that are reached at some angle."""
+    lower = np.max([leg.middle - leg.radius - leg.outer for leg in legs], axis=0)
+    upper = np.min([leg.middle + leg.radius + leg.outer for leg in legs], axis=0)
+    side = float((upper - lower).max()) / _ACROSS
+    if side <= 0:
+        return Measure(0.0, 0.0, 2)
+    x, y = (low + side * (np.arange(_ACROSS) + 0.5) for low in lower)
+    middles, inside = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2), 0.0
+    while len(middles):
+        kept, left = _judged(legs, middles, side)
+        inside += float(kept.sum()) * side**2
+        open_area = float(left.sum()) * side**2
+        if open_area / 2 <= accuracy * (inside + open_area / 2):
+            return Measure(inside + open_area / 2, open_area / 2, 2)
+        side /= 2
+        corners = side / 2 * np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]])
+        middles = (middles[left][:, None] + corners).reshape(-1, 2)
+    return Measure(inside, 0.0, 2)
+
+
+def _judged(
+    legs: list[_Leg], middles: FloatArray, side: float
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Squares that belong to the region whole, and those that may belong to it in part."""
+    half = side / math.sqrt(2)
+    whole = _at_some_angle(legs, middles, -half)
+    return whole, ~whole & _at_some_angle(legs, middles, half)
+
+
+def _at_some_angle(legs: list[_Leg], points: FloatArray, slack: float) -> NDArray[np.bool_]:
+    """Whether points (m, 2) lie in all annuli, made wider by a slack, at an angle of the range.
+
+    The angles at which a leg reaches a point end where the range or the leg's annulus ends, so it
+    is enough to ask these.
+    """
+    first = np.zeros(len(points))
+    found = _all_reach(legs, points, first, slack)
+    for own in legs:
+        x, y = (points - own.middle).T
+        d, towards = np.hypot(x, y), np.arctan2(y, x)
+        for radius in (own.inner - slack, own.outer + slack):
+            with np.errstate(invalid="ignore", divide="ignore"):
+                half = np.arccos((d**2 + own.radius**2 - radius**2) / (2 * d * own.radius))
+            for angle in (towards - half, towards + half):
+                turned = (angle - own.start) % _TURN
+                others = [leg for leg in legs if leg is not own]
+                within = (radius >= 0) & (turned <= own.width)
+                found |= within & _all_reach(others, points, turned, slack)
+    return found
+
+
+def _all_reach(
+    legs: list[_Leg], points: FloatArray, turned: FloatArray, slack: float
+) -> NDArray[np.bool_]:
+    """Whether points (m, 2) lie in all annuli at angles (m,) from the start of the range."""
+    reached = np.ones(len(points), dtype=bool)
+    for leg in legs:
+        d = np.linalg.norm(points - leg.centres(turned), axis=1)
+        reached &= (d >= leg.inner - slack) & (d <= leg.outer + slack)
+    return reached

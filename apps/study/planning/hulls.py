@@ -1,0 +1,298 @@
+"""The bodies of a robot as rounded shapes, and how far they move.
+
+The shapes are those of the drawing: each line of a body is a capsule, each plate the hull of its
+corners, rounded; a rod or a cylinder is one capsule between its two ends. The plate or line between
+several joints on the ground stands for the ground itself and is left out.
+
+A point moves no further than its joints turn it, from the base to the tip: what a joint moves
+carries the axes beyond it along, so that each lever is that in the middle of a way. This bound is
+convex in the point, so that the corners of a shape bound all of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations, pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chasles.contract import Body
+from chasles.summaries import short_repr, summary_repr
+
+from ...drawing.skeleton import Skeleton, skeleton
+from .obstacles import capsules_along
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+
+_LINES = ("link", "guide", "ram")
+
+
+@dataclass(frozen=True, eq=False)
+class Hull:
+    """A convex shape on a body, or a strut.
+
+    Attributes:
+        part: The name of the body or strut.
+        bodies: (corners,) the body that carries each corner.
+        corners: (corners, 3) corners in the frames of these bodies [m].
+    """
+
+    part: str
+    bodies: IntArray
+    corners: FloatArray
+
+    __repr__ = short_repr
+
+    @property
+    def is_strut(self) -> bool:
+        """Whether two bodies hold its ends."""
+        return bool((self.bodies != self.bodies[0]).any())
+
+
+@dataclass(frozen=True, eq=False)
+class Hulls:
+    """The shapes of a robot.
+
+    Attributes:
+        robot: The robot.
+        skeleton: Its bodies.
+        hulls: Their shapes.
+    """
+
+    robot: Any
+    skeleton: Skeleton
+    hulls: tuple[Hull, ...]
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        return summary_repr(
+            self, self.robot.name, f"{len(self.hulls)} shapes on {', '.join(self.parts)}"
+        )
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """The names of bodies and struts that have shapes."""
+        return tuple(dict.fromkeys(hull.part for hull in self.hulls))
+
+    def configuration(self, q: FloatArray) -> FloatArray:
+        """(m, n_z) all joints at coordinates (m, n); NaN where loops are open."""
+        return np.asarray(self.robot.configuration(q)) if self.robot.loops else q
+
+    def corners(self, z: FloatArray) -> list[FloatArray]:
+        """The corners (corners, 3) of each shape at a configuration (n_z,), in the base frame."""
+        return np.split(self._corners(self.skeleton.poses_at(z)), self._ends[:-1])
+
+    def shapes(self, radii: FloatArray) -> list[Any]:
+        """The shape of each hull in coal, rounded by radii (hulls,); None of a strut's."""
+        import coal  # noqa: PLC0415
+
+        made: list[Any] = []
+        for hull, radius in zip(self.hulls, radii, strict=True):
+            if hull.is_strut:
+                made.append(None)
+            elif len(hull.corners) == 1:
+                made.append(coal.Sphere(float(radius)))
+            elif len(hull.corners) == 2:  # noqa: PLR2004 - a line
+                length = float(np.linalg.norm(hull.corners[1] - hull.corners[0]))
+                made.append(coal.Capsule(float(radius), length))
+            else:
+                made.append(_rounded(hull.corners, float(radius)))
+        return made
+
+    def poses(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Where the shapes are at configurations (m, n_z).
+
+        Returns:
+            (m, hulls, 4, 4) poses of the shapes in the base frame, and (m, hulls) lengths of struts
+            [m], 0 of other shapes.
+        """
+        T = self.skeleton.poses_at(z)
+        found, lengths = T[:, self._first] @ self._placements, np.zeros((len(z), len(self.hulls)))
+        if len(self._struts):
+            a, b = (self._corners(T)[:, ends].reshape(-1, 3) for ends in self._strut_corners)
+            along, placed = capsules_along(a, b)
+            lengths[:, self._struts] = along.reshape(len(z), len(self._struts))
+            found[:, self._struts] = placed.reshape(len(z), len(self._struts), 4, 4)
+        return found, lengths
+
+    def moves(self, z: FloatArray, w: FloatArray) -> FloatArray:
+        """How far corners move while the joints are within a box, without the joints of a body.
+
+        Args:
+            z: (n_z,) the configuration in the middle of the box [rad or m].
+            w: (n_z,) half of its widths.
+
+        Returns:
+            (bodies, hulls) distances [m] from where each hull is in the middle, at most. Row k
+            leaves out the joints up to that of body k: what moves all that it carries does not
+            bring two shapes on it nearer to each other.
+        """
+        T = self.skeleton.poses_at(z)
+        points, joints = self._corners(T), self._joints
+        at, axes = (T[self._moving] @ joints.lines)[..., :3, :].transpose(2, 0, 1)
+        levers = np.linalg.norm(np.cross(points - at[:, None], axes[:, None]), axis=-1)
+        steps = np.abs(joints.ratios) * w[joints.coordinates]
+        turned = steps * joints.turns
+        ways = self._carried * (turned[:, None] * levers + (steps * joints.slides)[:, None])
+        # Row j: the way by the joints from j on, and one row more without any.
+        beyond = np.zeros((len(steps) + 1, len(points)))
+        beyond[:-1] = np.cumsum(ways[::-1], axis=0)[::-1]
+        most = np.maximum.reduceat(beyond, self._starts, axis=1)
+        found = np.zeros((len(self.skeleton.bodies), len(self.hulls)))
+        found[0], found[self._moving] = most[0], most[1:]
+        return found
+
+    def common(self, i: int, j: int) -> int:
+        """The last body that carries all corners of two hulls, by index; 0 is the ground."""
+        bodies = [*self.hulls[i].bodies, *self.hulls[j].bodies]
+        shared = set.intersection(*(set(self._chain(int(k))) for k in bodies))
+        return max(shared & {0, *self._moving.tolist()})
+
+    def _chain(self, k: int) -> list[int]:
+        chain = [k]
+        while (parent := self.skeleton.bodies[chain[-1]].parent) is not None:
+            chain.append(parent)
+        return [*chain, 0]
+
+    def _corners(self, T: FloatArray) -> FloatArray:
+        """(..., corners, 3) all corners at poses of the bodies (..., bodies, 4, 4)."""
+        own = T[..., self._carriers, :3, :]
+        return np.asarray((own[..., :3] @ self._local[:, :, None])[..., 0] + own[..., 3])
+
+    @cached_property
+    def _ends(self) -> IntArray:
+        return np.asarray(np.cumsum([len(hull.corners) for hull in self.hulls]))
+
+    @cached_property
+    def _starts(self) -> IntArray:
+        return np.asarray(np.concatenate([[0], self._ends[:-1]]))
+
+    @cached_property
+    def _carriers(self) -> IntArray:
+        return np.concatenate([hull.bodies for hull in self.hulls])
+
+    @cached_property
+    def _local(self) -> FloatArray:
+        return np.concatenate([hull.corners for hull in self.hulls])
+
+    @cached_property
+    def _first(self) -> IntArray:
+        return np.array([hull.bodies[0] for hull in self.hulls])
+
+    @cached_property
+    def _struts(self) -> IntArray:
+        return np.flatnonzero([hull.is_strut for hull in self.hulls])
+
+    @cached_property
+    def _strut_corners(self) -> IntArray:
+        return np.asarray(self._starts[self._struts] + np.array([[0], [1]]))
+
+    @cached_property
+    def _placements(self) -> FloatArray:
+        """(hulls, 4, 4) poses of capsules and balls on their bodies; plates are in place."""
+        made = np.tile(np.eye(4), (len(self.hulls), 1, 1))
+        for k, hull in enumerate(self.hulls):
+            if len(hull.corners) <= 2 and not hull.is_strut:  # noqa: PLR2004 - a line
+                made[k] = capsules_along(hull.corners[:1], hull.corners[-1:])[1][0]
+        return made
+
+    @cached_property
+    def _moving(self) -> IntArray:
+        """The bodies on joints that move."""
+        bodies = enumerate(self.skeleton.bodies)
+        return np.array([k for k, body in bodies if body.joint and body.joint.kind != "fixed"])
+
+    @cached_property
+    def _carried(self) -> NDArray[np.bool_]:
+        """(joints, corners) whether a joint moves a corner."""
+        chains = [set(self._chain(int(k))) for k in self._carriers]
+        return np.array([[int(k) in chain for chain in chains] for k in self._moving])
+
+    @cached_property
+    def _joints(self) -> _MovingJoints:
+        return _MovingJoints([self.skeleton.bodies[k] for k in self._moving])
+
+
+class _MovingJoints:
+    """The joints of bodies, as arrays."""
+
+    def __init__(self, bodies: list[Body]) -> None:
+        joints = [body.joint for body in bodies if body.joint]
+        self.coordinates = np.array([joint.coordinate for joint in joints])
+        self.ratios = np.array([joint.ratio for joint in joints])
+        self.turns = np.array([float(joint.kind != "prismatic") for joint in joints])
+        self.slides = np.array(
+            [1.0 if joint.kind == "prismatic" else abs(joint.advance) for joint in joints]
+        )
+        # A point of each axis and its direction, as columns.
+        self.lines = np.array([[[*j.at, 1.0], [*j.axis, 0.0]] for j in joints]).transpose(0, 2, 1)
+
+
+def hulls_of(robot: Any) -> Hulls:
+    """The shapes of a robot's bodies.
+
+    Args:
+        robot: The robot.
+
+    Raises:
+        ManifestError: An earlier version derived the robot, without its bodies.
+    """
+    bones = skeleton(robot)
+    made = []
+    ground = bones.bodies[0].name
+    joints_on_ground = sum(ground in names for names in joined(bones))
+    for k, body in enumerate(bones.bodies):
+        if body.span is not None:
+            if not body.span.from_end:
+                made.append(
+                    Hull(body.span.name, np.array(body.span.bodies), np.array(body.span.ends))
+                )
+            continue
+        for shape in body.shapes:
+            stands_for_ground = k == 0 and joints_on_ground > 1 and shape.kind in ("link", "plate")
+            points = np.array(shape.points)
+            pieces: list[FloatArray] = []
+            if shape.kind in _LINES:
+                pieces = [np.array(pair) for pair in pairwise(points)]
+            elif shape.kind in ("plate", "carriage"):
+                pieces = [points]
+            if not stands_for_ground:
+                made += [Hull(body.name, np.full(len(piece), k), piece) for piece in pieces]
+    return Hulls(robot, bones, tuple(made))
+
+
+def joined(bones: Skeleton) -> list[set[str]]:
+    """The names of the two bodies or struts that each joint joins, in no order.
+
+    Bodies that are fixed to each other have the name of the first of them, which has their shapes.
+    """
+    names: list[str] = []
+    for body in bones.bodies:
+        is_fixed = body.joint is not None and body.joint.kind == "fixed"
+        names.append(names[body.parent] if is_fixed and body.parent is not None else body.name)
+    found = []
+    for k, body in enumerate(bones.bodies):
+        if body.joint and body.joint.kind != "fixed" and body.parent is not None:
+            found.append({names[k], names[body.parent]})
+        elif body.span and not body.span.from_end:
+            found += [{body.span.name, names[carrier]} for carrier in body.span.bodies]
+    return found + [{names[k] for k in closure.bodies} for closure in bones.closures]
+
+
+def _rounded(corners: FloatArray, radius: float) -> Any:
+    """The hull of corners (m, 3), rounded, in coal."""
+    import coal  # noqa: PLC0415
+
+    points, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
+    for corner in corners:
+        points.append(corner)
+    # The search for a farthest corner goes along edges: with all of them it misses none.
+    for face in combinations(range(len(corners)), 3):
+        faces.append(coal.Triangle(*face))
+    made = coal.Convex(points, faces)
+    made.setSweptSphereRadius(radius)
+    return made

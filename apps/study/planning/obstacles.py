@@ -1,0 +1,104 @@
+"""Shapes at rest, and capsules along lines, of the library coal.
+
+Source:
+    T. Duff and others, Building an orthonormal basis, revisited, 2017, for frames along lines.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from chasles import InputValueError
+from chasles.summaries import summary_repr
+
+from ..arguments import above_0, finite
+
+FloatArray = NDArray[np.float64]
+
+_POINT = 1e-9
+"""Length [m] below which a capsule is a ball."""
+
+
+@dataclass(frozen=True, eq=False)
+class Obstacle:
+    """A shape at a place.
+
+    Attributes:
+        shape: The shape of the library coal.
+        T_0_shape: (4, 4) its pose in the base frame.
+        name: Its name.
+    """
+
+    shape: Any
+    T_0_shape: FloatArray
+    name: str
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        x, y, z = self.T_0_shape[:3, 3]
+        return summary_repr(
+            self, "", self.name, f"{type(self.shape).__name__} at ({x:.4g}, {y:.4g}, {z:.4g}) m"
+        )
+
+
+def ball(centre: ArrayLike, radius: float, name: str = "ball") -> Obstacle:
+    """A ball: centre (3,) and radius [m] in the base frame."""
+    import coal  # noqa: PLC0415
+
+    T = np.eye(4)
+    T[:3, 3] = finite("ball: centre", centre, (3,))
+    return Obstacle(coal.Sphere(above_0("ball: radius", radius)), T, name)
+
+
+def block(T_0_block: ArrayLike, sides: ArrayLike, name: str = "block") -> Obstacle:
+    """A box: pose (4, 4) of its middle in the base frame, and sides (3,) [m]."""
+    import coal  # noqa: PLC0415
+
+    lengths = [above_0("block: sides", side) for side in finite("block: sides", sides, (3,))]
+    return Obstacle(coal.Box(*lengths), finite("block: T_0_block", T_0_block, (4, 4)), name)
+
+
+def capsule(start: ArrayLike, end: ArrayLike, radius: float, name: str = "capsule") -> Obstacle:
+    """All points within a radius [m] of the line between two points (3,) in the base frame."""
+    import coal  # noqa: PLC0415
+
+    a, b = finite("capsule: start", start, (3,)), finite("capsule: end", end, (3,))
+    length, T = capsules_along(a[None], b[None])
+    shape = coal.Capsule(above_0("capsule: radius", radius), float(length[0]))
+    return Obstacle(shape, T[0], name)
+
+
+def mesh(
+    path: str | os.PathLike[str], T_0_mesh: ArrayLike | None = None, name: str = ""
+) -> Obstacle:
+    """The surface of a file (.stl, .obj, .dae), in metres: pose (4, 4) in the base frame."""
+    import coal  # noqa: PLC0415
+
+    if not Path(path).is_file():
+        raise InputValueError(f"mesh: there is no file {os.fspath(path)}")
+    shape = coal.MeshLoader().load(os.fspath(path), np.ones(3))
+    T = finite("mesh: T_0_mesh", np.eye(4) if T_0_mesh is None else T_0_mesh, (4, 4))
+    return Obstacle(shape, T, name or Path(path).name)
+
+
+def capsules_along(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(m,) distances, and (m, 4, 4) poses in the middle between points (m, 3) with z along them."""
+    step = b - a
+    length = np.linalg.norm(step, axis=-1)
+    z = np.where(length[:, None] > _POINT, step / np.maximum(length, _POINT)[:, None], [0, 0, 1])
+    # The frame of Frisvad and Duff: x and y from z without a cross product.
+    sign = np.where(z[:, 2] >= 0, 1.0, -1.0)
+    u = -1 / (sign + z[:, 2])
+    v = z[:, 0] * z[:, 1] * u
+    x = np.stack([1 + sign * z[:, 0] ** 2 * u, sign * v, -sign * z[:, 0]], axis=-1)
+    y = np.stack([v, sign + z[:, 1] ** 2 * u, -z[:, 1]], axis=-1)
+    T = np.tile(np.eye(4), (len(a), 1, 1))
+    T[:, :3, :3] = np.stack([x, y, z], axis=-1)
+    T[:, :3, 3] = (a + b) / 2
+    return np.asarray(length), T

@@ -1,0 +1,288 @@
+"""The coordinates of a robot among obstacles: rounded shapes of its bodies against other shapes.
+
+A way between two postures is free for certain, not at samples: where the clearance of a posture is
+larger than any point of the robot can move on the way to the next one, nothing in between touches.
+Where it is not, the way is halved, down to a resolution at which it counts as blocked. How far
+loops move the joints is bounded for each way by `loop_bounds.py`, and how far joints move the
+bodies by `hulls.py`. A way too close to a dead point or to a parallel singularity counts as
+blocked, so that no way leads from one assembly mode to another.
+
+Source:
+    F. Schwarzer, M. Saha, J.-C. Latombe, Adaptive dynamic collision checking for single and
+    multiple articulated robots in complex environments, 2005.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chasles import InputValueError, ShapeError
+from chasles.summaries import summary_repr
+
+from ..samples import box_of
+from .hulls import Hulls, hulls_of, joined
+from .loop_bounds import LoopBounds, closed_postures, loop_bounds
+from .obstacles import Obstacle
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+_RESOLUTION = 1e-3
+"""Part of the box of the coordinates below which a way is not halved further."""
+
+
+@dataclass(frozen=True, eq=False)
+class RobotSpace:
+    """A robot's coordinates within limits, free where no part touches an obstacle or another part.
+
+    The parts are its bodies, rods and cylinders, with the lines and plates of its drawing, rounded.
+    Parts that a joint joins may touch, and so may two that touch in each of many postures.
+
+    Attributes:
+        robot: The robot.
+        obstacles: Shapes at rest.
+        hulls: The shapes of the parts.
+        radii: (parts,) radius of each part in `parts` [m].
+        lower: (n,) least coordinates [rad or m].
+        upper: (n,) largest coordinates [rad or m].
+        checks: Pairs whose distance counts: a shape of the robot, and an obstacle (by index) or
+            another shape (by index beyond the obstacles).
+        bounds: Bounds of the joints of a robot with loops.
+    """
+
+    robot: Any
+    obstacles: tuple[Obstacle, ...]
+    hulls: Hulls
+    radii: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    checks: tuple[tuple[int, int], ...]
+    bounds: LoopBounds | None
+
+    def __repr__(self) -> str:
+        """In words, with the figures that matter."""
+        among = ", ".join(obstacle.name for obstacle in self.obstacles)
+        return summary_repr(
+            self,
+            self.robot.name,
+            f"among {among}" if among else "without obstacles",
+            f"{len(self.parts)} parts, {len(self.checks)} distances between shapes",
+            methods="parts, free(points), clearance(q), free_way(a, b)",
+        )
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """The names of the bodies, rods and cylinders that have a shape."""
+        return self.hulls.parts
+
+    def free(self, points: FloatArray) -> BoolArray:
+        """Whether nothing touches at postures (m, n)."""
+        z = self.hulls.configuration(points)
+        found: BoolArray = np.asarray(np.isfinite(z).all(-1))
+        found[found] = [(apart > 0).all() for apart in self.distances_at(z[found])]
+        return np.asarray(found)
+
+    def free_way(self, a: FloatArray, b: FloatArray) -> bool:
+        """Whether nothing touches on the straight way between two postures (n,), for certain."""
+        least = _RESOLUTION * float(np.max(self.upper - self.lower))
+        ways = [(a, b)]
+        while ways:
+            start, end = ways.pop()
+            middle, half = (start + end) / 2, np.abs(end - start) / 2
+            distances = self.distances(middle)
+            if distances.min() <= 0:
+                return False
+            if (distances > self.approach(start, end)).all():
+                continue
+            if half.max() < least:
+                return False
+            ways += [(start, middle), (middle, end)]
+        return True
+
+    def approach(self, a: FloatArray, b: FloatArray) -> FloatArray:
+        """How far the two of each check approach each other at most, from the middle of a way.
+
+        Args:
+            a: (n,) start of the straight way [rad or m].
+            b: (n,) its end.
+
+        Returns:
+            (checks,) distances [m]; inf where loops are open on the way or too near a dead point.
+        """
+        z, w = (a + b) / 2, np.abs(b - a) / 2
+        if self.bounds is not None:
+            joints = self.bounds.joints(a, b)
+            if joints is None:
+                return np.full(len(self.checks), np.inf)
+            z, w = self.hulls.configuration(z[None])[0], joints
+        moves = self.hulls.moves(z, w)
+        own, others, common = self._pairs
+        others_move = np.where(others < 0, 0.0, moves[common, np.maximum(others, 0)])
+        return np.asarray(moves[common, own] + others_move)
+
+    def clearance(self, q: FloatArray) -> tuple[float, str]:
+        """The least distance at a posture.
+
+        Args:
+            q: (n,) coordinates [rad or m].
+
+        Returns:
+            The distance [m], not positive where something touches or a loop is open, and what is
+            nearest, in words.
+        """
+        distances = self.distances(q)
+        k = int(np.argmin(distances))
+        if np.isneginf(distances[k]):
+            return -np.inf, "the loops do not close"
+        own, other = self.checks[k]
+        beyond = other - len(self.obstacles)
+        name = self.obstacles[other].name if beyond < 0 else self._named(beyond)
+        return float(distances[k]), f"{self._named(own)} and {name}"
+
+    def distances(self, q: FloatArray) -> FloatArray:
+        """(checks,) distances at a posture (n,) [m]; -inf where loops are open."""
+        z = self.hulls.configuration(q[None])
+        if not np.isfinite(z).all():
+            return np.full(len(self.checks), -np.inf)
+        return np.asarray(self.distances_at(z)[0])
+
+    def distances_at(self, z: FloatArray) -> FloatArray:
+        """(m, checks) distances at configurations (m, n_z) of all joints [m]."""
+        import coal  # noqa: PLC0415
+
+        radii, resting, first = self._radii, self.obstacles, len(self.obstacles)
+        fixed = [coal.Transform3s(o.T_0_shape[:3, :3], o.T_0_shape[:3, 3]) for o in resting]
+        request, result = coal.DistanceRequest(), coal.DistanceResult()
+        found = np.empty((len(z), len(self.checks)))
+        for row, T, lengths in zip(found, *self.hulls.poses(z), strict=True):
+            shapes = [obstacle.shape for obstacle in resting]
+            shapes += [
+                coal.Capsule(radii[k], lengths[k]) if shape is None else shape
+                for k, shape in enumerate(self._shapes)
+            ]
+            places = fixed + [coal.Transform3s(pose[:3, :3], pose[:3, 3]) for pose in T]
+            for k, (own, other) in enumerate(self.checks):
+                result.clear()
+                pair = shapes[first + own], places[first + own], shapes[other], places[other]
+                row[k] = coal.distance(*pair, request, result)
+        return found
+
+    def why(self, q: FloatArray) -> str:
+        """What touches at a posture (n,), in words."""
+        beyond = np.flatnonzero(~((q >= self.lower) & (q <= self.upper)))
+        if len(beyond):
+            return f"{self.robot.coordinates[beyond[0]].name} is beyond its limits"
+        distance, nearest = self.clearance(q)
+        return nearest if np.isneginf(distance) else f"{nearest} touch"
+
+    def _named(self, k: int) -> str:
+        hull = self.hulls.hulls[k]
+        return hull.part if hull.bodies.any() else "the base"
+
+    @cached_property
+    def _radii(self) -> list[float]:
+        """The radius of each shape."""
+        by_part = dict(zip(self.parts, self.radii.tolist(), strict=True))
+        return [by_part[hull.part] for hull in self.hulls.hulls]
+
+    @cached_property
+    def _shapes(self) -> list[Any]:
+        return self.hulls.shapes(np.array(self._radii))
+
+    @cached_property
+    def _pairs(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
+        """The shapes of each check, -1 for obstacles, and the body that carries both."""
+        own, others = np.array(self.checks).T
+        others = others - len(self.obstacles)
+        common = [
+            self.hulls.common(i, j) if j >= 0 else 0 for i, j in zip(own, others, strict=True)
+        ]
+        return own, others, np.array(common)
+
+
+def robot_space(
+    robot: Any,
+    obstacles: Sequence[Obstacle] = (),
+    *,
+    radius: float | Sequence[float],
+    may_touch: Sequence[tuple[str, str]] = (),
+) -> RobotSpace:
+    """The coordinates of a robot among obstacles.
+
+    Args:
+        robot: The robot.
+        obstacles: Shapes in the base frame, from `ball`, `block`, `capsule` or `mesh`.
+        radius: Radius of its parts [m], or one a part in the order of `RobotSpace.parts`.
+        may_touch: Pairs of parts that pass beside each other, by name: their distance does not
+            count.
+
+    Raises:
+        InputValueError: A slider has no limits, the radii are not positive, a part is unknown, or
+            the motion of loops has no bound.
+        ShapeError: There are not as many radii as parts.
+    """
+    lower, upper = _box(robot)
+    hulls = hulls_of(robot)
+    radii, parts = np.asarray(radius, dtype=np.float64), hulls.parts
+    if radii.shape not in ((), (len(parts),)):
+        raise ShapeError(
+            f"radius: expected a number or {len(parts)}, of {', '.join(parts)}, got shape "
+            f"{radii.shape}"
+        )
+    radii = np.broadcast_to(radii, (len(parts),))
+    if not ((radii > 0) & np.isfinite(radii)).all():
+        raise InputValueError(f"radius: expected values above 0, got {radius}")
+    bounds = loop_bounds(robot, lower, upper) if robot.loops else None
+    for name in (name for pair in may_touch for name in pair):
+        if name not in parts:
+            raise InputValueError(
+                f"may_touch: {robot.name} has no part {name!r}; its parts are {', '.join(parts)}"
+            )
+    space = RobotSpace(robot, tuple(obstacles), hulls, radii, lower, upper, (), bounds)
+    space = _checked(space, [set(pair) for pair in may_touch])
+    if not space.checks:
+        raise InputValueError(f"{robot.name}: there is nothing that its parts could touch")
+    return space
+
+
+def _box(robot: Any) -> tuple[FloatArray, FloatArray]:
+    """Limits; actuators of loops that turn without limits turn once, about the reference.
+
+    Where loops close, they do so around the reference, which may be at the border of other turns.
+    """
+    lower, upper = box_of(robot)
+    if robot.loops:
+        endless = np.isinf(robot.lower) & np.isinf(robot.upper)
+        middle = np.array(robot.reference.q)
+        lower = np.where(endless, middle - np.pi, lower)
+        upper = np.where(endless, middle + np.pi, upper)
+    return lower, upper
+
+
+def _checked(space: RobotSpace, may_touch: list[set[str]]) -> RobotSpace:
+    """The space with its checks: all moving shapes against all obstacles and against each other.
+
+    Two shapes on one part, or on parts that a joint joins, are not checked, nor are two that touch
+    in each of many postures.
+    """
+    hulls, first = space.hulls.hulls, len(space.obstacles)
+    together = joined(space.hulls.skeleton) + may_touch
+    pairs = [
+        (b, first + a)
+        for a, b in combinations(range(len(hulls)), 2)
+        if hulls[a].part != hulls[b].part and {hulls[a].part, hulls[b].part} not in together
+    ]
+    _, z = closed_postures(space.robot, space.lower, space.upper)
+    among = replace(space, checks=tuple(pairs))
+    apart = np.asarray((among.distances_at(z) > 0).any(0))
+    moving = [k for k, hull in enumerate(hulls) if hull.bodies.any()]
+    near = [(k, i) for k in moving for i in range(first)]
+    own = [pair for pair, is_apart in zip(pairs, apart, strict=True) if is_apart]
+    return replace(space, checks=tuple(near + own))

@@ -1,0 +1,177 @@
+"""Points that fill the box of a robot's coordinates, in pieces that are computed alone.
+
+A study of a billion postures cannot hold them, and must not depend on who computes which part. So
+a sample set is a sequence of pieces of 2^16 points; each follows from its number and the key alone,
+and the set is the same for any number of threads, processes and machines.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chasles import InputValueError
+from chasles.summaries import short_repr
+
+from .arguments import whole
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.uint64]
+By = Literal["sobol", "uniform", "grid"]
+
+PIECE = 1 << 16
+"""Points of a piece: enough work for a thread, and a Sobol net that stays in the cache."""
+BLOCK = 1 << 12
+"""Points that are handled at once: their poses and Jacobians stay in the cache."""
+_BITS = 52
+"""Binary digits of a coordinate in the unit cube; a double has one more."""
+_NET_KEY = 0
+"""Word that keeps the random digits of the net apart from those of the pieces."""
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Points of a box.
+
+    Attributes:
+        lower: (n,) least coordinates [rad or m].
+        upper: (n,) largest coordinates [rad or m].
+        count: Number of points.
+        by: "sobol": every piece is a Sobol net of its own random digital shift, so that neither a
+            piece nor the set leaves gaps; "uniform": independent and random; "grid": the nodes of
+            a grid that includes both limits, with equal counts along all coordinates.
+        key: Chooses the random numbers: the same key gives the same points.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+    count: int
+    by: By
+    key: int
+
+    __repr__ = short_repr
+
+    @property
+    def pieces(self) -> int:
+        """Number of pieces; the last may have fewer points."""
+        return -(-self.count // PIECE)
+
+    def blocks(self, piece: int) -> Iterator[FloatArray]:
+        """The points of a piece, (m, n) at a time with m at most `BLOCK`.
+
+        A block is overwritten by the next one.
+
+        Args:
+            piece: Its number, from 0.
+        """
+        size = min(PIECE, self.count - piece * PIECE)
+        if self.by == "grid":
+            yield from self._nodes(piece * PIECE, size)
+            return
+        span = self.upper - self.lower
+        for block in self._cube(piece, size):
+            np.multiply(block, span, out=block)
+            yield np.add(block, self.lower, out=block)
+
+    def _nodes(self, first: int, size: int) -> Iterator[FloatArray]:
+        n = len(self.lower)
+        side = _side(self.count, n)
+        places = [np.linspace(a, b, side) for a, b in zip(self.lower, self.upper, strict=True)]
+        for begin in range(first, first + size, BLOCK):
+            index = np.arange(begin, min(begin + BLOCK, first + size))
+            node = np.unravel_index(index, (side,) * n)
+            yield np.column_stack([own[k] for own, k in zip(places, node, strict=True)])
+
+    def _cube(self, piece: int, size: int) -> Iterator[FloatArray]:
+        """Blocks of points in the unit cube."""
+        n = len(self.lower)
+        digits = np.random.default_rng([self.key, piece + 1])
+        block = np.empty((BLOCK, n))
+        if self.by == "uniform":
+            for begin in range(0, size, BLOCK):
+                some = block[: min(BLOCK, size - begin)]
+                yield digits.random(out=some)
+            return
+        net = _net(n, self.key)
+        shift = digits.integers(0, 1 << _BITS, size=n, dtype=np.uint64)
+        shifted = np.empty((BLOCK, n), dtype=np.uint64)
+        for begin in range(0, size, BLOCK):
+            m = min(BLOCK, size - begin)
+            np.bitwise_xor(net[begin : begin + m], shift, out=shifted[:m])
+            yield np.multiply(shifted[:m], 2.0**-_BITS, out=block[:m])
+
+
+def samples_of(robot: Any, count: int, by: By, key: int) -> Samples:
+    """Points in the box of a robot's limits; joints without limits turn once.
+
+    Args:
+        robot: The robot.
+        count: Number of points. For a grid of n coordinates, the largest k^n that is no more.
+        by: See `Samples`.
+        key: Chooses the random numbers, at least 0.
+
+    Raises:
+        InputValueError: A sliding coordinate has no limits, the count is less than 1, the name is
+            unknown, or a grid has fewer than two nodes a coordinate.
+    """
+    if by not in get_args(By):
+        raise InputValueError(f"by = {by!r}: expected one of {', '.join(get_args(By))}")
+    count = whole("samples", count, 1)
+    lower, upper = box_of(robot)
+    if by == "grid":
+        side = _side(count, robot.n)
+        if side < 2:  # noqa: PLR2004 - a grid has its two ends
+            raise InputValueError(
+                f"samples = {count}: a grid of {robot.n} coordinates has at least {2**robot.n}"
+            )
+        count = side**robot.n
+    return Samples(lower, upper, count, by, key)
+
+
+def box_of(robot: Any) -> tuple[FloatArray, FloatArray]:
+    """(n,) least and largest coordinates of a robot; joints without limits turn once.
+
+    Raises:
+        InputValueError: A sliding coordinate has no limits.
+    """
+    lower, upper = robot.lower.copy(), robot.upper.copy()
+    for i, coordinate in enumerate(robot.coordinates):
+        if np.isfinite([lower[i], upper[i]]).all():
+            continue
+        if coordinate.unit != "rad":
+            raise InputValueError(
+                f"{robot.name}: {coordinate.name} slides without limits, so the workspace has no "
+                "end; give it limits in the robot file"
+            )
+        lower[i], upper[i] = _one_turn(lower[i], upper[i])
+    return lower, upper
+
+
+def _one_turn(lower: float, upper: float) -> tuple[float, float]:
+    if math.isfinite(lower):
+        return lower, lower + 2 * math.pi
+    if math.isfinite(upper):
+        return upper - 2 * math.pi, upper
+    return -math.pi, math.pi
+
+
+def _side(count: int, n: int) -> int:
+    """The largest k with k^n at most `count`."""
+    side = int(count ** (1 / n))
+    return side + 1 if (side + 1) ** n <= count else side
+
+
+@lru_cache(maxsize=4)
+def _net(n: int, key: int) -> IntArray:
+    """(2^16, n) points of a scrambled Sobol net, as integers of `_BITS` digits."""
+    from scipy.stats import qmc  # noqa: PLC0415
+
+    digits = np.random.default_rng([key, _NET_KEY])
+    points = qmc.Sobol(n, scramble=True, bits=_BITS, rng=digits).random(PIECE)
+    return np.asarray(points * 2.0**_BITS, dtype=np.uint64)

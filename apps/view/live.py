@@ -1,0 +1,379 @@
+"""The live view: a robot in the browser, with sliders and a tool that can be dragged."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chasles import InputValueError
+
+from .display import COLOURS, Display, Ghosts, Posture, quaternions
+from .meshes import BodyMesh, body_meshes
+from .playback import Recording
+from .slider_units import SliderUnit, slider_units
+from .solids import BLUE
+from .triangles import joined
+
+FloatArray = NDArray[np.float64]
+
+_STEP = 0.1
+"""Step of a slider in the unit that people read: a tenth of a degree or of a millimetre."""
+_RATE = 1 / 30
+"""Seconds between the frames of a motion that is played."""
+_GHOST_OPACITY = 0.4
+_GIZMO = 0.2
+"""Size of the tool's handle, in parts of the robot's size."""
+_CLOUD = 20_000
+"""Points of the workspace: enough to see its form, few enough to turn it without jerks."""
+_LEGEND = "blue: within limits · yellow: near a limit or the border of reach · red: beyond a limit"
+_MODES = " · purple: assembly modes at the same actuators"
+_AWAY = "The tool cannot be there: the posture of the least error nearby is shown."
+_OPEN = "A loop does not close there."
+
+
+class LiveView:
+    """A robot in a web page of this machine, until it is closed.
+
+    The page has a slider for each coordinate, in degrees or millimetres; a frame at the tool that
+    can be dragged; the branches of the inverse as ghosts; the workspace as points; and, with a
+    recording, its time.
+
+    Attributes:
+        address: The address of the page, http://localhost:... .
+        posture: The posture that is shown.
+        handle_size: The length of the arrows at the tool [m].
+        is_dragged: Whether somebody holds the tool.
+    """
+
+    address: str
+    posture: Posture
+    handle_size: float
+    is_dragged: bool
+
+    def __init__(
+        self,
+        robot: Any,
+        *,
+        port: int | None = None,
+        description: Path | None = None,
+        recording: Recording | None = None,
+    ) -> None:
+        """Starts the server; it listens to this machine alone.
+
+        Args:
+            robot: The robot.
+            port: The port to listen at; a free one if None.
+            description: The URDF that the robot was read from, for its meshes.
+            recording: A motion to be played.
+
+        Raises:
+            InputValueError: viser is not installed, or the port is not free.
+            ManifestError: The robot was derived by a version without skeletons.
+        """
+        viser = _viser()
+        self._display = Display(robot)
+        self._lock = threading.RLock()
+        self._recording, self._begin = recording, 0.0
+        self._units = slider_units(robot, self._display.start.q)
+        meshes = body_meshes(description, self._display.skeleton) if description else ()
+        number = _free_port(port)
+        self._server = viser.ViserServer("127.0.0.1", number, label=robot.name, verbose=False)
+        self.address = f"http://localhost:{number}"
+        self.posture, self.is_dragged = self._display.start, False
+        self.handle_size = _GIZMO * self._display.skeleton.size
+        self._server.scene.set_up_direction("+z")
+        self._look()
+        with self._server.atomic():
+            self._add_bodies(meshes)
+            self._add_ghosts()
+            self._add_tool()
+            self._add_panel(robot)
+        self._show()
+
+    def close(self) -> None:
+        """Stops the server."""
+        self._server.stop()
+
+    def wait(self) -> NoReturn:
+        """Plays the recording, if there is one, until the process is interrupted."""
+        while True:
+            time.sleep(_RATE)
+            self.step()
+
+    def step(self) -> None:
+        """Shows the recording at the present time, again from its start when it has ended."""
+        if self._recording is None or not self._playing.value:
+            return
+        now = (time.monotonic() - self._begin) % max(float(self._recording.t[-1]), _RATE)
+        self._time.value = now
+        self.move_to(self._recording.at(now))
+
+    def move_to(self, q: FloatArray) -> None:
+        """Shows the posture of coordinates (n,) [rad or m]; the last one where no loop closes."""
+        with self._lock:
+            self._take(self._display.at(q, self.posture))
+
+    def drag_to(self, T: FloatArray) -> None:
+        """Shows the posture that follows the tool to a pose (4, 4), measured in the base frame."""
+        with self._lock:
+            self._take(self._display.reaching(T, self.posture))
+
+    # --- what the page shows ---
+
+    def _look(self) -> None:
+        """Places the first camera so that the robot fills the page."""
+        centre, radius = self._display.ball(self._display.start)
+        camera = self._server.initial_camera
+        # The panel covers the right side of the page: the robot stands left of the middle.
+        target = centre + 0.5 * radius * np.array([0.8, 0.6, 0.0])
+        camera.position = tuple(target + 2.2 * radius * np.array([0.6, -0.8, 0.45]))
+        camera.look_at = tuple(target)
+        self._server.scene.add_grid(
+            "/ground",
+            width=4 * radius,
+            height=4 * radius,
+            cell_size=radius / 5,
+            section_size=radius,
+        )
+
+    def _add_bodies(self, meshes: Sequence[BodyMesh]) -> None:
+        scene, skeleton = self._server.scene, self._display.skeleton
+        self._bodies = [
+            scene.add_frame(f"/robot/{body.name}", show_axes=False) for body in skeleton.bodies
+        ]
+        self._symbols: dict[str, list[Any]] = {}
+        for k, solid in enumerate(self._display.solids):
+            body = skeleton.bodies[solid.body].name
+            surface = scene.add_mesh_simple(
+                f"/robot/{body}/solid_{k}",
+                solid.triangles.vertices.astype(np.float32),
+                solid.triangles.faces.astype(np.uint32),
+                color=solid.colour,
+                cast_shadow=False,
+                receive_shadow=False,
+            )
+            if solid.joint:
+                self._symbols.setdefault(solid.joint, []).append(surface)
+        self._meshes = [
+            scene.add_mesh_trimesh(
+                f"/robot/{skeleton.bodies[mesh.body].name}/mesh_{k}", mesh.surface
+            )
+            for k, mesh in enumerate(meshes)
+        ]
+
+    def _add_ghosts(self) -> None:
+        """All ghosts of a body are one mesh in several places: a message a body and frame."""
+        places = self._display.most_ghosts + self._display.most_modes
+        self._ghosts = []
+        for k, body in enumerate(self._display.skeleton.bodies):
+            parts = [solid.triangles for solid in self._display.solids if solid.body == k]
+            if k == 0 or not parts or not places:
+                continue
+            whole = joined(parts)
+            handle = self._server.scene.add_batched_meshes_simple(
+                f"/ghosts/{body.name}",
+                whole.vertices.astype(np.float32),
+                whole.faces.astype(np.uint32),
+                batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (places, 1)),
+                batched_positions=np.zeros((places, 3)),
+                batched_scales=np.zeros(places),
+                batched_colors=np.zeros((places, 3), dtype=np.uint8),
+                opacity=_GHOST_OPACITY,
+                lod="off",
+                cast_shadow=False,
+                receive_shadow=False,
+            )
+            self._ghosts.append((k, handle))
+
+    def _add_tool(self) -> None:
+        self._tool = self._server.scene.add_transform_controls(
+            "/tool", scale=self.handle_size, depth_test=False, opacity=0.8
+        )
+        self._tool.on_update(self._on_drag)
+
+    def _add_panel(self, robot: Any) -> None:
+        gui = self._server.gui
+        gui.add_markdown(f"**{robot.title}**")
+        self._sliders = [
+            self._slider(k, unit, q)
+            for k, (unit, q) in enumerate(zip(self._units, self.posture.q, strict=True))
+        ]
+        self._message = gui.add_markdown("")
+        display = self._display
+        self._ghosts_shown = gui.add_checkbox(
+            "branches as ghosts", display.most_ghosts > 0, visible=display.most_ghosts > 0
+        )
+        self._modes_shown = gui.add_checkbox(
+            "assembly modes as ghosts", False, visible=display.most_modes > 0
+        )
+        for switch in (self._ghosts_shown, self._modes_shown):
+            switch.on_update(self._on_ghosts)
+        self._cloud_shown = gui.add_checkbox("workspace", False)
+        self._cloud_shown.on_update(self._on_cloud)
+        if self._meshes:
+            self._meshes_shown = gui.add_checkbox("meshes", True)
+            self._meshes_shown.on_update(self._on_meshes)
+        gui.add_markdown(_LEGEND + (_MODES if display.most_modes else ""))
+        if self._recording is not None:
+            end = max(float(self._recording.t[-1]), _RATE)
+            self._playing = gui.add_checkbox("play", True)
+            self._playing.on_update(self._on_play)
+            self._time = gui.add_slider("time [s]", 0.0, end, end / 1000, 0.0)
+            self._time.on_update(self._on_time)
+
+    def _slider(self, k: int, unit: SliderUnit, q: float) -> Any:
+        low, high = unit.lower * unit.factor, unit.upper * unit.factor
+        value = min(max(q * unit.factor, low), high)
+        slider = self._server.gui.add_slider(unit.label, low, high, _STEP, value)
+
+        # No coroutine: viser would wake its loop for each value that the view sets itself, which
+        # has no client.
+        def on_update(event: Any) -> None:
+            if event.client_id is not None:
+                q = self.posture.q.copy()
+                q[k] = event.target.value / unit.factor
+                self.move_to(q)
+
+        slider.on_update(on_update)
+        return slider
+
+    # --- what people do ---
+
+    async def _on_drag(self, event: Any) -> None:
+        self.is_dragged = event.phase != "end"
+        if not self.is_dragged:
+            with self._lock:
+                self._show()
+            return
+        self.drag_to(_pose(event.target.wxyz, event.target.position))
+
+    async def _on_ghosts(self, _event: Any) -> None:
+        with self._lock:
+            self._show()
+
+    async def _on_meshes(self, event: Any) -> None:
+        for mesh in self._meshes:
+            mesh.visible = event.target.value
+
+    async def _on_cloud(self, event: Any) -> None:
+        with self._lock:
+            if not event.target.value:
+                self._server.scene.remove_by_name("/workspace")
+                return
+            points = self._display.workspace(self._units, _CLOUD)
+            self._server.scene.add_point_cloud(
+                "/workspace",
+                points.astype(np.float32),
+                np.array(BLUE, dtype=np.uint8),
+                point_size=0.002 * self._display.skeleton.size,
+            )
+
+    async def _on_play(self, _event: Any) -> None:
+        self._begin = time.monotonic() - self._time.value
+
+    def _on_time(self, event: Any) -> None:
+        if event.client_id is not None and self._recording is not None:
+            self._begin = time.monotonic() - event.target.value
+            self.move_to(self._recording.at(event.target.value))
+
+    # --- from a posture to the page ---
+
+    def _take(self, posture: Posture) -> None:
+        self.posture = posture
+        self._show()
+
+    def _show(self) -> None:
+        posture = self.posture
+        with self._server.atomic():
+            for body, T, wxyz in zip(
+                self._bodies, posture.bodies, quaternions(posture.bodies), strict=True
+            ):
+                _give(body, wxyz=wxyz, position=T[:3, 3])
+            self._show_limits(posture)
+            for slider, unit, q in zip(self._sliders, self._units, posture.q, strict=True):
+                slider.value = float(np.clip(q, unit.lower, unit.upper) * unit.factor)
+            # A tool in somebody's hand stays there; let go, it returns to the robot.
+            if not self.is_dragged:
+                self._tool.wxyz = quaternions(posture.tool)
+                self._tool.position = posture.tool[:3, 3]
+            self._show_ghosts(posture)
+        _give(self._message, content=_told(posture))
+
+    def _show_limits(self, posture: Posture) -> None:
+        for name, nearness in self._display.limits(posture).items():
+            for symbol in self._symbols.get(name, ()):
+                _give(symbol, color=COLOURS[nearness])
+
+    def _show_ghosts(self, posture: Posture) -> None:
+        if not self._ghosts:
+            return
+        display = self._display
+        parts = [
+            find(posture) if switch.value else display.no_ghosts(count)
+            for switch, find, count in self._kinds_of_ghosts()
+        ]
+        ghosts = Ghosts.joined(parts)
+        for k, handle in self._ghosts:
+            _give(handle, visible=bool(ghosts.scales.any()))
+            _give(handle, batched_scales=ghosts.scales, batched_colors=ghosts.colours)
+            if ghosts.scales.any():
+                handle.batched_positions = ghosts.positions[:, k]
+                handle.batched_wxyzs = ghosts.wxyzs[:, k]
+
+    def _kinds_of_ghosts(self) -> list[tuple[Any, Callable[[Posture], Ghosts], int]]:
+        """For each kind: its switch, what finds its ghosts, and their greatest number."""
+        display = self._display
+        branches = (self._ghosts_shown, display.ghosts, display.most_ghosts)
+        modes = (self._modes_shown, display.modes, display.most_modes)
+        return [kind for kind in (branches, modes) if kind[2]]
+
+
+def _give(handle: Any, **values: Any) -> None:
+    """Sets what differs: viser checks each value, which takes longer than to compare it."""
+    for name, value in values.items():
+        if not np.array_equal(getattr(handle, name), value):
+            setattr(handle, name, value)
+
+
+def _told(posture: Posture) -> str:
+    x, y, z = 1000 * posture.tool[:3, 3]
+    note = "" if posture.reached else _AWAY
+    note = note if posture.closes else _OPEN
+    return f"tool: {x:.1f}, {y:.1f}, {z:.1f} mm\n\n{note}"
+
+
+def _pose(wxyz: FloatArray, position: FloatArray) -> FloatArray:
+    """The pose (4, 4) of a unit quaternion and a position."""
+    w, v = wxyz[0], np.asarray(wxyz[1:], dtype=np.float64)
+    T = np.eye(4)
+    T[:3, :3] = (w * w - v @ v) * np.eye(3) + 2 * np.outer(v, v) + 2 * w * np.cross(np.eye(3), v)
+    T[:3, 3] = position
+    return T
+
+
+def _viser() -> Any:
+    try:
+        import viser  # noqa: PLC0415 - an extra
+    except ImportError as error:
+        raise InputValueError(
+            "chasles view needs viser: pip install 'chasles[view]'; --html needs nothing more"
+        ) from error
+    return viser
+
+
+def _free_port(port: int | None) -> int:
+    """The port itself if it is free, or any free one."""
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind(("127.0.0.1", port or 0))
+        except OSError as error:
+            raise InputValueError(f"port {port}: {error.strerror}") from error
+        return int(probe.getsockname()[1])

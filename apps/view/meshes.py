@@ -1,0 +1,88 @@
+"""The meshes of a URDF on the bodies of a robot's skeleton."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chasles import InputValueError
+
+from ..drawing import Skeleton
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class BodyMesh:
+    """A mesh on a body.
+
+    Attributes:
+        body: Index of the body in the skeleton.
+        surface: The `trimesh.Trimesh` in the body's frame [m].
+    """
+
+    body: int
+    surface: Any
+
+
+def body_meshes(file: Path, skeleton: Skeleton) -> tuple[BodyMesh, ...]:
+    """The visual meshes and primitive shapes of a URDF.
+
+    A link goes with the body of its name. One that the skeleton does not have, as a gripper's, goes
+    with the body that carries it, at joint values of zero.
+
+    Args:
+        file: The URDF; mesh files are found beside it, or in the ROS packages around it.
+        skeleton: The skeleton of the robot that was derived from it.
+
+    Returns:
+        A mesh for each link with a shape whose files are there; () for files other than .urdf.
+
+    Raises:
+        InputValueError: yourdfpy is not installed, or cannot read the file.
+    """
+    if file.suffix != ".urdf":
+        return ()
+    urdf = _read(file)
+    q = np.zeros(len(skeleton.robot.configuration_variables) or skeleton.robot.n)
+    poses = skeleton.poses_at(q)
+    index = {body.name: k for k, body in enumerate(skeleton.bodies)}
+    parents = {joint.child: joint.parent for joint in urdf.robot.joints}
+    found = []
+    base, _ = urdf.scene.graph.get(_base(skeleton, urdf))
+    for node in urdf.scene.graph.nodes_geometry:
+        T, geometry = urdf.scene.graph.get(node)
+        link: str | None = urdf.scene.graph.transforms.parents[node]
+        while link is not None and link not in index:
+            link = parents.get(link)
+        k = index[link] if link is not None else 0
+        T_0_mesh = np.linalg.solve(base, T)
+        surface = urdf.scene.geometry[geometry]
+        # A primitive shape of trimesh would turn without its corners.
+        own = surface.to_mesh() if hasattr(surface, "to_mesh") else surface.copy()
+        own.apply_transform(np.linalg.solve(poses[k], T_0_mesh))
+        found.append(BodyMesh(k, own))
+    return tuple(found)
+
+
+def _base(skeleton: Skeleton, urdf: Any) -> str:
+    """The link of the file that is the robot's base."""
+    name = skeleton.bodies[0].name
+    return name if name in urdf.link_map else str(urdf.base_link)
+
+
+def _read(file: Path) -> Any:
+    try:
+        import yourdfpy  # noqa: PLC0415 - an extra
+    except ImportError as error:
+        raise InputValueError(
+            f"{file}: meshes need yourdfpy: pip install 'chasles[view]'"
+        ) from error
+    try:
+        return yourdfpy.URDF.load(str(file), load_meshes=True, build_scene_graph=True)
+    except (OSError, ValueError, KeyError) as error:
+        raise InputValueError(f"{file}: its meshes cannot be read ({error})") from error

@@ -1,0 +1,60 @@
+"""The manifest of a generated robot: plain dataclasses and their reader."""
+
+from .errors import ChaslesError, ManifestError, SourceMismatchError, UnknownRobotError
+from .facts import (
+    AIMS,
+    ActuatedVariable,
+    Argument,
+    CleanedNumber,
+    Cleaning,
+    ContractTolerances,
+    Coordinate,
+    Frames,
+    FunctionInfo,
+    GeometryParameter,
+    InverseFacts,
+    LoopFacts,
+    Manifest,
+    Parameter,
+    Reference,
+    Variable,
+)
+from .manifest import read_manifest
+from .skeleton_facts import (
+    Body,
+    BodyJoint,
+    HeldFrames,
+    Shape,
+    SkeletonFacts,
+    Span,
+)
+
+__all__ = [
+    "AIMS",
+    "ActuatedVariable",
+    "Argument",
+    "Body",
+    "BodyJoint",
+    "ChaslesError",
+    "CleanedNumber",
+    "Cleaning",
+    "ContractTolerances",
+    "Coordinate",
+    "Frames",
+    "FunctionInfo",
+    "GeometryParameter",
+    "HeldFrames",
+    "InverseFacts",
+    "LoopFacts",
+    "Manifest",
+    "ManifestError",
+    "Parameter",
+    "Reference",
+    "Shape",
+    "SkeletonFacts",
+    "SourceMismatchError",
+    "Span",
+    "UnknownRobotError",
+    "Variable",
+    "read_manifest",
+]

@@ -1,0 +1,365 @@
+"""The facts of a generated robot, as plain data."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from .errors import SourceMismatchError
+from .skeleton_facts import SkeletonFacts
+
+
+@dataclass(frozen=True, slots=True)
+class Coordinate:
+    """An actuated coordinate: a joint, motor, slider or cylinder.
+
+    Attributes:
+        name: As in the robot's description.
+        kind: "revolute" or "prismatic".
+        unit: "rad" or "m".
+        lower: Lower limit in that unit, None if there is none.
+        upper: Upper limit in that unit, None if there is none.
+    """
+
+    name: str
+    kind: str
+    unit: str
+    lower: float | None
+    upper: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A passive joint, or an element of a robot's configuration: its name and unit."""
+
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """The reference configuration, which selects the branch: coordinates q, variables z."""
+
+    q: tuple[float, ...]
+    z: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ActuatedVariable:
+    """The variable z[index] that an actuated coordinate moves: q = z[index] / ratio."""
+
+    index: int
+    ratio: float
+
+
+@dataclass(frozen=True, slots=True)
+class Frames:
+    """The names of the frames: the base, the tip, and the links between."""
+
+    base: str
+    tip: str
+    links: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A number of the robot's geometry, as a float and as the exact text it came from."""
+
+    name: str
+    value: float
+    exact: str
+    unit: str
+    meaning: str
+
+
+@dataclass(frozen=True, slots=True)
+class GeometryParameter:
+    """An element of the vector p of parametric functions.
+
+    Attributes:
+        name: A joint, closure or strut, "base" or "tool", and the number, such as "elbow_alpha".
+        value: Its nominal value.
+        unit: "m", "rad", "m/rad" of a pitch, "rad/(N m)" or "m/N" of a spring, or "1" of a gain.
+        of: The joint, closure or strut, "base" or "tool".
+        part: "joint": a number of the joint's own description; "offset": the one of its coordinate;
+            "axis": a correction of its axis; "transmission": gain and waves of its drive;
+            "compliance": its spring under gravity; "loop": ends of closures and struts, and lengths
+            of struts; "base" or "tool": corrections of the frames at both ends.
+        meaning: Its meaning in a few words.
+    """
+
+    name: str
+    value: float
+    unit: str
+    of: str
+    part: str
+    meaning: str
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """An input or output of a function: dense row-major float64 of one shape."""
+
+    name: str
+    shape: tuple[int, ...]
+    unit: str
+    meaning: str
+
+
+AIMS: Mapping[str, int] = {"position": 3, "plane": 2, "direction": 3, "pitch": 1, "heading": 1}
+"""The parts of a pose that a task can prescribe, and the number of entries that each takes."""
+
+
+@dataclass(frozen=True, slots=True)
+class FunctionInfo:
+    """A generated C function.
+
+    Attributes:
+        name: Its name in Python.
+        symbol: Its name in C.
+        summary: Its meaning, in one line.
+        identity: The identity it satisfies, "" if the manifest states none.
+        inputs: In the order of the C arguments.
+        outputs: In the order of the C arguments.
+        operations: Floating-point operations of one pose, by kind, and their total.
+        role: Its role: "pose", "jacobian", "inverse", "map", "margin", "branches" and so on.
+        domain: The vector that its first input is: "actuators" (q), "chain" (theta),
+            "configuration" (z), "pose" (T), "task", or "" for none of them.
+        codomain: The vector that a map, its derivative or its branches return, alike; also
+            "passive".
+        margin: The guard: the function of the same first input whose result is the distance of
+            each loop from not closing; "" if no loop can fail to close.
+        steps: The loop of each entry of a guard's result.
+        given: The coordinates that the further inputs of an inverse determine, by index in q.
+        labels: The branch in each slot, of an inverse or of branches of loops.
+        directions: The components of the twist (v, omega), 0 to 5, in the columns of a velocity
+            relation's first matrix.
+        aims: The parts of the tool's pose that the first input of an inverse prescribes, in the
+            order of its entries: "position", "plane" (x and y), "direction" (of the tool's third
+            axis), "pitch" (the elevation of this axis), "heading" (the angle of the first axis in
+            the plane); () for a whole pose, and where the manifest does not say.
+        held: The coordinates that an inverse leaves at 0, by index in q.
+        searches: Whether the closed form loses poses where joints are at right angles.
+    """
+
+    name: str
+    symbol: str
+    summary: str
+    identity: str
+    inputs: tuple[Argument, ...]
+    outputs: tuple[Argument, ...]
+    operations: Mapping[str, int]
+    role: str = "other"
+    domain: str = ""
+    codomain: str = ""
+    margin: str = ""
+    steps: tuple[str, ...] = ()
+    given: tuple[int, ...] = ()
+    labels: tuple[str, ...] = ()
+    directions: tuple[int, ...] = ()
+    aims: tuple[str, ...] = ()
+    held: tuple[int, ...] = ()
+    searches: bool = False
+
+    @property
+    def is_inverse(self) -> bool:
+        """Whether its result is a set of solutions in slots."""
+        return self.role == "inverse"
+
+
+@dataclass(frozen=True, slots=True)
+class InverseFacts:
+    """The inverse as a whole.
+
+    Attributes:
+        tier: "exact" where it is a closed form; "snapped" where it starts from the closed form of
+            a nominal arm nearby and iterates; "general" where it takes the roots of a determinant;
+            "none" where there is none.
+        missing: Why there is none; "" where there is one or the manifest states no reason.
+    """
+
+    tier: str
+    missing: str
+
+
+@dataclass(frozen=True, slots=True)
+class CleanedNumber:
+    """A number of the description that was not taken as it is written.
+
+    Attributes:
+        at: The joint, "base", "tool" or the parameter that has it.
+        field: Its field there, such as "alpha" or "roll"; "" for a parameter.
+        found: The number as written.
+        taken: The exact number that the robot has instead, such as "pi/2".
+    """
+
+    at: str
+    field: str
+    found: str
+    taken: str
+
+
+@dataclass(frozen=True, slots=True)
+class Cleaning:
+    """The effect of all cleaned numbers together.
+
+    Attributes:
+        position: Bound of the distance (m) between the tool's positions as described and as
+            computed, at joint values within the limits; 0.0 where no number was cleaned.
+        orientation: Bound of the angle (rad) between the tool's orientations.
+        numbers: The cleaned numbers, in order from the base.
+    """
+
+    position: float = 0.0
+    orientation: float = 0.0
+    numbers: tuple[CleanedNumber, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class LoopFacts:
+    """The loops of a robot; all fields are empty for a serial one.
+
+    Attributes:
+        names: Their names.
+        solution: "closed form", "newton", or "" without loops.
+        chain: The joints of the main chain, in the order of `theta`.
+        passive: The joints that are neither actuated nor in the main chain.
+        configuration: All variables of the loops, the vector `z`.
+        reference: The reference configuration, None if the manifest states none.
+        actuated_in_z: The variable in `z` that each actuated coordinate moves.
+    """
+
+    names: tuple[str, ...]
+    solution: str
+    chain: tuple[Coordinate, ...]
+    passive: tuple[Variable, ...]
+    configuration: tuple[Variable, ...]
+    reference: Reference | None
+    actuated_in_z: tuple[ActuatedVariable, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ContractTolerances:
+    """Tolerances that belong to the generated code.
+
+    Attributes:
+        dead_point: Margin up to which a loop counts as at its dead point.
+    """
+
+    dead_point: float
+
+
+@dataclass(frozen=True, slots=True)
+class Manifest:
+    """A generated robot, as its manifest describes it.
+
+    Attributes:
+        folder: The folder that holds it.
+        digest: SHA-256 of the manifest, which holds the hashes of the files.
+        name: The robot's name, a C and Python identifier.
+        title: The robot's name for people.
+        kind: "serial"; "hybrid" with loops in closed form; "platform" with loops that are solved
+            by iteration, while the actuated coordinates follow from the main chain in closed form;
+            "iterated" where neither follows from the other in closed form.
+        source: The origin of the description.
+        coordinates: The actuated coordinates, in the order of `q`.
+        frames: The names of the frames.
+        parameters: The named numbers of its description.
+        geometry: The vector p of its parametric functions; () where it has none.
+        robot_file: With loops, the text of its robot file with places for the numbers of another
+            geometry; of an arm with masses, the springs of that file; "" where it has none.
+        notes: Remarks, such as numbers that were snapped.
+        cleaning: The numbers of the description that were not taken as written, and their effect.
+        functions: Its functions.
+        loops: Its loops.
+        inverse: The tier of its inverse, or the reason why there is none.
+        tolerances: Tolerances of the generated code.
+        skeleton: Its rigid bodies; None where an earlier version derived it.
+        files: SHA-256 of each generated file.
+    """
+
+    folder: Path
+    digest: str
+    name: str
+    title: str
+    kind: str
+    source: str
+    coordinates: tuple[Coordinate, ...]
+    frames: Frames
+    parameters: tuple[Parameter, ...]
+    geometry: tuple[GeometryParameter, ...]
+    robot_file: str
+    notes: tuple[str, ...]
+    cleaning: Cleaning
+    functions: tuple[FunctionInfo, ...]
+    loops: LoopFacts
+    inverse: InverseFacts
+    tolerances: ContractTolerances
+    skeleton: SkeletonFacts | None
+    files: Mapping[str, str]
+
+    @property
+    def is_iterated(self) -> bool:
+        """Whether the loops are solved by iteration."""
+        return self.kind in ("platform", "iterated")
+
+    def with_role(self, role: str, domain: str, codomain: str = "") -> FunctionInfo | None:
+        """The function of a role.
+
+        Args:
+            role: Its role.
+            domain: The vector it takes first.
+            codomain: The vector it returns, of maps and branches.
+
+        Returns:
+            The first one in the manifest, None where the robot has none.
+        """
+        wanted = (role, domain, codomain)
+        found = (f for f in self.functions if (f.role, f.domain, f.codomain) == wanted)
+        return next(found, None)
+
+    @property
+    def batch_file(self) -> str:
+        """Name of the C file for batches of poses, which a robot may lack."""
+        return f"{self.name}_batch.c"
+
+    @property
+    def wraps(self) -> tuple[bool, ...]:
+        """Whether a full turn of each coordinate leaves the pose unchanged.
+
+        It does not for a motor behind a gear or one that drives a spindle.
+        """
+        ratios = [item.ratio for item in self.loops.actuated_in_z] or [1.0] * len(self.coordinates)
+        return tuple(
+            coordinate.unit == "rad" and abs(ratio) == 1
+            for coordinate, ratio in zip(self.coordinates, ratios, strict=True)
+        )
+
+    @property
+    def c_files(self) -> tuple[str, ...]:
+        """Names of the generated C files and headers."""
+        return tuple(file for file in self.files if file.endswith((".c", ".h")))
+
+    def read_source(self, file: str) -> bytes:
+        """The bytes of a generated file, refused unless their hash is the hash in the manifest.
+
+        Args:
+            file: Its name, such as "ur5e.c".
+
+        Raises:
+            SourceMismatchError: If the file is absent or its SHA-256 differs.
+        """
+        path = self.folder / file
+        try:
+            content = path.read_bytes()
+        except OSError as error:
+            message = f"{path}: cannot be read ({error.strerror}); derive {self.name} again"
+            raise SourceMismatchError(message) from error
+        if hashlib.sha256(content).hexdigest() != self.files[file]:
+            raise SourceMismatchError(
+                f"{path}: changed since it was generated (its SHA-256 is not the one in "
+                f"manifest.json); derive {self.name} again"
+            )
+        return content

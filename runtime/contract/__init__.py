@@ -1,1 +1,0 @@
-"""The contract with the generated code: facts, manifest, compiler and compiled library."""

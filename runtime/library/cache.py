@@ -1,0 +1,251 @@
+"""The compiled library of a robot: built once, kept in a cache, checked when opened.
+
+The cache key names the library's file. It is the SHA-256 of everything that determines the library:
+the C, the glue around it, the compiler, the flags and the processor (`make_recipe`). So changed
+equations never meet an old library. The file ends in the SHA-256 of the bytes before, since a
+damaged library must be refused before the system maps it; and the library holds its key, since the
+name of a file proves nothing.
+
+Environment:
+    CHASLES_CACHE: The cache; else `chasles` in XDG_CACHE_HOME or in ~/.cache.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..call import _call
+from ..contract import FunctionInfo, Manifest
+from ..errors import CacheError, LibraryMismatchError, ManifestError
+from .compiler import Compiler, describe_machine, find_compiler
+
+_KERNEL_HEADER = Path(__file__).with_name("_kernel.h")
+GLUE_FILE = "chasles_glue.c"
+"""The glue around a robot's C; no robot's name begins with chasles_."""
+_DIGEST_SIZE = hashlib.sha256().digest_size
+
+
+def cache_folder() -> Path:
+    """The folder of compiled libraries."""
+    chosen = os.environ.get("CHASLES_CACHE")
+    if chosen:
+        return Path(chosen).absolute()
+    xdg = os.environ.get("XDG_CACHE_HOME", "")
+    # The standard says that relative paths are ignored.
+    base = Path(xdg) if os.path.isabs(xdg) else Path.home() / ".cache"
+    return base / "chasles"
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """Everything that determines the compiled library of a robot.
+
+    Attributes:
+        name: The robot's name.
+        folder: The folder of its generated files.
+        sources: The text of each file that the compiler reads, by name.
+        compiler: The compiler with its flags.
+        key: SHA-256 of all of it and of this machine, the cache key.
+        path: The library's file in the cache.
+    """
+
+    name: str
+    folder: Path
+    sources: Mapping[str, bytes]
+    compiler: Compiler
+    key: str
+    path: Path
+
+
+def make_recipe(manifest: Manifest) -> Recipe:
+    """The recipe for compiling a robot on this machine.
+
+    Raises:
+        SourceMismatchError: If the C or the header differs from the one that the manifest records.
+        ManifestError: If the header and the manifest declare different sizes.
+        CompilerNotFoundError: If there is no compiler.
+    """
+    name = manifest.name
+    sources = {file: manifest.read_source(file) for file in manifest.c_files}
+    check_header(manifest, sources[f"{name}.h"].decode(errors="replace"))
+    sources["_kernel.h"] = _KERNEL_HEADER.read_bytes()
+    sources[GLUE_FILE] = write_glue(manifest).encode()
+    compiler = find_compiler()
+    parts = [
+        *(text for item in sorted(sources.items()) for text in (item[0].encode(), item[1])),
+        compiler.identity.encode(),
+        "\0".join(compiler.flags).encode(),
+        describe_machine().encode(),
+    ]
+    # A digest for each part, so that no two lists of parts give the same bytes.
+    digests = b"".join(hashlib.sha256(part).digest() for part in parts)
+    key = hashlib.sha256(digests).hexdigest()
+    sources[GLUE_FILE] += f'const char chasles_hash[] = "{key}";\n'.encode()
+    return Recipe(
+        name, manifest.folder, sources, compiler, key, cache_folder() / f"{name}-{key[:32]}.so"
+    )
+
+
+def check_header(manifest: Manifest, header: str) -> None:
+    """Compares the sizes in the C declarations with the sizes in the manifest.
+
+    The C compiler cannot, since `double T[16]` is a pointer to it. A kernel that writes 16 doubles
+    into an array for 12 would destroy memory.
+
+    Args:
+        manifest: The manifest.
+        header: The text of the robot's header.
+
+    Raises:
+        ManifestError: If they differ.
+    """
+    code = re.sub(r"/\*.*?\*/|//[^\n]*", " ", header, flags=re.DOTALL)
+    declarations = dict(re.findall(r"\bvoid\s+(\w+)\s*\(([^()]*)\)\s*;", code))
+    for function in manifest.functions:
+        found = declarations.get(function.symbol)
+        declared = [_declared_size(item) for item in found.split(",")] if found else []
+        if declared != _sizes(function):
+            raise ManifestError(
+                f"{manifest.folder / manifest.name}.h: {function.symbol}: declared with sizes "
+                f"{declared}, expected {_sizes(function)} as in manifest.json"
+            )
+
+
+def _declared_size(parameter: str) -> int:
+    bound = re.search(r"\[\s*(\d+)\s*\]\s*$", parameter)
+    return int(bound[1]) if bound else 1
+
+
+def write_glue(manifest: Manifest) -> str:
+    """The glue around a robot's C: one wrapper per function, and the table of all functions."""
+    batched = manifest.batch_file in manifest.c_files
+    lines = [
+        '#include "_kernel.h"',
+        f'#include "{manifest.name}.c"',
+        *([f'#include "{manifest.batch_file}"'] if batched else []),
+        "",
+        "extern CHASLES_EXPORT const chasles_kernel chasles_kernels[];",
+        "extern CHASLES_EXPORT const char chasles_hash[];",
+        "",
+    ]
+    for index, function in enumerate(manifest.functions):
+        lines += _wrapper(index, function)
+    lines += ["const chasles_kernel chasles_kernels[] = {"]
+    for index, function in enumerate(manifest.functions):
+        rows = f"{function.symbol}_rows" if batched else "0"
+        counts = f"{len(function.inputs)}, {len(function.outputs)}"
+        fields = f'"{function.name}", chasles_call_{index}, {rows}, {counts}, chasles_sizes_{index}'
+        lines += [f"    {{{fields}}},"]
+    lines += ["    {0, 0, 0, 0, 0, 0},", "};", ""]
+    return "\n".join(lines)
+
+
+def _sizes(function: FunctionInfo) -> list[int]:
+    return [math.prod(item.shape) for item in (*function.inputs, *function.outputs)]
+
+
+def _wrapper(index: int, function: FunctionInfo) -> list[str]:
+    sizes = ", ".join(map(str, _sizes(function)))
+    inputs = [f"inputs[{i}]" for i in range(len(function.inputs))]
+    outputs = [f"outputs[{i}]" for i in range(len(function.outputs))]
+    return [
+        f"static const int chasles_sizes_{index}[] = {{{sizes}}};",
+        f"static void chasles_call_{index}(const double *const *inputs, double *const *outputs)",
+        "{",
+        f"    {function.symbol}({', '.join(inputs + outputs)});",
+        "}",
+        "",
+    ]
+
+
+def build(manifest: Manifest) -> bool:
+    """Compiles a robot's library unless the cache holds a sound one.
+
+    Returns:
+        Whether it was compiled, because the library was absent or damaged.
+
+    Raises:
+        ChaslesError: If it cannot be compiled; the message states the reason.
+    """
+    recipe = make_recipe(manifest)
+    if _is_sound(recipe):
+        return False
+    _compile(recipe)
+    _open(recipe)
+    return True
+
+
+def open_library(manifest: Manifest) -> _call.Library:
+    """The library of a robot, compiled first if the cache has none.
+
+    Raises:
+        LibraryMismatchError: If the library in the cache is damaged or has another key.
+        ChaslesError: If it cannot be compiled; the message states the reason.
+    """
+    recipe = make_recipe(manifest)
+    if not recipe.path.exists():
+        _compile(recipe)
+    return _open(recipe)
+
+
+def _is_sound(recipe: Recipe) -> bool:
+    if not recipe.path.exists():
+        return False
+    try:
+        _open(recipe)
+    except LibraryMismatchError:
+        return False
+    return True
+
+
+def _open(recipe: Recipe) -> _call.Library:
+    advice = f"compile it again with `python -m chasles build {recipe.folder}`"
+    try:
+        content = recipe.path.read_bytes()
+    except OSError as error:
+        raise CacheError(f"{recipe.path}: cannot be read ({error.strerror})") from error
+    body, digest = content[:-_DIGEST_SIZE], content[-_DIGEST_SIZE:]
+    if hashlib.sha256(body).digest() != digest:
+        raise LibraryMismatchError(f"{recipe.path}: damaged in the cache; {advice}")
+    try:
+        return _call.open(recipe.path, recipe.key)
+    except LibraryMismatchError as error:
+        raise LibraryMismatchError(f"{error}; {advice}") from None
+
+
+def _compile(recipe: Recipe) -> None:
+    # Loading a robot that was compiled before needs no temporary folder.
+    import tempfile  # noqa: PLC0415
+
+    cache = recipe.path.parent
+    try:
+        cache.mkdir(mode=0o700, parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=f".{recipe.name}-", dir=cache) as name:
+            # The compiler sees only copies under plain names: they hold the same bytes as the key,
+            # and no path can break an #include or enter the library.
+            folder = Path(name)
+            for file, content in recipe.sources.items():
+                (folder / file).write_bytes(content)
+            recipe.compiler.compile(GLUE_FILE, "library.so", folder)
+            library = folder / "library.so"
+            _seal(library)
+            # Atomic, so that other processes see the whole library or none. If two build at once,
+            # the later one replaces the library by an equal one.
+            library.replace(recipe.path)
+    except OSError as error:
+        raise CacheError(
+            f"{cache}: cannot keep a library here ({error}); set CHASLES_CACHE to a folder that "
+            "can be written to"
+        ) from error
+
+
+def _seal(library: Path) -> None:
+    with library.open("r+b") as file:
+        # Reading leaves the position at the end; bytes after a library's own parts are not mapped.
+        file.write(hashlib.sha256(file.read()).digest())

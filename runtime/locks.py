@@ -1,0 +1,112 @@
+"""The coordinates that a caller locks, by the names or indexes of coordinates and joints."""
+
+from __future__ import annotations
+
+import functools
+import operator
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .contract import Coordinate, Reference
+from .errors import InputTypeError, InputValueError
+from .size import configurations
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+Lock = str | int | Iterable[str | int]
+"""Coordinates or joints: a name or an index in q, or several."""
+
+
+def locked_coordinates(robot: Any, method: str, lock: Lock | None) -> BoolArray:
+    """The coordinates that do not move where some coordinates or joints of the chain are locked.
+
+    Args:
+        robot: The robot.
+        method: The method that was called, for errors.
+        lock: Names or indexes in q; a joint of the main chain stands for the coordinate that moves
+            it.
+
+    Returns:
+        (n,) whether each coordinate is locked.
+
+    Raises:
+        InputTypeError: If the lock is neither names nor indexes.
+        InputValueError: If there is no such coordinate or joint, if several coordinates move a
+            joint, or if no coordinate is left to move.
+    """
+    locked = np.zeros(robot.n, np.bool_)
+    if lock is None:
+        return locked
+    for item in [lock] if isinstance(lock, str) or not isinstance(lock, Iterable) else lock:
+        locked[_coordinate(robot, f"{robot.name}.{method}", item)] = True
+    if locked.all():
+        raise InputValueError(
+            f"{robot.name}.{method}: every coordinate is locked, so that nothing is left to move"
+        )
+    return locked
+
+
+def _coordinate(robot: Any, caller: str, item: object) -> int:
+    """The index of the coordinate that a name or an index stands for."""
+    if not isinstance(item, str):
+        return _index(robot, caller, item)
+    names = [coordinate.name for coordinate in robot.coordinates]
+    if item in names:
+        return names.index(item)
+    joints = [joint.name for joint in robot.chain_joints]
+    if item not in joints or robot.solution != "closed form":
+        chain = ", ".join(joint for joint in joints if joint not in names)
+        more = f"; joints of the chain: {chain}" if chain and item not in joints else ""
+        why = "its loops are solved by iteration; " if item in joints else ""
+        raise InputValueError(
+            f"{caller}: expected a coordinate to lock, got {item!r}; {why}coordinates: "
+            f"{', '.join(names)}{more}"
+        )
+    movers = np.flatnonzero(follows(robot)[joints.index(item)])
+    if len(movers) != 1:
+        several = ", ".join(names[k] for k in movers) or "no coordinate"
+        raise InputValueError(
+            f"{caller}: {item} follows {several}: lock coordinates instead, by their names"
+        )
+    return int(movers[0])
+
+
+def _index(robot: Any, caller: str, item: object) -> int:
+    try:
+        index = operator.index(item)  # type: ignore[arg-type]
+    except TypeError:
+        raise InputTypeError(
+            f"{caller}: lock takes names and indexes of coordinates, got {item!r}"
+        ) from None
+    if isinstance(item, bool | np.bool_):
+        raise InputTypeError(f"{caller}: lock takes names and indexes of coordinates, got {item!r}")
+    if not -robot.n <= index < robot.n:
+        raise InputValueError(
+            f"{caller}: there is no coordinate {index}; {robot.n} coordinates, from 0"
+        )
+    return index % int(robot.n)
+
+
+@functools.lru_cache(maxsize=64)
+def follows(robot: Any) -> BoolArray:
+    """(n_theta, n) whether each joint of the main chain moves with each coordinate.
+
+    A robot without loops has its coordinates as joints. Where loops are solved in closed form, the
+    derivative of a joint by a coordinate that does not move it is an exact 0.
+    """
+    if not robot.loops:
+        return np.eye(robot.n, dtype=np.bool_)
+    return following(robot.coordinates, robot.reference, robot.chain_D_q)
+
+
+def following(
+    coordinates: Sequence[Coordinate],
+    reference: Reference,
+    chain_D_q: Callable[[FloatArray], FloatArray],
+) -> BoolArray:
+    """As `follows`, for a robot with loops in closed form, from its derivative chain_D_q."""
+    q = np.vstack([configurations(coordinates, reference), reference.q])
+    return np.asarray((np.nan_to_num(chain_D_q(q)) != 0).any(0))

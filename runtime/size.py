@@ -1,0 +1,109 @@
+"""The size of a robot, and the length that counts as much as a radian in its tolerances.
+
+A residual compares a distance with an angle, and 1e-9 m means nothing to a stage of a micrometre
+and is little more than rounding to a crane of a kilometre. So lengths are judged in a unit that
+belongs to the robot: the power of 1000 [m] nearest to the size of its workspace, which is the root
+mean square distance of the tip from the mean of its positions, over configurations that fill the
+limits. It is 1 m for robots of 0.03 m to 30 m. These are km, m, mm and um.
+
+`characteristic_length` serves other purposes: it is the lever arm of the joints that turn the tool,
+and is small for a gantry with a small wrist, whose positions have the rounding of the gantry.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .call._call import Function
+from .contract import Coordinate, Reference
+from .sampling import low_discrepancy
+from .tolerances import LEAST_SIZE
+
+FloatArray = NDArray[np.float64]
+
+_SAMPLES = 256
+"""Configurations that stand for all; with more, a length changes by a percent."""
+_CLOSED, _HALVINGS = 32, 6
+"""Configurations that have to close their loops; where fewer do, those half as far from the
+reference are taken, and so on."""
+
+
+def configurations(coordinates: Sequence[Coordinate], reference: Reference | None) -> FloatArray:
+    """(256, n) coordinates that fill the limits; where there are none a turn, or 2 m.
+
+    Args:
+        coordinates: The coordinates with their limits.
+        reference: Its q is where coordinates without limits are centred; 0 if None.
+    """
+    n = len(coordinates)
+    centre = np.zeros(n) if reference is None else np.array(reference.q)
+    lower = np.array([-np.inf if c.lower is None else c.lower for c in coordinates])
+    upper = np.array([np.inf if c.upper is None else c.upper for c in coordinates])
+    half = np.array([np.pi if c.kind == "revolute" else 1.0 for c in coordinates])
+    lower = np.where(np.isfinite(lower), lower, np.minimum(centre, upper) - half)
+    upper = np.where(np.isfinite(upper), upper, np.maximum(centre, lower) + half)
+    return np.asarray(lower + low_discrepancy(1, _SAMPLES + 1, n) * (upper - lower))
+
+
+def unit_length(
+    fk: Callable[[FloatArray], FloatArray],
+    coordinates: Sequence[Coordinate],
+    reference: Reference | None,
+) -> float:
+    """The power of 1000 [m] nearest to the size of a robot's workspace.
+
+    Args:
+        fk: Poses of the tip (m, 4, 4) of coordinates (m, n), NaN where there is none.
+        coordinates: The coordinates with their limits.
+        reference: Its q is where coordinates without limits are centred; 0 if None.
+
+    Returns:
+        The unit; 1 m where the tip stays in the origin of the base.
+    """
+    p = _positions(fk, configurations(coordinates, reference), reference)
+    if not len(p):
+        return 1.0
+    spread = math.sqrt(float(((p - p.mean(0)) ** 2).sum(-1).mean()))
+    away = math.sqrt(float((p**2).sum(-1).mean()))
+    size = max(spread, LEAST_SIZE * away)
+    return 1000.0 ** round(math.log(size, 1000)) if size > 0 else 1.0
+
+
+def _positions(
+    fk: Callable[[FloatArray], FloatArray], q: FloatArray, reference: Reference | None
+) -> FloatArray:
+    """Positions (k, 3) of the tip where loops close, at configurations or nearer the reference."""
+    middle = q.mean(0) if reference is None else np.array(reference.q)
+    best = np.zeros((0, 3))
+    for _ in range(1 + _HALVINGS):
+        p = fk(q)[:, :3, 3]
+        p = p[np.isfinite(p).all(-1)]
+        best = max(best, p, key=len)
+        if len(p) >= _CLOSED:
+            break
+        q = (q + middle) / 2
+    return best
+
+
+class SizeMethods:
+    """The unit of length of a robot."""
+
+    coordinates: tuple[Coordinate, ...]
+    reference: Reference | None
+    functions: Mapping[str, Function[Any]]
+
+    @functools.cached_property
+    def unit_length(self) -> float:
+        """The length [m] that counts as much as a radian in residuals and tolerances.
+
+        The power of 1000 nearest to the size of the workspace: 1 m for robots of 0.03 m to 30 m,
+        and for those without `fk`. The head of `size.py` has the definition.
+        """
+        fk = self.functions.get("fk")
+        return 1.0 if fk is None else unit_length(fk, self.coordinates, self.reference)

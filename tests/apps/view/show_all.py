@@ -1,0 +1,146 @@
+"""``python tests/apps/view/show_all.py FOLDER N [PICTURES]``: the pages of many robots.
+
+The shipped robots, the shelf, the URDFs and robot files of a folder and N random mechanisms are
+shown in a Chromium. Each page must load without a word in its console; its bodies must be where the
+robot's own functions put them, after moves of all sliders; and its handle must follow the tool back
+along these postures. Prints the size of each page, the times of a frame of a slider and of the
+handle with its ghosts, the number of ghosts, the largest distance of a body and of the tool, and
+what is wrong; pictures go into a folder.
+"""
+
+import shutil
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).parents[3]
+sys.path.insert(0, str(ROOT))
+STEPS = 4
+CLOSED = 1e-9
+"""Parts of the size, and of a direction, by which bodies and the tool may be off."""
+FRAMES = 100
+"""Frames whose mean time of the processor is told."""
+SEARCHED = 20.0
+"""Seconds that a search for ghosts may take on a busy machine."""
+SLID = """{
+  const q = coordinates(), kept = kinematics.z.slice();
+  const inwards = robot.sliders.map((s, i) =>
+    0.003 * (s.upper - s.lower) * (q[i] > (s.lower + s.upper) / 2 ? -1 : 1));
+  for (let k = 0; k < FRAMES; k++) {
+    kinematics.moveTo(q.map((v, i) => v + (k % 2 ? inwards[i] : 0)));
+    ghosts.follow(kinematics.z);
+    kinematics.poses();
+  }
+  kinematics.z = kept;
+}"""
+DRAGGED = """{
+  const kept = kinematics.z.slice(), goal = kinematics.toolPose(kinematics.frames(kept));
+  for (let k = 0; k < FRAMES; k++) {
+    goal[3] += 0.003 * robot.size * (k % 2 ? -1 : 1);
+    kinematics.z = inverse.follow(kinematics.z, goal).z;
+    ghosts.follow(kinematics.z);
+    kinematics.poses();
+  }
+  kinematics.z = kept;
+}"""
+
+
+def robots(folder, count, kept):
+    """A name and a function that loads the robot, for each."""
+    import chasles
+    from chasles.derive import write
+    from chasles.derive.emit.languages import EMITTERS
+    from tests.support.generators.drawn_mechanisms import drawn_mechanism
+
+    def drawn(seed):
+        target = kept / f"m{seed}"
+        emitters = [own for own in EMITTERS if own.language in ("c", "python")]
+        write(drawn_mechanism(seed).mechanism, target, emitters=emitters)
+        return chasles.load(next(target.rglob("manifest.json")).parent)
+
+    for name in (*chasles.robots(), *chasles.shelf_robots()):
+        yield name, lambda name=name: chasles.load(name)
+    for path in sorted(folder.glob("*.urdf")):
+        yield path.stem, lambda path=path: chasles.load(path)
+    for path in sorted(folder.glob("*.toml")):
+        yield path.stem, lambda path=path: chasles.load(path)
+    for seed in range(count):
+        yield f"mechanism {seed}", lambda seed=seed: drawn(seed)
+
+
+def judged(browser, robot, kept):
+    """Bytes of the page; milliseconds of both frames; ghosts; distances; and complaints."""
+    from chasles.view.display import Display
+    from tests.support.viewed_pages import coordinates, on_page, opened, walk
+
+    display = Display(robot)
+    file = opened(browser, kept, robot)
+    size, far, missed = display.skeleton.size, 0.0, 0.0
+    way = walk(display, STEPS, seed=1, part=0.04)
+    for posture in way:
+        assert browser.run(f"setCoordinates({posture.q.tolist()})"), "a loop does not close"
+        assert np.abs(coordinates(browser) - posture.q).max() < 1e-9, "another posture"
+        off = np.abs(on_page(browser) - posture.bodies)
+        far = max(far, off[:, :3, :3].max(), off[:, :3, 3].max() / size)
+    for posture in reversed(way):
+        at = browser.run(f"dragTo({posture.tool.ravel().tolist()}, 'position')")
+        missed = max(missed, at["position"], at["turn"])
+    ghosts = searched(browser)
+    times = [
+        1000 * browser.processor_time(frames.replace("FRAMES", str(FRAMES))) / FRAMES
+        for frames in (SLID, DRAGGED)
+    ]
+    return file.stat().st_size, *times, ghosts, far, missed, browser.complaints()
+
+
+def searched(browser):
+    """The number of ghosts, when the page has sought them."""
+    end = time.monotonic() + SEARCHED
+    while time.monotonic() < end and browser.run("ghosts.isSeeking"):
+        time.sleep(0.1)
+    return browser.run("ghosts.found.length")
+
+
+def told(found):
+    """Figures in a line."""
+    size, slid, dragged, ghosts, far, missed = found
+    times = f"slider {slid:5.2f} ms, handle {dragged:5.2f} ms"
+    return f"{size / 1e6:.2f} MB, {times}, {ghosts:2.0f} ghosts, off {far:.0e}, tool {missed:.0e}"
+
+
+def main(folder, count, pictures=None):
+    """Shows all; returns how many pages are wrong."""
+    from tests.support.chromium import Chromium
+
+    kept = Path(tempfile.mkdtemp())
+    browser = Chromium(shutil.which("chromium"), kept / "profile")
+    shown, wrong, most = 0, 0, np.zeros(6)
+    for name, loaded in robots(Path(folder), int(count), kept):
+        shown += 1
+        begin = time.perf_counter()
+        try:
+            *found, said = judged(browser, loaded(), kept)
+            most = np.maximum(most, found)
+            word = f"{told(found)} {' '.join(said)}"
+            bad = bool(said) or max(found[-2:]) > CLOSED
+            if pictures:
+                Path(pictures).mkdir(exist_ok=True)
+                browser.picture(Path(pictures) / f"{name.replace(' ', '_')}.png")
+        except Exception as error:
+            word, bad = f"{type(error).__name__}: {error}", True
+        wrong += bad
+        took = time.perf_counter() - begin
+        print(f"{name:<28} {'WRONG' if bad else 'well '} {word} ({took:.1f} s)", flush=True)
+    browser.close()
+    shutil.rmtree(kept)
+    print(
+        f"{shown} pages, {wrong} wrong; most: {most[0] / 1e6:.2f} MB, {most[1]:.2f} ms, {most[2]}"
+    )
+    return wrong
+
+
+if __name__ == "__main__":
+    raise SystemExit(bool(main(*sys.argv[1:])))

@@ -1,0 +1,75 @@
+"""The manifests of the shipped robots: every function has a role, every slot a label."""
+
+from itertools import chain
+
+import pytest
+
+import chasles
+from chasles.contract import read_manifest
+
+NAMES = chasles.robots()
+DOMAINS = {
+    "q": "actuators",
+    "theta": "chain",
+    "z": "configuration",
+    "w": "configuration",
+    "T": "pose",
+}
+"""The vector of each first input; other first inputs are tasks."""
+
+
+@pytest.fixture(params=NAMES)
+def manifest(request):
+    return read_manifest(chasles.find_folder(request.param))
+
+
+def test_number_of_shipped_robots_is_known():
+    assert len(NAMES) == 21
+
+
+def test_every_function_has_a_role(manifest):
+    for function in manifest.functions:
+        assert function.role != "other", function.name
+        expected = DOMAINS.get(function.inputs[0].name, "task")
+        assert function.domain == expected, function.name
+
+
+def test_every_slot_has_unique_label(manifest):
+    with_slots = [f for f in manifest.functions if f.role in ("inverse", "branches")]
+    assert {f.name for f in with_slots} == {
+        f.name for f in manifest.functions if f.name.startswith("ik") and len(f.outputs) == 3
+    } | {f.name for f in manifest.functions if f.name in ("chain_all", "actuators_all")}
+    for function in with_slots:
+        assert len(function.labels) == len(set(function.labels)) == function.outputs[0].shape[0]
+        assert all(function.labels)
+
+
+def test_fixed_joints_of_inverses_are_coordinates(manifest):
+    for function in manifest.functions:
+        names = [item.name for item in function.inputs[1:] if function.is_inverse]
+        own = tuple(int(name[1:]) - 1 for name in names if name in chain_of(manifest))
+        if manifest.kind == "serial":
+            assert function.given == own
+        elif not names:
+            assert function.given == ()
+
+
+def chain_of(manifest):
+    return {f"q{k + 1}" for k in range(len(manifest.coordinates))}
+
+
+def test_margin_function_has_domain_of_guarded_function(manifest):
+    guards = {f.name: f for f in manifest.functions if f.role == "margin"}
+    assert {f.margin for f in manifest.functions} - {""} <= {*guards}
+    for function in manifest.functions:
+        if function.margin:
+            assert guards[function.margin].domain == function.domain
+
+
+def test_manifest_kinds_match_robot_types():
+    kinds = {name: read_manifest(chasles.find_folder(name)).kind for name in NAMES}
+    by_kind = {kind: {n for n, k in kinds.items() if k == kind} for kind in set(kinds.values())}
+    assert by_kind["platform"] == {"stewart_gough", "planar_3rrr"}
+    assert {"delta", "excavator", "four_bar", "bricklaying_gantry"} <= by_kind["hybrid"]
+    assert {"ur5e", "jaco2", "bricklaying_planar"} <= by_kind["serial"]
+    assert set(chain(*by_kind.values())) == set(NAMES)
