@@ -1,8 +1,9 @@
-"""The manifest of a generated robot: plain dataclasses and their reader."""
+"""The manifest of a generated robot: plain dataclasses, their reader and their writer."""
 
+from .bodies import Body, BodyJoint, HeldFrames, PlacedTip, Shape, SkeletonFacts, Span
 from .errors import ChaslesError, ManifestError, SourceMismatchError, UnknownRobotError
-from .facts import (
-    AIMS,
+from .manifest import (
+    FORMAT,
     ActuatedVariable,
     Argument,
     CleanedNumber,
@@ -19,19 +20,17 @@ from .facts import (
     Reference,
     Variable,
 )
-from .manifest import read_manifest
-from .skeleton_facts import (
-    Body,
-    BodyJoint,
-    HeldFrames,
-    Shape,
-    SkeletonFacts,
-    Span,
-)
+from .reading import manifest_entries, read_manifest
+from .roles import AIMS, KINDS, ROLES, VECTORS, Aim, Role
 
 __all__ = [
     "AIMS",
+    "FORMAT",
+    "KINDS",
+    "ROLES",
+    "VECTORS",
     "ActuatedVariable",
+    "Aim",
     "Argument",
     "Body",
     "BodyJoint",
@@ -49,12 +48,15 @@ __all__ = [
     "Manifest",
     "ManifestError",
     "Parameter",
+    "PlacedTip",
     "Reference",
+    "Role",
     "Shape",
     "SkeletonFacts",
     "SourceMismatchError",
     "Span",
     "UnknownRobotError",
     "Variable",
+    "manifest_entries",
     "read_manifest",
 ]

@@ -1,279 +1,360 @@
-"""Reads `manifest.json`, the contract between the compiler and the runtime.
+"""The manifest of a generated robot: every fact that the runtime needs, as plain data.
 
-A manifest states the facts of a generated robot and its C functions, all of them in fields. It is
-checked completely when read, so that the rest of the runtime can rely on it.
+The compiler writes these records, and the runtime reads them; both use their annotations.
 """
 
 from __future__ import annotations
 
 import hashlib
-import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from types import MappingProxyType
+from typing import Annotated
 
-from .errors import ManifestError, UnknownRobotError
-from .facts import (
-    AIMS,
-    ActuatedVariable,
-    Argument,
-    CleanedNumber,
-    Cleaning,
-    ContractTolerances,
-    Coordinate,
-    Frames,
-    FunctionInfo,
-    GeometryParameter,
-    InverseFacts,
-    LoopFacts,
-    Manifest,
-    Parameter,
-    Reference,
-    Variable,
-)
-from .json_entry import Entry
-from .skeleton_facts import SkeletonFacts, skeleton_facts
+from .bodies import SkeletonFacts
+from .errors import SourceMismatchError
+from .records import INLINE, NOT_STORED, Digest, Name, Sizes, one_of
+from .roles import Kind, Role
 
 FORMAT = 2
-"""The version of the contract, the value of the field `chasles`."""
-_KINDS = ("serial", "hybrid", "platform", "iterated")
-_SOLUTIONS = {
-    "serial": "",
-    "hybrid": "closed form",
-    "platform": "newton",
-    "iterated": "newton",
-}
-"""The method that solves the loops, by the kind of the robot."""
-_LAST_DIRECTION = 5
-_WITH_SLOTS = ("inverse", "branches")
+"""The version of the manifest, the value of its field `chasles`."""
 
 
-def read_manifest(folder: Path) -> Manifest:
-    """Reads and checks the manifest of a generated robot.
+@dataclass(frozen=True, slots=True)
+class Coordinate:
+    """An actuated coordinate: a joint, motor, slider or cylinder.
 
-    Args:
-        folder: The robot's folder, which holds `manifest.json`.
-
-    Returns:
-        The manifest.
-
-    Raises:
-        UnknownRobotError: If there is no manifest in the folder.
-        ManifestError: If it does not have the form that this version reads.
+    Attributes:
+        name: As in the robot's description.
+        kind: "revolute" or "prismatic".
+        unit: "rad" or "m".
+        lower: Lower limit in that unit, None if there is none.
+        upper: Upper limit in that unit, None if there is none.
+        assumed: Whether the limits are assumed rather than published.
     """
-    file = folder / "manifest.json"
-    try:
-        content = file.read_bytes()
-    except (FileNotFoundError, NotADirectoryError):
-        reason = "no manifest.json in it" if folder.is_dir() else "no such folder"
-        raise UnknownRobotError(f"{folder}: no generated robot ({reason})") from None
-    try:
-        entry = Entry(file, "manifest", json.loads(content))
-    except ValueError as error:
-        raise ManifestError(f"{file}: not JSON: {error}") from error
-    if entry["chasles"].value != FORMAT:
-        found = entry["chasles"].value
-        raise ManifestError(
-            f"{file}: chasles: the robot was generated in format {found!r} of the contract, and "
-            f"this version reads format {FORMAT}; derive the robot again with this version"
+
+    name: str
+    kind: str
+    unit: str
+    lower: float | None
+    upper: float | None
+    assumed: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A passive joint, or an element of a robot's configuration: its name and unit."""
+
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """The reference configuration, which selects the branch: coordinates q, variables z."""
+
+    q: tuple[float, ...]
+    z: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ActuatedVariable:
+    """The variable z[index] that an actuated coordinate moves: q = z[index] / ratio."""
+
+    index: int
+    ratio: float
+
+
+@dataclass(frozen=True, slots=True)
+class Frames:
+    """The names of the frames: the base, the tip, and the links between."""
+
+    base: str
+    tip: str
+    links: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A number of the robot's geometry, as a float and as the exact text it came from.
+
+    Attributes:
+        name: Its name.
+        value: Its value.
+        exact: Its exact value, such as "pi/2".
+        unit: Its unit.
+        meaning: Its meaning in a few words.
+        assumed: Whether the number is assumed rather than published.
+    """
+
+    name: str
+    value: float
+    exact: str
+    unit: str
+    meaning: str
+    assumed: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class GeometryParameter:
+    """An element of the vector p of parametric functions.
+
+    Attributes:
+        name: A joint, closure or strut, "base" or "tool", and the number, such as "elbow_alpha".
+        value: Its nominal value.
+        unit: "m", "rad", "m/rad" of a pitch, "rad/(N m)" or "m/N" of a spring, or "1" of a gain.
+        of: The joint, closure or strut, "base" or "tool".
+        part: "joint": a number of the joint's own description; "offset": the one of its coordinate;
+            "axis": a correction of its axis; "transmission": gain and waves of its drive;
+            "compliance": its spring under gravity; "loop": ends of closures and struts, and lengths
+            of struts; "base" or "tool": corrections of the frames at both ends.
+        meaning: Its meaning in a few words.
+    """
+
+    name: Name
+    value: float
+    unit: str
+    of: str
+    part: str
+    meaning: str
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """An input or output of a function: dense row-major float64 of one shape."""
+
+    name: Name
+    shape: Sizes
+    unit: str
+    meaning: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FunctionInfo:
+    """A generated C function.
+
+    Attributes:
+        name: Its name in Python.
+        symbol: Its name in C.
+        summary: Its meaning, in one line.
+        identity: The identity it satisfies, "" if none is stated.
+        role: Its role.
+        inputs: In the order of the C arguments.
+        outputs: In the order of the C arguments.
+        operations: Floating-point operations of one pose, by kind, and their total.
+        margin: The guard: the function of the same first input whose result is the distance of
+            each loop from not closing; "" if no loop can fail to close.
+        steps: The loop of each entry of a guard's result.
+    """
+
+    name: Name
+    symbol: Name
+    summary: str
+    identity: str = ""
+    role: Role = field(metadata=INLINE)
+    inputs: tuple[Argument, ...]
+    outputs: tuple[Argument, ...]
+    operations: Mapping[str, int]
+    margin: str = ""
+    steps: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class InverseFacts:
+    """The inverse as a whole.
+
+    Attributes:
+        tier: "exact" where it is a closed form; "snapped" where it starts from the closed form of
+            a nominal arm nearby and iterates; "general" where it takes the roots of a determinant;
+            "none" where there is none.
+        missing: Why there is none; "" where there is one or the manifest states no reason.
+    """
+
+    tier: Annotated[str, one_of(("exact", "snapped", "general", "none"))] = "exact"
+    missing: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class CleanedNumber:
+    """A number of the description that was not taken as it is written.
+
+    Attributes:
+        at: The joint, "base", "tool" or the parameter that has it.
+        field: Its field there, such as "alpha" or "roll"; "" for a parameter.
+        found: The number as written.
+        taken: The exact number that the robot has instead, such as "pi/2".
+    """
+
+    at: str
+    field: str
+    found: str
+    taken: str
+
+
+@dataclass(frozen=True, slots=True)
+class Cleaning:
+    """The effect of all cleaned numbers together.
+
+    Attributes:
+        position: Bound of the distance (m) between the tool's positions as described and as
+            computed, at joint values within the limits; 0.0 where no number was cleaned.
+        orientation: Bound of the angle (rad) between the tool's orientations.
+        numbers: The cleaned numbers, in order from the base.
+    """
+
+    position: float = 0.0
+    orientation: float = 0.0
+    numbers: tuple[CleanedNumber, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class LoopFacts:
+    """The loops of a robot; all fields are empty for a serial one.
+
+    Attributes:
+        chain: The joints of the main chain, in the order of `theta`.
+        passive: The joints that are neither actuated nor in the main chain.
+        configuration: All variables of the loops, the vector `z`.
+        names: Their names.
+        reference: The reference configuration, None if the manifest states none.
+        actuated_in_z: The variable in `z` that each actuated coordinate moves.
+        solution: "closed form", "newton", or "" without loops.
+    """
+
+    chain: tuple[Coordinate, ...] = ()
+    passive: tuple[Variable, ...] = ()
+    configuration: tuple[Variable, ...] = ()
+    names: tuple[str, ...] = field(default=(), metadata={"key": "loops"})
+    reference: Reference | None = None
+    actuated_in_z: tuple[ActuatedVariable, ...] = ()
+    solution: Annotated[str, one_of(("closed form", "newton", ""))] = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ContractTolerances:
+    """Tolerances that belong to the generated code.
+
+    Attributes:
+        dead_point: Margin up to which a loop counts as at its dead point.
+    """
+
+    dead_point: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Manifest:
+    """A generated robot, as its manifest describes it.
+
+    Attributes:
+        name: The robot's name, a C and Python identifier.
+        title: The robot's name for people.
+        kind: One of :data:`chasles.contract.KINDS`.
+        source: The origin of the description.
+        coordinates: The actuated coordinates, in the order of `q`.
+        frames: The names of the frames.
+        parameters: The named numbers of its description.
+        functions: Its functions.
+        tolerances: Tolerances of the generated code.
+        files: SHA-256 of each generated file.
+        loops: Its loops.
+        format: The version of the manifest.
+        notes: Remarks, such as numbers that were snapped.
+        cleaning: The numbers of the description that were not taken as written, and their effect.
+        geometry: The vector p of its parametric functions; () without them.
+        robot_file: With loops, the text of its robot file with places for the numbers of another
+            geometry; for an arm with masses, the springs of that file; "" otherwise.
+        inverse: The tier of its inverse, or the reason why there is none.
+        skeleton: Its rigid bodies.
+        description_sha256: SHA-256 of the description.
+        languages: The generated files by language.
+        versions: The versions of the libraries that derived it.
+        folder: The folder that holds the manifest; not stored.
+        digest: SHA-256 of the manifest, which holds the hashes of the files; not stored.
+    """
+
+    format: int = field(metadata={"key": "chasles"})
+    name: Name
+    title: str
+    kind: Kind
+    source: str
+    coordinates: tuple[Coordinate, ...]
+    frames: Frames
+    parameters: tuple[Parameter, ...]
+    notes: tuple[str, ...] = ()
+    cleaning: Cleaning = Cleaning()
+    geometry: tuple[GeometryParameter, ...] = ()
+    robot_file: str = ""
+    functions: tuple[FunctionInfo, ...]
+    loops: LoopFacts = field(default=LoopFacts(), metadata=INLINE)
+    inverse: InverseFacts = InverseFacts()
+    skeleton: SkeletonFacts | None = None
+    tolerances: ContractTolerances
+    description_sha256: str = ""
+    languages: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    files: Mapping[str, Digest]
+    versions: Mapping[str, str] = field(default_factory=dict)
+    folder: Path = field(default=Path(), metadata=NOT_STORED)
+    digest: str = field(default="", metadata=NOT_STORED)
+
+    @property
+    def is_iterated(self) -> bool:
+        """Whether the loops are solved by iteration."""
+        return self.kind in ("platform", "iterated")
+
+    def with_role(self, role: str, domain: str, codomain: str = "") -> FunctionInfo | None:
+        """The function of a role.
+
+        Args:
+            role: Its role.
+            domain: The vector it takes first.
+            codomain: The vector it returns, of maps and branches.
+
+        Returns:
+            The first one in the manifest, None where the robot has none.
+        """
+        wanted = (role, domain, codomain)
+        return next((f for f in self.functions if f.role.key == wanted), None)
+
+    @property
+    def batch_file(self) -> str:
+        """Name of the C file for batches of poses, which a robot may lack."""
+        return f"{self.name}_batch.c"
+
+    @property
+    def wraps(self) -> tuple[bool, ...]:
+        """Whether a full turn of each coordinate leaves the pose unchanged.
+
+        It does not for a motor behind a gear or one that drives a spindle.
+        """
+        ratios = [item.ratio for item in self.loops.actuated_in_z] or [1.0] * len(self.coordinates)
+        return tuple(
+            coordinate.unit == "rad" and abs(ratio) == 1
+            for coordinate, ratio in zip(self.coordinates, ratios, strict=True)
         )
-    manifest = Manifest(
-        folder=folder,
-        digest=hashlib.sha256(content).hexdigest(),
-        name=entry["name"].identifier(),
-        title=entry["title"].text(),
-        kind=entry["kind"].one_of(_KINDS),
-        source=entry["source"].text(),
-        coordinates=tuple(_coordinate(item) for item in entry["coordinates"]),
-        frames=_frames(entry["frames"]),
-        parameters=tuple(_parameter(item) for item in entry["parameters"]),
-        geometry=tuple(_geometry(item) for item in entry.get("geometry", [])),
-        robot_file=entry.get("robot_file", "").text(),
-        notes=entry.get("notes", []).texts(),
-        cleaning=_cleaning(entry["cleaning"]) if "cleaning" in entry.fields() else Cleaning(),
-        functions=tuple(_function(item) for item in entry["functions"]),
-        loops=_loops(entry),
-        inverse=_inverse(entry.get("inverse", {})),
-        tolerances=_tolerances(entry["tolerances"]),
-        skeleton=_skeleton(entry) if "skeleton" in entry.fields() else None,
-        files=MappingProxyType({key: v.sha256() for key, v in entry["files"].mapping().items()}),
-    )
-    entry["functions"].unique([function.name for function in manifest.functions])
-    for needed in (f"{manifest.name}.c", f"{manifest.name}.h"):
-        _ = entry["files"][needed]
-    _check_margins(entry, manifest.functions)
-    _check_slots(entry, manifest)
-    return manifest
 
+    @property
+    def c_files(self) -> tuple[str, ...]:
+        """Names of the generated C files and headers."""
+        return tuple(file for file in self.files if file.endswith((".c", ".h")))
 
-def _geometry(entry: Entry) -> GeometryParameter:
-    unit, of, part, meaning = (entry[name].text() for name in ("unit", "of", "part", "meaning"))
-    value = entry["value"].number()
-    return GeometryParameter(entry["name"].identifier(), value, unit, of, part, meaning)
+    def read_source(self, file: str) -> bytes:
+        """The bytes of a generated file, refused unless their hash is the hash in the manifest.
 
+        Args:
+            file: Its name, such as "ur5e.c".
 
-def _inverse(entry: Entry) -> InverseFacts:
-    tier = entry.get("tier", "exact").one_of(("exact", "snapped", "general", "none"))
-    return InverseFacts(tier, entry.get("missing", "").text())
-
-
-def _cleaning(entry: Entry) -> Cleaning:
-    numbers = (
-        CleanedNumber(*(item[field].text() for field in ("at", "field", "found", "taken")))
-        for item in entry["numbers"]
-    )
-    return Cleaning(entry["position"].number(), entry["orientation"].number(), tuple(numbers))
-
-
-def _tolerances(entry: Entry) -> ContractTolerances:
-    return ContractTolerances(entry["dead_point"].number())
-
-
-def _skeleton(entry: Entry) -> SkeletonFacts:
-    variables = "configuration" if "configuration" in entry.fields() else "coordinates"
-    return skeleton_facts(entry["skeleton"], len(list(entry[variables])))
-
-
-def _check_slots(entry: Entry, manifest: Manifest) -> None:
-    """Checks the slots of inverses and branches, which Solutions reads by order and shape."""
-    n = len(manifest.coordinates)
-    for function, item in zip(manifest.functions, entry["functions"], strict=True):
-        k = len(function.labels)
-        if bool(k) != (function.role in _WITH_SLOTS):
-            item["role"].fail("labels of an inverse or of branches, and of no other function")
-        if k and any(out.shape[:1] != (k,) for out in function.outputs):
-            item["labels"].fail("as many as the first dimension of every output")
-        expected = [("q", (k, n)), ("residual", (k,)), ("margin", (k,))]
-        if function.is_inverse and [(out.name, out.shape) for out in function.outputs] != expected:
-            item["outputs"].fail(f"q ({k}, {n}), residual ({k}) and margin ({k})")
-        if function.is_inverse and function.margin:
-            item["margin"].fail("none, since an inverse returns its own margin")
-        for field, indices in (("given", function.given), ("held", function.held)):
-            if any(index >= n for index in indices):
-                item[field].fail(f"indices below {n}, the number of coordinates")
-        entries = sum(AIMS[aim] for aim in function.aims)
-        if function.aims and (entries,) != function.inputs[0].shape:
-            item["aims"].fail(f"parts with {function.inputs[0].shape} entries in all")
-
-
-def _loops(entry: Entry) -> LoopFacts:
-    solution = entry.get("solution", "")
-    expected = _SOLUTIONS[entry["kind"].one_of(_KINDS)]
-    if solution.value != expected:
-        solution.fail(f"{expected!r}, since the kind is {entry['kind'].value!r}")
-    configuration = tuple(_variable(item) for item in entry.get("configuration", []))
-    reference = entry.get("reference", None)
-    loops = LoopFacts(
-        names=entry.get("loops", []).texts(),
-        solution=solution.text(),
-        chain=tuple(_coordinate(item) for item in entry.get("chain", [])),
-        passive=tuple(_variable(item) for item in entry.get("passive", [])),
-        configuration=configuration,
-        reference=None
-        if reference.value is None
-        else Reference(reference["q"].numbers(), reference["z"].numbers()),
-        actuated_in_z=tuple(_actuated(item) for item in entry.get("actuated_in_z", [])),
-    )
-    _check_sizes(entry, loops)
-    return loops
-
-
-def _check_sizes(entry: Entry, loops: LoopFacts) -> None:
-    n, n_z = len(list(entry["coordinates"])), len(loops.configuration)
-    if loops.reference and (len(loops.reference.q), len(loops.reference.z)) != (n, n_z):
-        entry["reference"].fail(f"{n} values of q and {n_z} of z")
-    if loops.actuated_in_z and len(loops.actuated_in_z) != n:
-        entry["actuated_in_z"].fail(f"{n} entries, one a coordinate")
-    if any(item.index >= n_z for item in loops.actuated_in_z):
-        entry["actuated_in_z"].fail(f"indices below {n_z}, the size of the configuration")
-    if loops.solution == "newton" and not (loops.reference and loops.actuated_in_z):
-        entry["solution"].fail('"closed form", or reference and actuated_in_z beside it')
-
-
-def _check_margins(entry: Entry, functions: tuple[FunctionInfo, ...]) -> None:
-    """Checks that each guard takes the same input and has a loop for each entry."""
-    by_name = {function.name: function for function in functions}
-    for function, item in zip(functions, entry["functions"], strict=True):
-        margin, first = by_name.get(function.margin), function.inputs[0]
-        if function.margin and not (
-            margin
-            and margin.steps
-            and [(a.name, a.shape) for a in margin.inputs] == [(first.name, first.shape)]
-        ):
-            item["margin"].fail(f"a function of {first.name} alone that has steps")
-    for function, item in zip(functions, entry["functions"], strict=True):
-        if function.steps and [out.shape for out in function.outputs] != [(len(function.steps),)]:
-            item["steps"].fail("one name for each entry of the only output")
-
-
-def _variable(entry: Entry) -> Variable:
-    return Variable(entry["name"].text(), entry["unit"].text())
-
-
-def _actuated(entry: Entry) -> ActuatedVariable:
-    return ActuatedVariable(entry["index"].count(), entry["ratio"].number())
-
-
-def _coordinate(entry: Entry) -> Coordinate:
-    return Coordinate(
-        entry["name"].text(),
-        entry["kind"].text(),
-        entry["unit"].text(),
-        entry["lower"].limit(),
-        entry["upper"].limit(),
-    )
-
-
-def _frames(entry: Entry) -> Frames:
-    return Frames(entry["base"].text(), entry["tip"].text(), entry["links"].texts())
-
-
-def _parameter(entry: Entry) -> Parameter:
-    return Parameter(
-        entry["name"].text(),
-        entry["value"].number(),
-        entry["exact"].text(),
-        entry["unit"].text(),
-        entry["meaning"].text(),
-    )
-
-
-def _function(entry: Entry) -> FunctionInfo:
-    inputs = tuple(_argument(item) for item in entry["inputs"])
-    outputs = tuple(_argument(item) for item in entry["outputs"])
-    if not inputs or not outputs:
-        entry.fail("at least one input and one output")
-    # "out" and "threads" are keywords of every call.
-    entry["inputs"].unique([*(argument.name for argument in inputs), "out", "threads"])
-    operations = {kind: count.count() for kind, count in entry["operations"].mapping().items()}
-    directions = entry.get("directions", [])
-    if any(index.count() > _LAST_DIRECTION for index in directions):
-        directions.fail("components of a twist, 0 to 5")
-    return FunctionInfo(
-        entry["name"].identifier(),
-        entry["symbol"].identifier(),
-        entry["summary"].text(),
-        entry.get("identity", "").text(),
-        inputs,
-        outputs,
-        MappingProxyType(operations),
-        role=entry["role"].text(),
-        domain=entry.get("domain", "").text(),
-        codomain=entry.get("codomain", "").text(),
-        margin=entry.get("margin", "").text(),
-        steps=entry.get("steps", []).texts(),
-        given=tuple(index.count() for index in entry.get("given", [])),
-        labels=entry.get("labels", []).texts(),
-        directions=tuple(index.count() for index in directions),
-        aims=tuple(aim.one_of(tuple(AIMS)) for aim in entry.get("aims", [])),
-        held=tuple(index.count() for index in entry.get("held", [])),
-        searches=entry.get("searches", False).flag(),
-    )
-
-
-def _argument(entry: Entry) -> Argument:
-    return Argument(
-        entry["name"].identifier(),
-        entry["shape"].shape(),
-        entry["unit"].text(),
-        entry["meaning"].text(),
-    )
+        Raises:
+            SourceMismatchError: If the file is absent or its SHA-256 differs.
+        """
+        path = self.folder / file
+        try:
+            content = path.read_bytes()
+        except OSError as error:
+            message = f"{path}: cannot be read ({error.strerror}); derive {self.name} again"
+            raise SourceMismatchError(message) from error
+        if hashlib.sha256(content).hexdigest() != self.files[file]:
+            raise SourceMismatchError(
+                f"{path}: changed since it was generated (its SHA-256 is not the one in "
+                f"manifest.json); derive {self.name} again"
+            )
+        return content

@@ -45,12 +45,12 @@ def load_functions(
     functions: dict[str, Function[Any]] = {}
     # Functions without a guard come first, the guards among them; inverses come last, since their
     # refinement may call any other function.
-    order = sorted(manifest.functions, key=lambda info: (info.is_inverse, bool(info.margin)))
+    order = sorted(manifest.functions, key=lambda info: (info.role.is_inverse, bool(info.margin)))
     pose = manifest.with_role("pose", "actuators")
     inverse = manifest.with_role("inverse", "pose")
     unit = 1.0
     for info in order:
-        if info.is_inverse and pose and manifest.inverse.tier != "snapped":
+        if info.role.is_inverse and pose and manifest.inverse.tier != "snapped":
             unit = unit_length(functions[pose.name], manifest.coordinates, manifest.loops.reference)
         functions[info.name] = library.function(
             info.name,
@@ -63,9 +63,12 @@ def load_functions(
             reduced=reduced(info.name),
             guard=_guard(manifest, info, functions) if info.margin else None,
             solutions=solutions_of(
-                manifest.coordinates, manifest.wraps, info.labels, unit=_residual_unit(info, unit)
+                manifest.coordinates,
+                manifest.wraps,
+                info.role.labels,
+                unit=_residual_unit(info, unit),
             )
-            if info.is_inverse
+            if info.role.is_inverse
             else None,
             rescue=refinement_of(manifest, info, functions, unit, _residual_unit(info, unit)),
             poses=_poses(manifest, info),
@@ -82,7 +85,7 @@ def _guard(manifest: Manifest, info: FunctionInfo, functions: Mapping[str, Funct
         label=f"{manifest.name}.{info.name}",
         margin=functions[info.margin],
         steps=steps,
-        coordinates=manifest.loops.chain if info.domain == "chain" else manifest.coordinates,
+        coordinates=manifest.loops.chain if info.role.domain == "chain" else manifest.coordinates,
         dead_point=manifest.tolerances.dead_point,
         is_followed=manifest.is_iterated,
     )
@@ -102,7 +105,7 @@ def _residual_unit(info: FunctionInfo, unit: float) -> float:
 
 
 def _solves_poses(info: FunctionInfo) -> bool:
-    return info.is_inverse and info.inputs[0].shape == _POSE
+    return info.role.is_inverse and info.inputs[0].shape == _POSE
 
 
 def write_doc(info: FunctionInfo, unit: float = 1.0, chooses: Manifest | None = None) -> str:
@@ -126,12 +129,12 @@ def write_doc(info: FunctionInfo, unit: float = 1.0, chooses: Manifest | None = 
         "",
     ]
     lines += ["Returns:", *(f"    {_describe(item)}" for item in info.outputs)]
-    if info.is_inverse:
+    if info.role.is_inverse:
         tolerance = SOLVED * _residual_unit(info, unit)
-        lines += [f"    valid: (..., {len(info.labels)}) whether residual <= {tolerance:g}"]
+        lines += [f"    valid: (..., {len(info.role.labels)}) whether residual <= {tolerance:g}"]
     lines += [""]
-    if info.labels:
-        lines += ["Slots:", *(f"    {k}: {label}" for k, label in enumerate(info.labels)), ""]
+    if info.role.labels:
+        lines += ["Slots:", *(f"    {k}: {label}" for k, label in enumerate(info.role.labels)), ""]
     if _solves_poses(info):
         lines += [
             "Raises:",

@@ -194,7 +194,7 @@ class Robot(
         functions = load_functions(manifest, pickler, Robot)
         roles: dict[tuple[str, str, str], Function[Any]] = {}
         for info in manifest.functions:
-            roles.setdefault((info.role, info.domain, info.codomain), functions[info.name])
+            roles.setdefault(info.role.key, functions[info.name])
         inverse = manifest.with_role("inverse", "pose")
         lower = [-np.inf if c.lower is None else c.lower for c in manifest.coordinates]
         upper = [np.inf if c.upper is None else c.upper for c in manifest.coordinates]
@@ -214,10 +214,10 @@ class Robot(
             notes=manifest.notes,
             cleaning=manifest.cleaning,
             functions=MappingProxyType(functions),
-            labels=MappingProxyType({f.name: f.labels for f in manifest.functions if f.labels}),
+            labels=_by_name(manifest, "labels"),
             redundancy=inverse.inputs[1:] if inverse else (),
-            given=inverse.given if inverse else (),
-            held=MappingProxyType({f.name: f.held for f in manifest.functions if f.held}),
+            given=inverse.role.given if inverse else (),
+            held=_by_name(manifest, "held"),
             loops=manifest.loops.names,
             solution=manifest.loops.solution,
             chain_joints=manifest.loops.chain or manifest.coordinates,
@@ -319,6 +319,12 @@ def _class_without(missing: frozenset[tuple[str, Hint]]) -> type[Robot]:
     attributes |= {"__module__": Robot.__module__, "__qualname__": "Robot"}
     attributes |= {"__doc__": Robot.__doc__}
     return type("Robot", (Robot,), attributes)
+
+
+def _by_name(manifest: Manifest, fact: str) -> Mapping[str, Any]:
+    """A fact of the roles of functions by the functions' names, where it is stated."""
+    found = {item.name: getattr(item.role, fact) for item in manifest.functions}
+    return MappingProxyType({name: value for name, value in found.items() if value})
 
 
 def _constant(values: list[float]) -> FloatArray:

@@ -41,7 +41,7 @@ def skeleton(robot: Any) -> Skeleton:
     if not robot.configuration_variables:
         actuators = {k: k for k in range(robot.n)}
     posture = np.array(facts.posture) if facts.posture else _between_limits(robot)
-    tip = facts.tip, _pose(facts.tip_placement)
+    tip = facts.tip.body, _pose(facts.tip.placement)
     return Skeleton(robot, facts.bodies, *tip, facts.size, posture, facts.closures, actuators)
 
 

@@ -11,6 +11,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from chasles.contract import Shape
+
 from ..model.mechanism import Closure, Mechanism, Strut
 from ..model.tolerances import DRAWN_AS_ONE, DRAWN_DIGITS, SAME_POINT, SAME_VIEW
 from .posture import posture
@@ -27,29 +29,6 @@ DETOUR = 1.6
 the straight one."""
 APART = 0.08
 """The most by which a symbol gives way to another, in parts of the robot's size."""
-
-
-@dataclass(frozen=True)
-class Shape:
-    """A line, a plate or a symbol on a body.
-
-    Attributes:
-        kind: ``link`` (a line through points), ``plate`` (the hull of points); a joint's symbol at
-            one point with its axis: ``revolute``, ``helical``, ``ball`` or ``universal`` (without),
-            ``pin`` or ``weld`` of a closure; a slide's ``guide`` on the body that carries it and
-            ``carriage`` on the body that slides, or ``sleeve`` and ``ram`` where the arm itself is
-            the guide; ``barrel``, ``piston`` and ``rod`` of struts, from end to end.
-        name: The joint, closure or strut; the body of a link or plate.
-        points: Points in the body's frame (metre).
-        axis: The direction of the joint's axis; () without one.
-        ends: ``pin`` or ``ball`` of a strut, else "".
-    """
-
-    kind: str
-    name: str
-    points: tuple[tuple[float, ...], ...]
-    axis: tuple[float, ...] = ()
-    ends: str = ""
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,26 @@
 
 import hashlib
 from collections.abc import Mapping
-from typing import Any
 
 import casadi as ca
 import sympy as sp
+
+from chasles import contract
+from chasles.contract import (
+    FORMAT,
+    ActuatedVariable,
+    CleanedNumber,
+    ContractTolerances,
+    Frames,
+    FunctionInfo,
+    GeometryParameter,
+    InverseFacts,
+    LoopFacts,
+    Manifest,
+    Reference,
+    Variable,
+    manifest_entries,
+)
 
 from ..derivation import Derivation
 from ..inverse.explanation import notes
@@ -19,15 +35,12 @@ from ..model.tolerances import DEAD_POINT
 from ..program.counting import count_operations
 from ..program.operations import Program
 from ..program.programs import Programs
-from ..terms.role import Role
-from ..terms.symbolic_function import Argument, Result, Signature, SymbolicFunction, WrittenFunction
+from ..terms.symbolic_function import Argument, Result, SymbolicFunction, WrittenFunction
 from .described_parts import robot_template
 from .described_springs import springs_template
 from .emitter import Files
 from .json_text import json_text
-from .skeleton_entry import skeleton_entry
-
-FORMAT = 2
+from .skeleton_facts import skeleton_facts
 
 
 def manifest(
@@ -43,44 +56,44 @@ def manifest(
         files: The files of each language, by the language's name; the manifest lists their hashes.
     """
     robot, hybrid = derivation.robot, derivation.hybrid
-    content = {
-        "chasles": FORMAT,
-        "name": robot.name,
-        "title": robot.title,
-        "kind": _kind(hybrid),
-        "source": robot.source,
-        "coordinates": [_coordinate(joint) for joint in robot.coordinates],
-        "frames": {
-            "base": robot.base_frame,
-            "tip": robot.tool_frame,
-            "links": list(robot.link_names),
-        },
-        "parameters": [_parameter(parameter) for parameter in robot.parameters],
-        "notes": [
-            *robot.notes,
-            *(hybrid.mobility.disagreements if hybrid else ()),
-            *(hybrid.missing.values() if hybrid else ()),
-            *(limits_of(hybrid) if hybrid else ()),
-            *(doubts_of(hybrid) if hybrid else ()),
-            *(notes(derivation.inverse.classification) if derivation.inverse else ()),
-        ],
-        **_cleaning(robot.cleaning),
-        **_geometry(derivation),
-        "functions": [
-            _function(robot, function, programs.whole[function.name])
-            for function in derivation.functions
-        ]
-        + [_written(robot, function) for function in derivation.written],
-        **({} if hybrid is None else _loops(hybrid)),
-        **({} if derivation.inverse is None else _inverse(derivation.inverse)),
-        "skeleton": skeleton_entry(derivation.skeleton),
-        "tolerances": {"dead_point": DEAD_POINT},
-        "description_sha256": sha256(description_text(robot)),
-        "languages": {language: sorted(texts) for language, texts in sorted(files.items())},
-        "files": {name: sha256(text) for name, text in sorted(_together(files).items())},
-        "versions": {"casadi": ca.CasadiMeta.version(), "sympy": sp.__version__},
-    }
-    return json_text(content) + "\n"
+    found = Manifest(
+        format=FORMAT,
+        name=robot.name,
+        title=robot.title,
+        kind=_kind(hybrid),
+        source=robot.source,
+        coordinates=tuple(_coordinate(joint) for joint in robot.coordinates),
+        frames=Frames(robot.base_frame, robot.tool_frame, tuple(robot.link_names)),
+        parameters=tuple(_parameter(parameter) for parameter in robot.parameters),
+        notes=_notes(derivation),
+        cleaning=_cleaning(robot.cleaning),
+        geometry=_geometry(derivation),
+        robot_file=_robot_file(derivation),
+        functions=(
+            *(_function(robot, f, programs.whole[f.name]) for f in derivation.functions),
+            *(_written(robot, function) for function in derivation.written),
+        ),
+        loops=_loops(hybrid) if hybrid else LoopFacts(),
+        inverse=_inverse(derivation.inverse) if derivation.inverse else InverseFacts(),
+        skeleton=skeleton_facts(derivation.skeleton),
+        tolerances=ContractTolerances(DEAD_POINT),
+        description_sha256=sha256(description_text(robot)),
+        languages={language: tuple(sorted(texts)) for language, texts in sorted(files.items())},
+        files={name: sha256(text) for name, text in sorted(_together(files).items())},
+        versions={"casadi": ca.CasadiMeta.version(), "sympy": sp.__version__},
+    )
+    return json_text(manifest_entries(found)) + "\n"
+
+
+def _notes(derivation: Derivation) -> tuple[str, ...]:
+    """Remarks of the description, of its loops and of its inverse."""
+    hybrid, found = derivation.hybrid, [*derivation.robot.notes]
+    if hybrid:
+        found += [*hybrid.mobility.disagreements, *hybrid.missing.values()]
+        found += [*limits_of(hybrid), *doubts_of(hybrid)]
+    if derivation.inverse:
+        found += notes(derivation.inverse.classification)
+    return tuple(found)
 
 
 def _together(files: Mapping[str, Files]) -> dict[str, str]:
@@ -101,12 +114,7 @@ def sha256(text: str) -> str:
 
 
 def _kind(hybrid: Hybrid | None) -> str:
-    """The kind of a robot: the way from the actuated coordinates to the tool's pose.
-
-    "serial": the joints are the actuated coordinates. "hybrid": loops are solved in closed form.
-    "platform": the runtime solves the loops by iteration, while the actuated coordinates follow
-    from the main chain in closed form. "iterated": both directions need iteration.
-    """
+    """The kind of a robot, one of `chasles.contract.KINDS`."""
     if hybrid is None:
         return "serial"
     if not hybrid.forward.open:
@@ -115,46 +123,48 @@ def _kind(hybrid: Hybrid | None) -> str:
     return "platform" if actuated.isdisjoint(hybrid.backward.open) else "iterated"
 
 
-def _cleaning(cleaning: Cleaning) -> dict[str, Any]:
+def _cleaning(cleaning: Cleaning) -> contract.Cleaning:
     """The numbers that were not taken as written, and bounds of their effect on the tool's pose."""
     if not cleaning.numbers:
-        return {}
-    numbers = [
-        {"at": n.at, "field": n.field, "found": written(n.found), "taken": sp.sstr(n.taken)}
-        for n in cleaning.numbers
-    ]
-    bounds = {"position": cleaning.position, "orientation": cleaning.orientation}
-    return {"cleaning": {**bounds, "numbers": numbers}}
+        return contract.Cleaning()
+    numbers = (
+        CleanedNumber(n.at, n.field, written(n.found), sp.sstr(n.taken)) for n in cleaning.numbers
+    )
+    return contract.Cleaning(cleaning.position, cleaning.orientation, tuple(numbers))
 
 
-def _geometry(derivation: Derivation) -> dict[str, Any]:
-    """The parameters p, where the robot has parametric functions."""
+def _geometry(derivation: Derivation) -> tuple[GeometryParameter, ...]:
+    """The parameters p; () for a robot without parametric functions."""
     if derivation.geometry is None:
-        return {}
-    parameters = [
-        {
-            "name": parameter.name,
-            "value": float(derivation.terms.value(parameter.value)),
-            "unit": parameter.unit,
-            "of": parameter.of,
-            "part": parameter.part,
-            "meaning": parameter.meaning,
-        }
+        return ()
+    return tuple(
+        GeometryParameter(
+            parameter.name,
+            float(derivation.terms.value(parameter.value)),
+            parameter.unit,
+            parameter.of,
+            parameter.part,
+            parameter.meaning,
+        )
         for parameter in derivation.geometry.parameters
-    ]
+    )
+
+
+def _robot_file(derivation: Derivation) -> str:
+    """The robot file with places for the numbers of another geometry."""
+    if derivation.geometry is None:
+        return ""
     loops = derivation.parametric_loops
-    template = robot_template(loops.hybrid) if loops else springs_template(derivation.robot)
-    file = {"robot_file": template} if template else {}
-    return {"geometry": parameters, **file}
+    return robot_template(loops.hybrid) if loops else springs_template(derivation.robot)
 
 
-def _inverse(inverse: Inverses) -> dict[str, Any]:
+def _inverse(inverse: Inverses) -> InverseFacts:
     """The tier of the inverse, or the reason why there is none."""
     tier = "general" if inverse.general else inverse.classification.tier
-    return {"inverse": {"tier": tier, "missing": inverse.missing}}
+    return InverseFacts(tier, inverse.missing)
 
 
-def _loops(hybrid: Hybrid) -> dict[str, Any]:
+def _loops(hybrid: Hybrid) -> LoopFacts:
     """The loops of a robot: their variables, their reference and how they are solved."""
     mechanism = hybrid.mechanism
     names = [variable.name for variable in hybrid.variables]
@@ -163,21 +173,21 @@ def _loops(hybrid: Hybrid) -> dict[str, Any]:
     # The runtime takes passive joints that are iterated from the configuration.
     iterated = [variable.name for variable in hybrid.passive_in_loops]
     passive = iterated if hybrid.forward.open else mechanism.passive
-    return {
-        "chain": [_coordinate(joint) for joint in mechanism.main_chain.moving],
-        "passive": [{"name": name, "unit": units.get(name, "rad")} for name in passive],
-        "configuration": [{"name": name, "unit": units[name]} for name in names],
-        "loops": [closer.name for closer in mechanism.closers],
-        "reference": {
-            "q": [_rounded(value) for value in hybrid.q_at_reference.tolist()],
-            "z": [_rounded(at[name]) for name in names],
-        },
-        "actuated_in_z": [
-            {"index": names.index(c.moves), "ratio": float(hybrid.terms.value(c.ratio))}
+    return LoopFacts(
+        chain=tuple(_coordinate(joint) for joint in mechanism.main_chain.moving),
+        passive=tuple(Variable(name, units.get(name, "rad")) for name in passive),
+        configuration=tuple(Variable(name, units[name]) for name in names),
+        names=tuple(closer.name for closer in mechanism.closers),
+        reference=Reference(
+            tuple(_rounded(value) for value in hybrid.q_at_reference.tolist()),
+            tuple(_rounded(at[name]) for name in names),
+        ),
+        actuated_in_z=tuple(
+            ActuatedVariable(names.index(c.moves), float(hybrid.terms.value(c.ratio)))
             for c in mechanism.coordinates
-        ],
-        "solution": "newton" if hybrid.forward.open else "closed form",
-    }
+        ),
+        solution="newton" if hybrid.forward.open else "closed form",
+    )
 
 
 def _rounded(value: float) -> float:
@@ -185,16 +195,9 @@ def _rounded(value: float) -> float:
     return float(f"{value:.12g}") + 0.0
 
 
-def _coordinate(joint: Coordinate | Joint) -> dict[str, Any]:
+def _coordinate(joint: Coordinate | Joint) -> contract.Coordinate:
     lower, upper = (None if limit is None else float(limit) for limit in joint.limits)
-    return {
-        "name": joint.name,
-        "kind": joint.kind,
-        "unit": joint.unit,
-        "lower": lower,
-        "upper": upper,
-        **({"assumed": True} if _is_assumed(joint) else {}),
-    }
+    return contract.Coordinate(joint.name, joint.kind, joint.unit, lower, upper, _is_assumed(joint))
 
 
 def _is_assumed(joint: Coordinate | Joint) -> bool:
@@ -202,70 +205,44 @@ def _is_assumed(joint: Coordinate | Joint) -> bool:
     return joint.assumed if isinstance(joint, Coordinate) else "limits" in joint.assumed
 
 
-def _parameter(parameter: Parameter) -> dict[str, Any]:
-    return {
-        "name": parameter.name,
-        "value": float(parameter.value),
-        "exact": sp.sstr(parameter.value),
-        "unit": UNITS[parameter.kind],
-        "meaning": parameter.meaning,
-        **({"assumed": True} if parameter.assumed else {}),
-    }
+def _parameter(parameter: Parameter) -> contract.Parameter:
+    return contract.Parameter(
+        parameter.name,
+        float(parameter.value),
+        sp.sstr(parameter.value),
+        UNITS[parameter.kind],
+        parameter.meaning,
+        parameter.assumed,
+    )
 
 
-def _function(robot: Described, function: SymbolicFunction, program: Program) -> dict[str, Any]:
-    return {
-        **_signature(robot, function),
-        "operations": count_operations(program).as_dict(),
-        **_guard(function),
-    }
+def _function(robot: Described, function: SymbolicFunction, program: Program) -> FunctionInfo:
+    return _info(robot, function, count_operations(program).as_dict())
 
 
-def _guard(function: SymbolicFunction | WrittenFunction) -> dict[str, Any]:
-    """The name of the guard of a function, and the loops of a guard."""
-    return {
-        **({"margin": function.margin} if function.margin else {}),
-        **({"steps": list(function.steps)} if function.steps else {}),
-    }
-
-
-def _written(robot: Described, function: WrittenFunction) -> dict[str, Any]:
+def _written(robot: Described, function: WrittenFunction) -> FunctionInfo:
     """The entry of a handwritten function; the kinds of its operations depend on the pose."""
-    operations = {"other": function.operations, "total": function.operations}
-    return {**_signature(robot, function), "operations": operations, **_guard(function)}
+    return _info(robot, function, {"other": function.operations, "total": function.operations})
 
 
-def _signature(robot: Described, function: Signature) -> dict[str, Any]:
-    return {
-        "name": function.name,
-        "symbol": f"{robot.name}_{function.name}",
-        "summary": function.summary,
-        "identity": function.identity,
-        **_role(function.role),
-        "inputs": [_described(argument) for argument in function.inputs],
-        "outputs": [_described(result) for result in function.outputs],
-    }
+def _info(
+    robot: Described,
+    function: SymbolicFunction | WrittenFunction,
+    operations: Mapping[str, int],
+) -> FunctionInfo:
+    return FunctionInfo(
+        name=function.name,
+        symbol=f"{robot.name}_{function.name}",
+        summary=function.summary,
+        identity=function.identity,
+        role=function.role,
+        inputs=tuple(_argument(argument) for argument in function.inputs),
+        outputs=tuple(_argument(result) for result in function.outputs),
+        operations=operations,
+        margin=function.margin,
+        steps=tuple(function.steps),
+    )
 
 
-def _role(role: Role) -> dict[str, Any]:
-    """The role of a function; fields without a value are left out."""
-    fields = {
-        "domain": role.domain,
-        "codomain": role.codomain,
-        "given": list(role.given),
-        "labels": list(role.labels),
-        "directions": list(role.directions),
-        "aims": list(role.aims),
-        "held": list(role.held),
-        "searches": role.searches,
-    }
-    return {"role": role.name, **{key: value for key, value in fields.items() if value}}
-
-
-def _described(value: Argument | Result) -> dict[str, Any]:
-    return {
-        "name": value.name,
-        "shape": list(value.shape),
-        "unit": value.unit,
-        "meaning": value.meaning,
-    }
+def _argument(value: Argument | Result) -> contract.Argument:
+    return contract.Argument(value.name, tuple(value.shape), value.unit, value.meaning)

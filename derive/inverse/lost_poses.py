@@ -11,10 +11,11 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from chasles.contract import Aim
+
 from ..model.tolerances import LOST
 from ..terms.branches import patterns
 from ..terms.casadi_graph import lower
-from ..terms.role import Aim
 from ..terms.symbolic_function import SymbolicFunction
 from .structure.lines import SOME_SLIDE
 from .structure.numeric_arm import NumericArm

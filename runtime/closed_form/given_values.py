@@ -126,7 +126,7 @@ class GivenValues:
         """The joints whose values the robot's own inverse takes, in the order of its inputs."""
         if self.manifest.loops.chain:
             return tuple(a.name for a in self._own.inputs[1:] if a.name in self._joints)
-        return tuple(self._joints[k] for k in self._own.given)
+        return tuple(self._joints[k] for k in self._own.role.given)
 
     @property
     def _label(self) -> str:

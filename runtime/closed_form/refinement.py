@@ -369,16 +369,16 @@ def refinement_of(
         names; None without a Jacobian to iterate with.
     """
     jacobian = manifest.with_role("pose and jacobian", "actuators")
-    if not (info.is_inverse and (info.domain == "pose" or info.aims) and jacobian):
+    if not (info.role.is_inverse and (info.role.domain == "pose" or info.role.aims) and jacobian):
         return None
     return Refinement(
         functions[jacobian.name],
-        (*info.given, *info.held),
+        (*info.role.given, *info.role.held),
         unit,
-        Task(info.aims),
+        Task(info.role.aims),
         judged,
-        info.searches,
-        len(info.inputs) - 1 <= len(info.given),
+        info.role.searches,
+        len(info.inputs) - 1 <= len(info.role.given),
     )
 
 

@@ -108,7 +108,7 @@ class LengthMethods:
         theta = [z[joint.name] for joint in self.chain_joints]
         J_x, J_q = self.functions[self._velocity_relation.name](theta, self.reference.q)
         J = np.zeros((1, 6, self.n))
-        J[0, list(self._velocity_relation.directions)] = np.linalg.pinv(J_x) @ J_q
+        J[0, list(self._velocity_relation.role.directions)] = np.linalg.pinv(J_x) @ J_q
         return J
 
     def _checked_length(self, method: str, length: float | None) -> float:

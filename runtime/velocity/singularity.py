@@ -86,7 +86,7 @@ class SingularityMethods(LengthMethods):
         assert self._velocity_relation is not None
         length = self._checked_length(name, length)
         J_x, J_q = self.velocity_relation(theta, q)
-        turning = np.array(self._velocity_relation.directions) >= 3  # noqa: PLR2004
+        turning = np.array(self._velocity_relation.role.directions) >= 3  # noqa: PLR2004
         unit_x = np.where(turning, length, 1.0)
         unit_q = np.array([length if c.kind == "revolute" else 1.0 for c in self.coordinates])
         return J_x / unit_x, J_q / unit_q

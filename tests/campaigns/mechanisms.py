@@ -165,7 +165,7 @@ def _silent(
     rng = np.random.default_rng(verdict.seed)
     for info in read_manifest(robot.folder).functions:
         is_relation = any(i.name in ("q", "theta") for i in info.inputs[1:])
-        if info.domain != domain or is_relation or info.role in NOT_MAPS:
+        if info.role.domain != domain or is_relation or info.role.name in NOT_MAPS:
             continue
         rates = [rng.normal(size=(len(values), *i.shape)) for i in info.inputs[1:]]
         results = getattr(robot, info.name)(values, *rates)

@@ -1,15 +1,12 @@
 """Skeletons of robots that are described, but neither derived nor compiled."""
 
-import json
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 
-from chasles.contract import ActuatedVariable, skeleton_facts
-from chasles.contract.json_entry import Entry
+from chasles.contract import ActuatedVariable
 from chasles.derive.derivation import Derivation
-from chasles.derive.emit.skeleton_entry import skeleton_entry
+from chasles.derive.emit.skeleton_facts import skeleton_facts
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.model.mechanism import Mechanism
 from chasles.derive.terms.terms import Terms
@@ -23,8 +20,7 @@ def described_skeleton(robot):
     terms = hybrid.terms if hybrid else Terms({p.symbol: p.value for p in robot.parameters})
     found = Derivation(robot, terms, (), (), hybrid).skeleton
     names = list(hybrid.at_reference) if hybrid else []
-    entry = json.loads(json.dumps(skeleton_entry(found)))
-    facts = skeleton_facts(Entry(Path("x"), "skeleton", entry), len(names or robot.coordinates))
+    facts = skeleton_facts(found)
     z = np.array(list(hybrid.at_reference.values())) if hybrid else None
     moved = (
         [(names.index(c.moves), float(terms.value(c.ratio))) for c in robot.coordinates]

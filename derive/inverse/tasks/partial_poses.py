@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import sympy as sp
 
+from chasles.contract import Aim
+
 from ...chain.forward import Pose
 from ...model.robot import Robot
-from ...terms.role import Aim
 from ...terms.symbolic_function import Argument
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, combination, subtracted

@@ -8,7 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...chain.body_shapes import Shape, Skeleton
+from chasles.contract import Shape
+
+from ...chain.body_shapes import Skeleton
 from ...chain.rigid_bodies import Array, HeldFrames, Span, tree_poses
 from ...loops.planar.planes import Loop
 

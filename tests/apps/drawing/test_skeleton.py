@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.contract.json_entry import Entry
-from chasles.contract.skeleton_facts import skeleton_facts
+from chasles.contract import SkeletonFacts
+from chasles.contract.bodies import check_bodies
+from chasles.contract.records import Place, read
 from chasles.drawing import skeleton
 from chasles.errors import ManifestError
 from tests.support.chains import random_chain
@@ -175,7 +176,7 @@ def test_manifest_without_skeleton_is_rejected():
     robot = chasles.load("ur5e")
     manifest = replace(robot.manifest, skeleton=None)
     with pytest.raises(ManifestError, match="skeleton: absent"):
-        skeleton(SimpleNamespace(manifest=manifest, folder=robot.folder))
+        skeleton(SimpleNamespace(manifest=manifest, folder=robot.folder, name=robot.name))
 
 
 def test_symbols_of_adjacent_joints_are_separated():
@@ -201,7 +202,7 @@ WRONG = (
     (lambda s: s["bodies"][1].update(parent=1), r"bodies\[1\].parent.*an index below 1"),
     (lambda s: s["bodies"][2]["joint"].update(coordinate=6), "joint.coordinate.*below 6"),
     (lambda s: s["bodies"][2]["joint"].update(kind="rubber"), 'joint.kind.*"revolute"'),
-    (lambda s: s["bodies"][0].update(s["bodies"][1]), "parent.*an index below 0"),
+    (lambda s: s["bodies"][0].update(s["bodies"][1]), "bodies.*the ground first"),
     (lambda s: s["bodies"][1].pop("joint"), r"bodies\[1\].*a joint or a span"),
     (lambda s: s["tip"].update(body=99), "tip.body.*an index below 7"),
     (lambda s: s["tip"]["placement"].pop(), "tip.placement.*three rows of four numbers"),
@@ -230,7 +231,10 @@ WRONG = (
 def test_invalid_skeleton_entry_in_manifest_is_rejected(change, message):
     manifest = chasles.load("ur5e").folder / "manifest.json"
     entry = json.loads(manifest.read_text(encoding="utf-8"))["skeleton"]
-    assert skeleton_facts(Entry(manifest, "skeleton", entry), 6).tip == 6
+    place = Place(manifest, "skeleton")
+    found = read(SkeletonFacts, entry, place)
+    assert found.tip.body == 6
+    check_bodies(found, 6, place)
     change(entry)
     with pytest.raises(ManifestError, match=message):
-        skeleton_facts(Entry(manifest, "skeleton", entry), 6)
+        check_bodies(read(SkeletonFacts, entry, place), 6, place)

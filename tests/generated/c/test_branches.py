@@ -257,7 +257,7 @@ def test_other_compilers_give_exact_results(program, way, sources, arm_sources):
 
 def test_loaded_branch_functions_have_expected_shapes(loadable):
     robot, infos = chasles.load(loadable), read_manifest(loadable).functions
-    assert {info.name: len(info.labels) for info in infos} == {"ik": 8, "every_kind_1": 0}
+    assert {info.name: len(info.role.labels) for info in infos} == {"ik": 8, "every_kind_1": 0}
     T = poses(1000)
     solutions = robot.functions["ik"](T)
     shapes = (solutions.q.shape, solutions.residual.shape, solutions.margin.shape)

@@ -22,8 +22,8 @@ Q = np.array([0.3, -1.2])
 def shipped(folder, monkeypatch):
     """The tiny robot, as if it were installed along."""
     folders = {"tiny": folder.path}
-    monkeypatch.setattr(chasles, "shipped_folders", lambda: folders)
-    monkeypatch.setattr(chasles.robot, "shipped_folders", lambda: folders)
+    for module in (chasles, chasles.robot, chasles.library.folders, chasles.cli.command_line):
+        monkeypatch.setattr(module, "shipped_folders", lambda: folders)
     return folder
 
 
@@ -114,7 +114,7 @@ def test_unknown_robot_error_suggests_names(shipped, tmp_path):
         (lambda m: m.update(kind="arm"), r'kind: got \'arm\', expected "serial" or "hybrid"'),
         (lambda m: m["functions"][0].pop("role"), r"functions\[0\]: has no 'role'"),
         (lambda m: m.pop("tolerances"), r"has no 'tolerances'"),
-        (lambda m: m.pop("name"), r"manifest: has no 'name'"),
+        (lambda m: m.pop("name"), r"has no 'name'"),
         (lambda m: m.update(name="a b"), r"name: got 'a b', expected a name of"),
         (lambda m: m.update(title=3), r"title: got 3, expected a string"),
         (lambda m: m.update(functions={}), r"functions: got {}, expected a list"),

@@ -265,7 +265,7 @@ def test_fixed_loop_joints_are_fixed_through_their_actuators():
     held = {
         int(k) for item in info.inputs[1:] for k in np.flatnonzero(moves[rows.index(item.name)])
     }
-    assert info.given == (3, 5, 6) == tuple(sorted(held))
+    assert info.role.given == (3, 5, 6) == tuple(sorted(held))
     assert refinement_of(manifest, info, robot.functions).fixed == (3, 5, 6)
     assert refinement_of(manifest, replace(info, given=()), robot.functions).fixed == ()
 

@@ -48,9 +48,9 @@ def T(q):
 
 
 def test_manifest_declares_search_and_fixed_joints(folder):
-    (info,) = (info for info in read_manifest(folder).functions if info.is_inverse)
-    assert info.searches
-    assert list(info.given) == GIVEN
+    (info,) = (info for info in read_manifest(folder).functions if info.role.is_inverse)
+    assert info.role.searches
+    assert list(info.role.given) == GIVEN
 
 
 def test_bare_closed_form_misses_right_angle_poses(arm, q, T):

@@ -29,29 +29,33 @@ def test_number_of_shipped_robots_is_known():
 
 def test_every_function_has_a_role(manifest):
     for function in manifest.functions:
-        assert function.role != "other", function.name
+        assert function.role.name != "other", function.name
         expected = DOMAINS.get(function.inputs[0].name, "task")
-        assert function.domain == expected, function.name
+        assert function.role.domain == expected, function.name
 
 
 def test_every_slot_has_unique_label(manifest):
-    with_slots = [f for f in manifest.functions if f.role in ("inverse", "branches")]
+    with_slots = [f for f in manifest.functions if f.role.has_slots]
     assert {f.name for f in with_slots} == {
         f.name for f in manifest.functions if f.name.startswith("ik") and len(f.outputs) == 3
     } | {f.name for f in manifest.functions if f.name in ("chain_all", "actuators_all")}
     for function in with_slots:
-        assert len(function.labels) == len(set(function.labels)) == function.outputs[0].shape[0]
-        assert all(function.labels)
+        assert (
+            len(function.role.labels)
+            == len(set(function.role.labels))
+            == function.outputs[0].shape[0]
+        )
+        assert all(function.role.labels)
 
 
 def test_fixed_joints_of_inverses_are_coordinates(manifest):
     for function in manifest.functions:
-        names = [item.name for item in function.inputs[1:] if function.is_inverse]
+        names = [item.name for item in function.inputs[1:] if function.role.is_inverse]
         own = tuple(int(name[1:]) - 1 for name in names if name in chain_of(manifest))
         if manifest.kind == "serial":
-            assert function.given == own
+            assert function.role.given == own
         elif not names:
-            assert function.given == ()
+            assert function.role.given == ()
 
 
 def chain_of(manifest):
@@ -59,11 +63,11 @@ def chain_of(manifest):
 
 
 def test_margin_function_has_domain_of_guarded_function(manifest):
-    guards = {f.name: f for f in manifest.functions if f.role == "margin"}
+    guards = {f.name: f for f in manifest.functions if f.role.name == "margin"}
     assert {f.margin for f in manifest.functions} - {""} <= {*guards}
     for function in manifest.functions:
         if function.margin:
-            assert guards[function.margin].domain == function.domain
+            assert guards[function.margin].role.domain == function.role.domain
 
 
 def test_manifest_kinds_match_robot_types():

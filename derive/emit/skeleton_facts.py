@@ -1,0 +1,64 @@
+"""The rigid bodies of a robot as records of the manifest, for drawings and viewers."""
+
+from chasles.contract import Body, BodyJoint, HeldFrames, PlacedTip, Shape, SkeletonFacts, Span
+
+from ..chain import rigid_bodies
+from ..chain.body_shapes import Skeleton
+from ..chain.rigid_bodies import Array, TreeBody
+
+
+def skeleton_facts(found: Skeleton) -> SkeletonFacts:
+    """The bodies as plain data in metres and radians; a pose by its first three rows.
+
+    Args:
+        found: The bodies with their shapes.
+    """
+    return SkeletonFacts(
+        float(f"{found.size:.6g}"),
+        PlacedTip(found.tip, _pose(found.tip_placement)),
+        tuple(_body(body, shapes) for body, shapes in zip(found.bodies, found.shapes, strict=True)),
+        tuple(found.posture),
+        tuple(_held(closure) for closure in found.closures),
+    )
+
+
+def _body(body: TreeBody, shapes: tuple[Shape, ...]) -> Body:
+    if body.joint is not None:
+        return Body(
+            body.name, body.parent, _pose(body.placement), joint=_joint(body.joint), shapes=shapes
+        )
+    return Body(body.name, span=_span(body.span) if body.span else None, shapes=shapes)
+
+
+def _joint(joint: rigid_bodies.CarryingJoint) -> BodyJoint:
+    if joint.kind == "fixed":
+        return BodyJoint(joint.name, joint.kind)
+    return BodyJoint(
+        joint.name,
+        joint.kind,
+        _vector(joint.at),
+        _vector(joint.axis),
+        joint.coordinate,
+        joint.ratio,
+        joint.offset,
+        joint.advance,
+    )
+
+
+def _span(span: rigid_bodies.Span) -> Span:
+    begin, end = span.ends
+    ends = _vector(begin), _vector(end)
+    return Span(span.name, span.bodies, ends, _vector(span.across), span.from_end)
+
+
+def _held(closure: rigid_bodies.HeldFrames) -> HeldFrames:
+    a, b = closure.frames
+    return HeldFrames(closure.name, closure.kind, closure.bodies, (_pose(a), _pose(b)))
+
+
+def _pose(T: Array) -> tuple[tuple[float, ...], ...]:
+    return tuple(_vector(row) for row in T[:3])
+
+
+def _vector(values: Array) -> tuple[float, ...]:
+    return tuple(float(value) + 0.0 for value in values)
