@@ -167,7 +167,7 @@ def _derive(job: Job) -> Report:
     lines = [", ".join(parts)]
     if not job.functions:
         lines.append(explanation(robot, derivation.inverse, derivation.hybrid).line)
-    notes = json.loads(files[MANIFEST])["notes"]
+    notes = json.loads(files[MANIFEST]).get("notes", [])
     return Report(True, "\n    ".join([*lines, *(n for n in notes if n not in parts)]))
 
 

@@ -8,7 +8,6 @@ way as a robot from its description.
 from __future__ import annotations
 
 import functools
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -262,5 +261,4 @@ def _inverse_of(
 @functools.lru_cache(maxsize=_MOST_KEPT)
 def _description_digest(folder: Path) -> str:
     """The hash of the description that the robot in a folder was derived from."""
-    content = json.loads((folder / "manifest.json").read_bytes())
-    return str(content.get("description_sha256"))
+    return read_manifest(folder).description_sha256

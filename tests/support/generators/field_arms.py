@@ -92,7 +92,7 @@ class FieldCase(Case):
     def tier(self) -> str:
         """How the inverse is solved."""
         facts = json.loads((self.folder / "manifest.json").read_text(encoding="utf-8"))
-        return str(facts["inverse"]["tier"])
+        return str(facts.get("inverse", {}).get("tier", "exact"))
 
     @cached_property
     def screws(self) -> Screws:
