@@ -18,6 +18,7 @@ from types import ModuleType
 import numpy as np
 
 import chasles
+from chasles.contract import read_manifest
 from chasles.derive import from_urdf
 from tests.support.generators.poses import Case
 from tests.support.oracles.screws import Screws, screws_of
@@ -91,8 +92,7 @@ class FieldCase(Case):
     @property
     def tier(self) -> str:
         """How the inverse is solved."""
-        facts = json.loads((self.folder / "manifest.json").read_text(encoding="utf-8"))
-        return str(facts.get("inverse", {}).get("tier", "exact"))
+        return read_manifest(self.folder).inverse.tier
 
     @cached_property
     def screws(self) -> Screws:
