@@ -19,7 +19,7 @@ from ..model.kinds import JointKind
 from ..model.placements import Vector
 from ..model.robot import Joint, Mimic, Robot
 from ..model.tolerances import UNLIMITED
-from .cleaned_robot import cleaned
+from .cleaned_robot import cleaned_with_warning
 from .conventions.urdf_origin import urdf
 from .importers.identifiers import identifier as _identifier
 from .importers.identifiers import prefix
@@ -70,7 +70,7 @@ def from_urdf(
         DescriptionError: The file is no URDF, has no such chain, or has several longest chains.
     """
     robot = UrdfFile(str(path), read_xml(path)).robot(base, tip, name)
-    return robot if exact else cleaned(robot)
+    return robot if exact else cleaned_with_warning(robot, str(path))
 
 
 def _states_no_range(limit: etree._Element | None) -> bool:
