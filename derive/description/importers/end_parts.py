@@ -1,8 +1,9 @@
 """Parts at the ends of an arm that are not part of it: fingers, wheels, branches, ball joints.
 
-- A finger is a joint with one of ``FINGER_WORDS`` in its name, or on a link with such a name. So
-  are all branches on the link of a finger behind ``JOINTS_OF_AN_ARM`` joints; and last joints on
-  one link that slide, or of which one follows the other, unless they carry a tool frame.
+- A finger is a joint with one of ``FINGER_WORDS`` in its name. So are all branches on the link of a
+  finger behind ``JOINTS_OF_AN_ARM`` joints. Behind another joint, it is also a joint on a link with
+  such a name, and one of several last joints on one link that slide, or of which one follows the
+  other, unless they carry a tool frame.
 - Several branches of at most ``LONGEST_FINGER`` joints on one link behind ``JOINTS_OF_AN_ARM``
   joints are short branches, the fingers of most hands.
 - A wheel is a joint that is called so or carries a link that is called so. On the base, a joint
@@ -119,8 +120,8 @@ def _end_part(
         return "ball joints"
     if _is_wheel(joint) or (not freedom(way) and _steers_wheels(tree, joint)):
         return "wheels"
-    on_a_hand = bool(way) and has_a_word(joint.parent, FINGER_WORDS)
-    if on_a_hand or _is_finger(joint) or _is_jaw(tree, joint, moved, heights):
+    is_behind = has_a_word(joint.parent, FINGER_WORDS) or _is_jaw(tree, joint, moved, heights)
+    if _is_finger(joint) or (way and is_behind):
         return "fingers"
     if len(moved) < 2 or freedom(way) < JOINTS_OF_AN_ARM:  # noqa: PLR2004
         return None

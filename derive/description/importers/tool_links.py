@@ -82,7 +82,9 @@ class Ends:
         if not parts:
             return ""
         text = f"not part of the arm: {'; '.join(parts)}"
-        joints = [part.joint for part in self.left_out if part.kind != "ball joints"]
+        hand = [part for part in self.left_out if part.kind in ("fingers", "short branches")]
+        wheels = [part for part in self.left_out if part.kind == "wheels"]
+        joints = [part.joint for part in (*hand, *wheels)]
         first = next((joint for joint in joints if joint.kind == "moving"), None)
         return text if first is None else f"{text} (--tip {first.child} includes {first.name})"
 

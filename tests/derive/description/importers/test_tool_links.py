@@ -123,7 +123,11 @@ ROPE = f"{arm('l', 2, 'base')} l2>rod:b"
         (LED_JAWS, "l2", "fingers drive (--tip a includes drive)"),
         (ON_A_GRIPPER, "gripper_body", "fingers j4 (--tip pad includes j4)"),
         (PANDA, "panda_hand", "fingers panda_finger_joint1 (--tip panda_leftfinger includes"),
-        (f"{SWERVE} base>a1:m", "a1", "wheels s0_joint, s1_joint, s2_joint, s3_joint (--tip s0"),
+        (
+            f"{SWERVE} base>a1:m a1>x:s a1>y:s",
+            "a1",
+            "wheels s0_joint, s1_joint, s2_joint, s3_joint; fingers x",
+        ),
         (f"{arm('l', 2, 'base')} base>w:m:caster", "l2", "wheels caster (--tip w includes caster)"),
         (f"{arm('l', 2, 'base')} l2>front_wheel:m", "l2", "wheels front_wheel_joint"),
         (f"{arm('l', 4, 'base')} l4>a:m l4>b:m", "l4", "short branches a_joint, b_joint (--tip a"),
@@ -162,8 +166,8 @@ def test_joints_of_arms_are_not_taken_for_fingers_or_wheels():
 def test_wheels_alone_are_no_arm():
     for text, words in (
         (f"base>l:m:left_wheel base>r:m:right_wheel {SWERVE}", "only wheels move: left_wheel"),
-        ("base>wl:m base>wr:m base>l:s base>r:s", "choice of the tip link"),
-        (f"{SWERVE} base>a:s base>b:s", "; fingers move: a_joint, b_joint"),
+        (f"{SWERVE} base>a:m:thumb base>b:m:finger", "; fingers move: thumb, finger"),
+        (f"{SWERVE} base>a:s base>b:s base>c:s", "chains of equal length end at: a, b, c"),
     ):
         with pytest.raises(NoChain, match=words):
             only_chain(tree(text), None, None)
