@@ -170,9 +170,9 @@ def _is_wheel(joint: TreeJoint) -> bool:
 
 
 def _steers_wheels(tree: KinematicTree, joint: TreeJoint) -> bool:
-    """Whether a joint carries wheels and no other joint."""
+    """Whether a joint of one freedom carries wheels and no other joint."""
     carried = tree.moved(joint.child)
-    return bool(carried) and all(map(_is_wheel, carried))
+    return joint.kind == "moving" and bool(carried) and all(map(_is_wheel, carried))
 
 
 def named_parts(left_out: Iterable[EndPart]) -> Iterator[tuple[EndPartKind, list[str]]]:

@@ -166,6 +166,7 @@ def test_joints_of_arms_are_not_taken_for_fingers_or_wheels():
 def test_wheels_alone_are_no_arm():
     for text, words in (
         (f"base>l:m:left_wheel base>r:m:right_wheel {SWERVE}", "only wheels move: left_wheel"),
+        ("odom>base:x base>l:m:left_wheel base>r:m:right_wheel", r"\(only wheels move: left_wheel"),
         (f"{SWERVE} base>a:m:thumb base>b:m:finger", "; fingers move: thumb, finger"),
         (f"{SWERVE} base>a:s base>b:s base>c:s", "chains of equal length end at: a, b, c"),
     ):
