@@ -216,6 +216,7 @@ def _say(asked: list[Job], *, inverse: bool, model: bool) -> None:
         if not report.good:
             _stop(report.line)
         out.print(report.line, end="\n\n", markup=False)
+        _warn(report)
 
 
 def _listed(names: str) -> tuple[str, ...]:
@@ -305,8 +306,14 @@ def _show(results: Iterable["Report"], total: int) -> bool:
         for report in results:
             good &= report.good
             progress.console.print(report.line, markup=False)
+            _warn(report)
             progress.advance(bar)
     return good
+
+
+def _warn(report: "Report") -> None:
+    if report.warning:
+        err.print(report.warning, style="yellow", markup=False)
 
 
 def _stop(message: str) -> NoReturn:

@@ -27,10 +27,11 @@ from .time_limit import at_most
 
 @dataclass(frozen=True)
 class Report:
-    """The outcome of a job: whether it succeeded, and a line for the user."""
+    """The outcome of a job: whether it succeeded, a line for the user, and a warning if any."""
 
     good: bool
     line: str
+    warning: str = ""
 
 
 def read(job: Job) -> Described:
@@ -146,12 +147,14 @@ def _attempt(work: Callable[[Job], Report], job: Job) -> Report:
 
 def _explain(job: Job) -> Report:
     robot = read(job)
-    return Report(True, "\n".join([*robot.notes, str(explain(robot, give=job.give))]))
+    lines = [*robot.notes, str(explain(robot, give=job.give))]
+    return Report(True, "\n".join(lines), _warning(job, robot))
 
 
 def _judge(job: Job) -> Report:
     robot = read(job)
-    return Report(True, "\n".join([*robot.notes, str(model_report(robot))]))
+    lines = [*robot.notes, str(model_report(robot))]
+    return Report(True, "\n".join(lines), _warning(job, robot))
 
 
 def _derive(job: Job) -> Report:
@@ -168,7 +171,13 @@ def _derive(job: Job) -> Report:
     if not job.functions:
         lines.append(explanation(robot, derivation.inverse, derivation.hybrid).line)
     notes = json.loads(files[MANIFEST]).get("notes", [])
-    return Report(True, "\n    ".join([*lines, *(n for n in notes if n not in parts)]))
+    lines += [note for note in notes if note not in parts]
+    return Report(True, "\n    ".join(lines), _warning(job, robot))
+
+
+def _warning(job: Job, robot: Described) -> str:
+    """A warning about the robot of a job; empty where there is none."""
+    return robot.cleaning.warning and f"warning: {job.file}: {robot.cleaning.warning}"
 
 
 def _derivation(job: Job, robot: Described) -> Derivation:

@@ -6,6 +6,7 @@ exact number at every joint, so that axes that were parallel stay parallel.
 """
 
 import re
+import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -47,6 +48,19 @@ def cleaned(robot: Robot) -> Robot:
     return replace(
         result, cleaning=cleaning, notes=(*robot.notes, cleaning.line, *cleaning.sentences)
     )
+
+
+def cleaned_with_warning(robot: Robot, file: str) -> Robot:
+    """Return the robot in exact numbers; warn if noise removal moves its tool far.
+
+    Args:
+        robot: A serial robot with the numbers of its file.
+        file: The name of the file.
+    """
+    result = cleaned(robot)
+    if result.cleaning.warning:
+        warnings.warn(f"{file}: {result.cleaning.warning}", stacklevel=3)
+    return result
 
 
 @dataclass

@@ -35,7 +35,7 @@ from ..model.convention import Convention
 from ..model.errors import RobotError
 from ..model.mechanism import Mechanism
 from ..model.robot import Robot
-from .cleaned_robot import cleaned
+from .cleaned_robot import cleaned_with_warning
 from .conventions import CONVENTIONS
 from .conventions.suited import suited
 from .file_text import read_text
@@ -108,7 +108,7 @@ def loads(
         robot = MechanismFile(source.file, source.text, heir, conventions).mechanism()
         return _with_nominal(source, robot, conventions) if "nominal" in source.table else robot
     arm = RobotFile(source.file, source.text, heir, conventions).robot()
-    read = arm if exact else cleaned(arm)
+    read = arm if exact else cleaned_with_warning(arm, file)
     return suited(read) if source.table.get("convention") == AUTO else read
 
 

@@ -19,15 +19,16 @@ from ..model.kinds import JointKind
 from ..model.placements import Vector
 from ..model.robot import Joint, Mimic, Robot
 from ..model.tolerances import UNLIMITED
-from .cleaned_robot import cleaned
+from .cleaned_robot import cleaned_with_warning
 from .conventions.urdf_origin import urdf
 from .importers.identifiers import identifier as _identifier
 from .importers.identifiers import prefix
 from .importers.kinematic_tree import KinematicTree, TreeJoint, TreeJointKind
+from .importers.limits import without_limits
 from .importers.robot_xml import parsed, read_xml
-from .importers.tool_links import Ends, NoChain, chosen_ends, only_chain
+from .importers.tool_links import Ends, NoChain, chosen_ends, leader_between, only_chain
 from .plausibility import questioned
-from .toml_file import DescriptionError, listed
+from .toml_file import DescriptionError
 
 DECIMAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 LIMITED_KINDS = ("revolute", "prismatic")
@@ -69,7 +70,7 @@ def from_urdf(
         DescriptionError: The file is no URDF, has no such chain, or has several longest chains.
     """
     robot = UrdfFile(str(path), read_xml(path)).robot(base, tip, name)
-    return robot if exact else cleaned(robot)
+    return robot if exact else cleaned_with_warning(robot, str(path))
 
 
 def _states_no_range(limit: etree._Element | None) -> bool:
@@ -138,6 +139,7 @@ class UrdfFile:
             self._no_chain(error)
         base, tip = ends.base, ends.tip
         elements = [self.joint_to[joint.child] for joint in self.tree.way(base, tip) or ()]
+        self._check_leaders(elements, ends)
         try:
             robot = Robot(
                 name=prefix(name or self._attribute(self.root, "name")),
@@ -151,8 +153,15 @@ class UrdfFile:
             raise
         except RobotError as error:
             self._fail(self.root, "", None, f"joints that make a robot ({error})")
-        notes = filter(None, [ends.note, self._without_limits(elements)])
-        return replace(robot, notes=(*notes, *questioned(robot)))
+        unlimited = [
+            str(element.get("name"))
+            for element in elements
+            if element.get("type") in LIMITED_KINDS
+            and element.find("mimic") is None
+            and _states_no_range(element.find("limit"))
+        ]
+        notes = (*ends.notes, *without_limits(unlimited), *questioned(robot))
+        return replace(robot, notes=notes)
 
     # --- the tree ---
 
@@ -165,6 +174,10 @@ class UrdfFile:
                 self._tree_kind(joint),
                 self._link_of(joint, "parent"),
                 child,
+                leader=str(mimic.get("joint"))
+                if (mimic := joint.find("mimic")) is not None
+                else "",
+                is_prismatic=joint.get("type") == "prismatic",
             )
             for child, joint in self.joint_to.items()
         )
@@ -239,36 +252,37 @@ class UrdfFile:
             self._fail(limit, "limit", f"{lower}, {upper}", "a lower limit below the upper")
         return lower, upper
 
-    def _without_limits(self, elements: Sequence[etree._Element]) -> str:
-        """A note on joints whose type needs limits and that state none, or 0 and 0."""
-        names = [
-            str(element.get("name"))
-            for element in elements
-            if element.get("type") in LIMITED_KINDS
-            and element.find("mimic") is None
-            and _states_no_range(element.find("limit"))
-        ]
-        if not names:
-            return ""
-        joints = f"joint {names[0]} states" if len(names) == 1 else f"joints {listed(names)} state"
-        return f"{joints} no range of limits: taken as unlimited"
-
     def _mimic(self, element: etree._Element) -> Mimic | None:
         """The law by which a joint follows a joint with its own coordinate, other laws resolved."""
         multiplier, offset = sp.Integer(1), sp.Integer(0)
-        leader, followed = element, [element]
-        while (mimic := leader.find("mimic")) is not None:
+        laws, leader = self._followed(element)
+        for mimic in laws:
             offset += multiplier * self._number(mimic, "offset", mimic.get("offset", "0"))
             multiplier *= self._number(mimic, "multiplier", mimic.get("multiplier", "1"))
+        if not laws:
+            return None
+        return Mimic(_identifier(self._attribute(leader, "name")), multiplier, offset)
+
+    def _followed(self, element: etree._Element) -> tuple[list[etree._Element], etree._Element]:
+        """The <mimic> of a joint, that of its leader, and so on, and the last leader."""
+        laws, followed = [], [element]
+        while (mimic := followed[-1].find("mimic")) is not None:
             name = self._attribute(mimic, "joint")
             named = [j for j in self.root.findall("joint") if j.get("name") == name]
             if not named or named[0] in followed:
                 self._fail(mimic, "mimic", name, "another joint of the file, in no circle")
-            leader = named[0]
-            followed.append(leader)
-        if len(followed) == 1:
-            return None
-        return Mimic(_identifier(self._attribute(leader, "name")), multiplier, offset)
+            laws.append(mimic)
+            followed.append(named[0])
+        return laws, followed[-1]
+
+    def _check_leaders(self, elements: Sequence[etree._Element], ends: Ends) -> None:
+        """Refuses a follower in a chain whose leader is not in it."""
+        for element in (e for e in elements if e.get("type") != "fixed"):
+            _, leader = self._followed(element)
+            if leader not in elements:
+                name = str(leader.get("name"))
+                expected = leader_between(str(element.get("name")), ends)
+                self._fail(element, "mimic", name, expected)
 
     # --- values ---
 

@@ -54,7 +54,7 @@ def by_tool_axis(
     if give:
         return longer, solved
     work = Work(lines.terms)
-    solve_chain(work, lines, longer.found, target_of_direction(robot, lines.terms), {})
+    solve_chain(work, lines, longer.found, target_of_direction(robot, work), {})
     solved["ik_position_direction"] = position_direction(robot, work)
     return longer, solved
 

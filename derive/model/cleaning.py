@@ -7,7 +7,7 @@ from typing import Literal
 
 import sympy as sp
 
-from .tolerances import NOISE
+from .tolerances import LARGE_CLEANING, NOISE
 
 CleanedUnit = Literal["m", "rad", "1"]
 _UPWARDS = Context(prec=2, rounding=ROUND_CEILING)
@@ -78,6 +78,17 @@ class Cleaning:
         return tuple(
             f"{written(found)} taken as {sp.sstr(taken)}: {places(numbers)}"
             for (found, taken), numbers in rounded.items()
+        )
+
+    @property
+    def warning(self) -> str:
+        """The change in words if it moves the tool by more than ``LARGE_CLEANING``, else empty."""
+        if self.position <= LARGE_CLEANING:
+            return ""
+        numbers = "; ".join(self.sentences) or f"{len(self.numbers)} numbers without their noise"
+        return (
+            f"exact numbers for rounded ones move the tool by up to {self.bound} ({numbers}); "
+            "--exact, or exact=True in Python, takes all numbers as written"
         )
 
 

@@ -192,6 +192,7 @@ class Mechanism:
         closure: Whether loops of pins that are not quite in a plane are closed in least squares.
         nominal: The robot as designed, with the same members, where this one is as built; None
             where it is not described.
+        springs: Passive joints that springs hold in the description. They count as free joints.
         cleaning: Empty, as the numbers of a robot with loops are taken as they are written.
 
     Raises:
@@ -217,6 +218,7 @@ class Mechanism:
     transmissions: tuple[Transmission, ...] = field(default=(), repr=False, kw_only=True)
     closure: ClosureMode = "exact"
     nominal: "Mechanism | None" = field(default=None, repr=False, compare=False)
+    springs: tuple[str, ...] = field(default=(), repr=False, kw_only=True)
     cleaning: Cleaning = field(default=Cleaning(), repr=False, compare=False)
 
     def __post_init__(self) -> None:

@@ -36,6 +36,9 @@ NOISE = 1e-9
 """Difference between a number of a file and a short decimal that is noise: part of the robot's
 longest length, radian, or part of a direction's largest component. Exporters compose poses in
 floats and round to nine places or more, and 1e-9 rad moves a tool at 1 m by 1 nm."""
+LARGE_CLEANING = 5e-4
+"""Change of the tool's position (metre) by noise removal from which a warning names it: more than
+an arm repeats its poses by."""
 NOISE_GAP = 1000
 """Ratio of a decimal's last place to a difference that is noise (no unit): three zeros or nines
 follow the decimal, as they do in one of 500 numbers that are meant."""

@@ -360,10 +360,10 @@ def ik_position_direction(
 ) -> Solutions:
     """Every solution of the inverse kinematics, in 4 slots.
 
-    fk(q[k]) has its origin in x[:3] and the third axis x[3:] wherever residual[k] is rounding; a free joint is 0
+    fk(q[k]) has its origin in x[:3] and the third axis x[3:] / |x[3:]| wherever residual[k] is rounding; a free joint is 0
 
     Args:
-        x (..., 6): position of the tool, direction of its axis (m, 1).
+        x (..., 6): position of the tool, direction of its axis, of any length (m, 1).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 

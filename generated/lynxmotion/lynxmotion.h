@@ -173,10 +173,10 @@ void lynxmotion_ik_position(const double p[3], double q[20], double residual[4],
 void lynxmotion_ik_position_pitch(const double x[4], double q[40], double residual[8], double margin[8]);
 
 /* Every solution of the inverse kinematics, in 4 slots.
- * fk(q[k]) has its origin in x[:3] and the third axis x[3:] wherever residual[k] is rounding; a
- * free joint is 0
- * 291 operations: multiply 103, add 116, negate 5, trig 8, other 59.
- *   x: position of the tool, direction of its axis, 6 (m, 1)
+ * fk(q[k]) has its origin in x[:3] and the third axis x[3:] / |x[3:]| wherever residual[k] is
+ * rounding; a free joint is 0
+ * 300 operations: multiply 106, add 118, negate 5, trig 8, other 63.
+ *   x: position of the tool, direction of its axis, of any length, 6 (m, 1)
  *   q: joint coordinates, one solution a row, 4 x 5 (rad)
  *   residual: distance of fk(q[k]) from the target, 4 (m or rad)
  *   margin: distance from the boundary of the reachable set, negative beyond, 4 (1) */

@@ -292,7 +292,7 @@ static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch
   }
 }
 
-// One branch of ik_position_direction: 153 operations: multiply 70, add 51, negate 4, trig 4, other 24
+// One branch of ik_position_direction: 162 operations: multiply 76, add 53, negate 4, trig 4, other 25
 LANES_INLINE void LANES_NAME(lynxmotion_ik_position_direction_branch)(
     const double *x, const double (*choice)[8], int b, lanes *out)
 {
@@ -301,65 +301,68 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_direction_branch)(
       choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = x_0 * x_0, v2 = x_1 * x_1,
       v3 = x_3 * x_3, v4 = x_4 * x_4, v5 = x_5 * x_5, v6 = x_2 * x_2, v7 = 1e-150 - x_0,
-      v8 = 1e-150 - x_3, v9 = x_2 - 0.1, v10 = 1e-150 + x_5;
+      v8 = x_2 - 0.1;
   out[4] = LANES_OF(0.0);
-  const lanes v11 = v1 + v2, v12 = v3 + v4, v13 = v7 * v7, v14 = v8 * v8, v15 = v10 * v10,
-      v16 = 4e-15 * v11, v17 = v12 + v5, v18 = 4e-15 * v12, v19 = v11 + v6, v20 = v13 + v2,
-      v21 = v14 + v4;
-  LANES_LET2(v22, fmax, v11, v16);
-  const lanes v23 = 1e-300 + v17;
-  LANES_LET2(v24, fmax, v12, v18);
-  const lanes v25 = 0.16000000000000003 + v19;
-  LANES_LET1(v26, rsqrt, v20); LANES_LET1(v27, rsqrt, v21);
-  const lanes v28 = v22 * v23, v29 = 1e-300 + v25, v30 = x_1 * v26, v31 = v7 * v26, v32 = x_4 * v27,
-      v33 = v8 * v27, v34 = v24 * v29, v35 = v30 * x_4, v36 = v31 * x_3, v37 = choice_0 * v30,
-      v38 = choice_0 * v31;
-  const lanes_where v39 = LANES_LT(v28, v34);
-  const lanes v40 = v35 - v36, v41 = -v37;
-  const lanes_where v42 = LANES_LE(0.0, v40);
-  const lanes v43 = LANES_CHOICE(v42, 1.0, -1.0), v44 = choice_0 * v43, v45 = v44 * v32,
-      v46 = v44 * v33, v47 = -v45, v48 = LANES_CHOICE(v39, v46, v38),
-      v49 = LANES_CHOICE(v39, v47, v41), v50 = v48 * x_3, v51 = v48 * x_0, v53 = v49 * x_4,
-      v54 = v49 * x_1, v55 = v50 + v53, v56 = v51 + v54, v57 = v55 * v55, v59 = v57 + v15;
-  LANES_LET1(v60, rsqrt, v59);
-  const lanes v61 = v10 * v60, v62 = v55 * v60, v63 = 0.1 * v61, v64 = 0.1 * v62, v65 = v48 * v62,
-      v66 = v49 * v62, v67 = v61 - x_5, v68 = v9 - v63, v69 = v56 - v64, v70 = v65 - x_3,
-      v71 = v66 - x_4, v72 = v67 * v67, v73 = v69 * v69, v74 = v68 * v68, v75 = v70 * v70,
-      v76 = v71 * v71, v77 = v73 + v74, v78 = v75 + v76, v79 = 0.04 - v77, v80 = v77 - 0.02,
-      v81 = v78 + v72, v82 = v77 * v79, v83 = 50.0 * v80;
-  const lanes_where v84 = LANES_LT(v80, 0.0); const lanes_where v85 = LANES_LT(1.6e-18, v82);
-  const lanes v86 = LANES_CHOICE(v84, -1.0, 1.0);
-  LANES_LET1(v87, sqrt, v82);
-  const lanes v88 = 2500.0 * v82, v89 = LANES_CHOICE(v85, v83, v86), v90 = 50.0 * v87,
-      v91 = LANES_MIN(v88, 1.0), v92 = 0.1 * v89, v93 = LANES_CHOICE(v85, v90, 0.0);
-  out[6] = v91;
-  const lanes v94 = v92 + 0.1, v95 = choice_1 * v93, v97 = v68 * v94, v98 = 0.1 * v95,
-      v99 = v69 * v94, v101 = v69 * v98, v102 = v68 * v98, v103 = v97 - v101, v104 = v99 + v102,
-      v105 = v103 * v103, v106 = 1e-150 + v104, v107 = v106 * v106;
-  LANES_LET2(v108, atan2, v103, v106);
-  const lanes v109 = v105 + v107;
-  out[1] = v108; LANES_LET1(v111, rsqrt, v109);
-  const lanes v113 = v103 * v111, v114 = v106 * v111, v121 = v89 * v114, v122 = v95 * v113,
-      v123 = 0.1 * v114, v124 = v89 * v113, v125 = v95 * v114, v126 = 0.1 * v113,
-      v128 = v121 - v122, v129 = v124 + v125, v131 = 0.1 * v128, v132 = 0.1 * v129,
-      v133 = v64 + v131, v134 = v63 + v132, v135 = v133 + v123, v136 = v134 + v126,
-      v137 = v48 * v135, v138 = v49 * v135, v139 = v136 + 0.1, v140 = v137 - x_0, v141 = v138 - x_1,
-      v142 = v139 - x_2, v143 = v140 * v140, v144 = v141 * v141, v145 = v142 * v142,
-      v146 = v143 + v144, v147 = v146 + v145, v148 = v147 + v81, v149 = v147 - v81;
-  LANES_LET1(v150, fabs, v149);
-  const lanes v151 = v148 + v150, v152 = 0.5 * v151;
-  LANES_LET1(v153, sqrt, v152); out[5] = v153;
-  lanes v52, v58; LANES_NAME(lanes_two_atan2)(&v49, &v48, &v55, &v10, &v52, &v58);
-  LANES_LET2(v96, atan2, v93, v89); out[0] = v52;
-  const lanes v100 = choice_1 * v96;
-  out[2] = v100;
-  const lanes v110 = v58 + v108, v112 = v110 + v100, v115 = -v112, v116 = v112 + 6.283185307179586,
-      v117 = 6.283185307179586 - v112;
-  const lanes_where v118 = LANES_LT(3.141592653589793, v115);
-  const lanes v119 = -v116;
-  const lanes_where v120 = LANES_LT(v115, -3.141592653589793);
-  const lanes v127 = LANES_CHOICE(v120, v117, v115), v130 = LANES_CHOICE(v118, v119, v127);
-  out[3] = v130;
+  const lanes v9 = v1 + v2, v10 = v3 + v4, v11 = v7 * v7, v12 = 4e-15 * v9, v13 = v10 + v5,
+      v14 = v9 + v6, v15 = v11 + v2;
+  LANES_LET2(v16, fmax, v9, v12); LANES_LET1(v17, rsqrt, v13);
+  const lanes v18 = 0.16000000000000003 + v14;
+  LANES_LET1(v19, rsqrt, v15);
+  const lanes v20 = x_3 * v17, v21 = x_4 * v17, v22 = x_5 * v17, v23 = 1e-300 + v18,
+      v24 = x_1 * v19, v25 = v7 * v19, v26 = v20 * v20, v27 = v21 * v21, v28 = v22 * v22,
+      v29 = v24 * v21, v30 = v25 * v20, v31 = 1e-150 - v20, v32 = choice_0 * v24,
+      v33 = choice_0 * v25, v34 = 1e-150 + v22, v35 = v26 + v27, v36 = v29 - v30, v37 = v31 * v31,
+      v38 = -v32, v39 = v34 * v34, v40 = v35 + v28, v41 = 4e-15 * v35;
+  const lanes_where v42 = LANES_LE(0.0, v36);
+  const lanes v43 = v27 + v37, v44 = 1e-300 + v40;
+  LANES_LET2(v45, fmax, v35, v41);
+  const lanes v46 = LANES_CHOICE(v42, 1.0, -1.0);
+  LANES_LET1(v47, rsqrt, v43);
+  const lanes v48 = v16 * v44, v49 = v45 * v23, v50 = choice_0 * v46, v51 = v21 * v47,
+      v52 = v31 * v47;
+  const lanes_where v53 = LANES_LT(v48, v49);
+  const lanes v54 = v50 * v51, v55 = v50 * v52, v56 = -v54, v57 = LANES_CHOICE(v53, v55, v33),
+      v58 = LANES_CHOICE(v53, v56, v38), v59 = v20 * v57, v60 = v57 * x_0, v62 = v21 * v58,
+      v63 = v58 * x_1, v64 = v59 + v62, v65 = v60 + v63, v66 = v64 * v64, v68 = v66 + v39;
+  LANES_LET1(v69, rsqrt, v68);
+  const lanes v70 = v34 * v69, v71 = v64 * v69, v72 = 0.1 * v70, v73 = 0.1 * v71, v74 = v57 * v71,
+      v75 = v58 * v71, v76 = v70 - v22, v77 = v8 - v72, v78 = v65 - v73, v79 = v74 - v20,
+      v80 = v75 - v21, v81 = v76 * v76, v82 = v78 * v78, v83 = v77 * v77, v84 = v79 * v79,
+      v85 = v80 * v80, v86 = v82 + v83, v87 = v84 + v85, v88 = 0.04 - v86, v89 = v86 - 0.02,
+      v90 = v87 + v81, v91 = v86 * v88, v92 = 50.0 * v89;
+  const lanes_where v93 = LANES_LT(v89, 0.0); const lanes_where v94 = LANES_LT(1.6e-18, v91);
+  const lanes v95 = LANES_CHOICE(v93, -1.0, 1.0);
+  LANES_LET1(v96, sqrt, v91);
+  const lanes v97 = 2500.0 * v91, v98 = LANES_CHOICE(v94, v92, v95), v99 = 50.0 * v96,
+      v100 = LANES_MIN(v97, 1.0), v101 = 0.1 * v98, v102 = LANES_CHOICE(v94, v99, 0.0);
+  out[6] = v100;
+  const lanes v103 = v101 + 0.1, v104 = choice_1 * v102, v106 = v77 * v103, v107 = 0.1 * v104,
+      v108 = v78 * v103, v110 = v78 * v107, v111 = v77 * v107, v112 = v106 - v110,
+      v113 = v108 + v111, v114 = v112 * v112, v115 = 1e-150 + v113, v116 = v115 * v115;
+  LANES_LET2(v117, atan2, v112, v115);
+  const lanes v118 = v114 + v116;
+  out[1] = v117; LANES_LET1(v120, rsqrt, v118);
+  const lanes v122 = v112 * v120, v123 = v115 * v120, v130 = v98 * v123, v131 = v104 * v122,
+      v132 = 0.1 * v123, v133 = v98 * v122, v134 = v104 * v123, v135 = 0.1 * v122,
+      v137 = v130 - v131, v138 = v133 + v134, v140 = 0.1 * v137, v141 = 0.1 * v138,
+      v142 = v73 + v140, v143 = v72 + v141, v144 = v142 + v132, v145 = v143 + v135,
+      v146 = v57 * v144, v147 = v58 * v144, v148 = v145 + 0.1, v149 = v146 - x_0, v150 = v147 - x_1,
+      v151 = v148 - x_2, v152 = v149 * v149, v153 = v150 * v150, v154 = v151 * v151,
+      v155 = v152 + v153, v156 = v155 + v154, v157 = v156 + v90, v158 = v156 - v90;
+  LANES_LET1(v159, fabs, v158);
+  const lanes v160 = v157 + v159, v161 = 0.5 * v160;
+  LANES_LET1(v162, sqrt, v161); out[5] = v162;
+  lanes v61, v67; LANES_NAME(lanes_two_atan2)(&v58, &v57, &v64, &v34, &v61, &v67);
+  LANES_LET2(v105, atan2, v102, v98); out[0] = v61;
+  const lanes v109 = choice_1 * v105;
+  out[2] = v109;
+  const lanes v119 = v67 + v117, v121 = v119 + v109, v124 = -v121, v125 = v121 + 6.283185307179586,
+      v126 = 6.283185307179586 - v121;
+  const lanes_where v127 = LANES_LT(3.141592653589793, v124);
+  const lanes v128 = -v125;
+  const lanes_where v129 = LANES_LT(v124, -3.141592653589793);
+  const lanes v136 = LANES_CHOICE(v129, v126, v124), v139 = LANES_CHOICE(v127, v128, v136);
+  out[3] = v139;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction_branches)(const double *x, double *q, double *residual, double *margin)

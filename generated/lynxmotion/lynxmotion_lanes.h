@@ -1320,132 +1320,135 @@ static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch)(
   out[42] = v467; out[43] = v468; out[44] = v469; out[45] = v470; out[46] = v471; out[47] = v472;
 }
 
-// ik_position_direction: 290 operations: multiply 117, add 116, negate 4, trig 7, other 46
+// ik_position_direction: 299 operations: multiply 123, add 118, negate 4, trig 7, other 47
 static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction)(const lanes *in, lanes *out)
 {
   const lanes x_0 = in[0], x_1 = in[1], x_2 = in[2], x_3 = in[3], x_4 = in[4], x_5 = in[5],
       v1 = x_0 * x_0, v2 = x_1 * x_1, v3 = x_3 * x_3, v4 = x_4 * x_4, v5 = x_5 * x_5,
-      v6 = x_2 * x_2, v7 = 1e-150 - x_0, v8 = 1e-150 - x_3, v9 = x_2 - 0.1, v10 = 1e-150 + x_5;
+      v6 = x_2 * x_2, v7 = 1e-150 - x_0, v8 = x_2 - 0.1;
   out[4] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[19] = LANES_OF(0.0);
-  const lanes v11 = v1 + v2, v12 = v3 + v4, v13 = v7 * v7, v14 = v8 * v8, v15 = v10 * v10,
-      v16 = 4e-15 * v11, v17 = v12 + v5, v18 = 4e-15 * v12, v19 = v11 + v6, v20 = v13 + v2,
-      v21 = v14 + v4;
-  LANES_LET2(v22, fmax, v11, v16);
-  const lanes v23 = 1e-300 + v17;
-  LANES_LET2(v24, fmax, v12, v18);
-  const lanes v25 = 0.16000000000000003 + v19;
-  LANES_LET1(v26, rsqrt, v20); LANES_LET1(v27, rsqrt, v21);
-  const lanes v28 = v22 * v23, v29 = 1e-300 + v25, v30 = x_1 * v26, v31 = v7 * v26, v32 = x_4 * v27,
-      v33 = v8 * v27, v34 = v24 * v29, v35 = v30 * x_4, v36 = v31 * x_3;
-  const lanes_where v37 = LANES_LT(v28, v34);
-  const lanes v38 = v35 - v36;
-  const lanes_where v39 = LANES_LE(0.0, v38);
-  const lanes v40 = LANES_CHOICE(v39, 1.0, -1.0), v41 = v40 * v32, v42 = v40 * v33,
-      v43 = LANES_CHOICE(v37, v41, v30), v44 = LANES_CHOICE(v37, v42, v31);
-  LANES_LET2(v45, atan2, v43, v44);
-  const lanes v46 = v44 * x_3, v47 = v43 * x_4, v48 = v44 * x_0, v49 = v43 * x_1, v50 = v46 - v47,
-      v51 = v48 - v49;
-  LANES_LET2(v52, supplement, v45, v43);
-  const lanes v53 = -v45, v54 = v50 * v50;
-  LANES_LET2(v55, atan2, v50, v10); out[0] = v53; out[5] = v53; out[10] = v52; out[15] = v52;
-  const lanes v56 = v54 + v15;
-  LANES_LET1(v57, rsqrt, v56);
-  const lanes v58 = v10 * v57, v59 = v50 * v57, v60 = 0.1 * v58, v61 = 0.1 * v59, v62 = v44 * v59,
-      v63 = v43 * v59, v64 = v58 - x_5, v65 = v9 - v60, v66 = v51 - v61, v67 = v62 - x_3,
-      v68 = v63 + x_4, v69 = v64 * v64, v70 = v66 * v66, v71 = v65 * v65, v72 = v67 * v67,
-      v73 = v68 * v68, v74 = v70 + v71, v75 = v72 + v73, v76 = 0.04 - v74, v77 = v74 - 0.02,
-      v78 = v75 + v69, v79 = v74 * v76, v80 = 50.0 * v77;
-  const lanes_where v81 = LANES_LT(v77, 0.0); const lanes_where v82 = LANES_LT(1.6e-18, v79);
-  const lanes v83 = LANES_CHOICE(v81, -1.0, 1.0);
-  LANES_LET1(v84, sqrt, v79);
-  const lanes v85 = 2500.0 * v79, v86 = LANES_CHOICE(v82, v80, v83), v87 = 50.0 * v84,
-      v88 = LANES_MIN(v85, 1.0), v89 = 0.1 * v86, v90 = LANES_CHOICE(v82, v87, 0.0);
-  out[24] = v88; out[25] = v88; out[26] = v88; out[27] = v88;
-  const lanes v91 = v89 + 0.1, v92 = 0.1 * v90;
-  LANES_LET2(v93, atan2, v90, v86);
-  const lanes v94 = v65 * v91, v95 = v66 * v92, v96 = v66 * v91, v97 = v65 * v92;
-  out[2] = v93;
-  const lanes v98 = -v93;
-  out[12] = v93;
-  const lanes v99 = v94 - v95, v100 = v96 + v97, v101 = v94 + v95, v102 = v96 - v97;
-  out[7] = v98; out[17] = v98;
-  const lanes v103 = v99 * v99, v104 = 1e-150 + v100, v105 = v101 * v101, v106 = 1e-150 + v102,
-      v107 = 1e-150 - v102, v108 = 1e-150 - v100, v109 = v104 * v104;
-  LANES_LET2(v110, atan2, v99, v104);
-  const lanes v111 = v106 * v106;
-  LANES_LET2(v112, atan2, v101, v106);
-  const lanes v113 = v107 * v107;
-  LANES_LET2(v114, atan2, v101, v107);
-  const lanes v115 = v108 * v108;
-  LANES_LET2(v116, atan2, v99, v108);
-  const lanes v117 = v103 + v109, v118 = v105 + v111, v119 = v105 + v113, v120 = v103 + v115;
-  out[1] = v110;
-  const lanes v121 = v55 + v110;
-  out[6] = v112;
-  const lanes v122 = v55 + v112;
-  out[11] = v114;
-  const lanes v123 = v55 - v114;
-  out[16] = v116;
-  const lanes v124 = v116 - v55;
-  LANES_LET1(v125, rsqrt, v117); LANES_LET1(v126, rsqrt, v118); LANES_LET1(v127, rsqrt, v119);
-  LANES_LET1(v128, rsqrt, v120);
-  const lanes v129 = v121 + v93, v130 = v93 - v122, v131 = v123 - v93, v132 = v93 - v124,
-      v133 = v99 * v125, v134 = v104 * v125, v135 = v101 * v126, v136 = v106 * v126,
-      v137 = v101 * v127, v138 = v107 * v127, v139 = v99 * v128, v140 = v108 * v128;
-  const lanes_where v141 = LANES_LT(v129, -3.141592653589793);
-  const lanes v142 = v129 + 6.283185307179586;
-  const lanes_where v143 = LANES_LT(3.141592653589793, v129);
-  const lanes v144 = 6.283185307179586 - v129, v145 = -v129;
-  const lanes_where v146 = LANES_LT(3.141592653589793, v130);
-  const lanes v147 = v130 - 6.283185307179586;
-  const lanes_where v148 = LANES_LT(v130, -3.141592653589793);
-  const lanes v149 = 6.283185307179586 + v130;
-  const lanes_where v150 = LANES_LT(3.141592653589793, v131);
-  const lanes v151 = v131 - 6.283185307179586;
-  const lanes_where v152 = LANES_LT(v131, -3.141592653589793);
-  const lanes v153 = 6.283185307179586 + v131;
-  const lanes_where v154 = LANES_LT(3.141592653589793, v132);
-  const lanes v155 = v132 - 6.283185307179586;
-  const lanes_where v156 = LANES_LT(v132, -3.141592653589793);
-  const lanes v157 = 6.283185307179586 + v132, v158 = LANES_CHOICE(v143, v144, v145), v159 = -v142,
-      v160 = v86 * v134, v161 = v90 * v133, v162 = 0.1 * v134, v163 = v86 * v133, v164 = v90 * v134,
-      v165 = 0.1 * v133, v166 = LANES_CHOICE(v148, v149, v130), v167 = v86 * v136,
-      v168 = v90 * v135, v169 = 0.1 * v136, v170 = v86 * v135, v171 = v90 * v136, v172 = 0.1 * v135,
-      v173 = LANES_CHOICE(v152, v153, v131), v174 = v86 * v138, v175 = v90 * v137,
-      v176 = 0.1 * v138, v177 = v86 * v137, v178 = v90 * v138, v179 = 0.1 * v137,
-      v180 = LANES_CHOICE(v156, v157, v132), v181 = v86 * v140, v182 = v90 * v139,
-      v183 = 0.1 * v140, v184 = v86 * v139, v185 = v90 * v140, v186 = 0.1 * v139,
-      v187 = LANES_CHOICE(v141, v159, v158), v188 = v160 - v161, v189 = v163 + v164,
-      v190 = LANES_CHOICE(v146, v147, v166), v191 = v167 + v168, v192 = v170 - v171,
-      v193 = LANES_CHOICE(v150, v151, v173), v194 = v174 - v175, v195 = v177 + v178,
-      v196 = LANES_CHOICE(v154, v155, v180), v197 = v181 + v182, v198 = v184 - v185;
-  out[3] = v187;
-  const lanes v199 = 0.1 * v188, v200 = 0.1 * v189;
-  out[8] = v190;
-  const lanes v201 = 0.1 * v191, v202 = 0.1 * v192;
-  out[13] = v193;
-  const lanes v203 = 0.1 * v194, v204 = 0.1 * v195;
-  out[18] = v196;
-  const lanes v205 = 0.1 * v197, v206 = 0.1 * v198, v207 = v61 + v199, v208 = v60 + v200,
-      v209 = v61 + v201, v210 = v60 + v202, v211 = v203 - v61, v212 = v60 + v204, v213 = v205 - v61,
-      v214 = v60 + v206, v215 = v207 + v162, v216 = v208 + v165, v217 = v209 + v169,
-      v218 = v210 + v172, v219 = v211 + v176, v220 = v212 + v179, v221 = v213 + v183,
-      v222 = v214 + v186, v223 = v44 * v215, v224 = v43 * v215, v225 = v216 + 0.1,
-      v226 = v44 * v217, v227 = v43 * v217, v228 = v218 + 0.1, v229 = v44 * v219, v230 = v43 * v219,
-      v231 = v220 + 0.1, v232 = v44 * v221, v233 = v43 * v221, v234 = v222 + 0.1, v235 = v223 - x_0,
-      v236 = v224 + x_1, v237 = v225 - x_2, v238 = v226 - x_0, v239 = v227 + x_1, v240 = v228 - x_2,
-      v241 = v229 + x_0, v242 = v230 - x_1, v243 = v231 - x_2, v244 = v232 + x_0, v245 = v233 - x_1,
-      v246 = v234 - x_2, v247 = v235 * v235, v248 = v236 * v236, v249 = v237 * v237,
-      v250 = v238 * v238, v251 = v239 * v239, v252 = v240 * v240, v253 = v241 * v241,
-      v254 = v242 * v242, v255 = v243 * v243, v256 = v244 * v244, v257 = v245 * v245,
-      v258 = v246 * v246, v259 = v247 + v248, v260 = v250 + v251, v261 = v253 + v254,
-      v262 = v256 + v257, v263 = v259 + v249, v264 = v260 + v252, v265 = v261 + v255,
-      v266 = v262 + v258, v267 = v263 + v78, v268 = v263 - v78, v269 = v264 + v78,
-      v270 = v264 - v78, v271 = v265 + v78, v272 = v265 - v78, v273 = v266 + v78, v274 = v266 - v78;
-  LANES_LET1(v275, fabs, v268); LANES_LET1(v276, fabs, v270); LANES_LET1(v277, fabs, v272);
-  LANES_LET1(v278, fabs, v274);
-  const lanes v279 = v267 + v275, v280 = v269 + v276, v281 = v271 + v277, v282 = v273 + v278,
-      v283 = 0.5 * v279, v284 = 0.5 * v280, v285 = 0.5 * v281, v286 = 0.5 * v282;
-  LANES_LET1(v287, sqrt, v283); LANES_LET1(v288, sqrt, v284); LANES_LET1(v289, sqrt, v285);
-  LANES_LET1(v290, sqrt, v286); out[20] = v287; out[21] = v288; out[22] = v289; out[23] = v290;
+  const lanes v9 = v1 + v2, v10 = v3 + v4, v11 = v7 * v7, v12 = 4e-15 * v9, v13 = v10 + v5,
+      v14 = v9 + v6, v15 = v11 + v2;
+  LANES_LET2(v16, fmax, v9, v12); LANES_LET1(v17, rsqrt, v13);
+  const lanes v18 = 0.16000000000000003 + v14;
+  LANES_LET1(v19, rsqrt, v15);
+  const lanes v20 = x_3 * v17, v21 = x_4 * v17, v22 = x_5 * v17, v23 = 1e-300 + v18,
+      v24 = x_1 * v19, v25 = v7 * v19, v26 = v20 * v20, v27 = v21 * v21, v28 = v22 * v22,
+      v29 = v24 * v21, v30 = v25 * v20, v31 = 1e-150 - v20, v32 = 1e-150 + v22, v33 = v26 + v27,
+      v34 = v29 - v30, v35 = v31 * v31, v36 = v32 * v32, v37 = v33 + v28, v38 = 4e-15 * v33;
+  const lanes_where v39 = LANES_LE(0.0, v34);
+  const lanes v40 = v27 + v35, v41 = 1e-300 + v37;
+  LANES_LET2(v42, fmax, v33, v38);
+  const lanes v43 = LANES_CHOICE(v39, 1.0, -1.0);
+  LANES_LET1(v44, rsqrt, v40);
+  const lanes v45 = v16 * v41, v46 = v42 * v23, v47 = v21 * v44, v48 = v31 * v44;
+  const lanes_where v49 = LANES_LT(v45, v46);
+  const lanes v50 = v43 * v47, v51 = v43 * v48, v52 = LANES_CHOICE(v49, v50, v24),
+      v53 = LANES_CHOICE(v49, v51, v25);
+  LANES_LET2(v54, atan2, v52, v53);
+  const lanes v55 = v20 * v53, v56 = v21 * v52, v57 = v53 * x_0, v58 = v52 * x_1, v59 = v55 - v56,
+      v60 = v57 - v58;
+  LANES_LET2(v61, supplement, v54, v52);
+  const lanes v62 = -v54, v63 = v59 * v59;
+  LANES_LET2(v64, atan2, v59, v32); out[0] = v62; out[5] = v62; out[10] = v61; out[15] = v61;
+  const lanes v65 = v63 + v36;
+  LANES_LET1(v66, rsqrt, v65);
+  const lanes v67 = v32 * v66, v68 = v59 * v66, v69 = 0.1 * v67, v70 = 0.1 * v68, v71 = v53 * v68,
+      v72 = v52 * v68, v73 = v67 - v22, v74 = v8 - v69, v75 = v60 - v70, v76 = v71 - v20,
+      v77 = v72 + v21, v78 = v73 * v73, v79 = v75 * v75, v80 = v74 * v74, v81 = v76 * v76,
+      v82 = v77 * v77, v83 = v79 + v80, v84 = v81 + v82, v85 = 0.04 - v83, v86 = v83 - 0.02,
+      v87 = v84 + v78, v88 = v83 * v85, v89 = 50.0 * v86;
+  const lanes_where v90 = LANES_LT(v86, 0.0); const lanes_where v91 = LANES_LT(1.6e-18, v88);
+  const lanes v92 = LANES_CHOICE(v90, -1.0, 1.0);
+  LANES_LET1(v93, sqrt, v88);
+  const lanes v94 = 2500.0 * v88, v95 = LANES_CHOICE(v91, v89, v92), v96 = 50.0 * v93,
+      v97 = LANES_MIN(v94, 1.0), v98 = 0.1 * v95, v99 = LANES_CHOICE(v91, v96, 0.0);
+  out[24] = v97; out[25] = v97; out[26] = v97; out[27] = v97;
+  const lanes v100 = v98 + 0.1, v101 = 0.1 * v99;
+  LANES_LET2(v102, atan2, v99, v95);
+  const lanes v103 = v74 * v100, v104 = v75 * v101, v105 = v75 * v100, v106 = v74 * v101;
+  out[2] = v102;
+  const lanes v107 = -v102;
+  out[12] = v102;
+  const lanes v108 = v103 - v104, v109 = v105 + v106, v110 = v103 + v104, v111 = v105 - v106;
+  out[7] = v107; out[17] = v107;
+  const lanes v112 = v108 * v108, v113 = 1e-150 + v109, v114 = v110 * v110, v115 = 1e-150 + v111,
+      v116 = 1e-150 - v111, v117 = 1e-150 - v109, v118 = v113 * v113;
+  LANES_LET2(v119, atan2, v108, v113);
+  const lanes v120 = v115 * v115;
+  LANES_LET2(v121, atan2, v110, v115);
+  const lanes v122 = v116 * v116;
+  LANES_LET2(v123, atan2, v110, v116);
+  const lanes v124 = v117 * v117;
+  LANES_LET2(v125, atan2, v108, v117);
+  const lanes v126 = v112 + v118, v127 = v114 + v120, v128 = v114 + v122, v129 = v112 + v124;
+  out[1] = v119;
+  const lanes v130 = v64 + v119;
+  out[6] = v121;
+  const lanes v131 = v64 + v121;
+  out[11] = v123;
+  const lanes v132 = v64 - v123;
+  out[16] = v125;
+  const lanes v133 = v125 - v64;
+  LANES_LET1(v134, rsqrt, v126); LANES_LET1(v135, rsqrt, v127); LANES_LET1(v136, rsqrt, v128);
+  LANES_LET1(v137, rsqrt, v129);
+  const lanes v138 = v130 + v102, v139 = v102 - v131, v140 = v132 - v102, v141 = v102 - v133,
+      v142 = v108 * v134, v143 = v113 * v134, v144 = v110 * v135, v145 = v115 * v135,
+      v146 = v110 * v136, v147 = v116 * v136, v148 = v108 * v137, v149 = v117 * v137;
+  const lanes_where v150 = LANES_LT(v138, -3.141592653589793);
+  const lanes v151 = v138 + 6.283185307179586;
+  const lanes_where v152 = LANES_LT(3.141592653589793, v138);
+  const lanes v153 = 6.283185307179586 - v138, v154 = -v138;
+  const lanes_where v155 = LANES_LT(3.141592653589793, v139);
+  const lanes v156 = v139 - 6.283185307179586;
+  const lanes_where v157 = LANES_LT(v139, -3.141592653589793);
+  const lanes v158 = 6.283185307179586 + v139;
+  const lanes_where v159 = LANES_LT(3.141592653589793, v140);
+  const lanes v160 = v140 - 6.283185307179586;
+  const lanes_where v161 = LANES_LT(v140, -3.141592653589793);
+  const lanes v162 = 6.283185307179586 + v140;
+  const lanes_where v163 = LANES_LT(3.141592653589793, v141);
+  const lanes v164 = v141 - 6.283185307179586;
+  const lanes_where v165 = LANES_LT(v141, -3.141592653589793);
+  const lanes v166 = 6.283185307179586 + v141, v167 = LANES_CHOICE(v152, v153, v154), v168 = -v151,
+      v169 = v95 * v143, v170 = v99 * v142, v171 = 0.1 * v143, v172 = v95 * v142, v173 = v99 * v143,
+      v174 = 0.1 * v142, v175 = LANES_CHOICE(v157, v158, v139), v176 = v95 * v145,
+      v177 = v99 * v144, v178 = 0.1 * v145, v179 = v95 * v144, v180 = v99 * v145, v181 = 0.1 * v144,
+      v182 = LANES_CHOICE(v161, v162, v140), v183 = v95 * v147, v184 = v99 * v146,
+      v185 = 0.1 * v147, v186 = v95 * v146, v187 = v99 * v147, v188 = 0.1 * v146,
+      v189 = LANES_CHOICE(v165, v166, v141), v190 = v95 * v149, v191 = v99 * v148,
+      v192 = 0.1 * v149, v193 = v95 * v148, v194 = v99 * v149, v195 = 0.1 * v148,
+      v196 = LANES_CHOICE(v150, v168, v167), v197 = v169 - v170, v198 = v172 + v173,
+      v199 = LANES_CHOICE(v155, v156, v175), v200 = v176 + v177, v201 = v179 - v180,
+      v202 = LANES_CHOICE(v159, v160, v182), v203 = v183 - v184, v204 = v186 + v187,
+      v205 = LANES_CHOICE(v163, v164, v189), v206 = v190 + v191, v207 = v193 - v194;
+  out[3] = v196;
+  const lanes v208 = 0.1 * v197, v209 = 0.1 * v198;
+  out[8] = v199;
+  const lanes v210 = 0.1 * v200, v211 = 0.1 * v201;
+  out[13] = v202;
+  const lanes v212 = 0.1 * v203, v213 = 0.1 * v204;
+  out[18] = v205;
+  const lanes v214 = 0.1 * v206, v215 = 0.1 * v207, v216 = v70 + v208, v217 = v69 + v209,
+      v218 = v70 + v210, v219 = v69 + v211, v220 = v212 - v70, v221 = v69 + v213, v222 = v214 - v70,
+      v223 = v69 + v215, v224 = v216 + v171, v225 = v217 + v174, v226 = v218 + v178,
+      v227 = v219 + v181, v228 = v220 + v185, v229 = v221 + v188, v230 = v222 + v192,
+      v231 = v223 + v195, v232 = v53 * v224, v233 = v52 * v224, v234 = v225 + 0.1,
+      v235 = v53 * v226, v236 = v52 * v226, v237 = v227 + 0.1, v238 = v53 * v228, v239 = v52 * v228,
+      v240 = v229 + 0.1, v241 = v53 * v230, v242 = v52 * v230, v243 = v231 + 0.1, v244 = v232 - x_0,
+      v245 = v233 + x_1, v246 = v234 - x_2, v247 = v235 - x_0, v248 = v236 + x_1, v249 = v237 - x_2,
+      v250 = v238 + x_0, v251 = v239 - x_1, v252 = v240 - x_2, v253 = v241 + x_0, v254 = v242 - x_1,
+      v255 = v243 - x_2, v256 = v244 * v244, v257 = v245 * v245, v258 = v246 * v246,
+      v259 = v247 * v247, v260 = v248 * v248, v261 = v249 * v249, v262 = v250 * v250,
+      v263 = v251 * v251, v264 = v252 * v252, v265 = v253 * v253, v266 = v254 * v254,
+      v267 = v255 * v255, v268 = v256 + v257, v269 = v259 + v260, v270 = v262 + v263,
+      v271 = v265 + v266, v272 = v268 + v258, v273 = v269 + v261, v274 = v270 + v264,
+      v275 = v271 + v267, v276 = v272 + v87, v277 = v272 - v87, v278 = v273 + v87,
+      v279 = v273 - v87, v280 = v274 + v87, v281 = v274 - v87, v282 = v275 + v87, v283 = v275 - v87;
+  LANES_LET1(v284, fabs, v277); LANES_LET1(v285, fabs, v279); LANES_LET1(v286, fabs, v281);
+  LANES_LET1(v287, fabs, v283);
+  const lanes v288 = v276 + v284, v289 = v278 + v285, v290 = v280 + v286, v291 = v282 + v287,
+      v292 = 0.5 * v288, v293 = 0.5 * v289, v294 = 0.5 * v290, v295 = 0.5 * v291;
+  LANES_LET1(v296, sqrt, v292); LANES_LET1(v297, sqrt, v293); LANES_LET1(v298, sqrt, v294);
+  LANES_LET1(v299, sqrt, v295); out[20] = v296; out[21] = v297; out[22] = v298; out[23] = v299;
 }

@@ -89,6 +89,7 @@ def _position(pose: FloatArray, J: FloatArray, p: FloatArray) -> Measured:
 def _direction(pose: FloatArray, J: FloatArray, u: FloatArray) -> Measured:
     """The turn of the tool's third axis to a direction, about the tool's first and second axes."""
     z = pose[:, :3, 2]
+    u = u / np.sqrt((u * u).sum(-1, keepdims=True))
     across = np.cross(z, u)
     sine = np.sqrt((across * across).sum(-1))
     angle = np.arctan2(sine, (z * u).sum(-1))

@@ -12,6 +12,7 @@ from __future__ import annotations
 import functools
 import hashlib
 import sys
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
@@ -26,6 +27,8 @@ _DESCRIBED_BY = "description.txt"
 """File beside a derived robot's folder that holds the path of its description."""
 PARAMETRIC = ("--parametric",)
 """The options by which the folder has functions of the robot's geometry."""
+_WARNING = "warning: "
+"""The beginning of the lines by which the compiler warns."""
 _GIVE = "--give"
 _FUNCTIONS_OF_GIVEN = ("fk", "fk_jacobian_mixed", "ik")
 """What is derived of a robot for chosen given joints: its inverse, and what refines it."""
@@ -231,6 +234,9 @@ def _run_compiler(description: Path, folder: Path, options: Sequence[str]) -> No
         said = "\n".join(filter(None, (result.stdout.strip(), result.stderr.strip())))
         names_it = said.startswith(f"{description.absolute()}: ")
         raise DerivationError(said if names_it else f"{description}: cannot be derived; {said}")
+    for line in result.stderr.splitlines():
+        if line.startswith(_WARNING):
+            warnings.warn(line.removeprefix(_WARNING), stacklevel=2)
 
 
 def _move(whole: Path, home: Path) -> None:

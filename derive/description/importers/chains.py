@@ -6,7 +6,7 @@ from typing import Protocol
 
 from ...model.errors import RobotError
 from ...model.mechanism import Described, Mechanism
-from ..cleaned_robot import cleaned
+from ..cleaned_robot import cleaned_with_warning
 from ..toml_file import DescriptionError
 from ..urdf import UrdfFile
 from .identifiers import identifier
@@ -68,7 +68,9 @@ def from_file(
         DescriptionError: The file is wrong, has no such chain, or has several longest chains.
     """
     robot = opened(Path(path), arguments).robot(base, tip, name)
-    return robot if exact or isinstance(robot, Mechanism) else cleaned(robot)
+    if exact or isinstance(robot, Mechanism):
+        return robot
+    return cleaned_with_warning(robot, str(path))
 
 
 def opened(file: Path, arguments: Sequence[str] = ()) -> LinkedBodies:

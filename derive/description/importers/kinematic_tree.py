@@ -5,19 +5,30 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
-TreeJointKind = Literal["moving", "follower", "fixed", "free"]
-"""A joint with a coordinate of its own, one that follows another joint, one that does not move, and
-one with several freedoms (a floating base, a ball), which no chain holds."""
+TreeJointKind = Literal["moving", "follower", "fixed", "free", "ball"]
+"""A joint with a coordinate of its own, one that follows another joint, one that does not move, a
+floating or planar joint, behind which a chain begins, and a ball joint, which no chain holds."""
 
 
 @dataclass(frozen=True)
 class TreeJoint:
-    """A joint between two links: names and kind."""
+    """A joint between two links.
+
+    Attributes:
+        name: Its name.
+        kind: Its kind.
+        parent: The link that carries it.
+        child: The link that it carries.
+        leader: The joint that a follower follows.
+        is_prismatic: Whether it slides.
+    """
 
     name: str
     kind: TreeJointKind
     parent: str
     child: str
+    leader: str = ""
+    is_prismatic: bool = False
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ def is_urdf(text: str) -> bool:
     """Whether the first element of an XML text is that of a URDF."""
     without_comments = re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)
     first = _FIRST_TAG.search(without_comments)
-    return first is not None and first[1] == ROOT
+    return first is not None and first[1].rpartition(":")[2] == ROOT
 
 
 def _parser(*, recover: bool = False) -> etree.XMLParser:
@@ -47,7 +47,7 @@ def _parser(*, recover: bool = False) -> etree.XMLParser:
 
 
 def parsed(file: str, text: str, root: str = ROOT) -> etree._Element:
-    """The root element of an XML text.
+    """The root element of an XML text, the namespace of which is dropped from all its elements.
 
     Args:
         file: Name of the file in errors.
@@ -67,6 +67,7 @@ def parsed(file: str, text: str, root: str = ROOT) -> etree._Element:
             reason = f"well-formed XML ({error.msg})"
             raise DescriptionError(file, error.lineno, "", None, reason) from error
         element = etree.fromstring(text.encode(), _parser(recover=True))
+    _drop_namespace(element)
     tag, line = str(element.tag), element.sourceline
     about = f"<{tag}>"
     if element.getroottree().docinfo.doctype:
@@ -75,3 +76,10 @@ def parsed(file: str, text: str, root: str = ROOT) -> etree._Element:
     if tag != root:
         raise DescriptionError(file, line, about, tag, f"a <{root}>")
     return element
+
+
+def _drop_namespace(root: etree._Element) -> None:
+    """Drops the namespace of the root, a default one mostly, from the names of its elements."""
+    namespace = etree.QName(root).namespace
+    for element in root.iter(f"{{{namespace}}}*") if namespace else ():
+        element.tag = etree.QName(element).localname

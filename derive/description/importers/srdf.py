@@ -58,9 +58,11 @@ class _Srdf:
             self._fail(self.root, group, f"one of the groups {names}{hint(group, self.groups)}")
         element = self.groups[group]
         inner = [str(part.get("name")) for part in element.findall("group")]
-        for part in inner:
-            yield from self.ends(part, depth + 1)
-        if len(element) and not inner:
+        if inner:
+            found = [pair for part in inner for pair in self.ends(part, depth + 1)]
+            self._check_joints(element, found)
+            yield from found
+        elif len(element):
             yield self._own(element)
 
     def _own(self, element: etree._Element) -> tuple[str, str]:
@@ -69,6 +71,7 @@ class _Srdf:
         if len(chains) == 1:
             base, tip = str(chains[0].get("base_link")), str(chains[0].get("tip_link"))
             if {base, tip} <= set(self.tree.links) and self.tree.way(base, tip):
+                self._check_joints(element, [(base, tip)])
                 return base, tip
             self._fail(chains[0], f"{base} to {tip}", "a chain between links of the robot")
         links = self._links(element)
@@ -76,6 +79,15 @@ class _Srdf:
         if len(tips) != 1:
             self._fail(element, element.get("name"), "a group whose joints are one chain")
         return self._base(tips[0], links), tips[0]
+
+    def _check_joints(self, element: etree._Element, pairs: list[tuple[str, str]]) -> None:
+        """Refuses joints of a group that move and belong to none of its chains."""
+        ways = [joint for base, tip in pairs for joint in self.tree.way(base, tip) or ()]
+        kinds = {joint.name: joint.kind for joint in self.tree.joints if joint not in ways}
+        for joint in element.findall("joint"):
+            if kinds.get(str(joint.get("name")), "fixed") != "fixed":
+                expected = "a joint of the chain or the groups that the group names"
+                self._fail(joint, joint.get("name"), expected)
 
     def _links(self, element: etree._Element) -> list[str]:
         """The links that the joints of a group carry; those of its links that joints carry."""

@@ -28,8 +28,8 @@ from ..subproblems.sp1 import sp1
 from ..subproblems.sp2 import sp2
 from ..subproblems.turns import any_across, rotated
 from ..tasks.partial_poses import (
-    DIRECTION,
     POSITION,
+    name_direction,
     position_direction,
     tool_axis,
     tool_origin,
@@ -114,7 +114,8 @@ def _with_direction(robot: Robot, lines: Lines) -> Solved:
     terms = lines.terms
     work = Work(terms)
     first, second = (axis for axis in lines.axes if axis.turns)
-    q1, q2 = sp2(terms, first.h, second.h, tool_axis(robot, terms), DIRECTION, work.sign())
+    direction = name_direction(work)
+    q1, q2 = sp2(terms, first.h, second.h, tool_axis(robot, terms), direction, work.sign())
     reason = "the slides do not turn the tool's axis"
     degenerate = f"with the tool along axis {first.name} this angle is arbitrary and taken as 0"
     work.step([first], "subproblem 2", reason, q1, degenerate)

@@ -23,7 +23,7 @@ from .task import InputLetter, Solved, Task, TaskInput
 
 X, Y, Z, PITCH = sp.symbols("_x _y _z _pitch", real=True)
 DIRECTION = sp.symbols("_u1 _u2 _u3", real=True)
-"""The wanted direction of the tool's third axis (unit vector), in base axes."""
+"""The wanted direction of the tool's third axis (a vector of any length), in base axes."""
 POSITION: Vector = (X, Y, Z)
 """The wanted position of the tool's origin in the base frame (metre)."""
 POSITION_ENTRIES = (POSE_SYMBOLS[3], POSE_SYMBOLS[7], POSE_SYMBOLS[11])
@@ -161,15 +161,16 @@ def position_pitch(robot: Robot, work: Work, up: Vector, pitch: CosSin) -> Solve
 def position_direction(robot: Robot, work: Work) -> Solved:
     """The task of position and direction of the tool's axis, from the joints found for it."""
     terms = work.terms
+    wanted = unit_direction(terms)
 
     def residual(pose: Pose) -> sp.Expr:
         return larger(
             terms,
             _squared_distance(terms, pose),
-            squares(terms, subtracted(terms, pose[0][2], DIRECTION)),
+            squares(terms, subtracted(terms, pose[0][2], wanted)),
         )
 
-    meaning = "position of the tool, direction of its axis"
+    meaning = "position of the tool, direction of its axis, of any length"
     return partial_pose(
         "ik_position_direction",
         robot,
@@ -179,24 +180,39 @@ def position_direction(robot: Robot, work: Work) -> Solved:
             (*POSITION_ENTRIES, *_DIRECTION_LETTERS),
         ),
         residual,
-        "fk(q[k]) has its origin in x[:3] and the third axis x[3:] wherever residual[k] is "
-        "rounding; a free joint is 0",
+        "fk(q[k]) has its origin in x[:3] and the third axis x[3:] / |x[3:]| wherever residual[k] "
+        "is rounding; a free joint is 0",
         ("position", "direction"),
     )
 
 
-def target_of_direction(robot: Robot, terms: Terms) -> Target:
+def unit_direction(terms: Terms) -> Vector:
+    """Return the wanted direction as a unit vector, in base axes; NaN for a zero vector."""
+    scale = terms.let(1 / terms.let(sp.sqrt(squares(terms, DIRECTION))))
+    x, y, z = (terms.let(scale * component) for component in DIRECTION)
+    return x, y, z
+
+
+def name_direction(work: Work) -> Vector:
+    """Return the wanted direction as a unit vector, which the article names."""
+    meaning = "the direction as a unit vector"
+    return work.name_vector(("e", r"\epsilon", "E"), meaning, unit_direction(work.terms))
+
+
+def target_of_direction(robot: Robot, work: Work) -> Target:
     """A pose with the wanted position and the wanted third axis; its other axes are arbitrary.
 
     Source: Duff et al. 2017, Building an orthonormal basis, revisited: two perpendicular axes
     without cancellation in any direction.
     """
-    x, y, z = DIRECTION
+    terms = work.terms
+    direction = name_direction(work)
+    x, y, z = direction
     side = terms.let(sp.Piecewise((1, z >= 0), (-1, True), evaluate=False))
     a = terms.let(-1 / terms.let(side + z))
     b = terms.let(x * y * a)
     first = terms.let(1 + side * x**2 * a), terms.let(side * b), terms.let(-side * x)
     second = b, terms.let(side + y**2 * a), terms.let(-y)
-    entries = [*zip(first, second, DIRECTION, POSITION, strict=True)]
+    entries = [*zip(first, second, direction, POSITION, strict=True)]
     pose = [entry for row in entries for entry in row]
     return of_pose(terms, pose, home_of(robot, terms))

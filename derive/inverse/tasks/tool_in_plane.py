@@ -21,9 +21,9 @@ from ..subproblems.found import FoundTurn
 from ..subproblems.sp1 import sp1
 from ..subproblems.turns import CosSin, rotated
 from .partial_poses import (
-    DIRECTION,
     PITCH,
     POSITION,
+    name_direction,
     position_direction,
     position_pitch,
     tool_axis,
@@ -88,8 +88,9 @@ def _with_direction(robot: Robot, lines: Lines) -> Solved:
     terms, a1, a2 = lines.terms, lines.axes[0], in_plane(lines)[0]
     work = Work(terms)
     tool, axis = tool_origin(robot, terms), tool_axis(robot, terms)
-    U, q1 = turn_to_direction(work, lines, a2, (tool, POSITION), (axis, DIRECTION))
-    v = rotated(terms, a1.h, q1.back, DIRECTION)
+    direction = name_direction(work)
+    U, q1 = turn_to_direction(work, lines, a2, (tool, POSITION), (axis, direction))
+    v = rotated(terms, a1.h, q1.back, direction)
     total = turned_as_one(
         work, lines, sp1(terms, a2.h, axis, v), "the tool's direction in the arm's plane"
     )

@@ -102,6 +102,10 @@ def _too_few(loops: ClosedLoops, moving: Vector, rows: Vector, missing: int) -> 
         count = "one" if missing == 1 else str(missing)
         hold = "or hold them by a rod or a closure"
         advice = f"{locked}{_few(named)} can still move: add {count} of them to actuated, {hold}"
+    springs = [name for name in loose if name in loops.mechanism.springs]
+    if springs:
+        names, them = ("is a spring", "it") if len(springs) == 1 else ("are springs", "them")
+        return f"{advice}; {_few(springs)} {names} in the file: delete {them} to make {them} rigid"
     return f"{advice}; or choose another posture in [reference]" if loops.entries else advice
 
 

@@ -14,7 +14,9 @@ from ...model.errors import RobotError
 from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.placements import Placement, symbols_of
 from ...model.tolerances import GAP
+from ..closing import ClosedLoops
 from ..iterated.tilted_pins import what_holds_it_open
+from .actuation import check_actuation
 from .bodies_in_numbers import BodiesInNumbers, length_of, offset_of
 from .swapped_ends import swapped_ends
 
@@ -102,6 +104,9 @@ def not_closing(mechanism: Mechanism, error: RobotError) -> RobotError:
             return RobotError(f"{error} ({closer.name}: {across})")
     names = [closer.name for closer in mechanism.closers]
     at = _closed(bodies, bodies.values, names)
+    actuation = _wrong_actuation(mechanism, at)
+    if actuation is not None:
+        return actuation
     near = ", ".join(
         f"{name} = {shown(_wrapped(at[name], is_length), is_length)}"
         for name, is_length in ((name, bodies.is_length(name)) for name in bodies.unknown)
@@ -113,6 +118,27 @@ def not_closing(mechanism: Mechanism, error: RobotError) -> RobotError:
     return RobotError(
         f"{error}\n    The loops close at {near}: write values near these in [reference]"
     )
+
+
+def _wrong_actuation(mechanism: Mechanism, at: Mapping[str, float]) -> RobotError | None:
+    """The error of actuators that do not determine a mechanism; None where they do.
+
+    Loops with too many freedoms look like loops at a dead point.
+
+    Args:
+        mechanism: The description.
+        at: Values near a configuration at which its loops close.
+    """
+    loops = ClosedLoops(mechanism, at)
+    try:
+        loops.closed(loops.reference, np.ones(len(loops.z), dtype=bool))
+    except RobotError:
+        return None
+    try:
+        check_actuation(loops)
+    except RobotError as error:
+        return error
+    return None
 
 
 def _wrapped(value: float, is_length: bool) -> float:

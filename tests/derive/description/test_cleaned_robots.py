@@ -6,8 +6,10 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
+from typer.testing import CliRunner
 
-from chasles.derive import DescriptionError, from_urdf, loads
+from chasles.derive import DescriptionError, from_file, from_urdf, load, loads
+from chasles.derive.cli import app
 from chasles.derive.description.conventions import CONVENTIONS
 from chasles.derive.description.pose_error import pose_error
 from chasles.derive.model.cleaning import places
@@ -65,6 +67,56 @@ def test_noise_removal_lists_all_changes_and_stores_exact_numbers():
         "3.1416 taken as pi: alpha of bend",
         "-1.571 taken as -pi/2: pitch of tool",
     )
+
+
+LONG = """\
+<robot name="long"><link name="base"/><link name="boom"/><link name="tool0"/>
+<joint name="turn" type="continuous"><parent link="base"/><child link="boom"/>
+<origin xyz="0 0 0.5" rpy="{angle} 0 0"/><axis xyz="0 0 1"/></joint>
+<joint name="mount" type="fixed"><parent link="boom"/><child link="tool0"/>
+<origin xyz="{length} 0 0"/></joint></robot>
+"""
+
+
+LONG_TOML = """\
+name = "long"
+convention = "dh"
+joints = [{ alpha = "1.57" }, { a = 2 }]
+"""
+
+
+def test_large_effect_of_noise_removal_is_a_warning_that_names_the_option(tmp_path):
+    path = tmp_path / "long.urdf"
+    path.write_text(LONG.format(angle="1.57", length=2))
+    words = r"move the tool by up to 0\.\d+ m and .*1\.57 taken as pi/2.*; --exact, or exact=True"
+    for read in (from_urdf, load, from_file, lambda _: loads(LONG_TOML)):
+        with pytest.warns(UserWarning, match=words):
+            robot = read(path)
+        assert robot.cleaning.position > 5e-4
+    assert from_urdf(path, exact=True).cleaning.warning == ""
+
+
+@pytest.mark.parametrize(("angle", "length"), [("1.57", 0.5), ("1.5708", 100)])
+def test_small_effect_of_noise_removal_is_a_note(tmp_path, angle, length):
+    path = tmp_path / "long.urdf"
+    path.write_text(LONG.format(angle=angle, length=length))
+    robot = from_urdf(path)
+    assert robot.cleaning.warning == ""
+    assert f"{angle} taken as pi/2: roll of turn" in robot.notes
+
+
+@pytest.mark.parametrize("option", ["--explain", "--model", "--to"])
+def test_command_line_warns_on_standard_error(tmp_path, option):
+    path = tmp_path / "long.urdf"
+    path.write_text(LONG.format(angle="1.57", length=2))
+    words = [str(path), option, *([str(tmp_path / "out")] if option == "--to" else [])]
+    quickly = ["--functions", "fk", "--detail", "none", "--jobs", "1"]
+    done = CliRunner().invoke(app, [*words, *quickly])
+    assert done.exit_code == 0
+    assert done.stderr.startswith(f"warning: {path}: exact numbers for rounded ones move the tool")
+    assert "--exact" in done.stderr
+    assert "warning" not in done.stdout
+    assert CliRunner().invoke(app, [*words, *quickly, "--exact"]).stderr == ""
 
 
 def test_exact_files_and_exact_option_keep_numbers_as_written():
@@ -148,6 +200,7 @@ def distances(one, other):
     return mpmath.norm(one[:3, 3] - other[:3, 3]), 2 * mpmath.asin(turned)
 
 
+@pytest.mark.filterwarnings("ignore:.*exact numbers for rounded:UserWarning")
 def test_pose_error_bound_holds_and_is_tight_in_every_convention():
     shares, conventions = [], set()
     with mpmath.workdps(30):
@@ -201,6 +254,7 @@ def test_implausible_numbers_without_stated_unit_are_rejected(old, new, words):
     assert words in str(caught.value)
 
 
+@pytest.mark.filterwarnings("ignore:.*exact numbers for rounded:UserWarning")
 def test_stated_unit_allows_implausible_lengths():
     text = ARM.format(theta="0.3").replace('a = "0.4"', "a = 2900")
     stated = text.replace("[parameters]", 'units = { length = "m" }\n[parameters]')

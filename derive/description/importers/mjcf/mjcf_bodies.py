@@ -21,7 +21,7 @@ from ....model.robot import Joint, Mimic
 from ....model.tolerances import EVALUATION_DIGITS
 from ...conventions.urdf_origin import urdf
 from ..identifiers import identifier
-from ..kinematic_tree import KinematicTree, TreeJoint
+from ..kinematic_tree import KinematicTree, TreeJoint, TreeJointKind
 from .mjcf_model import CompiledModel, angle, direction, length, lengths, roll_pitch_yaw, snapped
 
 WORLD = "world"
@@ -47,6 +47,7 @@ class BodyJoint:
         axis: Direction of the motion in the origin's frame.
         limits: Lowest and highest coordinate (radian or metre).
         mimic: The law by which it follows another joint.
+        leader: The name of this other joint in the model.
         notes: Angles that became multiples of pi/12.
     """
 
@@ -59,6 +60,7 @@ class BodyJoint:
     axis: Vector = (sp.S.Zero, sp.S.Zero, sp.S.One)
     limits: tuple[sp.Expr | None, sp.Expr | None] = (None, None)
     mimic: Mimic | None = None
+    leader: str = ""
     notes: tuple[str, ...] = ()
 
     def joint(self, is_in_a_tree: bool) -> Joint:
@@ -92,9 +94,16 @@ class BodyJoint:
         """The joint by its names."""
         if self.kind == "fixed":
             return TreeJoint(self.name, "fixed", self.parent, self.child)
-        if self.kind in FREE_WORDS.values():
-            return TreeJoint(self.name, "free", self.parent, self.child)
-        return TreeJoint(self.name, "follower" if self.mimic else "moving", self.parent, self.child)
+        if self.kind == "free" or self.kind == "ball":  # noqa: PLR1714
+            return TreeJoint(self.name, self.kind, self.parent, self.child)
+        kind: TreeJointKind = "follower" if self.mimic else "moving"
+        slides = self.kind == "prismatic"
+        return TreeJoint(self.name, kind, self.parent, self.child, self.leader, slides)
+
+    @property
+    def is_unlimited(self) -> bool:
+        """Whether it moves by a coordinate of its own, for which the model states no limits."""
+        return self.kind in KINDS.values() and self.mimic is None and self.limits == (None, None)
 
 
 class Bodies:
@@ -177,6 +186,7 @@ class Bodies:
         else:
             at = at + _rotated(turned, -reference * self.arrays.jnt_axis[k])
         rpy, notes = snapped(roll_pitch_yaw(turned))
+        mimic, leader = self._mimic(k, laws)
         return BodyJoint(
             name,
             parent,
@@ -186,7 +196,8 @@ class Bodies:
             rpy=rpy,
             axis=axis,
             limits=self._limits(k),
-            mimic=self._mimic(k, laws),
+            mimic=mimic,
+            leader=leader,
             notes=_of_joint(name, notes),
         )
 
@@ -197,8 +208,11 @@ class Bodies:
         lower, upper = (exact(value) for value in self.arrays.jnt_range[k])
         return lower, upper
 
-    def _mimic(self, k: int, laws: Mapping[int, "_Law"]) -> Mimic | None:
-        """The law of a joint that an equality couples to another, laws of leaders resolved."""
+    def _mimic(self, k: int, laws: Mapping[int, "_Law"]) -> tuple[Mimic | None, str]:
+        """The law of a joint that an equality couples to another, laws of leaders resolved.
+
+        The name of the leader in the model comes second.
+        """
         multiplier, offset, leader = sp.S.One, sp.S.Zero, k
         for _ in laws:
             if leader not in laws:
@@ -206,9 +220,10 @@ class Bodies:
             law = laws[leader]
             offset, multiplier = offset + multiplier * law.offset, multiplier * law.multiplier
             leader = law.leader
-        return (
-            None if leader == k else Mimic(identifier(self.joint_name(leader)), multiplier, offset)
-        )
+        if leader == k:
+            return None, ""
+        name = self.joint_name(leader)
+        return Mimic(identifier(name), multiplier, offset), name
 
 
 def _mounted(parent: str, child: str, at: np.ndarray, turned: Sequence[float]) -> BodyJoint:

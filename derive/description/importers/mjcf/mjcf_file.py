@@ -1,5 +1,6 @@
 """The chain between two bodies of a MuJoCo model, with the loops that its joints belong to."""
 
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import NoReturn
@@ -10,8 +11,9 @@ from ....model.robot import Robot
 from ...toml_file import DescriptionError
 from ..identifiers import identifier, prefix
 from ..kinematic_tree import KinematicTree
-from ..tool_links import Ends, NoChain, chosen_ends, only_chain
-from .mjcf_bodies import Bodies
+from ..limits import without_limits
+from ..tool_links import Ends, NoChain, chosen_ends, leader_between, only_chain
+from .mjcf_bodies import Bodies, BodyJoint
 from .mjcf_loops import ModelLoops
 from .mjcf_model import compiled
 
@@ -85,8 +87,9 @@ class MjcfFile:
         parts = [*way, *(carried[j.child] for h in held for j in self.tree.way(ends.base, h) or ())]
         tree = [joint for joint in self.bodies.joints if joint in parts] if closers else way
         self.loops.check_laws(tree, is_in_a_tree=bool(closers))
-        said = (ends.note, *self.loops.notes, *(note for joint in tree for note in joint.notes))
-        notes = tuple(note for note in said if note)
+        if not closers:
+            check_leaders(way, ends)
+        notes = (*ends.notes, *self._notes(tree, closers))
         joints = tuple(joint.joint(is_in_a_tree=bool(closers)) for joint in tree)
         if not closers:
             return Robot(
@@ -111,7 +114,33 @@ class MjcfFile:
             tool_frame=tool_frame,
             reference=self.loops.reference(tree),
             notes=notes,
+            springs=self.loops.springs(tree),
         )
+
+    def _notes(self, tree: Sequence[BodyJoint], closers: Sequence[object]) -> Iterator[str]:
+        """Notes on the joints of a robot, and on parts of the model that it leaves out."""
+        yield from self.loops.notes
+        yield from (note for joint in tree for note in joint.notes)
+        drives = self.model.drives
+        yield from drives.notes([j.name for j in tree], [j.child for j in tree])
+        # Passive joints of loops have no limits to state.
+        named = [
+            j.name for j in tree if j.is_unlimited and (not closers or j.name in drives.joints)
+        ]
+        yield from without_limits(named)
 
     def _fail(self, field: str, value: object, expected: str) -> NoReturn:
         raise DescriptionError(str(self.file), None, field, value, expected) from None
+
+
+def check_leaders(way: Sequence[BodyJoint], ends: Ends) -> None:
+    """Refuse a follower in a chain whose leader is not in it.
+
+    Raises:
+        NoChain: There is one.
+    """
+    names = {joint.name for joint in way}
+    for joint in way:
+        if joint.leader and joint.leader not in names:
+            expected = leader_between(joint.name, ends)
+            raise NoChain("joint equality", joint.leader, expected)

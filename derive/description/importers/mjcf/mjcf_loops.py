@@ -91,19 +91,29 @@ class ModelLoops:
         return {frame.link for equality in held for frame in (equality.a, equality.b)}
 
     def check_laws(self, joints: Iterable[BodyJoint], is_in_a_tree: bool) -> None:
-        """Raises RobotError where an equality couples joints in a way that the robot has not."""
+        """Refuse an equality that couples joints in a way that the robot has not.
+
+        Raises:
+            RobotError: There is one.
+        """
         by_name = {joint.name: joint for joint in joints}
+        self.model.drives.check_tendons(by_name)
         for k in range(self.arrays.neq):
             if not self._is(k, "mjEQ_JOINT") or not self.arrays.eq_active0[k]:
                 continue
             joint = by_name.get(self.bodies.joint_name(int(self.arrays.eq_obj1id[k])))
             if joint is not None and (joint.mimic is None or is_in_a_tree):
+                name = self.model.named("mjOBJ_EQUALITY", k)
+                equality = f"equality {name!r}" if name else "an equality"
+                leader = int(self.arrays.eq_obj2id[k])
+                to = f" to {self.bodies.joint_name(leader)!r}" if leader >= 0 else ""
                 reason = (
-                    "a robot with loops has no followers"
-                    if joint.mimic
+                    "in a robot with loops no joint follows another: delete the equality, and move "
+                    f"{joint.name!r} by an actuator"
+                    if is_in_a_tree
                     else "a follower's value is linear in that of another joint"
                 )
-                raise RobotError(f"joint {joint.name!r} is coupled by an equality; {reason}")
+                raise RobotError(f"joint {joint.name!r} is coupled{to} by {equality}; {reason}")
 
     def actuated(self, tree: Sequence[BodyJoint]) -> tuple[str, ...]:
         """The joints that actuators move, in the order of the actuators.
@@ -111,14 +121,23 @@ class ModelLoops:
         Raises:
             RobotError: There are none.
         """
-        names = {joint.name for joint in tree}
-        moved = [name for name in dict.fromkeys(self.model.actuated) if name in names]
+        names = [joint.name for joint in tree if joint.kind != "fixed"]
+        drives = self.model.drives
+        moved = [name for name in dict.fromkeys(drives.joints) if name in names]
         if not moved:
+            tendons = [t.name for t in drives.tendons if t.is_driven and t.moves(names, ())]
+            pulled = f"; driven tendons are not modelled ({', '.join(tendons)})" if tendons else ""
             raise RobotError(
                 "the joints of its loops have no actuator, which would say what q is: add one for "
-                f"each freedom, <motor joint={next(iter(sorted(names)))!r}/> in <actuator>"
+                f"each freedom, <motor joint={names[0]!r}/> in <actuator>{pulled}"
             )
         return tuple(map(identifier, moved))
+
+    def springs(self, tree: Sequence[BodyJoint]) -> tuple[str, ...]:
+        """The joints of a tree that have springs and no actuator."""
+        drives = self.model.drives
+        free = [name for name in drives.springs if name not in drives.joints]
+        return tuple(identifier(joint.name) for joint in tree if joint.name in free)
 
     def reference(self, tree: Sequence[BodyJoint]) -> tuple[tuple[str, sp.Expr], ...]:
         """The model's own configuration: the values of joints that are not 0 there."""

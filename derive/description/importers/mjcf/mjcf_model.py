@@ -21,6 +21,7 @@ from ....model.tolerances import COMPILED_ANGLE, COMPILED_DECIMALS, EVALUATION_D
 from ...toml_file import DescriptionError
 from ..robot_xml import parsed, read_xml
 from ..roll_pitch_yaw import of_quaternion
+from .mjcf_drives import Drives, drives_of
 
 NEEDED = "the package mujoco, to read MJCF (pip install 'chasles[files]')"
 NAMES = ("name", "class", "childclass", "model", "joint", "body", "site", "file")
@@ -53,13 +54,13 @@ MEANT_EQUALITIES = ("mjEQ_CONNECT", "mjEQ_WELD", "mjEQ_JOINT")
 
 
 class CompiledModel(NamedTuple):
-    """A model: MuJoCo's arrays, axes as written, and the joints that its actuators move."""
+    """A model: MuJoCo's arrays, axes as written, and what moves its joints."""
 
     name: str
     arrays: Any
     mujoco: Any
     axes: dict[int, tuple[float, ...]]
-    actuated: tuple[str, ...]
+    drives: Drives
 
     def named(self, kind: str, index: int) -> str:
         """The name of a body, joint, site or equality; empty where the file gives none."""
@@ -80,11 +81,7 @@ def compiled(file: Path) -> CompiledModel:
     _check_text(file, read_xml(file))
     try:
         spec = mujoco.MjSpec.from_file(str(file))
-        actuated = tuple(
-            str(actuator.target)
-            for actuator in spec.actuators
-            if actuator.trntype == mujoco.mjtTrn.mjTRN_JOINT
-        )
+        drives = drives_of(spec, mujoco)
         _remove_shapes(spec, mujoco)
         with warnings.catch_warnings():
             # Of masses and the like, on which no pose depends.
@@ -96,7 +93,7 @@ def compiled(file: Path) -> CompiledModel:
     axes = {joint.id: tuple(float(value) for value in joint.axis) for joint in spec.joints}
     name = str(spec.modelname)
     name = file.stem if name == UNNAMED else name
-    return CompiledModel(name, arrays, mujoco, axes, actuated)
+    return CompiledModel(name, arrays, mujoco, axes, drives)
 
 
 def _remove_shapes(spec: Any, mujoco: Any) -> None:

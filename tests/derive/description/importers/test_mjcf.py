@@ -70,8 +70,13 @@ def test_mjcf_import_keeps_names_limits_and_notes(path):
     ]
     assert robot.joints[1].limits == (-sp.pi / 6, sp.pi / 6)
     assert robot.joints[2].limits == (None, None)
-    assert robot.notes == ("tip: hand; also there: leg",)
-    assert read(path, ARM, tip="leg").base_frame == "free"
+    assert robot.notes == (
+        "tip: hand; also there: leg",
+        "joint slide states no range of limits: taken as unlimited",
+    )
+    leg = read(path, ARM, tip="leg")
+    assert leg.base_frame == "free"
+    assert "base: free, which the floating or planar joint drift carries" in leg.notes
     assert read(path, ARM.replace(' model="arm"', "")).name == "model"
     noisy = ARM.replace('name="hand" pos', 'name="hand" euler="0 0 30.00000001" pos')
     assert any("joint slide: y = 0.523598775" in note for note in read(path, noisy).notes)
@@ -86,7 +91,8 @@ def test_joint_equality_becomes_mimic_and_site_becomes_tip(path):
     mimic = robot.joints[2].mimic
     assert (mimic.leader, mimic.multiplier, mimic.offset) == ("turn", 2, sp.Rational(1, 10))
     bent = law.replace("0.1 2 0", "0.1 2 1")
-    assert "joint 'slide' is coupled by an equality" in wrong(path, ARM.replace("</mujoco>", bent))
+    message = wrong(path, ARM.replace("</mujoco>", bent))
+    assert "joint 'slide' is coupled to 'turn' by an equality" in message
     site = ARM.replace('name="hand" pos="0 0 1">', 'name="hand"><site name="tcp" pos="0 0 0.2"/>')
     assert read(path, site).tool_frame == "tcp"
 
@@ -122,10 +128,13 @@ def test_invalid_mjcf_raises_specific_error(path, old, new, words):
 
 def test_unsupported_mjcf_joints_and_loops_are_rejected(path):
     ball = ARM.replace('name="turn" range="-30 30"', 'name="turn" type="ball"')
-    message = wrong(path, ball, "world", "hand")
-    assert "joint 'turn' is a ball joint; expected hinges, slides and fixed bodies" in message
-    assert "--base link begins behind it" in message
-    assert "joint 'drift' is a free joint" in wrong(path, ARM, "world", "leg")
+    for base in ("world", None):
+        message = wrong(path, ball, base, "hand")
+        assert "between base and tip, not a ball joint" in message
+        assert "(--base link begins behind it, --tip base ends before it), found 'turn'" in message
+    message = wrong(path, ARM, "world", "leg")
+    assert "not a floating or planar joint" in message
+    assert "found 'drift'" in message
     assert "such as hand" in wrong(path, ARM, tip="hant")
     loop = '<equality><connect name="pin" body1="hand" anchor="0 0 0"/></equality></mujoco>'
     assert "have no actuator" in wrong(path, ARM.replace("</mujoco>", loop), tip="hand")
@@ -138,13 +147,20 @@ def test_unsupported_mjcf_joints_and_loops_are_rejected(path):
     )
     side = loop.replace('body1="hand"', 'body1="free"')
     robot = read(path, ARM.replace("</mujoco>", side), tip="hand")
-    assert robot.notes == ("pin: not on the way to the tip",)
+    assert "pin: not on the way to the tip" in robot.notes
 
 
 def test_weld_to_mocap_body_closes_no_loop(path):
     text = ARM.replace("<worldbody>", '<worldbody><body name="target" mocap="true"/>')
     weld = '<equality><weld body1="hand" body2="target"/></equality></mujoco>'
     assert read(path, text.replace("</mujoco>", weld), tip="hand").tool_frame == "hand"
+
+
+def test_default_namespace_of_mjcf_is_accepted(path):
+    spaced = ARM.replace("<mujoco", '<mujoco xmlns="http://www.mujoco.org"')
+    assert read(path, spaced) == read(path, ARM)
+    message = wrong(path, spaced.replace('pos="0 0 1"', 'pos="nan 0 1"'))
+    assert "<body> pos: expected finite numbers" in message
 
 
 def test_urdf_with_xml_suffix_is_recognized(path):

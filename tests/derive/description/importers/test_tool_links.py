@@ -12,21 +12,24 @@ from chasles.derive.description.importers.kinematic_tree import KinematicTree, T
 from chasles.derive.description.importers.tool_links import NoChain, chosen_ends, only_chain
 from chasles.derive.description.urdf import UrdfFile
 
-KINDS = {"m": "moving", "f": "fixed", "x": "free", "c": "follower"}
+KINDS = {"m": "moving", "f": "fixed", "x": "free", "b": "ball", "c": "follower", "s": "moving"}
 TREES = 200
 
 
 def tree(text):
     """A tree from words ``parent>child``, ``m`` or another kind behind: ``a>b:m``.
 
-    A joint is called ``<child>_joint`` unless a name follows: ``a>b:m:name``.
+    A joint is called ``<child>_joint`` unless a name follows: ``a>b:m:name``; ``s`` is prismatic,
+    and the leader of a follower comes last, ``a>b:c:name:leader``.
     """
     links, joints = [], []
     for word in text.split():
-        ends, kind, *name = word.split(":")
+        ends, kind, *names = word.split(":")
+        name, leader, *_ = [*names, "", ""]
         parent, child = ends.split(">")
         links += [link for link in (parent, child) if link not in links]
-        joints.append(TreeJoint(name[0] if name else f"{child}_joint", KINDS[kind], parent, child))
+        name = name or f"{child}_joint"
+        joints.append(TreeJoint(name, KINDS[kind], parent, child, leader, kind == "s"))
     return KinematicTree(tuple(links), tuple(joints))
 
 
@@ -99,10 +102,97 @@ def test_base_and_tip_are_inferred_from_typical_trees(text, base, tip):
 
 
 def test_note_lists_alternative_tip_links():
-    assert only_chain(tree(NO_NAME), None, None).note == "tip: plate; also there: camera_a, imu"
-    assert only_chain(tree(arm("l", 3, "base")), None, None).note == ""
+    found = only_chain(tree(NO_NAME), None, None)
+    assert found.notes == ("tip: plate; also there: camera_a, imu",)
+    assert only_chain(tree(arm("l", 3, "base")), None, None).notes == ()
     many = arm("l", 2, "b") + "".join(f" b>s{k}:f" for k in range(9))
-    assert only_chain(tree(many), None, None).note.endswith("s4, s5 and 3 more")
+    assert only_chain(tree(many), None, None).notes[0].endswith("s4, s5 and 3 more")
+
+
+JAWS = f"{arm('l', 3, 'base')} l3>a:s:left l3>b:s:right"
+LED_JAWS = f"{arm('l', 2, 'base')} l2>a:m:drive l2>b:c:other:drive"
+ON_A_GRIPPER = f"{arm('l', 3, 'base')} l3>gripper_body:f gripper_body>pad:m:j4"
+SWERVE = " ".join(f"base>s{k}:m s{k}>w{k}:m:drive_wheel_{k}" for k in range(4))
+ROPE = f"{arm('l', 2, 'base')} l2>rod:b"
+
+
+@pytest.mark.parametrize(
+    ("text", "tip", "note"),
+    [
+        (JAWS, "l3", "fingers left, right (--tip a includes left)"),
+        (LED_JAWS, "l2", "fingers drive (--tip a includes drive)"),
+        (ON_A_GRIPPER, "gripper_body", "fingers j4 (--tip pad includes j4)"),
+        (PANDA, "panda_hand", "fingers panda_finger_joint1 (--tip panda_leftfinger includes"),
+        (
+            f"{SWERVE} base>a1:m a1>x:s a1>y:s",
+            "a1",
+            "wheels s0_joint, s1_joint, s2_joint, s3_joint; fingers x",
+        ),
+        (f"{arm('l', 2, 'base')} base>w:m:caster", "l2", "wheels caster (--tip w includes caster)"),
+        (f"{arm('l', 2, 'base')} l2>front_wheel:m", "l2", "wheels front_wheel_joint"),
+        (f"{arm('l', 4, 'base')} l4>a:m l4>b:m", "l4", "short branches a_joint, b_joint (--tip a"),
+        (ROPE, "l2", "ball joints rod_joint"),
+    ],
+    ids=[
+        "sliding jaws",
+        "led jaws",
+        "on a gripper",
+        "panda",
+        "swerve",
+        "caster",
+        "wheel link",
+        "branches",
+        "ball",
+    ],
+)
+def test_fingers_wheels_and_rods_are_left_out_with_a_note(text, tip, note):
+    found = only_chain(tree(text), None, None)
+    assert found.tip == tip
+    assert any(line.startswith(f"not part of the arm: {note}") for line in found.notes)
+    assert only_chain(tree(text), found.base, tip).notes == ()
+
+
+def test_joints_of_arms_are_not_taken_for_fingers_or_wheels():
+    for text, tip in (
+        (f"{arm('l', 2, 'base')} l2>tool0:s l2>camera:s", None),
+        (f"{arm('l', 2, 'wheelchair_base')} l2>bent:c:follower:l1_joint", "bent"),
+        (f"claw_machine>x1:s x1>y1:s {arm('z', 2, 'y1')}", "z2"),
+        (f"base>lift:s lift>w:f {arm('l', 3, 'w')} w>wheel_l:m", "l3"),
+    ):
+        found = chosen_ends(tree(text), None, None)
+        assert [ends.tip for ends in found] == ([tip] if tip else ["tool0", "camera"]), text
+
+
+def test_wheels_alone_are_no_arm():
+    for text, words in (
+        (f"base>l:m:left_wheel base>r:m:right_wheel {SWERVE}", "only wheels move: left_wheel"),
+        ("odom>base:x base>l:m:left_wheel base>r:m:right_wheel", r"\(only wheels move: left_wheel"),
+        (f"{SWERVE} base>a:m:thumb base>b:m:finger", "; fingers move: thumb, finger"),
+        (f"{SWERVE} base>a:s base>b:s base>c:s", "chains of equal length end at: a, b, c"),
+    ):
+        with pytest.raises(NoChain, match=words):
+            only_chain(tree(text), None, None)
+
+
+def test_joints_before_an_inferred_base_are_noted():
+    lifted = tree(f"world>lift:m lift>trunk:x {arm('l', 3, 'trunk')}")
+    for tip in (None, "l3", "l1"):
+        found = only_chain(lifted, None, tip)
+        note = "base: trunk, which the floating or planar joint trunk_joint carries"
+        assert found.base == "trunk"
+        assert f"{note}; left out before it: lift_joint" in found.notes
+    assert only_chain(lifted, "trunk", "l3").notes == ()
+    with pytest.raises(NoChain, match="--base trunk begins behind it, --tip lift ends before it"):
+        only_chain(lifted, "world", "l3")
+
+
+def test_ball_joint_between_base_and_tip_is_refused():
+    delta = tree(f"base>crank:m crank>rod:b {arm('wrist', 2, 'rod')} base>plate:m")
+    for tip in (None, "wrist2"):
+        with pytest.raises(NoChain, match=r"not a ball joint \(--base rod .*--tip crank") as caught:
+            only_chain(delta, None, tip)
+        assert caught.value.value == "rod_joint"
+    assert only_chain(delta, "rod", None).tip == "wrist2"
 
 
 def test_two_arm_tree_yields_a_robot_per_arm():
@@ -113,7 +203,7 @@ def test_two_arm_tree_yields_a_robot_per_arm():
     ]
     with pytest.raises(NoChain, match="chains of equal length end at: left_tool0, right_tool0"):
         only_chain(tree(TWO), None, None)
-    assert only_chain(tree(TWO), "base", "right_tool0").note == ""
+    assert only_chain(tree(TWO), "base", "right_tool0").notes == ()
 
 
 def test_missing_end_is_inferred_and_invalid_ends_are_rejected():

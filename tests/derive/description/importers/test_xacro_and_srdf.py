@@ -54,6 +54,10 @@ SRDF = """\
   <group name="gone"><joint name="no_turn"/></group>
   <group name="up"><chain base_link="left_tool0" tip_link="base_link"/></group>
   <group name="circle"><group name="circle"/></group>
+  <group name="more">
+    <group name="left"/><joint name="left_mount"/><joint name="right_turn"/></group>
+  <group name="spare">
+    <chain base_link="base_link" tip_link="left_tool0"/><joint name="right_turn"/></group>
 </robot>
 """
 
@@ -154,6 +158,16 @@ def test_srdf_groups_select_their_chains(arm, groups, expected):
         chains(arm, (), None, groups, None)
 
 
+def test_default_namespace_of_xacro_and_srdf_is_accepted(arm):
+    files = (arm, arm.with_name("duo.srdf"))
+    expected = chains(arm, (), None, ("both",), None)
+    for file in files:
+        text = file.read_text()
+        file.write_text(text.replace("<robot ", '<robot xmlns="http://www.ros.org" ', 1))
+    assert chains(arm, (), None, ("both",), None) == expected
+    assert from_file(arm, tip="left_tool0").joints[0].name == "left_turn"
+
+
 @pytest.mark.parametrize(
     ("group", "words"),
     [
@@ -162,8 +176,10 @@ def test_srdf_groups_select_their_chains(arm, groups, expected):
         ("gone", "expected a joint of the robot, found 'no_turn'"),
         ("up", "expected a chain between links of the robot"),
         ("circle", "expected one of the groups"),
+        ("more", "expected a joint of the chain or the groups .*, found 'right_turn'"),
+        ("spare", "expected a joint of the chain or the groups .*, found 'right_turn'"),
     ],
-    ids=["misspelled", "apart", "gone", "up", "circle"],
+    ids=["misspelled", "apart", "gone", "up", "circle", "more than groups", "more than a chain"],
 )
 def test_srdf_groups_without_a_single_chain_are_rejected(arm, group, words):
     with pytest.raises(DescriptionError, match=words):

@@ -1,5 +1,7 @@
 """URDF files as they are written: their encodings, and limits that they do not state."""
 
+import re
+
 import pytest
 
 from chasles.derive import load
@@ -55,6 +57,31 @@ def test_undecodable_urdf_is_refused_with_its_encoding(tmp_path, declared, messa
     path.write_bytes(text.encode("latin-1"))
     with pytest.raises(DescriptionError, match=message):
         load(path)
+
+
+@pytest.mark.parametrize(
+    ("tag", "suffix"),
+    [('robot xmlns="http://www.ros.org"', ".urdf"), ("u:robot", ".urdf"), ("u:robot", ".xml")],
+    ids=["default namespace", "prefix", "prefix without ending"],
+)
+def test_namespace_of_urdf_is_accepted(tmp_path, tag, suffix):
+    text = URDF.format(encoding="", limit=LIMIT)
+    path = tmp_path / f"arm{suffix}"
+    path.write_text(text, encoding="utf-8")
+    known = load(path)
+    if tag.startswith("u:"):
+        text = re.sub(r"<(/?)(?=[a-z])", r"<\1u:", text)
+    text = text.replace("<u:robot", '<u:robot xmlns:u="http://www.ros.org"')
+    path.write_text(text.replace("<robot", f"<{tag}"), encoding="utf-8")
+    assert load(path) == known
+
+
+def test_elements_of_other_namespaces_stay_apart(tmp_path):
+    path = tmp_path / "arm.urdf"
+    text = URDF.format(encoding="", limit=LIMIT).replace("<robot", '<robot xmlns="urn:a"')
+    other = '<joint xmlns="urn:b" name="none"/></robot>'
+    path.write_text(text.replace("</robot>", other), encoding="utf-8")
+    assert len(load(path).joints) == 3
 
 
 @pytest.mark.parametrize(

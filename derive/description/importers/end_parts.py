@@ -1,0 +1,184 @@
+"""Parts at the ends of an arm that are not part of it: fingers, wheels, branches, ball joints.
+
+- A finger is a joint with one of ``FINGER_WORDS`` in its name. So are all branches on the link of a
+  finger behind ``JOINTS_OF_AN_ARM`` joints. Behind another joint, it is also a joint on a link with
+  such a name, and one of several last joints on one link that slide, or of which one follows the
+  other, unless they carry a tool frame.
+- Several branches of at most ``LONGEST_FINGER`` joints on one link behind ``JOINTS_OF_AN_ARM``
+  joints are short branches, the fingers of most hands.
+- A wheel is a joint that is called so or carries a link that is called so. On the base, a joint
+  that carries nothing but wheels is part of them.
+- A ball joint that carries no joint is the end of a rod or a rope.
+"""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import takewhile
+from typing import Literal
+
+from .kinematic_tree import KinematicTree, TreeJoint
+
+FINGER_WORDS = ("finger", "thumb", "knuckle", "gripper", "jaw", "claw")
+"""A moving joint with such a word in its name belongs to a hand."""
+WHEEL = re.compile(r"wheel(?!chair|[ _-]?base)|cast[eo]r", re.IGNORECASE)
+"""A joint or link with such a word in its name is a wheel."""
+TOOL_NAMES = (
+    "tool0",
+    "tcp",
+    "ee_link",
+    "end_effector",
+    "end_effector_link",
+    "end_link",
+    "flange",
+    "ee",
+    "eef",
+    "link_eef",
+    "ee_frame",
+    "attachment_site",
+    "grasp_site",
+    "pinch",
+    "tool_frame",
+    "tool_link",
+    "tool",
+    "hand",
+    "palm",
+)
+"""Names of tool frames, the most usual first; a prefix such as ``left_`` may stand before them."""
+LONGEST_FINGER = 4
+JOINTS_OF_AN_ARM = 4
+FREEDOMS_OF_A_BALL = 3
+Way = tuple[TreeJoint, ...]
+EndPartKind = Literal["fingers", "wheels", "short branches", "ball joints"]
+
+
+@dataclass(frozen=True)
+class EndPart:
+    """A joint that an arm leaves out, with all that it carries."""
+
+    kind: EndPartKind
+    joint: TreeJoint
+
+
+@dataclass(frozen=True)
+class Arms:
+    """Chains of moving joints from a link outwards, and the parts that they leave out."""
+
+    ways: tuple[Way, ...]
+    left_out: tuple[EndPart, ...]
+
+
+def arms_of(tree: KinematicTree, base: str) -> Arms:
+    """Return the ways of all moving joints from a link outwards, end parts left out."""
+    heights = _heights(tree, base)
+    ways: list[Way] = []
+    left_out: list[EndPart] = []
+    waiting: list[tuple[str, Way]] = [(base, ())]
+    while waiting:
+        link, way = waiting.pop()
+        if way:
+            ways.append(way)
+        moved = tree.moved(link)
+        kinds = [_end_part(tree, joint, moved, way, heights) for joint in moved]
+        pairs = list(zip(moved, kinds, strict=True))
+        left_out += [EndPart(kind, joint) for joint, kind in pairs if kind is not None]
+        arms = [joint for joint, kind in reversed(pairs) if kind is None]
+        waiting += [(joint.child, (*way, joint)) for joint in arms]
+    return Arms(tuple(ways), tuple(left_out))
+
+
+def freedom(way: Sequence[TreeJoint]) -> int:
+    """Return the number of own coordinates on a way, behind the last floating or planar joint."""
+    behind = takewhile(lambda joint: joint.kind != "free", reversed(way))
+    counts = {"moving": 1, "ball": FREEDOMS_OF_A_BALL}
+    return sum(counts.get(joint.kind, 0) for joint in behind)
+
+
+def has_a_word(name: str, words: Iterable[str]) -> bool:
+    """Return whether a name has one of some words in it."""
+    return any(word in name.lower() for word in words)
+
+
+def tool_rank(link: str) -> int | None:
+    """Return the place of a link's name in ``TOOL_NAMES``; None where it is not there."""
+    words = link.lower()
+    for rank, name in enumerate(TOOL_NAMES):
+        if re.fullmatch(rf"(.*[^a-z0-9])?{name}", words):
+            return rank
+    return None
+
+
+def _end_part(
+    tree: KinematicTree,
+    joint: TreeJoint,
+    moved: Sequence[TreeJoint],
+    way: Way,
+    heights: Mapping[str, int],
+) -> EndPartKind | None:
+    """The kind of the end part that a joint begins; None for a joint of an arm."""
+    if joint.kind == "ball" and not heights[joint.child]:
+        return "ball joints"
+    if _is_wheel(joint) or (not freedom(way) and _steers_wheels(tree, joint)):
+        return "wheels"
+    is_behind = has_a_word(joint.parent, FINGER_WORDS) or _is_jaw(tree, joint, moved, heights)
+    if _is_finger(joint) or (way and is_behind):
+        return "fingers"
+    if len(moved) < 2 or freedom(way) < JOINTS_OF_AN_ARM:  # noqa: PLR2004
+        return None
+    if any(map(_is_finger, moved)):
+        return "fingers"
+    short = all(heights[other.child] < LONGEST_FINGER for other in moved)
+    return "short branches" if short else None
+
+
+def _is_jaw(
+    tree: KinematicTree, joint: TreeJoint, moved: Sequence[TreeJoint], heights: Mapping[str, int]
+) -> bool:
+    """Whether a last joint slides next to another, or shares its coordinate with another."""
+    ends = [other for other in moved if not heights[other.child] and not _has_a_tool(tree, other)]
+    return joint in ends and any(
+        (joint.is_prismatic and other.is_prismatic) or _leader(joint) == _leader(other)
+        for other in ends
+        if other != joint
+    )
+
+
+def _has_a_tool(tree: KinematicTree, joint: TreeJoint) -> bool:
+    return any(tool_rank(part) is not None for part in tree.rigid(joint.child))
+
+
+def _leader(joint: TreeJoint) -> str:
+    """The joint that has the coordinate of a joint: its leader, or itself."""
+    return joint.leader or joint.name
+
+
+def _heights(tree: KinematicTree, base: str) -> dict[str, int]:
+    """The greatest number of moving joints in series further out, of each link."""
+    found: dict[str, int] = {}
+    for link in reversed(list(tree.outwards(base))):
+        lengths = (found[j.child] + (j.kind != "fixed") for j in tree.below[link])
+        found[link] = max(lengths, default=0)
+    return found
+
+
+def _is_finger(joint: TreeJoint) -> bool:
+    return has_a_word(joint.name, FINGER_WORDS)
+
+
+def _is_wheel(joint: TreeJoint) -> bool:
+    return any(WHEEL.search(name) for name in (joint.name, joint.child))
+
+
+def _steers_wheels(tree: KinematicTree, joint: TreeJoint) -> bool:
+    """Whether a joint of one freedom carries wheels and no other joint."""
+    carried = tree.moved(joint.child)
+    return joint.kind == "moving" and bool(carried) and all(map(_is_wheel, carried))
+
+
+def named_parts(left_out: Iterable[EndPart]) -> Iterator[tuple[EndPartKind, list[str]]]:
+    """Yield each kind of end part with the names of its joints; followers are left out."""
+    names: dict[EndPartKind, list[str]] = {}
+    for part in left_out:
+        if part.joint.kind != "follower":
+            names.setdefault(part.kind, []).append(part.joint.name)
+    yield from names.items()
