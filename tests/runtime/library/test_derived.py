@@ -299,7 +299,7 @@ def bare(tmp_path, monkeypatch):
     venv.create(folder, symlinks=True, with_pip=False)
     package = tmp_path / "site" / "chasles"
     package.mkdir(parents=True)
-    for path in (ROOT / "runtime").iterdir():
+    for path in (*(ROOT / "runtime").iterdir(), ROOT / "contract"):
         (package / path.name).symlink_to(path)
     shutil.copytree(ROOT / "derive", package / "derive")
     numpy = Path(np.__file__).parent
