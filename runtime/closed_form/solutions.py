@@ -98,12 +98,12 @@ class Solutions(_Fields):
 
     @property
     def other_mode(self) -> BoolArray:
-        """(..., k) whether the loops close at the pose with q, but `fk(q)` is another pose.
+        """(..., k) whether the loops close at the pose with q, but `fk(q)` is not the pose.
 
         At the same actuated coordinates, the loops of a platform close in several assembly modes.
-        `fk` follows the mode of the reference configuration; a slot whose legs reach the pose in
-        another mode is not valid. `fk_all(q)` has all modes of some platforms. False for robots
-        whose loops have a closed form. Filters do not change it.
+        `fk` follows the mode of the reference configuration: it ends in another pose, or before a
+        singularity on its way. Such a slot is not valid. `fk_all(q)` has all modes of some
+        platforms. False for robots whose loops have a closed form. Filters do not change it.
         """
         is_other: BoolArray = np.isposinf(self.residual) & np.isfinite(self.q).all(-1)
         return is_other
