@@ -14,7 +14,7 @@ from .chain.transmissions import transmissions
 from .inverse.chosen_joints import hybrid_inverses_for_given, inverses_for_given
 from .inverse.families import FAMILIES
 from .inverse.families.family import Family
-from .inverse.mechanisms import backward_inverse, leg_inverse
+from .inverse.mechanisms import backward_inverse, leg_inverse, mode_check
 from .inverse.serial_inverse import Inverses
 from .loops import constraint_functions, maps, platforms
 from .loops.hybrid import Hybrid
@@ -186,13 +186,14 @@ def _of_mechanism(
     makers = _makers(hybrid)
     written: dict[str, WrittenFunction] = {}
     closure = None if has_chain else LoopClosure(hybrid)
+    by_hand = platforms.written_makers(hybrid)
     if closure is not None and closure.is_determined:
-        makers |= inner_makers(closure)
+        makers, checked = mode_check.with_legs(makers, closure)
+        makers, by_hand = makers | inner_makers(closure), by_hand | checked
         of_chain = {name: makers[name](hybrid) for name in platforms.OF_CHAIN}
         written |= written_functions(closure, of_chain)
         if "actuators" not in makers and closure.of_chain is not None:
             written |= actuator_functions(closure.of_chain)
-    by_hand = platforms.written_makers(hybrid)
     capabilities = [*of_tool, *makers]
     inverse = None
     is_asked = functions is None or not set(functions) <= {*capabilities, *written, *by_hand}
@@ -201,11 +202,14 @@ def _of_mechanism(
         inverse = hybrid_inverses_for_given(hybrid, families, give, iterated)
         capabilities += [name for name in inverse.functions if name not in capabilities]
         written |= {function.name: function for function in inverse.written}
+    if mode_check.IK in written:
+        # A design that leads to its robot as built gives the inverse that its legs would give.
+        by_hand.pop(mode_check.IK, None)
+        capabilities = [name for name in capabilities if name != mode_check.LEGS]
     asked = [name for name in by_hand if functions is None or name in functions]
     found = [function for name in asked if (function := by_hand[name](hybrid)) is not None]
     written |= {function.name: function for function in found}
     laws = transmissions(mechanism, hybrid.terms, hybrid.arguments["q"])
-    # A design that leads to its robot as built gives the inverse that its legs would give.
     capabilities = [name for name in capabilities if name not in written]
     capabilities += [*written, *laws]
     loops = None

@@ -7,6 +7,7 @@ from functools import partial
 from ..beside import beside
 from ..derivation import Derivation
 from ..inverse.mechanisms import leg_inverse
+from ..inverse.mechanisms.mode_check import LEGS
 from ..loops.platforms import is_platform, triad_of
 from ..model.mechanism import Mechanism
 from ..program.programs import Programs
@@ -209,7 +210,7 @@ def _has_poses(derivation: Derivation) -> bool:
     hybrid = derivation.hybrid
     if hybrid is None or not hybrid.forward.open:
         return False
-    if any(f.name == "ik" for f in derivation.functions) and not leg_inverse.makers(hybrid):
+    if any(f.name in ("ik", LEGS) for f in derivation.functions) and not leg_inverse.makers(hybrid):
         return False
     return derivation.inverse is None or not derivation.inverse.solved
 

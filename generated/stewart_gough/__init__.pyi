@@ -509,12 +509,11 @@ def rod_ends(
         l (..., 6): lengths (m).
     """
 
-def ik(
+def ik_legs(
     T: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
-    given: Mapping[str, ArrayLike] | None = None,
-) -> Solutions:
-    """The leg lengths at a pose of the tool.
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Coordinates with which the loops close at a pose, in any assembly mode.
 
     q[0]_i = |p + R b_i - a_i| - l_i, and T is one of the poses of modes(q[0])
 
@@ -522,11 +521,10 @@ def ik(
         T (..., 4, 4): pose of the tool, T_0_ee (1, m).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
-        given: Values of chosen joints by name, instead of further inputs.
 
     Returns:
         q (..., 1, 6): coordinates of the legs (m).
-        residual (..., 1): deviation of T from a rigid pose (1).
+        residual (..., 1): gaps of the loops and distance of the main chain's tool from the target (1).
         margin (..., 1): length of the shortest leg (m).
     """
 
@@ -1027,4 +1025,25 @@ def modes(
         theta (..., 28, 6): joints of the main chain, a mode a row (m, rad).
         margin (..., 28): |det J_x| over the lengths of its rows: 0 where the platform is singular and two modes meet (1).
         unsure (..., 1): number of complex solutions that were not found for certain; 0 where no mode is missing (1).
+    """
+
+def ik(
+    T: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+    given: Mapping[str, ArrayLike] | None = None,
+) -> Solutions:
+    """Every solution of the inverse kinematics, in 1 slots.
+
+    fk(q[k]) = T wherever residual[k] is rounding; the loops close with q[k] at T in another assembly mode than that of fk(q[k]) wherever residual[k] is infinite and q[k] is not NaN
+
+    Args:
+        T (..., 4, 4): pose of the tool, T_0_ee (1, m).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+        given: Values of chosen joints by name, instead of further inputs.
+
+    Returns:
+        q (..., 1, 6): coordinates of the legs (m).
+        residual (..., 1): distance of fk(q[k]) from the target; infinite in another assembly mode (1).
+        margin (..., 1): length of the shortest leg (m).
     """

@@ -44,7 +44,7 @@ void stewart_gough_actuator_rates(const double theta[6], const double thetad[6],
 
 /* Accelerations of the actuated coordinates.
  * qdd = actuators_D_chain(theta) thetadd + d/dt actuators_D_chain(theta) thetad
- * 670 operations: multiply 334, add 312, trig 6, other 18.
+ * 675 operations: multiply 339, add 312, trig 6, other 18.
  *   theta: joints of the main chain, 6 (rad or m)
  *   thetad: joint rates of the main chain, 6 (rad or m/s)
  *   thetadd: joint accelerations of the main chain, 6 (rad or m/s^2)
@@ -242,14 +242,14 @@ void stewart_gough_velocity_relation(const double theta[6], const double q[6], d
  *   l: lengths, 6 (m) */
 void stewart_gough_rod_ends(const double q[6], double a[18], double l[6]);
 
-/* The leg lengths at a pose of the tool.
+/* Coordinates with which the loops close at a pose, in any assembly mode.
  * q[0]_i = |p + R b_i - a_i| - l_i, and T is one of the poses of modes(q[0])
  * 163 operations: multiply 60, add 86, other 17.
  *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
  *   q: coordinates of the legs, 1 x 6 (m)
- *   residual: deviation of T from a rigid pose, 1 (1)
+ *   residual: gaps of the loops and distance of the main chain's tool from the target, 1 (1)
  *   margin: length of the shortest leg, 1 (m) */
-void stewart_gough_ik(const double T[16], double q[6], double residual[1], double margin[1]);
+void stewart_gough_ik_legs(const double T[16], double q[6], double residual[1], double margin[1]);
 
 /* Least equations of the loops, zero where the loops are closed, and their derivative.
  * |b - a| - l of each strut; the equations of constraint(z) for other loops
@@ -471,6 +471,16 @@ void stewart_gough_fk_near(const double q[6], const double seed[12], double T_0_
  *   margin: |det J_x| over the lengths of its rows: 0 where the platform is singular and two modes meet, 28 (1)
  *   unsure: number of complex solutions that were not found for certain; 0 where no mode is missing, 1 (1) */
 void stewart_gough_modes(const double q[6], double theta[168], double margin[28], double unsure[1]);
+
+/* Every solution of the inverse kinematics, in 1 slots.
+ * fk(q[k]) = T wherever residual[k] is rounding; the loops close with q[k] at T in another
+ * assembly mode than that of fk(q[k]) wherever residual[k] is infinite and q[k] is not NaN
+ * About 3200 operations.
+ *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
+ *   q: coordinates of the legs, 1 x 6 (m)
+ *   residual: distance of fk(q[k]) from the target; infinite in another assembly mode, 1 (1)
+ *   margin: length of the shortest leg, 1 (m) */
+void stewart_gough_ik(const double T[16], double q[6], double residual[1], double margin[1]);
 
 #ifdef __cplusplus
 }

@@ -762,27 +762,20 @@ void stewart_gough_rod_ends_batch(size_t n, const double *q, double *a, double *
 }
 
 /* Rows of any step, in doubles. */
-static void stewart_gough_ik_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+static void stewart_gough_ik_legs_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
-#if CHASLES_LANES
-  static const int sizes[] = {16, 6, 1, 1};
-  static const lanes_shape shape = {1, 3, sizes};
-  CHASLES_RUN_AVX512(stewart_gough_ik_avx512)
-  CHASLES_RUN_AVX2(stewart_gough_ik_avx2)
-  CHASLES_RUN_BASELINE(stewart_gough_ik_baseline)
-#endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_ik(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1], outputs[2] + k * output_steps[2]);
+    stewart_gough_ik_legs(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1], outputs[2] + k * output_steps[2]);
   }
 }
 
-void stewart_gough_ik_batch(size_t n, const double *T, double *q, double *residual, double *margin)
+void stewart_gough_ik_legs_batch(size_t n, const double *T, double *q, double *residual, double *margin)
 {
   const double *const inputs[] = {T};
   double *const outputs[] = {q, residual, margin};
   const ptrdiff_t input_steps[] = {16}, output_steps[] = {6, 1, 1};
-  stewart_gough_ik_rows(n, inputs, input_steps, outputs, output_steps);
+  stewart_gough_ik_legs_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
 /* Rows of any step, in doubles. */
@@ -1273,4 +1266,21 @@ void stewart_gough_modes_batch(size_t n, const double *q, double *theta, double 
   double *const outputs[] = {theta, margin, unsure};
   const ptrdiff_t input_steps[] = {6}, output_steps[] = {168, 28, 1};
   stewart_gough_modes_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_ik_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_ik(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1], outputs[2] + k * output_steps[2]);
+  }
+}
+
+void stewart_gough_ik_batch(size_t n, const double *T, double *q, double *residual, double *margin)
+{
+  const double *const inputs[] = {T};
+  double *const outputs[] = {q, residual, margin};
+  const ptrdiff_t input_steps[] = {16}, output_steps[] = {6, 1, 1};
+  stewart_gough_ik_rows(n, inputs, input_steps, outputs, output_steps);
 }

@@ -39,7 +39,7 @@ void stewart_gough_rods_batch(size_t n, const double *theta, const double *q, do
 void stewart_gough_rods_D_chain_batch(size_t n, const double *theta, const double *q, double *residual_D_theta);
 void stewart_gough_velocity_relation_batch(size_t n, const double *theta, const double *q, double *J_x, double *J_q);
 void stewart_gough_rod_ends_batch(size_t n, const double *q, double *a, double *l);
-void stewart_gough_ik_batch(size_t n, const double *T, double *q, double *residual, double *margin);
+void stewart_gough_ik_legs_batch(size_t n, const double *T, double *q, double *residual, double *margin);
 void stewart_gough_closure_batch(size_t n, const double *w, double *residual, double *residual_D_w);
 void stewart_gough_closure_D_w_dot_batch(size_t n, const double *w, const double *wd, double *residual_D_w_dot);
 void stewart_gough_chain_batch(size_t n, const double *q, double *theta);
@@ -68,6 +68,7 @@ void stewart_gough_margin_batch(size_t n, const double *q, double *margin);
 void stewart_gough_configuration_near_batch(size_t n, const double *q, const double *seed, double *z);
 void stewart_gough_fk_near_batch(size_t n, const double *q, const double *seed, double *T_0_ee, double *z);
 void stewart_gough_modes_batch(size_t n, const double *q, double *theta, double *margin, double *unsure);
+void stewart_gough_ik_batch(size_t n, const double *T, double *q, double *residual, double *margin);
 
 #ifdef __cplusplus
 }

@@ -33,6 +33,8 @@ static const int stewart_gough_loops_of_z[12] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 1
 
 #include "chasles_closure.h"
 
+#include "chasles_closure_modes.h"
+
 /* Pose and Jacobian of the tool at a closed configuration. */
 static void stewart_gough_loops_tool(stewart_gough_loops_closed *s, double *T, double *J)
 {
@@ -398,4 +400,22 @@ void stewart_gough_fk_near(const double q[6], const double seed[12], double T_0_
   double all[12];
   stewart_gough_loops_all(&s, all);
   stewart_gough_loops_picked(all, 1, 12, stewart_gough_loops_z, z);
+}
+
+void stewart_gough_ik(const double T[16], double q[6], double residual[1], double margin[1])
+{
+  double own_T[16];
+  memcpy(own_T, T, sizeof own_T);
+  stewart_gough_ik_legs(own_T, q, residual, margin);
+  for (int k = 0; k < 1; k++) {
+    if (residual[k] != residual[k])
+      continue;
+    double reached[16];
+    stewart_gough_loops_closed s;
+    stewart_gough_loops_at(q + 6 * k, &s);
+    double theta[6];
+    stewart_gough_loops_picked(s.w, 1, 6, stewart_gough_loops_theta, theta);
+    stewart_gough_chain_fk(theta, reached);
+    residual[k] = chasles_mode_residual(own_T, reached, residual[k], 0.57);
+  }
 }

@@ -60,7 +60,7 @@ class Solutions(_Fields):
             answer on that branch; NaN where an input is NaN.
         residual: (..., k) error of the tool by forward kinematics [m]: the larger of the distance
             from the pose and of the angle times `unit`. A pose that is nearly rigid counts as the
-            rigid pose nearest to it.
+            rigid pose nearest to it. Infinite in another assembly mode, see `other_mode`.
         margin: (..., k) least margin of the steps of the branch: 0 at the border of reach, negative
             beyond it.
         valid: (..., k) whether the slot holds a solution that no filter has removed: its residual
@@ -95,6 +95,18 @@ class Solutions(_Fields):
         """(...,) number of valid slots; replaces the method `count` of tuples."""
         counted: IntArray = self.valid.sum(-1)
         return counted
+
+    @property
+    def other_mode(self) -> BoolArray:
+        """(..., k) whether the loops close at the pose with q, but `fk(q)` is not the pose.
+
+        At the same actuated coordinates, the loops of a platform close in several assembly modes.
+        `fk` follows the mode of the reference configuration: it ends in another pose, or before a
+        singularity on its way. Such a slot is not valid. `fk_all(q)` has all modes of some
+        platforms. False for robots whose loops have a closed form. Filters do not change it.
+        """
+        is_other: BoolArray = np.isposinf(self.residual) & np.isfinite(self.q).all(-1)
+        return is_other
 
     def at(self, *index: int) -> Self:
         """The solutions of one pose of a batch.
@@ -247,7 +259,8 @@ class Solutions(_Fields):
             raise InputValueError(
                 f"Solutions.within: tolerance must be positive, got {tolerance!r}"
             )
-        return type(self)(*self[:-1], self.residual <= tolerance)
+        near = (self.residual <= tolerance) & np.isfinite(self.residual)
+        return type(self)(*self[:-1], near)
 
     def nearest(self, seed: ArrayLike) -> FloatArray:
         """The solution with the smallest largest move of a joint; slides count in `unit`.
@@ -382,6 +395,12 @@ class Solutions(_Fields):
         exact = int((self.residual <= self.TOLERANCE).sum())
         if exact:
             return f"no valid solution: filters removed all {exact}"
+        others = int(self.other_mode.sum())
+        if others:
+            return (
+                "no valid solution: the loops close at the pose in another assembly mode than that "
+                f"of fk, in {others} of {self.valid.size} slots; other_mode marks them"
+            )
         least = self.least_squares().residual
         if np.isnan(least):
             return "no valid solution: the pose is not finite, or is no pose"

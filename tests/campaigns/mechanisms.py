@@ -4,7 +4,8 @@ Each mechanism of ``drawn_mechanisms.py`` is derived, its folder is written and 
 of its maps return all branches at some inputs. No branch may be missing, no branch may come twice,
 and no branch may be wrong: a valid slot closes the loops with cylinders of positive length. Where
 no mode is on the reference's branch, no function returns a finite entry that depends on its input.
-Mechanisms without a closed form are counted, and compared where they have no mode at all.
+Mechanisms without a closed form are counted, and compared where they have no mode at all. Valid
+slots of ``ik`` are poses of ``fk``, and one of them is the configuration that made the pose.
 """
 
 import tempfile
@@ -19,6 +20,8 @@ from chasles.contract import read_manifest
 from chasles.derive import derive
 from chasles.derive.build.generate import files_of, put
 from tests.support.generators.drawn_mechanisms import DrawnMechanism, drawn_mechanism
+from tests.support.loops.slot_faults import FAULTS as SLOT_FAULTS
+from tests.support.loops.slot_faults import slot_faults
 from tests.support.oracles.multi_start import SAME, Multistart
 
 from .campaign import Campaign, Outcome
@@ -37,7 +40,7 @@ FAULTS = (
     "unlabelled",
     "finite where open",
     "not finite where closed",
-    "valid where open",
+    *SLOT_FAULTS,
 )
 NOT_MAPS = ("margin", "branches", "assembly polynomial", "assembly pose", "assembly mirror")
 """Roles of functions that hold, or have conditions of their own, where loops are open."""
@@ -110,6 +113,7 @@ def _compare(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, inpu
         closed = np.array([len(of) > 0 for of in modes])
         clear = reached | ~closed
         _silent(verdict, robot, "actuators", q[clear], closed[clear])
+        _slots(verdict, robot, drawn, q[reached])
         return
     found = robot.chain_branches(q)
     labels = robot.labels["chain_all"]
@@ -120,7 +124,7 @@ def _compare(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, inpu
     closed = found[1][:, 0]
     clear = ~(np.abs(found[2][:, 0]).min(-1) < AT_DEAD_POINT)
     _silent(verdict, robot, "actuators", q[clear], closed[clear])
-    _pretended(verdict, robot, q[closed])
+    _slots(verdict, robot, drawn, q[closed])
     some = [of[rng.integers(len(of))] for of in modes if of]
     if not hasattr(robot, "actuators") or not some:
         return
@@ -176,12 +180,10 @@ def _silent(
             verdict.faults["finite where open"] += int(np.isfinite(flat[~closed][:, varies]).sum())
 
 
-def _pretended(verdict: Verdict, robot: chasles.Robot, q: np.ndarray) -> None:
-    """Count valid slots of the inverse at which the loops do not close."""
-    if not hasattr(robot, "ik") or robot.given or not len(q):
-        return
-    slots = robot.ik(robot.fk(q))
-    verdict.faults["valid where open"] += int((~robot.valid(slots.q[slots.valid])).sum())
+def _slots(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, q: np.ndarray) -> None:
+    """Count faults of the inverse at the poses of configurations (N, n)."""
+    if hasattr(robot, "ik") and not robot.given and len(q):
+        verdict.faults.update(slot_faults(robot, drawn.mechanism, q))
 
 
 def _reference(

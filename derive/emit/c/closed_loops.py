@@ -20,6 +20,8 @@ SUPPORTS = (
     "chasles_closure_rates.h",
     "chasles_closure_tolerances.h",
 )
+MODES = "chasles_closure_modes.h"
+"""The file of robots whose inverse by legs is compared with the forward kinematics."""
 
 
 def closure_files(derivation: Derivation) -> dict[str, str]:
@@ -27,13 +29,14 @@ def closure_files(derivation: Derivation) -> dict[str, str]:
     closure = derivation.closure
     if closure is None:
         return {}
-    own = {}
+    own, needed = {}, [*SUPPORTS]
     for solver in (SOLVER, FROM_CHAIN):
         written = [function for function in derivation.written if function.solver == solver]
         given = closure if solver == SOLVER else closure.of_chain
         if written and given is not None:
             own[written_file(derivation.robot, written[0])] = _source(derivation, given, written)
-    return own | {name: support(name) for name in SUPPORTS if own}
+            needed += [MODES for function in written if function.role.is_inverse]
+    return own | {name: support(name) for name in needed if own}
 
 
 def _source(
@@ -60,6 +63,7 @@ def _source(
             *_macros(robot.name, own, closure),
             *_tables(own, closure),
             '\n#include "chasles_closure.h"\n',
+            *(f'#include "{MODES}"\n' for f in written if f.role.is_inverse),
             *body.tool(written),
             *functions,
         ]
@@ -196,6 +200,7 @@ class _Bodies:
             "actuator_rates": self._actuators_along,
             "actuator_accelerations": self._actuators_along,
             "actuator_margin": self._margin,
+            "ik": self._inverse,
             "configuration_near": self._near,
             "fk_near": self._near,
         }
@@ -399,6 +404,27 @@ class _Bodies:
             return [*rates, *self._driven("wd", 1, result.name)]
         second = f"{self.own}_accelerations(&s, wd, thetadd, wdd);"
         return [*rates, f"double wdd[{self.w}];", second, *self._driven("wdd", 1, result.name)]
+
+    def _inverse(self, function: WrittenFunction) -> list[str]:
+        """The slots of the legs; the residual of each is by the forward kinematics."""
+        (T,), (q, residual, margin) = function.inputs, function.outputs
+        legs, fk = function.calls[:2]
+        size = number(float(str(function.tables[0])))
+        reached = f"{residual.name}[k] = chasles_mode_residual"
+        return [
+            "double own_T[16];",
+            f"memcpy(own_T, {T.name}, sizeof own_T);",
+            self._called(legs, "own_T", q.name, residual.name, margin.name),
+            f"for (int k = 0; k < {function.branches}; k++) {{",
+            f"  if ({residual.name}[k] != {residual.name}[k])",
+            "    continue;",
+            "  double reached[16];",
+            *(f"  {line}" for line in self.solved(f"{q.name} + {self.q} * k")),
+            *(f"  {line}" for line in self._theta()),
+            f"  {self._called(fk, 'theta', 'reached')}",
+            f"  {reached}(own_T, reached, {residual.name}[k], {size});",
+            "}",
+        ]
 
     def _near(self, function: WrittenFunction) -> list[str]:
         q, seed = function.inputs

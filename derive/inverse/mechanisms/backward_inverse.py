@@ -75,16 +75,27 @@ def _inverse(h: Hybrid, structure: Structure) -> SymbolicFunction:
 
 def _settled(h: Hybrid, function: SymbolicFunction, work: Work) -> frozenset[int]:
     """The choices that make no difference, by their number; those of the main chain come first."""
+    unused = _unused(h, function, work)
     if len(h.theta) == WHOLE and _is_held_at_its_end(h.mechanism):
         # The joints that carry a platform write one pose in several ways: its legs are the same.
-        return frozenset(range(len(work.signs) - len(work.sides)))
+        return unused | frozenset(range(len(work.signs) - len(work.sides)))
     if not 0 < len(work.signs) <= MOST_CHOICES:
-        return frozenset()
+        return unused
     if len(h.theta) > len(h.q):
         # Loops do not close at poses of any joints; what a choice changes shows there, too.
-        return idle_choices(h, function, _poses(h), within=np.inf)[0]
+        return unused | idle_choices(h, function, _poses(h), within=np.inf)[0]
     same, without = idle_choices(h, function, _poses(h))
-    return same | {k for k in without if work.signs[k] in work.sides}
+    return unused | same | {k for k in without if work.signs[k] in work.sides}
+
+
+def _unused(h: Hybrid, function: SymbolicFunction, work: Work) -> frozenset[int]:
+    """The sides of loops on which no actuated coordinate depends, such as forks turned over."""
+    q = function.outputs[0].entries
+    behind = [*q, *(h.terms.definitions[symbol] for symbol in h.terms.needed(q))]
+    used = {symbol for entry in behind for symbol in entry.free_symbols}
+    return frozenset(
+        k for k, sign in enumerate(work.signs) if sign in work.sides and sign not in used
+    )
 
 
 def _is_held_at_its_end(mechanism: Mechanism) -> bool:

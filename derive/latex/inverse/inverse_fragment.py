@@ -6,6 +6,7 @@ from itertools import groupby
 
 import sympy as sp
 
+from ...inverse.mechanisms.mode_check import LEGS
 from ...inverse.serial_inverse import Inverses
 from ...inverse.structure.words import listed as in_words
 from ...inverse.subproblems.equations import JointEquation
@@ -37,7 +38,7 @@ def inverse_of_loops(page: LoopPage) -> str:
     tasks = {name: solved for name, solved in chain.inverse.solved.items() if name == "ik"}
     of_chain = replace(chain.inverse, solved=tasks)
     found = page.inverse
-    back = next((f for f in page.functions if f.name == "ik"), None)
+    back = next((f for f in page.functions if f.name in ("ik", LEGS)), None)
     if tasks and found is None and back is not None:
         return text(_written(chain, of_chain, {}).rstrip(), _through_the_chain(page, back))
     if tasks:
@@ -70,7 +71,9 @@ def _through_the_chain(page: LoopPage, function: SymbolicFunction) -> str:
     return (
         "The actuators follow from these joints as in the solution of the loops from the main"
         f" chain. Choices that make no difference have no slots, so that \\texttt{{ik}} has"
-        f" {function.branches} slots; at each the loops close at the pose.{reached}"
+        f" {function.branches} slots; at each the loops close at the pose.{reached} A slot is a"
+        " solution where \\texttt{fk} returns to the pose; its residual is infinite where the loops"
+        " close there in another assembly mode."
     )
 
 

@@ -55,6 +55,10 @@ class Branch:
         self.taken.append(self.asked[k] if k < len(self.asked) else 1)
         return self.taken[-1] * self.own.get(joined, 1)
 
+    def length(self, joined: Joined) -> sp.Expr:
+        """The sign of the next leg's length: the other one turns the leg inside out."""
+        return self.side(joined)
+
     def figure(self, joined: Joined) -> int:
         """The next figure of a parallelogram: 1 for the parallel one."""
         return int(self.side(joined))
@@ -63,7 +67,8 @@ class Branch:
 class FreeSides(Branch):
     """The sides that steps take where a symbol stands for each choice.
 
-    A parallelogram, whose figures differ by more than a sign, keeps that of the reference.
+    A parallelogram, whose figures differ by more than a sign, keeps that of the reference. So does
+    the length of a leg: a leg that is turned inside out is no solution.
     """
 
     def __init__(
@@ -85,6 +90,10 @@ class FreeSides(Branch):
         if symbol.is_Symbol:
             self._reference.know(symbol, 1.0)
         return symbol * self.own.get(joined, 1)
+
+    def length(self, joined: Joined) -> sp.Expr:
+        """The sign at the reference."""
+        return sp.Integer(self.own.get(joined, 1))
 
     def figure(self, joined: Joined) -> int:
         """The side at the reference."""

@@ -184,19 +184,23 @@ class Legs:
         apart = wrapped if joint.kind != "prismatic" else lambda length: length / size
         return self.sign({s: abs(apart(value(s) - hint)) for s in SIGNS}, reach.strut.name)
 
-    def sign(self, distances: Mapping[int, float], name: str) -> sp.Expr:
+    def sign(
+        self, distances: Mapping[int, float], name: str, *, is_length: bool = False
+    ) -> sp.Expr:
         """The sign of the smaller distance from the reference, or the next one asked for.
 
         Args:
             distances: Distance by sign (radian, or parts of the mechanism's size); NaN where the
                 loop does not close.
             name: Name of the loop, for the message.
+            is_length: Whether the sign is that of a leg's length.
 
         Raises:
             RobotError: The loop does not close at the reference, or its branch is not clear there.
         """
         if self.branch is not None:
-            return self.branch.side((name,))
+            side = self.branch.length if is_length else self.branch.side
+            return side((name,))
         if any(math.isnan(distance) for distance in distances.values()):
             raise RobotError(f"the loop of {name} does not close at the reference")
         if abs(distances[1] - distances[-1]) < BRANCHES_APART:

@@ -145,7 +145,7 @@ class TelescopeTravel(LoopStep):
         inside = square if is_straight else let(square - off)
         root = let(sp.sqrt(inside))
         travels = {sign: let(sign * root - along) for sign in SIGNS}
-        sign = legs.sign(_distances(legs, slide, travels), slide.name)
+        sign = legs.sign(_distances(legs, slide, travels), slide.name, is_length=True)
         travel = let(sign * root - along)
         legs.known.values[slide.name] = slide.direction * travel
         legs.known.steps.append(

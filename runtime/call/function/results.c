@@ -20,8 +20,8 @@ enum { BRANCH_Q, BRANCH_RESIDUAL, BRANCH_MARGIN, BRANCH_VALID, N_BRANCH_FIELDS }
 /* The poses of a batch that need more than the kernel. */
 typedef struct {
     int refine;  /* whether one has no valid branch, but one with a residual of at most `near` */
-    int no_pose; /* whether one is no pose: settle_pose of rigid_poses.h made its residuals infinite
-                  */
+    int no_pose; /* whether one may be no pose: a residual is infinite, by settle_pose of
+                  * rigid_poses.h, or in another assembly mode of a pose */
 } Unsettled;
 
 /* Looks at the poses without a valid branch, among n poses with k branches each. */

@@ -112,7 +112,7 @@ def twisted_delta():
 def solved(make):
     """The arms (k, N, n) and residuals (k, N) of all slots, as a function of poses (N, 4, 4)."""
     mechanism = make()
-    (ik,) = [f for f in derive(mechanism, ["ik"]).functions if f.name == "ik"]
+    ik = derive(mechanism, ["ik_legs"]).function("ik_legs")
     (kernel,) = lower([ik], "arms")
 
     def of(T):

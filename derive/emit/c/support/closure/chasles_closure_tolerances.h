@@ -23,5 +23,11 @@
 #define CLOSURE_FEW_STEPS 2
 /* Most solutions of the linear system in one call, which bounds its time. */
 #define CLOSURE_MOST 240
+/* Residual of the legs up to which a pose is reached: a pose of seven digits. */
+#define CLOSURE_ON_LEGS 1e-7
+/* Deviation of the forward kinematics from a pose that the legs reach above which it is another
+ * assembly mode. Two modes that are closer are next to a singularity, where rounding of the
+ * coordinates alone moves the pose by 1e-8, its square root, and more. */
+#define CLOSURE_SAME_MODE 1e-4
 
 #endif

@@ -1,0 +1,82 @@
+"""The inverse of a robot whose loops are iterated: ``fk`` at a solution is the pose.
+
+The legs of a platform give actuated coordinates with which its loops close at a pose. At the same
+coordinates the loops may close in several assembly modes, and ``fk`` follows the mode of the
+reference. So ``ik`` evaluates ``fk`` at every slot of ``ik_legs``: a slot is a solution if ``fk``
+returns to the pose, and another assembly mode if ``fk`` ends elsewhere.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+
+from ...loops.iterated.closure_equations import LoopClosure
+from ...loops.iterated.iterated_functions import SOLVER, STEPS, SYSTEM
+from ...loops.maps import Maker
+from ...loops.platforms import WrittenMaker
+from ...terms.symbolic_function import SymbolicFunction, WrittenFunction
+
+IK, LEGS, FK_OF_CHAIN = "ik", "ik_legs", "chain_fk"
+IDENTITY = (
+    "fk(q[k]) = T wherever residual[k] is rounding; the loops close with q[k] at T in another "
+    "assembly mode than that of fk(q[k]) wherever residual[k] is infinite and q[k] is not NaN"
+)
+
+
+def with_legs(
+    makers: Mapping[str, Maker], closure: LoopClosure
+) -> tuple[dict[str, Maker], dict[str, WrittenMaker]]:
+    """The functions, the inverse by legs under a name of its own, and ``ik`` that calls it.
+
+    Args:
+        makers: The derivation of each function; ``ik`` is the inverse by legs, if there is one.
+        closure: The equations of the loops.
+    """
+    if IK not in makers:
+        return dict(makers), {}
+    # Derived once: ik needs the number of slots before its C is printed.
+    solved = cache(makers[IK])
+    named = {
+        LEGS if name == IK else name: (lambda h: _on_legs(solved(h))) if name == IK else maker
+        for name, maker in makers.items()
+    }
+    return named, {IK: lambda h: _checked(closure, solved(h))}
+
+
+def _on_legs(function: SymbolicFunction) -> SymbolicFunction:
+    """The inverse by legs, whatever the mode of the loops."""
+    q, residual, margin = function.outputs
+    meaning = "gaps of the loops and distance of the main chain's tool from the target"
+    return replace(
+        function,
+        name=LEGS,
+        summary="Coordinates with which the loops close at a pose, in any assembly mode.",
+        outputs=(q, replace(residual, meaning=meaning), margin),
+        role=replace(function.role, name="nominal inverse", labels=()),
+    )
+
+
+def _checked(closure: LoopClosure, legs: SymbolicFunction) -> WrittenFunction:
+    """The inverse by legs with the residual of ``fk`` in each slot."""
+    q, residual, margin = (replace(result, entries=()) for result in legs.outputs)
+    slots = legs.branches
+    return WrittenFunction(
+        IK,
+        f"Every solution of the inverse kinematics, in {slots} slots.",
+        IDENTITY,
+        legs.inputs,
+        (
+            q,
+            replace(
+                residual,
+                meaning="distance of fk(q[k]) from the target; infinite in another assembly mode",
+            ),
+            margin,
+        ),
+        SOLVER,
+        (closure.size,),
+        (LEGS, FK_OF_CHAIN, *closure.functions),
+        slots,
+        SYSTEM * STEPS * slots,
+        role=legs.role,
+    )

@@ -1,0 +1,46 @@
+"""Assembly modes of loops in numbers: continuation from the reference, and closure at a pose."""
+
+import numpy as np
+
+STEPS, STARTS = 40, 60
+CLOSED = 1e-10
+REGULAR = 0.1
+"""Smallest singular value of the loops' equations at which continuation keeps its branch."""
+
+
+def reference(model):
+    """The closed configuration (1, n_z) at the reference."""
+    at = dict(model.mechanism.reference)
+    z = np.array([[float(at.get(name, 0)) for name in model.names]])
+    return model.newton(z, model.actuated)
+
+
+def followed(model, q):
+    """Configurations (N, n_z) at q (N, n) by continuation from the reference.
+
+    Returns:
+        The configurations, and whether (N,) all of the way is far from singularities.
+    """
+    z = np.repeat(reference(model), len(q), 0)
+    start, free = z[:, model.actuated], [k for k in range(z.shape[1]) if k not in model.actuated]
+    regular = np.ones(len(q), dtype=bool)
+    for k in range(1, STEPS + 1):
+        step = (q - start) / STEPS
+        z = z + (model.tangent(z, model.actuated) @ step[..., None])[..., 0]
+        z[:, model.actuated] = start + k * step
+        z = model.newton(z, model.actuated)
+        sizes = np.linalg.svd(model.D_z(z)[..., free], compute_uv=False)[:, len(free) - 1]
+        regular &= (sizes > REGULAR) & (model.gap(z) < CLOSED)
+    return z, regular
+
+
+def closes_at(model, theta, q, seed=0):
+    """Whether the loops close with the main chain at theta (n_theta,) and actuators at q (n,).
+
+    The passive joints are found from random starts; equations are those of the description.
+    """
+    rng = np.random.default_rng(seed)
+    z = rng.uniform(-np.pi, np.pi, (STARTS, len(model.names)))
+    z[:, model.chain], z[:, model.actuated] = theta, q
+    known = sorted({*model.chain, *model.actuated})
+    return bool((model.gap(model.newton(z, known)) < CLOSED).any())

@@ -1,0 +1,67 @@
+"""Faults of the slots of an inverse through loops, by the robot's own forward kinematics."""
+
+from collections import Counter
+
+import numpy as np
+
+import chasles
+from chasles.derive.model.mechanism import Mechanism
+
+FAULTS = ("another pose", "lost", "negative length", "valid in another mode")
+SAME_POSE, SAME = 1e-7, 1e-6
+"""Deviation of poses, and of coordinates, that count as the same: parts of the size, or radians."""
+CLEAR = 1e-3
+"""Margin above which a configuration must be recovered: nearer to a dead point digits are lost."""
+
+
+def slot_faults(robot: chasles.Robot, mechanism: Mechanism, q: np.ndarray) -> Counter[str]:
+    """Count slots of ``ik(fk(q))`` that are no solutions, and configurations that are lost.
+
+    Args:
+        robot: The robot, with ``ik`` of a pose alone.
+        mechanism: Its description.
+        q: (N, n) configurations.
+    """
+    T = robot.fk(q)
+    closed = np.isfinite(T).all((1, 2))
+    q, T = q[closed], T[closed]
+    slots = robot.ik(T)
+    valid, size = slots.valid, robot.unit_length
+    back = robot.fk(slots.q.reshape(-1, robot.n)).reshape(*valid.shape, 4, 4)
+    missed = np.abs(back - T[:, None])
+    missed[..., :3, 3] /= size
+    is_pose = missed.max((-2, -1)) < SAME_POSE
+    turns = np.array([c.unit == "rad" for c in robot.coordinates])
+    apart = slots.q - q[:, None]
+    apart = np.where(turns, np.remainder(apart + np.pi, 2 * np.pi) - np.pi, apart / size)
+    own = (np.abs(apart) < SAME).all(-1)
+    return Counter(
+        {
+            "another pose": int((valid & ~is_pose).sum()),
+            "lost": int((~(own & valid).any(-1) & _clear(robot, q)).sum()),
+            "negative length": int((valid & (_lengths(mechanism, slots.q) <= 0).any(-1)).sum()),
+            "valid in another mode": int((valid & slots.other_mode).sum()),
+        }
+    )
+
+
+def _clear(robot: chasles.Robot, q: np.ndarray) -> np.ndarray:
+    """Whether configurations (N, n) are far from dead points both ways."""
+    clear = np.ones(len(q), dtype=bool)
+    for name, values in (("margin", q), ("actuator_margin", robot.chain(q))):
+        if name in robot.functions:
+            margin = robot.functions[name](values).reshape(len(q), -1)
+            clear &= (margin > CLEAR).all(-1)
+    return clear
+
+
+def _lengths(mechanism: Mechanism, q: np.ndarray) -> np.ndarray:
+    """The lengths (..., m) of the actuated cylinders at coordinates (..., n)."""
+    values = {p.symbol: p.value for p in mechanism.parameters}
+    struts = {strut.name: strut for strut in mechanism.struts}
+    found = [
+        float(struts[c.moves].length.xreplace(values)) + float(c.ratio.xreplace(values)) * q[..., k]
+        for k, c in enumerate(mechanism.coordinates)
+        if c.moves in struts
+    ]
+    return np.stack(found, -1) if found else np.ones((*q.shape[:-1], 1))
