@@ -14,7 +14,7 @@ from tests.support.loops.closures import Model
 from tests.support.loops.legs_of_joints import agile_eye, led_by_a_leg, tripod
 
 FUNCTIONS = ["fk", "ik", "fk_jacobian_mixed"]
-POSES, SAME = 10, 1e-8
+POSES, SAME = 4, 1e-8
 MAKERS = {"agile_eye": agile_eye, "tripod": tripod}
 
 

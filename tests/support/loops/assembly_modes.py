@@ -2,7 +2,7 @@
 
 import numpy as np
 
-STEPS, STARTS = 40, 60
+STEPS, STARTS = 40, 20
 CLOSED = 1e-10
 REGULAR = 0.1
 """Smallest singular value of the loops' equations at which continuation keeps its branch."""
