@@ -18,7 +18,7 @@ from ..description.robot_files import load
 from ..emit.languages import DETAILS
 from ..inverse.explanation import explain, explanation
 from ..model.errors import RobotError
-from ..model.mechanism import Described, Mechanism
+from ..model.mechanism import Described
 from ..quality.model_report import model_report
 from .freshness import Job, stamp
 from .generate import MANIFEST, files_of, put, strays, without_search_for_cycles
@@ -40,7 +40,7 @@ def read(job: Job) -> Described:
         RobotError: The description is wrong.
     """
     robot = _as_written(job)
-    robot = robot if job.exact or isinstance(robot, Mechanism) else cleaned(robot)
+    robot = robot if job.exact else cleaned(robot)
     return calibrated(robot, job.calibration) if job.calibration else robot
 
 

@@ -105,7 +105,8 @@ def loads(
     heir = written if "extends" in written.table else None
     source = written if heir is None else _extended(heir)
     if has_loops(source.table):
-        robot = MechanismFile(source.file, source.text, heir, conventions).mechanism()
+        described = MechanismFile(source.file, source.text, heir, conventions).mechanism()
+        robot = described if exact else cleaned(described)
         return _with_nominal(source, robot, conventions) if "nominal" in source.table else robot
     arm = RobotFile(source.file, source.text, heir, conventions).robot()
     read = arm if exact else cleaned(arm)

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Protocol
 
 from ...model.errors import RobotError
-from ...model.mechanism import Described, Mechanism
+from ...model.mechanism import Described
 from ..cleaned_robot import cleaned
 from ..toml_file import DescriptionError
 from ..urdf import UrdfFile
@@ -68,7 +68,7 @@ def from_file(
         DescriptionError: The file is wrong, has no such chain, or has several longest chains.
     """
     robot = opened(Path(path), arguments).robot(base, tip, name)
-    return robot if exact or isinstance(robot, Mechanism) else cleaned(robot)
+    return robot if exact else cleaned(robot)
 
 
 def opened(file: Path, arguments: Sequence[str] = ()) -> LinkedBodies:
