@@ -10,6 +10,7 @@ so are the frames on a base that stands at an angle (:mod:`~.turned_base`).
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
+from typing import overload
 
 from ..model.cleaning import Cleaning
 from ..model.mechanism import Closure, Described, Frame, Mechanism, Strut
@@ -22,6 +23,10 @@ from .pose_error import pose_error, robot_size
 from .turned_base import on_turned_base, turned_base
 
 
+@overload
+def cleaned(robot: Robot) -> Robot: ...
+@overload
+def cleaned(robot: Mechanism) -> Mechanism: ...
 def cleaned(robot: Described) -> Described:
     """The robot in exact numbers, with the list of all numbers that were changed.
 

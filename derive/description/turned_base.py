@@ -81,16 +81,16 @@ def turned_base(mechanism: Mechanism, noise: float) -> TurnedBase | None:
     size = max(_shift(placement) for placement in placements)
     length = max(1 / 10 ** _places(placements) + angle / 2 * size, noise)
     own = TurnedBase("", (), mpmath.eye(4), angle, length, *_others(mechanism))
-    choices = [own] + [replace(own, **_turned_with(of, p)) for of, p in oriented.items()]
+    choices = [own, *(_turned_with(own, name, p) for name, p in oriented.items())]
     best = min(choices, key=lambda base: sum(_rough(base, p) for p in oriented.values()))
     return best if best.turn else None
 
 
-def _turned_with(owner: str, placement: Placement) -> dict[str, object]:
-    """The fields of axes that are turned with a frame."""
+def _turned_with(own: TurnedBase, owner: str, placement: Placement) -> TurnedBase:
+    """Axes that are turned with a frame."""
     turn = tuple(motion for motion in placement if isinstance(motion, Rotation))
     with mpmath.workdps(EVALUATION_DIGITS):
-        return {"owner": owner, "turn": turn, "matrix": pose_in_digits(turn, {})}
+        return replace(own, owner=owner, turn=turn, matrix=pose_in_digits(turn, {}))
 
 
 def _rough(base: TurnedBase, placement: Placement) -> int:

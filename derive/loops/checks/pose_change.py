@@ -16,7 +16,7 @@ from ...model.tolerances import SAMPLED_RANGE
 from .bodies_in_numbers import BodiesInNumbers
 
 Floats = NDArray[np.float64]
-SAMPLES = 30
+SAMPLES = 20
 """Random configurations that are tried."""
 
 
