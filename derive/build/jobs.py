@@ -163,7 +163,8 @@ def _derive(job: Job) -> Report:
     put(files, folder)
     stamp(job, folder)
     parts = [f"{robot.name:<12} {_summary(files)}  {time.perf_counter() - started:5.2f} s"]
-    parts += [robot.cleaning.line] if robot.cleaning.numbers else []
+    cleaning = derivation.robot.cleaning
+    parts += [cleaning.line] if cleaning.numbers else []
     lines = [", ".join(parts)]
     if not job.functions:
         lines.append(explanation(robot, derivation.inverse, derivation.hybrid).line)

@@ -60,9 +60,9 @@ def load(
     Args:
         path: A robot file (.toml), a URDF (.urdf), a xacro file (.xacro) or an MJCF model (.xml).
         conventions: The conventions that a robot file may name; the shipped ones by default.
-        exact: Whether every number is taken as it is written. Otherwise the numbers of a serial
-            robot lose noise, and rounded angles and directions become exact; ``cleaning`` of the
-            robot lists them.
+        exact: Whether every number is taken as it is written. Otherwise numbers lose noise, and
+            rounded angles, directions and arrangements become exact; ``cleaning`` of the robot
+            lists them.
 
     Returns:
         The robot, in metres and radians: a Mechanism where the file closes loops, names actuated

@@ -57,8 +57,8 @@ def from_file(
         tip: The link whose frame is the tool frame; by default the end of the longest chain.
         name: The robot's name; by default the file's own.
         arguments: Values of a xacro file's arguments, each as ``name:=value``.
-        exact: Whether every number is taken as it is written. Otherwise the numbers of a serial
-            robot lose noise, and rounded angles and directions become exact.
+        exact: Whether every number is taken as it is written. Otherwise numbers lose noise, and
+            rounded angles, directions and arrangements become exact.
 
     Returns:
         The robot: a Mechanism where an MJCF model closes loops through joints of the chain, else a
