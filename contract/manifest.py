@@ -198,7 +198,8 @@ class Cleaning:
     Attributes:
         position: Bound of the distance (m) between the tool's positions as described and as
             computed, at joint values within the limits; 0.0 where no number was cleaned.
-        orientation: Bound of the angle (rad) between the tool's orientations.
+        orientation: Bound of the angle (rad) between the tool's orientations. Of a robot with
+            loops, both are the largest values at random configurations; the notes state how many.
         numbers: The cleaned numbers, in order from the base.
     """
 

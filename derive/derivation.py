@@ -17,6 +17,7 @@ from .inverse.families.family import Family
 from .inverse.mechanisms import backward_inverse, leg_inverse, mode_check
 from .inverse.serial_inverse import Inverses
 from .loops import constraint_functions, maps, platforms
+from .loops.checks.pose_change import with_pose_change
 from .loops.hybrid import Hybrid
 from .loops.iterated.closure_equations import LoopClosure
 from .loops.iterated.iterated_functions import (
@@ -182,6 +183,7 @@ def _of_mechanism(
     mechanism = hybrid.mechanism
     has_chain = not hybrid.forward.open
     hybrid.check()
+    mechanism = with_pose_change(mechanism)
     of_tool = FUNCTIONS if has_chain else ()
     makers = _makers(hybrid)
     written: dict[str, WrittenFunction] = {}

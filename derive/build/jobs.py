@@ -18,7 +18,7 @@ from ..description.robot_files import load
 from ..emit.languages import DETAILS
 from ..inverse.explanation import explain, explanation
 from ..model.errors import RobotError
-from ..model.mechanism import Described, Mechanism
+from ..model.mechanism import Described
 from ..quality.model_report import model_report
 from .freshness import Job, stamp
 from .generate import MANIFEST, files_of, put, strays, without_search_for_cycles
@@ -41,7 +41,7 @@ def read(job: Job) -> Described:
         RobotError: The description is wrong.
     """
     robot = _as_written(job)
-    robot = robot if job.exact or isinstance(robot, Mechanism) else cleaned(robot)
+    robot = robot if job.exact else cleaned(robot)
     return calibrated(robot, job.calibration) if job.calibration else robot
 
 
@@ -148,13 +148,13 @@ def _attempt(work: Callable[[Job], Report], job: Job) -> Report:
 def _explain(job: Job) -> Report:
     robot = read(job)
     lines = [*robot.notes, str(explain(robot, give=job.give))]
-    return Report(True, "\n".join(lines), _warning(job, robot))
+    return Report(True, "\n".join(lines), _warning(job, derivation.robot))
 
 
 def _judge(job: Job) -> Report:
     robot = read(job)
     lines = [*robot.notes, str(model_report(robot))]
-    return Report(True, "\n".join(lines), _warning(job, robot))
+    return Report(True, "\n".join(lines), _warning(job, derivation.robot))
 
 
 def _derive(job: Job) -> Report:
@@ -166,13 +166,14 @@ def _derive(job: Job) -> Report:
     put(files, folder)
     stamp(job, folder)
     parts = [f"{robot.name:<12} {_summary(files)}  {time.perf_counter() - started:5.2f} s"]
-    parts += [robot.cleaning.line] if robot.cleaning.numbers else []
+    cleaning = derivation.robot.cleaning
+    parts += [cleaning.line] if cleaning.numbers else []
     lines = [", ".join(parts)]
     if not job.functions:
         lines.append(explanation(robot, derivation.inverse, derivation.hybrid).line)
     notes = json.loads(files[MANIFEST]).get("notes", [])
     lines += [note for note in notes if note not in parts]
-    return Report(True, "\n    ".join(lines), _warning(job, robot))
+    return Report(True, "\n    ".join(lines), _warning(job, derivation.robot))
 
 
 def _warning(job: Job, robot: Described) -> str:

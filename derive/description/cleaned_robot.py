@@ -2,41 +2,48 @@
 
 Each number is judged by itself, by the rules of :mod:`~chasles.derive.description.noise`: lengths
 lose noise, angles and directions that were rounded become exact. The same number becomes the same
-exact number at every joint, so that axes that were parallel stay parallel.
+exact number at every joint, so that axes that were parallel stay parallel. Of a robot with loops,
+the points of a body are judged together too (:mod:`~chasles.derive.description.arrangement`), and
+so are the frames on a base that stands at an angle (:mod:`~.turned_base`).
 """
 
-import re
 import warnings
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from fractions import Fraction
+from typing import overload
 
-import sympy as sp
-
-from ..model.cleaning import CleanedNumber, CleanedUnit, Cleaning
-from ..model.convention import Field
-from ..model.placements import Placement, Rotation, Vector, rotation, translation
-from ..model.robot import Joint, Parameter, Robot
+from ..model.cleaning import Cleaning
+from ..model.mechanism import Closure, Described, Frame, Mechanism, Strut
+from ..model.placements import Placement, Translation, Vector
+from ..model.robot import Robot
 from ..model.tolerances import NOISE
-from .noise import exact_angle, exact_direction, without_noise
+from .arrangement import Distances, arranged
+from .exact_numbers import ExactNumbers
 from .pose_error import pose_error, robot_size
-
-_UNITS: dict[str, CleanedUnit] = {"length": "m", "angle": "rad", "direction": "1"}
-_UPRIGHT = re.compile(r"\\mathrm\{(\w+)\}")
-_ABOUT = {"x": "roll", "y": "pitch", "z": "yaw"}
+from .turned_base import on_turned_base, turned_base
 
 
-def cleaned(robot: Robot) -> Robot:
+@overload
+def cleaned(robot: Robot) -> Robot: ...
+@overload
+def cleaned(robot: Mechanism) -> Mechanism: ...
+def cleaned(robot: Described) -> Described:
     """The robot in exact numbers, with the list of all numbers that were changed.
 
     Args:
-        robot: A serial robot with the numbers of its file.
+        robot: A robot with the numbers of its file.
 
     Returns:
         The robot on placements of its conventions with cleaned fields; its ``cleaning`` lists the
-        changes with a bound of their effect, and its ``notes`` say it in words.
+        changes. That of a serial robot has a bound of their effect, and ``notes`` say it in words;
+        a robot with loops keeps itself in the numbers of its file, for a later comparison.
     """
-    work = _Work(Fraction(NOISE * (robot_size(robot) or 1.0)))
+    return _mechanism(robot) if isinstance(robot, Mechanism) else _serial(robot)
+
+
+def _serial(robot: Robot) -> Robot:
+    work = ExactNumbers(_noise(robot))
     parameters = tuple(work.parameter(parameter) for parameter in robot.parameters)
     base = work.placement("base", robot.base)
     joints = tuple(work.joint(joint) for joint in robot.joints)
@@ -50,11 +57,15 @@ def cleaned(robot: Robot) -> Robot:
     )
 
 
-def cleaned_with_warning(robot: Robot, file: str) -> Robot:
+@overload
+def cleaned_with_warning(robot: Robot, file: str) -> Robot: ...
+@overload
+def cleaned_with_warning(robot: Mechanism, file: str) -> Mechanism: ...
+def cleaned_with_warning(robot: Described, file: str) -> Described:
     """Return the robot in exact numbers; warn if noise removal moves its tool far.
 
     Args:
-        robot: A serial robot with the numbers of its file.
+        robot: A robot with the numbers of its file.
         file: The name of the file.
     """
     result = cleaned(robot)
@@ -63,79 +74,73 @@ def cleaned_with_warning(robot: Robot, file: str) -> Robot:
     return result
 
 
-@dataclass
-class _Work:
-    """The numbers changed so far, and the noise of lengths (metre)."""
-
-    tolerance: Fraction
-    numbers: list[CleanedNumber] = field(default_factory=list)
-
-    def parameter(self, parameter: Parameter) -> Parameter:
-        if parameter.kind == "ratio":
-            return parameter
-        at = f"parameter {parameter.name}"
-        return replace(parameter, value=self.scalar(at, "", parameter.kind, parameter.value))
-
-    def joint(self, joint: Joint) -> Joint:
-        convention = joint.convention
-        if convention is None or not joint.given:
-            before = self.placement(joint.name, joint.before)
-            return replace(joint, before=before, after=self.placement(joint.name, joint.after))
-        values = dict(joint.given)
-        known = len(self.numbers)
-        given = {
-            each.name: self.of_field(joint.name, each, [values[c] for c in each.components])
-            if not (each.is_of_motion and joint.kind == "fixed")
-            else _held(each, [values[c] for c in each.components])
-            for each in convention.fields
-        }
-        if len(self.numbers) == known:
-            return joint
-        before, after = convention(joint.kind, **given)
-        return replace(joint, before=before, after=after, given=convention.scalars(given))
-
-    def of_field(self, at: str, each: Field, values: Sequence[sp.Expr]) -> sp.Expr | Vector:
-        kind = each.kind.removesuffix("s")
-        if kind == "direction":
-            x, y, z = values
-            taken: Iterable[sp.Expr] = exact_direction((x, y, z))
-            found = zip(_called(each), values, taken, strict=True)
-            return _held(each, [self.noted(at, name, kind, *pair) for name, *pair in found])
-        pairs = zip(_called(each), values, strict=True)
-        return _held(each, [self.scalar(at, name, kind, value) for name, value in pairs])
-
-    def placement(self, at: str, placement: Placement) -> Placement:
-        cleaned: Placement = ()
-        for motion in placement:
-            if isinstance(motion, Rotation):
-                angle = self.scalar(at, _ABOUT[motion.axis], "angle", motion.angle)
-                cleaned += rotation(motion.axis, angle)
-            else:
-                named = zip("xyz", motion.vector, strict=True)
-                cleaned += translation(*(self.scalar(at, name, "length", v) for name, v in named))
-        return cleaned
-
-    def scalar(self, at: str, name: str, kind: str, value: sp.Expr) -> sp.Expr:
-        if value == 0 or value.free_symbols:
-            return value
-        is_angle = kind == "angle"
-        taken = exact_angle(value) if is_angle else without_noise(value, self.tolerance)
-        return self.noted(at, name, kind, value, taken)
-
-    def noted(self, at: str, name: str, kind: str, found: sp.Expr, taken: sp.Expr) -> sp.Expr:
-        if found != taken:
-            self.numbers.append(CleanedNumber(at, name, found, taken, _UNITS[kind]))
-        return taken
+def _noise(robot: Described) -> Fraction:
+    """The noise of a robot's lengths (metre)."""
+    return Fraction(NOISE * (robot_size(robot) or 1.0))
 
 
-def _called(each: Field) -> tuple[str, ...]:
-    """Names of a field's components for a reader: roll, x, e_x."""
-    return tuple(_UPRIGHT.sub(r"\1", name) for name in each.headings or each.components)
+def _mechanism(mechanism: Mechanism) -> Mechanism:
+    written, noise = mechanism, _noise(mechanism)
+    work = ExactNumbers(noise)
+    turned = turned_base(mechanism, float(noise))
+    if turned is not None:
+        mechanism = on_turned_base(mechanism, turned, work)
+    points = {
+        body: [work.without_noise(point) for point in of] for body, of in _points(mechanism).items()
+    }
+    base = points.pop(mechanism.base_frame)
+    work.points = arranged([base], turned.length if turned else float(noise))
+    work.points = arranged(points.values(), float(noise)) | work.points
+    exact = [[work.points.get(p, p) for p in of] for of in (base, *points.values())]
+    distances = Distances(exact, float(noise))
+    parameters = tuple(work.parameter(parameter) for parameter in mechanism.parameters)
+    placed = mechanism.base if turned else work.placement("base", mechanism.base)
+    joints = tuple(work.joint(joint) for joint in mechanism.joints)
+    closures = tuple(_closure(work, closure) for closure in mechanism.closures)
+    struts = tuple(_strut(work, strut, distances) for strut in mechanism.struts)
+    tool = work.placement("tool", mechanism.tool)
+    if not work.numbers:
+        return mechanism
+    return replace(
+        mechanism,
+        parameters=parameters,
+        base=placed,
+        joints=joints,
+        closures=closures,
+        struts=struts,
+        tool=tool,
+        cleaning=Cleaning(tuple(work.numbers)),
+        as_written=written,
+    )
 
 
-def _held(each: Field, values: Sequence[sp.Expr]) -> sp.Expr | Vector:
-    """Values of a field's components in the form that its convention takes."""
-    if not each.is_vector:
-        return values[0]
-    x, y, z = values
-    return x, y, z
+def _closure(work: ExactNumbers, closure: Closure) -> Closure:
+    return replace(closure, a=_frame(work, closure, "a"), b=_frame(work, closure, "b"))
+
+
+def _strut(work: ExactNumbers, strut: Strut, distances: Distances) -> Strut:
+    a, b = _frame(work, strut, "a"), _frame(work, strut, "b")
+    return replace(strut, a=a, b=b, length=work.length(strut.name, strut.length, distances))
+
+
+def _frame(work: ExactNumbers, closer: Closure | Strut, end: str) -> Frame:
+    frame: Frame = getattr(closer, end)
+    return replace(frame, placement=work.placement(f"{closer.name}.{end}", frame.placement))
+
+
+def _points(mechanism: Mechanism) -> Mapping[str, list[Vector]]:
+    """The points on each body at which joints, closures and struts are."""
+    found: dict[str, list[Vector]] = {body: [] for body in mechanism.bodies}
+    for body, placement in _placed(mechanism):
+        if placement and isinstance(placement[0], Translation):
+            found[body].append(placement[0].vector)
+    return found
+
+
+def _placed(mechanism: Mechanism) -> Iterator[tuple[str, Placement]]:
+    """Each placement on a body, with the body's name."""
+    for joint in mechanism.joints:
+        yield joint.parent, joint.before
+    for closer in mechanism.closers:
+        for frame in (closer.a, closer.b):
+            yield frame.body, frame.placement

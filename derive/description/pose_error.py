@@ -13,6 +13,7 @@ from typing import Any, TypeAlias
 import mpmath
 import sympy as sp
 
+from ..model.mechanism import Described
 from ..model.placements import Placement, Rotation
 from ..model.robot import Joint, Robot
 from ..model.tolerances import EVALUATION_DIGITS, ROUNDING
@@ -73,16 +74,15 @@ def pose_error(one: Robot, other: Robot) -> tuple[float, float]:
         return _rounded(position), _rounded(orientation)
 
 
-def robot_size(robot: Robot) -> float:
+def robot_size(robot: Described) -> float:
     """The robot's longest length (metre) at the default values of its parameters, 0 if none."""
     return max((float(length) for length in lengths(robot)), default=0.0)
 
 
-def lengths(robot: Robot) -> Iterator[sp.Expr]:
+def lengths(robot: Described) -> Iterator[sp.Expr]:
     """The magnitudes of all components of translations (metre) at the parameters' values."""
     values = _values(robot)
-    constant = [part for joint in robot.joints for part in (joint.before, joint.after)]
-    for placement in (robot.base, *constant, robot.tool):
+    for placement in robot.placements:
         for motion in placement:
             if not isinstance(motion, Rotation):
                 yield from (abs(component.xreplace(values)) for component in motion.vector)
@@ -175,7 +175,7 @@ def _angle(one: _Matrix, other: _Matrix) -> mpmath.mpf:
     return 2 * mpmath.asin(min(mpmath.mpf(1), distance / mpmath.sqrt(8)))
 
 
-def _values(robot: Robot) -> dict[sp.Symbol, sp.Expr]:
+def _values(robot: Described) -> dict[sp.Symbol, sp.Expr]:
     return {parameter.symbol: parameter.value for parameter in robot.parameters}
 
 

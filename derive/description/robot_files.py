@@ -60,9 +60,9 @@ def load(
     Args:
         path: A robot file (.toml), a URDF (.urdf), a xacro file (.xacro) or an MJCF model (.xml).
         conventions: The conventions that a robot file may name; the shipped ones by default.
-        exact: Whether every number is taken as it is written. Otherwise the numbers of a serial
-            robot lose noise, and rounded angles and directions become exact; ``cleaning`` of the
-            robot lists them.
+        exact: Whether every number is taken as it is written. Otherwise numbers lose noise, and
+            rounded angles, directions and arrangements become exact; ``cleaning`` of the robot
+            lists them.
 
     Returns:
         The robot, in metres and radians: a Mechanism where the file closes loops, names actuated
@@ -105,7 +105,8 @@ def loads(
     heir = written if "extends" in written.table else None
     source = written if heir is None else _extended(heir)
     if has_loops(source.table):
-        robot = MechanismFile(source.file, source.text, heir, conventions).mechanism()
+        described = MechanismFile(source.file, source.text, heir, conventions).mechanism()
+        robot = described if exact else cleaned_with_warning(described, file)
         return _with_nominal(source, robot, conventions) if "nominal" in source.table else robot
     arm = RobotFile(source.file, source.text, heir, conventions).robot()
     read = arm if exact else cleaned_with_warning(arm, file)

@@ -48,17 +48,21 @@ class Cleaning:
         position: Bound of the distance (metre) between the tool's positions as described and as
             taken, at any joint values within the limits.
         orientation: Bound of the angle (radian) between the tool's orientations.
+        samples: Of a robot with loops, the number of random configurations at which the distance
+            and the angle were the largest; 0 where they are bounds everywhere.
     """
 
     numbers: tuple[CleanedNumber, ...] = ()
     position: float = 0.0
     orientation: float = 0.0
+    samples: int = 0
 
     @property
     def bound(self) -> str:
         """The bounds in words; an angle that cannot change is left out."""
         turned = f" and {rounded_up(self.orientation)} rad" if self.orientation else ""
-        return f"{rounded_up(self.position)} m{turned}"
+        drawn = f" at {self.samples} random configurations" if self.samples else ""
+        return f"{rounded_up(self.position)} m{turned}{drawn}"
 
     @property
     def line(self) -> str:

@@ -193,7 +193,10 @@ class Mechanism:
         nominal: The robot as designed, with the same members, where this one is as built; None
             where it is not described.
         springs: Passive joints that springs hold in the description. They count as free joints.
-        cleaning: Empty, as the numbers of a robot with loops are taken as they are written.
+        cleaning: The numbers of the description that were not taken as they are written; bounds
+            of their effect follow when the loops are solved.
+        as_written: The robot in the numbers of its description, where some of them were not taken
+            as they are written.
 
     Raises:
         RobotError: Names clash, a body or joint is unknown, or a body has two parents.
@@ -220,6 +223,7 @@ class Mechanism:
     nominal: "Mechanism | None" = field(default=None, repr=False, compare=False)
     springs: tuple[str, ...] = field(default=(), repr=False, kw_only=True)
     cleaning: Cleaning = field(default=Cleaning(), repr=False, compare=False)
+    as_written: "Mechanism | None" = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         check_robot_name(self.name)
@@ -335,6 +339,13 @@ class Mechanism:
     def tool_mounting(self) -> Frame:
         """The tool frame on the body that carries it."""
         return Frame(self.tool_body, self.tool)
+
+    @property
+    def placements(self) -> tuple[Placement, ...]:
+        """All constant placements: of the base, the joints, the closures, the struts, the tool."""
+        of_joints = [part for joint in self.joints for part in (joint.before, joint.after)]
+        of_closers = [frame.placement for c in self.closers for frame in (c.a, c.b)]
+        return (self.base, *of_joints, *of_closers, self.tool)
 
     @property
     def link_names(self) -> tuple[str, ...]:

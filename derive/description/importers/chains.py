@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Protocol
 
 from ...model.errors import RobotError
-from ...model.mechanism import Described, Mechanism
+from ...model.mechanism import Described
 from ..cleaned_robot import cleaned_with_warning
 from ..toml_file import DescriptionError
 from ..urdf import UrdfFile
@@ -57,8 +57,8 @@ def from_file(
         tip: The link whose frame is the tool frame; by default the end of the longest chain.
         name: The robot's name; by default the file's own.
         arguments: Values of a xacro file's arguments, each as ``name:=value``.
-        exact: Whether every number is taken as it is written. Otherwise the numbers of a serial
-            robot lose noise, and rounded angles and directions become exact.
+        exact: Whether every number is taken as it is written. Otherwise numbers lose noise, and
+            rounded angles, directions and arrangements become exact.
 
     Returns:
         The robot: a Mechanism where an MJCF model closes loops through joints of the chain, else a
@@ -68,9 +68,7 @@ def from_file(
         DescriptionError: The file is wrong, has no such chain, or has several longest chains.
     """
     robot = opened(Path(path), arguments).robot(base, tip, name)
-    if exact or isinstance(robot, Mechanism):
-        return robot
-    return cleaned_with_warning(robot, str(path))
+    return robot if exact else cleaned_with_warning(robot, str(path))
 
 
 def opened(file: Path, arguments: Sequence[str] = ()) -> LinkedBodies:

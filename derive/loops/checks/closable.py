@@ -17,6 +17,7 @@ from ..maps import margin
 from .bodies_in_numbers import BodiesInNumbers
 from .gaps import interval
 from .moved_reference import moved_reference
+from .nearly_met import nearly_met
 from .swapped_ends import doubtful_ends
 
 Floats = NDArray[np.float64]
@@ -50,9 +51,11 @@ def limits_of(h: Hybrid) -> tuple[str, ...]:
 def doubts_of(h: Hybrid) -> tuple[str, ...]:
     """Sentences on a robot whose loops close, though hardly as they were meant; mostly none.
 
-    They tell rods whose ends seem swapped, and a value of the reference that moved far.
+    They tell rods whose ends seem swapped, a value of the reference that moved far, and what misses
+    a structure with a closed form.
     """
-    return tuple(filter(None, (doubtful_ends(h.mechanism, h.at_reference), moved_reference(h))))
+    doubts = (doubtful_ends(h.mechanism, h.at_reference), moved_reference(h), *nearly_met(h))
+    return tuple(filter(None, doubts))
 
 
 class BySearch:

@@ -60,7 +60,7 @@ def tilts(mechanism: Mechanism, terms: Terms) -> list[Tilt]:
     """The rods and cylinders on pins in loops that are not planar."""
     _, spatial = linkages(mechanism, terms)
     return [
-        _tilt(mechanism, terms, loop, loop.closer)
+        tilt_of(mechanism, terms, loop)
         for loop in spatial
         if isinstance(loop.closer, Strut) and loop.closer.ends == "pin"
     ]
@@ -78,7 +78,7 @@ def what_holds_it_open(mechanism: Mechanism) -> str:
     for loop in spatial:
         turning = [joint for joint in loop.joints if joint.kind == "revolute"]
         if isinstance(loop.closer, Closure) and loop.closer.kind in ("pin", "ball") and turning:
-            tilt = _tilt(mechanism, terms, loop, loop.closer)
+            tilt = tilt_of(mechanism, terms, loop)
             if tilt.is_small:
                 found += f"\n    Its loop is nearly plane: {tilt}."
     redundant = left_open(mechanism)
@@ -131,14 +131,15 @@ def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
     )
 
 
-def _tilt(mechanism: Mechanism, terms: Terms, loop: Loop, closer: Closure | Strut) -> Tilt:
+def tilt_of(mechanism: Mechanism, terms: Terms, loop: Loop) -> Tilt:
+    """How far a loop is from a plane; its joints turn about one axis or more."""
     names, axes, (a, b) = axes_in_numbers(mechanism, terms, loop)
     others = [[*axes[:k], *axes[k + 1 :]] or [axis] for k, axis in enumerate(axes)]
     angles = [_angle(axis, _mean(rest)) for axis, rest in zip(axes, others, strict=True)]
     worst = int(np.argmax(angles))
     offset = abs(float(_mean(others[worst]) @ (b - a)))
     span = float(np.linalg.norm(b - a))
-    return Tilt(closer.name, names[worst], angles[worst], offset, span, len(axes))
+    return Tilt(loop.closer.name, names[worst], angles[worst], offset, span, len(axes))
 
 
 def _mean(axes: Sequence[Vector]) -> Vector:

@@ -19,6 +19,7 @@ from ...model.roots import angle_of
 from ...model.tolerances import BRANCHES_APART, OFF_BRANCH
 from ...terms.tangents import LoopRate
 from ...terms.terms import Terms
+from .described_joints import described_joints
 from .loop_step import LoopStep
 from .phasors import REAL, ZERO, Complex, PhasorSum, PlanarPose, conjugate, dot, product
 from .planes import (
@@ -324,7 +325,7 @@ class Clusters:
             turns: Turn of each cluster by its id (radian).
             travel: Travel of the slide among the joints (metre).
         """
-        hints = self.reference.hints_of([edge.name for edge in edges])
+        hints = self._hints([edge.name for edge in edges])
         total = 0.0
         for edge in edges:
             if edge.name not in hints:
@@ -338,6 +339,16 @@ class Clusters:
             else:
                 total += ((travel - hints[edge.name]) / self.reference.size) ** 2
         return math.sqrt(total)
+
+    def _hints(self, names: Sequence[str]) -> dict[str, float]:
+        """Values of joints at the reference: stated, derived from stated ones, or assumed."""
+        stated, assumed = self.reference.given, self.reference.assumed
+        for known in (stated, assumed | stated):
+            for hints in (known, described_joints(self.linkage.edges, self.reference, known)):
+                found = {name: hints[name] for name in names if name in hints}
+                if found:
+                    return found
+        return {}
 
     def nearer(self, distances: Mapping[int, float]) -> int:
         """The sign of the smaller distance; 0 where both are alike."""

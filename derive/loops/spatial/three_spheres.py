@@ -68,10 +68,8 @@ class ThreeSpheres(LegStep):
         way = _way(legs, struts)
         if way is None:
             return False
-        sliders, turns = way[:SPHERES], way[SPHERES:]
-        turned = {joint.name: legs.mechanism.reference_of(joint.name) for joint in turns}
-        still = legs.known.values | turned | {joint.name: ZERO for joint in sliders}
-        spheres = _distinct(legs.terms, [_sphere(legs, strut, way, still) for strut in struts])
+        sliders, (turned, still) = way[:SPHERES], _at_rest(legs, way)
+        spheres = _distinct(legs.terms, spheres_of(legs, struts))
         if len(spheres) != SPHERES:
             return False
         axes = [legs.axis(joint, still) for joint in sliders]
@@ -143,6 +141,24 @@ class ThreeSpheres(LegStep):
 
 
 # --- the platform ---
+
+
+def spheres_of(legs: Legs, struts: Sequence[Strut]) -> list[Sphere]:
+    """The sphere of each strut of a platform that only translates; empty for other struts."""
+    way = _way(legs, struts)
+    if way is None:
+        return []
+    _, still = _at_rest(legs, way)
+    return [_sphere(legs, strut, way, still) for strut in struts]
+
+
+def _at_rest(
+    legs: Legs, way: Sequence[Joint]
+) -> tuple[Mapping[str, sp.Expr], Mapping[str, sp.Expr]]:
+    """The platform's turns at the reference, and all known values with its sliders at zero."""
+    turned = {joint.name: legs.mechanism.reference_of(joint.name) for joint in way[SPHERES:]}
+    at_zero = dict.fromkeys((joint.name for joint in way[:SPHERES]), ZERO)
+    return turned, {**legs.known.values, **turned, **at_zero}
 
 
 def _way(legs: Legs, struts: Sequence[Strut]) -> list[Joint] | None:

@@ -62,7 +62,7 @@ def trial(number: int) -> Outcome:
     """Judges one error of one robot; consecutive trials of this kind take robots in turn."""
     rng = np.random.default_rng(number)
     robots = with_loops("**/*.toml")
-    design = robots[number // 3 % len(robots)]
+    design = robots[number // 4 % len(robots)]
     errors = list(single_errors(design))
     name, built = errors[rng.integers(len(errors))]
     title = f"{design.name}, {name}"

@@ -1,0 +1,250 @@
+"""A robot whose base stands at an angle, so that its file rounds every frame on the base.
+
+Axes that are parallel, or at right angles, look like any others where the whole robot is turned.
+The frames on the base are taken in axes that are turned with one of them: relative angles that are
+multiples of 15 degrees become exact, and any other number becomes a number of another body, or the
+shortest decimal, within what the rounded angles and positions leave open. The turn itself stays as
+it is written.
+"""
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import mpmath
+import sympy as sp
+
+from ..model.cleaning import decimal_places
+from ..model.mechanism import Closure, Frame, Mechanism, Strut
+from ..model.placements import Placement, Rotation, Translation, from_xyz_rpy
+from ..model.robot import Joint
+from ..model.tolerances import CHANCE, EVALUATION_DIGITS
+from .exact_numbers import ExactNumbers
+from .noise import exact_angle
+from .pose_error import pose_in_digits
+
+_STEP = math.pi / 12
+_ROUNDED_ANGLES = 3
+"""Rounding of a relative rotation in last places: half of one from each of six angles."""
+_FINE = 10**20
+"""Parts of a radian in which an angle in turned axes is first written."""
+_UPRIGHT = 1e-3
+"""Cosine of the pitch below which roll and yaw turn about one axis."""
+_GUARD = 2
+"""Places beyond the rounding to which a coordinate in turned axes is listed."""
+
+
+@dataclass(frozen=True)
+class TurnedBase:
+    """The axes of a base that stands at an angle.
+
+    Attributes:
+        owner: The joint or closure with whose frame the axes are turned.
+        turn: The rotation of the axes.
+        matrix: The same (4, 4).
+        angle: Rounding of relative angles (radian).
+        length: Rounding of coordinates in the axes (metre).
+        lengths: Lengths of other bodies and of rods, which a coordinate may repeat.
+        angles: Angles of other bodies, likewise.
+    """
+
+    owner: str
+    turn: Placement
+    matrix: mpmath.matrix
+    angle: float
+    length: float
+    lengths: Sequence[Fraction]
+    angles: Sequence[Fraction]
+
+
+def turned_base(mechanism: Mechanism, noise: float) -> TurnedBase | None:
+    """The axes in which the frames on a robot's base have exact angles.
+
+    Args:
+        mechanism: A robot with the numbers of its file.
+        noise: Least difference that counts as rounding (metre).
+
+    Returns:
+        The axes; None where no other axes give more exact angles than the base's own.
+    """
+    oriented = dict(_oriented(mechanism))
+    placements = [*_on_base(mechanism)]
+    numbers = [number for placement in placements for number in _numbers(placement)]
+    turns = [m for p in oriented.values() for m in p if isinstance(m, Rotation)]
+    if any(number.free_symbols for number in numbers) or all(map(_is_exact, turns)):
+        return None
+    places = max(decimal_places(motion.angle) or 0 for motion in turns)
+    angle = max(_ROUNDED_ANGLES / 10**places, noise)
+    if angle > CHANCE * _STEP:
+        return None
+    size = max(_shift(placement) for placement in placements)
+    length = max(1 / 10 ** _places(placements) + angle / 2 * size, noise)
+    own = TurnedBase("", (), mpmath.eye(4), angle, length, *_others(mechanism))
+    choices = [own, *(_turned_with(own, name, p) for name, p in oriented.items())]
+    best = min(choices, key=lambda base: sum(_rough(base, p) for p in oriented.values()))
+    return best if best.turn else None
+
+
+def _turned_with(own: TurnedBase, owner: str, placement: Placement) -> TurnedBase:
+    """Axes that are turned with a frame."""
+    turn = tuple(motion for motion in placement if isinstance(motion, Rotation))
+    with mpmath.workdps(EVALUATION_DIGITS):
+        return replace(own, owner=owner, turn=turn, matrix=pose_in_digits(turn, {}))
+
+
+def _rough(base: TurnedBase, placement: Placement) -> int:
+    """The number of a frame's angles that are no multiples of 15 degrees in some axes."""
+    with mpmath.workdps(EVALUATION_DIGITS):
+        T = _turned_back(base, placement)
+        return sum(not (angle * 12 / sp.pi).is_Integer for angle in _angles(T, base))
+
+
+def on_turned_base(mechanism: Mechanism, base: TurnedBase, work: ExactNumbers) -> Mechanism:
+    """The same robot with the frames on its base in turned axes.
+
+    Args:
+        mechanism: A robot with the numbers of its file.
+        base: The axes.
+        work: Receives the changes.
+    """
+
+    def placed(at: str, placement: Placement) -> Placement:
+        with mpmath.workdps(EVALUATION_DIGITS):
+            T = _turned_back(base, placement)
+            roll, pitch, yaw = _angles(T, base)
+            x, y, z = (_listed(work, at, n, T[i, 3], base) for i, n in enumerate("xyz"))
+        return from_xyz_rpy((x, y, z), (roll, pitch, yaw))
+
+    def frame(closer: Closure | Strut, end: str, of: Frame) -> Frame:
+        if of.body != mechanism.base_frame:
+            return of
+        return replace(of, placement=placed(f"{closer.name}.{end}", of.placement))
+
+    def joint(of: Joint) -> Joint:
+        if of.parent != mechanism.base_frame:
+            return of
+        return replace(of, before=placed(of.name, of.before), convention=None, given=())
+
+    told = f"frames on the base are taken in axes that are turned with {base.owner}"
+    return replace(
+        mechanism,
+        base=(*mechanism.base, *base.turn),
+        joints=tuple(map(joint, mechanism.joints)),
+        closures=tuple(
+            replace(c, a=frame(c, "a", c.a), b=frame(c, "b", c.b)) for c in mechanism.closures
+        ),
+        struts=tuple(
+            replace(s, a=frame(s, "a", s.a), b=frame(s, "b", s.b)) for s in mechanism.struts
+        ),
+        notes=(*mechanism.notes, told),
+    )
+
+
+def _listed(
+    work: ExactNumbers, at: str, name: str, coordinate: mpmath.mpf, base: TurnedBase
+) -> sp.Expr:
+    """The exact coordinate; the list has the coordinate to a little more than its rounding."""
+    places = _GUARD - round(float(mpmath.log10(base.length)))
+    found = Fraction(int(mpmath.nint(coordinate * 10**places)), 10**places)
+    taken = _meant(found, base.lengths, base.length)
+    return work.noted(at, name, "length", sp.Rational(found), sp.Rational(taken))
+
+
+def _meant(number: Fraction, others: Sequence[Fraction], rounding: float) -> Fraction:
+    """Zero, another number up to its sign, or the shortest decimal within a number's rounding."""
+    for other in (Fraction(0), *others):
+        if abs(abs(number) - other) <= rounding:
+            return other if number > 0 else -other
+    places = 0
+    while abs(Fraction(round(number * 10**places), 10**places) - number) > rounding:
+        places += 1
+    return Fraction(round(number * 10**places), 10**places)
+
+
+def _oriented(mechanism: Mechanism) -> Iterator[tuple[str, Placement]]:
+    """The frames on the base whose angles count, by the names of their joints and closures."""
+    for joint in mechanism.joints:
+        if joint.parent == mechanism.base_frame:
+            yield joint.name, joint.before
+    for closure in mechanism.closures:
+        for frame in (closure.a, closure.b):
+            if frame.body == mechanism.base_frame and closure.kind != "ball":
+                yield closure.name, frame.placement
+
+
+def _on_base(mechanism: Mechanism) -> Iterator[Placement]:
+    for joint in mechanism.joints:
+        if joint.parent == mechanism.base_frame:
+            yield joint.before
+    for closer in mechanism.closers:
+        for frame in (closer.a, closer.b):
+            if frame.body == mechanism.base_frame:
+                yield frame.placement
+
+
+def _others(mechanism: Mechanism) -> tuple[list[Fraction], list[Fraction]]:
+    """Magnitudes of the decimals of other bodies: lengths, those of rods too, and angles."""
+    placements = [j.before for j in mechanism.joints if j.parent != mechanism.base_frame]
+    frames = [frame for closer in mechanism.closers for frame in (closer.a, closer.b)]
+    placements += [f.placement for f in frames if f.body != mechanism.base_frame]
+    lengths = [strut.length for strut in mechanism.struts]
+    lengths += [x for placement in placements for x in _lengths(placement)]
+    turns = [m.angle for p in placements for m in p if isinstance(m, Rotation)]
+    return _magnitudes(lengths), _magnitudes(turns)
+
+
+def _magnitudes(numbers: Iterable[sp.Expr]) -> list[Fraction]:
+    decimals = {abs(number) for number in numbers if decimal_places(number) and number}
+    return sorted((Fraction(x.p, x.q) for x in decimals), key=lambda x: (x.denominator, x))
+
+
+def _lengths(placement: Placement) -> list[sp.Expr]:
+    return [x for m in placement if isinstance(m, Translation) for x in m.vector]
+
+
+def _numbers(placement: Placement) -> Iterator[sp.Expr]:
+    for motion in placement:
+        yield from (motion.angle,) if isinstance(motion, Rotation) else motion.vector
+
+
+def _places(placements: Iterable[Placement]) -> int:
+    """The most places of the coordinates."""
+    return max(
+        (decimal_places(x) or 0 for placement in placements for x in _lengths(placement)),
+        default=0,
+    )
+
+
+def _is_exact(motion: Rotation) -> bool:
+    """Whether an angle is a multiple of 15 degrees."""
+    return bool((exact_angle(motion.angle) * 12 / sp.pi).is_Integer)
+
+
+def _shift(placement: Placement) -> float:
+    return float(mpmath.norm(pose_in_digits(placement, {})[:3, 3]))
+
+
+def _turned_back(base: TurnedBase, placement: Placement) -> mpmath.matrix:
+    """The pose (4, 4) of a frame on the base in the turned axes."""
+    return base.matrix.T * pose_in_digits(placement, {})
+
+
+def _angles(T: mpmath.matrix, base: TurnedBase) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
+    """Roll, pitch and yaw of a pose, in multiples of 15 degrees where they are as near."""
+    level = mpmath.hypot(T[0, 0], T[1, 0])
+    pitch = mpmath.atan2(-T[2, 0], level)
+    roll, yaw = mpmath.atan2(T[2, 1], T[2, 2]), mpmath.atan2(T[1, 0], T[0, 0])
+    if level < _UPRIGHT:
+        roll, yaw = mpmath.mpf(0), mpmath.atan2(-T[0, 1], T[1, 1])
+    x, y, z = (_angle_meant(angle, base) for angle in (roll, pitch, yaw))
+    return x, y, z
+
+
+def _angle_meant(angle: mpmath.mpf, base: TurnedBase) -> sp.Expr:
+    steps = int(mpmath.nint(angle / _STEP))
+    if abs(angle - steps * mpmath.pi / 12) <= base.angle:
+        return steps * sp.pi / 12
+    number = Fraction(int(mpmath.nint(angle * _FINE)), _FINE)
+    meant = _meant(number, base.angles, base.angle)
+    return sp.Rational(meant.numerator, meant.denominator)

@@ -1,0 +1,105 @@
+"""Structures that loops without a closed form nearly have, such as those of a robot as built.
+
+A platform on pairs of equal, parallel rods only translates, and a loop whose axes are parallel
+moves in a plane. Where lengths and axes miss that by more than the noise of a file, Newton's
+iteration closes the loops, and a sentence states what is missing.
+"""
+
+from collections.abc import Iterator
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...model.mechanism import Closure, Strut
+from ...model.tolerances import MEASURED_STRUCTURE, NOISE, SAMPLED_RANGE
+from ..hybrid import Hybrid
+from ..iterated.tilted_pins import tilt_of
+from ..planar.reference import AtReference
+from ..spatial.struts import Known, Legs
+from ..spatial.three_spheres import SPHERES, spheres_of
+
+Floats = NDArray[np.float64]
+TWO = 2
+"""Axes that a loop needs besides its closer, so that they can be parallel."""
+
+
+def nearly_met(h: Hybrid) -> Iterator[str]:
+    """Sentences on the structures that would give a closed form; none where there is one."""
+    if h.forward.open:
+        yield from _parallel_rods(h)
+        yield from _planes(h)
+
+
+def _parallel_rods(h: Hybrid) -> Iterator[str]:
+    """The sentence on a platform whose rods are nearly parallel in pairs."""
+    struts = [
+        loop.closer
+        for loop in h.loops.spatial
+        if isinstance(loop.closer, Strut) and loop.closer.ends == "ball"
+    ]
+    known = Known(dict(h.forward.values), {}, [])
+    legs = Legs(h.terms, h.mechanism, known, h.forward.reference, None)
+    spheres = spheres_of(legs, struts)
+    entries = [(*sphere.centre, sphere.square) for sphere in spheres]
+    size = h.forward.reference.size
+    numbers = np.array([[[at.of(e) for e in of] for of in entries] for at in _around(h)])
+    if len(spheres) <= SPHERES or not np.isfinite(numbers).all():
+        return
+    numbers[..., 3] = np.sqrt(numbers[..., 3])
+    groups = _groups(numbers, MEASURED_STRUCTURE * size)
+    if len(groups) != SPHERES:
+        return
+    off = {
+        " and ".join(repr(struts[k].name) for k in group): max(
+            (_apart(numbers, a, b) for a, b in combinations(group, 2)), default=0.0
+        )
+        for group in groups
+    }
+    missing = [f"{names} by {1000 * by:.3g} mm" for names, by in off.items() if by > NOISE * size]
+    yield (
+        "the loops would have a closed form, three spheres, if rods were equal and parallel that "
+        f"differ: {', '.join(missing)}"
+    )
+
+
+def _around(h: Hybrid) -> Iterator[AtReference]:
+    """The reference, and configurations to both sides of it."""
+    own, terms = h.forward.reference, h.terms
+    for part in (0.0, SAMPLED_RANGE, -SAMPLED_RANGE):
+        steps = [own.size if c.unit == "m" else 1.0 for c in h.mechanism.coordinates]
+        values = {s: own.of(s) + part * step for s, step in zip(h.q, steps, strict=True)}
+        yield AtReference(terms, values, {}, size=own.size)
+
+
+def _groups(numbers: Floats, most: float) -> list[list[int]]:
+    """Rods whose spheres are one up to a distance, by index."""
+    groups: list[list[int]] = []
+    for k in range(numbers.shape[1]):
+        near = [group for group in groups if _apart(numbers, group[0], k) <= most]
+        if near:
+            near[0].append(k)
+        else:
+            groups.append([k])
+    return groups
+
+
+def _apart(numbers: Floats, a: int, b: int) -> float:
+    """The largest difference of two spheres' centres and radii at all configurations (metre)."""
+    off = numbers[:, a] - numbers[:, b]
+    return float(max(np.linalg.norm(off[:, :3], axis=-1).max(), np.abs(off[:, 3]).max()))
+
+
+def _planes(h: Hybrid) -> Iterator[str]:
+    """Sentences on loops that are nearly plane."""
+    for loop in h.loops.spatial:
+        turning = [joint for joint in loop.joints if joint.kind == "revolute"]
+        is_pin = isinstance(loop.closer, Closure) and loop.closer.kind == "pin"
+        if len(turning) < TWO or not is_pin:
+            continue
+        tilt = tilt_of(h.mechanism, h.terms, loop)
+        if tilt.is_small:
+            yield (
+                f"the loop of {tilt.closer!r} would be planar, and have a closed form as such, if"
+                f" its axes were parallel and its ends in one plane: {tilt}"
+            )

@@ -1,0 +1,95 @@
+"""The change of the tool's pose by numbers that were not taken as they are written.
+
+Near their dead points, loops turn a small change of a length into a large motion, so that no bound
+holds at all configurations. The robot in exact numbers and the robot as written are closed at
+random configurations, and the largest difference of their poses is stated.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...model.mechanism import Coordinate, Mechanism
+from ...model.tolerances import SAMPLED_RANGE
+from .bodies_in_numbers import BodiesInNumbers
+
+Floats = NDArray[np.float64]
+SAMPLES = 20
+"""Random configurations that are tried."""
+
+
+def with_pose_change(mechanism: Mechanism) -> Mechanism:
+    """A robot whose ``cleaning`` has the largest changes of the pose, and whose notes state them.
+
+    Args:
+        mechanism: A robot in exact numbers whose loops close at the reference.
+    """
+    if mechanism.as_written is None:
+        return mechanism
+    changes = [*_changes(mechanism, mechanism.as_written)]
+    position, orientation = (max(of) for of in zip(*changes, strict=True))
+    cleaning = replace(
+        mechanism.cleaning, position=position, orientation=orientation, samples=len(changes)
+    )
+    notes = (*mechanism.notes, cleaning.line, *cleaning.sentences)
+    return replace(mechanism, cleaning=cleaning, notes=notes, as_written=None)
+
+
+def _changes(mechanism: Mechanism, written: Mechanism) -> Iterator[tuple[float, float]]:
+    """Distances (metre) and angles (radian) between the tools at random configurations."""
+    exact = BodiesInNumbers(mechanism)
+    own = BodiesInNumbers(written, _normals(exact, written))
+    names = [closer.name for closer in mechanism.closers]
+    moved, random = mechanism.coordinates, np.random.default_rng(0)
+    reach = 0.0
+    for _ in range(SAMPLES):
+        q = {c.moves: _drawn(exact, c, reach * random.uniform(-1, 1)) for c in moved}
+        at = exact.nearest(exact.values | q, exact.unknown, names)
+        reach = 1.0
+        if exact.all_closed(at, names):
+            at = exact.polished(at)
+            yield _apart(_tool(exact, at), _tool(own, own.polished(at)))
+
+
+def _normals(exact: BodiesInNumbers, written: Mechanism) -> dict[str, Floats]:
+    """Normals of planar loops on the bodies of the robot as written, whose base may be turned."""
+    m = exact.mechanism
+    turned = np.linalg.inv(exact.matrix(written.base)) @ exact.matrix(m.base)
+    base = {c.name for c in m.closers if c.a.body == m.base_frame}
+    return {
+        name: turned[:3, :3] @ normal if name in base else normal
+        for name, normal in exact.normals.items()
+    }
+
+
+def _drawn(bodies: BodiesInNumbers, c: Coordinate, part: float) -> float:
+    """A value of a joint between its limits; without limits, around the reference.
+
+    Args:
+        bodies: The robot.
+        c: The coordinate that moves the joint.
+        part: From -1 to 1; 0 for the reference.
+    """
+    at = bodies.values[c.moves]
+    if part == 0:
+        return at
+    low, high = bodies.mechanism.members[c.moves].limits
+    if low is None or high is None:
+        return at + part * SAMPLED_RANGE * (bodies.size if c.unit == "m" else 1.0)
+    lower, upper = bodies.number(low), bodies.number(high)
+    return lower + (1 + part) / 2 * (upper - lower)
+
+
+def _tool(bodies: BodiesInNumbers, at: dict[str, float]) -> Floats:
+    m = bodies.mechanism
+    pose: Floats = bodies.matrix(m.base) @ bodies.poses(at)[m.tool_body] @ bodies.matrix(m.tool)
+    return pose
+
+
+def _apart(one: Floats, other: Floats) -> tuple[float, float]:
+    """The distance between the origins of two poses, and the angle between their axes."""
+    half_chord = float(np.linalg.norm(one[:3, :3] - other[:3, :3])) / np.sqrt(8)
+    angle = 2 * float(np.arcsin(min(1.0, half_chord)))
+    return float(np.linalg.norm(one[:3, 3] - other[:3, 3])), angle

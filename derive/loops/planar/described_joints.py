@@ -1,0 +1,105 @@
+"""Joint values of a linkage at the described reference, those included that it does not state.
+
+A reference states joints of the tree. Closures, and struts without a stated swing, follow from the
+poses of the bodies that the tree's joints place.
+"""
+
+import cmath
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from .phasors import REAL, ZERO, Complex
+from .planes import Edge, PinEdge, SlideEdge, WeldEdge
+from .reference import AtReference
+
+
+class _Pose(NamedTuple):
+    """A body's angle and origin in the axes of the first body that known joints connect it to."""
+
+    first: str
+    angle: float
+    origin: complex
+
+
+def described_joints(
+    edges: Sequence[Edge], reference: AtReference, given: Mapping[str, float]
+) -> dict[str, float]:
+    """Values (radian or metre) of the joints between bodies that given joints connect.
+
+    Args:
+        edges: The joints of a linkage: those of the tree in order, then closures and struts.
+        reference: Gives the numbers of the edges.
+        given: Joint, swing and cylinder values by name.
+    """
+    bodies = _Bodies(edges, reference, given)
+    for edge in edges:
+        bodies.place(edge)
+    found = {edge.name: bodies.value(edge) for edge in edges}
+    return {name: value for name, value in found.items() if value is not None}
+
+
+class _Bodies:
+    """The poses of the bodies that are placed so far."""
+
+    def __init__(
+        self, edges: Sequence[Edge], reference: AtReference, given: Mapping[str, float]
+    ) -> None:
+        self._far = {edge.a: edge for edge in edges if edge.name.endswith(".end")}
+        self._reference, self._given = reference, given
+        self._poses: dict[str, _Pose] = {}
+
+    def place(self, edge: Edge) -> None:
+        """Places the second body of an edge, by itself where no known joint connects it."""
+        a = self._poses.setdefault(edge.a, _Pose(edge.a, 0.0, 0j))
+        if edge.b in self._poses:
+            return
+        value = 0.0 if isinstance(edge, WeldEdge) else self._given.get(edge.name)
+        if value is None:
+            value = self._toward_far_end(edge)
+        if value is None:
+            self._poses[edge.b] = _Pose(edge.b, 0.0, 0j)
+            return
+        angle, at_a = a.angle + self._phase(edge.rotor), self._number(edge.at_a)
+        if isinstance(edge, PinEdge):
+            angle += edge.sense * value
+        elif isinstance(edge, SlideEdge):
+            at_a += value * self._number(edge.direction)
+        at_b = (ZERO, ZERO) if isinstance(edge, WeldEdge) else edge.at_b
+        origin = self._at(a, at_a) - cmath.exp(1j * angle) * self._number(at_b)
+        self._poses[edge.b] = _Pose(a.first, angle, origin)
+
+    def value(self, edge: Edge) -> float | None:
+        """The value of a joint; None where its bodies are not placed together."""
+        a, b = self._poses[edge.a], self._poses[edge.b]
+        if a.first != b.first or isinstance(edge, WeldEdge):
+            return None
+        if isinstance(edge, PinEdge):
+            return edge.sense * (b.angle - a.angle - self._phase(edge.rotor))
+        between = self._at(b, self._number(edge.at_b)) - self._at(a, self._number(edge.at_a))
+        along = cmath.exp(1j * a.angle) * self._number(edge.direction)
+        return (along.conjugate() * between).real
+
+    def _toward_far_end(self, edge: Edge) -> float | None:
+        """The swing that points a strut to its far end, or the travel that reaches there."""
+        a = self._poses[edge.a]
+        far = self._far.get(edge.b) or self._far.get(f"{edge.b}.piston")
+        end = self._poses.get(far.b) if far else None
+        if far is None or end is None or end.first != a.first or isinstance(edge, WeldEdge):
+            return None
+        between = self._at(end, self._far_point(far)) - self._at(a, self._number(edge.at_a))
+        if isinstance(edge, PinEdge):
+            return edge.sense * (cmath.phase(between) - a.angle - self._phase(edge.rotor))
+        along = cmath.exp(1j * a.angle) * self._number(edge.direction)
+        return (along.conjugate() * between).real
+
+    def _far_point(self, far: Edge) -> complex:
+        return self._number(far.at_b) if isinstance(far, PinEdge) else 0j
+
+    def _at(self, body: _Pose, point: complex) -> complex:
+        return body.origin + cmath.exp(1j * body.angle) * point
+
+    def _number(self, value: Complex) -> complex:
+        return self._reference.number(value)
+
+    def _phase(self, rotor: Complex) -> float:
+        return 0.0 if rotor == REAL else cmath.phase(self._number(rotor))

@@ -1,0 +1,85 @@
+"""Robots with loops whose numbers are rounded to decimals, on a base at an awkward angle.
+
+A file of another program writes each frame as a position and roll, pitch and yaw to a number of
+places. All numbers of a mechanism are written so; its base body may stand at any angle.
+"""
+
+from dataclasses import replace
+
+import mpmath
+import numpy as np
+import sympy as sp
+
+from chasles.derive.description.pose_error import pose_in_digits
+from chasles.derive.model.mechanism import Frame, Mechanism
+from chasles.derive.model.placements import Placement, from_xyz_rpy
+
+GIMBAL = 1e-9
+"""Cosine of the pitch below which roll and yaw turn about one axis."""
+
+
+def rounded(mechanism: Mechanism, places: int, turn: Placement = ()) -> Mechanism:
+    """A mechanism in decimals: lengths in metres and angles in radians to so many places.
+
+    Args:
+        mechanism: The robot in exact numbers.
+        places: Places after the point.
+        turn: Rotation of the robot before its numbers are rounded.
+    """
+    values = {parameter.symbol: parameter.value for parameter in mechanism.parameters}
+
+    def placed(placement: Placement, body: str = "") -> Placement:
+        before = turn if body == mechanism.base_frame else ()
+        return _in_decimals((*before, *placement), values, places)
+
+    def frame(of: Frame) -> Frame:
+        return replace(of, placement=placed(of.placement, of.body))
+
+    def number(value: sp.Expr) -> sp.Rational:
+        return sp.Rational(f"{float(value.xreplace(values)):.{places}f}")
+
+    return replace(
+        mechanism,
+        parameters=(),
+        joints=tuple(
+            replace(
+                joint,
+                before=placed(joint.before, joint.parent),
+                after=placed(joint.after),
+                convention=None,
+                given=(),
+            )
+            for joint in mechanism.joints
+        ),
+        closures=tuple(replace(c, a=frame(c.a), b=frame(c.b)) for c in mechanism.closures),
+        struts=tuple(
+            replace(s, a=frame(s.a), b=frame(s.b), length=number(s.length))
+            for s in mechanism.struts
+        ),
+        drives=tuple(replace(d, ratio=d.ratio.xreplace(values)) for d in mechanism.drives),
+        base=placed(mechanism.base),
+        tool=placed(mechanism.tool),
+    )
+
+
+def awkward_turn(rng: np.random.Generator) -> Placement:
+    """A rotation by whole microradians about all axes."""
+    yaw, pitch, roll = (sp.Rational(int(x), 10**6) for x in rng.integers(-(10**6), 10**6, 3))
+    zero = (sp.S.Zero,) * 3
+    return from_xyz_rpy(zero, (roll, pitch, yaw))
+
+
+def _in_decimals(placement: Placement, values: dict, places: int) -> Placement:
+    """A placement as T(x, y, z) Rz(yaw) Ry(pitch) Rx(roll) in decimals."""
+    with mpmath.workdps(40):
+        T = pose_in_digits(placement, values)
+        level = mpmath.hypot(T[0, 0], T[1, 0])
+        pitch = mpmath.atan2(-T[2, 0], level)
+        if level > GIMBAL:
+            roll, yaw = mpmath.atan2(T[2, 1], T[2, 2]), mpmath.atan2(T[1, 0], T[0, 0])
+        else:
+            roll, yaw = mpmath.mpf(0), mpmath.atan2(-T[0, 1], T[1, 1])
+        numbers = [*T[:3, 3], roll, pitch, yaw]
+        units = [sp.Integer(int(mpmath.nint(number * 10**places))) for number in numbers]
+    x, y, z, *angles = (unit / 10**places for unit in units)
+    return from_xyz_rpy((x, y, z), tuple(angles))
