@@ -173,14 +173,16 @@ def _by_nominal(
             fitting = replace(classification, found=found, missing="")
             # A given joint changes what the other six can tell apart.
             apart = () if found.given else sampled.separations
-            return led(fitting, solved, general_tables(robot, found.given, apart))
+            return led(fitting, solved, general_tables(robot, found.given, apart), sampled.move)
     return None
 
 
-def led(classification: Classification, nominal: Solved, general: GeneralTables) -> Inverses:
+def led(
+    classification: Classification, nominal: Solved, general: GeneralTables, move: float
+) -> Inverses:
     """The inverse of an arm that is led from the task ``ik`` of its nominal arm."""
     start = as_start(nominal)
-    inverse = polished_inverse(classification, nominal.function, general)
+    inverse = polished_inverse(classification, nominal.function, general, move)
     return Inverses(classification, {start.function.name: start}, polished=inverse)
 
 
