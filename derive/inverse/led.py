@@ -67,7 +67,7 @@ class Sampled:
 
     @property
     def move(self) -> float:
-        """Median move (radian) of the joint that moves most from a nominal solution to its true one.
+        """Median of the largest joint move (radian) from a nominal solution to its true one.
 
         0 if no nominal solution leads to a true one.
         """

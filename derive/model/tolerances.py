@@ -373,8 +373,8 @@ A calibrated Panda with a given joint has 2e-2. An iiwa has 2e-3 and less, where
 five times as long.
 """
 ASKED_MOVE = 0.05
-"""Radian: median move of the joints from a nominal solution to its true one, above which the general
-solver is asked at every pose, if its separation allows.
+"""Radian: median move of the joints from a nominal solution to its true one, above which the
+general solver is asked at every pose, if its separation allows.
 
 Near a wrist's singularity such an arm has solutions that no branch of the nominal arm shows: of a
 wrist that is 13 mm off (0.06), 1 of 9 configurations at right angles was missed. An IRB 120 with
