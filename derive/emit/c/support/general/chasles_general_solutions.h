@@ -36,8 +36,8 @@ static int chasles_general_room(const chasles_general_six *six, const chasles_ge
     return margin[own] >= margin[CHASLES_SLOTS] ? -1 : own;
 }
 
-/* The first place, from a place on, whose solution is the same as a configuration; their number where
- * there is none. */
+/* The first place, from a place on, whose solution is the same as a configuration; their number
+ * where there is none. */
 static int chasles_general_same(const chasles_general_six *six, const chasles_general_found *found,
                                 const double *q, int from)
 {

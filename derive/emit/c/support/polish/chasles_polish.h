@@ -126,8 +126,8 @@ static LANES_TARGET void POLISH_NAME(led)(const double *in, const POLISH_NAME(sl
 }
 #endif
 
-/* Finds all branches of the true arm, in the slots of the nominal one's; a solution may be in several
- * slots. */
+/* Finds all branches of the true arm, in the slots of the nominal one's; a solution may be in
+ * several slots. */
 static LANES_TARGET void POLISH_NAME(find)(POLISH_NAME(search) * s, const double *in, double *q,
                                            double *residual, double *margin)
 {

@@ -17,8 +17,8 @@
 #define CHASLES_FEW_SAMPLES 16
 #define CHASLES_LEAST_KNOWN 4
 #define CHASLES_MOST_KNOWN 16
-/* rad: half the way between two complex roots that are surely no real ones, even if a known root next
- * to them is off by a third of it. */
+/* rad: half the way between two complex roots that are surely no real ones, even if a known root
+ * next to them is off by a third of it. */
 #define CHASLES_ALOOF 3e-3
 /* Cells that are looked at. */
 #define CHASLES_WIDE_CELLS 48

@@ -76,8 +76,8 @@ static void POLISH_NAME(repeat)(double *rows, int n, int count)
 }
 
 #if POLISH_IS_SEARCHED
-/* Ends the steps of a slot whose residual is valid but not settled. Returns whether they lead to the
- * solution of another slot. */
+/* Ends the steps of a slot whose residual is valid but not settled. Returns whether they lead to
+ * the solution of another slot. */
 static LANES_TARGET int POLISH_NAME(is_led_to_known)(POLISH_NAME(search) * s, int slot)
 {
     double found[POLISH_N], left, *rows = (double *)s->c.q;
