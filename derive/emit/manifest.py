@@ -62,7 +62,7 @@ def manifest(
             *(hybrid.missing.values() if hybrid else ()),
             *(limits_of(hybrid) if hybrid else ()),
             *(doubts_of(hybrid) if hybrid else ()),
-            *(notes(derivation.inverse.classification) if derivation.inverse else ()),
+            *(notes(derivation.inverse) if derivation.inverse else ()),
         ],
         **_cleaning(robot.cleaning),
         **_geometry(derivation),
