@@ -148,13 +148,13 @@ def _attempt(work: Callable[[Job], Report], job: Job) -> Report:
 def _explain(job: Job) -> Report:
     robot = read(job)
     lines = [*robot.notes, str(explain(robot, give=job.give))]
-    return Report(True, "\n".join(lines), _warning(job, derivation.robot))
+    return Report(True, "\n".join(lines), _warning(job, robot))
 
 
 def _judge(job: Job) -> Report:
     robot = read(job)
     lines = [*robot.notes, str(model_report(robot))]
-    return Report(True, "\n".join(lines), _warning(job, derivation.robot))
+    return Report(True, "\n".join(lines), _warning(job, robot))
 
 
 def _derive(job: Job) -> Report:

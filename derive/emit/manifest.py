@@ -92,7 +92,7 @@ def _notes(derivation: Derivation) -> tuple[str, ...]:
         found += [*hybrid.mobility.disagreements, *hybrid.missing.values()]
         found += [*limits_of(hybrid), *doubts_of(hybrid)]
     if derivation.inverse:
-        found += notes(derivation.inverse.classification)
+        found += notes(derivation.inverse)
     return tuple(found)
 
 

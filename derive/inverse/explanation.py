@@ -73,7 +73,9 @@ class Explanation:
         if general is not None:
             given = f", for given {listed(general.given)}" if general.given else ""
             most = _counted(self.most_solutions, "solution")
-            return f"inverse: {general.title}{given}, at most {most}"
+            motion = self.inverses.self_motion
+            note = f"; {singular(motion)}" if motion else ""
+            return f"inverse: {general.title}{given}, at most {most}{note}"
         if found is None:
             return f"no closed-form inverse: {classification.missing}"
         if not self.most_solutions:
@@ -98,6 +100,8 @@ class Explanation:
             return f"{title}\n\n{self.loops}"
         classification = self.inverses.classification
         parts = [title, _structure(classification, is_general=self.inverses.general is not None)]
+        if self.inverses.self_motion:
+            parts.append(f"The arm is {singular(self.inverses.self_motion)}.")
         free = [joint.name for joint in self.chain.moving if joint.mimic]
         if classification.found is not None and free:
             one = "follows another joint, and is" if len(free) == 1 else "follow others, and are"
@@ -182,8 +186,19 @@ def missed_by(classification: Classification) -> str:
     return "; ".join(f"{r.text}: off by {_distance(r, classification)}" for r in missed)
 
 
-def notes(classification: Classification) -> tuple[str, ...]:
-    """Remarks on an arm that is led from a nominal one; none on others."""
+def singular(motion: str) -> str:
+    """What an arm of this self-motion has in every configuration, in words."""
+    return (
+        f"singular in every configuration: {motion}, and ik returns some of infinitely many "
+        "solutions"
+    )
+
+
+def notes(inverses: Inverses) -> tuple[str, ...]:
+    """Remarks on an arm that is singular everywhere, or led from a nominal one; none on others."""
+    classification = inverses.classification
+    if inverses.self_motion:
+        return (f"the arm is {singular(inverses.self_motion)}",)
     if classification.found is None or classification.tier == "exact":
         return ()
     near = (

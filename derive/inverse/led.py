@@ -66,6 +66,21 @@ class Sampled:
         return float(led.mean())
 
     @property
+    def move(self) -> float:
+        """Median of the largest joint move (radian) from a nominal solution to its true one.
+
+        0 if no nominal solution leads to a true one.
+        """
+        turns = np.array(self.arm.turns)
+        moves = [np.zeros(0)]
+        for start, residual in self.branches:
+            found, left = _polished(self.arm, self.T, start, self.given)
+            is_led = (residual < LED_BACK) & (left < LED_BACK)
+            moves.append(_apart(found, start)[is_led][:, turns].max(-1, initial=0.0))
+        moved = np.concatenate(moves)
+        return float(np.median(moved)) if len(moved) else 0.0
+
+    @property
     def share_beside(self) -> float:
         """The share of configurations beside which some branch starts, from 0 to 1."""
         apart = [_apart(start, self.q).max(-1) for start, _ in self.branches]

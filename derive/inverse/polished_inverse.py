@@ -6,7 +6,7 @@ ends on the true arm, by ``chasles_polish.h``.
 
 from dataclasses import replace
 
-from ..model.tolerances import ASKED_SEPARATION, NEARLY_STRUCTURE
+from ..model.tolerances import ASKED_MOVE, ASKED_SEPARATION, NEARLY_STRUCTURE
 from ..terms.symbolic_function import SymbolicFunction, Table, WrittenFunction
 from .classify import Classification
 from .general.general_inverse import GeneralTables
@@ -47,16 +47,17 @@ def as_start(nominal: Solved) -> Solved:
 
 
 def polished_inverse(
-    classification: Classification, nominal: SymbolicFunction, general: GeneralTables
+    classification: Classification, nominal: SymbolicFunction, general: GeneralTables, move: float
 ) -> WrittenFunction:
     """The function ``ik`` of an arm that nearly has a structure.
 
     Args:
         classification: The structure, and how far the axes are from it.
         nominal: The task ``ik`` of the nominal arm.
-        general: The arm as a general one, which is asked where branches are unsure; at every pose
-            where joints are given, if it is good: values that are given make an arm singular in
-            more ways than folds.
+        general: The arm as a general one, which is asked where branches are unsure. If it is good,
+            it is asked at every pose of two kinds of arms: where joints are given, whose values
+            make an arm singular in more ways than folds, and where the two arms differ much.
+        move: Median move (radian) of the joints from a nominal solution to its true one.
     """
     lines, found = classification.lines, classification.found
     deviation = 0.0 if found is None else found.deviation
@@ -64,7 +65,8 @@ def polished_inverse(
     further = FURTHER if len(turns) >= FREEDOMS else 0
     if general.tables:
         further = max(further, MOST - nominal.branches)
-    is_asked = bool(nominal.role.given) and general.separation > ASKED_SEPARATION
+    is_unsure = bool(nominal.role.given) or move > ASKED_MOVE
+    is_asked = is_unsure and general.separation > ASKED_SEPARATION
     meets = nearly_meet(lines)
     length = lines.length or 1.0
     return led_from(

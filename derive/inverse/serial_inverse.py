@@ -30,6 +30,7 @@ from .nominal import nominal_of
 from .polished_inverse import as_start, polished_inverse
 from .structure.lines import Lines, axes_of
 from .structure.numeric_arm import NumericArm
+from .structure.self_motion import self_motion
 from .tasks.task import Solved
 from .tool_axis import by_tool_axis
 
@@ -68,6 +69,16 @@ class Inverses:
     def missing(self) -> str:
         """Why there is no inverse, in words; empty where there is one."""
         return "" if self.solved or self.written else self.classification.missing
+
+    @property
+    def self_motion(self) -> str:
+        """The joints that move while the tool stands still, in every configuration, in words.
+
+        Empty for other arms. A family never fits such an arm.
+        """
+        if self.general is None:
+            return ""
+        return self_motion(self.classification.lines, self.general.choice.given)
 
     @property
     def functions(self) -> dict[str, SymbolicFunction]:
@@ -173,14 +184,16 @@ def _by_nominal(
             fitting = replace(classification, found=found, missing="")
             # A given joint changes what the other six can tell apart.
             apart = () if found.given else sampled.separations
-            return led(fitting, solved, general_tables(robot, found.given, apart))
+            return led(fitting, solved, general_tables(robot, found.given, apart), sampled.move)
     return None
 
 
-def led(classification: Classification, nominal: Solved, general: GeneralTables) -> Inverses:
+def led(
+    classification: Classification, nominal: Solved, general: GeneralTables, move: float
+) -> Inverses:
     """The inverse of an arm that is led from the task ``ik`` of its nominal arm."""
     start = as_start(nominal)
-    inverse = polished_inverse(classification, nominal.function, general)
+    inverse = polished_inverse(classification, nominal.function, general, move)
     return Inverses(classification, {start.function.name: start}, polished=inverse)
 
 

@@ -375,6 +375,14 @@ sure enough to be asked at every pose of an arm that nearly has a structure.
 A calibrated Panda with a given joint has 2e-2. An iiwa has 2e-3 and less, where the solver takes
 five times as long.
 """
+ASKED_MOVE = 0.05
+"""Radian: median move of the joints from a nominal solution to its true one, above which the
+general solver is asked at every pose, if its separation allows.
+
+Near a wrist's singularity such an arm has solutions that no branch of the nominal arm shows: of a
+wrist that is 13 mm off (0.06), 1 of 9 configurations at right angles was missed. An IRB 120 with
+errors of 3.6 mm and mrad has 0.02, other arms with up to 3 mm and mrad less.
+"""
 SEPARATE = 1e-2
 """Radian: solutions that are further apart in a joint are told apart by its roots.
 

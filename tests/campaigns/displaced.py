@@ -5,7 +5,9 @@ the tool get errors of up to a size between 0.1 and 10 (millimetre, milliradian)
 solution, no solution may be wrong, and all but 1 in 10,000 regular configurations must be among the
 solutions of their poses. At right angles lost configurations are counted only. Six-joint arms of
 even trials are solved as general arms as well, and the trial counts the solutions that only the
-general solver finds.
+general solver finds. With errors of up to 3 (millimetre, milliradian) each solution is in one slot,
+every configuration whose smallest singular value is above 1e-3 is found, also at right angles, and
+on some poses the regular solutions equal the set that Newton's method finds from random starts.
 """
 
 from math import ceil
@@ -16,9 +18,12 @@ import numpy as np
 
 import chasles
 from chasles.derive import Robot, RobotError, load
+from chasles.derive.inverse.general.split_choice import slides_of
 from tests.support.derivations import description
 from tests.support.generators.drawn_arms import random_arm
 from tests.support.generators.geometric_errors import displaced
+from tests.support.oracles.newton_solutions import REGULAR as CLEARLY_REGULAR
+from tests.support.oracles.newton_solutions import regular_solutions
 
 from .campaign import Campaign, Outcome
 from .general import PART, SIX, Judged, apart, configurations, loaded, violations
@@ -36,6 +41,10 @@ MAX_LOST = 1e-4
 """Fraction of the regular random configurations that may be lost."""
 REGULAR = 1e-4
 """Minimum singular value (m or rad per rad) at a solution that is separate from others."""
+SMALL = 3e-3
+"""Errors (metre, radian) up to which no solution may be missing or in two slots."""
+COMPARED = 200
+"""Poses of each arm whose solutions are compared with Newton's method."""
 SAME = 1e-5
 """rad: closer solutions of the two solvers are the same."""
 
@@ -62,19 +71,63 @@ def trial(number: int) -> Outcome:
         if arm.n == SIX and not is_drawn:
             general = loaded(robot, Path(folder) / "general", families=())
             counts["solutions of the general solver alone"] = fewer(arm, general, q)
+        strict = strict_failures(judged, q, right) if size_of(number) <= SMALL else []
     name = robot.title if is_drawn else robot.name
     allowed = ceil(MAX_LOST * at_random[0])
     failures = [f"{name}, random: {text}" for text in violations(*at_random, allowed)]
     failures += [f"{name}, right angles: {text}" for text in violations(*at_right, np.inf)]
+    failures += [f"{name}, {text}" for text in strict]
     return Outcome(counts, tuple(failures))
 
 
 def arm_of(number: int) -> Robot:
     """Return the arm of a number with its errors."""
-    size = float(10 ** np.random.default_rng(number).uniform(*SIZES))
     shown = ARMS[number // 2 % len(ARMS)]
     robot = random_arm(number) if number % 2 else load(description(shown))
-    return displaced(robot, size, number)
+    return displaced(robot, size_of(number), number)
+
+
+def size_of(number: int) -> float:
+    """Return the size (metre, radian) of the errors of a number."""
+    return float(10 ** np.random.default_rng(number).uniform(*SIZES))
+
+
+def strict_failures(judged: Judged, q: np.ndarray, right: np.ndarray) -> list[str]:
+    """Describe missing and repeated solutions at random configurations and at right angles."""
+    failures = []
+    for name, of in {"random": q, "right angles": right}.items():
+        parts = np.array_split(of, max(1, -(-len(of) // PART)))
+        found = np.sum([repeated_and_missing(judged, part) for part in parts], axis=0)
+        failures += [
+            f"{name}: {count} {text}"
+            for count, text in zip(found, ("repeated", "missing"), strict=True)
+            if count
+        ]
+    slides = slides_of(judged.robot)
+    if not slides and len(judged.robot.moving) >= SIX:
+        missing = sum(fewer_than_newton(judged, row) for row in q[:COMPARED])
+        failures += [f"{missing} solutions by Newton's method alone"] if missing else []
+    return failures
+
+
+def repeated_and_missing(judged: Judged, q: np.ndarray) -> tuple[int, int]:
+    """Count solutions in a second slot, and regular configurations without a slot."""
+    arm, slides = judged.arm, slides_of(judged.robot)
+    T, J = arm.fk_jacobian_mixed(q)
+    found = arm.ik(T, *judged.given(q))
+    there = (found.valid & (apart(found.q, q[:, None], slides) < SAME)).any(-1)
+    free = [k for k in range(q.shape[1]) if not judged.is_given(k)]
+    regular = np.linalg.svd(J[..., free], compute_uv=False)[:, -1] > CLEARLY_REGULAR
+    return int((found.count - found.distinct().count).sum()), int((regular & ~there).sum())
+
+
+def fewer_than_newton(judged: Judged, q: np.ndarray) -> int:
+    """Count the regular solutions of the pose at q that only Newton's method finds."""
+    arm, T = judged.arm, judged.arm.fk(q)
+    own = arm.ik(T, *judged.given(q)).array()
+    fixed = {k: q[k] for k in range(len(q)) if judged.is_given(k)}
+    others = regular_solutions(arm, T, fixed)
+    return sum(not (apart(own, other) < SAME).any() for other in others)
 
 
 def fewer(arm: chasles.Robot, general: chasles.Robot, q: np.ndarray) -> int:

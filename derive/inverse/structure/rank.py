@@ -11,8 +11,12 @@ _POSTURES = 3
 
 def of_chain(lines: Lines) -> int:
     """The largest rank of the Jacobian over random postures."""
-    jacobians = (_jacobian(lines, q)[0] for q in _random_postures(lines))
-    return max(int(np.linalg.matrix_rank(J, tol=JACOBIAN_RANK)) for J in jacobians)
+    return max(int(np.linalg.matrix_rank(J, tol=JACOBIAN_RANK)) for J in jacobians(lines))
+
+
+def jacobians(lines: Lines) -> list[NDArray[np.float64]]:
+    """The Jacobians (6, n) in random configurations; lengths are parts of the arm's."""
+    return [_jacobian(lines, q)[0] for q in _random_postures(lines)]
 
 
 def moves_in_space(lines: Lines, point: NDArray[np.float64]) -> bool:

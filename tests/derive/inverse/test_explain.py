@@ -8,6 +8,10 @@ from typer.testing import CliRunner
 
 from chasles.derive import explain, load, loads
 from chasles.derive.cli import app
+from chasles.derive.inverse.explanation import notes
+from chasles.derive.inverse.structure.lines import Lines, axes_of
+from chasles.derive.inverse.structure.self_motion import self_motion
+from chasles.derive.terms.terms import Terms
 from tests.support.derivations import NAMES, ROBOTS
 
 LOOPED = ("slider_crank", "excavator", "planar_3rrr", "stewart_gough")
@@ -182,3 +186,35 @@ def test_command_line_explains_and_writes_nothing(tmp_path):
     assert done.exit_code == 0, done.output
     assert "Structure: three parallel axes" in done.output
     assert not (tmp_path / "out").exists()
+
+
+def general_arm(last):
+    """An arm without a structure whose axis 6 is ``last`` metres off axis 5, and parallel to it."""
+    rows = [(0.3, 0.1, -90), (0.05, 0.4, 20), (0.02, 0.1, 70), (0.4, 0.05, -60), (0.1, last, 0)]
+    joints = "".join(
+        f"[[joints]]\nd = {d}\na = {a}\nalpha = {alpha}\n" for d, a, alpha in [*rows, (0.1, 0, 0)]
+    )
+    text = f'name = "arm"\nconvention = "dh"\nunits = {{ length = "m", angle = "deg" }}\n{joints}'
+    return loads(text, "arm.toml")
+
+
+def test_arm_singular_everywhere_names_joints_of_self_motion():
+    text = "singular in every configuration: the tool depends on joint5 + joint6 alone"
+    collinear, regular = general_arm(last=0), general_arm(last=0.1)
+    for shown in (str(explain(collinear)), explain(collinear).line):
+        assert text in shown
+    (note,) = notes(explain(collinear).inverses)
+    assert text in note
+    assert "singular in every" not in str(explain(regular))
+    assert notes(explain(regular).inverses) == ()
+
+
+def test_self_motion_of_four_parallel_axes_names_them():
+    rows = [(0.3, 0.1, -90), (0, 0.4, 0), (0.1, 0.3, 0), (0, 0.2, 0), (0.1, 0.1, -90), (0.1, 0, 0)]
+    joints = "".join(f"[[joints]]\nd = {d}\na = {a}\nalpha = {alpha}\n" for d, a, alpha in rows)
+    text = f'name = "arm"\nconvention = "dh"\nunits = {{ length = "m", angle = "deg" }}\n{joints}'
+    robot = loads(text, "arm.toml")
+    lines = Lines(Terms({}), axes_of(robot, Terms({})))
+    words = "joint2, joint3, joint4 and joint5 can move while the tool stands still"
+    assert self_motion(lines) == words
+    assert self_motion(lines, (4,)) == ""

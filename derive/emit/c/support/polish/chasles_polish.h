@@ -126,12 +126,12 @@ static LANES_TARGET void POLISH_NAME(led)(const double *in, const POLISH_NAME(sl
 }
 #endif
 
-/* All branches of the true arm, in the slots of the nominal one's. */
-static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, double *residual,
-                                               double *margin)
+/* Finds all branches of the true arm, in the slots of the nominal one's; a solution may be in
+ * several slots. */
+static LANES_TARGET void POLISH_NAME(find)(POLISH_NAME(search) * s, const double *in, double *q,
+                                           double *residual, double *margin)
 {
     POLISH_NAME(slots) start;
-    POLISH_NAME(search) s;
     lanes first[(POLISH_SLOTS + LANES - 1) / LANES][4];
 #if POLISH_IS_SEARCHED
     int is_unsure[POLISH_SLOTS];
@@ -139,18 +139,18 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
     POLISH_NOMINAL(in, (double *)&start);
     for (int b = 0; b < POLISH_SLOTS; b += LANES) {
         lanes nominal;
-        POLISH_NAME(load)(start.q, b, &s.c);
+        POLISH_NAME(load)(start.q, b, &s->c);
         for (int k = 0; k < LANES; k++)
             ((double *)&nominal)[k] = start.residual[b + k < POLISH_SLOTS ? b + k : b];
         const lanes_where near =
             LANES_LT(nominal, POLISH_OF(POLISH_UNFOLDS ? POLISH_FOLD : POLISH_REACH));
 #if POLISH_IS_SEARCHED
-        POLISH_NAME(newton)(in, &near, &s.c, first[b / LANES]);
+        POLISH_NAME(newton)(in, &near, &s->c, first[b / LANES]);
 #else
-        POLISH_NAME(led)(in, &start, b, &near, &s.c, first[b / LANES]);
+        POLISH_NAME(led)(in, &start, b, &near, &s->c, first[b / LANES]);
 #endif
         for (int k = b; k < b + LANES && k < POLISH_SLOTS; k++)
-            POLISH_NAME(store)(&s.c, k - b, q + POLISH_N * k, residual + k);
+            POLISH_NAME(store)(&s->c, k - b, q + POLISH_N * k, residual + k);
     }
     memcpy(margin, start.margin, sizeof start.margin);
     for (int k = POLISH_SLOTS; k < POLISH_RESULTS; k++) {
@@ -158,44 +158,57 @@ static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, doub
         for (int i = 0; i < POLISH_N; i++)
             q[POLISH_N * k + i] = NAN;
     }
-    s.in = in, s.q = q, s.residual = residual, s.margin = margin, s.waiting = s.ways = 0;
-    POLISH_NAME(mark)(&s);
+    s->in = in, s->q = q, s->residual = residual, s->margin = margin, s->waiting = s->ways = 0;
+    POLISH_NAME(mark)(s);
 #if POLISH_IS_SEARCHED
 #if POLISH_UNFOLDS
-    if (POLISH_NAME(unfold)(&s, &start, (const double *)first) && !POLISH_IS_ASKED)
+    if (POLISH_NAME(unfold)(s, &start, (const double *)first) && !POLISH_IS_ASKED)
         return;
 #endif
 #if POLISH_IS_GENERAL
     if (!POLISH_NAME(is_rigid)(in) ||
-        (POLISH_NAME(ask)(&s, &start) && (s.count > 0 || POLISH_NAME(is_far)(&start))))
+        (POLISH_NAME(ask)(s, &start) && (s->count > 0 || POLISH_NAME(is_far)(&start))))
         return;
 #endif
     for (int k = 0; k < POLISH_SLOTS; k++) {
         const double *pivots = (const double *)first[k / LANES] + k % LANES;
-        int ways = POLISH_NAME(lines)(start.residual[k], residual[k], s.taken[k], pivots);
+        int ways = POLISH_NAME(lines)(start.residual[k], residual[k], s->taken[k], pivots);
         /* Where no branch has a solution, any may be the nearest. */
-        if (s.count == 0 && isfinite(start.residual[k]))
+        if (s->count == 0 && isfinite(start.residual[k]))
             ways = POLISH_FEW_WAYS;
         is_unsure[k] = ways > 0;
-        s.ways = ways > s.ways ? ways : s.ways;
+        s->ways = ways > s->ways ? ways : s->ways;
     }
-    if (s.ways == 0 || !POLISH_NAME(is_rigid)(in))
+    if (s->ways == 0 || !POLISH_NAME(is_rigid)(in))
         return;
     for (int k = 0; k < POLISH_SLOTS; k++) {
-        if (is_unsure[k] && !s.taken[k])
-            POLISH_NAME(add)(&s, start.q + POLISH_N * k, k, start.margin[k]);
+        if (is_unsure[k] && !s->taken[k])
+            POLISH_NAME(add)(s, start.q + POLISH_N * k, k, start.margin[k]);
     }
-    if (s.waiting > 0)
-        POLISH_NAME(follow)(&s);
+    if (s->waiting > 0)
+        POLISH_NAME(follow)(s);
 #if POLISH_N >= 6
-    POLISH_NAME(look)(&s, is_unsure);
+    POLISH_NAME(look)(s, is_unsure);
 #endif
     /* Arms of fewer joints cannot leave the poses that they reach along a line. */
-    if (POLISH_N < 6 || s.count == 0)
-        POLISH_NAME(around)(&s, is_unsure);
-    if (s.waiting > 0)
-        POLISH_NAME(follow)(&s);
+    if (POLISH_N < 6 || s->count == 0)
+        POLISH_NAME(around)(s, is_unsure);
+    if (s->waiting > 0)
+        POLISH_NAME(follow)(s);
 #endif
+}
+
+/* All branches of the true arm, each solution in one slot. */
+static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, double *residual,
+                                               double *margin)
+{
+    POLISH_NAME(search) s;
+    POLISH_NAME(find)(&s, in, q, residual, margin);
+    for (int k = 0; k < POLISH_RESULTS; k++) {
+        const int is_settled = s.taken[k] && residual[k] <= POLISH_SETTLED;
+        if (residual[k] <= POLISH_SOLVED && !is_settled)
+            POLISH_NAME(empty_copy)(&s, k);
+    }
 }
 
 #undef POLISH_NAME

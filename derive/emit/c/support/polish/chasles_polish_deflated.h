@@ -17,6 +17,9 @@
 #define CHASLES_FEW_SAMPLES 16
 #define CHASLES_LEAST_KNOWN 4
 #define CHASLES_MOST_KNOWN 16
+/* rad: half the way between two complex roots that are surely no real ones, even if a known root
+ * next to them is off by a third of it. */
+#define CHASLES_ALOOF 3e-3
 /* Cells that are looked at. */
 #define CHASLES_WIDE_CELLS 48
 /* Halvings of such a cell, to 1e-4 rad: beyond, a root is about real. */
@@ -101,7 +104,7 @@ typedef enum { CHASLES_UNCLEAR, CHASLES_COMPLETE, CHASLES_INCOMPLETE } chasles_p
 static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series *series, int degree)
 {
     const double radius = 0.5 * CHASLES_TURN / CHASLES_WIDE_CELLS;
-    const double wide = 1.0 + CHASLES_DOUBT / radius;
+    const double wide = 1.0 + CHASLES_ALOOF / radius;
     const double noise =
         CHASLES_UNSURE * series->noise + chasles_polish_left_out(series, degree, radius);
     double weight[CHASLES_TERMS][CHASLES_DEGREE + 1], c[CHASLES_LANES], s[CHASLES_LANES];
@@ -132,7 +135,7 @@ static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series 
                 continue;
             roots.count = roots.unresolved = roots.parts = 0;
             part.from = 2.0 * radius * (from + l), part.radius = radius, part.noise = noise;
-            part.nearly = CHASLES_DOUBT;
+            part.nearly = CHASLES_ALOOF;
             for (int k = 0; k < CHASLES_TERMS; k++)
                 part.t[k] = t[k][l];
             chasles_circle_divided(&part, CHASLES_WIDE_HALVINGS, &roots);

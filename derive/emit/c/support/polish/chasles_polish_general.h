@@ -17,7 +17,7 @@ static void POLISH_NAME(place)(POLISH_NAME(search) * s, const POLISH_NAME(slots)
             least_free = apart2, slot = k;
     }
     for (int k = 0; k < POLISH_RESULTS; k++) {
-        if (!s->taken[k] && POLISH_NAME(same)(q, s->q + POLISH_N * k))
+        if (!s->taken[k] && POLISH_NAME(same)(q, s->q + POLISH_N * k, POLISH_SAME))
             same = k;
         if (!s->taken[k] && slot < 0)
             slot = k;
@@ -146,7 +146,8 @@ static int POLISH_NAME(solve_generally)(const POLISH_NAME(search) * s,
             (found->count > 0 || k > 0))
             return 1;
     }
-    return 0;
+    /* Where the arms differ much, the search along lines of poses misses solutions. */
+    return POLISH_IS_ASKED && chasles_general_by_nearby(six, s->in, found);
 }
 
 /* Adds the solutions of the general solver that no slot holds; whether they surely are all. */

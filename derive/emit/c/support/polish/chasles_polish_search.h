@@ -24,7 +24,7 @@ typedef struct {
 static int POLISH_NAME(known)(const POLISH_NAME(search) * s, const double *q)
 {
     for (int k = 0; k < POLISH_RESULTS; k++) {
-        if (s->taken[k] && POLISH_NAME(same)(q, s->q + POLISH_N * k))
+        if (s->taken[k] && POLISH_NAME(same)(q, s->q + POLISH_N * k, POLISH_SAME))
             return 1;
     }
     return 0;
@@ -73,6 +73,49 @@ static void POLISH_NAME(repeat)(double *rows, int n, int count)
         for (int k = count; k < LANES; k++)
             rows[LANES * i + k] = rows[LANES * i];
     }
+}
+
+#if POLISH_IS_SEARCHED
+/* Ends the steps of a slot whose residual is valid but not settled. Returns whether they lead to
+ * the solution of another slot. */
+static LANES_TARGET int POLISH_NAME(is_led_to_known)(POLISH_NAME(search) * s, int slot)
+{
+    double found[POLISH_N], left, *rows = (double *)s->c.q;
+    for (int i = 0; i < POLISH_N; i++)
+        rows[LANES * i] = s->q[POLISH_N * slot + i];
+    POLISH_NAME(repeat)(rows, POLISH_N, 1);
+    POLISH_NAME(descend)(s->in, &s->c);
+    POLISH_NAME(store)(&s->c, 0, found, &left);
+    if (left <= POLISH_SETTLED && POLISH_NAME(known)(s, found))
+        return 1;
+    if (left < s->residual[slot]) {
+        memcpy(s->q + POLISH_N * slot, found, sizeof found);
+        s->residual[slot] = left;
+    }
+    return 0;
+}
+#endif
+
+/* Empties a slot whose residual is valid if it repeats the solution of another slot. */
+static LANES_TARGET void POLISH_NAME(empty_copy)(POLISH_NAME(search) * s, int slot)
+{
+    double *q = s->q + POLISH_N * slot;
+    int is_copy = 0;
+    s->taken[slot] = 0;
+#if POLISH_IS_SEARCHED
+    if (s->residual[slot] > POLISH_SETTLED)
+        is_copy = POLISH_NAME(is_led_to_known)(s, slot);
+#endif
+    const double near = s->residual[slot] > POLISH_SETTLED ? POLISH_SAME_AT_BORDER : POLISH_SAME;
+    for (int k = 0; k < POLISH_RESULTS; k++) {
+        is_copy = is_copy || (k != slot && s->residual[k] <= POLISH_SOLVED &&
+                              POLISH_NAME(same)(q, s->q + POLISH_N * k, near));
+    }
+    if (!is_copy)
+        return;
+    s->residual[slot] = NAN;
+    for (int i = 0; i < POLISH_N; i++)
+        q[i] = NAN;
 }
 
 /* Follows the starts that wait. */

@@ -370,13 +370,13 @@ POLISH_INLINE void POLISH_NAME(store)(const POLISH_NAME(configurations) * c, int
     *residual = sqrt(((const double *)&c->residual2)[lane]);
 }
 
-/* Whether two configurations are one. */
-static int POLISH_NAME(same)(const double *a, const double *b)
+/* Whether two configurations differ by less than a tolerance in every coordinate. */
+static int POLISH_NAME(same)(const double *a, const double *b, double tolerance)
 {
     static const double turns[] = POLISH_TURNS;
     for (int i = 0; i < POLISH_N; i++) {
         const double apart = fabs(a[i] - b[i]), other = 6.283185307179586 - apart;
-        if (!(apart < POLISH_SAME) && !(turns[i] > 0.0 && other < POLISH_SAME))
+        if (!(apart < tolerance) && !(turns[i] > 0.0 && other < tolerance))
             return 0;
     }
     return 1;

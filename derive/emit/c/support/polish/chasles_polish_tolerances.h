@@ -9,8 +9,13 @@
 #define POLISH_CLOSED 1e-14
 /* m, rad: residual below which a step without gain is the last: only rounding is left. */
 #define POLISH_SETTLED 1e-12
+/* m, rad: residual up to which a slot is a solution, as the runtime judges it. */
+#define POLISH_SOLVED 1e-9
 /* Coordinates (m, rad) of solutions closer than this are one. Double solutions differ by 1e-8. */
 #define POLISH_SAME 1e-6
+/* The same of a slot whose residual stays above POLISH_SETTLED: its pose is at the border of reach,
+ * where a residual of 1e-9 leaves coordinates unsure by its root. */
+#define POLISH_SAME_AT_BORDER 1e-4
 /* Entries of R R^T - 1 up to which R is a rotation that a pose may have: those of poses in double
  * precision are some 1e-15, in single precision 1e-7. */
 #define POLISH_RIGID 1e-9

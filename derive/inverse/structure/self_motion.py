@@ -1,0 +1,51 @@
+"""Arms that are singular in every configuration, and the joints that move without their tool."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...model.tolerances import JACOBIAN_RANK
+from . import rank
+from .lines import Lines
+from .words import listed
+
+PAIR = 2
+
+
+def self_motion(lines: Lines, given: Sequence[int] = ()) -> str:
+    """State which joints can move in every configuration while the tool stands still.
+
+    Args:
+        lines: The axes of all joints.
+        given: Indices of the joints with fixed values.
+
+    Returns:
+        A clause such as "the tool depends on joint5 + joint6 alone"; empty if none can.
+    """
+    left = lines.at_generic(given)
+    motions = [_null_space(J) for J in rank.jacobians(left)]
+    if not len(left.axes) or min(map(len, motions)) == 0:
+        return ""
+    moving = np.max([np.abs(motion).max(0) for motion in motions], axis=0) > JACOBIAN_RANK
+    joints = np.flatnonzero(moving)
+    names = [left.axes[k].name for k in joints]
+    sign = _constant_sign(motions, joints)
+    if sign:
+        return f"the tool depends on {names[0]} {'+' if sign < 0 else '-'} {names[1]} alone"
+    return f"{listed(names)} can move while the tool stands still"
+
+
+def _null_space(J: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Joint rates (k, n) that do not move the tool."""
+    _, sizes, V = np.linalg.svd(J)
+    return V[int((sizes > JACOBIAN_RANK).sum()) :]
+
+
+def _constant_sign(motions: Sequence[NDArray[np.float64]], joints: NDArray[np.intp]) -> float:
+    """The rate of the second of two joints in parts of the first, if it is 1 or -1; else 0."""
+    if len(joints) != PAIR or any(len(motion) > 1 for motion in motions):
+        return 0.0
+    ratios = np.array([motion[0, joints[1]] / motion[0, joints[0]] for motion in motions])
+    sign = float(np.sign(ratios[0]))
+    return sign if np.abs(ratios - sign).max() < JACOBIAN_RANK else 0.0

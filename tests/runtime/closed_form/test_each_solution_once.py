@@ -1,0 +1,82 @@
+"""Refined arms hold each solution in one slot, and every regular solution in some slot."""
+
+import numpy as np
+
+from chasles.derive import load, loads
+from tests.support.compiling import compiled
+from tests.support.derivations import description
+from tests.support.oracles.newton_solutions import regular_solutions
+
+FUNCTIONS = ("fk", "fk_jacobian_mixed", "ik")
+SAME = 1e-5
+"""rad: closer configurations are the same."""
+OFFSET_WRIST = """
+name = "offset_wrist"
+convention = "dh"
+units = { length = "mm", angle = "deg" }
+joints = [
+  { name = "j1", d = 352, a = 70, alpha = -90 },
+  { name = "j2", d = 0, a = 360, alpha = 0 },
+  { name = "j3", d = 0, a = 0, alpha = 90 },
+  { name = "j4", d = 380, a = 13.3, alpha = -90 },
+  { name = "j5", d = 0, a = 0, alpha = 90 },
+  { name = "j6", d = 65, a = 0, alpha = 0 },
+]
+"""
+"""An IRB 140 whose axis 5 misses axis 4 by 13.3 mm."""
+NEAR_WRIST = (
+    np.pi * np.array([0, 1, 1, 0.5, 1, 0]),
+    np.pi * np.array([1.5, 0, 1, 0.5, 1, 0]),
+    np.pi * np.array([-0.5, 0.5, 1, -0.5, 1, 0]),
+    np.array([-2.49425114, 0.00785660, 2.98636075, 1.45100495, 0.00447197, -2.49826848]),
+)
+"""Configurations near the singularity of this wrist; smallest singular values 0.007 to 0.009."""
+GEN3_COPY = np.array(
+    [
+        *(0.9055946431498554, -1.6327878738538129, 0.0028376153833931106),
+        *(1.0464269716842995, 0.8579756348333545, 2.799149637200186),
+    ]
+)
+"""A configuration whose pose has four solutions, two of which are nearly singular."""
+
+
+def wrapped(angles):
+    return (angles + np.pi) % (2 * np.pi) - np.pi
+
+
+def is_found(arm, solutions, q):
+    apart = np.abs(wrapped(solutions.q - q[..., None, :])).max(-1)
+    return (solutions.valid & (apart < SAME)).any(-1)
+
+
+def test_copies_of_nearly_singular_solutions_leave_their_slots(displaced_arm):
+    """Of pose 21, a slot ended 7e-8 rad from another one with a residual of 2e-10."""
+    arm, q = displaced_arm, np.random.default_rng(1).uniform(-np.pi, np.pi, (600, 6))
+    solutions = arm.ik(arm.fk(q))
+    np.testing.assert_array_equal(solutions.count, solutions.distinct().count)
+    assert len(regular_solutions(arm, arm.fk(q[21]))) == solutions.count[21]
+
+
+def test_shelf_arm_counts_each_solution_once(tmp_path):
+    arm = compiled(load(description("gen3_6dof")), tmp_path / "gen3_6dof", FUNCTIONS, ["c"])
+    solutions = arm.ik(arm.fk(GEN3_COPY))
+    assert solutions.count == solutions.distinct().count == 4
+    assert is_found(arm, solutions, GEN3_COPY)
+
+
+def test_offset_wrist_finds_solutions_that_no_nominal_branch_shows(tmp_path):
+    robot = loads(OFFSET_WRIST, "offset_wrist.toml")
+    arm = compiled(robot, tmp_path / "offset_wrist", FUNCTIONS, ["c"])
+    rng = np.random.default_rng(2)
+    right = rng.integers(0, 4, (300, 6)) * np.pi / 2
+    near = np.repeat(NEAR_WRIST, 20, 0) + rng.normal(scale=1e-4, size=(80, 6))
+    q = np.concatenate([NEAR_WRIST, near, right])
+    T, J = arm.fk_jacobian_mixed(q)
+    regular = np.linalg.svd(J, compute_uv=False)[:, -1] > 1e-3
+    assert regular.sum() > 200
+    solutions = arm.ik(T)
+    assert is_found(arm, solutions, q)[regular].all()
+    np.testing.assert_array_equal(solutions.count, solutions.distinct().count)
+    for k in range(2):
+        for other in regular_solutions(arm, T[k]):
+            assert is_found(arm, solutions.at(k), other)

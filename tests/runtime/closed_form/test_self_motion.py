@@ -1,0 +1,55 @@
+"""Poses that an arm reaches along a self-motion have a solution."""
+
+import numpy as np
+
+from chasles.derive import loads
+from tests.support.compiling import compiled
+
+RAIL = """
+name = "arm_on_rail"
+convention = "urdf"
+units = { length = "m", angle = "rad" }
+tool = { xyz = [0.06, 0, 0] }
+joints = [
+  { name = "rail", type = "prismatic", axis = [0, 1, 0], limits = [0, 1] },
+  { name = "j1", xyz = [0, 0, 0.1], axis = [0, 0, 1] },
+  { name = "j2", axis = [0, 1, 0] },
+  { name = "j3", xyz = [0, 0, 0.135], axis = [0, 1, 0] },
+  { name = "j4", xyz = [0.147, 0, 0], axis = [0, 1, 0] },
+]
+"""
+"""A turntable arm with three parallel axes; at j1 = 90 degrees the rail moves in their plane."""
+
+FAR_FROM_STARTS = (
+    324,
+    340,
+    652,
+    725,
+    738,
+    777,
+    797,
+    1166,
+    1273,
+    1284,
+    1571,
+    1583,
+    1594,
+    1649,
+    1810,
+)
+"""Poses to which Newton's steps do not lead from the isolated solutions with a turned tool."""
+
+
+def test_rail_in_plane_of_parallel_axes_loses_no_pose(tmp_path):
+    functions = ("fk", "fk_jacobian_mixed", "ik")
+    arm = compiled(loads(RAIL, "arm_on_rail.toml"), tmp_path / "arm_on_rail", functions, ["c"])
+    rng = np.random.default_rng(0)
+    q = rng.uniform(-1.5, 1.5, (2000, 5))
+    q[:, 0] = rng.uniform(0, 1, len(q))
+    q[:, 1] = np.pi / 2
+    T = arm.fk(q[list(FAR_FROM_STARTS)])
+    solutions = arm.ik(T)
+    assert (solutions.count > 0).all()
+    np.testing.assert_array_equal(solutions.count, solutions.distinct().count)
+    off = np.abs(arm.fk(solutions.q) - T[:, None]).max((-2, -1))
+    assert off[solutions.valid].max() < 1e-8
