@@ -474,13 +474,13 @@ def wall_rows(printed: dict[str, Printed]) -> list[Row]:
             "the text has: switch on, feed design data, define pick and drop spot, go to the next "
             "working area; ours grips, lifts, travels, lowers, releases, and goes back in three",
         ),
-        assumed(printed["laying"], built.sampled.t[-1], f"{speeds}, 0.4 s to grip and to release"),
-        assumed(
+        not_printed(printed["laying"], built.sampled.t[-1], f"{speeds}, 0.4 s to grip and to release"),
+        not_printed(
             printed["motors"],
             np.abs(built.sampled.qd).max(0),
             "pulleys of 10 mm for x and y and a sprocket of 15 mm are assumed",
         ),
-        assumed(printed["placed"], missed, "by forward kinematics of the motors' angles"),
+        not_printed(printed["placed"], missed, "by forward kinematics of the motors' angles"),
     ]
 
 
