@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -67,10 +68,21 @@ def _digits(value: Text, path: tuple[int, ...]) -> Iterator[Digit]:
         for k, part in enumerate(value):
             yield from _digits(part, (*path, k))
         return
+    if not _is_expression(value):
+        return
     for number in _NUMBER.finditer(value):
         yield from (
             Digit(path, k) for k in range(number.start(), number.end()) if value[k] != "."
         )
+
+
+def _is_expression(text: str) -> bool:
+    """Whether a text is a number or an equation; words are no expression."""
+    try:
+        ast.parse(text.strip(), mode="eval")
+    except SyntaxError:
+        return False
+    return True
 
 
 def survives(row: Row, digit: Digit) -> bool:
