@@ -8,7 +8,7 @@ and the chain of section 2.3 is `bricklaying_planar`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -57,7 +57,6 @@ GRIP = 0.4
 """Time to close or open the gripper [s]."""
 
 
-
 def deg(angle: float) -> float:
     """An angle in degrees [rad]."""
     return float(np.radians(angle))
@@ -85,7 +84,11 @@ CORRECTED = {
     "table_4_row_2_theta_rad": ("1.18", "68 deg for 67.88", deg(68)),
     "table_4_row_2_r": ("5.42", "5.02/sin 68 deg", 5.02 / np.sin(deg(68)) * INCH),
     "table_4_row_3_r": ("5.83", "2.99/cos 59 deg", 2.99 / np.cos(deg(59)) * INCH),
-    "table_4_row_5_theta": ("44", "44.49 rounded to 44.5, and again", deg(rounded_twice(44.493, 0))),
+    "table_4_row_5_theta": (
+        "44",
+        "44.49 rounded to 44.5, and again",
+        deg(rounded_twice(44.493, 0)),
+    ),
     "table_4_row_5_theta_rad": (
         "0.78",
         "45 deg = 0.79 rad, as the text has it, with its digits exchanged",
@@ -474,7 +477,9 @@ def wall_rows(printed: dict[str, Printed]) -> list[Row]:
             "the text has: switch on, feed design data, define pick and drop spot, go to the next "
             "working area; ours grips, lifts, travels, lowers, releases, and goes back in three",
         ),
-        not_printed(printed["laying"], built.sampled.t[-1], f"{speeds}, 0.4 s to grip and to release"),
+        not_printed(
+            printed["laying"], built.sampled.t[-1], f"{speeds}, 0.4 s to grip and to release"
+        ),
         not_printed(
             printed["motors"],
             np.abs(built.sampled.qd).max(0),

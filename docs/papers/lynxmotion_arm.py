@@ -55,6 +55,8 @@ FINE = 600.0
 GENERIC = "with lengths d1 70, a2 120, a3 90 and d5 50 mm"
 ROUNDING = 1e-9
 """Lengths [m] and angles [rad] that count as 0."""
+PHASES = 3
+"""Accelerated, uniform and decelerated."""
 BISECTIONS = 40
 
 
@@ -403,7 +405,7 @@ def straight_lines(printed: dict[str, Printed]) -> list[Row]:
     return [
         agrees(
             printed["phases"],
-            Finding(phases == 3, f"{phases} phases"),
+            Finding(phases == PHASES, f"{phases} phases"),
             "counted in the sampled speed of the first line",
         ),
         assumed(

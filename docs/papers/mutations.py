@@ -71,9 +71,7 @@ def _digits(value: Text, path: tuple[int, ...]) -> Iterator[Digit]:
     if not _is_expression(value):
         return
     for number in _NUMBER.finditer(value):
-        yield from (
-            Digit(path, k) for k in range(number.start(), number.end()) if value[k] != "."
-        )
+        yield from (Digit(path, k) for k in range(number.start(), number.end()) if value[k] != ".")
 
 
 def _is_expression(text: str) -> bool:
@@ -112,7 +110,7 @@ def _changes(printed: Printed, digit: Digit) -> tuple[list[Printed], list[Printe
     number = decimal(text)
     if number is None:
         figure = int(text[digit.index])
-        steps = [figure + 1 if figure < 9 else 8, figure - 1 if figure > 1 else figure + 2]
+        steps = [(figure + way) % 10 for way in (1, 2)]
         found = [_with_digit(printed, digit, f"{step}") for step in steps]
         return found, found
     unit = Decimal(1).scaleb(_exponent(text, digit.index))

@@ -14,7 +14,6 @@ from report import (
     at,
     consistent,
     erratum,
-    evaluated,
     lost,
     not_printed,
 )
@@ -74,6 +73,7 @@ def dimensions(printed: dict[str, Printed]) -> list[Row]:
             values["L"],
             "130",
             "table 2.1 and the conclusion have 130 mm; numbers for 170 mm are below too",
+            cause=("S_A, of the line above it", values["S_A"]),
         ),
     ]
 
@@ -236,7 +236,9 @@ def modes(printed: dict[str, Printed]) -> list[Row]:
         consistent(
             printed["modes"], x.shape[1], f"{TWICE}: slots of the solution, degree of (B.1.7)"
         ),
-        not_printed(printed["modes_found"], counts, "the paper does not ask; ours for all branches"),
+        not_printed(
+            printed["modes_found"], counts, "the paper does not ask; ours for all branches"
+        ),
     ]
 
 
@@ -259,7 +261,9 @@ def singularities(printed: dict[str, Printed]) -> list[Row]:
     words = "the paper does not ask"
     return [
         not_printed(printed["type_1"], way.type_1 * AHEAD[1], f"{words}; a leg is stretched"),
-        not_printed(printed["type_2"], way.type_2 * AHEAD[1], f"{words}; the platform gains a freedom"),
+        not_printed(
+            printed["type_2"], way.type_2 * AHEAD[1], f"{words}; the platform gains a freedom"
+        ),
         not_printed(printed["type_3"], third_kind()[:2], f"{words}; both at once, on the border"),
         not_printed(
             printed["velocity"],

@@ -20,7 +20,18 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from printed_items import UNITS, Printed, Text, Value, at, decimal, evaluated, read, texts, tolerance
+from printed_items import (
+    UNITS,
+    Printed,
+    Text,
+    Value,
+    at,
+    decimal,
+    evaluated,
+    read,
+    texts,
+    tolerance,
+)
 
 __all__ = [
     "Figures",

@@ -79,9 +79,7 @@ def rate(points: int, step: float) -> float:
 @cache
 def spread_maps(points: int, step: float) -> list[Any]:
     """Roadmaps with the step as the least distance between points."""
-    return [
-        roadmap(workshop(), points, dispersion=step, key=key) for key in range(SPREAD_RUNS)
-    ]
+    return [roadmap(workshop(), points, dispersion=step, key=key) for key in range(SPREAD_RUNS)]
 
 
 def spread_rate(points: int, step: float) -> float:
@@ -145,9 +143,7 @@ def claims(printed: dict[str, Printed]) -> list[Row]:
         ),
         in_one_reading(
             printed["fewer"],
-            Finding(
-                enough[LARGE] < enough[SMALL], f"{enough[LARGE]} points for {enough[SMALL]}"
-            ),
+            Finding(enough[LARGE] < enough[SMALL], f"{enough[LARGE]} points for {enough[SMALL]}"),
             f"steps 20 and 10 as longest way, for nine of ten runs. As least distance {FEW} points "
             f"find a path in {always} of {SPREAD_RUNS} runs",
         ),

@@ -283,9 +283,7 @@ def cylinder_speed_rows(
 ) -> list[Row]:
     """Figure 10, which has no value in mm/s that any law gives."""
     speeds = np.ptp(found.sampled.qd[:, CYLINDERS], axis=0)
-    by_law = {
-        name: np.ptp(own.sampled.qd[:, CYLINDERS], axis=0) for name, own in others.items()
-    }
+    by_law = {name: np.ptp(own.sampled.qd[:, CYLINDERS], axis=0) for name, own in others.items()}
     in_mm = [replace(printed[f"amplitude_v{k}"], unit="mm·deg/s") for k in range(1, 5)]
     unit = "mm deg/s read for the printed mm/s, the rates not converted from degrees"
     own = np.degrees(1e3 * speeds)
