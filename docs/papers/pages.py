@@ -63,7 +63,7 @@ Numbers in brackets are not printed: they were evaluated from the paper's equati
 of chasles, and of the board installer, whose equations are lost, from the model that we
 reconstructed. Statements in words stand in the paper's words, beside the numbers that bear them
 out or refute them; a word is never compared with a number. Printed equations stand in Python's
-notation, with their value behind; they are tested at generic values, with no angle or length 0."""
+notation, with their value behind; they are tested at generic values."""
 CHANGED = """\
 A test changes printed digits by the least number of units that leaves the tolerance: the verdict
 must fail. Rows that no digit can refute have no printed value, have words or equations without

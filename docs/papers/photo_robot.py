@@ -84,14 +84,16 @@ def parameters(printed: dict[str, Printed], robot: Any) -> list[Row]:
     """The lengths below (12), which prints r1 = 0 twice."""
     names = ("r10", "r2", "l3", "r40", "r6")
     ring_top = robot.link_poses(np.zeros(8))[2, 2, 3]
+    below = evaluated(printed["r20"]) - 1e3 * ring_top
     return [
         assumed(printed["unit"], "mm", "none is printed; the arm then reaches some metres"),
         *(consistent(printed[name], robot.parameters[name].value) for name in names),
         not_reproducible(
             printed["r20"],
             ring_top,
-            "no equation has r20; ours is the height of the ring's top by (3) to (5), which is r2. "
-            "The world frame cannot lie on the upper surface of the track, as the text assumes",
+            "no equation has r20; ours is the height of the ring's top in the world frame by (3) "
+            f"to (5), which is r2. With r20 the track's upper surface lies {below:.0f} mm "
+            "below this frame, although the text first takes it as the frame's height",
         ),
     ]
 

@@ -22,6 +22,8 @@ A, B = np.array([0.3, -0.7, 1.1]), np.array([-0.4, 0.9, 0.2])
 """Two vectors."""
 AXIS, V, THETA = np.array([2.0, -1.0, 2.0]) / 3, np.array([0.3, -0.2, 0.5]), 0.7
 """A screw with a unit vector omega, and an angle [rad]."""
+EXTENDED = np.array([0.4, 0, 0, 0.11, 0, 0.07, 0])
+"""Change of the joints from (63) at which (36) is tested, both telescopes extended [rad, m]."""
 TILT = 1e-6
 """The tilt of a parallel axis [rad]."""
 STEP = 1e-5
@@ -188,11 +190,12 @@ def jump_of_theta() -> float:
 def equation_rows(printed: dict[str, Printed]) -> list[Row]:
     """(25), (33) and (36) against the poses of the links."""
     well = robot()
-    poses = well.link_poses(well.actuators(initial()))
+    poses = well.link_poses(well.actuators(initial() + EXTENDED))
     T = dict(zip(well.frames.links, poses, strict=True))
     value = {name: parameter.value for name, parameter in well.parameters.items()}
-    own = T["arm_7"][:3, 3]
-    before = T["arm_5"][:3, 3] + T["arm_6"][:3, :3] @ (value["N_x"], value["N_y"], 0)
+    own, l_MN = T["arm_7"][:3, 3], EXTENDED[5]
+    four, five = T["arm_5"][:3, 0], T["arm_6"][:3, 0]
+    others = T["arm_5"][:3, 3] + l_MN * five + T["arm_6"][:3, :2] @ (value["N_x"], value["N_y"])
     pairs = (("arm_4", "arm_5"), ("arm_6", "arm_7"))
     shifts = [screws.inverse(T[a]) @ T[b] for a, b in pairs]
     y, tilt = [S[1, 3] for S in shifts], [np.abs(S[:2, 2]).max() for S in shifts]
@@ -207,8 +210,8 @@ def equation_rows(printed: dict[str, Printed]) -> list[Row]:
         erratum(
             printed["equation_36"],
             own,
-            before + value["l_LM"] * T["arm_5"][:3, 0],
-            "read l_LM, as (32) has it; l_MN is 0 in this motion",
-            evaluated=lambda _: before,
+            others + value["l_LM"] * four,
+            "read l_LM, as (32) has it; at (63) with theta1 0.4 rad, l_HI 110 and l_MN 70 mm",
+            evaluated=lambda _: others + l_MN * four,
         ),
     ]

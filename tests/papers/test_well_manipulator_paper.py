@@ -101,7 +101,7 @@ def test_known_errors_have_their_verdicts():
     for item, where in (
         ("r_B", "(64)"),
         ("z of R after 39 s", "section 5, (8)"),
-        ("0_7_p at the start", "(36)"),
+        ("0_7_p", "(36)"),
         ("coordinate systems 3 to 7", "section 4.1"),
         ("discontinuous points of model (6), which give (7)", "section 3.1, above (7)"),
         ("third term of the series of a rotation, at omega^3", "(5)"),
