@@ -100,8 +100,8 @@ def _holds(row: Row, changed: Printed) -> bool:
         raise ValueError(f"{row.item} does not keep how it was judged")
     try:
         return row.judge(changed).verdict == row.verdict
-    except (AssertionError, ArithmeticError):
-        return False
+    except (AssertionError, ArithmeticError, ValueError):
+        return False  # refuted, or an equation that has no value
 
 
 def _changes(printed: Printed, digit: Digit) -> tuple[list[Printed], list[Printed]]:

@@ -62,6 +62,7 @@ def test_changed_digits_refute_numbers_equations_and_causes():
         agrees(about, 0.0139),
         consistent(replace(angle, value=("1.36", "-0.5"), is_evaluated=True), [1.3649, -0.55]),
         agrees(equation, 9.0, evaluated=at(t2=2.0)),
+        agrees(replace(equation, value="sqrt(9 - x)"), 8**0.5, evaluated=at(x=1.0)),
         erratum(angle, 1.2, "1.20", cause=("1.36 is 78 deg", np.radians(78))),
     )
     for row in rows:
