@@ -8,7 +8,7 @@ and the chain of section 2.3 is `bricklaying_planar`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,22 @@ from typing import Any
 import bricklaying_pictures
 import numpy as np
 from numpy.typing import NDArray
-from report import Figures, Printed, Row, agrees, assumed, erratum, lost, read, show
+from report import (
+    ECHO,
+    TWICE,
+    Figures,
+    Printed,
+    Row,
+    agrees,
+    assumed,
+    at,
+    consistent,
+    erratum,
+    lost,
+    not_printed,
+    read,
+    show,
+)
 
 import chasles
 from chasles.derive import load, mobility
@@ -25,7 +40,7 @@ from chasles.study.motion import Sampled, Sequence, excesses, line
 
 FloatArray = NDArray[np.float64]
 
-INCH = 0.0254
+INCH, MM = 0.0254, 1e-3
 ROBOT_FILES = Path(__file__).parents[2] / "derive" / "robots"
 PICK_TO_DROP = 20.0
 """Time from the pick spot to a drop spot [s]; section 2.2 prints it."""
@@ -41,44 +56,86 @@ SPEED = {"speed": 0.12, "acceleration": 0.4, "jerk": 4.0}
 GRIP = 0.4
 """Time to close or open the gripper [s]."""
 
+
+def deg(angle: float) -> float:
+    """An angle in degrees [rad]."""
+    return float(np.radians(angle))
+
+
+def exchanged(value: float) -> str:
+    """A number to two decimals, with both decimals exchanged."""
+    text = f"{value:.2f}"
+    return text[:-2] + text[:-3:-1]
+
+
+def rounded_twice(value: float, digits: int) -> float:
+    """A number rounded to one digit more than wanted, and again, halves up."""
+    unit = 10.0**-digits
+    return float(np.floor(round(value, digits + 1) / unit + 0.5 + 1e-9) * unit)
+
+
 CORRECTED = {
-    "table_4_row_1_theta_rad": ("1.35", "78 deg was taken for 77.63"),
-    "table_4_row_1_r": ("5.09", "digits of 5.24 exchanged, which is 1.09/cos 78 deg"),
-    "table_4_row_2_theta_rad": ("1.18", "68 deg was taken for 67.88"),
-    "table_4_row_2_r": ("5.42", "5.02/sin 68 deg"),
-    "table_4_row_3_r": ("5.83", "2.99/cos 59 deg"),
-    "table_4_row_5_theta": ("44", "44.493 rounds down"),
-    "table_4_row_5_theta_rad": ("0.78", "digits exchanged; 45 deg is 0.79 rad, as the text has it"),
-    "table_4_row_5_r": ("7.19", "5.13/cos 45 deg"),
-    "table_5_row_1_theta_rad": ("0.800", "46 deg was taken for 45.84"),
-    "table_5_row_2_theta_rad": ("0.795", "46 deg was taken for 45.57"),
-    "table_5_row_2_r": ("2.84", "2.03/sin 46 deg"),
-    "table_5_row_4_theta_rad": ("0.790", "45.3 deg was taken for 45.287"),
-    "table_5_row_5_theta_rad": ("0.790", "45.3 deg was taken for 45.284"),
-    "text_1_row_1_r": ("5.09", "1.09/cos 78 deg"),
-    "text_1_row_1_omega": ("0.068", "1.36/20, rounded to 0.07; a zero was added"),
-    "text_1_row_2_omega": (
-        "0.059",
-        "1.19/20 is 0.0595, rounded to 0.06; a zero was added",
+    "table_4_row_1_theta_rad": ("1.35", "78 deg for 77.63", deg(78)),
+    "table_4_row_1_r": (
+        "5.09",
+        "1.09/cos 78 deg = 5.24 with its digits exchanged",
+        exchanged(1.09 / np.cos(deg(78))),
     ),
-    "text_1_row_2_numerator": ("5.02", "45.02/2.04 is printed for 5.02/2.04"),
-    "text_1_row_5_theta_rad": ("0.78", "45 deg was taken for 44.49"),
-    "text_1_row_5_omega": ("0.039", "0.79/20, with 0.79 for 0.777"),
-    "range_1_theta": ("0.58", "1.36 - 0.89: row 5 of table 4, misprinted, was left out"),
-    "range_2_theta": ("0.013", "0.803 - 0.787, both rounded"),
-    "other_root": ("15.04", "the coefficients of (16) are rounded"),
-    "distance": ("8.60", "the rounded wrist centre gives 8.605, rounded up"),
-    "A": ("35.54", "from the rounded distance 8.61"),
-    "B": ("89.99", "from the rounded distance 8.61; the angle is acute"),
-    "C": ("54.47", "180 deg less the two others"),
-    "A_prime": ("71.57", "35.54 + 36.03"),
-    "C_prime": ("125.53", "180 - 54.47"),
+    "table_4_row_2_theta_rad": ("1.18", "68 deg for 67.88", deg(68)),
+    "table_4_row_2_r": ("5.42", "5.02/sin 68 deg", 5.02 / np.sin(deg(68)) * INCH),
+    "table_4_row_3_r": ("5.83", "2.99/cos 59 deg", 2.99 / np.cos(deg(59)) * INCH),
+    "table_4_row_5_theta": (
+        "44",
+        "44.49 rounded to 44.5, and again",
+        deg(rounded_twice(44.493, 0)),
+    ),
+    "table_4_row_5_theta_rad": (
+        "0.78",
+        "45 deg = 0.79 rad, as the text has it, with its digits exchanged",
+        exchanged(deg(45)),
+    ),
+    "table_4_row_5_r": ("7.19", "5.13/cos 45 deg with 0.707 for the cosine", 5.13 / 0.707 * INCH),
+    "table_5_row_1_theta_rad": ("0.800", "46 deg for 45.84", deg(46)),
+    "table_5_row_2_theta_rad": ("0.795", "46 deg for 45.57", deg(46)),
+    "table_5_row_2_r": ("2.84", "2.03/sin 46 deg", 2.03 / np.sin(deg(46)) * INCH),
+    "table_5_row_4_theta_rad": ("0.790", "45.3 deg for 45.287", deg(45.3)),
+    "table_5_row_5_theta_rad": ("0.790", "45.3 deg for 45.284", deg(45.3)),
+    "text_1_row_1_r": ("5.09", "1.09/cos 78 deg", 1.09 / np.cos(deg(78)) * INCH),
+    "text_1_row_1_omega": ("0.068", "1.36/20 rounded to 0.07, and a zero", f"{1.36 / 20:.2f}0"),
+    "text_1_row_2_omega": ("0.059", "1.19/20 rounded to 0.06, and a zero", f"{1.19 / 20:.2f}0"),
+    "text_1_row_2_numerator": ("5.02", "", None),
+    "text_1_row_5_theta_rad": ("0.78", "45 deg for 44.49", deg(45)),
+    "text_1_row_5_omega": ("0.039", "0.79/20, with 0.79 for 0.777", 0.79 / 20),
+    "range_1_theta": (
+        "0.58",
+        "1.36 - 0.89: row 5 of table 4, misprinted, was left out",
+        1.36 - 0.89,
+    ),
+    "range_2_theta": ("0.013", "0.803 - 0.787, both rounded", 0.803 - 0.787),
+    "other_root": (
+        "15.04",
+        "(33.64 + 12.35)/3.06, with rounded coefficients",
+        (33.64 + 12.35) / 3.06 * INCH,
+    ),
+    "distance": (
+        "8.60",
+        "8.6049 by the rounded wrist centre, rounded to 8.605 and again",
+        rounded_twice(np.hypot(6.96, 5.06), 2) * INCH,
+    ),
+    "cosine_A": ("0.8137", "(74.13 + 49 - 25)/120.54, with 8.61^2", (74.13 + 49 - 25) / 120.54),
+    "A": ("35.54", "acos 0.8141", np.arccos(0.8141)),
+    "B": ("89.99", "acos((49 + 25 - 74.13)/70); the angle is acute", np.arccos((74 - 74.13) / 70)),
+    "C": ("54.47", "180 - 90.11 - 35.50", deg(180 - 90.11 - 35.50)),
+    "A_prime": ("71.57", "35.50 + 36.03", deg(35.50 + 36.03)),
+    "C_prime": ("125.53", "180 - 54.39", deg(180 - 54.39)),
 }
-"""What the paper should print, and why it prints something else."""
+"""What the paper should print, and how it came to its value: in words, and as a value."""
+NUMERATOR = "45.02/2.04 is printed for 5.02/2.04"
 
 
-PARTS = dict.fromkeys(("links", "joints"), "counted in our list of parts; the paper has none")
-"""Notes on the counts of the mechanism."""
+INPUTS = ("_x", "_y", "_time", "target", "lengths")
+"""Endings of the keys whose values chasles takes from the paper."""
+PARTS = "counted in our list of parts, which follows the paper's counts"
 IN_INCHES = {1: (4,), 2: (1, 3, 4, 5)}
 """Spots of each set-up whose r is printed right, but for its unit."""
 
@@ -98,8 +155,13 @@ def rows() -> list[Row]:
 def judged(printed: dict[str, Printed], key: str, ours: Any) -> Row:
     """An erratum where `CORRECTED` names one, else agreement; both are asserted."""
     if key in CORRECTED:
-        return erratum(printed[key], ours, *CORRECTED[key])
-    return agrees(printed[key], ours)
+        corrected, words, value = CORRECTED[key]
+        if value is None:
+            return erratum(printed[key], ours, corrected, NUMERATOR)
+        return erratum(printed[key], ours, corrected, cause=(words, value))
+    if printed[key].is_evaluated:
+        return consistent(printed[key], ours, TWICE)
+    return consistent(printed[key], ours) if key.endswith(INPUTS) else agrees(printed[key], ours)
 
 
 # Mobility
@@ -112,7 +174,7 @@ def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
         raise TypeError("the gantry has loops")
     counted = mobility(mechanism)
     by_numbers = mobility(lambda_=6, links=14, joints=15, freedom=15)
-    note = f"by (1) {by_numbers}; by the rank of the loops' equations {counted.true}"
+    note = f"(1) with lambda = 6, n = 14, j = 15, f = 15; by the rank of the loops {counted.true}"
     found = {
         "links": counted.bodies,
         "joints": counted.joints,
@@ -122,8 +184,11 @@ def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
         "width": chasles.load("bricklaying_gantry").parameters["w_y"].value,
     }
     return [
-        agrees(printed["mobility"], counted.kutzbach, note),
-        *(agrees(printed[key], value, PARTS.get(key, "")) for key, value in found.items()),
+        agrees(printed["mobility"], by_numbers, note),
+        *(
+            consistent(printed[key], value, ECHO if key == "width" else PARTS)
+            for key, value in found.items()
+        ),
     ]
 
 
@@ -204,10 +269,20 @@ def drop_spot_rows(printed: dict[str, Printed]) -> list[Row]:
             found += [judged(printed, key, values[name]) for key, name in keys if key in printed]
         for name in ("theta", "r", "omega"):
             ours = np.array([getattr(own, name) for own in spots(setup)])
-            found.append(agrees(printed[f"exact_{setup}_{name}"], ours))
+            found.append(judged(printed, f"exact_{setup}_{name}", ours))
             if (key := f"range_{setup}_{name}") in printed:
                 found.append(judged(printed, key, np.ptp(ours)))
+        found.append(positions(printed[f"orientation_{setup}"], spots(setup)))
     return found
+
+
+def positions(item: Printed, own: tuple[Spot, ...]) -> Row:
+    """The matrix X_wi of section 3.1 with the polar coordinates of a set-up."""
+    values = {f"r{k}": spot.r for k, spot in enumerate(own, 1)}
+    values |= {f"t{k}": spot.theta for k, spot in enumerate(own, 1)}
+    guide = np.array([[*spot.xy, 0] for spot in own])
+    words = "a table of positions, beside the guide's; no orientation is in it"
+    return agrees(item, guide, words, evaluated=at(**values))
 
 
 def unit_rows(printed: dict[str, Printed]) -> list[Row]:
@@ -224,8 +299,8 @@ def unit_rows(printed: dict[str, Printed]) -> list[Row]:
 
 def in_inches(item: Printed, ours: FloatArray) -> Row:
     """Lengths that agree in inches and not in the printed unit."""
-    agrees(replace(item, unit="in"), ours)
-    return erratum(item, ours, ours, "read in for mm, as in section 2.2")
+    cause = ("inches, as in section 2.2", ours / INCH * MM)
+    return erratum(item, ours, ours, "read in for mm", cause=cause)
 
 
 # The 7-5-5 chain
@@ -271,6 +346,7 @@ def inverse_rows(printed: dict[str, Printed]) -> list[Row]:
         "other_root": beyond[0, 3],
         "wrist_y": found.wrist[1],
         "distance": centre[1],
+        "cosine_A": np.cos(shoulder - found.line),
         "P": found.line,
         "A": shoulder - found.line,
         "B": np.pi - abs(elbow),
@@ -279,8 +355,49 @@ def inverse_rows(printed: dict[str, Printed]) -> list[Row]:
         "C_prime": np.pi - abs(wrist),
     }
     return [
+        *quadratic_rows(printed, found.line, np.array([found.wrist[0], beyond[0, 3]]) / INCH),
         *(judged(printed, key, value) for key, value in ours.items()),
         lost(printed["other_elbow"], found.q[1], "named, but not calculated in the paper"),
+    ]
+
+
+def quadratic_rows(printed: dict[str, Printed], line: float, roots: FloatArray) -> list[Row]:
+    """(12) to (17): the circle about the target, on the line from the origin to it [in].
+
+    A quadratic equation follows from its roots, which are x of both points that chasles finds.
+    """
+    slope = np.tan(line)
+    a = 1 + slope**2
+    b, c = -a * roots.sum(), a * roots.prod()
+    root = np.sqrt(b**2 - 4 * a * c)
+    x, y = roots[0], slope * roots[0]
+    return [
+        agrees(
+            printed["squares"],
+            np.array([(x - 11) ** 2, (y - 8) ** 2]),
+            "left sides, at the wrist centre",
+            evaluated=at(x=x, y=y),
+        ),
+        erratum(
+            printed["circle"],
+            c,
+            "160",
+            f"(13) and (14) print 25 each; 25 is the sum of both left sides, which are "
+            f"{(x - 11) ** 2:.3f} and {(y - 8) ** 2:.3f} at the wrist centre. (16) is right",
+            evaluated=at(),
+        ),
+        agrees(
+            printed["line_square"],
+            np.array([slope**2, 2 * 8 * slope, 8**2]),
+            evaluated=at(),
+        ),
+        agrees(printed["quadratic"], np.array([a, b, c]), "by the two points of circle and line"),
+        erratum(
+            printed["discriminant"],
+            root,
+            "12.36",
+            cause=("sqrt(1131.65 - 979.2), with rounded coefficients", np.sqrt(1131.65 - 979.2)),
+        ),
     ]
 
 
@@ -354,13 +471,21 @@ def wall_rows(printed: dict[str, Printed]) -> list[Row]:
         assumed(
             printed["bricks"], len(built.places), "four, three and two, each on two bricks below"
         ),
-        assumed(printed["laying"], built.sampled.t[-1], f"{speeds}, 0.4 s to grip and to release"),
-        assumed(
+        lost(
+            printed["flow_chart"],
+            f"{(built.sampled.stage[-1] + 1) / len(built.places):.0f} stages a brick",
+            "the text has: switch on, feed design data, define pick and drop spot, go to the next "
+            "working area; ours grips, lifts, travels, lowers, releases, and goes back in three",
+        ),
+        not_printed(
+            printed["laying"], built.sampled.t[-1], f"{speeds}, 0.4 s to grip and to release"
+        ),
+        not_printed(
             printed["motors"],
             np.abs(built.sampled.qd).max(0),
             "pulleys of 10 mm for x and y and a sprocket of 15 mm are assumed",
         ),
-        assumed(printed["placed"], missed, "by forward kinematics of the motors' angles"),
+        not_printed(printed["placed"], missed, "by forward kinematics of the motors' angles"),
     ]
 
 

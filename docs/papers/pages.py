@@ -10,10 +10,12 @@ from base64 import b64encode
 from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import mutations
 
 if TYPE_CHECKING:
     from report import Row
@@ -34,20 +36,38 @@ HEAD = ("item", "printed", "ours", "unit", "verdict", "where", "note")
 MEANINGS = {
     "agrees": "to half a unit of the last printed digit, or, where the paper says “about”, to the "
     "tolerance in the note, which quotes its words.",
-    "erratum": "the printed value fails, and the corrected one in the note holds.",
-    "assumed": "the paper needs the value and does not print it; the note gives our reason.",
-    "lost": "the text no longer has the value or the curve; ours stands in its place.",
+    "erratum": "the printed value fails, and the corrected one in the note holds. Where the note "
+    "names a cause, the printed value follows from it.",
+    "one reading": "the value follows in the reading of the note, which the paper does not state "
+    "and which other rows contradict.",
     "not reproducible": "the printed value does not follow from what the paper states; the note "
     "says what was tried.",
+    "consistency": "an input of chasles beside the number from which it was copied, or two "
+    "computations of one model. It shows that nothing was mistyped, and proves nothing of the "
+    "paper.",
+    "assumed": "the paper needs the value and does not print it; the note gives our reason.",
+    "lost": "the text no longer has the value or the curve; ours stands in its place.",
+    "not printed": "the paper neither prints the value nor needs it; ours adds to the paper.",
 }
 VERDICTS = tuple(MEANINGS)
+DIGITS = (
+    "rows that a digit refutes",
+    "their digits",
+    "no value printed",
+    "words, or no digits",
+    "wrong, cause unknown",
+)
 VERDICT_LIST = "\n".join(f"- **{name}**: {meaning}" for name, meaning in MEANINGS.items())
 EVALUATED = """\
-Where the column *where* says "evaluated", the paper prints the equations alone; the number beside
-ours was evaluated from them independently of chasles. Of the board installer even the equations
-are lost: the numbers follow from the model that we reconstructed, and show only that two
-computations of it agree. Where it says "in our words", the paper states the fact without a number.
-Printed equations stand in Python's notation, with their value behind."""
+Numbers in brackets are not printed: they were evaluated from the paper's equations independently
+of chasles, and of the board installer, whose equations are lost, from the model that we
+reconstructed. Statements in words stand in the paper's words, beside the numbers that bear them
+out or refute them; a word is never compared with a number. Printed equations stand in Python's
+notation, with their value behind; they are tested at generic values."""
+CHANGED = """\
+A test changes printed digits by the least number of units that leaves the tolerance: the verdict
+must fail. Rows that no digit can refute have no printed value, have words or equations without
+digits, or have a wrong value whose cause is not known; the table counts them by paper."""
 TITLE = "Five papers, number by number"
 INTRODUCTION = f"""\
 # {TITLE}
@@ -60,6 +80,8 @@ whose verdict does not hold stops the script.
 {VERDICT_LIST}
 
 {EVALUATED}
+
+{CHANGED}
 """
 STYLE = """\
 body { font: 16px/1.45 sans-serif; max-width: 75rem; margin: auto; padding: 1rem; color: #111; }
@@ -120,7 +142,7 @@ def reproduced(paper: str) -> Chapter:
     mpl.rcParams["figure.max_open_warning"] = 0  # each is closed once it is written
     start = time.perf_counter()
     script = importlib.import_module(paper)
-    rows = tuple(script.rows())
+    rows = tuple(replace(row, judge=None) for row in script.rows())  # functions do not travel
     folder = BUILD / paper
     folder.mkdir(parents=True, exist_ok=True)
     drawn = script.figures()
@@ -160,7 +182,8 @@ def written(stem: Path, picture: Any) -> Path:
 
 def summary(rows: dict[str, Sequence[Row]]) -> str:
     """The text of docs/papers.md: a table of verdicts, and the section of each paper."""
-    lines = [INTRODUCTION, *table(("paper", *VERDICTS), map(_counts, rows.items()))]
+    lines = [INTRODUCTION, *table(("paper", *VERDICTS), map(_counts, rows.items())), ""]
+    lines += table(("paper", *DIGITS), map(_digit_counts, rows.items()))
     return "\n".join([*lines, "", *(section(paper, own) for paper, own in rows.items())])
 
 
@@ -172,15 +195,25 @@ def section(paper: str, rows: Sequence[Row]) -> str:
     return "\n".join([*lines, ""])
 
 
-def counted(paper: str, rows: Sequence[Row]) -> str:
-    """The line of a paper in the table of verdicts."""
-    return table(("paper", *VERDICTS), [_counts((paper, rows))])[-1]
+def counted(paper: str, rows: Sequence[Row]) -> list[str]:
+    """The lines of a paper in the tables of verdicts and of digits."""
+    own = (paper, rows)
+    return [table(VERDICTS, [found(own)])[-1] for found in (_counts, _digit_counts)]
 
 
 def _counts(item: tuple[str, Sequence[Row]]) -> tuple[str, ...]:
     paper, rows = item
     found = Counter(row.verdict for row in rows)
     return (f"[{paper}](#{paper})", *(str(found[verdict]) for verdict in VERDICTS))
+
+
+def _digit_counts(item: tuple[str, Sequence[Row]]) -> tuple[str, ...]:
+    paper, rows = item
+    refuting = [row for row in rows if not mutations.exemption(row)]
+    without = mutations.exempt(rows)
+    figures = sum(len(mutations.digits(row)) for row in refuting)
+    counts = (len(refuting), figures, *(without[reason] for reason in mutations.EXEMPTIONS))
+    return (f"[{paper}](#{paper})", *map(str, counts))
 
 
 def cells(row: Row) -> tuple[str, ...]:
@@ -196,25 +229,30 @@ def table(head: Sequence[str], rows: Any) -> list[str]:
 
 def html_page(chapters: Sequence[Chapter]) -> str:
     """The report as one file: style and pictures are part of it."""
-    counts = [_counts((chapter.paper, chapter.rows))[1:] for chapter in chapters]
-    titles = [f'<a href="#{own.paper}">{html.escape(own.title)}</a>' for own in chapters]
-    lines = [
-        f"<tr><td>{title}</td>{_html_cells(count, 'td')}</tr>"
-        for title, count in zip(titles, counts, strict=True)
-    ]
+    verdicts = _html_counts(chapters, VERDICTS, _counts)
+    digits = _html_counts(chapters, DIGITS, _digit_counts)
     meanings = [
         f"<li><b>{name}</b>: {html.escape(meaning)}</li>" for name, meaning in MEANINGS.items()
     ]
     body = [
         f"<h1>{TITLE}</h1>",
-        f"<ul>{''.join(meanings)}</ul><p>{html.escape(EVALUATED.replace('*', ''))}</p>",
-        f"<table><tr>{_html_cells(('paper', *VERDICTS), 'th')}</tr>{''.join(lines)}</table>",
+        f"<ul>{''.join(meanings)}</ul><p>{html.escape(EVALUATED)}</p>{verdicts}",
+        f"<p>{html.escape(CHANGED)}</p>{digits}",
         *map(_html_chapter, chapters),
     ]
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         f"<title>{TITLE}</title><style>{STYLE}</style></head><body>{''.join(body)}</body></html>\n"
     )
+
+
+def _html_counts(chapters: Sequence[Chapter], head: Sequence[str], count: Any) -> str:
+    lines = [
+        f'<tr><td><a href="#{own.paper}">{html.escape(own.title)}</a></td>'
+        f"{_html_cells(count((own.paper, own.rows))[1:], 'td')}</tr>"
+        for own in chapters
+    ]
+    return f"<table><tr>{_html_cells(('paper', *head), 'th')}</tr>{''.join(lines)}</table>"
 
 
 def _html_chapter(chapter: Chapter) -> str:

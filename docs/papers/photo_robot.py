@@ -14,13 +14,19 @@ from typing import Any
 
 import numpy as np
 from report import (
+    TWICE,
     Figures,
+    Finding,
     Printed,
     Row,
     agrees,
     assumed,
+    at,
+    consistent,
     erratum,
     evaluated,
+    not_printed,
+    not_reproducible,
     read,
     show,
 )
@@ -63,10 +69,10 @@ def structure(printed: dict[str, Printed], robot: Any) -> list[Row]:
     rank = np.linalg.matrix_rank(robot.jacobian_mixed(POSTURE))
     reached = robot.ik(robot.fk(POSTURE), POSTURE[0], POSTURE[3])
     return [
-        agrees(printed["freedoms"], robot.n),
+        consistent(printed["freedoms"], robot.n),
         agrees(printed["kinds"], f"{letters[:5]}-{meet}", "the last three axes meet in a point"),
         agrees(printed["redundancy"], robot.n - int(rank), "8 less the rank of the Jacobian"),
-        assumed(
+        not_printed(
             printed["inverse"],
             int(reached.count),
             "closed form; number of solutions at the posture below, with its slides given",
@@ -77,27 +83,68 @@ def structure(printed: dict[str, Printed], robot: Any) -> list[Row]:
 def parameters(printed: dict[str, Printed], robot: Any) -> list[Row]:
     """The lengths below (12), which prints r1 = 0 twice."""
     names = ("r10", "r2", "l3", "r40", "r6")
+    ring_top = robot.link_poses(np.zeros(8))[2, 2, 3]
+    below = evaluated(printed["r20"]) - 1e3 * ring_top
     return [
         assumed(printed["unit"], "mm", "none is printed; the arm then reaches some metres"),
-        *(agrees(printed[name], robot.parameters[name].value) for name in names),
+        *(consistent(printed[name], robot.parameters[name].value) for name in names),
+        not_reproducible(
+            printed["r20"],
+            ring_top,
+            "no equation has r20; ours is the height of the ring's top in the world frame by (3) "
+            f"to (5), which is r2. With r20 the track's upper surface lies {below:.0f} mm "
+            "below this frame, although the text first takes it as the frame's height",
+        ),
     ]
 
 
 def matrices(printed: dict[str, Printed], robot: Any) -> list[Row]:
-    """Table 1 by (1) at zero, and (3) to (11) at a posture, beside the poses of the links."""
-    rows = evaluated(printed["table_1"], **lengths(robot))
-    table = [
-        evaluated(printed["dh"], theta=theta, r=r, l=length, alpha=alpha)
-        for theta, r, length, alpha in rows
-    ]
-    zero, posture = steps(robot, np.zeros(8)), steps(robot, POSTURE)
+    """(1) at generic values, and table 1 and (3) to (11) at a posture, beside the links' poses."""
+    joint, theta = chasles.load(HERE / "robots" / "dh_row.toml"), 0.7
+    T, own = joint.fk([theta]), steps(robot, POSTURE)
+    values, symbols = lengths(joint) | {"theta": theta}, at_posture(robot)
+    right = Printed("", str(printed["dh_22"].value).replace("sin(theta)", "cos(theta)"), "", "")
     return [
-        agrees(printed["dh"], zero[3], "with row 2-3 of table 1", evaluated=table[3]),
-        agrees(printed["table_1"], zero[:8], "by (1)", evaluated=np.array(table)),
-        *(
-            agrees(printed[name], own, "at the posture below", evaluated=matrix(printed, name))
-            for name, own in zip(MATRICES, posture, strict=True)
+        agrees(
+            printed["dh"],
+            np.delete(T.ravel(), 5),
+            "theta 0.7, alpha 0.3 rad, r 0.21, l 0.34 m",
+            evaluated=lambda item: evaluated_rows(item, values),
         ),
+        erratum(
+            printed["dh_22"],
+            T[1, 1],
+            evaluated(right, **values),
+            "cos(theta) for sin(theta); at the same values. Each alpha of table 1 is ±90 deg, "
+            "where the entry vanishes",
+            evaluated=at(**values),
+        ),
+        consistent(
+            printed["table_1"],
+            own[:8],
+            "an input of chasles, by (1) with its erratum corrected, at the posture below",
+            evaluated=lambda item: by_corrected_dh(item, symbols),
+        ),
+        *(
+            agrees(printed[name], step, "at the posture below", evaluated=at(**symbols))
+            for name, step in zip(MATRICES, own, strict=True)
+        ),
+    ]
+
+
+def by_corrected_dh(table: Printed, symbols: dict[str, float]) -> Any:
+    """(8, 4, 4) the rows of table 1 as matrices."""
+    return np.array([dh_matrix(*row) for row in evaluated(table, **symbols)])
+
+
+def dh_matrix(theta: float, r: float, length: float, alpha: float) -> Any:
+    """(1) with its erratum corrected."""
+    c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
+    return [
+        [c, -ca * s, s * sa, length * c],
+        [s, ca * c, -c * sa, length * s],
+        [0, sa, ca, r],
+        [0, 0, 0, 1],
     ]
 
 
@@ -106,11 +153,10 @@ def lengths(robot: Any) -> dict[str, float]:
     return {name: parameter.value for name, parameter in robot.parameters.items()}
 
 
-def matrix(printed: dict[str, Printed], name: str) -> Any:
-    """A printed matrix of (3) to (11) at the posture."""
+def at_posture(robot: Any) -> dict[str, float]:
+    """The symbols of table 1 and of (3) to (11) at the posture."""
     symbols = ("r1", "t2", "t3", "r4", "t5", "t6", "t7", "tee")
-    values = dict(zip(symbols, POSTURE, strict=True)) | lengths(chasles.load("photo_robot"))
-    return evaluated(printed[name], **values)
+    return dict(zip(symbols, map(float, POSTURE), strict=True)) | lengths(robot)
 
 
 def steps(robot: Any, q: Any) -> Any:
@@ -120,7 +166,7 @@ def steps(robot: Any, q: Any) -> Any:
 
 
 def s_model(printed: dict[str, Printed]) -> list[Row]:
-    """(2) entry by entry, beside a joint with six numbers other than zero."""
+    """(2) beside a joint with six numbers other than zero, and (11) beside (2)."""
     joint, theta = chasles.load(HERE / "robots" / "s_model.toml"), 0.7
     T = joint.fk([theta])
     numbers = lengths(joint)
@@ -128,33 +174,37 @@ def s_model(printed: dict[str, Printed]) -> list[Row]:
     for name in ("alpha", "beta"):
         symbols |= {f"c{name[0]}": np.cos(numbers[name]), f"s{name[0]}": np.sin(numbers[name])}
     right = Printed("", str(printed["s_model_y"].value).replace("ca*cb", "ca*ct"), "m", "")
-    entries = evaluated_rows(printed["s_model"], symbols)
+    last = chasles.load(HERE / "robots" / "s_model_zero.toml").fk(POSTURE[-1:])
+    c, s = np.cos(POSTURE[-1]), np.sin(POSTURE[-1])
     return [
         agrees(
             printed["s_model"],
             np.delete(T[:3].ravel(), 7),
             "theta 0.7, alpha 0.3, beta -0.4 rad, (x, y, z) = (0.11, 0.23, -0.17) m",
-            evaluated=entries,
+            evaluated=lambda item: evaluated_rows(item, symbols),
         ),
         erratum(
             printed["s_model_y"],
             T[1, 3],
             evaluated(right, **symbols),
             "cos(beta) for cos(theta): y multiplies cos(alpha) cos(theta) + sin sin sin",
-            evaluated=evaluated(printed["s_model_y"], **symbols),
+            evaluated=at(**symbols),
+        ),
+        erratum(
+            printed["Aee_by_2"],
+            last[:2, :2],
+            np.array([[c, -s], [s, c]]),
+            "(11) rotates by -theta_ee, (2) with row 7-EE of table 1 by +theta_ee; at -0.9 rad. "
+            "The robot follows (11), with direction = -1",
+            evaluated=at(tee=POSTURE[-1]),
         ),
     ]
 
 
 def evaluated_rows(printed: Printed, symbols: dict[str, float]) -> Any:
     """Printed equations in rows of different lengths, one after the other."""
-    return np.array(
-        [
-            evaluated(Printed("", text, "", ""), **symbols)
-            for row in printed.value or ()
-            for text in row
-        ]
-    )
+    texts = [text for row in printed.value or () for text in row]
+    return np.array([evaluated(Printed("", text, "", ""), **symbols) for text in texts])
 
 
 def poses(printed: dict[str, Printed], robot: Any) -> list[Row]:
@@ -164,8 +214,10 @@ def poses(printed: dict[str, Printed], robot: Any) -> list[Row]:
         T_w_ee, T_w_0 = robot.fk(q), robot.link_poses(q)[0]
         found += columns(printed[f"{name}_world"], T_w_ee)
         found += columns(printed[f"{name}_track"], np.linalg.solve(T_w_0, T_w_ee))
-    product = np.linalg.multi_dot([matrix(printed, name) for name in MATRICES[1:]])
-    whole = matrix(printed, "A0") @ product
+    symbols = at_posture(robot)
+    first, *others = (evaluated(printed[name], **symbols) for name in MATRICES)
+    product = np.linalg.multi_dot(others)
+    whole = first @ product
     note = "A0 is missing although the text says world frame: read A0 A1 ... A7 Aee; at the posture"
     return [
         erratum(
@@ -173,7 +225,7 @@ def poses(printed: dict[str, Printed], robot: Any) -> list[Row]:
             robot.fk(POSTURE)[:3, 3],
             whole[:3, 3],
             note,
-            evaluated=product[:3, 3],
+            evaluated=lambda _: product[:3, 3],
         ),
         *found,
     ]
@@ -183,29 +235,47 @@ def columns(pose: Printed, ours: Any) -> list[Row]:
     """A row for each axis of a pose, and for its position."""
     table = np.array(pose.value)
     return [
-        agrees(
+        consistent(
             replace(pose, item=f"{pose.item}: {name}", value=tuple(table[:, k])),
             ours[:3, k],
-            pose.text,
+            f"{TWICE}; {pose.text}" if pose.text else TWICE,
         )
         for k, name in enumerate(("x axis", "y axis", "z axis", "position [m]"))
     ]
 
 
 def calibration(printed: dict[str, Printed]) -> list[Row]:
-    """Whether the model has a number for each displacement of each axis."""
+    """Section 5's claims on the model: complete and continuous."""
     folder = Path(chasles.derive.__file__).parent / "robots"
     report = chasles.derive.model_report(chasles.derive.load(folder / "photo_robot.toml"))
-    words = "complete" if report.rank == report.identifiable else "not complete"
-    note = f"rank {report.rank} of {report.identifiable} = 4 r + 2 t + 6 with base and tool"
+    complete = report.rank == report.identifiable
+    rank = f"rank {report.rank} of {report.identifiable} = 4 r + 2 t + 6 with base and tool"
+    rows = [quality(joint, "dh") for joint in report.joints]
+    by_ee = quality(report.joints[-1], "s_model").completed
+    zeros = dict.fromkeys(by_ee.free_symbols, 0)
+    values = [*(row.value for row in rows), float(by_ee.subs(zeros))]
     return [
-        agrees(printed["complete"], words, note),
-        assumed(
+        agrees(printed["complete"], Finding(complete, rank)),
+        agrees(
+            printed["continuous"],
+            Finding(
+                all(row.is_continuous for row in rows) and min(values) > 0,
+                f"least det(D^T D) {min(values):.1f}",
+            ),
+            f"{rows[0].completed} by DH, and each alpha between two axes is ±90 deg; "
+            f"{by_ee} by the S-model, and row 7-EE is 0",
+        ),
+        not_printed(
             printed["numbers"],
             report.identifiable,
             f"of {report.numbers} numbers in the paper's conventions, base and tool included",
         ),
     ]
+
+
+def quality(joint: Any, convention: str) -> Any:
+    """The quality of a convention at a joint."""
+    return next(own for own in joint.conventions if own.convention == convention)
 
 
 def figure_3(printed: dict[str, Printed], robot: Any) -> list[Row]:

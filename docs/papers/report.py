@@ -2,18 +2,7 @@
 
 Each script of this folder has two functions. `rows()` returns a list of `Row`, `figures()` a dict
 from the caption of a figure to the matplotlib figure, or to a function that writes an animation to
-the GIF that it is given. The numbers of a paper stand in `printed/<paper>.toml`, a table an item:
-
-    [theta_of_row_5]
-    item = "angle of row 5"         # name in the tables; default: the key
-    value = "0.97"                  # a string, so that its digits count; a list of strings, nested
-                                    # too; a string that is no number; left out where it is lost
-    unit = "rad"                    # a unit of UNITS; default: none
-    where = "table 4, row 5"
-    digits = 4                      # decimals of ours; default: one more than printed, and more
-                                    # where ours would stand just at the edge of agreement
-    about = "0.1"                   # the paper's "about" as a tolerance in the unit
-    text = "an angle of about 1"    # the paper's words, "about" among them; obligatory with it
+the GIF that it is given. `printed_items.py` reads what a paper prints.
 
     $ python docs/papers/photo_robot.py       # the table of one paper
     $ python docs/papers/report.py            # all tables and pictures in build/reproduce
@@ -23,54 +12,72 @@ the GIF that it is given. The numbers of a paper stand in `printed/<paper>.toml`
 from __future__ import annotations
 
 import sys
-import tomllib
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from decimal import Decimal, InvalidOperation
-from math import acos, atan2, cos, pi, sin, sqrt
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from decimal import Decimal
+from functools import wraps
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from printed_items import (
+    UNITS,
+    Printed,
+    Text,
+    Value,
+    at,
+    decimal,
+    evaluated,
+    read,
+    texts,
+    tolerance,
+)
 
-Verdict = Literal["agrees", "erratum", "assumed", "lost", "not reproducible"]
-Value = Any
-"""A number, an array, or words; numbers in metres, radians and seconds."""
-Text = str | tuple["Text", ...]
-"""A printed value: the string of a number or word, or rows of them."""
+__all__ = [
+    "Figures",
+    "Finding",
+    "Printed",
+    "Refuted",
+    "Row",
+    "agrees",
+    "assumed",
+    "at",
+    "consistent",
+    "erratum",
+    "evaluated",
+    "in_one_reading",
+    "lost",
+    "not_printed",
+    "not_reproducible",
+    "read",
+    "show",
+]
 
-PRINTED = Path(__file__).parent / "printed"
-UNITS = {
-    "": 1.0,
-    "m": 1.0,
-    "cm": 1e-2,
-    "mm": 1e-3,
-    "in": 0.0254,
-    "mm²": 1e-6,
-    "m²": 1.0,
-    "m³": 1.0,
-    "rad": 1.0,
-    "deg": pi / 180,
-    "%": 1e-2,
-    "s": 1.0,
-    "m/s": 1.0,
-    "mm/s": 1e-3,
-    "in/s": 0.0254,
-    "mm·deg/s": 1e-3 * pi / 180,
-    "rad/s": 1.0,
-    "deg/s": pi / 180,
-    "rad/s²": 1.0,
-    "deg/s²": pi / 180,
-    "mm/s²": 1e-3,
-}
-"""What a printed unit is in metres, radians and seconds."""
+Verdict = Literal[
+    "agrees",
+    "erratum",
+    "one reading",
+    "not reproducible",
+    "consistency",
+    "assumed",
+    "lost",
+    "not printed",
+]
+Equation = Callable[[Printed], Value]
+"""Evaluates the equations of an item."""
+ECHO = "an input of chasles"
+"""Reason of rows that compare an input with the number from which it was copied."""
+TWICE = "two computations of one model"
+"""Reason of rows that compare chasles with other computations by the paper's equations."""
+
 ROUNDING = 1e-9
-"""Part of a value that the arithmetic of a comparison may lose; a printed 0.65 stands for numbers
-up to 0.655, which no float is exactly."""
-_MOST_DECIMALS = 12
-_MOST_SHOWN = 6
+"""Part of a value that the arithmetic of an equation may lose."""
+EDGE = 1e-12
+"""Part of a number by which the edge of agreement is widened: a printed 0.65 stands for numbers up
+to 0.655, which no float is exactly."""
+_MAX_DECIMALS = 12
+_MAX_SHOWN = 6
 """Entries of equations whose values the tables show."""
-_FUNCTIONS = {"pi": pi, "cos": cos, "sin": sin, "atan2": atan2, "acos": acos, "sqrt": sqrt}
 
 
 class Refuted(AssertionError):
@@ -78,27 +85,16 @@ class Refuted(AssertionError):
 
 
 @dataclass(frozen=True)
-class Printed:
-    """An item as a paper prints it.
+class Finding:
+    """What chasles finds on a statement in words.
 
     Attributes:
-        item: Its name.
-        value: The number or the words as printed, or rows of them; None: not printed, or lost.
-        unit: Its unit, one of `UNITS`.
-        where: Where it stands in the paper.
-        about: The tolerance [unit] that the paper's words leave; None: half a unit of the last
-            printed digit.
-        text: The paper's words.
-        digits: Decimals to which ours is shown; None: one more than printed.
+        holds: Whether the statement is true.
+        evidence: The numbers that show it, for the table.
     """
 
-    item: str
-    value: Text | None
-    unit: str
-    where: str
-    about: str | None = None
-    text: str = ""
-    digits: int | None = None
+    holds: bool
+    evidence: str
 
 
 @dataclass(frozen=True)
@@ -107,13 +103,16 @@ class Row:
 
     Attributes:
         item: Its name.
-        printed: The value as printed [unit]; None: not printed, or lost.
+        printed: The value as printed [unit], in brackets where it was evaluated; None: not
+            printed, or lost.
         ours: The value by chasles [unit]; None where there is none.
         unit: The unit of both.
         verdict: What comparing them gave.
         where: Where the item stands in the paper.
         note: The corrected value, the paper's "about", what was tried or assumed.
         digits: Decimals to which `ours` is shown where it is a number.
+        source: The item that was judged.
+        judge: Asserts the verdict of another item in its place.
     """
 
     item: str
@@ -124,6 +123,8 @@ class Row:
     where: str
     note: str = ""
     digits: int = 6
+    source: Printed | None = field(default=None, repr=False, compare=False)
+    judge: Callable[[Printed], Row] | None = field(default=None, repr=False, compare=False)
 
     @property
     def shown(self) -> tuple[str, str]:
@@ -132,115 +133,140 @@ class Row:
         return printed, _number(self.ours, self.digits) if self.ours is not None else "-"
 
 
-def read(paper: str) -> dict[str, Printed]:
-    """What a paper prints, by key.
+def _repeatable(verdict: Callable[..., Row]) -> Callable[..., Row]:
+    """Keeps with the row how its verdict is asserted, so that other digits can be judged."""
 
-    Args:
-        paper: The name of the file in `printed/`, without its ending.
+    @wraps(verdict)
+    def judged(printed: Printed, *values: Any, **named: Any) -> Row:
+        row = verdict(printed, *values, **named)
+        return replace(row, source=printed, judge=lambda other: verdict(other, *values, **named))
 
-    Raises:
-        ValueError: A unit is unknown, or an "about" lacks the paper's words.
-    """
-    tables = tomllib.loads((PRINTED / f"{paper}.toml").read_text(encoding="utf-8"))
-    return {key: _printed(f"{paper}.toml, {key}", key, table) for key, table in tables.items()}
+    return judged
 
 
-def _printed(place: str, key: str, table: dict[str, Any]) -> Printed:
-    unit, about = table.get("unit", ""), table.get("about")
-    if unit not in UNITS:
-        raise ValueError(f"{place}: expected a unit of {', '.join(UNITS)}, got {unit}")
-    if about is not None and "about" not in table.get("text", ""):
-        raise ValueError(f"{place}: about = {about} stands without the paper's words in text")
-    value = _frozen(table["value"]) if "value" in table else None
-    item = table.get("item", key.replace("_", " "))
-    text, digits = table.get("text", ""), table.get("digits")
-    return Printed(item, value, unit, table["where"], about, text, digits)
-
-
-def _frozen(value: Any) -> Text:
-    return tuple(map(_frozen, value)) if isinstance(value, list) else str(value)
-
-
-def evaluated(printed: Printed, **values: float) -> Any:
-    """What printed equations give, in the shape in which they are printed.
-
-    Args:
-        printed: The item; its value is an equation in Python's notation, or rows of them.
-        values: The symbols in them, in metres and radians; cos, sin and the like are known.
-
-    Returns:
-        A number or an array. An item without numbers left in it evaluates to its numbers.
-    """
-
-    def value(text: Text | None) -> Any:
-        if isinstance(text, tuple):
-            return [value(part) for part in text]
-        return eval(str(text), {"__builtins__": {}}, {**_FUNCTIONS, **values})
-
-    found = value(printed.value)
-    return np.array(found) if isinstance(found, list) else found
-
-
-def agrees(printed: Printed, ours: Value, note: str = "", *, evaluated: Value = None) -> Row:
+@_repeatable
+def agrees(
+    printed: Printed, ours: Value, note: str = "", *, evaluated: Equation | None = None
+) -> Row:
     """The value agrees with the printed one to half a unit of its last digit, or to its "about".
 
     Args:
         printed: The item; its value is a number, words or rows of them.
-        ours: The value by chasles in metres, radians and seconds, shaped like the printed one.
+        ours: The value by chasles in metres, radians and seconds, shaped like the printed one; a
+            `Finding` for a statement.
         note: What a reader should know.
-        evaluated: What the printed equations give, where the item is one: then ours is the same to
+        evaluated: Evaluates the printed equations, where the item is one: ours is the same to
             rounding.
 
     Raises:
-        Refuted: It does not agree.
+        Refuted: It does not agree, or the paper does not print the value.
     """
+    if printed.is_evaluated:
+        raise Refuted(f"{printed.item}: the paper does not print the value; it is consistent")
+    return _agreeing(printed, ours, "agrees", note, evaluated)
+
+
+@_repeatable
+def consistent(
+    printed: Printed, ours: Value, reason: str = ECHO, *, evaluated: Equation | None = None
+) -> Row:
+    """The value agrees, and proves nothing of the paper: an input, or one model computed twice.
+
+    Raises:
+        Refuted: It does not agree, or the reason is empty.
+    """
+    if not reason:
+        raise Refuted(f"{printed.item}: no reason is given")
+    return _agreeing(printed, ours, "consistency", reason, evaluated)
+
+
+@_repeatable
+def in_one_reading(printed: Printed, ours: Value, reading: str) -> Row:
+    """The value agrees in a reading that the paper does not state.
+
+    Raises:
+        Refuted: It does not agree, or the reading is not named.
+    """
+    if not reading:
+        raise Refuted(f"{printed.item}: the reading is not named")
+    return _agreeing(printed, ours, "one reading", reading, None)
+
+
+def _agreeing(
+    printed: Printed, ours: Value, verdict: Verdict, note: str, evaluated: Equation | None
+) -> Row:
     if printed.value is None:
         raise Refuted(f"{printed.item}: nothing is printed that could agree")
-    if not _same(printed.value if evaluated is None else evaluated, ours, printed):
+    value = _equation_value(printed, evaluated)
+    if not _same(printed.value if value is None else value, ours, printed):
         raise _refuted(printed, ours, "does not agree with")
-    if np.size(evaluated) > _MOST_SHOWN:
-        equations = f"{np.size(evaluated)} entries"
-        return Row(printed.item, equations, "the same", "", "agrees", printed.where, note)
+    if np.size(value) > _MAX_SHOWN:
+        equations = f"{np.size(value)} entries"
+        return Row(printed.item, equations, "the same", "", verdict, printed.where, note)
     if printed.about is not None:
         note = "; ".join(filter(None, (f"“{printed.text}”: ± {printed.about}", note)))
-    return _with_value(_row(printed, ours, "agrees", note), printed, evaluated)
+    return _with_value(_row(printed, ours, verdict, note), printed, value)
 
 
+@_repeatable
 def erratum(
-    printed: Printed, ours: Value, corrected: Value, note: str = "", *, evaluated: Value = None
+    printed: Printed,
+    ours: Value,
+    corrected: Value,
+    note: str = "",
+    *,
+    evaluated: Equation | None = None,
+    cause: tuple[str, Value] | None = None,
 ) -> Row:
     """The printed value is wrong, and a corrected one right.
 
     Args:
         printed: The item.
-        ours: The value by chasles in metres, radians and seconds.
+        ours: The value by chasles in metres, radians and seconds; a `Finding` for a statement.
         corrected: The value that should be printed: a string in the item's unit, to half a unit of
             its last digit; or a number or array in metres, radians and seconds that follows from a
-            corrected equation, to rounding.
+            corrected equation, to rounding; a `Finding` on the corrected statement.
         note: What is wrong.
-        evaluated: What the printed equation gives, where the item is an equation, as `ours`.
+        evaluated: Evaluates the printed equation, where the item is an equation, as `ours`.
+        cause: How the paper came to its value, in words, and that value, as `ours` or as a string.
 
     Raises:
-        Refuted: The printed value agrees with ours, or the corrected one does not.
+        Refuted: The printed value agrees with ours, or the corrected one does not, or the cause
+            does not give the printed value.
     """
-    wrong = printed.value if evaluated is None else evaluated
+    value = _equation_value(printed, evaluated)
+    wrong = printed.value if value is None else value
     if wrong is None or _same(wrong, ours, printed):
         raise _refuted(printed, ours, "is no erratum beside")
-    if not _same(corrected, ours, replace(printed, about=None)):
+    if isinstance(corrected, Finding):
+        is_right = corrected.holds
+    else:
+        is_right = _same(corrected, ours, replace(printed, about=None))
+    if not is_right:
         raise _refuted(printed, ours, f"corrected to {corrected} does not agree with")
-    right = corrected if isinstance(corrected, str) else ""
-    note = "; ".join(filter(None, (f"read {right} {printed.unit}".strip() if right else "", note)))
-    return _with_value(_row(printed, ours, "erratum", note), printed, evaluated)
+    if cause is not None and not _same(wrong, cause[1], printed):
+        raise _refuted(printed, cause[1], f"does not follow from {cause[0]},")
+    right = corrected.evidence if isinstance(corrected, Finding) else corrected
+    right = right if isinstance(right, str) else ""
+    read_instead = f"read {right} {printed.unit}".strip() if right else ""
+    words = (read_instead, note, f"cause: {cause[0]}" if cause else "")
+    row = _row(printed, ours, "erratum", "; ".join(filter(None, words)))
+    return _with_value(row, printed, value)
 
 
-def _with_value(row: Row, printed: Printed, evaluated: Value) -> Row:
+def _equation_value(printed: Printed, evaluated: Equation | None) -> Value:
+    return None if evaluated is None else evaluated(printed)
+
+
+def _with_value(row: Row, printed: Printed, value: Value) -> Row:
     """The row of an equation, with its value behind it."""
-    if evaluated is None:
+    if value is None:
         return row
-    value = _number(_shown(evaluated, printed, row.digits), row.digits)
-    return replace(row, printed=f"{row.printed} = {value}" if row.printed else value)
+    shown = _number(_shown(value, printed, row.digits), row.digits)
+    return replace(row, printed=f"{row.printed} = {shown}" if row.printed else shown)
 
 
+@_repeatable
 def assumed(printed: Printed, ours: Value, reason: str) -> Row:
     """A value that the paper needs and does not print: the one that we chose, and why.
 
@@ -250,6 +276,7 @@ def assumed(printed: Printed, ours: Value, reason: str) -> Row:
     return _without_value(printed, ours, "assumed", reason)
 
 
+@_repeatable
 def lost(printed: Printed, ours: Value, reason: str) -> Row:
     """A value or a curve that the text of the paper no longer has, with ours in its place.
 
@@ -259,72 +286,87 @@ def lost(printed: Printed, ours: Value, reason: str) -> Row:
     return _without_value(printed, ours, "lost", reason)
 
 
+@_repeatable
+def not_printed(printed: Printed, ours: Value, reason: str) -> Row:
+    """A value that the paper neither prints nor needs: ours adds to the paper.
+
+    Raises:
+        Refuted: The paper prints a value, or the reason is empty.
+    """
+    return _without_value(printed, ours, "not printed", reason)
+
+
 def _without_value(printed: Printed, ours: Value, verdict: Verdict, reason: str) -> Row:
     if printed.value is not None or not reason:
         raise Refuted(f"{printed.item}: {printed.value} is printed, or no reason is given")
     return _row(printed, ours, verdict, reason)
 
 
-def not_reproducible(printed: Printed, ours: Value, tried: str) -> Row:
+@_repeatable
+def not_reproducible(
+    printed: Printed, ours: Value, note: str = "", *, readings: Mapping[str, Value] | None = None
+) -> Row:
     """The printed value does not follow from what the paper states.
 
     Args:
         printed: The item.
         ours: The value by chasles in metres, radians and seconds.
-        tried: The readings that were tried.
+        note: What a reader should know.
+        readings: Other readings that were tried, each with its value.
 
     Raises:
-        Refuted: The value agrees after all, or nothing was tried.
+        Refuted: The value agrees after all, or a reading does, or nothing was tried.
     """
-    if printed.value is None or not tried or _same(printed.value, ours, printed):
-        raise _refuted(printed, ours, "is reproducible by")
-    return _row(printed, ours, "not reproducible", tried)
+    readings = readings or {}
+    if printed.value is None or not (note or readings):
+        raise _refuted(printed, ours, "is not said to be tried beside")
+    for value in (ours, *readings.values()):
+        if _same(printed.value, value, printed):
+            raise _refuted(printed, value, "is reproducible by")
+    row = _row(printed, ours, "not reproducible", note)
+    tried = [
+        f"{reading} ({_number(_shown(value, printed, row.digits), row.digits)})"
+        for reading, value in readings.items()
+    ]
+    words = (f"tried: {', '.join(tried)}" if tried else "", note)
+    return replace(row, note="; ".join(filter(None, words)))
 
 
 def _same(value: Value, ours: Value, printed: Printed) -> bool:
     """Whether ours is a printed value (texts in its unit), or a computed one (to rounding)."""
+    if isinstance(ours, Finding):
+        if not isinstance(value, str) or decimal(value) is not None:
+            raise Refuted(f"{printed.item}: expected words for a finding, got {value}")
+        return ours.holds
     if isinstance(value, tuple):
         return len(value) == len(ours) and all(
             _same(part, own, printed) for part, own in zip(value, ours, strict=True)
         )
     if isinstance(value, str):
-        number = _decimal(value)
-        if number is None or isinstance(ours, str):
+        number = decimal(value)
+        if isinstance(ours, str):
             return value == ours
-        factor = UNITS[printed.unit]
-        half = float(printed.about) if printed.about is not None else _half_unit(number)
-        room = half + ROUNDING * max(half, abs(float(number)))
-        return bool(abs(float(ours) / factor - float(number)) <= room)
+        if number is None:
+            raise Refuted(f"{printed.item}: the words “{value}” are compared with a number")
+        half = float(tolerance(printed, number))
+        room = half + EDGE * max(half, abs(float(number)))
+        return bool(abs(float(ours) / UNITS[printed.unit] - float(number)) <= room)
     size = max(1.0, float(np.max(np.abs(ours))))
     return np.shape(value) == np.shape(ours) and bool(
         np.max(np.abs(np.asarray(value) - np.asarray(ours))) <= ROUNDING * size
     )
 
 
-def _decimal(value: str) -> Decimal | None:
-    try:
-        return Decimal(value.replace(",", ""))
-    except InvalidOperation:
-        return None
-
-
-def _half_unit(number: Decimal) -> float:
-    return float(_half(number))
-
-
-def _half(number: Decimal) -> Decimal:
-    """Half a unit of the last digit."""
-    return Decimal(5).scaleb(int(number.as_tuple().exponent) - 1)
-
-
 def _row(printed: Printed, ours: Value, verdict: Verdict, note: str) -> Row:
     digits = printed.digits
     if digits is None:
-        digits = min(_decimals(printed.value) + 1, _MOST_DECIMALS)
-    while digits < _MOST_DECIMALS and _at_the_edge(printed.value, ours, printed, digits):
+        digits = min(_decimals(printed.value) + 1, _MAX_DECIMALS)
+    while digits < _MAX_DECIMALS and _at_the_edge(printed.value, ours, printed, digits):
         digits += 1
     own = None if ours is None else _shown(ours, printed, digits)
-    value = None if printed.value is None else _texts(printed.value)
+    value = None if printed.value is None else texts(printed.value)
+    if printed.is_evaluated:
+        value = f"[{value}]"
     return Row(printed.item, value, own, printed.unit, verdict, printed.where, note, digits)
 
 
@@ -333,19 +375,20 @@ def _at_the_edge(value: Text | None, ours: Value, printed: Printed, digits: int)
 
     There a reader cannot see on which side it is.
     """
+    if isinstance(ours, Finding | str):
+        return False
     if isinstance(value, tuple) and np.ndim(ours) and len(value) == len(ours):
         pairs = zip(value, ours, strict=True)
         return any(_at_the_edge(part, own, printed, digits) for part, own in pairs)
-    number = _decimal(value) if isinstance(value, str) else None
-    if number is None or isinstance(ours, str) or np.ndim(ours):
+    number = decimal(value) if isinstance(value, str) else None
+    if number is None or np.ndim(ours):
         return False
     own = float(ours) / UNITS[printed.unit]
     if not np.isfinite(own):
         return False
     shown = Decimal(f"{own:.{digits}f}")
-    half = Decimal(printed.about) if printed.about is not None else _half(number)
     exactly = abs(float(shown) - own) <= ROUNDING * max(1.0, abs(own))
-    return abs(shown - number) == half and not exactly
+    return abs(shown - number) == tolerance(printed, number) and not exactly
 
 
 def _decimals(value: Text | None) -> int:
@@ -354,11 +397,13 @@ def _decimals(value: Text | None) -> int:
         return 3
     if isinstance(value, tuple):
         return max(map(_decimals, value), default=0)
-    number = _decimal(value)
+    number = decimal(value)
     return 5 if number is None else max(0, -int(number.as_tuple().exponent))
 
 
 def _shown(ours: Value, printed: Printed, digits: int) -> float | str:
+    if isinstance(ours, Finding):
+        return ours.evidence
     if isinstance(ours, str | int | np.integer):
         return str(ours)
     if isinstance(ours, tuple | list) and any(isinstance(part, str) for part in ours):
@@ -373,10 +418,6 @@ def _joined(values: Any, digits: int) -> str:
     return f"({', '.join(_joined(part, digits) for part in values)})"
 
 
-def _texts(value: Text) -> str:
-    return value if isinstance(value, str) else f"({', '.join(map(_texts, value))})"
-
-
 def _number(value: float | str, digits: int) -> str:
     """A number with its decimals; never a negative zero."""
     if isinstance(value, str):
@@ -388,7 +429,7 @@ def _number(value: float | str, digits: int) -> str:
 def _refuted(printed: Printed, ours: Value, words: str) -> Refuted:
     return Refuted(
         f"{printed.item} ({printed.where}): printed {printed.value} {printed.unit} {words} "
-        f"{_shown(ours, printed, _MOST_DECIMALS)} {printed.unit}"
+        f"{_shown(ours, printed, _MAX_DECIMALS)} {printed.unit}"
     )
 
 

@@ -14,7 +14,7 @@ from panels import COLOURS, GREY, PALE, curves, legend_below, panels, plane
 import chasles
 
 if TYPE_CHECKING:
-    from well_manipulator import Process
+    from well_process import Process
 
 FloatArray = NDArray[np.float64]
 

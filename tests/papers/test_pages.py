@@ -14,7 +14,8 @@ def test_html_page_contains_rows_and_embedded_pictures(tmp_path):
     assert "<td>a &lt; b | c</td><td>1.0</td><td>1.00</td><td>mm</td>" in page
     assert 'src="data:image/png;base64,cGl4ZWxz"' in page
     assert "figure 1: &lt;x&gt;" in page
-    assert "<td>1</td><td>0</td><td>0</td><td>0</td><td>0</td>" in page
+    assert "<td>1</td>" + 7 * "<td>0</td>" in page, "one row agrees"
+    assert "<td>1</td><td>2</td><td>0</td><td>0</td><td>0</td>" in page, "two digits refute it"
     assert "http" not in page, "the report is one file"
 
 

@@ -2,7 +2,20 @@
 
 import numpy as np
 import pytest
-from report import Printed, Refuted, agrees, assumed, erratum, lost, not_reproducible
+from report import (
+    Finding,
+    Printed,
+    Refuted,
+    agrees,
+    assumed,
+    at,
+    consistent,
+    erratum,
+    in_one_reading,
+    lost,
+    not_printed,
+    not_reproducible,
+)
 
 ANGLE = Printed("angle", "0.97", "rad", "table 4")
 LENGTH = Printed("lengths", ("120", "1.5"), "mm", "figure 2")
@@ -58,11 +71,11 @@ def test_correction_of_approximate_value_is_checked_to_last_digit():
 
 
 def test_an_erratum_of_an_equation_is_evaluated():
-    equation = Printed("third base joint", "2 pi + pi/6", "rad", "table 2.2")
+    equation = Printed("third base joint", "2*pi + pi/6", "rad", "table 2.2")
     ours = 2 * np.pi - np.pi / 6
-    row = erratum(equation, ours, 11 * np.pi / 6, evaluated=13 * np.pi / 6)
-    assert row.printed == "2 pi + pi/6 = 6.806784"
-    for corrected, evaluated in ((11.1 * np.pi / 6, 13 * np.pi / 6), (ours, ours)):
+    row = erratum(equation, ours, 11 * np.pi / 6, evaluated=at())
+    assert row.printed == "2*pi + pi/6 = 6.806784"
+    for corrected, evaluated in ((11.1 * np.pi / 6, at()), (ours, lambda _: ours)):
         with pytest.raises(Refuted):
             erratum(equation, ours, corrected, evaluated=evaluated)
 
@@ -70,7 +83,8 @@ def test_an_erratum_of_an_equation_is_evaluated():
 def test_printed_value_cannot_be_marked_missing_or_assumed():
     assert lost(NOTHING, 0.2, "the table is lost").shown == ("-", "200.0000")
     assert assumed(NOTHING, 0.2, "fits the figure").verdict == "assumed"
-    for verdict in (lost, assumed):
+    assert not_printed(NOTHING, 0.2, "for the reader").verdict == "not printed"
+    for verdict in (lost, assumed, not_printed):
         with pytest.raises(Refuted):
             verdict(ANGLE, 0.97, "a reason")
         with pytest.raises(Refuted):
@@ -84,3 +98,44 @@ def test_agreeing_value_cannot_be_marked_not_reproducible():
     for ours, tried in ((0.97, "both elbows"), (0.5, "")):
         with pytest.raises(Refuted):
             not_reproducible(ANGLE, ours, tried)
+
+
+def test_reading_that_agrees_refutes_not_reproducible():
+    row = not_reproducible(ANGLE, 0.5, readings={"other elbow": 0.6})
+    assert row.note == "tried: other elbow (0.600)"
+    with pytest.raises(Refuted):
+        not_reproducible(ANGLE, 0.5, readings={"other elbow": 0.6, "in turns": 0.971})
+    assert in_one_reading(ANGLE, 0.971, "in turns").verdict == "one reading"
+    for ours, reading in ((0.98, "in turns"), (0.971, "")):
+        with pytest.raises(Refuted):
+            in_one_reading(ANGLE, ours, reading)
+
+
+def test_evaluated_value_is_consistent_and_never_agrees():
+    angle = Printed("angle", "0.97", "rad", "evaluated", is_evaluated=True)
+    assert consistent(angle, 0.971).shown == ("[0.97]", "0.971")
+    for verdict in (consistent, agrees):
+        with pytest.raises(Refuted):
+            verdict(angle, 0.98 if verdict is consistent else 0.971)
+
+
+def test_words_are_compared_with_findings_alone():
+    words = Printed("cover", "basically all", "%", "section 1")
+    assert agrees(words, Finding(True, "99 %")).shown == ("basically all", "99 %")
+    for verdict, ours in (
+        (agrees, 0.3),
+        (agrees, Finding(False, "30 %")),
+        (not_reproducible, 0.3),
+        (not_reproducible, Finding(True, "99 %")),
+    ):
+        with pytest.raises(Refuted):
+            verdict(words, ours, "a note")
+    with pytest.raises(Refuted):
+        agrees(ANGLE, Finding(True, "0.97"))
+
+
+def test_cause_of_an_erratum_gives_the_printed_value():
+    assert "cause: 55.6 deg" in erratum(ANGLE, 0.8, "0.80", cause=("55.6 deg", 0.9704)).note
+    for value in (0.98, "0.96"):
+        with pytest.raises(Refuted):
+            erratum(ANGLE, 0.8, "0.80", cause=("a slip", value))

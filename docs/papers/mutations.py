@@ -1,0 +1,156 @@
+"""Changed digits: a verdict is worth what refutes it, so each printed digit is changed in turn."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from decimal import Decimal
+from typing import TYPE_CHECKING
+
+from printed_items import Printed, Text, decimal, tolerance
+
+if TYPE_CHECKING:
+    from report import Row
+
+_NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?![\w.])")
+"""A number in an equation; the 2 of the symbol t2 is none."""
+NOTHING = "the paper prints no value"
+WORDS = "words, or an equation without digits"
+WRONG = "the printed value fails, and no cause of it is known"
+EXEMPTIONS = (NOTHING, WORDS, WRONG)
+
+
+@dataclass(frozen=True)
+class Digit:
+    """A digit of a printed item.
+
+    Attributes:
+        path: Indices of its text in the rows of the item.
+        index: Its position in the text.
+    """
+
+    path: tuple[int, ...]
+    index: int
+
+
+def exemption(row: Row) -> str:
+    """Why no changed digit can refute the verdict of a row; empty where each digit does."""
+    if row.source is None or row.source.value is None:
+        return NOTHING
+    if not digits(row):
+        return WORDS
+    if row.verdict == "not reproducible" or (row.verdict == "erratum" and not has_cause(row)):
+        return WRONG
+    return ""
+
+
+def has_cause(row: Row) -> bool:
+    """Whether the row of a wrong value states how the paper came to it."""
+    return "cause: " in row.note
+
+
+def exempt(rows: Sequence[Row]) -> Counter[str]:
+    """How many rows each exemption has."""
+    return Counter(reason for row in rows if (reason := exemption(row)))
+
+
+def digits(row: Row) -> list[Digit]:
+    """All digits of the numbers that a row prints."""
+    value = row.source.value if row.source else None
+    return [] if value is None else list(_digits(value, ()))
+
+
+def _digits(value: Text, path: tuple[int, ...]) -> Iterator[Digit]:
+    if isinstance(value, tuple):
+        for k, part in enumerate(value):
+            yield from _digits(part, (*path, k))
+        return
+    if not _is_expression(value):
+        return
+    for number in _NUMBER.finditer(value):
+        yield from (Digit(path, k) for k in range(number.start(), number.end()) if value[k] != ".")
+
+
+def _is_expression(text: str) -> bool:
+    """Whether a text is a number or an equation; words are no expression."""
+    try:
+        ast.parse(text.strip(), mode="eval")
+    except SyntaxError:
+        return False
+    return True
+
+
+def survives(row: Row, digit: Digit) -> bool:
+    """Whether the verdict of a row holds although a digit is wrong.
+
+    A number is moved by units of the digit: away from ours by the first step beyond the tolerance,
+    and to both sides by the first step beyond twice the tolerance.
+    """
+    if row.source is None or row.judge is None:
+        raise ValueError(f"{row.item} does not keep how it was judged")
+    near, far = _changes(row.source, digit)
+    return all(_holds(row, change) for change in near) or any(_holds(row, c) for c in far)
+
+
+def _holds(row: Row, changed: Printed) -> bool:
+    if row.judge is None:
+        raise ValueError(f"{row.item} does not keep how it was judged")
+    try:
+        return row.judge(changed).verdict == row.verdict
+    except (AssertionError, ArithmeticError, ValueError):
+        return False  # refuted, or an equation that has no value
+
+
+def _changes(printed: Printed, digit: Digit) -> tuple[list[Printed], list[Printed]]:
+    """The item with the digit moved by the first step, and by the second, to both sides."""
+    text = _text(printed.value, digit.path)
+    number = decimal(text)
+    if number is None:
+        figure = int(text[digit.index])
+        steps = [(figure + way) % 10 for way in (1, 2)]
+        found = [_with_digit(printed, digit, f"{step}") for step in steps]
+        return found, found
+    unit = Decimal(1).scaleb(_exponent(text, digit.index))
+    room = tolerance(printed, number)
+    near, far = (unit * (way // unit + 1) for way in (room, 2 * room))
+    return (
+        [_with_text(printed, digit.path, f"{number + sign * near}") for sign in (1, -1)],
+        [_with_text(printed, digit.path, f"{number + sign * far}") for sign in (1, -1)],
+    )
+
+
+def _exponent(text: str, index: int) -> int:
+    """The power of ten of a digit."""
+    point = text.find(".")
+    if point < 0:
+        return len(text) - 1 - index
+    return point - 1 - index if index < point else point - index
+
+
+def _text(value: Text | None, path: tuple[int, ...]) -> str:
+    for k in path:
+        value = value[k] if value is not None else None
+    if not isinstance(value, str):
+        raise TypeError(f"expected a text, got {value}")
+    return value
+
+
+def _with_digit(printed: Printed, digit: Digit, figure: str) -> Printed:
+    text = _text(printed.value, digit.path)
+    return _with_text(printed, digit.path, text[: digit.index] + figure + text[digit.index + 1 :])
+
+
+def _with_text(printed: Printed, path: tuple[int, ...], text: str) -> Printed:
+    return replace(printed, value=_replaced(printed.value, path, text))
+
+
+def _replaced(value: Text | None, path: tuple[int, ...], text: str) -> Text:
+    if not path:
+        return text
+    if not isinstance(value, tuple):
+        raise TypeError(f"expected rows, got {value}")
+    k, *rest = path
+    return (*value[:k], _replaced(value[k], tuple(rest), text), *value[k + 1 :])

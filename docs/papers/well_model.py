@@ -1,0 +1,217 @@
+"""The well manipulator's Lie groups, the quality of its two models, and errors of its equations."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from report import TWICE, Finding, Printed, Row, agrees, at, consistent, erratum
+from scipy.spatial.transform import Rotation
+from well_process import initial, robot
+
+from chasles import screws
+from chasles.derive import load, model_report
+from chasles.derive.quality.quality_report import ConventionQuality, ModelReport, plain
+
+FloatArray = NDArray[np.float64]
+
+ROBOT_FILES = Path(__file__).parents[2] / "derive" / "robots"
+A, B = np.array([0.3, -0.7, 1.1]), np.array([-0.4, 0.9, 0.2])
+"""Two vectors."""
+AXIS, V, THETA = np.array([2.0, -1.0, 2.0]) / 3, np.array([0.3, -0.2, 0.5]), 0.7
+"""A screw with a unit vector omega, and an angle [rad]."""
+EXTENDED = np.array([0.4, 0, 0, 0.11, 0, 0.07, 0])
+"""Change of the joints from (63) at which (36) is tested, both telescopes extended [rad, m]."""
+TILT = 1e-6
+"""The tilt of a parallel axis [rad]."""
+STEP = 1e-5
+"""Half the step of a difference quotient [rad]."""
+SMALL = 1e-9
+"""Entries of matrices that count as 0."""
+
+
+# The Lie groups (1) to (5)
+
+
+def hat(a: FloatArray) -> FloatArray:
+    """(3, 3) the matrix of the cross product, (3)."""
+    return np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
+
+
+def exp(theta: float) -> FloatArray:
+    """(4, 4) the pose of the screw by chasles."""
+    return np.asarray(screws.exp(theta * np.r_[V, AXIS]))
+
+
+def by_equation_5(theta: float) -> FloatArray:
+    """(4, 4) the pose of the screw by (5), the rotation by chasles."""
+    T = exp(theta)
+    R = T[:3, :3]
+    T[:3, 3] = (np.eye(3) - R) @ np.cross(AXIS, V) + np.outer(AXIS, AXIS) @ V * theta
+    return T
+
+
+def lie_group_rows(printed: dict[str, Printed]) -> list[Row]:
+    """Section 2 at generic values."""
+    first, other = exp(THETA), exp(-2 * THETA) @ exp(0.3)
+    values = {f"a{k}": value for k, value in enumerate(A, 1)}
+    slope = (exp(THETA + STEP) - exp(THETA - STEP))[:3, :3] / (2 * STEP)
+    is_rate = np.allclose(slope, hat(AXIS) @ first[:3, :3], atol=SMALL)
+    whole = screws.exp(np.r_[V, AXIS] * THETA)
+    return [
+        agrees(
+            printed["rotation"],
+            Finding(is_rotation(first[:3, :3]), "by the exponential of a screw"),
+        ),
+        agrees(
+            printed["pose"],
+            Finding(is_rotation((first @ other)[:3, :3]), "by the product of two poses"),
+        ),
+        agrees(
+            printed["hat"],
+            np.cross(A, B),
+            "times b, at generic a and b",
+            evaluated=lambda item: at(**values)(item) @ B,
+        ),
+        agrees(
+            printed["exponential"],
+            whole,
+            "theta 0.7 rad, omega of length 1",
+            evaluated=lambda _: by_equation_5(THETA),
+        ),
+        erratum(
+            printed["series"],
+            third_coefficient(),
+            1 / 6,
+            "read theta^3/3!, unless the text lost the sign of the factorial",
+            evaluated=at(theta=1.0),
+        ),
+        agrees(printed["rate"], Finding(is_rate, "by a quotient of differences")),
+    ]
+
+
+def is_rotation(R: FloatArray) -> bool:
+    """Whether a matrix is orthogonal, of determinant 1."""
+    pairs = ((R @ R.T, np.eye(3)), (R.T @ R, np.eye(3)), (np.linalg.det(R), 1))
+    return all(np.allclose(own, value, atol=SMALL) for own, value in pairs)
+
+
+def third_coefficient() -> float:
+    """The factor of theta^3 omega^3 in the exponential of omega theta, by a polynomial."""
+    theta = np.cos(np.linspace(0, np.pi, 24))
+    W = hat(AXIS)
+    along = [np.vdot(W, exp(value)[:3, :3]) / np.vdot(W, W) for value in theta]
+    # omega^3 is -omega.
+    return float(-np.polynomial.polynomial.polyfit(theta, along, 15)[3])
+
+
+# Completeness, continuity and minimality
+
+
+@cache
+def quality() -> ModelReport:
+    """The report on conventions at the manipulator's joints."""
+    return model_report(load(ROBOT_FILES / "well_manipulator.toml"))
+
+
+def convention(name: str, joint: int = 0) -> ConventionQuality:
+    """A convention between two axes: 0 the first pair."""
+    (found,) = [c for c in quality().joints[joint].conventions if c.convention == name]
+    return found
+
+
+def model_rows(printed: dict[str, Printed]) -> list[Row]:
+    """Section 3: model (6) is `mdh5`, model (8) `hayati5`."""
+    report = quality()
+    numbers = {"r": report.revolute, "t": report.prismatic}
+    six, whole = convention("mdh5").determinant, convention("mdh5").completed
+    zeros = dict.fromkeys(whole.free_symbols, 0)
+    pairs = [(joint.angle, convention("mdh5", k)) for k, joint in enumerate(report.joints)]
+    parallel = [own.is_continuous for angle, own in pairs if abs(np.sin(angle)) < SMALL]
+    others = [own.is_continuous for angle, own in pairs if abs(np.sin(angle)) >= SMALL]
+    return [
+        consistent(printed["det_6"], plain(six), TWICE),
+        consistent(printed["det_whole"], plain(whole), TWICE),
+        consistent(printed["det_8"], plain(convention("hayati5").determinant), TWICE),
+        erratum(
+            printed["zeros"],
+            Finding(bool(six.free_symbols), f"det = {plain(six)} everywhere"),
+            Finding(
+                whole.subs(zeros) == 0,
+                f"det with the rotation of the joint before, {plain(whole)}",
+            ),
+            "by the parameters of (6) alone there is no zero; with it the zeros are those of (7)",
+        ),
+        agrees(
+            printed["only_parallel"],
+            Finding(
+                not any(parallel) and all(others),
+                f"jumps at {len(parallel)} of {len(parallel)} parallel pairs, at 0 of "
+                f"{len(others)} others",
+            ),
+        ),
+        agrees(printed["figure_2"], jump_of_theta(), f"“{printed['figure_2'].text}”"),
+        agrees(
+            printed["continuous_8"],
+            Finding(convention("hayati5", 1).is_continuous, convention("hayati5", 1).verdict),
+            "between axes 2 and 3",
+        ),
+        agrees(
+            printed["complete"],
+            report.suited_rank,
+            "the rank over random postures, r = 5 and t = 2",
+            evaluated=at(**numbers),
+        ),
+        erratum(
+            printed["parameters"],
+            report.suited_rank,
+            at(**numbers)(printed["complete"]),
+            "a fifth number places the frame along its axis, which no pose of the tool shows",
+            evaluated=at(**numbers),
+        ),
+    ]
+
+
+def jump_of_theta() -> float:
+    """How far theta of model (6) jumps when a parallel axis tilts towards the axis before [rad].
+
+    X of the frame before lies along the common normal, so that the rotation between both axes is
+    Rz Rx(alpha) Rz(theta); the first Rz belongs to the joint before.
+    """
+    tilted = Rotation.from_euler("Y", TILT) * Rotation.from_euler("Z", THETA)
+    return float(abs(tilted.as_euler("ZXZ")[2] - THETA))
+
+
+# Errors of equations
+
+
+def equation_rows(printed: dict[str, Printed]) -> list[Row]:
+    """(25), (33) and (36) against the poses of the links."""
+    well = robot()
+    poses = well.link_poses(well.actuators(initial() + EXTENDED))
+    T = dict(zip(well.frames.links, poses, strict=True))
+    value = {name: parameter.value for name, parameter in well.parameters.items()}
+    own, l_MN = T["arm_7"][:3, 3], EXTENDED[5]
+    four, five = T["arm_5"][:3, 0], T["arm_6"][:3, 0]
+    others = T["arm_5"][:3, 3] + l_MN * five + T["arm_6"][:3, :2] @ (value["N_x"], value["N_y"])
+    pairs = (("arm_4", "arm_5"), ("arm_6", "arm_7"))
+    shifts = [screws.inverse(T[a]) @ T[b] for a, b in pairs]
+    y, tilt = [S[1, 3] for S in shifts], [np.abs(S[:2, 2]).max() for S in shifts]
+    return [
+        erratum(
+            printed["figure_3"],
+            Finding(max(map(abs, y)) < SMALL, f"y {1e3 * y[0]:.1f} and {1e3 * y[1]:.1f} mm"),
+            Finding(max(tilt) < SMALL, "Figure 1 and model (6) for systems 5 and 7"),
+            "(64) prints these y for (25) and (33); model (8) shifts along x and z alone where "
+            "axes are parallel",
+        ),
+        erratum(
+            printed["equation_36"],
+            own,
+            others + value["l_LM"] * four,
+            "read l_LM, as (32) has it; at (63) with theta1 0.4 rad, l_HI 110 and l_MN 70 mm",
+            evaluated=lambda _: others + l_MN * four,
+        ),
+    ]

@@ -1,0 +1,162 @@
+"""The well manipulator's working process of 49 s, and three laws for its last stage."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import chasles
+from chasles.study.motion import Sampled, Sequence, line
+
+FloatArray = NDArray[np.float64]
+
+TURNING = [0, 1, 2, 4, 6]
+"""theta1, 2, 3, 5 and 7 among the joints of the main chain."""
+ARMS = TURNING[1:]
+CYLINDERS = [1, 2, 4, 6]
+"""The four cylinders among the coordinates."""
+TELESCOPES = ["l_HI", "l_MN"]
+OVER_THE_WELL = np.array([[0, 1, 0, 1.237], [0, 0, -1, 0], [-1, 0, 0, 1.02], [0, 0, 0, 1]])
+"""Pose of R after 25 s [m], (4) of section 5."""
+DESCENT = 2.166
+"""Way down in each of the last two stages [m]: 216.6 mm/s for 10 s."""
+RATE = 50.0
+"""Samples per second."""
+IN_PLANE = [0, 2, 4]
+"""x, z and the pitch of R, which four joints move."""
+
+
+@cache
+def robot() -> Any:
+    """The manipulator."""
+    return chasles.load("well_manipulator")
+
+
+@dataclass(frozen=True)
+class Process:
+    """The 49 s of section 5.
+
+    Attributes:
+        sampled: The motion of the coordinates and of R.
+        theta: (m, 7) joints of the main chain [rad or m].
+        rates: (m, 7) their rates [rad/s or m/s].
+        swings: (m, 4) angles theta8 to theta11 of the cylinders [rad].
+    """
+
+    sampled: Sampled
+    theta: FloatArray
+    rates: FloatArray
+    swings: FloatArray
+
+    def at(self, time: float) -> int:
+        """The index of the sample at a time [s]; where stages meet, the first of the later."""
+        return int(np.searchsorted(self.sampled.t, time - 0.5 / RATE))
+
+
+def initial() -> FloatArray:
+    """(7,) joints of the main chain at the start, (63), telescopes retracted [rad or m]."""
+    theta = np.zeros(7)
+    theta[TURNING] = np.radians([0, 88.79, -49.2, -86.76, -40.62])
+    return theta
+
+
+def over_the_well(down: float) -> FloatArray:
+    """The pose of R on its vertical line, a distance [m] below the one after 25 s."""
+    pose = OVER_THE_WELL.copy()
+    pose[2, 3] -= down
+    return pose
+
+
+@cache
+def process() -> Process:
+    """All eight stages; in the last one four joints face three conditions.
+
+    There each pose is solved anew from the posture of 37 s by steps of minimum norm.
+    """
+    well, start = robot(), initial()
+    q_start = well.actuators(start)
+    q_object = q_start.copy()
+    q_object[0] = np.radians(30)
+    retracted = dict.fromkeys(TELESCOPES, 0.0)
+    prepared = well.ik(OVER_THE_WELL, given={"theta2": start[1], **retracted})
+    q_prepared = prepared.within_limits().nearest(q_start)
+    narrow = line(over_the_well(0), over_the_well(DESCENT))
+    moves = (
+        Sequence(well, q_start)
+        .move(q_object, "constant", duration=5, name="to the object")
+        .hold(5, "grab")
+        .move(q_start, "constant", duration=5, name="back")
+        .move(well.chain(q_prepared), "constant", of="chain", duration=10, name="over the well")
+        .hold(2, "adjust")
+        .follow(narrow, "constant", lock=["theta2", *TELESCOPES], duration=10, name="in")
+        .hold(2, "adjust")
+    )
+    moves = moves.follow(
+        line(over_the_well(DESCENT), over_the_well(2 * DESCENT)),
+        "constant",
+        lock=TELESCOPES,
+        redundancy="minimum_norm",
+        duration=10,
+        name="down",
+    )
+    sampled = moves.sample(RATE)
+    theta, rates = well.chain(sampled.q), well.chain_rates(sampled.q, sampled.qd)
+    return Process(sampled, theta, rates, well.passive(sampled.q))
+
+
+def joint_norm(_: FloatArray) -> FloatArray:
+    """(4, 4) what rates of minimum norm in the joints minimise."""
+    return np.eye(len(ARMS))
+
+
+def cylinder_norm(by_chain: FloatArray) -> FloatArray:
+    """(4, 4) what rates of minimum norm in the cylinders minimise."""
+    return by_chain[np.ix_(CYLINDERS, ARMS)]
+
+
+@cache
+def integrated(norm: Callable[[FloatArray], FloatArray]) -> Process:
+    """The process with rates of minimum norm in its last stage.
+
+    Args:
+        norm: The (4, 4) matrix whose product with the rates of the arms is made least, from the
+            (7, 7) derivatives of the coordinates by the main chain.
+    """
+    found = process()
+    first = found.at(39)
+    theta, step = found.theta.copy(), 1 / RATE
+    for k in range(first, len(theta) - 1):
+        theta[k + 1] = theta[k] + runge_kutta(theta[k], step, norm)
+    rates = found.rates.copy()
+    rates[first:] = [least_rates(own, norm) for own in theta[first:]]
+    q, qd = robot().actuators(theta), found.sampled.qd.copy()
+    by_chain = robot().actuators_D_chain(theta[first:])
+    qd[first:] = np.einsum("mij,mj->mi", by_chain, rates[first:])
+    sampled = replace(found.sampled, q=q, qd=qd, T=robot().fk(q))
+    return Process(sampled, theta, rates, robot().passive(q))
+
+
+def runge_kutta(
+    theta: FloatArray, step: float, norm: Callable[[FloatArray], FloatArray]
+) -> FloatArray:
+    """The change of the joints over a step [s], to fourth order."""
+    a = least_rates(theta, norm)
+    b = least_rates(theta + step / 2 * a, norm)
+    c = least_rates(theta + step / 2 * b, norm)
+    d = least_rates(theta + step * c, norm)
+    return step / 6 * (a + 2 * b + 2 * c + d)
+
+
+def least_rates(theta: FloatArray, norm: Callable[[FloatArray], FloatArray]) -> FloatArray:
+    """(7,) the rates of minimum norm with which R moves down [rad/s]."""
+    by_chain = robot().actuators_D_chain(theta)
+    J = (robot().jacobian_mixed(robot().actuators(theta)) @ by_chain)[np.ix_(IN_PLANE, ARMS)]
+    inverse = np.linalg.inv(norm(by_chain))
+    rates = np.zeros(len(theta))
+    rates[ARMS] = inverse @ np.linalg.pinv(J @ inverse) @ [0, -DESCENT / 10, 0]
+    return rates
