@@ -165,6 +165,18 @@ def test_identify_converges_for_tool_that_hardly_rotates():
     assert found.outliers == ()
 
 
+@pytest.mark.parametrize("seed", [0, 6])
+def test_identify_explains_delta_whose_probe_is_decimetres_from_its_start(seed):
+    """No design places the probe: its distance from the start costs as little as the base's."""
+    robot, random = parametric("delta"), np.random.default_rng(seed)
+    p, q = drawn(robot, random, 5e-4), around(robot, random, 60)
+    noise = screws.exp(random.normal(size=(60, 6)) * np.repeat(SIGMA, 3))
+    T = screws.exp(random.normal(size=6)) @ robot.fk_p(q, p) @ noise
+    found = identify(robot, q, Poses(T, SIGMA))
+    assert 0.8 < found.noise < 1.2
+    assert found.doubts == ()
+
+
 def test_unobservable_mechanism_scale_is_reported_redundant(tmp_path):
     """The rocker of a four-bar turns alike in all sizes of it."""
     text = (ROBOTS / "four_bar.toml").read_text()
