@@ -18,6 +18,7 @@ from chasles.contract import Coordinate
 
 from .calibrated_mechanism import mechanism_text
 from .drives import springs_text, transmissions_text
+from .frame_numbers import roll_pitch_yaw
 from .parameters import nominal as nominal_of
 
 FloatArray = NDArray[np.float64]
@@ -44,7 +45,7 @@ def robot_file(robot: Any, p: FloatArray, name: str, source: str, nominal: str =
     laws = [g.part in ("transmission", "compliance") for g in robot.geometry]
     straight = np.where(laws, nominal_of(robot), p)
     if robot.kind != "serial":
-        text = mechanism_text(robot, straight, name, source, nominal, _rpy)
+        text = mechanism_text(robot, straight, name, source, nominal, roll_pitch_yaw)
         return text + transmissions_text(robot, p, math.degrees(1))
     head, joints = _chain_text(robot, straight, name, source)
     gravity, springs = springs_text(robot, p)
@@ -66,7 +67,7 @@ def _chain_text(robot: Any, p: FloatArray, name: str, source: str) -> tuple[str,
         "",
         "[tool]",
         f"xyz = {_row(T[:3, 3])}",
-        f"rpy = {_row(_rpy(T[:3, :3]))}",
+        f"rpy = {_row(roll_pitch_yaw(T[:3, :3]))}",
     ]
     for coordinate, column in zip(robot.coordinates, J.T, strict=True):
         lines += ["", "[[joints]]", f"name = {json.dumps(coordinate.name)}"]
@@ -103,13 +104,3 @@ def _limits(coordinate: Coordinate) -> list[str]:
 
 def _row(values: FloatArray) -> str:
     return f"[{', '.join(repr(float(value)) for value in values)}]"
-
-
-def _rpy(R: FloatArray) -> FloatArray:
-    """Roll, pitch and yaw with R = Rz(yaw) Ry(pitch) Rx(roll)."""
-    pitch = math.atan2(-R[2, 0], math.hypot(R[0, 0], R[1, 0]))
-    yaw = math.atan2(R[1, 0], R[0, 0])
-    # Where the tool's x axis is vertical, roll and yaw are one turn: yaw is that which remains.
-    c, s = math.cos(yaw), math.sin(yaw)
-    roll = math.atan2(s * R[0, 2] - c * R[1, 2], c * R[1, 1] - s * R[0, 1])
-    return np.array([roll, pitch, yaw])

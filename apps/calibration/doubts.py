@@ -7,10 +7,12 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
+import scipy.special
 from numpy.typing import NDArray
 
+from .fitting.noise import CHANCE, LEAST_NOISE, OUTLYING, largest_noise
 from .observed.observations import Positions
-from .parameters import nominal
+from .parameters import FRAMES, nominal
 from .result import Calibration
 
 FloatArray = NDArray[np.float64]
@@ -18,14 +20,21 @@ FloatArray = NDArray[np.float64]
 UNEXPLAINED = 0.01
 """Error of the calibrated robot, in parts of the spread of its tool, from which on the measurements
 are taken for those of another robot, or of wrong joints."""
+UNSTATED = 2.0
+"""Factor by which devices exceed the noise that is stated of them, and by chance beyond."""
+NOISY = 10.0
+"""Factor, likewise, from which on the varied parameters do not explain the measurements."""
+LEAST_SPREAD = 1e-6
+"""Spread of a tool [m] below which it only turns, and tells nothing of lengths."""
 MANY = 0.2
 """Part of the rows that may contradict the others before the whole set is doubtful."""
 STILL = math.radians(5)
-"""Span of a joint [rad or m] below which its parameters are hardly told apart from others'."""
+"""Span of a revolute joint [rad] below which its parameters are hardly told apart from others'; of
+a prismatic joint, in parts of the spread of the tool."""
 _ALIKE = 4
 """Decimals of coordinates [rad, m] to which repeated configurations agree."""
-FAR_OFF = 0.1, 0.02
-"""Change of a parameter [rad, m] that no workshop makes."""
+FAR_OFF = 0.1, 0.01
+"""Change of a parameter [rad, m] that no workshop makes, less what noise makes of it."""
 
 
 def doubts(found: Calibration) -> tuple[str, ...]:
@@ -38,6 +47,7 @@ def doubts(found: Calibration) -> tuple[str, ...]:
         *_poor_fit(found),
         *_rows_off(found),
         *_still_joints(found),
+        *_beyond_tolerances(found),
         *_far_off(found),
     )
 
@@ -71,7 +81,7 @@ def _exchanged(found: Calibration, k: int) -> str | None:
     if not isinstance(measured, Positions):
         return None
     one, T = measured.at(np.array([k])), found.poses(found.q[[k]])
-    worst = 5 * max(found.noise, np.finfo(float).tiny)
+    worst = OUTLYING * max(found.noise, LEAST_NOISE)
     seen = np.flatnonzero(one.seen[0])
     for i, j in itertools.combinations(seen, 2):
         order = np.arange(one.points.shape[1])
@@ -84,29 +94,46 @@ def _exchanged(found: Calibration, k: int) -> str | None:
 
 def _still_joints(found: Calibration) -> Iterator[str]:
     span = np.ptp(found.q, axis=0)
+    moved = spread(found.robot.fk_p(found.q, nominal(found.robot)))
     for coordinate, width in zip(found.robot.coordinates, span, strict=True):
-        shown = f"{math.degrees(width):.2g} deg" if coordinate.unit == "rad" else f"{width:.2g} m"
-        if width < STILL:
+        turns = coordinate.unit == "rad"
+        shown = f"{math.degrees(width):.2g} deg" if turns else f"{width:.2g} m"
+        if width < STILL * (1.0 if turns else min(moved, 1.0)):
             yield (
                 f"{coordinate.name} moves by {shown} only: what belongs to it is not told apart "
                 "from its neighbours; measure with it in other positions"
             )
 
 
+def _beyond_tolerances(found: Calibration) -> Iterator[str]:
+    for name, change, size in zip(found.names, found.deviations, found.tolerances, strict=True):
+        if size and abs(change) > OUTLYING * size:
+            yield (
+                f"{name} differs from nominal by {abs(change) / size:.3g} times its tolerance: is "
+                "another robot measured?"
+            )
+
+
 def _far_off(found: Calibration) -> Iterator[str]:
-    units = {item.name: item.unit for item in found.robot.geometry if item.part != "base"}
-    for name, change in zip(found.names, found.deviations, strict=True):
-        if name in units and abs(change) > FAR_OFF[units[name] == "m"]:
+    units = {item.name: item.unit for item in found.robot.geometry if item.part not in FRAMES}
+    reach = -scipy.special.stdtrit(found.freedoms, CHANCE) * found.std
+    for name, change, half in zip(found.names, found.deviations, reach, strict=True):
+        if name in units and abs(change) - half > FAR_OFF[units[name] == "m"]:
             unit = "m" if units[name] == "m" else "rad"
             yield f"{name} differs by {change:.3g} {unit} from nominal: is its zero another one?"
 
 
 def _poor_fit(found: Calibration) -> Iterator[str]:
-    rest = left(found)
-    if rest > UNEXPLAINED * spread(found.robot.fk_p(found.q, nominal(found.robot))):
+    if is_unexplained(found):
         yield (
-            f"{1e3 * rest:.3g} mm remain after the identification: the measurements may be those "
-            "of another robot, or most of them are wrong"
+            f"{1e3 * left(found):.3g} mm remain after the identification: the measurements may be "
+            "those of another robot, or most of them are wrong"
+        )
+    elif found.noise > NOISY * largest_noise(found.freedoms):
+        yield (
+            f"errors are {found.noise:.3g} times the stated noise ({found.observation.stated}): "
+            "other parameters than the varied ones differ, another robot is measured, or sigma is "
+            "too small"
         )
     different = len(np.unique(np.round(found.q, _ALIKE), axis=0))
     if 2 * different < len(found.q):
@@ -114,11 +141,23 @@ def _poor_fit(found: Calibration) -> Iterator[str]:
             f"only {different} of {len(found.q)} configurations differ: repeated ones tell nothing "
             "new of the geometry"
         )
-    if found.freedoms < len(found.names):
+    count = int(found.used[found.observation.rows].sum())
+    if 2 * found.freedoms < count:
         yield (
-            f"{len(found.errors)} measured numbers are few for {len(found.names)} variables: "
-            "errors elsewhere may be larger than here"
+            f"{count} measured numbers are few: the {len(found.names)} variables follow "
+            f"{count - found.freedoms} of them, and errors elsewhere may be larger than here"
         )
+
+
+def is_unexplained(found: Calibration) -> bool:
+    """Whether a calibration leaves more than the stated noise and parts of the motion.
+
+    Args:
+        found: A calibration.
+    """
+    moved = spread(found.robot.fk_p(found.q, nominal(found.robot)))
+    excess = found.noise / largest_noise(found.freedoms)
+    return moved >= LEAST_SPREAD and left(found) > UNEXPLAINED * moved and excess > UNSTATED
 
 
 def left(found: Calibration) -> float:

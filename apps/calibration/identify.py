@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from chasles import ShapeError
 
-from .fitting.problem import OUTLYING, in_one_thread, problem_at, problem_nearby
+from .fitting.noise import OUTLYING
+from .fitting.problem import in_one_thread, problem_at, problem_nearby
 from .mistakes import check_input, check_result
 from .observed.observations import Observation, Start
 from .parameters import GEOMETRY, nominal

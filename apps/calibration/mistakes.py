@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from chasles import InputValueError
 
-from .doubts import UNEXPLAINED, left, spread
+from .doubts import LEAST_SPREAD, is_unexplained, left, spread
 from .fitting.problem import problem_at
 from .observed.observations import Observation
 from .parameters import nominal
@@ -28,8 +28,6 @@ from .result import Calibration
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-LEAST_SPREAD = 1e-6
-"""Spread of a tool [m] below which it only turns, and tells nothing of lengths."""
 DOUBTFUL = 0.05
 """Error of the nominal robot, in parts of the spread of its tool, from which on mistakes are
 tried."""
@@ -179,10 +177,9 @@ def check_result(found: Calibration, vary: Collection[str]) -> None:
     Raises:
         InputValueError: It fits three times better without a mistake, which the message names.
     """
-    p, rest = nominal(found.robot), left(found)
-    moved = spread(found.robot.fk_p(found.q, p))
-    if moved < LEAST_SPREAD or rest <= UNEXPLAINED * moved:
+    if not is_unexplained(found):
         return
+    p, rest = nominal(found.robot), left(found)
     tried = _tried(found.robot, found.q, p, found.observation)
     for _, mistake in sorted(tried, key=_misfit)[:_TRIED]:
         start = mistake.observation.start(found.robot.fk_p(mistake.q, p))

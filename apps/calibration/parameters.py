@@ -19,6 +19,8 @@ def nominal(robot: Any) -> FloatArray:
     return np.array([parameter.value for parameter in robot.geometry])
 
 
+FRAMES = frozenset({"base", "tool"})
+"""The parts that no design places: corrections of the frames around the robot."""
 GEOMETRY = "geometry"
 """All lengths, angles and offsets that a robot of this structure may have."""
 _WHOLE = frozenset({"axis", "loop"})

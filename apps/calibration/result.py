@@ -9,10 +9,12 @@ import numpy as np
 import scipy.special
 from numpy.typing import ArrayLike, NDArray
 
+from chasles.screws import inverse
 from chasles.summaries import summary_repr
 
 from .fitting.identifiable import Redundancy
-from .observed.observations import Observation
+from .frame_numbers import shown_numbers
+from .observed.observations import Observation, Poses
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -30,6 +32,7 @@ class Calibration:
         values: Their values [m, rad, 1].
         deviations: What they differ by from the nominal robot; of unknowns, the values.
         covariance: (k, k) of the values.
+        tolerances: Standard deviation of each value about nominal that was stated; 0 of free ones.
         p: The whole vector of the robot's geometry.
         redundant: The parameters that the measurements do not tell apart; they kept their values.
         T_W_base: (4, 4) the base frame in the measuring device's.
@@ -38,6 +41,7 @@ class Calibration:
         used: (rows,) whether a row took part; the others contradict it.
         noise: Factor by which the errors exceed the standard deviations that were stated.
         freedoms: Measured numbers beyond those that determine the variables.
+        unknowns: The values of all the observation's unknowns, such as targets on the tool [m].
         observation: The measurements, with the frames that were found for them.
         q: (N, n) coordinates at which the tool was measured [rad or m].
         robot: The nominal robot.
@@ -48,6 +52,7 @@ class Calibration:
     values: FloatArray
     deviations: FloatArray
     covariance: FloatArray
+    tolerances: FloatArray
     p: FloatArray
     redundant: tuple[Redundancy, ...]
     T_W_base: FloatArray
@@ -56,6 +61,7 @@ class Calibration:
     used: BoolArray
     noise: float
     freedoms: int
+    unknowns: FloatArray
     observation: Observation
     q: FloatArray
     robot: Any
@@ -89,11 +95,6 @@ class Calibration:
         """Labels of the rows that were left out."""
         return tuple(np.array(self.observation.labels)[~self.used].tolist())
 
-    @property
-    def unknowns(self) -> FloatArray:
-        """The values of the observation's unknowns, such as targets on the tool [m]."""
-        return self.values[len(self.values) - len(self.observation.unknowns) :]
-
     def poses(self, q: ArrayLike) -> FloatArray:
         """Poses (..., 4, 4) of the calibrated robot's tool in the measuring device's frame."""
         return np.asarray(self.T_W_base @ self.robot.fk_p(q, self.p))
@@ -118,6 +119,23 @@ class Calibration:
         """(k, 2) bounds between which each value lies in 95 of 100 calibrations (Student's t)."""
         reach = float(scipy.special.stdtrit(self.freedoms, 0.975)) * self.std
         return np.stack([self.values - reach, self.values + reach], -1)
+
+    @property
+    def frames(self) -> tuple[tuple[str, FloatArray], ...]:
+        """Names and poses (4, 4) of the identified base and tool frames.
+
+        The robot without corrections of its tool defines the nominal tool frame.
+        """
+        found = [("base frame in the frame of the measurements", self.T_W_base)]
+        own = self.p.copy()
+        own[[item.part == "tool" for item in self.robot.geometry]] = 0.0
+        T_tool = inverse(self.robot.fk_p(self.q[0], own)) @ self.robot.fk_p(self.q[0], self.p)
+        if isinstance(self.observation, Poses):
+            probe = T_tool @ self.observation.T_tool_probe
+            found.append(("probe frame in the nominal tool frame", probe))
+        elif not np.array_equal(own, self.p):
+            found.append(("tool frame in the nominal tool frame", T_tool))
+        return tuple(found)
 
     def __str__(self) -> str:
         """A report for people."""
@@ -146,8 +164,11 @@ def _report(found: Calibration) -> str:
         f"{found.robot.name}: {len(found.names)} variables from {len(found.observation.rows)} "
         "measured numbers",
         f"mean distance before {1e3 * before:.4g} mm, after {1e3 * after:.4g} mm",
-        f"error before {found.before:.4g}, after {found.after:.4g} standard deviations; the noise "
-        f"is {found.noise:.3g} times the one that was stated",
+        f"error before {found.before:.4g}, after {found.after:.4g} standard deviations",
+        f"noise {found.noise:.3g} times the stated one, sigma = {found.observation.stated}",
+        "",
+        f"{'frame':<46}{'x':>12}{'y':>12}{'z mm':>12}{'roll':>12}{'pitch':>12}{'yaw deg':>12}",
+        *(f"{name:<46}{''.join(f'{x:>12}' for x in shown_numbers(T))}" for name, T in found.frames),
         "",
         f"{'parameter':<28}{'nominal':>12}{'change':>12}{'+-95 %':>10}",
     ]

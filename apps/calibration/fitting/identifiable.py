@@ -19,16 +19,19 @@ FloatArray = NDArray[np.float64]
 TOLD_APART = 1e-4
 """Least part of a column that the other columns leave: below it a parameter would amplify noise ten
 thousand times."""
+VISIBLE = 1e-3
+"""Least size of what the other columns leave, in standard deviations per 1 mm or 1 mrad: below it a
+parameter shows after a metre or a radian, which is rounding or a product of small numbers."""
 SHOWN = 0.01
 """Least coefficient of a redundant combination that is shown."""
 
 
 @dataclass(frozen=True)
 class Redundancy:
-    """A parameter that the measurements do not tell apart from others.
+    """A parameter or unknown that the measurements do not tell apart from others.
 
     Attributes:
-        name: The parameter, held at its nominal value.
+        name: The parameter, held at its nominal value, or the unknown, held at its start.
         combination: Names and coefficients of the parameters that have the same effect.
     """
 
@@ -49,20 +52,21 @@ def identifiable(
     """The columns that are told apart from each other and from those that are kept anyway.
 
     Args:
-        kept: (M, u) scaled columns of unknowns that are sought in any case.
-        columns: (M, p) scaled columns of parameters.
-        names: Names of the parameters.
-        kept_names: Names of the unknowns.
+        kept: (M, u) columns of variables that are sought in any case, in standard deviations per
+            1 mm or 1 mrad.
+        columns: (M, p) columns of others.
+        names: Names of the others.
+        kept_names: Names of the variables.
 
     Returns:
-        The indices of the parameters, in order, and the redundancy of each of the others.
+        The indices of those that are told apart, in order, and the redundancy of each of the rest.
     """
     basis = np.linalg.qr(kept)[0] if kept.shape[1] else kept
     size = np.linalg.norm(columns, axis=0)
     left = columns - basis @ (basis.T @ columns)
     _, R, order = scipy.linalg.qr(left, mode="economic", pivoting=True)
     pivots = np.abs(np.diag(R))
-    enough = pivots > TOLD_APART * pivots.max(initial=0.0)
+    enough = pivots > max(TOLD_APART * pivots.max(initial=0.0), VISIBLE)
     chosen = np.sort(order[: len(pivots)][enough])
     others = [k for k in range(len(names)) if k not in chosen]
     sought = np.concatenate([kept, columns[:, chosen]], 1)

@@ -9,14 +9,12 @@ that were stated, and t_k the tolerance of parameter k, the most probable parame
 
     sum_i e_i^2 + sum_k (s (p_k - nominal_k) / t_k)^2
 
-least. s is estimated along with them: s^2 = sum e_i^2 / (M - trace(H^-1 J^T J)), where
-H = J^T J + diag(s / t_k)^2 counts a parameter that the tolerance alone determines as none.
+least. s is estimated along with them (`noise.py`).
 
 Source:
     J. M. Hollerbach, W. Khalil, M. Gautier, Model identification, Springer Handbook of Robotics,
     chapter 6; A. Joubair, I. A. Bonev, Non-kinematic calibration of a six-axis serial robot using
-    planar constraints, Precision Engineering 40 (2015), for scaling; D. J. C. MacKay, Bayesian
-    interpolation, Neural Computation 4 (1992), for the noise beside tolerances.
+    planar constraints, Precision Engineering 40 (2015), for scaling.
 """
 
 from __future__ import annotations
@@ -36,10 +34,11 @@ from chasles.summaries import short_repr
 
 from ..doubts import doubts
 from ..observed.observations import SMALL, Observation, Start
-from ..parameters import chosen, deviations, nominal, parts
+from ..parameters import FRAMES, chosen, deviations, nominal, parts
 from ..result import Calibration
 from .identifiable import Redundancy, identifiable
 from .levenberg_marquardt import Errors, least_squares
+from .noise import LEAST_NOISE, Linearized, Undetermined, robust_deviation
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -47,29 +46,23 @@ IntArray = NDArray[np.intp]
 Inputs = ParamSpec("Inputs")
 Output = TypeVar("Output")
 
-OUTLYING = 5.0
-"""Errors of a row, in robust standard deviations, from which on the row counts as an outlier."""
-_CONSISTENT = 1.4826
-"""Median absolute deviation to standard deviation of a normal distribution."""
 _ROUNDS = 12
 """Rounds of solving and of judging rows and noise; two or three suffice as a rule."""
 _STEP = 1e-12
 """Relative change of the sum of squares, and of variables, behind which only rounding is left."""
-_LEAST_NOISE = 1e-3
-"""Noise, in standard deviations that were stated, below that of any device."""
 _EVALUATIONS = 100
 """Most evaluations of a solution: twenty suffice, and measurements without noise never settle."""
 _NEARNESS = 0.3
 """Error that 1 mm or 1 mrad off the design counts as, in standard deviations: below the noise, and
 enough to decide between parameters of the same effect."""
 _PLACED = 1e-3
-"""The same of frames and targets, which no design places."""
+"""The same of frames and targets, which no design places: the probe's frame among them."""
 _FAR = 0.1
 """How far frames and targets may be from their start [m or rad]: a tool that hardly turns tells the
 place of its targets from that of the base by what it turns alone."""
 _NEARBY = 1e-6
 """Relative step at which a robot explains the measurements well enough to tell parameters apart."""
-_MOST_NEARBY = 50
+_MOST_NEARBY = 200
 """Evaluations on the way there."""
 _SAME_NOISE = 0.01
 """Change of the noise, in parts of it, that no longer moves a parameter by its uncertainty."""
@@ -111,19 +104,40 @@ def problem_at(
     p, observation = nominal(robot) if p is None else p, start.observation
     candidates = _candidates(robot, vary, observation, bool(tolerances))
     known = deviations(robot, tolerances or {})[candidates]
-    x0 = np.concatenate([p[candidates], start.unknowns])
-    whole = Problem(
-        robot, q, observation, start.T_W_base, p, candidates, x0, known, (), np.ones(len(q))
-    )
-    J = np.concatenate([whole.derivative(x0) * SMALL, whole.drawn()], 0)
-    free, n = np.flatnonzero(known == 0), len(candidates)
-    kept = np.setdiff1d(np.arange(len(x0)), free)
-    names = np.array(whole.names)
+    whole = _whole(robot, q, start, p, candidates, known)
+    J, names, n = whole.derivative(whole.x0) * SMALL, np.array(whole.names), len(candidates)
+    unknown, unclear = identifiable(J[:, :0], J[:, n:], whole.names[n:], ())
+    J, free = np.concatenate([J, whole.drawn()], 0), np.flatnonzero(known == 0)
+    kept = np.concatenate([np.flatnonzero(known), n + unknown]).astype(np.intp)
     told, redundant = identifiable(J[:, kept], J[:, free], tuple(names[free]), tuple(names[kept]))
-    sought = np.union1d(free[told], kept[kept < n]).astype(np.intp)
-    x0 = np.concatenate([p[candidates[sought]], start.unknowns])
+    sought = np.union1d(free[told], np.flatnonzero(known)).astype(np.intp)
     return replace(
-        whole, sought=candidates[sought], x0=x0, known=known[sought], redundant=redundant
+        whole,
+        sought=candidates[sought],
+        open_unknowns=unknown,
+        x0=np.concatenate([p[candidates[sought]], start.unknowns[unknown]]),
+        known=known[sought],
+        redundant=(*redundant, *unclear),
+    )
+
+
+def _whole(
+    robot: Any, q: FloatArray, start: Start, p: FloatArray, sought: IntArray, known: FloatArray
+) -> Problem:
+    """The problem with all candidates and all unknowns as variables."""
+    return Problem(
+        robot=robot,
+        q=q,
+        observation=start.observation,
+        T_W_base=start.T_W_base,
+        held=p,
+        held_unknowns=start.unknowns,
+        sought=sought,
+        open_unknowns=np.arange(len(start.unknowns)),
+        x0=np.concatenate([p[sought], start.unknowns]),
+        known=known,
+        redundant=(),
+        weights=np.ones(len(q)),
     )
 
 
@@ -148,10 +162,10 @@ def problem_nearby(
         robust: Whether a loss is taken that outliers do not govern.
     """
     sought = _candidates(first.robot, vary, start.observation, bool(tolerances))
-    x0 = np.concatenate([first.held[sought], start.unknowns])
-    whole = replace(first, sought=sought, x0=x0, known=np.zeros(len(sought)))
+    whole = _whole(first.robot, first.q, start, first.held, sought, np.zeros(len(sought)))
+    whole, x0 = whole.weighted(first.weights), whole.x0
     designed = np.zeros(len(x0), dtype=bool)
-    designed[: len(sought)] = [first.robot.geometry[k].part != "base" for k in sought]
+    designed[: len(sought)] = [first.robot.geometry[k].part not in FRAMES for k in sought]
     nearness = np.where(designed, _NEARNESS, _PLACED) / SMALL
 
     def errors(x: FloatArray) -> Errors:
@@ -203,7 +217,9 @@ class Problem:
         observation: The measurements.
         T_W_base: (4, 4) base frame in the device's.
         held: The geometry of which the sought parameters are a part.
-        sought: Indices of the identified parameters in it.
+        held_unknowns: The observation's unknowns, likewise.
+        sought: Indices of the identified parameters in the geometry.
+        open_unknowns: Indices of the identified unknowns.
         x0: Start of x.
         known: Standard deviations of the identified parameters about nominal; 0 of free ones.
         redundant: Parameters that are not told apart.
@@ -215,7 +231,9 @@ class Problem:
     observation: Observation
     T_W_base: FloatArray
     held: FloatArray
-    sought: NDArray[np.intp]
+    held_unknowns: FloatArray
+    sought: IntArray
+    open_unknowns: IntArray
     x0: FloatArray
     known: FloatArray
     redundant: tuple[Redundancy, ...]
@@ -227,7 +245,8 @@ class Problem:
     def names(self) -> tuple[str, ...]:
         """Names of the variables."""
         own = (self.robot.geometry[k].name for k in self.sought)
-        return (*own, *self.observation.unknowns)
+        unknowns = self.observation.unknowns
+        return (*own, *(unknowns[k] for k in self.open_unknowns))
 
     @property
     def everything(self) -> BoolArray:
@@ -245,8 +264,10 @@ class Problem:
         return np.asarray(self.T_W_base @ self.robot.fk_p(q, self.geometry(x)))
 
     def unknowns(self, x: FloatArray) -> FloatArray:
-        """The observation's unknowns among the variables x."""
-        return x[len(self.sought) :]
+        """The observation's unknowns at variables x."""
+        found = self.held_unknowns.copy()
+        found[self.open_unknowns] = x[len(self.sought) :]
+        return found
 
     def errors(self, x: FloatArray) -> FloatArray:
         """All errors."""
@@ -263,7 +284,8 @@ class Problem:
         J = self.robot.identification_jacobian(self.q, self.geometry(x))[..., self.sought]
         R = self.T_W_base[:3, :3]
         J = np.concatenate([R @ J[:, :3], R @ J[:, 3:]], 1)
-        found = np.concatenate(self.observation.derivatives(T, J, self.unknowns(x)), 1)
+        by_p, by_unknowns = self.observation.derivatives(T, J, self.unknowns(x))
+        found = np.concatenate([by_p, by_unknowns[:, self.open_unknowns]], 1)
         return np.asarray(self._roots[:, None] * found)
 
     @functools.cached_property
@@ -300,6 +322,11 @@ class Problem:
         found[np.arange(len(rows)), rows] = SMALL / self.known[rows]
         return found
 
+    def strays(self, x: FloatArray) -> FloatArray:
+        """(t,) deviations of parameters from nominal, in parts of their tolerances."""
+        at = np.flatnonzero(self.known)
+        return np.asarray((x[at] - nominal(self.robot)[self.sought[at]]) / self.known[at])
+
     def solved(self, x: FloatArray, *, robust: bool) -> Calibration:
         """The calibration, from variables near by.
 
@@ -324,7 +351,8 @@ class Problem:
         Raises:
             InputValueError: There are fewer measurements than variables.
         """
-        count = len(self.x0) + len(self.redundant)
+        design = {item.name for item in self.robot.geometry if item.part not in FRAMES}
+        count = len(self.x0) + sum(item.name in design for item in self.redundant)
         if len(self._rows) + len(self.drawn()) <= count:
             raise InputValueError(
                 f"identify: {len(self._rows)} measured numbers do not determine {count} "
@@ -333,14 +361,14 @@ class Problem:
         x, used, noise = fit
         for _ in range(_ROUNDS):
             before, last = used, noise
-            used = self.within(x) if robust else used
-            noise = self.noise(x, used, noise)
+            used = self.within(Fit(x, used, noise)) if robust else used
+            noise = self.noise(x, used)
             x = self.solve(x, used, noise)
             if (used == before).all() and abs(noise - last) <= _SAME_NOISE * last:
                 break
             if not (robust or len(self.drawn())):
                 break
-        return Fit(x, used, self.noise(x, used, noise))
+        return Fit(x, used, self.noise(x, used))
 
     def solve(
         self, x: FloatArray, used: BoolArray, noise: float, *, robust: bool = False
@@ -354,7 +382,7 @@ class Problem:
 
         def errors(y: FloatArray) -> Errors:
             T = self.poses(self.q, y)
-            values = np.concatenate([self._errors_at(T, y)[kept], drawn @ (y - self.x0)])
+            values = np.concatenate([self._errors_at(T, y)[kept], noise * self.strays(y)])
             return Errors(
                 values, lambda: np.concatenate([self._derivative_at(T, y)[kept], drawn], 0)
             )
@@ -365,43 +393,54 @@ class Problem:
     def spread(self, x: FloatArray) -> float:
         """A standard deviation of the errors that outliers do not govern."""
         e = self.errors(x)
-        closed = np.isfinite(e)
-        return float(_CONSISTENT * np.median(np.abs(e[closed]))) if closed.any() else 0.0
+        return robust_deviation(e[np.isfinite(e)])
 
-    def within(self, x: FloatArray) -> BoolArray:
+    def within(self, fit: Fit) -> BoolArray:
         """Which rows agree with the others."""
-        largest = np.zeros(len(self.observation.labels))
         # Loops that do not close at x give NaN.
-        np.maximum.at(largest, self._rows, np.nan_to_num(np.abs(self.errors(x)), nan=np.inf))
-        return largest <= OUTLYING * self.spread(x)
+        closed = np.isfinite(self.errors(fit.x))
+        open_ = np.zeros(len(fit.used), dtype=bool)
+        open_[self._rows[~closed]] = True
+        used = fit.used & ~open_
+        agreeing = ~open_
+        try:
+            at, every = (self._linearized(fit.x, kept) for kept in (used[self._rows], closed))
+            wrong = at.contradicting(every, used[self._rows][closed], fit.noise)
+            agreeing[self._rows[closed][wrong]] = False
+            self._linearized(fit.x, agreeing[self._rows]).inverse_root(fit.noise)
+        except Undetermined:
+            return used  # The others do not tell what these rows should be.
+        return agreeing
 
-    def noise(self, x: FloatArray, used: BoolArray, last: float) -> float:
-        """Factor by which errors exceed their standard deviations, beside the noise before."""
-        kept = used[self._rows]
-        e = self.errors(x)[kept]
-        freedoms = len(e) - (self._determined(x, kept, last) if len(e) else 0)
-        if freedoms <= 0:
-            raise InputValueError(
-                f"identify: only {len(e)} of {len(kept)} measured numbers agree with one another, "
-                f"too few for {len(x)} variables; is another robot, or another column, measured?"
-            )
-        found = float(np.sqrt(e @ e / freedoms))
+    def noise(self, x: FloatArray, used: BoolArray) -> float:
+        """Factor by which errors exceed their standard deviations."""
+        at = self._linearized(x, used[self._rows])
+        if len(at.e) + len(at.D) <= len(x):
+            raise self._few_agree(used)
         # Tolerances beside no noise at all would leave a singular matrix.
-        return max(found, _LEAST_NOISE) if self.known.any() else found
+        return max(at.noise(), LEAST_NOISE) if len(at.D) else at.noise()
 
-    def _determined(self, x: FloatArray, kept: BoolArray, noise: float) -> float:
-        """Number of variables that the measurements determine, not their tolerances."""
-        J, drawn = self.derivative(x)[kept] * SMALL, noise * self.drawn()
-        if not len(drawn):
-            return float(len(x))
-        return float(np.trace(np.linalg.solve(J.T @ J + drawn.T @ drawn, J.T @ J)))
+    def _linearized(self, x: FloatArray, kept: BoolArray) -> Linearized:
+        """Errors of some measured numbers, and tolerances, near x."""
+        J = self.derivative(x)[kept] * SMALL
+        return Linearized(self.errors(x)[kept], J, self.strays(x), self.drawn())
+
+    def _few_agree(self, used: BoolArray) -> InputValueError:
+        kept = used[self._rows]
+        return InputValueError(
+            f"identify: only {int(kept.sum())} of {len(kept)} measured numbers agree with one "
+            f"another, too few for {len(self.x0)} variables; is another robot, or another column, "
+            "measured?"
+        )
 
     def calibration(self, fit: Fit) -> Calibration:
         """The result at the variables found."""
         x, used, noise = fit
-        kept = used[self._rows]
-        J, drawn = self.derivative(x)[kept] * SMALL, noise * self.drawn()
-        covariance = np.linalg.inv(J.T @ J + drawn.T @ drawn) * (SMALL * noise) ** 2
+        at = self._linearized(x, used[self._rows])
+        try:
+            root = at.inverse_root(noise) * (SMALL * noise)
+        except Undetermined:
+            raise self._few_agree(used) from None
         own = nominal(self.robot)[self.sought]
         before = np.concatenate([own, np.zeros(len(x) - len(self.sought))])
         p, T_W_base = self._framed(self.geometry(x))
@@ -409,7 +448,8 @@ class Problem:
             names=self.names,
             values=x,
             deviations=x - before,
-            covariance=np.asarray(covariance),
+            covariance=np.asarray(root @ root.T),
+            tolerances=np.concatenate([self.known, np.zeros(len(self.open_unknowns))]),
             p=p,
             redundant=self.redundant,
             T_W_base=T_W_base,
@@ -417,7 +457,8 @@ class Problem:
             errors=self.errors(x),
             used=used,
             noise=noise,
-            freedoms=round(kept.sum() - self._determined(x, kept, noise)),
+            freedoms=max(round(at.freedoms(noise)), 1),
+            unknowns=self.unknowns(x),
             observation=self.observation,
             q=self.q,
             robot=self.robot,

@@ -19,7 +19,8 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from .observations import SMALL, Observation, Start, points_on_tool, velocities_on_tool
+from ..fitting.levenberg_marquardt import Errors, least_squares
+from .observations import SMALL, Observation, Start, points_on_tool, stated, velocities_on_tool
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
@@ -37,6 +38,11 @@ class _OneNumber(Observation):
     values: FloatArray
     sigma: float = SMALL
     fixes_tool: ClassVar[bool] = False
+
+    @property
+    def stated(self) -> str:
+        """The standard deviation of a number."""
+        return stated(self.sigma)
 
     @property
     def rows(self) -> IntArray:
@@ -71,10 +77,13 @@ class _OneNumber(Observation):
         return self
 
     def _refined(self, T: FloatArray, x: FloatArray) -> Start:
-        """The start after Gauss-Newton steps on the unknowns alone."""
+        """The start after a fit of the unknowns alone, at the nominal poses."""
         still = np.zeros((len(T), 6, 0))
-        for _ in range(_STEPS):
-            x = x - np.linalg.lstsq(self.derivatives(T, still, x)[1], self.errors(T, x))[0]
+
+        def errors(y: FloatArray) -> Errors:
+            return Errors(self.errors(T, y), lambda: self.derivatives(T, still, y)[1])
+
+        x = least_squares(errors, x, SMALL, step=_STEP, evaluations=_EVALUATIONS)
         misfit = float(self.sigma * np.sqrt(np.mean(self.errors(T, x) ** 2)))
         return Start(np.eye(4), x, self, misfit)
 
@@ -95,11 +104,12 @@ class Distances(_OneNumber):
 
     def start(self, T: FloatArray) -> Start:
         """The target in the tool's origin, and the centre by a linear fit of spheres."""
-        p = T[:, :3, 3]
         # d^2 = |p|^2 - 2 p . c + |c|^2
-        rows = np.column_stack([2 * p, np.ones(len(p))])
-        found = np.linalg.lstsq(rows, (p**2).sum(-1) - self.values**2)[0]
-        return self._refined(T, np.concatenate([np.zeros(3), found[:3]]))
+        p = T[:, :3, 3] - T[:, :3, 3].mean(0)
+        c, rest, across = _sphere(p, (p**2).sum(-1) - self.values**2)
+        # At height 0 above the plane of the points the errors have no derivative by the height.
+        c += np.sqrt(max(-rest - c @ c, (_HEIGHT * np.abs(p).max()) ** 2)) * across
+        return self._refined(T, np.concatenate([np.zeros(3), c + T[:, :3, 3].mean(0)]))
 
     def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
         """Computed less measured distances."""
@@ -136,11 +146,11 @@ class SphereContacts(_OneNumber):
 
     def start(self, T: FloatArray) -> Start:
         """The target in the tool's origin, and the sphere by a linear fit."""
-        p = T[:, :3, 3]
         # |p|^2 = 2 p . c + r^2 - |c|^2
-        found = np.linalg.lstsq(np.column_stack([2 * p, np.ones(len(p))]), (p**2).sum(-1))[0]
-        c = found[:3]
-        return self._refined(T, np.concatenate([np.zeros(3), c, [np.sqrt(found[3] + c @ c)]]))
+        p = T[:, :3, 3] - T[:, :3, 3].mean(0)
+        c, rest, _ = _sphere(p, (p**2).sum(-1))
+        centre, radius = c + T[:, :3, 3].mean(0), np.sqrt(rest + c @ c)
+        return self._refined(T, np.concatenate([np.zeros(3), centre, [radius]]))
 
     def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
         """Distance from the surface, less the one that was measured."""
@@ -212,8 +222,27 @@ class PlaneContacts(_OneNumber):
         return np.asarray(np.array(self.normal) + x[3:5] @ self._across())
 
 
-_STEPS = 5
-"""Gauss-Newton steps on the unknowns alone; the identification goes on from there."""
+_STEP = 1e-6
+"""Relative change at which the start is good enough; the identification goes on from there."""
+_EVALUATIONS = 50
+"""Most evaluations on the way there."""
+_HEIGHT = 0.1
+"""Least height of a fixed point above points in a plane, in parts of their extent."""
+_FLAT = 1e-6
+"""Third singular value of points, in parts of the largest, below which they lie in a plane, or the
+second one, on a line."""
+
+
+def _sphere(p: FloatArray, right: FloatArray) -> tuple[FloatArray, float, FloatArray]:
+    """The solution c, rest of 2 p . c + rest = right for points p (N, 3) about 0.
+
+    The third result is a direction of c that the points leave open; 0 if they determine c.
+    """
+    _, sizes, axes = np.linalg.svd(p, full_matrices=False)
+    rows = np.column_stack([2 * p, np.full(len(p), sizes[0])])
+    found = np.linalg.lstsq(rows, right, rcond=_FLAT)[0]
+    is_flat = sizes[-1] <= _FLAT * sizes[0]
+    return found[:3], float(sizes[0] * found[3]), axes[-1] * float(is_flat)
 
 
 def _point(what: str) -> tuple[str, ...]:

@@ -64,6 +64,11 @@ class Observation(ABC):
 
     @property
     @abstractmethod
+    def stated(self) -> str:
+        """The standard deviations with which errors are compared, in words."""
+
+    @property
+    @abstractmethod
     def unknowns(self) -> tuple[str, ...]:
         """Names of the unknowns, all lengths."""
 
@@ -129,6 +134,11 @@ class Observation(ABC):
         """(M, p) by parameters whose mixed twists are J (N, 6, p), in the axes of W; (M, u)."""
 
 
+def stated(sigma: float) -> str:
+    """A standard deviation [m] in words."""
+    return f"{1e3 * sigma:.3g} mm"
+
+
 def points_on_tool(T: FloatArray, targets: FloatArray) -> FloatArray:
     """Positions (N, m, 3) of targets (m, 3) on the tool at poses (N, 4, 4)."""
     return np.asarray(T[:, None, :3, 3] + np.einsum("nij,mj->nmi", T[:, :3, :3], targets))
@@ -153,6 +163,11 @@ class Positions(Observation):
     points: FloatArray
     sigma: float = SMALL
     fixes_tool: ClassVar[bool] = False
+
+    @property
+    def stated(self) -> str:
+        """The standard deviation of a coordinate."""
+        return stated(self.sigma)
 
     @property
     def unknowns(self) -> tuple[str, ...]:
@@ -249,6 +264,11 @@ class Poses(Observation):
     sigma: tuple[float, float] = (SMALL, SMALL)
     T_tool_probe: FloatArray = field(default_factory=lambda: np.eye(4))
     fixes_tool: ClassVar[bool] = True
+
+    @property
+    def stated(self) -> str:
+        """The standard deviations of a coordinate and of a turn."""
+        return f"{stated(self.sigma[0])} and {1e3 * self.sigma[1]:.3g} mrad"
 
     @property
     def unknowns(self) -> tuple[str, ...]:

@@ -18,7 +18,15 @@ from numpy.typing import NDArray
 from chasles import InputValueError, screws
 
 from .frames import register_points, targets_at, transformation
-from .observations import LEFT_HANDED, SMALL, Observation, Positions, Start, points_on_tool
+from .observations import (
+    LEFT_HANDED,
+    SMALL,
+    Observation,
+    Positions,
+    Start,
+    points_on_tool,
+    stated,
+)
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -54,6 +62,11 @@ class Stations(Observation):
     def count(self) -> int:
         """The number of stations."""
         return max(int(np.max(self.station)) + 1, len(self.T_W_station))
+
+    @property
+    def stated(self) -> str:
+        """The standard deviation of a coordinate."""
+        return stated(self.sigma)
 
     @property
     def unknowns(self) -> tuple[str, ...]:

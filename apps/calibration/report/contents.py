@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..frame_numbers import shown_numbers
 from ..result import SHOWN, Calibration
 
 FloatArray = NDArray[np.float64]
@@ -68,9 +69,9 @@ def contents(found: Calibration, held_back: Mapping[str, float] | None = None) -
         f"Mean error {MM * before[used].mean():.3f} mm before, {MM * after[used].mean():.3f} mm "
         f"after; largest {MM * before[used].max():.3f} mm before, {MM * after[used].max():.3f} mm "
         "after.",
-        f"The noise is {found.noise:.3g} times the standard deviation that was stated.",
+        f"The noise is {found.noise:.3g} times the stated one, sigma = {found.observation.stated}.",
     )
-    tables = [_of_targets(found, before, after)]
+    tables = [_of_targets(found, before, after), _of_frames(found)]
     if held_back:
         rows = tuple((name, f"{MM * error:.3f}") for name, error in held_back.items())
         tables.append(Table("Held back, median error", ("model", "error [mm]"), rows))
@@ -104,6 +105,11 @@ def _of_targets(found: Calibration, before: FloatArray, after: FloatArray) -> Ta
         rows.append((name, str(int(own.sum())), *(f"{MM * x:.3f}" for x in cells)))
     heading = ("measured", "number", "before [mm]", "after [mm]", "largest after [mm]")
     return Table("Errors by target", heading, tuple(rows))
+
+
+def _of_frames(found: Calibration) -> Table:
+    heading = ("frame", "x [mm]", "y [mm]", "z [mm]", "roll [deg]", "pitch [deg]", "yaw [deg]")
+    return Table("Frames", heading, tuple((name, *shown_numbers(T)) for name, T in found.frames))
 
 
 def _of_parameters(found: Calibration) -> Table:

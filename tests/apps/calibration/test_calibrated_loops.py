@@ -17,7 +17,8 @@ from numpy.testing import assert_allclose
 
 from chasles import screws
 from chasles.calibration import Poses, Positions, identify, random_arms, robot_file, tool_errors
-from chasles.calibration.fitting.problem import OUTLYING, problem_at
+from chasles.calibration.fitting.noise import OUTLYING
+from chasles.calibration.fitting.problem import Fit, problem_at
 from chasles.derive import RobotError, casadi_function, derive, load, loads
 from chasles.derive.chain.parametric import PARAMETRIC
 from chasles.derive.latex.inverse.inverse_fragment import inverse_of_loops
@@ -147,7 +148,7 @@ def test_rows_whose_loops_do_not_close_are_left_out_of_the_fit():
     x[problem.names.index("rocker_pin_a_x")] = 0.24
     closed = np.isfinite(robot.fk_p(q, problem.geometry(x))).all((1, 2))
     assert 0 < closed.sum() < len(q)
-    assert not problem.within(x)[~closed].any()
+    assert not problem.within(Fit(x, problem.everything, 1.0))[~closed].any()
     found = problem.solve(x, problem.everything, 1.0, robust=True)
     assert problem.spread(found) < problem.spread(x) / 2
 
@@ -162,6 +163,18 @@ def test_identify_converges_for_tool_that_hardly_rotates():
     found = identify(robot, q, Positions(points + 2e-5 * random.normal(size=points.shape), 2e-5))
     assert 0.8 < found.noise < 1.2
     assert found.outliers == ()
+
+
+@pytest.mark.parametrize("seed", [0, 6])
+def test_identify_explains_delta_whose_probe_is_decimetres_from_its_start(seed):
+    """No design places the probe: its distance from the start costs as little as the base's."""
+    robot, random = parametric("delta"), np.random.default_rng(seed)
+    p, q = drawn(robot, random, 5e-4), around(robot, random, 60)
+    noise = screws.exp(random.normal(size=(60, 6)) * np.repeat(SIGMA, 3))
+    T = screws.exp(random.normal(size=6)) @ robot.fk_p(q, p) @ noise
+    found = identify(robot, q, Poses(T, SIGMA))
+    assert 0.8 < found.noise < 1.2
+    assert found.doubts == ()
 
 
 def test_unobservable_mechanism_scale_is_reported_redundant(tmp_path):

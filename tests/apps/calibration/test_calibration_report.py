@@ -5,8 +5,11 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
+from scipy.spatial.transform import Rotation
 
-from chasles.calibration import Positions, best_model
+from chasles import screws
+from chasles.calibration import Poses, Positions, best_model, identify
 from chasles.calibration.report import html_page, residual_plot, tex_page
 from chasles.calibration.report.contents import contents
 from tests.support.measured_arms import drawn
@@ -42,7 +45,30 @@ def test_report_tables_match_calibration_results(chosen):
     assert [row[0] for row in said.tables[0].rows] == ["target 1", "target 2", "target 3"]
     assert [row[1] for row in said.tables[0].rows] == ["60", "59", "60"]
     assert any("measurement 5, target 2" in note for note in said.notes)
-    assert {row[0] for row in said.tables[1].rows} == set(chosen.errors)
+    (held,) = (table for table in said.tables if table.title.startswith("Held back"))
+    assert {row[0] for row in held.rows} == set(chosen.errors)
+
+
+def test_reports_print_frames_and_stated_noise(chosen, arm):
+    found = chosen.calibration
+    (frames,) = (table for table in contents(found).tables if table.title == "Frames")
+    assert [row[0] for row in frames.rows] == ["base frame in the frame of the measurements"]
+    x, y, z, *angles = map(float, frames.rows[0][1:])
+    assert_allclose([x, y, z], 1e3 * found.T_W_base[:3, 3], atol=1e-4)
+    R = Rotation.from_euler("xyz", angles, degrees=True).as_matrix()
+    assert_allclose(R, found.T_W_base[:3, :3], atol=1e-5)
+    assert "sigma = 0.02 mm" in contents(found).summary[2]
+    truth = drawn(arm, 1)
+    T_tool_probe = screws.exp([0.1, 0.02, -0.05, 1.0, -0.5, 0.5])
+    poses = Poses(truth.poses(arm, truth.q) @ T_tool_probe, (2e-5, 5e-5))
+    text = str(found := identify(arm, truth.q, poses))
+    assert "sigma = 0.02 mm and 0.05 mrad" in text
+    (_, base), (name, probe) = found.frames
+    assert name == "probe frame in the nominal tool frame"
+    assert_allclose(base, truth.T_W_base, atol=1e-2)
+    # The drawn tool is off by 1 mm and 1 mrad.
+    assert_allclose(probe, T_tool_probe, atol=1e-2)
+    assert f"{1e3 * probe[0, 3]:.4f}" in text
 
 
 def test_html_report_is_deterministic_and_self_contained(chosen):

@@ -1,0 +1,158 @@
+"""Correct measurements get no accusation, few, exact or of one number each; wrong ones do."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy import stats
+
+from chasles.calibration import Distances, PlaneContacts, identify
+from chasles.calibration.fitting.noise import OUTLYING, Linearized, limit
+from tests.support.calibration_verdicts import verdict
+from tests.support.compiling import compiled
+from tests.support.generators.linear_delta import (
+    END_STOPS,
+    LINEAR_DELTA,
+    bed_contacts,
+    description_of,
+)
+from tests.support.generators.simulated_measurements import (
+    DEVICES,
+    in_degrees,
+    simulated,
+    with_exchanged_columns,
+)
+
+SIGMA = 2e-5
+MODELS = {
+    "offsets": {"vary": ("offset",)},
+    "offsets with tolerances": {"vary": ("offset",), "tolerances": {"offset": 5e-4}},
+    "all with tolerances": {
+        "vary": ("offset", "loop", "axis"),
+        "tolerances": {"offset": 5e-4, "loop": 3e-4, "axis": 1e-3},
+    },
+}
+
+
+@pytest.fixture(scope="module")
+def linear_delta(tmp_path_factory):
+    """A printer's robot: three carriages on columns, six rods, a platform that keeps level."""
+    functions = ["fk", "fk_p", "identification_jacobian"]
+    folder = tmp_path_factory.mktemp("linear") / LINEAR_DELTA
+    return compiled(description_of(LINEAR_DELTA), folder, functions)
+
+
+def end_stops(robot, found):
+    """Errors of the end stops without their mean, which the height of the bed takes."""
+    offsets = [k for k, item in enumerate(robot.geometry) if item.part == "offset"]
+    errors = found.p[offsets] - np.array([robot.geometry[k].value for k in offsets])
+    return errors - errors.mean()
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("count", [25, 61])
+def test_bed_contacts_of_linear_delta_are_explained_to_noise(linear_delta, model, count):
+    q = bed_contacts(count, 0, SIGMA)
+    found = identify(linear_delta, q, PlaneContacts(np.zeros(count), SIGMA), **MODELS[model])
+    assert 0.4 < found.noise < 1.5
+    assert not any("another" in doubt for doubt in found.doubts)
+    assert found.outliers == ()
+    assert np.isfinite(found.std).all()
+    if model != "all with tolerances":
+        true = np.array(END_STOPS) - np.mean(END_STOPS)
+        assert_allclose(end_stops(linear_delta, found), true, atol=2e-4)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_exact_bed_contacts_give_end_stops(linear_delta, model):
+    q = bed_contacts(61, 0, 0.0)
+    found = identify(linear_delta, q, PlaneContacts(np.zeros(61), SIGMA), **MODELS[model])
+    assert found.outliers == ()
+    assert not any("another" in doubt for doubt in found.doubts)
+    if model != "all with tolerances":
+        true = np.array(END_STOPS) - np.mean(END_STOPS)
+        assert_allclose(end_stops(linear_delta, found), true, atol=1e-7)
+
+
+def test_unknowns_that_measurements_leave_open_are_redundant(linear_delta):
+    """A nozzle that keeps its orientation tells its place from the bed's by nothing."""
+    q = bed_contacts(25, 0, SIGMA)
+    found = identify(linear_delta, q, PlaneContacts(np.zeros(25), SIGMA), vary=("offset",))
+    held = {item.name for item in found.redundant}
+    assert {"target_x", "target_y"} <= held
+    assert len({"target_z", "plane_height"} & held) == 1
+    assert len(found.unknowns) == 6
+
+
+@pytest.mark.parametrize("device", DEVICES)
+def test_correct_measurements_get_no_accusation(arm, device):
+    said = [verdict(arm, simulated(arm, seed, device=device)) for seed in range(4)]
+    assert [v.text for v in said if not (v.is_clean or v.is_too_few)] == []
+    assert any(v.is_clean for v in said)
+
+
+def test_measurements_of_other_robots_get_a_doubt(arm):
+    """A link that is 20 mm longer, exchanged columns, degrees."""
+    for seed in range(2):
+        right = simulated(arm, seed)
+        for wrong in (
+            simulated(arm, seed, another=True),
+            with_exchanged_columns(right, seed),
+            in_degrees(arm, right),
+        ):
+            assert verdict(arm, wrong).is_answered, str(wrong)
+
+
+@pytest.mark.parametrize("height", [0.0, 0.3])
+def test_ball_bar_start_explains_points_in_a_plane(height):
+    """The centre may be above the plane, which linear equations of its sphere do not tell."""
+    random = np.random.default_rng(4)
+    T = np.tile(np.eye(4), (30, 1, 1))
+    T[:, :2, 3] = random.uniform(-0.2, 0.2, (30, 2))
+    centre = np.array([0.1, -0.3, height])
+    start = Distances(np.linalg.norm(T[:, :3, 3] - centre, axis=-1), SIGMA).start(T)
+    assert start.misfit < 1e-9
+
+
+def linearized(random, noise, few=12, parameters=30):
+    """Few measured numbers of many parameters with tolerances, and the errors that they leave."""
+    J = random.normal(size=(few, parameters))
+    D = np.eye(parameters) * 2.0
+    true = random.normal(size=parameters) / 2.0
+    return Linearized(J @ -true + noise * random.normal(size=few), J, np.zeros(parameters), D)
+
+
+def test_noise_beside_tolerances_is_that_of_drawn_measurements():
+    """The most probable noise of many draws scatters about the true one, and never vanishes."""
+    many = [linearized(np.random.default_rng(s), 3.0, few=200).noise() for s in range(20)]
+    assert np.median(many) == pytest.approx(3.0, rel=0.1)
+    few = [linearized(np.random.default_rng(s), 1.0).noise() for s in range(50)]
+    assert 0.1 < min(few) < max(few) < 10
+
+
+def test_few_surplus_numbers_leave_no_row_out():
+    """Errors of three surplus numbers differ by chance as much as they please."""
+    left_out = 0
+    for seed in range(200):
+        random = np.random.default_rng(seed)
+        J = random.normal(size=(33, 30))
+        e = random.normal(size=33)
+        e -= J @ np.linalg.lstsq(J, e)[0]
+        at = Linearized(e, J, np.zeros(0), np.zeros((0, 30)))
+        left_out += at.contradicting(at, np.ones(33, dtype=bool), 1.0).sum()
+    assert left_out == 0
+
+
+def test_limit_of_rows_is_five_deviations_of_many_numbers():
+    assert limit(1e6) == pytest.approx(OUTLYING, rel=1e-3)
+    assert limit(30) > stats.t.ppf(1 - 1e-6, 30)
+    assert limit(0.1) > 1e3 or math.isinf(limit(0.1))
+
+
+def test_gross_error_among_few_measurements_is_left_out(arm):
+    """25 rows of a target for 7 variables name the row that is 5 mm off."""
+    draw = simulated(arm, 3, device="three targets")
+    draw.observation.points[2, 1] += 5e-3
+    found = identify(arm, draw.q, draw.observation, vary=("offset",))
+    assert found.outliers == ("measurement 3, target 2",)
