@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -14,6 +15,7 @@ from report import (
     at,
     consistent,
     erratum,
+    evaluated,
     lost,
     not_printed,
 )
@@ -113,14 +115,14 @@ def joints(printed: dict[str, Printed]) -> list[Row]:
         ]
     r = platform().parameters
     x, y, a = TURNED
-    on_base = at(r=r["r_b"].value)
+    on_base = at_each_leg(r=r["r_b"].value)
     return [
         *found,
         agrees(
             printed["platform_joints"],
             on_platform(),
             "at (45 mm, 20 mm, 10 deg)",
-            evaluated=at(r=r["r_p"].value, a=a, x=x, y=y),
+            evaluated=at_each_leg(r=r["r_p"].value, a=a, x=x, y=y),
         ),
         erratum(
             printed["base_joints"],
@@ -130,6 +132,11 @@ def joints(printed: dict[str, Printed]) -> list[Row]:
             evaluated=on_base,
         ),
     ]
+
+
+def at_each_leg(**values: float) -> Callable[[Printed], Any]:
+    """A function that evaluates equations for the legs i = 1, 2, 3, a row for each."""
+    return lambda item: np.array([evaluated(item, i=i, **values) for i in (1, 2, 3)])
 
 
 def on_platform() -> Any:
