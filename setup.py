@@ -68,7 +68,7 @@ setup(
             "emit/c/support/*/*.h",
         ],
         **{
-            name: ["*.c", "*.h", "*.json", "*.pyi", "*.tex", "*/*.tex", "*.casadi"]
+            name: ["*.c", "*.h", "*.json", "*.pyi", "*.tex", "*/*.tex", "*.casadi", "support/*.h"]
             for name in packages_under("generated")
         },
     },

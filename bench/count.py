@@ -20,6 +20,7 @@ from pathlib import Path
 
 import chasles
 import chasles.derive
+from chasles.contract import SUPPORT
 from chasles.derive.emit.languages import EMITTERS
 from tests.support.native import compiler_version
 from tests.support.oracles.screws import ROBOTS
@@ -170,7 +171,15 @@ def _of_robot(name: str, folder: Path) -> dict[str, int]:
     main.write_text(_driver(robot), encoding="utf-8")
     program = folder / name
     # Symbols are bound at the start: otherwise the first call of a library function costs more.
-    options = [f"-I{robot.folder}", str(main), "-o", str(program), "-lm", "-Wl,-z,now"]
+    options = [
+        f"-I{robot.folder}",
+        f"-I{robot.folder.parent / SUPPORT}",
+        str(main),
+        "-o",
+        str(program),
+        "-lm",
+        "-Wl,-z,now",
+    ]
     subprocess.run(["gcc", *FLAGS, *options], check=True)
     profile = folder / f"{name}.out"
     options = [

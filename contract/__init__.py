@@ -4,6 +4,7 @@ from .bodies import Body, BodyJoint, HeldFrames, PlacedTip, Shape, SkeletonFacts
 from .errors import ChaslesError, ManifestError, SourceMismatchError, UnknownRobotError
 from .manifest import (
     FORMAT,
+    SUPPORT,
     ActuatedVariable,
     Argument,
     CleanedNumber,
@@ -28,6 +29,7 @@ __all__ = [
     "FORMAT",
     "KINDS",
     "ROLES",
+    "SUPPORT",
     "VECTORS",
     "ActuatedVariable",
     "Aim",

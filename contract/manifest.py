@@ -16,6 +16,8 @@ from .errors import SourceMismatchError
 from .records import INLINE, NOT_STORED, Digest, Name, Sizes, one_of
 from .roles import Kind, Role
 
+SUPPORT = "support"
+"""The folder of the C headers that the robots next to it share."""
 FORMAT = 2
 """The version of the manifest, the value of its field `chasles`."""
 
@@ -338,6 +340,19 @@ class Manifest:
         """Names of the generated C files and headers."""
         return tuple(file for file in self.files if file.endswith((".c", ".h")))
 
+    def path_of(self, file: str) -> Path:
+        """The path of a generated file.
+
+        The robots that are installed with chasles share their support headers: these lie in the
+        folder `support` next to the folders of the robots.
+        """
+        own, shared = self.folder / file, self.folder.parent / SUPPORT / file
+        return shared if shared.is_file() and not own.exists() else own
+
+    def sources(self) -> dict[str, str]:
+        """The text of every C file and header, by name; raises as `read_source`."""
+        return {file: self.read_source(file).decode() for file in self.c_files}
+
     def read_source(self, file: str) -> bytes:
         """The bytes of a generated file, refused unless their hash is the hash in the manifest.
 
@@ -347,7 +362,7 @@ class Manifest:
         Raises:
             SourceMismatchError: If the file is absent or its SHA-256 differs.
         """
-        path = self.folder / file
+        path = self.path_of(file)
         try:
             content = path.read_bytes()
         except OSError as error:

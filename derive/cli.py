@@ -14,13 +14,12 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from .build.freshness import ROOM, Job, is_up_to_date
+from .build.freshness import GENERATED, Job, is_up_to_date
 from .description.shipped_files import ROBOTS, SHELF, robot_names, shipped_file
 
 if TYPE_CHECKING:
     from .build.jobs import Report
 
-GENERATED = ROOM.parent / "generated"
 LIMIT = 300.0
 """Seconds for one robot: some sixty times what a six-axis arm takes on one core."""
 NAMED = "robot:"

@@ -66,7 +66,7 @@ def kernel(robot: chasles.Robot, function: str, flags: Sequence[str] = ()) -> Ke
     arguments = [f"in + {sum(sizes[:k])}" for k in range(len(sizes))]
     arguments += [f"out + {ROOM * k}" for k in range(len(outputs))]
     main = MAIN.format(robot=robot.name, function=function, arguments=", ".join(arguments))
-    own = {file.name: file.read_text(encoding="utf-8") for file in robot.folder.glob("*.[ch]")}
+    own = robot.manifest.sources()
     files = {"main.c": main, **own}
     library = compiled(Source(f"{robot.name}-{function}", files, (UNPACKED, *flags)))
     results, shapes = aligned(len(outputs), ROOM), tuple(array.shape for array in outputs)

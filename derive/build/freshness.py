@@ -16,6 +16,8 @@ from ..description.shipped_files import nominal_file
 from ..model.errors import RobotError
 
 ROOM = Path(__file__).parent.parent
+GENERATED = ROOM.parent / "generated"
+"""The folder of the robots that are installed with chasles."""
 STAMP = ".derived"
 
 

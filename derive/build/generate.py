@@ -7,8 +7,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from chasles.contract import SUPPORT
+
 from ..beside import beside
 from ..derivation import Derivation, derive
+from ..emit.c.header import support_files
 from ..emit.emitter import Emitter, Files
 from ..emit.languages import EMITTERS
 from ..emit.manifest import manifest
@@ -107,18 +110,32 @@ def write(
     return put(artifacts(robot, functions, emitters, parametric=parametric), Path(folder))
 
 
-def put(files: Mapping[str, str], folder: Path) -> list[Path]:
-    """Writes files into a folder, each one whole or not at all, the manifest last."""
-    for stale in sorted(_listed(folder) - files.keys()):
-        (folder / stale).unlink(missing_ok=True)
+def put(files: Mapping[str, str], folder: Path, *, shares: bool = False) -> list[Path]:
+    """Writes files into a folder, each one whole or not at all, the manifest last.
+
+    Args:
+        files: The generated files by path.
+        folder: The robot's own folder.
+        shares: Whether support headers go to the folder that robots next to it share.
+    """
+    paths = paths_of(files, folder, shares=shares)
+    for name in sorted(_listed(folder) | files.keys()):
+        if paths.get(name) != folder / name:
+            (folder / name).unlink(missing_ok=True)
     ordered = sorted(files, key=lambda name: name == MANIFEST)
     for name in ordered:
-        path = folder / name
+        path = paths[name]
         path.parent.mkdir(parents=True, exist_ok=True)
         temporary = path.with_name(f".{path.name}.{os.getpid()}")
         temporary.write_bytes(files[name].encode())
         temporary.replace(path)
-    return [folder / name for name in ordered]
+    return [paths[name] for name in ordered]
+
+
+def paths_of(files: Mapping[str, str], folder: Path, *, shares: bool) -> dict[str, Path]:
+    """The path of each generated file; `shares` as for :func:`put`."""
+    shared = support_files() if shares else {}
+    return {name: (folder.parent / SUPPORT if name in shared else folder) / name for name in files}
 
 
 def strays(files: Mapping[str, str], folder: Path) -> list[str]:

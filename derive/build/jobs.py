@@ -20,8 +20,15 @@ from ..inverse.explanation import explain, explanation
 from ..model.errors import RobotError
 from ..model.mechanism import Described
 from ..quality.model_report import model_report
-from .freshness import Job, stamp
-from .generate import MANIFEST, files_of, put, strays, without_search_for_cycles
+from .freshness import GENERATED, Job, stamp
+from .generate import (
+    MANIFEST,
+    files_of,
+    paths_of,
+    put,
+    strays,
+    without_search_for_cycles,
+)
 from .time_limit import at_most
 
 
@@ -163,7 +170,7 @@ def _derive(job: Job) -> Report:
     derivation = _derivation(job, robot)
     files = files_of(derivation, DETAILS[job.detail])
     folder = job.to / robot.name
-    put(files, folder)
+    put(files, folder, shares=_shares(job))
     stamp(job, folder)
     parts = [f"{robot.name:<12} {_summary(files)}  {time.perf_counter() - started:5.2f} s"]
     cleaning = derivation.robot.cleaning
@@ -189,11 +196,17 @@ def _compare(job: Job) -> Report:
     robot = read(job)
     files = files_of(_derivation(job, robot), DETAILS[job.detail])
     folder = job.to / robot.name
-    differing = [name for name, text in files.items() if _text(folder / name) != text]
-    differing += strays(files, folder)
+    paths = paths_of(files, folder, shares=_shares(job))
+    differing = [name for name, text in files.items() if _text(paths[name]) != text]
+    differing += strays({name: "" for name in files if paths[name] == folder / name}, folder)
     if differing:
         return Report(False, f"{robot.name:<12} out of date: {', '.join(differing)}")
     return Report(True, f"{robot.name:<12} agrees, {len(files)} files")
+
+
+def _shares(job: Job) -> bool:
+    """Whether the robots in the target folder share their support headers."""
+    return job.to.resolve() == GENERATED.resolve()
 
 
 def _summary(files: dict[str, str]) -> str:

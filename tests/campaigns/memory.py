@@ -23,6 +23,7 @@ SOLVERS = DRIVER.with_name("solvers.c")
 GENERATED = Path(__file__).parents[2] / "generated"
 RUNTIME = Path(chasles.__file__).parent
 INCLUDES = [f"-I{RUNTIME}", f"-I{RUNTIME / 'library'}"]
+SUPPORT = f"-I{GENERATED / 'support'}"
 SOLVER_SOURCES = [
     *sorted(map(str, (RUNTIME / "iterative" / "native").glob("*.c"))),
     str(RUNTIME / "velocity" / "native" / "damped_box.c"),
@@ -51,7 +52,7 @@ def build(name, folder, *flags):
     """Compiles the driver with all functions of a robot."""
     manifest = read_manifest(GENERATED / name)
     (folder / "glue.c").write_text(write_glue(manifest))
-    paths = [*INCLUDES, f"-I{manifest.folder}"]
+    paths = [*INCLUDES, f"-I{manifest.folder}", SUPPORT]
     command = [GCC, "-std=gnu99", "-Wall", "-Wextra", "-Werror", "-Wno-psabi", *flags, *paths]
     libraries = ["-lpthread", "-lmvec", "-lm"]
     subprocess.run(
@@ -66,7 +67,7 @@ def build_solvers(name, folder, sanitizers):
     files = {file: digest for file, digest in manifest.files.items() if file != manifest.batch_file}
     (folder / "glue.c").write_text(write_glue(replace(manifest, files=files)))
     flags = ["-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O1", "-fno-sanitize-recover=all"]
-    paths = [f"-fsanitize={sanitizers}", *INCLUDES, f"-I{manifest.folder}"]
+    paths = [f"-fsanitize={sanitizers}", *INCLUDES, f"-I{manifest.folder}", SUPPORT]
     command = [GCC, *flags, *paths, str(SOLVERS), *SOLVER_SOURCES, "glue.c", "-o", "solvers"]
     subprocess.run([*command, "-lpthread", "-lm"], cwd=folder, check=True)
     return folder / "solvers"

@@ -3,13 +3,15 @@
 Neither the directory nor the hash seed nor the day nor the processor may show in them.
 """
 
-import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
+from chasles.contract import read_manifest
+from chasles.derive.emit.c.header import support_files
 from chasles.derive.emit.manifest import sha256
 from tests.support.derivations import ALL, GENERATED
 
@@ -46,18 +48,31 @@ def test_generated_files_do_not_depend_on_environment(tmp_path):
     """The committed files came from their own directory."""
     found = generate(tmp_path / "another place", "4242")
     assert len([name for name in found if name.endswith("manifest.json")]) == len(DERIVED)
-    assert [name for name in found if read(GENERATED / name) != found[name]] == []
+    assert [name for name in found if committed(name) != found[name]] == []
 
 
-def read(path):
+def committed(name):
+    """The bytes of a committed file; robots share their support headers."""
+    own, shared = GENERATED / name, GENERATED / "support" / Path(name).name
+    path = own if own.is_file() else shared
     return path.read_bytes() if path.is_file() else None
+
+
+def test_shared_headers_are_those_of_the_compiler_and_used():
+    used = {file for name in ALL for file in read_manifest(GENERATED / name).files}
+    for path in (GENERATED / "support").iterdir():
+        assert path.read_bytes() == support_files()[path.name].read_bytes()
+        assert path.name in used
+    own = {path.name for name in ALL for path in (GENERATED / name).glob("*.h")}
+    assert not own & support_files().keys()
 
 
 @pytest.mark.parametrize("name", ALL)
 def test_manifest_lists_file_hashes_and_no_machine_names(name):
     text = (GENERATED / name / "manifest.json").read_text()
-    for file, digest in json.loads(text)["files"].items():
-        assert sha256((GENERATED / name / file).read_text()) == digest
+    manifest = read_manifest(GENERATED / name)
+    for file, digest in manifest.files.items():
+        assert sha256(manifest.path_of(file).read_text()) == digest
     assert str(GENERATED) not in text
     assert os.uname().nodename not in text or len(os.uname().nodename) < 4
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import chasles
+from chasles.contract import read_manifest
 from tests.support.native import UNPACKED, Source
 
 from ...cases.arms import Arm
@@ -47,7 +48,7 @@ static void fk_jacobian(void *none, const double *q, double *T, double *J)
 {{ (void)none; {both} }}
 #include "loop.h"
 """
-    own = {file.name: file.read_text(encoding="utf-8") for file in folder.glob("*.[ch]")}
+    own = read_manifest(folder).sources()
     return loop(NAME, joints, Source(f"own-{name}", {"main.c": main, **own}, (UNPACKED, *flags)))
 
 

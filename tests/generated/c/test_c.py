@@ -30,11 +30,15 @@ test_one_unit compiles the C of all robots with each compiler.
 """
 
 
+SUPPORT = f"-I{GENERATED / 'support'}"
+"""The headers that all robots share."""
+
+
 def compiled(compiler, name, folder, suffix="", flags=()):
     path_of(COMPILERS[compiler][0])
     target = folder / f"{name}.o"
     source = GENERATED / name / f"{name}{suffix}.c"
-    command = [*COMPILERS[compiler], *STRICT, *flags, str(source), "-o", str(target)]
+    command = [*COMPILERS[compiler], *STRICT, *flags, SUPPORT, str(source), "-o", str(target)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[:2000]
     return target
@@ -101,7 +105,17 @@ int main(void) {
 def test_minimal_c_program_computes_correct_position(tmp_path):
     (tmp_path / "main.c").write_text(EXAMPLE)
     source = GENERATED / "ur5e" / "ur5e.c"
-    command = ["cc", "-std=c99", "-O1", *STRICT, f"-I{source.parent}", "main.c", str(source), "-lm"]
+    command = [
+        "cc",
+        "-std=c99",
+        "-O1",
+        *STRICT,
+        f"-I{source.parent}",
+        SUPPORT,
+        "main.c",
+        str(source),
+        "-lm",
+    ]
     subprocess.run([*command, "-o", "main"], cwd=tmp_path, check=True)
     done = subprocess.run(["./main"], cwd=tmp_path, capture_output=True, text=True, check=True)
     x, y, z = map(float, done.stdout.split())

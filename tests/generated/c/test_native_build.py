@@ -2,7 +2,6 @@
 
 import ctypes
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -29,7 +28,7 @@ def native(robot, functions, flags=()):
 
     The compiler drops all other functions of the robot, which saves most of its time.
     """
-    files = {f.name: f.read_text(encoding="utf-8") for f in Path(robot.folder).glob("*.[ch]")}
+    files = robot.manifest.sources()
     exports = "".join(f"{EXPORTED} void (*entry_{f})() = {robot.name}_{f};\n" for f in functions)
     main = f'#include "{robot.name}.c"\n{exports}'
     source = Source(

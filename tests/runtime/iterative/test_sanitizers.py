@@ -49,6 +49,7 @@ FUNCTION = re.compile(r"^(?:static )?void (\w+)\(.*?^}\n", re.MULTILINE | re.DOT
 def part(name, functions, folder):
     """A copy of a shipped robot with some functions alone, which compiles several times faster."""
     made = Path(shutil.copytree(GENERATED / name, folder / name))
+    shutil.copytree(GENERATED / "support", folder / "support", dirs_exist_ok=True)
     manifest = made / "manifest.json"
     content = json.loads(manifest.read_text())
     left_out = [f["name"] for f in content["functions"] if f["name"] not in functions]
