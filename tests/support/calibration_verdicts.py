@@ -25,11 +25,13 @@ class Verdict:
 
     Attributes:
         accusations: The error, or the doubts about the robot or the measurements.
+        doubts: All doubts, also that the numbers are few.
         is_too_few: Whether the numbers are fewer than the variables.
         unexplained: What a correct robot would not have: rows left out, or more noise than stated.
     """
 
     accusations: tuple[str, ...]
+    doubts: tuple[str, ...] = ()
     is_too_few: bool = False
     unexplained: tuple[str, ...] = ()
 
@@ -40,8 +42,12 @@ class Verdict:
 
     @property
     def is_answered(self) -> bool:
-        """Whether the measurements are doubted or refused."""
-        return bool(self.accusations)
+        """Whether the measurements are doubted or refused.
+
+        A few numbers of another robot may fit, with zeros degrees away: the doubt is then that they
+        are few.
+        """
+        return bool(self.accusations or self.doubts)
 
     @property
     def text(self) -> str:
@@ -61,4 +67,4 @@ def verdict(robot, draw: Simulated) -> Verdict:
     unexplained = [f"left out: {label}" for label in found.outliers]
     if found.freedoms > LEAST_SURPLUS and found.noise > MOST_NOISE:
         unexplained.append(f"noise {found.noise:.3g} times the stated one")
-    return Verdict(tuple(said), unexplained=tuple(unexplained))
+    return Verdict(tuple(said), found.doubts, unexplained=tuple(unexplained))

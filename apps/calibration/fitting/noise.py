@@ -40,8 +40,11 @@ Student's distribution gives the limit of the same probability."""
 CONSISTENT = 1.4826
 """Median absolute deviation to standard deviation of a normal distribution."""
 LEAST_NOISE = 1e-3
-"""Noise, in standard deviations that were stated, below that of any device. Exact measurements
-leave rounding errors, which say nothing of the rows."""
+"""Noise, in standard deviations that were stated, below that of any device."""
+_LEAST_DEVIATION = 0.01
+"""Least deviation with which rows are compared, in standard deviations that were stated. Exact
+measurements leave rounding errors and small effects of parameters that are held at nominal, which
+say nothing of the rows."""
 CHANCE = float(scipy.special.ndtr(-OUTLYING))
 """Probability of an error beyond that limit, to one side."""
 _EFFICIENCY = 0.37
@@ -157,7 +160,9 @@ def _leverages(J: FloatArray, inverse_root: FloatArray) -> FloatArray:
 
 def robust_deviation(errors: FloatArray) -> float:
     """A standard deviation of errors that outliers do not govern."""
-    return max(float(CONSISTENT * np.median(np.abs(errors))), LEAST_NOISE) if len(errors) else 0.0
+    return (
+        max(float(CONSISTENT * np.median(np.abs(errors))), _LEAST_DEVIATION) if len(errors) else 0.0
+    )
 
 
 def limit(freedoms: float) -> float:
