@@ -36,24 +36,33 @@ static int chasles_general_room(const chasles_general_six *six, const chasles_ge
     return margin[own] >= margin[CHASLES_SLOTS] ? -1 : own;
 }
 
+/* The first place, from a place on, whose solution is the same as a configuration; their number
+ * where there is none. */
+static int chasles_general_same(const chasles_general_six *six, const chasles_general_found *found,
+                                const double *q, int from)
+{
+    for (int own = from; own < found->count; own++) {
+        double most = 0.0;
+        for (int k = 0; k < 6; k++) {
+            const double apart = fabs(chasles_general_wrapped(six, k, q[k] - found->q[own][k]));
+            most = apart > most ? apart : most;
+        }
+        if (most < CHASLES_SAME)
+            return own;
+    }
+    return found->count;
+}
+
 /* Keeps a solution; returns its place, or -1 where it is none. */
 static int chasles_general_keep(const chasles_general_six *six, chasles_general_found *found,
                                 const chasles_general_way *way)
 {
     if (!(way->left <= CHASLES_SOLVED))
         return -1;
-    int own = 0;
-    for (; own < found->count; own++) {
-        double most = 0.0;
-        for (int k = 0; k < 6; k++) {
-            const double apart =
-                fabs(chasles_general_wrapped(six, k, way->q[k] - found->q[own][k]));
-            most = apart > most ? apart : most;
-        }
-        if (most < CHASLES_SAME)
-            break;
-    }
-    if (own < found->count && found->residual[own] <= way->left)
+    int own = chasles_general_same(six, found, way->q, 0);
+    /* Among infinitely many solutions a better one may be the same as two of them. */
+    if (own < found->count && (found->residual[own] <= way->left ||
+                               chasles_general_same(six, found, way->q, own + 1) < found->count))
         return own;
     if (own == CHASLES_SLOTS)
         own = chasles_general_room(six, found, way->J);
@@ -266,18 +275,17 @@ static int chasles_general_by_splits(const chasles_general_six *six, const doubl
     return 0;
 }
 
-/* All solutions of a pose. Where roots run together or the equations fail, they are found from
- * those of poses nearby, all of which are known surely. */
-static void chasles_general_search_all(const chasles_general_six *six, const double *T,
-                                       chasles_general_found *found)
+/* Adds the solutions of a pose to which the solutions of poses nearby lead; whether enough of these
+ * poses surely have no others. */
+static int chasles_general_by_nearby(const chasles_general_six *six, const double *T,
+                                     chasles_general_found *found)
 {
     static const double sizes[] = {1e-3, 1e-3, 1e-2, 1e-2, 1e-4, 1e-4};
     chasles_general_found nearby;
     chasles_general_way way;
     double near[16];
-    if (chasles_general_by_splits(six, T, found))
-        return;
-    for (int k = 0, sure = 0; k < 6 && sure < CHASLES_AGREED; k++) {
+    int sure = 0;
+    for (int k = 0; k < 6 && sure < CHASLES_AGREED; k++) {
         chasles_general_nudged(T, six->arm->length, sizes[k], k, near);
         sure += chasles_general_by_splits(six, near, &nearby);
         for (int i = 0; i < nearby.count; i++) {
@@ -285,6 +293,16 @@ static void chasles_general_search_all(const chasles_general_six *six, const dou
             chasles_general_finish(six, T, &way, found);
         }
     }
+    return sure >= CHASLES_AGREED;
+}
+
+/* All solutions of a pose. Where roots run together or the equations fail, they are found from
+ * those of poses nearby, all of which are known surely. */
+static void chasles_general_search_all(const chasles_general_six *six, const double *T,
+                                       chasles_general_found *found)
+{
+    if (!chasles_general_by_splits(six, T, found))
+        chasles_general_by_nearby(six, T, found);
 }
 
 /* What is left of the pose by each of a few answers; they are no solutions, or near to none. */
