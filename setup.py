@@ -8,6 +8,7 @@ from setuptools import Extension, find_packages, setup
 _DAMPED = "velocity/native/damped_box.c"
 EXTENSIONS = {
     "call._call": ["call/_call.c", "call/*/*.c"],
+    "closed_form._filters": ["closed_form/_filters.c"],
     "iterative._numeric": ["iterative/_numeric.c", "iterative/native/*.c"],
     "velocity._rates": [
         "velocity/_rates.c",

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from . import screws, se3
 from .call._call import Function, release_memory
 from .call.threads import count_cores
+from .closed_form.nearest_solution import NearestSolution
 from .closed_form.solutions import Solutions
 from .contract import read_manifest
 from .errors import (
@@ -26,6 +27,7 @@ from .errors import (
     InputValueError,
     LibraryMismatchError,
     ManifestError,
+    MissingFunctionError,
     OutOfReachError,
     ShapeError,
     SingularityError,
@@ -53,6 +55,8 @@ __all__ = [
     "LibraryMismatchError",
     "ManifestError",
     "Manipulability",
+    "MissingFunctionError",
+    "NearestSolution",
     "OutOfReachError",
     "Rates",
     "Robot",

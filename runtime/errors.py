@@ -53,6 +53,10 @@ class SingularityError(OutOfReachError):
     """The pose exists, but the result is not defined there, such as rates at a dead point."""
 
 
+class MissingFunctionError(ChaslesError, AttributeError):
+    """The robot lacks a function or method; states the reason and names substitutes."""
+
+
 class InputError(ChaslesError):
     """An argument cannot be used; root of `InputTypeError` and `InputValueError`."""
 

@@ -16,8 +16,10 @@ from .call._call import Function
 from .call.capabilities import Hint, Missing, missing_names
 from .closed_form.assembly_modes import PlatformMethods
 from .closed_form.hints import no_inverse, no_representation
+from .closed_form.nearest import NearestMethods, nearest_function
 from .closed_form.paths import InverseMethods
-from .closed_form.solutions import Solutions, within
+from .closed_form.slot_facts import within
+from .closed_form.solutions import Solutions
 from .closed_form.substitutes import INSTEAD, substitute
 from .contract import (
     Argument,
@@ -45,6 +47,7 @@ BoolArray = NDArray[np.bool_]
 
 class Robot(
     InverseMethods,
+    NearestMethods,
     NumericMethods,
     PlatformMethods,
     SingularWayMethods,
@@ -231,6 +234,8 @@ class Robot(
             _solvers={},
             _velocity_relation=manifest.with_role("velocity relation", "chain"),
         )
+        nearest = nearest_function(self, (_restore_nearest, (_address(self.folder), self.digest)))
+        vars(self).update({} if nearest is None else {"ik_nearest": nearest})
         missing = missing_names(self, _optional_functions(), _HINTS)
         object.__setattr__(self, "__class__", _class_without(frozenset(missing.items())))
 
@@ -357,6 +362,10 @@ def _restore(address: str, digest: str) -> Robot:
 def _restore_once(address: str, digest: str) -> Robot:
     """As above, but once: a scheduler sends the same function with every piece of an array."""
     return _restore(address, digest)
+
+
+def _restore_nearest(address: str, digest: str) -> Any:
+    return _restore_once(address, digest).ik_nearest
 
 
 def _restore_function(address: str, digest: str, name: str) -> Function[Any]:

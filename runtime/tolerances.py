@@ -66,6 +66,10 @@ JUMP = 0.5
 apart and more, except near the singularities where they meet; a path on which a joint needs more
 than this is too coarse to tell a fast joint from a change of branch."""
 
+SELF_MOTION_STEP = 1e-9
+"""Radians or metres between samples of a redundancy parameter at which a search along the
+self-motion ends, as exact as a solution: distances have a kink at their minimum."""
+
 # --- closed_form: loops ---
 
 SAME_JOINTS = 1e-6

@@ -7318,3 +7318,5 @@ void board_installer_ik(const double T[16], double q[48], double residual[8], do
   }
 #endif
 }
+
+#include "board_installer_nearest.h"

@@ -1199,3 +1199,5 @@ void bricklaying_gantry_ik(const double T[16], double q[3], double residual[1], 
   // residual
   residual[0] = v35;
 }
+
+#include "bricklaying_gantry_nearest.h"

@@ -274,6 +274,17 @@ void bricklaying_gantry_constraint_D_z_dot(const double z[13], const double zd[1
  *   margin: distance from the boundary of the reachable set, negative beyond, 1 (1) */
 void bricklaying_gantry_ik(const double T[16], double q[3], double residual[1], double margin[1]);
 
+/* The solution of ik nearest to q_seed within limits.
+ * Returns its slot; -1 out of reach, -2 outside the limits, -3 where T or q_seed is NaN.
+ *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
+ *   q_seed: the coordinates to stay near to, 3
+ *   lower, upper: limits, 3 each; NULL for the robot's own, infinite for none
+ *   weights: factor of each coordinate's move in the distance, 3; NULL for 1
+ *   q: the solution at the turns nearest to q_seed, 3; NaN where there is none
+ *   residual, margin: of its slot; of the slot nearest to the pose where there is none */
+int bricklaying_gantry_ik_nearest(const double T[16], const double q_seed[3], const double lower[3],
+    const double upper[3], const double weights[3], double q[3], double *residual, double *margin);
+
 #ifdef __cplusplus
 }
 #endif

@@ -1316,3 +1316,5 @@ void bricklaying_planar_ik_planar(const double x[3], double q[6], double residua
   }
 #endif
 }
+
+#include "bricklaying_planar_nearest.h"

@@ -161,6 +161,29 @@ void bricklaying_planar_ik(const double T[16], double q[6], double residual[2], 
  *   margin: distance from the boundary of the reachable set, negative beyond, 2 (1) */
 void bricklaying_planar_ik_planar(const double x[3], double q[6], double residual[2], double margin[2]);
 
+/* The solution of ik nearest to q_seed within limits.
+ * Returns its slot; -1 out of reach, -2 outside the limits, -3 where T or q_seed is NaN.
+ *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
+ *   q_seed: the coordinates to stay near to, 3
+ *   lower, upper: limits, 3 each; NULL for the robot's own, infinite for none
+ *   weights: factor of each coordinate's move in the distance, 3; NULL for 1
+ *   q: the solution at the turns nearest to q_seed, 3; NaN where there is none
+ *   residual, margin: of its slot; of the slot nearest to the pose where there is none */
+int bricklaying_planar_ik_nearest(const double T[16], const double q_seed[3], const double lower[3],
+    const double upper[3], const double weights[3], double q[3], double *residual, double *margin);
+
+/* The solution of ik_planar nearest to q_seed within limits.
+ * Returns its slot; -1 out of reach, -2 outside the limits, -3 where T or q_seed is NaN.
+ *   x: position of the tool in the plane, its angle, 3 (m, rad)
+ *   q_seed: the coordinates to stay near to, 3
+ *   lower, upper: limits, 3 each; NULL for the robot's own, infinite for none
+ *   weights: factor of each coordinate's move in the distance, 3; NULL for 1
+ *   q: the solution at the turns nearest to q_seed, 3; NaN where there is none
+ *   residual, margin: of its slot; of the slot nearest to the pose where there is none */
+int bricklaying_planar_ik_planar_nearest(const double x[3], const double q_seed[3], const double
+    lower[3], const double upper[3], const double weights[3], double q[3], double *residual, double
+    *margin);
+
 #ifdef __cplusplus
 }
 #endif

@@ -11835,3 +11835,5 @@ void delta_ik(const double T[16], double q[24], double residual[8], double margi
 }
 
 #include "delta_modes.h"
+
+#include "delta_nearest.h"

@@ -8122,3 +8122,5 @@ void excavator_ik(const double T[16], double q[8], double residual[2], double ma
   }
 #endif
 }
+
+#include "excavator_nearest.h"

@@ -3085,3 +3085,5 @@ void five_bar_ik(const double T[16], double q[4], double residual[2], double mar
   }
 #endif
 }
+
+#include "five_bar_nearest.h"

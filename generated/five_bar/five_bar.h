@@ -285,6 +285,17 @@ void five_bar_constraint_D_z_dot(const double z[4], const double zd[4], double r
  *   margin: distance from the boundary of the reachable set, negative beyond, 2 (1) */
 void five_bar_ik(const double T[16], double q[4], double residual[2], double margin[2]);
 
+/* The solution of ik nearest to q_seed within limits.
+ * Returns its slot; -1 out of reach, -2 outside the limits, -3 where T or q_seed is NaN.
+ *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
+ *   q_seed: the coordinates to stay near to, 2
+ *   lower, upper: limits, 2 each; NULL for the robot's own, infinite for none
+ *   weights: factor of each coordinate's move in the distance, 2; NULL for 1
+ *   q: the solution at the turns nearest to q_seed, 2; NaN where there is none
+ *   residual, margin: of its slot; of the slot nearest to the pose where there is none */
+int five_bar_ik_nearest(const double T[16], const double q_seed[2], const double lower[2], const
+    double upper[2], const double weights[2], double q[2], double *residual, double *margin);
+
 #ifdef __cplusplus
 }
 #endif

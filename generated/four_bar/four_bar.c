@@ -2323,3 +2323,5 @@ void four_bar_ik(const double T[16], double q[1], double residual[1], double mar
   // residual
   residual[0] = v93;
 }
+
+#include "four_bar_nearest.h"

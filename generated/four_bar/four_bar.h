@@ -277,6 +277,17 @@ void four_bar_constraint_D_z_dot(const double z[3], const double zd[3], double r
  *   margin: distance from the boundary of the reachable set, negative beyond, 1 (1) */
 void four_bar_ik(const double T[16], double q[1], double residual[1], double margin[1]);
 
+/* The solution of ik nearest to q_seed within limits.
+ * Returns its slot; -1 out of reach, -2 outside the limits, -3 where T or q_seed is NaN.
+ *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
+ *   q_seed: the coordinates to stay near to, 1
+ *   lower, upper: limits, 1 each; NULL for the robot's own, infinite for none
+ *   weights: factor of each coordinate's move in the distance, 1; NULL for 1
+ *   q: the solution at the turns nearest to q_seed, 1; NaN where there is none
+ *   residual, margin: of its slot; of the slot nearest to the pose where there is none */
+int four_bar_ik_nearest(const double T[16], const double q_seed[1], const double lower[1], const
+    double upper[1], const double weights[1], double q[1], double *residual, double *margin);
+
 #ifdef __cplusplus
 }
 #endif

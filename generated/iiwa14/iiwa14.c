@@ -6046,3 +6046,5 @@ void iiwa14_swivel(const double q[7], double swivel[1]) {
   const double v83 = atan2(v81, v82);
   swivel[0] = v83;
 }
+
+#include "iiwa14_nearest.h"

@@ -163,6 +163,18 @@ void iiwa14_ik(const double T[16], const double swivel[1], double q[56], double 
  *   swivel: swivel angle of the elbow,  (rad) */
 void iiwa14_swivel(const double q[7], double swivel[1]);
 
+/* The solution of ik nearest to q_seed within limits.
+ * Values as at q_seed: swivel.
+ * Returns its slot; -1 out of reach, -2 outside the limits, -3 where T or q_seed is NaN.
+ *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
+ *   q_seed: the coordinates to stay near to, 7
+ *   lower, upper: limits, 7 each; NULL for the robot's own, infinite for none
+ *   weights: factor of each coordinate's move in the distance, 7; NULL for 1
+ *   q: the solution at the turns nearest to q_seed, 7; NaN where there is none
+ *   residual, margin: of its slot; of the slot nearest to the pose where there is none */
+int iiwa14_ik_nearest(const double T[16], const double q_seed[7], const double lower[7], const
+    double upper[7], const double weights[7], double q[7], double *residual, double *margin);
+
 #ifdef __cplusplus
 }
 #endif

@@ -4304,3 +4304,5 @@ void irb6640_ik(const double T[16], double q[48], double residual[8], double mar
   }
 #endif
 }
+
+#include "irb6640_nearest.h"

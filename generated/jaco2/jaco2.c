@@ -4823,3 +4823,5 @@ void jaco2_acceleration_mixed(const double q[6], const double qd[6], const doubl
 }
 
 #include "jaco2_ik.h"
+
+#include "jaco2_nearest.h"

@@ -154,6 +154,17 @@ void jaco2_acceleration_mixed(const double q[6], const double qd[6], const doubl
  *   margin: distance from a singularity; in a slot without a solution the negative residual, 16 (1) */
 void jaco2_ik(const double T[16], double q[96], double residual[16], double margin[16]);
 
+/* The solution of ik nearest to q_seed within limits.
+ * Returns its slot; -1 out of reach, -2 outside the limits, -3 where T or q_seed is NaN.
+ *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
+ *   q_seed: the coordinates to stay near to, 6
+ *   lower, upper: limits, 6 each; NULL for the robot's own, infinite for none
+ *   weights: factor of each coordinate's move in the distance, 6; NULL for 1
+ *   q: the solution at the turns nearest to q_seed, 6; NaN where there is none
+ *   residual, margin: of its slot; of the slot nearest to the pose where there is none */
+int jaco2_ik_nearest(const double T[16], const double q_seed[6], const double lower[6], const double
+    upper[6], const double weights[6], double q[6], double *residual, double *margin);
+
 #ifdef __cplusplus
 }
 #endif

@@ -3170,3 +3170,5 @@ void lynxmotion_ik_position_direction(const double x[6], double q[20], double re
   }
 #endif
 }
+
+#include "lynxmotion_nearest.h"

@@ -182,6 +182,52 @@ void lynxmotion_ik_position_pitch(const double x[4], double q[40], double residu
  *   margin: distance from the boundary of the reachable set, negative beyond, 4 (1) */
 void lynxmotion_ik_position_direction(const double x[6], double q[20], double residual[4], double margin[4]);
 
+/* The solution of ik nearest to q_seed within limits.
+ * Returns its slot; -1 out of reach, -2 outside the limits, -3 where T or q_seed is NaN.
+ *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
+ *   q_seed: the coordinates to stay near to, 5
+ *   lower, upper: limits, 5 each; NULL for the robot's own, infinite for none
+ *   weights: factor of each coordinate's move in the distance, 5; NULL for 1
+ *   q: the solution at the turns nearest to q_seed, 5; NaN where there is none
+ *   residual, margin: of its slot; of the slot nearest to the pose where there is none */
+int lynxmotion_ik_nearest(const double T[16], const double q_seed[5], const double lower[5], const
+    double upper[5], const double weights[5], double q[5], double *residual, double *margin);
+
+/* The solution of ik_position nearest to q_seed within limits.
+ * Returns its slot; -1 out of reach, -2 outside the limits, -3 where T or q_seed is NaN.
+ *   p: position of the tool in the base frame, 3 (m)
+ *   q_seed: the coordinates to stay near to, 5
+ *   lower, upper: limits, 5 each; NULL for the robot's own, infinite for none
+ *   weights: factor of each coordinate's move in the distance, 5; NULL for 1
+ *   q: the solution at the turns nearest to q_seed, 5; NaN where there is none
+ *   residual, margin: of its slot; of the slot nearest to the pose where there is none */
+int lynxmotion_ik_position_nearest(const double p[3], const double q_seed[5], const double lower[5],
+    const double upper[5], const double weights[5], double q[5], double *residual, double *margin);
+
+/* The solution of ik_position_pitch nearest to q_seed within limits.
+ * Returns its slot; -1 out of reach, -2 outside the limits, -3 where T or q_seed is NaN.
+ *   x: position of the tool, elevation of its axis, 4 (m, rad)
+ *   q_seed: the coordinates to stay near to, 5
+ *   lower, upper: limits, 5 each; NULL for the robot's own, infinite for none
+ *   weights: factor of each coordinate's move in the distance, 5; NULL for 1
+ *   q: the solution at the turns nearest to q_seed, 5; NaN where there is none
+ *   residual, margin: of its slot; of the slot nearest to the pose where there is none */
+int lynxmotion_ik_position_pitch_nearest(const double x[4], const double q_seed[5], const double
+    lower[5], const double upper[5], const double weights[5], double q[5], double *residual, double
+    *margin);
+
+/* The solution of ik_position_direction nearest to q_seed within limits.
+ * Returns its slot; -1 out of reach, -2 outside the limits, -3 where T or q_seed is NaN.
+ *   x: position of the tool, direction of its axis, of any length, 6 (m, 1)
+ *   q_seed: the coordinates to stay near to, 5
+ *   lower, upper: limits, 5 each; NULL for the robot's own, infinite for none
+ *   weights: factor of each coordinate's move in the distance, 5; NULL for 1
+ *   q: the solution at the turns nearest to q_seed, 5; NaN where there is none
+ *   residual, margin: of its slot; of the slot nearest to the pose where there is none */
+int lynxmotion_ik_position_direction_nearest(const double x[6], const double q_seed[5], const double
+    lower[5], const double upper[5], const double weights[5], double q[5], double *residual, double
+    *margin);
+
 #ifdef __cplusplus
 }
 #endif

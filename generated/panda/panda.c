@@ -6075,3 +6075,5 @@ void panda_ik(const double T[16], const double q7[1], double q[56], double resid
   }
 #endif
 }
+
+#include "panda_nearest.h"

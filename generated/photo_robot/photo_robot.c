@@ -4456,3 +4456,5 @@ void photo_robot_ik(const double T[16], const double q1[1], const double q4[1], 
   }
 #endif
 }
+
+#include "photo_robot_nearest.h"

@@ -158,6 +158,18 @@ void photo_robot_acceleration_mixed(const double q[8], const double qd[8], const
  *   margin: distance from the boundary of the reachable set, negative beyond, 8 (1) */
 void photo_robot_ik(const double T[16], const double q1[1], const double q4[1], double q[64], double residual[8], double margin[8]);
 
+/* The solution of ik nearest to q_seed within limits.
+ * Values as at q_seed: q1, q4.
+ * Returns its slot; -1 out of reach, -2 outside the limits, -3 where T or q_seed is NaN.
+ *   T: pose of the tool, T_w_ee, 4 x 4 (1, m)
+ *   q_seed: the coordinates to stay near to, 8
+ *   lower, upper: limits, 8 each; NULL for the robot's own, infinite for none
+ *   weights: factor of each coordinate's move in the distance, 8; NULL for 1
+ *   q: the solution at the turns nearest to q_seed, 8; NaN where there is none
+ *   residual, margin: of its slot; of the slot nearest to the pose where there is none */
+int photo_robot_ik_nearest(const double T[16], const double q_seed[8], const double lower[8], const
+    double upper[8], const double weights[8], double q[8], double *residual, double *margin);
+
 #ifdef __cplusplus
 }
 #endif

@@ -3882,3 +3882,5 @@ void puma560_ik(const double T[16], double q[48], double residual[8], double mar
   }
 #endif
 }
+
+#include "puma560_nearest.h"

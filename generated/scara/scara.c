@@ -1210,3 +1210,5 @@ void scara_ik(const double T[16], double q[8], double residual[2], double margin
   }
 #endif
 }
+
+#include "scara_nearest.h"

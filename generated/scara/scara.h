@@ -152,6 +152,17 @@ void scara_acceleration_mixed(const double q[4], const double qd[4], const doubl
  *   margin: distance from the boundary of the reachable set, negative beyond, 2 (1) */
 void scara_ik(const double T[16], double q[8], double residual[2], double margin[2]);
 
+/* The solution of ik nearest to q_seed within limits.
+ * Returns its slot; -1 out of reach, -2 outside the limits, -3 where T or q_seed is NaN.
+ *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
+ *   q_seed: the coordinates to stay near to, 4
+ *   lower, upper: limits, 4 each; NULL for the robot's own, infinite for none
+ *   weights: factor of each coordinate's move in the distance, 4; NULL for 1
+ *   q: the solution at the turns nearest to q_seed, 4; NaN where there is none
+ *   residual, margin: of its slot; of the slot nearest to the pose where there is none */
+int scara_ik_nearest(const double T[16], const double q_seed[4], const double lower[4], const double
+    upper[4], const double weights[4], double q[4], double *residual, double *margin);
+
 #ifdef __cplusplus
 }
 #endif

@@ -1454,3 +1454,5 @@ void slider_crank_ik(const double T[16], double q[2], double residual[2], double
   }
 #endif
 }
+
+#include "slider_crank_nearest.h"

@@ -3889,3 +3889,5 @@ void stanford_ik(const double T[16], double q[48], double residual[8], double ma
   }
 #endif
 }
+
+#include "stanford_nearest.h"

@@ -7356,3 +7356,5 @@ void stewart_gough_closure_D_w_dot(const double w[12], const double wd[12], doub
 #include "stewart_gough_closure.h"
 
 #include "stewart_gough_modes.h"
+
+#include "stewart_gough_nearest.h"

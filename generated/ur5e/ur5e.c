@@ -3944,3 +3944,5 @@ void ur5e_ik(const double T[16], double q[48], double residual[8], double margin
   }
 #endif
 }
+
+#include "ur5e_nearest.h"

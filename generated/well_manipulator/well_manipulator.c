@@ -9699,3 +9699,5 @@ void well_manipulator_ik(const double T[16], const double l_HI[1], const double 
   }
 #endif
 }
+
+#include "well_manipulator_nearest.h"

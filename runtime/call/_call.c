@@ -5,6 +5,8 @@
  */
 #define IMPORT_NUMPY
 #include "call/function/function.h"
+#include "call/function/nearest.h"
+#include "call/function/nearest_rows.h"
 #include "call/kernel/compiled_library.h"
 #include "call/kernel/kept_blocks.h"
 #include "call/kernel/python_api.h"
@@ -50,6 +52,13 @@ static PyMethodDef module_methods[] = {
      "rounded_residuals(T): the residuals (N,) up to which solutions reach matrices (N, 4, 4) "
      "that\n"
      "rounding has moved."},
+    {"nearest_rows", nearest_rows, METH_VARARGS,
+     "nearest_rows(inverse, inputs, q_seed, moves, results): writes the nearest solutions for "
+     "dense\n"
+     "rows of inputs to results, (q, residual, margin, slot)."},
+    {"nearest_of_slots", nearest_of_slots, METH_VARARGS,
+     "nearest_of_slots(inverse, slots, q_seed, moves, results): writes the nearest of slots\n"
+     "(q, residual, margin) to results, (q, residual, margin, slot)."},
     {"open", library_open, METH_VARARGS,
      "open(path, expected_hash): the library; refused unless it was compiled for that hash."},
     {"release_memory", release_memory, METH_NOARGS,
@@ -97,7 +106,7 @@ PyMODINIT_FUNC PyInit__call(void)
     import_umath();
     LibraryType.tp_methods = library_methods;
     if (kept_blocks_init() < 0 || import_names() < 0 || PyType_Ready(&LibraryType) < 0 ||
-        PyType_Ready(&FunctionType) < 0) {
+        PyType_Ready(&FunctionType) < 0 || PyType_Ready(&NearestType) < 0) {
         return NULL;
     }
     PyObject *module = PyModule_Create(&module_definition);
@@ -105,6 +114,7 @@ PyMODINIT_FUNC PyInit__call(void)
     PyObject *rigid = PyFloat_FromDouble(RIGID_TO_ROUNDING);
     if (module && (PyModule_AddObjectRef(module, "Library", (PyObject *)&LibraryType) < 0 ||
                    PyModule_AddObjectRef(module, "Function", (PyObject *)&FunctionType) < 0 ||
+                   PyModule_AddObjectRef(module, "Nearest", (PyObject *)&NearestType) < 0 ||
                    PyModule_AddObjectRef(module, "NEARLY_RIGID", nearly_rigid) < 0 ||
                    PyModule_AddObjectRef(module, "RIGID_TO_ROUNDING", rigid) < 0)) {
         Py_CLEAR(module);

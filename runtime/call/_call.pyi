@@ -52,6 +52,33 @@ class Function(Generic[R_co]):
         given: Mapping[str, ArrayLike] | None = ...,
         **named_inputs: ArrayLike,
     ) -> R_co: ...
+    @property
+    def near(self) -> float: ...
+    @property
+    def tolerance(self) -> float: ...
+
+class Nearest:
+    """The nearest solution of a robot's inverse."""
+
+    def __init__(
+        self,
+        inverse: Function[Any],
+        general: Callable[..., Any],
+        result: type[Any],
+        moves: tuple[NDArray[np.float64], ...],
+        parameters: tuple[int, ...] | Function[Any],
+        name: str,
+        doc: str | None,
+        signature: inspect.Signature,
+        reduced: tuple[Any, ...],
+    ) -> None: ...
+    @property
+    def __name__(self) -> str: ...
+    @property
+    def __qualname__(self) -> str: ...
+    @property
+    def __signature__(self) -> inspect.Signature: ...
+    def __call__(self, *inputs: Any, **options: Any) -> Any: ...
 
 class Library:
     """A compiled robot, open as long as one of its functions lives."""
@@ -78,6 +105,22 @@ class Library:
         chosen: Callable[..., Any] | None,
     ) -> Function[Any]: ...
 
+def nearest_rows(
+    inverse: Function[Any],
+    inputs: tuple[NDArray[np.float64], ...],
+    q_seed: NDArray[np.float64],
+    moves: tuple[NDArray[np.float64], ...],
+    results: tuple[NDArray[Any], ...],
+    /,
+) -> None: ...
+def nearest_of_slots(
+    inverse: Function[Any],
+    slots: tuple[NDArray[np.float64], ...],
+    q_seed: NDArray[np.float64],
+    moves: tuple[NDArray[np.float64], ...],
+    results: tuple[NDArray[Any], ...],
+    /,
+) -> None: ...
 def open(path: str | PathLike[str], expected_hash: str) -> Library: ...  # noqa: A001
 def rounded_residuals(T: NDArray[np.float64]) -> NDArray[np.float64]:
     """Residuals (N,) up to which solutions reach matrices (N, 4, 4) that rounding made no poses."""

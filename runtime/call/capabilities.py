@@ -13,6 +13,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, NoReturn, Protocol, TypeVar
 
+from ..errors import MissingFunctionError
+
 T = TypeVar("T")
 Hint = Callable[[Any], tuple[str, str]]
 """From a robot to the reason why it lacks an attribute, and to a substitute; both may be empty."""
@@ -102,4 +104,4 @@ class Missing:
             f"{'; instead: ' * bool(instead)}{instead}; "
             f"its functions are: {', '.join(robot.functions)}"
         )
-        raise AttributeError(message, name=self.name, obj=robot)
+        raise MissingFunctionError(message, name=self.name, obj=robot)

@@ -12,12 +12,13 @@ import itertools
 import math
 import os
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import InputTypeError
 from ._call import Function
 
 if TYPE_CHECKING:
@@ -88,6 +89,49 @@ def run(
     return results if len(results) > 1 else results[0]
 
 
+def read_threads(label: str, threads: object) -> int:
+    """The number of threads of a method's keyword, 0 for one per core.
+
+    Raises:
+        InputTypeError: If it is neither a positive integer nor "all".
+    """
+    if threads == "all":
+        return 0
+    is_number = isinstance(threads, (int, np.integer)) and not isinstance(threads, bool)
+    if not is_number or threads < 1:  # type: ignore[operator]
+        raise InputTypeError(
+            f"{label}: threads must be a positive integer or 'all', got {threads!r}"
+        )
+    return int(threads)  # type: ignore[call-overload, no-any-return]
+
+
+def run_rows(
+    work: Callable[..., None],
+    operands: Sequence[NDArray[Any]],
+    results: Sequence[NDArray[Any]],
+    cost: int,
+    threads: int,
+) -> None:
+    """Calls work on rows, with several threads where that pays.
+
+    Args:
+        work: From rows of the operands and `out`, rows of the results; it runs without the
+            interpreter's lock.
+        operands: Arrays of N rows.
+        results: Arrays of N rows that it writes into.
+        cost: Floating-point operations of a row.
+        threads: Greatest number of threads; 0 for one per core.
+    """
+    rows, cores = len(results[0]), count_cores()
+    threads = min(threads or cores, cores, rows * cost // _LEAST)
+    _, cuts = _cut((rows,), threads)
+    if len(cuts) < 2:  # noqa: PLR2004
+        work(*operands, out=tuple(results))
+        return
+    parts = (tuple(array[cut] for array in (*operands, *results)) for cut in cuts)
+    _share(work, iter([*parts]), len(operands), threads)
+
+
 def _cut(batch: tuple[int, ...], threads: int) -> tuple[int, list[slice]]:
     """The first dimension that is long enough for all threads, and its parts."""
     if threads < 2 or not batch:  # noqa: PLR2004
@@ -119,7 +163,9 @@ def _overlap(inputs: Sequence[Array], outs: Sequence[Array | None]) -> bool:
     return any(np.may_share_memory(a, b) for a, b in pairs)
 
 
-def _share(ufunc: np.ufunc, parts: Iterator[tuple[Array, ...]], n: int, threads: int) -> None:
+def _share(
+    ufunc: Callable[..., Any], parts: Iterator[tuple[Array, ...]], n: int, threads: int
+) -> None:
     """Runs the ufunc on all parts; each thread takes the next remaining part."""
 
     def work() -> None:

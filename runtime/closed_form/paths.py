@@ -18,7 +18,8 @@ from ..se3 import project
 from ..tolerances import JUMP
 from .hints import no_inverse
 from .refinement import Refinement
-from .solutions import Solutions, within
+from .slot_facts import within
+from .solutions import Solutions
 
 FloatArray = NDArray[np.float64]
 
@@ -85,13 +86,14 @@ class _Step:
     slot: int | None = None
 
 
-def _has_inverse(robot: InverseMethods) -> bool:
-    return ("inverse", "pose", "") in robot._roles or bool(_tasks_of(robot))
+def has_inverse(robot: Any) -> bool:
+    """Whether a robot has an inverse of poses or of parts of a pose."""
+    return ("inverse", "pose", "") in robot._roles or bool(tasks_of(robot))
 
 
-def _tasks_of(robot: InverseMethods) -> list[PathTask]:
+def tasks_of(robot: Any) -> list[PathTask]:
     """The parts of a pose that a robot has inverses for."""
-    return [task for task in _PART_OF_POSE if f"ik_{task}" in robot.functions]
+    return [task for task in PART_OF_POSE if f"ik_{task}" in robot.functions]
 
 
 def _position(T: FloatArray) -> FloatArray:
@@ -115,7 +117,7 @@ def _planar(T: FloatArray) -> FloatArray:
     return np.column_stack([T[:, :2, 3], np.arctan2(T[:, 1, 0], T[:, 0, 0])])
 
 
-_PART_OF_POSE: Mapping[PathTask, Callable[[FloatArray], FloatArray]] = {
+PART_OF_POSE: Mapping[PathTask, Callable[[FloatArray], FloatArray]] = {
     "position": _position,
     "position_pitch": _position_pitch,
     "position_direction": _position_direction,
@@ -137,7 +139,7 @@ class InverseMethods:
     _roles: Mapping[tuple[str, str, str], Function[Any]]
     fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
 
-    @needs(when=_has_inverse, hint=no_inverse)
+    @needs(when=has_inverse, hint=no_inverse)
     def ik_path(
         self,
         T: ArrayLike,
@@ -195,7 +197,7 @@ class InverseMethods:
             raise InputValueError(f"{self.name}.ik_path: jump must be positive, got {jump!r}")
         # The inverse of a whole pose takes poses as they come, and allows for their rounding.
         rigid = poses if is_part else project(poses, caller=f"{self.name}.ik_path")
-        asked = poses if is_part or task == "pose" else _PART_OF_POSE[task](rigid)
+        asked = poses if is_part or task == "pose" else PART_OF_POSE[task](rigid)
         solutions = inverse(asked, *given)
         if solutions.q.shape[:-2] != poses.shape[:1]:
             raise ShapeError(f"{self.name}.ik_path: inputs beside the pose must be () or (m,)")
@@ -225,7 +227,7 @@ class InverseMethods:
         """The inverse that takes this part of a pose."""
         if task == "pose" and ("inverse", "pose", "") in self._roles:
             return self._roles["inverse", "pose", ""]
-        tasks = _tasks_of(self)
+        tasks = tasks_of(self)
         if task not in tasks:
             whole = ["pose"] if ("inverse", "pose", "") in self._roles else []
             raise InputValueError(

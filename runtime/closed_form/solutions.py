@@ -9,8 +9,8 @@ returns solutions, and filters can be chained:
 
 from __future__ import annotations
 
-import itertools
 import math
+from dataclasses import dataclass
 from functools import cache
 from typing import Any, ClassVar, NamedTuple, Self, cast
 
@@ -20,12 +20,14 @@ from numpy.typing import ArrayLike, NDArray
 from ..contract import Coordinate
 from ..errors import InputTypeError, InputValueError, OutOfReachError, ShapeError
 from ..tolerances import AT_LIMIT, FAR, SAME_SOLUTION, SOLVED, TILTED
+from . import _filters
+from .slot_facts import TURN, facts_of
+from .slot_facts import windings as windings_of
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
-_TURN = 2 * math.pi
 MOST_WINDINGS = 100_000
 _FREEDOMS = 6
 
@@ -174,33 +176,13 @@ class Solutions(_Fields):
                 a solution has more than 100,000 windings.
             ShapeError: If there are not n of them.
         """
-        low, high = self._limits(lower, upper)
-        wraps = np.array(self.wraps)
-        turns = _windings(low, high, wraps) if windings else np.ones(len(low), dtype=np.intp)
-        count = math.prod(turns.tolist())
-        if count > MOST_WINDINGS:
-            raise InputValueError(
-                f"Solutions.within_limits: these limits allow {count:.2g} "
-                "windings of each solution; are they in degrees? windings=False takes one of each"
-            )
-        offsets = np.array(list(itertools.product(*map(range, turns))), dtype=np.intp)
-        slots, n = self.q.shape[-2:]
-        order = np.repeat(np.arange(slots), len(offsets))
-        first = _lowest_turn(self.q, low, high, turns, wraps)
-        moved = self.q[..., None, :] + _TURN * (first[..., None, :] + offsets)
-        q = moved.reshape(*self.q.shape[:-2], slots * len(offsets), n)
-        inside = within(q, low, high, self.units())
-        unlimited = np.isinf(low) & np.isinf(high)
-        kind = solutions_of(
-            self.coordinates,
-            tuple((wraps & unlimited).tolist()),
-            tuple(self.labels[k] for k in order) if self.labels else (),
-            self.unit,
-        )
-        clipped = np.where(inside, np.clip(q, low, high), q)
-        residual, margin = self.residual[..., order], self.margin[..., order]
-        valid = self.valid[..., order] & np.asarray(inside.all(-1))
-        return cast(Self, kind(clipped, residual, margin, valid))
+        listing = _own_listing(cast("Any", type(self)), windings)
+        if lower is not None or upper is not None:
+            listing = _listing(type(self), *self._limits(lower, upper), windings)
+        kind = cast("type[Self]", listing.kind)
+        q, residual, margin, valid = map(np.ascontiguousarray, self)
+        listed = _filters.windings(q, residual, margin, valid, listing.limits, AT_LIMIT)
+        return tuple.__new__(kind, listed)
 
     def sorted_from(self, seed: ArrayLike) -> Self:
         """The slots in the order of the largest move of a joint, those that are not valid last.
@@ -217,11 +199,17 @@ class Solutions(_Fields):
         Raises:
             ShapeError: If the seed does not fit the poses.
         """
-        order = np.argsort(self._largest_move("sorted_from", seed), axis=-1, kind="stable")
+        facts = facts_of(type(self))
+        q, valid = np.ascontiguousarray(self.q), np.ascontiguousarray(self.valid)
+        start = self._seeds("sorted_from", seed)
+        order = _filters.order(q, valid, start, facts.turn, facts.units)
+        if order.ndim == 1:
+            return cast(
+                Self, _unlabelled(cast("Any", type(self)))(*(f.take(order, 0) for f in self))
+            )
         fields = (np.take_along_axis(field, order, -1) for field in self[1:])
         q = np.take_along_axis(self.q, order[..., None], -2)
-        unlabelled = solutions_of(self.coordinates, self.wraps, unit=self.unit)
-        return cast(Self, unlabelled._make((q, *fields)))
+        return cast(Self, _unlabelled(cast("Any", type(self)))._make((q, *fields)))
 
     def distinct(self, tolerance: float = SAME_SOLUTION) -> Self:
         """Keeps the first of slots with the same solution, as they occur at singularities.
@@ -233,12 +221,11 @@ class Solutions(_Fields):
         Returns:
             Solutions with the repetitions not valid.
         """
-        valid = self.valid.copy()
-        for slot in range(1, valid.shape[-1]):
-            apart = self._wrapped(self.q[..., :slot, :] - self.q[..., slot, None, :])
-            same = (np.abs(apart) <= tolerance * self.units()).all(-1)
-            valid[..., slot] &= ~(same & valid[..., :slot]).any(-1)
-        return type(self)(*self[:-1], valid)
+        facts = facts_of(type(self))
+        same = facts.same if tolerance == SAME_SOLUTION else tolerance * facts.units
+        q, valid = np.ascontiguousarray(self.q), np.ascontiguousarray(self.valid)
+        found = _filters.distinct(q, valid, facts.turn, same)
+        return self._remade(self.q, self.residual, self.margin, found)
 
     def within(self, tolerance: float) -> Self:
         """Counts every slot that comes so near to the pose as a solution, whatever filters removed.
@@ -265,6 +252,9 @@ class Solutions(_Fields):
     def nearest(self, seed: ArrayLike) -> FloatArray:
         """The solution with the smallest largest move of a joint; slides count in `unit`.
 
+        Of several slots the lowest is taken, and of the turns of its solution that `within_limits`
+        lists, the one whose joints move least in sum.
+
         Args:
             seed: (..., n) coordinates of the robot [rad or m]; joints that wrap may turn either
                 way.
@@ -277,12 +267,14 @@ class Solutions(_Fields):
             OutOfReachError: If a single pose has no valid slot.
             ShapeError: If the seed does not fit the poses.
         """
-        move = self._largest_move("nearest", seed)
-        best = np.argmin(move, -1)
-        q = np.take_along_axis(self.q, best[..., None, None], -2)[..., 0, :]
-        if self.valid.ndim == 1 and not self.valid.any():
+        q, valid = np.ascontiguousarray(self.q), np.ascontiguousarray(self.valid)
+        facts = facts_of(type(self))
+        found: FloatArray = _filters.nearest(
+            q, valid, self._seeds("nearest", seed), facts.turn, facts.units
+        )
+        if valid.ndim == 1 and not valid.any():
             raise OutOfReachError(f"Solutions.nearest: {self._why_none()}")
-        return np.where(self.valid.any(-1, keepdims=True), q, np.nan)
+        return found
 
     def least_squares(self) -> LeastSquares:
         """The coordinates that come nearest to poses out of reach, and their errors.
@@ -319,7 +311,7 @@ class Solutions(_Fields):
 
     def units(self) -> FloatArray:
         """(n,) what counts as much as a radian in each coordinate: `unit` in slides [m], else 1."""
-        return np.array([self.unit if c.unit == "m" else 1.0 for c in self.coordinates])
+        return facts_of(type(self)).units.copy()
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickles the facts of its class and the tuple."""
@@ -329,19 +321,16 @@ class Solutions(_Fields):
     def _limits(
         self, lower: ArrayLike | None, upper: ArrayLike | None
     ) -> tuple[FloatArray, FloatArray]:
-        own = [
-            (-np.inf if c.lower is None else c.lower, np.inf if c.upper is None else c.upper)
-            for c in self.coordinates
-        ]
+        own = facts_of(type(self))
         pair = [
-            np.array([limit[i] for limit in own]) if given is None else self._read(name, given)
-            for i, (name, given) in enumerate((("lower", lower), ("upper", upper)))
+            limits if given is None else self._read(name, given)
+            for name, limits, given in (("lower", own.lower, lower), ("upper", own.upper, upper))
         ]
         for name, limit in zip(("lower", "upper"), pair, strict=True):
-            if limit.shape != (len(own),):
+            if limit.shape != (len(own.units),):
                 raise ShapeError(
-                    f"Solutions.within_limits: {name} must have shape ({len(own)},), got shape "
-                    f"{limit.shape}"
+                    f"Solutions.within_limits: {name} must have shape ({len(own.units)},), "
+                    f"got shape {limit.shape}"
                 )
         low, high = pair
         for c, a, b in zip(self.coordinates, low, high, strict=True):
@@ -363,10 +352,17 @@ class Solutions(_Fields):
             raise InputTypeError(
                 f"Solutions: {name} must hold real numbers, got dtype {array.dtype}"
             )
-        return array.astype(np.float64)
+        return array.astype(np.float64, copy=False)
 
     def _moves(self, method: str, seed: ArrayLike) -> FloatArray:
+        start = self._read_seed(method, seed)
+        return self._wrapped(self.q - start[..., None, :])
+
+    def _read_seed(self, method: str, seed: ArrayLike) -> FloatArray:
+        """A seed (n,) or (..., n) of the right shape."""
         start, n = self._read("seed", seed), self.q.shape[-1]
+        if start.shape == (n,):
+            return start
         batch = self.q.shape[:-2]
         fits = start.shape[-1:] == (n,) and start.ndim - 1 <= len(batch)
         for own, given in zip(reversed(batch), reversed(start.shape[:-1]), strict=False):
@@ -376,20 +372,26 @@ class Solutions(_Fields):
                 f"Solutions.{method}: seed must have shape ({n},) or {(*batch, n)}, got "
                 f"{start.shape}"
             )
-        return self._wrapped(self.q - start[..., None, :])
+        return start
+
+    def _seeds(self, method: str, seed: ArrayLike) -> FloatArray:
+        """A seed (n,), or a dense row for each pose."""
+        start = self._read_seed(method, seed)
+        if start.ndim > 1:
+            start = np.broadcast_to(start, (*self.q.shape[:-2], start.shape[-1]))
+        return start if start.flags.c_contiguous else np.ascontiguousarray(start)
+
+    def _remade(self, *fields: Any) -> Self:
+        """Solutions of the same class; lighter than a call of the class."""
+        return tuple.__new__(type(self), fields)
 
     def _wrapped(self, difference: FloatArray) -> FloatArray:
         """Differences by the shorter way round for coordinates that wrap; works in place."""
-        turns = difference * np.where(self.wraps, 1 / _TURN, 0.0)
+        turns = difference * np.where(self.wraps, 1 / TURN, 0.0)
         np.round(turns, out=turns)
-        turns *= _TURN
+        turns *= TURN
         difference -= turns
         return difference
-
-    def _largest_move(self, method: str, seed: ArrayLike) -> FloatArray:
-        """(..., k), infinite where a slot is not valid."""
-        move = np.abs(self._moves(method, seed) / self.units()).max(-1)
-        return np.where(self.valid, move, np.inf)
 
     def _why_none(self) -> str:
         exact = int((self.residual <= self.TOLERANCE).sum())
@@ -458,19 +460,6 @@ def _made(
     return type("Solutions", (Solutions,), {**about, **facts, "TOLERANCE": SOLVED * unit})
 
 
-def within(q: FloatArray, lower: FloatArray, upper: FloatArray, units: FloatArray) -> BoolArray:
-    """Whether coordinates are within limits, up to rounding.
-
-    Args:
-        q: (..., n) coordinates.
-        lower: (n,) lower limits.
-        upper: (n,) upper limits.
-        units: (n,) the robot's unit of length for slides, 1 for coordinates that turn.
-    """
-    rounding = AT_LIMIT * units
-    return np.asarray((q >= lower - rounding) & (q <= upper + rounding))
-
-
 def _restore(
     coordinates: tuple[Coordinate, ...],
     wraps: tuple[bool, ...],
@@ -481,17 +470,44 @@ def _restore(
     return solutions_of(coordinates, wraps, labels, unit)(*fields)
 
 
-def _windings(low: FloatArray, high: FloatArray, wraps: BoolArray) -> IntArray:
-    """(n,) number of turns listed for a coordinate: those in (low, high], rounded up."""
-    turns = np.ceil((high - low) / _TURN - AT_LIMIT)
-    return np.where(wraps & np.isfinite(turns), np.maximum(turns, 1), 1).astype(np.intp)
+@dataclass(frozen=True)
+class _Listing:
+    """How slots are listed within limits.
+
+    Attributes:
+        kind: The class of the result.
+        limits: Lower and upper limits, turns, rounding and numbers of windings, (n,) each.
+    """
+
+    kind: type[Solutions]
+    limits: tuple[FloatArray, FloatArray, FloatArray, FloatArray, IntArray]
 
 
-def _lowest_turn(
-    q: FloatArray, low: FloatArray, high: FloatArray, windings: IntArray, wraps: BoolArray
-) -> FloatArray:
-    """(..., k, n) number of turns from q to the first winding that is listed."""
-    last = np.floor((high - q + AT_LIMIT) / _TURN)
-    least = np.ceil((low - q - AT_LIMIT) / _TURN)
-    first = np.where(windings > 1, last - windings + 1, np.clip(0.0, least, last))
-    return np.where(wraps, first, 0.0)
+@cache
+def _own_listing(kind: Any, windings: bool) -> _Listing:
+    facts = facts_of(kind)
+    return _listing(kind, facts.lower, facts.upper, windings)
+
+
+def _listing(kind: type[Solutions], low: FloatArray, high: FloatArray, windings: bool) -> _Listing:
+    facts, wraps = facts_of(kind), np.array(kind.wraps, dtype=np.bool_)
+    turns = windings_of(low, high, wraps) if windings else np.ones(len(low), dtype=np.intp)
+    count = math.prod(turns.tolist())
+    if count > MOST_WINDINGS:
+        raise InputValueError(
+            f"Solutions.within_limits: these limits allow {count:.2g} "
+            "windings of each solution; are they in degrees? windings=False takes one of each"
+        )
+    listed = solutions_of(
+        kind.coordinates,
+        tuple((wraps & np.isinf(low) & np.isinf(high)).tolist()),
+        tuple(label for label in kind.labels for _ in range(count)),
+        kind.unit,
+    )
+    dense = np.ascontiguousarray(low), np.ascontiguousarray(high)
+    return _Listing(listed, (*dense, facts.turn, AT_LIMIT * facts.units, turns))
+
+
+@cache
+def _unlabelled(kind: Any) -> type[Solutions]:
+    return solutions_of(kind.coordinates, kind.wraps, unit=kind.unit)

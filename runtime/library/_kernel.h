@@ -23,6 +23,14 @@ typedef struct {
      * has no code for many poses at once. Outputs must not overlap inputs. */
     void (*rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
                  double *const *outputs, const ptrdiff_t *output_steps);
+    /* Of an inverse: writes the solutions nearest to seeds to dense rows of q, residual and margin,
+     * from n dense rows of k slots, and the slot of each or the reason why there is none; see
+     * chasles_nearest.h. The seeds are so many doubles apart. The moves are lower and upper limits
+     * of the coordinates, factors of their moves, and full turns that leave the pose unchanged.
+     * NULL for other functions. */
+    void (*nearest)(size_t n, int k, const double *const *slots, double tolerance,
+                    const double *const *moves, const double *q_seed, ptrdiff_t seed_step,
+                    double *const *outputs, signed char *slot);
     int n_inputs;
     int n_outputs;
     /* Doubles in each input, then in each output. */

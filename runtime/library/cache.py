@@ -28,6 +28,10 @@ from .compiler import Compiler, describe_machine, find_compiler
 _KERNEL_HEADER = Path(__file__).with_name("_kernel.h")
 GLUE_FILE = "chasles_glue.c"
 """The glue around a robot's C; no robot's name begins with chasles_."""
+_NEAREST = "chasles_nearest.h"
+"""The generated file that selects the nearest solution of an inverse."""
+_MAX_NEAREST = 64
+"""Slots that it takes."""
 _DIGEST_SIZE = hashlib.sha256().digest_size
 
 
@@ -136,13 +140,15 @@ def write_glue(manifest: Manifest) -> str:
     ]
     for index, function in enumerate(manifest.functions):
         lines += _wrapper(index, function)
+        lines += _nearest(index, function) if _has_nearest(manifest, function) else []
     lines += ["const chasles_kernel chasles_kernels[] = {"]
     for index, function in enumerate(manifest.functions):
         rows = f"{function.symbol}_rows" if batched else "0"
         counts = f"{len(function.inputs)}, {len(function.outputs)}"
-        fields = f'"{function.name}", chasles_call_{index}, {rows}, {counts}, chasles_sizes_{index}'
-        lines += [f"    {{{fields}}},"]
-    lines += ["    {0, 0, 0, 0, 0, 0},", "};", ""]
+        nearest = f"chasles_nearest_{index}" if _has_nearest(manifest, function) else "0"
+        names = f'"{function.name}", chasles_call_{index}, {rows}, {nearest}'
+        lines += [f"    {{{names}, {counts}, chasles_sizes_{index}}},"]
+    lines += ["    {0, 0, 0, 0, 0, 0, 0},", "};", ""]
     return "\n".join(lines)
 
 
@@ -159,6 +165,41 @@ def _wrapper(index: int, function: FunctionInfo) -> list[str]:
         f"static void chasles_call_{index}(const double *const *inputs, double *const *outputs)",
         "{",
         f"    {function.symbol}({', '.join(inputs + outputs)});",
+        "}",
+        "",
+    ]
+
+
+def _has_nearest(manifest: Manifest, function: FunctionInfo) -> bool:
+    """Whether the robot's C selects the nearest solution of a function."""
+    slots = function.outputs[0].shape[0] if function.role.is_inverse else 0
+    return _NEAREST in manifest.c_files and 0 < slots <= _MAX_NEAREST
+
+
+def _nearest(index: int, function: FunctionInfo) -> list[str]:
+    slots, n = function.outputs[0].shape
+    row = f"outputs[0] + row * {n}, outputs[1] + row, outputs[2] + row"
+    return [
+        f"static void chasles_nearest_{index}(size_t n, int k, const double *const *slots,",
+        "    double tolerance, const double *const *moves, const double *q_seed,",
+        "    ptrdiff_t seed_step, double *const *outputs, signed char *slot)",
+        "{",
+        "    const chasles_moves by = {moves[0], moves[1], moves[2], moves[3]};",
+        f"    chasles_slots own = {{{n}, {slots}, slots[0], slots[1], slots[2], tolerance}};",
+        f"    chasles_slots any = {{{n}, k, slots[0], slots[1], slots[2], tolerance}};",
+        "    for (size_t row = 0; row < n; row++, q_seed += seed_step) {",
+        f"        if (k == {slots}) {{",
+        f"            own.q = slots[0] + row * {n * slots};",
+        f"            own.residual = slots[1] + row * {slots};",
+        f"            own.margin = slots[2] + row * {slots};",
+        f"            slot[row] = (signed char)chasles_nearest(&own, &by, q_seed, {row});",
+        "        } else {",
+        f"            any.q = slots[0] + row * {n} * (size_t)k;",
+        "            any.residual = slots[1] + row * (size_t)k;",
+        "            any.margin = slots[2] + row * (size_t)k;",
+        f"            slot[row] = (signed char)chasles_nearest(&any, &by, q_seed, {row});",
+        "        }",
+        "    }",
         "}",
         "",
     ]

@@ -170,6 +170,12 @@
  * not choose the sign of the direction that is lost. */
 #define DIRECTION_TIE 1e-9
 
+/* Radians or lengths by which turns of one solution differ beside full turns, and least width of
+ * the cells in which equal solutions are sought: far above rounding, far below the distance of
+ * branches.
+ */
+#define SAME_TURNS 1e-9
+
 /* Part of |q| / dt and of the previous rate [rad/s or m/s]: the rounding of the distance that is
  * left to a limit, by which a joint may brake harder than its acceleration limit. */
 #define BRAKING_ROUNDING (8 * DBL_EPSILON)

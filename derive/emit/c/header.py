@@ -21,7 +21,10 @@ from .sections import summary
 
 
 def header(
-    robot: Described, functions: Sequence[SymbolicFunction | WrittenFunction], programs: Programs
+    robot: Described,
+    functions: Sequence[SymbolicFunction | WrittenFunction],
+    programs: Programs,
+    further: Sequence[str] = (),
 ) -> str:
     """The header of a robot, as a firmware engineer reads it.
 
@@ -29,6 +32,7 @@ def header(
         robot: The robot; its name is the prefix.
         functions: The functions, with the meanings of their arguments and results.
         programs: Their programs, for the operation counts.
+        further: Declarations of functions that call these, each with its comment.
     """
     # No guard of chasles' own headers begins so: a robot may be called hexapod or lanes.
     guard = f"CHASLES_ROBOT_{robot.name.upper()}_H"
@@ -37,7 +41,7 @@ def header(
         f" *   q[{k}]  {joint.name} ({joint.kind}, {joint.unit})" for k, joint in enumerate(moved)
     )
     declarations = "\n\n".join(
-        _declaration(robot.name, f, _operations(f, programs)) for f in functions
+        [*(_declaration(robot.name, f, _operations(f, programs)) for f in functions), *further]
     )
     return f"""\
 {notice(robot)}

@@ -5,7 +5,16 @@ from collections.abc import Sequence
 from ...derivation import Derivation
 from ...program.programs import Programs
 from ...terms.symbolic_function import SymbolicFunction, WrittenFunction
-from . import batch, branch_lanes, closed_loops, parametric_closures, polished, scalar, written
+from . import (
+    batch,
+    branch_lanes,
+    closed_loops,
+    nearest,
+    parametric_closures,
+    polished,
+    scalar,
+    written,
+)
 from .header import header, support
 
 RIGID = "chasles_rigid.h"
@@ -15,9 +24,13 @@ RIGID = "chasles_rigid.h"
 def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
     """The sources and headers of a robot, with the support files of all robots, by file name."""
     robot, functions = derivation.robot, derivation.functions
+    nearest_files = nearest.nearest_files(derivation)
+    further = [name for name in nearest_files if name == nearest.nearest_file(robot)]
+    declared = nearest.nearest_declarations(derivation)
     return {
-        f"{robot.name}.c": scalar.source(robot, functions, programs, derivation.written),
-        f"{robot.name}.h": header(robot, (*functions, *derivation.written), programs),
+        f"{robot.name}.c": scalar.source(robot, functions, programs, derivation.written, further),
+        f"{robot.name}.h": header(robot, (*functions, *derivation.written), programs, declared),
+        **nearest_files,
         scalar.SUPPORT: support(scalar.SUPPORT),
         **_for_poses((*functions, *derivation.written)),
         **written.written_files(robot, derivation.written),

@@ -25,6 +25,7 @@ def source(
     functions: Sequence[SymbolicFunction],
     programs: Programs,
     written: Sequence[WrittenFunction] = (),
+    further: Sequence[str] = (),
 ) -> str:
     """The C99 file of a robot with all its functions; it depends on libm alone.
 
@@ -35,6 +36,7 @@ def source(
         functions: The functions, with the meanings of their arguments and results.
         programs: Their programs.
         written: Functions in files of their own, which this file includes.
+        further: Names of files that this file includes behind all others.
     """
     included = f'#include "{robot.name}.h"\n\n#include "{SUPPORT}"'
     if any(function.signs for function in functions):
@@ -42,7 +44,7 @@ def source(
     parts = [notice(robot), f"{included}\n"]
     parts += [_definition(robot, function, programs.alone(function)) for function in functions]
     own = dict.fromkeys(written_file(robot, function) for function in written)
-    parts += [f'#include "{file}"\n' for file in own]
+    parts += [f'#include "{file}"\n' for file in (*own, *further)]
     return "\n".join(parts)
 
 

@@ -234,3 +234,17 @@ def test_coupled_loop_joints_are_rejected_without_derivation(shipped, name, capf
     with pytest.raises(chasles.DerivationError, match=told + robot.coordinates[0].name):
         robot.ik(T, given={robot.chain_joints[0].name: 0.1})
     assert capfd.readouterr().err == ""
+
+
+def test_nearest_solution_keeps_other_fixed_joints_to_the_last_bit(panda):
+    q = np.array([0.1, 0.2, 0.3, -1.5, 0.4, 1.6, 0.5])
+    T, seed = panda.fk(q), q + 0.02
+    found = panda.ik_nearest(T, seed, fixed={"joint4": q[3]})
+    assert found.valid
+    assert found.q[3] == q[3]
+    np.testing.assert_allclose(panda.fk(found.q), T, atol=1e-9)
+    solutions = panda.ik(T, given={"joint4": q[3]}).within_limits()
+    assert np.abs(found.q - seed).max() <= np.abs(solutions.nearest(seed) - seed).max() + 1e-12
+    kept = panda.ik_nearest(T, np.where(np.arange(7) == 3, q, seed), fixed="joint4")
+    np.testing.assert_allclose(kept.q, found.q, atol=1e-9)
+    assert not panda.ik_nearest(T, seed, fixed={"joint4": 1.0}).valid

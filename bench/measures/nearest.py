@@ -1,0 +1,129 @@
+"""One solution for a controller compared with all solutions, in C and from Python.
+
+The times are minima of short loops that run in turn, so that other processes disturb them little.
+Before anything is timed, the answers for many poses are compared with the answers of the filters.
+"""
+
+import ctypes
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
+
+import numpy as np
+
+import chasles
+from tests.support.native import UNPACKED, Source, compiled
+
+from ..agreement import require_same
+from ..report import out, table
+
+ROBOT = "ur5e"
+POSES = 100_000
+"""Poses at which the answers are compared with those of the filters."""
+LIMIT = 1.15
+"""Greatest ratio of the times of ik_nearest and ik."""
+CHAIN_US = 10.0
+"""Greatest time of three filters on an idle machine [us]."""
+ROUNDS, ROWS, MOVE = 300, 200, 0.05
+BATCHES = (10, 100, 1000, POSES)
+MAIN = """
+#include "{robot}.c"
+#define ROWS_OF(name, call)                                                   \\
+    __attribute__((visibility("default"))) void name(                         \\
+        const double *T, const double *q_seed, long count, double *out)       \\
+    {{                                                                         \\
+        for (long k = 0; k < count; k++, T += 16, q_seed += {n}) {{             \\
+            call;                                                             \\
+            __asm__ volatile("" : : "r"(out) : "memory");                     \\
+        }}                                                                     \\
+    }}
+ROWS_OF(all_of, {robot}_ik(T, out, out + 256, out + 384))
+ROWS_OF(nearest_of, {robot}_ik_nearest(T, q_seed, 0, 0, 0, out, out + 256, out + 384))
+"""
+
+
+def run() -> int:
+    """Prints the times and their ratios; returns 1 if a ratio is above the limit."""
+    robot = chasles.load(ROBOT)
+    T, near, far = poses(robot, POSES)
+    agree(robot, T, near)
+    agree(robot, T, far)
+    out.print(f"{2 * POSES} answers equal those of within_limits().nearest(q_seed)")
+    rows = [("C", *in_C(robot, T, near)), ("Python, one call", *single(robot, T, near))]
+    rows += [
+        (f"Python, batch of {count}", *batch(robot, T[:count], near[:count])) for count in BATCHES
+    ]
+    cells = [(what, *times, times[1] / times[0]) for what, *times in rows]
+    table(f"{ROBOT}, a pose", ("where", "ik ns", "ik_nearest ns", "ratio"), cells)
+    solutions = robot.ik(T[0])
+    filters, once = minima(
+        (
+            lambda: solutions.within_limits().distinct().nearest(near[0]),
+            lambda: robot.ik(T[0]),
+        ),
+        20,
+    )
+    out.print(f"three filters: {filters / 1e3:.2f} us (ik beside them {once:.0f} ns)")
+    out.print(f"bars: ratio {LIMIT}, filters {CHAIN_US} us on an idle machine")
+    return int(any(cell[-1] > LIMIT for cell in cells))
+
+
+def poses(robot: chasles.Robot, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Random reachable poses, seeds a small move away from a solution, and random seeds."""
+    rng = np.random.default_rng(0)
+    q = rng.uniform(-3, 3, (count, robot.n))
+    near = q + rng.uniform(-MOVE, MOVE, q.shape)
+    return robot.fk(q), near, rng.uniform(robot.lower, robot.upper, q.shape)
+
+
+def agree(robot: chasles.Robot, T: np.ndarray, seeds: np.ndarray) -> None:
+    """Compares the answers with the answers of the filters, block by block.
+
+    Raises:
+        DisagreementError: An answer differs.
+    """
+    for first in range(0, len(T), 2000):
+        part = slice(first, first + 2000)
+        found = robot.ik_nearest(T[part], seeds[part])
+        expected = robot.ik(T[part]).within_limits().nearest(seeds[part])
+        require_same("the filters", (expected,), (found.q,))
+
+
+def minima(works: Sequence[Callable[[], object]], calls: int, rounds: int = ROUNDS) -> list[float]:
+    """The least time of each work [ns] in loops of so many calls, which run in turn."""
+    least = [np.inf] * len(works)
+    for _ in range(rounds):
+        for k, work in enumerate(works):
+            start = time.perf_counter_ns()
+            for _ in range(calls):
+                work()
+            least[k] = min(least[k], (time.perf_counter_ns() - start) / calls)
+    return least
+
+
+def in_C(robot: chasles.Robot, T: np.ndarray, seeds: np.ndarray) -> list[float]:
+    """Times of ik and ik_nearest in C, pose after pose."""
+    own = {file.name: file.read_text(encoding="utf-8") for file in robot.folder.glob("*.[ch]")}
+    main = MAIN.format(robot=robot.name, n=robot.n)
+    source = Source(f"{robot.name}-nearest", {"main.c": main, **own}, (UNPACKED,))
+    library = ctypes.CDLL(str(compiled(source)))
+    poses, starts = np.ascontiguousarray(T[:ROWS]), np.ascontiguousarray(seeds[:ROWS])
+    results = np.empty(512)
+    arrays = [ctypes.c_void_p(array.ctypes.data) for array in (poses, starts, results)]
+    given = (*arrays[:2], ctypes.c_long(ROWS), arrays[2])
+    works = [partial(library.all_of, *given), partial(library.nearest_of, *given)]
+    return [taken / ROWS for taken in minima(works, 1, 10 * ROUNDS)]
+
+
+def single(robot: chasles.Robot, T: np.ndarray, seeds: np.ndarray) -> list[float]:
+    """Times of a call from Python for one pose."""
+    pose, seed = T[0].copy(), seeds[0].copy()
+    return minima((lambda: robot.ik(pose), lambda: robot.ik_nearest(pose, seed)), 200)
+
+
+def batch(robot: chasles.Robot, T: np.ndarray, seeds: np.ndarray) -> list[float]:
+    """Times of a pose in a batch."""
+    calls = max(1, 500 // len(T))
+    rounds = ROUNDS if len(T) < POSES else 10
+    works = (lambda: robot.ik(T), lambda: robot.ik_nearest(T, seeds))
+    return [taken / len(T) for taken in minima(works, calls, rounds)]

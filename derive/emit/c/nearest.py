@@ -1,0 +1,182 @@
+"""The C of ``<function>_nearest``: the solution of an inverse nearest to a seed, within limits.
+
+``<robot>_nearest.h`` holds the limits of the robot and one function for each inverse.
+``<robot>.c`` includes it behind all other functions.
+"""
+
+import textwrap
+from collections.abc import Iterable, Sequence
+
+from ...derivation import Derivation
+from ...model.mechanism import Coordinate, Described
+from ...model.robot import Joint
+from ...terms.symbolic_function import Signature
+from .expressions import WIDTH, number
+from .header import notice, support
+
+SUPPORTS = ("chasles_nearest.h", "chasles_nearest_six.h")
+MAX_SLOTS = MAX_JOINTS = 64
+"""Slots and coordinates that the support file takes."""
+
+
+def nearest_file(robot: Described) -> str:
+    """Name of the file with the nearest solutions."""
+    return f"{robot.name}_nearest.h"
+
+
+def nearest_files(derivation: Derivation) -> dict[str, str]:
+    """The file of a robot's nearest solutions and its support files; none without an inverse."""
+    functions = (*derivation.functions, *derivation.written)
+    if not any(_has_slots(derivation, function) for function in functions):
+        return {}
+    robot, seeded = derivation.robot, _seeded(derivation)
+    lines = [notice(robot), f'#include "{SUPPORTS[0]}"\n', *(_limits(robot) if seeded else ())]
+    for function in seeded:
+        lines += _definition(derivation, function)
+    return {nearest_file(robot): "\n".join(lines), **{name: support(name) for name in SUPPORTS}}
+
+
+def nearest_declarations(derivation: Derivation) -> list[str]:
+    """The declarations in the robot's header, each under its comment."""
+    return [_declaration(derivation, function) for function in _seeded(derivation)]
+
+
+def _has_slots(derivation: Derivation, function: Signature) -> bool:
+    """Whether a function is an inverse of a size that the support file takes."""
+    return (
+        function.role.is_inverse
+        and function.outputs[0].shape[0] <= MAX_SLOTS
+        and len(derivation.robot.coordinates) <= MAX_JOINTS
+    )
+
+
+def _seeded(derivation: Derivation) -> list[Signature]:
+    """The inverses whose further inputs follow from a seed."""
+    functions = (*derivation.functions, *derivation.written)
+    inverses = [function for function in functions if _has_slots(derivation, function)]
+    return [f for f in inverses if _parameters(derivation, f) is not None]
+
+
+def _parameters(derivation: Derivation, function: Signature) -> list[str] | None:
+    """The lines that set the further inputs to their values at the seed; None if there are none."""
+    names, prefix = [argument.name for argument in function.inputs[1:]], derivation.robot.name
+    available = {f.name: f for f in (*derivation.functions, *derivation.written)}
+    if not names:
+        return []
+    if [available[name].role.name for name in names if name in available] == ["redundancy"]:
+        return [f"  double {names[0]};", f"  {prefix}_{names[0]}(q_seed, &{names[0]});"]
+    if derivation.hybrid is None:
+        given = function.role.given
+        return [
+            f"  const double {name} = q_seed[{k}];" for name, k in zip(names, given, strict=True)
+        ]
+    joints = [joint.name for joint in derivation.hybrid.mechanism.main_chain.moving]
+    if "chain" not in available or not set(names) <= set(joints):
+        return None
+    values = [f"  const double {name} = theta[{joints.index(name)}];" for name in names]
+    return [f"  double theta[{len(joints)}];", f"  {prefix}_chain(q_seed, theta);", *values]
+
+
+def _limits(robot: Described) -> list[str]:
+    lower, upper = zip(*(_bounds(coordinate) for coordinate in robot.coordinates), strict=True)
+    n = len(robot.coordinates)
+    return [
+        *_wrapped(f"static const double {robot.name}_lower[{n}] = {{{', '.join(lower)}}};"),
+        *_wrapped(f"static const double {robot.name}_upper[{n}] = {{{', '.join(upper)}}};"),
+        "",
+    ]
+
+
+def _bounds(coordinate: Joint | Coordinate) -> tuple[str, str]:
+    low, high = coordinate.limits
+    return (
+        "-INFINITY" if low is None else number(float(low)),
+        "INFINITY" if high is None else number(float(high)),
+    )
+
+
+def _turns(derivation: Derivation, function: Signature) -> list[str]:
+    """For each coordinate whether it may change by full turns: not where its value is fixed."""
+    fixed = {*function.role.given, *function.role.held}
+    moved: Sequence[Joint | Coordinate] = derivation.robot.coordinates
+    return [
+        "CHASLES_FULL_TURN" if k not in fixed and _wraps(derivation, coordinate) else "0"
+        for k, coordinate in enumerate(moved)
+    ]
+
+
+def _wraps(derivation: Derivation, coordinate: Joint | Coordinate) -> bool:
+    """Whether a full turn of a coordinate leaves the pose unchanged."""
+    if isinstance(coordinate, Joint):
+        return coordinate.unit == "rad"
+    ratio = float(derivation.terms.value(coordinate.ratio))
+    return coordinate.unit == "rad" and abs(ratio) == 1
+
+
+def _signature(derivation: Derivation, function: Signature) -> str:
+    n, target = len(derivation.robot.coordinates), function.inputs[0]
+    parameters = [f"const double {target.name}[{target.size}]", f"const double q_seed[{n}]"]
+    parameters += [f"const double {name}[{n}]" for name in ("lower", "upper", "weights")]
+    parameters += [f"double q[{n}]", "double *residual", "double *margin"]
+    return f"int {derivation.robot.name}_{function.name}_nearest({', '.join(parameters)})"
+
+
+def _definition(derivation: Derivation, function: Signature) -> list[str]:
+    prefix = derivation.robot.name
+    name = f"{prefix}_{function.name}"
+    n, slots = len(derivation.robot.coordinates), function.outputs[0].shape[0]
+    fixed = sorted({*function.role.given, *function.role.held})
+    target, *more = function.inputs
+    ones = ", ".join("0" if k in fixed else "1" for k in range(n))
+    passed = [target.name, *(f"&{a.name}" for a in more)]
+    return [
+        *_wrapped(f"static const double {name}_counts[{n}] = {{{ones}}};"),
+        *_wrapped(
+            f"static const double {name}_turn[{n}] = {{{', '.join(_turns(derivation, function))}}};"
+        ),
+        "",
+        *_wrapped(_signature(derivation, function)),
+        "{",
+        f"  double slots[{n * slots}], residuals[{slots}], margins[{slots}], scale[{n}];",
+        *(_parameters(derivation, function) or ()),
+        f"  const chasles_slots of = {{{n}, {slots}, slots, residuals, margins, CHASLES_SOLVED}};",
+        f"  chasles_moves moves = {{{prefix}_lower, {prefix}_upper, {name}_counts, {name}_turn}};",
+        "  moves.lower = lower ? lower : moves.lower;",
+        "  moves.upper = upper ? upper : moves.upper;",
+        f"  for (int j = 0; weights && j < {n}; j++) {{",
+        f"    scale[j] = weights[j] * {name}_counts[j];",
+        "    moves.scale = scale;",
+        "  }",
+        f"  {name}({', '.join(passed)}, slots, residuals, margins);",
+        "  return chasles_nearest(&of, &moves, q_seed, q, residual, margin);",
+        "}\n",
+    ]
+
+
+def _wrapped(line: str) -> list[str]:
+    return textwrap.wrap(line, WIDTH, subsequent_indent="    ")
+
+
+def _declaration(derivation: Derivation, function: Signature) -> str:
+    n, target = len(derivation.robot.coordinates), function.inputs[0]
+    shape = " x ".join(map(str, target.shape))
+    lines = [
+        f"The solution of {function.name} nearest to q_seed within limits.",
+        *_kept(function),
+        "Returns its slot; -1 out of reach, -2 outside the limits, -3 where T or q_seed is NaN.",
+        f"  {target.name}: {target.meaning}, {shape} ({target.unit})",
+        f"  q_seed: the coordinates to stay near to, {n}",
+        f"  lower, upper: limits, {n} each; NULL for the robot's own, infinite for none",
+        f"  weights: factor of each coordinate's move in the distance, {n}; NULL for 1",
+        f"  q: the solution at the turns nearest to q_seed, {n}; NaN where there is none",
+        "  residual, margin: of its slot; of the slot nearest to the pose where there is none",
+    ]
+    comment = "\n * ".join(lines)
+    text = "\n".join(_wrapped(f"{_signature(derivation, function)};"))
+    return f"/* {comment} */\n{text}"
+
+
+def _kept(function: Signature) -> Sequence[str]:
+    names: Iterable[str] = [argument.name for argument in function.inputs[1:]]
+    kept = ", ".join(names)
+    return [f"Values as at q_seed: {kept}."] if kept else []

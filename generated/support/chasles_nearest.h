@@ -1,0 +1,212 @@
+/* The solution of an inverse nearest to a seed within limits; part of chasles, the same for every
+ * robot.
+ *
+ * The distance is the largest weighted move of a coordinate. A joint that a full turn brings back
+ * to the same pose counts at the turn nearest to the seed within its limits.
+ */
+#ifndef CHASLES_NEAREST_H
+#define CHASLES_NEAREST_H
+
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+#define CHASLES_FULL_TURN 6.283185307179586
+#define CHASLES_SOLVED 1e-9 /* largest residual of a solution [m, rad] */
+#define CHASLES_AT_LIMIT                                                                         \
+    1e-12                     /* distance by which rounding may put a coordinate outside a limit \
+                               */
+#define CHASLES_MAX_SLOTS 64  /* slots of an inverse */
+#define CHASLES_MAX_JOINTS 64 /* coordinates of a robot */
+
+/* Results that are no slot: the reason why there is no solution. */
+#define CHASLES_OUT_OF_REACH (-1)   /* no slot reaches the pose */
+#define CHASLES_OUTSIDE_LIMITS (-2) /* slots reach the pose, all of them outside the limits */
+#define CHASLES_NOT_FINITE (-3)     /* the seed or every residual is NaN, or the seed is infinite */
+
+/* The meaning of a move of each coordinate. */
+typedef struct {
+    const double *lower, *upper; /* its limits, infinite for none */
+    const double *scale;         /* the factor of its move in the distance: its weight */
+    const double *turn; /* CHASLES_FULL_TURN if a full turn leaves the pose unchanged, else 0 */
+} chasles_moves;
+
+/* The slots of an inverse, row by row. */
+typedef struct {
+    int n, slots;
+    const double *q, *residual, *margin;
+    double tolerance; /* largest residual of a solution */
+} chasles_slots;
+
+/* Writes the coordinates of a slot at the turns nearest to the seed within the limits, and returns
+ * their distance; INFINITY if a coordinate has no turn within its limits. A coordinate that
+ * rounding has put outside a limit is set to the limit. */
+static inline double chasles_limited(int n, const chasles_moves *moves, const double *slot,
+                                     const double *q_seed, double *q)
+{
+    double distance = 0;
+    for (int j = 0; j < n; j++) {
+        const double low = moves->lower[j] - CHASLES_AT_LIMIT;
+        const double high = moves->upper[j] + CHASLES_AT_LIMIT, turn = moves->turn[j];
+        double at = slot[j], move;
+        if (turn > 0) {
+            at = slot[j] - turn * rint((slot[j] - q_seed[j]) * (1 / CHASLES_FULL_TURN));
+            at = at < low ? slot[j] + turn * ceil((low - slot[j]) * (1 / CHASLES_FULL_TURN)) : at;
+            at =
+                at > high ? slot[j] + turn * floor((high - slot[j]) * (1 / CHASLES_FULL_TURN)) : at;
+        }
+        if (!(at >= low && at <= high)) {
+            return INFINITY;
+        }
+        at = at < moves->lower[j] ? moves->lower[j] : at;
+        q[j] = at > moves->upper[j] ? moves->upper[j] : at;
+        move = fabs(q[j] - q_seed[j]) * moves->scale[j];
+        distance = move > distance ? move : distance;
+    }
+    return distance;
+}
+
+/* Writes the coordinates of a slot at the turns nearest to the seed, and returns whether they are
+ * within the limits. */
+static inline int chasles_is_inside(int n, const chasles_moves *moves, const double *slot,
+                                    const double *q_seed, double *q)
+{
+    int inside = 1;
+    for (int j = 0; j < n; j++) {
+        const double turns = (slot[j] - q_seed[j]) * (1 / CHASLES_FULL_TURN);
+        q[j] = slot[j] - moves->turn[j] * rint(turns);
+        inside &= (q[j] >= moves->lower[j]) & (q[j] <= moves->upper[j]);
+    }
+    return inside;
+}
+
+/* Writes the distance of each slot from the seed without limits: a lower bound with them. */
+static inline void chasles_distances(const chasles_slots *of, const chasles_moves *moves,
+                                     const double *q_seed, double *distance)
+{
+    const double *q = of->q;
+    for (int slot = 0; slot < of->slots; slot++, q += of->n) {
+        double most = 0;
+        for (int j = 0; j < of->n; j++) {
+            const double apart = q[j] - q_seed[j];
+            const double turns = rint(apart * (1 / CHASLES_FULL_TURN));
+            const double move = fabs(apart - moves->turn[j] * turns) * moves->scale[j];
+            most = move > most ? move : most;
+        }
+        distance[slot] = of->residual[slot] <= of->tolerance ? most : INFINITY;
+    }
+}
+
+/* Returns the slot with the smallest distance, the lowest of several whose distances are equal but
+ * for rounding; -1 if all are infinite. The bits of positive numbers are in the same order as the
+ * numbers; the slot takes the place of the last six. */
+static inline int chasles_least(int slots, const double *distance)
+{
+    uint64_t least = UINT64_MAX;
+    double none = INFINITY;
+    uint64_t end;
+    memcpy(&end, &none, sizeof end);
+    for (int slot = 0; slot < slots; slot++) {
+        uint64_t key;
+        memcpy(&key, distance + slot, sizeof key);
+        key = (key & ~(uint64_t)(CHASLES_MAX_SLOTS - 1)) | (uint64_t)slot;
+        least = key < least ? key : least;
+    }
+    return least < end ? (int)(least & (CHASLES_MAX_SLOTS - 1)) : -1;
+}
+
+/* Writes NaN to q and the residual and margin of the slot nearest to the pose, and returns the
+ * reason why there is no solution. */
+static inline int chasles_none(const chasles_slots *of, const double *q_seed, double *q,
+                               double *residual, double *margin)
+{
+    double sum = 0;
+    int finite = 1, best = -1;
+    for (int j = 0; j < of->n; j++) {
+        sum += q_seed[j] * 0;
+    }
+    finite = sum == 0;
+    for (int j = 0; j < of->n; j++) {
+        q[j] = NAN;
+    }
+    for (int slot = 0; slot < of->slots; slot++) {
+        const double own = of->residual[slot];
+        best = own == own && (best < 0 || own < of->residual[best]) ? slot : best;
+    }
+    if (!finite || best < 0) {
+        *residual = *margin = NAN;
+        return CHASLES_NOT_FINITE;
+    }
+    *residual = of->residual[best];
+    *margin = of->margin[best];
+    return *residual <= of->tolerance ? CHASLES_OUTSIDE_LIMITS : CHASLES_OUT_OF_REACH;
+}
+
+/* chasles_nearest from distances without limits: tries the slots in their order, until one is as
+ * near with its limits. Changes the distances. */
+static inline int chasles_nearest_limited(const chasles_slots *of, const chasles_moves *moves,
+                                          const double *q_seed, double *distance, double *q,
+                                          double *residual, double *margin)
+{
+    double at[CHASLES_MAX_JOINTS];
+    for (;;) {
+        const int best = chasles_least(of->slots, distance);
+        double limited;
+        if (best < 0) {
+            return chasles_none(of, q_seed, q, residual, margin);
+        }
+        limited = chasles_limited(of->n, moves, of->q + best * of->n, q_seed, at);
+        if (limited <= distance[best]) {
+            memcpy(q, at, (size_t)of->n * sizeof *q);
+            *residual = of->residual[best];
+            *margin = of->margin[best];
+            return best;
+        }
+        distance[best] = limited;
+    }
+}
+
+#if defined(__AVX2__) && defined(__FMA__) && !defined(CHASLES_PLAIN)
+#include "chasles_nearest_six.h"
+#define CHASLES_NEAREST_SIX 1
+#else
+#define CHASLES_NEAREST_SIX 0
+#endif
+
+/* Returns the slot nearest to the seed without limits, -1 if there is none, and whether it is
+ * within the limits; writes the distances, and its coordinates at the turns nearest to the seed. */
+static inline int chasles_nearest_turns(const chasles_slots *of, const chasles_moves *moves,
+                                        const double *q_seed, double *distance, double *at,
+                                        int *is_inside)
+{
+    int best;
+#if CHASLES_NEAREST_SIX
+    if (of->n == 6 && of->slots % 4 == 0) {
+        return chasles_nearest_six(of, moves, q_seed, distance, at, is_inside);
+    }
+#endif
+    chasles_distances(of, moves, q_seed, distance);
+    best = chasles_least(of->slots, distance);
+    *is_inside = best >= 0 && chasles_is_inside(of->n, moves, of->q + best * of->n, q_seed, at);
+    return best;
+}
+
+/* Writes the solution nearest to the seed, its residual and margin, and returns its slot, the
+ * lowest of several at the same distance. Where there is none it returns the reason, and writes NaN
+ * and the residual and margin of the slot nearest to the pose. q may be q_seed. */
+static inline int chasles_nearest(const chasles_slots *of, const chasles_moves *moves,
+                                  const double *q_seed, double *q, double *residual, double *margin)
+{
+    double distance[CHASLES_MAX_SLOTS], at[CHASLES_MAX_JOINTS];
+    int is_inside;
+    const int best = chasles_nearest_turns(of, moves, q_seed, distance, at, &is_inside);
+    if (best >= 0 && is_inside) {
+        memcpy(q, at, (size_t)of->n * sizeof *q);
+        *residual = of->residual[best];
+        *margin = of->margin[best];
+        return best;
+    }
+    return chasles_nearest_limited(of, moves, q_seed, distance, q, residual, margin);
+}
+
+#endif

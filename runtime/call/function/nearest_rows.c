@@ -1,0 +1,195 @@
+#include "call/function/nearest_rows.h"
+
+#include <string.h>
+
+#define MAX_SLOTS 64 /* that the selection takes */
+
+/* Returns the number of doubles in the slots of a pose. */
+static npy_intp doubles_of_slots(const Kernel *kernel)
+{
+    return slots_of(kernel) * (coordinates_of(kernel) + 2);
+}
+
+/* Runs the inverse on n rows, which leaves the slots in the scratch memory. */
+static void solve_block(const Kernel *kernel, npy_intp n, const double *const *inputs,
+                        const ptrdiff_t *steps, double *const *slots, const ptrdiff_t *slot_steps)
+{
+    if (kernel->rows && n > 1) {
+        run_kernel_rows(kernel, n, inputs, steps, slots, slot_steps);
+        return;
+    }
+    for (npy_intp row = 0; row < n; row++) {
+        const double *from[MAX_OPERANDS];
+        double *to[3];
+        for (int i = 0; i < kernel->n_inputs; i++) {
+            from[i] = inputs[i] + row * steps[i];
+        }
+        for (int i = 0; i < 3; i++) {
+            to[i] = slots[i] + row * slot_steps[i];
+        }
+        run_kernel(kernel, from, to);
+    }
+}
+
+/* Selects among the k slots of n rows, for rows of the results from `first` on. */
+static void select_rows(const Function *inverse, npy_intp n, npy_intp k, const double *const *slots,
+                        npy_intp first, const Rows *rows)
+{
+    double *const to[] = {rows->results[0] + first * coordinates_of(inverse->kernel),
+                          rows->results[1] + first, rows->results[2] + first};
+    inverse->kernel->entry->nearest((size_t)n, (int)k, slots, inverse->tolerance, rows->moves,
+                                    rows->q_seed + first * rows->seed_step, rows->seed_step, to,
+                                    (signed char *)rows->slot + first);
+}
+
+void run_nearest(const Function *inverse, npy_intp n, const Rows *rows)
+{
+    const Kernel *kernel = inverse->kernel;
+    const npy_intp k = slots_of(kernel), width = coordinates_of(kernel);
+    const npy_intp room = SCRATCH / doubles_of_slots(kernel);
+    const npy_intp block = room < MAX_BLOCK ? room : MAX_BLOCK;
+    double scratch[SCRATCH];
+    double *const slots[] = {scratch, scratch + block * k * width,
+                             scratch + block * k * (width + 1)};
+    const ptrdiff_t slot_steps[] = {k * width, k, k};
+    for (npy_intp first = 0; first < n; first += block) {
+        const npy_intp count = n - first < block ? n - first : block;
+        const double *inputs[MAX_OPERANDS];
+        for (int i = 0; i < kernel->n_inputs; i++) {
+            inputs[i] = rows->inputs[i] + first * rows->steps[i];
+        }
+        solve_block(kernel, count, inputs, rows->steps, slots, slot_steps);
+        select_rows(inverse, count, k, (const double *const *)slots, first, rows);
+    }
+}
+
+/* Reads an array of (n, ...) or (1, ...) dense rows; -1 with an error set. */
+static int read_rows(PyObject *object, int type, npy_intp n, npy_intp size, void *data,
+                     ptrdiff_t *step)
+{
+    PyArrayObject *array = (PyArrayObject *)object;
+    if (!PyArray_Check(object) || PyArray_TYPE(array) != type || !PyArray_ISCARRAY_RO(array) ||
+        PyArray_NDIM(array) < 1 ||
+        (PyArray_DIM(array, 0) != n && (PyArray_DIM(array, 0) != 1 || !step)) ||
+        PyArray_SIZE(array) != PyArray_DIM(array, 0) * size) {
+        PyErr_SetString(PyExc_TypeError, "nearest_rows: expected dense rows of numbers");
+        return -1;
+    }
+    void *memory = PyArray_DATA(array);
+    memcpy(data, &memory, sizeof memory);
+    if (step) {
+        *step = PyArray_DIM(array, 0) == n ? size : 0;
+    }
+    return 0;
+}
+
+int read_moves(PyObject *moves, npy_intp n, const double **to)
+{
+    for (int i = 0; i < N_MOVES; i++) {
+        if (read_rows(PyTuple_GET_ITEM(moves, i), NPY_DOUBLE, n, 1, &to[i], NULL) < 0) {
+            return -1;
+        }
+    }
+    return 0;
+}
+
+int can_select(const Function *inverse)
+{
+    return inverse->solutions && inverse->kernel->entry->nearest &&
+           doubles_of_slots(inverse->kernel) * MIN_BLOCK <= SCRATCH;
+}
+
+/* Reads the results, and sets n to the number of their rows; -1 with an error set. */
+static int read_results(const Kernel *kernel, PyObject *results, npy_intp *n, Rows *rows)
+{
+    const npy_intp sizes[] = {coordinates_of(kernel), 1, 1};
+    PyObject *slot = PyTuple_GET_SIZE(results) == 4 ? PyTuple_GET_ITEM(results, 3) : NULL;
+    if (!slot || !PyArray_Check(slot) || PyArray_NDIM((PyArrayObject *)slot) != 1) {
+        PyErr_SetString(PyExc_TypeError, "nearest_rows: expected four results, slots (n,) last");
+        return -1;
+    }
+    *n = PyArray_DIM((PyArrayObject *)slot, 0);
+    for (int i = 0; i < 3; i++) {
+        if (read_rows(PyTuple_GET_ITEM(results, i), NPY_DOUBLE, *n, sizes[i], &rows->results[i],
+                      NULL) < 0) {
+            return -1;
+        }
+    }
+    return read_rows(slot, NPY_INT8, *n, 1, &rows->slot, NULL);
+}
+
+/* Reads the arguments of a function of the module; `given` are the inputs, or the slots. Returns
+ * the inverse, NULL with an error set. */
+static const Function *read_call(PyObject *args, PyObject **given, npy_intp *n, Rows *rows)
+{
+    PyObject *inverse, *seed, *moves, *results;
+    if (!PyArg_ParseTuple(args, "O!O!OO!O!", &FunctionType, &inverse, &PyTuple_Type, given, &seed,
+                          &PyTuple_Type, &moves, &PyTuple_Type, &results)) {
+        return NULL;
+    }
+    const Function *function = (const Function *)inverse;
+    if (!can_select(function) || PyTuple_GET_SIZE(moves) != N_MOVES) {
+        PyErr_SetString(PyExc_TypeError, "nearest_rows: expected an inverse and four moves");
+        return NULL;
+    }
+    const npy_intp width = coordinates_of(function->kernel);
+    if (read_results(function->kernel, results, n, rows) < 0 ||
+        read_rows(seed, NPY_DOUBLE, *n, width, &rows->q_seed, &rows->seed_step) < 0 ||
+        read_moves(moves, width, rows->moves) < 0) {
+        return NULL;
+    }
+    return function;
+}
+
+PyObject *nearest_rows(PyObject *Py_UNUSED(module), PyObject *args)
+{
+    PyObject *inputs;
+    npy_intp n;
+    Rows rows;
+    const Function *inverse = read_call(args, &inputs, &n, &rows);
+    if (!inverse) {
+        return NULL;
+    }
+    const Kernel *kernel = inverse->kernel;
+    if (PyTuple_GET_SIZE(inputs) != kernel->n_inputs) {
+        PyErr_SetString(PyExc_TypeError, "nearest_rows: expected every input of the inverse");
+        return NULL;
+    }
+    for (int i = 0; i < kernel->n_inputs; i++) {
+        if (read_rows(PyTuple_GET_ITEM(inputs, i), NPY_DOUBLE, n, kernel->operands[i].size,
+                      &rows.inputs[i], &rows.steps[i]) < 0) {
+            return NULL;
+        }
+    }
+    Py_BEGIN_ALLOW_THREADS;
+    run_nearest(inverse, n, &rows);
+    Py_END_ALLOW_THREADS;
+    Py_RETURN_NONE;
+}
+
+PyObject *nearest_of_slots(PyObject *Py_UNUSED(module), PyObject *args)
+{
+    PyObject *given;
+    npy_intp n;
+    Rows rows;
+    const Function *inverse = read_call(args, &given, &n, &rows);
+    if (!inverse) {
+        return NULL;
+    }
+    const npy_intp width = coordinates_of(inverse->kernel);
+    PyObject *residual = PyTuple_GET_SIZE(given) == 3 ? PyTuple_GET_ITEM(given, 1) : NULL;
+    if (!residual || !PyArray_Check(residual) || PyArray_NDIM((PyArrayObject *)residual) != 2 ||
+        PyArray_DIM((PyArrayObject *)residual, 1) > MAX_SLOTS) {
+        PyErr_SetString(PyExc_TypeError, "nearest_of_slots: expected at most 64 slots (n, k)");
+        return NULL;
+    }
+    const npy_intp k = PyArray_DIM((PyArrayObject *)residual, 1), sizes[] = {k * width, k, k};
+    const double *slots[3];
+    for (int i = 0; i < 3; i++) {
+        if (read_rows(PyTuple_GET_ITEM(given, i), NPY_DOUBLE, n, sizes[i], &slots[i], NULL) < 0) {
+            return NULL;
+        }
+    }
+    select_rows(inverse, n, k, slots, 0, &rows);
+    Py_RETURN_NONE;
+}

@@ -1,0 +1,54 @@
+/* The nearest solutions of many poses: the inverse on a block of rows, then the selection that was
+ * compiled with it, while the slots are in the processor's cache. */
+#ifndef CHASLES_NEAREST_ROWS_H
+#define CHASLES_NEAREST_ROWS_H
+
+#include <float.h>
+
+#include "call/function/function.h"
+#include "call/kernel/rigid_poses.h"
+
+#define SCRATCH 8192 /* doubles on the stack for the slots of a block of rows */
+#define MIN_BLOCK 8  /* rows of a block: all lanes are filled */
+#define MAX_BLOCK 32 /* rows of a block: the slots stay in the nearest cache */
+#define N_MOVES 4    /* lower and upper limits, scales, turns */
+
+/* Where the rows of a call lie, and how many doubles are between rows. */
+typedef struct {
+    const double *inputs[MAX_OPERANDS];
+    ptrdiff_t steps[MAX_OPERANDS];
+    const double *q_seed;
+    ptrdiff_t seed_step;
+    const double *moves[N_MOVES];
+    double *results[3]; /* q, residual, margin: dense */
+    npy_int8 *slot;     /* or the reason why there is none */
+} Rows;
+
+/* Returns the number of coordinates. */
+static inline npy_intp coordinates_of(const Kernel *kernel)
+{
+    return kernel->operands[kernel->n_inputs].dims[1];
+}
+
+/* Tests whether a row needs more than the kernel: refinement, or an error about its matrix. */
+static inline int is_unsettled(const Function *inverse, int slot, double residual)
+{
+    return slot < 0 && ((inverse->refinement && residual <= inverse->near) || residual > DBL_MAX);
+}
+
+/* Tests whether the function is an inverse whose C selects, and whose slots fit the scratch. */
+int can_select(const Function *inverse);
+
+/* Reads the moves, four arrays (n,); -1 with an error set. */
+int read_moves(PyObject *moves, npy_intp n, const double **to);
+
+/* Finds the nearest solutions of n rows, block by block. */
+void run_nearest(const Function *inverse, npy_intp n, const Rows *rows);
+
+/* nearest_rows(inverse, inputs, q_seed, moves, results) of the module. */
+PyObject *nearest_rows(PyObject *module, PyObject *args);
+
+/* nearest_of_slots(inverse, slots, q_seed, moves, results) of the module. */
+PyObject *nearest_of_slots(PyObject *module, PyObject *args);
+
+#endif

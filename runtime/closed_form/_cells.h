@@ -1,0 +1,65 @@
+/* Cells in which slots with equal coordinates are found, in a hash table. */
+#ifndef CHASLES_CELLS_H
+#define CHASLES_CELLS_H
+
+#include <Python.h>
+
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <numpy/arrayobject.h>
+
+#include "numerics/_tolerances.h"
+
+#define MAX_JOINTS 64
+
+/* Slots by the cell of the sum of their coordinates, without those that wrap: two equal slots are
+ * in one cell or in adjacent ones. */
+typedef struct {
+    npy_intp size;         /* a power of 2 */
+    npy_intp *head, *next; /* the last slot of a cell, and the slot before each slot; -1 for none */
+    double width;          /* of a cell */
+    double scale[MAX_JOINTS];
+} Cells;
+
+/* Makes the cells of k slots; -1 with an error set. */
+static inline int cells_new(Cells *cells, npy_intp k, npy_intp n, const double *turn,
+                            const double *tolerance)
+{
+    cells->width = 0;
+    for (npy_intp j = 0; j < n; j++) {
+        /* Roots, so that the sums of different turns differ. */
+        cells->scale[j] = turn[j] > 0 ? 0 : sqrt((double)(6 * j + 5));
+        cells->width += 2 * cells->scale[j] * tolerance[j];
+    }
+    cells->width = cells->width > SAME_TURNS ? cells->width : SAME_TURNS;
+    for (cells->size = 8; cells->size < 2 * k; cells->size *= 2) {
+    }
+    cells->head = PyMem_Malloc((size_t)(cells->size + k) * sizeof *cells->head);
+    cells->next = cells->head + cells->size;
+    if (!cells->head) {
+        PyErr_NoMemory();
+        return -1;
+    }
+    return 0;
+}
+
+static inline npy_intp cell_at(const Cells *cells, double cell)
+{
+    uint64_t bits;
+    memcpy(&bits, &cell, sizeof bits);
+    return (npy_intp)((bits * UINT64_C(0x9E3779B97F4A7C15)) >> 32) & (cells->size - 1);
+}
+
+/* Returns the number of the cell of a slot. */
+static inline double cell_of(const Cells *cells, npy_intp n, const double *q)
+{
+    double sum = 0;
+    for (npy_intp j = 0; j < n; j++) {
+        sum += cells->scale[j] * q[j];
+    }
+    return floor(sum / cells->width) + 0.0;
+}
+
+#endif

@@ -1,0 +1,470 @@
+/* chasles.closed_form._filters: the loops of the filters of Solutions (solutions.py).
+ *
+ * Every function takes dense rows: N poses with k slots of n coordinates. */
+#define PY_SSIZE_T_CLEAN
+#include <Python.h>
+
+#include <math.h>
+#include <string.h>
+
+#include <numpy/arrayobject.h>
+
+#include "closed_form/_cells.h"
+
+#define TURN 6.283185307179586
+
+/* An array of the right type and size in C order, or NULL with an error set. */
+static void *dense(PyObject *object, int type, npy_intp size)
+{
+    PyArrayObject *array = (PyArrayObject *)object;
+    if (!PyArray_Check(object) || PyArray_TYPE(array) != type || !PyArray_ISCARRAY_RO(array) ||
+        PyArray_SIZE(array) != size) {
+        PyErr_SetString(PyExc_TypeError, "_filters: expected dense arrays of one batch");
+        return NULL;
+    }
+    return PyArray_DATA(array);
+}
+
+/* The slots of a call. */
+typedef struct {
+    npy_intp poses, k, n;
+    const double *q;
+    const npy_bool *valid;
+} Slots;
+
+/* Reads q (..., k, n) and valid (..., k); -1 with an error set. */
+static int read_slots(PyObject *q, PyObject *valid, Slots *slots)
+{
+    PyArrayObject *array = (PyArrayObject *)q;
+    if (!PyArray_Check(q) || PyArray_NDIM(array) < 2) {
+        PyErr_SetString(PyExc_TypeError, "_filters: expected coordinates (..., k, n)");
+        return -1;
+    }
+    const int ndim = PyArray_NDIM(array);
+    slots->k = PyArray_DIM(array, ndim - 2);
+    slots->n = PyArray_DIM(array, ndim - 1);
+    slots->poses = PyArray_MultiplyList(PyArray_DIMS(array), ndim - 2);
+    if (slots->n > MAX_JOINTS) {
+        PyErr_SetString(PyExc_TypeError, "_filters: expected at most 64 coordinates");
+        return -1;
+    }
+    slots->q = dense(q, NPY_DOUBLE, slots->poses * slots->k * slots->n);
+    slots->valid = dense(valid, NPY_BOOL, slots->poses * slots->k);
+    return slots->q && slots->valid ? 0 : -1;
+}
+
+/* Returns a new array with the leading dimensions of q and so many further ones. */
+static PyObject *new_like(PyObject *q, int type, int more, npy_intp first, npy_intp second)
+{
+    npy_intp dims[NPY_MAXDIMS];
+    const int leading = PyArray_NDIM((PyArrayObject *)q) - 2;
+    memcpy(dims, PyArray_DIMS((PyArrayObject *)q), leading * sizeof *dims);
+    dims[leading] = first;
+    dims[leading + 1] = second;
+    return PyArray_SimpleNew(leading + more, dims, type);
+}
+
+/* ------------------------------------------------------------------ limits */
+
+/* Limits of the coordinates, and how many turns of each are listed. */
+typedef struct {
+    const double *low, *high, *turn, *rounding;
+    const npy_intp *windings;
+    npy_intp count;
+} Limits;
+
+/* Returns the number of turns from a value to the first winding that is listed. */
+static double first_turn(const Limits *limits, npy_intp j, double q, double at_limit)
+{
+    if (limits->turn[j] == 0) {
+        return 0;
+    }
+    const double last = floor((limits->high[j] - q + at_limit) / TURN);
+    const double least = ceil((limits->low[j] - q - at_limit) / TURN);
+    if (limits->windings[j] > 1) {
+        return last - (double)limits->windings[j] + 1;
+    }
+    const double not_below = least > 0 ? least : 0;
+    return not_below < last ? not_below : last;
+}
+
+/* Writes all listed values of each coordinate of a slot, and whether each is within the limits; one
+ * that rounding has put outside a limit is set to the limit. */
+static void write_turns(const Limits *limits, npy_intp n, const double *slot, double at_limit,
+                        double *value, npy_bool *inside)
+{
+    for (npy_intp j = 0; j < n; j++) {
+        const double low = limits->low[j], high = limits->high[j];
+        const double first = first_turn(limits, j, slot[j], at_limit);
+        for (npy_intp turn = 0; turn < limits->windings[j]; turn++, value++, inside++) {
+            const double q = slot[j] + TURN * (first + (double)turn);
+            *inside = q >= low - limits->rounding[j] && q <= high + limits->rounding[j];
+            *value = *inside && q < low ? low : *inside && q > high ? high : q;
+        }
+    }
+}
+
+/* Writes the windings of a slot: coordinates, and whether each winding is within the limits. */
+static void write_windings(const Limits *limits, npy_intp n, const double *value,
+                           const npy_bool *inside, npy_bool valid, double *q, npy_bool *all)
+{
+    npy_intp turns[MAX_JOINTS] = {0}, first[MAX_JOINTS], from = 0;
+    for (npy_intp j = 0; j < n; j++) {
+        first[j] = from;
+        from += limits->windings[j];
+    }
+    for (npy_intp w = 0; w < limits->count; w++, q += n) {
+        npy_bool kept = valid;
+        for (npy_intp j = 0; j < n; j++) {
+            q[j] = value[first[j] + turns[j]];
+            kept &= inside[first[j] + turns[j]];
+        }
+        all[w] = kept;
+        for (npy_intp j = n - 1; j >= 0 && ++turns[j] == limits->windings[j]; j--) {
+            turns[j] = 0;
+        }
+    }
+}
+
+/* Writes the windings of all slots; -1 with an error set. */
+static int write_all_windings(const Limits *limits, const Slots *slots, double at_limit, double *q,
+                              npy_bool *inside)
+{
+    npy_intp listed = 0;
+    for (npy_intp j = 0; j < slots->n; j++) {
+        listed += limits->windings[j];
+    }
+    double *value = PyMem_Malloc((size_t)listed * (sizeof *value + 1));
+    if (!value) {
+        PyErr_NoMemory();
+        return -1;
+    }
+    npy_bool *in = (npy_bool *)(value + listed);
+    for (npy_intp i = 0; i < slots->poses * slots->k; i++) {
+        write_turns(limits, slots->n, slots->q + i * slots->n, at_limit, value, in);
+        write_windings(limits, slots->n, value, in, slots->valid[i],
+                       q + i * limits->count * slots->n, inside + i * limits->count);
+    }
+    PyMem_Free(value);
+    return 0;
+}
+
+/* Repeats each of n numbers. */
+static void repeat(npy_intp n, npy_intp count, const double *from, double *to)
+{
+    for (npy_intp i = 0; i < n; i++) {
+        for (npy_intp w = 0; w < count; w++) {
+            *to++ = from[i];
+        }
+    }
+}
+
+/* Reads (low, high, turn, rounding, windings) of n coordinates; -1 with an error set. */
+static int read_limits(PyObject *given, npy_intp n, Limits *limits)
+{
+    const double **to[] = {&limits->low, &limits->high, &limits->turn, &limits->rounding};
+    for (int i = 0; i < 4; i++) {
+        if (!(*to[i] = dense(PyTuple_GET_ITEM(given, i), NPY_DOUBLE, n))) {
+            return -1;
+        }
+    }
+    if (!(limits->windings = dense(PyTuple_GET_ITEM(given, 4), NPY_INTP, n))) {
+        return -1;
+    }
+    limits->count = PyArray_MultiplyList(limits->windings, (int)n);
+    return 0;
+}
+
+/* windings(q, residual, margin, valid, limits, at_limit) of the module. */
+static PyObject *windings(PyObject *Py_UNUSED(module), PyObject *args)
+{
+    PyObject *q, *residual, *margin, *valid, *given, *fields[4] = {NULL}, *result = NULL;
+    double at_limit;
+    Slots slots;
+    Limits limits;
+    if (!PyArg_ParseTuple(args, "OOOOO!d", &q, &residual, &margin, &valid, &PyTuple_Type, &given,
+                          &at_limit) ||
+        read_slots(q, valid, &slots) < 0 || read_limits(given, slots.n, &limits) < 0) {
+        return NULL;
+    }
+    const npy_intp all = slots.poses * slots.k, many = slots.k * limits.count;
+    const double *of_residual = dense(residual, NPY_DOUBLE, all);
+    const double *of_margin = of_residual ? dense(margin, NPY_DOUBLE, all) : NULL;
+    if (!of_margin) {
+        return NULL;
+    }
+    fields[0] = new_like(q, NPY_DOUBLE, 2, many, slots.n);
+    fields[1] = new_like(q, NPY_DOUBLE, 1, many, 0);
+    fields[2] = new_like(q, NPY_DOUBLE, 1, many, 0);
+    fields[3] = new_like(q, NPY_BOOL, 1, many, 0);
+    if (fields[0] && fields[1] && fields[2] && fields[3] &&
+        write_all_windings(&limits, &slots, at_limit, PyArray_DATA((PyArrayObject *)fields[0]),
+                           PyArray_DATA((PyArrayObject *)fields[3])) == 0) {
+        repeat(all, limits.count, of_residual, PyArray_DATA((PyArrayObject *)fields[1]));
+        repeat(all, limits.count, of_margin, PyArray_DATA((PyArrayObject *)fields[2]));
+        result = PyTuple_Pack(4, fields[0], fields[1], fields[2], fields[3]);
+    }
+    for (int i = 0; i < 4; i++) {
+        Py_XDECREF(fields[i]);
+    }
+    return result;
+}
+
+/* ------------------------------------------------------------------ distances */
+
+/* Seeds, one for all poses or one for each, and the meaning of a move. */
+typedef struct {
+    const double *q;
+    npy_intp step;
+    const double *turn;
+    double scale[MAX_JOINTS]; /* the factor of each move */
+} Seeds;
+
+/* Reads a seed (n,) or seeds (..., n), and turns and units (n,); -1 with an error set. */
+static int read_seeds(PyObject *seed, PyObject *turn, PyObject *unit, const Slots *slots,
+                      Seeds *seeds)
+{
+    const int one = PyArray_Check(seed) && PyArray_NDIM((PyArrayObject *)seed) == 1;
+    seeds->step = one ? 0 : slots->n;
+    seeds->q = dense(seed, NPY_DOUBLE, one ? slots->n : slots->poses * slots->n);
+    seeds->turn = seeds->q ? dense(turn, NPY_DOUBLE, slots->n) : NULL;
+    const double *units = seeds->turn ? dense(unit, NPY_DOUBLE, slots->n) : NULL;
+    for (npy_intp j = 0; units && j < slots->n; j++) {
+        seeds->scale[j] = 1 / units[j];
+    }
+    return units ? 0 : -1;
+}
+
+/* Returns the move of a coordinate, by the shorter way round if it wraps. */
+static inline double move_of(double difference, double turn)
+{
+    return turn > 0 ? difference - TURN * rint(difference * (1 / TURN)) : difference;
+}
+
+/* Writes the distance of each slot of a pose from the seed, infinite where it is not valid. */
+static void write_distances(const Slots *slots, const Seeds *seeds, npy_intp pose, double *distance)
+{
+    const double *q = slots->q + pose * slots->k * slots->n, *seed = seeds->q + pose * seeds->step;
+    const npy_bool *valid = slots->valid + pose * slots->k;
+    for (npy_intp slot = 0; slot < slots->k; slot++, q += slots->n) {
+        double most = 0;
+        for (npy_intp j = 0; j < slots->n; j++) {
+            const double move = fabs(move_of(q[j] - seed[j], seeds->turn[j]) * seeds->scale[j]);
+            /* NaN counts as the largest. */
+            most = move <= most ? most : move;
+        }
+        distance[slot] = valid[slot] && !isnan(most) ? most : INFINITY;
+    }
+}
+
+/* Tests whether two slots hold the same solution at other turns. */
+static int differ_by_turns(npy_intp n, const double *a, const double *b)
+{
+    for (npy_intp j = 0; j < n; j++) {
+        if (fabs(move_of(a[j] - b[j], TURN)) > SAME_TURNS) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* Returns the sum of all moves of a slot. */
+static double sum_of_moves(const Slots *slots, const Seeds *seeds, npy_intp pose, npy_intp slot)
+{
+    const double *q = slots->q + (pose * slots->k + slot) * slots->n;
+    const double *seed = seeds->q + pose * seeds->step;
+    double sum = 0;
+    for (npy_intp j = 0; j < slots->n; j++) {
+        sum += fabs(move_of(q[j] - seed[j], seeds->turn[j]) * seeds->scale[j]);
+    }
+    return sum;
+}
+
+/* Returns the nearest valid slot of a pose, -1 if there is none: the lowest of several, and of the
+ * turns of its solution the one whose coordinates move least in sum. */
+static npy_intp nearest_slot(const Slots *slots, const Seeds *seeds, npy_intp pose,
+                             double *distance)
+{
+    const double *q = slots->q + pose * slots->k * slots->n;
+    npy_intp best = 0, turned;
+    write_distances(slots, seeds, pose, distance);
+    for (npy_intp slot = 1; slot < slots->k; slot++) {
+        best = distance[slot] < distance[best] ? slot : best;
+    }
+    turned = best;
+    for (npy_intp slot = best + 1; slot < slots->k; slot++) {
+        if (distance[slot] == distance[best] &&
+            differ_by_turns(slots->n, q + best * slots->n, q + slot * slots->n) &&
+            sum_of_moves(slots, seeds, pose, slot) < sum_of_moves(slots, seeds, pose, turned)) {
+            turned = slot;
+        }
+    }
+    return distance[best] < INFINITY ? turned : -1;
+}
+
+/* nearest(q, valid, seed, turn, unit) of the module: (..., n), NaN for a pose without valid slot.
+ */
+static PyObject *nearest(PyObject *Py_UNUSED(module), PyObject *args)
+{
+    PyObject *q, *valid, *seed, *turn, *unit;
+    Slots slots;
+    Seeds seeds;
+    if (!PyArg_ParseTuple(args, "OOOOO", &q, &valid, &seed, &turn, &unit) ||
+        read_slots(q, valid, &slots) < 0 || read_seeds(seed, turn, unit, &slots, &seeds) < 0) {
+        return NULL;
+    }
+    double *distance = PyMem_Malloc((size_t)(slots.k > 0 ? slots.k : 1) * sizeof *distance);
+    PyObject *found = distance ? new_like(q, NPY_DOUBLE, 1, slots.n, 0) : PyErr_NoMemory();
+    for (npy_intp pose = 0; found && pose < slots.poses; pose++) {
+        double *to = (double *)PyArray_DATA((PyArrayObject *)found) + pose * slots.n;
+        const npy_intp best = slots.k ? nearest_slot(&slots, &seeds, pose, distance) : -1;
+        for (npy_intp j = 0; j < slots.n; j++) {
+            to[j] = best < 0 ? NAN : slots.q[(pose * slots.k + best) * slots.n + j];
+        }
+    }
+    PyMem_Free(distance);
+    return found;
+}
+
+/* A slot and its distance. */
+typedef struct {
+    double distance;
+    npy_intp slot;
+} Ranked;
+
+/* Sorts n slots by their distances, equal ones in their order; `room` has place for n more. */
+static void sort_ranked(Ranked *ranked, Ranked *room, npy_intp n)
+{
+    for (npy_intp width = 1; width < n; width *= 2) {
+        for (npy_intp first = 0; first < n; first += 2 * width) {
+            const npy_intp middle = first + width < n ? first + width : n;
+            const npy_intp end = middle + width < n ? middle + width : n;
+            npy_intp a = first, b = middle;
+            for (npy_intp i = first; i < end; i++) {
+                const int left =
+                    b >= end || (a < middle && ranked[a].distance <= ranked[b].distance);
+                room[i] = left ? ranked[a++] : ranked[b++];
+            }
+        }
+        memcpy(ranked, room, (size_t)n * sizeof *ranked);
+    }
+}
+
+/* order(q, valid, seed, turn, unit) of the module: indices (..., k), the nearest slot first. */
+static PyObject *order(PyObject *Py_UNUSED(module), PyObject *args)
+{
+    PyObject *q, *valid, *seed, *turn, *unit;
+    Slots slots;
+    Seeds seeds;
+    if (!PyArg_ParseTuple(args, "OOOOO", &q, &valid, &seed, &turn, &unit) ||
+        read_slots(q, valid, &slots) < 0 || read_seeds(seed, turn, unit, &slots, &seeds) < 0) {
+        return NULL;
+    }
+    const size_t k = slots.k > 0 ? (size_t)slots.k : 1;
+    double *distance = PyMem_Malloc(k * sizeof *distance);
+    Ranked *ranked = PyMem_Malloc(2 * k * sizeof *ranked);
+    PyObject *found = distance && ranked ? new_like(q, NPY_INTP, 1, slots.k, 0) : PyErr_NoMemory();
+    for (npy_intp pose = 0; found && pose < slots.poses; pose++) {
+        npy_intp *to = (npy_intp *)PyArray_DATA((PyArrayObject *)found) + pose * slots.k;
+        write_distances(&slots, &seeds, pose, distance);
+        for (npy_intp slot = 0; slot < slots.k; slot++) {
+            ranked[slot] = (Ranked){distance[slot], slot};
+        }
+        sort_ranked(ranked, ranked + slots.k, slots.k);
+        for (npy_intp i = 0; i < slots.k; i++) {
+            to[i] = ranked[i].slot;
+        }
+    }
+    PyMem_Free(distance);
+    PyMem_Free(ranked);
+    return found;
+}
+
+/* ------------------------------------------------------------------ repetitions */
+
+/* Tests whether two slots are equal up to the tolerances. */
+static int are_equal(npy_intp n, const double *a, const double *b, const double *turn,
+                     const double *tolerance)
+{
+    for (npy_intp j = 0; j < n; j++) {
+        if (!(fabs(move_of(a[j] - b[j], turn[j])) <= tolerance[j])) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* Clears the valid slots of a pose that repeat an earlier valid slot. */
+static void clear_repetitions(const Slots *slots, npy_intp pose, Cells *cells, const double *turn,
+                              const double *tolerance, npy_bool *valid)
+{
+    const npy_intp n = slots->n;
+    const double *q = slots->q + pose * slots->k * n;
+    for (npy_intp i = 0; i < cells->size; i++) {
+        cells->head[i] = -1;
+    }
+    for (npy_intp slot = 0; slot < slots->k; slot++) {
+        if (!valid[slot]) {
+            continue;
+        }
+        const double cell = cell_of(cells, n, q + slot * n);
+        for (int step = -1; step <= 1 && valid[slot]; step++) {
+            npy_intp other = cells->head[cell_at(cells, cell + step)];
+            while (other >= 0 && !are_equal(n, q + other * n, q + slot * n, turn, tolerance)) {
+                other = cells->next[other];
+            }
+            valid[slot] = other < 0;
+        }
+        if (valid[slot]) {
+            const npy_intp at = cell_at(cells, cell);
+            cells->next[slot] = cells->head[at];
+            cells->head[at] = slot;
+        }
+    }
+}
+
+/* distinct(q, valid, turn, tolerance) of the module: valid (..., k) without repetitions. */
+static PyObject *distinct(PyObject *Py_UNUSED(module), PyObject *args)
+{
+    PyObject *q, *valid, *turn, *tolerance;
+    Slots slots;
+    Cells cells;
+    if (!PyArg_ParseTuple(args, "OOOO", &q, &valid, &turn, &tolerance) ||
+        read_slots(q, valid, &slots) < 0) {
+        return NULL;
+    }
+    const double *of_turn = dense(turn, NPY_DOUBLE, slots.n);
+    const double *most = of_turn ? dense(tolerance, NPY_DOUBLE, slots.n) : NULL;
+    if (!most || cells_new(&cells, slots.k, slots.n, of_turn, most) < 0) {
+        return NULL;
+    }
+    PyObject *found = PyArray_NewCopy((PyArrayObject *)valid, NPY_CORDER);
+    for (npy_intp pose = 0; found && pose < slots.poses; pose++) {
+        clear_repetitions(&slots, pose, &cells, of_turn, most,
+                          (npy_bool *)PyArray_DATA((PyArrayObject *)found) + pose * slots.k);
+    }
+    PyMem_Free(cells.head);
+    return found;
+}
+
+static PyMethodDef methods[] = {
+    {"windings", windings, METH_VARARGS, "The slots at all turns within limits."},
+    {"order", order, METH_VARARGS, "The order of the slots by their distances from a seed."},
+    {"nearest", nearest, METH_VARARGS, "The valid slot nearest to a seed."},
+    {"distinct", distinct, METH_VARARGS, "Which valid slots repeat no earlier one."},
+    {NULL},
+};
+
+static struct PyModuleDef definition = {
+    PyModuleDef_HEAD_INIT,
+    .m_name = "chasles.closed_form._filters",
+    .m_doc = "The loops of the filters of Solutions.",
+    .m_size = -1,
+    .m_methods = methods,
+};
+
+PyMODINIT_FUNC PyInit__filters(void)
+{
+    import_array();
+    return PyModule_Create(&definition);
+}

@@ -1,0 +1,489 @@
+"""One solution for a controller: the solution of an inverse nearest to a seed.
+
+A call with a pose and a seed alone, or with dense batches of both, is one call of C
+(`call/function/nearest.c`). This module takes all other calls: options, tasks of a part of the
+pose, fixed joints, and poses that need refinement.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..call import threads as splitting
+from ..call._call import Function, Nearest, nearest_of_slots, nearest_rows
+from ..call.capabilities import needs
+from ..call.validation import real_array
+from ..contract import Argument, Coordinate, FunctionInfo, Manifest
+from ..errors import InputTypeError, InputValueError, ShapeError
+from ..se3 import project, refuse
+from .hints import no_inverse
+from .nearest_solution import (
+    Moves,
+    NearestSolution,
+    limited_type,
+    moves_of,
+    nearest_type,
+    read_fixed,
+)
+from .paths import PART_OF_POSE, PathTask, has_inverse, tasks_of
+from .self_motion import Objective, best_parameters
+from .solutions import Solutions
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int8]
+NearestRedundancy = Literal["fixed", "nearest", "limits", "manipulability"]
+_CHOICES = get_args(NearestRedundancy)
+_POSE = (4, 4)
+_LAST_ROW = (0.0, 0.0, 0.0, 1.0)
+Rows = tuple[FloatArray, FloatArray, FloatArray, IntArray]
+"""Coordinates (N, n), residuals (N,), margins (N,), and slots (N,) or reasons below 0."""
+
+
+@dataclass(frozen=True, eq=False)
+class Chosen:
+    """An inverse with everything that a choice among its solutions needs.
+
+    Attributes:
+        info: Its description.
+        inverse: The inverse.
+        moves: The meaning of a move of each coordinate.
+        parameters: (N,) values of its inputs beside the target.
+        exact: Values (N,) of coordinates that are kept to the last bit, by index in q.
+        threads: The number of threads, 0 for one per core.
+    """
+
+    info: FunctionInfo
+    inverse: Function[Solutions]
+    moves: Moves
+    parameters: tuple[FloatArray, ...]
+    exact: Mapping[int, FloatArray]
+    threads: int
+
+    def solve(self, target: FloatArray, q_seed: FloatArray) -> Rows:
+        """The nearest solutions for targets (N, ...) and seeds (N, n), without refinement."""
+        n, count = q_seed.shape[-1], len(target)
+        found = np.empty((count, n)), np.empty(count), np.empty(count), np.empty(count, np.int8)
+        operands = [target, q_seed, *self.parameters]
+
+        def part(target: Any, q_seed: Any, *rest: Any, out: Any) -> None:
+            nearest_rows(self.inverse, (target, *rest), q_seed, self.moves.arrays, out)
+
+        cost = self.inverse.operations.get("total", 1)
+        splitting.run_rows(part, operands, found, cost, self.threads)
+        return found
+
+    def of_slots(self, solutions: Solutions, q_seed: FloatArray) -> Rows:
+        """The nearest of valid slots (N, k), for seeds (N, n)."""
+        n, count = q_seed.shape[-1], len(q_seed)
+        found = np.empty((count, n)), np.empty(count), np.empty(count), np.empty(count, np.int8)
+        judged = np.where(solutions.valid, 0.0, np.inf)
+        judged[np.isnan(solutions.residual)] = np.nan
+        slots = tuple(map(np.ascontiguousarray, (solutions.q, judged, solutions.margin)))
+        nearest_of_slots(self.inverse, slots, q_seed, self.moves.arrays, found)
+        q, residual, margin, slot = found
+        closest = np.where(np.isnan(solutions.residual), np.inf, solutions.residual).argmin(-1)
+        taken = np.where(slot >= 0, slot, closest)[:, None]
+        open_ = np.isnan(residual) & (slot < 0)
+        residual[:] = np.take_along_axis(solutions.residual, taken, -1)[:, 0]
+        margin[:] = np.take_along_axis(solutions.margin, taken, -1)[:, 0]
+        residual[open_] = margin[open_] = np.nan
+        return q, residual, margin, slot
+
+
+class NearestMethods:
+    """The method of a robot that finds one solution for a controller."""
+
+    name: str
+    n: int
+    coordinates: tuple[Coordinate, ...]
+    chain_joints: tuple[Coordinate, ...]
+    lower: FloatArray
+    upper: FloatArray
+    functions: Mapping[str, Function[Any]]
+    redundancy: tuple[Argument, ...]
+    _roles: Mapping[tuple[str, str, str], Function[Any]]
+    manifest: Manifest
+    manipulability: Callable[..., Any]
+
+    @needs(when=has_inverse, hint=no_inverse)
+    def ik_nearest(
+        self,
+        T: ArrayLike,
+        q_seed: ArrayLike,
+        *,
+        task: PathTask = "pose",
+        fixed: Any = None,
+        limits: Any = "robot",
+        weights: ArrayLike | None = None,
+        redundancy: NearestRedundancy = "fixed",
+        out: Any = None,
+        threads: int | Literal["all"] = 1,
+    ) -> NearestSolution:
+        """The solution within limits that moves the joints least from a seed.
+
+        All branches count, and all full turns within the limits. The distance is the largest
+        weighted move of a coordinate; prismatic joints count in `unit_length`. Of several solutions
+        at the same distance the one in the lowest slot is taken. Poses of a batch are independent
+        of each other.
+
+        Args:
+            T: (..., 4, 4) poses of the tool measured and expressed in the base frame, or targets of
+                the task, as `ik_position` and the like take them. An array (..., 4, 4) holds poses
+                if all its last rows are 0 0 0 1.
+            q_seed: (..., n) coordinates to stay near to [rad or m], also outside the limits.
+            task: "pose", or the part of a pose that counts: "position", "position_pitch",
+                "position_direction", "planar". Coordinates that the task leaves free are 0.
+            fixed: Joints that keep their values: names or indices keep the values at `q_seed`, a
+                mapping sets values (...). Other joints than `robot.redundancy` names need an
+                inverse that is derived on first use.
+            limits: "robot", None for no limits, or (n, 2). A joint that rounding puts outside a
+                limit is set to the limit.
+            weights: (n,) factors of the moves; a coordinate with the factor 0 does not count.
+            redundancy: How a redundant robot uses its surplus freedom. "fixed": its parameters keep
+                their values at `q_seed`. "nearest": the smallest distance over the self-motion.
+                "limits", "manipulability": for each value of the parameters the solution nearest to
+                `q_seed` counts, and the one farthest from limits or singularities is taken.
+            out: Four arrays to write q, residual, margin and valid into, None for a new one.
+            threads: The number of threads for a large batch; "all" is one per core.
+
+        Returns:
+            `q (..., n)`, `residual`, `margin` and `valid (...,)`. A pose without a solution raises
+            no error: `q` is NaN, `valid` False, and `reason` is "out of reach", "limits" or
+            "not a pose".
+
+        Raises:
+            ShapeError: If a shape is wrong or leading dimensions do not broadcast.
+            InputTypeError: If an argument has the wrong type.
+            InputValueError: If a value is out of range, or a matrix is far from rigid.
+            DerivationError: If fixed joints leave no closed form.
+        """
+        label = f"{self.name}.ik_nearest"
+        if redundancy not in _CHOICES:
+            raise InputValueError(
+                f"{label}: redundancy must be one of {', '.join(_CHOICES)}, got {redundancy!r}"
+            )
+        info = self._info_for(label, task)
+        inverse = self.functions[info.name]
+        target, seeds, batch = self._rows(label, task, info, T, q_seed)
+        moves = self._moves(label, info, limits, weights)
+        n_threads = splitting.read_threads(label, threads)
+        held = self._fixed_values(label, task, info, fixed, seeds)
+        if held and not held.keys() <= {item.name for item in info.inputs[1:]}:
+            if redundancy != "fixed":
+                raise InputValueError(
+                    f"{label}: redundancy={redundancy!r} moves the robot's own redundancy "
+                    "parameters; other fixed joints leave none free"
+                )
+            found, limited = self._with_joints_fixed(info, inverse, moves, target, seeds, held)
+        else:
+            make = partial(self._chosen, info, inverse, moves, n_threads)
+            free = [item.name for item in info.inputs[1:] if item.name not in held]
+            if redundancy != "fixed" and free:
+                objective = self._objective(redundancy, moves)
+                held = best_parameters(self, make, objective, (target, seeds), held, free)
+            found, limited = _settled(make(seeds, held), target, seeds)
+        return _packed(label, inverse, found, limited, batch, out)
+
+    def _info_for(self, label: str, task: PathTask) -> FunctionInfo:
+        """The inverse that takes this part of a pose."""
+        own = self.manifest.with_role("inverse", "pose")
+        if task == "pose" and own is not None:
+            return own
+        if task == "pose" or task not in tasks_of(self):
+            whole = ["pose"] if own is not None else []
+            raise InputValueError(
+                f"{label}: the robot has no inverse for task {task!r}; it has "
+                f"{', '.join([*whole, *tasks_of(self)])}"
+            )
+        return next(f for f in self.manifest.functions if f.name == f"ik_{task}")
+
+    def _rows(
+        self, label: str, task: PathTask, info: FunctionInfo, T: ArrayLike, q_seed: ArrayLike
+    ) -> tuple[FloatArray, FloatArray, tuple[int, ...]]:
+        """The targets (N, ...) and seeds (N, n) row by row, and the leading dimensions."""
+        given, seeds = real_array(label, "T", T), real_array(label, "q_seed", q_seed)
+        core = info.inputs[0].shape
+        is_pose = given.shape[-2:] == _POSE and (task == "pose" or _are_poses(given))
+        shape = _POSE if is_pose or task == "pose" else core
+        if given.shape[given.ndim - len(shape) :] != shape:
+            own = "" if task == "pose" else f", or as {info.name} takes it (..., {core[0]})"
+            raise ShapeError(
+                f"{label}: T must have shape (..., 4, 4){own}, got shape {given.shape}"
+            )
+        if seeds.shape[-1:] != (self.n,):
+            raise ShapeError(
+                f"{label}: q_seed must have shape (..., {self.n}), got shape {seeds.shape}"
+            )
+        leading = given.shape[: given.ndim - len(shape)]
+        try:
+            batch = np.broadcast_shapes(leading, seeds.shape[:-1])
+        except ValueError:
+            raise ShapeError(
+                f"{label}: leading dimensions do not broadcast: T has {leading}, q_seed has "
+                f"{seeds.shape[:-1]}"
+            ) from None
+        targets = np.broadcast_to(given, (*batch, *shape)).reshape(-1, *shape)
+        if is_pose and task != "pose":
+            targets = PART_OF_POSE[task](project(targets, caller=label))
+        rows = np.broadcast_to(seeds, (*batch, self.n)).reshape(-1, self.n)
+        return np.ascontiguousarray(targets), np.ascontiguousarray(rows), batch
+
+    def _moves(
+        self, label: str, info: FunctionInfo, limits: Any = "robot", weights: Any = None
+    ) -> Moves:
+        kind = self.functions[info.name].solutions
+        assert kind is not None
+        units = np.array([kind.unit if c.unit == "m" else 1.0 for c in self.coordinates])
+        moves = moves_of(
+            self.coordinates,
+            self.manifest.wraps,
+            units,
+            label,
+            limits=limits,
+            weights=weights,
+        )
+        return moves.with_fixed(info.role.held)
+
+    def _fixed_values(
+        self, label: str, task: PathTask, info: FunctionInfo, fixed: Any, seeds: FloatArray
+    ) -> dict[str, FloatArray]:
+        """The values (N,) of fixed joints, by the names of parameters or joints."""
+        held = read_fixed(label, fixed)
+        if held and task != "pose":
+            raise InputValueError(f'{label}: fixed= takes task="pose" alone, got task={task!r}')
+        values: dict[str, FloatArray] = {}
+        for item, value in held.items():
+            name = self._fixed_name(label, info, item)
+            if name in values:
+                raise InputValueError(f"{label}: {item!r} is fixed twice")
+            given = None if value is None else real_array(label, str(item), value)
+            values[name] = self._value(label, name, given, seeds)
+        return values
+
+    def _fixed_name(self, label: str, info: FunctionInfo, item: str | int) -> str:
+        """The parameter of an inverse that a name stands for, else the joint or coordinate."""
+        coordinates = [c.name for c in self.coordinates]
+        if isinstance(item, int):
+            if not -self.n <= item < self.n:
+                raise InputValueError(
+                    f"{label}: fixed index {item} is not in q, which has {self.n} elements"
+                )
+            item = coordinates[item]
+        parameters = [argument.name for argument in info.inputs[1:]]
+        if item in parameters:
+            return item
+        joints = [joint.name for joint in self.chain_joints]
+        if item not in (*joints, *coordinates):
+            known = ", ".join(dict.fromkeys((*parameters, *joints, *coordinates)))
+            raise InputValueError(f"{label}: there is no joint {item!r} to fix; there are {known}")
+        if not self.manifest.loops.chain and coordinates.index(item) in info.role.given:
+            return parameters[info.role.given.index(coordinates.index(item))]
+        return item
+
+    def _value(
+        self, label: str, name: str, given: FloatArray | None, seeds: FloatArray
+    ) -> FloatArray:
+        """The values (N,) of a fixed joint or parameter; those at the seeds if none are given."""
+        if given is not None:
+            try:
+                return np.ascontiguousarray(np.broadcast_to(given.reshape(-1), len(seeds)))
+            except ValueError:
+                raise ShapeError(
+                    f"{label}: the values of {name} have shape {given.shape}, which does not "
+                    "broadcast with T and q_seed"
+                ) from None
+        own = self.manifest.with_role("inverse", "pose")
+        parameters = [argument.name for argument in own.inputs[1:]] if own else []
+        if name in parameters:
+            return self._parameter_at(own, parameters.index(name), seeds)
+        coordinates = [c.name for c in self.coordinates]
+        if name in coordinates:
+            return np.ascontiguousarray(seeds[:, coordinates.index(name)])
+        joints = [joint.name for joint in self.chain_joints]
+        return np.ascontiguousarray(self.functions["chain"](seeds)[:, joints.index(name)])
+
+    def _parameter_at(self, own: FunctionInfo | None, index: int, seeds: FloatArray) -> FloatArray:
+        """The values (N,) of a redundancy parameter at seeds (N, n)."""
+        assert own is not None
+        name = own.inputs[1 + index].name
+        joints = [joint.name for joint in self.chain_joints]
+        if name in self.functions:
+            return np.ascontiguousarray(self.functions[name](seeds))
+        if self.manifest.loops.chain and name in joints:
+            return np.ascontiguousarray(self.functions["chain"](seeds)[:, joints.index(name)])
+        return np.ascontiguousarray(seeds[:, own.role.given[index]])
+
+    def _chosen(
+        self,
+        info: FunctionInfo,
+        inverse: Function[Solutions],
+        moves: Moves,
+        threads: int,
+        seeds: FloatArray,
+        held: Mapping[str, FloatArray],
+        *,
+        free: bool = False,
+    ) -> Chosen:
+        """The inverse with its parameters: those that are fixed, the others as at the seeds."""
+        names = [argument.name for argument in info.inputs[1:]]
+        parameters = tuple(
+            held[name] if name in held else self._parameter_at(info, k, seeds)
+            for k, name in enumerate(names)
+        )
+        exact: dict[int, FloatArray] = {}
+        if len(info.role.given) == len(names):
+            is_chain = bool(self.manifest.loops.chain)
+            for k, name in zip(info.role.given, names, strict=True):
+                if not is_chain:
+                    exact[k] = parameters[names.index(name)]
+                elif name not in held:
+                    exact[k] = seeds[:, k]
+        return Chosen(
+            info, inverse, moves.with_fixed(info.role.given, free=free), parameters, exact, threads
+        )
+
+    def _with_joints_fixed(
+        self,
+        info: FunctionInfo,
+        inverse: Function[Solutions],
+        moves: Moves,
+        target: FloatArray,
+        seeds: FloatArray,
+        held: Mapping[str, FloatArray],
+    ) -> tuple[Rows, Any]:
+        """The nearest solutions where other joints are fixed than the robot's own parameters."""
+        solutions = inverse(target, given=held)
+        coordinates = [c.name for c in self.coordinates]
+        exact = {coordinates.index(name): held[name] for name in held if name in coordinates}
+        fixed = moves.with_fixed(tuple(exact))
+        chosen = Chosen(info, inverse, fixed, (), exact, 1)
+        found = chosen.of_slots(solutions, seeds)
+        _set_exact(found, exact)
+        return found, solutions.valid.any(-1) & (found[3] < 0)
+
+    def _objective(self, redundancy: NearestRedundancy, moves: Moves) -> Objective:
+        if redundancy == "nearest":
+            return lambda q, seeds: -moves.distance(q, seeds)
+        if redundancy == "manipulability":
+            return lambda q, _: np.asarray(self.manipulability(q).measure)
+        middle = (moves.lower + moves.upper) / 2
+        half = (moves.upper - moves.lower) / 2
+        bounded = np.isfinite(half) & (half > 0)
+        if not bounded.any():
+            raise InputValueError(
+                f'{self.name}.ik_nearest: redundancy="limits" needs limits on both sides of a joint'
+            )
+        return lambda q, _: 1 - (np.abs(q - middle)[..., bounded] / half[bounded]).max(-1)
+
+
+def nearest_function(robot: Any, pickled: tuple[Any, ...]) -> Nearest | None:
+    """The light call of `robot.ik_nearest`, None for a robot without an inverse of poses."""
+    own = robot.manifest.with_role("inverse", "pose")
+    if own is None:
+        return None
+    label = f"{robot.name}.ik_nearest"
+    method = NearestMethods.ik_nearest
+    moves = robot._moves(label, own).with_fixed(own.role.given)
+    names = [argument.name for argument in own.inputs[1:]]
+    parameters: Any = ()
+    if len(names) == 1 and names[0] in robot.functions:
+        parameters = robot.functions[names[0]]
+    elif not robot.manifest.loops.chain:
+        parameters = own.role.given
+    inverse = robot.functions[own.name]
+    return Nearest(
+        inverse,
+        functools.partial(method, robot),
+        nearest_type(inverse.tolerance),
+        moves.arrays,
+        parameters,
+        label,
+        method.__doc__,
+        inspect.signature(method).replace(
+            parameters=[*inspect.signature(method).parameters.values()][1:]
+        ),
+        pickled,
+    )
+
+
+def _are_poses(T: FloatArray) -> bool:
+    return bool((T[..., 3, :] == _LAST_ROW).all())
+
+
+def _settled(chosen: Chosen, target: FloatArray, seeds: FloatArray) -> tuple[Rows, Any]:
+    """The nearest solutions, refined if need be, and where limits removed refined ones."""
+    found = chosen.solve(target, seeds)
+    q, residual, _, slot = found
+    if chosen.info.inputs[0].shape == _POSE and np.isinf(residual).any():
+        refuse(chosen.inverse.__qualname__, target)
+    again = np.flatnonzero((slot < 0) & (residual <= chosen.inverse.near))
+    limited: Any = False
+    if len(again):
+        inputs = (target[again], *(value[again] for value in chosen.parameters))
+        solutions = chosen.inverse(*inputs)
+        rows = chosen.of_slots(solutions, seeds[again])
+        for k in range(len(found)):
+            found[k][again] = rows[k]
+        limited = np.zeros(len(q), np.bool_)
+        limited[again] = solutions.valid.any(-1) & (rows[3] < 0)
+    _set_exact(found, chosen.exact)
+    return found, limited
+
+
+def _set_exact(found: Rows, exact: Mapping[int, FloatArray]) -> None:
+    """Sets coordinates to the values that they keep, to the last bit."""
+    for k, value in exact.items():
+        found[0][:, k] = np.where(found[3] >= 0, value, np.nan)
+
+
+def _packed(
+    label: str,
+    inverse: Function[Solutions],
+    found: Rows,
+    limited: Any,
+    batch: tuple[int, ...],
+    out: Any,
+) -> NearestSolution:
+    q, residual, margin, slot = found
+    fields: list[Any] = [
+        q.reshape(*batch, q.shape[-1]),
+        residual.reshape(batch),
+        margin.reshape(batch),
+        (slot >= 0).reshape(batch),
+    ]
+    kind = nearest_type(inverse.tolerance)
+    if np.any(limited):
+        kind = limited_type(inverse.tolerance, limited.reshape(batch))
+    if out is None:
+        return kind(fields[0], *(field[()] for field in fields[1:]))
+    return kind(*_written(label, fields, out))
+
+
+def _written(label: str, fields: list[Any], out: Any) -> list[Any]:
+    """The fields in the arrays of the caller."""
+    if not isinstance(out, tuple) or len(out) != len(fields):
+        raise InputTypeError(
+            f"{label}: out must be a tuple of 4, for q, residual, margin and valid, got {out!r}"
+        )
+    written = []
+    for name, field, array in zip(NearestSolution._fields, fields, out, strict=True):
+        if array is None:
+            written.append(field if field.ndim and name != "q" else field[()])
+            continue
+        if not isinstance(array, np.ndarray) or array.dtype != field.dtype:
+            raise InputTypeError(f"{label}: out for {name} must be an array of {field.dtype}")
+        if array.shape != field.shape:
+            raise ShapeError(
+                f"{label}: out for {name} must have shape {field.shape}, got shape {array.shape}"
+            )
+        array[...] = field
+        written.append(array)
+    return written

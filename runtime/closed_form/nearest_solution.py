@@ -1,0 +1,223 @@
+"""The solution of an inverse nearest to a seed: the result, and the options of the choice."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..call.validation import real_array
+from ..contract import Coordinate
+from ..errors import InputTypeError, InputValueError, ShapeError
+from ..tolerances import SOLVED
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+_TURN = 2 * np.pi
+
+
+class _Fields(NamedTuple):
+    q: FloatArray
+    residual: FloatArray
+    margin: FloatArray
+    valid: BoolArray
+
+
+class NearestSolution(_Fields):
+    """One solution for each pose: `q, residual, margin, valid = robot.ik_nearest(T, q_seed)`.
+
+    Attributes:
+        q: (..., n) coordinates [rad or m]; NaN where there is no solution.
+        residual: (...,) error of the tool [m], as in `Solutions`; where there is no solution, the
+            error of the branch closest to the pose.
+        margin: (...,) margin of the same branch: 0 at the border of reach, negative beyond.
+        valid: (...,) whether there is a solution within the limits.
+        tolerance: Largest residual of a solution [m].
+    """
+
+    __slots__ = ()
+
+    tolerance: ClassVar[float] = SOLVED
+    _limited: ClassVar[Any] = False
+    """Whether limits removed solutions of a rounded pose, whose residual is above the tolerance."""
+
+    @property
+    def reason(self) -> Any:
+        """Why there is no solution: "", "out of reach", "limits" or "not a pose".
+
+        A str for a single pose, else an array of them (...,). "not a pose": NaN in an input.
+        """
+        reached = (self.residual <= self.tolerance) | self._limited
+        found = np.select(
+            [self.valid, np.isnan(self.residual), reached],
+            ["", "not a pose", "limits"],
+            "out of reach",
+        )
+        return found[()] if found.ndim else str(found)
+
+    def __repr__(self) -> str:
+        """The solution of a pose, or the number of solutions of a batch."""
+        if np.ndim(self.valid):
+            count = int(np.count_nonzero(self.valid))
+            return f"<nearest solutions of {np.size(self.valid)} poses: {count} valid>"
+        if not self.valid:
+            return f"<no nearest solution: {self.reason}, residual {self.residual:.3g}>"
+        q = ", ".join(f"{value:.6g}" for value in self.q)
+        return f"<nearest solution q = ({q}), margin {self.margin:.3g}>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickles the facts of its class and the tuple."""
+        return _restore, (self.tolerance, self._limited, tuple(self))
+
+
+@cache
+def nearest_type(tolerance: float) -> type[NearestSolution]:
+    """The class of results with a largest residual of a solution [m]."""
+    return _made(tolerance, False)
+
+
+def limited_type(tolerance: float, limited: BoolArray) -> type[NearestSolution]:
+    """The class of results in which limits removed solutions (...,) of rounded poses."""
+    return _made(tolerance, limited[()])
+
+
+def _made(tolerance: float, limited: Any) -> type[NearestSolution]:
+    about = {"__slots__": (), "__module__": __name__, "__doc__": NearestSolution.__doc__}
+    facts = {"tolerance": tolerance, "_limited": limited}
+    return type("NearestSolution", (NearestSolution,), {**about, **facts})
+
+
+def _restore(tolerance: float, limited: Any, fields: tuple[Any, ...]) -> NearestSolution:
+    kind = nearest_type(tolerance) if limited is False else _made(tolerance, limited)
+    return kind(*fields)
+
+
+@dataclass(frozen=True)
+class Moves:
+    """The meaning of a move of each coordinate, for the choice among solutions.
+
+    Attributes:
+        lower: (n,) lower limits [rad or m], -inf for none.
+        upper: (n,) upper limits [rad or m], inf for none.
+        scale: (n,) factors of the moves in the distance.
+        turn: (n,) 2 pi where a full turn leaves the pose unchanged, else 0.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+    scale: FloatArray
+    turn: FloatArray
+
+    @property
+    def arrays(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """The four arrays, for the compiled selection."""
+        return self.lower, self.upper, self.scale, self.turn
+
+    def distance(self, q: FloatArray, q_seed: FloatArray) -> FloatArray:
+        """The largest weighted move (...,) from a seed (..., n) to q (..., n)."""
+        return np.asarray((np.abs(q - q_seed) * self.scale).max(-1))
+
+    def with_fixed(self, fixed: tuple[int, ...], *, free: bool = False) -> Moves:
+        """The moves where some coordinates keep their values; `free` ones still have a distance."""
+        scale, turn = self.scale.copy(), self.turn.copy()
+        turn[list(fixed)] = 0.0
+        if not free:
+            scale[list(fixed)] = 0.0
+        return Moves(self.lower, self.upper, scale, turn)
+
+
+def moves_of(
+    coordinates: tuple[Coordinate, ...],
+    wraps: tuple[bool, ...],
+    units: FloatArray,
+    label: str,
+    *,
+    limits: Any = "robot",
+    weights: ArrayLike | None = None,
+) -> Moves:
+    """The moves of a robot's coordinates with the limits and weights of a call.
+
+    Args:
+        coordinates: The elements of q.
+        wraps: Whether a full turn of each of them leaves the pose unchanged.
+        units: (n,) the robot's unit of length for prismatic joints, 1 for revolute joints.
+        label: Robot and method, for errors.
+        limits: "robot", None for no limits, or (n, 2).
+        weights: (n,) factors of the moves; None for 1.
+
+    Raises:
+        InputTypeError: If limits or weights are not made of real numbers.
+        InputValueError: If a lower limit is above the upper one, or a weight is negative, or all
+            weights are 0.
+        ShapeError: If a shape is wrong.
+    """
+    lower, upper = _limits(coordinates, label, limits)
+    scale = np.ones(len(coordinates)) if weights is None else _weights(coordinates, label, weights)
+    return Moves(lower, upper, scale / units, np.where(wraps, _TURN, 0.0))
+
+
+def _limits(
+    coordinates: tuple[Coordinate, ...], label: str, limits: Any
+) -> tuple[FloatArray, FloatArray]:
+    n = len(coordinates)
+    if limits is None:
+        return np.full(n, -np.inf), np.full(n, np.inf)
+    if isinstance(limits, str):
+        if limits != "robot":
+            raise InputValueError(
+                f'{label}: limits must be "robot", None or an array ({n}, 2), got {limits!r}'
+            )
+        return (
+            np.array([-np.inf if c.lower is None else c.lower for c in coordinates]),
+            np.array([np.inf if c.upper is None else c.upper for c in coordinates]),
+        )
+    array = real_array(label, "limits", limits)
+    if array.shape != (n, 2):
+        raise ShapeError(f"{label}: limits must have shape ({n}, 2), got shape {array.shape}")
+    for coordinate, (low, high) in zip(coordinates, array, strict=True):
+        # Negated, so that NaN is refused.
+        if not low <= high:
+            raise InputValueError(
+                f"{label}: {coordinate.name} has limits {low:g} to {high:g} {coordinate.unit}; the "
+                "lower one must not be above the upper one"
+            )
+    return array[:, 0].copy(), array[:, 1].copy()
+
+
+def _weights(coordinates: tuple[Coordinate, ...], label: str, weights: ArrayLike) -> FloatArray:
+    array, n = real_array(label, "weights", weights), len(coordinates)
+    if array.shape != (n,):
+        raise ShapeError(f"{label}: weights must have shape ({n},), got shape {array.shape}")
+    if not ((array >= 0) & np.isfinite(array)).all() or not array.any():
+        raise InputValueError(
+            f"{label}: weights must be finite and not negative, and one of them positive, got "
+            f"{array.tolist()}"
+        )
+    return array
+
+
+def read_fixed(label: str, fixed: Any) -> dict[str | int, ArrayLike | None]:
+    """The values of fixed joints by name or index, None where the value at the seed is kept.
+
+    Raises:
+        InputTypeError: If it is neither a mapping nor names.
+    """
+    if fixed is None:
+        return {}
+    if isinstance(fixed, (str, int, np.integer)) and not isinstance(fixed, bool):
+        return {fixed if isinstance(fixed, str) else int(fixed): None}
+    if hasattr(fixed, "items"):
+        return dict(fixed.items())
+    try:
+        names = list(fixed)
+    except TypeError:
+        names = [None]
+    if not all(isinstance(n, (str, int, np.integer)) and not isinstance(n, bool) for n in names):
+        raise InputTypeError(
+            f"{label}: fixed must hold names or indices of joints, or map them to values, got "
+            f"{fixed!r}"
+        )
+    return {name if isinstance(name, str) else int(name): None for name in names}

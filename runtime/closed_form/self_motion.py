@@ -1,0 +1,149 @@
+"""The best values of redundancy parameters over the self-motion of a redundant robot.
+
+Samples cover the range of the parameters, the values at the seed among them. Around the best
+samples the grid is refined until its spacing is below a tolerance.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..tolerances import SELF_MOTION_STEP
+
+FloatArray = NDArray[np.float64]
+Objective = Callable[[FloatArray, FloatArray], FloatArray]
+"""From coordinates (N, n) and seeds (N, n) to values (N,), of which the largest is sought."""
+
+_SAMPLES = {1: 64, 2: 20, 3: 10}
+"""Samples along each of so many parameters; few along more of them."""
+_FEW = 4
+_STARTS = 4
+"""Best samples around which the grid is refined."""
+_FINER = 4
+"""Factor between the spacings of successive grids."""
+_MAX_ROWS = 100_000
+"""Rows that are solved at once."""
+
+
+def best_parameters(
+    robot: Any,
+    make: Callable[..., Any],
+    objective: Objective,
+    rows: tuple[FloatArray, FloatArray],
+    held: Mapping[str, FloatArray],
+    free: Sequence[str],
+) -> dict[str, FloatArray]:
+    """The values (N,) of all parameters at which an objective is largest.
+
+    Args:
+        robot: The robot.
+        make: From held values to the inverse with its parameters.
+        objective: The objective.
+        rows: Targets (N, ...) and seeds (N, n).
+        held: Values (N,) of parameters that are fixed.
+        free: The names of the other parameters.
+    """
+    target, seeds = rows
+    block = max(1, _MAX_ROWS // (_samples(len(free)) + 1))
+    parts = []
+    for first in range(0, len(seeds), block):
+        part = slice(first, first + block)
+        search = _Search(robot, make, objective, target[part], seeds[part])
+        parts.append(search.best({name: v[part] for name, v in held.items()}, free))
+    found = np.concatenate(parts) if parts else np.empty((0, len(free)))
+    return {**held, **{name: found[:, k].copy() for k, name in enumerate(free)}}
+
+
+def _samples(count: int) -> int:
+    return int(_SAMPLES.get(count, _FEW) ** count)
+
+
+class _Search:
+    """The search for N rows at once."""
+
+    def __init__(
+        self,
+        robot: Any,
+        make: Callable[..., Any],
+        objective: Objective,
+        target: FloatArray,
+        seeds: FloatArray,
+    ) -> None:
+        self.robot, self.make, self.objective = robot, make, objective
+        self.target, self.seeds = target, seeds
+
+    def best(self, held: Mapping[str, FloatArray], free: Sequence[str]) -> FloatArray:
+        """(N, p) values of the free parameters."""
+        start, low, high = self._ranges(free)
+        per_axis = _SAMPLES.get(len(free), _FEW)
+        unit = (np.arange(per_axis) + 0.5) / per_axis
+        grid = np.array(list(itertools.product(unit, repeat=len(free))))
+        values = low[:, None] + grid * (high - low)[:, None]
+        values = np.concatenate([start[:, None], values], 1)
+        found = self._values(held, free, values)
+        order = np.argsort(-found, axis=1, kind="stable")[:, :_STARTS]
+        centers = np.take_along_axis(values, order[..., None], 1)
+        best = np.take_along_axis(found, order, 1)
+        step = (high - low) / per_axis
+        offsets = np.array(list(itertools.product((-1, -0.5, 0, 0.5, 1), repeat=len(free))))
+        while (step > SELF_MOTION_STEP).any():
+            near = centers[:, :, None] + offsets * step[:, None, None]
+            near = np.clip(near, low[:, None, None], high[:, None, None])
+            near[:, :, len(offsets) // 2] = centers
+            size = near.shape[1] * near.shape[2]
+            found = self._values(held, free, near.reshape(len(near), size, -1))
+            found = found.reshape(near.shape[:3])
+            chosen = found.argmax(-1)
+            is_better = np.take_along_axis(found, chosen[..., None], -1)[..., 0] > best
+            moved = np.take_along_axis(near, chosen[..., None, None], 2)[:, :, 0]
+            centers = np.where(is_better[..., None], moved, centers)
+            best = np.where(is_better, found.max(-1), best)
+            step = step / (_FINER / 2)
+        top = best.argmax(-1)
+        return np.take_along_axis(centers, top[:, None, None], 1)[:, 0]
+
+    def _ranges(self, free: Sequence[str]) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The values at the seeds (N, p), and the ranges (N, p) in which they are varied."""
+        robot, moves = self.robot, self.make(self.seeds, {}).moves
+        own = robot.manifest.with_role("inverse", "pose")
+        names = [argument.name for argument in own.inputs[1:]]
+        start = np.stack([robot._parameter_at(own, names.index(f), self.seeds) for f in free], -1)
+        low, high = np.empty_like(start), np.empty_like(start)
+        for k, name in enumerate(free):
+            index = names.index(name)
+            bounds = (-np.inf, np.inf)
+            if len(own.role.given) == len(names) and not robot.manifest.loops.chain:
+                bounds = moves.lower[own.role.given[index]], moves.upper[own.role.given[index]]
+            elif robot.manifest.loops.chain:
+                joint = next(j for j in robot.chain_joints if j.name == name)
+                bounds = (
+                    -np.inf if joint.lower is None else joint.lower,
+                    np.inf if joint.upper is None else joint.upper,
+                )
+            half = np.pi if own.inputs[1 + index].unit == "rad" else robot.unit_length
+            center = np.clip(start[:, k], *bounds)
+            low[:, k] = np.maximum(center - half, bounds[0])
+            high[:, k] = np.minimum(center + half, bounds[1])
+        return start, low, high
+
+    def _values(
+        self, held: Mapping[str, FloatArray], free: Sequence[str], values: FloatArray
+    ) -> FloatArray:
+        """The objective (N, m) at values (N, m, p) of the parameters; -inf without solution."""
+        m = values.shape[1]
+        target, seeds = np.repeat(self.target, m, 0), np.repeat(self.seeds, m, 0)
+        at = {name: np.repeat(value, m) for name, value in held.items()}
+        at |= {name: values[..., k].reshape(-1) for k, name in enumerate(free)}
+        chosen = self.make(seeds, at, free=True)
+        q, _, _, slot = chosen.solve(target, seeds)
+        found = np.full(len(q), -np.inf)
+        solved = slot >= 0
+        with np.errstate(invalid="ignore"):
+            value = self.objective(q[solved], seeds[solved])
+        found[solved] = np.where(np.isnan(value), -np.inf, value)
+        return found.reshape(-1, m)

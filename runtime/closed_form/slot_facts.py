@@ -1,0 +1,74 @@
+"""The coordinates of a class of solutions, as arrays for the compiled filters."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..tolerances import AT_LIMIT, SAME_SOLUTION
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.intp]
+TURN = 2 * math.pi
+
+
+@dataclass(frozen=True)
+class SlotFacts:
+    """The coordinates of a class of solutions, as arrays.
+
+    Attributes:
+        units: (n,) the robot's unit of length for slides, 1 for coordinates that turn.
+        turn: (n,) 2 pi for coordinates that wrap, else 0.
+        lower: (n,) lower limits, -inf for none.
+        upper: (n,) upper limits, inf for none.
+        same: (n,) differences up to which coordinates of the same solution may differ.
+    """
+
+    units: FloatArray
+    turn: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    same: FloatArray
+
+
+def facts_of(kind: Any) -> SlotFacts:
+    """The coordinates of a class of solutions."""
+    return _facts_of(kind)
+
+
+@cache
+def _facts_of(kind: Any) -> SlotFacts:
+    items = kind.coordinates
+    units = np.array([kind.unit if c.unit == "m" else 1.0 for c in items])
+    return SlotFacts(
+        units=units,
+        same=SAME_SOLUTION * units,
+        turn=np.where(np.array(kind.wraps, dtype=np.bool_), TURN, 0.0),
+        lower=np.array([-np.inf if c.lower is None else c.lower for c in items]),
+        upper=np.array([np.inf if c.upper is None else c.upper for c in items]),
+    )
+
+
+def windings(low: FloatArray, high: FloatArray, wraps: BoolArray) -> IntArray:
+    """(n,) number of turns listed for a coordinate: those in (low, high], rounded up."""
+    turns = np.ceil((high - low) / TURN - AT_LIMIT)
+    return np.where(wraps & np.isfinite(turns), np.maximum(turns, 1), 1).astype(np.intp)
+
+
+def within(q: FloatArray, lower: FloatArray, upper: FloatArray, units: FloatArray) -> BoolArray:
+    """Whether coordinates are within limits, up to rounding.
+
+    Args:
+        q: (..., n) coordinates.
+        lower: (n,) lower limits.
+        upper: (n,) upper limits.
+        units: (n,) the robot's unit of length for slides, 1 for coordinates that turn.
+    """
+    rounding = AT_LIMIT * units
+    return np.asarray((q >= lower - rounding) & (q <= upper + rounding))
