@@ -17,9 +17,8 @@
 #define CHASLES_FEW_SAMPLES 16
 #define CHASLES_LEAST_KNOWN 4
 #define CHASLES_MOST_KNOWN 16
-/* rad: half the way between two complex roots that are surely no real ones, even if a known root
- * next to them is off by a third of it. */
-#define CHASLES_ALOOF 3e-3
+/* rad: error of a known root that the quotient must show. Solutions are known to 1e-6. */
+#define CHASLES_SHOWN 1e-4
 /* Cells that are looked at. */
 #define CHASLES_WIDE_CELLS 48
 /* Halvings of such a cell, to 1e-4 rad: beyond, a root is about real. */
@@ -104,7 +103,7 @@ typedef enum { CHASLES_UNCLEAR, CHASLES_COMPLETE, CHASLES_INCOMPLETE } chasles_p
 static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series *series, int degree)
 {
     const double radius = 0.5 * CHASLES_TURN / CHASLES_WIDE_CELLS;
-    const double wide = 1.0 + CHASLES_ALOOF / radius;
+    const double wide = 1.0 + CHASLES_DOUBT / radius;
     const double noise =
         CHASLES_UNSURE * series->noise + chasles_polish_left_out(series, degree, radius);
     double weight[CHASLES_TERMS][CHASLES_DEGREE + 1], c[CHASLES_LANES], s[CHASLES_LANES];
@@ -135,7 +134,7 @@ static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series 
                 continue;
             roots.count = roots.unresolved = roots.parts = 0;
             part.from = 2.0 * radius * (from + l), part.radius = radius, part.noise = noise;
-            part.nearly = CHASLES_ALOOF;
+            part.nearly = CHASLES_DOUBT;
             for (int k = 0; k < CHASLES_TERMS; k++)
                 part.t[k] = t[k][l];
             chasles_circle_divided(&part, CHASLES_WIDE_HALVINGS, &roots);
@@ -164,6 +163,27 @@ static int chasles_polish_may_be_all(const double *root, int count)
     return 1;
 }
 
+/* Whether the noise of a quotient of a degree shows that the known roots are exact: an error of a
+ * root leaves this error times the quotient's value there. */
+static int chasles_polish_shows_roots(const chasles_circle_series *series, int degree,
+                                      const double *root, int count)
+{
+    double of_cos[CHASLES_MOST_KNOWN], of_sin[CHASLES_MOST_KNOWN];
+    chasles_cos_sin(count, root, of_cos, of_sin);
+    for (int k = 0; k < count; k++) {
+        double c = 1.0, s = 0.0, value = series->a[0];
+        for (int m = 1; m <= degree; m++) {
+            const double next = c * of_cos[k] - s * of_sin[k];
+            s = s * of_cos[k] + c * of_sin[k];
+            c = next;
+            value += series->a[m] * c + series->b[m] * s;
+        }
+        if (!(series->noise < CHASLES_SHOWN * fabs(value)))
+            return 0;
+    }
+    return 1;
+}
+
 /* Whether these angles, which may be all, surely are all real roots of the determinant. */
 static chasles_polish_verdict chasles_polish_are_all(const chasles_general_system *system,
                                                      const double *root, int count)
@@ -177,7 +197,10 @@ static chasles_polish_verdict chasles_polish_are_all(const chasles_general_syste
         return CHASLES_UNCLEAR;
     if (!(most > CHASLES_VANISHED || series.noise < CHASLES_CLEAN * series.most))
         return CHASLES_UNCLEAR;
-    return chasles_polish_judged(&series, degree);
+    const chasles_polish_verdict verdict = chasles_polish_judged(&series, degree);
+    if (verdict != CHASLES_COMPLETE || chasles_polish_shows_roots(&series, degree, root, count))
+        return verdict;
+    return CHASLES_UNCLEAR;
 }
 
 #endif
