@@ -55,7 +55,7 @@ def _facts_of(kind: Any) -> SlotFacts:
     )
 
 
-def windings(low: FloatArray, high: FloatArray, wraps: BoolArray) -> IntArray:
+def windings_of(low: FloatArray, high: FloatArray, wraps: BoolArray) -> IntArray:
     """(n,) number of turns listed for a coordinate: those in (low, high], rounded up."""
     turns = np.ceil((high - low) / TURN - AT_LIMIT)
     return np.where(wraps & np.isfinite(turns), np.maximum(turns, 1), 1).astype(np.intp)

@@ -21,27 +21,14 @@ from ..contract import Coordinate
 from ..errors import InputTypeError, InputValueError, OutOfReachError, ShapeError
 from ..tolerances import AT_LIMIT, FAR, SAME_SOLUTION, SOLVED, TILTED
 from . import _filters
-from .slot_facts import TURN, facts_of
-from .slot_facts import windings as windings_of
+from .least_squares import LeastSquares
+from .slot_facts import TURN, facts_of, windings_of
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
-MOST_WINDINGS = 100_000
-_FREEDOMS = 6
-
-
-class LeastSquares(NamedTuple):
-    """The coordinates that come nearest to poses out of reach.
-
-    Attributes:
-        q: (..., n) coordinates [rad or m]; NaN where the pose has solutions.
-        residual: (...,) error of the tool [m], as in Solutions; NaN where the pose has solutions.
-    """
-
-    q: FloatArray
-    residual: FloatArray
+MOST_WINDINGS, _FREEDOMS = 100_000, 6
 
 
 class _Fields(NamedTuple):

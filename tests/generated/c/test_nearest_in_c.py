@@ -1,7 +1,6 @@
 """`<robot>_ik_nearest` in generated C returns the solution that Python returns."""
 
 import ctypes
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +15,7 @@ EXPORTED = '__attribute__((visibility("default"), externally_visible))'
 def nearest_in_c(name, flags):
     """The C function, from T, seed, lower, upper and weights to a slot, q, residual and margin."""
     robot = chasles.load(name)
-    files = {f.name: f.read_text(encoding="utf-8") for f in Path(robot.folder).glob("*.[ch]")}
+    files = robot.manifest.sources()
     main = f'#include "{name}.c"\n{EXPORTED} int (*entry)() = {name}_ik_nearest;\n'
     source = Source(
         f"nearest-{name}", {"main.c": main, **files}, (UNPACKED, "-fwhole-program", *flags)

@@ -59,6 +59,8 @@ def part(name, functions, folder):
     cut = {f"{name}_{function}{suffix}" for function in left_out for suffix in SUFFIXES}
     for source in (made / f"{name}.c", made / f"{name}_batch.c"):
         text = source.read_text()
+        if "ik" in left_out:
+            text = text.replace(f'#include "{name}_nearest.h"\n', "")
         source.write_text(FUNCTION.sub(lambda one: "" if one[1] in cut else one[0], text))
     return made
 

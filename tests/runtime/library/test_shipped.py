@@ -39,7 +39,7 @@ def test_every_slot_has_unique_label(manifest):
     assert {f.name for f in with_slots} == {
         f.name
         for f in manifest.functions
-        if f.name.startswith("ik") and len(f.outputs) == 3 and f.role != "nominal inverse"
+        if f.name.startswith("ik") and len(f.outputs) == 3 and f.role.name != "nominal inverse"
     } | {f.name for f in manifest.functions if f.name in ("chain_all", "actuators_all")}
     for function in with_slots:
         assert (
