@@ -1,4 +1,4 @@
-"""The root of all exceptions of chasles, and those that reading a manifest raises."""
+"""The root of all exceptions of chasles, and the exceptions of reading a manifest."""
 
 
 class ChaslesError(Exception):

@@ -35,7 +35,7 @@ from .contract import (
 )
 from .errors import ShapeError, SourceMismatchError
 from .iterative.numeric_inverse import NumericMethods
-from .library import derived_folder, is_of_shelf, shelf, shipped_folders
+from .library import find_folder, is_of_shelf, shipped_folders
 from .loading import load_functions
 from .velocity.rates import VelocityMethods
 from .velocity.singular_ways import SingularWayMethods
@@ -344,14 +344,8 @@ def _address(folder: Path) -> str:
     return folder.name if installed else str(folder.absolute())
 
 
-def _folder_at(address: str) -> Path:
-    if address in (folders := shipped_folders()):
-        return folders[address]
-    return derived_folder(arms[address]) if address in (arms := shelf()) else Path(address)
-
-
 def _restore(address: str, digest: str) -> Robot:
-    folder = _folder_at(address)
+    folder = find_folder(address)
     manifest = read_manifest(folder)
     if manifest.digest != digest:
         raise SourceMismatchError(f"{folder}: not the {manifest.name} that was pickled")

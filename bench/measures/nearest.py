@@ -19,7 +19,7 @@ from ..report import out, table
 
 ROBOT = "ur5e"
 POSES = 100_000
-"""Poses at which the answers are compared with those of the filters."""
+"""Poses at which ik_nearest is compared with the filters."""
 LIMIT = 1.15
 """Greatest ratio of the times of ik_nearest and ik."""
 CHAIN_US = 10.0
@@ -48,7 +48,7 @@ def run() -> int:
     T, near, far = poses(robot, POSES)
     agree(robot, T, near)
     agree(robot, T, far)
-    out.print(f"{2 * POSES} answers equal those of within_limits().nearest(q_seed)")
+    out.print(f"{2 * POSES} answers equal within_limits().nearest(q_seed)")
     rows = [("C", *in_C(robot, T, near)), ("Python, one call", *single(robot, T, near))]
     rows += [
         (f"Python, batch of {count}", *batch(robot, T[:count], near[:count])) for count in BATCHES
@@ -63,7 +63,7 @@ def run() -> int:
         ),
         20,
     )
-    out.print(f"three filters: {filters / 1e3:.2f} us (ik beside them {once:.0f} ns)")
+    out.print(f"three filters: {filters / 1e3:.2f} us (ik in the same loop {once:.0f} ns)")
     out.print(f"bars: ratio {LIMIT}, filters {CHAIN_US} us on an idle machine")
     return int(any(cell[-1] > LIMIT for cell in cells))
 

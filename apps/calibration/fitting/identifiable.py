@@ -59,7 +59,7 @@ def identifiable(
         kept_names: Names of the variables.
 
     Returns:
-        The indices of those that are told apart, in order, and the redundancy of each of the rest.
+        The indices of the identifiable columns, in order, and the redundancy of each other column.
     """
     basis = np.linalg.qr(kept)[0] if kept.shape[1] else kept
     size = np.linalg.norm(columns, axis=0)

@@ -40,7 +40,7 @@ Student's distribution gives the limit of the same probability."""
 CONSISTENT = 1.4826
 """Median absolute deviation to standard deviation of a normal distribution."""
 LEAST_NOISE = 1e-3
-"""Noise, in standard deviations that were stated, below that of any device."""
+"""Noise relative to the stated standard deviations, smaller than the noise of any device."""
 _LEAST_DEVIATION = 0.01
 """Least deviation with which rows are compared, in standard deviations that were stated. Exact
 measurements leave rounding errors and small effects of parameters that are held at nominal, which
@@ -111,7 +111,7 @@ class Linearized:
         return float(np.sqrt(self.e @ self.e / surplus)) if surplus > 0 else 0.0
 
     def contradicting(self, every: Linearized, used: BoolArray, noise: float) -> BoolArray:
-        """(M,) which of all errors are too large for those of the rows in use.
+        """(M,) whether each error is too large compared with the errors of the rows in use.
 
         Args:
             every: The same of all rows.
