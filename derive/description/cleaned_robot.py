@@ -8,14 +8,14 @@ so are the frames on a base that stands at an angle (:mod:`~.turned_base`).
 """
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 from typing import overload
 
 from ..model.cleaning import Cleaning
 from ..model.mechanism import Closure, Described, Frame, Mechanism, Strut
-from ..model.placements import Placement, Translation, Vector
+from ..model.placements import Translation, Vector
 from ..model.robot import Robot
 from ..model.tolerances import NOISE
 from .arrangement import Distances, arranged
@@ -131,16 +131,7 @@ def _frame(work: ExactNumbers, closer: Closure | Strut, end: str) -> Frame:
 def _points(mechanism: Mechanism) -> Mapping[str, list[Vector]]:
     """The points on each body at which joints, closures and struts are."""
     found: dict[str, list[Vector]] = {body: [] for body in mechanism.bodies}
-    for body, placement in _placed(mechanism):
+    for body, placement in mechanism.placed:
         if placement and isinstance(placement[0], Translation):
             found[body].append(placement[0].vector)
     return found
-
-
-def _placed(mechanism: Mechanism) -> Iterator[tuple[str, Placement]]:
-    """Each placement on a body, with the body's name."""
-    for joint in mechanism.joints:
-        yield joint.parent, joint.before
-    for closer in mechanism.closers:
-        for frame in (closer.a, closer.b):
-            yield frame.body, frame.placement

@@ -69,7 +69,7 @@ def turned_base(mechanism: Mechanism, noise: float) -> TurnedBase | None:
         The axes; None where no other axes give more exact angles than the base's own.
     """
     oriented = dict(_oriented(mechanism))
-    placements = [*_on_base(mechanism)]
+    placements = [place for body, place in mechanism.placed if body == mechanism.base_frame]
     numbers = [number for placement in placements for number in _numbers(placement)]
     turns = [m for p in oriented.values() for m in p if isinstance(m, Rotation)]
     if any(number.free_symbols for number in numbers) or all(map(_is_exact, turns)):
@@ -173,21 +173,9 @@ def _oriented(mechanism: Mechanism) -> Iterator[tuple[str, Placement]]:
                 yield closure.name, frame.placement
 
 
-def _on_base(mechanism: Mechanism) -> Iterator[Placement]:
-    for joint in mechanism.joints:
-        if joint.parent == mechanism.base_frame:
-            yield joint.before
-    for closer in mechanism.closers:
-        for frame in (closer.a, closer.b):
-            if frame.body == mechanism.base_frame:
-                yield frame.placement
-
-
 def _others(mechanism: Mechanism) -> tuple[list[Fraction], list[Fraction]]:
     """Magnitudes of the decimals of other bodies: lengths, those of rods too, and angles."""
-    placements = [j.before for j in mechanism.joints if j.parent != mechanism.base_frame]
-    frames = [frame for closer in mechanism.closers for frame in (closer.a, closer.b)]
-    placements += [f.placement for f in frames if f.body != mechanism.base_frame]
+    placements = [place for body, place in mechanism.placed if body != mechanism.base_frame]
     lengths = [strut.length for strut in mechanism.struts]
     lengths += [x for placement in placements for x in _lengths(placement)]
     turns = [m.angle for p in placements for m in p if isinstance(m, Rotation)]

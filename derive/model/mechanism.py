@@ -254,6 +254,15 @@ class Mechanism:
         return (*self.closures, *self.struts)
 
     @property
+    def placed(self) -> Iterator[tuple[str, Placement]]:
+        """The placement of each joint and of each frame of a closer, with the body it is on."""
+        for joint in self.joints:
+            yield joint.parent, joint.before
+        for closer in self.closers:
+            for frame in (closer.a, closer.b):
+                yield frame.body, frame.placement
+
+    @property
     def bodies(self) -> tuple[str, ...]:
         """All bodies, the base first."""
         return (self.base_frame, *(joint.link for joint in self.joints))
