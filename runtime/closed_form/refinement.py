@@ -22,7 +22,7 @@ its solutions: the iteration begins at every slot.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -47,7 +47,7 @@ _Fields = tuple[FloatArray, FloatArray, BoolArray]
 _SEARCH = 12
 """Steps from a slot far away, after which only what is near goes on: for a pose out of reach each
 step costs time, and where a solution is double a step leaves a quarter of the error."""
-_ROUNDED_STEPS = 4
+_ROUNDED_STEPS = 8
 """Steps to a least-squares answer that is as exact as a rounded pose: each leaves a hundredth."""
 _GROWTH = 10.0
 """Greatest factor by which a closed form magnifies the distance of a rounded pose."""
@@ -108,25 +108,43 @@ class Refinement:
         targets = np.broadcast_to(inputs[0], (*valid.shape[:-1], *self.task.shape))
         missed = np.asarray(~valid.any(-1))
         aside = self._is_aside(targets, q, residual, missed)
+        enough = np.full(missed.shape, SOLVED * self.judged)
+        enough[missed] = self.enough(targets[missed])
+        # A translation that looks rounded may be exact: a solution beside it is none.
+        is_doubtful = self._is_at_right_angles(targets) & (enough > SOLVED * self.judged)
+        asked = np.where(is_doubtful, SOLVED * self.judged, enough)
+        fields = q, residual, valid
+        self._accept(targets, asked, fields)
+        missed = np.asarray(~valid.any(-1))
         within = np.where(aside, np.inf, self.near)
         tried = np.isfinite(residual) & (residual <= within[..., None]) & missed[..., None]
-        slots = np.nonzero(tried)
-        for first in range(0, len(slots[0]), BLOCK):
-            block = tuple(index[first : first + BLOCK] for index in slots)
-            target = targets[block[:-1]]
-            target = np.broadcast_to(target, (len(block[0]), *self.task.shape))
-            enough = self.enough(target)
-            solved = residual[block] <= enough
-            valid[_at(block, solved)] = True
-            rounded = (enough > SOLVED * self.judged) & (residual[block] <= _GROWTH * enough)
-            near = ~solved & rounded
-            if near.any():
-                self._nearer(target[near], enough[near], _at(block, near), (q, residual, valid))
-            missed = _missed(block, valid)
-            if missed.any():
-                places = _at(block, missed)
-                fields = q, residual, valid
-                self._refine(target[missed], places, fields, enough[missed], aside[places[:-1]])
+        for block in _blocks(tried):
+            places = _at(block, _missed(block, valid))
+            if len(places[-1]):
+                of_target = (_of_slots(array, places) for array in (targets, asked, aside))
+                self._refine(places, fields, *of_target)
+        if is_doubtful.any():
+            self._accept(targets, enough, fields)
+
+    def _accept(self, targets: FloatArray, enough: FloatArray, fields: _Fields) -> None:
+        """Accepts slots of targets (..., *task.shape) within their residuals ``enough`` (...,).
+
+        Slots of rounded targets are moved to their least-squares answers first: where one of them
+        reaches the target, the target is exact, and an answer beside it is no solution.
+        """
+        q, residual, valid = fields
+        solved = SOLVED * self.judged
+        missed = ~valid.any(-1, keepdims=True)
+        is_near = residual <= _GROWTH * enough[..., None]
+        for block in _blocks((enough > solved)[..., None] & is_near & missed):
+            target = self._rigid(_of_slots(targets, block))
+            found, left = self.led(target, q[block], _ROUNDED_STEPS)
+            better = left < residual[block]
+            slots = _at(block, better)
+            q[slots], residual[slots] = found[better], left[better]
+        is_exact = (residual <= solved).any(-1)
+        limit = np.where(is_exact, solved, enough)
+        valid |= missed & (residual <= limit[..., None])
 
     def _is_aside(
         self, targets: FloatArray, q: FloatArray, residual: FloatArray, missed: BoolArray
@@ -139,8 +157,7 @@ class Refinement:
         found = np.zeros(missed.shape, dtype=bool)
         if self.task.aims or not missed.any():
             return found
-        R = targets[missed][:, :3, :3]
-        found[missed] = (np.abs(R - np.rint(R)) <= RIGID_TO_ROUNDING).all((-2, -1))
+        found[missed] = self._is_at_right_angles(targets[missed])
         found[found] = rounded_residuals(targets[found]) > 0
         found &= np.isfinite(residual).any(-1)
         if not found.any():
@@ -155,6 +172,13 @@ class Refinement:
         found[found] = is_twice | ((lost**2).sum(-1) < _ASIDE * (error**2).sum(-1))
         return found
 
+    def _is_at_right_angles(self, targets: FloatArray) -> BoolArray:
+        """Whether targets (..., *task.shape) are poses with rotations by right angles."""
+        if self.task.aims:
+            return np.zeros(targets.shape[: -len(self.task.shape)], dtype=bool)
+        R = targets[..., :3, :3]
+        return np.asarray((np.abs(R - np.rint(R)) <= RIGID_TO_ROUNDING).all((-2, -1)))
+
     def enough(self, target: FloatArray) -> FloatArray:
         """Largest residuals (N,) of solutions for targets (N, ...), poses as they were given."""
         solved = np.full(len(target), SOLVED * self.judged)
@@ -162,21 +186,14 @@ class Refinement:
             return solved
         return np.asarray(np.maximum(solved, self.judged * rounded_residuals(target)))
 
-    def _nearer(
-        self, target: FloatArray, enough: FloatArray, slots: tuple[IntArray, ...], fields: _Fields
-    ) -> None:
-        """Moves some slots (N of them) nearer to targets (N, ...) that were rounded, in place."""
-        found, left = self.led(self._rigid(target), fields[0][slots], _ROUNDED_STEPS)
-        self._take(slots, found, left, fields, enough)
-
     def _rigid(self, target: FloatArray) -> FloatArray:
         return target if self.task.aims else project(target, caller="refinement")
 
     def _refine(
         self,
-        target: FloatArray,
         slots: tuple[IntArray, ...],
         fields: _Fields,
+        target: FloatArray,
         enough: FloatArray,
         aside: BoolArray,
     ) -> None:
@@ -331,6 +348,19 @@ class Refinement:
 def _at(slots: tuple[IntArray, ...], chosen: BoolArray | IntArray) -> tuple[IntArray, ...]:
     """Some of the slots (N of them), which are given by their indices."""
     return tuple(index[chosen] for index in slots)
+
+
+def _blocks(chosen: BoolArray) -> Iterator[tuple[IntArray, ...]]:
+    """The indices of chosen slots (..., k), at most ``BLOCK`` of them at a time."""
+    slots = np.nonzero(chosen)
+    for first in range(0, len(slots[0]), BLOCK):
+        yield tuple(index[first : first + BLOCK] for index in slots)
+
+
+def _of_slots(array: NDArray[Any], slots: tuple[IntArray, ...]) -> NDArray[Any]:
+    """The values of the targets, (..., *rest), that slots (N of them) belong to: (N, *rest)."""
+    rest = array.shape[len(slots) - 1 :]
+    return np.broadcast_to(array[slots[:-1]], (len(slots[-1]), *rest))
 
 
 def _best_of_each(slots: tuple[IntArray, ...], left: FloatArray) -> IntArray:

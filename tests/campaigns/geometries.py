@@ -22,7 +22,7 @@ from chasles.derive.emit.c.written import SUPPORTS
 from chasles.derive.inverse.classify import classify
 from chasles.derive.inverse.general.general_inverse import general_inverse
 from chasles.derive.inverse.general.raghavan_roth import JOINTS
-from chasles.derive.inverse.general.split_choice import slides_of
+from chasles.derive.inverse.general.split_choice import Choice, slides_of
 from chasles.derive.terms.terms import Terms
 from tests.support.generators.random_arms import LINKS, long_arm, random_arm, sliding_arm
 from tests.support.native import UNPACKED, Source, compiled
@@ -104,14 +104,25 @@ def judged(robot: Robot, count: int, seed: int = 5) -> tuple[Found, Found] | Non
     Return None for an arm with a structure, which another solver solves, and for an arm that never
     has full rank.
     """
+    q, right = configurations(robot, count, count // 3, np.random.default_rng(seed))
+    found = judged_at(robot, q), judged_at(robot, right)
+    return None if None in found else found
+
+
+def judged_at(robot: Robot, q: np.ndarray) -> Found | None:
+    """Judge an arm at configurations (m, n); return None where `judged` does."""
+    choice = _taken(robot)
+    return None if choice is None else _found(q, choice.given, slides_of(robot))
+
+
+def _taken(robot: Robot) -> Choice | None:
+    """Give an arm to the solver."""
     lines = classify(robot, Terms({p.symbol: p.value for p in robot.parameters}))
     general = general_inverse(robot) if lines.found is None else None
     if general is None:
         return None
     library().take(ctypes.byref(_told(general.function.tables)))
-    q, right = configurations(robot, count, count // 3, np.random.default_rng(seed))
-    given, slides = general.choice.given, slides_of(robot)
-    return _found(q, given, slides), _found(right, given, slides)
+    return general.choice
 
 
 def _told(tables: tuple) -> Arm:

@@ -1,10 +1,12 @@
 """Arms of any geometry lose no pose: some patterns of axes that meet, are parallel or are skew."""
 
+import numpy as np
 import pytest
 
-from chasles.derive import loads
+from chasles.derive import load, loads
 from chasles.derive.inverse.general.general_inverse import general_inverse
 from tests.campaigns import geometries as any_geometry
+from tests.support.derivations import description
 from tests.support.generators.geometric_errors import displaced
 from tests.support.generators.random_arms import long_arm, random_arm, sliding_arm
 
@@ -90,3 +92,12 @@ def test_judge_detects_missed_configurations(monkeypatch):
     monkeypatch.setattr(any_geometry, "_told", without_splits)
     random, _ = any_geometry.judged(random_arm(11), 60)
     assert random.lost > 0
+
+
+def test_errors_on_a_self_motion_leave_a_solution():
+    """Joints 1 and 4 of the nominal arm turn with the tool at rest; the errors leave 1e-7 m."""
+    arm = displaced(load(description("crx10")), 1.83181e-4, 375254000000)
+    q = np.array([[3, 0, 1, 1, 2, 1]]) * (np.pi / 2)
+    found = any_geometry.judged_at(arm, q)
+    assert found is not None
+    assert found.none == 0

@@ -16,6 +16,7 @@ GENERAL = (
     "chasles_general_equations.h",
     "chasles_general_newton.h",
     "chasles_general_roots.h",
+    "chasles_general_self_motion.h",
     "chasles_general_solutions.h",
     "chasles_general_tolerances.h",
     "chasles_general_vectors.h",

@@ -64,6 +64,17 @@ def test_shelf_arm_counts_each_solution_once(tmp_path):
     assert is_found(arm, solutions, GEN3_COPY)
 
 
+def test_solution_beside_an_exact_pose_is_none(tmp_path):
+    """All numbers of the pose are short, but it is exact; slots end 1e-8 beside it."""
+    arm = compiled(load(description("gen3")), tmp_path / "gen3", FUNCTIONS, ["c"])
+    q = np.array([1, 1, 0, 0, 1, -1, 1]) * (np.pi / 2)
+    T = arm.fk(q)
+    solutions = arm.ik(T, q[6])
+    assert solutions.count >= 1
+    assert solutions.residual[solutions.valid].max() < 1e-9
+    assert np.abs(arm.fk(solutions.array()) - T).max() < 2e-9
+
+
 def test_offset_wrist_finds_solutions_that_no_nominal_branch_shows(tmp_path):
     robot = loads(OFFSET_WRIST, "offset_wrist.toml")
     arm = compiled(robot, tmp_path / "offset_wrist", FUNCTIONS, ["c"])

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "chasles_general_back.h"
+#include "chasles_general_self_motion.h"
 
 #define CHASLES_SLOTS 16
 /* Poses nearby whose solutions are surely all known, that are enough for those of a pose. */
@@ -231,6 +232,10 @@ static int chasles_general_by_split(const chasles_general_six *six, const double
     return chasles_general_by_roots(six, T, split, &system, &roots, found) && sure;
 }
 
+/* Sizes of the differences of poses nearby (rad, and parts of the length). */
+#define CHASLES_NUDGES 6
+static const double chasles_general_sizes[CHASLES_NUDGES] = {1e-3, 1e-3, 1e-2, 1e-2, 1e-4, 1e-4};
+
 /* The pose turned and moved a little, each time another way; twice back and forth, for it may be at
  * the end of the reach. */
 static void chasles_general_nudged(const double *T, double length, double size, int way,
@@ -280,13 +285,12 @@ static int chasles_general_by_splits(const chasles_general_six *six, const doubl
 static int chasles_general_by_nearby(const chasles_general_six *six, const double *T,
                                      chasles_general_found *found)
 {
-    static const double sizes[] = {1e-3, 1e-3, 1e-2, 1e-2, 1e-4, 1e-4};
     chasles_general_found nearby;
     chasles_general_way way;
     double near[16];
     int sure = 0;
-    for (int k = 0; k < 6 && sure < CHASLES_AGREED; k++) {
-        chasles_general_nudged(T, six->arm->length, sizes[k], k, near);
+    for (int k = 0; k < CHASLES_NUDGES && sure < CHASLES_AGREED; k++) {
+        chasles_general_nudged(T, six->arm->length, chasles_general_sizes[k], k, near);
         sure += chasles_general_by_splits(six, near, &nearby);
         for (int i = 0; i < nearby.count; i++) {
             chasles_general_begin(six, T, nearby.q[i], &way);
@@ -336,6 +340,46 @@ static void chasles_general_nearest(const chasles_general_six *six, const double
     }
 }
 
+static double chasles_general_least_left(const chasles_general_rest *rest)
+{
+    double least = rest->left[0];
+    for (int k = 1; k < CHASLES_SLOTS; k++)
+        least = rest->left[k] < least ? rest->left[k] : least;
+    return least;
+}
+
+/* Adds the solutions at which Newton's steps end that start along the curve through a
+ * configuration.
+ */
+static void chasles_general_by_curve(const chasles_general_six *six, const double *T,
+                                     const double *q, chasles_general_found *found)
+{
+    chasles_general_walk_point start;
+    chasles_general_way ways[CHASLES_SLOTS];
+    if (!chasles_general_walk_start(six, T, q, &start))
+        return;
+    for (int side = 0; side < 2; side++) {
+        const double sense = side ? -1.0 : 1.0;
+        const int count = chasles_general_walk(six, T, &start, sense, ways, CHASLES_SLOTS);
+        for (int k = 0; k < count; k++)
+            chasles_general_finish(six, T, ways + k, found);
+    }
+}
+
+/* Adds solutions on curves that solutions of poses nearby are close to, until there are some. */
+static void chasles_general_by_self_motion(const chasles_general_six *six, const double *T,
+                                           chasles_general_found *found)
+{
+    chasles_general_found nearby;
+    double near[16];
+    for (int k = 0; k < CHASLES_NUDGES && found->count == 0; k++) {
+        chasles_general_nudged(T, six->arm->length, chasles_general_sizes[k], k, near);
+        chasles_general_by_splits(six, near, &nearby);
+        for (int i = 0; i < nearby.count && found->count == 0; i++)
+            chasles_general_by_curve(six, T, nearby.q[i], found);
+    }
+}
+
 /* A configuration that is no solution, in all slots: none is there twice. */
 static void chasles_general_none(const chasles_general_six *six, const double *T,
                                  chasles_general_rest *rest)
@@ -381,6 +425,8 @@ static inline void chasles_general_slots(const chasles_general_arm *arm, const d
     chasles_general_search_all(&six, T, &found);
     if (found.count == 0)
         chasles_general_nearest(&six, T, &found, &rest);
+    if (found.count == 0 && chasles_general_least_left(&rest) < CHASLES_NEAR)
+        chasles_general_by_self_motion(&six, T, &found);
     if (found.count > 0)
         chasles_general_none(&six, T, &rest);
     chasles_general_margins((const double(*)[36])found.J, found.count, arm->length, margins);

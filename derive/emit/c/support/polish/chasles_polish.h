@@ -195,6 +195,10 @@ static LANES_TARGET void POLISH_NAME(find)(POLISH_NAME(search) * s, const double
         POLISH_NAME(around)(s, is_unsure);
     if (s->waiting > 0)
         POLISH_NAME(follow)(s);
+#if POLISH_IS_GENERAL
+    if (s->count == 0)
+        POLISH_NAME(walk)(s, &start);
+#endif
 #endif
 }
 

@@ -150,22 +150,46 @@ static int POLISH_NAME(solve_generally)(const POLISH_NAME(search) * s,
     return POLISH_IS_ASKED && chasles_general_by_nearby(six, s->in, found);
 }
 
-/* Adds the solutions of the general solver that no slot holds; whether they surely are all. */
+/* Adds the solutions of the general solver that no slot holds. */
+static void POLISH_NAME(add_found)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
+                                   const chasles_general_six *six,
+                                   const chasles_general_found *found)
+{
+    double q[POLISH_N];
+    for (int k = 0; k < found->count; k++) {
+        chasles_general_joints(six, found->q[k], q);
+        if (!POLISH_NAME(known)(s, q))
+            POLISH_NAME(place)(s, start, q, found->residual[k]);
+    }
+}
+
+/* Asks the general solver and adds its solutions; whether they surely are all. */
 static int POLISH_NAME(ask)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start)
 {
     chasles_general_six six;
     chasles_general_found found;
-    double q[POLISH_N];
     for (int i = 0; i < POLISH_INPUTS; i++) {
         if (!isfinite(s->in[i]))
             return 0;
     }
     chasles_general_set(&POLISH_GENERAL, s->in + 16, &six);
     const int is_sure = POLISH_NAME(solve_generally)(s, start, &six, &found);
-    for (int k = 0; k < found.count; k++) {
-        chasles_general_joints(&six, found.q[k], q);
-        if (!POLISH_NAME(known)(s, q))
-            POLISH_NAME(place)(s, start, q, found.residual[k]);
-    }
+    POLISH_NAME(add_found)(s, start, &six, &found);
     return is_sure;
+}
+
+/* Adds solutions on a self-motion that the errors have spoiled, where slots are near to the pose.
+ */
+static void POLISH_NAME(walk)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start)
+{
+    chasles_general_six six;
+    chasles_general_found found = {0};
+    double least = INFINITY;
+    for (int k = 0; k < POLISH_SLOTS; k++)
+        least = s->residual[k] < least ? s->residual[k] : least;
+    if (!(least < CHASLES_NEAR))
+        return;
+    chasles_general_set(&POLISH_GENERAL, s->in + 16, &six);
+    chasles_general_by_self_motion(&six, s->in, &found);
+    POLISH_NAME(add_found)(s, start, &six, &found);
 }
