@@ -73,9 +73,7 @@ class Explanation:
         if general is not None:
             given = f", for given {listed(general.given)}" if general.given else ""
             most = _counted(self.most_solutions, "solution")
-            motion = self.inverses.self_motion
-            note = f"; {singular(motion)}" if motion else ""
-            return f"inverse: {general.title}{given}, at most {most}{note}"
+            return f"inverse: {general.title}{given}, at most {most}{self._singular('; ')}"
         if found is None:
             return f"no closed-form inverse: {classification.missing}"
         if not self.most_solutions:
@@ -84,7 +82,14 @@ class Explanation:
         title = found.title + _with_added(classification) + _for_given(found, classification)
         if classification.tier == "snapped":
             title = f"nearly {title}, led from a nominal arm"
-        return f"inverse{of_chain}: {title}, at most {_counted(self.most_solutions, 'solution')}"
+        most = _counted(self.most_solutions, "solution")
+        return f"inverse{of_chain}: {title}, at most {most}{self._singular('; ')}"
+
+    def _singular(self, before: str) -> str:
+        """What is singular in every configuration, behind a text; empty where nothing is."""
+        if self.inverses is None or not self.inverses.self_motion:
+            return ""
+        return before + singular(self.inverses)
 
     def __str__(self) -> str:
         """The whole explanation, some 30 lines.
@@ -101,7 +106,7 @@ class Explanation:
         classification = self.inverses.classification
         parts = [title, _structure(classification, is_general=self.inverses.general is not None)]
         if self.inverses.self_motion:
-            parts.append(f"The arm is {singular(self.inverses.self_motion)}.")
+            parts.append(f"{self._singular('The arm is ')}.")
         free = [joint.name for joint in self.chain.moving if joint.mimic]
         if classification.found is not None and free:
             one = "follows another joint, and is" if len(free) == 1 else "follow others, and are"
@@ -186,19 +191,18 @@ def missed_by(classification: Classification) -> str:
     return "; ".join(f"{r.text}: off by {_distance(r, classification)}" for r in missed)
 
 
-def singular(motion: str) -> str:
-    """What an arm of this self-motion has in every configuration, in words."""
-    return (
-        f"singular in every configuration: {motion}, and ik returns some of infinitely many "
-        "solutions"
-    )
+def singular(inverses: Inverses) -> str:
+    """What an arm with a self-motion in every configuration has, in words."""
+    given = listed(inverses.given)
+    rest = f"ik takes the value of {given}" if given else "ik returns some of infinitely many solutions"
+    return f"singular in every configuration: {inverses.self_motion}; {rest}"
 
 
 def notes(inverses: Inverses) -> tuple[str, ...]:
     """Remarks on an arm that is singular everywhere, or led from a nominal one; none on others."""
     classification = inverses.classification
     if inverses.self_motion:
-        return (f"the arm is {singular(inverses.self_motion)}",)
+        return (f"the arm is {singular(inverses)}",)
     if classification.found is None or classification.tier == "exact":
         return ()
     near = (

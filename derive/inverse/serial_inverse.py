@@ -30,10 +30,12 @@ from .nominal import nominal_of
 from .polished_inverse import as_start, polished_inverse
 from .structure.lines import Lines, axes_of
 from .structure.numeric_arm import NumericArm
-from .structure.self_motion import self_motion
+from .structure.self_motion import joints_of_self_motion, self_motion
 from .tasks.task import Solved
 from .tool_axis import by_tool_axis
 
+MOST_FREE = 6
+"""Joints that a pose of the tool determines, at most."""
 MOST_TRIED = 5
 """Structures and given joints that are tried on an arm until one loses no pose."""
 
@@ -74,11 +76,19 @@ class Inverses:
     def self_motion(self) -> str:
         """The joints that move while the tool stands still, in every configuration, in words.
 
-        Empty for other arms. A family never fits such an arm.
+        Empty for other arms, and for arms of more joints than a pose determines.
         """
-        if self.general is None:
-            return ""
-        return self_motion(self.classification.lines, self.general.choice.given)
+        lines = self.classification.lines
+        return self_motion(lines) if len(lines.axes) <= MOST_FREE else ""
+
+    @property
+    def given(self) -> tuple[str, ...]:
+        """Names of the joints whose values ``ik`` takes."""
+        if self.general is not None:
+            return self.general.given
+        found = self.classification.found
+        axes = self.classification.lines.axes
+        return () if found is None else tuple(axes[k].name for k in found.given)
 
     @property
     def functions(self) -> dict[str, SymbolicFunction]:
@@ -217,6 +227,23 @@ def _by_free_followers(
     return None if found is None else Inverses(found[0], {"ik": found[1]})
 
 
+def _by_self_motion(
+    robot: Robot, classification: Classification, families: Sequence[Family]
+) -> Inverses | None:
+    """The inverse for a given joint of a self-motion that an arm has in every configuration.
+
+    The joint nearest to the tool that leaves an inverse is given.
+    """
+    lines = classification.lines
+    if classification.found is not None or classification.give or len(lines.axes) > MOST_FREE:
+        return None
+    for joint in reversed(joints_of_self_motion(lines)):
+        found = inverses(robot, lines.terms, families=families, give=(joint,))
+        if found.solved or found.written:
+            return found
+    return None
+
+
 def _by_determinant(
     robot: Robot, classification: Classification, _: Sequence[Family]
 ) -> Inverses | None:
@@ -233,8 +260,9 @@ WAYS: tuple[Way, ...] = (
     _by_nominal,
     _by_tool_axis,
     _by_free_followers,
+    _by_self_motion,
     _by_determinant,
 )
 """The ways to an inverse, in the order in which they are tried."""
-STRUCTURED = WAYS[:-1]
+STRUCTURED = WAYS[: WAYS.index(_by_self_motion)]
 """Those that print steps: all but the inverse of a general arm."""

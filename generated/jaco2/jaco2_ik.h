@@ -28,5 +28,5 @@ void jaco2_ik(const double T[16], double q[96], double residual[16], double marg
   for (int i = 0; i < 16; i++) {
     own_T[i] = T[i];
   }
-  chasles_general_ik(&jaco2_ik_tables, own_T, q, residual, margin);
+  chasles_general_ik(&jaco2_ik_tables, own_T, NULL, q, residual, margin);
 }

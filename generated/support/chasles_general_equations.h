@@ -50,8 +50,8 @@ typedef struct {
 #define CHASLES_GIVEN_SLIDE 2
 #define CHASLES_SOLVED_SLIDE 3
 
-/* What an arm is. Six of its joints are solved for; all others are given. Where there are five
- * joints, a sixth behind them turns the tool. */
+/* What an arm is. Six of its joints are solved for; all others are given. Where five are solved
+ * for, a further joint behind the last turns the tool and is the sixth. */
 typedef struct {
     /* fk and its Jacobian, mixed: the robot's own. */
     void (*pose_jacobian)(const double *q, double *T, double *J);
@@ -73,6 +73,7 @@ typedef struct {
     int own[6];                       /* indices of the six */
     int slides[6];                    /* whether each of them does */
     int has_slides;
+    int has_tool_joint; /* whether the sixth turns the tool */
     double placed[7][12];
 } chasles_general_six;
 
@@ -119,6 +120,15 @@ static int chasles_general_slides(const chasles_general_arm *arm, int joint)
     return arm->kind[joint] == CHASLES_GIVEN_SLIDE || arm->kind[joint] == CHASLES_SOLVED_SLIDE;
 }
 
+/* Number of an arm's joints that are given. */
+static int chasles_general_given(const chasles_general_arm *arm)
+{
+    int given = 0;
+    for (int k = 0; k < arm->joints; k++)
+        given += !chasles_general_is_solved(arm, k);
+    return given;
+}
+
 /* The placement behind a joint that is given, from the placement before it. */
 static void chasles_general_fixed(const chasles_general_arm *arm, int joint, double value,
                                   double *placed)
@@ -137,13 +147,14 @@ static void chasles_general_fixed(const chasles_general_arm *arm, int joint, dou
 static void chasles_general_set(const chasles_general_arm *arm, const double *value,
                                 chasles_general_six *six)
 {
-    const int joints = arm->joints < 6 ? 6 : arm->joints;
+    const int tool = arm->joints - chasles_general_given(arm) < 6;
     int solved = 0, given = 0;
     double placed[12];
     six->arm = arm;
     six->has_slides = 0;
+    six->has_tool_joint = tool;
     memcpy(placed, arm->placed[0], sizeof placed);
-    for (int k = 0; k < joints; k++) {
+    for (int k = 0; k < arm->joints + tool; k++) {
         if (chasles_general_is_solved(arm, k)) {
             memcpy(six->placed[solved], placed, sizeof placed);
             six->slides[solved] = chasles_general_slides(arm, k);

@@ -33,17 +33,25 @@ typedef struct {
     int is_over;    /* whether no further step may help */
 } chasles_general_way;
 
-/* All joints of the robot (rad, m), from the six that are solved for. */
-static void chasles_general_joints(const chasles_general_six *six, const double *q, double *all)
+/* All joints of the robot (rad, m), from those that are solved for, whose slides are in parts of a
+ * length (m). */
+static void chasles_general_all_joints(const chasles_general_six *six, const double *q,
+                                       double length, double *all)
 {
     for (int k = 0, from = 0, given = 0; k < six->arm->joints; k++) {
         if (!chasles_general_is_solved(six->arm, k)) {
             all[k] = six->value[given++];
         } else {
-            all[k] = six->slides[from] ? six->arm->length * q[from] : q[from];
+            all[k] = six->slides[from] ? length * q[from] : q[from];
             from++;
         }
     }
+}
+
+/* All joints of the robot (rad, m), from the six. */
+static void chasles_general_joints(const chasles_general_six *six, const double *q, double *all)
+{
+    chasles_general_all_joints(six, q, six->arm->length, all);
 }
 
 /* The pose of five joints and of a sixth that turns the tool about an axis of the tool, and six
@@ -51,8 +59,10 @@ static void chasles_general_joints(const chasles_general_six *six, const double 
 static void chasles_general_turned_tool(const chasles_general_six *six, const double *q, double *T,
                                         double *J)
 {
-    double all[CHASLES_MOST_JOINTS], own[30], from[3], axis[12], at[12], turned[12];
-    const double *back = six->arm->placed[6], c = cos(q[5]), s = sin(q[5]);
+    double all[CHASLES_MOST_JOINTS], own[6 * CHASLES_MOST_JOINTS];
+    double from[3], axis[12], at[12], turned[12];
+    const int n = six->arm->joints;
+    const double *back = six->arm->placed[n + 1], c = cos(q[5]), s = sin(q[5]);
     const double turn[12] = {c, -s, 0.0, 0.0, s, c, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0};
     chasles_general_joints(six, q, all);
     six->arm->pose_jacobian(all, T, own);
@@ -65,8 +75,8 @@ static void chasles_general_turned_tool(const chasles_general_six *six, const do
     for (int k = 0; k < 6; k++) {
         double w[3], v[3], lever[3];
         for (int i = 0; i < 3; i++) {
-            w[i] = k < 5 ? own[5 * (3 + i) + k] : at[4 * i + 2];
-            v[i] = k < 5 ? own[5 * i + k] : 0.0;
+            w[i] = k < 5 ? own[n * (3 + i) + six->own[k]] : at[4 * i + 2];
+            v[i] = k < 5 ? own[n * i + six->own[k]] : 0.0;
             lever[i] = T[4 * i + 3] - (k < 5 ? from[i] : at[4 * i + 3]);
         }
         for (int i = 0; i < 3; i++) {
@@ -83,12 +93,11 @@ static void chasles_general_forward(const chasles_general_six *six, const double
                                     double *J)
 {
     const int n = six->arm->joints;
-    if (n == 6 && !six->has_slides) {
+    if (six->has_tool_joint) {
+        chasles_general_turned_tool(six, q, T, J);
+    } else if (n == 6 && !six->has_slides) {
         six->arm->pose_jacobian(q, T, J);
         return;
-    }
-    if (n < 6) {
-        chasles_general_turned_tool(six, q, T, J);
     } else {
         double all[CHASLES_MOST_JOINTS], whole[6 * CHASLES_MOST_JOINTS];
         chasles_general_joints(six, q, all);

@@ -411,7 +411,7 @@ static inline void chasles_general_slots(const chasles_general_arm *arm, const d
     const int n = arm->joints, key = arm->split[0].joint[2];
     for (int k = 0; k < 16; k++)
         finite = finite && T[k] - T[k] == 0.0;
-    for (int k = 0; k < n - 6; k++)
+    for (int k = 0; k < chasles_general_given(arm); k++)
         finite = finite && value[k] - value[k] == 0.0;
     if (!finite) {
         for (int k = 0; k < CHASLES_SLOTS; k++) {

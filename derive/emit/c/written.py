@@ -32,7 +32,6 @@ HEXAPOD = (
 )
 SUPPORTS = {
     "general": ("chasles_general.h", *GENERAL),
-    "general_given": ("chasles_general_given.h", *GENERAL),
     "general_tool": ("chasles_general_tool.h", *GENERAL),
     "hexapod": ("chasles_hexapod.h", *HEXAPOD),
     "triad": ("chasles_triad.h", "chasles_triad_tolerances.h", *CIRCLE),
@@ -67,10 +66,11 @@ def _source(robot: Described, function: WrittenFunction) -> str:
     copies = [line for argument in function.inputs for line in own_copy(argument)]
     first, *given = (f"own_{argument.name}" for argument in function.inputs)
     passed = [f"&{table}", first]
-    if given:
+    if given and function.role.is_inverse:
         values = ", ".join(f"*{name}" for name in given)
         copies.append(f"  const double given[] = {{{values}}};")
-        passed.append("given")
+    if function.role.is_inverse:
+        passed.append("given" if given else "NULL")
     passed += [result.name for result in function.outputs]
     return "\n".join(
         [

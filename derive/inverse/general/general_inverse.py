@@ -38,10 +38,11 @@ def general_inverse(robot: Robot, give: tuple[int, ...] = ()) -> GeneralInverse 
 
     Args:
         robot: The description.
-        give: Indices of the joints to be given, so that six are left; () for those that are best.
+        give: Indices of the joints to be given, so that six or five are left; () for those that are
+            best.
     """
-    if not give and is_fit(robot, joints=OWN):
-        return _of_five(robot)
+    if is_fit(robot, give, OWN):
+        return _of_five(robot, give)
     if give and not _may_give(robot, give):
         return None
     choice = choice_at(numbers(robot), give, slides_of(robot)) if give else choose(robot)
@@ -69,9 +70,9 @@ def _joints(robot: Robot) -> str:
     return f"{words[len(robot.moving) - OWN]} {kind}"
 
 
-def _of_five(robot: Robot) -> GeneralInverse | None:
-    """The inverse of five joints, which are solved as six."""
-    arm = with_tool_joint(numbers(robot), slides_of(robot))
+def _of_five(robot: Robot, given: tuple[int, ...]) -> GeneralInverse | None:
+    """The inverse of five joints beside given ones, which are solved as six."""
+    arm = with_tool_joint(numbers(robot), slides_of(robot), given)
     if arm is None:
         return None
     return GeneralInverse(
@@ -80,6 +81,7 @@ def _of_five(robot: Robot) -> GeneralInverse | None:
         arm.choice,
         written_inverse.inverse(robot, arm.choice, arm.constants),
         _steps(robot, arm.choice),
+        tuple(robot.moving[k].name for k in given),
     )
 
 
@@ -135,21 +137,27 @@ def _steps(robot: Robot, choice: Choice) -> tuple[str, ...]:
         "refine the result.",
         *_others(free, choice),
     )
-    if TOOL_AXIS in free:
-        return (
-            f"{TOOL_AXIS} is a sixth joint, which turns the tool about an axis of the tool. The "
-            "five joints reach a pose where its angle is 0; other solutions are none of theirs.",
-            *steps,
-        )
-    if not choice.given:
-        return steps
-    names = listed([robot.moving[k].name for k in choice.given])
-    is_one = len(choice.given) == 1
-    first = (
-        f"{names} {'is' if is_one else 'are'} given: with {'it' if is_one else 'them'} fixed, six "
-        "joints are left."
+    return (*_given(robot, choice.given, len(left)), *_tool_axis(free), *steps)
+
+
+def _given(robot: Robot, given: tuple[int, ...], left: int) -> tuple[str, ...]:
+    if not given:
+        return ()
+    names = listed([robot.moving[k].name for k in given])
+    is_one = len(given) == 1
+    return (
+        f"{names} {'is' if is_one else 'are'} given: with {'it' if is_one else 'them'} fixed, "
+        f"{'six' if left == JOINTS else 'five'} joints are left.",
     )
-    return (first, *steps)
+
+
+def _tool_axis(free: list[str]) -> tuple[str, ...]:
+    if TOOL_AXIS not in free:
+        return ()
+    return (
+        f"{TOOL_AXIS} is a sixth joint, which turns the tool about an axis of the tool. The five "
+        "joints reach a pose where its angle is 0; other solutions are none of theirs.",
+    )
 
 
 def _squares(sliding: list[str]) -> str:

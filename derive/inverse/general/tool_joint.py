@@ -27,7 +27,7 @@ class WithTool:
     """An arm of five joints with a sixth.
 
     Attributes:
-        constants: The seven placements before, between and behind its joints, as floats.
+        constants: The placements before, between and behind its joints, as floats.
         choice: The orders of the joints in the equations.
     """
 
@@ -36,19 +36,22 @@ class WithTool:
 
 
 def with_tool_joint(
-    constants: Sequence[Array], slides: frozenset[int] = frozenset()
+    constants: Sequence[Array],
+    slides: frozenset[int] = frozenset(),
+    given: tuple[int, ...] = (),
 ) -> WithTool | None:
     """The arm of six joints that is solved best, or None where none is.
 
     Args:
-        constants: The six placements before, between and behind the five joints, as floats.
+        constants: The placements before, between and behind the joints, as floats.
         slides: Indices of the joints that slide.
+        given: Indices of the given joints, so that five are left.
     """
     found = []
     for direction, point in AXES:
         axis = _placement(np.array(direction), length(constants) * np.array(point))
         arm = (*constants[:-1], constants[-1] @ axis, np.linalg.inv(axis))
-        choice = choice_at(arm, slides=slides, apart=APART)
+        choice = choice_at(arm, given, slides, APART)
         if choice is None:
             continue
         # All solutions of a pose share the angle of the sixth joint: no root tells them apart.

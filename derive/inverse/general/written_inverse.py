@@ -12,8 +12,8 @@ from .line_quantities import Array
 from .raghavan_roth import JOINTS
 from .split_choice import MOST_JOINTS, Choice, length, slides_of
 
-FIVE, SIX, MORE = "general_tool", "general", "general_given"
-"""The solvers of five joints, of six, and of more of which six are solved for."""
+FIVE, SIX = "general_tool", "general"
+"""The solvers of arms of which five joints are solved for, and six."""
 SLOTS = 16
 SOLVED_TURN, GIVEN_TURN, GIVEN_SLIDE, SOLVED_SLIDE = 0, 1, 2, 3
 """The kinds of joints in the tables of the C."""
@@ -35,7 +35,7 @@ def inverse(robot: Robot, choice: Choice, constants: Sequence[Array]) -> Written
     Args:
         robot: The description.
         choice: The orders of the joints in the equations.
-        constants: The placements of its joints, of five joints with that which turns the tool.
+        constants: The placements of its joints, with the joint that turns the tool behind five.
     """
     n, given = len(robot.coordinates), choice.given
     unit = common_unit(joint.unit for joint in robot.coordinates)
@@ -59,7 +59,7 @@ def inverse(robot: Robot, choice: Choice, constants: Sequence[Array]) -> Written
         "fk(q[k]) = T wherever residual[k] is rounding",
         (pose_argument(robot), *_given(robot, given)),
         outputs,
-        {JOINTS - 1: FIVE, JOINTS: SIX}.get(n, MORE),
+        SIX if n - len(given) == JOINTS else FIVE,
         tables(robot, choice, constants),
         CALLS,
         SLOTS,
@@ -79,7 +79,7 @@ def tables(robot: Robot, choice: Choice, constants: Sequence[Array]) -> tuple[Ta
     placed = tuple(_row(E) for E in constants)
     unused = MOST_JOINTS + 1 - len(placed)
     directions = tuple(float(joint.direction) for joint in robot.moving)
-    # The joint that turns the tool of five counts about its z axis.
+    # The joint that turns the tool counts about its z axis.
     directions += (1.0,) * (len(placed) - 1 - len(directions))
     return (
         len(robot.moving),

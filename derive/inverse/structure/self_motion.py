@@ -25,15 +25,26 @@ def self_motion(lines: Lines, given: Sequence[int] = ()) -> str:
     """
     left = lines.at_generic(given)
     motions = [_null_space(J) for J in rank.jacobians(left)]
-    if not len(left.axes) or min(map(len, motions)) == 0:
+    joints = _moving(motions)
+    if not len(joints):
         return ""
-    moving = np.max([np.abs(motion).max(0) for motion in motions], axis=0) > JACOBIAN_RANK
-    joints = np.flatnonzero(moving)
     names = [left.axes[k].name for k in joints]
     sign = _constant_sign(motions, joints)
     if sign:
         return f"the tool depends on {names[0]} {'+' if sign < 0 else '-'} {names[1]} alone"
     return f"{listed(names)} can move while the tool stands still"
+
+
+def joints_of_self_motion(lines: Lines) -> tuple[int, ...]:
+    """Return the joints that can move in every configuration while the tool stands still."""
+    return tuple(_moving([_null_space(J) for J in rank.jacobians(lines)]).tolist())
+
+
+def _moving(motions: Sequence[NDArray[np.float64]]) -> NDArray[np.intp]:
+    """The joints that move in the null spaces (k, n) of random configurations."""
+    if min(map(len, motions)) == 0:
+        return np.array([], dtype=np.intp)
+    return np.flatnonzero(np.max([np.abs(m).max(0) for m in motions], axis=0) > JACOBIAN_RANK)
 
 
 def _null_space(J: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -44,6 +44,8 @@ def test_fixed_joints_become_function_inputs():
     (ik,) = panda.written
     assert [a.name for a in ik.inputs] == ["T", "q2"]
     assert ik.role.given == (1,)
+    (ik,) = derived("ur5e", "elbow").written
+    assert (ik.solver, ik.role.given) == ("general_tool", (2,))
     text = str(explain(load(ROBOTS / "photo_robot.toml"), give=("theta2", "r4")))
     assert "Structure: spherical wrist, for given theta2 and r4." in text
 
@@ -60,7 +62,7 @@ def test_fixed_joints_become_function_inputs():
             "3 joints must be given; .* theta2, l_HI, l_MN; ",
         ),
         ("board_installer", ("waist",), "loops couple the joints of its main chain; ik_numeric"),
-        ("ur5e", ("elbow",), "can be given: wrist_3; ik_numeric with lock finds one solution"),
+        ("ur5e", ("elbow", "wrist_1"), "can be given: elbow, wrist_2; .* wrist_3; ik_numeric with"),
     ],
     ids=["panda", "scara", "iiwa14", "well_manipulator", "board_installer", "ur5e"],
 )

@@ -199,7 +199,10 @@ def general_arm(last):
 
 
 def test_arm_singular_everywhere_names_joints_of_self_motion():
-    text = "singular in every configuration: the tool depends on joint5 + joint6 alone"
+    text = (
+        "singular in every configuration: the tool depends on joint5 + joint6 alone; ik takes the "
+        "value of joint6"
+    )
     collinear, regular = general_arm(last=0), general_arm(last=0.1)
     for shown in (str(explain(collinear)), explain(collinear).line):
         assert text in shown

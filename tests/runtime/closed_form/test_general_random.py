@@ -19,6 +19,12 @@ ARMS = {
 """The campaign `general` draws arms with six and more joints."""
 CHAIN = "R/R/R/R/R"
 """Five skew axes."""
+COLLINEAR = {
+    "wrist": [(0.3, 0.1, 70), (0.1, 0.4, 20), (0.1, 0.3, -80), (0.2, 0.1, 60), (0.1, 0, 0)],
+    "base": [(0.3, 0, 0), (0.1, 0.4, 90), (0.1, 0.3, 0), (0.2, 0.1, 90), (0.1, 0, -90)],
+}
+"""DH rows (d, a, alpha) of arms with two axes on one line: joints 5 and 6, and joints 1 and 2."""
+LAST = (0.1, 0.1, 30)
 
 
 @pytest.fixture(scope="module", params=ARMS)
@@ -133,3 +139,25 @@ def test_arm_with_last_prismatic_joint_solves_right_angles(tmp_path):
     q = q[np.linalg.svd(J, compute_uv=False)[:, -1] > 1e-3]
     assert len(q) > 240
     assert Judged(robot, arm).lost(q)[1:] == (0, 0, 0)
+
+
+@pytest.mark.parametrize(("name", "pair"), [("wrist", (4, 5)), ("base", (0, 1))])
+def test_collinear_axes_have_all_solutions_at_any_value_of_one_joint(tmp_path, name, pair):
+    rows = "".join(
+        f"[[joints]]\nd = {d}\na = {a}\nalpha = {alpha}\n"
+        for d, a, alpha in [*COLLINEAR[name], LAST]
+    )
+    head = 'name = "arm"\nconvention = "dh"\nunits = { length = "m", angle = "deg" }\n'
+    arm = compiled(loads(head + rows, "arm.toml"), tmp_path / "arm", DERIVED, ["c"])
+    rng, (first, second) = np.random.default_rng(6), pair
+    q = np.concatenate([rng.uniform(-3, 3, (100, 6)), rng.integers(0, 4, (100, 6)) * np.pi / 2])
+    value = rng.uniform(-3, 3, len(q))
+    solutions = arm.ik(arm.fk(q), value)
+    assert (solutions.q[..., second] == value[:, None]).all()
+    # The tool depends on the sum of both angles.
+    q[:, first] += q[:, second] - value
+    q[:, second] = value
+    far = np.abs((solutions.q - q[:, None] + np.pi) % (2 * np.pi) - np.pi).max(axis=-1)
+    assert (solutions.valid & (far < 1e-6)).any(axis=1).all()
+    error = np.abs(arm.fk(solutions.q) - arm.fk(q)[:, None]).max(axis=(-1, -2))
+    assert error[solutions.valid].max() < 2e-9

@@ -1,5 +1,6 @@
-/* Inverse kinematics of an arm of five joints of any geometry, solved as one of six whose last
- * joint turns the tool and stays at 0; part of chasles, the same for every such robot.
+/* Inverse kinematics of an arm of any geometry, of which five joints are solved for as six whose
+ * last turns the tool and stays at 0, and all others given; part of chasles, the same for every
+ * such robot.
  */
 #ifndef CHASLES_GENERAL_TOOL_H
 #define CHASLES_GENERAL_TOOL_H
@@ -12,13 +13,26 @@
 
 typedef chasles_general_arm chasles_general_tool_arm;
 
+/* The pose of five joints, and their columns of the Jacobian. */
+static void chasles_general_tool_forward(const chasles_general_six *six, const double *q, double *T,
+                                         double *J)
+{
+    double all[CHASLES_MOST_JOINTS], whole[6 * CHASLES_MOST_JOINTS];
+    chasles_general_all_joints(six, q, 1.0, all);
+    six->arm->pose_jacobian(all, T, whole);
+    for (int i = 0; i < 6; i++) {
+        for (int k = 0; k < 5; k++)
+            J[5 * i + k] = whole[six->arm->joints * i + six->own[k]];
+    }
+}
+
 /* A step of Levenberg and Marquardt of the five joints, from what J leaves of a pose. */
-static void chasles_general_tool_step(const chasles_general_arm *arm, const double *J,
-                                      const double *e, double damping, double *step)
+static void chasles_general_tool_step(double length, const double *J, const double *e,
+                                      double damping, double *step)
 {
     double a[6][7] = {{0.0}}, found[6] = {0.0}, trace = 0.0;
     for (int m = 0; m < 6; m++) {
-        const double weight = m < 3 ? 1.0 / (arm->length * arm->length) : 1.0;
+        const double weight = m < 3 ? 1.0 / (length * length) : 1.0;
         for (int i = 0; i < 5; i++) {
             for (int k = 0; k < 5; k++)
                 a[i][k] += weight * J[5 * m + i] * J[5 * m + k];
@@ -35,18 +49,17 @@ static void chasles_general_tool_step(const chasles_general_arm *arm, const doub
 }
 
 /* Leads five joints that nearly reach a pose onto it; returns what is left (metre or radian). */
-static double chasles_general_tool_polish(const chasles_general_arm *arm, const double *T,
+static double chasles_general_tool_polish(const chasles_general_six *six, const double *T,
                                           double *q)
 {
     double at[16], J[30], e[6], step[5], next[5];
-    arm->pose_jacobian(q, at, J);
+    chasles_general_tool_forward(six, q, at, J);
     double left = chasles_general_error(T, at, e);
     for (int k = 0; k < CHASLES_TOOL_STEPS && left < CHASLES_NEAR && left > CHASLES_CLOSED; k++) {
-        chasles_general_tool_step(arm, J, e, CHASLES_DAMPING_NEAR, step);
+        chasles_general_tool_step(six->arm->length, J, e, CHASLES_DAMPING_NEAR, step);
         for (int i = 0; i < 5; i++)
-            next[i] = chasles_general_slides(arm, i) ? q[i] + step[i]
-                                                     : chasles_circle_wrapped(q[i] + step[i]);
-        arm->pose_jacobian(next, at, J);
+            next[i] = chasles_general_wrapped(six, i, q[i] + step[i]);
+        chasles_general_tool_forward(six, next, at, J);
         const double then = chasles_general_error(T, at, e);
         if (!(then < left))
             break;
@@ -57,19 +70,19 @@ static double chasles_general_tool_polish(const chasles_general_arm *arm, const 
 }
 
 /* Damped steps of five joints that are far from a pose, until they nearly reach it. */
-static void chasles_general_tool_descend(const chasles_general_arm *arm, const double *T, double *q)
+static void chasles_general_tool_descend(const chasles_general_six *six, const double *T, double *q)
 {
     double at[16], J[30], e[6], step[5], next[5], next_J[30], next_e[6], damping = 1e-3;
-    arm->pose_jacobian(q, at, J);
+    chasles_general_tool_forward(six, q, at, J);
     double left = chasles_general_error(T, at, e);
-    double cost = chasles_general_cost(e, arm->length);
+    double cost = chasles_general_cost(e, six->arm->length);
     for (int k = 0; k < CHASLES_TOOL_FAR_STEPS && left > CHASLES_NEAR; k++) {
-        chasles_general_tool_step(arm, J, e, damping, step);
+        chasles_general_tool_step(six->arm->length, J, e, damping, step);
         for (int i = 0; i < 5; i++)
             next[i] = q[i] + step[i];
-        arm->pose_jacobian(next, at, next_J);
+        chasles_general_tool_forward(six, next, at, next_J);
         const double then = chasles_general_error(T, at, next_e);
-        const double next_cost = chasles_general_cost(next_e, arm->length);
+        const double next_cost = chasles_general_cost(next_e, six->arm->length);
         const int is_better = next_cost < cost;
         damping *= is_better ? 0.1 : 10.0;
         if (!(damping < CHASLES_DAMPING_MOST))
@@ -86,16 +99,15 @@ static void chasles_general_tool_descend(const chasles_general_arm *arm, const d
 /* Starts without a pattern, multiples of square roots, led towards a pose. Where a slide moves
  * along the plane of other joints, solutions are infinitely many, and the determinant has roots
  * beside them alone. */
-static void chasles_general_tool_restart(const chasles_general_arm *arm, const double *T, double *q)
+static void chasles_general_tool_restart(const chasles_general_six *six, const double *T, double *q)
 {
     static const double roots[5] = {1.41421356, 1.73205081, 2.23606798, 2.64575131, 3.31662479};
     for (int k = 0; k < CHASLES_SLOTS; k++) {
         for (int i = 0; i < 5; i++) {
             const double angle = chasles_circle_wrapped(CHASLES_TURN * k * roots[i]);
-            q[5 * k + i] =
-                chasles_general_slides(arm, i) ? angle / CHASLES_TURN * arm->length : angle;
+            q[5 * k + i] = six->slides[i] ? angle / CHASLES_TURN * six->arm->length : angle;
         }
-        chasles_general_tool_descend(arm, T, q + 5 * k);
+        chasles_general_tool_descend(six, T, q + 5 * k);
     }
 }
 
@@ -110,12 +122,12 @@ static int chasles_general_tool_is_solved(const double *left)
 }
 
 /* Whether two configurations of five joints are one. */
-static int chasles_general_tool_is_same(const chasles_general_arm *arm, const double *a,
+static int chasles_general_tool_is_same(const chasles_general_six *six, const double *a,
                                         const double *b)
 {
     for (int i = 0; i < 5; i++) {
-        const double apart = chasles_general_slides(arm, i) ? (a[i] - b[i]) / arm->length
-                                                            : chasles_circle_wrapped(a[i] - b[i]);
+        const double apart =
+            six->slides[i] ? (a[i] - b[i]) / six->arm->length : chasles_circle_wrapped(a[i] - b[i]);
         if (!(fabs(apart) < CHASLES_SAME))
             return 0;
     }
@@ -123,17 +135,17 @@ static int chasles_general_tool_is_same(const chasles_general_arm *arm, const do
 }
 
 /* Replaces answers of which none is a solution by what restarts reach, if this is one. */
-static void chasles_general_tool_search(const chasles_general_arm *arm, const double *T,
+static void chasles_general_tool_search(const chasles_general_six *six, const double *T,
                                         double *all, double *left, double *margins)
 {
     double q[5 * CHASLES_SLOTS];
     int slot = 0;
-    chasles_general_tool_restart(arm, T, q);
+    chasles_general_tool_restart(six, T, q);
     for (int k = 0; k < CHASLES_SLOTS; k++) {
-        const double found = chasles_general_tool_polish(arm, T, q + 5 * k);
+        const double found = chasles_general_tool_polish(six, T, q + 5 * k);
         int is_known = 0;
         for (int m = 0; m < slot; m++)
-            is_known = is_known || chasles_general_tool_is_same(arm, q + 5 * k, all + 5 * m);
+            is_known = is_known || chasles_general_tool_is_same(six, q + 5 * k, all + 5 * m);
         if (is_known || !(found <= CHASLES_SOLVED))
             continue;
         memcpy(all + 5 * slot, q + 5 * k, 5 * sizeof *q);
@@ -142,24 +154,35 @@ static void chasles_general_tool_search(const chasles_general_arm *arm, const do
     }
 }
 
-/* Every solution of a pose in sixteen slots, solutions first. */
-static void chasles_general_tool_ik(const chasles_general_tool_arm *arm, const double *T, double *q,
-                                    double *residual, double *margin)
+/* Every solution of a pose at values of the given joints (rad or m; NULL where none is given), in
+ * sixteen slots, solutions first. */
+static void chasles_general_tool_ik(const chasles_general_tool_arm *arm, const double *T,
+                                    const double *value, double *q, double *residual,
+                                    double *margin)
 {
+    const int n = arm->joints;
     double all[5 * CHASLES_SLOTS], left[CHASLES_SLOTS], margins[CHASLES_SLOTS];
-    chasles_general_slots(arm, NULL, T, all, left, margins);
-    for (int k = 0; k < CHASLES_SLOTS; k++)
-        left[k] = chasles_general_tool_polish(arm, T, all + 5 * k);
-    int slot = 0, slides = 0;
-    for (int i = 0; i < 5; i++)
-        slides = slides || chasles_general_slides(arm, i);
-    if (slides && isfinite(left[0]) && !chasles_general_tool_is_solved(left))
-        chasles_general_tool_search(arm, T, all, left, margins);
+    chasles_general_six six;
+    chasles_general_slots(arm, value, T, q, left, margins);
+    if (!isfinite(left[0])) {
+        memcpy(residual, left, sizeof left);
+        memcpy(margin, margins, sizeof margins);
+        return;
+    }
+    chasles_general_set(arm, value, &six);
+    for (int k = 0; k < CHASLES_SLOTS; k++) {
+        for (int i = 0; i < 5; i++)
+            all[5 * k + i] = q[n * k + six.own[i]];
+        left[k] = chasles_general_tool_polish(&six, T, all + 5 * k);
+    }
+    if (six.has_slides && !chasles_general_tool_is_solved(left))
+        chasles_general_tool_search(&six, T, all, left, margins);
+    int slot = 0;
     for (int others = 0; others < 2; others++) {
         for (int k = 0; k < CHASLES_SLOTS; k++) {
             if ((left[k] <= CHASLES_SOLVED) == others)
                 continue;
-            memcpy(q + 5 * slot, all + 5 * k, 5 * sizeof *q);
+            chasles_general_all_joints(&six, all + 5 * k, 1.0, q + n * slot);
             residual[slot] = left[k];
             margin[slot] = others ? -left[k] : margins[k];
             slot++;
