@@ -194,7 +194,11 @@ def missed_by(classification: Classification) -> str:
 def singular(inverses: Inverses) -> str:
     """What an arm with a self-motion in every configuration has, in words."""
     given = listed(inverses.given)
-    rest = f"ik takes the value of {given}" if given else "ik returns some of infinitely many solutions"
+    rest = (
+        f"ik takes the value of {given}"
+        if given
+        else "ik returns some of infinitely many solutions"
+    )
     return f"singular in every configuration: {inverses.self_motion}; {rest}"
 
 
