@@ -374,14 +374,14 @@ class NearestMethods:
             return lambda q, seeds: -moves.distance(q, seeds)
         if redundancy == "manipulability":
             return lambda q, _: np.asarray(self.manipulability(q).measure)
-        middle = (moves.lower + moves.upper) / 2
-        half = (moves.upper - moves.lower) / 2
-        bounded = np.isfinite(half) & (half > 0)
+        bounded = np.isfinite(moves.lower) & np.isfinite(moves.upper) & (moves.lower < moves.upper)
         if not bounded.any():
             raise InputValueError(
                 f'{self.name}.ik_nearest: redundancy="limits" needs limits on both sides of a joint'
             )
-        return lambda q, _: 1 - (np.abs(q - middle)[..., bounded] / half[bounded]).max(-1)
+        lower, upper = moves.lower[bounded], moves.upper[bounded]
+        middle, half = (lower + upper) / 2, (upper - lower) / 2
+        return lambda q, _: 1 - (np.abs(q[..., bounded] - middle) / half).max(-1)
 
 
 def nearest_function(robot: Any, pickled: tuple[Any, ...]) -> Nearest | None:

@@ -1,7 +1,9 @@
 """The best values of redundancy parameters over the self-motion of a redundant robot.
 
-Samples cover the range of the parameters, the values at the seed among them. Around the best
-samples the grid is refined until its spacing is below a tolerance.
+Samples cover the range of the parameters, the values at the seed among them. From the best samples
+random steps are taken, which become half as long where none of them gains, until they are below a
+tolerance: the best value is often at a limit of a joint, along which steps in fixed directions
+stop.
 """
 
 from __future__ import annotations
@@ -19,13 +21,13 @@ FloatArray = NDArray[np.float64]
 Objective = Callable[[FloatArray, FloatArray], FloatArray]
 """From coordinates (N, n) and seeds (N, n) to values (N,), of which the largest is sought."""
 
-_SAMPLES = {1: 64, 2: 20, 3: 10}
+_SAMPLES = {1: 64, 2: 20, 3: 12}
 """Samples along each of so many parameters; few along more of them."""
 _FEW = 4
-_STARTS = 4
+_STARTS = 8
 """Best samples around which the grid is refined."""
-_FINER = 4
-"""Factor between the spacings of successive grids."""
+_DIRECTIONS = 5
+"""Random steps from a sample, to the power of the number of parameters."""
 _MAX_ROWS = 100_000
 """Rows that are solved at once."""
 
@@ -89,21 +91,21 @@ class _Search:
         order = np.argsort(-found, axis=1, kind="stable")[:, :_STARTS]
         centers = np.take_along_axis(values, order[..., None], 1)
         best = np.take_along_axis(found, order, 1)
-        step = (high - low) / per_axis
-        offsets = np.array(list(itertools.product((-1, -0.5, 0, 0.5, 1), repeat=len(free))))
+        step = np.repeat(((high - low) / per_axis)[:, None], centers.shape[1], 1)
+        rng = np.random.default_rng(0)
         while (step > SELF_MOTION_STEP).any():
-            near = centers[:, :, None] + offsets * step[:, None, None]
+            offsets = rng.uniform(-1, 1, (_DIRECTIONS ** len(free), len(free)))
+            near = centers[:, :, None] + offsets * step[:, :, None]
             near = np.clip(near, low[:, None, None], high[:, None, None])
-            near[:, :, len(offsets) // 2] = centers
             size = near.shape[1] * near.shape[2]
             found = self._values(held, free, near.reshape(len(near), size, -1))
             found = found.reshape(near.shape[:3])
             chosen = found.argmax(-1)
-            is_better = np.take_along_axis(found, chosen[..., None], -1)[..., 0] > best
+            is_better = found.max(-1) > best
             moved = np.take_along_axis(near, chosen[..., None, None], 2)[:, :, 0]
             centers = np.where(is_better[..., None], moved, centers)
             best = np.where(is_better, found.max(-1), best)
-            step = step / (_FINER / 2)
+            step = np.where(is_better[..., None], step, step / 2)
         top = best.argmax(-1)
         return np.take_along_axis(centers, top[:, None, None], 1)[:, 0]
 
@@ -138,7 +140,7 @@ class _Search:
         m = values.shape[1]
         target, seeds = np.repeat(self.target, m, 0), np.repeat(self.seeds, m, 0)
         at = {name: np.repeat(value, m) for name, value in held.items()}
-        at |= {name: values[..., k].reshape(-1) for k, name in enumerate(free)}
+        at |= {name: values[..., k].flatten() for k, name in enumerate(free)}
         chosen = self.make(seeds, at, free=True)
         q, _, _, slot = chosen.solve(target, seeds)
         found = np.full(len(q), -np.inf)

@@ -286,6 +286,38 @@ def test_surplus_freedom_reaches_the_best_value_of_a_dense_scan(panda):
         assert objective(found.q) >= objective(q).max() - 1e-6
 
 
+def test_two_surplus_freedoms_reach_the_best_value_of_a_dense_scan():
+    photo, rng = chasles.load("photo_robot"), np.random.default_rng(5)
+    q = rng.uniform(-1, 1, photo.n)
+    T, seed = photo.fk(q), q + rng.uniform(-0.1, 0.1, photo.n)
+    values = np.stack(np.meshgrid(*(seed[k] + np.linspace(-1, 1, 51) for k in (0, 3))), -1)
+    fixed = {"q1": values[..., 0], "q4": values[..., 1]}
+    scan = photo.ik_nearest(np.broadcast_to(T, (51, 51, 4, 4)), seed, fixed=fixed)
+    assert scan.valid.sum() > 1000
+    objectives = {
+        "nearest": lambda q: -np.abs(q - seed).max(-1),
+        "manipulability": lambda q: photo.manipulability(q).measure,
+    }
+    for name, objective in objectives.items():
+        found = photo.ik_nearest(T, seed, redundancy=name)
+        assert np.abs(photo.fk(found.q) - T).max() < CLOSURE
+        assert objective(found.q) >= objective(scan.q[scan.valid]).max() - 1e-6
+
+
+def test_three_surplus_freedoms_stay_within_limits_and_near_the_seed():
+    well, rng = chasles.load("well_manipulator"), np.random.default_rng(6)
+    q = np.array(well.reference.q)
+    seed = np.clip(q * rng.uniform(0.98, 1.02, well.n), well.lower, well.upper)
+    T = well.fk(q)
+    for name in ("nearest", "limits", "manipulability"):
+        found = well.ik_nearest(T, seed, redundancy=name)
+        assert found.valid
+        assert well.is_within_limits(found.q)
+        assert np.abs(well.fk(found.q) - T).max() < CLOSURE
+        if name == "nearest":
+            assert np.abs(found.q - seed).max() <= np.abs(q - seed).max() + 1e-9
+
+
 def test_loops_close_on_the_reference_branch():
     excavator = chasles.load("excavator")
     q = np.array(excavator.reference.q)

@@ -100,6 +100,8 @@ def test_fixed_cylinder_equals_fixed_joint_that_it_drives(well):
     by_cylinder = well.ik(well.fk(q), given={"cylinder_1": q[1], **others})
     np.testing.assert_allclose(by_cylinder.q, by_joint.q, atol=1e-14)
     np.testing.assert_allclose(by_joint.nearest(q), q, atol=1e-12)
+    nearest = well.ik_nearest(well.fk(q), q, fixed={"theta2": theta[1], **others})
+    np.testing.assert_allclose(nearest.q, q, atol=1e-12)
     # A length at which the loop does not close: NaN in a batch, an error by itself.
     assert not well.ik(well.fk(q), given={"cylinder_1": [9.0], **others}).valid.any()
     with pytest.raises(chasles.OutOfReachError, match="cylinder_1 does not close"):
@@ -146,6 +148,11 @@ def test_seven_joint_ik_with_fixed_elbow_recovers_configuration(panda):
     again = panda.ik(T[0], given={"joint4": q[0, 3]})
     np.testing.assert_array_equal(out[0], again.q)
     np.testing.assert_allclose(out[0], one.q[0], atol=1e-12)
+    # The nearest of them keeps the value to the last bit.
+    nearest = panda.ik_nearest(T, q + 1e-3, fixed={"joint4": q[:, 3]}, limits=None)
+    assert nearest.valid.all()
+    assert (nearest.q[:, 3] == q[:, 3]).all()
+    np.testing.assert_allclose(panda.fk(nearest.q), T, atol=1e-8)
 
 
 def test_fixed_joint_ik_contains_all_scipy_solutions(panda):
