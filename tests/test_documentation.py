@@ -57,14 +57,23 @@ def test_every_page_with_examples_has_a_test():
             assert f'"{page.name}"' in here.partition("BLOCK =")[2], page.name
 
 
-def test_readme_examples_run(tmp_path):
+def test_readme_examples_run_one_by_one(tmp_path, capsys):
     page = ROOT / "README.md"
     (description,) = examples(page, "toml")
     (tmp_path / "planar_arm.toml").write_text(description)
-    chasles.derive.write(chasles.derive.load("planar_arm.toml"), "robots/planar_arm")
-    names = run(page, {})
-    assert names["arm"].n == 3
-    assert names["x"].shape == (6, 3)
+    first, boom, own = [block_names(page, block) for block in examples(page)]
+    printed = capsys.readouterr().out
+    assert f"```\n{printed}```" in page.read_text(encoding="utf-8")
+    assert first["T"].shape == (4, 4)
+    np.testing.assert_allclose(boom["lengths"], boom["q"], atol=1e-12)
+    assert own["arm"].n == 3
+
+
+def block_names(page, block):
+    """The names that a block defines on its own."""
+    names = {}
+    exec(compile(block, str(page), "exec"), names)
+    return names
 
 
 def test_python_page_examples_run(tmp_path):
