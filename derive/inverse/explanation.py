@@ -193,12 +193,9 @@ def missed_by(classification: Classification) -> str:
 
 def singular(inverses: Inverses) -> str:
     """What an arm with a self-motion in every configuration has, in words."""
-    given = listed(inverses.given)
-    rest = (
-        f"ik takes the value of {given}"
-        if given
-        else "ik returns some of infinitely many solutions"
-    )
+    rest = "ik returns some of infinitely many solutions"
+    if inverses.given:
+        rest = f"ik takes the value of {listed(inverses.given)}"
     return f"singular in every configuration: {inverses.self_motion}; {rest}"
 
 

@@ -76,10 +76,12 @@ class Inverses:
     def self_motion(self) -> str:
         """The joints that move while the tool stands still, in every configuration, in words.
 
-        Empty for other arms, and for arms of more joints than a pose determines.
+        Empty for other arms, for arms of more joints than a pose determines, and for chains whose
+        surplus joints loops couple.
         """
         lines = self.classification.lines
-        return self_motion(lines) if len(lines.axes) <= MOST_FREE else ""
+        is_whole = self.general is not None or bool(self.given)
+        return self_motion(lines) if is_whole and len(lines.axes) <= MOST_FREE else ""
 
     @property
     def given(self) -> tuple[str, ...]:
