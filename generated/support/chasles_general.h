@@ -4,12 +4,450 @@
 #ifndef CHASLES_GENERAL_H
 #define CHASLES_GENERAL_H
 
-#include "chasles_general_solutions.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "chasles_general_back.h"
+
+#define CHASLES_SLOTS 16
+/* Poses nearby whose solutions are surely all known, that are enough for those of a pose. */
+#define CHASLES_AGREED 4
+
+/* Solutions found so far, none twice. */
+typedef struct {
+    int count;
+    int open; /* how often steps ended short of what may be a solution */
+    double q[CHASLES_SLOTS][6], residual[CHASLES_SLOTS], J[CHASLES_SLOTS][36];
+} chasles_general_found;
+
+/* The place of a solution that makes room for one that stands alone: one of infinitely many. Or -1
+ * where the new one does not. */
+static int chasles_general_room(const chasles_general_six *six, const chasles_general_found *found,
+                                const double *J)
+{
+    double margin[CHASLES_SLOTS + 1], all[CHASLES_SLOTS + 1][36];
+    memcpy(all, found->J, sizeof found->J);
+    memcpy(all[CHASLES_SLOTS], J, sizeof *all);
+    chasles_general_margins((const double(*)[36])all, CHASLES_SLOTS + 1, six->arm->length, margin);
+    int own = 0;
+    for (int k = 1; k < CHASLES_SLOTS; k++)
+        own = margin[k] < margin[own] ? k : own;
+    return margin[own] >= margin[CHASLES_SLOTS] ? -1 : own;
+}
+
+/* The first place, from a place on, whose solution is the same as a configuration; their number
+ * where there is none. */
+static int chasles_general_same(const chasles_general_six *six, const chasles_general_found *found,
+                                const double *q, int from)
+{
+    for (int own = from; own < found->count; own++) {
+        double most = 0.0;
+        for (int k = 0; k < 6; k++) {
+            const double apart = fabs(chasles_general_wrapped(six, k, q[k] - found->q[own][k]));
+            most = apart > most ? apart : most;
+        }
+        if (most < CHASLES_SAME)
+            return own;
+    }
+    return found->count;
+}
+
+/* Keeps a solution; returns its place, or -1 where it is none. */
+static int chasles_general_keep(const chasles_general_six *six, chasles_general_found *found,
+                                const chasles_general_way *way)
+{
+    if (!(way->left <= CHASLES_SOLVED))
+        return -1;
+    int own = chasles_general_same(six, found, way->q, 0);
+    /* Among infinitely many solutions a better one may be the same as two of them. */
+    if (own < found->count && (found->residual[own] <= way->left ||
+                               chasles_general_same(six, found, way->q, own + 1) < found->count))
+        return own;
+    if (own == CHASLES_SLOTS)
+        own = chasles_general_room(six, found, way->J);
+    if (own < 0)
+        return -1;
+    found->count += own == found->count;
+    memcpy(found->q[own], way->q, sizeof way->q);
+    memcpy(found->J[own], way->J, sizeof way->J);
+    found->residual[own] = way->left;
+    return own;
+}
+
+/* The direction in which J moves the pose least, by one step of inverse iteration. */
+static void chasles_general_least(const double *J, double length, double *direction)
+{
+    double a[6][7], norm = 0.0;
+    for (int i = 0; i < 6; i++) {
+        for (int k = 0; k < 6; k++) {
+            a[i][k] = i == k ? CHASLES_SHIFT : 0.0;
+            for (int m = 0; m < 6; m++) {
+                a[i][k] += J[6 * m + i] * J[6 * m + k] * (m < 3 ? 1.0 / (length * length) : 1.0);
+            }
+        }
+        a[i][6] = 1.0 + 0.1 * i;
+        direction[i] = 0.0;
+    }
+    chasles_solve_six(a, direction);
+    for (int k = 0; k < 6; k++)
+        norm += direction[k] * direction[k];
+    norm = norm > 0.0 ? sqrt(norm) : 1.0;
+    for (int k = 0; k < 6; k++)
+        direction[k] /= norm;
+}
+
+/* The rest of the steps of a configuration; returns the place of what was found, as a bit. */
+static unsigned chasles_general_finish(const chasles_general_six *six, const double *T,
+                                       chasles_general_way *way, chasles_general_found *found)
+{
+    chasles_general_polish(six, T, CHASLES_STEPS, way);
+    /* Onto a double solution a step goes half of the way: it is to be told from no other. */
+    if (way->left <= CHASLES_SOLVED && !way->is_over)
+        chasles_general_polish(six, T, 2 * CHASLES_STEPS, way);
+    const int own = chasles_general_keep(six, found, way);
+    found->open += way->left > CHASLES_SOLVED && way->left < CHASLES_NEAR;
+    return own < 0 ? 0 : 1u << own;
+}
+
+/* Begins on both sides of a start where two roots meet. */
+static void chasles_general_sides(const chasles_general_six *six, const double *T,
+                                  const chasles_general_start *start, chasles_general_way *ways)
+{
+    double q[6], direction[6];
+    chasles_general_begin(six, T, start->q, ways);
+    chasles_general_least(ways->J, six->arm->length, direction);
+    const double apart = sqrt(ways->left) + start->imaginary;
+    for (int side = 0; side < 2; side++) {
+        for (int k = 0; k < 6; k++)
+            q[k] = start->q[k] + (side ? apart : -apart) * direction[k];
+        chasles_general_begin(six, T, q, ways + side);
+    }
+}
+
+static int chasles_general_bits(unsigned places)
+{
+    int count = 0;
+    for (; places; places &= places - 1)
+        count++;
+    return count;
+}
+
+/* Whether solutions may be missing near a root: they are as many as real roots there, or more by
+ * pairs. */
+static int chasles_general_is_short(const chasles_general_six *six,
+                                    const chasles_general_split *split,
+                                    const chasles_general_start *starts, int count,
+                                    const chasles_general_found *found, int k)
+{
+    const int joint = split->joint[2];
+    const double sign = split->sense * chasles_general_direction(six, joint);
+    int roots = 0, near = 0;
+    for (int i = 0; i < count; i++) {
+        const double apart = chasles_circle_wrapped(starts[i].along - starts[k].along);
+        roots += starts[i].imaginary == 0.0 && fabs(apart) < CHASLES_TWINS;
+    }
+    for (int i = 0; i < found->count; i++) {
+        const double apart = chasles_circle_wrapped(sign * found->q[i][joint] - starts[k].along);
+        near += fabs(apart) < CHASLES_TWINS;
+    }
+    return near < roots || (near - roots) % 2;
+}
+
+/* What is found from both vectors of each start that another one is near; places as bits. */
+static unsigned chasles_general_by_twins(const chasles_general_six *six, const double *T,
+                                         const chasles_general_split *split,
+                                         const chasles_general_system *system,
+                                         const chasles_general_start *starts, int count,
+                                         chasles_general_found *found)
+{
+    chasles_general_start twins[2 * CHASLES_MOST_ROOTS];
+    chasles_general_way ways[2 * CHASLES_MOST_ROOTS];
+    unsigned places = 0;
+    const int all = chasles_general_twins(six, split, system, starts, count, twins);
+    for (int k = 0; k < all; k++)
+        chasles_general_begin(six, T, twins[k].q, ways + k);
+    chasles_general_together(six, T, ways, all);
+    for (int k = 0; k < all; k++)
+        places |= chasles_general_finish(six, T, ways + k, found);
+    return places;
+}
+
+/* What is found from the starts; places as bits. */
+static unsigned chasles_general_by_starts(const chasles_general_six *six, const double *T,
+                                          const chasles_general_start *starts, int count,
+                                          chasles_general_found *found)
+{
+    chasles_general_way ways[2 * CHASLES_MOST_ROOTS];
+    unsigned places = 0;
+    int all = 0;
+    for (int k = 0; k < count; k++) {
+        if (starts[k].imaginary > 0.0) {
+            chasles_general_sides(six, T, starts + k, ways + all);
+            all += 2;
+        } else {
+            chasles_general_begin(six, T, starts[k].q, ways + all);
+            all++;
+        }
+    }
+    chasles_general_together(six, T, ways, all);
+    for (int k = 0; k < all; k++)
+        places |= chasles_general_finish(six, T, ways + k, found);
+    return places;
+}
+
+/* The solutions at the roots of a split; whether they surely are as many as solutions there. */
+static int chasles_general_by_roots(const chasles_general_six *six, const double *T,
+                                    const chasles_general_split *split,
+                                    const chasles_general_system *system,
+                                    const chasles_circle_roots *roots, chasles_general_found *found)
+{
+    chasles_general_start starts[CHASLES_MOST_ROOTS];
+    int meeting = 0, sure;
+    const int count = chasles_general_starts(six, split, system, roots, starts, &sure);
+    for (int k = 0; k < count; k++)
+        meeting += starts[k].imaginary > 0.0;
+    found->open = 0;
+    unsigned places = chasles_general_by_starts(six, T, starts, count, found);
+    if (meeting > 0 || chasles_general_bits(places) < count)
+        places |= chasles_general_by_twins(six, T, split, system, starts, count, found);
+    sure = sure && found->open == 0;
+    for (int k = 0; k < count; k++)
+        sure = sure && !chasles_general_is_short(six, split, starts, count, found, k);
+    /* Solutions come in pairs; a split that misses a solution of another is not to be trusted. */
+    const int own = chasles_general_bits(places);
+    return sure && own == found->count && own % 2 == 0;
+}
+
+/* The solutions that a split gives; whether they surely are all. */
+static int chasles_general_by_split(const chasles_general_six *six, const double *T,
+                                    const chasles_general_split *split,
+                                    chasles_general_found *found)
+{
+    chasles_general_system system;
+    chasles_circle_roots roots;
+    chasles_general_eliminate(six, split, T, &system);
+    const int sure = chasles_general_isolated(&system, &roots);
+    return chasles_general_by_roots(six, T, split, &system, &roots, found) && sure;
+}
+
+/* Sizes of the differences of poses nearby (rad, and parts of the length). */
+#define CHASLES_NUDGES 6
+static const double chasles_general_sizes[CHASLES_NUDGES] = {1e-3, 1e-3, 1e-2, 1e-2, 1e-4, 1e-4};
+
+/* The pose turned and moved a little, each time another way; twice back and forth, for it may be at
+ * the end of the reach. */
+static void chasles_general_nudged(const double *T, double length, double size, int way,
+                                   double *near)
+{
+    static const double ways[][6] = {
+        {0.6, -0.5, 0.4, 0.3, 0.7, -0.6},
+        {-0.3, 0.8, 0.5, -0.7, 0.2, 0.5},
+        {0.7, 0.2, -0.6, 0.5, -0.4, -0.8},
+        {-0.5, -0.6, -0.2, -0.4, 0.6, 0.3},
+    };
+    const double *w = ways[way / 2 % 4];
+    size = way % 2 ? -size : size;
+    const double a = size * w[0], b = size * w[1], c = size * w[2];
+    const double n = 1.0 / (1.0 + a * a + b * b + c * c);
+    /* Cayley's rotation, so that the pose stays one. */
+    const double R[3][3] = {
+        {n * (1.0 + a * a - b * b - c * c), 2.0 * n * (a * b - c), 2.0 * n * (a * c + b)},
+        {2.0 * n * (a * b + c), n * (1.0 - a * a + b * b - c * c), 2.0 * n * (b * c - a)},
+        {2.0 * n * (a * c - b), 2.0 * n * (b * c + a), n * (1.0 - a * a - b * b + c * c)},
+    };
+    memcpy(near, T, 16 * sizeof *T);
+    for (int i = 0; i < 3; i++) {
+        for (int k = 0; k < 3; k++) {
+            near[4 * i + k] = R[i][0] * T[k] + R[i][1] * T[4 + k] + R[i][2] * T[8 + k];
+        }
+        near[4 * i + 3] += size * length * w[3 + i];
+    }
+}
+
+/* The solutions that the splits give, one after the other until one surely gives all; whether it
+ * does. Where two splits find none there is none. */
+static int chasles_general_by_splits(const chasles_general_six *six, const double *T,
+                                     chasles_general_found *found)
+{
+    found->count = 0;
+    for (int k = 0; k < six->arm->splits; k++) {
+        if (chasles_general_by_split(six, T, six->arm->split + k, found) &&
+            (found->count > 0 || k > 0))
+            return 1;
+    }
+    return 0;
+}
+
+/* Adds the solutions of a pose to which the solutions of poses nearby lead; whether enough of these
+ * poses surely have no others. */
+static int chasles_general_by_nearby(const chasles_general_six *six, const double *T,
+                                     chasles_general_found *found)
+{
+    chasles_general_found nearby;
+    chasles_general_way way;
+    double near[16];
+    int sure = 0;
+    for (int k = 0; k < CHASLES_NUDGES && sure < CHASLES_AGREED; k++) {
+        chasles_general_nudged(T, six->arm->length, chasles_general_sizes[k], k, near);
+        sure += chasles_general_by_splits(six, near, &nearby);
+        for (int i = 0; i < nearby.count; i++) {
+            chasles_general_begin(six, T, nearby.q[i], &way);
+            chasles_general_finish(six, T, &way, found);
+        }
+    }
+    return sure >= CHASLES_AGREED;
+}
+
+/* All solutions of a pose. Where roots run together or the equations fail, they are found from
+ * those of poses nearby, all of which are known surely. */
+static void chasles_general_search_all(const chasles_general_six *six, const double *T,
+                                       chasles_general_found *found)
+{
+    if (!chasles_general_by_splits(six, T, found))
+        chasles_general_by_nearby(six, T, found);
+}
+
+/* What is left of the pose by each of a few answers; they are no solutions, or near to none. */
+typedef struct {
+    double q[CHASLES_SLOTS][6], left[CHASLES_SLOTS];
+} chasles_general_rest;
+
+/* Where nothing reaches a pose, or several solutions run together and steps get short: the nearest
+ * answers from many starts. */
+static void chasles_general_nearest(const chasles_general_six *six, const double *T,
+                                    chasles_general_found *found, chasles_general_rest *rest)
+{
+    /* Evenly distributed without a pattern: multiples of square roots. Slides start within pi
+     * lengths of the arm. */
+    static const double roots[6] = {1.41421356, 1.73205081, 2.23606798,
+                                    2.64575131, 3.31662479, 3.60555128};
+    chasles_general_way way;
+    for (int k = 0; k < CHASLES_SLOTS; k++) {
+        double q[6];
+        for (int i = 0; i < 6; i++)
+            q[i] = chasles_circle_wrapped(CHASLES_TURN * k * roots[i]);
+        chasles_general_begin(six, T, q, &way);
+        chasles_general_polish(six, T, 200, &way);
+        if (way.left < CHASLES_NEAR) {
+            chasles_general_begin(six, T, way.q, &way);
+            chasles_general_polish(six, T, 1000, &way);
+        }
+        memcpy(rest->q[k], way.q, sizeof way.q);
+        rest->left[k] = way.left;
+        chasles_general_keep(six, found, &way);
+    }
+}
+
+static double chasles_general_least_left(const chasles_general_rest *rest)
+{
+    double least = rest->left[0];
+    for (int k = 1; k < CHASLES_SLOTS; k++)
+        least = rest->left[k] < least ? rest->left[k] : least;
+    return least;
+}
+
+/* Adds the solutions at which Newton's steps end that start along the curve through a
+ * configuration.
+ */
+static void chasles_general_by_curve(const chasles_general_six *six, const double *T,
+                                     const double *q, chasles_general_found *found)
+{
+    chasles_general_walk_point start;
+    chasles_general_way ways[CHASLES_SLOTS];
+    if (!chasles_general_walk_start(six, T, q, &start))
+        return;
+    for (int side = 0; side < 2; side++) {
+        const double sense = side ? -1.0 : 1.0;
+        const int count = chasles_general_walk(six, T, &start, sense, ways, CHASLES_SLOTS);
+        for (int k = 0; k < count; k++)
+            chasles_general_finish(six, T, ways + k, found);
+    }
+}
+
+/* Adds solutions on curves that solutions of poses nearby are close to, until there are some. */
+static void chasles_general_by_self_motion(const chasles_general_six *six, const double *T,
+                                           chasles_general_found *found)
+{
+    chasles_general_found nearby;
+    double near[16];
+    for (int k = 0; k < CHASLES_NUDGES && found->count == 0; k++) {
+        chasles_general_nudged(T, six->arm->length, chasles_general_sizes[k], k, near);
+        chasles_general_by_splits(six, near, &nearby);
+        for (int i = 0; i < nearby.count && found->count == 0; i++)
+            chasles_general_by_curve(six, T, nearby.q[i], found);
+    }
+}
+
+/* A configuration that is no solution, in all slots: none is there twice. */
+static void chasles_general_none(const chasles_general_six *six, const double *T,
+                                 chasles_general_rest *rest)
+{
+    double q[6] = {0.0};
+    chasles_general_way way;
+    chasles_general_begin(six, T, q, &way);
+    for (int k = 0; k < 6 && way.left <= CHASLES_SOLVED; k++) {
+        q[k] = 1.0;
+        chasles_general_begin(six, T, q, &way);
+    }
+    for (int k = 0; k < CHASLES_SLOTS; k++) {
+        memcpy(rest->q[k], q, sizeof q);
+        rest->left[k] = way.left;
+    }
+}
+
+/* Every solution of a pose in sixteen slots: solutions first, by the suppressed joint of the first
+ * split. The others hold the nearest answers where there is none, else what is no solution. */
+static inline void chasles_general_slots(const chasles_general_arm *arm, const double *value,
+                                         const double *T, double *q, double *residual,
+                                         double *margin)
+{
+    chasles_general_six six;
+    chasles_general_found found;
+    chasles_general_rest rest;
+    double margins[CHASLES_SLOTS];
+    int order[CHASLES_SLOTS], finite = 1;
+    const int n = arm->joints, key = arm->split[0].joint[2];
+    for (int k = 0; k < 16; k++)
+        finite = finite && T[k] - T[k] == 0.0;
+    for (int k = 0; k < chasles_general_given(arm); k++)
+        finite = finite && value[k] - value[k] == 0.0;
+    if (!finite) {
+        for (int k = 0; k < CHASLES_SLOTS; k++) {
+            for (int i = 0; i < n; i++)
+                q[n * k + i] = NAN;
+            residual[k] = margin[k] = NAN;
+        }
+        return;
+    }
+    chasles_general_set(arm, value, &six);
+    chasles_general_search_all(&six, T, &found);
+    if (found.count == 0)
+        chasles_general_nearest(&six, T, &found, &rest);
+    if (found.count == 0 && chasles_general_least_left(&rest) < CHASLES_NEAR)
+        chasles_general_by_self_motion(&six, T, &found);
+    if (found.count > 0)
+        chasles_general_none(&six, T, &rest);
+    chasles_general_margins((const double(*)[36])found.J, found.count, arm->length, margins);
+    for (int i = 0; i < found.count; i++) {
+        int k = i;
+        for (; k > 0 && found.q[order[k - 1]][key] > found.q[i][key]; k--)
+            order[k] = order[k - 1];
+        order[k] = i;
+    }
+    for (int k = 0; k < CHASLES_SLOTS; k++) {
+        const int there = k < found.count;
+        chasles_general_joints(&six, there ? found.q[order[k]] : rest.q[k], q + n * k);
+        residual[k] = there ? found.residual[order[k]] : rest.left[k];
+        margin[k] = there ? margins[order[k]] : -rest.left[k];
+    }
+}
 
 /* Every solution of a pose in sixteen slots, at values of the given joints (rad or m); NULL where
  * none is given. */
-static void chasles_general_ik(const chasles_general_arm *arm, const double *T, const double *value,
-                               double *q, double *residual, double *margin)
+static inline void chasles_general_ik(const chasles_general_arm *arm, const double *T,
+                                      const double *value, double *q, double *residual,
+                                      double *margin)
 {
     chasles_general_slots(arm, value, T, q, residual, margin);
 }

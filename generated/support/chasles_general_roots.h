@@ -1,7 +1,14 @@
-/* The real roots of det M, a trigonometric polynomial of degree 8 in the suppressed angle; part of
- * chasles, the same for every robot of six joints without a structure.
+/* The determinant of M for many suppressed angles at once, one a lane, its real roots, and the
+ * vector that M takes to zero; part of chasles, the same for every robot of six joints without a
+ * structure.
  *
- * It is known from 24 samples; what is left of degrees above 8 tells its errors.
+ * With sine s and cosine c of the half angle, each of the six equations without y is
+ * (A s^2 + B s c + C c^2) x = 0. Times s and times c they are
+ *
+ *     [A B C 0]                                  [A B]         [A B]   orthogonal complements of
+ *     [0 A B C] (s^3 x, s^2 c x, s c^2 x, c^3 x),                      A (above) and of C (below)
+ *
+ * of which reflections of A and of C leave a matrix (6, 6) for (s^2 c x, s c^2 x).
  */
 #ifndef CHASLES_GENERAL_ROOTS_H
 #define CHASLES_GENERAL_ROOTS_H
@@ -10,7 +17,154 @@
 #include <math.h>
 #include <string.h>
 
-#include "chasles_general_determinant.h"
+#include "chasles_general_equations.h"
+#include "chasles_vectors.h"
+
+/* Minimax on |t| <= 1/2, for z = t^2: atan t = t + t z P(z) to 2^-57; highest power first. */
+static const double chasles_general_arctangent[] = {
+    0.010117105953140847, -0.02743532082961043, 0.04186527516045578, -0.051220140523104356,
+    0.05858300759286596,  -0.0666381088370742,  0.07692073937540857, -0.09090896246194469,
+    0.11111110659684081,  -0.14285714276386502, 0.19999999999903106, -0.3333333333333298};
+
+/* The angles of points (x, y): of the nearest axis or diagonal, and from there. */
+CHASLES_INLINE chasles_vector chasles_general_angles(chasles_vector y, chasles_vector x)
+{
+    const double right = 1.57079632679489661923;
+    const chasles_vector zero = {0.0};
+    const chasles_vector width = chasles_vector_sizes(x), height = chasles_vector_sizes(y);
+    const chasles_vector_mask steep = height > width;
+    const chasles_vector large = chasles_vector_chosen(steep, height, width);
+    const chasles_vector small = chasles_vector_chosen(steep, width, height);
+    const chasles_vector_mask diagonal = small > 0.5 * large;
+    const chasles_vector above = chasles_vector_chosen(diagonal, small - large, small);
+    const chasles_vector below = chasles_vector_chosen(diagonal, small + large, large);
+    const chasles_vector t = above / (below + DBL_MIN), z = t * t;
+    chasles_vector series = zero + chasles_general_arctangent[0];
+    CHASLES_UNROLL
+    for (int k = 1; k < 12; k++)
+        series = series * z + chasles_general_arctangent[k];
+    chasles_vector angle = t + t * z * series;
+    angle += chasles_vector_chosen(diagonal, zero + 0.5 * right, zero);
+    angle = chasles_vector_chosen(steep, right - angle, angle);
+    angle = chasles_vector_chosen(x < zero, 2.0 * right - angle, angle);
+    return chasles_vector_signed(angle, y);
+}
+
+/* Reflects column j of a matrix of six rows, and those behind it; multiplies its determinant. */
+CHASLES_INLINE void chasles_general_reflected(chasles_vector (*a)[6], int j, int columns,
+                                              chasles_vector *determinant)
+{
+    chasles_vector square = a[j][5] * a[j][5];
+    CHASLES_UNROLL
+    for (int i = j; i < 5; i++)
+        square += a[j][i] * a[j][i];
+    const chasles_vector norm = chasles_vector_signed(chasles_vector_square_roots(square), a[j][j]);
+    const chasles_vector scale = 1.0 / (norm * (norm + a[j][j]) + DBL_MIN);
+    *determinant *= norm;
+    a[j][j] += norm;
+    CHASLES_UNROLL
+    for (int k = j + 1; k < columns; k++) {
+        chasles_vector dot = a[j][5] * a[k][5];
+        CHASLES_UNROLL
+        for (int i = j; i < 5; i++)
+            dot += a[j][i] * a[k][i];
+        dot *= scale;
+        CHASLES_UNROLL
+        for (int i = j; i < 6; i++)
+            a[k][i] -= dot * a[j][i];
+    }
+    a[j][j] = -norm;
+}
+
+/* Reflects six of the columns of a matrix to a triangle. */
+CHASLES_INLINE void chasles_general_triangle(chasles_vector (*a)[6], int columns,
+                                             chasles_vector *determinant)
+{
+    CHASLES_UNROLL
+    for (int j = 0; j < 6; j++)
+        chasles_general_reflected(a, j, columns, determinant);
+}
+
+/* Solves R x = b in place, or with R transposed. */
+static void chasles_general_upper(chasles_vector (*R)[6], chasles_vector *x)
+{
+    for (int j = 5; j >= 0; j--) {
+        x[j] /= R[j][j];
+        for (int i = 0; i < j; i++)
+            x[i] -= R[j][i] * x[j];
+    }
+}
+
+static void chasles_general_lower(chasles_vector (*R)[6], chasles_vector *x)
+{
+    for (int j = 0; j < 6; j++) {
+        for (int i = 0; i < j; i++)
+            x[j] -= R[j][i] * x[i];
+        x[j] /= R[j][j];
+    }
+}
+
+/* The triangle (6, 6) that is singular where M is, by columns, and the determinant of M. */
+static void chasles_general_factored(const chasles_general_system *system, const chasles_vector *c,
+                                     const chasles_vector *s, chasles_vector (*R)[6],
+                                     chasles_vector *determinant)
+{
+    /* Columns of A, B, C for those of s, then of C, B, A for those of c. */
+    const chasles_vector zero = {0.0};
+    chasles_vector high[9][6], low[9][6];
+    for (int f = 0; f < 3; f++) {
+        for (int k = 0; k < 3; k++) {
+            for (int i = 0; i < 6; i++) {
+                high[3 * f + k][i] = system->form[0][f][i][k] + *c * system->form[1][f][i][k] +
+                                     *s * system->form[2][f][i][k];
+            }
+        }
+    }
+    memcpy(low, high + 6, 3 * sizeof *low);
+    memcpy(low + 3, high + 3, 3 * sizeof *low);
+    memcpy(low + 6, high, 3 * sizeof *low);
+    *determinant = zero + 1.0;
+    /* Side by side, for each waits for its roots and quotients. */
+    CHASLES_UNROLL
+    for (int j = 0; j < 3; j++) {
+        chasles_general_reflected(high, j, 9, determinant);
+        chasles_general_reflected(low, j, 9, determinant);
+    }
+    for (int k = 0; k < 3; k++) {
+        memcpy(R[k], high[3 + k] + 3, 3 * sizeof *R[k]);
+        memcpy(R[3 + k], high[6 + k] + 3, 3 * sizeof *R[k]);
+        memcpy(R[k] + 3, low[6 + k] + 3, 3 * sizeof *R[k]);
+        memcpy(R[3 + k] + 3, low[3 + k] + 3, 3 * sizeof *R[k]);
+    }
+    chasles_general_triangle(R, 6, determinant);
+}
+
+/* The unit vector that a triangle takes nearest to zero, by inverse iteration. */
+static void chasles_general_null(chasles_vector (*R)[6], chasles_vector *x)
+{
+    const chasles_vector zero = {0.0}, one = zero + 1.0;
+    chasles_vector largest = zero, square = zero;
+    for (int j = 0; j < 6; j++) {
+        R[j][j] += chasles_vector_signed(zero + CHASLES_PIVOT_FLOOR, R[j][j]);
+        x[j] = one;
+    }
+    chasles_general_upper(R, x);
+    chasles_general_lower(R, x);
+    chasles_general_upper(R, x);
+    /* Squares of what a nearly singular triangle gives may be too large. */
+    for (int j = 0; j < 6; j++) {
+        const chasles_vector size = chasles_vector_sizes(x[j]);
+        largest = chasles_vector_chosen(size > largest, size, largest);
+    }
+    const chasles_vector part = 1.0 / (largest + DBL_MIN);
+    for (int j = 0; j < 6; j++) {
+        x[j] *= part;
+        square += x[j] * x[j];
+    }
+    const chasles_vector norm = chasles_vector_square_roots(square);
+    for (int j = 0; j < 6; j++)
+        x[j] /= norm;
+}
 
 #define CHASLES_SAMPLES 24
 #define CHASLES_HALF (CHASLES_SAMPLES / 2)

@@ -139,7 +139,7 @@ def _general_lines(derivation: Derivation, function: WrittenFunction) -> list[st
     name = f"{robot.name}_{function.name}_tables"
     return [
         "#ifdef __GNUC__",
-        '#include "chasles_general_solutions.h"\n',
+        '#include "chasles_general.h"\n',
         *table_lines(robot, "chasles_general_arm", name, function.calls[1:], general),
         "#define POLISH_IS_GENERAL 1",
         f"#define POLISH_IS_ASKED {int(bool(function.tables[-2]))}",

@@ -11,15 +11,11 @@ from .header import notice, own_copy, signature, support
 CIRCLE = ("chasles_circle_roots.h", "chasles_circle_tolerances.h", "chasles_vectors.h")
 GENERAL = (
     *CIRCLE,
+    "chasles_general.h",
     "chasles_general_back.h",
-    "chasles_general_determinant.h",
     "chasles_general_equations.h",
     "chasles_general_newton.h",
     "chasles_general_roots.h",
-    "chasles_general_self_motion.h",
-    "chasles_general_solutions.h",
-    "chasles_general_tolerances.h",
-    "chasles_general_vectors.h",
     "chasles_solve_six.h",
 )
 HEXAPOD = (

@@ -211,6 +211,6 @@ def test_batch_equals_single_calls_on_any_thread_count(robot):
 
 
 def test_c_and_runtime_share_solution_tolerance():
-    header = chasles.load("jaco2").manifest.sources()["chasles_general_tolerances.h"]
+    header = chasles.load("jaco2").manifest.sources()["chasles_general_equations.h"]
     (value,) = re.findall(r"#define CHASLES_SOLVED (\S+)", header)
     assert float(value) == SOLVED

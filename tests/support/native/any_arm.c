@@ -1,7 +1,7 @@
 /* The solver of general arms, for an arm that is told by its tables alone. */
 #include <stddef.h>
 
-#include "chasles_general_solutions.h"
+#include "chasles_general.h"
 
 static chasles_general_arm arm;
 

@@ -5,7 +5,7 @@
 #ifndef CHASLES_GENERAL_TOOL_H
 #define CHASLES_GENERAL_TOOL_H
 
-#include "chasles_general_solutions.h"
+#include "chasles_general.h"
 
 #define CHASLES_TOOL_STEPS 8
 /* Damped steps from far away at most. */

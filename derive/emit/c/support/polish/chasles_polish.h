@@ -17,7 +17,7 @@
  *   POLISH_MEETS               whether three neighbouring axes nearly meet in a point
  *
  *   POLISH_IS_GENERAL          whether POLISH_GENERAL is the arm as a general one, whose solver
- *                              (chasles_general_solutions.h) tells what branches are unsure of
+ *                              (chasles_general.h) tells what branches are unsure of
  *   POLISH_IS_ASKED            whether this solver is asked at every pose, since folds may not show
  *                              all solutions
  *   POLISH_IS_SEARCHED         whether to look around where branches are unsure: not in a robot
