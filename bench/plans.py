@@ -9,7 +9,7 @@ from .report import Limit, Plan, Ratio
 
 FULL = Plan(rounds=15, calls=10_000, batch=1_000_000)
 SHORT = Plan(rounds=15, calls=2_000, batch=100_000)
-QUICK = Plan(rounds=2, calls=500, batch=20_000)
+QUICK = Plan(2, calls=500, batch=20_000, robots=("scara", "four_bar"), chains=(4, 8))
 
 SECTIONS: dict[str, tuple[str, Callable[[Plan], list[Ratio | Limit]]]] = {
     "one_call": ("One call from Python", one_call.run),

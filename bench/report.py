@@ -31,12 +31,16 @@ class Plan:
         calls: Calls from Python in one round.
         batch: Poses in a batch and in a loop in C.
         leave_out: Peers that take too long and are left out.
+        robots: Names of the robots that are derived; () for all shipped robots.
+        chains: Numbers of joints of the chains that are derived.
     """
 
     rounds: int
     calls: int
     batch: int
     leave_out: frozenset[str] = frozenset()
+    robots: tuple[str, ...] = ()
+    chains: tuple[int, ...] = (4, 8, 16, 32, 64)
 
 
 @dataclass(frozen=True)

@@ -22,19 +22,18 @@ from ..report import Plan, alternated, seconds, table
 
 ROUNDS = 3
 LIMITS = {"ur5e": 3.0, "panda": 5.0, "all robots": 40.0, "nothing to do": 1.0, "64 joints": 8.0}
-CHAINS = (4, 8, 16, 32, 64)
 
 
 def run(plan: Plan) -> dict[str, object]:
     """Prints all measurements, and returns them for a result file."""
     rounds = min(plan.rounds, ROUNDS)
-    times = {**whole_robots(rounds), **all_robots()}
-    growth = {kind: [chain(kind, joints) for joints in CHAINS] for kind in ("planar", "spatial")}
-    times["64 joints"] = max(rows[-1]["seconds"] for rows in growth.values())
+    times = {**whole_robots(rounds), **together(plan.robots)}
+    growth = {k: [chain(k, joints) for joints in plan.chains] for k in ("planar", "spatial")}
+    times[f"{plan.chains[-1]} joints"] = max(rows[-1]["seconds"] for rows in growth.values())
     table(
         "From description to C and LaTeX, two cores",
         ("what", "seconds", "bar"),
-        [(name, value, LIMITS[name]) for name, value in times.items()],
+        [(name, value, LIMITS.get(name, "")) for name, value in times.items()],
     )
     table(
         "Chains of revolute joints: fk and jacobian_mixed",
@@ -76,17 +75,18 @@ def whole_robots(rounds: int) -> dict[str, float]:
     return found
 
 
-def all_robots() -> dict[str, float]:
-    """All shipped robots, first from nothing, then all up to date, as ``make derive`` does it."""
+def together(robots: tuple[str, ...]) -> dict[str, float]:
+    """Derive robots, all of them by default, from nothing and up to date, as ``make derive``."""
     with tempfile.TemporaryDirectory() as folder:
         environment = {"CHASLES_CACHE": f"{folder}/cache"}
-        first = seconds(lambda: _make(folder, environment))
-        second = seconds(lambda: _make(folder, environment))
-    return {"all robots": first, "nothing to do": second}
+        first = seconds(lambda: _make(robots, folder, environment))
+        second = seconds(lambda: _make(robots, folder, environment))
+    name = f"{len(robots)} robots" if robots else "all robots"
+    return {name: first, "nothing to do": second}
 
 
-def _make(folder: str, environment: dict[str, str]) -> None:
-    derive_all = [sys.executable, "-m", "chasles.derive", "--to", f"{folder}/generated"]
+def _make(robots: tuple[str, ...], folder: str, environment: dict[str, str]) -> None:
+    derive_all = [sys.executable, "-m", "chasles.derive", *robots, "--to", f"{folder}/generated"]
     subprocess.run(derive_all, check=True, capture_output=True)
     folders = [str(path.parent) for path in Path(folder).glob("generated/*/manifest.json")]
     build = [sys.executable, "-m", "chasles", "build", *sorted(folders)]
