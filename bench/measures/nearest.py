@@ -103,9 +103,9 @@ def minima(works: Sequence[Callable[[], object]], calls: int, rounds: int = ROUN
 
 def in_C(robot: chasles.Robot, T: np.ndarray, seeds: np.ndarray) -> list[float]:
     """Times of ik and ik_nearest in C, pose after pose."""
-    own = {file.name: file.read_text(encoding="utf-8") for file in robot.folder.glob("*.[ch]")}
     main = MAIN.format(robot=robot.name, n=robot.n)
-    source = Source(f"{robot.name}-nearest", {"main.c": main, **own}, (UNPACKED,))
+    files = {"main.c": main, **robot.manifest.sources()}
+    source = Source(f"{robot.name}-nearest", files, (UNPACKED,))
     library = ctypes.CDLL(str(compiled(source)))
     poses, starts = np.ascontiguousarray(T[:ROWS]), np.ascontiguousarray(seeds[:ROWS])
     results = np.empty(512)
