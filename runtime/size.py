@@ -34,21 +34,34 @@ _CLOSED, _HALVINGS = 32, 6
 reference are taken, and so on."""
 
 
-def configurations(coordinates: Sequence[Coordinate], reference: Reference | None) -> FloatArray:
-    """(256, n) coordinates that fill the limits; where there are none a turn, or 2 m.
+def ranges(
+    coordinates: Sequence[Coordinate], reference: Reference | None
+) -> tuple[FloatArray, FloatArray]:
+    """(n,) the least and the greatest values of coordinates: their limits, else a turn or 2 m.
 
     Args:
         coordinates: The coordinates with their limits.
         reference: Its q is where coordinates without limits are centred; 0 if None.
     """
-    n = len(coordinates)
-    centre = np.zeros(n) if reference is None else np.array(reference.q)
-    lower = np.array([-np.inf if c.lower is None else c.lower for c in coordinates])
-    upper = np.array([np.inf if c.upper is None else c.upper for c in coordinates])
-    half = np.array([np.pi if c.kind == "revolute" else 1.0 for c in coordinates])
+    centre = np.zeros(len(coordinates)) if reference is None else np.array(reference.q)
+    lower, upper = limits_of(coordinates)
+    half = np.array([np.pi if c.unit == "rad" else 1.0 for c in coordinates])
     lower = np.where(np.isfinite(lower), lower, np.minimum(centre, upper) - half)
     upper = np.where(np.isfinite(upper), upper, np.maximum(centre, lower) + half)
-    return np.asarray(lower + low_discrepancy(1, _SAMPLES + 1, n) * (upper - lower))
+    return lower, upper
+
+
+def limits_of(coordinates: Sequence[Coordinate]) -> tuple[FloatArray, FloatArray]:
+    """(n,) lower and upper limits, infinite where there are none."""
+    lower = np.array([-np.inf if c.lower is None else c.lower for c in coordinates])
+    return lower, np.array([np.inf if c.upper is None else c.upper for c in coordinates])
+
+
+def configurations(coordinates: Sequence[Coordinate], reference: Reference | None) -> FloatArray:
+    """(256, n) coordinates that fill the ranges."""
+    lower, upper = ranges(coordinates, reference)
+    points = low_discrepancy(1, _SAMPLES + 1, len(coordinates))
+    return np.asarray(lower + points * (upper - lower))
 
 
 def unit_length(

@@ -98,11 +98,6 @@ CLOSED = 1e-12
 
 NUMERIC_SOLVED = SOLVED
 """Default tolerance of `ik_numeric` (metre, radian), the same as for a closed-form solution."""
-PROBE = 1e-3
-"""Metres or radians by which coordinates are moved to find the joints that follow."""
-STANDSTILL = PROBE**3
-"""Twist (metre, radian) below which a link did not move: second-order effects of the probe are
-larger, rounding is smaller."""
 
 # --- velocity ---
 

@@ -74,61 +74,29 @@ static int has_sizes(const chasles_kernel *kernel, int n_outputs, int input, int
     return fits;
 }
 
-/* Tests the sizes of the functions that this kind of tip needs, and reads the arm's from them.
- * Returns 0 with an error set. */
+/* Tests the sizes of the functions that the tip needs, and reads the arm's from them. Returns 0
+ * with an error set. */
 static int read_sizes(Arm *self)
 {
     const chasles_kernel *const *kernels = self->kernels;
-    int n = self->n;
-    if (self->kind == TIP_TOOL) {
+    int n = self->n = kernels[0]->sizes[0];
+    if (self->link < 0) {
         return has_sizes(kernels[0], 2, n, POSE, TWIST * n) &&
                has_sizes(kernels[1], 1, n, TWIST * n * n, 0);
     }
-    if (self->kind == TIP_LINK) {
-        self->n_links = kernels[0]->sizes[1] / POSE;
-        self->n_joints = self->n_kernels > 1 ? kernels[1]->sizes[1] / n : n;
-        return has_sizes(kernels[0], 1, n, -1, 0) &&
-               (self->n_kernels == 1 || has_sizes(kernels[1], 1, n, self->n_joints * n, 0));
-    }
-    self->n_all = 2 * n;
-    return has_sizes(kernels[0], 1, n, POSE, 0) && has_sizes(kernels[1], 1, n, TWIST * n, 0) &&
-           has_sizes(kernels[2], 1, n, n, 0) && has_sizes(kernels[3], 1, n, n * n, 0);
+    self->n_links = kernels[0]->sizes[1] / POSE;
+    self->n_joints = self->n_kernels > 1 ? kernels[1]->sizes[1] / n : n;
+    return has_sizes(kernels[0], 1, n, -1, 0) &&
+           (self->n_kernels == 1 || has_sizes(kernels[1], 1, n, self->n_joints * n, 0));
 }
 
-/* The kinds of tips by name, with the numbers of compiled functions that they need. */
-static const struct {
-    const char *name;
-    int least, most;
-} KINDS[] = {
-    [TIP_TOOL] = {"tool", 2, 2},
-    [TIP_LINK] = {"link", 1, 2},
-    [TIP_PLATFORM] = {"platform", 4, 4},
-};
-
-/* Reads the kind of tip; -1 with an error set. */
-static int read_kind(Arm *self, const char *kind)
-{
-    for (size_t k = 0; k < sizeof KINDS / sizeof *KINDS; k++) {
-        if (strcmp(kind, KINDS[k].name) == 0) {
-            self->kind = (TipKind)k;
-            return 0;
-        }
-    }
-    PyErr_Format(PyExc_ValueError, "kind: expected tool, link or platform, got %s", kind);
-    return -1;
-}
-
-/* Reads the compiled functions that this kind of tip needs; -1 with an error set. */
+/* Reads the compiled functions that the tip needs; -1 with an error set. */
 static int read_kernels(Solver *self, PyObject *capsules)
 {
     Py_ssize_t count = PyTuple_GET_SIZE(capsules);
-    const char *kind = KINDS[self->arm.kind].name;
-    if (count < KINDS[self->arm.kind].least) {
-        PyErr_Format(PyExc_ValueError, "kernels: expected more than %zd for a %s", count, kind);
-        return -1;
-    }
-    if (count > KINDS[self->arm.kind].most) {
-        PyErr_Format(PyExc_ValueError, "kernels: expected fewer than %zd for a %s", count, kind);
+    if (count < (self->arm.link < 0 ? MAX_KERNELS : 1) || count > MAX_KERNELS) {
+        PyErr_Format(PyExc_ValueError,
+                     "kernels: got %zd, expected two for the tool, one or two for a link", count);
         return -1;
     }
     self->arm.n_kernels = (int)count;
@@ -143,7 +111,7 @@ static int read_kernels(Solver *self, PyObject *capsules)
     return 0;
 }
 
-/* Reads the screws between the base and the link: rows of (frame, joint, axis). */
+/* Reads the screws between the base and the link: rows of (link, joint, axis). */
 static int read_screws(Arm *self, PyObject *rows)
 {
     const npy_intp shape[] = {-1, 2 + TWIST};
@@ -154,13 +122,13 @@ static int read_screws(Arm *self, PyObject *rows)
     const double *row = PyArray_DATA(array);
     self->n_screws = (int)PyArray_DIM(array, 0);
     self->screws = malloc((self->n_screws + 1) * sizeof(Screw));
-    int fit = self->screws && self->link >= 0 && self->link < self->n_links;
+    int fit = self->screws && self->link < self->n_links;
     for (int k = 0; fit && k < self->n_screws; k++, row += 2 + TWIST) {
         Screw *screw = &self->screws[k];
-        screw->frame = (int)row[0];
+        screw->link = (int)row[0];
         screw->joint = (int)row[1];
         memcpy(screw->axis, row + 2, sizeof screw->axis);
-        fit = screw->frame >= -1 && screw->frame < self->n_links && screw->joint >= 0 &&
+        fit = screw->link >= 0 && screw->link < self->n_links && screw->joint >= 0 &&
               screw->joint < self->n_joints;
     }
     Py_DECREF(array);
@@ -173,7 +141,7 @@ static int read_screws(Arm *self, PyObject *rows)
 static int read_tables(Arm *self, PyObject *lower, PyObject *upper, PyObject *starts,
                        PyObject *poses)
 {
-    const npy_intp n[] = {self->n}, rows[] = {-1, self->n_all};
+    const npy_intp n[] = {self->n}, rows[] = {-1, self->n};
     PyArrayObject *arrays[4] = {doubles(lower, "lower", 1, n), NULL, NULL, NULL};
     arrays[1] = arrays[0] ? doubles(upper, "upper", 1, n) : NULL;
     arrays[2] = arrays[1] ? doubles(starts, "starts", 2, rows) : NULL;
@@ -196,13 +164,15 @@ static int read_tables(Arm *self, PyObject *lower, PyObject *upper, PyObject *st
 
 static PyObject *solver_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
 {
-    static char *names[] = {"kind",  "kernels", "lower",  "upper", "starts",
-                            "poses", "link",    "screws", NULL};
+    static char *names[] = {"kernels", "lower", "upper", "starts", "poses", "link", "screws", NULL};
     PyObject *capsules, *lower, *upper, *starts, *poses, *screws = NULL;
-    const char *kind;
-    int link = 0;
-    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "sO!OOOO|iO:Solver", names, &kind, &PyTuple_Type,
+    int link = -1;
+    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "O!OOOO|iO:Solver", names, &PyTuple_Type,
                                      &capsules, &lower, &upper, &starts, &poses, &link, &screws)) {
+        return NULL;
+    }
+    if (link >= 0 && !screws) {
+        PyErr_SetString(PyExc_ValueError, "screws: expected for a link");
         return NULL;
     }
     Solver *self = (Solver *)type->tp_alloc(type, 0);
@@ -210,18 +180,9 @@ static PyObject *solver_new(PyTypeObject *type, PyObject *args, PyObject *kwargs
         return NULL;
     }
     self->arm.link = link;
-    int fits = read_kind(&self->arm, kind) == 0 && read_kernels(self, capsules) == 0;
-    if (fits && self->arm.kind == TIP_LINK && !screws) {
-        PyErr_SetString(PyExc_ValueError, "screws: expected for a link");
-        fits = 0;
-    }
-    if (fits) {
-        self->arm.n = self->arm.n_all = self->arm.kernels[0]->sizes[0];
-        fits = read_sizes(&self->arm) &&
-               (self->arm.kind != TIP_LINK || read_screws(&self->arm, screws) == 0) &&
-               read_tables(&self->arm, lower, upper, starts, poses) == 0;
-    }
-    if (!fits) {
+    if (read_kernels(self, capsules) < 0 || !read_sizes(&self->arm) ||
+        (link >= 0 && read_screws(&self->arm, screws) < 0) ||
+        read_tables(&self->arm, lower, upper, starts, poses) < 0) {
         Py_CLEAR(self);
     }
     return (PyObject *)self;
@@ -340,7 +301,7 @@ static PyObject *solver_solve(Solver *self, PyObject *const *args, Py_ssize_t n_
     PyArrayObject *locked = weights ? read_locked(self, args[8], args[1], &task) : NULL;
     int fits = locked != NULL;
     if (fits && args[1] != Py_None) {
-        const npy_intp rows[] = {PyArray_SIZE(T) / POSE, self->arm.n_all};
+        const npy_intp rows[] = {PyArray_SIZE(T) / POSE, self->arm.n};
         seeds = doubles(args[1], "seeds", 2, rows);
         fits = seeds != NULL;
     }

@@ -8,7 +8,6 @@ class Solver:
 
     def __new__(
         cls,
-        kind: str,
         kernels: tuple[object, ...],
         lower: FloatArray,
         upper: FloatArray,
@@ -17,22 +16,19 @@ class Solver:
         link: int = ...,
         screws: FloatArray = ...,
     ) -> Solver:
-        """Takes the compiled functions that this kind of tip needs.
+        """Takes the compiled functions that the tip needs.
 
         Args:
-            kind: "tool": the kernels are fk_jacobian_mixed and hessian_mixed. "link": link_poses,
-                and for a robot with loops chain_D_q. "platform": chain_fk, chain_jacobian_mixed,
-                actuators and actuators_D_chain.
-            kernels: The capsules of these functions.
+            kernels: The capsules of fk_jacobian_mixed and hessian_mixed; for a link those of
+                link_poses, and of chain_D_q of a robot with loops.
             lower: (n,) lower limits [rad or m].
             upper: (n,) upper limits [rad or m].
-            starts: (m, n) coordinates at which attempts begin [rad or m]; for a platform (m, 2 n),
-                followed by the joints of its chain.
+            starts: (m, n) coordinates at which attempts begin [rad or m].
             poses: (12, m) poses of the starts: the first three rows of each, entry by entry.
-            link: The index of the link that is the tip.
-            screws: (s, 8) the joints between the base and that link: index of the link in whose
-                frame the axis is constant (-1: the base), index of the coordinate or chain's joint,
-                and the axis (v, omega) in that frame.
+            link: The index of the link that is the tip; -1 for the tool.
+            screws: (s, 8) the joints between the base and that link: index of the link that the
+                joint carries, index of the coordinate or chain's joint, and the axis (v, omega) in
+                the frame of that link.
 
         Raises:
             ValueError: If the functions, arrays or indices do not match each other.

@@ -22,36 +22,30 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .. import screws
 from ..call._call import Function
 from ..call.capabilities import needs
 from ..call.threads import count_cores
 from ..call.validation import real_array
-from ..contract import Coordinate, Frames, Reference
+from ..contract import Coordinate, Frames, Manifest, Reference
 from ..errors import InputValueError, ShapeError
 from ..locks import Lock, locked_coordinates
 from ..sampling import low_discrepancy
-from ..size import SizeMethods
-from ..tolerances import NUMERIC_SOLVED, PROBE, STANDSTILL
+from ..size import SizeMethods, ranges
+from ..tolerances import NUMERIC_SOLVED
 from ._numeric import Solver
 
 FloatArray = NDArray[np.float64]
 
 REASONS = ("converged", "limits", "stalled", "budget", "no pose")
 _WHOLE = np.ones(6)
+_TOOL = ("fk_jacobian_mixed", "hessian_mixed")
+"""The generated functions that a solver for the tool calls."""
 _STARTS = 256
 _FEWEST = 32
 """Fewest starts at which the loops close; sampling goes on until so many are found."""
-_UNBOUNDED = {"rad": np.pi, "m": 1.0}
-"""Range of the starts to both sides of the reference, or 0, in a coordinate without limits."""
 _MOST_SOLVERS = 64
 """Solvers kept for a robot, one for each tip and key; the next one clears them."""
 _MOST_BUDGET = 2**31 - 1
-_KERNELS = {
-    "tool": ("fk_jacobian_mixed", "hessian_mixed"),
-    "platform": ("chain_fk", "chain_jacobian_mixed", "actuators", "actuators_D_chain"),
-}
-"""The generated functions that each kind of solver calls."""
 
 
 class NumericSolution(NamedTuple):
@@ -98,26 +92,9 @@ class NumericSolution(NamedTuple):
         return f"{self.success.size} poses: {', '.join(of)}; largest residual {worst:.3g}"
 
 
-def _solves_chain(robot: Any, tip: str | None = None) -> bool:
-    """Whether a solver iterates the joints of a platform's chain, from which q follows.
-
-    These joints can pass singularities behind which `fk(q)` is another pose: where there are
-    functions of q, a solver iterates q.
-    """
-    of_tool = tip is None or tip == robot.frames.tip
-    in_q = robot.functions.keys() >= {*_KERNELS["tool"]}
-    return bool(of_tool and robot.kind == "platform" and not in_q)
-
-
-def _can_iterate(robot: Any) -> bool:
-    """Whether a robot has the functions that a solver calls, for the tool or for a link."""
-    kernels = _KERNELS["platform" if _solves_chain(robot) else "tool"]
-    return _can_reach_links(robot) or robot.functions.keys() >= {*kernels}
-
-
 def _can_reach_links(robot: Any) -> bool:
     """Whether a link can be the tip: its poses must be a compiled function of q."""
-    return ("link poses", "actuators", "") in robot._roles
+    return ("link poses", "actuators", "") in robot._roles and robot.manifest.skeleton is not None
 
 
 class NumericMethods(SizeMethods):
@@ -134,7 +111,7 @@ class NumericMethods(SizeMethods):
     functions: Mapping[str, Function[Any]]
     _solvers: dict[tuple[str | None, int], Solver]
 
-    @needs("fk", when=_can_iterate)
+    @needs("fk", *_TOOL)
     def ik_numeric(
         self,
         T: ArrayLike,
@@ -206,8 +183,6 @@ class NumericMethods(SizeMethods):
         locked, begin = locked_coordinates(self, "ik_numeric", lock), None
         if seed is not None:
             poses, begin = self._with_seeds(poses, seed, locked)
-            if _solves_chain(self, tip):
-                begin = _with_chain(self, begin)
         elif locked.any():
             raise InputValueError(
                 f"{method}: lock needs a seed, which holds the values of the locked coordinates"
@@ -271,20 +246,11 @@ def _weights(method: str, given: Sequence[float]) -> FloatArray:
     return weights
 
 
-def _with_chain(robot: Any, q: FloatArray) -> FloatArray:
-    """Coordinates (m, n) and behind them the joints of a platform's chain."""
-    return np.hstack([q, robot.chain(q)])
-
-
 def _solver(robot: Any, tip: str | None, key: int) -> Solver:
     """The solver of a robot."""
-    functions, limits = robot.functions, (robot.lower, robot.upper)
-    q = starts(robot, key)
+    limits, q = (robot.lower, robot.upper), starts(robot, key)
     if tip is None or tip == robot.frames.tip:
-        kind = "platform" if _solves_chain(robot) else "tool"
-        kernels = tuple(functions[name].kernel for name in _KERNELS[kind])
-        begin = _with_chain(robot, q) if kind == "platform" else q
-        return Solver(kind, kernels, *limits, begin, _entries(robot.fk(q)))
+        return Solver(_kernels(robot, _TOOL), *limits, q, _entries(robot.fk(q)))
     offered = robot.frames.links if _can_reach_links(robot) else ()
     if tip not in offered:
         links = ", ".join((robot.frames.tip, *offered))
@@ -292,10 +258,13 @@ def _solver(robot: Any, tip: str | None, key: int) -> Solver:
             f"{robot.name}.ik_numeric: no link {tip!r} for a tip; there are: {links}"
         )
     link = robot.frames.links.index(tip)
-    names = ["link_poses", "chain_D_q"] if robot.loops else ["link_poses"]
-    kernels = tuple(functions[name].kernel for name in names)
+    kernels = _kernels(robot, ["link_poses", *(["chain_D_q"] if robot.loops else [])])
     poses = _entries(robot.link_poses(q)[:, link])
-    return Solver("link", kernels, *limits, q, poses, link, screws_before(robot, link))
+    return Solver(kernels, *limits, q, poses, link, screws_up_to(robot.manifest, link))
+
+
+def _kernels(robot: Any, names: Sequence[str]) -> tuple[object, ...]:
+    return tuple(robot.functions[name].kernel for name in names)
 
 
 def _entries(T: FloatArray) -> FloatArray:
@@ -305,10 +274,7 @@ def _entries(T: FloatArray) -> FloatArray:
 
 def starts(robot: Any, key: int) -> FloatArray:
     """(m, n) coordinates that fill the limits, at which the loops close; the key selects them."""
-    reach = np.array([_UNBOUNDED[c.unit] for c in robot.coordinates])
-    centre = np.zeros(robot.n) if robot.reference is None else np.array(robot.reference.q)
-    lower = np.where(np.isfinite(robot.lower), robot.lower, centre - reach)
-    upper = np.where(np.isfinite(robot.upper), robot.upper, centre + reach)
+    lower, upper = ranges(robot.coordinates, robot.reference)
     first = np.random.default_rng(key).random(robot.n)
     found = np.empty((0, robot.n))
     for k in range(_STARTS // _FEWEST):
@@ -321,45 +287,32 @@ def starts(robot: Any, key: int) -> FloatArray:
     return found[:_STARTS]
 
 
-def screws_before(robot: Any, link: int) -> FloatArray:
-    """(s, 8) joints before a link: frame, coordinate or chain's joint, axis (v, omega).
+def screws_up_to(manifest: Manifest, link: int) -> FloatArray:
+    """(s, 8) the joints up to a link: link, coordinate or chain's joint, axis (v, omega).
 
-    The axis is constant in the frame of the link before it. It is the logarithm of the relative
-    motion of the two links, divided by the motion of the joint.
+    The axis is measured at and expressed in the frame of the link that the joint carries.
 
     Raises:
-        InputValueError: If the links of a robot with loops do not each move with one joint of its
-            chain.
+        InputValueError: If a link follows a joint that is not in the main chain.
     """
-    q = starts(robot, 0)[0]
-    q = np.clip(q, robot.lower + PROBE, robot.upper - PROBE)
-    moved = np.vstack([q, q + PROBE * np.eye(robot.n)])
-    poses = robot.link_poses(moved)[:, : link + 1]
-    before = np.concatenate([np.broadcast_to(np.eye(4), (len(poses), 1, 4, 4)), poses[:, :-1]], 1)
-    seen = screws.inverse(before) @ poses
-    twists = screws.log(seen[1:] @ screws.inverse(seen[:1]))
-    rows = [
-        [float(frame - 1), float(k), *(twists[k, frame] / PROBE).tolist()]
-        for k in range(robot.n)
-        for frame in range(link + 1)
-        if np.abs(twists[k, frame]).max() > STANDSTILL
-    ]
-    if robot.loops:
-        rows = _screws_of_chain(robot, moved, twists)
+    assert manifest.skeleton is not None
+    bodies = {body.name: body.joint for body in manifest.skeleton.bodies}
+    variables = manifest.loops.configuration or manifest.coordinates
+    moved = [joint.name for joint in manifest.loops.chain or manifest.coordinates]
+    rows = []
+    for k, name in enumerate(manifest.frames.links[: link + 1]):
+        joint = bodies[name]
+        if joint is None or joint.kind == "fixed":
+            continue
+        mover = variables[joint.coordinate].name
+        if mover not in moved:
+            raise InputValueError(
+                f"{manifest.name}.ik_numeric: {name} follows {mover}, which is not a joint of the "
+                "main chain"
+            )
+        axis = joint.ratio * np.array(joint.axis)
+        along, omega = joint.advance * axis, axis
+        if joint.kind == "prismatic":
+            along, omega = axis, np.zeros(3)
+        rows.append([k, moved.index(mover), *(along + np.cross(joint.at, omega)), *omega])
     return np.array(rows, np.float64).reshape(-1, 8)
-
-
-def _screws_of_chain(robot: Any, moved: FloatArray, twists: FloatArray) -> list[list[float]]:
-    """The screws of a robot with loops: each joint of the chain moves one link, in order."""
-    theta = robot.chain(moved)
-    by = theta[1:] - theta[0]
-    largest = np.abs(by).argmax(0)
-    moving = np.flatnonzero(np.abs(twists).max((0, 2)) > STANDSTILL)
-    if len(moving) > theta.shape[1]:
-        raise InputValueError(
-            f"{robot.name}.ik_numeric: links move with more than its chain's joints"
-        )
-    return [
-        [float(frame - 1), float(j), *(twists[largest[j], frame] / by[largest[j], j]).tolist()]
-        for j, frame in enumerate(moving)
-    ]

@@ -2,7 +2,6 @@
  *
  *   solve_ldlt       symmetric, made positive definite by damping; without square roots
  *   solve_cholesky   symmetric, positive semidefinite up to rounding; pivots are kept positive
- *   solve_pivoted    square, with several right-hand sides
  */
 #ifndef CHASLES_LINEAR_SOLVE_H
 #define CHASLES_LINEAR_SOLVE_H
@@ -70,55 +69,6 @@ static inline void solve_cholesky(double *A, int m, int stride, double *b)
         }
         b[i] /= A[i * stride + i];
     }
-}
-
-static inline void swap_entries(double *a, double *b, int n)
-{
-    for (int k = 0; k < n; k++) {
-        double kept = a[k];
-        a[k] = b[k];
-        b[k] = kept;
-    }
-}
-
-/* Replaces B (n, columns) by the solution of A X = B, by elimination with row pivots. A (n, n) is
- * destroyed. Returns 0 where A is singular. */
-static inline int solve_pivoted(double *A, int n, double *B, int columns)
-{
-    for (int i = 0; i < n; i++) {
-        int pivot = i;
-        for (int j = i + 1; j < n; j++) {
-            if (fabs(A[j * n + i]) > fabs(A[pivot * n + i])) {
-                pivot = j;
-            }
-        }
-        if (!(fabs(A[pivot * n + i]) > 0)) {
-            return 0;
-        }
-        if (pivot != i) {
-            swap_entries(A + i * n, A + pivot * n, n);
-            swap_entries(B + i * columns, B + pivot * columns, columns);
-        }
-        for (int j = i + 1; j < n; j++) {
-            double factor = A[j * n + i] / A[i * n + i];
-            for (int k = i + 1; k < n; k++) {
-                A[j * n + k] -= factor * A[i * n + k];
-            }
-            for (int k = 0; k < columns; k++) {
-                B[j * columns + k] -= factor * B[i * columns + k];
-            }
-        }
-    }
-    for (int i = n; i-- > 0;) {
-        for (int k = 0; k < columns; k++) {
-            double sum = B[i * columns + k];
-            for (int j = i + 1; j < n; j++) {
-                sum -= A[i * n + j] * B[j * columns + k];
-            }
-            B[i * columns + k] = sum / A[i * n + i];
-        }
-    }
-    return 1;
 }
 
 #endif

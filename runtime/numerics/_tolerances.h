@@ -106,15 +106,6 @@
 #define HALLEY_RESIDUAL 0.03
 #define HALLEY_REMAINDER 0.2
 
-/* Metre or radian, largest error of an actuator. The joints of a platform's chain follow its
- * actuators to ACTUATORS_CLOSED; where rounding ends the decrease earlier, below
- * ACTUATORS_AT_ROUNDING, that is accepted too. */
-#define ACTUATORS_CLOSED 1e-14
-#define ACTUATORS_AT_ROUNDING 1e-12
-
-/* Factor. Newton's iteration has left its basin where its error grows by more in one step. */
-#define ACTUATORS_DIVERGE 2
-
 /* ------------------------------------------------------- joint rates, paths by rates
  *
  * One law damps both: the inverse of a singular value s below the border e is

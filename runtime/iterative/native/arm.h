@@ -1,7 +1,6 @@
 /* The data of inverse kinematics by iteration: the arm, the task, and the memory of an iteration.
  *
- * Vectors of coordinates have n_all entries: the n coordinates, followed for a platform by the
- * joints of its chain. Jacobians that the iteration works on are (n, 6): stored column by column.
+ * Jacobians that the iteration works on are (n, 6): stored column by column.
  */
 #ifndef CHASLES_ARM_H
 #define CHASLES_ARM_H
@@ -9,33 +8,29 @@
 #include "library/_kernel.h"
 #include "numerics/_vectors.h"
 
-#define MOST_KERNELS 4
+#define MAX_KERNELS 2
 #define FINALISTS 16 /* the best ends of attempts, which are refined to the least error nearby */
 
-/* The axis of a joint between the base and the tip, constant in the frame before the joint. */
+/* A joint between the base and the tip. */
 typedef struct {
-    int frame;          /* index of the link before the joint, -1 for the base */
+    int link;           /* index of the link that it carries */
     int joint;          /* index of the coordinate, or of the chain's joint */
-    double axis[TWIST]; /* twist per unit of the joint, measured at and expressed in `frame` */
+    double axis[TWIST]; /* twist per unit of the joint, at and in the frame of the link */
 } Screw;
 
-/* The frame whose pose is wanted, and the compiled functions that give it:
- *   TIP_TOOL       fk_jacobian_mixed, hessian_mixed
- *   TIP_LINK       link_poses, and for a robot with loops chain_D_q; screws up to the link
- *   TIP_PLATFORM   chain_fk, chain_jacobian_mixed, actuators, actuators_D_chain */
-typedef enum { TIP_TOOL, TIP_LINK, TIP_PLATFORM } TipKind;
-
+/* The frame whose pose is wanted, and the compiled functions that give it: of the tool,
+ * fk_jacobian_mixed and hessian_mixed; of a link, link_poses, for a robot with loops chain_D_q, and
+ * the screws up to the link. */
 typedef struct {
-    TipKind kind;
-    const chasles_kernel *kernels[MOST_KERNELS];
+    int link; /* the index of the link, -1 for the tool */
+    const chasles_kernel *kernels[MAX_KERNELS];
     int n_kernels;
-    int n;     /* coordinates */
-    int n_all; /* coordinates and, for a platform, the joints of its chain */
-    int link, n_links, n_joints, n_screws; /* for TIP_LINK */
+    int n;                           /* coordinates */
+    int n_links, n_joints, n_screws; /* for a link */
     Screw *screws;
     double *lower, *upper; /* (n,) */
     int n_starts;
-    double *starts;      /* (n_starts, n_all) */
+    double *starts;      /* (n_starts, n) */
     double *start_poses; /* (12, n_starts): the first three rows of each pose, entry by entry */
 } Arm;
 
@@ -52,8 +47,8 @@ typedef struct {
 
 /* The memory of an iteration, all of it in one block. */
 typedef struct {
-    double *q, *trial, *halley; /* (n_all,): the iterate, and the ends of the two steps from it */
-    double *best;               /* (FINALISTS + 1, n_all): ends in order, then the best of all */
+    double *q, *trial, *halley;     /* (n,): the iterate, and the ends of the two steps from it */
+    double *best;                   /* (FINALISTS + 1, n): ends in order, then the best of all */
     double *J, *trial_J, *halley_J; /* (n, 6): Jacobians of the weighted error there */
     double *normal, *A;             /* (m, m): J^T J of the m free coordinates, and its copy */
     double *gradient, *step;        /* (m,): J^T e of the free coordinates, and its copy */

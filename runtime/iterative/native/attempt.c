@@ -61,6 +61,6 @@ Ending patient_attempt(const Problem *problem, const double *x, int *budget, Eva
     Problem patient = *problem;
     apart.whole = 0;
     patient.task = &apart;
-    memcpy(problem->work->q, x, problem->arm->n_all * sizeof(double));
+    memcpy(problem->work->q, x, problem->arm->n * sizeof(double));
     return attempt(&patient, LM_PATIENT_GAIN, budget, now);
 }

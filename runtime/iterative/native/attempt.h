@@ -21,7 +21,7 @@ typedef enum { CONVERGED, AT_LIMITS, STALLED, OUT_OF_BUDGET, NO_POSE } Ending;
  * infinite where the start cannot be evaluated. */
 Ending attempt(const Problem *problem, double least_gain, int *budget, Evaluation *now);
 
-/* Goes from x (n_all,) to the least error nearby, to rounding. The error is the displacement, with
+/* Goes from x (n,) to the least error nearby, to rounding. The error is the displacement, with
  * distance and angle apart: the logarithm mixes them, and its least value is not theirs. */
 Ending patient_attempt(const Problem *problem, const double *x, int *budget, Evaluation *now);
 

@@ -8,15 +8,15 @@
 /* Lays out the workspace in a block of memory, unless that is NULL. Returns the doubles needed. */
 static size_t lay_out(const Arm *arm, Workspace *work, double *memory)
 {
-    size_t n = arm->n, n_all = arm->n_all, used = 0;
+    size_t n = arm->n, used = 0;
     const struct {
         double **part;
         size_t size;
     } parts[] = {
-        {&work->q, n_all},
-        {&work->trial, n_all},
-        {&work->halley, n_all},
-        {&work->best, (FINALISTS + 1) * n_all},
+        {&work->q, n},
+        {&work->trial, n},
+        {&work->halley, n},
+        {&work->best, (FINALISTS + 1) * n},
         {&work->J, TWIST * n},
         {&work->trial_J, TWIST * n},
         {&work->halley_J, TWIST * n},
@@ -53,7 +53,7 @@ static void *solve_pieces(void *argument)
             for (size_t k = first; k < count && k < first + POSES_AT_A_TIME; k++) {
                 const Results own = {all->q + k * arm->n, all->residual + k,   all->success + k,
                                      all->ending + k,     all->iterations + k, all->restarts + k};
-                const double *seed = batch->seeds ? batch->seeds + k * arm->n_all : NULL;
+                const double *seed = batch->seeds ? batch->seeds + k * arm->n : NULL;
                 Problem problem = {.arm = arm,
                                    .task = batch->task,
                                    .target = batch->poses + k * POSE,

@@ -15,7 +15,7 @@
 typedef struct {
     const Arm *arm;
     const Task *task;
-    const double *poses, *seeds; /* (count, 4, 4); (count, n_all) or NULL */
+    const double *poses, *seeds; /* (count, 4, 4); (count, n) or NULL */
     Results results;             /* those of the first pose; arrays over the batch */
     size_t count;
     atomic_size_t next; /* the first pose that no thread has taken yet */

@@ -11,10 +11,8 @@ int scratch_size(const Arm *arm);
 /* Calls a compiled function with one input and one output, or two; `second` may be NULL. */
 void call_kernel(const chasles_kernel *kernel, const double *x, double *first, double *second);
 
-/* Evaluates the arm at x (n_all,). Writes the Jacobian of the error into `columns` (n, 6): the
- * decrease of the weighted error by each coordinate. For a platform the joints of the chain, x[n:],
- * are first moved to where the actuators have their values x[:n]. Returns 0 where that fails or the
- * residual is not finite. */
-int evaluate(const Problem *problem, double *x, double *columns, Evaluation *out);
+/* Evaluates the arm at x (n,). Writes the Jacobian of the error into `columns` (n, 6): the
+ * decrease of the weighted error by each coordinate. Returns 0 if the residual is not finite. */
+int evaluate(const Problem *problem, const double *x, double *columns, Evaluation *out);
 
 #endif

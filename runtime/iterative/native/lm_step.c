@@ -52,7 +52,7 @@ static double damped_step(const Problem *problem, int m, double lambda, double *
         longest = larger(longest, fabs(work->step[a]));
     }
     double part = longest > LM_LONGEST_STEP ? LM_LONGEST_STEP / longest : 1;
-    memcpy(end, work->q, arm->n_all * sizeof(double));
+    memcpy(end, work->q, arm->n * sizeof(double));
     for (int a = 0; a < m; a++) {
         int k = work->free[a];
         double value = work->q[k] + part * work->step[a];
@@ -107,7 +107,7 @@ int lm_step(const Problem *problem, int m, double lambda, int *budget, Evaluatio
     *budget -= 1;
     *better = evaluate(problem, work->trial, work->trial_J, &end) && end.half_square < least;
     least = *better ? end.half_square : least;
-    if (problem->arm->kind == TIP_TOOL && *budget > 0 && now->residual < HALLEY_RESIDUAL &&
+    if (problem->arm->link < 0 && *budget > 0 && now->residual < HALLEY_RESIDUAL &&
         least > HALLEY_REMAINDER * now->half_square) {
         halley_step(problem, now, m, lambda);
         *budget -= 1;

@@ -15,7 +15,7 @@
 /* The state of a search: the best result so far, and the ends of attempts by their errors. */
 typedef struct {
     Evaluation best;
-    double *best_q; /* (n_all,) */
+    double *best_q; /* (n,) */
     Ending ending;
     int budget, tried, n_ends;
     double errors[FINALISTS];
@@ -24,7 +24,7 @@ typedef struct {
 static void take_best(const Problem *problem, Search *search, const Evaluation *now)
 {
     search->best = *now;
-    memcpy(search->best_q, problem->work->q, problem->arm->n_all * sizeof(double));
+    memcpy(search->best_q, problem->work->q, problem->arm->n * sizeof(double));
 }
 
 /* Attempts from one start after another until one converges. */
@@ -50,7 +50,7 @@ static void refine_ends(const Problem *problem, Search *search)
     Evaluation now = search->best;
     Ending last = search->ending;
     for (int k = 0; k < search->n_ends && last != CONVERGED && search->budget > 0; k++) {
-        const double *end = problem->work->best + k * problem->arm->n_all;
+        const double *end = problem->work->best + k * problem->arm->n;
         int all = k == 0 || search->budget < MOST_RESERVED;
         int share = all ? search->budget : MOST_RESERVED, left = share;
         last = patient_attempt(problem, end, &left, &now);
@@ -75,10 +75,10 @@ static void search_pose(const Problem *problem, const double *seed, Ending endin
     int given = problem->task->budget;
     int reserved = given / RESERVED_PART < MOST_RESERVED ? given / RESERVED_PART : MOST_RESERVED;
     Search search = {.best = {.half_square = INFINITY, .residual = NAN},
-                     .best_q = problem->work->best + FINALISTS * arm->n_all,
+                     .best_q = problem->work->best + FINALISTS * arm->n,
                      .ending = ending,
                      .budget = given - reserved};
-    for (int k = 0; k < arm->n_all; k++) {
+    for (int k = 0; k < arm->n; k++) {
         search.best_q[k] = NAN;
     }
     try_starts(problem, seed, &search);

@@ -19,7 +19,7 @@ typedef struct {
 } Results;
 
 /* Solves for the target of the problem, or the rigid pose nearest to it where it is nearly rigid
- * (_rigid.h); seed (n_all,) or NULL is where the first attempt begins. */
+ * (_rigid.h); seed (n,) or NULL is where the first attempt begins. */
 void solve_pose(const Problem *problem, const double *seed, const Results *results);
 
 #endif

@@ -27,12 +27,12 @@ static void measure_starts(const Problem *problem, double *distances)
     }
 }
 
-/* Copies a start of the table (n_all,), with the seed's values of locked coordinates. */
+/* Copies a start of the table (n,), with the seed's values of locked coordinates. */
 static void copy_start(const Problem *problem, const double *seed, int start, double *to)
 {
     const Arm *arm = problem->arm;
     const Task *task = problem->task;
-    memcpy(to, arm->starts + (size_t)start * arm->n_all, arm->n_all * sizeof(double));
+    memcpy(to, arm->starts + (size_t)start * arm->n, arm->n * sizeof(double));
     for (int k = 0; k < arm->n && task->n_locked; k++) {
         to[k] = task->locked[k] ? seed[k] : to[k];
     }
@@ -64,7 +64,7 @@ int next_start(const Problem *problem, const double *seed, int tried)
 {
     const Arm *arm = problem->arm;
     const Workspace *work = problem->work;
-    size_t row = arm->n_all * sizeof(double);
+    size_t row = arm->n * sizeof(double);
     if (seed && tried == 0) {
         memcpy(work->q, seed, row);
         return 1;
@@ -86,16 +86,16 @@ int next_start(const Problem *problem, const double *seed, int tried)
 int keep_end(const Problem *problem, double half_square, double *errors, int count)
 {
     const Workspace *work = problem->work;
-    int n_all = problem->arm->n_all, rank = count < FINALISTS ? count : FINALISTS - 1;
-    size_t row = n_all * sizeof(double);
+    int n = problem->arm->n, rank = count < FINALISTS ? count : FINALISTS - 1;
+    size_t row = n * sizeof(double);
     if (!(half_square < INFINITY) || (count == FINALISTS && !(half_square < errors[rank]))) {
         return count;
     }
     for (; rank > 0 && half_square < errors[rank - 1]; rank--) {
         errors[rank] = errors[rank - 1];
-        memcpy(work->best + rank * n_all, work->best + (rank - 1) * n_all, row);
+        memcpy(work->best + rank * n, work->best + (rank - 1) * n, row);
     }
     errors[rank] = half_square;
-    memcpy(work->best + rank * n_all, work->q, row);
+    memcpy(work->best + rank * n, work->q, row);
     return count < FINALISTS ? count + 1 : count;
 }

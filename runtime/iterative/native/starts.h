@@ -4,7 +4,7 @@
 
 #include "iterative/native/arm.h"
 
-/* Copies the start that follows `tried` others to work->q: the seed (n_all,) first unless it is
+/* Copies the start that follows `tried` others to work->q: the seed (n,) first unless it is
  * NULL, then those of the arm's table by the distance of their poses from the target. Returns 0
  * where none is left. */
 int next_start(const Problem *problem, const double *seed, int tried);

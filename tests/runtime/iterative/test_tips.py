@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.derive import load
+from chasles import screws
+from chasles.derive import load, loads
 from chasles.iterative import numeric_inverse
 from tests.support.compiling import compiled
 from tests.support.derivations import description
@@ -54,17 +55,60 @@ def test_ik_numeric_solves_for_every_link_as_tip(name):
 
 
 def test_tool_is_only_tip_without_link_poses(tmp_path):
-    wanted = ["fk", "chain", *numeric_inverse._KERNELS["platform"]]
-    read = load(description("planar_3rrr"))
-    platform = compiled(read, tmp_path / "platform", wanted, ["c"])
-    T = platform.fk(np.array(platform.reference.q))
-    assert platform.ik_numeric(T, tip="ee").success
-    assert platform.ik_numeric(T, np.array(platform.reference.q) + 0.01).success
-    with pytest.raises(chasles.InputError, match=r"no link 'platform_x' for a tip; there are: ee$"):
-        platform.ik_numeric(T, tip="platform_x")
+    wanted = ["fk", *numeric_inverse._TOOL]
+    arm = compiled(load(description("scara")), tmp_path / "scara", wanted, ["c"])
+    T = arm.fk(np.full(arm.n, 0.1))
+    assert arm.ik_numeric(T, tip="ee").success
+    with pytest.raises(chasles.InputError, match=r"no link 'link1' for a tip; there are: ee$"):
+        arm.ik_numeric(T, tip="link1")
 
 
 def test_unknown_tip_error_lists_links():
     platform = chasles.load("stewart_gough")
     with pytest.raises(chasles.InputError, match=r"no link 'hand' .*: ee, platform_x, platform_y,"):
         platform.ik_numeric(np.eye(4), tip="hand")
+
+
+SPINDLE = """
+name = "spindle"
+convention = "dh"
+joints = [
+  { name = "lift", type = "helical", pitch = 0.02, direction = -1, a = 0.3, d = 0.1, alpha = 0.4 },
+  { name = "arm", a = 0.25, theta = 0.3, alpha = -0.7 },
+  { name = "quill", type = "prismatic", direction = -1, a = 0.1 },
+]
+"""
+
+
+def moves(poses, steps):
+    """Twists of a link per unit of each coordinate, in its frame, by central differences."""
+    ahead, behind = poses[: len(poses) // 2], poses[len(poses) // 2 :]
+    return screws.log(screws.inverse(behind) @ ahead) / (2 * steps)
+
+
+def check_screws(robot):
+    """Compares the screws of each link with central differences of its poses."""
+    n, step = robot.n, 1e-5
+    q = np.array(robot.reference.q) if robot.reference else np.full(n, 0.3)
+    around = q + step * np.concatenate([np.eye(n), -np.eye(n)])
+    rates = robot.chain_D_q(q) if robot.loops else np.eye(n)
+    poses, here = robot.link_poses(around), robot.link_poses(q)
+    for link in range(len(robot.frames.links)):
+        expected = moves(poses[:, link], step)
+        found = np.zeros((n, 6))
+        for frame, joint, *axis in numeric_inverse.screws_up_to(robot.manifest, link):
+            to_link = screws.inverse(here[link]) @ here[int(frame)]
+            R, p = to_link[:3, :3], to_link[:3, 3]
+            omega = R @ axis[3:]
+            moved = np.concatenate([R @ axis[:3] + np.cross(p, omega), omega])
+            found += rates[int(joint)][:, None] * moved
+        np.testing.assert_allclose(found, expected, atol=1e-8)
+
+
+@pytest.mark.parametrize("name", ["jaco2", "photo_robot", "excavator", "stewart_gough"])
+def test_screws_of_the_manifest_move_links_as_their_poses_do(name):
+    check_screws(chasles.load(name))
+
+
+def test_screws_of_helical_and_reversed_joints_move_links_as_their_poses_do(tmp_path):
+    check_screws(compiled(loads(SPINDLE), tmp_path / "spindle", ["fk", "link_poses"], ["c"]))

@@ -4,7 +4,6 @@
  *   solvers tool       inverse kinematics of the tool, on one thread and on several
  *   solvers link       of the last link but one; standard input has the number of its screws, and
  *                      8 numbers for each
- *   solvers platform   of the tool of a robot whose chain follows its actuators
  *   solvers box        steps within bounds along a path that ends at a singularity
  */
 #include <math.h>
@@ -63,26 +62,18 @@ static double *new_doubles(size_t count)
 
 static Arm new_arm(const char *mode)
 {
-    Arm arm = {.kind = TIP_TOOL, .n_starts = STARTS};
-    const char *names[MOST_KERNELS] = {"fk_jacobian_mixed", "hessian_mixed"};
-    arm.n_kernels = 2;
-    if (strcmp(mode, "link") == 0) {
-        arm.kind = TIP_LINK;
+    Arm arm = {.link = -1, .n_starts = STARTS};
+    const char *names[MAX_KERNELS] = {"fk_jacobian_mixed", "hessian_mixed"};
+    int is_link = strcmp(mode, "link") == 0;
+    if (is_link) {
         names[0] = "link_poses";
-        arm.n_kernels = 1;
-    } else if (strcmp(mode, "platform") == 0) {
-        static const char *const for_platform[] = {"chain_fk", "chain_jacobian_mixed", "actuators",
-                                                   "actuators_D_chain"};
-        arm.kind = TIP_PLATFORM;
-        memcpy(names, for_platform, sizeof for_platform);
-        arm.n_kernels = 4;
     }
+    arm.n_kernels = is_link ? 1 : 2;
     for (int k = 0; k < arm.n_kernels; k++) {
         arm.kernels[k] = find(names[k]);
     }
     arm.n = arm.kernels[0]->sizes[0];
-    arm.n_all = arm.kind == TIP_PLATFORM ? 2 * arm.n : arm.n;
-    if (arm.kind == TIP_LINK) {
+    if (is_link) {
         arm.n_links = arm.kernels[0]->sizes[1] / POSE;
         arm.n_joints = arm.n;
         arm.link = arm.n_links - 2;
@@ -97,7 +88,7 @@ static Arm new_arm(const char *mode)
                     fail("screw is incomplete", s);
                 }
             }
-            arm.screws[s].frame = (int)row[0];
+            arm.screws[s].link = (int)row[0];
             arm.screws[s].joint = (int)row[1];
             memcpy(arm.screws[s].axis, row + 2, sizeof arm.screws[s].axis);
         }
@@ -109,28 +100,20 @@ static Arm new_arm(const char *mode)
 static void pose_at(const Arm *arm, const double *x, double *T)
 {
     double *J = new_doubles((size_t)TWIST * arm->n), *scratch = new_doubles(scratch_size(arm));
-    if (arm->kind == TIP_TOOL) {
+    if (arm->link < 0) {
         call_kernel(arm->kernels[0], x, T, J);
-    } else if (arm->kind == TIP_LINK) {
+    } else {
         call_kernel(arm->kernels[0], x, scratch, NULL);
         memcpy(T, scratch + POSE * arm->link, POSE * sizeof(double));
-    } else {
-        call_kernel(arm->kernels[0], x + arm->n, T, NULL);
     }
     free(J);
     free(scratch);
 }
 
-/* Writes coordinates x (n_all,). For a platform the joints of the chain are chosen, and determine
- * its actuators. */
 static void configuration(const Arm *arm, int row, double reach, double *x)
 {
     for (int k = 0; k < arm->n; k++) {
-        x[arm->n_all - arm->n + k] = reach * scattered(row, k);
-    }
-    if (arm->kind == TIP_PLATFORM) {
-        x[arm->n + 2] += 1; /* a pose of the platform above its base */
-        call_kernel(arm->kernels[2], x + arm->n, x, NULL);
+        x[k] = reach * scattered(row, k);
     }
 }
 
@@ -139,15 +122,15 @@ static void fill(Arm *arm, double reach)
     arm->lower = new_doubles(arm->n);
     arm->upper = new_doubles(arm->n);
     for (int k = 0; k < arm->n; k++) {
-        arm->lower[k] = arm->kind == TIP_PLATFORM ? -INFINITY : -reach;
-        arm->upper[k] = arm->kind == TIP_PLATFORM ? INFINITY : reach;
+        arm->lower[k] = -reach;
+        arm->upper[k] = reach;
     }
-    arm->starts = new_doubles((size_t)STARTS * arm->n_all);
+    arm->starts = new_doubles((size_t)STARTS * arm->n);
     arm->start_poses = new_doubles((size_t)12 * STARTS);
     for (int s = 0; s < STARTS; s++) {
         double T[POSE];
-        configuration(arm, 1000 + s, reach, arm->starts + (size_t)s * arm->n_all);
-        pose_at(arm, arm->starts + (size_t)s * arm->n_all, T);
+        configuration(arm, 1000 + s, reach, arm->starts + (size_t)s * arm->n);
+        pose_at(arm, arm->starts + (size_t)s * arm->n, T);
         for (int i = 0; i < 12; i++) {
             arm->start_poses[i * STARTS + s] = T[i];
         }
@@ -207,8 +190,7 @@ static void check_batch(const Arm *arm, const Task *task, const double *poses, c
         }
         for (int i = 0; i < arm->n; i++) {
             double q = alone.q[k * arm->n + i];
-            if (task->n_locked && task->locked[i] && k < POSES - 1 &&
-                q != seeds[k * arm->n_all + i]) {
+            if (task->n_locked && task->locked[i] && k < POSES - 1 && q != seeds[k * arm->n + i]) {
                 fail("a locked coordinate has moved", k);
             }
             if (k < POSES - 1 && !(q >= arm->lower[i] && q <= arm->upper[i])) {
@@ -227,14 +209,14 @@ static int check_inverse(const char *mode)
 {
     static const double whole[] = {1, 1, 1, 1, 1, 1}, position[] = {2, 2, 2, 0, 0, 0};
     Arm arm = new_arm(mode);
-    double reach = arm.kind == TIP_PLATFORM ? 0.2 : 1.5;
+    const double reach = 1.5;
     fill(&arm, reach);
     double *poses = new_doubles(POSES * POSE);
-    double *seeds = new_doubles((size_t)POSES * arm.n_all);
+    double *seeds = new_doubles((size_t)POSES * arm.n);
     for (int k = 0; k < POSES; k++) {
-        configuration(&arm, k, reach, seeds + (size_t)k * arm.n_all);
-        pose_at(&arm, seeds + (size_t)k * arm.n_all, poses + k * POSE);
-        configuration(&arm, k + POSES, reach, seeds + (size_t)k * arm.n_all);
+        configuration(&arm, k, reach, seeds + (size_t)k * arm.n);
+        pose_at(&arm, seeds + (size_t)k * arm.n, poses + k * POSE);
+        configuration(&arm, k + POSES, reach, seeds + (size_t)k * arm.n);
     }
     poses[(POSES - 2) * POSE + 3] += 1e3;
     poses[(POSES - 1) * POSE] = NAN;
@@ -252,7 +234,7 @@ static int check_inverse(const char *mode)
     }
     /* The first coordinate of each pose is locked, and the others begin elsewhere. */
     for (int k = 0; k < POSES; k++) {
-        double *seed = seeds + (size_t)k * arm.n_all;
+        double *seed = seeds + (size_t)k * arm.n;
         configuration(&arm, k, reach, seed);
         double first = seed[0];
         configuration(&arm, k + POSES, reach, seed);
