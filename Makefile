@@ -70,7 +70,7 @@ help: ## this list
 .venv/bin/python:
 	@$(PYTHON) -m venv .venv
 
-SOURCES := pyproject.toml setup.py $(wildcard runtime/*/*.[ch] runtime/*/*/*.[ch])
+SOURCES := pyproject.toml setup.py $(wildcard contract/*.h runtime/*/*.[ch] runtime/*/*/*.[ch])
 
 .venv/derive: .venv/bin/python $(SOURCES)
 	@echo "installing chasles and its compiler into .venv" && $(INSTALL) '.[derive]' && touch $@

@@ -37,8 +37,8 @@ def extension(name, patterns):
     return Extension(
         f"chasles.{name}",
         sorted(str(path) for pattern in patterns for path in runtime.glob(pattern)),
-        depends=sorted(map(str, runtime.glob("**/*.h"))),
-        include_dirs=["runtime", np.get_include()],
+        depends=sorted(map(str, [*runtime.glob("**/*.h"), *Path("contract").glob("*.h")])),
+        include_dirs=["runtime", "contract", np.get_include()],
         # Some Pythons were built with -O2, and nothing reads the errno of square roots. Hidden
         # symbols let the compiler call from file to file without the linker's table.
         extra_compile_args=["-O3", "-fno-math-errno", "-fno-trapping-math", "-fvisibility=hidden"],
@@ -60,6 +60,7 @@ setup(
     ],
     package_data={
         "chasles": ["py.typed", "*/*.pyi", "library/_kernel.h"],
+        "chasles.contract": ["*.h"],
         "chasles.view": ["page/*", "three/*"],
         "chasles.derive": [
             "py.typed",

@@ -9,9 +9,10 @@
 
 #include <numpy/arrayobject.h>
 
+#include "chasles_distance.h"
 #include "closed_form/_cells.h"
 
-#define TURN 6.283185307179586
+#define TURN CHASLES_FULL_TURN
 
 /* An array of the right type and size in C order, or NULL with an error set. */
 static void *dense(PyObject *object, int type, npy_intp size)
@@ -235,71 +236,55 @@ static int read_seeds(PyObject *seed, PyObject *turn, PyObject *unit, const Slot
     return units ? 0 : -1;
 }
 
-/* Returns the move of a coordinate, by the shorter way round if it wraps. */
-static inline double move_of(double difference, double turn)
+/* A slot of a pose with its rounded distance from the seed, infinite or NaN if it does not count.
+ */
+typedef struct {
+    uint64_t distance;
+    npy_intp slot;
+} Ranked;
+
+static Ranked ranked(const Slots *slots, const Seeds *seeds, npy_intp pose, npy_intp slot)
 {
-    return turn > 0 ? difference - TURN * rint(difference * (1 / TURN)) : difference;
+    const npy_intp row = pose * slots->k + slot;
+    const double own = chasles_distance((int)slots->n, seeds->q + pose * seeds->step,
+                                        slots->q + row * slots->n, seeds->turn, seeds->scale);
+    return (Ranked){chasles_rounded(slots->valid[row] ? own : INFINITY), slot};
 }
 
-/* Writes the distance of each slot of a pose from the seed, infinite where it is not valid. */
-static void write_distances(const Slots *slots, const Seeds *seeds, npy_intp pose, double *distance)
+static double sum_of_moves(const Slots *slots, const Seeds *seeds, npy_intp pose, npy_intp slot)
 {
-    const double *q = slots->q + pose * slots->k * slots->n, *seed = seeds->q + pose * seeds->step;
-    const npy_bool *valid = slots->valid + pose * slots->k;
-    for (npy_intp slot = 0; slot < slots->k; slot++, q += slots->n) {
-        double most = 0;
-        for (npy_intp j = 0; j < slots->n; j++) {
-            const double move = fabs(move_of(q[j] - seed[j], seeds->turn[j]) * seeds->scale[j]);
-            /* NaN counts as the largest. */
-            most = move <= most ? most : move;
-        }
-        distance[slot] = valid[slot] && !isnan(most) ? most : INFINITY;
-    }
+    return chasles_sum_of_moves((int)slots->n, seeds->q + pose * seeds->step,
+                                slots->q + (pose * slots->k + slot) * slots->n, seeds->turn,
+                                seeds->scale);
 }
 
 /* Tests whether two slots hold the same solution at other turns. */
 static int differ_by_turns(npy_intp n, const double *a, const double *b)
 {
     for (npy_intp j = 0; j < n; j++) {
-        if (fabs(move_of(a[j] - b[j], TURN)) > SAME_TURNS) {
+        if (chasles_move(a[j] - b[j], TURN) > SAME_TURNS) {
             return 0;
         }
     }
     return 1;
 }
 
-/* Returns the sum of all moves of a slot. */
-static double sum_of_moves(const Slots *slots, const Seeds *seeds, npy_intp pose, npy_intp slot)
+/* Returns the nearest valid slot of a pose, -1 if there is none; see chasles_distance.h. */
+static npy_intp nearest_slot(const Slots *slots, const Seeds *seeds, npy_intp pose)
 {
-    const double *q = slots->q + (pose * slots->k + slot) * slots->n;
-    const double *seed = seeds->q + pose * seeds->step;
-    double sum = 0;
-    for (npy_intp j = 0; j < slots->n; j++) {
-        sum += fabs(move_of(q[j] - seed[j], seeds->turn[j]) * seeds->scale[j]);
-    }
-    return sum;
-}
-
-/* Returns the nearest valid slot of a pose, -1 if there is none: the lowest of several, and of the
- * turns of its solution the one whose coordinates move least in sum. */
-static npy_intp nearest_slot(const Slots *slots, const Seeds *seeds, npy_intp pose,
-                             double *distance)
-{
-    const double *q = slots->q + pose * slots->k * slots->n;
-    npy_intp best = 0, turned;
-    write_distances(slots, seeds, pose, distance);
-    for (npy_intp slot = 1; slot < slots->k; slot++) {
-        best = distance[slot] < distance[best] ? slot : best;
-    }
-    turned = best;
-    for (npy_intp slot = best + 1; slot < slots->k; slot++) {
-        if (distance[slot] == distance[best] &&
-            differ_by_turns(slots->n, q + best * slots->n, q + slot * slots->n) &&
-            sum_of_moves(slots, seeds, pose, slot) < sum_of_moves(slots, seeds, pose, turned)) {
-            turned = slot;
+    const npy_intp n = slots->n;
+    const double *q = slots->q + pose * slots->k * n;
+    Ranked best = {chasles_rounded(INFINITY), -1};
+    for (npy_intp slot = 0; slot < slots->k; slot++) {
+        const Ranked own = ranked(slots, seeds, pose, slot);
+        if (own.distance < best.distance || (own.distance == best.distance && best.slot >= 0 &&
+                                             differ_by_turns(n, q + best.slot * n, q + slot * n) &&
+                                             sum_of_moves(slots, seeds, pose, slot) <
+                                                 sum_of_moves(slots, seeds, pose, best.slot))) {
+            best = own;
         }
     }
-    return distance[best] < INFINITY ? turned : -1;
+    return best.slot;
 }
 
 /* nearest(q, valid, seed, turn, unit) of the module: (..., n), NaN for a pose without valid slot.
@@ -313,27 +298,19 @@ static PyObject *nearest(PyObject *Py_UNUSED(module), PyObject *args)
         read_slots(q, valid, &slots) < 0 || read_seeds(seed, turn, unit, &slots, &seeds) < 0) {
         return NULL;
     }
-    double *distance = PyMem_Malloc((size_t)(slots.k > 0 ? slots.k : 1) * sizeof *distance);
-    PyObject *found = distance ? new_like(q, NPY_DOUBLE, 1, slots.n, 0) : PyErr_NoMemory();
+    PyObject *found = new_like(q, NPY_DOUBLE, 1, slots.n, 0);
     for (npy_intp pose = 0; found && pose < slots.poses; pose++) {
         double *to = (double *)PyArray_DATA((PyArrayObject *)found) + pose * slots.n;
-        const npy_intp best = slots.k ? nearest_slot(&slots, &seeds, pose, distance) : -1;
+        const npy_intp best = nearest_slot(&slots, &seeds, pose);
         for (npy_intp j = 0; j < slots.n; j++) {
             to[j] = best < 0 ? NAN : slots.q[(pose * slots.k + best) * slots.n + j];
         }
     }
-    PyMem_Free(distance);
     return found;
 }
 
-/* A slot and its distance. */
-typedef struct {
-    double distance;
-    npy_intp slot;
-} Ranked;
-
 /* Sorts n slots by their distances, equal ones in their order; `room` has place for n more. */
-static void sort_ranked(Ranked *ranked, Ranked *room, npy_intp n)
+static void sort_ranked(Ranked *slots, Ranked *room, npy_intp n)
 {
     for (npy_intp width = 1; width < n; width *= 2) {
         for (npy_intp first = 0; first < n; first += 2 * width) {
@@ -341,12 +318,11 @@ static void sort_ranked(Ranked *ranked, Ranked *room, npy_intp n)
             const npy_intp end = middle + width < n ? middle + width : n;
             npy_intp a = first, b = middle;
             for (npy_intp i = first; i < end; i++) {
-                const int left =
-                    b >= end || (a < middle && ranked[a].distance <= ranked[b].distance);
-                room[i] = left ? ranked[a++] : ranked[b++];
+                const int left = b >= end || (a < middle && slots[a].distance <= slots[b].distance);
+                room[i] = left ? slots[a++] : slots[b++];
             }
         }
-        memcpy(ranked, room, (size_t)n * sizeof *ranked);
+        memcpy(slots, room, (size_t)n * sizeof *slots);
     }
 }
 
@@ -360,23 +336,19 @@ static PyObject *order(PyObject *Py_UNUSED(module), PyObject *args)
         read_slots(q, valid, &slots) < 0 || read_seeds(seed, turn, unit, &slots, &seeds) < 0) {
         return NULL;
     }
-    const size_t k = slots.k > 0 ? (size_t)slots.k : 1;
-    double *distance = PyMem_Malloc(k * sizeof *distance);
-    Ranked *ranked = PyMem_Malloc(2 * k * sizeof *ranked);
-    PyObject *found = distance && ranked ? new_like(q, NPY_INTP, 1, slots.k, 0) : PyErr_NoMemory();
+    Ranked *order_of = PyMem_Malloc((size_t)(2 * slots.k + 1) * sizeof *order_of);
+    PyObject *found = order_of ? new_like(q, NPY_INTP, 1, slots.k, 0) : PyErr_NoMemory();
     for (npy_intp pose = 0; found && pose < slots.poses; pose++) {
         npy_intp *to = (npy_intp *)PyArray_DATA((PyArrayObject *)found) + pose * slots.k;
-        write_distances(&slots, &seeds, pose, distance);
         for (npy_intp slot = 0; slot < slots.k; slot++) {
-            ranked[slot] = (Ranked){distance[slot], slot};
+            order_of[slot] = ranked(&slots, &seeds, pose, slot);
         }
-        sort_ranked(ranked, ranked + slots.k, slots.k);
+        sort_ranked(order_of, order_of + slots.k, slots.k);
         for (npy_intp i = 0; i < slots.k; i++) {
-            to[i] = ranked[i].slot;
+            to[i] = order_of[i].slot;
         }
     }
-    PyMem_Free(distance);
-    PyMem_Free(ranked);
+    PyMem_Free(order_of);
     return found;
 }
 
@@ -387,7 +359,7 @@ static int are_equal(npy_intp n, const double *a, const double *b, const double 
                      const double *tolerance)
 {
     for (npy_intp j = 0; j < n; j++) {
-        if (!(fabs(move_of(a[j] - b[j], turn[j])) <= tolerance[j])) {
+        if (!(chasles_move(a[j] - b[j], turn[j]) <= tolerance[j])) {
             return 0;
         }
     }

@@ -131,8 +131,8 @@ class NearestMethods:
 
         All branches count, and all full turns within the limits. The distance is the largest
         weighted move of a coordinate; prismatic joints count in `unit_length`. Of several solutions
-        at the same distance the one in the lowest slot is taken. Poses of a batch are independent
-        of each other.
+        whose distances are equal but for rounding, the one in the lowest slot is taken. Poses of a
+        batch are independent of each other.
 
         Args:
             T: (..., 4, 4) poses of the tool measured and expressed in the base frame, or targets of

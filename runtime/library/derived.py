@@ -2,7 +2,7 @@
 
 The runtime imports nothing of the compiler: it runs `python -m chasles.derive` as a program of its
 own, once a description. The name of the generated folder in the cache holds the SHA-256 of the
-description, of files that it names, and of the sources of the compiler, so that neither a
+description, of files that it names, and of the sources of compiler and contract, so that neither a
 changed description nor a changed compiler meets an old folder. (The extra `derive` pins the
 versions of the libraries that the compiler uses.)
 """
@@ -17,6 +17,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
+from .. import contract
 from ..errors import CacheError, DerivationError, UnknownRobotError
 from .cache import cache_folder
 
@@ -175,10 +176,11 @@ def _files_in(table: Mapping[str, object], folder: Path) -> Iterator[Path]:
 
 @functools.cache
 def _compiler_digest() -> bytes:
-    root = _compiler_folder()
+    folders = _compiler_folder(), Path(contract.__file__).parent
     digest = hashlib.sha256()
-    for path in sorted([*root.rglob("*.py"), *root.rglob("*.h")]) if root else []:
-        digest.update(path.read_bytes() + b"\0")
+    for folder in filter(None, folders):
+        for path in sorted([*folder.rglob("*.py"), *folder.rglob("*.h")]):
+            digest.update(path.read_bytes() + b"\0")
     return digest.digest()
 
 

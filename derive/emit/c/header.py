@@ -5,6 +5,8 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
+from chasles import contract
+
 from ...model.mechanism import Coordinate, Described
 from ...model.robot import Joint
 from ...program.counting import count_operations
@@ -81,9 +83,11 @@ def notice(robot: Described) -> str:
 def support_files() -> Mapping[str, Path]:
     """The C files that are written by hand and the same for every robot, by name.
 
-    Generated folders are flat: they hold the files of all folders of ``support``.
+    Generated folders are flat: they hold the files of all folders of ``support``, and those of the
+    contract, which the runtime's C includes too.
     """
-    return {path.name: path for path in sorted((Path(__file__).parent / "support").rglob("*.h"))}
+    folders = Path(__file__).parent / "support", Path(contract.__file__).parent
+    return {path.name: path for folder in folders for path in sorted(folder.rglob("*.h"))}
 
 
 def support(name: str) -> str:

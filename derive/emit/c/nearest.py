@@ -14,7 +14,7 @@ from ...terms.symbolic_function import Signature
 from .expressions import WIDTH, number
 from .header import notice, support
 
-SUPPORTS = ("chasles_nearest.h", "chasles_nearest_six.h")
+SUPPORTS = ("chasles_nearest.h", "chasles_nearest_six.h", "chasles_distance.h")
 MAX_SLOTS = MAX_JOINTS = 64
 """Slots and coordinates that the support file takes."""
 

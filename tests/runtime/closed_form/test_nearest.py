@@ -166,6 +166,31 @@ def test_equal_distances_give_the_lower_slot(arm):
     assert np.abs(np.angle(np.exp(1j * (found.q - solutions.q[slot])))).max() < 1e-12
 
 
+@pytest.mark.parametrize("name", ["ur5e", "scara"])
+def test_seeds_between_two_solutions_give_the_same_slot_as_the_filters(name):
+    robot, rng = chasles.load(name), np.random.default_rng(5)
+    T = robot.fk(rng.uniform(robot.lower / 2, robot.upper / 2, (400, robot.n)))
+    solutions = robot.ik(T)
+    moves = solutions.q[:, 1] - solutions.q[:, 0]
+    wraps = np.array(solutions.wraps)
+    moves[:, wraps] -= TURN * np.rint(moves[:, wraps] / TURN)
+    # Both slots are as far from the seed, but for rounding.
+    seeds = solutions.q[:, 0] + moves / 2
+    found = robot.ik_nearest(T, seeds, limits=None).q
+    expected = robot.ik(T).nearest(seeds)
+    apart = found - expected
+    apart[:, wraps] -= TURN * np.rint(apart[:, wraps] / TURN)
+    assert np.abs(apart).max() < 1e-12
+
+
+@pytest.mark.parametrize("ulps", [-3, 3])
+def test_filters_take_the_lower_slot_of_distances_equal_but_for_rounding(arm, ulps):
+    q = np.array([[0.3, *[0.0] * 5], [-0.3 * (1 + ulps * np.finfo(float).eps), *[0.0] * 5]])
+    slots = type(arm.ik(arm.fk(Q)))(q, np.zeros(2), np.ones(2), np.ones(2, bool))
+    np.testing.assert_array_equal(slots.nearest(np.zeros(6)), q[0])
+    np.testing.assert_array_equal(slots.sorted_from(np.zeros(6)).q, q)
+
+
 def test_nothing_found_states_the_reason(arm):
     T, far = arm.fk(Q), arm.fk(Q)
     far[:3, 3] *= 10

@@ -1,17 +1,14 @@
 /* The solution of an inverse nearest to a seed within limits; part of chasles, the same for every
  * robot.
  *
- * The distance is the largest weighted move of a coordinate. A joint that a full turn brings back
- * to the same pose counts at the turn nearest to the seed within its limits.
+ * A joint that a full turn brings back to the same pose counts at the turn nearest to the seed
+ * within its limits.
  */
 #ifndef CHASLES_NEAREST_H
 #define CHASLES_NEAREST_H
 
-#include <math.h>
-#include <stdint.h>
-#include <string.h>
+#include "chasles_distance.h"
 
-#define CHASLES_FULL_TURN 6.283185307179586
 #define CHASLES_SOLVED 1e-9 /* largest residual of a solution [m, rad] */
 #define CHASLES_AT_LIMIT                                                                         \
     1e-12                     /* distance by which rounding may put a coordinate outside a limit \
@@ -86,33 +83,21 @@ static inline void chasles_distances(const chasles_slots *of, const chasles_move
 {
     const double *q = of->q;
     for (int slot = 0; slot < of->slots; slot++, q += of->n) {
-        double most = 0;
-        for (int j = 0; j < of->n; j++) {
-            const double apart = q[j] - q_seed[j];
-            const double turns = rint(apart * (1 / CHASLES_FULL_TURN));
-            const double move = fabs(apart - moves->turn[j] * turns) * moves->scale[j];
-            most = move > most ? move : most;
-        }
-        distance[slot] = of->residual[slot] <= of->tolerance ? most : INFINITY;
+        const double own = chasles_distance(of->n, q_seed, q, moves->turn, moves->scale);
+        distance[slot] = of->residual[slot] <= of->tolerance ? own : INFINITY;
     }
 }
 
-/* Returns the slot with the smallest distance, the lowest of several whose distances are equal but
- * for rounding; -1 if all are infinite. The bits of positive numbers are in the same order as the
- * numbers; the slot takes the place of the last six. */
+/* Returns the slot with the smallest distance, the lowest of several that are equal but for
+ * rounding; -1 if all are infinite. The slot takes the place of the rounding. */
 static inline int chasles_least(int slots, const double *distance)
 {
     uint64_t least = UINT64_MAX;
-    double none = INFINITY;
-    uint64_t end;
-    memcpy(&end, &none, sizeof end);
     for (int slot = 0; slot < slots; slot++) {
-        uint64_t key;
-        memcpy(&key, distance + slot, sizeof key);
-        key = (key & ~(uint64_t)(CHASLES_MAX_SLOTS - 1)) | (uint64_t)slot;
+        const uint64_t key = chasles_rounded(distance[slot]) | (uint64_t)slot;
         least = key < least ? key : least;
     }
-    return least < end ? (int)(least & (CHASLES_MAX_SLOTS - 1)) : -1;
+    return least < chasles_rounded(INFINITY) ? (int)(least & CHASLES_ROUNDING) : -1;
 }
 
 /* Writes NaN to q and the residual and margin of the slot nearest to the pose, and returns the

@@ -108,7 +108,8 @@ static inline int chasles_nearest_six(const chasles_slots *of, const chasles_mov
     const chasles_four first = chasles_first_two(moves, q_seed);
     const chasles_four last = chasles_last_four(moves, q_seed);
     const __m256d none = _mm256_set1_pd(INFINITY), tolerance = _mm256_set1_pd(of->tolerance);
-    __m256d least = none;
+    const __m256d rounding = _mm256_castsi256_pd(_mm256_set1_epi64x(CHASLES_ROUNDING));
+    __m256d least = none, last_equal;
     uint64_t slots = 0;
     int best;
     for (int slot = 0; slot < of->slots; slot += 4) {
@@ -121,9 +122,10 @@ static inline int chasles_nearest_six(const chasles_slots *of, const chasles_mov
     }
     least = _mm256_min_pd(least, _mm256_permute2f128_pd(least, least, 1));
     least = _mm256_min_pd(least, _mm256_permute_pd(least, 5));
+    last_equal = _mm256_or_pd(least, rounding);
     for (int slot = 0; slot < of->slots; slot += 4) {
-        const __m256d equal = _mm256_cmp_pd(_mm256_loadu_pd(distance + slot), least, _CMP_EQ_OQ);
-        slots |= (uint64_t)_mm256_movemask_pd(equal) << slot;
+        const __m256d own = _mm256_loadu_pd(distance + slot);
+        slots |= (uint64_t)_mm256_movemask_pd(_mm256_cmp_pd(own, last_equal, _CMP_LE_OQ)) << slot;
     }
     *is_inside = 0;
     if (!(_mm256_cvtsd_f64(least) < INFINITY)) {
