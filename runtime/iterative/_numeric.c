@@ -11,10 +11,13 @@
 #include "iterative/native/arm.h"
 #include "iterative/native/batch.h"
 
+enum { N_TABLES = 4 };
+
 typedef struct {
     PyObject_HEAD
     Arm arm;
-    PyObject *capsules; /* the compiled functions; they keep their library loaded */
+    PyObject *capsules;              /* the compiled functions; they keep their library loaded */
+    PyArrayObject *tables[N_TABLES]; /* limits, starts and their poses */
 } Solver;
 
 /* Converts to a dense array of doubles with the shape given, where -1 fits any size. Returns NULL
@@ -34,27 +37,13 @@ static PyArrayObject *doubles(PyObject *object, const char *name, int ndim, cons
     return array;
 }
 
-/* Copies the values into memory from malloc; NULL with an error set. */
-static double *copy_values(PyArrayObject *array)
-{
-    size_t size = PyArray_NBYTES(array);
-    double *copy = malloc(size ? size : 1);
-    if (copy) {
-        memcpy(copy, PyArray_DATA(array), size);
-    } else {
-        PyErr_NoMemory();
-    }
-    return copy;
-}
-
 static void solver_dealloc(Solver *self)
 {
     Py_XDECREF(self->capsules);
+    for (int i = 0; i < N_TABLES; i++) {
+        Py_XDECREF(self->tables[i]);
+    }
     free(self->arm.screws);
-    free(self->arm.lower);
-    free(self->arm.upper);
-    free(self->arm.starts);
-    free(self->arm.start_poses);
     Py_TYPE(self)->tp_free((PyObject *)self);
 }
 
@@ -138,28 +127,28 @@ static int read_screws(Arm *self, PyObject *rows)
     return fit ? 0 : -1;
 }
 
-static int read_tables(Arm *self, PyObject *lower, PyObject *upper, PyObject *starts,
+/* Reads the limits, the starts and their poses; -1 with an error set. */
+static int read_tables(Solver *self, PyObject *lower, PyObject *upper, PyObject *starts,
                        PyObject *poses)
 {
-    const npy_intp n[] = {self->n}, rows[] = {-1, self->n};
-    PyArrayObject *arrays[4] = {doubles(lower, "lower", 1, n), NULL, NULL, NULL};
-    arrays[1] = arrays[0] ? doubles(upper, "upper", 1, n) : NULL;
-    arrays[2] = arrays[1] ? doubles(starts, "starts", 2, rows) : NULL;
-    if (arrays[2]) {
-        const npy_intp entries[] = {12, PyArray_DIM(arrays[2], 0)};
-        self->n_starts = (int)entries[1];
-        arrays[3] = doubles(poses, "poses of starts", 2, entries);
+    const npy_intp n[] = {self->arm.n}, rows[] = {-1, self->arm.n};
+    PyArrayObject **tables = self->tables;
+    if (!(tables[0] = doubles(lower, "lower", 1, n)) ||
+        !(tables[1] = doubles(upper, "upper", 1, n)) ||
+        !(tables[2] = doubles(starts, "starts", 2, rows))) {
+        return -1;
     }
-    int failed = !arrays[3];
-    double **const members[] = {&self->lower, &self->upper, &self->starts, &self->start_poses};
-    for (int i = 0; i < 4 && !failed; i++) {
-        *members[i] = copy_values(arrays[i]);
-        failed = !*members[i];
+    const npy_intp entries[] = {12, PyArray_DIM(tables[2], 0)};
+    self->arm.n_starts = (int)entries[1];
+    if (!(tables[3] = doubles(poses, "poses of starts", 2, entries))) {
+        return -1;
     }
-    for (int i = 0; i < 4; i++) {
-        Py_XDECREF(arrays[i]);
+    const double **const members[] = {&self->arm.lower, &self->arm.upper, &self->arm.starts,
+                                      &self->arm.start_poses};
+    for (int i = 0; i < N_TABLES; i++) {
+        *members[i] = PyArray_DATA(tables[i]);
     }
-    return failed ? -1 : 0;
+    return 0;
 }
 
 static PyObject *solver_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
@@ -182,7 +171,7 @@ static PyObject *solver_new(PyTypeObject *type, PyObject *args, PyObject *kwargs
     self->arm.link = link;
     if (read_kernels(self, capsules) < 0 || !read_sizes(&self->arm) ||
         (link >= 0 && read_screws(&self->arm, screws) < 0) ||
-        read_tables(&self->arm, lower, upper, starts, poses) < 0) {
+        read_tables(self, lower, upper, starts, poses) < 0) {
         Py_CLEAR(self);
     }
     return (PyObject *)self;

@@ -64,9 +64,9 @@
  * the vectors found so far, that span is the whole space, and there is no vector left. */
 #define SVD_NOTHING_LEFT 1e-6
 
-/* Square of a pure number, added under the root of a pivot of the Cholesky factors. A pivot that
- * rounding made negative becomes positive; no true pivot is so small. */
-#define CHOLESKY_LEAST_PIVOT 1e-300
+/* Square of a pure number, the least pivot of a symmetric matrix. A pivot that rounding made
+ * negative becomes positive; no true pivot is so small. */
+#define LEAST_PIVOT 1e-300
 
 /* ------------------------------------------- inverse kinematics by Levenberg-Marquardt */
 

@@ -28,10 +28,11 @@ typedef struct {
     int n;                           /* coordinates */
     int n_links, n_joints, n_screws; /* for a link */
     Screw *screws;
-    double *lower, *upper; /* (n,) */
+    const double *lower, *upper; /* (n,) */
     int n_starts;
-    double *starts;      /* (n_starts, n) */
-    double *start_poses; /* (12, n_starts): the first three rows of each pose, entry by entry */
+    const double *starts; /* (n_starts, n) */
+    const double
+        *start_poses; /* (12, n_starts): the first three rows of each pose, entry by entry */
 } Arm;
 
 typedef struct {

@@ -47,7 +47,7 @@ static double damped_step(const Problem *problem, int m, double lambda, double *
     for (int a = 0; a < m; a++) {
         work->A[a * m + a] += lambda;
     }
-    solve_ldlt(work->A, m, work->step);
+    solve_symmetric(work->A, m, m, work->step);
     for (int a = 0; a < m; a++) {
         longest = larger(longest, fabs(work->step[a]));
     }

@@ -115,7 +115,7 @@ static void solve_free(DampedBox *box, int count)
             box->A[a * n + b] = box->H[i * n + box->free[b]];
         }
     }
-    solve_cholesky(box->A, count, n, box->z);
+    solve_symmetric(box->A, count, n, box->z);
 }
 
 /* Moves x towards z, up to the first bound. Returns 1 where there was one; its variable is held. */

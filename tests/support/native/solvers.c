@@ -119,31 +119,33 @@ static void configuration(const Arm *arm, int row, double reach, double *x)
 
 static void fill(Arm *arm, double reach)
 {
-    arm->lower = new_doubles(arm->n);
-    arm->upper = new_doubles(arm->n);
+    double *lower = new_doubles(arm->n), *upper = new_doubles(arm->n);
+    double *starts = new_doubles((size_t)STARTS * arm->n), *poses = new_doubles(12 * STARTS);
     for (int k = 0; k < arm->n; k++) {
-        arm->lower[k] = -reach;
-        arm->upper[k] = reach;
+        lower[k] = -reach;
+        upper[k] = reach;
     }
-    arm->starts = new_doubles((size_t)STARTS * arm->n);
-    arm->start_poses = new_doubles((size_t)12 * STARTS);
     for (int s = 0; s < STARTS; s++) {
         double T[POSE];
-        configuration(arm, 1000 + s, reach, arm->starts + (size_t)s * arm->n);
-        pose_at(arm, arm->starts + (size_t)s * arm->n, T);
+        configuration(arm, 1000 + s, reach, starts + (size_t)s * arm->n);
+        pose_at(arm, starts + (size_t)s * arm->n, T);
         for (int i = 0; i < 12; i++) {
-            arm->start_poses[i * STARTS + s] = T[i];
+            poses[i * STARTS + s] = T[i];
         }
     }
+    arm->lower = lower;
+    arm->upper = upper;
+    arm->starts = starts;
+    arm->start_poses = poses;
 }
 
 static void empty(Arm *arm)
 {
     free(arm->screws);
-    free(arm->lower);
-    free(arm->upper);
-    free(arm->starts);
-    free(arm->start_poses);
+    free((void *)arm->lower);
+    free((void *)arm->upper);
+    free((void *)arm->starts);
+    free((void *)arm->start_poses);
 }
 
 static Results new_results(int n)
