@@ -5,13 +5,13 @@ from __future__ import annotations
 import functools
 import operator
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .contract import Coordinate, Reference
 from .errors import InputTypeError, InputValueError
+from .facts import RobotFacts
 from .size import configurations
 
 FloatArray = NDArray[np.float64]
@@ -20,7 +20,7 @@ Lock = str | int | Iterable[str | int]
 """Coordinates or joints: a name or an index in q, or several."""
 
 
-def locked_coordinates(robot: Any, method: str, lock: Lock | None) -> BoolArray:
+def locked_coordinates(robot: RobotFacts, method: str, lock: Lock | None) -> BoolArray:
     """The coordinates that do not move where some coordinates or joints of the chain are locked.
 
     Args:
@@ -49,7 +49,7 @@ def locked_coordinates(robot: Any, method: str, lock: Lock | None) -> BoolArray:
     return locked
 
 
-def _coordinate(robot: Any, caller: str, item: object) -> int:
+def _coordinate(robot: RobotFacts, caller: str, item: object) -> int:
     """The index of the coordinate that a name or an index stands for."""
     if not isinstance(item, str):
         return _index(robot, caller, item)
@@ -74,7 +74,7 @@ def _coordinate(robot: Any, caller: str, item: object) -> int:
     return int(movers[0])
 
 
-def _index(robot: Any, caller: str, item: object) -> int:
+def _index(robot: RobotFacts, caller: str, item: object) -> int:
     try:
         index = operator.index(item)  # type: ignore[arg-type]
     except TypeError:
@@ -91,7 +91,7 @@ def _index(robot: Any, caller: str, item: object) -> int:
 
 
 @functools.lru_cache(maxsize=64)
-def follows(robot: Any) -> BoolArray:
+def follows(robot: RobotFacts) -> BoolArray:
     """(n_theta, n) whether each joint of the main chain moves with each coordinate.
 
     A robot without loops has its coordinates as joints. Where loops are solved in closed form, the
@@ -99,6 +99,7 @@ def follows(robot: Any) -> BoolArray:
     """
     if not robot.loops:
         return np.eye(robot.n, dtype=np.bool_)
+    assert robot.reference is not None
     return following(robot.coordinates, robot.reference, robot.chain_D_q)
 
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping
-from functools import partial
+from collections.abc import Callable
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NoReturn
@@ -13,26 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .call._call import Function
-from .call.capabilities import Hint, Missing, missing_names
+from .call.capabilities import generated, lacks
 from .closed_form.assembly_modes import PlatformMethods
-from .closed_form.hints import no_inverse, no_representation
 from .closed_form.nearest import NearestMethods, nearest_function
 from .closed_form.paths import InverseMethods
 from .closed_form.slot_facts import within
 from .closed_form.solutions import Solutions
-from .closed_form.substitutes import INSTEAD, substitute
-from .contract import (
-    Argument,
-    Cleaning,
-    Coordinate,
-    Frames,
-    GeometryParameter,
-    Manifest,
-    Parameter,
-    Reference,
-    Variable,
-    read_manifest,
-)
+from .contract import Manifest, read_manifest
 from .errors import ShapeError, SourceMismatchError
 from .iterative.numeric_inverse import NumericMethods
 from .library import find_folder, is_of_shelf, shipped_folders
@@ -105,83 +91,16 @@ class Robot(
         digest: SHA-256 of its manifest, and so of all its equations.
     """
 
-    name: str
-    title: str
-    kind: str
-    source: str
-    n: int
-    coordinates: tuple[Coordinate, ...]
-    lower: FloatArray
-    upper: FloatArray
-    frames: Frames
-    parameters: Mapping[str, Parameter]
-    geometry: tuple[GeometryParameter, ...]
-    notes: tuple[str, ...]
-    cleaning: Cleaning
-    functions: Mapping[str, Function[Any]]
-    labels: Mapping[str, tuple[str, ...]]
-    redundancy: tuple[Argument, ...]
-    given: tuple[int, ...]
-    held: Mapping[str, tuple[int, ...]]
-    loops: tuple[str, ...]
-    solution: str
-    chain_joints: tuple[Coordinate, ...]
-    passive_joints: tuple[Variable, ...]
-    configuration_variables: tuple[Variable, ...]
-    reference: Reference | None
-    manifest: Manifest
-    folder: Path
-    digest: str
+    ik: Function[Solutions] = generated()
+    ik_position: Function[Solutions] = generated()
+    ik_position_pitch: Function[Solutions] = generated()
+    ik_position_direction: Function[Solutions] = generated()
 
-    fk: Function[FloatArray]
-    link_poses: Function[FloatArray]
-    jacobian_space: Function[FloatArray]
-    jacobian_body: Function[FloatArray]
-    jacobian_mixed: Function[FloatArray]
-    jacobian_space_dot: Function[FloatArray]
-    jacobian_body_dot: Function[FloatArray]
-    jacobian_mixed_dot: Function[FloatArray]
-    hessian_mixed: Function[FloatArray]
-    twist_space: Function[FloatArray]
-    twist_body: Function[FloatArray]
-    twist_mixed: Function[FloatArray]
-    acceleration_space: Function[FloatArray]
-    acceleration_body: Function[FloatArray]
-    acceleration_mixed: Function[FloatArray]
-    fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
-
-    ik: Function[Solutions]
-    ik_position: Function[Solutions]
-    ik_position_pitch: Function[Solutions]
-    ik_position_direction: Function[Solutions]
-
-    chain: Function[FloatArray]
-    chain_D_q: Function[FloatArray]
-    chain_rates: Function[FloatArray]
-    chain_accelerations: Function[FloatArray]
-    passive: Function[FloatArray]
-    passive_D_q: Function[FloatArray]
-    actuators: Function[FloatArray]
-    actuators_D_chain: Function[FloatArray]
-    actuator_rates: Function[FloatArray]
-    actuator_accelerations: Function[FloatArray]
-    configuration: Function[FloatArray]
-    constraint: Function[FloatArray]
-    constraint_D_z: Function[FloatArray]
-    constraint_D_z_dot: Function[FloatArray]
-    swivel: Function[FloatArray]
-
-    fk_p: Function[FloatArray]
-    jacobian_p: Function[FloatArray]
-    identification_jacobian: Function[FloatArray]
-    identification_jacobian_space: Function[FloatArray]
-    identification_jacobian_body: Function[FloatArray]
-    chain_fk: Function[FloatArray]
-    chain_link_poses: Function[FloatArray]
-    chain_jacobian_space: Function[FloatArray]
-    chain_jacobian_body: Function[FloatArray]
-    chain_jacobian_mixed: Function[FloatArray]
-    configuration_D_q: Function[FloatArray]
+    jacobian: NoReturn = generated()
+    jacobian_dot: NoReturn = generated()
+    hessian: NoReturn = generated()
+    twist: NoReturn = generated()
+    acceleration: NoReturn = generated()
 
     def __init__(self, manifest: Manifest) -> None:
         """Makes the robot of a manifest, and compiles its functions if the cache lacks them.
@@ -193,51 +112,11 @@ class Robot(
             ChaslesError: If its functions cannot be compiled or loaded; the message states the
                 reason.
         """
-        pickler = _function_pickler(manifest)
+        pickler = _pickler(manifest)
         functions = load_functions(manifest, pickler, Robot)
-        roles: dict[tuple[str, str, str], Function[Any]] = {}
-        for info in manifest.functions:
-            roles.setdefault(info.role.key, functions[info.name])
-        inverse = manifest.with_role("inverse", "pose")
-        lower = [-np.inf if c.lower is None else c.lower for c in manifest.coordinates]
-        upper = [np.inf if c.upper is None else c.upper for c in manifest.coordinates]
-        vars(self).update(
-            functions,
-            name=manifest.name,
-            title=manifest.title,
-            kind=manifest.kind,
-            source=manifest.source,
-            n=len(manifest.coordinates),
-            coordinates=manifest.coordinates,
-            lower=_constant(lower),
-            upper=_constant(upper),
-            frames=manifest.frames,
-            parameters=MappingProxyType({item.name: item for item in manifest.parameters}),
-            geometry=manifest.geometry,
-            notes=manifest.notes,
-            cleaning=manifest.cleaning,
-            functions=MappingProxyType(functions),
-            labels=_by_name(manifest, "labels"),
-            redundancy=inverse.inputs[1:] if inverse else (),
-            given=inverse.role.given if inverse else (),
-            held=_by_name(manifest, "held"),
-            loops=manifest.loops.names,
-            solution=manifest.loops.solution,
-            chain_joints=manifest.loops.chain or manifest.coordinates,
-            passive_joints=manifest.loops.passive,
-            configuration_variables=manifest.loops.configuration,
-            reference=manifest.loops.reference,
-            folder=manifest.folder,
-            digest=manifest.digest,
-            manifest=manifest,
-            _roles=MappingProxyType(roles),
-            _solvers={},
-            _velocity_relation=manifest.with_role("velocity relation", "chain"),
-        )
-        nearest = nearest_function(self, (_restore_nearest, (_address(self.folder), self.digest)))
+        vars(self).update(functions, manifest=manifest, functions=MappingProxyType(functions))
+        nearest = nearest_function(self, pickler("ik_nearest"))
         vars(self).update({} if nearest is None else {"ik_nearest": nearest})
-        missing = missing_names(self, _optional_functions(), _HINTS)
-        object.__setattr__(self, "__class__", _class_without(frozenset(missing.items())))
 
     def is_within_limits(self, q: ArrayLike) -> BoolArray:
         """Whether coordinates are within the robot's limits, up to rounding.
@@ -263,10 +142,7 @@ class Robot(
 
     def __dir__(self) -> list[str]:
         """The attributes that this robot has."""
-        return [name for name in super().__dir__() if not self._lacks(name)]
-
-    def _lacks(self, name: str) -> bool:
-        return isinstance(vars(type(self)).get(name), Missing)
+        return [name for name in super().__dir__() if not lacks(self, name)]
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         """Refuses: a robot does not change."""
@@ -298,46 +174,6 @@ class Robot(
         return _restore, (_address(self.folder), self.digest)
 
 
-_INVERSES = ("ik", "ik_position", "ik_position_pitch", "ik_position_direction")
-_PLAIN = ("jacobian", "jacobian_dot", "hessian", "twist", "acceleration")
-_HINTS: Mapping[str, Hint] = {
-    **{name: partial(substitute, name=name) for name in INSTEAD},
-    **dict.fromkeys(_INVERSES, no_inverse),
-    **{name: partial(no_representation, name=name) for name in _PLAIN},
-}
-"""Hints for functions and methods; those without a representation are ones that no robot has."""
-
-
-@functools.cache
-def _optional_functions() -> frozenset[str]:
-    """Every function that a robot can have: the attributes that are annotated as one."""
-    annotations = (vars(parent).get("__annotations__", {}) for parent in Robot.__mro__)
-    named = (item for own in annotations for item in own.items())
-    own_names = (name for name, kind in named if kind.startswith("Function["))
-    return frozenset([*_INVERSES, *_PLAIN, *own_names])
-
-
-@functools.cache
-def _class_without(missing: frozenset[tuple[str, Hint]]) -> type[Robot]:
-    """The class of robots that lack some attributes."""
-    attributes: dict[str, Any] = {name: Missing(name, hint) for name, hint in missing}
-    attributes |= {"__module__": Robot.__module__, "__qualname__": "Robot"}
-    attributes |= {"__doc__": Robot.__doc__}
-    return type("Robot", (Robot,), attributes)
-
-
-def _by_name(manifest: Manifest, fact: str) -> Mapping[str, Any]:
-    """A fact of the roles of functions by the functions' names, where it is stated."""
-    found = {item.name: getattr(item.role, fact) for item in manifest.functions}
-    return MappingProxyType({name: value for name, value in found.items() if value})
-
-
-def _constant(values: list[float]) -> FloatArray:
-    array = np.array(values, dtype=np.float64)
-    array.flags.writeable = False
-    return array
-
-
 def _address(folder: Path) -> str:
     """The name of an installed robot, so that the pickle is valid on another machine too."""
     installed = shipped_folders().get(folder.name) == folder or is_of_shelf(folder)
@@ -358,14 +194,11 @@ def _restore_once(address: str, digest: str) -> Robot:
     return _restore(address, digest)
 
 
-def _restore_nearest(address: str, digest: str) -> Any:
-    return _restore_once(address, digest).ik_nearest
+def _restore_function(address: str, digest: str, name: str) -> Any:
+    return getattr(_restore_once(address, digest), name)
 
 
-def _restore_function(address: str, digest: str, name: str) -> Function[Any]:
-    return _restore_once(address, digest).functions[name]
-
-
-def _function_pickler(manifest: Manifest) -> Callable[[str], tuple[Any, ...]]:
+def _pickler(manifest: Manifest) -> Callable[[str], tuple[Any, ...]]:
+    """From the name of a function to the value of its `__reduce__`."""
     address = _address(manifest.folder)
     return lambda name: (_restore_function, (address, manifest.digest, name))

@@ -12,15 +12,12 @@ and is small for a gantry with a small wrist, whose positions have the rounding 
 
 from __future__ import annotations
 
-import functools
 import math
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .call._call import Function
 from .contract import Coordinate, Reference
 from .sampling import low_discrepancy
 from .tolerances import LEAST_SIZE
@@ -102,21 +99,3 @@ def _positions(
             break
         q = (q + middle) / 2
     return best
-
-
-class SizeMethods:
-    """The unit of length of a robot."""
-
-    coordinates: tuple[Coordinate, ...]
-    reference: Reference | None
-    functions: Mapping[str, Function[Any]]
-
-    @functools.cached_property
-    def unit_length(self) -> float:
-        """The length [m] that counts as much as a radian in residuals and tolerances.
-
-        The power of 1000 nearest to the size of the workspace: 1 m for robots of 0.03 m to 30 m,
-        and for those without `fk`. The head of `size.py` has the definition.
-        """
-        fk = self.functions.get("fk")
-        return 1.0 if fk is None else unit_length(fk, self.coordinates, self.reference)

@@ -2,22 +2,19 @@
 
 A robot lacks a method where it lacks the generated functions behind it. Looking up such a method,
 or a function that other robots have, raises an AttributeError that lists the robot's functions and
-names a substitute where there is one. The errors come from a class of the robot's own, which holds
-a descriptor for each missing name and nothing else: all names that work are looked up as on any
-other object, which a `__getattr__` would prevent.
+names a substitute where there is one. The first look-up of a method binds it to the robot and keeps
+it there, so that all others are those of plain attributes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
-from typing import Any, NoReturn, Protocol, TypeVar
+from collections.abc import Callable
+from typing import Any, Protocol, TypeVar
 
 from ..errors import MissingFunctionError
+from .substitutes import explain
 
 T = TypeVar("T")
-Hint = Callable[[Any], tuple[str, str]]
-"""From a robot to the reason why it lacks an attribute, and to a substitute; both may be empty."""
 
 
 def always(_: Any) -> bool:
@@ -25,83 +22,73 @@ def always(_: Any) -> bool:
     return True
 
 
-def no_hint(_: Any) -> tuple[str, str]:
-    """Neither a reason nor a substitute."""
-    return "", ""
-
-
-@dataclass(frozen=True, slots=True)
-class Need:
-    """The condition on which a robot has an attribute.
+class Capability:
+    """A descriptor of an attribute that a robot may lack; a robot's own attributes go before it.
 
     Attributes:
+        item: The method or cached property; None for a generated function.
         functions: Names of the generated functions that the attribute needs.
         when: A further condition on the robot.
-        hint: The reason and the substitute for the error.
     """
 
-    functions: tuple[str, ...]
-    when: Callable[[Any], bool]
-    hint: Hint
+    def __init__(self, item: Any, functions: tuple[str, ...], when: Callable[[Any], bool]) -> None:
+        """Stores the item and its needs."""
+        self.item, self.functions, self.when = item, functions, when
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        """Takes the name; a generated function needs itself."""
+        self.name = name
+        if self.item is None:
+            self.functions = (name,)
+        elif hasattr(self.item, "__set_name__"):
+            self.item.__set_name__(owner, name)
 
     def is_met(self, robot: Any) -> bool:
         """Whether the robot has the attribute."""
         return bool(robot.functions.keys() >= {*self.functions} and self.when(robot))
 
-
-class _Mark(Protocol):
-    def __call__(self, item: T, /) -> T: ...
-
-
-def needs(*functions: str, when: Callable[[Any], bool] = always, hint: Hint = no_hint) -> _Mark:
-    """Marks a method, or the function of a cached property, that rests on generated functions.
-
-    Args:
-        functions: Names of the generated functions that it needs.
-        when: A further condition on the robot.
-        hint: The reason and the substitute for the error.
-    """
-
-    def mark(item: T, /) -> T:
-        item.need = Need(functions, when, hint)  # type: ignore[attr-defined]
-        return item
-
-    return mark
-
-
-def missing_names(
-    robot: Any, functions: Iterable[str], hints: Mapping[str, Hint]
-) -> dict[str, Hint]:
-    """The attributes that robots can have and this one lacks, each with its hint.
-
-    Args:
-        robot: The robot, with its functions and facts in place.
-        functions: Names of all functions that robots can have.
-        hints: Hints for functions, and for methods that have none of their own.
-    """
-    missing = {name: hints.get(name, no_hint) for name in functions if name not in robot.functions}
-    for parent in type(robot).__mro__:
-        for name, item in vars(parent).items():
-            # A cached property holds the function that was marked.
-            need = getattr(getattr(item, "func", item), "need", None)
-            if isinstance(need, Need) and not need.is_met(robot):
-                missing[name] = hints.get(name, no_hint) if need.hint is no_hint else need.hint
-    return {name: hint for name, hint in missing.items() if name not in robot.functions}
-
-
-class Missing:
-    """A descriptor that raises for an attribute which the robot lacks."""
-
-    def __init__(self, name: str, hint: Hint) -> None:
-        """Stores the name and its hint."""
-        self.name, self.hint = name, hint
-
-    def __get__(self, robot: Any, owner: type) -> NoReturn:
-        """Raises an AttributeError that names substitutes and lists the robot's functions."""
-        reason, instead = self.hint(robot)
+    def __get__(self, robot: Any, owner: type) -> Any:
+        """The attribute of a robot; raises an AttributeError if the robot lacks it."""
+        if robot is None:
+            return self.item or self
+        if self.is_met(robot):
+            return vars(robot).setdefault(self.name, self.item.__get__(robot, owner))
+        reason, instead = explain(robot, self.name)
         message = (
             f"robot {robot.name!r} has no {self.name!r}{': ' * bool(reason)}{reason}"
             f"{'; instead: ' * bool(instead)}{instead}; "
             f"its functions are: {', '.join(robot.functions)}"
         )
         raise MissingFunctionError(message, name=self.name, obj=robot)
+
+
+class _Mark(Protocol):
+    def __call__(self, item: T, /) -> T: ...
+
+
+def needs(*functions: str, when: Callable[[Any], bool] = always) -> _Mark:
+    """Marks a method or a cached property that rests on generated functions.
+
+    Args:
+        functions: Names of the generated functions that it needs.
+        when: A further condition on the robot.
+    """
+
+    def mark(item: T, /) -> T:
+        capability: Any = Capability(item, functions, when)
+        marked: T = capability
+        return marked
+
+    return mark
+
+
+def generated() -> Any:
+    """A generated function that a robot may lack; its name is that of the attribute."""
+    return Capability(None, (), always)
+
+
+def lacks(robot: Any, name: str) -> bool:
+    """Whether robots can have an attribute that this one lacks."""
+    owners = (vars(owner) for owner in type(robot).__mro__)
+    item = next((own[name] for own in owners if name in own), None)
+    return isinstance(item, Capability) and not item.is_met(robot)

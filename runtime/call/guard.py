@@ -8,27 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..contract import Coordinate
 from ..errors import OutOfReachError, SingularityError
 
 if TYPE_CHECKING:
     from ._call import Function
-
-
-class Named(Protocol):
-    """A coordinate, with its name and unit."""
-
-    @property
-    def name(self) -> str:
-        """Its name."""
-
-    @property
-    def unit(self) -> str:
-        """Its unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +38,7 @@ class Guard:
     label: str
     margin: Function[Any]
     steps: tuple[str, ...]
-    coordinates: Sequence[Named]
+    coordinates: Sequence[Coordinate]
     dead_point: float
     is_followed: bool = False
 
@@ -66,7 +55,8 @@ class Guard:
         if not all(np.isfinite(value).all() for value in inputs):
             return
         margin = np.asarray(self.margin(inputs[0]))
-        position = describe(self.coordinates, inputs[0])
+        values = zip(self.coordinates, inputs[0], strict=True)
+        position = ", ".join(f"{item.name} = {value:.6g} {item.unit}" for item, value in values)
         # Steps after one that does not close may have no margin.
         worst = int(np.argmin(np.where(np.isnan(margin), np.inf, margin)))
         loop, value = self.steps[worst], margin[worst]
@@ -91,11 +81,3 @@ class Guard:
                 f"{self.label}: at a dead point of {loop}, at {position}: margin {value:.4g}; "
                 "rates are not defined"
             )
-
-
-def describe(coordinates: Sequence[Named], values: NDArray[np.float64]) -> str:
-    """Coordinates with their values and units, for messages."""
-    return ", ".join(
-        f"{item.name} = {value:.6g} {item.unit}"
-        for item, value in zip(coordinates, values, strict=True)
-    )

@@ -1,9 +1,11 @@
-"""What there is instead of a function that a robot lacks, and why it lacks it."""
+"""Why a robot lacks a function or method, and what it has instead."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Protocol
+
+from ..contract import Manifest
 
 _OF_LOOPS = "its q are its joints, since it has no loops"
 _ITERATED = "its loops are solved by iteration"
@@ -37,37 +39,12 @@ INSTEAD: Mapping[str, tuple[str, ...]] = {
     "chain_all": ("fk_planar_all", "chain"),
     "chain_branches": ("fk_planar_all", "chain"),
     "follow": ("configuration",),
-    "constraint": (),
-    "constraint_D_z": (),
-    "constraint_D_z_dot": (),
     "fk_planar_all": ("chain_branches",),
     "ik_planar": ("ik", "actuators", "ik_numeric"),
     "swivel": ("ik",),
     "singularity": ("manipulability",),
     "velocity_relation": ("jacobian_mixed",),
-    "rods": ("legs", "constraint"),
-    "rods_D_chain": ("legs_D_chain", "constraint_D_z"),
-    "legs": ("rods", "constraint"),
-    "legs_D_chain": ("rods_D_chain", "constraint_D_z"),
-    "assembly_polynomial": ("fk_planar_all", "chain_branches"),
-    "assembly_position": ("fk_planar_all", "chain_branches"),
-    "assembly_mirror": ("fk_planar_all", "chain_branches"),
-    "chain_fk": ("fk",),
-    "chain_link_poses": ("link_poses",),
-    "chain_jacobian_space": ("jacobian_space",),
-    "chain_jacobian_body": ("jacobian_body",),
-    "chain_jacobian_mixed": ("jacobian_mixed",),
     "fk_jacobian_mixed": ("fk", "jacobian_mixed"),
-    "twist_space": ("jacobian_space",),
-    "twist_body": ("jacobian_body",),
-    "twist_mixed": ("jacobian_mixed",),
-    "jacobian_space_dot": ("jacobian_space",),
-    "jacobian_body_dot": ("jacobian_body",),
-    "jacobian_mixed_dot": ("jacobian_mixed",),
-    "hessian_mixed": ("jacobian_mixed",),
-    "acceleration_space": ("jacobian_space",),
-    "acceleration_body": ("jacobian_body",),
-    "acceleration_mixed": ("jacobian_mixed",),
     "joint_accelerations": ("joint_rates",),
     "manipulability_gradient": ("manipulability",),
     "track": ("joint_rates", "ik_numeric"),
@@ -81,9 +58,6 @@ INSTEAD: Mapping[str, tuple[str, ...]] = {
     "singularity_curves": ("way_to_singularity", "manipulability"),
     "fk_p": ("fk",),
     "jacobian_p": ("jacobian_mixed",),
-    "identification_jacobian": (),
-    "identification_jacobian_space": (),
-    "identification_jacobian_body": (),
 }
 """Functions and methods for the same problem, by the missing name, the nearest first."""
 
@@ -100,28 +74,83 @@ _LOOPS_ALONE = {
     *("constraint", "constraint_D_z", "constraint_D_z_dot"),
 }
 _PLATFORMS_ALONE = {
-    *("fk_planar_all", "ik_planar", "singularity", "velocity_relation", "rods", "rods_D_chain"),
-    *("legs", "legs_D_chain"),
-    *("assembly_polynomial", "assembly_position", "assembly_mirror"),
+    *("fk_planar_all", "ik_planar", "singularity", "velocity_relation"),
     *("fk_all", "modes", "determinants", "way_to_singularity", "singularity_curves"),
 }
 
 
-def substitute(robot: Any, name: str) -> tuple[str, str]:
-    """The reason why a robot lacks a function, and what it has instead.
+_TASKS = {
+    "ik_position": "a position",
+    "ik_position_pitch": "a position and a pitch",
+    "ik_position_direction": "a position and a direction",
+}
+"""Inverses of arms that reach no whole pose, with their targets."""
+_INVERSES = {"ik", "ik_path", "ik_nearest", *_TASKS}
+_SOLVERS = {
+    "ik_planar": "ik_planar, which takes the pose of a planar platform",
+    "actuators": "actuators, which takes the joints of the main chain",
+    "ik_numeric": "ik_numeric, which finds one solution by iteration, and with lock= keeps given "
+    "joints at their values of the seed",
+}
+"""What finds coordinates of a pose where a robot has no inverse in closed form."""
+_REPRESENTATIONS = ("space", "body", "mixed")
+
+
+class Described(Protocol):
+    """A robot, as far as the reasons need it."""
+
+    @property
+    def manifest(self) -> Manifest:
+        """Its manifest."""
+
+    @property
+    def functions(self) -> Mapping[str, Any]:
+        """Its functions by name."""
+
+
+def explain(robot: Described, name: str) -> tuple[str, str]:
+    """The reason why a robot lacks a function or method, and what it has instead.
 
     Args:
         robot: The robot.
-        name: The missing function.
+        name: The missing attribute.
 
     Returns:
-        The reason, "" if there is none to tell; and the substitutes, "" if there are none.
+        The reason, "" if there is none to state; and the substitutes, "" if there are none.
     """
-    found = [instead for instead in INSTEAD[name] if instead in dir(robot)]
-    return _reason(robot, name), ", ".join(found)
+    if name in _INVERSES:
+        return _no_inverse(robot)
+    stem, _, suffix = name.partition("_")
+    if stem in ("jacobian", "hessian", "twist", "acceleration") and suffix in ("", "dot"):
+        named = ["_".join(filter(None, (stem, kind, suffix))) for kind in _REPRESENTATIONS]
+        found = ", ".join(item for item in named if item in robot.functions)
+        return "the representation must be named", found
+    return _reason(robot, name), ", ".join(i for i in _instead(name) if i in dir(robot))
 
 
-def _reason(robot: Any, name: str) -> str:
+def _instead(name: str) -> tuple[str, ...]:
+    """The attributes that solve the same problem, the nearest first."""
+    stem, _, rest = name.partition("_")
+    if stem in ("jacobian", "hessian", "twist", "acceleration"):
+        return INSTEAD.get(name, (f"jacobian_{rest.removesuffix('_dot')}",))
+    return INSTEAD.get(name, (rest,) if stem == "chain" else ())
+
+
+def _no_inverse(robot: Described) -> tuple[str, str]:
+    """The reason that the manifest states, and the methods that solve the same problem."""
+    found = [f"{name}, which takes {_TASKS[name]}" for name in robot.functions if name in _TASKS]
+    found += [text for name, text in _SOLVERS.items() if name in dir(robot)]
+    if robot.manifest.kind == "serial":
+        found.append(
+            "chasles-derive FILE --give JOINTS, which writes an ik of given joints where they "
+            "leave a closed form"
+        )
+    missing = robot.manifest.inverse.missing
+    return _ITERATED if robot.manifest.is_iterated else missing, "; ".join(found)
+
+
+def _reason(robot: Described, name: str) -> str:
+    manifest = robot.manifest
     if name in _PARAMETRIC:
         return _ON_DEMAND
     if name in _PLATFORMS_ALONE and robot.functions.keys().isdisjoint(("rods", "legs")):
@@ -130,11 +159,11 @@ def _reason(robot: Any, name: str) -> str:
         return _NOT_PLANAR
     if name in _NEWTON_ALONE:
         return _CLOSED_FORM
-    if name in _LOOPS_ALONE and robot.kind == "serial":
+    if name in _LOOPS_ALONE and manifest.kind == "serial":
         return _OF_LOOPS
-    if name in ("passive", "passive_D_q") and not robot.passive_joints:
+    if name in ("passive", "passive_D_q") and not manifest.loops.passive:
         return _NO_PASSIVE
-    if robot.manifest.is_iterated and name != "swivel":
+    if manifest.is_iterated and name != "swivel":
         return _ITERATED
     if name in ("margin", "chain_all", "chain_branches"):
         return _ALWAYS_CLOSED

@@ -25,7 +25,7 @@ def real_array(caller: str, name: str, given: Any) -> NDArray[np.float64]:
         return given
     try:
         array = np.asarray(given)
-    except ValueError as error:
+    except (TypeError, ValueError) as error:
         raise InputTypeError(
             f"{caller}: {name} must be an array of real numbers: {error}"
         ) from None

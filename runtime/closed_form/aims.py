@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contract import AIMS
+from ..contract import AIMS, FunctionInfo, Manifest
+from ..errors import InputValueError
 from .polish import Measured, of_pose
 
 FloatArray = NDArray[np.float64]
@@ -25,11 +27,13 @@ class Part:
 
     Attributes:
         is_length: Whether its error is a distance [m], not an angle.
+        entries: The entries (N, size) of poses (N, 4, 4).
         measure: The rows, the error and its size of poses (N, 4, 4) with Jacobians (N, 6, n) from
             entries (N, size).
     """
 
     is_length: bool
+    entries: Callable[[FloatArray], FloatArray]
     measure: Callable[[FloatArray, FloatArray, FloatArray], Measured]
 
 
@@ -57,6 +61,10 @@ class Task:
         ]
         rows, errors, sizes = zip(*measured, strict=True)
         return np.concatenate(rows, 1), np.concatenate(errors, 1), np.maximum.reduce(sizes)
+
+    def of(self, T: FloatArray) -> FloatArray:
+        """The input (N, *shape) that poses (N, 4, 4) give."""
+        return np.hstack([PARTS[aim].entries(T) for aim in self.aims]) if self.aims else T
 
     def divided(self, target: FloatArray, unit: float) -> FloatArray:
         """Targets (N, ...) with their lengths in a unit [m]."""
@@ -121,11 +129,52 @@ def _heading(pose: FloatArray, J: FloatArray, heading: FloatArray) -> Measured:
     return J[:, 5:], error[:, None], np.hypot(x - c, y - s)
 
 
+def _pitch_of(T: FloatArray) -> FloatArray:
+    x, y, rise = T[:, :3, 2].T
+    return np.arctan2(rise, np.hypot(x, y))[:, None]
+
+
 PARTS: Mapping[str, Part] = {
-    "position": Part(True, _position),
-    "plane": Part(True, _position),
-    "direction": Part(False, _direction),
-    "pitch": Part(False, _pitch),
-    "heading": Part(False, _heading),
+    "position": Part(True, lambda T: T[:, :3, 3], _position),
+    "plane": Part(True, lambda T: T[:, :2, 3], _position),
+    "direction": Part(False, lambda T: T[:, :3, 2], _direction),
+    "pitch": Part(False, _pitch_of, _pitch),
+    "heading": Part(False, lambda T: np.arctan2(T[:, 1, :1], T[:, 0, :1]), _heading),
 }
 """The parts of a pose that a task can prescribe, by their names in the manifest."""
+
+TaskName = Literal["pose", "position", "position_pitch", "position_direction", "planar"]
+TASKS: Mapping[TaskName, tuple[str, ...]] = {
+    "pose": (),
+    "position": ("position",),
+    "position_pitch": ("position", "pitch"),
+    "position_direction": ("position", "direction"),
+    "planar": ("plane", "heading"),
+}
+"""What `ik_path` and `ik_nearest` can ask of a pose: its parts, () for the whole of it."""
+
+
+def inverses_of(manifest: Manifest) -> dict[TaskName, FunctionInfo]:
+    """The inverses of a robot by their tasks."""
+    found: dict[TaskName, FunctionInfo] = {}
+    for task, aims in TASKS.items():
+        for info in manifest.functions:
+            role = info.role
+            if role.is_inverse and role.aims == aims and (aims or role.domain == "pose"):
+                found.setdefault(task, info)
+    return found
+
+
+def inverse_for(manifest: Manifest, method: str, task: TaskName) -> FunctionInfo:
+    """The inverse that takes a part of a pose.
+
+    Raises:
+        InputValueError: If the robot has none.
+    """
+    inverses = inverses_of(manifest)
+    if task not in inverses:
+        raise InputValueError(
+            f"{manifest.name}.{method}: the robot has no inverse for task {task!r}; it has "
+            f"{', '.join(inverses)}"
+        )
+    return inverses[task]

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..call._call import Function
 from ..call.capabilities import needs
+from ..facts import RobotFacts
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -50,19 +49,16 @@ class Modes(NamedTuple):
     sure: BoolArray
 
 
-def _is_planar(robot: PlatformMethods) -> bool:
+def _is_planar(robot: RobotFacts) -> bool:
     return bool(robot.modes.outputs[0].shape[-1] == _PLANAR)
 
 
-def _has_chain_pose(robot: PlatformMethods) -> bool:
+def _has_chain_pose(robot: RobotFacts) -> bool:
     return ("pose", "chain", "") in robot._roles
 
 
-class PlatformMethods:
+class PlatformMethods(RobotFacts):
     """The methods of a platform on legs whose modes are all known."""
-
-    _roles: Mapping[tuple[str, str, str], Function[Any]]
-    modes: Function[tuple[FloatArray, FloatArray, FloatArray]]
 
     @needs("modes", when=_has_chain_pose)
     def fk_all(self, q: ArrayLike, threads: int | Literal["all"] | None = 1) -> Modes:

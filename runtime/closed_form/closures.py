@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..call._call import Function
 from ..call.capabilities import needs
-from ..contract import Coordinate, Manifest
+from ..contract import Coordinate
+from ..facts import RobotFacts
 from ..iterative.newton import NewtonMethods
-from ..size import SizeMethods
 from ..tolerances import SAME_JOINTS
 
 FloatArray = NDArray[np.float64]
@@ -49,35 +48,26 @@ class ActuatorBranches(NamedTuple):
     margin: FloatArray
 
 
-def _is_planar(robot: LoopMethods) -> bool:
+def is_planar(robot: RobotFacts) -> bool:
+    """Whether the main chain of a robot is a body that moves freely in a plane."""
     return [joint.kind for joint in robot.chain_joints] == _PLANAR
 
 
-def _has_leg_inverse(robot: LoopMethods) -> bool:
-    return _is_planar(robot) and not robot.functions.keys().isdisjoint(_LEG_INVERSES)
+def _has_leg_inverse(robot: RobotFacts) -> bool:
+    return is_planar(robot) and not robot.functions.keys().isdisjoint(_LEG_INVERSES)
 
 
-def _can_check_actuators(robot: LoopMethods) -> bool:
+def _can_check_actuators(robot: RobotFacts) -> bool:
     closes_everywhere = "chain" in robot.functions and not robot.manifest.is_iterated
     return closes_everywhere or ("margin", "actuators", "") in robot._roles
 
 
-def _can_check_chain(robot: LoopMethods) -> bool:
+def _can_check_chain(robot: RobotFacts) -> bool:
     return not robot.manifest.is_iterated or ("margin", "chain", "") in robot._roles
 
 
-class LoopMethods(NewtonMethods, SizeMethods):
+class LoopMethods(NewtonMethods):
     """The methods of a robot with loops."""
-
-    n: int
-    manifest: Manifest
-    chain_joints: tuple[Coordinate, ...]
-    _roles: Mapping[tuple[str, str, str], Function[Any]]
-    chain: Function[FloatArray]
-    margin: Function[FloatArray]
-    actuator_margin: Function[FloatArray]
-    chain_all: Function[tuple[FloatArray, FloatArray]]
-    actuators_all: Function[tuple[FloatArray, FloatArray]]
 
     @needs(when=_can_check_actuators)
     def valid(self, q: ArrayLike) -> BoolArray:

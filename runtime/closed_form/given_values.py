@@ -72,18 +72,10 @@ class GivenValues:
         if not given:
             result = self.functions[own.name](*inputs, **options)
             return result
-        first, *more = (argument.name for argument in own.inputs)
-        if len(inputs) > 1 or any(name in options for name in (*more, *(inputs and [first]))):
-            others = ", ".join(more) or "nothing"
-            raise InputTypeError(
-                f"{self._label}: takes {first} alone beside given=, which stands for {others}"
-            )
-        if not inputs and first not in options:
-            raise InputTypeError(f"{self._label}: takes {first} beside given=, got none")
+        T = self._poses(inputs, options)
         values = dict(self._of_joint(name, value) for name, value in given.items())
         if len(values) < len(given):
             raise InputValueError(f"{self._label}: given={sorted(given)}: a joint is given twice")
-        T = inputs[0] if inputs else options.pop(first)
         aside = self._inverses.get(tuple(values)) or self._inverse_for(tuple(values))
         ordered = [values[name] for name in aside.names]
         result = aside.inverse(T, *ordered, **options)
@@ -91,6 +83,19 @@ class GivenValues:
         if aside.fixed and isinstance(result.valid, np.ndarray):
             aside.complete(result, T, ordered)
         return result
+
+    def _poses(self, inputs: tuple[ArrayLike, ...], options: dict[str, Any]) -> ArrayLike:
+        """The only input beside given=, taken from the options where it is given by its name."""
+        first, *more = (argument.name for argument in self._own.inputs)
+        if len(inputs) > 1 or any(name in options for name in (*more, *(inputs and [first]))):
+            others = ", ".join(more) or "nothing"
+            raise InputTypeError(
+                f"{self._label}: takes {first} alone beside given=, which stands for {others}"
+            )
+        if not inputs and first not in options:
+            raise InputTypeError(f"{self._label}: takes {first} beside given=, got none")
+        poses: ArrayLike = inputs[0] if inputs else options.pop(first)
+        return poses
 
     @functools.cached_property
     def _inverses(self) -> dict[tuple[str, ...], Aside]:
@@ -103,10 +108,11 @@ class GivenValues:
             names, inverse = self._own_given, self.functions[self._own.name]
         else:
             inverse = self._derived(names)
-        serial = not self.manifest.loops.chain
-        fixed = tuple(self._joints.index(name) for name in names) if serial else ()
-        fk_jacobian_mixed = self.functions["fk_jacobian_mixed"] if serial else None
-        aside = Aside(names, inverse, fk_jacobian_mixed, fixed)
+        fixed: tuple[int, ...] = ()
+        if not self.manifest.loops.chain:
+            fixed = tuple(self._joints.index(name) for name in names)
+        fk_jacobian = self._with_role("pose and jacobian", "actuators")
+        aside = Aside(names, inverse, fk_jacobian, fixed)
         return self._inverses.setdefault(asked, aside)
 
     @functools.cached_property
@@ -114,6 +120,10 @@ class GivenValues:
         own = self.manifest.with_role("inverse", "pose")
         assert own is not None
         return own
+
+    def _with_role(self, *role: str) -> Function[Any] | None:
+        info = self.manifest.with_role(*role)
+        return self.functions[info.name] if info else None
 
     @functools.cached_property
     def _joints(self) -> tuple[str, ...]:
@@ -148,8 +158,8 @@ class GivenValues:
                 f"{self._label}: there is no joint {name!r} to be given; there are {known}"
             )
         index, reference = coordinates.index(name), self.manifest.loops.reference
-        moved = self._moved_alone(index)
-        if reference is None or moved is None:
+        chain, moved = self._with_role("map", "actuators", "chain"), self._moved_alone(index)
+        if reference is None or chain is None or moved is None:
             raise InputValueError(
                 f"{self._label}: {name} moves no joint of the main chain alone: give the values of "
                 f"joints, among {', '.join(self._joints)}"
@@ -158,11 +168,12 @@ class GivenValues:
         q = np.array(np.broadcast_to(reference.q, (*given.shape, len(coordinates))))
         q[..., index] = given
         # A batch holds NaN where a loop does not close; a single value raises.
-        return self._joints[moved], self.functions["chain"](q)[..., moved]
+        return self._joints[moved], chain(q)[..., moved]
 
     def _moved_alone(self, coordinate: int) -> int | None:
         """The joint that follows this coordinate and no other one."""
-        reference, D = self.manifest.loops.reference, self.functions.get("chain_D_q")
+        reference = self.manifest.loops.reference
+        D = self._with_role("map derivative", "actuators", "chain")
         if reference is None or D is None or self.manifest.is_iterated:
             return None
         follows = following(self.manifest.coordinates, reference, D)

@@ -21,10 +21,11 @@ from ..call import threads as splitting
 from ..call._call import Function, Nearest, nearest_of_slots, nearest_rows
 from ..call.capabilities import needs
 from ..call.validation import real_array
-from ..contract import Argument, Coordinate, FunctionInfo, Manifest
+from ..contract import FunctionInfo
 from ..errors import InputTypeError, InputValueError, ShapeError
+from ..facts import RobotFacts
 from ..se3 import project, refuse
-from .hints import no_inverse
+from .aims import Task, TaskName, inverse_for
 from .nearest_solution import (
     Moves,
     NearestSolution,
@@ -33,7 +34,7 @@ from .nearest_solution import (
     nearest_type,
     read_fixed,
 )
-from .paths import PART_OF_POSE, PathTask, has_inverse, tasks_of
+from .paths import has_inverse
 from .self_motion import Objective, best_parameters
 from .solutions import Solutions
 
@@ -98,28 +99,18 @@ class Chosen:
         return q, residual, margin, slot
 
 
-class NearestMethods:
+class NearestMethods(RobotFacts):
     """The method of a robot that finds one solution for a controller."""
 
-    name: str
-    n: int
-    coordinates: tuple[Coordinate, ...]
-    chain_joints: tuple[Coordinate, ...]
-    lower: FloatArray
-    upper: FloatArray
-    functions: Mapping[str, Function[Any]]
-    redundancy: tuple[Argument, ...]
-    _roles: Mapping[tuple[str, str, str], Function[Any]]
-    manifest: Manifest
     manipulability: Callable[..., Any]
 
-    @needs(when=has_inverse, hint=no_inverse)
+    @needs(when=has_inverse)
     def ik_nearest(
         self,
         T: ArrayLike,
         q_seed: ArrayLike,
         *,
-        task: PathTask = "pose",
+        task: TaskName = "pose",
         fixed: Any = None,
         limits: Any = "robot",
         weights: ArrayLike | None = None,
@@ -170,7 +161,7 @@ class NearestMethods:
             raise InputValueError(
                 f"{label}: redundancy must be one of {', '.join(_CHOICES)}, got {redundancy!r}"
             )
-        info = self._info_for(label, task)
+        info = inverse_for(self.manifest, "ik_nearest", task)
         inverse = self.functions[info.name]
         target, seeds, batch = self._rows(label, task, info, T, q_seed)
         moves = self._moves(label, info, limits, weights)
@@ -192,21 +183,8 @@ class NearestMethods:
             found, limited = _settled(make(seeds, held), target, seeds)
         return _packed(label, inverse, found, limited, batch, out)
 
-    def _info_for(self, label: str, task: PathTask) -> FunctionInfo:
-        """The inverse that takes this part of a pose."""
-        own = self.manifest.with_role("inverse", "pose")
-        if task == "pose" and own is not None:
-            return own
-        if task == "pose" or task not in tasks_of(self):
-            whole = ["pose"] if own is not None else []
-            raise InputValueError(
-                f"{label}: the robot has no inverse for task {task!r}; it has "
-                f"{', '.join([*whole, *tasks_of(self)])}"
-            )
-        return next(f for f in self.manifest.functions if f.name == f"ik_{task}")
-
     def _rows(
-        self, label: str, task: PathTask, info: FunctionInfo, T: ArrayLike, q_seed: ArrayLike
+        self, label: str, task: TaskName, info: FunctionInfo, T: ArrayLike, q_seed: ArrayLike
     ) -> tuple[FloatArray, FloatArray, tuple[int, ...]]:
         """The targets (N, ...) and seeds (N, n) row by row, and the leading dimensions."""
         given, seeds = real_array(label, "T", T), real_array(label, "q_seed", q_seed)
@@ -232,7 +210,7 @@ class NearestMethods:
             ) from None
         targets = np.broadcast_to(given, (*batch, *shape)).reshape(-1, *shape)
         if is_pose and task != "pose":
-            targets = PART_OF_POSE[task](project(targets, caller=label))
+            targets = Task(info.role.aims).of(project(targets, caller=label))
         rows = np.broadcast_to(seeds, (*batch, self.n)).reshape(-1, self.n)
         return np.ascontiguousarray(targets), np.ascontiguousarray(rows), batch
 
@@ -253,7 +231,7 @@ class NearestMethods:
         return moves.with_fixed(info.role.held)
 
     def _fixed_values(
-        self, label: str, task: PathTask, info: FunctionInfo, fixed: Any, seeds: FloatArray
+        self, label: str, task: TaskName, info: FunctionInfo, fixed: Any, seeds: FloatArray
     ) -> dict[str, FloatArray]:
         """The values (N,) of fixed joints, by the names of parameters or joints."""
         held = read_fixed(label, fixed)
@@ -300,26 +278,23 @@ class NearestMethods:
                     f"{label}: the values of {name} have shape {given.shape}, which does not "
                     "broadcast with T and q_seed"
                 ) from None
+        return self._at_seeds(name, seeds)
+
+    def _at_seeds(self, name: str, seeds: FloatArray) -> FloatArray:
+        """The values (N,) of a redundancy parameter, joint or coordinate at seeds (N, n)."""
         own = self.manifest.with_role("inverse", "pose")
         parameters = [argument.name for argument in own.inputs[1:]] if own else []
-        if name in parameters:
-            return self._parameter_at(own, parameters.index(name), seeds)
-        coordinates = [c.name for c in self.coordinates]
-        if name in coordinates:
-            return np.ascontiguousarray(seeds[:, coordinates.index(name)])
-        joints = [joint.name for joint in self.chain_joints]
-        return np.ascontiguousarray(self.functions["chain"](seeds)[:, joints.index(name)])
-
-    def _parameter_at(self, own: FunctionInfo | None, index: int, seeds: FloatArray) -> FloatArray:
-        """The values (N,) of a redundancy parameter at seeds (N, n)."""
+        names = [c.name for c in self.coordinates]
+        joints = [joint.name for joint in self.manifest.loops.chain]
+        redundancy = self._roles.get(("redundancy", "actuators", ""))
+        if redundancy is not None and name == redundancy.__name__:
+            return np.ascontiguousarray(redundancy(seeds))
+        if name in joints and (name in parameters or name not in names):
+            return np.ascontiguousarray(self.chain(seeds)[:, joints.index(name)])
+        if name in names and name not in parameters:
+            return np.ascontiguousarray(seeds[:, names.index(name)])
         assert own is not None
-        name = own.inputs[1 + index].name
-        joints = [joint.name for joint in self.chain_joints]
-        if name in self.functions:
-            return np.ascontiguousarray(self.functions[name](seeds))
-        if self.manifest.loops.chain and name in joints:
-            return np.ascontiguousarray(self.functions["chain"](seeds)[:, joints.index(name)])
-        return np.ascontiguousarray(seeds[:, own.role.given[index]])
+        return np.ascontiguousarray(seeds[:, own.role.given[parameters.index(name)]])
 
     def _chosen(
         self,
@@ -335,8 +310,7 @@ class NearestMethods:
         """The inverse with its parameters: those that are fixed, the others as at the seeds."""
         names = [argument.name for argument in info.inputs[1:]]
         parameters = tuple(
-            held[name] if name in held else self._parameter_at(info, k, seeds)
-            for k, name in enumerate(names)
+            held[name] if name in held else self._at_seeds(name, seeds) for name in names
         )
         exact: dict[int, FloatArray] = {}
         if len(info.role.given) == len(names):
@@ -384,7 +358,7 @@ class NearestMethods:
         return lambda q, _: 1 - (np.abs(q[..., bounded] - middle) / half).max(-1)
 
 
-def nearest_function(robot: Any, pickled: tuple[Any, ...]) -> Nearest | None:
+def nearest_function(robot: NearestMethods, pickled: tuple[Any, ...]) -> Nearest | None:
     """The light call of `robot.ik_nearest`, None for a robot without an inverse of poses."""
     own = robot.manifest.with_role("inverse", "pose")
     if own is None:
@@ -393,11 +367,10 @@ def nearest_function(robot: Any, pickled: tuple[Any, ...]) -> Nearest | None:
     method = NearestMethods.ik_nearest
     moves = robot._moves(label, own).with_fixed(own.role.given)
     names = [argument.name for argument in own.inputs[1:]]
-    parameters: Any = ()
-    if len(names) == 1 and names[0] in robot.functions:
-        parameters = robot.functions[names[0]]
-    elif not robot.manifest.loops.chain:
-        parameters = own.role.given
+    parameters: Any = () if robot.manifest.loops.chain else own.role.given
+    redundancy = robot._roles.get(("redundancy", "actuators", ""))
+    if redundancy is not None and names == [redundancy.__name__]:
+        parameters = redundancy
     inverse = robot.functions[own.name]
     return Nearest(
         inverse,

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..call.validation import real_array
 from ..contract import Coordinate
 from ..errors import InputTypeError, InputValueError, ShapeError
+from ..size import limits_of
 from ..tolerances import SOLVED
 
 FloatArray = NDArray[np.float64]
@@ -170,10 +171,7 @@ def _limits(
             raise InputValueError(
                 f'{label}: limits must be "robot", None or an array ({n}, 2), got {limits!r}'
             )
-        return (
-            np.array([-np.inf if c.lower is None else c.lower for c in coordinates]),
-            np.array([np.inf if c.upper is None else c.upper for c in coordinates]),
-        )
+        return limits_of(coordinates)
     array = real_array(label, "limits", limits)
     if array.shape != (n, 2):
         raise ShapeError(f"{label}: limits must have shape ({n}, 2), got shape {array.shape}")

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..call._call import Function
 from ..call.capabilities import needs
-from ..contract import Argument, Coordinate
 from ..errors import InputValueError, ShapeError
+from ..facts import RobotFacts
 from ..se3 import project
 from ..tolerances import JUMP
-from .hints import no_inverse
+from .aims import Task, TaskName, inverse_for, inverses_of
 from .refinement import Refinement
 from .slot_facts import within
 from .solutions import Solutions
@@ -24,10 +22,6 @@ from .solutions import Solutions
 FloatArray = NDArray[np.float64]
 
 Reason = Literal["", "no solution", "jump", "limit"]
-PathTask = Literal["pose", "position", "position_pitch", "position_direction", "planar"]
-"""What of each pose a path asks for: the whole of it, or the part that `ik_position` ... take."""
-
-
 _TURN = 2 * math.pi
 _BLOCK = 8
 """Poses that are followed at once after a change of the slot; twice as many after each success."""
@@ -86,66 +80,21 @@ class _Step:
     slot: int | None = None
 
 
-def has_inverse(robot: Any) -> bool:
+def has_inverse(robot: RobotFacts) -> bool:
     """Whether a robot has an inverse of poses or of parts of a pose."""
-    return ("inverse", "pose", "") in robot._roles or bool(tasks_of(robot))
+    return bool(inverses_of(robot.manifest))
 
 
-def tasks_of(robot: Any) -> list[PathTask]:
-    """The parts of a pose that a robot has inverses for."""
-    return [task for task in PART_OF_POSE if f"ik_{task}" in robot.functions]
-
-
-def _position(T: FloatArray) -> FloatArray:
-    return T[:, :3, 3]
-
-
-def _position_pitch(T: FloatArray) -> FloatArray:
-    """Position, and elevation of the third axis above the base's horizontal plane."""
-    z = T[:, :3, 2]
-    pitch = np.arctan2(z[:, 2], np.hypot(z[:, 0], z[:, 1]))
-    return np.column_stack([_position(T), pitch])
-
-
-def _position_direction(T: FloatArray) -> FloatArray:
-    """Position, and direction of the third axis."""
-    return np.hstack([_position(T), T[:, :3, 2]])
-
-
-def _planar(T: FloatArray) -> FloatArray:
-    """Position in the base's x-y plane, and angle of the first axis in it."""
-    return np.column_stack([T[:, :2, 3], np.arctan2(T[:, 1, 0], T[:, 0, 0])])
-
-
-PART_OF_POSE: Mapping[PathTask, Callable[[FloatArray], FloatArray]] = {
-    "position": _position,
-    "position_pitch": _position_pitch,
-    "position_direction": _position_direction,
-    "planar": _planar,
-}
-"""From poses (m, 4, 4) to the input of each task (m, k)."""
-
-
-class InverseMethods:
+class InverseMethods(RobotFacts):
     """The methods of a robot with a closed-form inverse."""
 
-    name: str
-    n: int
-    coordinates: tuple[Coordinate, ...]
-    lower: FloatArray
-    upper: FloatArray
-    functions: Mapping[str, Function[Any]]
-    redundancy: tuple[Argument, ...]
-    _roles: Mapping[tuple[str, str, str], Function[Any]]
-    fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
-
-    @needs(when=has_inverse, hint=no_inverse)
+    @needs(when=has_inverse)
     def ik_path(
         self,
         T: ArrayLike,
         seed: ArrayLike,
         *given: ArrayLike,
-        task: PathTask = "pose",
+        task: TaskName = "pose",
         jump: float | None = None,
     ) -> Path:
         """Follows one branch along a path of poses, from the solution nearest to a seed.
@@ -183,12 +132,12 @@ class InverseMethods:
             InputValueError: If the robot has no inverse for that part of a pose, if jump is not
                 positive, or a pose not nearly rigid, with the reason.
         """
-        inverse = self._inverse_for(task)
+        info = inverse_for(self.manifest, "ik_path", task)
+        inverse, part = self.functions[info.name], Task(info.role.aims)
         poses, start = np.asarray(T, np.float64), np.asarray(seed, np.float64)
-        core = (4, 4) if task == "pose" else inverse.inputs[0].shape
-        is_part = task != "pose" and poses.ndim == 2 and poses.shape[1:] == core  # noqa: PLR2004
+        is_part = bool(part.aims) and poses.ndim == 2 and poses.shape[1:] == part.shape  # noqa: PLR2004
         if start.shape != (self.n,) or not (is_part or poses.ndim == 3):  # noqa: PLR2004
-            also = "" if task == "pose" else f" or (m, {core[0]})"
+            also = f" or (m, {part.shape[0]})" if part.aims else ""
             raise ShapeError(
                 f"{self.name}.ik_path: expected T (m, 4, 4){also} and seed ({self.n},), got shapes "
                 f"{poses.shape} and {start.shape}"
@@ -197,7 +146,7 @@ class InverseMethods:
             raise InputValueError(f"{self.name}.ik_path: jump must be positive, got {jump!r}")
         # The inverse of a whole pose takes poses as they come, and allows for their rounding.
         rigid = poses if is_part else project(poses, caller=f"{self.name}.ik_path")
-        asked = poses if is_part or task == "pose" else PART_OF_POSE[task](rigid)
+        asked = poses if is_part or not part.aims else part.of(rigid)
         solutions = inverse(asked, *given)
         if solutions.q.shape[:-2] != poses.shape[:1]:
             raise ShapeError(f"{self.name}.ik_path: inputs beside the pose must be () or (m,)")
@@ -222,19 +171,6 @@ class InverseMethods:
             whole = poses[index] if task == "pose" else None
             step = self._next(solutions.at(index), whole, q[index - 1], most)
         return self._report(q[:index], margin[:index], step)
-
-    def _inverse_for(self, task: PathTask) -> Function[Solutions]:
-        """The inverse that takes this part of a pose."""
-        if task == "pose" and ("inverse", "pose", "") in self._roles:
-            return self._roles["inverse", "pose", ""]
-        tasks = tasks_of(self)
-        if task not in tasks:
-            whole = ["pose"] if ("inverse", "pose", "") in self._roles else []
-            raise InputValueError(
-                f"{self.name}.ik_path: the robot has no inverse for task {task!r}; it has "
-                f"{', '.join([*whole, *tasks])}"
-            )
-        return self.functions[f"ik_{task}"]
 
     def _first(self, slots: Solutions, seed: FloatArray) -> _Step:
         if not slots.valid.any():

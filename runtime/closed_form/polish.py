@@ -18,13 +18,11 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from ..call._call import Function
-from ..errors import ShapeError
 from ..tolerances import LEAST_DAMPING, MOST_DAMPING, POLISH_STEP, POLISHED, SETTLED
 
 FloatArray = NDArray[np.float64]
@@ -44,74 +42,6 @@ _MANY = 64
 """Number of rows from which array operations over all rows are faster than LAPACK on each."""
 BLOCK = 4096
 """Rows iterated at a time, so that their results stay in the processor's cache."""
-
-
-class HasJacobian(Protocol):
-    """A robot with its pose and Jacobian in one call."""
-
-    @property
-    def fk_jacobian_mixed(self) -> Function[tuple[FloatArray, FloatArray]]:
-        """From q (..., n) to T (..., 4, 4) and J (..., 6, n) at the tip in base axes."""
-
-
-class Polished(NamedTuple):
-    """The result of the iteration.
-
-    Attributes:
-        q: (..., n) coordinates [rad or m]; NaN where an input is not finite.
-        residual: (...,) the larger of distance [m] and angle [rad] from the pose.
-    """
-
-    q: FloatArray
-    residual: FloatArray
-
-
-def polish(robot: HasJacobian, T: ArrayLike, q: ArrayLike, fixed: Sequence[int] = ()) -> Polished:
-    """Moves coordinates until the tool is at a pose; each step reduces the error.
-
-    The result does not state whether the iteration stayed on its branch; off singularities it does
-    if it starts some millimetres away from a solution. A step that increases the root of
-    distance^2 + angle^2 is not taken, so that for a pose out of reach the iteration ends near the
-    least error.
-
-    Args:
-        robot: The robot.
-        T: (..., 4, 4) poses of the tool measured and expressed in the base frame;
-            `T[..., None, :, :]` where each has k slots of q.
-        q: (..., n) coordinates at the start [rad or m]; leading dimensions broadcast.
-        fixed: Indices of the coordinates that keep their values.
-
-    Returns:
-        `q (..., n)` and `residual (...,)`.
-
-    Raises:
-        ShapeError: If a shape is wrong, or the leading dimensions do not broadcast.
-    """
-    fk_jacobian = robot.fk_jacobian_mixed
-    poses, start = np.asarray(T, np.float64), np.asarray(q, np.float64)
-    n = fk_jacobian.inputs[0].shape[0]
-    if poses.shape[-2:] != (4, 4) or start.shape[-1:] != (n,):
-        raise ShapeError(
-            f"polish: expected poses (..., 4, 4) and coordinates (..., {n}), got shapes "
-            f"{poses.shape} and {start.shape}"
-        )
-    try:
-        batch = np.broadcast_shapes(poses.shape[:-2], start.shape[:-1])
-    except ValueError:
-        raise ShapeError(
-            f"polish: leading dimensions do not broadcast: {poses.shape[:-2]} of T and "
-            f"{start.shape[:-1]} of q"
-        ) from None
-    # Poses are looked up rather than repeated for every slot.
-    index = np.arange(poses[..., 0, 0].size).reshape(poses.shape[:-2])
-    row = np.broadcast_to(index, batch).reshape(-1)
-    poses = poses.reshape(-1, 4, 4)
-    found = np.array(np.broadcast_to(start, (*batch, n))).reshape(-1, n)
-    residual = np.empty(len(found))
-    for first in range(0, len(found), BLOCK):
-        block = slice(first, first + BLOCK)
-        residual[block] = iterate(fk_jacobian, of_pose, poses[row[block]], found[block], fixed)
-    return Polished(found.reshape(*batch, n), residual.reshape(batch)[()])
 
 
 def of_pose(pose: FloatArray, J: FloatArray, T: FloatArray) -> Measured:

@@ -114,7 +114,7 @@ class _Search:
         robot, moves = self.robot, self.make(self.seeds, {}).moves
         own = robot.manifest.with_role("inverse", "pose")
         names = [argument.name for argument in own.inputs[1:]]
-        start = np.stack([robot._parameter_at(own, names.index(f), self.seeds) for f in free], -1)
+        start = np.stack([robot._at_seeds(name, self.seeds) for name in free], -1)
         low, high = np.empty_like(start), np.empty_like(start)
         for k, name in enumerate(free):
             index = names.index(name)

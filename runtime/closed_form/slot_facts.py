@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..size import limits_of
 from ..tolerances import AT_LIMIT, SAME_SOLUTION
 
 FloatArray = NDArray[np.float64]
@@ -45,13 +46,14 @@ def facts_of(kind: Any) -> SlotFacts:
 @cache
 def _facts_of(kind: Any) -> SlotFacts:
     items = kind.coordinates
+    lower, upper = limits_of(items)
     units = np.array([kind.unit if c.unit == "m" else 1.0 for c in items])
     return SlotFacts(
         units=units,
         same=SAME_SOLUTION * units,
         turn=np.where(np.array(kind.wraps, dtype=np.bool_), TURN, 0.0),
-        lower=np.array([-np.inf if c.lower is None else c.lower for c in items]),
-        upper=np.array([np.inf if c.upper is None else c.upper for c in items]),
+        lower=lower,
+        upper=upper,
     )
 
 

@@ -17,8 +17,9 @@ from typing import Any, ClassVar, NamedTuple, Self, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..call.validation import real_array
 from ..contract import Coordinate
-from ..errors import InputTypeError, InputValueError, OutOfReachError, ShapeError
+from ..errors import InputValueError, OutOfReachError, ShapeError
 from ..tolerances import AT_LIMIT, FAR, SAME_SOLUTION, SOLVED, TILTED
 from . import _filters
 from .least_squares import LeastSquares
@@ -294,7 +295,7 @@ class Solutions(_Fields):
         Raises:
             ShapeError: If the seed does not fit the poses.
         """
-        return self._moves("moves_from", seed)
+        return self._wrapped(self.q - self._read_seed("moves_from", seed)[..., None, :])
 
     def units(self) -> FloatArray:
         """(n,) what counts as much as a radian in each coordinate: `unit` in slides [m], else 1."""
@@ -310,7 +311,7 @@ class Solutions(_Fields):
     ) -> tuple[FloatArray, FloatArray]:
         own = facts_of(type(self))
         pair = [
-            limits if given is None else self._read(name, given)
+            limits if given is None else real_array("Solutions", name, given)
             for name, limits, given in (("lower", own.lower, lower), ("upper", own.upper, upper))
         ]
         for name, limit in zip(("lower", "upper"), pair, strict=True):
@@ -328,26 +329,9 @@ class Solutions(_Fields):
                 )
         return low, high
 
-    def _read(self, name: str, value: ArrayLike) -> FloatArray:
-        try:
-            array = np.asarray(value)
-        except (TypeError, ValueError) as error:
-            raise InputTypeError(
-                f"Solutions: {name} cannot be read as an array: {error}"
-            ) from error
-        if array.dtype.kind not in "iuf":
-            raise InputTypeError(
-                f"Solutions: {name} must hold real numbers, got dtype {array.dtype}"
-            )
-        return array.astype(np.float64, copy=False)
-
-    def _moves(self, method: str, seed: ArrayLike) -> FloatArray:
-        start = self._read_seed(method, seed)
-        return self._wrapped(self.q - start[..., None, :])
-
     def _read_seed(self, method: str, seed: ArrayLike) -> FloatArray:
         """A seed (n,) or (..., n) of the right shape."""
-        start, n = self._read("seed", seed), self.q.shape[-1]
+        start, n = real_array("Solutions", "seed", seed), self.q.shape[-1]
         if start.shape == (n,):
             return start
         batch = self.q.shape[:-2]
@@ -401,21 +385,15 @@ class Solutions(_Fields):
             )
         n = len(self.coordinates)
         if n < _FREEDOMS and least <= TILTED * size:
-            nearer = _rounded_up(float(least))
             return (
                 f"no valid solution: {n} joints reach no pose that rounding has tilted, here by "
-                f"{least:.4g} (m, rad); within({nearer}) counts what comes so near"
+                f"{least:.4g} (m, rad); within({2 * least:.0e}) counts what comes so near"
             )
         measured = "(m, rad)" if size == 1 else f"m, angles times {size:g} m"
         return (
             f"no valid solution: the pose is out of reach, by {least:.4g} {measured} at least; "
             "least_squares() has the coordinates that come so near"
         )
-
-
-def _rounded_up(value: float) -> str:
-    """A number of one digit about twice as large as a positive one."""
-    return f"{2 * value:.0e}"
 
 
 def solutions_of(

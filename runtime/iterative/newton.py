@@ -11,9 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..call._call import Function
 from ..call.capabilities import needs
-from ..contract import Manifest
+from ..facts import RobotFacts
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -38,14 +37,8 @@ class Continuation(NamedTuple):
         return int(np.size(self.valid) - np.count_nonzero(self.valid))
 
 
-class NewtonMethods:
+class NewtonMethods(RobotFacts):
     """The methods of a robot whose loops have no closed-form solution."""
-
-    manifest: Manifest
-    configuration: Function[FloatArray]
-    configuration_near: Function[FloatArray]
-    constraint: Function[FloatArray]
-    fk_near: Function[tuple[FloatArray, FloatArray]]
 
     @needs("configuration_near", "constraint", when=lambda robot: robot.manifest.is_iterated)
     def follow(self, q: ArrayLike, seed: ArrayLike | None = None) -> Continuation:

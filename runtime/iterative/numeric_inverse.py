@@ -15,22 +15,23 @@ Source:
 
 from __future__ import annotations
 
+import functools
 import operator
-from collections.abc import Mapping, Sequence
-from typing import Any, Literal, NamedTuple
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..call._call import Function
 from ..call.capabilities import needs
 from ..call.threads import count_cores
 from ..call.validation import real_array
-from ..contract import Coordinate, Frames, Manifest, Reference
+from ..contract import Manifest
 from ..errors import InputValueError, ShapeError
+from ..facts import RobotFacts
 from ..locks import Lock, locked_coordinates
 from ..sampling import low_discrepancy
-from ..size import SizeMethods, ranges
+from ..size import ranges
 from ..tolerances import NUMERIC_SOLVED
 from ._numeric import Solver
 
@@ -92,24 +93,18 @@ class NumericSolution(NamedTuple):
         return f"{self.success.size} poses: {', '.join(of)}; largest residual {worst:.3g}"
 
 
-def _can_reach_links(robot: Any) -> bool:
+def _can_reach_links(robot: RobotFacts) -> bool:
     """Whether a link can be the tip: its poses must be a compiled function of q."""
     return ("link poses", "actuators", "") in robot._roles and robot.manifest.skeleton is not None
 
 
-class NumericMethods(SizeMethods):
+class NumericMethods(RobotFacts):
     """The methods of a robot that solve inverses by iteration."""
 
-    name: str
-    n: int
-    frames: Frames
-    lower: FloatArray
-    upper: FloatArray
-    coordinates: tuple[Coordinate, ...]
-    chain_joints: tuple[Coordinate, ...]
-    reference: Reference | None
-    functions: Mapping[str, Function[Any]]
-    _solvers: dict[tuple[str | None, int], Solver]
+    @functools.cached_property
+    def _solvers(self) -> dict[tuple[str | None, int], Solver]:
+        """The solvers that were made, by tip and key."""
+        return {}
 
     @needs("fk", *_TOOL)
     def ik_numeric(
@@ -246,7 +241,7 @@ def _weights(method: str, given: Sequence[float]) -> FloatArray:
     return weights
 
 
-def _solver(robot: Any, tip: str | None, key: int) -> Solver:
+def _solver(robot: RobotFacts, tip: str | None, key: int) -> Solver:
     """The solver of a robot."""
     limits, q = (robot.lower, robot.upper), starts(robot, key)
     if tip is None or tip == robot.frames.tip:
@@ -263,7 +258,7 @@ def _solver(robot: Any, tip: str | None, key: int) -> Solver:
     return Solver(kernels, *limits, q, poses, link, screws_up_to(robot.manifest, link))
 
 
-def _kernels(robot: Any, names: Sequence[str]) -> tuple[object, ...]:
+def _kernels(robot: RobotFacts, names: Sequence[str]) -> tuple[object, ...]:
     return tuple(robot.functions[name].kernel for name in names)
 
 
@@ -272,7 +267,7 @@ def _entries(T: FloatArray) -> FloatArray:
     return np.ascontiguousarray(T[:, :3].reshape(-1, 12).T)
 
 
-def starts(robot: Any, key: int) -> FloatArray:
+def starts(robot: RobotFacts, key: int) -> FloatArray:
     """(m, n) coordinates that fill the limits, at which the loops close; the key selects them."""
     lower, upper = ranges(robot.coordinates, robot.reference)
     first = np.random.default_rng(key).random(robot.n)

@@ -22,16 +22,13 @@ Source:
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..call._call import Function
 from ..call.capabilities import needs
-from ..contract import Coordinate, FunctionInfo, Reference, Variable
 from ..errors import InputValueError
+from ..facts import RobotFacts
 from ..size import configurations
 from ..tolerances import TURNS
 
@@ -52,64 +49,31 @@ def length_of(J: FloatArray, turning: NDArray[np.bool_]) -> float:
     return float(np.sqrt(ratios.mean())) if ratios.any() else 1.0
 
 
-def _has_jacobian(robot: LengthMethods) -> bool:
-    if "jacobian_mixed" in robot.functions:
-        return True
-    return robot._velocity_relation is not None and robot.reference is not None
-
-
-class LengthMethods:
+class LengthMethods(RobotFacts):
     """The characteristic length of a robot, and the Jacobians behind it."""
 
-    name: str
-    n: int
-    coordinates: tuple[Coordinate, ...]
-    chain_joints: tuple[Coordinate, ...]
-    configuration_variables: tuple[Variable, ...]
-    lower: FloatArray
-    upper: FloatArray
-    reference: Reference | None
-    functions: Mapping[str, Function[Any]]
-    jacobian_mixed: Function[FloatArray]
-    _velocity_relation: FunctionInfo | None
-
+    @needs("jacobian_mixed")  # type: ignore[prop-decorator]
     @functools.cached_property
-    @needs(when=_has_jacobian)
     def characteristic_length(self) -> float:
         """The length [m] that makes metres and radians comparable where none is given.
 
         The root mean square distance of the tip from the axes about which the coordinates turn it,
         over 256 configurations within the limits (a turn where there are none); the head of
-        `characteristic_length.py` has the definition. A platform that was derived without its
-        Jacobian takes the reference configuration alone.
+        `characteristic_length.py` has the definition.
         """
         turning = np.array([c.kind == "revolute" for c in self.coordinates])
         return length_of(self._samples, turning)
 
+    @needs("jacobian_mixed")  # type: ignore[prop-decorator]
     @functools.cached_property
-    @needs(when=_has_jacobian)
     def _samples(self) -> FloatArray:
         """Jacobians (m, 6, n) at configurations that fill the limits."""
-        if "jacobian_mixed" not in self.functions:
-            return self._jacobian_at_reference()
         J = self.jacobian_mixed(configurations(self.coordinates, self.reference))
         closed = np.isfinite(J).all((-2, -1))
         if closed.any():
             return J[closed]
         middle = np.zeros(self.n) if self.reference is None else np.array(self.reference.q)
         return self.jacobian_mixed(middle)[None]
-
-    def _jacobian_at_reference(self) -> FloatArray:
-        """(1, 6, n) from the velocity relation J_x x' = J_q q', least squares."""
-        assert self._velocity_relation is not None
-        assert self.reference is not None
-        names = [variable.name for variable in self.configuration_variables]
-        z = dict(zip(names, self.reference.z, strict=True))
-        theta = [z[joint.name] for joint in self.chain_joints]
-        J_x, J_q = self.functions[self._velocity_relation.name](theta, self.reference.q)
-        J = np.zeros((1, 6, self.n))
-        J[0, list(self._velocity_relation.role.directions)] = np.linalg.pinv(J_x) @ J_q
-        return J
 
     def _checked_length(self, method: str, length: float | None) -> float:
         """The characteristic length, the robot's own if None."""

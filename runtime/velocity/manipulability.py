@@ -16,14 +16,12 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, Protocol, get_args
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..call._call import Function
 from ..call.capabilities import needs
-from ..contract import Coordinate
 from ..errors import InputValueError
 from ..tolerances import INFINITE_CONDITION, RANK
 from . import _rates
@@ -77,21 +75,8 @@ class Metric(NamedTuple):
     length: float
 
 
-class HasSamples(Protocol):
-    """A robot with a Jacobian."""
-
-    coordinates: tuple[Coordinate, ...]
-
-    @property
-    def _samples(self) -> FloatArray:
-        """Jacobians (m, 6, n) at configurations all over."""
-
-
 class ManipulabilityMethods(LengthMethods):
     """The methods of a robot that measure manipulability."""
-
-    fk: Function[FloatArray]
-    hessian_mixed: Function[FloatArray]
 
     @needs("jacobian_mixed")
     def manipulability(
@@ -229,7 +214,9 @@ class ManipulabilityMethods(LengthMethods):
 
 
 @functools.lru_cache(maxsize=256)
-def metric_of(robot: HasSamples, rows: Rows, length: float, locked: tuple[int, ...] = ()) -> Metric:
+def metric_of(
+    robot: LengthMethods, rows: Rows, length: float, locked: tuple[int, ...] = ()
+) -> Metric:
     """The factors that turn the Jacobian into pure numbers, and its rank without locked columns."""
     unit = np.array([1.0 if c.kind == "revolute" else length for c in robot.coordinates])
     row = np.zeros(6)

@@ -20,14 +20,12 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..call._call import Function
 from ..call.capabilities import needs
 from ..call.validation import real_array
 from ..errors import InputTypeError, InputValueError, ShapeError
@@ -95,9 +93,6 @@ class Accelerations:
 
 class VelocityMethods(ManipulabilityMethods):
     """The methods of a robot in velocity space."""
-
-    jacobian_body: Function[FloatArray]
-    _roles: Mapping[tuple[str, str, str], Function[Any]]
 
     @needs("jacobian_mixed", "jacobian_body")
     def joint_rates(

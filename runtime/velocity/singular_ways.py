@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..call._call import Function
 from ..call.capabilities import needs
-from ..closed_form.closures import LoopMethods
+from ..closed_form.closures import LoopMethods, is_planar
 from ..errors import InputValueError, ShapeError
+from ..facts import RobotFacts
 from ..summaries import summary_repr
 from .contours import zero_curves
 from .singularity import SingularityMethods
 
 FloatArray = NDArray[np.float64]
-_PLANAR = ["prismatic", "prismatic", "revolute"]
 Condition = Callable[[FloatArray], NDArray[np.bool_]]
 _SAMPLES, _HALVINGS = 512, 48
 
@@ -64,18 +63,16 @@ class SingularityCurves(NamedTuple):
         return summary_repr(self, "", *facts, methods="type_1, type_2")
 
 
-def _has_maps(robot: SingularWayMethods) -> bool:
+def _has_maps(robot: RobotFacts) -> bool:
     return not robot.functions.keys().isdisjoint(("actuators_all", "actuators"))
 
 
-def _is_planar(robot: SingularWayMethods) -> bool:
-    return _has_maps(robot) and [joint.kind for joint in robot.chain_joints] == _PLANAR
+def _is_planar(robot: RobotFacts) -> bool:
+    return _has_maps(robot) and is_planar(robot)
 
 
 class SingularWayMethods(LoopMethods, SingularityMethods):
     """The methods of a robot with a velocity relation and the map from its poses to actuators."""
-
-    functions: Mapping[str, Function[Any]]
 
     @needs("velocity_relation")
     def determinants(

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..call._call import Function
 from ..call.capabilities import needs
 from ..tolerances import SINGULAR
 from .characteristic_length import LengthMethods
@@ -40,16 +39,10 @@ class Singularity(NamedTuple):
         return np.where(one & two, 3, np.where(two, 2, np.where(one, 1, 0)))[()]
 
 
-def _has_relation(robot: SingularityMethods) -> bool:
-    return robot._velocity_relation is not None
-
-
 class SingularityMethods(LengthMethods):
     """The methods of a robot with a velocity relation."""
 
-    velocity_relation: Function[tuple[FloatArray, FloatArray]]
-
-    @needs("velocity_relation", when=_has_relation)
+    @needs("velocity_relation")
     def singularity(
         self, theta: ArrayLike, q: ArrayLike, length: float | None = None
     ) -> Singularity:
@@ -83,10 +76,11 @@ class SingularityMethods(LengthMethods):
         self, name: str, theta: ArrayLike, q: ArrayLike, length: float | None
     ) -> tuple[FloatArray, FloatArray]:
         """J_x and J_q, the columns of turning directions divided by a length."""
-        assert self._velocity_relation is not None
+        relation = self.manifest.with_role("velocity relation", "chain")
+        assert relation is not None
         length = self._checked_length(name, length)
         J_x, J_q = self.velocity_relation(theta, q)
-        turning = np.array(self._velocity_relation.role.directions) >= 3  # noqa: PLR2004
+        turning = np.array(relation.role.directions) >= 3  # noqa: PLR2004
         unit_x = np.where(turning, length, 1.0)
         unit_q = np.array([length if c.kind == "revolute" else 1.0 for c in self.coordinates])
         return J_x / unit_x, J_q / unit_q

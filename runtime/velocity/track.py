@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..call._call import Function
 from ..call.capabilities import needs
 from ..call.validation import real_array
 from ..errors import InputValueError, ShapeError
@@ -82,8 +81,6 @@ class Track:
 
 class TrackMethods(ManipulabilityMethods):
     """The methods of a robot that follow paths by rates."""
-
-    fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
 
     @needs("fk_jacobian_mixed")
     def track(
