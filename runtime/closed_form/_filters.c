@@ -269,6 +269,20 @@ static int differ_by_turns(npy_intp n, const double *a, const double *b)
     return 1;
 }
 
+/* Tests whether a slot does not count, or is farther than a rounded distance: one move tells. */
+static int is_farther(const Slots *slots, const Seeds *seeds, npy_intp pose, npy_intp slot,
+                      uint64_t distance)
+{
+    const npy_intp row = pose * slots->k + slot;
+    const double *q = slots->q + row * slots->n, *q_seed = seeds->q + pose * seeds->step;
+    int farther = !slots->valid[row];
+    for (npy_intp j = 0; j < slots->n && !farther; j++) {
+        const double move = chasles_move(q[j] - q_seed[j], seeds->turn[j]) * seeds->scale[j];
+        farther = chasles_rounded(move) > distance;
+    }
+    return farther;
+}
+
 /* Returns the nearest valid slot of a pose, -1 if there is none; see chasles_distance.h. */
 static npy_intp nearest_slot(const Slots *slots, const Seeds *seeds, npy_intp pose)
 {
@@ -276,6 +290,9 @@ static npy_intp nearest_slot(const Slots *slots, const Seeds *seeds, npy_intp po
     const double *q = slots->q + pose * slots->k * n;
     Ranked best = {chasles_rounded(INFINITY), -1};
     for (npy_intp slot = 0; slot < slots->k; slot++) {
+        if (is_farther(slots, seeds, pose, slot, best.distance)) {
+            continue;
+        }
         const Ranked own = ranked(slots, seeds, pose, slot);
         if (own.distance < best.distance || (own.distance == best.distance && best.slot >= 0 &&
                                              differ_by_turns(n, q + best.slot * n, q + slot * n) &&
@@ -354,6 +371,8 @@ static PyObject *order(PyObject *Py_UNUSED(module), PyObject *args)
 
 /* ------------------------------------------------------------------ repetitions */
 
+#define MAX_GROUPS 16
+
 /* Tests whether two slots are equal up to the tolerances. */
 static int are_equal(npy_intp n, const double *a, const double *b, const double *turn,
                      const double *tolerance)
@@ -395,23 +414,58 @@ static void clear_repetitions(const Slots *slots, npy_intp pose, Cells *cells, c
     }
 }
 
-/* distinct(q, valid, turn, tolerance) of the module: valid (..., k) without repetitions. */
+/* Tests whether the first valid slots of all groups, of `group` consecutive slots that are turns of
+ * one solution, are different solutions. False for many groups. */
+static int are_groups_distinct(const Slots *slots, npy_intp pose, npy_intp group,
+                               const double *whole, const double *tolerance)
+{
+    const npy_intp n = slots->n;
+    npy_intp first[MAX_GROUPS], count = 0;
+    if (slots->k > group * MAX_GROUPS) {
+        return 0;
+    }
+    for (npy_intp from = 0; from < slots->k; from += group) {
+        npy_intp slot = pose * slots->k + from, end = slot + group;
+        while (slot < end && !slots->valid[slot]) {
+            slot++;
+        }
+        if (slot == end) {
+            continue;
+        }
+        for (npy_intp i = 0; i < count; i++) {
+            if (are_equal(n, slots->q + first[i] * n, slots->q + slot * n, whole, tolerance)) {
+                return 0;
+            }
+        }
+        first[count++] = slot;
+    }
+    return 1;
+}
+
+/* distinct(q, valid, turn, tolerance, whole, group) of the module: valid (..., k) without
+ * repetitions. `whole` is a full turn for each coordinate that turns. */
 static PyObject *distinct(PyObject *Py_UNUSED(module), PyObject *args)
 {
-    PyObject *q, *valid, *turn, *tolerance;
+    PyObject *q, *valid, *turn, *tolerance, *whole;
     Slots slots;
-    Cells cells;
-    if (!PyArg_ParseTuple(args, "OOOO", &q, &valid, &turn, &tolerance) ||
+    Cells cells = {0};
+    npy_intp group;
+    if (!PyArg_ParseTuple(args, "OOOOOn", &q, &valid, &turn, &tolerance, &whole, &group) ||
         read_slots(q, valid, &slots) < 0) {
         return NULL;
     }
     const double *of_turn = dense(turn, NPY_DOUBLE, slots.n);
     const double *most = of_turn ? dense(tolerance, NPY_DOUBLE, slots.n) : NULL;
-    if (!most || cells_new(&cells, slots.k, slots.n, of_turn, most) < 0) {
-        return NULL;
-    }
-    PyObject *found = PyArray_NewCopy((PyArrayObject *)valid, NPY_CORDER);
+    const double *of_whole = most ? dense(whole, NPY_DOUBLE, slots.n) : NULL;
+    PyObject *found = of_whole ? PyArray_NewCopy((PyArrayObject *)valid, NPY_CORDER) : NULL;
     for (npy_intp pose = 0; found && pose < slots.poses; pose++) {
+        if (are_groups_distinct(&slots, pose, group, of_whole, most)) {
+            continue;
+        }
+        if (!cells.head && cells_new(&cells, slots.k, slots.n, of_turn, most) < 0) {
+            Py_CLEAR(found);
+            break;
+        }
         clear_repetitions(&slots, pose, &cells, of_turn, most,
                           (npy_bool *)PyArray_DATA((PyArrayObject *)found) + pose * slots.k);
     }

@@ -28,5 +28,11 @@ def nearest(
     /,
 ) -> Any: ...
 def distinct(
-    q: NDArray[Any], valid: NDArray[Any], turn: NDArray[Any], tolerance: NDArray[Any], /
+    q: NDArray[Any],
+    valid: NDArray[Any],
+    turn: NDArray[Any],
+    tolerance: NDArray[Any],
+    whole: NDArray[Any],
+    group: int,
+    /,
 ) -> Any: ...

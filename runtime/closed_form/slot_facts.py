@@ -26,6 +26,7 @@ class SlotFacts:
     Attributes:
         units: (n,) the robot's unit of length for slides, 1 for coordinates that turn.
         turn: (n,) 2 pi for coordinates that wrap, else 0.
+        whole: (n,) 2 pi for coordinates that turn, else 0.
         lower: (n,) lower limits, -inf for none.
         upper: (n,) upper limits, inf for none.
         same: (n,) differences up to which coordinates of the same solution may differ.
@@ -33,6 +34,7 @@ class SlotFacts:
 
     units: FloatArray
     turn: FloatArray
+    whole: FloatArray
     lower: FloatArray
     upper: FloatArray
     same: FloatArray
@@ -51,6 +53,7 @@ def _facts_of(kind: Any) -> SlotFacts:
     return SlotFacts(
         units=units,
         same=SAME_SOLUTION * units,
+        whole=np.where([c.unit == "m" for c in items], 0.0, TURN),
         turn=np.where(np.array(kind.wraps, dtype=np.bool_), TURN, 0.0),
         lower=lower,
         upper=upper,

@@ -10,6 +10,7 @@ returns solutions, and filters can be chained:
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, ClassVar, NamedTuple, Self, cast
@@ -65,6 +66,7 @@ class Solutions(_Fields):
         labels: (k,) the branch in each slot, "shoulder_pan +, elbow -": the joints whose angle the
             branch chooses, and the choice; () once `sorted_from` has reordered the slots of each
             pose.
+        windings: Number of consecutive slots that `within_limits` lists for each branch.
     """
 
     __slots__ = ()
@@ -74,6 +76,7 @@ class Solutions(_Fields):
     wraps: ClassVar[tuple[bool, ...]] = ()
     labels: ClassVar[tuple[str, ...]] = ()
     unit: ClassVar[float] = 1.0
+    windings: ClassVar[int] = 1
 
     @classmethod
     def judged(cls, q: Any, residual: Any, margin: Any) -> Self:
@@ -168,9 +171,7 @@ class Solutions(_Fields):
         if lower is not None or upper is not None:
             listing = _listing(type(self), *self._limits(lower, upper), windings)
         kind = cast("type[Self]", listing.kind)
-        q, residual, margin, valid = map(np.ascontiguousarray, self)
-        listed = _filters.windings(q, residual, margin, valid, listing.limits, AT_LIMIT)
-        return tuple.__new__(kind, listed)
+        return tuple.__new__(kind, _filtered(_filters.windings, self, listing.limits, AT_LIMIT))
 
     def sorted_from(self, seed: ArrayLike) -> Self:
         """The slots in the order of the largest move of a joint, those that are not valid last.
@@ -188,9 +189,8 @@ class Solutions(_Fields):
             ShapeError: If the seed does not fit the poses.
         """
         facts = facts_of(type(self))
-        q, valid = np.ascontiguousarray(self.q), np.ascontiguousarray(self.valid)
         start = self._seeds("sorted_from", seed)
-        order = _filters.order(q, valid, start, facts.turn, facts.units)
+        order = _filtered(_filters.order, (self.q, self.valid), start, facts.turn, facts.units)
         if order.ndim == 1:
             return cast(
                 Self, _unlabelled(cast("Any", type(self)))(*(f.take(order, 0) for f in self))
@@ -211,8 +211,9 @@ class Solutions(_Fields):
         """
         facts = facts_of(type(self))
         same = facts.same if tolerance == SAME_SOLUTION else tolerance * facts.units
-        q, valid = np.ascontiguousarray(self.q), np.ascontiguousarray(self.valid)
-        found = _filters.distinct(q, valid, facts.turn, same)
+        found = _filtered(
+            _filters.distinct, (self.q, self.valid), facts.turn, same, facts.whole, self.windings
+        )
         return self._remade(self.q, self.residual, self.margin, found)
 
     def within(self, tolerance: float) -> Self:
@@ -255,12 +256,10 @@ class Solutions(_Fields):
             OutOfReachError: If a single pose has no valid slot.
             ShapeError: If the seed does not fit the poses.
         """
-        q, valid = np.ascontiguousarray(self.q), np.ascontiguousarray(self.valid)
-        facts = facts_of(type(self))
-        found: FloatArray = _filters.nearest(
-            q, valid, self._seeds("nearest", seed), facts.turn, facts.units
-        )
-        if valid.ndim == 1 and not valid.any():
+        facts, start = facts_of(type(self)), self._seeds("nearest", seed)
+        slots = self.q, self.valid
+        found: FloatArray = _filtered(_filters.nearest, slots, start, facts.turn, facts.units)
+        if found.ndim == 1 and math.isnan(found[0]):
             raise OutOfReachError(f"Solutions.nearest: {self._why_none()}")
         return found
 
@@ -303,7 +302,7 @@ class Solutions(_Fields):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickles the facts of its class and the tuple."""
-        facts = (self.coordinates, self.wraps, self.labels, self.unit)
+        facts = (self.coordinates, self.wraps, self.labels, self.unit, self.windings)
         return _restore, (*facts, tuple(self))
 
     def _limits(
@@ -347,6 +346,9 @@ class Solutions(_Fields):
 
     def _seeds(self, method: str, seed: ArrayLike) -> FloatArray:
         """A seed (n,), or a dense row for each pose."""
+        is_dense = type(seed) is np.ndarray and seed.dtype == np.float64 and seed.flags.c_contiguous
+        if is_dense and seed.shape == self.q.shape[-1:]:
+            return seed
         start = self._read_seed(method, seed)
         if start.ndim > 1:
             start = np.broadcast_to(start, (*self.q.shape[:-2], start.shape[-1]))
@@ -401,6 +403,7 @@ def solutions_of(
     wraps: tuple[bool, ...],
     labels: tuple[str, ...] = (),
     unit: float = 1.0,
+    windings: int = 1,
 ) -> type[Solutions]:
     """The class of solutions in given coordinates, which filters need to know.
 
@@ -409,8 +412,9 @@ def solutions_of(
         wraps: Whether a full turn of each of them leaves the pose unchanged.
         labels: The branch in each slot, () where slots have none.
         unit: The robot's unit of length [m].
+        windings: Number of consecutive slots that are turns of the same solution.
     """
-    return _made(coordinates, wraps, labels, unit)
+    return _made(coordinates, wraps, labels, unit, windings)
 
 
 @cache
@@ -419,8 +423,10 @@ def _made(
     wraps: tuple[bool, ...],
     labels: tuple[str, ...],
     unit: float,
+    windings: int,
 ) -> type[Solutions]:
     facts = {"coordinates": coordinates, "wraps": wraps, "labels": labels, "unit": unit}
+    facts["windings"] = windings
     about = {"__slots__": (), "__module__": __name__, "__doc__": Solutions.__doc__}
     return type("Solutions", (Solutions,), {**about, **facts, "TOLERANCE": SOLVED * unit})
 
@@ -430,9 +436,10 @@ def _restore(
     wraps: tuple[bool, ...],
     labels: tuple[str, ...],
     unit: float,
+    windings: int,
     fields: tuple[Any, ...],
 ) -> Solutions:
-    return solutions_of(coordinates, wraps, labels, unit)(*fields)
+    return solutions_of(coordinates, wraps, labels, unit, windings)(*fields)
 
 
 @dataclass(frozen=True)
@@ -468,9 +475,18 @@ def _listing(kind: type[Solutions], low: FloatArray, high: FloatArray, windings:
         tuple((wraps & np.isinf(low) & np.isinf(high)).tolist()),
         tuple(label for label in kind.labels for _ in range(count)),
         kind.unit,
+        kind.windings * count,
     )
     dense = np.ascontiguousarray(low), np.ascontiguousarray(high)
     return _Listing(listed, (*dense, facts.turn, AT_LIMIT * facts.units, turns))
+
+
+def _filtered(compiled: Callable[..., Any], fields: Iterable[Any], *rest: Any) -> Any:
+    """The result of a compiled filter, which refuses fields that are not dense: they are copied."""
+    try:
+        return compiled(*fields, *rest)
+    except TypeError:
+        return compiled(*map(np.ascontiguousarray, fields), *rest)
 
 
 @cache

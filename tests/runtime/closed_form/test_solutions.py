@@ -469,3 +469,16 @@ def test_filters_do_not_modify_their_input(arm, q):
     (solutions.within_limits().distinct().sorted_from(q).nearest(q))
     for field, other in zip(solutions, before, strict=True):
         np.testing.assert_array_equal(field, other)
+
+
+def test_repetitions_are_removed_among_turns_of_several_branches():
+    arm = chasles.load("ur5e")
+    q = np.array([[0.3, -1.1, 1.2, 0.4, 0.0, -0.5], [0.3, -1.1, 0.0, 0.4, 0.7, -0.5]])
+    for T in arm.fk(q):
+        listed = arm.ik(T).within_limits()
+        expected = np.zeros_like(listed.valid)
+        for k in np.flatnonzero(listed.valid):
+            apart = np.abs(listed.q[expected] - listed.q[k])
+            expected[k] = not (apart <= 1e-6).all(-1).any()
+        assert 0 < expected.sum() < listed.valid.sum()
+        np.testing.assert_array_equal(listed.distinct().valid, expected)
