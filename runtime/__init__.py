@@ -15,10 +15,15 @@ from .call._call import Function, release_memory
 from .call.threads import count_cores
 from .closed_form.nearest_solution import NearestSolution
 from .closed_form.solutions import Solutions
-from .contract import read_manifest
+from .contract import (
+    ChaslesError,
+    ManifestError,
+    SourceMismatchError,
+    UnknownRobotError,
+    read_manifest,
+)
 from .errors import (
     CacheError,
-    ChaslesError,
     CompileError,
     CompilerNotFoundError,
     DerivationError,
@@ -26,13 +31,10 @@ from .errors import (
     InputTypeError,
     InputValueError,
     LibraryMismatchError,
-    ManifestError,
     MissingFunctionError,
     OutOfReachError,
     ShapeError,
     SingularityError,
-    SourceMismatchError,
-    UnknownRobotError,
 )
 from .library import find_folder, shelf, shipped_folders
 from .robot import Robot

@@ -1,24 +1,6 @@
-"""The exceptions of chasles, under one root."""
+"""The exceptions of the runtime; those of manifests are in the contract."""
 
-from .contract import ChaslesError, ManifestError, SourceMismatchError, UnknownRobotError
-
-__all__ = [
-    "CacheError",
-    "ChaslesError",
-    "CompileError",
-    "CompilerNotFoundError",
-    "DerivationError",
-    "InputError",
-    "InputTypeError",
-    "InputValueError",
-    "LibraryMismatchError",
-    "ManifestError",
-    "OutOfReachError",
-    "ShapeError",
-    "SingularityError",
-    "SourceMismatchError",
-    "UnknownRobotError",
-]
+from .contract import ChaslesError
 
 
 class CompilerNotFoundError(ChaslesError):

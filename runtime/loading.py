@@ -66,7 +66,7 @@ def load_functions(
                 manifest.coordinates,
                 manifest.wraps,
                 info.role.labels,
-                unit=_residual_unit(info, unit),
+                _residual_unit(info, unit),
             )
             if info.role.is_inverse
             else None,

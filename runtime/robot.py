@@ -18,8 +18,8 @@ from .closed_form.nearest import NearestMethods, nearest_function
 from .closed_form.paths import InverseMethods
 from .closed_form.slot_facts import within
 from .closed_form.solutions import Solutions
-from .contract import Manifest, read_manifest
-from .errors import ShapeError, SourceMismatchError
+from .contract import Manifest, SourceMismatchError, read_manifest
+from .errors import ShapeError
 from .iterative.numeric_inverse import NumericMethods
 from .library import find_folder, is_of_shelf, shipped_folders
 from .loading import load_functions

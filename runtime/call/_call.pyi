@@ -83,8 +83,6 @@ class Nearest:
 class Library:
     """A compiled robot, open as long as one of its functions lives."""
 
-    @property
-    def names(self) -> list[str]: ...
     def function(
         self,
         name: str,

@@ -15,11 +15,7 @@ from ..errors import MissingFunctionError
 from .substitutes import explain
 
 T = TypeVar("T")
-
-
-def always(_: Any) -> bool:
-    """The condition that every robot meets."""
-    return True
+Condition = Callable[[Any], bool]
 
 
 class Capability:
@@ -28,10 +24,12 @@ class Capability:
     Attributes:
         item: The method or cached property; None for a generated function.
         functions: Names of the generated functions that the attribute needs.
-        when: A further condition on the robot.
+        when: A further condition on the robot, None for none.
     """
 
-    def __init__(self, item: Any, functions: tuple[str, ...], when: Callable[[Any], bool]) -> None:
+    def __init__(
+        self, item: Any, functions: tuple[str, ...] = (), when: Condition | None = None
+    ) -> None:
         """Stores the item and its needs."""
         self.item, self.functions, self.when = item, functions, when
 
@@ -45,7 +43,8 @@ class Capability:
 
     def is_met(self, robot: Any) -> bool:
         """Whether the robot has the attribute."""
-        return bool(robot.functions.keys() >= {*self.functions} and self.when(robot))
+        has_functions = robot.functions.keys() >= {*self.functions}
+        return bool(has_functions and (self.when is None or self.when(robot)))
 
     def __get__(self, robot: Any, owner: type) -> Any:
         """The attribute of a robot; raises an AttributeError if the robot lacks it."""
@@ -66,7 +65,7 @@ class _Mark(Protocol):
     def __call__(self, item: T, /) -> T: ...
 
 
-def needs(*functions: str, when: Callable[[Any], bool] = always) -> _Mark:
+def needs(*functions: str, when: Condition | None = None) -> _Mark:
     """Marks a method or a cached property that rests on generated functions.
 
     Args:
@@ -84,7 +83,7 @@ def needs(*functions: str, when: Callable[[Any], bool] = always) -> _Mark:
 
 def generated() -> Any:
     """A generated function that a robot may lack; its name is that of the attribute."""
-    return Capability(None, (), always)
+    return Capability(None)
 
 
 def lacks(robot: Any, name: str) -> bool:

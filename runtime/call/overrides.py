@@ -17,6 +17,7 @@ import numpy as np
 
 from ..errors import InputTypeError, ShapeError
 from ._call import Function
+from .validation import real_array
 
 
 def run(function: Function[Any], inputs: tuple[Any, ...], outs: tuple[Any, ...] | None) -> Any:
@@ -55,12 +56,7 @@ def _has_protocol(value: Any) -> bool:
 def _read(dask: Any, function: Function[Any], index: int, value: Any) -> Any:
     """The input as an array, checked as the call itself checks it, but now rather than later."""
     item, label = function.inputs[index], function.__qualname__
-    try:
-        array = value if isinstance(value, dask.Array) else np.asarray(value)
-    except (TypeError, ValueError) as error:
-        raise InputTypeError(
-            f"{label}: {item.name} cannot be read as an array of numbers: {error}"
-        ) from error
+    array = value if isinstance(value, dask.Array) else real_array(label, item.name, value)
     if array.dtype.kind not in "iuf":
         raise InputTypeError(
             f"{label}: {item.name} must hold real numbers, got dtype {array.dtype}"

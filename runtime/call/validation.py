@@ -27,8 +27,8 @@ def real_array(caller: str, name: str, given: Any) -> NDArray[np.float64]:
         array = np.asarray(given)
     except (TypeError, ValueError) as error:
         raise InputTypeError(
-            f"{caller}: {name} must be an array of real numbers: {error}"
+            f"{caller}: {name} cannot be read as an array of numbers: {error}"
         ) from None
     if array.dtype.kind not in "iuf":
-        raise InputTypeError(f"{caller}: {name} must be real numbers, got dtype {array.dtype}")
+        raise InputTypeError(f"{caller}: {name} must hold real numbers, got dtype {array.dtype}")
     return array.astype(np.float64, copy=False)

@@ -131,7 +131,7 @@ def _heading(pose: FloatArray, J: FloatArray, heading: FloatArray) -> Measured:
 
 def _pitch_of(T: FloatArray) -> FloatArray:
     x, y, rise = T[:, :3, 2].T
-    return np.arctan2(rise, np.hypot(x, y))[:, None]
+    return np.asarray(np.arctan2(rise, np.hypot(x, y))[:, None])
 
 
 PARTS: Mapping[str, Part] = {

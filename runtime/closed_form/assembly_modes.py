@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..call.capabilities import needs
 from ..facts import RobotFacts
+from .closures import is_planar
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
-_PLANAR = 3
 
 
 class PlanarModes(NamedTuple):
@@ -49,10 +49,6 @@ class Modes(NamedTuple):
     sure: BoolArray
 
 
-def _is_planar(robot: RobotFacts) -> bool:
-    return bool(robot.modes.outputs[0].shape[-1] == _PLANAR)
-
-
 def _has_chain_pose(robot: RobotFacts) -> bool:
     return ("pose", "chain", "") in robot._roles
 
@@ -86,7 +82,7 @@ class PlatformMethods(RobotFacts):
         T[~np.isfinite(margin)] = np.nan
         return Modes(T, theta, np.isfinite(margin), margin, np.asarray(unsure[..., 0] == 0))
 
-    @needs("modes", when=_is_planar)
+    @needs("modes", when=is_planar)
     def fk_planar_all(self, q: ArrayLike) -> PlanarModes:
         """Every pose in which a planar platform can be assembled at given actuators.
 

@@ -17,7 +17,6 @@ from ..tolerances import SAME_JOINTS
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 _PLANAR = ["prismatic", "prismatic", "revolute"]
-_LEG_INVERSES = ("actuators_all", "actuators")
 
 
 class ChainBranches(NamedTuple):
@@ -53,8 +52,14 @@ def is_planar(robot: RobotFacts) -> bool:
     return [joint.kind for joint in robot.chain_joints] == _PLANAR
 
 
-def _has_leg_inverse(robot: RobotFacts) -> bool:
-    return is_planar(robot) and not robot.functions.keys().isdisjoint(_LEG_INVERSES)
+def has_leg_inverse(robot: RobotFacts) -> bool:
+    """Whether the actuated coordinates follow from the main chain."""
+    return not robot.functions.keys().isdisjoint(("actuators_all", "actuators"))
+
+
+def is_planar_with_inverse(robot: RobotFacts) -> bool:
+    """Whether the main chain is a body in a plane, from which the actuated coordinates follow."""
+    return is_planar(robot) and has_leg_inverse(robot)
 
 
 def _can_check_actuators(robot: RobotFacts) -> bool:
@@ -170,7 +175,7 @@ class LoopMethods(NewtonMethods):
             q = np.where(closes[..., None], q, np.nan)
         return ActuatorBranches(q, closes, margin)
 
-    @needs(when=_has_leg_inverse)
+    @needs(when=is_planar_with_inverse)
     def ik_planar(self, pose: ArrayLike) -> ActuatorBranches:
         """The inverse of a planar platform, leg by leg: all actuated coordinates at a pose.
 
@@ -184,9 +189,15 @@ class LoopMethods(NewtonMethods):
         """
         if "actuators_all" in self.functions:
             return self.actuator_branches(pose)
-        q = self.functions["actuators"](pose)[..., None, :]
-        valid = np.asarray(np.isfinite(q).all(-1))
-        return ActuatorBranches(q, valid, np.where(valid, 1.0, np.nan))
+        q, margin = self._leg_branches(pose)
+        return ActuatorBranches(q, np.isfinite(margin), margin)
+
+    def _leg_branches(self, theta: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """(..., k, n) actuated coordinates of all branches, and their margins."""
+        if "actuators_all" in self.functions:
+            return self.actuators_all(theta)
+        q = self.actuators(theta)[..., None, :]
+        return q, np.where(np.isfinite(q).all(-1), 1.0, np.nan)
 
 
 def _is_small(apart: FloatArray, variables: Sequence[Coordinate], unit_length: float) -> BoolArray:

@@ -30,12 +30,14 @@ from .nearest_solution import (
     Moves,
     NearestSolution,
     limited_type,
-    moves_of,
     nearest_type,
     read_fixed,
+    read_limits,
+    read_weights,
 )
 from .paths import has_inverse
 from .self_motion import Objective, best_parameters
+from .slot_facts import facts_of
 from .solutions import Solutions
 
 FloatArray = NDArray[np.float64]
@@ -43,7 +45,6 @@ IntArray = NDArray[np.int8]
 NearestRedundancy = Literal["fixed", "nearest", "limits", "manipulability"]
 _CHOICES = get_args(NearestRedundancy)
 _POSE = (4, 4)
-_LAST_ROW = (0.0, 0.0, 0.0, 1.0)
 Rows = tuple[FloatArray, FloatArray, FloatArray, IntArray]
 """Coordinates (N, n), residuals (N,), margins (N,), and slots (N,) or reasons below 0."""
 
@@ -189,7 +190,9 @@ class NearestMethods(RobotFacts):
         """The targets (N, ...) and seeds (N, n) row by row, and the leading dimensions."""
         given, seeds = real_array(label, "T", T), real_array(label, "q_seed", q_seed)
         core = info.inputs[0].shape
-        is_pose = given.shape[-2:] == _POSE and (task == "pose" or _are_poses(given))
+        is_pose = given.shape[-2:] == _POSE
+        if is_pose and task != "pose":
+            is_pose = bool((given[..., 3, :] == np.eye(4)[3]).all())
         shape = _POSE if is_pose or task == "pose" else core
         if given.shape[given.ndim - len(shape) :] != shape:
             own = "" if task == "pose" else f", or as {info.name} takes it (..., {core[0]})"
@@ -219,15 +222,10 @@ class NearestMethods(RobotFacts):
     ) -> Moves:
         kind = self.functions[info.name].solutions
         assert kind is not None
-        units = np.array([kind.unit if c.unit == "m" else 1.0 for c in self.coordinates])
-        moves = moves_of(
-            self.coordinates,
-            self.manifest.wraps,
-            units,
-            label,
-            limits=limits,
-            weights=weights,
-        )
+        lower, upper = read_limits(self.coordinates, label, limits)
+        scale = 1.0 if weights is None else read_weights(self.n, label, weights)
+        facts = facts_of(kind)
+        moves = Moves(lower, upper, scale / facts.units, facts.turn)
         return moves.with_fixed(info.role.held)
 
     def _fixed_values(
@@ -385,10 +383,6 @@ def nearest_function(robot: NearestMethods, pickled: tuple[Any, ...]) -> Nearest
         ),
         pickled,
     )
-
-
-def _are_poses(T: FloatArray) -> bool:
-    return bool((T[..., 3, :] == _LAST_ROW).all())
 
 
 def _settled(chosen: Chosen, target: FloatArray, seeds: FloatArray) -> tuple[Rows, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,20 +14,14 @@ from ..contract import Coordinate
 from ..errors import InputTypeError, InputValueError, ShapeError
 from ..size import limits_of
 from ..tolerances import SOLVED
+from .slot_facts import check_ascending
+from .solutions import Fields
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
-_TURN = 2 * np.pi
 
 
-class _Fields(NamedTuple):
-    q: FloatArray
-    residual: FloatArray
-    margin: FloatArray
-    valid: BoolArray
-
-
-class NearestSolution(_Fields):
+class NearestSolution(Fields):
     """One solution for each pose: `q, residual, margin, valid = robot.ik_nearest(T, q_seed)`.
 
     Attributes:
@@ -130,39 +124,10 @@ class Moves:
         return Moves(self.lower, self.upper, scale, turn)
 
 
-def moves_of(
-    coordinates: tuple[Coordinate, ...],
-    wraps: tuple[bool, ...],
-    units: FloatArray,
-    label: str,
-    *,
-    limits: Any = "robot",
-    weights: ArrayLike | None = None,
-) -> Moves:
-    """The moves of a robot's coordinates with the limits and weights of a call.
-
-    Args:
-        coordinates: The elements of q.
-        wraps: Whether a full turn of each of them leaves the pose unchanged.
-        units: (n,) the robot's unit of length for prismatic joints, 1 for revolute joints.
-        label: Robot and method, for errors.
-        limits: "robot", None for no limits, or (n, 2).
-        weights: (n,) factors of the moves; None for 1.
-
-    Raises:
-        InputTypeError: If limits or weights are not made of real numbers.
-        InputValueError: If a lower limit is above the upper one, or a weight is negative, or all
-            weights are 0.
-        ShapeError: If a shape is wrong.
-    """
-    lower, upper = _limits(coordinates, label, limits)
-    scale = np.ones(len(coordinates)) if weights is None else _weights(coordinates, label, weights)
-    return Moves(lower, upper, scale / units, np.where(wraps, _TURN, 0.0))
-
-
-def _limits(
+def read_limits(
     coordinates: tuple[Coordinate, ...], label: str, limits: Any
 ) -> tuple[FloatArray, FloatArray]:
+    """The limits (n,) that a call gives: "robot", None for none, or (n, 2)."""
     n = len(coordinates)
     if limits is None:
         return np.full(n, -np.inf), np.full(n, np.inf)
@@ -175,18 +140,12 @@ def _limits(
     array = real_array(label, "limits", limits)
     if array.shape != (n, 2):
         raise ShapeError(f"{label}: limits must have shape ({n}, 2), got shape {array.shape}")
-    for coordinate, (low, high) in zip(coordinates, array, strict=True):
-        # Negated, so that NaN is refused.
-        if not low <= high:
-            raise InputValueError(
-                f"{label}: {coordinate.name} has limits {low:g} to {high:g} {coordinate.unit}; the "
-                "lower one must not be above the upper one"
-            )
-    return array[:, 0].copy(), array[:, 1].copy()
+    return check_ascending(label, coordinates, array[:, 0].copy(), array[:, 1].copy())
 
 
-def _weights(coordinates: tuple[Coordinate, ...], label: str, weights: ArrayLike) -> FloatArray:
-    array, n = real_array(label, "weights", weights), len(coordinates)
+def read_weights(n: int, label: str, weights: ArrayLike) -> FloatArray:
+    """The weights (n,) of a call: finite, not negative, and one of them positive."""
+    array = real_array(label, "weights", weights)
     if array.shape != (n,):
         raise ShapeError(f"{label}: weights must have shape ({n},), got shape {array.shape}")
     if not ((array >= 0) & np.isfinite(array)).all() or not array.any():

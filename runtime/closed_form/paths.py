@@ -160,12 +160,9 @@ class InverseMethods(RobotFacts):
             if step.slot is not None:
                 end = min(index + block, len(poses))
                 kept = self._kept(solutions, index, end, step.slot, step.q, most)
-                q[index : index + len(kept)] = kept
-                margin[index : index + len(kept)] = solutions.margin[index:end, step.slot][
-                    : len(kept)
-                ]
-                block = 2 * block if index + len(kept) == end else _BLOCK
-                index += len(kept)
+                stays = slice(index, index + len(kept))
+                q[stays], margin[stays] = kept, solutions.margin[stays, step.slot]
+                block, index = 2 * block if stays.stop == end else _BLOCK, stays.stop
             if index == len(poses):
                 return self._report(q, margin, None)
             whole = poses[index] if task == "pose" else None
@@ -224,12 +221,7 @@ class InverseMethods(RobotFacts):
         """
         units, own = solutions.units(), solutions.q[first - 1 : end, slot]
         part = slice(first, end)
-        slots = type(solutions)(
-            solutions.q[part],
-            solutions.residual[part],
-            solutions.margin[part],
-            solutions.valid[part],
-        )
+        slots = type(solutions)._make(field[part] for field in solutions)
         moves = slots.moves_from(own[:-1])
         with np.errstate(invalid="ignore"):
             best = np.where(slots.valid, np.abs(moves / units).max(-1), np.inf).argmin(-1)

@@ -10,11 +10,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..size import limits_of
 from ..tolerances import SELF_MOTION_STEP
 
 FloatArray = NDArray[np.float64]
@@ -65,19 +67,15 @@ def _samples(count: int) -> int:
     return int(_SAMPLES.get(count, _FEW) ** count)
 
 
+@dataclass(frozen=True)
 class _Search:
     """The search for N rows at once."""
 
-    def __init__(
-        self,
-        robot: Any,
-        make: Callable[..., Any],
-        objective: Objective,
-        target: FloatArray,
-        seeds: FloatArray,
-    ) -> None:
-        self.robot, self.make, self.objective = robot, make, objective
-        self.target, self.seeds = target, seeds
+    robot: Any
+    make: Callable[..., Any]
+    objective: Objective
+    target: FloatArray
+    seeds: FloatArray
 
     def best(self, held: Mapping[str, FloatArray], free: Sequence[str]) -> FloatArray:
         """(N, p) values of the free parameters."""
@@ -116,17 +114,15 @@ class _Search:
         names = [argument.name for argument in own.inputs[1:]]
         start = np.stack([robot._at_seeds(name, self.seeds) for name in free], -1)
         low, high = np.empty_like(start), np.empty_like(start)
+        joints = robot.manifest.loops.chain
         for k, name in enumerate(free):
             index = names.index(name)
             bounds = (-np.inf, np.inf)
-            if len(own.role.given) == len(names) and not robot.manifest.loops.chain:
+            if joints:
+                at = [joint.name for joint in joints].index(name)
+                bounds = tuple(limit[at] for limit in limits_of(joints))
+            elif len(own.role.given) == len(names):
                 bounds = moves.lower[own.role.given[index]], moves.upper[own.role.given[index]]
-            elif robot.manifest.loops.chain:
-                joint = next(j for j in robot.chain_joints if j.name == name)
-                bounds = (
-                    -np.inf if joint.lower is None else joint.lower,
-                    np.inf if joint.upper is None else joint.upper,
-                )
             half = np.pi if own.inputs[1 + index].unit == "rad" else robot.unit_length
             center = np.clip(start[:, k], *bounds)
             low[:, k] = np.maximum(center - half, bounds[0])

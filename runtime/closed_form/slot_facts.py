@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -10,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..contract import Coordinate
+from ..errors import InputValueError
 from ..size import limits_of
 from ..tolerances import AT_LIMIT, SAME_SOLUTION
 
@@ -77,3 +80,16 @@ def within(q: FloatArray, lower: FloatArray, upper: FloatArray, units: FloatArra
     """
     rounding = AT_LIMIT * units
     return np.asarray((q >= lower - rounding) & (q <= upper + rounding))
+
+
+def check_ascending(
+    label: str, coordinates: Sequence[Coordinate], low: FloatArray, high: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """The limits (n,); raises an InputValueError if a lower one is above its upper one, or NaN."""
+    for c, a, b in zip(coordinates, low, high, strict=True):
+        if not a <= b:
+            raise InputValueError(
+                f"{label}: {c.name} has limits {a:g} to {b:g} {c.unit}; the lower one must not be "
+                "above the upper one"
+            )
+    return low, high

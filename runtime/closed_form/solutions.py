@@ -23,8 +23,7 @@ from ..contract import Coordinate
 from ..errors import InputValueError, OutOfReachError, ShapeError
 from ..tolerances import AT_LIMIT, FAR, SAME_SOLUTION, SOLVED, TILTED
 from . import _filters
-from .least_squares import LeastSquares
-from .slot_facts import TURN, facts_of, windings_of
+from .slot_facts import TURN, check_ascending, facts_of, windings_of
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -33,14 +32,28 @@ IntArray = NDArray[np.intp]
 MOST_WINDINGS, _FREEDOMS = 100_000, 6
 
 
-class _Fields(NamedTuple):
+class Fields(NamedTuple):
+    """The fields of all solutions, and of the nearest one."""
+
     q: FloatArray
     residual: FloatArray
     margin: FloatArray
     valid: BoolArray
 
 
-class Solutions(_Fields):
+class LeastSquares(NamedTuple):
+    """The coordinates that come nearest to poses out of reach.
+
+    Attributes:
+        q: (..., n) coordinates [rad or m]; NaN where the pose has solutions.
+        residual: (...,) error of the tool [m], as in Solutions; NaN where the pose has solutions.
+    """
+
+    q: FloatArray
+    residual: FloatArray
+
+
+class Solutions(Fields):
     """All branches of an inverse, in k fixed slots a pose.
 
     A tuple of four arrays, `q, residual, margin, valid = robot.ik(T)`, and iterating over it gives
@@ -319,14 +332,7 @@ class Solutions(_Fields):
                     f"Solutions.within_limits: {name} must have shape ({len(own.units)},), "
                     f"got shape {limit.shape}"
                 )
-        low, high = pair
-        for c, a, b in zip(self.coordinates, low, high, strict=True):
-            # Negated, so that NaN is refused.
-            if not a <= b:
-                raise InputValueError(
-                    f"Solutions.within_limits: {c.name} has limits {a:g} to {b:g} {c.unit}"
-                )
-        return low, high
+        return check_ascending("Solutions.within_limits", self.coordinates, *pair)
 
     def _read_seed(self, method: str, seed: ArrayLike) -> FloatArray:
         """A seed (n,) or (..., n) of the right shape."""
@@ -398,6 +404,7 @@ class Solutions(_Fields):
         )
 
 
+@cache
 def solutions_of(
     coordinates: tuple[Coordinate, ...],
     wraps: tuple[bool, ...],
@@ -414,17 +421,6 @@ def solutions_of(
         unit: The robot's unit of length [m].
         windings: Number of consecutive slots that are turns of the same solution.
     """
-    return _made(coordinates, wraps, labels, unit, windings)
-
-
-@cache
-def _made(
-    coordinates: tuple[Coordinate, ...],
-    wraps: tuple[bool, ...],
-    labels: tuple[str, ...],
-    unit: float,
-    windings: int,
-) -> type[Solutions]:
     facts = {"coordinates": coordinates, "wraps": wraps, "labels": labels, "unit": unit}
     facts["windings"] = windings
     about = {"__slots__": (), "__module__": __name__, "__doc__": Solutions.__doc__}
@@ -491,4 +487,4 @@ def _filtered(compiled: Callable[..., Any], fields: Iterable[Any], *rest: Any) -
 
 @cache
 def _unlabelled(kind: Any) -> type[Solutions]:
-    return solutions_of(kind.coordinates, kind.wraps, unit=kind.unit)
+    return solutions_of(kind.coordinates, kind.wraps, (), kind.unit)

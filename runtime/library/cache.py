@@ -21,8 +21,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..call import _call
-from ..contract import FunctionInfo, Manifest
-from ..errors import CacheError, LibraryMismatchError, ManifestError
+from ..contract import FunctionInfo, Manifest, ManifestError
+from ..errors import CacheError, LibraryMismatchError
 from .compiler import Compiler, describe_machine, find_compiler
 
 _KERNEL_HEADER = Path(__file__).with_name("_kernel.h")
@@ -178,30 +178,31 @@ def _has_nearest(manifest: Manifest, function: FunctionInfo) -> bool:
 
 def _nearest(index: int, function: FunctionInfo) -> list[str]:
     slots, n = function.outputs[0].shape
-    row = f"outputs[0] + row * {n}, outputs[1] + row, outputs[2] + row"
     return [
         f"static void chasles_nearest_{index}(size_t n, int k, const double *const *slots,",
         "    double tolerance, const double *const *moves, const double *q_seed,",
         "    ptrdiff_t seed_step, double *const *outputs, signed char *slot)",
         "{",
         "    const chasles_moves by = {moves[0], moves[1], moves[2], moves[3]};",
-        f"    chasles_slots own = {{{n}, {slots}, slots[0], slots[1], slots[2], tolerance}};",
-        f"    chasles_slots any = {{{n}, k, slots[0], slots[1], slots[2], tolerance}};",
         "    for (size_t row = 0; row < n; row++, q_seed += seed_step) {",
         f"        if (k == {slots}) {{",
-        f"            own.q = slots[0] + row * {n * slots};",
-        f"            own.residual = slots[1] + row * {slots};",
-        f"            own.margin = slots[2] + row * {slots};",
-        f"            slot[row] = (signed char)chasles_nearest(&own, &by, q_seed, {row});",
+        *_selection(n, str(slots)),
         "        } else {",
-        f"            any.q = slots[0] + row * {n} * (size_t)k;",
-        "            any.residual = slots[1] + row * (size_t)k;",
-        "            any.margin = slots[2] + row * (size_t)k;",
-        f"            slot[row] = (signed char)chasles_nearest(&any, &by, q_seed, {row});",
+        *_selection(n, "k"),
         "        }",
         "    }",
         "}",
         "",
+    ]
+
+
+def _selection(n: int, k: str) -> list[str]:
+    """The selection among k slots of a row; a constant k makes it faster."""
+    at = [f"slots[{i}] + row * {size} * (size_t){k}" for i, size in enumerate((n, 1, 1))]
+    to = [f"outputs[0] + row * {n}", "outputs[1] + row", "outputs[2] + row"]
+    return [
+        f"            const chasles_slots of = {{{n}, {k}, {', '.join(at)}, tolerance}};",
+        f"            slot[row] = (signed char)chasles_nearest(&of, &by, q_seed, {', '.join(to)});",
     ]
 
 

@@ -18,7 +18,8 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from .. import contract
-from ..errors import CacheError, DerivationError, UnknownRobotError
+from ..contract import UnknownRobotError
+from ..errors import CacheError, DerivationError
 from .cache import cache_folder
 
 _COMPILER = "chasles.derive"

@@ -6,7 +6,7 @@ import os
 from importlib.util import find_spec
 from pathlib import Path
 
-from ..errors import UnknownRobotError
+from ..contract import UnknownRobotError
 from .derived import PARAMETRIC, derived_folder, is_description, shelf, shipped
 
 

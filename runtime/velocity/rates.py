@@ -122,17 +122,8 @@ class VelocityMethods(ManipulabilityMethods):
         Limits hold exactly for every twist. A joint that would pass its bound is held there, and
         the other joints take over as long as they can do so undamped; where they cannot, as in
         every arm without redundancy, the twist is scaled down and keeps its direction. Where
-        acceleration limits exclude that direction, the result is the nearest allowed twist.
-
-        - A joint at its limit, or beyond it, has no rate further outward. With `dt` no joint passes
-          its limit within that time; with acceleration limits too, it brakes early enough.
-        - Acceleration limits bound |qd - previous| / dt. Where limits contradict one another, as
-          for a joint that is too fast to brake, the acceleration limit takes precedence over the
-          rate limit, and the rate limit over the joint limit.
-
-        A locked coordinate has the rate 0 exactly, and the others are the whole arm: singular
-        values, damping and scale are those of the robot without it. A rate limit of 0 is a lock,
-        whatever the acceleration limits.
+        acceleration limits exclude that direction, the result is the nearest allowed twist. The
+        page "Motion in velocity space" of the manual has limits and locks in detail.
 
         The null space of a redundant robot serves a secondary objective without effect on the task:
         joint rates down the gradient of the objective, projected to the null space.

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..call.capabilities import needs
-from ..closed_form.closures import LoopMethods, is_planar
+from ..closed_form.closures import LoopMethods, has_leg_inverse, is_planar_with_inverse
 from ..errors import InputValueError, ShapeError
-from ..facts import RobotFacts
 from ..summaries import summary_repr
 from .contours import zero_curves
 from .singularity import SingularityMethods
@@ -63,14 +62,6 @@ class SingularityCurves(NamedTuple):
         return summary_repr(self, "", *facts, methods="type_1, type_2")
 
 
-def _has_maps(robot: RobotFacts) -> bool:
-    return not robot.functions.keys().isdisjoint(("actuators_all", "actuators"))
-
-
-def _is_planar(robot: RobotFacts) -> bool:
-    return _has_maps(robot) and is_planar(robot)
-
-
 class SingularWayMethods(LoopMethods, SingularityMethods):
     """The methods of a robot with a velocity relation and the map from its poses to actuators."""
 
@@ -100,7 +91,7 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
         J_x, J_q = self._pure_relation("determinants", theta, q, length)
         return Determinants(_determinant(J_x)[()], _determinant(J_q)[()])
 
-    @needs("velocity_relation", when=_has_maps)
+    @needs("velocity_relation", when=has_leg_inverse)
     def way_to_singularity(
         self, theta: ArrayLike, direction: ArrayLike, q: ArrayLike | None = None
     ) -> WayToSingularity:
@@ -160,7 +151,7 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
             found[~reached[:, 0]] = np.nan
         return WayToSingularity(type_1.reshape(batch)[()], type_2.reshape(batch)[()])
 
-    @needs("velocity_relation", when=_is_planar)
+    @needs("velocity_relation", when=is_planar_with_inverse)
     def singularity_curves(
         self,
         phi: float,
@@ -209,11 +200,8 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
 
     def _branches(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
         """(N, k, n) actuated coordinates of all branches, and (N, k, legs) margins."""
-        if "actuators_all" in self.functions:
-            q, margin = self.functions["actuators_all"](theta)
-            return q, margin if margin.ndim == q.ndim else margin[..., None]
-        q = self.functions["actuators"](theta)[:, None]
-        return q, np.where(np.isfinite(q).all(-1, keepdims=True), 1.0, np.nan)
+        q, margin = self._leg_branches(theta)
+        return q, margin if margin.ndim == q.ndim else margin[..., None]
 
     def _slots(self, theta: FloatArray, q: ArrayLike | None) -> NDArray[np.intp]:
         if q is None:

@@ -104,22 +104,10 @@ class TrackMethods(ManipulabilityMethods):
         joints move least.
 
         The singular values belong to the Jacobian with angles of the tool times `length`, and each
-        column divided by the motion of the tool at q0 per unit of that coordinate (distance and
-        `length` times angle combined). So a motor behind a gear is scaled by its effect, whereas
-        `manipulability` and `joint_rates` only distinguish turning coordinates from sliding ones.
-        For arms with six and seven axes the values are 0.7 to 0.9 times the ones there. The damping
-        d is 0 where the smallest singular value is above 0.02 and grows to 0.02 at the singularity.
-        While steps reduce the error by less than the Jacobian predicts, as at the border of reach,
-        d increases, up to 1, together with the range of singular values it applies to.
-
-        Where a wrist has to turn over, its joints turn at their greatest rates to bring the tool
-        back: give rate limits for such a path. As long as no limit holds a joint and the branch
-        does not end (at a stretched elbow, for example), the error, distance and `length` times
-        angle combined, is at most the way of the tool while a joint makes half a turn at its rate
-        limit, plus (432 d^2 `length`^2 h)^(1/3), where h is the way of the tool in one step; the
-        second term is the time to leave the singularity. This is an estimate: random paths reached
-        two thirds of it. Where a limit or the end of a branch stops a joint, its share of the
-        motion remains as an error.
+        column divided by the motion of the tool at q0 per unit of that coordinate. Where a wrist
+        has to turn over, its joints turn at their greatest rates to bring the tool back: give rate
+        limits for such a path. The page "Following a path" of the manual has the damping and an
+        estimate of the error.
 
         Args:
             poses: (m, 4, 4) poses of the tool measured and expressed in the base frame, dt apart;

@@ -124,17 +124,8 @@ static void run_dense_rows(const Kernel *kernel, npy_intp n, double **memory)
     for (int i = 0; i < kernel->n_operands; i++) {
         steps[i] = kernel->operands[i].size;
     }
-    if (kernel->rows && n > 1) {
-        run_kernel_rows(kernel, n, (const double *const *)memory, steps, memory + kernel->n_inputs,
-                        steps + kernel->n_inputs);
-        return;
-    }
-    for (npy_intp row = 0; row < n; row++) {
-        run_kernel(kernel, (const double *const *)memory, memory + kernel->n_inputs);
-        for (int i = 0; i < kernel->n_operands; i++) {
-            memory[i] += steps[i];
-        }
-    }
+    run_kernel_rows(kernel, n, (const double *const *)memory, steps, memory + kernel->n_inputs,
+                    steps + kernel->n_inputs);
 }
 
 /* Runs the kernel on dense batches of one shape, into new arrays: the same as the ufunc, whose

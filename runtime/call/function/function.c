@@ -7,18 +7,19 @@
 #include "call/kernel/compiled_library.h"
 #include "call/kernel/ufunc_loop.h"
 
+/* The objects that a Function owns; NULL where there is none. */
+static const size_t OWNED[] = {
+    offsetof(Function, ufunc),   offsetof(Function, name),       offsetof(Function, label),
+    offsetof(Function, doc),     offsetof(Function, signature),  offsetof(Function, inputs),
+    offsetof(Function, outputs), offsetof(Function, operations), offsetof(Function, reduced),
+    offsetof(Function, guard),   offsetof(Function, solutions),  offsetof(Function, refinement),
+    offsetof(Function, chosen)};
+
 static int function_traverse(Function *self, visitproc visit, void *arg)
 {
-    Py_VISIT(self->ufunc);
-    Py_VISIT(self->signature);
-    Py_VISIT(self->inputs);
-    Py_VISIT(self->outputs);
-    Py_VISIT(self->operations);
-    Py_VISIT(self->reduced);
-    Py_VISIT(self->guard);
-    Py_VISIT(self->solutions);
-    Py_VISIT(self->refinement);
-    Py_VISIT(self->chosen);
+    for (size_t i = 0; i < sizeof OWNED / sizeof *OWNED; i++) {
+        Py_VISIT(*(PyObject **)((char *)self + OWNED[i]));
+    }
     return 0;
 }
 
@@ -28,19 +29,9 @@ static int function_traverse(Function *self, visitproc visit, void *arg)
 static void function_dealloc(Function *self)
 {
     PyObject_GC_UnTrack(self);
-    Py_XDECREF(self->ufunc);
-    Py_XDECREF(self->name);
-    Py_XDECREF(self->label);
-    Py_XDECREF(self->doc);
-    Py_XDECREF(self->signature);
-    Py_XDECREF(self->inputs);
-    Py_XDECREF(self->outputs);
-    Py_XDECREF(self->operations);
-    Py_XDECREF(self->reduced);
-    Py_XDECREF(self->guard);
-    Py_XDECREF(self->solutions);
-    Py_XDECREF(self->refinement);
-    Py_XDECREF(self->chosen);
+    for (size_t i = 0; i < sizeof OWNED / sizeof *OWNED; i++) {
+        Py_XDECREF(*(PyObject **)((char *)self + OWNED[i]));
+    }
     Py_TYPE(self)->tp_free((PyObject *)self);
 }
 

@@ -182,15 +182,17 @@ static PyObject *nearest_vectorcall(PyObject *object, PyObject *const *args, siz
     return PyObject_Vectorcall(self->general, args, n_flagged, keywords);
 }
 
+/* The objects that a Nearest owns. */
+static const size_t OWNED[] = {
+    offsetof(Nearest, inverse), offsetof(Nearest, general),    offsetof(Nearest, result),
+    offsetof(Nearest, moves),   offsetof(Nearest, parameters), offsetof(Nearest, name),
+    offsetof(Nearest, doc),     offsetof(Nearest, signature),  offsetof(Nearest, reduced)};
+
 static int nearest_traverse(Nearest *self, visitproc visit, void *arg)
 {
-    Py_VISIT(self->inverse);
-    Py_VISIT(self->general);
-    Py_VISIT(self->result);
-    Py_VISIT(self->moves);
-    Py_VISIT(self->parameters);
-    Py_VISIT(self->signature);
-    Py_VISIT(self->reduced);
+    for (size_t i = 0; i < sizeof OWNED / sizeof *OWNED; i++) {
+        Py_VISIT(*(PyObject **)((char *)self + OWNED[i]));
+    }
     return 0;
 }
 
@@ -198,15 +200,9 @@ static int nearest_traverse(Nearest *self, visitproc visit, void *arg)
 static void nearest_dealloc(Nearest *self)
 {
     PyObject_GC_UnTrack(self);
-    Py_XDECREF(self->inverse);
-    Py_XDECREF(self->general);
-    Py_XDECREF(self->result);
-    Py_XDECREF(self->moves);
-    Py_XDECREF(self->parameters);
-    Py_XDECREF(self->name);
-    Py_XDECREF(self->doc);
-    Py_XDECREF(self->signature);
-    Py_XDECREF(self->reduced);
+    for (size_t i = 0; i < sizeof OWNED / sizeof *OWNED; i++) {
+        Py_XDECREF(*(PyObject **)((char *)self + OWNED[i]));
+    }
     Py_TYPE(self)->tp_free((PyObject *)self);
 }
 

@@ -10,27 +10,6 @@ static npy_intp doubles_of_slots(const Kernel *kernel)
     return slots_of(kernel) * (coordinates_of(kernel) + 2);
 }
 
-/* Runs the inverse on n rows, which leaves the slots in the scratch memory. */
-static void solve_block(const Kernel *kernel, npy_intp n, const double *const *inputs,
-                        const ptrdiff_t *steps, double *const *slots, const ptrdiff_t *slot_steps)
-{
-    if (kernel->rows && n > 1) {
-        run_kernel_rows(kernel, n, inputs, steps, slots, slot_steps);
-        return;
-    }
-    for (npy_intp row = 0; row < n; row++) {
-        const double *from[MAX_OPERANDS];
-        double *to[3];
-        for (int i = 0; i < kernel->n_inputs; i++) {
-            from[i] = inputs[i] + row * steps[i];
-        }
-        for (int i = 0; i < 3; i++) {
-            to[i] = slots[i] + row * slot_steps[i];
-        }
-        run_kernel(kernel, from, to);
-    }
-}
-
 /* Selects among the k slots of n rows, for rows of the results from `first` on. */
 static void select_rows(const Function *inverse, npy_intp n, npy_intp k, const double *const *slots,
                         npy_intp first, const Rows *rows)
@@ -58,7 +37,7 @@ void run_nearest(const Function *inverse, npy_intp n, const Rows *rows)
         for (int i = 0; i < kernel->n_inputs; i++) {
             inputs[i] = rows->inputs[i] + first * rows->steps[i];
         }
-        solve_block(kernel, count, inputs, rows->steps, slots, slot_steps);
+        run_kernel_rows(kernel, count, inputs, rows->steps, slots, slot_steps);
         select_rows(inverse, count, k, (const double *const *)slots, first, rows);
     }
 }

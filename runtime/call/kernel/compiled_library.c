@@ -80,24 +80,6 @@ const chasles_kernel *library_find(const Library *library, const char *name)
     return NULL;
 }
 
-static PyObject *library_names(Library *self, void *Py_UNUSED(closure))
-{
-    PyObject *names = PyList_New(0);
-    for (const chasles_kernel *entry = self->kernels; names && entry->name; entry++) {
-        PyObject *name = PyUnicode_FromString(entry->name);
-        if (!name || PyList_Append(names, name) < 0) {
-            Py_CLEAR(names);
-        }
-        Py_XDECREF(name);
-    }
-    return names;
-}
-
-static PyGetSetDef library_getset[] = {
-    {"names", (getter)library_names, NULL, "The names of its functions, in order.", NULL},
-    {NULL},
-};
-
 PyTypeObject LibraryType = {
     PyVarObject_HEAD_INIT(NULL, 0).tp_name = "chasles.call._call.Library",
     .tp_doc = "A compiled robot, open for as long as any of its functions lives.",
@@ -105,5 +87,4 @@ PyTypeObject LibraryType = {
     .tp_flags = Py_TPFLAGS_DEFAULT,
     .tp_dealloc = (destructor)library_dealloc,
     .tp_repr = (reprfunc)library_repr,
-    .tp_getset = library_getset,
 };

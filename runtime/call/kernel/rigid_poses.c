@@ -154,8 +154,10 @@ static void measure_rows(const Kernel *kernel, npy_intp n, const double *T, ptrd
     }
 }
 
-void solve_rows(const Kernel *kernel, npy_intp n, const double *const *inputs,
-                const ptrdiff_t *input_steps, double *const *outputs, const ptrdiff_t *output_steps)
+/* Runs an inverse on n rows by the code for many poses; poses are projected. */
+static void solve_rows(const Kernel *kernel, npy_intp n, const double *const *inputs,
+                       const ptrdiff_t *input_steps, double *const *outputs,
+                       const ptrdiff_t *output_steps)
 {
     const double *from[MAX_OPERANDS];
     double *to[SLOTS_MARGIN + 1];
@@ -179,5 +181,30 @@ void solve_rows(const Kernel *kernel, npy_intp n, const double *const *inputs,
         } else if (kernel->fk) {
             measure_rows(kernel, rows, from[0], input_steps[0], to, output_steps);
         }
+    }
+}
+
+void run_kernel_rows(const Kernel *kernel, npy_intp n, const double *const *inputs,
+                     const ptrdiff_t *input_steps, double *const *outputs,
+                     const ptrdiff_t *output_steps)
+{
+    if (kernel->rows && n > 1 && kernel->poses) {
+        solve_rows(kernel, n, inputs, input_steps, outputs, output_steps);
+        return;
+    }
+    if (kernel->rows && n > 1) {
+        kernel->rows((size_t)n, inputs, input_steps, outputs, output_steps);
+        return;
+    }
+    for (npy_intp row = 0; row < n; row++) {
+        const double *from[MAX_OPERANDS];
+        double *to[MAX_OPERANDS];
+        for (int i = 0; i < kernel->n_inputs; i++) {
+            from[i] = inputs[i] + row * input_steps[i];
+        }
+        for (int i = 0; i < kernel->n_outputs; i++) {
+            to[i] = outputs[i] + row * output_steps[i];
+        }
+        run_kernel(kernel, from, to);
     }
 }

@@ -54,11 +54,6 @@ void settle_pose(const Kernel *kernel, const double *const *inputs, double *cons
 /* Runs an inverse whose poses are judged first, or whose residuals are measured. */
 void solve_judged(const Kernel *kernel, const double *const *inputs, double *const *outputs);
 
-/* Runs an inverse on n dense rows, which are so many doubles apart; poses are projected. */
-void solve_rows(const Kernel *kernel, npy_intp n, const double *const *inputs,
-                const ptrdiff_t *input_steps, double *const *outputs,
-                const ptrdiff_t *output_steps);
-
 /* Number of slots of an inverse. */
 static inline npy_intp slots_of(const Kernel *kernel)
 {
@@ -79,16 +74,9 @@ static inline void run_kernel(const Kernel *kernel, const double *const *inputs,
     }
 }
 
-/* Runs the code for many poses on n dense rows. */
-static inline void run_kernel_rows(const Kernel *kernel, npy_intp n, const double *const *inputs,
-                                   const ptrdiff_t *input_steps, double *const *outputs,
-                                   const ptrdiff_t *output_steps)
-{
-    if (kernel->poses) {
-        solve_rows(kernel, n, inputs, input_steps, outputs, output_steps);
-    } else {
-        kernel->rows((size_t)n, inputs, input_steps, outputs, output_steps);
-    }
-}
+/* Runs the kernel on n rows, so many doubles apart; by the code for many poses if there is one. */
+void run_kernel_rows(const Kernel *kernel, npy_intp n, const double *const *inputs,
+                     const ptrdiff_t *input_steps, double *const *outputs,
+                     const ptrdiff_t *output_steps);
 
 #endif

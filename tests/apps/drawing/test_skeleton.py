@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import chasles
+from chasles import ManifestError
 from chasles.contract import SkeletonFacts
 from chasles.contract.bodies import check_bodies
 from chasles.contract.records import Place, read
 from chasles.drawing import skeleton
-from chasles.errors import ManifestError
 from tests.support.chains import random_chain
 from tests.support.counting import calls_of
 from tests.support.derivations import MECHANISMS

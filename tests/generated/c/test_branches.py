@@ -13,12 +13,12 @@ import pytest
 import sympy as sp
 
 import chasles
+from chasles import ManifestError
 from chasles.contract import read_manifest
 from chasles.derive.emit.c.header import support
 from chasles.derive.program.operations import Operation
 from chasles.derive.program.programs import programs
 from chasles.derive.terms.branches import patterns
-from chasles.errors import ManifestError
 from tests.support.derivations import derivation
 from tests.support.loops import branched
 from tests.support.processor import require_features

@@ -17,7 +17,7 @@ def test_invalid_joint_rates_arguments_are_rejected(ur5e):
     cases = [
         (chasles.ShapeError, r"ur5e\.joint_rates: V must have shape \(\.\.\., 6\), got \(3,\)",
          {"V": np.zeros(3)}),
-        (chasles.InputError, r"V must be real numbers, got dtype complex128", {"V": V + 1j}),
+        (chasles.InputError, r"V must hold real numbers, got dtype complex128", {"V": V + 1j}),
         (chasles.InputError, r"representation must be .*, got 'tool'", {"representation": "tool"}),
         (chasles.InputError, r"rows must be .*, got 'trans'", {"rows": "trans"}),
         (chasles.InputError, r"secondary must be .*, got 'fast'", {"secondary": "fast"}),
