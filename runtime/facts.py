@@ -32,9 +32,7 @@ class Fact(Generic[T]):
 
     def __get__(self, robot: Any, owner: type) -> T:
         """The fact, which the robot keeps."""
-        if robot is None:
-            raise AttributeError(f"{self.name} is a fact of a robot, not of its class")
-        value: T = vars(robot).setdefault(self.name, self.read(robot.manifest))
+        value = vars(robot)[self.name] = self.read(robot.manifest)
         return value
 
 

@@ -96,8 +96,6 @@ CLOSED = 1e-12
 
 # --- iterative: inverse of a pose ---
 
-NUMERIC_SOLVED = SOLVED
-"""Default tolerance of `ik_numeric` (metre, radian), the same as for a closed-form solution."""
 
 # --- velocity ---
 

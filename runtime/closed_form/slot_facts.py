@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -43,11 +43,6 @@ class SlotFacts:
     same: FloatArray
 
 
-def facts_of(kind: Any) -> SlotFacts:
-    """The coordinates of a class of solutions."""
-    return _facts_of(kind)
-
-
 @cache
 def _facts_of(kind: Any) -> SlotFacts:
     items = kind.coordinates
@@ -61,6 +56,10 @@ def _facts_of(kind: Any) -> SlotFacts:
         lower=lower,
         upper=upper,
     )
+
+
+facts_of: Callable[[Any], SlotFacts] = _facts_of
+"""The coordinates of a class of solutions."""
 
 
 def windings_of(low: FloatArray, high: FloatArray, wraps: BoolArray) -> IntArray:

@@ -32,7 +32,7 @@ from ..facts import RobotFacts
 from ..locks import Lock, locked_coordinates
 from ..sampling import low_discrepancy
 from ..size import ranges
-from ..tolerances import NUMERIC_SOLVED
+from ..tolerances import SOLVED
 from ._numeric import Solver
 
 FloatArray = NDArray[np.float64]
@@ -163,7 +163,7 @@ class NumericMethods(RobotFacts):
         if axes not in ("tool", "base"):
             raise InputValueError(f'{method}: expected axes "tool" or "base", got {axes!r}')
         unit = self.unit_length
-        tolerance = NUMERIC_SOLVED * unit if tolerance is None else tolerance
+        tolerance = SOLVED * unit if tolerance is None else tolerance
         if not (isinstance(tolerance, int | float) and tolerance > 0):
             raise InputValueError(f"{method}: expected a tolerance above 0, got {tolerance!r}")
         most = _whole_number(method, "budget", budget, 1, _MOST_BUDGET)

@@ -49,31 +49,51 @@ def length_of(J: FloatArray, turning: NDArray[np.bool_]) -> float:
     return float(np.sqrt(ratios.mean())) if ratios.any() else 1.0
 
 
+def _has_jacobian(robot: RobotFacts) -> bool:
+    return not robot.functions.keys().isdisjoint(("jacobian_mixed", "velocity_relation"))
+
+
 class LengthMethods(RobotFacts):
     """The characteristic length of a robot, and the Jacobians behind it."""
 
-    @needs("jacobian_mixed")  # type: ignore[prop-decorator]
+    @needs(when=_has_jacobian)  # type: ignore[prop-decorator]
     @functools.cached_property
     def characteristic_length(self) -> float:
         """The length [m] that makes metres and radians comparable where none is given.
 
         The root mean square distance of the tip from the axes about which the coordinates turn it,
         over 256 configurations within the limits (a turn where there are none); the head of
-        `characteristic_length.py` has the definition.
+        `characteristic_length.py` has the definition. A platform that was derived without its
+        Jacobian takes the reference configuration alone.
         """
         turning = np.array([c.kind == "revolute" for c in self.coordinates])
         return length_of(self._samples, turning)
 
-    @needs("jacobian_mixed")  # type: ignore[prop-decorator]
+    @needs(when=_has_jacobian)  # type: ignore[prop-decorator]
     @functools.cached_property
     def _samples(self) -> FloatArray:
         """Jacobians (m, 6, n) at configurations that fill the limits."""
+        if "jacobian_mixed" not in self.functions:
+            return self._jacobian_at_reference()
         J = self.jacobian_mixed(configurations(self.coordinates, self.reference))
         closed = np.isfinite(J).all((-2, -1))
         if closed.any():
             return J[closed]
         middle = np.zeros(self.n) if self.reference is None else np.array(self.reference.q)
         return self.jacobian_mixed(middle)[None]
+
+    def _jacobian_at_reference(self) -> FloatArray:
+        """(1, 6, n) from the velocity relation J_x x' = J_q q', least squares."""
+        relation, reference = self.manifest.with_role("velocity relation", "chain"), self.reference
+        assert relation is not None
+        assert reference is not None
+        z = {v.name: at for v, at in zip(self.configuration_variables, reference.z, strict=True)}
+        J_x, J_q = self.velocity_relation(
+            [z[joint.name] for joint in self.chain_joints], reference.q
+        )
+        J = np.zeros((1, 6, self.n))
+        J[0, list(relation.role.directions)] = np.linalg.pinv(J_x) @ J_q
+        return J
 
     def _checked_length(self, method: str, length: float | None) -> float:
         """The characteristic length, the robot's own if None."""

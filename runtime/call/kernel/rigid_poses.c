@@ -129,28 +129,14 @@ static void solve_projected(const Kernel *kernel, npy_intp n, const double *cons
     }
     kernel->rows((size_t)n, projected, steps, outputs, output_steps);
     for (npy_intp row = 0; row < n; row++) {
-        double *own[SLOTS_MARGIN + 1];
-        for (int i = 0; i < kernel->n_outputs; i++) {
-            own[i] = outputs[i] + row * output_steps[i];
-        }
+        double *const own[] = {outputs[0] + row * output_steps[0],
+                               outputs[1] + row * output_steps[1],
+                               outputs[2] + row * output_steps[2]};
         if (found[row] == NOT_RIGID) {
             clear_slots(kernel, own, residual_without_pose(poses + row * POSE));
         } else if (kernel->fk) {
             measure_slots(kernel, poses + row * POSE, own);
         }
-    }
-}
-
-/* Measures the residuals of n rows whose poses are rigid. */
-static void measure_rows(const Kernel *kernel, npy_intp n, const double *T, ptrdiff_t step,
-                         double *const *outputs, const ptrdiff_t *output_steps)
-{
-    for (npy_intp row = 0; row < n; row++, T += step) {
-        double *own[SLOTS_MARGIN + 1];
-        for (int i = 0; i < kernel->n_outputs; i++) {
-            own[i] = outputs[i] + row * output_steps[i];
-        }
-        measure_slots(kernel, T, own);
     }
 }
 
@@ -174,12 +160,16 @@ static void solve_rows(const Kernel *kernel, npy_intp n, const double *const *in
         for (int i = 0; i < kernel->n_outputs; i++) {
             to[i] = outputs[i] + first * output_steps[i];
         }
-        if (kernel->poses == POSES_JUDGED ||
-            !rows_are_rigid(rows, from[0], input_steps[0], to[SLOTS_RESIDUAL],
-                            output_steps[SLOTS_RESIDUAL], k)) {
+        int projected = kernel->poses == POSES_JUDGED ||
+                        !rows_are_rigid(rows, from[0], input_steps[0], to[SLOTS_RESIDUAL],
+                                        output_steps[SLOTS_RESIDUAL], k);
+        if (projected) {
             solve_projected(kernel, rows, from, input_steps, to, output_steps);
-        } else if (kernel->fk) {
-            measure_rows(kernel, rows, from[0], input_steps[0], to, output_steps);
+        }
+        for (npy_intp row = 0; kernel->fk && !projected && row < rows; row++) {
+            double *const own[] = {to[0] + row * output_steps[0], to[1] + row * output_steps[1],
+                                   to[2] + row * output_steps[2]};
+            measure_slots(kernel, from[0] + row * input_steps[0], own);
         }
     }
 }

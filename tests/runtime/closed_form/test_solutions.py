@@ -197,7 +197,7 @@ def test_inverse_calls_leak_no_references_or_memory(arm, q, few_objects):
 
 def test_inverse_exposes_its_solutions_class(arm):
     assert arm.ik.solutions is solutions_of(
-        arm.coordinates, (True, True, False, True), ("elbow +", "elbow -"), unit=1.0
+        arm.coordinates, (True, True, False, True), ("elbow +", "elbow -"), 1.0
     )
     assert arm.fk.solutions is None
 

@@ -356,7 +356,11 @@ def test_small_weights_still_count_for_success(name, small):
         ({"rng": -1}, chasles.InputError, "rng to be an integer of at least 0, got -1"),
         ({"rng": None}, chasles.InputError, "rng to be an integer"),
         ({"T": "here"}, chasles.InputError, "T must hold real numbers, got dtype <U4"),
-        ({"T": np.eye(4) * 1j}, chasles.InputError, "T must hold real numbers, got dtype complex128"),
+        (
+            {"T": np.eye(4) * 1j},
+            chasles.InputError,
+            "T must hold real numbers, got dtype complex128",
+        ),
         ({"tolerance": "a"}, chasles.InputError, "tolerance above 0, got 'a'"),
         ({"tolerance": 0.0}, chasles.InputError, "tolerance above 0, got 0.0"),
         ({"tolerance": np.nan}, chasles.InputError, "tolerance above 0"),
