@@ -34,6 +34,12 @@ class Detail(StrEnum):
     NONE = "none"
 
 
+class Language(StrEnum):
+    """A language that is written on demand."""
+
+    CASADI_C = "casadi_c"
+
+
 app = typer.Typer(pretty_exceptions_enable=False)
 out = Console(highlight=False, soft_wrap=True)
 err = Console(highlight=False, soft_wrap=True, stderr=True)
@@ -114,6 +120,10 @@ def derive(
             help="The article: full, brief without screws, examples, singularities, or none."
         ),
     ] = Detail.FULL,
+    language: Annotated[
+        list[Language] | None,
+        typer.Option(help="A further language: casadi_c, CasADi's own C for casadi.external."),
+    ] = None,
     jobs: Annotated[int, typer.Option(min=1, help="Robots at once.")] = os.cpu_count() or 1,
     limit: Annotated[
         float,
@@ -159,6 +169,7 @@ def derive(
             parametric=parametric,
             detail=detail.value,
             limit=limit,
+            languages=tuple(item.value for item in language or ()),
         )
         for file, words in files
     ]

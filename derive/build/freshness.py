@@ -39,6 +39,7 @@ class Job:
         parametric: Whether the parametric functions are derived too.
         detail: How much the article tells: full, brief or none.
         limit: Seconds that the derivation may take; 0 is no limit.
+        languages: Further languages, which are written on demand.
     """
 
     file: Path
@@ -54,6 +55,7 @@ class Job:
     parametric: bool = False
     detail: str = "full"
     limit: float = 0
+    languages: tuple[str, ...] = ()
 
 
 def is_up_to_date(job: Job) -> bool:
@@ -86,6 +88,7 @@ def _recipe(job: Job) -> str:
         job.give,
         job.parametric,
         job.detail,
+        job.languages,
     )
     calibration = [job.calibration.read_bytes()] if job.calibration else []
     described = [*_description(job), *calibration]

@@ -15,7 +15,8 @@ from ..description.importers.chains import chains, is_imported, opened
 from ..description.importers.identifiers import identifier, prefix
 from ..description.importers.ur_calibration import calibrated
 from ..description.robot_files import load
-from ..emit.languages import DETAILS
+from ..emit.emitter import Emitter
+from ..emit.languages import DETAILS, ON_DEMAND
 from ..inverse.explanation import explain, explanation
 from ..model.errors import RobotError
 from ..model.mechanism import Described
@@ -168,7 +169,7 @@ def _derive(job: Job) -> Report:
     started = time.perf_counter()
     robot = read(job)
     derivation = _derivation(job, robot)
-    files = files_of(derivation, DETAILS[job.detail])
+    files = files_of(derivation, _emitters(job))
     folder = job.to / robot.name
     put(files, folder, shares=_shares(job))
     stamp(job, folder)
@@ -192,9 +193,13 @@ def _derivation(job: Job, robot: Described) -> Derivation:
     return derive(robot, job.functions or None, give=job.give, parametric=job.parametric)
 
 
+def _emitters(job: Job) -> tuple[Emitter, ...]:
+    return (*DETAILS[job.detail], *(ON_DEMAND[language] for language in job.languages))
+
+
 def _compare(job: Job) -> Report:
     robot = read(job)
-    files = files_of(_derivation(job, robot), DETAILS[job.detail])
+    files = files_of(_derivation(job, robot), _emitters(job))
     folder = job.to / robot.name
     paths = paths_of(files, folder, shares=_shares(job))
     differing = [name for name, text in files.items() if _text(paths[name]) != text]

@@ -404,7 +404,6 @@ class Solutions(Fields):
         )
 
 
-@cache
 def solutions_of(
     coordinates: tuple[Coordinate, ...],
     wraps: tuple[bool, ...],
@@ -421,6 +420,17 @@ def solutions_of(
         unit: The robot's unit of length [m].
         windings: Number of consecutive slots that are turns of the same solution.
     """
+    return _made(coordinates, wraps, labels, unit, windings)
+
+
+@cache
+def _made(
+    coordinates: tuple[Coordinate, ...],
+    wraps: tuple[bool, ...],
+    labels: tuple[str, ...],
+    unit: float,
+    windings: int,
+) -> type[Solutions]:
     facts = {"coordinates": coordinates, "wraps": wraps, "labels": labels, "unit": unit}
     facts["windings"] = windings
     about = {"__slots__": (), "__module__": __name__, "__doc__": Solutions.__doc__}
