@@ -1,6 +1,6 @@
 """The derivation of a robot: all its functions, in one pass over shared terms."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -20,11 +20,7 @@ from .loops import constraint_functions, maps, platforms
 from .loops.checks.pose_change import with_pose_change
 from .loops.hybrid import Hybrid
 from .loops.iterated.closure_equations import LoopClosure
-from .loops.iterated.iterated_functions import (
-    actuator_functions,
-    inner_makers,
-    written_functions,
-)
+from .loops.iterated.iteration import Iteration, inner_makers, iterated_makers
 from .loops.maps import Maker
 from .loops.parametric.mechanism_geometry import MechanismGeometry
 from .loops.parametric.parametric_loops import ParametricLoops
@@ -138,7 +134,8 @@ def derive(
     written = {function.name: function for function in inverse.written} if inverse else {}
     laws = transmissions(robot, terms, arguments["q"])
     capabilities = [*FUNCTIONS, *(inverse.functions if inverse else ()), *written, *laws]
-    chosen = _chosen(robot.name, _with_called(functions, written), capabilities, PARAMETRIC)
+    called = {name: function.calls for name, function in written.items()}
+    chosen = _chosen(robot.name, _with_called(functions, called), capabilities, PARAMETRIC)
     chosen += [name for name in PARAMETRIC if parametric and name not in chosen]
     made |= laws
     made |= kinematics.functions([name for name in chosen if name not in made])
@@ -159,15 +156,14 @@ def derive(
 
 
 def _with_called(
-    functions: Sequence[str] | None, written: Mapping[str, WrittenFunction]
+    functions: Sequence[str] | None, called: Mapping[str, Iterable[str]]
 ) -> Sequence[str] | None:
-    """Names of the requested functions, and of all functions that their written C calls."""
+    """Names of the requested functions, and of all functions that their C calls."""
     if functions is None:
         return None
     names = list(functions)
     for name in names:
-        called = written[name].calls if name in written else ()
-        names += [other for other in called if other not in names]
+        names += [other for other in called.get(name, ()) if other not in names]
     return names
 
 
@@ -184,24 +180,23 @@ def _of_mechanism(
     has_chain = not hybrid.forward.open
     hybrid.check()
     mechanism = with_pose_change(mechanism)
-    of_tool = FUNCTIONS if has_chain else ()
-    makers = _makers(hybrid)
+    makers, by_hand = _makers(hybrid), platforms.written_makers(hybrid)
     written: dict[str, WrittenFunction] = {}
     closure = None if has_chain else LoopClosure(hybrid)
-    by_hand = platforms.written_makers(hybrid)
+    iteration = None
+    called: dict[str, Iterable[str]] = {}
     if closure is not None and closure.is_determined:
         makers, checked = mode_check.with_legs(makers, closure)
-        makers, by_hand = makers | inner_makers(closure), by_hand | checked
-        of_chain = {name: makers[name](hybrid) for name in platforms.OF_CHAIN}
-        written |= written_functions(closure, of_chain)
-        if "actuators" not in makers and closure.of_chain is not None:
-            written |= actuator_functions(closure.of_chain)
-    capabilities = [*of_tool, *makers]
+        iteration = Iteration(closure)
+        iterated = iterated_makers(iteration, makers)
+        called = dict.fromkeys([*FUNCTIONS, *iterated], closure.functions)
+        makers, by_hand = iterated | makers | inner_makers(closure), by_hand | checked
+    capabilities = [*(FUNCTIONS if has_chain or iteration else ()), *makers]
     inverse = None
     is_asked = functions is None or not set(functions) <= {*capabilities, *written, *by_hand}
     if hybrid.may_have_inverse and is_asked:
-        iterated = None if hybrid.chain_is_known else closure
-        inverse = hybrid_inverses_for_given(hybrid, families, give, iterated)
+        led_through = None if hybrid.chain_is_known else closure
+        inverse = hybrid_inverses_for_given(hybrid, families, give, led_through)
         capabilities += [name for name in inverse.functions if name not in capabilities]
         written |= {function.name: function for function in inverse.written}
     if mode_check.IK in written:
@@ -220,12 +215,15 @@ def _of_mechanism(
         written |= {function.name: function for function in loops.written()}
     asked_p = PARAMETRIC if parametric else ()
     inner = loops.inner if loops else {}
-    wanted = _with_called([*functions, *asked_p], written) if functions is not None else None
+    called |= {name: function.calls for name, function in written.items()}
+    wanted = _with_called([*functions, *asked_p], called) if functions is not None else None
     chosen = _chosen(mechanism.name, wanted, capabilities, [*inner, *PARAMETRIC])
     chosen += [name for name in (*inner, *asked_p) if parametric and name not in chosen]
-    asked_of_tool = [name for name in chosen if name in of_tool]
-    made = hybrid.tool_functions(asked_of_tool) if asked_of_tool else {}
+    asked_of_tool = [name for name in chosen if name in FUNCTIONS]
+    made = hybrid.tool_functions(asked_of_tool) if has_chain and asked_of_tool else {}
     made |= {name: makers[name](hybrid) for name in chosen if name in makers}
+    # Their terms are those of the main chain's own functions.
+    made |= iteration.tool_functions(asked_of_tool) if iteration else {}
     made |= inverse.functions if inverse else {}
     made |= {name: function for name, function in inner.items() if name in chosen} | laws
     return Derivation(
@@ -258,7 +256,7 @@ def _makers(hybrid: Hybrid) -> dict[str, Maker]:
 def _guarded(function: SymbolicFunction, capabilities: Collection[str]) -> SymbolicFunction:
     """The function, with the function that gives the margins of its loops named as its guard."""
     guard = _GUARDS.get(function.role.domain, "")
-    if guard not in capabilities or function.role.name in ("margin", "branches"):
+    if guard not in capabilities or function.role.name in ("margin", "branches", "near"):
         return function
     return replace(function, margin=guard)
 

@@ -1,6 +1,7 @@
 """The motion of a chain's joints as functions of the coordinates of its robot."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 import sympy as sp
@@ -75,26 +76,65 @@ class InProportion:
         return self.speeds(qdd)
 
 
+class LoopRates(Protocol):
+    """The rates of all terms through closed loops, by the rates of the coordinates."""
+
+    def units(self) -> Sequence[Tangent]:
+        """The rates where one coordinate moves by one unit per second, for each coordinate."""
+        ...
+
+    def along(self, qd: Sequence[sp.Symbol]) -> Tangent:
+        """The rates at rates qd of the coordinates."""
+        ...
+
+    def twice(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> Tangent:
+        """The rates of terms of coordinates and their rates, at accelerations qdd."""
+        ...
+
+
+@dataclass(frozen=True)
+class SolvedRates:
+    """The rates through loops that are solved in closed form.
+
+    Attributes:
+        terms: Names of all terms.
+        loops: Rates of the solved angles; the caller may add angles.
+        q: The coordinates.
+    """
+
+    terms: Terms
+    loops: dict[sp.Symbol, LoopRate]
+    q: tuple[sp.Symbol, ...]
+
+    def units(self) -> list[Tangent]:
+        """The rates where one coordinate moves, for each coordinate."""
+        return [self._of({symbol: sp.Integer(1)}) for symbol in self.q]
+
+    def along(self, qd: Sequence[sp.Symbol]) -> Tangent:
+        """The rates at rates qd of the coordinates."""
+        return self._of(dict(zip(self.q, qd, strict=True)))
+
+    def twice(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> Tangent:
+        """The rates of terms of coordinates and their rates, at accelerations qdd."""
+        pairs = (*zip(self.q, qd, strict=True), *zip(qd, qdd, strict=True))
+        return self._of(dict(pairs))
+
+    def _of(self, rates: dict[sp.Symbol, sp.Expr]) -> Tangent:
+        return Tangent(self.terms, rates, self.loops)
+
+
 class ThroughLoops:
     """The motion of joints that depend on the coordinates through closed loops."""
 
-    def __init__(
-        self,
-        terms: Terms,
-        values: Sequence[sp.Expr],
-        loops: dict[sp.Symbol, LoopRate],
-        q: Sequence[sp.Symbol],
-    ) -> None:
-        """Stores the values and the rates of their solved angles.
+    def __init__(self, values: Sequence[sp.Expr], rates: LoopRates) -> None:
+        """Stores the values and the rates through the loops.
 
         Args:
-            terms: Names of all terms.
             values: Values of all moving joints (radian or metre).
-            loops: Rates of the solved angles in the values; the caller may add angles.
-            q: The coordinates.
+            rates: The rates of the terms in the values.
         """
-        self.terms, self.values, self.loops, self.q = terms, tuple(values), loops, tuple(q)
-        self._units = [Tangent(terms, {symbol: sp.Integer(1)}, loops) for symbol in self.q]
+        self.values, self._rates = tuple(values), rates
+        self._units = rates.units()
         self._D_q: list[list[sp.Expr]] | None = None
 
     def D_q(self) -> Matrix:
@@ -105,7 +145,7 @@ class ThroughLoops:
 
     def D_q_dot(self, qd: Sequence[sp.Symbol]) -> Matrix:
         """The entries of ``D_q``, differentiated along the motion."""
-        along = Tangent(self.terms, dict(zip(self.q, qd, strict=True)), self.loops)
+        along = self._rates.along(qd)
         return [along.of_each(row) for row in self.D_q()]
 
     def D_q_q(self) -> Sequence[Matrix]:
@@ -114,12 +154,8 @@ class ThroughLoops:
 
     def speeds(self, qd: Sequence[sp.Symbol]) -> list[sp.Expr]:
         """Rates at given rates of the coordinates, without ``D_q``."""
-        return self._along(qd).of_each(self.values)
+        return self._rates.along(qd).of_each(self.values)
 
     def accelerations(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> list[sp.Expr]:
         """Second time derivatives at rates qd and accelerations qdd."""
-        rates = dict(zip(self.q, qd, strict=True)) | dict(zip(qd, qdd, strict=True))
-        return Tangent(self.terms, rates, self.loops).of_each(self.speeds(qd))
-
-    def _along(self, qd: Sequence[sp.Symbol]) -> Tangent:
-        return Tangent(self.terms, dict(zip(self.q, qd, strict=True)), self.loops)
+        return self._rates.twice(qd, qdd).of_each(self.speeds(qd))

@@ -7,8 +7,10 @@ from typing import Any
 import casadi as ca
 
 from ..derivation import Derivation
+from ..loops.iterated.iteration import FIRST
 from ..program.programs import Programs
 from ..terms.casadi_graph import whole
+from ..terms.symbolic_function import SymbolicFunction
 from .casadi_loops import with_loops
 from .casadi_parametric import with_geometry
 
@@ -31,7 +33,11 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     them. If none of these was derived, there is no file.
     CasADi prints its own graph, so that the programs are not needed.
     """
-    kept = [f for f in derivation.functions if f.role.name in (*POSITIONS, OF_GEOMETRY)]
+    kept = [
+        f
+        for f in derivation.functions
+        if f.role.name in (*POSITIONS, OF_GEOMETRY) and _is_of_positions(f)
+    ]
     if not kept:
         return {}
     name = derivation.robot.name
@@ -46,6 +52,11 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
         path = Path(folder) / "function.casadi"
         joined.save(str(path))
         return {f"{name}.casadi": path.read_text(encoding="ascii")}
+
+
+def _is_of_positions(function: SymbolicFunction) -> bool:
+    """Whether a function calls solvers, if any, for the positions of loops from q alone."""
+    return all((call.system, call.entry) == ("loops", FIRST) for call in function.calls)
 
 
 def casadi_function(folder: str | Path, name: str) -> ca.Function:

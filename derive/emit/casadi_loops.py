@@ -21,7 +21,6 @@ OPTIONS = {
     "abstolStep": 1e-14,
     "line_search": False,
 }
-POSES = ("pose", "link poses")
 
 
 def with_loops(
@@ -38,34 +37,27 @@ def with_loops(
         kept: Its functions of positions.
 
     Returns:
-        A function whose outputs are ``configuration``, ``chain``, ``fk`` and so on, and ``kept``.
+        A function with an output for each function.
     """
-    arguments = {a.name: a.size for f in kept for a in f.inputs} | {"q": len(closure.given)}
+    arguments = {a.name: a.size for f in kept for a in f.inputs}
     inputs = {name: ca.MX.sym(name, size) for name, size in arguments.items()}
+    values = inputs | ({"w": _variables(closure, inputs["q"])} if _calling(kept) else {})
     outputs = {
-        f.name: whole([f], f.name)(*(inputs[argument.name] for argument in f.inputs)) for f in kept
+        f.name: whole([f], f.name)(*(values[argument.name] for argument in f.arguments))
+        for f in kept
     }
-    joints = _joints(closure, inputs["q"])
-    h = closure.hybrid
-    for name, names in {
-        "configuration": [variable.name for variable in h.variables],
-        "chain": [joint.name for joint in h.robot.moving],
-        "passive": [variable.name for variable in h.passive_in_loops],
-    }.items():
-        if names:
-            outputs[name] = ca.vertcat(*(joints[n] for n in names))
-    for f in kept:
-        called = f.role.of_actuators
-        if called and f.role.name in POSES:
-            outputs[called] = whole([f], f.name)(outputs["chain"])
     name = derivation.robot.name
     return ca.Function(
         name, list(inputs.values()), list(outputs.values()), list(inputs), list(outputs)
     )
 
 
-def _joints(closure: LoopClosure, q: ca.MX) -> dict[str, ca.MX]:
-    """The value of each joint, swing and cylinder at coordinates."""
+def _calling(kept: Sequence[SymbolicFunction]) -> bool:
+    return any(function.calls for function in kept)
+
+
+def _variables(closure: LoopClosure, q: ca.MX) -> ca.MX:
+    """The variables w of the loops at coordinates."""
     start, ratios = closure.start, np.array(closure.ratios)
     solver = _solver(closure)
     u = ca.MX(start.w[closure.unknown])
@@ -78,13 +70,8 @@ def _joints(closure: LoopClosure, q: ca.MX) -> dict[str, ca.MX]:
     w = ca.vertcat(*(values[k] for k in range(len(closure.names))))
     residual = lower([closure.functions["closure"]], "left")[0](w)[0]
     # Where the loops do not close the iteration ends somewhere.
-    w = w + ca.if_else(ca.norm_inf(residual) <= FOUND_LOOP, 0, np.nan)
-    found = {name: w[k] for k, name in enumerate(closure.names)}
-    swings = closure.hybrid.mechanism.swings
-    if swings:
-        angles = lower([closure.functions["swings"]], "at")[0](w)[0]
-        found |= {name: angles[k] for k, name in enumerate(swings)}
-    return found
+    closed: ca.MX = w + ca.if_else(ca.norm_inf(residual) <= FOUND_LOOP, 0, np.nan)
+    return closed
 
 
 def _solver(closure: LoopClosure) -> ca.Function:

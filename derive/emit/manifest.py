@@ -217,7 +217,11 @@ def _parameter(parameter: Parameter) -> contract.Parameter:
 
 
 def _function(robot: Described, function: SymbolicFunction, program: Program) -> FunctionInfo:
-    return _info(robot, function, count_operations(program).as_dict())
+    counted = count_operations(program).as_dict()
+    called = sum(call.operations for call in function.calls)
+    for kind in ("other", "total"):
+        counted[kind] += called
+    return _info(robot, function, counted)
 
 
 def _written(robot: Described, function: WrittenFunction) -> FunctionInfo:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..loops.hybrid import Hybrid
 from ..loops.iterated.closure_equations import LoopClosure
-from ..loops.maps import chain
+from ..loops.maps import chain, from_actuators
 from ..model.mechanism import Frame, Mechanism
 from ..model.robot import Placement, Rotation, Translation
 from ..model.tolerances import LED_BACK, LED_STEP, MEASURED_STRUCTURE, SAMPLED_RANGE
@@ -271,7 +271,7 @@ def _numbers(
         followed = Followed(closure)
         return followed.posed, followed.theta
     pose = hybrid.tool_functions(["fk_jacobian_mixed"])["fk_jacobian_mixed"]
-    fk, theta = lower([pose, chain(hybrid)], "true")
+    fk, theta = lower([pose, chain(from_actuators(hybrid))], "true")
 
     def posed(q: FloatArray) -> tuple[FloatArray, FloatArray]:
         T, J = fk(q.T)

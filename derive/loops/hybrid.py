@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
-from ..chain.coordinates import ThroughLoops
+from ..chain.coordinates import InProportion, SolvedRates, ThroughLoops
 from ..chain.forward import Forward
 from ..chain.groups import Group, groups
 from ..chain.kinematics import Kinematics, arguments_of, common_unit, coordinates
@@ -277,16 +277,24 @@ class Hybrid:
         )
         everything = [*values, *translations]
         kept = [everything[k] for group in shorter for s in group.stations for k in s.joints]
-        motion = ThroughLoops(self.terms, kept, self.forward.loops, self.q)
+        motion = ThroughLoops(kept, SolvedRates(self.terms, self.forward.loops, self.q))
         links = Forward(self.terms, self.groups)
         return Kinematics.of(self.robot, self.terms, shorter, motion, self.arguments, links)
+
+    @cached_property
+    def open_chain(self) -> Kinematics:
+        """The functions of the tool from the main chain's own joints."""
+        motion = InProportion(self.robot, self.terms, self.theta)
+        found = groups(self.robot, self.terms, motion.values)
+        arguments = {f"q{d}": self.arguments[f"theta{d}"] for d in ("", "d", "dd")}
+        return Kinematics.of(self.robot, self.terms, found, motion, arguments)
 
     def tool_functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
         """The functions of the tool with some names, NaN where a loop does not close."""
         found = self.kinematics.functions(names)
-        return {name: self._of_closed_loops(function) for name, function in found.items()}
+        return {name: self.of_closed_loops(function) for name, function in found.items()}
 
-    def _of_closed_loops(self, function: SymbolicFunction) -> SymbolicFunction:
+    def of_closed_loops(self, function: SymbolicFunction) -> SymbolicFunction:
         """A function of actuators or chain, NaN where a loop does not close."""
         is_of_actuators = function.role.domain == _DOMAINS["q"]
         solution = self.forward if is_of_actuators else self.backward
@@ -379,16 +387,6 @@ class Hybrid:
         """The main chain's joints from the actuators."""
         return self.named(self.forward, [joint.name for joint in self.robot.moving])
 
-    @cached_property
-    def passive(self) -> tuple[sp.Expr, ...]:
-        """The passive joints from the actuators."""
-        return self.named(self.forward, self.mechanism.passive)
-
-    @cached_property
-    def actuators(self) -> tuple[sp.Expr, ...]:
-        """The actuators from the main chain."""
-        return self.actuators_in(self.backward)
-
     def actuator(self, k: int) -> sp.Expr:
         """One actuator from the main chain; the others may have no closed form.
 
@@ -403,10 +401,13 @@ class Hybrid:
 
     def actuators_in(self, solution: Solution) -> tuple[sp.Expr, ...]:
         """The actuated coordinates of a solution."""
-        coordinates = self.mechanism.coordinates
-        values = self.named(solution, [c.moves for c in coordinates])
+        return self.driven(self.named(solution, [c.moves for c in self.mechanism.coordinates]))
+
+    def driven(self, values: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
+        """The actuated coordinates from the values of the joints that they move."""
         return tuple(
-            self.terms.let(value / c.ratio) for value, c in zip(values, coordinates, strict=True)
+            self.terms.let(value / c.ratio)
+            for value, c in zip(values, self.mechanism.coordinates, strict=True)
         )
 
     def function(
@@ -418,13 +419,7 @@ class Hybrid:
         *outputs: Result,
         role: Role = OTHER,
     ) -> SymbolicFunction:
-        """A function of some of the arguments; its role has the domain of the first argument.
-
-        A map through the loops is NaN where one of them does not close.
-        """
+        """A function of some of the arguments; its role has the domain of the first argument."""
         arguments = tuple(self.arguments[argument] for argument in inputs)
         told = replace(role, domain=_DOMAINS[inputs[0]])
-        made = SymbolicFunction(name, summary, identity, arguments, outputs, self.terms, role=told)
-        # Branches have conditions of their own; all but maps hold for open loops, too.
-        is_map = bool(told.codomain) and told.name != "branches"
-        return self._of_closed_loops(made) if is_map else made
+        return SymbolicFunction(name, summary, identity, arguments, outputs, self.terms, role=told)

@@ -1,144 +1,238 @@
 """The maps between actuators, main chain and passive joints of a robot with loops."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
 import sympy as sp
 
+from ..chain.coordinates import LoopRates, SolvedRates
 from ..terms.role import Role, branch_label, side_of
 from ..terms.symbolic_function import Result, SymbolicFunction, matrix_entries
-from ..terms.tangents import Tangent, derivative_columns
 from .agreement import allowed
 from .hybrid import Hybrid
 from .planar.reference import Joined
 from .solution import Solution
 
 Maker = Callable[[Hybrid], SymbolicFunction]
+WRAPPED = ", angles between -pi and pi"
 
 
-def chain(h: Hybrid) -> SymbolicFunction:
+@dataclass(frozen=True)
+class Joints:
+    """Joints, swings and cylinders through the loops, from coordinates.
+
+    Attributes:
+        hybrid: The robot.
+        coordinates: Name of the coordinates: ``q``, or ``theta`` for the main chain's joints.
+        named: Gives the values of joints, swings and cylinders by their names.
+        rates: The rates of these values.
+        passive: Names of the passive joints.
+        interval: The interval of angles, in words behind a comma; "" where it is not bounded.
+        finished: Completes a function so that it is NaN where the loops do not close.
+    """
+
+    hybrid: Hybrid
+    coordinates: str
+    named: Callable[[Iterable[str]], tuple[sp.Expr, ...]]
+    rates: LoopRates
+    passive: tuple[str, ...]
+    interval: str
+    finished: Callable[[SymbolicFunction], SymbolicFunction]
+
+    @property
+    def chain(self) -> tuple[sp.Expr, ...]:
+        """The values of the main chain's joints."""
+        return self.named(joint.name for joint in self.hybrid.robot.moving)
+
+    @property
+    def actuators(self) -> tuple[sp.Expr, ...]:
+        """The actuated coordinates."""
+        h = self.hybrid
+        return h.driven(self.named(c.moves for c in h.mechanism.coordinates))
+
+    @property
+    def configuration(self) -> tuple[sp.Expr, ...]:
+        """The full configuration z."""
+        return self.named(variable.name for variable in self.hybrid.variables)
+
+    def symbols(self, order: int) -> tuple[sp.Symbol, ...]:
+        """The coordinates, or their time derivatives of first or second order."""
+        return self.hybrid.arguments[f"{self.coordinates}{'d' * order}"].symbols
+
+    def function(
+        self, name: str, summary: str, identity: str, order: int, result: Result, role: Role
+    ) -> SymbolicFunction:
+        """A function of the coordinates and their time derivatives up to an order."""
+        inputs = tuple(f"{self.coordinates}{'d' * k}" for k in range(order + 1))
+        made = self.hybrid.function(name, summary, identity, inputs, result, role=role)
+        return self.finished(made)
+
+
+def from_actuators(h: Hybrid) -> Joints:
+    """All joints in closed form from the actuated coordinates."""
+    return _in_closed_form(h, "q", h.forward)
+
+
+def from_chain(h: Hybrid) -> Joints:
+    """All joints in closed form from the main chain's joints."""
+    return _in_closed_form(h, "theta", h.backward)
+
+
+def _in_closed_form(h: Hybrid, coordinates: str, solution: Solution) -> Joints:
+    rates = SolvedRates(h.terms, solution.loops, h.arguments[coordinates].symbols)
+    named, finished = partial(h.named, solution), h.of_closed_loops
+    return Joints(h, coordinates, named, rates, h.mechanism.passive, WRAPPED, finished)
+
+
+def chain(of: Joints) -> SymbolicFunction:
     """The main chain's joints from the actuators."""
-    names = ", ".join(joint.name for joint in h.robot.moving)
-    return h.function(
+    names = ", ".join(joint.name for joint in of.hybrid.robot.moving)
+    return of.function(
         "chain",
-        "Joints of the main chain, angles between -pi and pi.",
+        f"Joints of the main chain{of.interval}.",
         f"theta = ({names}), with every loop closed",
-        ("q",),
-        _vector("theta", h.chain, h.arguments["theta"].unit, "main chain"),
-        role=Role("map", codomain="chain"),
+        0,
+        _vector("theta", of.chain, of.hybrid.arguments["theta"].unit, "main chain"),
+        Role("map", codomain="chain"),
     )
 
 
-def chain_D_q(h: Hybrid) -> SymbolicFunction:
+def chain_D_q(of: Joints) -> SymbolicFunction:
     """The derivatives of the main chain's joints."""
-    return h.function(
+    return of.function(
         "chain_D_q",
         "Derivative of the main chain's joints by the actuated coordinates.",
         "chain_D_q[:, k] = d chain / d q_k",
-        ("q",),
-        _derivative(h, "theta_D_q", h.chain, h.forward, "q"),
-        role=Role("map derivative", codomain="chain"),
+        0,
+        _derivative("theta_D_q", of.chain, of.rates),
+        Role("map derivative", codomain="chain"),
     )
 
 
-def passive(h: Hybrid) -> SymbolicFunction:
+def passive(of: Joints) -> SymbolicFunction:
     """The passive joints from the actuators."""
-    return h.function(
+    return of.function(
         "passive",
-        "Passive joints that are not in the main chain, angles between -pi and pi.",
-        f"passive = ({', '.join(h.mechanism.passive)}), with every loop closed",
-        ("q",),
-        _vector("passive", h.passive, "rad or m", "passive joints"),
-        role=Role("map", codomain="passive"),
+        f"Passive joints that are not in the main chain{of.interval}.",
+        f"passive = ({', '.join(of.passive)}), with every loop closed",
+        0,
+        _vector("passive", of.named(of.passive), "rad or m", "passive joints"),
+        Role("map", codomain="passive"),
     )
 
 
-def passive_D_q(h: Hybrid) -> SymbolicFunction:
+def passive_D_q(of: Joints) -> SymbolicFunction:
     """The derivatives of the passive joints."""
-    return h.function(
+    return of.function(
         "passive_D_q",
         "Derivative of the passive joints by the actuated coordinates.",
         "passive_D_q[:, k] = d passive / d q_k",
-        ("q",),
-        _derivative(h, "passive_D_q", h.passive, h.forward, "q"),
-        role=Role("map derivative", codomain="passive"),
+        0,
+        _derivative("passive_D_q", of.named(of.passive), of.rates),
+        Role("map derivative", codomain="passive"),
     )
 
 
-def chain_rates(h: Hybrid) -> SymbolicFunction:
+def chain_rates(of: Joints) -> SymbolicFunction:
     """The main chain's rates from the actuators'."""
-    rates = _along(h, h.forward, "q").of_each(h.chain)
-    return h.function(
+    rates = of.rates.along(of.symbols(1)).of_each(of.chain)
+    unit = of.hybrid.arguments["thetad"].unit
+    return of.function(
         "chain_rates",
         "Joint rates of the main chain.",
         "thetad = chain_D_q(q) qd",
-        ("q", "qd"),
-        _vector("thetad", rates, h.arguments["thetad"].unit, "rates of the main chain"),
-        role=Role("map rate", codomain="chain"),
+        1,
+        _vector("thetad", rates, unit, "rates of the main chain"),
+        Role("map rate", codomain="chain"),
     )
 
 
-def chain_accelerations(h: Hybrid) -> SymbolicFunction:
+def chain_accelerations(of: Joints) -> SymbolicFunction:
     """The main chain's accelerations from the actuators'."""
-    values = _second(h, h.forward, "q", h.chain)
-    unit = h.arguments["thetadd"].unit
-    return h.function(
+    unit = of.hybrid.arguments["thetadd"].unit
+    return of.function(
         "chain_accelerations",
         "Joint accelerations of the main chain.",
         "thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd",
-        ("q", "qd", "qdd"),
-        _vector("thetadd", values, unit, "accelerations of the main chain"),
-        role=Role("map acceleration", codomain="chain"),
+        2,
+        _vector("thetadd", _second(of, of.chain), unit, "accelerations of the main chain"),
+        Role("map acceleration", codomain="chain"),
     )
 
 
-def actuators(h: Hybrid) -> SymbolicFunction:
+def actuators(of: Joints) -> SymbolicFunction:
     """The actuators from the main chain."""
-    return h.function(
+    return of.function(
         "actuators",
         "Actuated coordinates from the joints of the main chain.",
         "actuators(chain(q)) = q",
-        ("theta",),
-        _vector("q", h.actuators, h.arguments["q"].unit, "actuated coordinates"),
-        role=Role("map", codomain="actuators"),
+        0,
+        _vector("q", of.actuators, of.hybrid.arguments["q"].unit, "actuated coordinates"),
+        Role("map", codomain="actuators"),
     )
 
 
-def actuators_D_chain(h: Hybrid) -> SymbolicFunction:
+def actuators_D_chain(of: Joints) -> SymbolicFunction:
     """The derivatives of the actuators."""
-    return h.function(
+    return of.function(
         "actuators_D_chain",
         "Derivative of the actuated coordinates by the main chain's joints.",
         "actuators_D_chain[:, k] = d actuators / d theta_k",
-        ("theta",),
-        _derivative(h, "q_D_theta", h.actuators, h.backward, "theta"),
-        role=Role("map derivative", codomain="actuators"),
+        0,
+        _derivative("q_D_theta", of.actuators, of.rates),
+        Role("map derivative", codomain="actuators"),
     )
 
 
-def actuator_rates(h: Hybrid) -> SymbolicFunction:
+def actuator_rates(of: Joints) -> SymbolicFunction:
     """The actuators' rates from the main chain's."""
-    rates = _along(h, h.backward, "theta").of_each(h.actuators)
-    return h.function(
+    rates = of.rates.along(of.symbols(1)).of_each(of.actuators)
+    return of.function(
         "actuator_rates",
         "Rates of the actuated coordinates.",
         "qd = actuators_D_chain(theta) thetad",
-        ("theta", "thetad"),
-        _vector("qd", rates, h.arguments["qd"].unit, "actuator rates"),
-        role=Role("map rate", codomain="actuators"),
+        1,
+        _vector("qd", rates, of.hybrid.arguments["qd"].unit, "actuator rates"),
+        Role("map rate", codomain="actuators"),
     )
 
 
-def actuator_accelerations(h: Hybrid) -> SymbolicFunction:
+def actuator_accelerations(of: Joints) -> SymbolicFunction:
     """The actuators' accelerations from the main chain's."""
-    values = _second(h, h.backward, "theta", h.actuators)
-    return h.function(
+    unit = of.hybrid.arguments["qdd"].unit
+    return of.function(
         "actuator_accelerations",
         "Accelerations of the actuated coordinates.",
         "qdd = actuators_D_chain(theta) thetadd + d/dt actuators_D_chain(theta) thetad",
-        ("theta", "thetad", "thetadd"),
-        _vector("qdd", values, h.arguments["qdd"].unit, "actuator accelerations"),
-        role=Role("map acceleration", codomain="actuators"),
+        2,
+        _vector("qdd", _second(of, of.actuators), unit, "actuator accelerations"),
+        Role("map acceleration", codomain="actuators"),
+    )
+
+
+def configuration(of: Joints) -> SymbolicFunction:
+    """All joints."""
+    names = ", ".join(variable.name for variable in of.hybrid.variables)
+    return of.function(
+        "configuration",
+        f"All joints, swings and cylinder lengths{of.interval}.",
+        f"z = ({names}), constraint(z) = 0",
+        0,
+        _vector("z", of.configuration, "rad or m", "full configuration"),
+        Role("map", codomain="configuration"),
+    )
+
+
+def configuration_D_q(of: Joints) -> SymbolicFunction:
+    """The derivatives of all joints."""
+    return of.function(
+        "configuration_D_q",
+        "Derivative of the full configuration by the actuated coordinates.",
+        "configuration_D_q[:, k] = d configuration / d q_k",
+        0,
+        _derivative("z_D_q", of.configuration, of.rates),
+        Role("map derivative", codomain="configuration"),
     )
 
 
@@ -150,19 +244,6 @@ def margin(h: Hybrid) -> SymbolicFunction:
 def actuator_margin(h: Hybrid) -> SymbolicFunction:
     """The margins where the main chain is given."""
     return _margins(h, "actuator_margin", h.backward, "theta")
-
-
-def configuration(h: Hybrid) -> SymbolicFunction:
-    """All joints."""
-    names = [variable.name for variable in h.variables]
-    return h.function(
-        "configuration",
-        "All joints, swings and cylinder lengths, angles between -pi and pi.",
-        f"z = ({', '.join(names)}), constraint(z) = 0",
-        ("q",),
-        _vector("z", h.named(h.forward, names), "rad or m", "full configuration"),
-        role=Role("map", codomain="configuration"),
-    )
 
 
 def chain_all(h: Hybrid) -> SymbolicFunction:
@@ -285,29 +366,16 @@ def _sides(solutions: Sequence[Solution]) -> dict[Joined, str]:
     }
 
 
-def _along(h: Hybrid, solution: Solution, argument: str) -> Tangent:
-    """Rates of everything at given rates of the coordinates."""
-    names = (argument, f"{argument}d")
-    given, rates = (h.arguments[name].symbols for name in names)
-    return Tangent(h.terms, dict(zip(given, rates, strict=True)), solution.loops)
-
-
-def _second(
-    h: Hybrid, solution: Solution, argument: str, values: Sequence[sp.Expr]
-) -> list[sp.Expr]:
+def _second(of: Joints, values: Sequence[sp.Expr]) -> list[sp.Expr]:
     """Second time derivatives."""
-    first = _along(h, solution, argument).of_each(values)
-    given, rates, accelerations = (h.arguments[f"{argument}{d}"].symbols for d in ("", "d", "dd"))
-    pairs = (*zip(given, rates, strict=True), *zip(rates, accelerations, strict=True))
-    return Tangent(h.terms, dict(pairs), solution.loops).of_each(first)
+    rates, accelerations = of.symbols(1), of.symbols(2)
+    first = of.rates.along(rates).of_each(values)
+    return of.rates.twice(rates, accelerations).of_each(first)
 
 
-def _derivative(
-    h: Hybrid, name: str, values: Sequence[sp.Expr], solution: Solution, argument: str
-) -> Result:
-    symbols = h.arguments[argument].symbols
-    columns = derivative_columns(h.terms, values, symbols, solution.loops)
-    shape = len(values), len(symbols)
+def _derivative(name: str, values: Sequence[sp.Expr], rates: LoopRates) -> Result:
+    columns = [unit.of_each(values) for unit in rates.units()]
+    shape = len(values), len(columns)
     return Result(name, matrix_entries(columns), shape, "1, m, 1/m", "derivative")
 
 
@@ -328,39 +396,41 @@ def _vector(name: str, values: Sequence[sp.Expr], unit: str, meaning: str) -> Re
     return Result(name, tuple(values), (len(values),), unit, meaning)
 
 
+def forward_makers(of: Joints) -> dict[str, Maker]:
+    """The maps from the actuators, in the order in which they are written."""
+    passive_maps = (passive, passive_D_q) if of.passive else ()
+    rates = (chain_rates, chain_accelerations)
+    return _makers((chain, chain_D_q, *rates, *passive_maps, configuration), of)
+
+
+def backward_makers(of: Joints) -> dict[str, Maker]:
+    """The maps from the main chain, in the order in which they are written."""
+    rates = (actuator_rates, actuator_accelerations)
+    return _makers((actuators, actuators_D_chain, *rates), of)
+
+
+def _makers(maps: Iterable[Callable[[Joints], SymbolicFunction]], of: Joints) -> dict[str, Maker]:
+    return {made.__name__: partial(_made, made, of) for made in maps}
+
+
+def _made(made: Callable[[Joints], SymbolicFunction], of: Joints, _: Hybrid) -> SymbolicFunction:
+    return made(of)
+
+
 def makers(h: Hybrid) -> dict[str, Maker]:
     """The maps that a robot has in closed form, in the order in which they are written."""
     found: dict[str, Maker] = {}
     if not h.forward.open:
-        found |= _FORWARD
-        if not h.mechanism.passive:
-            found = {name: maker for name, maker in found.items() if "passive" not in name}
+        found |= forward_makers(from_actuators(h))
         if h.forward.margins:
             found |= {"margin": margin}
         if h.mechanism.closers:
             found |= {"chain_all": chain_all}
     members = {c.moves for c in h.mechanism.coordinates}
     if members.isdisjoint(h.backward.open):
-        found |= _BACKWARD
+        found |= backward_makers(from_chain(h))
         if h.backward.margins:
             found |= {"actuator_margin": actuator_margin}
         if h.mechanism.closers:
             found |= {"actuators_all": actuators_all}
     return found
-
-
-_FORWARD: Mapping[str, Maker] = {
-    "chain": chain,
-    "chain_D_q": chain_D_q,
-    "chain_rates": chain_rates,
-    "chain_accelerations": chain_accelerations,
-    "passive": passive,
-    "passive_D_q": passive_D_q,
-    "configuration": configuration,
-}
-_BACKWARD: Mapping[str, Maker] = {
-    "actuators": actuators,
-    "actuators_D_chain": actuators_D_chain,
-    "actuator_rates": actuator_rates,
-    "actuator_accelerations": actuator_accelerations,
-}

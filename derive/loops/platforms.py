@@ -16,9 +16,7 @@ from functools import partial
 
 import sympy as sp
 
-from ..chain.coordinates import InProportion
-from ..chain.groups import groups
-from ..chain.kinematics import FUNCTIONS, Kinematics
+from ..chain.kinematics import FUNCTIONS
 from ..model.mechanism import Frame, Mechanism, Strut
 from ..terms.role import Role
 from ..terms.symbolic_function import (
@@ -196,11 +194,7 @@ def free_directions(h: Hybrid) -> list[int]:
 
 def of_open_chain(name: str, h: Hybrid) -> SymbolicFunction:
     """A function of the main chain alone, with theta as its coordinates."""
-    motion = InProportion(h.robot, h.terms, h.theta)
-    arguments = {"q": h.arguments["theta"], "qd": h.arguments["thetad"]}
-    arguments["qdd"] = h.arguments["thetadd"]
-    found = groups(h.robot, h.terms, motion.values)
-    function = Kinematics.of(h.robot, h.terms, found, motion, arguments).function(name)
+    function = h.open_chain.function(name)
     return SymbolicFunction(
         f"chain_{name}",
         f"{function.summary[:-1]}, from the main chain's joints.",
@@ -208,7 +202,7 @@ def of_open_chain(name: str, h: Hybrid) -> SymbolicFunction:
         function.inputs,
         function.outputs,
         h.terms,
-        role=Role(function.role.name, "chain", of_actuators=name),
+        role=Role(function.role.name, "chain"),
     )
 
 

@@ -30,6 +30,8 @@ class LoweringError(RobotError):
 def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Function]:
     """CasADi functions named ``<prefix>_<name>``; outputs are dense vectors in row-major order.
 
+    The outputs of calls are further inputs.
+
     A function with signs is lowered as a single branch, ``<prefix>_<name>_branch``, whose last
     input ``choice`` holds the signs.
 
@@ -69,11 +71,11 @@ def values_at(function: ca.Function, arguments: NDArray[np.float64]) -> NDArray[
 def whole(functions: Sequence[SymbolicFunction], name: str) -> ca.Function:
     """Joins functions with one output each to a single CasADi function, for optimal control.
 
-    It has the inputs of all functions; each output has the name of its function, such as ``fk``. An
-    output of more than two dimensions is flattened behind its first dimension.
+    It has the arguments of all functions; each output has the name of its function, such as
+    ``fk``. An output of more than two dimensions is flattened behind its first dimension.
     """
     visitor = _Visitor(functions[0].terms)
-    arguments = {argument.name: argument for f in functions for argument in f.inputs}
+    arguments = {argument.name: argument for f in functions for argument in f.arguments}
     inputs = [visitor.vector(argument.symbols) for argument in arguments.values()]
     outputs = []
     for function in functions:
@@ -97,9 +99,9 @@ class _Visitor:
     def function(self, function: SymbolicFunction, prefix: str) -> ca.Function:
         return ca.Function(
             f"{prefix}_{function.name}",
-            [self.vector(argument.symbols) for argument in function.inputs],
+            [self.vector(argument.symbols) for argument in function.arguments],
             self.outputs(function),
-            [argument.name for argument in function.inputs],
+            [argument.name for argument in function.arguments],
             [result.name for result in function.outputs],
         )
 

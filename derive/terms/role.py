@@ -8,14 +8,7 @@ from chasles import contract
 
 @dataclass(frozen=True)
 class Role(contract.Role):
-    """The role of a function, with a fact that only the compiler needs.
-
-    Attributes:
-        of_actuators: Name of the function of actuated coordinates that this function of the main
-            chain becomes when the runtime solves the loops; "" for all others.
-    """
-
-    of_actuators: str = ""
+    """The role of a function, with questions that only the compiler asks."""
 
     @property
     def finds_coordinates(self) -> bool:

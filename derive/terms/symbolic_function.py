@@ -95,6 +95,25 @@ class WrittenFunction(Signature):
 
 
 @dataclass(frozen=True)
+class Call:
+    """A call of an iterative solver that precedes the statements of a function.
+
+    Attributes:
+        system: Name of the equations that the solver solves; its C is in a file of that name.
+        entry: Name of the entry of the solver.
+        inputs: Names of inputs of the function, or of outputs of earlier calls.
+        outputs: Arrays that the call fills. Their symbols are arguments of the statements.
+        operations: About how many operations the call takes.
+    """
+
+    system: str
+    entry: str
+    inputs: tuple[str, ...]
+    outputs: tuple[Argument, ...]
+    operations: int
+
+
+@dataclass(frozen=True)
 class SymbolicFunction(Signature):
     """A function over shared terms, which the entries of its results name.
 
@@ -106,12 +125,19 @@ class SymbolicFunction(Signature):
         signs: Symbols that are 1 or -1, one for each two-way choice of a function with branches.
             Branch b has the i-th of n signs at -1 where bit n - 1 - i of b is set, else at 1, so
             that the first sign varies slowest.
+        calls: Calls of solvers before the statements, in order.
     """
 
     terms: Terms
     margin: str = ""
     steps: tuple[str, ...] = ()
     signs: tuple[sp.Symbol, ...] = ()
+    calls: tuple[Call, ...] = ()
+
+    @property
+    def arguments(self) -> tuple[Argument, ...]:
+        """The arguments of the statements: the inputs, then the outputs of calls."""
+        return (*self.inputs, *(output for call in self.calls for output in call.outputs))
 
     @property
     def branches(self) -> int:

@@ -9,6 +9,484 @@ from chasles import Robot
 
 robot: Robot
 
+def fk(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Pose of the tool (ee) in the base frame (0).
+
+    T_0_ee = exp(S_1 q_1) ... exp(S_n q_n) M_0_ee
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        T_0_ee (..., 4, 4): pose of the tool (1, m).
+    """
+
+def link_poses(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Pose of every link's frame in the base frame, in order from the base.
+
+    T[k] is the pose of link k of: platform_x, platform_y, platform
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        T (..., 3, 4, 4): link poses (1, m).
+    """
+
+def fk_jacobian_mixed(
+    q: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Pose of the tool and mixed Jacobian in one call.
+
+    (fk(q), jacobian_mixed(q))
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        T_0_ee (..., 4, 4): pose of the tool (1, m).
+        J (..., 6, 3): mixed Jacobian (m, 1).
+    """
+
+def jacobian_space(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
+
+    V = J(q) qd with V = twist_space(q, qd)
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        J (..., 6, 3): space Jacobian (m, 1).
+    """
+
+def jacobian_body(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+
+    V = J(q) qd with V = twist_body(q, qd)
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        J (..., 6, 3): body Jacobian (m, 1).
+    """
+
+def jacobian_mixed(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+
+    V = J(q) qd with V = twist_mixed(q, qd)
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        J (..., 6, 3): mixed Jacobian (m, 1).
+    """
+
+def jacobian_space_dot(
+    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Time derivative of jacobian_space at joint rates qd.
+
+    J_dot = sum_k (d J / d q_k) qd_k
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        qd (..., 3): actuator rates (rad/s).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        J_dot (..., 6, 3): rate of the Jacobian (m/s, 1/s).
+    """
+
+def jacobian_body_dot(
+    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Time derivative of jacobian_body at joint rates qd.
+
+    J_dot = sum_k (d J / d q_k) qd_k
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        qd (..., 3): actuator rates (rad/s).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        J_dot (..., 6, 3): rate of the Jacobian (m/s, 1/s).
+    """
+
+def jacobian_mixed_dot(
+    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Time derivative of jacobian_mixed at joint rates qd.
+
+    J_dot = sum_k (d J / d q_k) qd_k
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        qd (..., 3): actuator rates (rad/s).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        J_dot (..., 6, 3): rate of the Jacobian (m/s, 1/s).
+    """
+
+def hessian_mixed(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Derivative of jacobian_mixed by the joint coordinates.
+
+    H[:, j, k] = d jacobian_mixed[:, j] / d q_k
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        H (..., 6, 3, 3): Hessian (m, 1).
+    """
+
+def twist_space(
+    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+
+    V = jacobian_space(q) qd
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        qd (..., 3): actuator rates (rad/s).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        V (..., 6): twist, linear first (m/s, rad/s).
+    """
+
+def twist_body(
+    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Twist (v, omega) of the tool's origin, in tool axes.
+
+    V = jacobian_body(q) qd
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        qd (..., 3): actuator rates (rad/s).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        V (..., 6): twist, linear first (m/s, rad/s).
+    """
+
+def twist_mixed(
+    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Twist (v, omega) of the tool's origin, in base axes.
+
+    V = jacobian_mixed(q) qd
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        qd (..., 3): actuator rates (rad/s).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        V (..., 6): twist, linear first (m/s, rad/s).
+    """
+
+def acceleration_space(
+    q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Time derivative of twist_space at rates qd and accelerations qdd.
+
+    A = jacobian_space(q) qdd + jacobian_space_dot(q, qd) qd
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        qd (..., 3): actuator rates (rad/s).
+        qdd (..., 3): actuator accelerations (rad/s^2).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
+    """
+
+def acceleration_body(
+    q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Time derivative of twist_body at rates qd and accelerations qdd.
+
+    A = jacobian_body(q) qdd + jacobian_body_dot(q, qd) qd
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        qd (..., 3): actuator rates (rad/s).
+        qdd (..., 3): actuator accelerations (rad/s^2).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
+    """
+
+def acceleration_mixed(
+    q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Time derivative of twist_mixed at rates qd and accelerations qdd.
+
+    A = jacobian_mixed(q) qdd + jacobian_mixed_dot(q, qd) qd
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        qd (..., 3): actuator rates (rad/s).
+        qdd (..., 3): actuator accelerations (rad/s^2).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
+    """
+
+def chain(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Joints of the main chain, swings between -pi and pi.
+
+    theta = (x, y, phi), with every loop closed
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        theta (..., 3): main chain (rad or m).
+    """
+
+def chain_D_q(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Derivative of the main chain's joints by the actuated coordinates.
+
+    chain_D_q[:, k] = d chain / d q_k
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        theta_D_q (..., 3, 3): derivative (1, m, 1/m).
+    """
+
+def chain_rates(
+    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Joint rates of the main chain.
+
+    thetad = chain_D_q(q) qd
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        qd (..., 3): actuator rates (rad/s).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        thetad (..., 3): rates of the main chain (rad or m/s).
+    """
+
+def chain_accelerations(
+    q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Joint accelerations of the main chain.
+
+    thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        qd (..., 3): actuator rates (rad/s).
+        qdd (..., 3): actuator accelerations (rad/s^2).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        thetadd (..., 3): accelerations of the main chain (rad or m/s^2).
+    """
+
+def passive(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Passive joints that are not in the main chain, swings between -pi and pi.
+
+    passive = (psi_1, psi_2, psi_3), with every loop closed
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        passive (..., 3): passive joints (rad or m).
+    """
+
+def passive_D_q(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Derivative of the passive joints by the actuated coordinates.
+
+    passive_D_q[:, k] = d passive / d q_k
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        passive_D_q (..., 3, 3): derivative (1, m, 1/m).
+    """
+
+def configuration(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """All joints, swings and cylinder lengths, swings between -pi and pi.
+
+    z = (x, y, phi, theta_1, theta_2, theta_3, psi_1, psi_2, psi_3), constraint(z) = 0
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        z (..., 9): full configuration (rad or m).
+    """
+
+def configuration_D_q(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Derivative of the full configuration by the actuated coordinates.
+
+    configuration_D_q[:, k] = d configuration / d q_k
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        z_D_q (..., 9, 3): derivative (1, m, 1/m).
+    """
+
+def margin(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Square of the determinant of the loops' equations, 1 at the reference.
+
+    0 at a singularity, where the loops do not determine the unknown variables; NaN where they do not close or a singularity is between the reference and q
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        margin (..., 1): margin (1).
+    """
+
+def configuration_near(
+    q: ArrayLike, seed: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """All joints, swings and cylinder lengths, from a configuration nearby, in at most eight steps of Newton's iteration.
+
+    constraint(z) = 0; NaN where the seed is too far away
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        seed (..., 9): configuration nearby, swings unused ((rad or m)).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        z (..., 9): full configuration ((rad or m)).
+    """
+
+def fk_near(
+    q: ArrayLike, seed: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Pose of the tool and configuration, from a configuration nearby, in at most eight steps of Newton's iteration.
+
+    (fk(q), z) on the branch of the seed; NaN where it is too far away
+
+    Args:
+        q (..., 3): actuator coordinates (rad).
+        seed (..., 9): configuration nearby, swings unused ((rad or m)).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        T_0_ee (..., 4, 4): pose of the tool (1, m).
+        z (..., 9): full configuration ((rad or m)).
+    """
+
 def actuators(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
@@ -594,502 +1072,6 @@ def closure_D_w_dot(
 
     Returns:
         residual_D_w_dot (..., 3, 6): rate of the derivative (1/s, m/s, 1/(m s)).
-    """
-
-def swings(
-    w: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Swings of struts on pins, between -pi and pi, and their derivative.
-
-    swing = (psi_1, psi_2, psi_3)
-
-    Args:
-        w (..., 6): configuration without the swings of struts ((rad or m)).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        swing (..., 3): swings (rad).
-        swing_D_w (..., 3, 6): their derivative (1, 1/m).
-    """
-
-def chain(
-    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Joints of the main chain.
-
-    theta = (x, y, phi)
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        theta (..., 3): joints of the main chain (rad or m).
-    """
-
-def chain_D_q(
-    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Derivative of the main chain's joints by the actuated coordinates.
-
-    chain_D_q[:, k] = d chain / d q_k
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        theta_D_q (..., 3, 3): derivative (1, m, 1/m).
-    """
-
-def chain_rates(
-    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Joint rates of the main chain.
-
-    thetad = chain_D_q(q) qd
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        qd (..., 3): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        thetad (..., 3): rates of the main chain (rad or m/s).
-    """
-
-def chain_accelerations(
-    q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Joint accelerations of the main chain.
-
-    thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        qd (..., 3): actuator rates (rad/s).
-        qdd (..., 3): actuator accelerations (rad/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        thetadd (..., 3): accelerations of the main chain (rad or m/s^2).
-    """
-
-def passive(
-    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Passive joints that are not in the main chain; swings between -pi and pi.
-
-    passive = (psi_1, psi_2, psi_3)
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        passive (..., 3): passive joints that are not in the main chain; swings between -pi and pi (rad or m).
-    """
-
-def passive_D_q(
-    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Derivative of the passive joints by the actuated coordinates.
-
-    passive_D_q[:, k] = d passive / d q_k
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        passive_D_q (..., 3, 3): derivative (1, m, 1/m).
-    """
-
-def configuration(
-    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """All joints, swings and cylinder lengths.
-
-    z = (x, y, phi, theta_1, theta_2, theta_3, psi_1, psi_2, psi_3), constraint(z) = 0
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        z (..., 9): all joints, swings and cylinder lengths (rad or m).
-    """
-
-def configuration_D_q(
-    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Derivative of the full configuration by the actuated coordinates.
-
-    configuration_D_q[:, k] = d configuration / d q_k
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        z_D_q (..., 9, 3): derivative (1, m, 1/m).
-    """
-
-def fk(
-    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Pose of the tool (ee) in the base frame (0).
-
-    T_0_ee = exp(S_1 q_1) ... exp(S_n q_n) M_0_ee
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        T_0_ee (..., 4, 4): pose of the tool (1, m).
-    """
-
-def link_poses(
-    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Pose of every link's frame in the base frame, in order from the base.
-
-    T[k] is the pose of link k of: platform_x, platform_y, platform
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        T (..., 3, 4, 4): link poses (1, m).
-    """
-
-def fk_jacobian_mixed(
-    q: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Pose of the tool and mixed Jacobian in one call.
-
-    (fk(q), jacobian_mixed(q))
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        T_0_ee (..., 4, 4): pose of the tool (1, m).
-        J (..., 6, 3): mixed Jacobian (m, 1).
-    """
-
-def jacobian_space(
-    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
-
-    V = J(q) qd with V = twist_space(q, qd)
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        J (..., 6, 3): space Jacobian (m, 1).
-    """
-
-def jacobian_body(
-    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
-
-    V = J(q) qd with V = twist_body(q, qd)
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        J (..., 6, 3): body Jacobian (m, 1).
-    """
-
-def jacobian_mixed(
-    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
-
-    V = J(q) qd with V = twist_mixed(q, qd)
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        J (..., 6, 3): mixed Jacobian (m, 1).
-    """
-
-def jacobian_space_dot(
-    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Time derivative of jacobian_space at joint rates qd.
-
-    J_dot = sum_k (d J / d q_k) qd_k
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        qd (..., 3): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        J_dot (..., 6, 3): rate of the Jacobian (m/s, 1/s).
-    """
-
-def jacobian_body_dot(
-    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Time derivative of jacobian_body at joint rates qd.
-
-    J_dot = sum_k (d J / d q_k) qd_k
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        qd (..., 3): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        J_dot (..., 6, 3): rate of the Jacobian (m/s, 1/s).
-    """
-
-def jacobian_mixed_dot(
-    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Time derivative of jacobian_mixed at joint rates qd.
-
-    J_dot = sum_k (d J / d q_k) qd_k
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        qd (..., 3): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        J_dot (..., 6, 3): rate of the Jacobian (m/s, 1/s).
-    """
-
-def hessian_mixed(
-    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Derivative of jacobian_mixed by the joint coordinates.
-
-    H[:, j, k] = d jacobian_mixed[:, j] / d q_k
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        H (..., 6, 3, 3): Hessian (m, 1).
-    """
-
-def twist_space(
-    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
-
-    V = jacobian_space(q) qd
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        qd (..., 3): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        V (..., 6): twist, linear first (m/s, rad/s).
-    """
-
-def twist_body(
-    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Twist (v, omega) of the tool's origin, in tool axes.
-
-    V = jacobian_body(q) qd
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        qd (..., 3): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        V (..., 6): twist, linear first (m/s, rad/s).
-    """
-
-def twist_mixed(
-    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Twist (v, omega) of the tool's origin, in base axes.
-
-    V = jacobian_mixed(q) qd
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        qd (..., 3): actuator rates (rad/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        V (..., 6): twist, linear first (m/s, rad/s).
-    """
-
-def acceleration_space(
-    q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Time derivative of twist_space at rates qd and accelerations qdd.
-
-    A = jacobian_space(q) qdd + jacobian_space_dot(q, qd) qd
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        qd (..., 3): actuator rates (rad/s).
-        qdd (..., 3): actuator accelerations (rad/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
-    """
-
-def acceleration_body(
-    q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Time derivative of twist_body at rates qd and accelerations qdd.
-
-    A = jacobian_body(q) qdd + jacobian_body_dot(q, qd) qd
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        qd (..., 3): actuator rates (rad/s).
-        qdd (..., 3): actuator accelerations (rad/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
-    """
-
-def acceleration_mixed(
-    q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Time derivative of twist_mixed at rates qd and accelerations qdd.
-
-    A = jacobian_mixed(q) qdd + jacobian_mixed_dot(q, qd) qd
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        qd (..., 3): actuator rates (rad/s).
-        qdd (..., 3): actuator accelerations (rad/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
-    """
-
-def margin(
-    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Square of the determinant of the loops' equations, 1 at the reference.
-
-    0 at a singularity, where the loops do not determine the unknown variables; NaN where they do not close or a singularity is between the reference and q
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        margin (..., 1): margin (1).
-    """
-
-def configuration_near(
-    q: ArrayLike, seed: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """All joints, swings and cylinder lengths, from a configuration nearby, in at most eight steps of Newton's iteration.
-
-    constraint(z) = 0; NaN where the seed is too far away
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        seed (..., 9): configuration nearby, swings unused ((rad or m)).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        z (..., 9): full configuration ((rad or m)).
-    """
-
-def fk_near(
-    q: ArrayLike, seed: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Pose of the tool and configuration, from a configuration nearby, in at most eight steps of Newton's iteration.
-
-    (fk(q), z) on the branch of the seed; NaN where it is too far away
-
-    Args:
-        q (..., 3): actuator coordinates (rad).
-        seed (..., 9): configuration nearby, swings unused ((rad or m)).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        T_0_ee (..., 4, 4): pose of the tool (1, m).
-        z (..., 9): full configuration ((rad or m)).
     """
 
 def modes(

@@ -2,6 +2,1889 @@
 #include "planar_3rrr.h"
 
 #include "chasles_cos_sin.h"
+#include "planar_3rrr_loops.h"
+
+// Pose of the tool (ee) in the base frame (0).
+// 3 operations: negate 1, trig 2, behind about 3200 of the iteration
+void planar_3rrr_fk(const double q[3], double T_0_ee[16]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  planar_3rrr_loops_at(&loops, q, w);
+  // inputs
+  const double w_0 = w[0];
+  const double w_1 = w[1];
+  const double w_2 = w[2];
+  // cosines and sines
+  const double angle[1] = {w_2};
+  double c[1], s[1];
+  chasles_cos_sin(1, angle, c, s);
+  // T_0_ee
+  T_0_ee[2] = 0.0;
+  T_0_ee[3] = w_0;
+  T_0_ee[6] = 0.0;
+  T_0_ee[7] = w_1;
+  T_0_ee[8] = 0.0;
+  T_0_ee[9] = 0.0;
+  T_0_ee[10] = 1.0;
+  T_0_ee[11] = 0.0;
+  T_0_ee[12] = 0.0;
+  T_0_ee[13] = 0.0;
+  T_0_ee[14] = 0.0;
+  T_0_ee[15] = 1.0;
+  // shared terms; columns 1 and 2 of T_0_ee
+  T_0_ee[0] = c[0];
+  const double v3 = -s[0];
+  T_0_ee[4] = s[0];
+  T_0_ee[5] = c[0];
+  // column 2 of T_0_ee
+  T_0_ee[1] = v3;
+}
+
+// Pose of every link's frame in the base frame, in order from the base.
+// 3 operations: negate 1, trig 2, behind about 3200 of the iteration
+void planar_3rrr_link_poses(const double q[3], double T[48]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  planar_3rrr_loops_at(&loops, q, w);
+  // inputs
+  const double w_0 = w[0];
+  const double w_1 = w[1];
+  const double w_2 = w[2];
+  // cosines and sines
+  const double angle[1] = {w_2};
+  double c[1], s[1];
+  chasles_cos_sin(1, angle, c, s);
+  // T
+  T[0] = 1.0;
+  T[1] = 0.0;
+  T[2] = 0.0;
+  T[3] = w_0;
+  T[4] = 0.0;
+  T[5] = 1.0;
+  T[6] = 0.0;
+  T[7] = 0.0;
+  T[8] = 0.0;
+  T[9] = 0.0;
+  T[10] = 1.0;
+  T[11] = 0.0;
+  T[12] = 0.0;
+  T[13] = 0.0;
+  T[14] = 0.0;
+  T[15] = 1.0;
+  T[16] = 1.0;
+  T[17] = 0.0;
+  T[18] = 0.0;
+  T[19] = w_0;
+  T[20] = 0.0;
+  T[21] = 1.0;
+  T[22] = 0.0;
+  T[23] = w_1;
+  T[24] = 0.0;
+  T[25] = 0.0;
+  T[26] = 1.0;
+  T[27] = 0.0;
+  T[28] = 0.0;
+  T[29] = 0.0;
+  T[30] = 0.0;
+  T[31] = 1.0;
+  T[34] = 0.0;
+  T[35] = w_0;
+  T[38] = 0.0;
+  T[39] = w_1;
+  T[40] = 0.0;
+  T[41] = 0.0;
+  T[42] = 1.0;
+  T[43] = 0.0;
+  T[44] = 0.0;
+  T[45] = 0.0;
+  T[46] = 0.0;
+  T[47] = 1.0;
+  // shared terms; T
+  T[32] = c[0];
+  const double v3 = -s[0];
+  T[36] = s[0];
+  T[37] = c[0];
+  // T
+  T[33] = v3;
+}
+
+// Pose of the tool and mixed Jacobian in one call.
+// 3 operations: negate 1, trig 2, behind about 3335 of the iteration
+void planar_3rrr_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  double w_q[18];
+  planar_3rrr_loops_at(&loops, q, w);
+  planar_3rrr_loops_factored(&loops);
+  planar_3rrr_loops_w_D_q(&loops, w_q);
+  // inputs
+  const double w_0 = w[0];
+  const double w_1 = w[1];
+  const double w_2 = w[2];
+  const double w_q_0 = w_q[0];
+  const double w_q_1 = w_q[1];
+  const double w_q_2 = w_q[2];
+  const double w_q_3 = w_q[3];
+  const double w_q_4 = w_q[4];
+  const double w_q_5 = w_q[5];
+  const double w_q_6 = w_q[6];
+  const double w_q_7 = w_q[7];
+  const double w_q_8 = w_q[8];
+  // cosines and sines
+  const double angle[1] = {w_2};
+  double c[1], s[1];
+  chasles_cos_sin(1, angle, c, s);
+  // T_0_ee; J
+  T_0_ee[2] = 0.0;
+  T_0_ee[3] = w_0;
+  T_0_ee[6] = 0.0;
+  T_0_ee[7] = w_1;
+  T_0_ee[8] = 0.0;
+  T_0_ee[9] = 0.0;
+  T_0_ee[10] = 1.0;
+  T_0_ee[11] = 0.0;
+  T_0_ee[12] = 0.0;
+  T_0_ee[13] = 0.0;
+  T_0_ee[14] = 0.0;
+  T_0_ee[15] = 1.0;
+  J[0] = w_q_0;
+  J[1] = w_q_1;
+  J[2] = w_q_2;
+  J[3] = w_q_3;
+  J[4] = w_q_4;
+  J[5] = w_q_5;
+  J[6] = 0.0;
+  J[7] = 0.0;
+  J[8] = 0.0;
+  J[9] = 0.0;
+  J[10] = 0.0;
+  J[11] = 0.0;
+  J[12] = 0.0;
+  J[13] = 0.0;
+  J[14] = 0.0;
+  J[15] = w_q_6;
+  J[16] = w_q_7;
+  J[17] = w_q_8;
+  // shared terms; columns 1 and 2 of T_0_ee
+  T_0_ee[0] = c[0];
+  const double v3 = -s[0];
+  T_0_ee[4] = s[0];
+  T_0_ee[5] = c[0];
+  // column 2 of T_0_ee
+  T_0_ee[1] = v3;
+}
+
+// Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base
+// axes.
+// 12 operations: multiply 6, add 6, behind about 3335 of the iteration
+void planar_3rrr_jacobian_space(const double q[3], double J[18]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  double w_q[18];
+  planar_3rrr_loops_at(&loops, q, w);
+  planar_3rrr_loops_factored(&loops);
+  planar_3rrr_loops_w_D_q(&loops, w_q);
+  // inputs
+  const double w_0 = w[0];
+  const double w_1 = w[1];
+  const double w_q_0 = w_q[0];
+  const double w_q_1 = w_q[1];
+  const double w_q_2 = w_q[2];
+  const double w_q_3 = w_q[3];
+  const double w_q_4 = w_q[4];
+  const double w_q_5 = w_q[5];
+  const double w_q_6 = w_q[6];
+  const double w_q_7 = w_q[7];
+  const double w_q_8 = w_q[8];
+  // shared terms
+  const double v1 = w_1 * w_q_6;
+  const double v2 = w_1 * w_q_7;
+  const double v3 = w_1 * w_q_8;
+  const double v4 = w_0 * w_q_6;
+  const double v5 = w_0 * w_q_7;
+  const double v6 = w_0 * w_q_8;
+  const double v7 = v1 + w_q_0;
+  const double v8 = v2 + w_q_1;
+  const double v9 = v3 + w_q_2;
+  const double v10 = w_q_3 - v4;
+  const double v11 = w_q_4 - v5;
+  const double v12 = w_q_5 - v6;
+  // J
+  J[6] = 0.0;
+  J[7] = 0.0;
+  J[8] = 0.0;
+  J[9] = 0.0;
+  J[10] = 0.0;
+  J[11] = 0.0;
+  J[12] = 0.0;
+  J[13] = 0.0;
+  J[14] = 0.0;
+  J[15] = w_q_6;
+  J[16] = w_q_7;
+  J[17] = w_q_8;
+  // J
+  J[0] = v7;
+  J[1] = v8;
+  J[2] = v9;
+  J[3] = v10;
+  J[4] = v11;
+  J[5] = v12;
+}
+
+// Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+// 20 operations: multiply 12, add 6, trig 2, behind about 3335 of the iteration
+void planar_3rrr_jacobian_body(const double q[3], double J[18]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  double w_q[18];
+  planar_3rrr_loops_at(&loops, q, w);
+  planar_3rrr_loops_factored(&loops);
+  planar_3rrr_loops_w_D_q(&loops, w_q);
+  // inputs
+  const double w_2 = w[2];
+  const double w_q_0 = w_q[0];
+  const double w_q_1 = w_q[1];
+  const double w_q_2 = w_q[2];
+  const double w_q_3 = w_q[3];
+  const double w_q_4 = w_q[4];
+  const double w_q_5 = w_q[5];
+  const double w_q_6 = w_q[6];
+  const double w_q_7 = w_q[7];
+  const double w_q_8 = w_q[8];
+  // cosines and sines
+  const double angle[1] = {w_2};
+  double c[1], s[1];
+  chasles_cos_sin(1, angle, c, s);
+  // J
+  J[6] = 0.0;
+  J[7] = 0.0;
+  J[8] = 0.0;
+  J[9] = 0.0;
+  J[10] = 0.0;
+  J[11] = 0.0;
+  J[12] = 0.0;
+  J[13] = 0.0;
+  J[14] = 0.0;
+  J[15] = w_q_6;
+  J[16] = w_q_7;
+  J[17] = w_q_8;
+  // shared terms; J
+  const double v3 = c[0] * w_q_0;
+  const double v4 = s[0] * w_q_3;
+  const double v5 = c[0] * w_q_1;
+  const double v6 = s[0] * w_q_4;
+  const double v7 = c[0] * w_q_2;
+  const double v8 = s[0] * w_q_5;
+  const double v9 = c[0] * w_q_3;
+  const double v10 = s[0] * w_q_0;
+  const double v11 = c[0] * w_q_4;
+  const double v12 = s[0] * w_q_1;
+  const double v13 = c[0] * w_q_5;
+  const double v14 = s[0] * w_q_2;
+  const double v15 = v3 + v4;
+  const double v16 = v5 + v6;
+  const double v17 = v7 + v8;
+  const double v18 = v9 - v10;
+  const double v19 = v11 - v12;
+  const double v20 = v13 - v14;
+  J[0] = v15;
+  J[1] = v16;
+  J[2] = v17;
+  J[3] = v18;
+  J[4] = v19;
+  J[5] = v20;
+}
+
+// Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+// 0 operations, behind about 3335 of the iteration
+void planar_3rrr_jacobian_mixed(const double q[3], double J[18]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  double w_q[18];
+  planar_3rrr_loops_at(&loops, q, w);
+  planar_3rrr_loops_factored(&loops);
+  planar_3rrr_loops_w_D_q(&loops, w_q);
+  // inputs
+  const double w_q_0 = w_q[0];
+  const double w_q_1 = w_q[1];
+  const double w_q_2 = w_q[2];
+  const double w_q_3 = w_q[3];
+  const double w_q_4 = w_q[4];
+  const double w_q_5 = w_q[5];
+  const double w_q_6 = w_q[6];
+  const double w_q_7 = w_q[7];
+  const double w_q_8 = w_q[8];
+  // J
+  J[0] = w_q_0;
+  J[1] = w_q_1;
+  J[2] = w_q_2;
+  J[3] = w_q_3;
+  J[4] = w_q_4;
+  J[5] = w_q_5;
+  J[6] = 0.0;
+  J[7] = 0.0;
+  J[8] = 0.0;
+  J[9] = 0.0;
+  J[10] = 0.0;
+  J[11] = 0.0;
+  J[12] = 0.0;
+  J[13] = 0.0;
+  J[14] = 0.0;
+  J[15] = w_q_6;
+  J[16] = w_q_7;
+  J[17] = w_q_8;
+}
+
+// Time derivative of jacobian_space at joint rates qd.
+// 24 operations: multiply 12, add 12, behind about 3479 of the iteration
+void planar_3rrr_jacobian_space_dot(const double q[3], const double qd[3], double J_dot[18]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  double wd[6];
+  double w_q[18];
+  double w_q_dot[18];
+  planar_3rrr_loops_at(&loops, q, w);
+  planar_3rrr_loops_factored(&loops);
+  planar_3rrr_loops_rates(&loops, qd, wd);
+  planar_3rrr_loops_w_D_q(&loops, w_q);
+  planar_3rrr_loops_w_D_q_dot(&loops, wd, w_q, w_q_dot);
+  // inputs
+  const double w_0 = w[0];
+  const double w_1 = w[1];
+  const double wd_0 = wd[0];
+  const double wd_1 = wd[1];
+  const double w_q_6 = w_q[6];
+  const double w_q_7 = w_q[7];
+  const double w_q_8 = w_q[8];
+  const double w_q_dot_0 = w_q_dot[0];
+  const double w_q_dot_1 = w_q_dot[1];
+  const double w_q_dot_2 = w_q_dot[2];
+  const double w_q_dot_3 = w_q_dot[3];
+  const double w_q_dot_4 = w_q_dot[4];
+  const double w_q_dot_5 = w_q_dot[5];
+  const double w_q_dot_6 = w_q_dot[6];
+  const double w_q_dot_7 = w_q_dot[7];
+  const double w_q_dot_8 = w_q_dot[8];
+  // shared terms
+  const double v1 = wd_1 * w_q_6;
+  const double v2 = w_1 * w_q_dot_6;
+  const double v3 = wd_1 * w_q_7;
+  const double v4 = w_1 * w_q_dot_7;
+  const double v5 = wd_1 * w_q_8;
+  const double v6 = w_1 * w_q_dot_8;
+  const double v7 = w_0 * w_q_dot_6;
+  const double v8 = wd_0 * w_q_6;
+  const double v9 = w_0 * w_q_dot_7;
+  const double v10 = wd_0 * w_q_7;
+  const double v11 = w_0 * w_q_dot_8;
+  const double v12 = wd_0 * w_q_8;
+  const double v13 = v2 + w_q_dot_0;
+  const double v14 = v4 + w_q_dot_1;
+  const double v15 = v6 + w_q_dot_2;
+  const double v16 = w_q_dot_3 - v7;
+  const double v17 = w_q_dot_4 - v9;
+  const double v18 = w_q_dot_5 - v11;
+  const double v19 = v1 + v13;
+  const double v20 = v3 + v14;
+  const double v21 = v5 + v15;
+  const double v22 = v16 - v8;
+  const double v23 = v17 - v10;
+  const double v24 = v18 - v12;
+  // J_dot
+  J_dot[6] = 0.0;
+  J_dot[7] = 0.0;
+  J_dot[8] = 0.0;
+  J_dot[9] = 0.0;
+  J_dot[10] = 0.0;
+  J_dot[11] = 0.0;
+  J_dot[12] = 0.0;
+  J_dot[13] = 0.0;
+  J_dot[14] = 0.0;
+  J_dot[15] = w_q_dot_6;
+  J_dot[16] = w_q_dot_7;
+  J_dot[17] = w_q_dot_8;
+  // J_dot
+  J_dot[0] = v19;
+  J_dot[1] = v20;
+  J_dot[2] = v21;
+  J_dot[3] = v22;
+  J_dot[4] = v23;
+  J_dot[5] = v24;
+}
+
+// Time derivative of jacobian_body at joint rates qd.
+// 46 operations: multiply 26, add 18, trig 2, behind about 3479 of the iteration
+void planar_3rrr_jacobian_body_dot(const double q[3], const double qd[3], double J_dot[18]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  double wd[6];
+  double w_q[18];
+  double w_q_dot[18];
+  planar_3rrr_loops_at(&loops, q, w);
+  planar_3rrr_loops_factored(&loops);
+  planar_3rrr_loops_rates(&loops, qd, wd);
+  planar_3rrr_loops_w_D_q(&loops, w_q);
+  planar_3rrr_loops_w_D_q_dot(&loops, wd, w_q, w_q_dot);
+  // inputs
+  const double w_2 = w[2];
+  const double wd_2 = wd[2];
+  const double w_q_0 = w_q[0];
+  const double w_q_1 = w_q[1];
+  const double w_q_2 = w_q[2];
+  const double w_q_3 = w_q[3];
+  const double w_q_4 = w_q[4];
+  const double w_q_5 = w_q[5];
+  const double w_q_dot_0 = w_q_dot[0];
+  const double w_q_dot_1 = w_q_dot[1];
+  const double w_q_dot_2 = w_q_dot[2];
+  const double w_q_dot_3 = w_q_dot[3];
+  const double w_q_dot_4 = w_q_dot[4];
+  const double w_q_dot_5 = w_q_dot[5];
+  const double w_q_dot_6 = w_q_dot[6];
+  const double w_q_dot_7 = w_q_dot[7];
+  const double w_q_dot_8 = w_q_dot[8];
+  // cosines and sines
+  const double angle[1] = {w_2};
+  double c[1], s[1];
+  chasles_cos_sin(1, angle, c, s);
+  // J_dot
+  J_dot[6] = 0.0;
+  J_dot[7] = 0.0;
+  J_dot[8] = 0.0;
+  J_dot[9] = 0.0;
+  J_dot[10] = 0.0;
+  J_dot[11] = 0.0;
+  J_dot[12] = 0.0;
+  J_dot[13] = 0.0;
+  J_dot[14] = 0.0;
+  J_dot[15] = w_q_dot_6;
+  J_dot[16] = w_q_dot_7;
+  J_dot[17] = w_q_dot_8;
+  // shared terms; J_dot
+  const double v3 = c[0] * wd_2;
+  const double v4 = s[0] * wd_2;
+  const double v5 = c[0] * w_q_dot_0;
+  const double v6 = s[0] * w_q_dot_3;
+  const double v7 = c[0] * w_q_dot_1;
+  const double v8 = s[0] * w_q_dot_4;
+  const double v9 = c[0] * w_q_dot_2;
+  const double v10 = s[0] * w_q_dot_5;
+  const double v11 = c[0] * w_q_dot_3;
+  const double v12 = s[0] * w_q_dot_0;
+  const double v13 = c[0] * w_q_dot_4;
+  const double v14 = s[0] * w_q_dot_1;
+  const double v15 = c[0] * w_q_dot_5;
+  const double v16 = s[0] * w_q_dot_2;
+  const double v17 = v3 * w_q_3;
+  const double v18 = v4 * w_q_0;
+  const double v19 = v5 + v6;
+  const double v20 = v3 * w_q_4;
+  const double v21 = v4 * w_q_1;
+  const double v22 = v7 + v8;
+  const double v23 = v3 * w_q_5;
+  const double v24 = v4 * w_q_2;
+  const double v25 = v9 + v10;
+  const double v26 = v11 - v12;
+  const double v27 = v3 * w_q_0;
+  const double v28 = v4 * w_q_3;
+  const double v29 = v13 - v14;
+  const double v30 = v3 * w_q_1;
+  const double v31 = v4 * w_q_4;
+  const double v32 = v15 - v16;
+  const double v33 = v3 * w_q_2;
+  const double v34 = v4 * w_q_5;
+  const double v35 = v17 - v18;
+  const double v36 = v20 - v21;
+  const double v37 = v23 - v24;
+  const double v38 = v27 + v28;
+  const double v39 = v30 + v31;
+  const double v40 = v33 + v34;
+  const double v41 = v35 + v19;
+  const double v42 = v36 + v22;
+  const double v43 = v37 + v25;
+  const double v44 = v26 - v38;
+  const double v45 = v29 - v39;
+  const double v46 = v32 - v40;
+  J_dot[0] = v41;
+  J_dot[1] = v42;
+  J_dot[2] = v43;
+  J_dot[3] = v44;
+  J_dot[4] = v45;
+  J_dot[5] = v46;
+}
+
+// Time derivative of jacobian_mixed at joint rates qd.
+// 0 operations, behind about 3479 of the iteration
+void planar_3rrr_jacobian_mixed_dot(const double q[3], const double qd[3], double J_dot[18]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  double wd[6];
+  double w_q[18];
+  double w_q_dot[18];
+  planar_3rrr_loops_at(&loops, q, w);
+  planar_3rrr_loops_factored(&loops);
+  planar_3rrr_loops_rates(&loops, qd, wd);
+  planar_3rrr_loops_w_D_q(&loops, w_q);
+  planar_3rrr_loops_w_D_q_dot(&loops, wd, w_q, w_q_dot);
+  // inputs
+  const double w_q_dot_0 = w_q_dot[0];
+  const double w_q_dot_1 = w_q_dot[1];
+  const double w_q_dot_2 = w_q_dot[2];
+  const double w_q_dot_3 = w_q_dot[3];
+  const double w_q_dot_4 = w_q_dot[4];
+  const double w_q_dot_5 = w_q_dot[5];
+  const double w_q_dot_6 = w_q_dot[6];
+  const double w_q_dot_7 = w_q_dot[7];
+  const double w_q_dot_8 = w_q_dot[8];
+  // J_dot
+  J_dot[0] = w_q_dot_0;
+  J_dot[1] = w_q_dot_1;
+  J_dot[2] = w_q_dot_2;
+  J_dot[3] = w_q_dot_3;
+  J_dot[4] = w_q_dot_4;
+  J_dot[5] = w_q_dot_5;
+  J_dot[6] = 0.0;
+  J_dot[7] = 0.0;
+  J_dot[8] = 0.0;
+  J_dot[9] = 0.0;
+  J_dot[10] = 0.0;
+  J_dot[11] = 0.0;
+  J_dot[12] = 0.0;
+  J_dot[13] = 0.0;
+  J_dot[14] = 0.0;
+  J_dot[15] = w_q_dot_6;
+  J_dot[16] = w_q_dot_7;
+  J_dot[17] = w_q_dot_8;
+}
+
+// Derivative of jacobian_mixed by the joint coordinates.
+// 0 operations, behind about 3659 of the iteration
+void planar_3rrr_hessian_mixed(const double q[3], double H[54]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  double w_q[18];
+  double w_q_q[54];
+  planar_3rrr_loops_at(&loops, q, w);
+  planar_3rrr_loops_factored(&loops);
+  planar_3rrr_loops_w_D_q(&loops, w_q);
+  planar_3rrr_loops_w_D_q_q(&loops, w_q, w_q_q);
+  // inputs
+  const double w_q_q_0 = w_q_q[0];
+  const double w_q_q_1 = w_q_q[1];
+  const double w_q_q_2 = w_q_q[2];
+  const double w_q_q_3 = w_q_q[3];
+  const double w_q_q_4 = w_q_q[4];
+  const double w_q_q_5 = w_q_q[5];
+  const double w_q_q_6 = w_q_q[6];
+  const double w_q_q_7 = w_q_q[7];
+  const double w_q_q_8 = w_q_q[8];
+  const double w_q_q_18 = w_q_q[18];
+  const double w_q_q_19 = w_q_q[19];
+  const double w_q_q_20 = w_q_q[20];
+  const double w_q_q_21 = w_q_q[21];
+  const double w_q_q_22 = w_q_q[22];
+  const double w_q_q_23 = w_q_q[23];
+  const double w_q_q_24 = w_q_q[24];
+  const double w_q_q_25 = w_q_q[25];
+  const double w_q_q_26 = w_q_q[26];
+  const double w_q_q_36 = w_q_q[36];
+  const double w_q_q_37 = w_q_q[37];
+  const double w_q_q_38 = w_q_q[38];
+  const double w_q_q_39 = w_q_q[39];
+  const double w_q_q_40 = w_q_q[40];
+  const double w_q_q_41 = w_q_q[41];
+  const double w_q_q_42 = w_q_q[42];
+  const double w_q_q_43 = w_q_q[43];
+  const double w_q_q_44 = w_q_q[44];
+  // H
+  H[0] = w_q_q_0;
+  H[1] = w_q_q_18;
+  H[2] = w_q_q_36;
+  H[3] = w_q_q_1;
+  H[4] = w_q_q_19;
+  H[5] = w_q_q_37;
+  H[6] = w_q_q_2;
+  H[7] = w_q_q_20;
+  H[8] = w_q_q_38;
+  H[9] = w_q_q_3;
+  H[10] = w_q_q_21;
+  H[11] = w_q_q_39;
+  H[12] = w_q_q_4;
+  H[13] = w_q_q_22;
+  H[14] = w_q_q_40;
+  H[15] = w_q_q_5;
+  H[16] = w_q_q_23;
+  H[17] = w_q_q_41;
+  H[18] = 0.0;
+  H[19] = 0.0;
+  H[20] = 0.0;
+  H[21] = 0.0;
+  H[22] = 0.0;
+  H[23] = 0.0;
+  H[24] = 0.0;
+  H[25] = 0.0;
+  H[26] = 0.0;
+  H[27] = 0.0;
+  H[28] = 0.0;
+  H[29] = 0.0;
+  H[30] = 0.0;
+  H[31] = 0.0;
+  H[32] = 0.0;
+  H[33] = 0.0;
+  H[34] = 0.0;
+  H[35] = 0.0;
+  H[36] = 0.0;
+  H[37] = 0.0;
+  H[38] = 0.0;
+  H[39] = 0.0;
+  H[40] = 0.0;
+  H[41] = 0.0;
+  H[42] = 0.0;
+  H[43] = 0.0;
+  H[44] = 0.0;
+  H[45] = w_q_q_6;
+  H[46] = w_q_q_24;
+  H[47] = w_q_q_42;
+  H[48] = w_q_q_7;
+  H[49] = w_q_q_25;
+  H[50] = w_q_q_43;
+  H[51] = w_q_q_8;
+  H[52] = w_q_q_26;
+  H[53] = w_q_q_44;
+}
+
+// Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+// 4 operations: multiply 2, add 2, behind about 3263 of the iteration
+void planar_3rrr_twist_space(const double q[3], const double qd[3], double V[6]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  double wd[6];
+  planar_3rrr_loops_at(&loops, q, w);
+  planar_3rrr_loops_factored(&loops);
+  planar_3rrr_loops_rates(&loops, qd, wd);
+  // inputs
+  const double w_0 = w[0];
+  const double w_1 = w[1];
+  const double wd_0 = wd[0];
+  const double wd_1 = wd[1];
+  const double wd_2 = wd[2];
+  // shared terms
+  const double v1 = w_1 * wd_2;
+  const double v2 = w_0 * wd_2;
+  const double v3 = v1 + wd_0;
+  const double v4 = wd_1 - v2;
+  // V
+  V[2] = 0.0;
+  V[3] = 0.0;
+  V[4] = 0.0;
+  V[5] = wd_2;
+  // V
+  V[0] = v3;
+  V[1] = v4;
+}
+
+// Twist (v, omega) of the tool's origin, in tool axes.
+// 8 operations: multiply 4, add 2, trig 2, behind about 3263 of the iteration
+void planar_3rrr_twist_body(const double q[3], const double qd[3], double V[6]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  double wd[6];
+  planar_3rrr_loops_at(&loops, q, w);
+  planar_3rrr_loops_factored(&loops);
+  planar_3rrr_loops_rates(&loops, qd, wd);
+  // inputs
+  const double w_2 = w[2];
+  const double wd_0 = wd[0];
+  const double wd_1 = wd[1];
+  const double wd_2 = wd[2];
+  // cosines and sines
+  const double angle[1] = {w_2};
+  double c[1], s[1];
+  chasles_cos_sin(1, angle, c, s);
+  // V
+  V[2] = 0.0;
+  V[3] = 0.0;
+  V[4] = 0.0;
+  V[5] = wd_2;
+  // shared terms; V
+  const double v3 = c[0] * wd_0;
+  const double v4 = s[0] * wd_1;
+  const double v5 = c[0] * wd_1;
+  const double v6 = s[0] * wd_0;
+  const double v7 = v3 + v4;
+  const double v8 = v5 - v6;
+  V[0] = v7;
+  V[1] = v8;
+}
+
+// Twist (v, omega) of the tool's origin, in base axes.
+// 0 operations, behind about 3263 of the iteration
+void planar_3rrr_twist_mixed(const double q[3], const double qd[3], double V[6]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  double wd[6];
+  planar_3rrr_loops_at(&loops, q, w);
+  planar_3rrr_loops_factored(&loops);
+  planar_3rrr_loops_rates(&loops, qd, wd);
+  // inputs
+  const double wd_0 = wd[0];
+  const double wd_1 = wd[1];
+  const double wd_2 = wd[2];
+  // V
+  V[0] = wd_0;
+  V[1] = wd_1;
+  V[2] = 0.0;
+  V[3] = 0.0;
+  V[4] = 0.0;
+  V[5] = wd_2;
+}
+
+// Time derivative of twist_space at rates qd and accelerations qdd.
+// 8 operations: multiply 4, add 4, behind about 3335 of the iteration
+void planar_3rrr_acceleration_space(const double q[3], const double qd[3], const double qdd[3], double A[6]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  double wd[6];
+  double wdd[6];
+  planar_3rrr_loops_at(&loops, q, w);
+  planar_3rrr_loops_factored(&loops);
+  planar_3rrr_loops_rates(&loops, qd, wd);
+  planar_3rrr_loops_accelerations(&loops, wd, qdd, wdd);
+  // inputs
+  const double w_0 = w[0];
+  const double w_1 = w[1];
+  const double wd_0 = wd[0];
+  const double wd_1 = wd[1];
+  const double wd_2 = wd[2];
+  const double wdd_0 = wdd[0];
+  const double wdd_1 = wdd[1];
+  const double wdd_2 = wdd[2];
+  // shared terms
+  const double v1 = w_1 * wdd_2;
+  const double v2 = wd_1 * wd_2;
+  const double v3 = w_0 * wdd_2;
+  const double v4 = wd_0 * wd_2;
+  const double v5 = v1 + wdd_0;
+  const double v6 = wdd_1 - v3;
+  const double v7 = v5 + v2;
+  const double v8 = v6 - v4;
+  // A
+  A[2] = 0.0;
+  A[3] = 0.0;
+  A[4] = 0.0;
+  A[5] = wdd_2;
+  // A
+  A[0] = v7;
+  A[1] = v8;
+}
+
+// Time derivative of twist_body at rates qd and accelerations qdd.
+// 18 operations: multiply 10, add 6, trig 2, behind about 3335 of the iteration
+void planar_3rrr_acceleration_body(const double q[3], const double qd[3], const double qdd[3], double A[6]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  double wd[6];
+  double wdd[6];
+  planar_3rrr_loops_at(&loops, q, w);
+  planar_3rrr_loops_factored(&loops);
+  planar_3rrr_loops_rates(&loops, qd, wd);
+  planar_3rrr_loops_accelerations(&loops, wd, qdd, wdd);
+  // inputs
+  const double w_2 = w[2];
+  const double wd_0 = wd[0];
+  const double wd_1 = wd[1];
+  const double wd_2 = wd[2];
+  const double wdd_0 = wdd[0];
+  const double wdd_1 = wdd[1];
+  const double wdd_2 = wdd[2];
+  // cosines and sines
+  const double angle[1] = {w_2};
+  double c[1], s[1];
+  chasles_cos_sin(1, angle, c, s);
+  // A
+  A[2] = 0.0;
+  A[3] = 0.0;
+  A[4] = 0.0;
+  A[5] = wdd_2;
+  // shared terms; A
+  const double v3 = c[0] * wdd_0;
+  const double v4 = s[0] * wdd_1;
+  const double v5 = c[0] * wd_2;
+  const double v6 = s[0] * wd_2;
+  const double v7 = c[0] * wdd_1;
+  const double v8 = s[0] * wdd_0;
+  const double v9 = v3 + v4;
+  const double v10 = v5 * wd_1;
+  const double v11 = v6 * wd_0;
+  const double v12 = v7 - v8;
+  const double v13 = v5 * wd_0;
+  const double v14 = v6 * wd_1;
+  const double v15 = v10 - v11;
+  const double v16 = v13 + v14;
+  const double v17 = v9 + v15;
+  const double v18 = v12 - v16;
+  A[0] = v17;
+  A[1] = v18;
+}
+
+// Time derivative of twist_mixed at rates qd and accelerations qdd.
+// 0 operations, behind about 3335 of the iteration
+void planar_3rrr_acceleration_mixed(const double q[3], const double qd[3], const double qdd[3], double A[6]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  double wd[6];
+  double wdd[6];
+  planar_3rrr_loops_at(&loops, q, w);
+  planar_3rrr_loops_factored(&loops);
+  planar_3rrr_loops_rates(&loops, qd, wd);
+  planar_3rrr_loops_accelerations(&loops, wd, qdd, wdd);
+  // inputs
+  const double wdd_0 = wdd[0];
+  const double wdd_1 = wdd[1];
+  const double wdd_2 = wdd[2];
+  // A
+  A[0] = wdd_0;
+  A[1] = wdd_1;
+  A[2] = 0.0;
+  A[3] = 0.0;
+  A[4] = 0.0;
+  A[5] = wdd_2;
+}
+
+// Joints of the main chain, swings between -pi and pi.
+// 0 operations, behind about 3200 of the iteration
+void planar_3rrr_chain(const double q[3], double theta[3]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  planar_3rrr_loops_at(&loops, q, w);
+  // inputs
+  const double w_0 = w[0];
+  const double w_1 = w[1];
+  const double w_2 = w[2];
+  // theta
+  theta[0] = w_0;
+  theta[1] = w_1;
+  theta[2] = w_2;
+}
+
+// Derivative of the main chain's joints by the actuated coordinates.
+// 0 operations, behind about 3335 of the iteration
+void planar_3rrr_chain_D_q(const double q[3], double theta_D_q[9]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  double w_q[18];
+  planar_3rrr_loops_at(&loops, q, w);
+  planar_3rrr_loops_factored(&loops);
+  planar_3rrr_loops_w_D_q(&loops, w_q);
+  // inputs
+  const double w_q_0 = w_q[0];
+  const double w_q_1 = w_q[1];
+  const double w_q_2 = w_q[2];
+  const double w_q_3 = w_q[3];
+  const double w_q_4 = w_q[4];
+  const double w_q_5 = w_q[5];
+  const double w_q_6 = w_q[6];
+  const double w_q_7 = w_q[7];
+  const double w_q_8 = w_q[8];
+  // theta_D_q
+  theta_D_q[0] = w_q_0;
+  theta_D_q[1] = w_q_1;
+  theta_D_q[2] = w_q_2;
+  theta_D_q[3] = w_q_3;
+  theta_D_q[4] = w_q_4;
+  theta_D_q[5] = w_q_5;
+  theta_D_q[6] = w_q_6;
+  theta_D_q[7] = w_q_7;
+  theta_D_q[8] = w_q_8;
+}
+
+// Joint rates of the main chain.
+// 0 operations, behind about 3263 of the iteration
+void planar_3rrr_chain_rates(const double q[3], const double qd[3], double thetad[3]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  double wd[6];
+  planar_3rrr_loops_at(&loops, q, w);
+  planar_3rrr_loops_factored(&loops);
+  planar_3rrr_loops_rates(&loops, qd, wd);
+  // inputs
+  const double wd_0 = wd[0];
+  const double wd_1 = wd[1];
+  const double wd_2 = wd[2];
+  // thetad
+  thetad[0] = wd_0;
+  thetad[1] = wd_1;
+  thetad[2] = wd_2;
+}
+
+// Joint accelerations of the main chain.
+// 0 operations, behind about 3335 of the iteration
+void planar_3rrr_chain_accelerations(const double q[3], const double qd[3], const double qdd[3], double thetadd[3]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  double wd[6];
+  double wdd[6];
+  planar_3rrr_loops_at(&loops, q, w);
+  planar_3rrr_loops_factored(&loops);
+  planar_3rrr_loops_rates(&loops, qd, wd);
+  planar_3rrr_loops_accelerations(&loops, wd, qdd, wdd);
+  // inputs
+  const double wdd_0 = wdd[0];
+  const double wdd_1 = wdd[1];
+  const double wdd_2 = wdd[2];
+  // thetadd
+  thetadd[0] = wdd_0;
+  thetadd[1] = wdd_1;
+  thetadd[2] = wdd_2;
+}
+
+// Passive joints that are not in the main chain, swings between -pi and pi.
+// 63 operations: multiply 22, add 26, trig 15, behind about 3200 of the iteration
+void planar_3rrr_passive(const double q[3], double passive[3]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  planar_3rrr_loops_at(&loops, q, w);
+  // inputs
+  const double w_0 = w[0];
+  const double w_1 = w[1];
+  const double w_2 = w[2];
+  const double w_3 = w[3];
+  const double w_4 = w[4];
+  const double w_5 = w[5];
+  // shared terms
+  const double v2 = w_1 + 0.145;
+  const double v3 = w_2 - w_3;
+  const double v4 = w_0 + 0.2511473670974872;
+  const double v6 = w_2 - w_4;
+  const double v9 = w_0 - 0.2511473670974872;
+  const double v11 = w_1 - 0.29;
+  const double v12 = w_2 - w_5;
+  // cosines and sines
+  const double angle[6] = {w_3, w_4, w_5, v3, v6, v12};
+  double c[6], s[6];
+  chasles_cos_sin(6, angle, c, s);
+  // shared terms; passive
+  const double v14 = c[0] * v2;
+  const double v17 = v4 * s[0];
+  const double v18 = v4 * c[0];
+  const double v19 = s[0] * v2;
+  const double v21 = c[1] * v2;
+  const double v23 = s[1] * v9;
+  const double v24 = c[1] * v9;
+  const double v25 = s[1] * v2;
+  const double v26 = c[2] * v11;
+  const double v28 = s[2] * w_0;
+  const double v29 = c[2] * w_0;
+  const double v30 = s[2] * v11;
+  const double v32 = 0.11258330249197702 * s[3];
+  const double v33 = 0.065 * c[3];
+  const double v34 = 0.065 * s[3];
+  const double v35 = 0.11258330249197702 * c[3];
+  const double v36 = 0.11258330249197702 * s[4];
+  const double v37 = 0.065 * c[4];
+  const double v38 = 0.11258330249197702 * c[4];
+  const double v39 = 0.065 * s[4];
+  const double v40 = 0.13 * c[5];
+  const double v41 = v29 + v30;
+  const double v42 = 0.13 * s[5];
+  const double v43 = v14 - v32;
+  const double v44 = v34 + v18;
+  const double v45 = v36 + v21;
+  const double v46 = v38 + v39;
+  const double v47 = v26 + v40;
+  const double v48 = v41 - 0.17;
+  const double v49 = v43 - v33;
+  const double v50 = v44 + v19;
+  const double v51 = v45 - v37;
+  const double v52 = v46 + v24;
+  const double v53 = v47 - v28;
+  const double v54 = v48 - v42;
+  const double v55 = v49 - v17;
+  const double v56 = v50 - 0.17;
+  const double v57 = v51 - v23;
+  const double v58 = v52 + v25;
+  const double v59 = atan2(v53, v54);
+  const double v60 = v56 - v35;
+  const double v61 = v58 - 0.17;
+  passive[2] = v59;
+  // shared terms; passive
+  const double v62 = atan2(v55, v60);
+  const double v63 = atan2(v57, v61);
+  passive[0] = v62;
+  passive[1] = v63;
+}
+
+// Derivative of the passive joints by the actuated coordinates.
+// 252 operations: multiply 130, add 104, trig 12, other 6, behind about 3335 of the iteration
+void planar_3rrr_passive_D_q(const double q[3], double passive_D_q[9]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  double w_q[18];
+  planar_3rrr_loops_at(&loops, q, w);
+  planar_3rrr_loops_factored(&loops);
+  planar_3rrr_loops_w_D_q(&loops, w_q);
+  // inputs
+  const double w_0 = w[0];
+  const double w_1 = w[1];
+  const double w_2 = w[2];
+  const double w_3 = w[3];
+  const double w_4 = w[4];
+  const double w_5 = w[5];
+  const double w_q_0 = w_q[0];
+  const double w_q_1 = w_q[1];
+  const double w_q_2 = w_q[2];
+  const double w_q_3 = w_q[3];
+  const double w_q_4 = w_q[4];
+  const double w_q_5 = w_q[5];
+  const double w_q_6 = w_q[6];
+  const double w_q_7 = w_q[7];
+  const double w_q_8 = w_q[8];
+  // shared terms
+  const double v2 = w_2 - w_3;
+  const double v4 = w_2 - w_4;
+  const double v9 = w_2 - w_5;
+  const double v10 = w_0 + 0.2511473670974872;
+  const double v11 = w_1 + 0.145;
+  const double v12 = w_0 - 0.2511473670974872;
+  const double v13 = w_1 - 0.29;
+  // cosines and sines
+  const double angle[6] = {w_3, w_4, w_5, v2, v4, v9};
+  double c[6], s[6];
+  chasles_cos_sin(6, angle, c, s);
+  // shared terms; columns 1 and 2 of passive_D_q
+  const double v20 = c[0] * w_q_3;
+  const double v21 = v10 * c[0];
+  const double v22 = s[0] * v11;
+  const double v23 = s[0] * w_q_0;
+  const double v24 = c[0] * v11;
+  const double v25 = v10 * s[0];
+  const double v26 = c[0] * w_q_0;
+  const double v27 = s[0] * w_q_3;
+  const double v28 = c[0] * w_q_4;
+  const double v29 = s[0] * w_q_1;
+  const double v30 = c[0] * w_q_1;
+  const double v31 = s[0] * w_q_4;
+  const double v32 = c[0] * w_q_5;
+  const double v33 = s[0] * w_q_2;
+  const double v34 = c[0] * w_q_2;
+  const double v35 = s[0] * w_q_5;
+  const double v36 = c[1] * w_q_3;
+  const double v37 = s[1] * w_q_0;
+  const double v38 = c[1] * v12;
+  const double v39 = s[1] * v11;
+  const double v40 = c[1] * v11;
+  const double v41 = s[1] * v12;
+  const double v42 = c[1] * w_q_0;
+  const double v43 = s[1] * w_q_3;
+  const double v44 = c[1] * w_q_4;
+  const double v45 = s[1] * w_q_1;
+  const double v46 = c[1] * w_q_1;
+  const double v47 = s[1] * w_q_4;
+  const double v48 = c[1] * w_q_5;
+  const double v49 = s[1] * w_q_2;
+  const double v50 = c[1] * w_q_2;
+  const double v51 = s[1] * w_q_5;
+  const double v52 = c[2] * w_q_3;
+  const double v53 = s[2] * w_q_0;
+  const double v54 = c[2] * w_0;
+  const double v55 = s[2] * v13;
+  const double v56 = c[2] * v13;
+  const double v57 = s[2] * w_0;
+  const double v58 = c[2] * w_q_0;
+  const double v59 = s[2] * w_q_3;
+  const double v60 = c[2] * w_q_4;
+  const double v61 = s[2] * w_q_1;
+  const double v62 = c[2] * w_q_1;
+  const double v63 = s[2] * w_q_4;
+  const double v64 = c[2] * w_q_5;
+  const double v65 = s[2] * w_q_2;
+  const double v66 = c[2] * w_q_2;
+  const double v67 = s[2] * w_q_5;
+  const double v68 = c[3] * w_q_6;
+  const double v69 = s[3] * w_q_6;
+  const double v70 = 0.065 * s[3];
+  const double v71 = 0.11258330249197702 * c[3];
+  const double v72 = 0.11258330249197702 * s[3];
+  const double v73 = 0.065 * c[3];
+  const double v74 = s[3] * w_q_7;
+  const double v75 = c[3] * w_q_7;
+  const double v76 = s[3] * w_q_8;
+  const double v77 = c[3] * w_q_8;
+  const double v78 = c[4] * w_q_6;
+  const double v79 = s[4] * w_q_6;
+  const double v80 = 0.11258330249197702 * c[4];
+  const double v81 = 0.065 * s[4];
+  const double v82 = 0.11258330249197702 * s[4];
+  const double v83 = 0.065 * c[4];
+  const double v84 = c[4] * w_q_7;
+  const double v85 = s[4] * w_q_7;
+  const double v86 = c[4] * w_q_8;
+  const double v87 = s[4] * w_q_8;
+  const double v88 = v52 - v53;
+  const double v89 = s[5] * w_q_6;
+  const double v90 = v54 + v55;
+  const double v91 = 0.13 * s[5];
+  const double v92 = 0.13 * c[5];
+  const double v93 = v58 + v59;
+  const double v94 = c[5] * w_q_6;
+  const double v95 = v60 - v61;
+  const double v96 = s[5] * w_q_7;
+  const double v97 = v62 + v63;
+  const double v98 = c[5] * w_q_7;
+  const double v99 = s[5] * w_q_8;
+  const double v100 = v56 + v66;
+  const double v101 = c[5] * w_q_8;
+  const double v102 = v68 - c[3];
+  const double v103 = s[3] - v69;
+  const double v104 = v70 + v21;
+  const double v105 = v24 - v72;
+  const double v106 = 0.065 * v74;
+  const double v107 = 0.11258330249197702 * v75;
+  const double v108 = 0.11258330249197702 * v74;
+  const double v109 = 0.065 * v75;
+  const double v110 = 0.065 * v76;
+  const double v111 = 0.11258330249197702 * v77;
+  const double v112 = 0.11258330249197702 * v76;
+  const double v113 = 0.065 * v77;
+  const double v114 = 0.11258330249197702 * v78;
+  const double v115 = 0.065 * v79;
+  const double v116 = v80 + v81;
+  const double v117 = v82 + v40;
+  const double v118 = 0.065 * v78;
+  const double v119 = 0.11258330249197702 * v79;
+  const double v120 = v84 - c[4];
+  const double v121 = s[4] - v85;
+  const double v122 = 0.11258330249197702 * v86;
+  const double v123 = 0.065 * v87;
+  const double v124 = 0.065 * v86;
+  const double v125 = 0.11258330249197702 * v87;
+  const double v126 = 0.13 * v89;
+  const double v127 = v90 - 0.17;
+  const double v128 = v56 + v92;
+  const double v129 = 0.13 * v94;
+  const double v130 = 0.13 * v96;
+  const double v131 = 0.13 * v98;
+  const double v132 = s[5] - v99;
+  const double v133 = v100 + v67;
+  const double v134 = v101 - c[5];
+  const double v135 = 0.11258330249197702 * v102;
+  const double v136 = 0.065 * v103;
+  const double v137 = v104 + v22;
+  const double v138 = v105 - v73;
+  const double v139 = 0.065 * v102;
+  const double v140 = 0.11258330249197702 * v103;
+  const double v141 = v106 + v28;
+  const double v142 = v108 + v109;
+  const double v143 = v110 + v32;
+  const double v144 = v112 + v113;
+  const double v145 = v114 + v115;
+  const double v146 = v116 + v38;
+  const double v147 = v117 - v83;
+  const double v148 = v118 + v42;
+  const double v149 = 0.11258330249197702 * v120;
+  const double v150 = 0.065 * v121;
+  const double v151 = 0.11258330249197702 * v121;
+  const double v152 = 0.065 * v120;
+  const double v153 = v122 + v123;
+  const double v154 = v124 + v50;
+  const double v155 = v88 - v126;
+  const double v156 = v127 - v91;
+  const double v157 = v128 - v57;
+  const double v158 = v93 - v129;
+  const double v159 = v95 - v130;
+  const double v160 = v97 - v131;
+  const double v161 = 0.13 * v132;
+  const double v162 = v133 - v57;
+  const double v163 = 0.13 * v134;
+  const double v164 = v20 - v135;
+  const double v165 = v137 - 0.17;
+  const double v166 = v138 - v25;
+  const double v167 = v139 + v24;
+  const double v168 = v141 - v107;
+  const double v169 = v142 + v30;
+  const double v170 = v143 - v111;
+  const double v171 = v144 + v34;
+  const double v172 = v145 + v36;
+  const double v173 = v146 + v39;
+  const double v174 = v147 - v41;
+  const double v175 = v148 + v43;
+  const double v176 = v149 + v44;
+  const double v177 = v151 + v152;
+  const double v178 = v153 + v48;
+  const double v179 = v154 + v51;
+  const double v180 = v156 * v156;
+  const double v181 = v157 * v157;
+  const double v182 = v64 + v161;
+  const double v183 = v162 - v163;
+  const double v184 = v164 - v136;
+  const double v185 = v165 - v71;
+  const double v186 = v166 * v166;
+  const double v187 = v167 + v26;
+  const double v188 = v168 - v29;
+  const double v189 = v169 + v31;
+  const double v190 = v170 - v33;
+  const double v191 = v171 + v35;
+  const double v192 = v172 - v37;
+  const double v193 = v173 - 0.17;
+  const double v194 = v174 * v174;
+  const double v195 = v175 - v119;
+  const double v196 = v176 - v150;
+  const double v197 = v177 + v40;
+  const double v198 = v178 - v49;
+  const double v199 = v179 - v125;
+  const double v200 = v180 + v181;
+  const double v201 = v182 - v54;
+  const double v202 = v184 - v21;
+  const double v203 = v185 * v185;
+  const double v204 = v187 + v27;
+  const double v205 = v193 * v193;
+  const double v206 = v196 - v38;
+  const double v207 = v197 + v46;
+  const double v208 = v156 / v200;
+  const double v209 = v157 / v200;
+  const double v210 = v201 - v55;
+  const double v211 = v202 - v22;
+  const double v212 = v203 + v186;
+  const double v213 = v204 - v140;
+  const double v214 = v205 + v194;
+  const double v215 = v206 - v39;
+  const double v216 = v207 + v47;
+  const double v217 = v155 * v208;
+  const double v218 = v158 * v209;
+  const double v219 = v208 * v159;
+  const double v220 = v209 * v160;
+  const double v221 = v210 - v65;
+  const double v222 = v209 * v183;
+  const double v223 = v211 - v23;
+  const double v224 = v185 / v212;
+  const double v225 = v213 - v25;
+  const double v226 = v166 / v212;
+  const double v227 = v193 / v214;
+  const double v228 = v174 / v214;
+  const double v229 = v215 - v45;
+  const double v230 = v216 - v41;
+  const double v231 = v217 - v218;
+  const double v232 = v219 - v220;
+  const double v233 = v208 * v221;
+  const double v234 = v223 * v224;
+  const double v235 = v225 * v226;
+  const double v236 = v224 * v188;
+  const double v237 = v226 * v189;
+  const double v238 = v224 * v190;
+  const double v239 = v226 * v191;
+  const double v240 = v192 * v227;
+  const double v241 = v195 * v228;
+  const double v242 = v227 * v229;
+  const double v243 = v228 * v230;
+  const double v244 = v227 * v198;
+  const double v245 = v228 * v199;
+  passive_D_q[6] = v231;
+  passive_D_q[7] = v232;
+  const double v246 = v233 - v222;
+  // shared terms; column 3 of passive_D_q
+  const double v247 = v234 - v235;
+  const double v248 = v236 - v237;
+  const double v249 = v238 - v239;
+  const double v250 = v240 - v241;
+  const double v251 = v242 - v243;
+  const double v252 = v244 - v245;
+  passive_D_q[8] = v246;
+  // passive_D_q
+  passive_D_q[0] = v247;
+  passive_D_q[1] = v248;
+  passive_D_q[2] = v249;
+  passive_D_q[3] = v250;
+  passive_D_q[4] = v251;
+  passive_D_q[5] = v252;
+}
+
+// All joints, swings and cylinder lengths, swings between -pi and pi.
+// 63 operations: multiply 22, add 26, trig 15, behind about 3200 of the iteration
+void planar_3rrr_configuration(const double q[3], double z[9]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  planar_3rrr_loops_at(&loops, q, w);
+  // inputs
+  const double w_0 = w[0];
+  const double w_1 = w[1];
+  const double w_2 = w[2];
+  const double w_3 = w[3];
+  const double w_4 = w[4];
+  const double w_5 = w[5];
+  // shared terms
+  const double v2 = w_1 + 0.145;
+  const double v3 = w_2 - w_3;
+  const double v4 = w_0 + 0.2511473670974872;
+  const double v6 = w_2 - w_4;
+  const double v9 = w_0 - 0.2511473670974872;
+  const double v11 = w_1 - 0.29;
+  const double v12 = w_2 - w_5;
+  // cosines and sines
+  const double angle[6] = {w_3, w_4, w_5, v3, v6, v12};
+  double c[6], s[6];
+  chasles_cos_sin(6, angle, c, s);
+  // z
+  z[0] = w_0;
+  z[1] = w_1;
+  z[2] = w_2;
+  z[3] = w_3;
+  z[4] = w_4;
+  z[5] = w_5;
+  // shared terms; z
+  const double v14 = c[0] * v2;
+  const double v17 = v4 * s[0];
+  const double v18 = v4 * c[0];
+  const double v19 = s[0] * v2;
+  const double v21 = c[1] * v2;
+  const double v23 = s[1] * v9;
+  const double v24 = c[1] * v9;
+  const double v25 = s[1] * v2;
+  const double v26 = c[2] * v11;
+  const double v28 = s[2] * w_0;
+  const double v29 = c[2] * w_0;
+  const double v30 = s[2] * v11;
+  const double v32 = 0.11258330249197702 * s[3];
+  const double v33 = 0.065 * c[3];
+  const double v34 = 0.065 * s[3];
+  const double v35 = 0.11258330249197702 * c[3];
+  const double v36 = 0.11258330249197702 * s[4];
+  const double v37 = 0.065 * c[4];
+  const double v38 = 0.11258330249197702 * c[4];
+  const double v39 = 0.065 * s[4];
+  const double v40 = 0.13 * c[5];
+  const double v41 = v29 + v30;
+  const double v42 = 0.13 * s[5];
+  const double v43 = v14 - v32;
+  const double v44 = v34 + v18;
+  const double v45 = v36 + v21;
+  const double v46 = v38 + v39;
+  const double v47 = v26 + v40;
+  const double v48 = v41 - 0.17;
+  const double v49 = v43 - v33;
+  const double v50 = v44 + v19;
+  const double v51 = v45 - v37;
+  const double v52 = v46 + v24;
+  const double v53 = v47 - v28;
+  const double v54 = v48 - v42;
+  const double v55 = v49 - v17;
+  const double v56 = v50 - 0.17;
+  const double v57 = v51 - v23;
+  const double v58 = v52 + v25;
+  const double v59 = atan2(v53, v54);
+  const double v60 = v56 - v35;
+  const double v61 = v58 - 0.17;
+  z[8] = v59;
+  // shared terms; z
+  const double v62 = atan2(v55, v60);
+  const double v63 = atan2(v57, v61);
+  z[6] = v62;
+  z[7] = v63;
+}
+
+// Derivative of the full configuration by the actuated coordinates.
+// 252 operations: multiply 130, add 104, trig 12, other 6, behind about 3335 of the iteration
+void planar_3rrr_configuration_D_q(const double q[3], double z_D_q[27]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  double w_q[18];
+  planar_3rrr_loops_at(&loops, q, w);
+  planar_3rrr_loops_factored(&loops);
+  planar_3rrr_loops_w_D_q(&loops, w_q);
+  // inputs
+  const double w_0 = w[0];
+  const double w_1 = w[1];
+  const double w_2 = w[2];
+  const double w_3 = w[3];
+  const double w_4 = w[4];
+  const double w_5 = w[5];
+  const double w_q_0 = w_q[0];
+  const double w_q_1 = w_q[1];
+  const double w_q_2 = w_q[2];
+  const double w_q_3 = w_q[3];
+  const double w_q_4 = w_q[4];
+  const double w_q_5 = w_q[5];
+  const double w_q_6 = w_q[6];
+  const double w_q_7 = w_q[7];
+  const double w_q_8 = w_q[8];
+  // shared terms
+  const double v2 = w_2 - w_3;
+  const double v4 = w_2 - w_4;
+  const double v9 = w_2 - w_5;
+  const double v10 = w_0 + 0.2511473670974872;
+  const double v11 = w_1 + 0.145;
+  const double v12 = w_0 - 0.2511473670974872;
+  const double v13 = w_1 - 0.29;
+  // cosines and sines
+  const double angle[6] = {w_3, w_4, w_5, v2, v4, v9};
+  double c[6], s[6];
+  chasles_cos_sin(6, angle, c, s);
+  // z_D_q
+  z_D_q[0] = w_q_0;
+  z_D_q[1] = w_q_1;
+  z_D_q[2] = w_q_2;
+  z_D_q[3] = w_q_3;
+  z_D_q[4] = w_q_4;
+  z_D_q[5] = w_q_5;
+  z_D_q[6] = w_q_6;
+  z_D_q[7] = w_q_7;
+  z_D_q[8] = w_q_8;
+  z_D_q[9] = 1.0;
+  z_D_q[10] = 0.0;
+  z_D_q[11] = 0.0;
+  z_D_q[12] = 0.0;
+  z_D_q[13] = 1.0;
+  z_D_q[14] = 0.0;
+  z_D_q[15] = 0.0;
+  z_D_q[16] = 0.0;
+  z_D_q[17] = 1.0;
+  // shared terms; columns 1 and 2 of z_D_q
+  const double v20 = c[0] * w_q_3;
+  const double v21 = v10 * c[0];
+  const double v22 = s[0] * v11;
+  const double v23 = s[0] * w_q_0;
+  const double v24 = c[0] * v11;
+  const double v25 = v10 * s[0];
+  const double v26 = c[0] * w_q_0;
+  const double v27 = s[0] * w_q_3;
+  const double v28 = c[0] * w_q_4;
+  const double v29 = s[0] * w_q_1;
+  const double v30 = c[0] * w_q_1;
+  const double v31 = s[0] * w_q_4;
+  const double v32 = c[0] * w_q_5;
+  const double v33 = s[0] * w_q_2;
+  const double v34 = c[0] * w_q_2;
+  const double v35 = s[0] * w_q_5;
+  const double v36 = c[1] * w_q_3;
+  const double v37 = s[1] * w_q_0;
+  const double v38 = c[1] * v12;
+  const double v39 = s[1] * v11;
+  const double v40 = c[1] * v11;
+  const double v41 = s[1] * v12;
+  const double v42 = c[1] * w_q_0;
+  const double v43 = s[1] * w_q_3;
+  const double v44 = c[1] * w_q_4;
+  const double v45 = s[1] * w_q_1;
+  const double v46 = c[1] * w_q_1;
+  const double v47 = s[1] * w_q_4;
+  const double v48 = c[1] * w_q_5;
+  const double v49 = s[1] * w_q_2;
+  const double v50 = c[1] * w_q_2;
+  const double v51 = s[1] * w_q_5;
+  const double v52 = c[2] * w_q_3;
+  const double v53 = s[2] * w_q_0;
+  const double v54 = c[2] * w_0;
+  const double v55 = s[2] * v13;
+  const double v56 = c[2] * v13;
+  const double v57 = s[2] * w_0;
+  const double v58 = c[2] * w_q_0;
+  const double v59 = s[2] * w_q_3;
+  const double v60 = c[2] * w_q_4;
+  const double v61 = s[2] * w_q_1;
+  const double v62 = c[2] * w_q_1;
+  const double v63 = s[2] * w_q_4;
+  const double v64 = c[2] * w_q_5;
+  const double v65 = s[2] * w_q_2;
+  const double v66 = c[2] * w_q_2;
+  const double v67 = s[2] * w_q_5;
+  const double v68 = c[3] * w_q_6;
+  const double v69 = s[3] * w_q_6;
+  const double v70 = 0.065 * s[3];
+  const double v71 = 0.11258330249197702 * c[3];
+  const double v72 = 0.11258330249197702 * s[3];
+  const double v73 = 0.065 * c[3];
+  const double v74 = s[3] * w_q_7;
+  const double v75 = c[3] * w_q_7;
+  const double v76 = s[3] * w_q_8;
+  const double v77 = c[3] * w_q_8;
+  const double v78 = c[4] * w_q_6;
+  const double v79 = s[4] * w_q_6;
+  const double v80 = 0.11258330249197702 * c[4];
+  const double v81 = 0.065 * s[4];
+  const double v82 = 0.11258330249197702 * s[4];
+  const double v83 = 0.065 * c[4];
+  const double v84 = c[4] * w_q_7;
+  const double v85 = s[4] * w_q_7;
+  const double v86 = c[4] * w_q_8;
+  const double v87 = s[4] * w_q_8;
+  const double v88 = v52 - v53;
+  const double v89 = s[5] * w_q_6;
+  const double v90 = v54 + v55;
+  const double v91 = 0.13 * s[5];
+  const double v92 = 0.13 * c[5];
+  const double v93 = v58 + v59;
+  const double v94 = c[5] * w_q_6;
+  const double v95 = v60 - v61;
+  const double v96 = s[5] * w_q_7;
+  const double v97 = v62 + v63;
+  const double v98 = c[5] * w_q_7;
+  const double v99 = s[5] * w_q_8;
+  const double v100 = v56 + v66;
+  const double v101 = c[5] * w_q_8;
+  const double v102 = v68 - c[3];
+  const double v103 = s[3] - v69;
+  const double v104 = v70 + v21;
+  const double v105 = v24 - v72;
+  const double v106 = 0.065 * v74;
+  const double v107 = 0.11258330249197702 * v75;
+  const double v108 = 0.11258330249197702 * v74;
+  const double v109 = 0.065 * v75;
+  const double v110 = 0.065 * v76;
+  const double v111 = 0.11258330249197702 * v77;
+  const double v112 = 0.11258330249197702 * v76;
+  const double v113 = 0.065 * v77;
+  const double v114 = 0.11258330249197702 * v78;
+  const double v115 = 0.065 * v79;
+  const double v116 = v80 + v81;
+  const double v117 = v82 + v40;
+  const double v118 = 0.065 * v78;
+  const double v119 = 0.11258330249197702 * v79;
+  const double v120 = v84 - c[4];
+  const double v121 = s[4] - v85;
+  const double v122 = 0.11258330249197702 * v86;
+  const double v123 = 0.065 * v87;
+  const double v124 = 0.065 * v86;
+  const double v125 = 0.11258330249197702 * v87;
+  const double v126 = 0.13 * v89;
+  const double v127 = v90 - 0.17;
+  const double v128 = v56 + v92;
+  const double v129 = 0.13 * v94;
+  const double v130 = 0.13 * v96;
+  const double v131 = 0.13 * v98;
+  const double v132 = s[5] - v99;
+  const double v133 = v100 + v67;
+  const double v134 = v101 - c[5];
+  const double v135 = 0.11258330249197702 * v102;
+  const double v136 = 0.065 * v103;
+  const double v137 = v104 + v22;
+  const double v138 = v105 - v73;
+  const double v139 = 0.065 * v102;
+  const double v140 = 0.11258330249197702 * v103;
+  const double v141 = v106 + v28;
+  const double v142 = v108 + v109;
+  const double v143 = v110 + v32;
+  const double v144 = v112 + v113;
+  const double v145 = v114 + v115;
+  const double v146 = v116 + v38;
+  const double v147 = v117 - v83;
+  const double v148 = v118 + v42;
+  const double v149 = 0.11258330249197702 * v120;
+  const double v150 = 0.065 * v121;
+  const double v151 = 0.11258330249197702 * v121;
+  const double v152 = 0.065 * v120;
+  const double v153 = v122 + v123;
+  const double v154 = v124 + v50;
+  const double v155 = v88 - v126;
+  const double v156 = v127 - v91;
+  const double v157 = v128 - v57;
+  const double v158 = v93 - v129;
+  const double v159 = v95 - v130;
+  const double v160 = v97 - v131;
+  const double v161 = 0.13 * v132;
+  const double v162 = v133 - v57;
+  const double v163 = 0.13 * v134;
+  const double v164 = v20 - v135;
+  const double v165 = v137 - 0.17;
+  const double v166 = v138 - v25;
+  const double v167 = v139 + v24;
+  const double v168 = v141 - v107;
+  const double v169 = v142 + v30;
+  const double v170 = v143 - v111;
+  const double v171 = v144 + v34;
+  const double v172 = v145 + v36;
+  const double v173 = v146 + v39;
+  const double v174 = v147 - v41;
+  const double v175 = v148 + v43;
+  const double v176 = v149 + v44;
+  const double v177 = v151 + v152;
+  const double v178 = v153 + v48;
+  const double v179 = v154 + v51;
+  const double v180 = v156 * v156;
+  const double v181 = v157 * v157;
+  const double v182 = v64 + v161;
+  const double v183 = v162 - v163;
+  const double v184 = v164 - v136;
+  const double v185 = v165 - v71;
+  const double v186 = v166 * v166;
+  const double v187 = v167 + v26;
+  const double v188 = v168 - v29;
+  const double v189 = v169 + v31;
+  const double v190 = v170 - v33;
+  const double v191 = v171 + v35;
+  const double v192 = v172 - v37;
+  const double v193 = v173 - 0.17;
+  const double v194 = v174 * v174;
+  const double v195 = v175 - v119;
+  const double v196 = v176 - v150;
+  const double v197 = v177 + v40;
+  const double v198 = v178 - v49;
+  const double v199 = v179 - v125;
+  const double v200 = v180 + v181;
+  const double v201 = v182 - v54;
+  const double v202 = v184 - v21;
+  const double v203 = v185 * v185;
+  const double v204 = v187 + v27;
+  const double v205 = v193 * v193;
+  const double v206 = v196 - v38;
+  const double v207 = v197 + v46;
+  const double v208 = v156 / v200;
+  const double v209 = v157 / v200;
+  const double v210 = v201 - v55;
+  const double v211 = v202 - v22;
+  const double v212 = v203 + v186;
+  const double v213 = v204 - v140;
+  const double v214 = v205 + v194;
+  const double v215 = v206 - v39;
+  const double v216 = v207 + v47;
+  const double v217 = v155 * v208;
+  const double v218 = v158 * v209;
+  const double v219 = v208 * v159;
+  const double v220 = v209 * v160;
+  const double v221 = v210 - v65;
+  const double v222 = v209 * v183;
+  const double v223 = v211 - v23;
+  const double v224 = v185 / v212;
+  const double v225 = v213 - v25;
+  const double v226 = v166 / v212;
+  const double v227 = v193 / v214;
+  const double v228 = v174 / v214;
+  const double v229 = v215 - v45;
+  const double v230 = v216 - v41;
+  const double v231 = v217 - v218;
+  const double v232 = v219 - v220;
+  const double v233 = v208 * v221;
+  const double v234 = v223 * v224;
+  const double v235 = v225 * v226;
+  const double v236 = v224 * v188;
+  const double v237 = v226 * v189;
+  const double v238 = v224 * v190;
+  const double v239 = v226 * v191;
+  const double v240 = v192 * v227;
+  const double v241 = v195 * v228;
+  const double v242 = v227 * v229;
+  const double v243 = v228 * v230;
+  const double v244 = v227 * v198;
+  const double v245 = v228 * v199;
+  z_D_q[24] = v231;
+  z_D_q[25] = v232;
+  const double v246 = v233 - v222;
+  // shared terms; column 3 of z_D_q
+  const double v247 = v234 - v235;
+  const double v248 = v236 - v237;
+  const double v249 = v238 - v239;
+  const double v250 = v240 - v241;
+  const double v251 = v242 - v243;
+  const double v252 = v244 - v245;
+  z_D_q[26] = v246;
+  // z_D_q
+  z_D_q[18] = v247;
+  z_D_q[19] = v248;
+  z_D_q[20] = v249;
+  z_D_q[21] = v250;
+  z_D_q[22] = v251;
+  z_D_q[23] = v252;
+}
+
+// Square of the determinant of the loops' equations, 1 at the reference.
+// 0 operations, behind about 3230 of the iteration
+void planar_3rrr_margin(const double q[3], double margin[1]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  double square[1];
+  planar_3rrr_loops_at(&loops, q, w);
+  planar_3rrr_loops_factored(&loops);
+  planar_3rrr_loops_margin(&loops, square);
+  // inputs
+  const double square_0 = square[0];
+  // margin
+  margin[0] = square_0;
+}
+
+// All joints, swings and cylinder lengths, from a configuration nearby, in at most eight steps of
+// Newton's iteration.
+// 63 operations: multiply 22, add 26, trig 15, behind about 800 of the iteration
+void planar_3rrr_configuration_near(const double q[3], const double seed[9], double z[9]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  planar_3rrr_loops_seeded(&loops, q, seed, w);
+  // inputs
+  const double w_0 = w[0];
+  const double w_1 = w[1];
+  const double w_2 = w[2];
+  const double w_3 = w[3];
+  const double w_4 = w[4];
+  const double w_5 = w[5];
+  // shared terms
+  const double v2 = w_1 + 0.145;
+  const double v3 = w_2 - w_3;
+  const double v4 = w_0 + 0.2511473670974872;
+  const double v6 = w_2 - w_4;
+  const double v9 = w_0 - 0.2511473670974872;
+  const double v11 = w_1 - 0.29;
+  const double v12 = w_2 - w_5;
+  // cosines and sines
+  const double angle[6] = {w_3, w_4, w_5, v3, v6, v12};
+  double c[6], s[6];
+  chasles_cos_sin(6, angle, c, s);
+  // z
+  z[0] = w_0;
+  z[1] = w_1;
+  z[2] = w_2;
+  z[3] = w_3;
+  z[4] = w_4;
+  z[5] = w_5;
+  // shared terms; z
+  const double v14 = c[0] * v2;
+  const double v17 = v4 * s[0];
+  const double v18 = v4 * c[0];
+  const double v19 = s[0] * v2;
+  const double v21 = c[1] * v2;
+  const double v23 = s[1] * v9;
+  const double v24 = c[1] * v9;
+  const double v25 = s[1] * v2;
+  const double v26 = c[2] * v11;
+  const double v28 = s[2] * w_0;
+  const double v29 = c[2] * w_0;
+  const double v30 = s[2] * v11;
+  const double v32 = 0.11258330249197702 * s[3];
+  const double v33 = 0.065 * c[3];
+  const double v34 = 0.065 * s[3];
+  const double v35 = 0.11258330249197702 * c[3];
+  const double v36 = 0.11258330249197702 * s[4];
+  const double v37 = 0.065 * c[4];
+  const double v38 = 0.11258330249197702 * c[4];
+  const double v39 = 0.065 * s[4];
+  const double v40 = 0.13 * c[5];
+  const double v41 = v29 + v30;
+  const double v42 = 0.13 * s[5];
+  const double v43 = v14 - v32;
+  const double v44 = v34 + v18;
+  const double v45 = v36 + v21;
+  const double v46 = v38 + v39;
+  const double v47 = v26 + v40;
+  const double v48 = v41 - 0.17;
+  const double v49 = v43 - v33;
+  const double v50 = v44 + v19;
+  const double v51 = v45 - v37;
+  const double v52 = v46 + v24;
+  const double v53 = v47 - v28;
+  const double v54 = v48 - v42;
+  const double v55 = v49 - v17;
+  const double v56 = v50 - 0.17;
+  const double v57 = v51 - v23;
+  const double v58 = v52 + v25;
+  const double v59 = atan2(v53, v54);
+  const double v60 = v56 - v35;
+  const double v61 = v58 - 0.17;
+  z[8] = v59;
+  // shared terms; z
+  const double v62 = atan2(v55, v60);
+  const double v63 = atan2(v57, v61);
+  z[6] = v62;
+  z[7] = v63;
+}
+
+// Pose of the tool and configuration, from a configuration nearby, in at most eight steps of
+// Newton's iteration.
+// 66 operations: multiply 22, add 26, negate 1, trig 17, behind about 800 of the iteration
+void planar_3rrr_fk_near(const double q[3], const double seed[9], double T_0_ee[16], double z[9]) {
+  planar_3rrr_loops_closed loops;
+  double w[6];
+  planar_3rrr_loops_seeded(&loops, q, seed, w);
+  // inputs
+  const double w_0 = w[0];
+  const double w_1 = w[1];
+  const double w_2 = w[2];
+  const double w_3 = w[3];
+  const double w_4 = w[4];
+  const double w_5 = w[5];
+  // shared terms
+  const double v4 = w_1 + 0.145;
+  const double v5 = w_2 - w_3;
+  const double v6 = w_0 + 0.2511473670974872;
+  const double v8 = w_2 - w_4;
+  const double v11 = w_0 - 0.2511473670974872;
+  const double v13 = w_1 - 0.29;
+  const double v14 = w_2 - w_5;
+  // cosines and sines
+  const double angle[7] = {w_2, w_3, w_4, w_5, v5, v8, v14};
+  double c[7], s[7];
+  chasles_cos_sin(7, angle, c, s);
+  // T_0_ee; z
+  T_0_ee[2] = 0.0;
+  T_0_ee[3] = w_0;
+  T_0_ee[6] = 0.0;
+  T_0_ee[7] = w_1;
+  T_0_ee[8] = 0.0;
+  T_0_ee[9] = 0.0;
+  T_0_ee[10] = 1.0;
+  T_0_ee[11] = 0.0;
+  T_0_ee[12] = 0.0;
+  T_0_ee[13] = 0.0;
+  T_0_ee[14] = 0.0;
+  T_0_ee[15] = 1.0;
+  z[0] = w_0;
+  z[1] = w_1;
+  z[2] = w_2;
+  z[3] = w_3;
+  z[4] = w_4;
+  z[5] = w_5;
+  // shared terms; columns 1 and 2 of T_0_ee
+  const double v16 = c[1] * v4;
+  const double v19 = v6 * s[1];
+  const double v20 = v6 * c[1];
+  const double v21 = s[1] * v4;
+  const double v23 = c[2] * v4;
+  const double v25 = s[2] * v11;
+  const double v26 = c[2] * v11;
+  const double v27 = s[2] * v4;
+  const double v28 = c[3] * v13;
+  const double v30 = s[3] * w_0;
+  const double v31 = c[3] * w_0;
+  const double v32 = s[3] * v13;
+  T_0_ee[0] = c[0];
+  const double v34 = -s[0];
+  T_0_ee[4] = s[0];
+  T_0_ee[5] = c[0];
+  // shared terms; column 2 of T_0_ee
+  const double v35 = 0.11258330249197702 * s[4];
+  const double v36 = 0.065 * c[4];
+  const double v37 = 0.065 * s[4];
+  const double v38 = 0.11258330249197702 * c[4];
+  const double v39 = 0.11258330249197702 * s[5];
+  const double v40 = 0.065 * c[5];
+  const double v41 = 0.11258330249197702 * c[5];
+  const double v42 = 0.065 * s[5];
+  const double v43 = 0.13 * c[6];
+  const double v44 = v31 + v32;
+  const double v45 = 0.13 * s[6];
+  T_0_ee[1] = v34;
+  // shared terms; z
+  const double v46 = v16 - v35;
+  const double v47 = v37 + v20;
+  const double v48 = v39 + v23;
+  const double v49 = v41 + v42;
+  const double v50 = v28 + v43;
+  const double v51 = v44 - 0.17;
+  const double v52 = v46 - v36;
+  const double v53 = v47 + v21;
+  const double v54 = v48 - v40;
+  const double v55 = v49 + v26;
+  const double v56 = v50 - v30;
+  const double v57 = v51 - v45;
+  const double v58 = v52 - v19;
+  const double v59 = v53 - 0.17;
+  const double v60 = v54 - v25;
+  const double v61 = v55 + v27;
+  const double v62 = atan2(v56, v57);
+  const double v63 = v59 - v38;
+  const double v64 = v61 - 0.17;
+  z[8] = v62;
+  // shared terms; z
+  const double v65 = atan2(v58, v63);
+  const double v66 = atan2(v60, v64);
+  z[6] = v65;
+  z[7] = v66;
+}
 
 // Actuated coordinates from the joints of the main chain.
 // 100 operations: multiply 39, add 39, negate 1, trig 5, other 16
@@ -592,11 +2475,11 @@ void planar_3rrr_actuator_accelerations(const double theta[3], const double thet
   const double v159 = v134 * v58;
   const double v160 = v135 * v135;
   const double v161 = v95 * v138;
-  const double v162 = v139 * v60;
+  const double v162 = v60 * v139;
   const double v163 = v127 * v140;
   const double v164 = v141 / v97;
   const double v165 = v141 / v69;
-  const double v166 = v139 * v62;
+  const double v166 = v62 * v139;
   const double v167 = v33 * v139;
   const double v168 = v34 * v139;
   const double v169 = v141 * v141;
@@ -672,7 +2555,7 @@ void planar_3rrr_actuator_accelerations(const double theta[3], const double thet
   const double v239 = v222 - v223;
   const double v240 = v224 + v207;
   const double v241 = v225 * v98;
-  const double v242 = v226 * v99;
+  const double v242 = v99 * v226;
   const double v243 = v60 * v225;
   const double v244 = v62 * v226;
   const double v245 = v227 - v211;
@@ -683,7 +2566,7 @@ void planar_3rrr_actuator_accelerations(const double theta[3], const double thet
   const double v250 = v236 - v58;
   const double v251 = v237 + v238;
   const double v252 = v239 - v188;
-  const double v253 = v240 + v166;
+  const double v253 = v240 + v189;
   const double v254 = v243 + v244;
   const double v255 = v245 - v43;
   const double v256 = v45 * v246;
@@ -692,7 +2575,7 @@ void planar_3rrr_actuator_accelerations(const double theta[3], const double thet
   const double v259 = v58 * v250;
   const double v260 = v251 / v160;
   const double v261 = v252 - v60;
-  const double v262 = v253 + v189;
+  const double v262 = v253 + v166;
   const double v263 = v254 / v169;
   const double v264 = v43 * v255;
   const double v265 = v145 * v257;
@@ -3028,168 +4911,5 @@ void planar_3rrr_closure_D_w_dot(const double w[6], const double wd[6], double r
   residual_D_w_dot[6] = v229;
   residual_D_w_dot[7] = v230;
 }
-
-// Swings of struts on pins, between -pi and pi, and their derivative.
-// 128 operations: multiply 52, add 52, negate 3, trig 15, other 6
-void planar_3rrr_swings(const double w[6], double swing[3], double swing_D_w[18]) {
-  // inputs
-  const double w_0 = w[0];
-  const double w_1 = w[1];
-  const double w_2 = w[2];
-  const double w_3 = w[3];
-  const double w_4 = w[4];
-  const double w_5 = w[5];
-  // shared terms
-  const double v1 = w_1 + 0.145;
-  const double v3 = w_2 - w_3;
-  const double v4 = w_0 + 0.2511473670974872;
-  const double v6 = w_2 - w_4;
-  const double v8 = 0.2511473670974872 - w_0;
-  const double v10 = w_2 - w_5;
-  const double v11 = 0.29 - w_1;
-  // cosines and sines
-  const double angle[6] = {w_3, w_4, w_5, v3, v6, v10};
-  double c[6], s[6];
-  chasles_cos_sin(6, angle, c, s);
-  // constant entries of swing_D_w
-  swing_D_w[4] = 0.0;
-  swing_D_w[5] = 0.0;
-  swing_D_w[9] = 0.0;
-  swing_D_w[11] = 0.0;
-  swing_D_w[15] = 0.0;
-  swing_D_w[16] = 0.0;
-  // shared terms; swing
-  const double v14 = v1 * c[0];
-  const double v17 = v4 * s[0];
-  const double v18 = v4 * c[0];
-  const double v19 = v1 * s[0];
-  const double v21 = v1 * c[1];
-  const double v22 = v8 * s[1];
-  const double v24 = v1 * s[1];
-  const double v25 = v8 * c[1];
-  const double v27 = v11 * c[2];
-  const double v28 = s[2] * w_0;
-  const double v29 = c[2] * w_0;
-  const double v30 = v11 * s[2];
-  const double v32 = 0.11258330249197702 * s[3];
-  const double v33 = 0.065 * c[3];
-  const double v34 = 0.065 * s[3];
-  const double v35 = 0.11258330249197702 * c[3];
-  const double v36 = 0.11258330249197702 * s[4];
-  const double v37 = 0.065 * c[4];
-  const double v38 = 0.11258330249197702 * c[4];
-  const double v39 = 0.065 * s[4];
-  const double v40 = 0.13 * c[5];
-  const double v41 = v29 - 0.17;
-  const double v42 = 0.13 * s[5];
-  const double v43 = v14 - v32;
-  const double v44 = v34 + v18;
-  const double v45 = v36 + v21;
-  const double v46 = v38 + v39;
-  const double v47 = v40 - v27;
-  const double v48 = v41 - v30;
-  const double v49 = v34 - v35;
-  const double v50 = v32 + v33;
-  const double v51 = v35 - v34;
-  const double v52 = v37 - v36;
-  const double v53 = v25 - v38;
-  const double v54 = v30 + v42;
-  const double v55 = v43 - v33;
-  const double v56 = v44 + v19;
-  const double v57 = v45 + v22;
-  const double v58 = v46 + v24;
-  const double v59 = v47 - v28;
-  const double v60 = v48 - v42;
-  const double v61 = v51 - v18;
-  const double v62 = v53 - v39;
-  const double v63 = v54 - v29;
-  const double v64 = v55 - v17;
-  const double v65 = v56 - 0.17;
-  const double v66 = v57 - v37;
-  const double v67 = v58 - 0.17;
-  const double v68 = atan2(v59, v60);
-  const double v69 = v61 - v19;
-  const double v70 = v62 - v24;
-  const double v71 = v60 * v60;
-  const double v72 = v59 * v59;
-  const double v73 = v65 - v35;
-  const double v74 = v67 - v25;
-  swing[2] = v68;
-  const double v75 = v64 * v64;
-  const double v76 = v66 * v66;
-  const double v77 = v71 + v72;
-  // shared terms; swing
-  const double v78 = atan2(v64, v73);
-  const double v79 = atan2(v66, v74);
-  const double v80 = v73 * v73;
-  const double v81 = v74 * v74;
-  const double v82 = v59 / v77;
-  const double v83 = v60 / v77;
-  swing[0] = v78;
-  swing[1] = v79;
-  const double v84 = v80 + v75;
-  const double v85 = v81 + v76;
-  const double v86 = c[2] * v82;
-  const double v87 = s[2] * v83;
-  const double v88 = c[2] * v83;
-  const double v89 = s[2] * v82;
-  const double v90 = v82 * v40;
-  const double v91 = v83 * v42;
-  const double v92 = v83 * v63;
-  const double v93 = v59 * v82;
-  // shared terms; columns 2, 3 and 6 of swing_D_w
-  const double v94 = v64 / v84;
-  const double v95 = v73 / v84;
-  const double v96 = v66 / v85;
-  const double v97 = v74 / v85;
-  const double v98 = v86 + v87;
-  const double v99 = v88 - v89;
-  const double v100 = v90 - v91;
-  const double v101 = v92 - v93;
-  const double v102 = c[0] * v94;
-  const double v103 = s[0] * v95;
-  const double v104 = c[0] * v95;
-  const double v105 = s[0] * v94;
-  const double v106 = v95 * v49;
-  const double v107 = v94 * v50;
-  const double v108 = v95 * v69;
-  const double v109 = v64 * v94;
-  const double v110 = c[1] * v96;
-  const double v111 = s[1] * v97;
-  const double v112 = c[1] * v97;
-  const double v113 = s[1] * v96;
-  const double v114 = v97 * v46;
-  const double v115 = v96 * v52;
-  const double v116 = v97 * v70;
-  const double v117 = v66 * v96;
-  const double v118 = -v98;
-  swing_D_w[13] = v99;
-  swing_D_w[14] = v100;
-  swing_D_w[17] = v101;
-  // shared terms; column 1 of swing_D_w
-  const double v119 = v102 + v103;
-  const double v120 = v104 - v105;
-  const double v121 = v106 - v107;
-  const double v122 = v108 - v109;
-  const double v123 = v110 + v111;
-  const double v124 = v112 - v113;
-  const double v125 = v114 - v115;
-  const double v126 = v116 - v117;
-  swing_D_w[12] = v118;
-  // shared terms; columns 2, 3, 4 and 5 of swing_D_w
-  const double v127 = -v119;
-  swing_D_w[1] = v120;
-  swing_D_w[2] = v121;
-  swing_D_w[3] = v122;
-  const double v128 = -v123;
-  swing_D_w[7] = v124;
-  swing_D_w[8] = v125;
-  swing_D_w[10] = v126;
-  // column 1 of swing_D_w
-  swing_D_w[0] = v127;
-  swing_D_w[6] = v128;
-}
-
-#include "planar_3rrr_closure.h"
 
 #include "planar_3rrr_modes.h"

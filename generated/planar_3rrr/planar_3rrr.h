@@ -17,6 +17,215 @@ extern "C" {
 
 #define PLANAR_3RRR_N 3 /* coordinates */
 
+/* Pose of the tool (ee) in the base frame (0).
+ * T_0_ee = exp(S_1 q_1) ... exp(S_n q_n) M_0_ee
+ * 3 operations: negate 1, trig 2, behind about 3200 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   T_0_ee: pose of the tool, 4 x 4 (1, m) */
+void planar_3rrr_fk(const double q[3], double T_0_ee[16]);
+
+/* Pose of every link's frame in the base frame, in order from the base.
+ * T[k] is the pose of link k of: platform_x, platform_y, platform
+ * 3 operations: negate 1, trig 2, behind about 3200 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   T: link poses, 3 x 4 x 4 (1, m) */
+void planar_3rrr_link_poses(const double q[3], double T[48]);
+
+/* Pose of the tool and mixed Jacobian in one call.
+ * (fk(q), jacobian_mixed(q))
+ * 3 operations: negate 1, trig 2, behind about 3335 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   T_0_ee: pose of the tool, 4 x 4 (1, m)
+ *   J: mixed Jacobian, 6 x 3 (m, 1) */
+void planar_3rrr_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18]);
+
+/* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
+ * V = J(q) qd with V = twist_space(q, qd)
+ * 12 operations: multiply 6, add 6, behind about 3335 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   J: space Jacobian, 6 x 3 (m, 1) */
+void planar_3rrr_jacobian_space(const double q[3], double J[18]);
+
+/* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+ * V = J(q) qd with V = twist_body(q, qd)
+ * 20 operations: multiply 12, add 6, trig 2, behind about 3335 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   J: body Jacobian, 6 x 3 (m, 1) */
+void planar_3rrr_jacobian_body(const double q[3], double J[18]);
+
+/* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+ * V = J(q) qd with V = twist_mixed(q, qd)
+ * 0 operations, behind about 3335 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   J: mixed Jacobian, 6 x 3 (m, 1) */
+void planar_3rrr_jacobian_mixed(const double q[3], double J[18]);
+
+/* Time derivative of jacobian_space at joint rates qd.
+ * J_dot = sum_k (d J / d q_k) qd_k
+ * 24 operations: multiply 12, add 12, behind about 3479 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
+ *   J_dot: rate of the Jacobian, 6 x 3 (m/s, 1/s) */
+void planar_3rrr_jacobian_space_dot(const double q[3], const double qd[3], double J_dot[18]);
+
+/* Time derivative of jacobian_body at joint rates qd.
+ * J_dot = sum_k (d J / d q_k) qd_k
+ * 46 operations: multiply 26, add 18, trig 2, behind about 3479 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
+ *   J_dot: rate of the Jacobian, 6 x 3 (m/s, 1/s) */
+void planar_3rrr_jacobian_body_dot(const double q[3], const double qd[3], double J_dot[18]);
+
+/* Time derivative of jacobian_mixed at joint rates qd.
+ * J_dot = sum_k (d J / d q_k) qd_k
+ * 0 operations, behind about 3479 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
+ *   J_dot: rate of the Jacobian, 6 x 3 (m/s, 1/s) */
+void planar_3rrr_jacobian_mixed_dot(const double q[3], const double qd[3], double J_dot[18]);
+
+/* Derivative of jacobian_mixed by the joint coordinates.
+ * H[:, j, k] = d jacobian_mixed[:, j] / d q_k
+ * 0 operations, behind about 3659 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   H: Hessian, 6 x 3 x 3 (m, 1) */
+void planar_3rrr_hessian_mixed(const double q[3], double H[54]);
+
+/* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+ * V = jacobian_space(q) qd
+ * 4 operations: multiply 2, add 2, behind about 3263 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
+ *   V: twist, linear first, 6 (m/s, rad/s) */
+void planar_3rrr_twist_space(const double q[3], const double qd[3], double V[6]);
+
+/* Twist (v, omega) of the tool's origin, in tool axes.
+ * V = jacobian_body(q) qd
+ * 8 operations: multiply 4, add 2, trig 2, behind about 3263 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
+ *   V: twist, linear first, 6 (m/s, rad/s) */
+void planar_3rrr_twist_body(const double q[3], const double qd[3], double V[6]);
+
+/* Twist (v, omega) of the tool's origin, in base axes.
+ * V = jacobian_mixed(q) qd
+ * 0 operations, behind about 3263 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
+ *   V: twist, linear first, 6 (m/s, rad/s) */
+void planar_3rrr_twist_mixed(const double q[3], const double qd[3], double V[6]);
+
+/* Time derivative of twist_space at rates qd and accelerations qdd.
+ * A = jacobian_space(q) qdd + jacobian_space_dot(q, qd) qd
+ * 8 operations: multiply 4, add 4, behind about 3335 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
+ *   qdd: actuator accelerations, 3 (rad/s^2)
+ *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
+void planar_3rrr_acceleration_space(const double q[3], const double qd[3], const double qdd[3], double A[6]);
+
+/* Time derivative of twist_body at rates qd and accelerations qdd.
+ * A = jacobian_body(q) qdd + jacobian_body_dot(q, qd) qd
+ * 18 operations: multiply 10, add 6, trig 2, behind about 3335 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
+ *   qdd: actuator accelerations, 3 (rad/s^2)
+ *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
+void planar_3rrr_acceleration_body(const double q[3], const double qd[3], const double qdd[3], double A[6]);
+
+/* Time derivative of twist_mixed at rates qd and accelerations qdd.
+ * A = jacobian_mixed(q) qdd + jacobian_mixed_dot(q, qd) qd
+ * 0 operations, behind about 3335 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
+ *   qdd: actuator accelerations, 3 (rad/s^2)
+ *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
+void planar_3rrr_acceleration_mixed(const double q[3], const double qd[3], const double qdd[3], double A[6]);
+
+/* Joints of the main chain, swings between -pi and pi.
+ * theta = (x, y, phi), with every loop closed
+ * 0 operations, behind about 3200 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   theta: main chain, 3 (rad or m) */
+void planar_3rrr_chain(const double q[3], double theta[3]);
+
+/* Derivative of the main chain's joints by the actuated coordinates.
+ * chain_D_q[:, k] = d chain / d q_k
+ * 0 operations, behind about 3335 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   theta_D_q: derivative, 3 x 3 (1, m, 1/m) */
+void planar_3rrr_chain_D_q(const double q[3], double theta_D_q[9]);
+
+/* Joint rates of the main chain.
+ * thetad = chain_D_q(q) qd
+ * 0 operations, behind about 3263 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
+ *   thetad: rates of the main chain, 3 (rad or m/s) */
+void planar_3rrr_chain_rates(const double q[3], const double qd[3], double thetad[3]);
+
+/* Joint accelerations of the main chain.
+ * thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
+ * 0 operations, behind about 3335 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
+ *   qdd: actuator accelerations, 3 (rad/s^2)
+ *   thetadd: accelerations of the main chain, 3 (rad or m/s^2) */
+void planar_3rrr_chain_accelerations(const double q[3], const double qd[3], const double qdd[3], double thetadd[3]);
+
+/* Passive joints that are not in the main chain, swings between -pi and pi.
+ * passive = (psi_1, psi_2, psi_3), with every loop closed
+ * 63 operations: multiply 22, add 26, trig 15, behind about 3200 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   passive: passive joints, 3 (rad or m) */
+void planar_3rrr_passive(const double q[3], double passive[3]);
+
+/* Derivative of the passive joints by the actuated coordinates.
+ * passive_D_q[:, k] = d passive / d q_k
+ * 252 operations: multiply 130, add 104, trig 12, other 6, behind about 3335 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   passive_D_q: derivative, 3 x 3 (1, m, 1/m) */
+void planar_3rrr_passive_D_q(const double q[3], double passive_D_q[9]);
+
+/* All joints, swings and cylinder lengths, swings between -pi and pi.
+ * z = (x, y, phi, theta_1, theta_2, theta_3, psi_1, psi_2, psi_3), constraint(z) = 0
+ * 63 operations: multiply 22, add 26, trig 15, behind about 3200 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   z: full configuration, 9 (rad or m) */
+void planar_3rrr_configuration(const double q[3], double z[9]);
+
+/* Derivative of the full configuration by the actuated coordinates.
+ * configuration_D_q[:, k] = d configuration / d q_k
+ * 252 operations: multiply 130, add 104, trig 12, other 6, behind about 3335 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   z_D_q: derivative, 9 x 3 (1, m, 1/m) */
+void planar_3rrr_configuration_D_q(const double q[3], double z_D_q[27]);
+
+/* Square of the determinant of the loops' equations, 1 at the reference.
+ * 0 at a singularity, where the loops do not determine the unknown variables; NaN where they do
+ * not close or a singularity is between the reference and q
+ * 0 operations, behind about 3230 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   margin: margin, 1 (1) */
+void planar_3rrr_margin(const double q[3], double margin[1]);
+
+/* All joints, swings and cylinder lengths, from a configuration nearby, in at most eight steps of Newton's iteration.
+ * constraint(z) = 0; NaN where the seed is too far away
+ * 63 operations: multiply 22, add 26, trig 15, behind about 800 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   seed: configuration nearby, swings unused, 9 ((rad or m))
+ *   z: full configuration, 9 ((rad or m)) */
+void planar_3rrr_configuration_near(const double q[3], const double seed[9], double z[9]);
+
+/* Pose of the tool and configuration, from a configuration nearby, in at most eight steps of Newton's iteration.
+ * (fk(q), z) on the branch of the seed; NaN where it is too far away
+ * 66 operations: multiply 22, add 26, negate 1, trig 17, behind about 800 of the iteration.
+ *   q: actuator coordinates, 3 (rad)
+ *   seed: configuration nearby, swings unused, 9 ((rad or m))
+ *   T_0_ee: pose of the tool, 4 x 4 (1, m)
+ *   z: full configuration, 9 ((rad or m)) */
+void planar_3rrr_fk_near(const double q[3], const double seed[9], double T_0_ee[16], double z[9]);
+
 /* Actuated coordinates from the joints of the main chain.
  * actuators(chain(q)) = q
  * 100 operations: multiply 39, add 39, negate 1, trig 5, other 16.
@@ -278,223 +487,6 @@ void planar_3rrr_closure(const double w[6], double residual[3], double residual_
  *   wd: rates of the configuration without the swings of struts, 6 ((rad or m)/s)
  *   residual_D_w_dot: rate of the derivative, 3 x 6 (1/s, m/s, 1/(m s)) */
 void planar_3rrr_closure_D_w_dot(const double w[6], const double wd[6], double residual_D_w_dot[18]);
-
-/* Swings of struts on pins, between -pi and pi, and their derivative.
- * swing = (psi_1, psi_2, psi_3)
- * 128 operations: multiply 52, add 52, negate 3, trig 15, other 6.
- *   w: configuration without the swings of struts, 6 ((rad or m))
- *   swing: swings, 3 (rad)
- *   swing_D_w: their derivative, 3 x 6 (1, 1/m) */
-void planar_3rrr_swings(const double w[6], double swing[3], double swing_D_w[18]);
-
-/* Joints of the main chain.
- * theta = (x, y, phi)
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   theta: joints of the main chain, 3 (rad or m) */
-void planar_3rrr_chain(const double q[3], double theta[3]);
-
-/* Derivative of the main chain's joints by the actuated coordinates.
- * chain_D_q[:, k] = d chain / d q_k
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   theta_D_q: derivative, 3 x 3 (1, m, 1/m) */
-void planar_3rrr_chain_D_q(const double q[3], double theta_D_q[9]);
-
-/* Joint rates of the main chain.
- * thetad = chain_D_q(q) qd
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   qd: actuator rates, 3 (rad/s)
- *   thetad: rates of the main chain, 3 (rad or m/s) */
-void planar_3rrr_chain_rates(const double q[3], const double qd[3], double thetad[3]);
-
-/* Joint accelerations of the main chain.
- * thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   qd: actuator rates, 3 (rad/s)
- *   qdd: actuator accelerations, 3 (rad/s^2)
- *   thetadd: accelerations of the main chain, 3 (rad or m/s^2) */
-void planar_3rrr_chain_accelerations(const double q[3], const double qd[3], const double qdd[3], double thetadd[3]);
-
-/* Passive joints that are not in the main chain; swings between -pi and pi.
- * passive = (psi_1, psi_2, psi_3)
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   passive: passive joints that are not in the main chain; swings between -pi and pi, 3 (rad or m) */
-void planar_3rrr_passive(const double q[3], double passive[3]);
-
-/* Derivative of the passive joints by the actuated coordinates.
- * passive_D_q[:, k] = d passive / d q_k
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   passive_D_q: derivative, 3 x 3 (1, m, 1/m) */
-void planar_3rrr_passive_D_q(const double q[3], double passive_D_q[9]);
-
-/* All joints, swings and cylinder lengths.
- * z = (x, y, phi, theta_1, theta_2, theta_3, psi_1, psi_2, psi_3), constraint(z) = 0
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   z: all joints, swings and cylinder lengths, 9 (rad or m) */
-void planar_3rrr_configuration(const double q[3], double z[9]);
-
-/* Derivative of the full configuration by the actuated coordinates.
- * configuration_D_q[:, k] = d configuration / d q_k
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   z_D_q: derivative, 9 x 3 (1, m, 1/m) */
-void planar_3rrr_configuration_D_q(const double q[3], double z_D_q[27]);
-
-/* Pose of the tool (ee) in the base frame (0).
- * T_0_ee = exp(S_1 q_1) ... exp(S_n q_n) M_0_ee
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   T_0_ee: pose of the tool, 4 x 4 (1, m) */
-void planar_3rrr_fk(const double q[3], double T_0_ee[16]);
-
-/* Pose of every link's frame in the base frame, in order from the base.
- * T[k] is the pose of link k of: platform_x, platform_y, platform
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   T: link poses, 3 x 4 x 4 (1, m) */
-void planar_3rrr_link_poses(const double q[3], double T[48]);
-
-/* Pose of the tool and mixed Jacobian in one call.
- * (fk(q), jacobian_mixed(q))
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   T_0_ee: pose of the tool, 4 x 4 (1, m)
- *   J: mixed Jacobian, 6 x 3 (m, 1) */
-void planar_3rrr_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18]);
-
-/* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
- * V = J(q) qd with V = twist_space(q, qd)
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   J: space Jacobian, 6 x 3 (m, 1) */
-void planar_3rrr_jacobian_space(const double q[3], double J[18]);
-
-/* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
- * V = J(q) qd with V = twist_body(q, qd)
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   J: body Jacobian, 6 x 3 (m, 1) */
-void planar_3rrr_jacobian_body(const double q[3], double J[18]);
-
-/* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
- * V = J(q) qd with V = twist_mixed(q, qd)
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   J: mixed Jacobian, 6 x 3 (m, 1) */
-void planar_3rrr_jacobian_mixed(const double q[3], double J[18]);
-
-/* Time derivative of jacobian_space at joint rates qd.
- * J_dot = sum_k (d J / d q_k) qd_k
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   qd: actuator rates, 3 (rad/s)
- *   J_dot: rate of the Jacobian, 6 x 3 (m/s, 1/s) */
-void planar_3rrr_jacobian_space_dot(const double q[3], const double qd[3], double J_dot[18]);
-
-/* Time derivative of jacobian_body at joint rates qd.
- * J_dot = sum_k (d J / d q_k) qd_k
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   qd: actuator rates, 3 (rad/s)
- *   J_dot: rate of the Jacobian, 6 x 3 (m/s, 1/s) */
-void planar_3rrr_jacobian_body_dot(const double q[3], const double qd[3], double J_dot[18]);
-
-/* Time derivative of jacobian_mixed at joint rates qd.
- * J_dot = sum_k (d J / d q_k) qd_k
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   qd: actuator rates, 3 (rad/s)
- *   J_dot: rate of the Jacobian, 6 x 3 (m/s, 1/s) */
-void planar_3rrr_jacobian_mixed_dot(const double q[3], const double qd[3], double J_dot[18]);
-
-/* Derivative of jacobian_mixed by the joint coordinates.
- * H[:, j, k] = d jacobian_mixed[:, j] / d q_k
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   H: Hessian, 6 x 3 x 3 (m, 1) */
-void planar_3rrr_hessian_mixed(const double q[3], double H[54]);
-
-/* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
- * V = jacobian_space(q) qd
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   qd: actuator rates, 3 (rad/s)
- *   V: twist, linear first, 6 (m/s, rad/s) */
-void planar_3rrr_twist_space(const double q[3], const double qd[3], double V[6]);
-
-/* Twist (v, omega) of the tool's origin, in tool axes.
- * V = jacobian_body(q) qd
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   qd: actuator rates, 3 (rad/s)
- *   V: twist, linear first, 6 (m/s, rad/s) */
-void planar_3rrr_twist_body(const double q[3], const double qd[3], double V[6]);
-
-/* Twist (v, omega) of the tool's origin, in base axes.
- * V = jacobian_mixed(q) qd
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   qd: actuator rates, 3 (rad/s)
- *   V: twist, linear first, 6 (m/s, rad/s) */
-void planar_3rrr_twist_mixed(const double q[3], const double qd[3], double V[6]);
-
-/* Time derivative of twist_space at rates qd and accelerations qdd.
- * A = jacobian_space(q) qdd + jacobian_space_dot(q, qd) qd
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   qd: actuator rates, 3 (rad/s)
- *   qdd: actuator accelerations, 3 (rad/s^2)
- *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
-void planar_3rrr_acceleration_space(const double q[3], const double qd[3], const double qdd[3], double A[6]);
-
-/* Time derivative of twist_body at rates qd and accelerations qdd.
- * A = jacobian_body(q) qdd + jacobian_body_dot(q, qd) qd
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   qd: actuator rates, 3 (rad/s)
- *   qdd: actuator accelerations, 3 (rad/s^2)
- *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
-void planar_3rrr_acceleration_body(const double q[3], const double qd[3], const double qdd[3], double A[6]);
-
-/* Time derivative of twist_mixed at rates qd and accelerations qdd.
- * A = jacobian_mixed(q) qdd + jacobian_mixed_dot(q, qd) qd
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   qd: actuator rates, 3 (rad/s)
- *   qdd: actuator accelerations, 3 (rad/s^2)
- *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
-void planar_3rrr_acceleration_mixed(const double q[3], const double qd[3], const double qdd[3], double A[6]);
-
-/* Square of the determinant of the loops' equations, 1 at the reference.
- * 0 at a singularity, where the loops do not determine the unknown variables; NaN where they do
- * not close or a singularity is between the reference and q
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   margin: margin, 1 (1) */
-void planar_3rrr_margin(const double q[3], double margin[1]);
-
-/* All joints, swings and cylinder lengths, from a configuration nearby, in at most eight steps of Newton's iteration.
- * constraint(z) = 0; NaN where the seed is too far away
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   seed: configuration nearby, swings unused, 9 ((rad or m))
- *   z: full configuration, 9 ((rad or m)) */
-void planar_3rrr_configuration_near(const double q[3], const double seed[9], double z[9]);
-
-/* Pose of the tool and configuration, from a configuration nearby, in at most eight steps of Newton's iteration.
- * (fk(q), z) on the branch of the seed; NaN where it is too far away
- * About 3200 operations.
- *   q: actuator coordinates, 3 (rad)
- *   seed: configuration nearby, swings unused, 9 ((rad or m))
- *   T_0_ee: pose of the tool, 4 x 4 (1, m)
- *   z: full configuration, 9 ((rad or m)) */
-void planar_3rrr_fk_near(const double q[3], const double seed[9], double T_0_ee[16], double z[9]);
 
 /* Every assembly mode of the platform, up to 6, in the order of phi.
  * |b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite

@@ -90,6 +90,465 @@ extern "C" {
 #endif
 
 /* Rows of any step, in doubles. */
+static void planar_3rrr_fk_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_fk(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void planar_3rrr_fk_batch(size_t n, const double *q, double *T_0_ee)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {T_0_ee};
+  const ptrdiff_t input_steps[] = {3}, output_steps[] = {16};
+  planar_3rrr_fk_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_link_poses_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_link_poses(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void planar_3rrr_link_poses_batch(size_t n, const double *q, double *T)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {T};
+  const ptrdiff_t input_steps[] = {3}, output_steps[] = {48};
+  planar_3rrr_link_poses_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_fk_jacobian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_fk_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
+  }
+}
+
+void planar_3rrr_fk_jacobian_mixed_batch(size_t n, const double *q, double *T_0_ee, double *J)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {T_0_ee, J};
+  const ptrdiff_t input_steps[] = {3}, output_steps[] = {16, 18};
+  planar_3rrr_fk_jacobian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_jacobian_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_jacobian_space(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void planar_3rrr_jacobian_space_batch(size_t n, const double *q, double *J)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {J};
+  const ptrdiff_t input_steps[] = {3}, output_steps[] = {18};
+  planar_3rrr_jacobian_space_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_jacobian_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_jacobian_body(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void planar_3rrr_jacobian_body_batch(size_t n, const double *q, double *J)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {J};
+  const ptrdiff_t input_steps[] = {3}, output_steps[] = {18};
+  planar_3rrr_jacobian_body_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_jacobian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void planar_3rrr_jacobian_mixed_batch(size_t n, const double *q, double *J)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {J};
+  const ptrdiff_t input_steps[] = {3}, output_steps[] = {18};
+  planar_3rrr_jacobian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_jacobian_space_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_jacobian_space_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void planar_3rrr_jacobian_space_dot_batch(size_t n, const double *q, const double *qd, double *J_dot)
+{
+  const double *const inputs[] = {q, qd};
+  double *const outputs[] = {J_dot};
+  const ptrdiff_t input_steps[] = {3, 3}, output_steps[] = {18};
+  planar_3rrr_jacobian_space_dot_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_jacobian_body_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_jacobian_body_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void planar_3rrr_jacobian_body_dot_batch(size_t n, const double *q, const double *qd, double *J_dot)
+{
+  const double *const inputs[] = {q, qd};
+  double *const outputs[] = {J_dot};
+  const ptrdiff_t input_steps[] = {3, 3}, output_steps[] = {18};
+  planar_3rrr_jacobian_body_dot_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_jacobian_mixed_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_jacobian_mixed_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void planar_3rrr_jacobian_mixed_dot_batch(size_t n, const double *q, const double *qd, double *J_dot)
+{
+  const double *const inputs[] = {q, qd};
+  double *const outputs[] = {J_dot};
+  const ptrdiff_t input_steps[] = {3, 3}, output_steps[] = {18};
+  planar_3rrr_jacobian_mixed_dot_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_hessian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_hessian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void planar_3rrr_hessian_mixed_batch(size_t n, const double *q, double *H)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {H};
+  const ptrdiff_t input_steps[] = {3}, output_steps[] = {54};
+  planar_3rrr_hessian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_twist_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_twist_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void planar_3rrr_twist_space_batch(size_t n, const double *q, const double *qd, double *V)
+{
+  const double *const inputs[] = {q, qd};
+  double *const outputs[] = {V};
+  const ptrdiff_t input_steps[] = {3, 3}, output_steps[] = {6};
+  planar_3rrr_twist_space_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_twist_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_twist_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void planar_3rrr_twist_body_batch(size_t n, const double *q, const double *qd, double *V)
+{
+  const double *const inputs[] = {q, qd};
+  double *const outputs[] = {V};
+  const ptrdiff_t input_steps[] = {3, 3}, output_steps[] = {6};
+  planar_3rrr_twist_body_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_twist_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_twist_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void planar_3rrr_twist_mixed_batch(size_t n, const double *q, const double *qd, double *V)
+{
+  const double *const inputs[] = {q, qd};
+  double *const outputs[] = {V};
+  const ptrdiff_t input_steps[] = {3, 3}, output_steps[] = {6};
+  planar_3rrr_twist_mixed_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_acceleration_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_acceleration_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void planar_3rrr_acceleration_space_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A)
+{
+  const double *const inputs[] = {q, qd, qdd};
+  double *const outputs[] = {A};
+  const ptrdiff_t input_steps[] = {3, 3, 3}, output_steps[] = {6};
+  planar_3rrr_acceleration_space_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_acceleration_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_acceleration_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void planar_3rrr_acceleration_body_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A)
+{
+  const double *const inputs[] = {q, qd, qdd};
+  double *const outputs[] = {A};
+  const ptrdiff_t input_steps[] = {3, 3, 3}, output_steps[] = {6};
+  planar_3rrr_acceleration_body_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_acceleration_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_acceleration_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void planar_3rrr_acceleration_mixed_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A)
+{
+  const double *const inputs[] = {q, qd, qdd};
+  double *const outputs[] = {A};
+  const ptrdiff_t input_steps[] = {3, 3, 3}, output_steps[] = {6};
+  planar_3rrr_acceleration_mixed_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_chain_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_chain(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void planar_3rrr_chain_batch(size_t n, const double *q, double *theta)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {theta};
+  const ptrdiff_t input_steps[] = {3}, output_steps[] = {3};
+  planar_3rrr_chain_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_chain_D_q_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_chain_D_q(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void planar_3rrr_chain_D_q_batch(size_t n, const double *q, double *theta_D_q)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {theta_D_q};
+  const ptrdiff_t input_steps[] = {3}, output_steps[] = {9};
+  planar_3rrr_chain_D_q_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_chain_rates_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_chain_rates(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void planar_3rrr_chain_rates_batch(size_t n, const double *q, const double *qd, double *thetad)
+{
+  const double *const inputs[] = {q, qd};
+  double *const outputs[] = {thetad};
+  const ptrdiff_t input_steps[] = {3, 3}, output_steps[] = {3};
+  planar_3rrr_chain_rates_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_chain_accelerations_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_chain_accelerations(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void planar_3rrr_chain_accelerations_batch(size_t n, const double *q, const double *qd, const double *qdd, double *thetadd)
+{
+  const double *const inputs[] = {q, qd, qdd};
+  double *const outputs[] = {thetadd};
+  const ptrdiff_t input_steps[] = {3, 3, 3}, output_steps[] = {3};
+  planar_3rrr_chain_accelerations_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_passive_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_passive(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void planar_3rrr_passive_batch(size_t n, const double *q, double *passive)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {passive};
+  const ptrdiff_t input_steps[] = {3}, output_steps[] = {3};
+  planar_3rrr_passive_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_passive_D_q_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_passive_D_q(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void planar_3rrr_passive_D_q_batch(size_t n, const double *q, double *passive_D_q)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {passive_D_q};
+  const ptrdiff_t input_steps[] = {3}, output_steps[] = {9};
+  planar_3rrr_passive_D_q_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_configuration_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_configuration(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void planar_3rrr_configuration_batch(size_t n, const double *q, double *z)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {z};
+  const ptrdiff_t input_steps[] = {3}, output_steps[] = {9};
+  planar_3rrr_configuration_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_configuration_D_q_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_configuration_D_q(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void planar_3rrr_configuration_D_q_batch(size_t n, const double *q, double *z_D_q)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {z_D_q};
+  const ptrdiff_t input_steps[] = {3}, output_steps[] = {27};
+  planar_3rrr_configuration_D_q_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_margin_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_margin(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void planar_3rrr_margin_batch(size_t n, const double *q, double *margin)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {margin};
+  const ptrdiff_t input_steps[] = {3}, output_steps[] = {1};
+  planar_3rrr_margin_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_configuration_near_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_configuration_near(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void planar_3rrr_configuration_near_batch(size_t n, const double *q, const double *seed, double *z)
+{
+  const double *const inputs[] = {q, seed};
+  double *const outputs[] = {z};
+  const ptrdiff_t input_steps[] = {3, 9}, output_steps[] = {9};
+  planar_3rrr_configuration_near_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void planar_3rrr_fk_near_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    planar_3rrr_fk_near(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
+  }
+}
+
+void planar_3rrr_fk_near_batch(size_t n, const double *q, const double *seed, double *T_0_ee, double *z)
+{
+  const double *const inputs[] = {q, seed};
+  double *const outputs[] = {T_0_ee, z};
+  const ptrdiff_t input_steps[] = {3, 9}, output_steps[] = {16, 9};
+  planar_3rrr_fk_near_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
 static void planar_3rrr_actuators_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -879,489 +1338,6 @@ void planar_3rrr_closure_D_w_dot_batch(size_t n, const double *w, const double *
   double *const outputs[] = {residual_D_w_dot};
   const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {18};
   planar_3rrr_closure_D_w_dot_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_swings_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-#if CHASLES_LANES
-  static const int sizes[] = {6, 3, 18};
-  static const lanes_shape shape = {1, 2, sizes};
-  CHASLES_RUN_AVX512(planar_3rrr_swings_avx512)
-  CHASLES_RUN_AVX2(planar_3rrr_swings_avx2)
-  CHASLES_RUN_BASELINE(planar_3rrr_swings_baseline)
-#endif
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_swings(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
-  }
-}
-
-void planar_3rrr_swings_batch(size_t n, const double *w, double *swing, double *swing_D_w)
-{
-  const double *const inputs[] = {w};
-  double *const outputs[] = {swing, swing_D_w};
-  const ptrdiff_t input_steps[] = {6}, output_steps[] = {3, 18};
-  planar_3rrr_swings_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_chain_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_chain(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void planar_3rrr_chain_batch(size_t n, const double *q, double *theta)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {theta};
-  const ptrdiff_t input_steps[] = {3}, output_steps[] = {3};
-  planar_3rrr_chain_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_chain_D_q_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_chain_D_q(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void planar_3rrr_chain_D_q_batch(size_t n, const double *q, double *theta_D_q)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {theta_D_q};
-  const ptrdiff_t input_steps[] = {3}, output_steps[] = {9};
-  planar_3rrr_chain_D_q_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_chain_rates_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_chain_rates(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void planar_3rrr_chain_rates_batch(size_t n, const double *q, const double *qd, double *thetad)
-{
-  const double *const inputs[] = {q, qd};
-  double *const outputs[] = {thetad};
-  const ptrdiff_t input_steps[] = {3, 3}, output_steps[] = {3};
-  planar_3rrr_chain_rates_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_chain_accelerations_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_chain_accelerations(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void planar_3rrr_chain_accelerations_batch(size_t n, const double *q, const double *qd, const double *qdd, double *thetadd)
-{
-  const double *const inputs[] = {q, qd, qdd};
-  double *const outputs[] = {thetadd};
-  const ptrdiff_t input_steps[] = {3, 3, 3}, output_steps[] = {3};
-  planar_3rrr_chain_accelerations_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_passive_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_passive(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void planar_3rrr_passive_batch(size_t n, const double *q, double *passive)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {passive};
-  const ptrdiff_t input_steps[] = {3}, output_steps[] = {3};
-  planar_3rrr_passive_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_passive_D_q_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_passive_D_q(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void planar_3rrr_passive_D_q_batch(size_t n, const double *q, double *passive_D_q)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {passive_D_q};
-  const ptrdiff_t input_steps[] = {3}, output_steps[] = {9};
-  planar_3rrr_passive_D_q_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_configuration_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_configuration(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void planar_3rrr_configuration_batch(size_t n, const double *q, double *z)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {z};
-  const ptrdiff_t input_steps[] = {3}, output_steps[] = {9};
-  planar_3rrr_configuration_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_configuration_D_q_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_configuration_D_q(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void planar_3rrr_configuration_D_q_batch(size_t n, const double *q, double *z_D_q)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {z_D_q};
-  const ptrdiff_t input_steps[] = {3}, output_steps[] = {27};
-  planar_3rrr_configuration_D_q_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_fk_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_fk(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void planar_3rrr_fk_batch(size_t n, const double *q, double *T_0_ee)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {T_0_ee};
-  const ptrdiff_t input_steps[] = {3}, output_steps[] = {16};
-  planar_3rrr_fk_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_link_poses_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_link_poses(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void planar_3rrr_link_poses_batch(size_t n, const double *q, double *T)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {T};
-  const ptrdiff_t input_steps[] = {3}, output_steps[] = {48};
-  planar_3rrr_link_poses_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_fk_jacobian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_fk_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
-  }
-}
-
-void planar_3rrr_fk_jacobian_mixed_batch(size_t n, const double *q, double *T_0_ee, double *J)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {T_0_ee, J};
-  const ptrdiff_t input_steps[] = {3}, output_steps[] = {16, 18};
-  planar_3rrr_fk_jacobian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_jacobian_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_jacobian_space(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void planar_3rrr_jacobian_space_batch(size_t n, const double *q, double *J)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {J};
-  const ptrdiff_t input_steps[] = {3}, output_steps[] = {18};
-  planar_3rrr_jacobian_space_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_jacobian_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_jacobian_body(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void planar_3rrr_jacobian_body_batch(size_t n, const double *q, double *J)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {J};
-  const ptrdiff_t input_steps[] = {3}, output_steps[] = {18};
-  planar_3rrr_jacobian_body_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_jacobian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void planar_3rrr_jacobian_mixed_batch(size_t n, const double *q, double *J)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {J};
-  const ptrdiff_t input_steps[] = {3}, output_steps[] = {18};
-  planar_3rrr_jacobian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_jacobian_space_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_jacobian_space_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void planar_3rrr_jacobian_space_dot_batch(size_t n, const double *q, const double *qd, double *J_dot)
-{
-  const double *const inputs[] = {q, qd};
-  double *const outputs[] = {J_dot};
-  const ptrdiff_t input_steps[] = {3, 3}, output_steps[] = {18};
-  planar_3rrr_jacobian_space_dot_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_jacobian_body_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_jacobian_body_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void planar_3rrr_jacobian_body_dot_batch(size_t n, const double *q, const double *qd, double *J_dot)
-{
-  const double *const inputs[] = {q, qd};
-  double *const outputs[] = {J_dot};
-  const ptrdiff_t input_steps[] = {3, 3}, output_steps[] = {18};
-  planar_3rrr_jacobian_body_dot_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_jacobian_mixed_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_jacobian_mixed_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void planar_3rrr_jacobian_mixed_dot_batch(size_t n, const double *q, const double *qd, double *J_dot)
-{
-  const double *const inputs[] = {q, qd};
-  double *const outputs[] = {J_dot};
-  const ptrdiff_t input_steps[] = {3, 3}, output_steps[] = {18};
-  planar_3rrr_jacobian_mixed_dot_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_hessian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_hessian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void planar_3rrr_hessian_mixed_batch(size_t n, const double *q, double *H)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {H};
-  const ptrdiff_t input_steps[] = {3}, output_steps[] = {54};
-  planar_3rrr_hessian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_twist_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_twist_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void planar_3rrr_twist_space_batch(size_t n, const double *q, const double *qd, double *V)
-{
-  const double *const inputs[] = {q, qd};
-  double *const outputs[] = {V};
-  const ptrdiff_t input_steps[] = {3, 3}, output_steps[] = {6};
-  planar_3rrr_twist_space_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_twist_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_twist_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void planar_3rrr_twist_body_batch(size_t n, const double *q, const double *qd, double *V)
-{
-  const double *const inputs[] = {q, qd};
-  double *const outputs[] = {V};
-  const ptrdiff_t input_steps[] = {3, 3}, output_steps[] = {6};
-  planar_3rrr_twist_body_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_twist_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_twist_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void planar_3rrr_twist_mixed_batch(size_t n, const double *q, const double *qd, double *V)
-{
-  const double *const inputs[] = {q, qd};
-  double *const outputs[] = {V};
-  const ptrdiff_t input_steps[] = {3, 3}, output_steps[] = {6};
-  planar_3rrr_twist_mixed_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_acceleration_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_acceleration_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void planar_3rrr_acceleration_space_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A)
-{
-  const double *const inputs[] = {q, qd, qdd};
-  double *const outputs[] = {A};
-  const ptrdiff_t input_steps[] = {3, 3, 3}, output_steps[] = {6};
-  planar_3rrr_acceleration_space_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_acceleration_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_acceleration_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void planar_3rrr_acceleration_body_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A)
-{
-  const double *const inputs[] = {q, qd, qdd};
-  double *const outputs[] = {A};
-  const ptrdiff_t input_steps[] = {3, 3, 3}, output_steps[] = {6};
-  planar_3rrr_acceleration_body_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_acceleration_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_acceleration_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void planar_3rrr_acceleration_mixed_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A)
-{
-  const double *const inputs[] = {q, qd, qdd};
-  double *const outputs[] = {A};
-  const ptrdiff_t input_steps[] = {3, 3, 3}, output_steps[] = {6};
-  planar_3rrr_acceleration_mixed_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_margin_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_margin(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void planar_3rrr_margin_batch(size_t n, const double *q, double *margin)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {margin};
-  const ptrdiff_t input_steps[] = {3}, output_steps[] = {1};
-  planar_3rrr_margin_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_configuration_near_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_configuration_near(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void planar_3rrr_configuration_near_batch(size_t n, const double *q, const double *seed, double *z)
-{
-  const double *const inputs[] = {q, seed};
-  double *const outputs[] = {z};
-  const ptrdiff_t input_steps[] = {3, 9}, output_steps[] = {9};
-  planar_3rrr_configuration_near_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void planar_3rrr_fk_near_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    planar_3rrr_fk_near(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
-  }
-}
-
-void planar_3rrr_fk_near_batch(size_t n, const double *q, const double *seed, double *T_0_ee, double *z)
-{
-  const double *const inputs[] = {q, seed};
-  double *const outputs[] = {T_0_ee, z};
-  const ptrdiff_t input_steps[] = {3, 9}, output_steps[] = {16, 9};
-  planar_3rrr_fk_near_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
 /* Rows of any step, in doubles. */

@@ -11,6 +11,33 @@
 extern "C" {
 #endif
 
+void planar_3rrr_fk_batch(size_t n, const double *q, double *T_0_ee);
+void planar_3rrr_link_poses_batch(size_t n, const double *q, double *T);
+void planar_3rrr_fk_jacobian_mixed_batch(size_t n, const double *q, double *T_0_ee, double *J);
+void planar_3rrr_jacobian_space_batch(size_t n, const double *q, double *J);
+void planar_3rrr_jacobian_body_batch(size_t n, const double *q, double *J);
+void planar_3rrr_jacobian_mixed_batch(size_t n, const double *q, double *J);
+void planar_3rrr_jacobian_space_dot_batch(size_t n, const double *q, const double *qd, double *J_dot);
+void planar_3rrr_jacobian_body_dot_batch(size_t n, const double *q, const double *qd, double *J_dot);
+void planar_3rrr_jacobian_mixed_dot_batch(size_t n, const double *q, const double *qd, double *J_dot);
+void planar_3rrr_hessian_mixed_batch(size_t n, const double *q, double *H);
+void planar_3rrr_twist_space_batch(size_t n, const double *q, const double *qd, double *V);
+void planar_3rrr_twist_body_batch(size_t n, const double *q, const double *qd, double *V);
+void planar_3rrr_twist_mixed_batch(size_t n, const double *q, const double *qd, double *V);
+void planar_3rrr_acceleration_space_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
+void planar_3rrr_acceleration_body_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
+void planar_3rrr_acceleration_mixed_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
+void planar_3rrr_chain_batch(size_t n, const double *q, double *theta);
+void planar_3rrr_chain_D_q_batch(size_t n, const double *q, double *theta_D_q);
+void planar_3rrr_chain_rates_batch(size_t n, const double *q, const double *qd, double *thetad);
+void planar_3rrr_chain_accelerations_batch(size_t n, const double *q, const double *qd, const double *qdd, double *thetadd);
+void planar_3rrr_passive_batch(size_t n, const double *q, double *passive);
+void planar_3rrr_passive_D_q_batch(size_t n, const double *q, double *passive_D_q);
+void planar_3rrr_configuration_batch(size_t n, const double *q, double *z);
+void planar_3rrr_configuration_D_q_batch(size_t n, const double *q, double *z_D_q);
+void planar_3rrr_margin_batch(size_t n, const double *q, double *margin);
+void planar_3rrr_configuration_near_batch(size_t n, const double *q, const double *seed, double *z);
+void planar_3rrr_fk_near_batch(size_t n, const double *q, const double *seed, double *T_0_ee, double *z);
 void planar_3rrr_actuators_batch(size_t n, const double *theta, double *q);
 void planar_3rrr_actuators_D_chain_batch(size_t n, const double *theta, double *q_D_theta);
 void planar_3rrr_actuator_rates_batch(size_t n, const double *theta, const double *thetad, double *qd);
@@ -44,34 +71,6 @@ void planar_3rrr_assembly_position_batch(size_t n, const double *q, const double
 void planar_3rrr_assembly_mirror_batch(size_t n, const double *q, const double *phi, double *theta);
 void planar_3rrr_closure_batch(size_t n, const double *w, double *residual, double *residual_D_w);
 void planar_3rrr_closure_D_w_dot_batch(size_t n, const double *w, const double *wd, double *residual_D_w_dot);
-void planar_3rrr_swings_batch(size_t n, const double *w, double *swing, double *swing_D_w);
-void planar_3rrr_chain_batch(size_t n, const double *q, double *theta);
-void planar_3rrr_chain_D_q_batch(size_t n, const double *q, double *theta_D_q);
-void planar_3rrr_chain_rates_batch(size_t n, const double *q, const double *qd, double *thetad);
-void planar_3rrr_chain_accelerations_batch(size_t n, const double *q, const double *qd, const double *qdd, double *thetadd);
-void planar_3rrr_passive_batch(size_t n, const double *q, double *passive);
-void planar_3rrr_passive_D_q_batch(size_t n, const double *q, double *passive_D_q);
-void planar_3rrr_configuration_batch(size_t n, const double *q, double *z);
-void planar_3rrr_configuration_D_q_batch(size_t n, const double *q, double *z_D_q);
-void planar_3rrr_fk_batch(size_t n, const double *q, double *T_0_ee);
-void planar_3rrr_link_poses_batch(size_t n, const double *q, double *T);
-void planar_3rrr_fk_jacobian_mixed_batch(size_t n, const double *q, double *T_0_ee, double *J);
-void planar_3rrr_jacobian_space_batch(size_t n, const double *q, double *J);
-void planar_3rrr_jacobian_body_batch(size_t n, const double *q, double *J);
-void planar_3rrr_jacobian_mixed_batch(size_t n, const double *q, double *J);
-void planar_3rrr_jacobian_space_dot_batch(size_t n, const double *q, const double *qd, double *J_dot);
-void planar_3rrr_jacobian_body_dot_batch(size_t n, const double *q, const double *qd, double *J_dot);
-void planar_3rrr_jacobian_mixed_dot_batch(size_t n, const double *q, const double *qd, double *J_dot);
-void planar_3rrr_hessian_mixed_batch(size_t n, const double *q, double *H);
-void planar_3rrr_twist_space_batch(size_t n, const double *q, const double *qd, double *V);
-void planar_3rrr_twist_body_batch(size_t n, const double *q, const double *qd, double *V);
-void planar_3rrr_twist_mixed_batch(size_t n, const double *q, const double *qd, double *V);
-void planar_3rrr_acceleration_space_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
-void planar_3rrr_acceleration_body_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
-void planar_3rrr_acceleration_mixed_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
-void planar_3rrr_margin_batch(size_t n, const double *q, double *margin);
-void planar_3rrr_configuration_near_batch(size_t n, const double *q, const double *seed, double *z);
-void planar_3rrr_fk_near_batch(size_t n, const double *q, const double *seed, double *T_0_ee, double *z);
 void planar_3rrr_modes_batch(size_t n, const double *q, double *theta, double *margin, double *unsure);
 
 #ifdef __cplusplus

@@ -200,20 +200,20 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_actuator_accelerations)(const la
       v147 = v142 + v146, v148 = 0.5 * v147, v149 = v148 / v27, v150 = 0.5 * v27,
       v151 = 0.01445 + v150, v152 = v151 - 0.00845, v153 = v27 * v27, v154 = v152 / v153,
       v155 = v147 * v154, v156 = v149 - v155, v157 = v22 * v156, v158 = v152 / v27,
-      v159 = v158 * v140, v160 = v157 + v159, v161 = v28 * v147, v162 = v29 * v147,
+      v159 = v140 * v158, v160 = v157 + v159, v161 = v28 * v147, v162 = v29 * v147,
       v163 = v161 - v162;
   LANES_LET1(v164, sqrt, v30);
   const lanes v165 = 0.25 / v164, v166 = v163 * v165, v167 = v166 / v27, v168 = 0.5 * v164,
       v169 = v168 / v153, v170 = v147 * v169, v171 = v167 - v170, v172 = v25 * v171,
       v173 = v160 - v172, v174 = v168 / v27, v175 = v144 * v174, v176 = v173 - v175,
       v177 = v176 - v140, v178 = v140 * v177, v179 = v22 * v171, v180 = v25 * v156,
-      v181 = v179 + v180, v182 = v158 * v144, v183 = v181 + v182, v184 = v140 * v174,
+      v181 = v179 + v180, v182 = v140 * v174, v183 = v181 + v182, v184 = v144 * v158,
       v185 = v183 + v184, v186 = v185 - v144, v187 = v144 * v186, v188 = v178 + v187,
       v189 = v22 * v158, v190 = v25 * v174, v191 = v189 - v190, v192 = v191 - v22,
       v193 = thetadd_0 + v69, v194 = v193 - v63, v195 = v192 * v194, v196 = v188 + v195,
-      v197 = v22 * v174, v198 = v25 * v158, v199 = v197 + v198, v200 = v199 - v25,
-      v201 = thetadd_1 + v78, v202 = v201 + v76, v203 = v200 * v202, v204 = v196 + v203,
-      v205 = v204 / v168, v206 = v140 * v192, v207 = v144 * v200, v208 = v206 + v207,
+      v197 = thetadd_1 + v78, v198 = v197 + v76, v199 = v22 * v174, v200 = v25 * v158,
+      v201 = v199 + v200, v202 = v201 - v25, v203 = v198 * v202, v204 = v196 + v203,
+      v205 = v204 / v168, v206 = v140 * v192, v207 = v144 * v202, v208 = v206 + v207,
       v209 = v168 * v168, v210 = v208 / v209, v211 = v166 * v210, v212 = v205 - v211,
       v213 = v47 + v212;
   out[1] = v213;
@@ -1074,65 +1074,4 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_closure_D_w_dot)(const lanes *in
       v226 = v186 * v163, v227 = v184 * v169, v228 = v226 - v227, v229 = v228 * v196,
       v230 = v225 - v229;
   out[17] = v230;
-}
-
-// swings: 128 operations: multiply 52, add 52, negate 3, trig 15, other 6
-static LANES_TARGET void LANES_NAME(planar_3rrr_swings)(const lanes *in, lanes *out)
-{
-  const lanes w_0 = in[0], w_1 = in[1], w_2 = in[2], w_3 = in[3], w_4 = in[4], w_5 = in[5],
-      v1 = w_1 + 0.145;
-  LANES_COS_SIN(v2, v12, w_3);
-  const lanes v3 = v1 * v2, v4 = w_2 - w_3;
-  LANES_COS_SIN(v8, v5, v4);
-  const lanes v6 = 0.11258330249197702 * v5, v7 = v3 - v6, v9 = 0.065 * v8, v10 = v7 - v9,
-      v11 = w_0 + 0.2511473670974872, v13 = v11 * v12, v14 = v10 - v13, v15 = 0.065 * v5,
-      v16 = v11 * v2, v17 = v15 + v16, v18 = v1 * v12, v19 = v17 + v18, v20 = v19 - 0.17,
-      v21 = 0.11258330249197702 * v8, v22 = v20 - v21;
-  LANES_LET2(v23, atan2, v14, v22);
-  const lanes v24 = w_2 - w_4;
-  LANES_COS_SIN(v34, v25, v24);
-  const lanes v26 = 0.11258330249197702 * v25;
-  LANES_COS_SIN(v27, v31, w_4);
-  const lanes v28 = v1 * v27, v29 = v26 + v28, v30 = 0.2511473670974872 - w_0, v32 = v30 * v31,
-      v33 = v29 + v32, v35 = 0.065 * v34, v36 = v33 - v35, v37 = 0.11258330249197702 * v34,
-      v38 = 0.065 * v25, v39 = v37 + v38, v40 = v1 * v31, v41 = v39 + v40, v42 = v41 - 0.17,
-      v43 = v30 * v27, v44 = v42 - v43;
-  LANES_LET2(v45, atan2, v36, v44);
-  const lanes v46 = w_2 - w_5;
-  LANES_COS_SIN(v47, v60, v46);
-  const lanes v48 = 0.13 * v47, v49 = 0.29 - w_1;
-  LANES_COS_SIN(v50, v53, w_5);
-  const lanes v51 = v49 * v50, v52 = v48 - v51, v54 = v53 * w_0, v55 = v52 - v54, v56 = v50 * w_0,
-      v57 = v56 - 0.17, v58 = v49 * v53, v59 = v57 - v58, v61 = 0.13 * v60, v62 = v59 - v61;
-  LANES_LET2(v63, atan2, v55, v62); out[0] = v23; out[1] = v45; out[2] = v63;
-  const lanes v64 = v22 * v22, v65 = v14 * v14, v66 = v64 + v65, v67 = v14 / v66, v68 = v2 * v67,
-      v69 = v22 / v66, v70 = v12 * v69, v71 = v68 + v70, v72 = -v71;
-  out[3] = v72;
-  const lanes v73 = v2 * v69, v74 = v12 * v67, v75 = v73 - v74;
-  out[4] = v75;
-  const lanes v76 = v15 - v21, v77 = v69 * v76, v78 = v6 + v9, v79 = v67 * v78, v80 = v77 - v79;
-  out[5] = v80;
-  const lanes v81 = v21 - v15, v82 = v81 - v16, v83 = v82 - v18, v84 = v69 * v83, v85 = v14 * v67,
-      v86 = v84 - v85;
-  out[6] = v86; out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0);
-  const lanes v87 = v44 * v44, v88 = v36 * v36, v89 = v87 + v88, v90 = v36 / v89, v91 = v27 * v90,
-      v92 = v44 / v89, v93 = v31 * v92, v94 = v91 + v93, v95 = -v94;
-  out[9] = v95;
-  const lanes v96 = v27 * v92, v97 = v31 * v90, v98 = v96 - v97;
-  out[10] = v98;
-  const lanes v99 = v92 * v39, v100 = v35 - v26, v101 = v90 * v100, v102 = v99 - v101;
-  out[11] = v102; out[12] = LANES_OF(0.0);
-  const lanes v103 = v43 - v37, v104 = v103 - v38, v105 = v104 - v40, v106 = v92 * v105,
-      v107 = v36 * v90, v108 = v106 - v107;
-  out[13] = v108; out[14] = LANES_OF(0.0);
-  const lanes v109 = v62 * v62, v110 = v55 * v55, v111 = v109 + v110, v112 = v55 / v111,
-      v113 = v50 * v112, v114 = v62 / v111, v115 = v53 * v114, v116 = v113 + v115, v117 = -v116;
-  out[15] = v117;
-  const lanes v118 = v50 * v114, v119 = v53 * v112, v120 = v118 - v119;
-  out[16] = v120;
-  const lanes v121 = v112 * v48, v122 = v114 * v61, v123 = v121 - v122;
-  out[17] = v123; out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0);
-  const lanes v124 = v58 + v61, v125 = v124 - v56, v126 = v114 * v125, v127 = v55 * v112,
-      v128 = v126 - v127;
-  out[20] = v128;
 }

@@ -10,6 +10,450 @@ from chasles import Robot, Solutions
 
 robot: Robot
 
+def fk(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Pose of the tool (ee) in the base frame (0).
+
+    T_0_ee = exp(S_1 q_1) ... exp(S_n q_n) M_0_ee
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        T_0_ee (..., 4, 4): pose of the tool (1, m).
+    """
+
+def link_poses(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Pose of every link's frame in the base frame, in order from the base.
+
+    T[k] is the pose of link k of: platform_x, platform_y, platform_z, platform_yaw, platform_pitch, platform
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        T (..., 6, 4, 4): link poses (1, m).
+    """
+
+def fk_jacobian_mixed(
+    q: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Pose of the tool and mixed Jacobian in one call.
+
+    (fk(q), jacobian_mixed(q))
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        T_0_ee (..., 4, 4): pose of the tool (1, m).
+        J (..., 6, 6): mixed Jacobian (m, 1).
+    """
+
+def jacobian_space(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
+
+    V = J(q) qd with V = twist_space(q, qd)
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        J (..., 6, 6): space Jacobian (m, 1).
+    """
+
+def jacobian_body(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+
+    V = J(q) qd with V = twist_body(q, qd)
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        J (..., 6, 6): body Jacobian (m, 1).
+    """
+
+def jacobian_mixed(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+
+    V = J(q) qd with V = twist_mixed(q, qd)
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        J (..., 6, 6): mixed Jacobian (m, 1).
+    """
+
+def jacobian_space_dot(
+    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Time derivative of jacobian_space at joint rates qd.
+
+    J_dot = sum_k (d J / d q_k) qd_k
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        qd (..., 6): actuator rates (m/s).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        J_dot (..., 6, 6): rate of the Jacobian (m/s, 1/s).
+    """
+
+def jacobian_body_dot(
+    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Time derivative of jacobian_body at joint rates qd.
+
+    J_dot = sum_k (d J / d q_k) qd_k
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        qd (..., 6): actuator rates (m/s).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        J_dot (..., 6, 6): rate of the Jacobian (m/s, 1/s).
+    """
+
+def jacobian_mixed_dot(
+    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Time derivative of jacobian_mixed at joint rates qd.
+
+    J_dot = sum_k (d J / d q_k) qd_k
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        qd (..., 6): actuator rates (m/s).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        J_dot (..., 6, 6): rate of the Jacobian (m/s, 1/s).
+    """
+
+def hessian_mixed(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Derivative of jacobian_mixed by the joint coordinates.
+
+    H[:, j, k] = d jacobian_mixed[:, j] / d q_k
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        H (..., 6, 6, 6): Hessian (m, 1).
+    """
+
+def twist_space(
+    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+
+    V = jacobian_space(q) qd
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        qd (..., 6): actuator rates (m/s).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        V (..., 6): twist, linear first (m/s, rad/s).
+    """
+
+def twist_body(
+    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Twist (v, omega) of the tool's origin, in tool axes.
+
+    V = jacobian_body(q) qd
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        qd (..., 6): actuator rates (m/s).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        V (..., 6): twist, linear first (m/s, rad/s).
+    """
+
+def twist_mixed(
+    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Twist (v, omega) of the tool's origin, in base axes.
+
+    V = jacobian_mixed(q) qd
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        qd (..., 6): actuator rates (m/s).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        V (..., 6): twist, linear first (m/s, rad/s).
+    """
+
+def acceleration_space(
+    q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Time derivative of twist_space at rates qd and accelerations qdd.
+
+    A = jacobian_space(q) qdd + jacobian_space_dot(q, qd) qd
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        qd (..., 6): actuator rates (m/s).
+        qdd (..., 6): actuator accelerations (m/s^2).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
+    """
+
+def acceleration_body(
+    q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Time derivative of twist_body at rates qd and accelerations qdd.
+
+    A = jacobian_body(q) qdd + jacobian_body_dot(q, qd) qd
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        qd (..., 6): actuator rates (m/s).
+        qdd (..., 6): actuator accelerations (m/s^2).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
+    """
+
+def acceleration_mixed(
+    q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Time derivative of twist_mixed at rates qd and accelerations qdd.
+
+    A = jacobian_mixed(q) qdd + jacobian_mixed_dot(q, qd) qd
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        qd (..., 6): actuator rates (m/s).
+        qdd (..., 6): actuator accelerations (m/s^2).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
+    """
+
+def chain(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Joints of the main chain.
+
+    theta = (x, y, z, yaw, pitch, roll), with every loop closed
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        theta (..., 6): main chain (rad or m).
+    """
+
+def chain_D_q(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Derivative of the main chain's joints by the actuated coordinates.
+
+    chain_D_q[:, k] = d chain / d q_k
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        theta_D_q (..., 6, 6): derivative (1, m, 1/m).
+    """
+
+def chain_rates(
+    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Joint rates of the main chain.
+
+    thetad = chain_D_q(q) qd
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        qd (..., 6): actuator rates (m/s).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        thetad (..., 6): rates of the main chain (rad or m/s).
+    """
+
+def chain_accelerations(
+    q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Joint accelerations of the main chain.
+
+    thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        qd (..., 6): actuator rates (m/s).
+        qdd (..., 6): actuator accelerations (m/s^2).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        thetadd (..., 6): accelerations of the main chain (rad or m/s^2).
+    """
+
+def configuration(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """All joints, swings and cylinder lengths.
+
+    z = (x, y, z, yaw, pitch, roll, leg_1, leg_2, leg_3, leg_4, leg_5, leg_6), constraint(z) = 0
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        z (..., 12): full configuration (rad or m).
+    """
+
+def configuration_D_q(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Derivative of the full configuration by the actuated coordinates.
+
+    configuration_D_q[:, k] = d configuration / d q_k
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        z_D_q (..., 12, 6): derivative (1, m, 1/m).
+    """
+
+def margin(
+    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """Square of the determinant of the loops' equations, 1 at the reference.
+
+    0 at a singularity, where the loops do not determine the unknown variables; NaN where they do not close or a singularity is between the reference and q
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        margin (..., 1): margin (1).
+    """
+
+def configuration_near(
+    q: ArrayLike, seed: ArrayLike, *, out: NDArray[np.float64] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> NDArray[np.float64]:
+    """All joints, swings and cylinder lengths, from a configuration nearby, in at most eight steps of Newton's iteration.
+
+    constraint(z) = 0; NaN where the seed is too far away
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        seed (..., 12): configuration nearby, swings unused ((rad or m)).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        z (..., 12): full configuration ((rad or m)).
+    """
+
+def fk_near(
+    q: ArrayLike, seed: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Pose of the tool and configuration, from a configuration nearby, in at most eight steps of Newton's iteration.
+
+    (fk(q), z) on the branch of the seed; NaN where it is too far away
+
+    Args:
+        q (..., 6): actuator coordinates (m).
+        seed (..., 12): configuration nearby, swings unused ((rad or m)).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        T_0_ee (..., 4, 4): pose of the tool (1, m).
+        z (..., 12): full configuration ((rad or m)).
+    """
+
 def actuators(
     theta: ArrayLike, *, out: NDArray[np.float64] | None = None,
     threads: int | Literal["all"] | None = 1,
@@ -562,450 +1006,6 @@ def closure_D_w_dot(
 
     Returns:
         residual_D_w_dot (..., 6, 12): rate of the derivative (1/s, m/s, 1/(m s)).
-    """
-
-def chain(
-    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Joints of the main chain.
-
-    theta = (x, y, z, yaw, pitch, roll)
-
-    Args:
-        q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        theta (..., 6): joints of the main chain (rad or m).
-    """
-
-def chain_D_q(
-    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Derivative of the main chain's joints by the actuated coordinates.
-
-    chain_D_q[:, k] = d chain / d q_k
-
-    Args:
-        q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        theta_D_q (..., 6, 6): derivative (1, m, 1/m).
-    """
-
-def chain_rates(
-    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Joint rates of the main chain.
-
-    thetad = chain_D_q(q) qd
-
-    Args:
-        q (..., 6): actuator coordinates (m).
-        qd (..., 6): actuator rates (m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        thetad (..., 6): rates of the main chain (rad or m/s).
-    """
-
-def chain_accelerations(
-    q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Joint accelerations of the main chain.
-
-    thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
-
-    Args:
-        q (..., 6): actuator coordinates (m).
-        qd (..., 6): actuator rates (m/s).
-        qdd (..., 6): actuator accelerations (m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        thetadd (..., 6): accelerations of the main chain (rad or m/s^2).
-    """
-
-def configuration(
-    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """All joints, swings and cylinder lengths.
-
-    z = (x, y, z, yaw, pitch, roll, leg_1, leg_2, leg_3, leg_4, leg_5, leg_6), constraint(z) = 0
-
-    Args:
-        q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        z (..., 12): all joints, swings and cylinder lengths (rad or m).
-    """
-
-def configuration_D_q(
-    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Derivative of the full configuration by the actuated coordinates.
-
-    configuration_D_q[:, k] = d configuration / d q_k
-
-    Args:
-        q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        z_D_q (..., 12, 6): derivative (1, m, 1/m).
-    """
-
-def fk(
-    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Pose of the tool (ee) in the base frame (0).
-
-    T_0_ee = exp(S_1 q_1) ... exp(S_n q_n) M_0_ee
-
-    Args:
-        q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        T_0_ee (..., 4, 4): pose of the tool (1, m).
-    """
-
-def link_poses(
-    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Pose of every link's frame in the base frame, in order from the base.
-
-    T[k] is the pose of link k of: platform_x, platform_y, platform_z, platform_yaw, platform_pitch, platform
-
-    Args:
-        q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        T (..., 6, 4, 4): link poses (1, m).
-    """
-
-def fk_jacobian_mixed(
-    q: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Pose of the tool and mixed Jacobian in one call.
-
-    (fk(q), jacobian_mixed(q))
-
-    Args:
-        q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        T_0_ee (..., 4, 4): pose of the tool (1, m).
-        J (..., 6, 6): mixed Jacobian (m, 1).
-    """
-
-def jacobian_space(
-    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
-
-    V = J(q) qd with V = twist_space(q, qd)
-
-    Args:
-        q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        J (..., 6, 6): space Jacobian (m, 1).
-    """
-
-def jacobian_body(
-    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
-
-    V = J(q) qd with V = twist_body(q, qd)
-
-    Args:
-        q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        J (..., 6, 6): body Jacobian (m, 1).
-    """
-
-def jacobian_mixed(
-    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
-
-    V = J(q) qd with V = twist_mixed(q, qd)
-
-    Args:
-        q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        J (..., 6, 6): mixed Jacobian (m, 1).
-    """
-
-def jacobian_space_dot(
-    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Time derivative of jacobian_space at joint rates qd.
-
-    J_dot = sum_k (d J / d q_k) qd_k
-
-    Args:
-        q (..., 6): actuator coordinates (m).
-        qd (..., 6): actuator rates (m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        J_dot (..., 6, 6): rate of the Jacobian (m/s, 1/s).
-    """
-
-def jacobian_body_dot(
-    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Time derivative of jacobian_body at joint rates qd.
-
-    J_dot = sum_k (d J / d q_k) qd_k
-
-    Args:
-        q (..., 6): actuator coordinates (m).
-        qd (..., 6): actuator rates (m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        J_dot (..., 6, 6): rate of the Jacobian (m/s, 1/s).
-    """
-
-def jacobian_mixed_dot(
-    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Time derivative of jacobian_mixed at joint rates qd.
-
-    J_dot = sum_k (d J / d q_k) qd_k
-
-    Args:
-        q (..., 6): actuator coordinates (m).
-        qd (..., 6): actuator rates (m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        J_dot (..., 6, 6): rate of the Jacobian (m/s, 1/s).
-    """
-
-def hessian_mixed(
-    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Derivative of jacobian_mixed by the joint coordinates.
-
-    H[:, j, k] = d jacobian_mixed[:, j] / d q_k
-
-    Args:
-        q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        H (..., 6, 6, 6): Hessian (m, 1).
-    """
-
-def twist_space(
-    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
-
-    V = jacobian_space(q) qd
-
-    Args:
-        q (..., 6): actuator coordinates (m).
-        qd (..., 6): actuator rates (m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        V (..., 6): twist, linear first (m/s, rad/s).
-    """
-
-def twist_body(
-    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Twist (v, omega) of the tool's origin, in tool axes.
-
-    V = jacobian_body(q) qd
-
-    Args:
-        q (..., 6): actuator coordinates (m).
-        qd (..., 6): actuator rates (m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        V (..., 6): twist, linear first (m/s, rad/s).
-    """
-
-def twist_mixed(
-    q: ArrayLike, qd: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Twist (v, omega) of the tool's origin, in base axes.
-
-    V = jacobian_mixed(q) qd
-
-    Args:
-        q (..., 6): actuator coordinates (m).
-        qd (..., 6): actuator rates (m/s).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        V (..., 6): twist, linear first (m/s, rad/s).
-    """
-
-def acceleration_space(
-    q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Time derivative of twist_space at rates qd and accelerations qdd.
-
-    A = jacobian_space(q) qdd + jacobian_space_dot(q, qd) qd
-
-    Args:
-        q (..., 6): actuator coordinates (m).
-        qd (..., 6): actuator rates (m/s).
-        qdd (..., 6): actuator accelerations (m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
-    """
-
-def acceleration_body(
-    q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Time derivative of twist_body at rates qd and accelerations qdd.
-
-    A = jacobian_body(q) qdd + jacobian_body_dot(q, qd) qd
-
-    Args:
-        q (..., 6): actuator coordinates (m).
-        qd (..., 6): actuator rates (m/s).
-        qdd (..., 6): actuator accelerations (m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
-    """
-
-def acceleration_mixed(
-    q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Time derivative of twist_mixed at rates qd and accelerations qdd.
-
-    A = jacobian_mixed(q) qdd + jacobian_mixed_dot(q, qd) qd
-
-    Args:
-        q (..., 6): actuator coordinates (m).
-        qd (..., 6): actuator rates (m/s).
-        qdd (..., 6): actuator accelerations (m/s^2).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
-    """
-
-def margin(
-    q: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """Square of the determinant of the loops' equations, 1 at the reference.
-
-    0 at a singularity, where the loops do not determine the unknown variables; NaN where they do not close or a singularity is between the reference and q
-
-    Args:
-        q (..., 6): actuator coordinates (m).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        margin (..., 1): margin (1).
-    """
-
-def configuration_near(
-    q: ArrayLike, seed: ArrayLike, *, out: NDArray[np.float64] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> NDArray[np.float64]:
-    """All joints, swings and cylinder lengths, from a configuration nearby, in at most eight steps of Newton's iteration.
-
-    constraint(z) = 0; NaN where the seed is too far away
-
-    Args:
-        q (..., 6): actuator coordinates (m).
-        seed (..., 12): configuration nearby, swings unused ((rad or m)).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        z (..., 12): full configuration ((rad or m)).
-    """
-
-def fk_near(
-    q: ArrayLike, seed: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
-    threads: int | Literal["all"] | None = 1,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Pose of the tool and configuration, from a configuration nearby, in at most eight steps of Newton's iteration.
-
-    (fk(q), z) on the branch of the seed; NaN where it is too far away
-
-    Args:
-        q (..., 6): actuator coordinates (m).
-        seed (..., 12): configuration nearby, swings unused ((rad or m)).
-        out: The array to write into, or a tuple of them.
-        threads: How many share a large batch.
-
-    Returns:
-        T_0_ee (..., 4, 4): pose of the tool (1, m).
-        z (..., 12): full configuration ((rad or m)).
     """
 
 def modes(

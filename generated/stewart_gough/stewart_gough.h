@@ -20,6 +20,202 @@ extern "C" {
 
 #define STEWART_GOUGH_N 6 /* coordinates */
 
+/* Pose of the tool (ee) in the base frame (0).
+ * T_0_ee = exp(S_1 q_1) ... exp(S_n q_n) M_0_ee
+ * 25 operations: multiply 14, add 4, negate 1, trig 6, behind about 3200 of the iteration.
+ *   q: actuator coordinates, 6 (m)
+ *   T_0_ee: pose of the tool, 4 x 4 (1, m) */
+void stewart_gough_fk(const double q[6], double T_0_ee[16]);
+
+/* Pose of every link's frame in the base frame, in order from the base.
+ * T[k] is the pose of link k of: platform_x, platform_y, platform_z, platform_yaw, platform_pitch,
+ * platform
+ * 26 operations: multiply 14, add 4, negate 2, trig 6, behind about 3200 of the iteration.
+ *   q: actuator coordinates, 6 (m)
+ *   T: link poses, 6 x 4 x 4 (1, m) */
+void stewart_gough_link_poses(const double q[6], double T[96]);
+
+/* Pose of the tool and mixed Jacobian in one call.
+ * (fk(q), jacobian_mixed(q))
+ * 73 operations: multiply 44, add 22, negate 1, trig 6, behind about 4280 of the iteration.
+ *   q: actuator coordinates, 6 (m)
+ *   T_0_ee: pose of the tool, 4 x 4 (1, m)
+ *   J: mixed Jacobian, 6 x 6 (m, 1) */
+void stewart_gough_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]);
+
+/* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
+ * V = J(q) qd with V = twist_space(q, qd)
+ * 170 operations: multiply 95, add 71, trig 4, behind about 4280 of the iteration.
+ *   q: actuator coordinates, 6 (m)
+ *   J: space Jacobian, 6 x 6 (m, 1) */
+void stewart_gough_jacobian_space(const double q[6], double J[36]);
+
+/* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
+ * V = J(q) qd with V = twist_body(q, qd)
+ * 162 operations: multiply 98, add 58, trig 6, behind about 4280 of the iteration.
+ *   q: actuator coordinates, 6 (m)
+ *   J: body Jacobian, 6 x 6 (m, 1) */
+void stewart_gough_jacobian_body(const double q[6], double J[36]);
+
+/* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
+ * V = J(q) qd with V = twist_mixed(q, qd)
+ * 54 operations: multiply 32, add 18, trig 4, behind about 4280 of the iteration.
+ *   q: actuator coordinates, 6 (m)
+ *   J: mixed Jacobian, 6 x 6 (m, 1) */
+void stewart_gough_jacobian_mixed(const double q[6], double J[36]);
+
+/* Time derivative of jacobian_space at joint rates qd.
+ * J_dot = sum_k (d J / d q_k) qd_k
+ * 379 operations: multiply 206, add 169, trig 4, behind about 5288 of the iteration.
+ *   q: actuator coordinates, 6 (m)
+ *   qd: actuator rates, 6 (m/s)
+ *   J_dot: rate of the Jacobian, 6 x 6 (m/s, 1/s) */
+void stewart_gough_jacobian_space_dot(const double q[6], const double qd[6], double J_dot[36]);
+
+/* Time derivative of jacobian_body at joint rates qd.
+ * J_dot = sum_k (d J / d q_k) qd_k
+ * 376 operations: multiply 213, add 157, trig 6, behind about 5288 of the iteration.
+ *   q: actuator coordinates, 6 (m)
+ *   qd: actuator rates, 6 (m/s)
+ *   J_dot: rate of the Jacobian, 6 x 6 (m/s, 1/s) */
+void stewart_gough_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[36]);
+
+/* Time derivative of jacobian_mixed at joint rates qd.
+ * J_dot = sum_k (d J / d q_k) qd_k
+ * 127 operations: multiply 72, add 51, trig 4, behind about 5288 of the iteration.
+ *   q: actuator coordinates, 6 (m)
+ *   qd: actuator rates, 6 (m/s)
+ *   J_dot: rate of the Jacobian, 6 x 6 (m/s, 1/s) */
+void stewart_gough_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot[36]);
+
+/* Derivative of jacobian_mixed by the joint coordinates.
+ * H[:, j, k] = d jacobian_mixed[:, j] / d q_k
+ * 713 operations: multiply 408, add 301, trig 4, behind about 9464 of the iteration.
+ *   q: actuator coordinates, 6 (m)
+ *   H: Hessian, 6 x 6 x 6 (m, 1) */
+void stewart_gough_hessian_mixed(const double q[6], double H[216]);
+
+/* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
+ * V = jacobian_space(q) qd
+ * 50 operations: multiply 30, add 16, trig 4, behind about 3560 of the iteration.
+ *   q: actuator coordinates, 6 (m)
+ *   qd: actuator rates, 6 (m/s)
+ *   V: twist, linear first, 6 (m/s, rad/s) */
+void stewart_gough_twist_space(const double q[6], const double qd[6], double V[6]);
+
+/* Twist (v, omega) of the tool's origin, in tool axes.
+ * V = jacobian_body(q) qd
+ * 47 operations: multiply 28, add 13, trig 6, behind about 3560 of the iteration.
+ *   q: actuator coordinates, 6 (m)
+ *   qd: actuator rates, 6 (m/s)
+ *   V: twist, linear first, 6 (m/s, rad/s) */
+void stewart_gough_twist_body(const double q[6], const double qd[6], double V[6]);
+
+/* Twist (v, omega) of the tool's origin, in base axes.
+ * V = jacobian_mixed(q) qd
+ * 14 operations: multiply 7, add 3, trig 4, behind about 3560 of the iteration.
+ *   q: actuator coordinates, 6 (m)
+ *   qd: actuator rates, 6 (m/s)
+ *   V: twist, linear first, 6 (m/s, rad/s) */
+void stewart_gough_twist_mixed(const double q[6], const double qd[6], double V[6]);
+
+/* Time derivative of twist_space at rates qd and accelerations qdd.
+ * A = jacobian_space(q) qdd + jacobian_space_dot(q, qd) qd
+ * 129 operations: multiply 76, add 49, trig 4, behind about 3848 of the iteration.
+ *   q: actuator coordinates, 6 (m)
+ *   qd: actuator rates, 6 (m/s)
+ *   qdd: actuator accelerations, 6 (m/s^2)
+ *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
+void stewart_gough_acceleration_space(const double q[6], const double qd[6], const double qdd[6], double A[6]);
+
+/* Time derivative of twist_body at rates qd and accelerations qdd.
+ * A = jacobian_body(q) qdd + jacobian_body_dot(q, qd) qd
+ * 121 operations: multiply 73, add 42, trig 6, behind about 3848 of the iteration.
+ *   q: actuator coordinates, 6 (m)
+ *   qd: actuator rates, 6 (m/s)
+ *   qdd: actuator accelerations, 6 (m/s^2)
+ *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
+void stewart_gough_acceleration_body(const double q[6], const double qd[6], const double qdd[6], double A[6]);
+
+/* Time derivative of twist_mixed at rates qd and accelerations qdd.
+ * A = jacobian_mixed(q) qdd + jacobian_mixed_dot(q, qd) qd
+ * 37 operations: multiply 22, add 11, trig 4, behind about 3848 of the iteration.
+ *   q: actuator coordinates, 6 (m)
+ *   qd: actuator rates, 6 (m/s)
+ *   qdd: actuator accelerations, 6 (m/s^2)
+ *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
+void stewart_gough_acceleration_mixed(const double q[6], const double qd[6], const double qdd[6], double A[6]);
+
+/* Joints of the main chain.
+ * theta = (x, y, z, yaw, pitch, roll), with every loop closed
+ * 0 operations, behind about 3200 of the iteration.
+ *   q: actuator coordinates, 6 (m)
+ *   theta: main chain, 6 (rad or m) */
+void stewart_gough_chain(const double q[6], double theta[6]);
+
+/* Derivative of the main chain's joints by the actuated coordinates.
+ * chain_D_q[:, k] = d chain / d q_k
+ * 0 operations, behind about 4280 of the iteration.
+ *   q: actuator coordinates, 6 (m)
+ *   theta_D_q: derivative, 6 x 6 (1, m, 1/m) */
+void stewart_gough_chain_D_q(const double q[6], double theta_D_q[36]);
+
+/* Joint rates of the main chain.
+ * thetad = chain_D_q(q) qd
+ * 0 operations, behind about 3560 of the iteration.
+ *   q: actuator coordinates, 6 (m)
+ *   qd: actuator rates, 6 (m/s)
+ *   thetad: rates of the main chain, 6 (rad or m/s) */
+void stewart_gough_chain_rates(const double q[6], const double qd[6], double thetad[6]);
+
+/* Joint accelerations of the main chain.
+ * thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
+ * 0 operations, behind about 3848 of the iteration.
+ *   q: actuator coordinates, 6 (m)
+ *   qd: actuator rates, 6 (m/s)
+ *   qdd: actuator accelerations, 6 (m/s^2)
+ *   thetadd: accelerations of the main chain, 6 (rad or m/s^2) */
+void stewart_gough_chain_accelerations(const double q[6], const double qd[6], const double qdd[6], double thetadd[6]);
+
+/* All joints, swings and cylinder lengths.
+ * z = (x, y, z, yaw, pitch, roll, leg_1, leg_2, leg_3, leg_4, leg_5, leg_6), constraint(z) = 0
+ * 0 operations, behind about 3200 of the iteration.
+ *   q: actuator coordinates, 6 (m)
+ *   z: full configuration, 12 (rad or m) */
+void stewart_gough_configuration(const double q[6], double z[12]);
+
+/* Derivative of the full configuration by the actuated coordinates.
+ * configuration_D_q[:, k] = d configuration / d q_k
+ * 0 operations, behind about 4280 of the iteration.
+ *   q: actuator coordinates, 6 (m)
+ *   z_D_q: derivative, 12 x 6 (1, m, 1/m) */
+void stewart_gough_configuration_D_q(const double q[6], double z_D_q[72]);
+
+/* Square of the determinant of the loops' equations, 1 at the reference.
+ * 0 at a singularity, where the loops do not determine the unknown variables; NaN where they do
+ * not close or a singularity is between the reference and q
+ * 0 operations, behind about 3422 of the iteration.
+ *   q: actuator coordinates, 6 (m)
+ *   margin: margin, 1 (1) */
+void stewart_gough_margin(const double q[6], double margin[1]);
+
+/* All joints, swings and cylinder lengths, from a configuration nearby, in at most eight steps of Newton's iteration.
+ * constraint(z) = 0; NaN where the seed is too far away
+ * 0 operations, behind about 800 of the iteration.
+ *   q: actuator coordinates, 6 (m)
+ *   seed: configuration nearby, swings unused, 12 ((rad or m))
+ *   z: full configuration, 12 ((rad or m)) */
+void stewart_gough_configuration_near(const double q[6], const double seed[12], double z[12]);
+
+/* Pose of the tool and configuration, from a configuration nearby, in at most eight steps of Newton's iteration.
+ * (fk(q), z) on the branch of the seed; NaN where it is too far away
+ * 25 operations: multiply 14, add 4, negate 1, trig 6, behind about 800 of the iteration.
+ *   q: actuator coordinates, 6 (m)
+ *   seed: configuration nearby, swings unused, 12 ((rad or m))
+ *   T_0_ee: pose of the tool, 4 x 4 (1, m)
+ *   z: full configuration, 12 ((rad or m)) */
+void stewart_gough_fk_near(const double q[6], const double seed[12], double T_0_ee[16], double z[12]);
+
 /* Actuated coordinates from the joints of the main chain.
  * actuators(chain(q)) = q
  * 138 operations: multiply 54, add 72, trig 6, other 6.
@@ -44,7 +240,7 @@ void stewart_gough_actuator_rates(const double theta[6], const double thetad[6],
 
 /* Accelerations of the actuated coordinates.
  * qdd = actuators_D_chain(theta) thetadd + d/dt actuators_D_chain(theta) thetad
- * 675 operations: multiply 339, add 312, trig 6, other 18.
+ * 670 operations: multiply 334, add 312, trig 6, other 18.
  *   theta: joints of the main chain, 6 (rad or m)
  *   thetad: joint rates of the main chain, 6 (rad or m/s)
  *   thetadd: joint accelerations of the main chain, 6 (rad or m/s^2)
@@ -266,202 +462,6 @@ void stewart_gough_closure(const double w[12], double residual[6], double residu
  *   wd: rates of the configuration without the swings of struts, 12 ((rad or m)/s)
  *   residual_D_w_dot: rate of the derivative, 6 x 12 (1/s, m/s, 1/(m s)) */
 void stewart_gough_closure_D_w_dot(const double w[12], const double wd[12], double residual_D_w_dot[72]);
-
-/* Joints of the main chain.
- * theta = (x, y, z, yaw, pitch, roll)
- * About 3200 operations.
- *   q: actuator coordinates, 6 (m)
- *   theta: joints of the main chain, 6 (rad or m) */
-void stewart_gough_chain(const double q[6], double theta[6]);
-
-/* Derivative of the main chain's joints by the actuated coordinates.
- * chain_D_q[:, k] = d chain / d q_k
- * About 3200 operations.
- *   q: actuator coordinates, 6 (m)
- *   theta_D_q: derivative, 6 x 6 (1, m, 1/m) */
-void stewart_gough_chain_D_q(const double q[6], double theta_D_q[36]);
-
-/* Joint rates of the main chain.
- * thetad = chain_D_q(q) qd
- * About 3200 operations.
- *   q: actuator coordinates, 6 (m)
- *   qd: actuator rates, 6 (m/s)
- *   thetad: rates of the main chain, 6 (rad or m/s) */
-void stewart_gough_chain_rates(const double q[6], const double qd[6], double thetad[6]);
-
-/* Joint accelerations of the main chain.
- * thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
- * About 3200 operations.
- *   q: actuator coordinates, 6 (m)
- *   qd: actuator rates, 6 (m/s)
- *   qdd: actuator accelerations, 6 (m/s^2)
- *   thetadd: accelerations of the main chain, 6 (rad or m/s^2) */
-void stewart_gough_chain_accelerations(const double q[6], const double qd[6], const double qdd[6], double thetadd[6]);
-
-/* All joints, swings and cylinder lengths.
- * z = (x, y, z, yaw, pitch, roll, leg_1, leg_2, leg_3, leg_4, leg_5, leg_6), constraint(z) = 0
- * About 3200 operations.
- *   q: actuator coordinates, 6 (m)
- *   z: all joints, swings and cylinder lengths, 12 (rad or m) */
-void stewart_gough_configuration(const double q[6], double z[12]);
-
-/* Derivative of the full configuration by the actuated coordinates.
- * configuration_D_q[:, k] = d configuration / d q_k
- * About 3200 operations.
- *   q: actuator coordinates, 6 (m)
- *   z_D_q: derivative, 12 x 6 (1, m, 1/m) */
-void stewart_gough_configuration_D_q(const double q[6], double z_D_q[72]);
-
-/* Pose of the tool (ee) in the base frame (0).
- * T_0_ee = exp(S_1 q_1) ... exp(S_n q_n) M_0_ee
- * About 3200 operations.
- *   q: actuator coordinates, 6 (m)
- *   T_0_ee: pose of the tool, 4 x 4 (1, m) */
-void stewart_gough_fk(const double q[6], double T_0_ee[16]);
-
-/* Pose of every link's frame in the base frame, in order from the base.
- * T[k] is the pose of link k of: platform_x, platform_y, platform_z, platform_yaw, platform_pitch,
- * platform
- * About 3200 operations.
- *   q: actuator coordinates, 6 (m)
- *   T: link poses, 6 x 4 x 4 (1, m) */
-void stewart_gough_link_poses(const double q[6], double T[96]);
-
-/* Pose of the tool and mixed Jacobian in one call.
- * (fk(q), jacobian_mixed(q))
- * About 3200 operations.
- *   q: actuator coordinates, 6 (m)
- *   T_0_ee: pose of the tool, 4 x 4 (1, m)
- *   J: mixed Jacobian, 6 x 6 (m, 1) */
-void stewart_gough_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]);
-
-/* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
- * V = J(q) qd with V = twist_space(q, qd)
- * About 3200 operations.
- *   q: actuator coordinates, 6 (m)
- *   J: space Jacobian, 6 x 6 (m, 1) */
-void stewart_gough_jacobian_space(const double q[6], double J[36]);
-
-/* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
- * V = J(q) qd with V = twist_body(q, qd)
- * About 3200 operations.
- *   q: actuator coordinates, 6 (m)
- *   J: body Jacobian, 6 x 6 (m, 1) */
-void stewart_gough_jacobian_body(const double q[6], double J[36]);
-
-/* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
- * V = J(q) qd with V = twist_mixed(q, qd)
- * About 3200 operations.
- *   q: actuator coordinates, 6 (m)
- *   J: mixed Jacobian, 6 x 6 (m, 1) */
-void stewart_gough_jacobian_mixed(const double q[6], double J[36]);
-
-/* Time derivative of jacobian_space at joint rates qd.
- * J_dot = sum_k (d J / d q_k) qd_k
- * About 3200 operations.
- *   q: actuator coordinates, 6 (m)
- *   qd: actuator rates, 6 (m/s)
- *   J_dot: rate of the Jacobian, 6 x 6 (m/s, 1/s) */
-void stewart_gough_jacobian_space_dot(const double q[6], const double qd[6], double J_dot[36]);
-
-/* Time derivative of jacobian_body at joint rates qd.
- * J_dot = sum_k (d J / d q_k) qd_k
- * About 3200 operations.
- *   q: actuator coordinates, 6 (m)
- *   qd: actuator rates, 6 (m/s)
- *   J_dot: rate of the Jacobian, 6 x 6 (m/s, 1/s) */
-void stewart_gough_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[36]);
-
-/* Time derivative of jacobian_mixed at joint rates qd.
- * J_dot = sum_k (d J / d q_k) qd_k
- * About 3200 operations.
- *   q: actuator coordinates, 6 (m)
- *   qd: actuator rates, 6 (m/s)
- *   J_dot: rate of the Jacobian, 6 x 6 (m/s, 1/s) */
-void stewart_gough_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot[36]);
-
-/* Derivative of jacobian_mixed by the joint coordinates.
- * H[:, j, k] = d jacobian_mixed[:, j] / d q_k
- * About 3200 operations.
- *   q: actuator coordinates, 6 (m)
- *   H: Hessian, 6 x 6 x 6 (m, 1) */
-void stewart_gough_hessian_mixed(const double q[6], double H[216]);
-
-/* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
- * V = jacobian_space(q) qd
- * About 3200 operations.
- *   q: actuator coordinates, 6 (m)
- *   qd: actuator rates, 6 (m/s)
- *   V: twist, linear first, 6 (m/s, rad/s) */
-void stewart_gough_twist_space(const double q[6], const double qd[6], double V[6]);
-
-/* Twist (v, omega) of the tool's origin, in tool axes.
- * V = jacobian_body(q) qd
- * About 3200 operations.
- *   q: actuator coordinates, 6 (m)
- *   qd: actuator rates, 6 (m/s)
- *   V: twist, linear first, 6 (m/s, rad/s) */
-void stewart_gough_twist_body(const double q[6], const double qd[6], double V[6]);
-
-/* Twist (v, omega) of the tool's origin, in base axes.
- * V = jacobian_mixed(q) qd
- * About 3200 operations.
- *   q: actuator coordinates, 6 (m)
- *   qd: actuator rates, 6 (m/s)
- *   V: twist, linear first, 6 (m/s, rad/s) */
-void stewart_gough_twist_mixed(const double q[6], const double qd[6], double V[6]);
-
-/* Time derivative of twist_space at rates qd and accelerations qdd.
- * A = jacobian_space(q) qdd + jacobian_space_dot(q, qd) qd
- * About 3200 operations.
- *   q: actuator coordinates, 6 (m)
- *   qd: actuator rates, 6 (m/s)
- *   qdd: actuator accelerations, 6 (m/s^2)
- *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
-void stewart_gough_acceleration_space(const double q[6], const double qd[6], const double qdd[6], double A[6]);
-
-/* Time derivative of twist_body at rates qd and accelerations qdd.
- * A = jacobian_body(q) qdd + jacobian_body_dot(q, qd) qd
- * About 3200 operations.
- *   q: actuator coordinates, 6 (m)
- *   qd: actuator rates, 6 (m/s)
- *   qdd: actuator accelerations, 6 (m/s^2)
- *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
-void stewart_gough_acceleration_body(const double q[6], const double qd[6], const double qdd[6], double A[6]);
-
-/* Time derivative of twist_mixed at rates qd and accelerations qdd.
- * A = jacobian_mixed(q) qdd + jacobian_mixed_dot(q, qd) qd
- * About 3200 operations.
- *   q: actuator coordinates, 6 (m)
- *   qd: actuator rates, 6 (m/s)
- *   qdd: actuator accelerations, 6 (m/s^2)
- *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
-void stewart_gough_acceleration_mixed(const double q[6], const double qd[6], const double qdd[6], double A[6]);
-
-/* Square of the determinant of the loops' equations, 1 at the reference.
- * 0 at a singularity, where the loops do not determine the unknown variables; NaN where they do
- * not close or a singularity is between the reference and q
- * About 3200 operations.
- *   q: actuator coordinates, 6 (m)
- *   margin: margin, 1 (1) */
-void stewart_gough_margin(const double q[6], double margin[1]);
-
-/* All joints, swings and cylinder lengths, from a configuration nearby, in at most eight steps of Newton's iteration.
- * constraint(z) = 0; NaN where the seed is too far away
- * About 3200 operations.
- *   q: actuator coordinates, 6 (m)
- *   seed: configuration nearby, swings unused, 12 ((rad or m))
- *   z: full configuration, 12 ((rad or m)) */
-void stewart_gough_configuration_near(const double q[6], const double seed[12], double z[12]);
-
-/* Pose of the tool and configuration, from a configuration nearby, in at most eight steps of Newton's iteration.
- * (fk(q), z) on the branch of the seed; NaN where it is too far away
- * About 3200 operations.
- *   q: actuator coordinates, 6 (m)
- *   seed: configuration nearby, swings unused, 12 ((rad or m))
- *   T_0_ee: pose of the tool, 4 x 4 (1, m)
- *   z: full configuration, 12 ((rad or m)) */
-void stewart_gough_fk_near(const double q[6], const double seed[12], double T_0_ee[16], double z[12]);
 
 /* Every assembly mode of the platform, up to 28, the highest first.
  * |b_i(theta[k]) - a_i(q)| = l_i wherever theta[k] is finite

@@ -90,6 +90,431 @@ extern "C" {
 #endif
 
 /* Rows of any step, in doubles. */
+static void stewart_gough_fk_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_fk(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_fk_batch(size_t n, const double *q, double *T_0_ee)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {T_0_ee};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {16};
+  stewart_gough_fk_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_link_poses_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_link_poses(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_link_poses_batch(size_t n, const double *q, double *T)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {T};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {96};
+  stewart_gough_link_poses_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_fk_jacobian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_fk_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
+  }
+}
+
+void stewart_gough_fk_jacobian_mixed_batch(size_t n, const double *q, double *T_0_ee, double *J)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {T_0_ee, J};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {16, 36};
+  stewart_gough_fk_jacobian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_jacobian_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_jacobian_space(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_jacobian_space_batch(size_t n, const double *q, double *J)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {J};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {36};
+  stewart_gough_jacobian_space_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_jacobian_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_jacobian_body(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_jacobian_body_batch(size_t n, const double *q, double *J)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {J};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {36};
+  stewart_gough_jacobian_body_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_jacobian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_jacobian_mixed_batch(size_t n, const double *q, double *J)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {J};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {36};
+  stewart_gough_jacobian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_jacobian_space_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_jacobian_space_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_jacobian_space_dot_batch(size_t n, const double *q, const double *qd, double *J_dot)
+{
+  const double *const inputs[] = {q, qd};
+  double *const outputs[] = {J_dot};
+  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {36};
+  stewart_gough_jacobian_space_dot_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_jacobian_body_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_jacobian_body_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_jacobian_body_dot_batch(size_t n, const double *q, const double *qd, double *J_dot)
+{
+  const double *const inputs[] = {q, qd};
+  double *const outputs[] = {J_dot};
+  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {36};
+  stewart_gough_jacobian_body_dot_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_jacobian_mixed_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_jacobian_mixed_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_jacobian_mixed_dot_batch(size_t n, const double *q, const double *qd, double *J_dot)
+{
+  const double *const inputs[] = {q, qd};
+  double *const outputs[] = {J_dot};
+  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {36};
+  stewart_gough_jacobian_mixed_dot_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_hessian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_hessian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_hessian_mixed_batch(size_t n, const double *q, double *H)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {H};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {216};
+  stewart_gough_hessian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_twist_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_twist_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_twist_space_batch(size_t n, const double *q, const double *qd, double *V)
+{
+  const double *const inputs[] = {q, qd};
+  double *const outputs[] = {V};
+  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {6};
+  stewart_gough_twist_space_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_twist_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_twist_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_twist_body_batch(size_t n, const double *q, const double *qd, double *V)
+{
+  const double *const inputs[] = {q, qd};
+  double *const outputs[] = {V};
+  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {6};
+  stewart_gough_twist_body_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_twist_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_twist_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_twist_mixed_batch(size_t n, const double *q, const double *qd, double *V)
+{
+  const double *const inputs[] = {q, qd};
+  double *const outputs[] = {V};
+  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {6};
+  stewart_gough_twist_mixed_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_acceleration_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_acceleration_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_acceleration_space_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A)
+{
+  const double *const inputs[] = {q, qd, qdd};
+  double *const outputs[] = {A};
+  const ptrdiff_t input_steps[] = {6, 6, 6}, output_steps[] = {6};
+  stewart_gough_acceleration_space_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_acceleration_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_acceleration_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_acceleration_body_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A)
+{
+  const double *const inputs[] = {q, qd, qdd};
+  double *const outputs[] = {A};
+  const ptrdiff_t input_steps[] = {6, 6, 6}, output_steps[] = {6};
+  stewart_gough_acceleration_body_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_acceleration_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_acceleration_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_acceleration_mixed_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A)
+{
+  const double *const inputs[] = {q, qd, qdd};
+  double *const outputs[] = {A};
+  const ptrdiff_t input_steps[] = {6, 6, 6}, output_steps[] = {6};
+  stewart_gough_acceleration_mixed_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_chain_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_chain(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_chain_batch(size_t n, const double *q, double *theta)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {theta};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {6};
+  stewart_gough_chain_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_chain_D_q_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_chain_D_q(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_chain_D_q_batch(size_t n, const double *q, double *theta_D_q)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {theta_D_q};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {36};
+  stewart_gough_chain_D_q_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_chain_rates_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_chain_rates(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_chain_rates_batch(size_t n, const double *q, const double *qd, double *thetad)
+{
+  const double *const inputs[] = {q, qd};
+  double *const outputs[] = {thetad};
+  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {6};
+  stewart_gough_chain_rates_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_chain_accelerations_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_chain_accelerations(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_chain_accelerations_batch(size_t n, const double *q, const double *qd, const double *qdd, double *thetadd)
+{
+  const double *const inputs[] = {q, qd, qdd};
+  double *const outputs[] = {thetadd};
+  const ptrdiff_t input_steps[] = {6, 6, 6}, output_steps[] = {6};
+  stewart_gough_chain_accelerations_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_configuration_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_configuration(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_configuration_batch(size_t n, const double *q, double *z)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {z};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {12};
+  stewart_gough_configuration_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_configuration_D_q_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_configuration_D_q(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_configuration_D_q_batch(size_t n, const double *q, double *z_D_q)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {z_D_q};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {72};
+  stewart_gough_configuration_D_q_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_margin_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_margin(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_margin_batch(size_t n, const double *q, double *margin)
+{
+  const double *const inputs[] = {q};
+  double *const outputs[] = {margin};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {1};
+  stewart_gough_margin_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_configuration_near_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_configuration_near(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
+  }
+}
+
+void stewart_gough_configuration_near_batch(size_t n, const double *q, const double *seed, double *z)
+{
+  const double *const inputs[] = {q, seed};
+  double *const outputs[] = {z};
+  const ptrdiff_t input_steps[] = {6, 12}, output_steps[] = {12};
+  stewart_gough_configuration_near_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void stewart_gough_fk_near_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    stewart_gough_fk_near(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
+  }
+}
+
+void stewart_gough_fk_near_batch(size_t n, const double *q, const double *seed, double *T_0_ee, double *z)
+{
+  const double *const inputs[] = {q, seed};
+  double *const outputs[] = {T_0_ee, z};
+  const ptrdiff_t input_steps[] = {6, 12}, output_steps[] = {16, 12};
+  stewart_gough_fk_near_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
 static void stewart_gough_actuators_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
@@ -824,431 +1249,6 @@ void stewart_gough_closure_D_w_dot_batch(size_t n, const double *w, const double
   double *const outputs[] = {residual_D_w_dot};
   const ptrdiff_t input_steps[] = {12, 12}, output_steps[] = {72};
   stewart_gough_closure_D_w_dot_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void stewart_gough_chain_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_chain(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void stewart_gough_chain_batch(size_t n, const double *q, double *theta)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {theta};
-  const ptrdiff_t input_steps[] = {6}, output_steps[] = {6};
-  stewart_gough_chain_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void stewart_gough_chain_D_q_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_chain_D_q(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void stewart_gough_chain_D_q_batch(size_t n, const double *q, double *theta_D_q)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {theta_D_q};
-  const ptrdiff_t input_steps[] = {6}, output_steps[] = {36};
-  stewart_gough_chain_D_q_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void stewart_gough_chain_rates_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_chain_rates(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void stewart_gough_chain_rates_batch(size_t n, const double *q, const double *qd, double *thetad)
-{
-  const double *const inputs[] = {q, qd};
-  double *const outputs[] = {thetad};
-  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {6};
-  stewart_gough_chain_rates_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void stewart_gough_chain_accelerations_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_chain_accelerations(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void stewart_gough_chain_accelerations_batch(size_t n, const double *q, const double *qd, const double *qdd, double *thetadd)
-{
-  const double *const inputs[] = {q, qd, qdd};
-  double *const outputs[] = {thetadd};
-  const ptrdiff_t input_steps[] = {6, 6, 6}, output_steps[] = {6};
-  stewart_gough_chain_accelerations_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void stewart_gough_configuration_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_configuration(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void stewart_gough_configuration_batch(size_t n, const double *q, double *z)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {z};
-  const ptrdiff_t input_steps[] = {6}, output_steps[] = {12};
-  stewart_gough_configuration_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void stewart_gough_configuration_D_q_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_configuration_D_q(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void stewart_gough_configuration_D_q_batch(size_t n, const double *q, double *z_D_q)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {z_D_q};
-  const ptrdiff_t input_steps[] = {6}, output_steps[] = {72};
-  stewart_gough_configuration_D_q_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void stewart_gough_fk_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_fk(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void stewart_gough_fk_batch(size_t n, const double *q, double *T_0_ee)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {T_0_ee};
-  const ptrdiff_t input_steps[] = {6}, output_steps[] = {16};
-  stewart_gough_fk_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void stewart_gough_link_poses_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_link_poses(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void stewart_gough_link_poses_batch(size_t n, const double *q, double *T)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {T};
-  const ptrdiff_t input_steps[] = {6}, output_steps[] = {96};
-  stewart_gough_link_poses_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void stewart_gough_fk_jacobian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_fk_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
-  }
-}
-
-void stewart_gough_fk_jacobian_mixed_batch(size_t n, const double *q, double *T_0_ee, double *J)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {T_0_ee, J};
-  const ptrdiff_t input_steps[] = {6}, output_steps[] = {16, 36};
-  stewart_gough_fk_jacobian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void stewart_gough_jacobian_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_jacobian_space(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void stewart_gough_jacobian_space_batch(size_t n, const double *q, double *J)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {J};
-  const ptrdiff_t input_steps[] = {6}, output_steps[] = {36};
-  stewart_gough_jacobian_space_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void stewart_gough_jacobian_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_jacobian_body(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void stewart_gough_jacobian_body_batch(size_t n, const double *q, double *J)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {J};
-  const ptrdiff_t input_steps[] = {6}, output_steps[] = {36};
-  stewart_gough_jacobian_body_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void stewart_gough_jacobian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void stewart_gough_jacobian_mixed_batch(size_t n, const double *q, double *J)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {J};
-  const ptrdiff_t input_steps[] = {6}, output_steps[] = {36};
-  stewart_gough_jacobian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void stewart_gough_jacobian_space_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_jacobian_space_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void stewart_gough_jacobian_space_dot_batch(size_t n, const double *q, const double *qd, double *J_dot)
-{
-  const double *const inputs[] = {q, qd};
-  double *const outputs[] = {J_dot};
-  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {36};
-  stewart_gough_jacobian_space_dot_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void stewart_gough_jacobian_body_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_jacobian_body_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void stewart_gough_jacobian_body_dot_batch(size_t n, const double *q, const double *qd, double *J_dot)
-{
-  const double *const inputs[] = {q, qd};
-  double *const outputs[] = {J_dot};
-  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {36};
-  stewart_gough_jacobian_body_dot_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void stewart_gough_jacobian_mixed_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_jacobian_mixed_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void stewart_gough_jacobian_mixed_dot_batch(size_t n, const double *q, const double *qd, double *J_dot)
-{
-  const double *const inputs[] = {q, qd};
-  double *const outputs[] = {J_dot};
-  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {36};
-  stewart_gough_jacobian_mixed_dot_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void stewart_gough_hessian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_hessian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void stewart_gough_hessian_mixed_batch(size_t n, const double *q, double *H)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {H};
-  const ptrdiff_t input_steps[] = {6}, output_steps[] = {216};
-  stewart_gough_hessian_mixed_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void stewart_gough_twist_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_twist_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void stewart_gough_twist_space_batch(size_t n, const double *q, const double *qd, double *V)
-{
-  const double *const inputs[] = {q, qd};
-  double *const outputs[] = {V};
-  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {6};
-  stewart_gough_twist_space_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void stewart_gough_twist_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_twist_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void stewart_gough_twist_body_batch(size_t n, const double *q, const double *qd, double *V)
-{
-  const double *const inputs[] = {q, qd};
-  double *const outputs[] = {V};
-  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {6};
-  stewart_gough_twist_body_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void stewart_gough_twist_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_twist_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void stewart_gough_twist_mixed_batch(size_t n, const double *q, const double *qd, double *V)
-{
-  const double *const inputs[] = {q, qd};
-  double *const outputs[] = {V};
-  const ptrdiff_t input_steps[] = {6, 6}, output_steps[] = {6};
-  stewart_gough_twist_mixed_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void stewart_gough_acceleration_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_acceleration_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void stewart_gough_acceleration_space_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A)
-{
-  const double *const inputs[] = {q, qd, qdd};
-  double *const outputs[] = {A};
-  const ptrdiff_t input_steps[] = {6, 6, 6}, output_steps[] = {6};
-  stewart_gough_acceleration_space_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void stewart_gough_acceleration_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_acceleration_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void stewart_gough_acceleration_body_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A)
-{
-  const double *const inputs[] = {q, qd, qdd};
-  double *const outputs[] = {A};
-  const ptrdiff_t input_steps[] = {6, 6, 6}, output_steps[] = {6};
-  stewart_gough_acceleration_body_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void stewart_gough_acceleration_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_acceleration_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void stewart_gough_acceleration_mixed_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A)
-{
-  const double *const inputs[] = {q, qd, qdd};
-  double *const outputs[] = {A};
-  const ptrdiff_t input_steps[] = {6, 6, 6}, output_steps[] = {6};
-  stewart_gough_acceleration_mixed_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void stewart_gough_margin_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_margin(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void stewart_gough_margin_batch(size_t n, const double *q, double *margin)
-{
-  const double *const inputs[] = {q};
-  double *const outputs[] = {margin};
-  const ptrdiff_t input_steps[] = {6}, output_steps[] = {1};
-  stewart_gough_margin_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void stewart_gough_configuration_near_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_configuration_near(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
-  }
-}
-
-void stewart_gough_configuration_near_batch(size_t n, const double *q, const double *seed, double *z)
-{
-  const double *const inputs[] = {q, seed};
-  double *const outputs[] = {z};
-  const ptrdiff_t input_steps[] = {6, 12}, output_steps[] = {12};
-  stewart_gough_configuration_near_rows(n, inputs, input_steps, outputs, output_steps);
-}
-
-/* Rows of any step, in doubles. */
-static void stewart_gough_fk_near_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
-    double *const *outputs, const ptrdiff_t *output_steps)
-{
-  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
-    stewart_gough_fk_near(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
-  }
-}
-
-void stewart_gough_fk_near_batch(size_t n, const double *q, const double *seed, double *T_0_ee, double *z)
-{
-  const double *const inputs[] = {q, seed};
-  double *const outputs[] = {T_0_ee, z};
-  const ptrdiff_t input_steps[] = {6, 12}, output_steps[] = {16, 12};
-  stewart_gough_fk_near_rows(n, inputs, input_steps, outputs, output_steps);
 }
 
 /* Rows of any step, in doubles. */

@@ -11,6 +11,31 @@
 extern "C" {
 #endif
 
+void stewart_gough_fk_batch(size_t n, const double *q, double *T_0_ee);
+void stewart_gough_link_poses_batch(size_t n, const double *q, double *T);
+void stewart_gough_fk_jacobian_mixed_batch(size_t n, const double *q, double *T_0_ee, double *J);
+void stewart_gough_jacobian_space_batch(size_t n, const double *q, double *J);
+void stewart_gough_jacobian_body_batch(size_t n, const double *q, double *J);
+void stewart_gough_jacobian_mixed_batch(size_t n, const double *q, double *J);
+void stewart_gough_jacobian_space_dot_batch(size_t n, const double *q, const double *qd, double *J_dot);
+void stewart_gough_jacobian_body_dot_batch(size_t n, const double *q, const double *qd, double *J_dot);
+void stewart_gough_jacobian_mixed_dot_batch(size_t n, const double *q, const double *qd, double *J_dot);
+void stewart_gough_hessian_mixed_batch(size_t n, const double *q, double *H);
+void stewart_gough_twist_space_batch(size_t n, const double *q, const double *qd, double *V);
+void stewart_gough_twist_body_batch(size_t n, const double *q, const double *qd, double *V);
+void stewart_gough_twist_mixed_batch(size_t n, const double *q, const double *qd, double *V);
+void stewart_gough_acceleration_space_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
+void stewart_gough_acceleration_body_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
+void stewart_gough_acceleration_mixed_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
+void stewart_gough_chain_batch(size_t n, const double *q, double *theta);
+void stewart_gough_chain_D_q_batch(size_t n, const double *q, double *theta_D_q);
+void stewart_gough_chain_rates_batch(size_t n, const double *q, const double *qd, double *thetad);
+void stewart_gough_chain_accelerations_batch(size_t n, const double *q, const double *qd, const double *qdd, double *thetadd);
+void stewart_gough_configuration_batch(size_t n, const double *q, double *z);
+void stewart_gough_configuration_D_q_batch(size_t n, const double *q, double *z_D_q);
+void stewart_gough_margin_batch(size_t n, const double *q, double *margin);
+void stewart_gough_configuration_near_batch(size_t n, const double *q, const double *seed, double *z);
+void stewart_gough_fk_near_batch(size_t n, const double *q, const double *seed, double *T_0_ee, double *z);
 void stewart_gough_actuators_batch(size_t n, const double *theta, double *q);
 void stewart_gough_actuators_D_chain_batch(size_t n, const double *theta, double *q_D_theta);
 void stewart_gough_actuator_rates_batch(size_t n, const double *theta, const double *thetad, double *qd);
@@ -42,31 +67,6 @@ void stewart_gough_rod_ends_batch(size_t n, const double *q, double *a, double *
 void stewart_gough_ik_legs_batch(size_t n, const double *T, double *q, double *residual, double *margin);
 void stewart_gough_closure_batch(size_t n, const double *w, double *residual, double *residual_D_w);
 void stewart_gough_closure_D_w_dot_batch(size_t n, const double *w, const double *wd, double *residual_D_w_dot);
-void stewart_gough_chain_batch(size_t n, const double *q, double *theta);
-void stewart_gough_chain_D_q_batch(size_t n, const double *q, double *theta_D_q);
-void stewart_gough_chain_rates_batch(size_t n, const double *q, const double *qd, double *thetad);
-void stewart_gough_chain_accelerations_batch(size_t n, const double *q, const double *qd, const double *qdd, double *thetadd);
-void stewart_gough_configuration_batch(size_t n, const double *q, double *z);
-void stewart_gough_configuration_D_q_batch(size_t n, const double *q, double *z_D_q);
-void stewart_gough_fk_batch(size_t n, const double *q, double *T_0_ee);
-void stewart_gough_link_poses_batch(size_t n, const double *q, double *T);
-void stewart_gough_fk_jacobian_mixed_batch(size_t n, const double *q, double *T_0_ee, double *J);
-void stewart_gough_jacobian_space_batch(size_t n, const double *q, double *J);
-void stewart_gough_jacobian_body_batch(size_t n, const double *q, double *J);
-void stewart_gough_jacobian_mixed_batch(size_t n, const double *q, double *J);
-void stewart_gough_jacobian_space_dot_batch(size_t n, const double *q, const double *qd, double *J_dot);
-void stewart_gough_jacobian_body_dot_batch(size_t n, const double *q, const double *qd, double *J_dot);
-void stewart_gough_jacobian_mixed_dot_batch(size_t n, const double *q, const double *qd, double *J_dot);
-void stewart_gough_hessian_mixed_batch(size_t n, const double *q, double *H);
-void stewart_gough_twist_space_batch(size_t n, const double *q, const double *qd, double *V);
-void stewart_gough_twist_body_batch(size_t n, const double *q, const double *qd, double *V);
-void stewart_gough_twist_mixed_batch(size_t n, const double *q, const double *qd, double *V);
-void stewart_gough_acceleration_space_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
-void stewart_gough_acceleration_body_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
-void stewart_gough_acceleration_mixed_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
-void stewart_gough_margin_batch(size_t n, const double *q, double *margin);
-void stewart_gough_configuration_near_batch(size_t n, const double *q, const double *seed, double *z);
-void stewart_gough_fk_near_batch(size_t n, const double *q, const double *seed, double *T_0_ee, double *z);
 void stewart_gough_modes_batch(size_t n, const double *q, double *theta, double *margin, double *unsure);
 void stewart_gough_ik_batch(size_t n, const double *T, double *q, double *residual, double *margin);
 

@@ -1,6 +1,9 @@
 /* Loops without a closed form: Newton's iteration on their equations, followed from a known
  * configuration; part of chasles, the same for every robot.
  *
+ * A function through the loops first calls `at` or `seeded`, which give the variables w, then
+ * `factored`, and then the entries of chasles_closure_rates.h, which give their derivatives.
+ *
  * Included once for each robot, which defines
  *
  *   CLOSURE_NAME(name)         the names of its functions and tables
@@ -9,11 +12,10 @@
  *   CLOSURE_AT(s)              computes s->c and s->D, equations and their derivative,
  *                              M x W, at s->w
  *   CLOSURE_BEND(w, wd, D)     the rate of this derivative at rates wd
- *   CLOSURE_SWINGS             swings of struts, which follow from w:
- *   CLOSURE_SWING(w, s, D)     them and their derivative, SWINGS x W
  *   tables actuated, ratio     the variable of each coordinate, and its advance per unit of it
  *          unknown             the unknown variables
  *          size_u, size_c      what compares unknowns and equations: a length (metre), or 1
+ *          of_z                the variables' indices in z
  *          start_q, start_w    the reference configuration
  *          tangent             du/dq there
  *   CLOSURE_SENSE              the sign of det c_u there, 0 where c_u is not square
@@ -87,8 +89,9 @@ static int CLOSURE_NAME(follow)(CLOSURE_NAME(closed) * s, const double q[CLOSURE
     return 0;
 }
 
-/* The configuration at q, followed from the reference. */
-static void CLOSURE_NAME(at)(const double q[CLOSURE_Q], CLOSURE_NAME(closed) * s)
+/* The variables w at q, followed from the reference. */
+static void CLOSURE_NAME(at)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q],
+                             double w[CLOSURE_W])
 {
     double tangent[CLOSURE_U], finite = 0.0;
     s->count = 0;
@@ -103,6 +106,17 @@ static void CLOSURE_NAME(at)(const double q[CLOSURE_Q], CLOSURE_NAME(closed) * s
     }
     const int is_reached = finite == 0.0 && CLOSURE_NAME(follow)(s, q, CLOSURE_SENSE, tangent);
     CLOSURE_NAME(reached)(s, is_reached);
+    memcpy(w, s->w, sizeof s->w);
+}
+
+/* The variables w at q, from a configuration z nearby. */
+static void CLOSURE_NAME(seeded)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q],
+                                 const double *z, double w[CLOSURE_W])
+{
+    for (int k = 0; k < CLOSURE_W; k++)
+        s->w[k] = z[CLOSURE_NAME(of_z)[k]];
+    CLOSURE_NAME(near)(q, s);
+    memcpy(w, s->w, sizeof s->w);
 }
 
 #include "chasles_closure_rates.h"
@@ -114,7 +128,5 @@ static void CLOSURE_NAME(at)(const double q[CLOSURE_Q], CLOSURE_NAME(closed) * s
 #undef CLOSURE_M
 #undef CLOSURE_AT
 #undef CLOSURE_BEND
-#undef CLOSURE_SWINGS
-#undef CLOSURE_SWING
 #undef CLOSURE_SENSE
 #undef CLOSURE_DETERMINANT

@@ -24,8 +24,8 @@ def test_casadi_file_contains_all_functions_except_derivatives(name):
     single = [f.name for f in derivation(name).functions if len(f.outputs) == 1]
     kept = [f for f in single if not DERIVATIVE.search(f) and f != "swivel"]
     if derivation(name).closure:
-        passive = ["passive"] * bool(derivation(name).robot.passive)
-        kept += ["configuration", "chain", *passive, "fk", "link_poses"]
+        # Iteration gives the margin by its own determinant, and starts from seeds in C alone.
+        kept = [f for f in kept if f not in ("margin", "configuration_near")]
     assert loaded(name).name_out() == kept
 
 
@@ -41,7 +41,7 @@ def test_casadi_files_cover_every_position_role():
 def test_casadi_file_equals_compiled_functions(name):
     rng = np.random.default_rng(1)
     for function in derivation(name).functions:
-        if function.role.name not in POSITIONS:
+        if function.role.name not in POSITIONS or function.calls:
             continue
         kept = casadi_function(GENERATED / name, function.name)
         assert set(kept.name_in()) <= {argument.name for argument in function.inputs}

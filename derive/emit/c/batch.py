@@ -47,10 +47,14 @@ def files(
 
 
 def has_lanes(function: SymbolicFunction) -> bool:
-    """Whether a function is printed on lanes: if it is small enough, and no start of another."""
+    """Whether a function is printed on lanes.
+
+    It is small enough, calls no solver, and computes no start of another function.
+    """
     size = sizes(function)
     return (
         not function.role.is_start
+        and not function.calls
         and sum(size.inputs) <= MOST_INPUTS
         and sum(size.outputs) <= MOST_OUTPUTS
         and max(len(function.inputs), len(function.outputs)) <= MOST_ARGUMENTS

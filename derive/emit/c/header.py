@@ -19,7 +19,7 @@ from ...terms.symbolic_function import (
     WrittenFunction,
 )
 from .expressions import WIDTH
-from .sections import summary
+from .sections import beside, summary
 
 
 def header(
@@ -116,7 +116,7 @@ def signature(prefix: str, function: Signature) -> str:
 def _operations(function: SymbolicFunction | WrittenFunction, programs: Programs) -> str:
     if isinstance(function, WrittenFunction):
         return f"About {function.operations} operations"
-    return summary(count_operations(programs.whole[function.name]))
+    return f"{summary(count_operations(programs.whole[function.name]))}{beside(function)}"
 
 
 def _declaration(prefix: str, function: Signature, operations: str) -> str:

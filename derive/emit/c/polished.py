@@ -2,6 +2,7 @@
 
 import textwrap
 from collections.abc import Sequence
+from dataclasses import replace
 
 from ...derivation import Derivation
 from ...inverse.polished_inverse import SOLVER
@@ -12,11 +13,10 @@ from ...program.counting import count_operations
 from ...program.programs import Programs
 from ...terms.symbolic_function import Argument, Result, SymbolicFunction, Table, WrittenFunction
 from .batch import loads
-from .closed_loops import pose_from_seed
 from .expressions import WIDTH, number
 from .header import notice, signature, support
 from .lanes import kernel, offsets, sizes
-from .scalar import branches_flag
+from .scalar import branches_flag, statements
 from .sections import summary
 from .written import GENERAL, table_lines, written_file
 
@@ -43,7 +43,7 @@ def _source(derivation: Derivation, function: WrittenFunction, programs: Program
     """The robot's numbers as macros, and the function, behind the functions that it calls."""
     robot = derivation.robot
     start, posed = function.calls
-    nominal, pose = derivation.function(start), derivation.signature(posed)
+    nominal, pose = derivation.function(start), derivation.function(posed)
     *numbers, meets, _, _ = function.tables
     is_free, turns, length, deviation = map(_value, numbers)
     own = f"{robot.name}_{function.name}"
@@ -71,7 +71,7 @@ def _source(derivation: Derivation, function: WrittenFunction, programs: Program
             notice(robot),
             *_posed(robot, own, pose, programs, alone),
             *others,
-            *_seeded(derivation, own, pose),
+            *_seeded(derivation, own, pose, programs),
             *_general_lines(derivation, function),
             '#include "chasles_polish.h"\n',
             *textwrap.wrap(signature(robot.name, function), WIDTH, subsequent_indent="    "),
@@ -85,13 +85,13 @@ def _source(derivation: Derivation, function: WrittenFunction, programs: Program
 def _posed(
     robot: Described,
     own: str,
-    pose: SymbolicFunction | WrittenFunction,
+    pose: SymbolicFunction,
     programs: Programs,
     alone: str,
 ) -> list[str]:
     """The pose on lanes where the compiler has them, else, or where it is iterated, one by one."""
     one_by_one = ["#define POLISH_ON_LANES 0", alone]
-    if isinstance(pose, WrittenFunction):
+    if pose.calls:
         return one_by_one
     size, program = sizes(pose), programs.whole[pose.name]
     return [
@@ -110,17 +110,38 @@ def _posed(
 
 
 def _seeded(
-    derivation: Derivation, own: str, pose: SymbolicFunction | WrittenFunction
+    derivation: Derivation, own: str, pose: SymbolicFunction, programs: Programs
 ) -> list[str]:
-    """The pose from a configuration of the loops nearby, where these are iterated."""
+    """The pose from a configuration w of the loops nearby, where these are iterated.
+
+    From the reference where w is NaN or too far away; w becomes the configuration at q.
+    """
     closure = derivation.closure
-    if not isinstance(pose, WrittenFunction) or closure is None:
+    if not pose.calls or closure is None:
         return ["#define POLISH_SEEDS 0"]
+    first, *others = pose.calls
+    (w,) = first.outputs
+    resumed = replace(first, entry="resumed", inputs=(*first.inputs, w.name), outputs=())
+    from_seed = replace(pose, calls=(resumed, *others))
+    results = ", ".join(f"double *{result.name}" for result in pose.outputs)
+    loops = f"{derivation.robot.name}_{first.system}"
     return [
         f"#define POLISH_SEEDS {len(closure.names)}",
         f"#define POLISH_REFERENCE {{{', '.join(map(number, closure.start.q.tolist()))}}}",
         f"#define POLISH_FROM_SEED(q, w, at) {own}_from_seed(q, w, at, at + 16)\n",
-        *pose_from_seed(derivation.robot, f"{own}_from_seed"),
+        f"static void {loops}_resumed({loops}_closed *s, const double *q, double *w)",
+        "{",
+        "  memcpy(s->w, w, sizeof s->w);",
+        "  if (w[0] == w[0])",
+        f"    {loops}_near(q, s);",
+        "  if (s->w[0] != s->w[0])",
+        f"    {loops}_at(s, q, w);",
+        "  memcpy(w, s->w, sizeof s->w);",
+        "}\n",
+        f"static void {own}_from_seed(const double *q, double *{w.name}, {results})",
+        "{",
+        *statements(derivation.robot, from_seed, programs.whole[pose.name]),
+        "}\n",
     ]
 
 

@@ -10,10 +10,11 @@ from ...program.operations import Compute, Operand, Operation, Program, Statemen
 from ...program.programs import Programs
 from ...program.schedule import by_depth, levels
 from ...terms.branches import branch
-from ...terms.symbolic_function import Argument, Result, SymbolicFunction, WrittenFunction
+from ...terms.symbolic_function import Argument, Call, Result, SymbolicFunction, WrittenFunction
+from .closed_loops import loops_file
 from .expressions import WIDTH, Naming, expression, naming
 from .header import notice, own_copy, signature
-from .sections import summary, title
+from .sections import beside, summary, title
 from .written import written_file
 
 SUPPORT = "chasles_cos_sin.h"
@@ -41,6 +42,8 @@ def source(
     included = f'#include "{robot.name}.h"\n\n#include "{SUPPORT}"'
     if any(function.signs for function in functions):
         included += f'\n#include "{branches_file(robot)}"'
+    systems = dict.fromkeys(call.system for function in functions for call in function.calls)
+    included += "".join(f'\n#include "{loops_file(robot, system)}"' for system in systems)
     parts = [notice(robot), f"{included}\n"]
     parts += [_definition(robot, function, programs.alone(function)) for function in functions]
     own = dict.fromkeys(written_file(robot, function) for function in written)
@@ -61,7 +64,7 @@ def branches_flag(robot: Described) -> str:
 def _definition(robot: Described, function: SymbolicFunction, program: Program) -> str:
     if function.signs:
         return _branched(robot, function, program)
-    lines = _straight(function, program)
+    lines = statements(robot, function, program)
     head = f"{signature(robot.name, function)} {{"
     return "\n".join([_comment(function, program), head, *lines, "}\n"])
 
@@ -69,7 +72,8 @@ def _definition(robot: Described, function: SymbolicFunction, program: Program) 
 def _comment(function: SymbolicFunction, program: Program) -> str:
     """The comment above a function: its summary and its operation counts."""
     lines = textwrap.wrap(function.summary, WIDTH - len("// "))
-    return "\n".join(f"// {line}" for line in [*lines, summary(count_operations(program))])
+    counted = f"{summary(count_operations(program))}{beside(function)}"
+    return "\n".join(f"// {line}" for line in [*lines, counted])
 
 
 def _branched(robot: Described, function: SymbolicFunction, program: Program) -> str:
@@ -85,7 +89,7 @@ def _branched(robot: Described, function: SymbolicFunction, program: Program) ->
             f"#if !{flag}",
             _comment(replace(one, summary=f"One branch of {function.name}."), program),
             f"static {signature(robot.name, one)} {{",
-            *_straight(one, program),
+            *statements(robot, one, program),
             "}",
             "#endif\n",
             f"{signature(robot.name, function)} {{",
@@ -104,11 +108,13 @@ def _branched(robot: Described, function: SymbolicFunction, program: Program) ->
     )
 
 
-def _straight(function: SymbolicFunction, program: Program) -> list[str]:
-    """The lines of a function, one statement after the other."""
+def statements(robot: Described, function: SymbolicFunction, program: Program) -> list[str]:
+    """The lines of a function: its calls, then one statement after the other."""
     plain = naming(program)
-    used = {entry.argument for entry in program.inputs}
-    lines = [f"  (void){a.name};" for i, a in enumerate(function.inputs) if i not in used]
+    used = {program.arguments[entry.argument] for entry in program.inputs}
+    used |= {name for call in function.calls for name in call.inputs}
+    lines = [f"  (void){a.name};" for a in function.inputs if a.name not in used]
+    lines += _called(robot, function.calls)
     # All inputs are read before an output is written: outputs may overlap inputs.
     lines += _section(
         "inputs",
@@ -136,6 +142,16 @@ def _straight(function: SymbolicFunction, program: Program) -> list[str]:
     for section in _sections([s for s in level if s in rest] for level in levels(ordered)):
         written = [_written(statement, function, name) for statement in section]
         lines += _section(title(section, function.outputs), written)
+    return lines
+
+
+def _called(robot: Described, calls: Sequence[Call]) -> list[str]:
+    """The lines that call solvers; each solver keeps its loops in ``loops``."""
+    lines = [f"  {robot.name}_{call.system}_closed loops;" for call in calls[:1]]
+    lines += [f"  double {a.name}[{a.size}];" for call in calls for a in call.outputs]
+    for call in calls:
+        passed = ", ".join(["&loops", *call.inputs, *(output.name for output in call.outputs)])
+        lines.append(f"  {robot.name}_{call.system}_{call.entry}({passed});")
     return lines
 
 

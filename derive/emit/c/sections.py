@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 
 from ...program.counting import Operations
 from ...program.operations import Compute, Constant, Statement, Store
-from ...terms.symbolic_function import Result
+from ...terms.symbolic_function import Result, SymbolicFunction
 
 _MATRIX = 2
 
@@ -14,6 +14,12 @@ def summary(operations: Operations) -> str:
     kinds = {kind: n for kind, n in operations.as_dict().items() if n and kind != "total"}
     listed = ", ".join(f"{kind} {n}" for kind, n in kinds.items())
     return f"{operations.total} operations" + (f": {listed}" if listed else "")
+
+
+def beside(function: SymbolicFunction) -> str:
+    """The operations of the solvers that a function calls, in words; "" where it calls none."""
+    count = sum(call.operations for call in function.calls)
+    return f", behind about {count} of the iteration" if count else ""
 
 
 def title(statements: Sequence[Statement], results: Sequence[Result]) -> str:

@@ -33,7 +33,7 @@ SUPPORTS = {
     "triad": ("chasles_triad.h", "chasles_triad_tolerances.h", *CIRCLE),
 }
 """The files of each solver that takes tables; a generated file includes the first."""
-SHARED = ("closure", "chain_closure", "parametric")
+SHARED = ("parametric",)
 """Solvers of several functions of a robot, which share one file."""
 
 

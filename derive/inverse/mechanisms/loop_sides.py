@@ -14,7 +14,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from ...loops.hybrid import Hybrid
-from ...loops.maps import chain
+from ...loops.maps import chain, from_actuators
 from ...loops.planar.loop_step import LoopStep
 from ...loops.solution import Solution, with_free_sides
 from ...model.tolerances import LED_BACK, LED_STEP
@@ -152,7 +152,7 @@ def idle_choices(
 
 def _poses(hybrid: Hybrid, given: Sequence[int]) -> list[FloatArray]:
     """Random coordinates (N, n), their poses (16, N), and given joints (1, N) there."""
-    fk, theta = lower([hybrid.tool_functions(["fk"])["fk"], chain(hybrid)], "true")
+    fk, theta = lower([hybrid.tool_functions(["fk"])["fk"], chain(from_actuators(hybrid))], "true")
     for part in PARTS:
         known = _configurations(hybrid, part)
         T = np.array(fk(known.T)).reshape(16, -1)

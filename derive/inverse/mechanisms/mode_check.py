@@ -11,12 +11,13 @@ from dataclasses import replace
 from functools import cache
 
 from ...loops.iterated.closure_equations import LoopClosure
-from ...loops.iterated.iterated_functions import SOLVER, STEPS, SYSTEM
+from ...loops.iterated.iteration import STEPS, SYSTEM
 from ...loops.maps import Maker
 from ...loops.platforms import WrittenMaker
 from ...terms.symbolic_function import SymbolicFunction, WrittenFunction
 
-IK, LEGS, FK_OF_CHAIN = "ik", "ik_legs", "chain_fk"
+IK, LEGS, FK = "ik", "ik_legs", "fk"
+SOLVER = "closure_modes"
 IDENTITY = (
     "fk(q[k]) = T wherever residual[k] is rounding; the loops close with q[k] at T in another "
     "assembly mode than that of fk(q[k]) wherever residual[k] is infinite and q[k] is not NaN"
@@ -75,7 +76,7 @@ def _checked(closure: LoopClosure, legs: SymbolicFunction) -> WrittenFunction:
         ),
         SOLVER,
         (closure.size,),
-        (LEGS, FK_OF_CHAIN, *closure.functions),
+        (LEGS, FK),
         slots,
         SYSTEM * STEPS * slots,
         role=legs.role,

@@ -57,7 +57,7 @@ class LoopPage:
         assert hybrid is not None
         symbols = members(mechanism)
         printed = derive(mechanism.main_chain, PRINTED, derivation.families)
-        inverse, functions = derivation.inverse, derivation.functions
+        inverse, functions = derivation.inverse, (f for f in derivation.functions if not f.calls)
         # The steps of the robot's own inverse stand in place of those of a general main chain.
         ways = STRUCTURED if inverse and inverse.solved else WAYS
         chain = Page.of(printed, symbols.theta, len(mechanism.coordinates), ways)
@@ -65,7 +65,9 @@ class LoopPage:
         skeleton, geometry = derivation.skeleton, derivation.geometry
         assert not isinstance(geometry, Geometry)
         return cls(
-            *(mechanism, hybrid, skeleton, chain, symbols, letters, inverse, functions, geometry)
+            *(mechanism, hybrid, skeleton, chain, symbols, letters, inverse),
+            functions=tuple(functions),
+            geometry=geometry,
         )
 
     @property

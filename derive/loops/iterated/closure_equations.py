@@ -19,8 +19,7 @@ from ...model.mechanism import Mechanism
 from ...model.tolerances import REPEATED_EQUATION
 from ...terms.casadi_graph import lower
 from ...terms.role import Role
-from ...terms.symbolic_function import Argument, Result, SymbolicFunction, matrix_entries
-from ...terms.tangents import derivative_columns
+from ...terms.symbolic_function import Argument, Result, SymbolicFunction
 from ..closing import longest_length
 from ..constraints import (
     LoopEquations,
@@ -28,7 +27,6 @@ from ..constraints import (
     constraints,
     derivative_rows,
     rates_of,
-    swing_angles,
 )
 from ..hybrid import Hybrid
 from .gradient import UNIT, gradient
@@ -155,8 +153,6 @@ class LoopClosure:
         if self.of_actuators is not None:
             return self.of_actuators.functions
         found = [self.residual, self._closure_dot()]
-        if self.hybrid.mechanism.swings:
-            found.append(self._swings())
         return {function.name: function for function in found}
 
     @cached_property
@@ -224,27 +220,6 @@ class LoopClosure:
                 (len(rows), len(self.w)),
                 "1/s, m/s, 1/(m s)",
                 "rate of the derivative",
-            ),
-        )
-
-    def _swings(self) -> SymbolicFunction:
-        terms = self.hybrid.terms
-        values = dict(zip(self.names, self.w, strict=True))
-        angles = swing_angles(self.hybrid.mechanism, terms, values)
-        entries = tuple(angles[name] for name in self.hybrid.mechanism.swings)
-        columns = derivative_columns(terms, entries, self.w)
-        return self._function(
-            "swings",
-            "Swings of struts on pins, between -pi and pi, and their derivative.",
-            f"swing = ({', '.join(self.hybrid.mechanism.swings)})",
-            ("w",),
-            Result("swing", entries, (len(entries),), "rad", "swings"),
-            Result(
-                "swing_D_w",
-                matrix_entries(columns),
-                (len(entries), len(self.w)),
-                "1, 1/m",
-                "their derivative",
             ),
         )
 

