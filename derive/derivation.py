@@ -9,6 +9,7 @@ from .chain.coordinates import InProportion
 from .chain.groups import Group, groups
 from .chain.kinematics import FUNCTIONS, Kinematics, arguments_of
 from .chain.parametric import PARAMETRIC, Parametric
+from .chain.parametric import ROLES as PARAMETRIC_ROLES
 from .chain.rigid_bodies import RigidBodies
 from .chain.transmissions import transmissions
 from .inverse.chosen_joints import hybrid_inverses_for_given, inverses_for_given
@@ -32,6 +33,8 @@ from .terms.terms import Terms
 
 _GUARDS = {"actuators": "margin", "chain": "actuator_margin"}
 """The function that gives the loops' margins, by the domain of the functions that it guards."""
+_UNGUARDED = ("margin", "branches", "near", *PARAMETRIC_ROLES.values())
+"""Roles of functions to which these margins do not apply."""
 
 
 @dataclass(frozen=True)
@@ -212,7 +215,7 @@ def _of_mechanism(
     loops = None
     if parametric or not set(PARAMETRIC).isdisjoint(functions or ()):
         loops = ParametricLoops(hybrid)
-        written |= {function.name: function for function in loops.written()}
+        called |= {name: loops.called(name) for name in PARAMETRIC}
     asked_p = PARAMETRIC if parametric else ()
     inner = loops.inner if loops else {}
     called |= {name: function.calls for name, function in written.items()}
@@ -226,6 +229,7 @@ def _of_mechanism(
     made |= iteration.tool_functions(asked_of_tool) if iteration else {}
     made |= inverse.functions if inverse else {}
     made |= {name: function for name, function in inner.items() if name in chosen} | laws
+    made |= loops.functions(chosen) if loops else {}
     return Derivation(
         mechanism,
         hybrid.terms,
@@ -256,7 +260,7 @@ def _makers(hybrid: Hybrid) -> dict[str, Maker]:
 def _guarded(function: SymbolicFunction, capabilities: Collection[str]) -> SymbolicFunction:
     """The function, with the function that gives the margins of its loops named as its guard."""
     guard = _GUARDS.get(function.role.domain, "")
-    if guard not in capabilities or function.role.name in ("margin", "branches", "near"):
+    if guard not in capabilities or function.role.name in _UNGUARDED:
         return function
     return replace(function, margin=guard)
 

@@ -8,11 +8,11 @@ import casadi as ca
 
 from ..derivation import Derivation
 from ..loops.iterated.iteration import FIRST
+from ..loops.parametric.parametric_loops import SYSTEM
 from ..program.programs import Programs
 from ..terms.casadi_graph import whole
 from ..terms.symbolic_function import SymbolicFunction
 from .casadi_loops import with_loops
-from .casadi_parametric import with_geometry
 
 POSITIONS = frozenset(
     {
@@ -41,13 +41,7 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     if not kept:
         return {}
     name = derivation.robot.name
-    joined = (
-        whole(kept, name)
-        if derivation.closure is None
-        else with_loops(derivation, derivation.closure, kept)
-    )
-    if derivation.parametric_loops is not None:
-        joined = with_geometry(derivation.parametric_loops, joined, kept)
+    joined = with_loops(derivation, kept) if any(f.calls for f in kept) else whole(kept, name)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "function.casadi"
         joined.save(str(path))
@@ -55,8 +49,11 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
 
 
 def _is_of_positions(function: SymbolicFunction) -> bool:
-    """Whether a function calls solvers, if any, for the positions of loops from q alone."""
-    return all((call.system, call.entry) == ("loops", FIRST) for call in function.calls)
+    """Whether a function calls solvers, if any, for positions of loops from q, or q and p."""
+    return all(
+        not call.system or (call.entry == FIRST and call.system in ("loops", SYSTEM))
+        for call in function.calls
+    )
 
 
 def casadi_function(folder: str | Path, name: str) -> ca.Function:

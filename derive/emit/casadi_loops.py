@@ -1,15 +1,16 @@
-"""CasADi functions through loops without a closed form: implicit functions with derivatives."""
+"""CasADi functions through iterated loops: implicit functions with derivatives."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import casadi as ca
 import numpy as np
 
 from ..derivation import Derivation
 from ..loops.iterated.closure_equations import LoopClosure
+from ..loops.parametric.parametric_loops import START, SYSTEM, ParametricLoops
 from ..model.tolerances import FOUND_LOOP
 from ..terms.casadi_graph import lower, whole
-from ..terms.symbolic_function import SymbolicFunction
+from ..terms.symbolic_function import SymbolicFunction, systems_of
 
 STATIONS = 8
 """Points of the straight line from the reference, each the start of the next: so many bring every
@@ -23,68 +24,94 @@ OPTIONS = {
 }
 
 
-def with_loops(
-    derivation: Derivation, closure: LoopClosure, kept: Sequence[SymbolicFunction]
-) -> ca.Function:
-    """The functions of positions of a robot whose loops have no closed form.
+def with_loops(derivation: Derivation, kept: Sequence[SymbolicFunction]) -> ca.Function:
+    """The functions of positions of a robot, some of which call the solver of its loops.
 
-    The joints at q are found by ``casadi.rootfinder``, along the straight line from the reference;
-    CasADi differentiates the result by the implicit function theorem.
+    The variables w of the loops are found by ``casadi.rootfinder``; CasADi differentiates them by
+    the implicit function theorem.
 
     Args:
         derivation: The robot.
-        closure: The equations of its loops.
-        kept: Its functions of positions.
+        kept: Its functions of positions, in the order of derivation.
 
     Returns:
         A function with an output for each function.
     """
     arguments = {a.name: a.size for f in kept for a in f.inputs}
     inputs = {name: ca.MX.sym(name, size) for name, size in arguments.items()}
-    values = inputs | ({"w": _variables(closure, inputs["q"])} if _calling(kept) else {})
-    outputs = {
-        f.name: whole([f], f.name)(*(values[argument.name] for argument in f.arguments))
-        for f in kept
-    }
+    solved: dict[str, ca.MX] = {}
+    outputs: dict[str, ca.MX] = {}
+    for f in kept:
+        values = dict(inputs)
+        for system in systems_of([f]):
+            if system not in solved:
+                solved[system] = (
+                    _of_geometry(derivation.parametric_loops, inputs, outputs[START])
+                    if system == SYSTEM
+                    else _variables(derivation.closure, inputs["q"])
+                )
+            values["w"] = solved[system]
+        for call in f.calls:
+            if not call.system:
+                (called,) = lower([derivation.function(call.entry)], "called")
+                (array,) = call.outputs
+                values[array.name] = called(*(values[name] for name in call.inputs))
+        outputs[f.name] = whole([f], f.name)(*(values[a.name] for a in f.arguments))
     name = derivation.robot.name
     return ca.Function(
         name, list(inputs.values()), list(outputs.values()), list(inputs), list(outputs)
     )
 
 
-def _calling(kept: Sequence[SymbolicFunction]) -> bool:
-    return any(function.calls for function in kept)
-
-
-def _variables(closure: LoopClosure, q: ca.MX) -> ca.MX:
-    """The variables w of the loops at coordinates."""
+def _variables(closure: LoopClosure | None, q: ca.MX) -> ca.MX:
+    """The variables w of the loops at coordinates, along the straight line from the reference."""
+    assert closure is not None
     start, ratios = closure.start, np.array(closure.ratios)
-    solver = _solver(closure)
+    (residual,) = lower([closure.residual], "of")
+    symbols, none = ca.SX.sym("w", len(closure.names)), ca.SX.sym("none", 0)
+    solver = _solver(symbols, none, residual(symbols)[0], closure.given, closure.unknown)
     u = ca.MX(start.w[closure.unknown])
     for k in range(1, STATIONS + 1):
         at = start.q + k / STATIONS * (q - start.q) if k < STATIONS else q
         u = solver(u, ratios * at)
-    unknown = {k: u[i] for i, k in enumerate(closure.unknown)}
-    actuated = {k: ratios[i] * q[i] for i, k in enumerate(closure.given)}
-    values = unknown | actuated
-    w = ca.vertcat(*(values[k] for k in range(len(closure.names))))
-    residual = lower([closure.functions["closure"]], "left")[0](w)[0]
-    # Where the loops do not close the iteration ends somewhere.
+    found = dict(zip(closure.unknown, ca.vertsplit(u), strict=True))
+    found |= dict(zip(closure.given, ca.vertsplit(ratios * q), strict=True))
+    w = ca.vertcat(*(found[k] for k in range(len(closure.names))))
+    return _while_closed(w, residual(w)[0])
+
+
+def _of_geometry(
+    loops: ParametricLoops | None, inputs: Mapping[str, ca.MX], posture: ca.MX
+) -> ca.MX:
+    """The variables w of the loops with a geometry, from the posture of the nominal robot."""
+    assert loops is not None
+    q, p = inputs["q"], inputs["p"]
+    names, n = [variable.name for variable in loops.hybrid.variables], len(loops.hybrid.q)
+    (residual,) = lower([loops.inner["closure_p"]], "of")
+    symbols, geometry = ca.SX.sym("w", loops.arguments["w"].size), ca.SX.sym("p", p.numel())
+    unknown = range(n, symbols.numel())
+    solver = _solver(symbols, geometry, residual(symbols, geometry)[0], range(n), unknown)
+    start = ca.vertcat(*(posture[names.index(variable.name)] for variable in loops.unknown))
+    w = ca.vertcat(q, solver(start, ca.vertcat(q, p)))
+    return _while_closed(w, residual(w, p)[0])
+
+
+def _while_closed(w: ca.MX, residual: ca.MX) -> ca.MX:
+    """The variables, NaN where the loops do not close: the iteration ends somewhere then."""
     closed: ca.MX = w + ca.if_else(ca.norm_inf(residual) <= FOUND_LOOP, 0, np.nan)
     return closed
 
 
-def _solver(closure: LoopClosure) -> ca.Function:
-    """The unknown variables at actuated ones, from a start.
+def _solver(
+    w: ca.SX, p: ca.SX, residual: ca.SX, given: Sequence[int], unknown: Sequence[int]
+) -> ca.Function:
+    """The unknown variables at given ones and p, from a start.
 
     Where there are more equations than unknowns, the gradient of their sum of squares is zero.
     """
-    u, a = ca.SX.sym("u", len(closure.unknown)), ca.SX.sym("a", len(closure.given))
-    values = {k: u[i] for i, k in enumerate(closure.unknown)}
-    values |= {k: a[i] for i, k in enumerate(closure.given)}
-    w = ca.vertcat(*(values[k] for k in range(len(closure.names))))
-    residual = lower([closure.functions["closure"]], "of")[0](w)[0]
+    u, a = w[list(unknown)], w[list(given)]
     if residual.numel() > u.numel():
         residual = ca.mtimes(ca.jacobian(residual, u).T, residual)
-    equations = ca.Function("equations", [u, a], [residual], ["u", "a"], ["residual"])
+    inputs, names = [u, ca.vertcat(a, p)], ["u", "a"]
+    equations = ca.Function("equations", inputs, [residual], names, ["residual"])
     return ca.rootfinder("loops", "newton", equations, OPTIONS)

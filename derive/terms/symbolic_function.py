@@ -168,3 +168,9 @@ class SymbolicFunction(Signature):
 def matrix_entries(columns: Iterable[Iterable[sp.Expr]]) -> tuple[sp.Expr, ...]:
     """Row-major entries of a matrix given by columns."""
     return tuple(entry for row in zip(*columns, strict=True) for entry in row)
+
+
+def systems_of(functions: Iterable[SymbolicFunction]) -> list[str]:
+    """Names of the equations that functions solve, in order."""
+    systems = (call.system for function in functions for call in function.calls)
+    return list(dict.fromkeys(filter(None, systems)))

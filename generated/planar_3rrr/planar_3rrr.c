@@ -1689,14 +1689,9 @@ void planar_3rrr_configuration_D_q(const double q[3], double z_D_q[27]) {
 void planar_3rrr_margin(const double q[3], double margin[1]) {
   planar_3rrr_loops_closed loops;
   double w[6];
-  double square[1];
   planar_3rrr_loops_at(&loops, q, w);
   planar_3rrr_loops_factored(&loops);
-  planar_3rrr_loops_margin(&loops, square);
-  // inputs
-  const double square_0 = square[0];
-  // margin
-  margin[0] = square_0;
+  planar_3rrr_loops_margin(&loops, margin);
 }
 
 // All joints, swings and cylinder lengths, from a configuration nearby, in at most eight steps of

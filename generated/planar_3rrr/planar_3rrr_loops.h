@@ -8,6 +8,7 @@
 #define CLOSURE_BEND(w, wd, D) planar_3rrr_closure_D_w_dot(w, wd, D)
 #define CLOSURE_SENSE 1.0
 #define CLOSURE_DETERMINANT 0.319191
+#define CLOSURE_RESUMES 0
 static const double planar_3rrr_loops_ratio[3] = {1.0, 1.0, 1.0};
 static const double planar_3rrr_loops_size_u[3] = {0.29, 0.29, 1.0};
 static const double planar_3rrr_loops_size_c[3] = {0.29, 0.29, 0.29};

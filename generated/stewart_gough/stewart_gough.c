@@ -4375,14 +4375,9 @@ void stewart_gough_configuration_D_q(const double q[6], double z_D_q[72]) {
 void stewart_gough_margin(const double q[6], double margin[1]) {
   stewart_gough_loops_closed loops;
   double w[12];
-  double square[1];
   stewart_gough_loops_at(&loops, q, w);
   stewart_gough_loops_factored(&loops);
-  stewart_gough_loops_margin(&loops, square);
-  // inputs
-  const double square_0 = square[0];
-  // margin
-  margin[0] = square_0;
+  stewart_gough_loops_margin(&loops, margin);
 }
 
 // All joints, swings and cylinder lengths, from a configuration nearby, in at most eight steps of

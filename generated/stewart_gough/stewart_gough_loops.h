@@ -8,6 +8,7 @@
 #define CLOSURE_BEND(w, wd, D) stewart_gough_closure_D_w_dot(w, wd, D)
 #define CLOSURE_SENSE 1.0
 #define CLOSURE_DETERMINANT 0.0399175
+#define CLOSURE_RESUMES 0
 static const double stewart_gough_loops_ratio[6] = {1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
 static const double stewart_gough_loops_size_u[6] = {0.57, 0.57, 0.57, 1.0, 1.0, 1.0};
 static const double stewart_gough_loops_size_c[6] = {0.57, 0.57, 0.57, 0.57, 0.57, 0.57};

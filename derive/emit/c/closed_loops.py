@@ -1,15 +1,17 @@
 """The C of loops without a closed form: the numbers of a robot, solved by ``chasles_closure.h``."""
 
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
 from ...derivation import Derivation
 from ...inverse.mechanisms import mode_check
+from ...inverse.polished_inverse import SOLVER as POLISHED
 from ...loops.iterated.closure_equations import LoopClosure
+from ...loops.parametric.parametric_loops import START, SYSTEM, ParametricLoops
 from ...model.mechanism import Described
-from ...terms.symbolic_function import WrittenFunction
+from ...terms.symbolic_function import WrittenFunction, systems_of
 from .expressions import WIDTH, number
 from .header import notice, own_copy, signature, support
 from .written import written_file
@@ -20,6 +22,12 @@ SUPPORTS = (
     "chasles_closure_rates.h",
     "chasles_closure_tolerances.h",
 )
+PARAMETRIC = (
+    "chasles_closure_parametric.h",
+    "chasles_closure_newton.h",
+    "chasles_closure_tolerances.h",
+)
+"""The files of loops whose geometry is an input."""
 MODES = ("chasles_closure_modes.h", "chasles_closure_tolerances.h")
 """The files of robots whose inverse by legs is compared with the forward kinematics."""
 
@@ -27,12 +35,24 @@ MODES = ("chasles_closure_modes.h", "chasles_closure_tolerances.h")
 def closure_files(derivation: Derivation) -> dict[str, str]:
     """The files of iterated loops, with their solver, by name; none for another robot."""
     closure, robot = derivation.closure, derivation.robot
-    systems = {call.system for function in derivation.functions for call in function.calls}
-    own, needed = {}, [*(SUPPORTS if systems else ())]
-    for system in sorted(systems):
-        given = closure if system == "loops" or closure is None else closure.of_chain
-        assert given is not None
-        own[loops_file(robot, system)] = _source(robot, system, given)
+    own: dict[str, str] = {}
+    needed: list[str] = []
+    for system in systems_of(derivation.functions):
+        if system == SYSTEM:
+            assert derivation.parametric_loops is not None
+            numbers = _parametric(robot.name, derivation.parametric_loops)
+            needed += PARAMETRIC
+        else:
+            given = closure if system == "loops" or closure is None else closure.of_chain
+            assert given is not None
+            own_name = f"{robot.name}_{system}"
+            resumes = system == "loops" and any(f.solver == POLISHED for f in derivation.written)
+            macros = _macros(robot.name, own_name, given) | {"RESUMES": int(resumes)}
+            numbers = [*_defined(macros), *_tables(own_name, given)]
+            needed += SUPPORTS
+        solver = PARAMETRIC[0] if system == SYSTEM else SUPPORTS[0]
+        included = f'\n#include "{solver}"\n'
+        own[loops_file(robot, system)] = "\n".join([notice(robot), *numbers, included])
     for function in derivation.written:
         if function.solver == mode_check.SOLVER:
             own[written_file(robot, function)] = _modes(robot, function)
@@ -43,19 +63,6 @@ def closure_files(derivation: Derivation) -> dict[str, str]:
 def loops_file(robot: Described, system: str) -> str:
     """Name of the file with the numbers of the equations of loops."""
     return f"{robot.name}_{system}.h"
-
-
-def _source(robot: Described, system: str, closure: LoopClosure) -> str:
-    """The numbers of the equations as macros and tables, and the solver."""
-    own = f"{robot.name}_{system}"
-    return "\n".join(
-        [
-            notice(robot),
-            *_macros(robot.name, own, closure),
-            *_tables(own, closure),
-            '\n#include "chasles_closure.h"\n',
-        ]
-    )
 
 
 def _modes(robot: Described, function: WrittenFunction) -> str:
@@ -85,10 +92,10 @@ def _modes(robot: Described, function: WrittenFunction) -> str:
     )
 
 
-def _macros(robot: str, own: str, closure: LoopClosure) -> list[str]:
+def _macros(robot: str, own: str, closure: LoopClosure) -> dict[str, object]:
     determinant = closure.start.determinant
     is_square = len(closure.units) == len(closure.unknown)
-    macros = {
+    return {
         "NAME(name)": f"{own}_##name",
         "Q": len(closure.given),
         "W": len(closure.names),
@@ -99,6 +106,9 @@ def _macros(robot: str, own: str, closure: LoopClosure) -> list[str]:
         "SENSE": number(float(np.sign(determinant) * is_square)),
         "DETERMINANT": number(abs(determinant)),
     }
+
+
+def _defined(macros: Mapping[str, object]) -> list[str]:
     return [f"#define CLOSURE_{name} {value}" for name, value in macros.items()]
 
 
@@ -119,10 +129,44 @@ def _tables(own: str, closure: LoopClosure) -> list[str]:
         "unknown": closure.unknown,
         "of_z": [z.index(name) for name in closure.names],
     }
+    return _tabled(own, numbers, indices)
+
+
+def _tabled(
+    own: str, numbers: Mapping[str, Iterable[float]], indices: Mapping[str, Iterable[int]]
+) -> list[str]:
     return [
         *(table(f"double {own}_{key}", map(number, v)) for key, v in numbers.items()),
         *(table(f"int {own}_{key}", map(str, v)) for key, v in indices.items()),
     ]
+
+
+def _parametric(robot: str, loops: ParametricLoops) -> list[str]:
+    """The numbers of loops whose geometry is an input."""
+    n, z = len(loops.hybrid.q), [variable.name for variable in loops.hybrid.variables]
+    own, lengths = f"{robot}_{SYSTEM}", {"m": loops.size}
+    macros = {
+        "NAME(name)": f"{own}_##name",
+        "Q": n,
+        "W": loops.arguments["w"].size,
+        "U": len(loops.unknown),
+        "M": len(loops.units),
+        "P": loops.arguments["p"].size,
+        "AT(s)": f"{robot}_closure_p((s)->w, (s)->p, (s)->c, (s)->D)",
+        "Z": len(z),
+        "POSTURE(q, z)": f"{robot}_{START}(q, z)",
+    }
+    numbers = {
+        "ratio": [1.0] * n,
+        "size_u": [lengths.get(variable.unit, 1.0) for variable in loops.unknown],
+        "size_c": [lengths.get(unit, 1.0) for unit in loops.units],
+    }
+    indices = {
+        "actuated": range(n),
+        "unknown": range(n, n + len(loops.unknown)),
+        "of_z": [z.index(variable.name) for variable in loops.unknown],
+    }
+    return [*_defined(macros), *_tabled(own, numbers, indices)]
 
 
 def table(name: str, values: Iterable[str]) -> str:

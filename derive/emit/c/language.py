@@ -10,7 +10,6 @@ from . import (
     branch_lanes,
     closed_loops,
     nearest,
-    parametric_closures,
     polished,
     scalar,
     written,
@@ -36,7 +35,6 @@ def files(derivation: Derivation, programs: Programs) -> dict[str, str]:
         **written.written_files(robot, derivation.written),
         **polished.polished_files(derivation, programs),
         **closed_loops.closure_files(derivation),
-        **parametric_closures.parametric_files(derivation),
         **branch_lanes.files(robot, functions, programs),
         **batch.files(robot, functions, programs, derivation.written),
     }

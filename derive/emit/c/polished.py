@@ -124,20 +124,10 @@ def _seeded(
     resumed = replace(first, entry="resumed", inputs=(*first.inputs, w.name), outputs=())
     from_seed = replace(pose, calls=(resumed, *others))
     results = ", ".join(f"double *{result.name}" for result in pose.outputs)
-    loops = f"{derivation.robot.name}_{first.system}"
     return [
         f"#define POLISH_SEEDS {len(closure.names)}",
         f"#define POLISH_REFERENCE {{{', '.join(map(number, closure.start.q.tolist()))}}}",
         f"#define POLISH_FROM_SEED(q, w, at) {own}_from_seed(q, w, at, at + 16)\n",
-        f"static void {loops}_resumed({loops}_closed *s, const double *q, double *w)",
-        "{",
-        "  memcpy(s->w, w, sizeof s->w);",
-        "  if (w[0] == w[0])",
-        f"    {loops}_near(q, s);",
-        "  if (s->w[0] != s->w[0])",
-        f"    {loops}_at(s, q, w);",
-        "  memcpy(w, s->w, sizeof s->w);",
-        "}\n",
         f"static void {own}_from_seed(const double *q, double *{w.name}, {results})",
         "{",
         *statements(derivation.robot, from_seed, programs.whole[pose.name]),

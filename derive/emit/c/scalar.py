@@ -10,7 +10,14 @@ from ...program.operations import Compute, Operand, Operation, Program, Statemen
 from ...program.programs import Programs
 from ...program.schedule import by_depth, levels
 from ...terms.branches import branch
-from ...terms.symbolic_function import Argument, Call, Result, SymbolicFunction, WrittenFunction
+from ...terms.symbolic_function import (
+    Argument,
+    Call,
+    Result,
+    SymbolicFunction,
+    WrittenFunction,
+    systems_of,
+)
 from .closed_loops import loops_file
 from .expressions import WIDTH, Naming, expression, naming
 from .header import notice, own_copy, signature
@@ -42,7 +49,7 @@ def source(
     included = f'#include "{robot.name}.h"\n\n#include "{SUPPORT}"'
     if any(function.signs for function in functions):
         included += f'\n#include "{branches_file(robot)}"'
-    systems = dict.fromkeys(call.system for function in functions for call in function.calls)
+    systems = systems_of(functions)
     included += "".join(f'\n#include "{loops_file(robot, system)}"' for system in systems)
     parts = [notice(robot), f"{included}\n"]
     parts += [_definition(robot, function, programs.alone(function)) for function in functions]
@@ -110,11 +117,13 @@ def _branched(robot: Described, function: SymbolicFunction, program: Program) ->
 
 def statements(robot: Described, function: SymbolicFunction, program: Program) -> list[str]:
     """The lines of a function: its calls, then one statement after the other."""
-    plain = naming(program)
+    plain, filled = naming(program), _filled(function)
     used = {program.arguments[entry.argument] for entry in program.inputs}
     used |= {name for call in function.calls for name in call.inputs}
     lines = [f"  (void){a.name};" for a in function.inputs if a.name not in used]
-    lines += _called(robot, function.calls)
+    lines += _called(robot, function.calls, filled)
+    if len(filled) == len(function.outputs):
+        return lines
     # All inputs are read before an output is written: outputs may overlap inputs.
     lines += _section(
         "inputs",
@@ -145,13 +154,30 @@ def statements(robot: Described, function: SymbolicFunction, program: Program) -
     return lines
 
 
-def _called(robot: Described, calls: Sequence[Call]) -> list[str]:
-    """The lines that call solvers; each solver keeps its loops in ``loops``."""
+def _filled(function: SymbolicFunction) -> dict[str, str]:
+    """The result that each array of a call is, where calls alone give all results.
+
+    No later call reads an input, which a result may overlap.
+    """
+    given, calls = {argument.name for argument in function.inputs}, list(enumerate(function.calls))
+    read = max((k for k, call in calls if not given.isdisjoint(call.inputs)), default=-1)
+    # A generated function reads all its inputs before it writes a result.
+    last = [call for k, call in calls if k > read or (k == read and not call.system)]
+    arrays = {output.symbols: output.name for call in last for output in call.outputs}
+    found = {arrays.get(r.entries, ""): r.name for r in function.outputs}
+    return {} if "" in found else found
+
+
+def _called(robot: Described, calls: Sequence[Call], filled: Mapping[str, str]) -> list[str]:
+    """The lines that call functions and solvers; a solver keeps its loops in ``loops``."""
     lines = [f"  {robot.name}_{call.system}_closed loops;" for call in calls[:1]]
-    lines += [f"  double {a.name}[{a.size}];" for call in calls for a in call.outputs]
+    arrays = [a for call in calls for a in call.outputs if a.name not in filled]
+    lines += [f"  double {a.name}[{a.size}];" for a in arrays]
     for call in calls:
-        passed = ", ".join(["&loops", *call.inputs, *(output.name for output in call.outputs)])
-        lines.append(f"  {robot.name}_{call.system}_{call.entry}({passed});")
+        state, of = (["&loops"], f"{call.system}_") if call.system else ([], "")
+        names = [*call.inputs, *(output.name for output in call.outputs)]
+        passed = ", ".join([*state, *(filled.get(name, name) for name in names)])
+        lines += _wrapped(f"{robot.name}_{of}{call.entry}({passed});")
     return lines
 
 

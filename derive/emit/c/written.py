@@ -33,8 +33,6 @@ SUPPORTS = {
     "triad": ("chasles_triad.h", "chasles_triad_tolerances.h", *CIRCLE),
 }
 """The files of each solver that takes tables; a generated file includes the first."""
-SHARED = ("parametric",)
-"""Solvers of several functions of a robot, which share one file."""
 
 
 def written_files(robot: Described, written: Sequence[WrittenFunction]) -> dict[str, str]:
@@ -46,9 +44,8 @@ def written_files(robot: Described, written: Sequence[WrittenFunction]) -> dict[
 
 
 def written_file(robot: Described, function: WrittenFunction) -> str:
-    """Name of the file of a function with a handwritten solver; some solvers share one file."""
-    of = function.solver if function.solver in SHARED else function.name
-    return f"{robot.name}_{of}.h"
+    """Name of the file of a function with a handwritten solver."""
+    return f"{robot.name}_{function.name}.h"
 
 
 def _source(robot: Described, function: WrittenFunction) -> str:

@@ -14,7 +14,8 @@ Source:
     chapter 6, for closed loops.
 """
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -24,12 +25,7 @@ from ...chain.kinematics import OBSERVED, common_unit, coordinates, pose_entries
 from ...chain.parametric import PARAMETRIC, REPRESENTATION, ROLES
 from ...model.errors import RobotError
 from ...terms.role import Role
-from ...terms.symbolic_function import (
-    Argument,
-    Result,
-    SymbolicFunction,
-    WrittenFunction,
-)
+from ...terms.symbolic_function import Argument, Call, Result, SymbolicFunction
 from ...terms.vectors import ORIGIN, cross, subtracted
 from ..closing import ClosedLoops
 from ..constraints import configuration_names
@@ -40,7 +36,8 @@ from .loop_rows import Row, loop_rows
 from .mechanism_geometry import MechanismGeometry, mechanism_geometry
 from .motions import BASE, ElementaryMotion, Reached, bodies, gradient
 
-SOLVER = "parametric"
+SYSTEM = "loops_p"
+"""Name of the equations in C."""
 START = "configuration"
 """The function whose posture is the start of Newton's iteration."""
 PARTS = "parts_p"
@@ -93,15 +90,19 @@ class ParametricLoops:
 
     @cached_property
     def inner(self) -> Mapping[str, SymbolicFunction]:
-        """The functions of w and p that the written ones call, by name."""
+        """The functions of w and p that the parametric ones call, by name."""
         found = [self._closure(), self._closure_by_p(), self._tool()]
         found += [self._tool_by(name) for name in ("w", "p")]
         found.append(self._parts())
         return {function.name: function for function in found}
 
-    def written(self) -> list[WrittenFunction]:
-        """The parametric functions, in the order of :data:`PARAMETRIC`."""
-        return [self._written(name) for name in PARAMETRIC]
+    def functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
+        """The parametric functions of some names, in the order of :data:`PARAMETRIC`."""
+        return {name: self._parametric(name) for name in PARAMETRIC if name in names}
+
+    def called(self, name: str) -> list[str]:
+        """Names of the functions that a parametric function and its solver call."""
+        return [START, "closure_p", *(c.entry for c in self._calls(name) if not c.system)]
 
     @cached_property
     def _bodies(self) -> dict[str, Reached]:
@@ -209,47 +210,74 @@ class ParametricLoops:
         role = Role("closure", "configuration")
         return SymbolicFunction(name, summary, identity, arguments, outputs, self.terms, role=role)
 
-    def _written(self, name: str) -> WrittenFunction:
+    def _parametric(self, name: str) -> SymbolicFunction:
+        """A parametric function: entries behind the calls of the solver."""
         h = self.hybrid.robot
-        inner = _inner(name)
         if name == "fk_p":
             pose = f"T_{h.base_frame}_{h.tool_frame}"
             summary = "Pose of the tool in the base frame, of any geometry."
             identity = f"{pose}(q, p); fk_p(q, nominal p) = fk(q)"
-            result = Result(pose, (), (4, 4), "1, m", "pose of the tool")
+            entries = self._table("T", 4, 4).symbols
+            result = Result(pose, entries, (4, 4), "1, m", "pose of the tool")
         elif name == "jacobian_p":
             summary = "Mixed Jacobian, of any geometry."
             identity = "V = jacobian_p(q, p) qd; jacobian_p(q, nominal p) = jacobian_mixed(q)"
-            result = Result("J", (), (6, len(self.hybrid.q)), "m, 1", "derivative by q")
+            result = self._result(len(self.hybrid.q), "derivative by q")
         else:
             summary = (
                 f"Twist (v, omega) {OBSERVED[REPRESENTATION[name]]}, for each parameter's rate."
             )
             identity = f"V = {name}(q, p) pd with q at rest"
-            result = Result("J", (), (6, self.arguments["p"].size), "m, 1", "derivative by p")
-        return WrittenFunction(
+            result = self._result(self.arguments["p"].size, "derivative by p")
+        # The call alone reads q: the statements read the variables w, NaN where no loop closes.
+        q = self.arguments["q"]
+        q = replace(q, symbols=coordinates("_given", q.size))
+        return SymbolicFunction(
             name,
             summary,
             f"{identity}; NaN where the loops do not close near the nominal posture",
-            (self.arguments["q"], self.arguments["p"]),
+            (q, self.arguments["p"]),
             (result,),
-            SOLVER,
-            (),
-            (START, "closure_p", *inner),
-            1,
-            OPERATIONS,
+            self.terms,
             role=Role(ROLES[name], "actuators"),
+            calls=self._calls(name),
         )
 
+    def _calls(self, name: str) -> tuple[Call, ...]:
+        """The calls before the statements of a parametric function."""
+        closed = Call(SYSTEM, "at", ("q", "p"), (self.arguments["w"],), OPERATIONS)
+        if name == "fk_p":
+            return (closed, self._called("tool_p", "T"))
+        L, n = self._table("L", 6, len(self.units)), len(self.hybrid.q)
+        levers = Call(SYSTEM, "levers", ("J_w",), (L,), 0)
+        calls = [closed, self._called("tool_p_D_w", "J_w"), levers]
+        if name == "jacobian_p":
+            J = self._table("J_mixed", 6, n)
+            return (*calls, Call(SYSTEM, "by_q", ("J_w", "L"), (J,), 0))
+        J, representation = (
+            self._table("J_mixed", 6, self.arguments["p"].size),
+            REPRESENTATION[name],
+        )
+        calls += [self._called("tool_p_D_p", "J_p"), self._called("closure_p_D_p", "c_p")]
+        by_p = Call(SYSTEM, "by_p", ("J_p", "L", "c_p"), (J,), 0)
+        if representation == "mixed":
+            return (*calls, by_p)
+        turned = Call(SYSTEM, f"in_{representation}", ("T", "J_mixed"), (), 0)
+        return (*calls, self._called("tool_p", "T"), by_p, turned)
 
-def _inner(name: str) -> tuple[str, ...]:
-    """The functions of w and p that a parametric function calls behind the iteration."""
-    if name == "fk_p":
-        return ("tool_p",)
-    if name == "jacobian_p":
-        return ("tool_p_D_w",)
-    posed = () if REPRESENTATION[name] == "mixed" else ("tool_p",)
-    return ("tool_p_D_w", "tool_p_D_p", "closure_p_D_p", *posed)
+    def _called(self, name: str, array: str) -> Call:
+        """The call of a function of w and p."""
+        shape = self.inner[name].outputs[0].shape
+        return Call("", name, ("w", "p"), (self._table(array, *shape),), 0)
+
+    def _result(self, columns: int, meaning: str) -> Result:
+        """A Jacobian: the result of the last call."""
+        entries = self._table("J_mixed", 6, columns).symbols
+        return Result("J", entries, (6, columns), "m, 1", meaning)
+
+    def _table(self, name: str, *shape: int) -> Argument:
+        symbols = coordinates(f"_{name}_", math.prod(shape))
+        return Argument(name, symbols, shape, "1, m, 1/m", "result of a call")
 
 
 def _flat(rows: Sequence[Sequence[sp.Expr]]) -> tuple[sp.Expr, ...]:

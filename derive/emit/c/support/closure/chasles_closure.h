@@ -20,6 +20,7 @@
  *          tangent             du/dq there
  *   CLOSURE_SENSE              the sign of det c_u there, 0 where c_u is not square
  *   CLOSURE_DETERMINANT        its magnitude
+ *   CLOSURE_RESUMES            whether an inverse resumes the iteration from its last variables
  *
  * From a known configuration the actuated variables go to their values along a straight line, and
  * the unknown ones u follow:
@@ -119,6 +120,21 @@ static void CLOSURE_NAME(seeded)(CLOSURE_NAME(closed) * s, const double q[CLOSUR
     memcpy(w, s->w, sizeof s->w);
 }
 
+#if CLOSURE_RESUMES
+/* The variables w become those at q: from w, or from the reference where w is NaN or too far away.
+ */
+static void CLOSURE_NAME(resumed)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q],
+                                  double w[CLOSURE_W])
+{
+    memcpy(s->w, w, sizeof s->w);
+    if (w[0] == w[0])
+        CLOSURE_NAME(near)(q, s);
+    if (s->w[0] != s->w[0])
+        CLOSURE_NAME(at)(s, q, w);
+    memcpy(w, s->w, sizeof s->w);
+}
+#endif
+
 #include "chasles_closure_rates.h"
 
 #undef CLOSURE_NAME
@@ -130,3 +146,4 @@ static void CLOSURE_NAME(seeded)(CLOSURE_NAME(closed) * s, const double q[CLOSUR
 #undef CLOSURE_BEND
 #undef CLOSURE_SENSE
 #undef CLOSURE_DETERMINANT
+#undef CLOSURE_RESUMES

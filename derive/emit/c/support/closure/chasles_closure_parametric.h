@@ -15,11 +15,13 @@
  *          size_u, size_c      what compares unknowns and equations: a length (metre), or 1
  *
  * No allocation, no state. */
+#include <string.h>
+
 #include "chasles_closure_newton.h"
 
-/* The configuration at q with the geometry p. */
-static void CLOSURE_NAME(posed)(const double q[CLOSURE_Q], const double p[CLOSURE_P],
-                                CLOSURE_NAME(closed) * s)
+/* The variables w at q with the geometry p. */
+static void CLOSURE_NAME(at)(CLOSURE_NAME(closed) * s, const double q[CLOSURE_Q],
+                             const double p[CLOSURE_P], double w[CLOSURE_W])
 {
     double z[CLOSURE_Z];
     CLOSURE_POSTURE(q, z);
@@ -27,6 +29,7 @@ static void CLOSURE_NAME(posed)(const double q[CLOSURE_Q], const double p[CLOSUR
     for (int k = 0; k < CLOSURE_U; k++)
         s->w[CLOSURE_NAME(unknown)[k]] = z[CLOSURE_NAME(of_z)[k]];
     CLOSURE_NAME(near)(q, s);
+    memcpy(w, s->w, sizeof s->w);
 }
 
 /* L = J_u c_u^-1, (6 x M), from the tool's Jacobian J (6 x W): one system a row, c_u^T l = j, by
@@ -67,10 +70,26 @@ static void CLOSURE_NAME(through)(const double *J_x, const double *L, const doub
         }
 }
 
+/* The tool's Jacobian (6 x Q) by the coordinates, from that by w. */
+static void CLOSURE_NAME(by_q)(const CLOSURE_NAME(closed) * s, const double *J_w, const double *L,
+                               double *J)
+{
+    CLOSURE_NAME(through)(J_w, L, s->D, CLOSURE_W, CLOSURE_Q, J);
+}
+
+/* The tool's Jacobian (6 x P) by the parameters, from that with w at rest. */
+static void CLOSURE_NAME(by_p)(const CLOSURE_NAME(closed) * s, const double *J_p, const double *L,
+                               const double *c_p, double *J)
+{
+    (void)s;
+    CLOSURE_NAME(through)(J_p, L, c_p, CLOSURE_P, CLOSURE_P, J);
+}
+
 /* Twists (6 x P) of the tool's origin in base axes become those of the body's point at the base's
  * origin. */
-static void CLOSURE_NAME(in_space)(const double T[16], double *J)
+static void CLOSURE_NAME(in_space)(const CLOSURE_NAME(closed) * s, const double T[16], double *J)
 {
+    (void)s;
     for (int j = 0; j < CLOSURE_P; j++) {
         double *v = J + j;
         const double *omega = J + 3 * CLOSURE_P + j;
@@ -83,8 +102,9 @@ static void CLOSURE_NAME(in_space)(const double T[16], double *J)
 }
 
 /* They become those in the tool's axes. */
-static void CLOSURE_NAME(in_body)(const double T[16], double *J)
+static void CLOSURE_NAME(in_body)(const CLOSURE_NAME(closed) * s, const double T[16], double *J)
 {
+    (void)s;
     for (int j = 0; j < 2 * CLOSURE_P; j++) {
         double *x = J + (j < CLOSURE_P ? j : 2 * CLOSURE_P + j);
         const double base[3] = {x[0], x[CLOSURE_P], x[2 * CLOSURE_P]};
@@ -92,3 +112,13 @@ static void CLOSURE_NAME(in_body)(const double T[16], double *J)
             x[i * CLOSURE_P] = T[i] * base[0] + T[4 + i] * base[1] + T[8 + i] * base[2];
     }
 }
+
+#undef CLOSURE_NAME
+#undef CLOSURE_Q
+#undef CLOSURE_W
+#undef CLOSURE_U
+#undef CLOSURE_M
+#undef CLOSURE_P
+#undef CLOSURE_AT
+#undef CLOSURE_Z
+#undef CLOSURE_POSTURE
