@@ -106,6 +106,8 @@ class LoopClosure:
     @cached_property
     def equations(self) -> tuple[LoopEquations, ...]:
         """The equations of each loop."""
+        if self.of_actuators is not None:
+            return self.of_actuators.equations
         is_open = self.hybrid.left_open is not None
         return constraints(self.mechanism, self.hybrid.terms, self.w, may_stay_open=is_open)
 

@@ -222,10 +222,10 @@ def iterated_makers(iteration: Iteration, known: Container[str]) -> dict[str, Ma
     )
     found["configuration_near"] = lambda _: _near(iteration, "configuration_near")
     found["fk_near"] = lambda _: _near(iteration, "fk_near")
-    closure_of_chain = iteration.closure.of_chain
-    if "actuators" in known or closure_of_chain is None:
+    closure = None if "actuators" in known else iteration.closure.of_chain
+    if closure is None:
         return found
-    of_chain = Iteration(closure_of_chain)
+    of_chain = Iteration(closure)
     found |= backward_makers(of_chain.joints)
     found["actuator_margin"] = lambda _: of_chain.margin(
         "actuator_margin",
