@@ -166,11 +166,10 @@ class Roadmap:
             return plan_along(np.array(ends), 1)
         checked = 1
         search = nx.astar_path if algorithm == "astar" else nx.dijkstra_path
-
-        def away(i: int, j: int) -> float:
-            return float(np.linalg.norm(points[i] - points[j]))
-
-        options: dict[str, Any] = {"heuristic": away} if algorithm == "astar" else {}
+        to_goal = np.linalg.norm(points - points[last], axis=1).tolist()
+        options: dict[str, Any] = (
+            {"heuristic": lambda i, _: to_goal[i]} if algorithm == "astar" else {}
+        )
         while True:
             try:
                 path = search(graph, first, last, weight="length", **options)
@@ -274,13 +273,23 @@ def _points(space: Space, count: int, dispersion: float, rng: np.random.Generato
     kept = np.empty((0, len(lower)))
     for _ in range(_TRIES):
         drawn = rng.uniform(lower, upper, (count, len(lower)))
-        for point in drawn[space.free(drawn)]:
-            if dispersion and len(kept) and np.linalg.norm(kept - point, axis=1).min() < dispersion:
-                continue
-            kept = np.vstack([kept, point])
-            if len(kept) == count:
-                return kept
+        drawn = drawn[space.free(drawn)]
+        if dispersion:
+            drawn = _dispersed(kept, drawn, dispersion)
+        kept = np.vstack([kept, drawn])[:count]
+        if len(kept) == count:
+            break
     return kept
+
+
+def _dispersed(kept: FloatArray, drawn: FloatArray, dispersion: float) -> FloatArray:
+    """The drawn points that lie at least `dispersion` from the points kept before them."""
+    apart = np.linalg.norm(drawn[:, None] - kept, axis=-1) >= dispersion
+    chosen = np.empty((0, drawn.shape[1]))
+    for point in drawn[apart.all(axis=1)]:
+        if (np.linalg.norm(chosen - point, axis=1) >= dispersion).all():
+            chosen = np.vstack([chosen, point])
+    return chosen
 
 
 def ends_of(
