@@ -2,6 +2,9 @@ PYTHON ?= python3
 BIN := .venv/bin
 INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check --editable
 
+# Some machines set it; each process, and each worker of the tests, would compile all modules again.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: derive test campaign check check-generated format lint types bench bench-quick bench-count bench-check docs reproduce gallery clean help
 
 # Another hash seed, and a processor for which OpenBLAS and NumPy round otherwise: neither may show
