@@ -8,7 +8,8 @@ import pytest
 
 import chasles
 import chasles.derive
-from tests.support.compiling import compiled_quickly
+from tests.support.compiling import BOARD, compiled_quickly, own_robots_compiled_quickly
+from tests.support.locking import locked
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
@@ -43,6 +44,8 @@ def run(page, names):
 def elsewhere(tmp_path, monkeypatch):
     """A folder of its own: examples read and write files."""
     monkeypatch.chdir(tmp_path)
+    with own_robots_compiled_quickly():
+        yield
 
 
 def test_every_page_with_examples_has_a_test():
@@ -122,7 +125,7 @@ def test_calibration_page_examples_run(tmp_path):
         f'joints = [{{ name = "shoulder", a = 300 }}, {{ name = "elbow", a = 200 }}]\n{drives}'
     )
     shown = np.array([0.3, 0.5])
-    with compiled_quickly():
+    with compiled_quickly(), locked(BOARD):
         names = run(page, {"m": shown})
     assert not names["found"].outliers
     assert np.abs(names["m"] - shown).max(-1).min() < 1e-12

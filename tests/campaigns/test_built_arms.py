@@ -12,22 +12,18 @@ BUILT = {
 
 
 @pytest.mark.parametrize("number", BUILT, ids=BUILT.values())
-def test_inverse_of_built_arm_stays_within_error_limits(number, monkeypatch):
-    # The code runs once, and compiling it well takes longer.
-    monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
+def test_inverse_of_built_arm_stays_within_error_limits(number):
     assert_within_bars(judged(number))
 
 
-def test_inverse_with_tool_on_last_axis_stays_within_error_limits(monkeypatch):
+def test_inverse_with_tool_on_last_axis_stays_within_error_limits():
     """A column and two joints: the last one turns the tool about its own origin."""
-    monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
     assert_within_bars(judged_arm(drawn_arm(1, tool=()).mechanism, 1))
 
 
 @pytest.mark.parametrize("number", [2, 81], ids=["crank", "few that close"])
-def test_inverse_of_designed_arm_stays_within_error_limits(number, monkeypatch):
+def test_inverse_of_designed_arm_stays_within_error_limits(number):
     """A crank drives a fixed joint, and few configurations close."""
-    monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
     assert_within_bars(judged_arm(drawn_arm(number, tool=()).mechanism, number))
 
 

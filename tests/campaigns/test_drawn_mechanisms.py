@@ -31,9 +31,7 @@ BESIDE = np.array([[-1e-3], [1e-3]])
 
 
 @pytest.mark.parametrize("family", SAMPLE)
-def test_mechanism_branches_match_multi_start_newton(family, tmp_path, monkeypatch):
-    # The code runs once, and compiling it well takes longer.
-    monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
+def test_mechanism_branches_match_multi_start_newton(family, tmp_path):
     number = FIRST + list(FAMILIES).index(family)
     drawn = drawn_mechanism(number)
     assert drawn.family == family
@@ -99,8 +97,7 @@ def test_three_crank_linkage_is_mobile_only_uncrossed():
         derive(rigid)
 
 
-def test_offset_universal_joint_closes_by_newton(tmp_path, monkeypatch):
-    monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
+def test_offset_universal_joint_closes_by_newton(tmp_path):
     plain = drawn_mechanism(12).mechanism
     aside = Translation((sp.Rational(5, 1000) * sp.nsimplify(Multistart(plain).size), 0, 0))
     joints = tuple(

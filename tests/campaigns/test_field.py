@@ -55,7 +55,6 @@ def test_judge_accepts_noisy_arm_and_detects_shifted_answers(tmp_path, monkeypat
 
     # The campaign compiles all functions for users.
     monkeypatch.setattr(field, "derived", derived)
-    monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
     arm = from_ssik(prebuilt()["universal_robots_ur5"])
     outcome = judgement(arm, tmp_path, POSES, POSES // 2, 0)
     assert outcome.failures == ()

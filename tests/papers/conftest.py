@@ -3,11 +3,19 @@
 import board_installer
 import pytest
 
-from tests.support.compiling import compiled_quickly
+from tests.support.compiling import BOARD, compiled_quickly, own_robots_compiled_quickly
+from tests.support.locking import locked
+
+
+@pytest.fixture(autouse=True)
+def own_robots():
+    """Compiles the papers' own robots quickly."""
+    with own_robots_compiled_quickly():
+        yield
 
 
 @pytest.fixture(scope="session")
 def length_errors():
     """The board installer with each length 0.1 mm too long; its kernels take a minute at -O3."""
-    with compiled_quickly():
+    with compiled_quickly(), locked(BOARD):
         return board_installer.errors()

@@ -11,21 +11,29 @@ import pytest
 
 import chasles
 import chasles.derive
+from chasles.contract import Manifest
 from chasles.derive import write
 from chasles.derive.emit.languages import EMITTERS
 from chasles.derive.emit.manifest import description_text
 from chasles.derive.model.mechanism import Described
+from chasles.library import cache as cache_module
+from chasles.library.cache import Recipe
+from tests.support.derivations import GENERATED
 from tests.support.locking import locked
 
 CALLED = ("c", "casadi", "python")
 """The languages that are called; the article is a third of the time of a derivation."""
 BUILD = Path(__file__).parents[2] / "build" / "tests"
 """Derived folders and compiled libraries of all tests, by content, for all workers and runs."""
+BOARD = BUILD / "board_installer"
+"""A lock for `chasles.load("board_installer", parametric=True)`, which derives it for 12 s."""
 
 QUICK, FAST = "-O0", "-O1"
 """Flags: QUICK compiles a calibrated arm in 2.5 s instead of the 11 s of users' -O3. FAST takes
 5 s, and is for tests with tens of thousands of poses.
 """
+COMPILER = shutil.which("clang") and "clang"
+"""Clang compiles in a third of GCC's time at -O0. GCC compiles the shipped robots."""
 
 
 @contextmanager
@@ -38,6 +46,24 @@ def compiled_quickly(flags: str = QUICK) -> Iterator[None]:
         patch.setenv("CHASLES_CACHE", str(BUILD))
         patch.setenv("CHASLES_CFLAGS", flags)
         patch.delenv("CC", raising=False)
+        if COMPILER:
+            patch.setenv("CC", COMPILER)
+        yield
+
+
+@contextmanager
+def own_robots_compiled_quickly() -> Iterator[None]:
+    """In its body, robots that are not shipped are compiled as by `compiled_quickly`."""
+    make_recipe = cache_module.make_recipe
+
+    def make(manifest: Manifest) -> Recipe:
+        if manifest.folder.resolve().parent == GENERATED:
+            return make_recipe(manifest)
+        with compiled_quickly():
+            return make_recipe(manifest)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(cache_module, "make_recipe", make)
         yield
 
 
@@ -75,7 +101,8 @@ def compiled(
 
 def loaded(folder: Path, flags: str = QUICK) -> chasles.Robot:
     """The robot of a folder, compiled once for all tests."""
-    digest = hashlib.sha256((folder / "manifest.json").read_bytes() + flags.encode()).hexdigest()
+    recipe = (folder / "manifest.json").read_bytes() + f"{COMPILER} {flags}".encode()
+    digest = hashlib.sha256(recipe).hexdigest()
     with compiled_quickly(flags), locked(BUILD / "libraries" / digest):
         return chasles.load(folder)
 

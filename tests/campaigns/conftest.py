@@ -1,0 +1,11 @@
+"""Tests of the campaigns compile robots quickly: the code runs once."""
+
+import pytest
+
+from tests.support.compiling import own_robots_compiled_quickly
+
+
+@pytest.fixture(autouse=True)
+def quickly():
+    with own_robots_compiled_quickly():
+        yield
