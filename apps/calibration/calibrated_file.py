@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import json
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import InputValueError
+from chasles import InputValueError, Robot
 from chasles.contract import Coordinate
 
 from .calibrated_mechanism import mechanism_text
@@ -24,7 +23,7 @@ from .parameters import nominal as nominal_of
 FloatArray = NDArray[np.float64]
 
 
-def robot_file(robot: Any, p: FloatArray, name: str, source: str, nominal: str = "") -> str:
+def robot_file(robot: Robot, p: FloatArray, name: str, source: str, nominal: str = "") -> str:
     """The text of a robot file.
 
     Args:
@@ -52,7 +51,7 @@ def robot_file(robot: Any, p: FloatArray, name: str, source: str, nominal: str =
     return head + gravity + joints + springs + transmissions_text(robot, p, 1.0)
 
 
-def _chain_text(robot: Any, p: FloatArray, name: str, source: str) -> tuple[str, str]:
+def _chain_text(robot: Robot, p: FloatArray, name: str, source: str) -> tuple[str, str]:
     """The robot file of a serial robot whose drives run true: its head and its tables."""
     zero = np.zeros(robot.n)
     T, J = robot.fk_p(zero, p), robot.jacobian_p(zero, p)

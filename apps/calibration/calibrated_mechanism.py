@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chasles import Robot
+
 FloatArray = NDArray[np.float64]
 
 _METRE = 15
@@ -22,7 +24,7 @@ _DEGREE = 13
 
 
 def mechanism_text(
-    robot: Any, p: FloatArray, name: str, source: str, nominal: str, rpy: Any
+    robot: Robot, p: FloatArray, name: str, source: str, nominal: str, rpy: Any
 ) -> str:
     """The text of a robot file of a robot with loops.
 
@@ -40,7 +42,7 @@ def mechanism_text(
         "source": json.dumps(source),
         "closure": json.dumps("least squares" if _has_turned(robot, p) else "exact"),
     }
-    for k, T in enumerate(robot.parts_p(p)):
+    for k, T in enumerate(robot.functions["parts_p"](p)):
         texts[f"xyz_{k}"] = _row(np.round(T[:3, 3], _METRE))
         texts[f"rpy_{k}"] = _row(np.round(np.degrees(rpy(T[:3, :3])), _DEGREE))
         texts[f"x_{k}"] = repr(float(T[0, 3]))
@@ -48,7 +50,7 @@ def mechanism_text(
     return f"nominal = {json.dumps(nominal)}\n{text}" if nominal else text
 
 
-def _has_turned(robot: Any, p: FloatArray) -> bool:
+def _has_turned(robot: Robot, p: FloatArray) -> bool:
     """Whether axes are turned: pins then hold rods out of their plane."""
     return any(
         item.unit == "rad" and item.part in ("axis", "joint") and value != item.value

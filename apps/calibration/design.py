@@ -15,12 +15,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import InputValueError
+from chasles import InputValueError, Robot
 from chasles.summaries import short_repr
 
 from .fitting.problem import in_one_thread, problem_at
@@ -67,7 +66,7 @@ class Design:
 
 @in_one_thread
 def design(
-    robot: Any,
+    robot: Robot,
     candidates: ArrayLike,
     count: int,
     *,
@@ -125,7 +124,7 @@ def design(
 
 
 def _derivatives(
-    robot: Any,
+    robot: Robot,
     q: FloatArray,
     targets: ArrayLike | None,
     sigma: float | tuple[float, float] | None,

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import json
 from string import Template
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import InputValueError
+from chasles import InputValueError, Robot
 
 FloatArray = NDArray[np.float64]
 
 _GAIN = "gain"
 
 
-def transmissions_text(robot: Any, p: FloatArray, turn: float) -> str:
+def transmissions_text(robot: Robot, p: FloatArray, turn: float) -> str:
     """The tables of drives that do not run true; "" where all do.
 
     Args:
@@ -36,7 +35,7 @@ def transmissions_text(robot: Any, p: FloatArray, turn: float) -> str:
     return "\n".join([*lines, ""]) if lines else ""
 
 
-def springs_text(robot: Any, p: FloatArray) -> tuple[str, str]:
+def springs_text(robot: Robot, p: FloatArray) -> tuple[str, str]:
     """The line of gravity, and the tables of the springs; "" where all joints are rigid.
 
     Args:

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import ShapeError
+from chasles import Robot, ShapeError
 
 from .fitting.noise import OUTLYING
 from .fitting.problem import in_one_thread, problem_at, problem_nearby
@@ -27,7 +26,7 @@ FloatArray = NDArray[np.float64]
 
 @in_one_thread
 def identify(
-    robot: Any,
+    robot: Robot,
     q: ArrayLike,
     observation: Observation,
     *,
@@ -75,7 +74,7 @@ def identify(
 
 
 def located(
-    robot: Any, q: ArrayLike, observation: Observation, T_W_base: ArrayLike | None = None
+    robot: Robot, q: ArrayLike, observation: Observation, T_W_base: ArrayLike | None = None
 ) -> Start:
     """Frames and unknowns from the nominal robot, with units checked.
 

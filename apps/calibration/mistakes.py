@@ -12,12 +12,12 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Collection, Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import InputValueError
+from chasles import InputValueError, Robot
 
 from .doubts import LEAST_SPREAD, is_unexplained, left, spread
 from .fitting.problem import problem_at
@@ -74,7 +74,7 @@ class Mistake(NamedTuple):
     factor: float = 1.0
 
 
-def mistakes(robot: Any, q: FloatArray, measured: Observation) -> Iterator[Mistake]:
+def mistakes(robot: Robot, q: FloatArray, measured: Observation) -> Iterator[Mistake]:
     """Mistakes that coordinates and measurements may have, with both as they are without it.
 
     Args:
@@ -142,7 +142,7 @@ def _shifted_rows(q: FloatArray, measured: Observation) -> Iterator[Mistake]:
 
 
 def check_input(
-    robot: Any, q: FloatArray, p: FloatArray, observation: Observation, stated: float
+    robot: Robot, q: FloatArray, p: FloatArray, observation: Observation, stated: float
 ) -> None:
     """Raises where measurements fit the nominal robot only without a mistake.
 
@@ -193,7 +193,7 @@ def check_result(found: Calibration, vary: Collection[str]) -> None:
 
 
 def _tried(
-    robot: Any, q: FloatArray, p: FloatArray, observation: Observation
+    robot: Robot, q: FloatArray, p: FloatArray, observation: Observation
 ) -> list[tuple[float, Mistake]]:
     """The misfit of the nominal robot without each mistake, the more frequent ones first."""
     return [
@@ -213,7 +213,7 @@ def _likely(tried: list[tuple[float, Mistake]]) -> tuple[float, Mistake]:
 
 
 def _pairs(
-    robot: Any, p: FloatArray, tried: list[tuple[float, Mistake]]
+    robot: Robot, p: FloatArray, tried: list[tuple[float, Mistake]]
 ) -> Iterator[tuple[float, Mistake]]:
     """The best pairs of mistakes, of which the first are those that help most alone."""
     for _, one in sorted(tried, key=_misfit)[:_TRIED]:

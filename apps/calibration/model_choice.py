@@ -12,10 +12,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from chasles import Robot
 
 from .fitting.problem import Fit, Problem, in_one_thread, problem_at
 from .identify import located
@@ -80,7 +81,7 @@ class Chosen:
 
 @in_one_thread
 def best_model(
-    robot: Any,
+    robot: Robot,
     q: ArrayLike,
     observation: Observation,
     *,
@@ -114,7 +115,7 @@ def best_model(
 
 @in_one_thread
 def cross_validated(
-    robot: Any,
+    robot: Robot,
     q: ArrayLike,
     observation: Observation,
     folds: int = FOLDS,

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import InputValueError
+from chasles import InputValueError, Robot
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 
-def nominal(robot: Any) -> FloatArray:
+def nominal(robot: Robot) -> FloatArray:
     """(p,) the geometry of the nominal robot [m, rad, 1]."""
     return np.array([parameter.value for parameter in robot.geometry])
 
@@ -27,7 +26,7 @@ _WHOLE = frozenset({"axis", "loop"})
 """The parts that hold them: axes have offsets, too, and pins the lengths of rods."""
 
 
-def parts(robot: Any, words: Collection[str]) -> set[str]:
+def parts(robot: Robot, words: Collection[str]) -> set[str]:
     """Words with the parts that "geometry" means for a robot in its place.
 
     Args:
@@ -40,7 +39,7 @@ def parts(robot: Any, words: Collection[str]) -> set[str]:
     return (given - {GEOMETRY}) | (_WHOLE & {item.part for item in robot.geometry})
 
 
-def chosen(robot: Any, words: Collection[str]) -> IntArray:
+def chosen(robot: Robot, words: Collection[str]) -> IntArray:
     """Indices of the parameters with some names or of some parts.
 
     Args:
@@ -58,7 +57,7 @@ def chosen(robot: Any, words: Collection[str]) -> IntArray:
     return np.array(found, dtype=np.intp)
 
 
-def deviations(robot: Any, tolerances: Mapping[str, float]) -> FloatArray:
+def deviations(robot: Robot, tolerances: Mapping[str, float]) -> FloatArray:
     """(p,) standard deviation of each parameter; 0 of those without a tolerance.
 
     Args:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import scipy.special
 from numpy.typing import ArrayLike, NDArray
 
+from chasles import Robot
 from chasles.screws import inverse
 from chasles.summaries import summary_repr
 
@@ -64,7 +64,7 @@ class Calibration:
     unknowns: FloatArray
     observation: Observation
     q: FloatArray
-    robot: Any
+    robot: Robot
     doubts: tuple[str, ...] = ()
 
     def __repr__(self) -> str:

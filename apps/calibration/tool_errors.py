@@ -11,11 +11,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from chasles import Robot
 from chasles.summaries import short_repr
 
 from .parameters import deviations, nominal
@@ -76,7 +76,7 @@ class MonteCarlo:
         return np.stack([np.quantile(self.position, of), np.quantile(self.orientation, of)], -1)
 
 
-def tool_errors(robot: Any, q: ArrayLike, tolerances: Mapping[str, float]) -> FirstOrder:
+def tool_errors(robot: Robot, q: ArrayLike, tolerances: Mapping[str, float]) -> FirstOrder:
     """The tool's errors to first order.
 
     Args:
@@ -100,7 +100,11 @@ def tool_errors(robot: Any, q: ArrayLike, tolerances: Mapping[str, float]) -> Fi
 
 
 def random_arms(
-    robot: Any, q: ArrayLike, tolerances: Mapping[str, float], samples: int = 100_000, seed: int = 0
+    robot: Robot,
+    q: ArrayLike,
+    tolerances: Mapping[str, float],
+    samples: int = 100_000,
+    seed: int = 0,
 ) -> MonteCarlo:
     """The tool's errors of arms with random parameters, normally distributed.
 

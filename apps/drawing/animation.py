@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import ChaslesError, InputValueError
+from chasles import ChaslesError, InputValueError, Robot
 
 from .figure import figure_of, rows_of
 from .scene import Scene, scenes
@@ -25,7 +25,7 @@ _DOTS = 200
 
 
 def animate(
-    robot: Any,
+    robot: Robot,
     motion: Any,
     file: str | os.PathLike[str],
     *,
@@ -66,7 +66,7 @@ def animate(
 
 
 def _pictures(
-    robot: Any, rows: FloatArray, views: Sequence[str] | None
+    robot: Robot, rows: FloatArray, views: Sequence[str] | None
 ) -> Iterator[NDArray[np.uint8]]:
     """The pictures (height, width, 3), all with the same limits."""
     bodies = skeleton(robot)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chasles import Robot
 from chasles.sampling import low_discrepancy
 from chasles.tolerances import SAME_SOLUTION, SOLVED
 
@@ -31,7 +32,7 @@ class AssemblyModes(NamedTuple):
     margin: FloatArray
 
 
-def has_modes(robot: Any) -> bool:
+def has_modes(robot: Robot) -> bool:
     """Whether all assembly modes of a robot are known."""
     return "modes" in robot.functions
 
@@ -67,7 +68,7 @@ def assembly_modes(bodies: Skeleton, q: FloatArray, near: FloatArray) -> Assembl
     return AssemblyModes(np.reshape(rows, (-1, len(names))), margin[found][kept])
 
 
-def _closed(robot: Any, z: FloatArray, legs: list[int]) -> FloatArray | None:
+def _closed(robot: Robot, z: FloatArray, legs: list[int]) -> FloatArray | None:
     """The configuration with the passive joints of the legs that close it."""
     turns = np.array([robot.configuration_variables[k].unit == "rad" for k in legs])
     reach = np.where(turns, 2 * np.pi, robot.unit_length)

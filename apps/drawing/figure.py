@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import InputValueError, ShapeError, Solutions
+from chasles import InputValueError, Robot, ShapeError, Solutions
 from chasles.tolerances import SAME_SOLUTION
 
 from .assembly import assembly_modes, has_modes, others
@@ -60,7 +60,7 @@ _AREAS: dict[str, dict[str, Any]] = {
 
 
 def draw(
-    robot: Any,
+    robot: Robot,
     q: ArrayLike | None = None,
     *,
     ghosts: Any = None,
@@ -121,14 +121,14 @@ def draw(
     return figure
 
 
-def _row(robot: Any, q: ArrayLike) -> FloatArray:
+def _row(robot: Robot, q: ArrayLike) -> FloatArray:
     row = np.asarray(q, dtype=np.float64)
     if row.shape != (robot.n,):
         raise ShapeError(f"draw: q: expected shape ({robot.n},), got {row.shape}")
     return row
 
 
-def rows_of(robot: Any, postures: Any, name: str) -> FloatArray:
+def rows_of(robot: Robot, postures: Any, name: str) -> FloatArray:
     """(k, n) coordinates of postures, or of a sampled motion.
 
     Raises:
@@ -175,7 +175,7 @@ def _modes(bodies: Skeleton, q: FloatArray, word: str) -> FloatArray:
     return bodies.poses_at(others(assembly_modes(bodies, q, z), z, bodies).z)
 
 
-def other_inverses(robot: Any, q: FloatArray) -> Solutions:
+def other_inverses(robot: Robot, q: FloatArray) -> Solutions:
     """The distinct inverses of the pose at q but q itself, the given coordinates as in q."""
     given = [q[k] for k in robot.given]
     if robot.redundancy and not given:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import ManifestError
+from chasles import ManifestError, Robot
 from chasles.contract import Body, BodyJoint, HeldFrames, Shape, SkeletonFacts, Span
 from chasles.summaries import summary_repr
 
@@ -19,7 +19,7 @@ _PART = 0.4
 __all__ = ["Body", "BodyJoint", "Shape", "Skeleton", "Span", "skeleton"]
 
 
-def skeleton(robot: Any) -> Skeleton:
+def skeleton(robot: Robot) -> Skeleton:
     """The rigid bodies of a robot with their shapes.
 
     Args:
@@ -60,7 +60,7 @@ class Skeleton:
         actuators: The coordinate of q by the entry of the configuration that it moves.
     """
 
-    robot: Any
+    robot: Robot
     bodies: tuple[Body, ...]
     tip: int
     tip_placement: FloatArray
@@ -140,8 +140,9 @@ class Skeleton:
         return _Spans(spans) if spans else None
 
 
-def _between_limits(robot: Any) -> FloatArray:
+def _between_limits(robot: Robot) -> FloatArray:
     """The reference of loops; coordinates that it has at a limit between limits, if loops close."""
+    assert robot.reference is not None
     q = np.array(robot.reference.q)
     with np.errstate(invalid="ignore"):
         at_limit = np.isfinite(robot.upper - robot.lower) & (

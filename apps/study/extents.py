@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import InputValueError
+from chasles import InputValueError, Robot
 
 from .samples import Samples
 
@@ -23,7 +21,7 @@ _SLOPE = 1e-14
 """Slope at which a search ends, likewise."""
 
 
-def extents_of(robot: Any, points: Samples) -> FloatArray:
+def extents_of(robot: Robot, points: Samples) -> FloatArray:
     """The least and largest coordinates of the tool's origin in the box of the samples.
 
     Each end is a local optimum, found with the exact Jacobian from the eight best of the first
@@ -57,7 +55,7 @@ def extents_of(robot: Any, points: Samples) -> FloatArray:
     return ends
 
 
-def _least(robot: Any, start: FloatArray, points: Samples, axis: int, sign: int) -> float:
+def _least(robot: Robot, start: FloatArray, points: Samples, axis: int, sign: int) -> float:
     """The least coordinate, or with sign -1 the least negative one, reached from a posture."""
     from scipy.optimize import minimize  # noqa: PLC0415
 

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import InputValueError, OutOfReachError, ShapeError
+from chasles import InputValueError, OutOfReachError, Robot, ShapeError
 from chasles.summaries import ranges, summary_repr
 
 from .arguments import finite
@@ -105,7 +105,11 @@ class ReachedPositions:
 
 
 def positions(
-    robot: Any, R_0_ee: ArrayLike | None = None, *, finest: int = 256, seed: ArrayLike | None = None
+    robot: Robot,
+    R_0_ee: ArrayLike | None = None,
+    *,
+    finest: int = 256,
+    seed: ArrayLike | None = None,
 ) -> ReachedPositions:
     """Where a robot can put its tool at one orientation, within limits, on any branch.
 
@@ -140,7 +144,7 @@ def positions(
 
 
 def _orientation(
-    robot: Any, R_0_ee: ArrayLike | None, seed: ArrayLike | None
+    robot: Robot, R_0_ee: ArrayLike | None, seed: ArrayLike | None
 ) -> tuple[FloatArray, FloatArray]:
     if (R_0_ee is None or seed is None) and robot.reference is None:
         raise InputValueError(
@@ -156,7 +160,7 @@ def _orientation(
     return R, start
 
 
-def _fitted(robot: Any, R: FloatArray, start: FloatArray) -> tuple[FloatArray, float, BoolArray]:
+def _fitted(robot: Robot, R: FloatArray, start: FloatArray) -> tuple[FloatArray, float, BoolArray]:
     """A box of cells around all that is reached: its lower corner, a side and the cells."""
     middle, size = start, 2 * robot.unit_length
     for _ in range(_FITS):
@@ -178,7 +182,7 @@ def _fitted(robot: Any, R: FloatArray, start: FloatArray) -> tuple[FloatArray, f
     raise OutOfReachError(f"{robot.name}: no box around the reached positions near {start} found")
 
 
-def _reached(robot: Any, R: FloatArray, places: FloatArray) -> BoolArray:
+def _reached(robot: Robot, R: FloatArray, places: FloatArray) -> BoolArray:
     """Whether places (m, 3) are reached."""
     if not len(places):
         return np.zeros(0, dtype=bool)

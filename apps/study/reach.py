@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import InputValueError, ShapeError, screws
+from chasles import InputValueError, Robot, ShapeError, screws
 from chasles.summaries import summary_repr
 from chasles.tolerances import AT_LIMIT
 
@@ -127,7 +127,7 @@ class Reach:
 
 
 def reach(
-    robot: Any,
+    robot: Robot,
     places: Cells | ArrayLike,
     orientations: ArrayLike | None = None,
     *,
@@ -174,7 +174,7 @@ def reach(
 
 
 def base_placement(
-    robot: Any,
+    robot: Robot,
     poses: ArrayLike,
     bases: ArrayLike,
     *,
@@ -265,7 +265,7 @@ def _asked(
     return poses, turns
 
 
-def _given_values(robot: Any, count: int) -> FloatArray:
+def _given_values(robot: Robot, count: int) -> FloatArray:
     """(k, r) values of the given joints of `ik`; one row without columns where there are none."""
     values = []
     for k, item in enumerate(robot.redundancy):
@@ -298,7 +298,7 @@ class _Answers:
 
 @dataclass(frozen=True, eq=False)
 class _Asking:
-    robot: Any
+    robot: Robot
     poses: FloatArray
     turns: FloatArray
     given: FloatArray
@@ -329,7 +329,7 @@ class _Asking:
             tally.stopped[some] = np.where(solutions.any(0), FREE, stopped.max(0))
 
 
-def _answers(robot: Any, found: Any) -> tuple[IntArray, IntArray]:
+def _answers(robot: Robot, found: Any) -> tuple[IntArray, IntArray]:
     """Solutions within limits of each pose, and what stops it."""
     inside = found.valid.copy()
     for j, wraps in enumerate(found.wraps):
@@ -343,13 +343,13 @@ def _answers(robot: Any, found: Any) -> tuple[IntArray, IntArray]:
     return count, stopped
 
 
-def _room(robot: Any, j: int, wraps: bool) -> float:
+def _room(robot: Robot, j: int, wraps: bool) -> float:
     """The range of a coordinate [rad or m]; inf where no value of it can exceed a limit."""
     room = float(robot.upper[j] - robot.lower[j])
     return math.inf if wraps and room >= _TURN else room
 
 
-def _excess(robot: Any, q: FloatArray, j: int, wraps: bool) -> FloatArray:
+def _excess(robot: Robot, q: FloatArray, j: int, wraps: bool) -> FloatArray:
     """How far values are from the range of a coordinate, at the turn that is nearest to it."""
     lower, upper = robot.lower[j], robot.upper[j]
     if not wraps or not np.isfinite(upper - lower):
@@ -360,7 +360,7 @@ def _excess(robot: Any, q: FloatArray, j: int, wraps: bool) -> FloatArray:
     )
 
 
-def _limit(robot: Any, q: FloatArray, valid: BoolArray, wraps: tuple[bool, ...]) -> IntArray:
+def _limit(robot: Robot, q: FloatArray, valid: BoolArray, wraps: tuple[bool, ...]) -> IntArray:
     """The coordinate that exceeds its range most, of the branch where that is least."""
     parts = np.zeros(q.shape)
     for j, wrap in enumerate(wraps):

@@ -11,12 +11,12 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import InputValueError
+from chasles import InputValueError, Robot
 from chasles.summaries import short_repr
 
 from .arguments import whole
@@ -107,7 +107,7 @@ class Samples:
             yield np.multiply(shifted[:m], 2.0**-_BITS, out=block[:m])
 
 
-def samples_of(robot: Any, count: int, by: By, key: int) -> Samples:
+def samples_of(robot: Robot, count: int, by: By, key: int) -> Samples:
     """Points in the box of a robot's limits; joints without limits turn once.
 
     Args:
@@ -134,7 +134,7 @@ def samples_of(robot: Any, count: int, by: By, key: int) -> Samples:
     return Samples(lower, upper, count, by, key)
 
 
-def box_of(robot: Any) -> tuple[FloatArray, FloatArray]:
+def box_of(robot: Robot) -> tuple[FloatArray, FloatArray]:
     """(n,) least and largest coordinates of a robot; joints without limits turn once.
 
     Raises:

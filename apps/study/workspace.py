@@ -17,7 +17,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import InputValueError
+from chasles import InputValueError, Robot
 from chasles.summaries import ranges, summary_repr
 
 from .arguments import finite
@@ -187,7 +187,7 @@ class Workspace:
 
 
 def workspace(
-    robot: Any,
+    robot: Robot,
     samples: int = 10_000_000,
     *,
     by: By = "sobol",
@@ -253,7 +253,7 @@ class _Counts:
 
 @dataclass(frozen=True, eq=False)
 class _Visits:
-    robot: Any
+    robot: Robot
     points: Samples
     cells: Cells
     quality: frozenset[Quality]

@@ -9,11 +9,11 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chasles import Robot
 from chasles.sampling import low_discrepancy
 from chasles.tolerances import AT_LIMIT, SAME_SOLUTION
 
@@ -111,7 +111,7 @@ class Display:
         moved: The coordinate, by index, that moves each joint with a symbol, by name.
     """
 
-    robot: Any
+    robot: Robot
     skeleton: Skeleton
     solids: tuple[Solid, ...]
     start: Posture
@@ -119,7 +119,7 @@ class Display:
     most_modes: int
     moved: Mapping[str, int]
 
-    def __init__(self, robot: Any) -> None:
+    def __init__(self, robot: Robot) -> None:
         """Prepares the display.
 
         Args:
@@ -276,7 +276,7 @@ class Display:
         return np.asarray(self.robot.configuration(q))
 
 
-def _moved(robot: Any, bodies: Skeleton) -> dict[str, int]:
+def _moved(robot: Robot, bodies: Skeleton) -> dict[str, int]:
     """The coordinate that moves each joint or cylinder, by the name of its symbol."""
     found = {}
     for body in bodies.bodies:

@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import InputValueError
+from chasles import InputValueError, Robot
 
 from .display import COLOURS, Display, Ghosts, Posture, quaternions
 from .meshes import BodyMesh, body_meshes
@@ -59,7 +59,7 @@ class LiveView:
 
     def __init__(
         self,
-        robot: Any,
+        robot: Robot,
         *,
         port: int | None = None,
         description: Path | None = None,
@@ -198,7 +198,7 @@ class LiveView:
         )
         self._tool.on_update(self._on_drag)
 
-    def _add_panel(self, robot: Any) -> None:
+    def _add_panel(self, robot: Robot) -> None:
         gui = self._server.gui
         gui.add_markdown(f"**{robot.title}**")
         self._sliders = [

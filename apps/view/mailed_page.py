@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chasles import Robot
+
 from ..drawing import Skeleton
 from .display import Display, Posture
 from .slider_units import SliderUnit, slider_units
@@ -34,7 +36,7 @@ _PARTS = {
 }
 
 
-def html_page(robot: Any) -> str:
+def html_page(robot: Robot) -> str:
     """The text of a page with the moving robot and its sliders, which needs no network.
 
     The page moves the bodies by the product of their joints' motions. It closes the loops by Gauss
@@ -55,7 +57,7 @@ def html_page(robot: Any) -> str:
     return page.substitute(parts, title=title, source=source, robot=data)
 
 
-def page_data(robot: Any) -> dict[str, Any]:
+def page_data(robot: Robot) -> dict[str, Any]:
     """What the page's scripts read: the skeleton, its solids, the sliders and the start.
 
     Args:
@@ -81,13 +83,13 @@ def page_data(robot: Any) -> dict[str, Any]:
     }
 
 
-def _scales(robot: Any, skeleton: Skeleton) -> list[float]:
+def _scales(robot: Robot, skeleton: Skeleton) -> list[float]:
     """What counts as one unit of each entry of z: a radian, or the robot's size."""
     variables = robot.configuration_variables or robot.coordinates
     return [1.0 if variable.unit == "rad" else skeleton.size for variable in variables]
 
 
-def _slider(robot: Any, skeleton: Skeleton, k: int, unit: SliderUnit) -> dict[str, Any]:
+def _slider(robot: Robot, skeleton: Skeleton, k: int, unit: SliderUnit) -> dict[str, Any]:
     index = next(i for i, own in skeleton.actuators.items() if own == k)
     ratio = robot.manifest.loops.actuated_in_z[k].ratio if robot.configuration_variables else 1.0
     limits = [float(robot.lower[k]), float(robot.upper[k])]

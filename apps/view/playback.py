@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import InputValueError
+from chasles import InputValueError, Robot
 
 FloatArray = NDArray[np.float64]
 
@@ -38,7 +38,7 @@ class Recording:
         return np.array([np.interp(time, self.t, column) for column in self.q.T])
 
 
-def read_recording(file: Path, robot: Any) -> Recording:
+def read_recording(file: Path, robot: Robot) -> Recording:
     """Reads a motion that `Sampled.to_npz` or `Sampled.to_csv` wrote, or a table of coordinates.
 
     Args:
@@ -62,7 +62,7 @@ def read_recording(file: Path, robot: Any) -> Recording:
     return Recording(t - t[0], q)
 
 
-def _from_npz(file: Path, robot: Any) -> tuple[FloatArray, FloatArray]:
+def _from_npz(file: Path, robot: Robot) -> tuple[FloatArray, FloatArray]:
     try:
         with np.load(file) as arrays:
             t, q = (np.asarray(arrays[name], dtype=np.float64) for name in "tq")
@@ -78,7 +78,7 @@ def _from_npz(file: Path, robot: Any) -> tuple[FloatArray, FloatArray]:
     return t, q
 
 
-def _refuse_another(file: Path, robot: Any, told: Mapping[str, NDArray[Any]]) -> None:
+def _refuse_another(file: Path, robot: Robot, told: Mapping[str, NDArray[Any]]) -> None:
     """Raises InputValueError if a file names another robot, or other coordinates."""
     own = ", ".join(coordinate.name for coordinate in robot.coordinates)
     names = ", ".join(map(str, np.ravel(told["names"]))) if "names" in told else own
@@ -90,7 +90,7 @@ def _refuse_another(file: Path, robot: Any, told: Mapping[str, NDArray[Any]]) ->
         )
 
 
-def _from_csv(file: Path, robot: Any) -> tuple[FloatArray, FloatArray]:
+def _from_csv(file: Path, robot: Robot) -> tuple[FloatArray, FloatArray]:
     try:
         with file.open(newline="", encoding="utf-8") as lines:
             head, *rows = [row for row in csv.reader(lines) if row]

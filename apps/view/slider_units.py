@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from chasles import Robot
 
 from ..drawing import skeleton
 
@@ -46,7 +47,7 @@ class SliderUnit:
         return f"{self.name} [{self.unit}]"
 
 
-def slider_units(robot: Any, start: FloatArray) -> tuple[SliderUnit, ...]:
+def slider_units(robot: Robot, start: FloatArray) -> tuple[SliderUnit, ...]:
     """The sliders of a robot's coordinates, in the order of q.
 
     Args:

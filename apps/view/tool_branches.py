@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import Solutions
+from chasles import Robot, Solutions
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -39,7 +38,7 @@ class Branches:
     reached: bool
 
 
-def branches(robot: Any, T: FloatArray, last: FloatArray) -> Branches:
+def branches(robot: Robot, T: FloatArray, last: FloatArray) -> Branches:
     """The branches of the inverse at a pose, for robots of all kinds.
 
     Where the pose leaves joints free, they keep their values of the last posture. Robots without a
@@ -61,7 +60,7 @@ def branches(robot: Any, T: FloatArray, last: FloatArray) -> Branches:
     return Branches(q, inside, margin, followed, reached=bool(found.success))
 
 
-def _all(robot: Any, T: FloatArray, last: FloatArray) -> tuple[FloatArray, BoolArray, FloatArray]:
+def _all(robot: Robot, T: FloatArray, last: FloatArray) -> tuple[FloatArray, BoolArray, FloatArray]:
     """Coordinates of all branches, whether they are within the limits, and their margins."""
     if hasattr(robot, "ik"):
         return _in_closed_form(robot, T, last)
@@ -75,7 +74,7 @@ def _all(robot: Any, T: FloatArray, last: FloatArray) -> tuple[FloatArray, BoolA
 
 
 def _in_closed_form(
-    robot: Any, T: FloatArray, last: FloatArray
+    robot: Robot, T: FloatArray, last: FloatArray
 ) -> tuple[FloatArray, BoolArray, FloatArray]:
     solutions: Solutions = robot.ik(T, *_free_values(robot, last))
     near = last + solutions.moves_from(last)
@@ -86,7 +85,7 @@ def _in_closed_form(
     return q[kept], (here | moved.valid)[kept], solutions.margin[kept]
 
 
-def _free_values(robot: Any, last: FloatArray) -> list[float]:
+def _free_values(robot: Robot, last: FloatArray) -> list[float]:
     """The inputs of the inverse beside the pose, at their values of the last posture."""
     if not robot.given:
         return [float(robot.swivel(last))] if robot.redundancy else []
@@ -98,7 +97,7 @@ def _free_values(robot: Any, last: FloatArray) -> list[float]:
     return [float(theta[names.index(item.name)]) for item in robot.redundancy]
 
 
-def _unwound(robot: Any, q: FloatArray, last: FloatArray) -> FloatArray:
+def _unwound(robot: Robot, q: FloatArray, last: FloatArray) -> FloatArray:
     """Angles at the turns nearest to the last posture."""
     turns = np.array([coordinate.unit == "rad" for coordinate in robot.coordinates])
     whole = 2 * np.pi * np.round((q - last) / (2 * np.pi))

@@ -22,13 +22,13 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, ParamSpec, TypeVar
+from typing import NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from chasles import InputValueError, ShapeError
+from chasles import InputValueError, Robot, ShapeError
 from chasles.screws import inverse
 from chasles.summaries import short_repr
 
@@ -84,7 +84,7 @@ def in_one_thread(function: Callable[Inputs, Output]) -> Callable[Inputs, Output
 
 
 def problem_at(
-    robot: Any,
+    robot: Robot,
     q: FloatArray,
     start: Start,
     vary: Collection[str],
@@ -122,7 +122,7 @@ def problem_at(
 
 
 def _whole(
-    robot: Any, q: FloatArray, start: Start, p: FloatArray, sought: IntArray, known: FloatArray
+    robot: Robot, q: FloatArray, start: Start, p: FloatArray, sought: IntArray, known: FloatArray
 ) -> Problem:
     """The problem with all candidates and all unknowns as variables."""
     return Problem(
@@ -187,7 +187,7 @@ def problem_nearby(
 
 
 def _candidates(
-    robot: Any, vary: Collection[str], observation: Observation, has_tolerances: bool
+    robot: Robot, vary: Collection[str], observation: Observation, has_tolerances: bool
 ) -> IntArray:
     """Indices of the parameters that may be sought."""
     words = parts(robot, vary)
@@ -226,7 +226,7 @@ class Problem:
         weights: (N,) weight of each configuration.
     """
 
-    robot: Any
+    robot: Robot
     q: FloatArray
     observation: Observation
     T_W_base: FloatArray

@@ -9,12 +9,11 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import InputValueError
+from chasles import InputValueError, Robot
 
 from .headings import AXES
 from .table_text import TableLine, number
@@ -29,7 +28,7 @@ _LEAST = 3
 """Fewest rows that tell whether a distance stays."""
 
 
-def header_of(path: Path, rows: Sequence[TableLine], robot: Any, said: list[str]) -> list[str]:
+def header_of(path: Path, rows: Sequence[TableLine], robot: Robot, said: list[str]) -> list[str]:
     """The header that a table should have; what is assumed is added to `said`.
 
     Raises:
@@ -97,7 +96,7 @@ def _are_targets(values: FloatArray) -> bool:
     )
 
 
-def _asked(path: Path, rows: Sequence[TableLine], robot: Any) -> InputValueError:
+def _asked(path: Path, rows: Sequence[TableLine], robot: Robot) -> InputValueError:
     joints = ", ".join(f"q{k + 1} [deg]" for k in range(min(robot.n, 2)))
     return InputValueError(
         f"{path}: the first line holds numbers, and its {len(rows[0].cells)} columns do not tell "

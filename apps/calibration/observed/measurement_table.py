@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import InputValueError
+from chasles import InputValueError, Robot
 from chasles.summaries import short_repr
 
 from .bare_table import header_of
@@ -70,7 +70,7 @@ class Measured:
         return iter((self.q, self.observation))
 
 
-def read_measurements(file: str | Path, robot: Any) -> Measured:
+def read_measurements(file: str | Path, robot: Robot) -> Measured:
     """Reads a table of measurements.
 
     Args:
@@ -89,7 +89,7 @@ def read_measurements(file: str | Path, robot: Any) -> Measured:
     return _observation(table, q)
 
 
-def _read(path: Path, robot: Any) -> _Table:
+def _read(path: Path, robot: Robot) -> _Table:
     """The table with its columns by name, and units as its header states them."""
     cells = cells_of(path)
     first = _first_row(path, cells.lines)
@@ -211,7 +211,7 @@ def _cell(row: TableLine, column: int) -> str:
     return row.cells[column].strip() if column < len(row.cells) else ""
 
 
-def _with_units(table: _Table, robot: Any) -> _Table:
+def _with_units(table: _Table, robot: Robot) -> _Table:
     """The table, with units of angles or of positions that no column of their kind states."""
     turning = [k for k in range(robot.n) if robot.coordinates[k].unit == "rad"]
     form = form_of(table.columns)
@@ -236,14 +236,14 @@ def _length_by_size(values: FloatArray) -> str:
     return "mm" if np.abs(values).max(initial=0.0) > _HALL else ""
 
 
-def _name_of(table: _Table, robot: Any, k: int) -> str:
+def _name_of(table: _Table, robot: Robot, k: int) -> str:
     """The name of the column of a coordinate; "" where there is none."""
     first = 0 if "q0" in table.columns else 1
     names = (robot.coordinates[k].name, f"q{k + first}")
     return next((name for name in names if name in table.columns), "")
 
 
-def _column_of(table: _Table, robot: Any, k: int) -> tuple[str, str]:
+def _column_of(table: _Table, robot: Robot, k: int) -> tuple[str, str]:
     coordinate = robot.coordinates[k]
     if name := _name_of(table, robot, k):
         return name, coordinate.unit

@@ -18,7 +18,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import InputValueError, OutOfReachError, ShapeError
+from chasles import InputValueError, OutOfReachError, Robot, ShapeError
 from chasles.locks import Lock
 from chasles.summaries import summary_repr
 
@@ -149,7 +149,7 @@ class Motion:
         ShapeError: The seed is not (n,).
     """
 
-    robot: Any
+    robot: Robot
     curve: PoseCurve | TaskLine | TaskCurve | JointLine
     law: Law
     seed: FloatArray
@@ -249,7 +249,7 @@ class Motion:
         """Coordinates that do not move: the locked ones, and those that the inverse is given."""
         return self.robot.given or None if self.lock is None else self.lock
 
-    def _followed(self, s: FloatArray, task: str) -> FloatArray:
+    def _followed(self, s: FloatArray, task: Any) -> FloatArray:
         """The branch through the seed; where a joint moves far between samples, through more."""
         for halvings in range(_HALVINGS + 1):
             parts = 2**halvings
@@ -284,7 +284,7 @@ class Motion:
 
 
 def excesses(
-    robot: Any,
+    robot: Robot,
     sampled: Sampled,
     *,
     rates: ArrayLike | None = None,

@@ -18,12 +18,12 @@ Source:
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import InputValueError, OutOfReachError, screws
+from chasles import InputValueError, OutOfReachError, Robot, screws
 from chasles.locks import Lock, follows, locked_coordinates
 from chasles.tolerances import JUMP, RANK
 
@@ -54,7 +54,7 @@ class OnCurve(NamedTuple):
 
 
 def minimum_norm(
-    robot: Any, curve: PoseCurve, s: FloatArray, start: FloatArray, lock: Lock | None = None
+    robot: Robot, curve: PoseCurve, s: FloatArray, start: FloatArray, lock: Lock | None = None
 ) -> OnCurve:
     """Coordinates on a curve of the tool by steps of minimum norm from one posture.
 
@@ -87,7 +87,7 @@ def minimum_norm(
     return _on_curve(robot, curve, s, (values, by_s, by_ss), moving)
 
 
-def _moving(robot: Any, lock: Lock | None) -> BoolArray:
+def _moving(robot: Robot, lock: Lock | None) -> BoolArray:
     """(n,) the joints of the main chain that move."""
     if len(robot.chain_joints) != robot.n:
         raise InputValueError(
@@ -99,7 +99,7 @@ def _moving(robot: Any, lock: Lock | None) -> BoolArray:
 
 
 def _solved(
-    robot: Any, curve: PoseCurve, s: FloatArray, theta_0: FloatArray, moving: BoolArray
+    robot: Robot, curve: PoseCurve, s: FloatArray, theta_0: FloatArray, moving: BoolArray
 ) -> FloatArray:
     """(m, n) joints at lengths (m,), each by the iteration from theta_0."""
     T = curve.at(s).T
@@ -123,7 +123,7 @@ def _solved(
 
 
 def _on_curve(
-    robot: Any,
+    robot: Robot,
     curve: PoseCurve,
     s: FloatArray,
     joints: tuple[FloatArray, FloatArray, FloatArray],
@@ -140,7 +140,7 @@ def _on_curve(
 
 
 def _of_coordinates(
-    robot: Any, theta: FloatArray, by_s: FloatArray, by_ss: FloatArray
+    robot: Robot, theta: FloatArray, by_s: FloatArray, by_ss: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """First and second derivatives of the coordinates from those of the joints."""
     if not robot.loops:
@@ -148,7 +148,7 @@ def _of_coordinates(
     return robot.actuator_rates(theta, by_s), robot.actuator_accelerations(theta, by_s, by_ss)
 
 
-def _kinematics(robot: Any, theta: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _kinematics(robot: Robot, theta: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Coordinates (m, n), poses (m, 4, 4) and mixed Jacobians by the joints (m, 6, n)."""
     if not robot.loops:
         return theta, *robot.fk_jacobian_mixed(theta)
@@ -171,7 +171,7 @@ def _times(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
     return np.asarray((matrices @ vectors[..., None])[..., 0])
 
 
-def _require_no_jump(robot: Any, curve: PoseCurve, s: FloatArray, theta: FloatArray) -> None:
+def _require_no_jump(robot: Robot, curve: PoseCurve, s: FloatArray, theta: FloatArray) -> None:
     jumps = np.abs(np.diff(theta, axis=1)).max(axis=(1, 2))
     if len(jumps) and jumps.max() > JUMP:
         k = int(np.argmax(jumps))

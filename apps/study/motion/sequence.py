@@ -14,12 +14,12 @@ Each stage begins where the one before ends.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import InputValueError, OutOfReachError
+from chasles import InputValueError, OutOfReachError, Robot
 from chasles.locks import Lock
 from chasles.summaries import summary_repr
 
@@ -65,7 +65,7 @@ class Sequence:
         stages: The stages so far.
     """
 
-    robot: Any
+    robot: Robot
     start: FloatArray
     stages: tuple[Stage, ...] = ()
 

@@ -12,12 +12,10 @@ With the position p and the directions x and z of the tool's first and third axe
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import InputValueError
+from chasles import InputValueError, Robot
 from chasles.locks import Lock, locked_coordinates
 from chasles.tolerances import RANK
 
@@ -27,7 +25,7 @@ FloatArray = NDArray[np.float64]
 
 
 def task_rates(
-    robot: Any, task: Task, q: FloatArray, by_s: FloatArray, by_ss: FloatArray
+    robot: Robot, task: Task, q: FloatArray, by_s: FloatArray, by_ss: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Derivatives of the coordinates by s on a curve in task coordinates.
 
@@ -63,7 +61,7 @@ def task_rates(
 
 
 def curve_rates(
-    robot: Any, q: FloatArray, V: FloatArray, A: FloatArray, lock: Lock | None
+    robot: Robot, q: FloatArray, V: FloatArray, A: FloatArray, lock: Lock | None
 ) -> tuple[FloatArray, FloatArray]:
     """Derivatives of the coordinates by s on a curve of the tool; the least ones if several fit.
 
@@ -84,7 +82,7 @@ def curve_rates(
     return rate, (inverse @ (A - _drift(robot, q, rate))[..., None])[..., 0]
 
 
-def _drift(robot: Any, q: FloatArray, rate: FloatArray) -> FloatArray:
+def _drift(robot: Robot, q: FloatArray, rate: FloatArray) -> FloatArray:
     """The derivative of the mixed twist at constant rates."""
     return np.asarray(robot.acceleration_mixed(q, rate, np.zeros(q.shape)))
 

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from chasles import Robot
 
 from ..tolerances import SAME_ARC
 
@@ -71,14 +72,14 @@ class MovingAxes:
         )
 
 
-def of_tool(robot: Any) -> MovingAxes:
+def of_tool(robot: Robot) -> MovingAxes:
     """The axes that move the tool's origin, with each joint in the middle of its limits."""
     postures = _postures(robot)
     places = robot.fk(postures)[:, :3, 3]
     return _moving(robot, robot.jacobian_space(postures), places)
 
 
-def of_meetings(robot: Any) -> Iterator[MovingAxes]:
+def of_meetings(robot: Robot) -> Iterator[MovingAxes]:
     """The axes that move each place where two successive axes meet, from the tool to the base.
 
     The point of an axis nearest to another one is p + s a: from p + s a - p' - s' a' normal to
@@ -98,7 +99,7 @@ def of_meetings(robot: Any) -> Iterator[MovingAxes]:
             yield _moving(robot, S[..., : j - 1], p + along[:, None] * a)
 
 
-def _postures(robot: Any) -> FloatArray:
+def _postures(robot: Robot) -> FloatArray:
     """The middle of the limits, and random postures about it."""
     bounded = np.isfinite(robot.lower) & np.isfinite(robot.upper)
     inside = (np.where(bounded, robot.lower, 0) + np.where(bounded, robot.upper, 0)) / 2
@@ -106,7 +107,7 @@ def _postures(robot: Any) -> FloatArray:
     return np.vstack([inside, some])
 
 
-def _moving(robot: Any, S: FloatArray, places: FloatArray) -> MovingAxes:
+def _moving(robot: Robot, S: FloatArray, places: FloatArray) -> MovingAxes:
     """The axes out of space Jacobians (m, 6, k) that move a point, at places (m, 3)."""
     speeds = S[:, :3] + np.cross(S[:, 3:], places[..., None], axis=1)
     moving = np.flatnonzero(np.abs(speeds).max((0, 1)) > SAME_ARC)

@@ -18,7 +18,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import InputValueError
+from chasles import InputValueError, Robot
 from chasles.summaries import ranges, summary_repr
 
 from ..tolerances import SAME_ARC
@@ -123,7 +123,7 @@ class ExactWorkspace:
         return plot_section(self, ax)
 
 
-def exact_workspace(robot: Any, of: Point = "tool") -> ExactWorkspace:
+def exact_workspace(robot: Robot, of: Point = "tool") -> ExactWorkspace:
     """The exact workspace of an arm whose joints move a point in a plane.
 
     Args:

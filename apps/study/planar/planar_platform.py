@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import InputValueError, SingularityCurves
+from chasles import InputValueError, Robot, SingularityCurves
 from chasles.summaries import summary_repr
 
 from ..arguments import finite
@@ -83,7 +83,7 @@ class PlanarRegion:
         return plot_region(self, ax, singular)
 
 
-def constant_orientation(robot: Any, phi: float) -> PlanarRegion:
+def constant_orientation(robot: Robot, phi: float) -> PlanarRegion:
     """Where the tool of a planar platform can be at an angle.
 
     Args:
@@ -103,7 +103,9 @@ def constant_orientation(robot: Any, phi: float) -> PlanarRegion:
     return PlanarRegion(robot.name, f"at {np.degrees(phi):.4g}°", (annuli,))
 
 
-def singular_places(robot: Any, phi: float, slot: int = 0, points: int = 201) -> SingularityCurves:
+def singular_places(
+    robot: Robot, phi: float, slot: int = 0, points: int = 201
+) -> SingularityCurves:
     """The singular places of a planar platform's tool at one angle, in the box of its region.
 
     Those of type 1 are the border of what the legs reach, those of type 2 lie inside: the platform
@@ -128,7 +130,7 @@ def singular_places(robot: Any, phi: float, slot: int = 0, points: int = 201) ->
     return found
 
 
-def dexterous(robot: Any) -> PlanarRegion:
+def dexterous(robot: Robot) -> PlanarRegion:
     """Where the tool of a planar platform can be at every angle.
 
     While the platform turns, the centre of a leg's annulus moves on a circle of radius r about a
@@ -197,7 +199,7 @@ class Orientations:
         return float(self.possible.any(-1).sum() * self.cells.side**2)
 
 
-def orientations(robot: Any, angles: ArrayLike, finest: int = 200) -> Orientations:
+def orientations(robot: Robot, angles: ArrayLike, finest: int = 200) -> Orientations:
     """Which of some angles a planar platform can have, place by place.
 
     Args:
@@ -222,12 +224,12 @@ def orientations(robot: Any, angles: ArrayLike, finest: int = 200) -> Orientatio
     return Orientations(cells, turns, possible.reshape(len(x), len(y), len(turns)))
 
 
-def _is_planar(robot: Any) -> bool:
+def _is_planar(robot: Robot) -> bool:
     joints = [joint.kind for joint in robot.chain_joints]
     return tuple(joints) == _AXES and robot.n == len(_AXES)
 
 
-def _annulus(robot: Any, leg: int, phi: float) -> Annulus:
+def _annulus(robot: Robot, leg: int, phi: float) -> Annulus:
     """What a leg reaches, from samples of its margin or its length."""
     coordinate = robot.coordinates[leg]
     if coordinate.kind == "prismatic":
@@ -244,7 +246,7 @@ def _annulus(robot: Any, leg: int, phi: float) -> Annulus:
 
 
 def _of_distance(
-    robot: Any, leg: int, value: Callable[[FloatArray], FloatArray], phi: float, degree: int
+    robot: Robot, leg: int, value: Callable[[FloatArray], FloatArray], phi: float, degree: int
 ) -> tuple[FloatArray, FloatArray]:
     """Centre and coefficients by powers of d^2 of a polynomial in d^2 that samples determine."""
     size = robot.unit_length

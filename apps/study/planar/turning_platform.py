@@ -17,12 +17,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import InputValueError
+from chasles import InputValueError, Robot
 from chasles.summaries import summary_repr
 
 from ..cells import Measure
@@ -66,7 +65,7 @@ class OrientationRange:
 
 
 def orientation_range(
-    robot: Any, lower: float, upper: float, accuracy: float = 1e-3
+    robot: Robot, lower: float, upper: float, accuracy: float = 1e-3
 ) -> OrientationRange:
     """The total and the inclusive workspace of a planar platform for a range of angles.
 
@@ -137,7 +136,7 @@ class _Leg:
         return (angle - self.start) % _TURN <= self.width
 
 
-def _legs(robot: Any, lower: float, upper: float) -> list[_Leg]:
+def _legs(robot: Robot, lower: float, upper: float) -> list[_Leg]:
     found = []
     angles = (lower, lower + math.pi)
     for here, across in zip(

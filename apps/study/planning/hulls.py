@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chasles import Robot
 from chasles.contract import Body
 from chasles.summaries import short_repr, summary_repr
 
@@ -63,7 +64,7 @@ class Hulls:
         hulls: Their shapes.
     """
 
-    robot: Any
+    robot: Robot
     skeleton: Skeleton
     hulls: tuple[Hull, ...]
 
@@ -232,7 +233,7 @@ class _MovingJoints:
         self.lines = np.array([[[*j.at, 1.0], [*j.axis, 0.0]] for j in joints]).transpose(0, 2, 1)
 
 
-def hulls_of(robot: Any) -> Hulls:
+def hulls_of(robot: Robot) -> Hulls:
     """The shapes of a robot's bodies.
 
     Args:

@@ -24,12 +24,11 @@ from __future__ import annotations
 import string
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import InputValueError
+from chasles import InputValueError, Robot
 from chasles.summaries import short_repr
 
 from ...drawing.skeleton import Skeleton, skeleton
@@ -80,7 +79,7 @@ class LoopBounds:
             with the distance d of the strut's ends, is bounded as d^2 - l^2.
     """
 
-    robot: Any
+    robot: Robot
     given: NDArray[np.intp]
     gears: FloatArray
     turns: BoolArray
@@ -138,7 +137,7 @@ class LoopBounds:
         return np.asarray((self.curvature @ w) @ w)
 
 
-def loop_bounds(robot: Any, lower: FloatArray, upper: FloatArray) -> LoopBounds:
+def loop_bounds(robot: Robot, lower: FloatArray, upper: FloatArray) -> LoopBounds:
     """Bounds of the motion of a robot with loops.
 
     Args:
@@ -162,7 +161,7 @@ def loop_bounds(robot: Any, lower: FloatArray, upper: FloatArray) -> LoopBounds:
 
 
 def closed_postures(
-    robot: Any, lower: FloatArray, upper: FloatArray
+    robot: Robot, lower: FloatArray, upper: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Random postures (m, n) at which the loops close, and their configurations (m, n_z).
 
@@ -191,7 +190,7 @@ def closed_postures(
 
 
 def _given(
-    robot: Any, names: list[str], chain: NDArray[np.intp], q: FloatArray
+    robot: Robot, names: list[str], chain: NDArray[np.intp], q: FloatArray
 ) -> tuple[NDArray[np.intp], FloatArray]:
     """The joints that actuators move directly, and by how much: themselves, or through gears."""
     own = [
@@ -244,7 +243,7 @@ def _length(distances: FloatArray, values: FloatArray, z: FloatArray) -> FloatAr
     return np.zeros(basis.shape[1])
 
 
-def _curvature(robot: Any, turns: BoolArray, widest: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _curvature(robot: Robot, turns: BoolArray, widest: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The lengths of struts, and (equations, z, z) bounds of second derivatives of equations."""
     rng, n = np.random.default_rng(1), len(turns)
     scale = np.where(turns, np.pi, widest)
@@ -272,7 +271,7 @@ def _curvature(robot: Any, turns: BoolArray, widest: FloatArray) -> tuple[FloatA
     return lengths, bounds
 
 
-def _equation(robot: Any, row: int, length: FloatArray) -> Callable[[FloatArray], FloatArray]:
+def _equation(robot: Robot, row: int, length: FloatArray) -> Callable[[FloatArray], FloatArray]:
     """An equation of the loops; with the length l of a strut, d^2 - l^2 from d - l."""
 
     def value(z: FloatArray) -> FloatArray:
@@ -283,7 +282,7 @@ def _equation(robot: Any, row: int, length: FloatArray) -> Callable[[FloatArray]
 
 
 def _coefficients(
-    robot: Any,
+    robot: Robot,
     row: int,
     equation: Callable[[FloatArray], FloatArray],
     joints: NDArray[np.intp],

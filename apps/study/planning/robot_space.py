@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import InputValueError, ShapeError
+from chasles import InputValueError, Robot, ShapeError
 from chasles.summaries import summary_repr
 
 from ..samples import box_of
@@ -57,7 +57,7 @@ class RobotSpace:
         bounds: Bounds of the joints of a robot with loops.
     """
 
-    robot: Any
+    robot: Robot
     obstacles: tuple[Obstacle, ...]
     hulls: Hulls
     radii: FloatArray
@@ -208,7 +208,7 @@ class RobotSpace:
 
 
 def robot_space(
-    robot: Any,
+    robot: Robot,
     obstacles: Sequence[Obstacle] = (),
     *,
     radius: float | Sequence[float],
@@ -252,13 +252,13 @@ def robot_space(
     return space
 
 
-def _box(robot: Any) -> tuple[FloatArray, FloatArray]:
+def _box(robot: Robot) -> tuple[FloatArray, FloatArray]:
     """Limits; actuators of loops that turn without limits turn once, about the reference.
 
     Where loops close, they do so around the reference, which may be at the border of other turns.
     """
     lower, upper = box_of(robot)
-    if robot.loops:
+    if robot.reference is not None:
         endless = np.isinf(robot.lower) & np.isinf(robot.upper)
         middle = np.array(robot.reference.q)
         lower = np.where(endless, middle - np.pi, lower)
