@@ -5,9 +5,7 @@ precision and printed digits move R off the rotations. Its distance from them is
 
     |R^T R - 1| / 8^0.5,   to first order |R - U| / 2^0.5 with U the nearest rotation
 
-in the Frobenius norm: the angle [rad] of an error of that size. `ik`, `ik_numeric`, `ik_path` and
-`track` project poses that are off by at most `NEARLY_RIGID`, and refuse all others.
-`ik(project(T, tolerance))` accepts more.
+in the Frobenius norm. Inverses project poses that are off by at most `NEARLY_RIGID`.
 
 Source:
     N. J. Higham, Computing the polar decomposition - with applications, 1986.

@@ -1,13 +1,8 @@
 """The size of a robot, and the length that counts as much as a radian in its tolerances.
 
-A residual compares a distance with an angle, and 1e-9 m means nothing to a stage of a micrometre
-and is little more than rounding to a crane of a kilometre. So lengths are judged in a unit that
-belongs to the robot: the power of 1000 [m] nearest to the size of its workspace, which is the root
-mean square distance of the tip from the mean of its positions, over configurations that fill the
-limits. It is 1 m for robots of 0.03 m to 30 m. These are km, m, mm and um.
-
-`characteristic_length` serves other purposes: it is the lever arm of the joints that turn the tool,
-and is small for a gantry with a small wrist, whose positions have the rounding of the gantry.
+Lengths are judged in the power of 1000 [m] nearest to the size of the workspace: the root mean
+square distance of the tip from the mean of its positions, over configurations that fill the limits.
+It is 1 m for robots of 0.03 m to 30 m.
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
 """Every tolerance of the Python runtime: name, value, unit and reason, by the package that uses it.
 
-A length without a unit is in parts of the robot's unit of length: the power of 1000 nearest to the
-size of its workspace, 1 m for robots of 0.03 m to 30 m (`size.py`). Residuals compare a
-distance with an angle times this unit. A count of steps or a size of a block is no tolerance and
-stays in the file that uses it. Tolerances that belong to the generated code stand in the manifest.
+A length without a unit is in parts of the robot's unit of length (`size.py`). Tolerances of the
+generated code stand in the manifest.
 """
 
 # --- size ---

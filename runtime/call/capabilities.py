@@ -1,9 +1,7 @@
 """The attributes that depend on the robot: its functions, and methods that rest on them.
 
-A robot lacks a method where it lacks the generated functions behind it. Looking up such a method,
-or a function that other robots have, raises an AttributeError that lists the robot's functions and
-names a substitute where there is one. The first look-up of a method binds it to the robot and keeps
-it there, so that all others are those of plain attributes.
+Looking up a method that a robot lacks raises an AttributeError that lists the robot's functions and
+names a substitute where there is one.
 """
 
 from __future__ import annotations

@@ -243,12 +243,18 @@ typedef struct {
     npy_intp slot;
 } Ranked;
 
-static Ranked ranked(const Slots *slots, const Seeds *seeds, npy_intp pose, npy_intp slot)
+/* Ranks a slot. Of one that is farther than a rounded distance only this is certain. */
+static Ranked ranked(const Slots *slots, const Seeds *seeds, npy_intp pose, npy_intp slot,
+                     uint64_t enough)
 {
     const npy_intp row = pose * slots->k + slot;
-    const double own = chasles_distance((int)slots->n, seeds->q + pose * seeds->step,
-                                        slots->q + row * slots->n, seeds->turn, seeds->scale);
-    return (Ranked){chasles_rounded(slots->valid[row] ? own : INFINITY), slot};
+    const double *q = slots->q + row * slots->n, *q_seed = seeds->q + pose * seeds->step;
+    double largest = slots->valid[row] ? 0 : INFINITY;
+    for (npy_intp j = 0; j < slots->n && chasles_rounded(largest) <= enough; j++) {
+        const double move = chasles_move(q[j] - q_seed[j], seeds->turn[j]) * seeds->scale[j];
+        largest = move <= largest ? largest : move;
+    }
+    return (Ranked){chasles_rounded(largest), slot};
 }
 
 static double sum_of_moves(const Slots *slots, const Seeds *seeds, npy_intp pose, npy_intp slot)
@@ -269,20 +275,6 @@ static int differ_by_turns(npy_intp n, const double *a, const double *b)
     return 1;
 }
 
-/* Tests whether a slot does not count, or is farther than a rounded distance: one move tells. */
-static int is_farther(const Slots *slots, const Seeds *seeds, npy_intp pose, npy_intp slot,
-                      uint64_t distance)
-{
-    const npy_intp row = pose * slots->k + slot;
-    const double *q = slots->q + row * slots->n, *q_seed = seeds->q + pose * seeds->step;
-    int farther = !slots->valid[row];
-    for (npy_intp j = 0; j < slots->n && !farther; j++) {
-        const double move = chasles_move(q[j] - q_seed[j], seeds->turn[j]) * seeds->scale[j];
-        farther = chasles_rounded(move) > distance;
-    }
-    return farther;
-}
-
 /* Returns the nearest valid slot of a pose, -1 if there is none; see chasles_distance.h. */
 static npy_intp nearest_slot(const Slots *slots, const Seeds *seeds, npy_intp pose)
 {
@@ -290,10 +282,7 @@ static npy_intp nearest_slot(const Slots *slots, const Seeds *seeds, npy_intp po
     const double *q = slots->q + pose * slots->k * n;
     Ranked best = {chasles_rounded(INFINITY), -1};
     for (npy_intp slot = 0; slot < slots->k; slot++) {
-        if (is_farther(slots, seeds, pose, slot, best.distance)) {
-            continue;
-        }
-        const Ranked own = ranked(slots, seeds, pose, slot);
+        const Ranked own = ranked(slots, seeds, pose, slot, best.distance);
         if (own.distance < best.distance || (own.distance == best.distance && best.slot >= 0 &&
                                              differ_by_turns(n, q + best.slot * n, q + slot * n) &&
                                              sum_of_moves(slots, seeds, pose, slot) <
@@ -358,7 +347,7 @@ static PyObject *order(PyObject *Py_UNUSED(module), PyObject *args)
     for (npy_intp pose = 0; found && pose < slots.poses; pose++) {
         npy_intp *to = (npy_intp *)PyArray_DATA((PyArrayObject *)found) + pose * slots.k;
         for (npy_intp slot = 0; slot < slots.k; slot++) {
-            order_of[slot] = ranked(&slots, &seeds, pose, slot);
+            order_of[slot] = ranked(&slots, &seeds, pose, slot, UINT64_MAX);
         }
         sort_ranked(order_of, order_of + slots.k, slots.k);
         for (npy_intp i = 0; i < slots.k; i++) {

@@ -1,18 +1,14 @@
 """Newton's iteration on forward kinematics, from a configuration near the solution.
 
-The nominal arm behind a calibrated one has axes that meet or are parallel exactly. The true arm is
-some millimetres off, so a few steps lead from the nominal inverse to the true one:
-
     (J J^T + lambda^2 1) y = e,  dq = J^T y      e the twist from the tool to the pose
 
 with J the Jacobian at the tip in base axes and lambda^2 proportional to |e|^2, which damps the
-steps near a singularity and vanishes with the error, so that convergence stays quadratic. Arms
-with fewer than six joints take the equal step dq = (J^T J + lambda^2 1)^-1 J^T e.
+steps near a singularity and vanishes with the error. Arms with fewer than six joints take the equal
+step dq = (J^T J + lambda^2 1)^-1 J^T e.
 
 Source:
-    Nakamura and Hanafusa, Inverse kinematic solutions with singularity robustness, 1986; Sugihara,
-    Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, 2011 (damping by
-    the squared error).
+    Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, 2011
+    (damping by the squared error).
 """
 
 from __future__ import annotations

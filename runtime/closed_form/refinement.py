@@ -1,23 +1,8 @@
-"""Refinement near singularities: targets at which a closed form loses digits, or its solution.
+"""Refinement of targets that have no valid slot, but one with a small residual.
 
-Where singularities of several steps nearly coincide, each step loses half of its digits, and a pose
-within reach may have no slot better than 1e-8. Newton's iteration from there reaches the solution
-after a step or two. Next to a singularity a motion of the joints may leave the tool at rest but for
-some nanometres, which decide where along the motion the solution is: too little for Newton's steps,
-so that each joint in turn is held at values all round, and the others are led, unless the tool's
-second derivative tells that the pose is at the border of reach alone. All this runs for
-such targets only, one in a hundred thousand of poses made to be singular; all others cost one
-comparison per slot.
-
-Some closed forms lose poses where joints are at right angles: a step takes any value for an angle
-that is arbitrary, and other joints reach the pose for some values alone. The manifest names the
-inverses that do, and only there the iteration begins at least-squares answers far away, too.
-
-A pose that rounding has moved off a rigid one has been moved off those that an arm of fewer than
-six joints reaches, too, and at a singularity off those that any arm reaches. The least-squares
-answer for it is a solution as exact as the pose. Rounding leaves a rotation by right angles exact,
-but not its translation. The arm may be at several singularities there, and a closed form far from
-its solutions: the iteration begins at every slot.
+Where singularities of several steps nearly coincide, a closed form loses half of its digits, or its
+solution: Newton's iteration leads back. Poses that rounding has moved off rigid ones, or off the
+poses of an arm with few joints, get their least-squares answers. `docs/inverse.md` has the cases.
 """
 
 from __future__ import annotations

@@ -1,13 +1,10 @@
 """Saddles of the squared error, at which iteration stands still, and the ways down from them.
 
-Where two solutions nearly merge, the squared error f = |e|^2 / 2 of the tool has a saddle between
-them: its gradient -J^T e is 0, but the error is not. Least-squares answers of closed forms lie on
-such saddles, as both are where the arm is symmetric, and there no step of Newton's iteration, nor a
-damped one, leads on. The direction of the least curvature of f does, both ways.
+Where two solutions nearly merge, f = |e|^2 / 2 has a saddle between them: its gradient -J^T e is 0,
+but the error is not. The direction of the least curvature of f leads on, both ways.
 
 Source:
-    Nocedal and Wright, Numerical Optimization, 2006, section 3.4 (directions in which the
-    curvature is negative).
+    Nocedal and Wright, Numerical Optimization, 2006, section 3.4.
 """
 
 from __future__ import annotations

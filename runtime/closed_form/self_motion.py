@@ -1,9 +1,8 @@
 """The best values of redundancy parameters over the self-motion of a redundant robot.
 
 Samples cover the range of the parameters, the values at the seed among them. From the best samples
-random steps are taken, which become half as long where none of them gains, until they are below a
-tolerance: the best value is often at a limit of a joint, along which steps in fixed directions
-stop.
+random steps are taken, which become half as long where none of them gains: the best value is often
+at a limit of a joint, along which steps in fixed directions stop.
 """
 
 from __future__ import annotations
@@ -53,7 +52,7 @@ def best_parameters(
         free: The names of the other parameters.
     """
     target, seeds = rows
-    block = max(1, _MAX_ROWS // (_samples(len(free)) + 1))
+    block = max(1, _MAX_ROWS // (_SAMPLES.get(len(free), _FEW) ** len(free) + 1))
     parts = []
     for first in range(0, len(seeds), block):
         part = slice(first, first + block)
@@ -61,10 +60,6 @@ def best_parameters(
         parts.append(search.best({name: v[part] for name, v in held.items()}, free))
     found = np.concatenate(parts) if parts else np.empty((0, len(free)))
     return {**held, **{name: found[:, k].copy() for k, name in enumerate(free)}}
-
-
-def _samples(count: int) -> int:
-    return int(_SAMPLES.get(count, _FEW) ** count)
 
 
 @dataclass(frozen=True)

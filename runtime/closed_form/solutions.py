@@ -315,8 +315,8 @@ class Solutions(Fields):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickles the facts of its class and the tuple."""
-        facts = (self.coordinates, self.wraps, self.labels, self.unit, self.windings)
-        return _restore, (*facts, tuple(self))
+        facts = (self.coordinates, self.wraps, self.labels, self.unit)
+        return _restore, (facts + (self.windings,) * (self.windings > 1), tuple(self))
 
     def _limits(
         self, lower: ArrayLike | None, upper: ArrayLike | None
@@ -352,9 +352,8 @@ class Solutions(Fields):
 
     def _seeds(self, method: str, seed: ArrayLike) -> FloatArray:
         """A seed (n,), or a dense row for each pose."""
-        is_dense = type(seed) is np.ndarray and seed.dtype == np.float64 and seed.flags.c_contiguous
-        if is_dense and seed.shape == self.q.shape[-1:]:
-            return seed
+        if type(seed) is np.ndarray and seed.dtype == float and seed.shape == self.q.shape[-1:]:
+            return seed if seed.flags.c_contiguous else seed.copy()
         start = self._read_seed(method, seed)
         if start.ndim > 1:
             start = np.broadcast_to(start, (*self.q.shape[:-2], start.shape[-1]))
@@ -404,6 +403,7 @@ class Solutions(Fields):
         )
 
 
+@cache
 def solutions_of(
     coordinates: tuple[Coordinate, ...],
     wraps: tuple[bool, ...],
@@ -420,32 +420,14 @@ def solutions_of(
         unit: The robot's unit of length [m].
         windings: Number of consecutive slots that are turns of the same solution.
     """
-    return _made(coordinates, wraps, labels, unit, windings)
-
-
-@cache
-def _made(
-    coordinates: tuple[Coordinate, ...],
-    wraps: tuple[bool, ...],
-    labels: tuple[str, ...],
-    unit: float,
-    windings: int,
-) -> type[Solutions]:
     facts = {"coordinates": coordinates, "wraps": wraps, "labels": labels, "unit": unit}
     facts["windings"] = windings
     about = {"__slots__": (), "__module__": __name__, "__doc__": Solutions.__doc__}
     return type("Solutions", (Solutions,), {**about, **facts, "TOLERANCE": SOLVED * unit})
 
 
-def _restore(
-    coordinates: tuple[Coordinate, ...],
-    wraps: tuple[bool, ...],
-    labels: tuple[str, ...],
-    unit: float,
-    windings: int,
-    fields: tuple[Any, ...],
-) -> Solutions:
-    return solutions_of(coordinates, wraps, labels, unit, windings)(*fields)
+def _restore(facts: tuple[Any, ...], fields: tuple[Any, ...]) -> Solutions:
+    return solutions_of(*facts)(*fields)
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,7 @@
 """Inverse kinematics by iteration: for every robot, within its limits, for weighted poses.
 
-`ik` gives all solutions for robots with a closed form. `ik_numeric` finds one solution for any
-robot: a serial arm, a robot with loops in its actuated coordinates, or a platform; with any link as
-the tip; for a position alone, or any weights of the six components of a pose error. The iteration
-is written in C (_numeric.c) and calls the robot's own compiled functions.
-
-The starts come from a table of configurations within the limits and of their poses, made once for
-each robot and key. The start with the nearest pose comes first; each start that fails is followed
-by the next.
+The iteration is written in C (_numeric.c) and calls the robot's own compiled functions. It starts
+from a table of configurations within the limits, made once for each robot, nearest pose first.
 
 Source:
     Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, 2011.

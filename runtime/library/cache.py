@@ -1,10 +1,8 @@
 """The compiled library of a robot: built once, kept in a cache, checked when opened.
 
-The cache key names the library's file. It is the SHA-256 of everything that determines the library:
-the C, the glue around it, the compiler, the flags and the processor (`make_recipe`). So changed
-equations never meet an old library. The file ends in the SHA-256 of the bytes before, since a
-damaged library must be refused before the system maps it; and the library holds its key, since the
-name of a file proves nothing.
+The cache key names the library's file. It is the SHA-256 of the C, the glue around it, the
+compiler, the flags and the processor (`make_recipe`). The file ends in the SHA-256 of the bytes
+before, so that a damaged library is refused before the system maps it; and it holds its key.
 
 Environment:
     CHASLES_CACHE: The cache; else `chasles` in XDG_CACHE_HOME or in ~/.cache.

@@ -1,10 +1,7 @@
 """Robots given by their descriptions, derived on first use into the cache.
 
-The runtime imports nothing of the compiler: it runs `python -m chasles.derive` as a program of its
-own, once a description. The name of the generated folder in the cache holds the SHA-256 of the
-description, of files that it names, and of the sources of compiler and contract, so that neither a
-changed description nor a changed compiler meets an old folder. (The extra `derive` pins the
-versions of the libraries that the compiler uses.)
+The runtime runs `python -m chasles.derive` in a separate process. The name of the generated folder
+holds the SHA-256 of the description, of the files that it names, and of the compiler's sources.
 """
 
 from __future__ import annotations

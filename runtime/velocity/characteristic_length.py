@@ -4,15 +4,9 @@ It is the root mean square distance of the tip from the axes about which the coo
 
     L^2 = mean over configurations and coordinates k of |v_k|^2 / |omega_k|^2
 
-with (v_k, omega_k) column k of the Jacobian at the tip: the ratio of the mean squares over 256
-configurations that fill the limits evenly, so that L belongs to the robot and not to a pose. For a
-coordinate that is no joint of the tool (a crank, a cylinder) the ratio of linear to angular rate
-stands for the distance. Where no coordinate turns the tool, L is the root mean square of the linear
-rate by the rate of turning coordinates, and 1 m where there are none.
-
-Singular values, ellipsoids, joint rates, paths and distances from singularities all take this
-length unless another is given. Residuals of inverses do not: they have the unit of
-`size.py`.
+with (v_k, omega_k) column k of the Jacobian at the tip, over 256 configurations that fill the
+limits. For a cylinder or a crank the ratio of linear to angular rate stands for the distance. Where
+no coordinate turns the tool, L is the root mean square of the linear rate, and 1 m without any.
 
 Source:
     Angeles, Fundamentals of Robotic Mechanical Systems: where all singular values can be made

@@ -6,15 +6,11 @@ numbers (`manipulability`),
     qd = sum of sigma_i / (sigma_i^2 + lambda_i^2) v_i u_i^T V,
     lambda_i^2 = damping^2 - sigma_i^2  where sigma_i < damping, else 0.
 
-Only directions close to singular ones are damped; the twist is reached exactly in all others. The
-factor of a direction is 1 / sigma_i down to `damping` and sigma_i / damping^2 below: continuous,
-zero at the singularity itself, and at most 1 / damping, which bounds the joint rates.
+The twist is reached exactly in all directions that are not close to singular.
 
 Source:
-    Nakamura and Hanafusa, Inverse kinematic solutions with singularity robustness, 1986 (damping);
-    Maciejewski and Klein, Numerical filtering for the operation of robotic manipulators through
-    kinematically singular configurations, 1988 (damping of single directions); Chiaverini,
-    Siciliano and Egeland, Review of the damped least-squares inverse kinematics, 1994:
+    Nakamura and Hanafusa 1986 (damping); Maciejewski and Klein 1988 (single directions);
+    Chiaverini, Siciliano and Egeland, Review of the damped least-squares inverse kinematics, 1994:
     lambda^2 = (1 - (sigma / epsilon)^2) lambda_max^2, here with lambda_max = epsilon.
 """
 

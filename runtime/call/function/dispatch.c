@@ -7,8 +7,7 @@
  *                  leading dimensions. With threads= it is called on parts of the batch
  *                  (threads.py); arguments with a ufunc protocol of their own go to overrides.py.
  *
- * A call of an inverse with given= is passed on as it is, to the inverse for the chosen joints.
- */
+ * A call with given= is passed on to the inverse for the chosen joints. */
 #include <string.h>
 
 #include "call/function/arguments.h"

@@ -1,15 +1,11 @@
 /* Inverses of poses as they come: rounded to single precision or to printed digits.
  *
- * The residual of a solution is at least the distance of its pose from SE(3). So a pose that has a
- * solution to rounding is rigid to rounding, and costs a comparison. For all other poses the matrix
- * itself is judged: one that is nearly rigid is replaced by the nearest rigid pose and solved
- * again; one that is not nearly rigid has no solutions: NaN, and residuals that are infinite.
+ * A pose that has a solution to rounding is rigid to rounding, and costs a comparison. Another
+ * matrix is replaced by the nearest rigid pose and solved again if it is nearly rigid; else it has
+ * no solutions: NaN, and infinite residuals. General arms judge each matrix first.
  *
- * Generated residuals are the larger of metres and radians. For a robot whose unit of length is not
- * 1 m they are measured again: the larger of the distance and of the angle times that unit.
- *
- * Residuals of general arms measure angles, which a matrix off SE(3) has too: there each matrix is
- * judged first, at a hundredth of the cost of an inverse. */
+ * For a robot whose unit of length is not 1 m, residuals are measured again: the larger of the
+ * distance and of the angle times that unit. */
 #ifndef CHASLES_RIGID_POSES_H
 #define CHASLES_RIGID_POSES_H
 

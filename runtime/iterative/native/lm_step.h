@@ -4,16 +4,11 @@
  *
  *     (J^T J + lambda 1) dq = J^T e
  *
- * for the coordinates that no limit holds; those that stand at a limit and would pass it keep their
- * values. The step is cut off at the limits.
+ * for the coordinates that no limit holds. The step is cut off at the limits. Where branches meet,
+ * Halley's step is tried as well: J + H dq / 2 for J, H being the Hessian and dq the step by J.
  *
- * Where branches meet, the error hardly decreases along the tangent. There Halley's step is tried
- * as well: the same equations with J + H dq / 2 for J, H being the Hessian and dq the step by J.
- *
- * Source: Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method,
- * 2011; Bertsekas, Projected Newton methods for optimization problems with simple constraints, 1982
- * (which coordinates a limit holds); Lloyd, Irani and Ahmadi, Fast and robust inverse kinematics of
- * serial robots using Halley's method, 2022 (J + H dq / 2).
+ * Source: Sugihara 2011 (damping); Bertsekas, Projected Newton methods, 1982 (limits); Lloyd, Irani
+ * and Ahmadi 2022 (Halley's step).
  */
 #ifndef CHASLES_LM_STEP_H
 #define CHASLES_LM_STEP_H

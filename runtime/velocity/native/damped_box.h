@@ -1,24 +1,15 @@
 /* Damped least squares within bounds, for one Jacobian after another along a path.
  *
  * The solver finds the x nearest to J x = y, J (6, n), with lower <= x <= upper. All numbers are
- * pure: the caller has scaled rows and columns to one unit. With J = U S V^T, every small singular
- * value is damped by itself (numerical filtering):
- *
- *     x = sum over i of  s_i / (s_i^2 + d_i^2)  (u_i . y) v_i,
- *     d_i^2 = (1 - (s_i / e)^2) d^2  where s_i < e,  else 0
- *
- * and where that x violates a bound, x minimises |J x - y|^2 + sum over i of d_i^2 (v_i . x)^2
- * within the bounds, by an active-set method.
+ * pure: the caller has scaled rows and columns to one unit. Each small singular value is damped by
+ * the law of numerics/_tolerances.h; where that x violates a bound, x minimises
+ * |J x - y|^2 + sum over i of d_i^2 (v_i . x)^2 within the bounds, by an active-set method.
  *
  * J changes little from one step of a path to the next. The rotations U are therefore kept: applied
  * to the next J they leave rows that are nearly orthogonal already.
  *
- * Source: S. Chiaverini, B. Siciliano, O. Egeland, Review of the damped least-squares inverse
- * kinematics with experiments on an industrial robot manipulator, IEEE Trans. Control Systems
- * Technology 2, 1994 (numerical filtering, here of all small singular values instead of the
- * smallest); A. A. Maciejewski, C. A. Klein, The singular value decomposition: computation and
- * applications to robotics, Int. J. Robotics Research 8, 1989 (keeping U); P. B. Stark, R. L.
- * Parker, Bounded-variable least squares, Computational Statistics 10, 1995 (the active set).
+ * Source: Chiaverini, Siciliano and Egeland 1994 (numerical filtering, here of all small singular
+ * values); Maciejewski and Klein 1989 (keeping U); Stark and Parker 1995 (the active set).
  */
 #ifndef CHASLES_DAMPED_BOX_H
 #define CHASLES_DAMPED_BOX_H
