@@ -5,8 +5,8 @@ language serves programs that hand functions of a robot to CasADi. Its functions
 ``<robot>_<function>``, take and return dense vectors in row-major order, and come with their
 derivatives, ``jac_<robot>_<function>``.
 
-Functions with branches (inverses) and functions that close loops by iteration have no graph of
-scalars, and are left out.
+Loops without a closed form are closed by CasADi's rootfinder. Functions with branches (inverses)
+have no graph, and are left out, as are velocities through such loops: they are derivatives.
 """
 
 import casadi as ca
@@ -14,16 +14,28 @@ import casadi as ca
 from ..derivation import Derivation
 from ..program.programs import Programs
 from ..terms.casadi_graph import lower
+from ..terms.symbolic_function import SymbolicFunction
+from .casadi_loops import is_of_positions, with_loops
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
-    """The C file, by name; none if no function has a graph of scalars."""
-    functions = [function for function in derivation.functions if not function.signs]
+    """The C file, by name; none if no function has a graph."""
+    functions = [f for f in derivation.functions if not f.signs and is_of_positions(f)]
     if not functions:
         return {}
     name = f"{derivation.robot.name}_casadi.c"
     generator = ca.CodeGenerator(name)
-    for function in lower(functions, derivation.robot.name):
+    plain = lower([f for f in functions if not f.calls], derivation.robot.name)
+    for function in (*plain, *(_through_loops(derivation, f) for f in functions if f.calls)):
         generator.add(function)
         generator.add(function.jacobian())
     return {name: generator.dump()}
+
+
+def _through_loops(derivation: Derivation, function: SymbolicFunction) -> ca.Function:
+    """A function of positions through iterated loops, with dense vectors in row-major order."""
+    joined = with_loops(derivation, [function])
+    inputs = joined.mx_in()
+    (output,) = joined.call(inputs)
+    name = f"{derivation.robot.name}_{function.name}"
+    return ca.Function(name, inputs, [ca.vec(output.T)], joined.name_in(), joined.name_out())

@@ -7,12 +7,9 @@ from typing import Any
 import casadi as ca
 
 from ..derivation import Derivation
-from ..loops.iterated.iteration import FIRST
-from ..loops.parametric.parametric_loops import SYSTEM
 from ..program.programs import Programs
 from ..terms.casadi_graph import whole
-from ..terms.symbolic_function import SymbolicFunction
-from .casadi_loops import with_loops
+from .casadi_loops import is_of_positions, with_loops
 
 POSITIONS = frozenset(
     {
@@ -36,7 +33,7 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     kept = [
         f
         for f in derivation.functions
-        if f.role.name in (*POSITIONS, OF_GEOMETRY) and _is_of_positions(f)
+        if f.role.name in (*POSITIONS, OF_GEOMETRY) and is_of_positions(f)
     ]
     if not kept:
         return {}
@@ -46,14 +43,6 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
         path = Path(folder) / "function.casadi"
         joined.save(str(path))
         return {f"{name}.casadi": path.read_text(encoding="ascii")}
-
-
-def _is_of_positions(function: SymbolicFunction) -> bool:
-    """Whether a function calls solvers, if any, for positions of loops from q, or q and p."""
-    return all(
-        not call.system or (call.entry == FIRST and call.system in ("loops", SYSTEM))
-        for call in function.calls
-    )
 
 
 def casadi_function(folder: str | Path, name: str) -> ca.Function:

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..derivation import Derivation
 from ..loops.iterated.closure_equations import LoopClosure
+from ..loops.iterated.iteration import FIRST
 from ..loops.parametric.parametric_loops import START, SYSTEM, ParametricLoops
 from ..model.tolerances import FOUND_LOOP
 from ..terms.casadi_graph import lower, whole
@@ -20,7 +21,6 @@ OPTIONS = {
     "max_iter": 20,
     "abstol": 1e-16,
     "abstolStep": 1e-14,
-    "line_search": False,
 }
 
 
@@ -60,6 +60,14 @@ def with_loops(derivation: Derivation, kept: Sequence[SymbolicFunction]) -> ca.F
     name = derivation.robot.name
     return ca.Function(
         name, list(inputs.values()), list(outputs.values()), list(inputs), list(outputs)
+    )
+
+
+def is_of_positions(function: SymbolicFunction) -> bool:
+    """Whether a function calls solvers, if any, for positions of loops from q, or q and p."""
+    return all(
+        not call.system or (call.entry == FIRST and call.system in ("loops", SYSTEM))
+        for call in function.calls
     )
 
 
@@ -114,4 +122,5 @@ def _solver(
         residual = ca.mtimes(ca.jacobian(residual, u).T, residual)
     inputs, names = [u, ca.vertcat(a, p)], ["u", "a"]
     equations = ca.Function("equations", inputs, [residual], names, ["residual"])
-    return ca.rootfinder("loops", "newton", equations, OPTIONS)
+    # CasADi generates C for this plugin, not for "newton".
+    return ca.rootfinder("loops", "fast_newton", equations, OPTIONS)
