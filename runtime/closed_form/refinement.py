@@ -93,17 +93,19 @@ class Refinement:
         targets = np.broadcast_to(inputs[0], (*valid.shape[:-1], *self.task.shape))
         missed = np.asarray(~valid.any(-1))
         aside = self._is_aside(targets, q, residual, missed)
+        within = np.where(aside, np.inf, self.near)
+        tried = np.isfinite(residual) & (residual <= within[..., None]) & missed[..., None]
+        some = tried.any(-1)
         enough = np.full(missed.shape, SOLVED * self.judged)
-        enough[missed] = self.enough(targets[missed])
+        enough[some] = self.enough(targets[some])
         # A translation that looks rounded may be exact: a solution beside it is none.
-        is_doubtful = self._is_at_right_angles(targets) & (enough > SOLVED * self.judged)
+        is_doubtful = np.asarray(enough > SOLVED * self.judged)
+        if is_doubtful.any():  # No target of a partial pose is rounded.
+            is_doubtful[is_doubtful] = self._is_at_right_angles(targets[is_doubtful])
         asked = np.where(is_doubtful, SOLVED * self.judged, enough)
         fields = q, residual, valid
         self._accept(targets, asked, fields)
-        missed = np.asarray(~valid.any(-1))
-        within = np.where(aside, np.inf, self.near)
-        tried = np.isfinite(residual) & (residual <= within[..., None]) & missed[..., None]
-        for block in _blocks(tried):
+        for block in _blocks(tried & ~valid.any(-1, keepdims=True)):
             places = _at(block, _missed(block, valid))
             if len(places[-1]):
                 of_target = (_of_slots(array, places) for array in (targets, asked, aside))
@@ -157,11 +159,9 @@ class Refinement:
         found[found] = is_twice | ((lost**2).sum(-1) < _ASIDE * (error**2).sum(-1))
         return found
 
-    def _is_at_right_angles(self, targets: FloatArray) -> BoolArray:
-        """Whether targets (..., *task.shape) are poses with rotations by right angles."""
-        if self.task.aims:
-            return np.zeros(targets.shape[: -len(self.task.shape)], dtype=bool)
-        R = targets[..., :3, :3]
+    def _is_at_right_angles(self, poses: FloatArray) -> BoolArray:
+        """Whether poses (N, 4, 4) have rotations by right angles."""
+        R = poses[..., :3, :3]
         return np.asarray((np.abs(R - np.rint(R)) <= RIGID_TO_ROUNDING).all((-2, -1)))
 
     def enough(self, target: FloatArray) -> FloatArray:
