@@ -5,7 +5,7 @@ INSTALL := $(BIN)/pip install --quiet --disable-pip-version-check --editable
 # Some machines set it; each process, and each worker of the tests, would compile all modules again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: derive test campaign check check-generated format lint types bench bench-quick bench-count bench-check docs reproduce gallery clean help
+.PHONY: derive test campaign check check-generated format lint types bench bench-quick bench-count bench-check docs site reproduce gallery clean help
 
 # Another hash seed, and a processor for which OpenBLAS and NumPy round otherwise: neither may show
 # in a generated file. `make derive UNDER='$(ELSEWHERE)'`
@@ -58,7 +58,10 @@ bench-check: .venv/bench ## a short run beside bench/baseline.json, and counted 
 docs: .venv/derive ## every robot's equations as PDF in build/docs (needs pdflatex)
 	@$(BIN)/python docs/build.py
 
-reproduce: .venv/dev ## the five papers: numbers and pictures in build/reproduce, docs/papers.md checked
+site: .venv/site build/typing/chasles ## the documentation as a site in build/site
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+
+reproduce: .venv/dev ## the five papers: numbers and pictures in build/reproduce, their pages checked
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python docs/papers/report.py
 
 gallery: .venv/dev ## a page with sliders of every robot in build/gallery
@@ -83,6 +86,9 @@ SOURCES := pyproject.toml setup.py $(wildcard contract/*.h runtime/*/*.[ch] runt
 
 .venv/bench: .venv/dev
 	@echo "installing the benchmarks' peers into .venv" && $(INSTALL) '.[bench]' && touch $@
+
+.venv/site: .venv/bin/python pyproject.toml
+	@echo "installing the builder of the site into .venv" && $(INSTALL) '.[docs]' && touch $@
 
 build/typing/chasles: $(wildcard runtime/* runtime/*/* apps/*)
 	@rm -rf $@ && mkdir -p $@ && ln -sfn $(CURDIR)/runtime/* $(CURDIR)/apps/* $(CURDIR)/contract $(CURDIR)/derive $(CURDIR)/generated $@/

@@ -8,7 +8,7 @@ from .report import RESULTS, text
 PAGE = Path(__file__).parent.parent / "docs" / "performance.md"
 BEGIN, END = "<!-- figures: python -m bench -->\n", "<!-- end of figures -->\n"
 HEAD = """\
-| what: beside whom | chasles | the other | ratio | least | bar | |
+| row: compared with | chasles | other | ratio | smallest | bar | |
 |---|--:|--:|--:|--:|--:|---|
 """
 

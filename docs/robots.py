@@ -9,10 +9,10 @@ ROBOTS = Path(__file__).parent.parent / "derive" / "robots"
 TEXT = """\
 # Arms that can be loaded by name
 
-`python docs/robots.py` writes this page. The inverse is named by the structure of the axes that it
-follows from; "for given" joints, the number of solutions is the largest for one value of these.
-Where the axes only nearly have a structure, the inverse is [led from a nominal
-arm](inverse.md#calibrated-arms) to the true one. Where there is no inverse, `ik_numeric` iterates.
+`python docs/robots.py` writes this page. The column *inverse* names the structure of the axes from
+which the inverse follows. "For given" joints, the number of solutions is the maximum for one value
+of these joints. If the axes only nearly have a structure, chasles solves a nominal arm and
+[refines its solutions](how-to/calibrated-arms.md). Robots without an inverse have `ik_numeric`.
 
 ## The shelf
 
@@ -21,13 +21,13 @@ file in `derive/robots/shelf` names the source of its numbers.
 
 {shelf}
 
-## Generated along
+## Shipped robots
 
 {generated}
 
-`make gallery` writes a [page with sliders](view.md#the-page) of every shipped robot.
+`make gallery` writes a [page with sliders](how-to/view.md#the-page) of every shipped robot.
 
-Robots with loops are listed on the page of [robots with loops](loops.md) and by `chasles list`.
+Robots with loops are listed on the page about [loops](how-to/loops.md) and by `chasles list`.
 """
 
 

@@ -1,8 +1,8 @@
 """Closed-form robot kinematics, generated as C and called on NumPy arrays.
 
->>> import chasles
->>> robot = chasles.load("ur5e")
->>> robot.fk(q)            # q (..., 6) [rad] -> T_0_ee (..., 4, 4)
+Examples:
+    >>> robot = chasles.load("ur5e")
+    >>> robot.fk(q)            # q (..., 6) [rad] -> T_0_ee (..., 4, 4)
 """
 
 from __future__ import annotations

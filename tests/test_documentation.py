@@ -1,6 +1,5 @@
-"""The examples of README.md and docs/*.md run as they stand, page by page."""
+"""The examples of README.md and of the pages in docs run as they stand, page by page."""
 
-import re
 from pathlib import Path
 
 import numpy as np
@@ -10,34 +9,9 @@ import chasles
 import chasles.derive
 from tests.support.compiling import BOARD, compiled_quickly, own_robots_compiled_quickly
 from tests.support.locking import locked
+from tests.support.pages import PAGES, ROOT, examples, run, text
 
-ROOT = Path(__file__).parents[1]
-PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
-TESTED = {
-    "drawing.md": "apps/drawing/test_drawing_page.py",
-    "inverse.md": "runtime/closed_form/test_inverse_page.py",
-    "numeric.md": "runtime/iterative/test_numeric.py",
-    "studies.md": "apps/study/test_studies_page.py",
-    "tracking.md": "runtime/velocity/test_tracking_page.py",
-    "velocity.md": "runtime/velocity/test_rates_input.py",
-}
-"""Pages whose examples a test of their own runs, with what their comments promise."""
-BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
-
-
-def examples(page, language="python"):
-    """The blocks of a language on a page, in order."""
-    found = BLOCK.findall(page.read_text(encoding="utf-8"))
-    return [block for name, block in found if name == language]
-
-
-def run(page, names):
-    """Runs the Python blocks of a page one after the other; their names at the end."""
-    blocks = examples(page)
-    assert blocks
-    for block in blocks:
-        exec(compile(block, str(page), "exec"), names)
-    return names
+README = "../README.md"
 
 
 @pytest.fixture(autouse=True)
@@ -49,85 +23,122 @@ def elsewhere(tmp_path, monkeypatch):
 
 
 def test_every_page_with_examples_has_a_test():
-    here = Path(__file__).read_text(encoding="utf-8")
+    tests = "".join(
+        file.read_text(encoding="utf-8") for file in Path(__file__).parent.rglob("test_*.py")
+    )
     for page in PAGES:
-        if not examples(page):
-            continue
-        if page.name in TESTED:
-            test = Path(__file__).parent / TESTED[page.name]
-            assert f'"{page.name}"' in test.read_text(encoding="utf-8")
-        else:
-            assert f'"{page.name}"' in here.partition("BLOCK =")[2], page.name
+        if examples(page):
+            assert f'run("{page}"' in tests or f'PAGE = "{page}"' in tests, page
 
 
 def test_readme_examples_run_one_by_one(tmp_path, capsys):
-    page = ROOT / "README.md"
-    (description,) = examples(page, "toml")
+    (description,) = examples(README, "toml")
     (tmp_path / "planar_arm.toml").write_text(description)
-    first, boom, own = [block_names(page, block) for block in examples(page)]
+    first, boom, own = map(block_names, examples(README))
     printed = capsys.readouterr().out
-    assert f"```\n{printed}```" in page.read_text(encoding="utf-8")
+    assert f"```\n{printed}```" in text(README)
     assert first["T"].shape == (4, 4)
     np.testing.assert_allclose(boom["lengths"], boom["q"], atol=1e-12)
     assert own["arm"].n == 3
 
 
-def block_names(page, block):
+def block_names(block):
     """The names that a block defines on its own."""
     names = {}
-    exec(compile(block, str(page), "exec"), names)
+    exec(compile(block, README, "exec"), names)
     return names
 
 
+def test_five_minutes_page_prints_as_documented(capsys):
+    run("start/five-minutes.md")
+    assert capsys.readouterr().out == "".join(examples("start/five-minutes.md", ""))
+
+
+def test_your_robot_page_prints_as_documented(tmp_path, capsys):
+    page = "start/your-robot.md"
+    for description in examples(page, "toml"):
+        name = description.splitlines()[0].removeprefix("# ")
+        (tmp_path / name).write_text(description)
+    (tmp_path / "arm.urdf").write_text(URDF)
+    run("start/your-robot.md")
+    assert capsys.readouterr().out == "".join(examples(page, ""))
+
+
+URDF = """\
+<robot name="arm"><link name="base_link"/><link name="tool0"/>
+<joint name="turn" type="continuous"><parent link="base_link"/><child link="tool0"/></joint></robot>
+"""
+
+
 def test_python_page_examples_run(tmp_path):
+    (description,) = examples(README, "toml")
+    (tmp_path / "planar_arm.toml").write_text(description)
+    assert run("reference/python.md")["arm"].n == 3
+
+
+def test_casadi_page_examples_run(tmp_path):
     (tmp_path / "generated").symlink_to(ROOT / "generated")
-    (tmp_path / "my_arm.toml").write_text(
-        'name = "my_arm"\nconvention = "dh"\nparameters = { d1 = 0.2 }\n'
-        'joints = [{ a = 0.3, d = "d1" }, { a = 0.2 }]\n'
-    )
-    names = run(ROOT / "docs" / "python.md", {})
+    names = run("how-to/casadi.md")
     assert names["p_D_q"].shape == (3, 7)
+    found = chasles.load("panda").fk(np.array(names["q_goal"])[:, 0])[:3, 3]
+    np.testing.assert_allclose(found, names["goal"], atol=1e-6)
 
 
-def test_conventions_page_examples_run(tmp_path):
+def test_extend_page_examples_run(tmp_path):
     (tmp_path / "arm.toml").write_text(
         'name = "arm"\nconvention = "mine"\njoints = [{ a = 0.3 }, { a = 0.2, d = 0.1 }]\n'
     )
-    names = run(ROOT / "docs" / "conventions.md", {})
+    names = run("how-to/extend.md")
     assert names["robot"].joints[0].before
 
 
 def test_robot_files_page_examples_run():
-    run(ROOT / "docs" / "robot-files.md", {})
+    run("reference/robot-files.md")
     assert chasles.load("./robots/planar").n == 2
 
 
 def test_loops_page_examples_run():
-    names = run(ROOT / "docs" / "loops.md", {})
+    names = run("how-to/loops.md")
     assert names["near"].valid
     assert np.all(names["walked"].valid)
+
+
+def test_platforms_page_examples_run():
+    names = run("how-to/platforms.md")
     assert names["legs"].valid.all()
+    assert names["sure"]
 
 
 def test_view_page_examples_run(tmp_path):
     pytest.importorskip("viser")
-    run(ROOT / "docs" / "view.md", {})
+    run("how-to/view.md")
     assert (tmp_path / "ur5e.html").stat().st_size > 100_000
 
 
 def test_calibration_page_examples_run(tmp_path):
     pytest.importorskip("scipy")
     (tmp_path / "tracker.csv").write_text(measured(chasles.load("ur5e")))
-    page = ROOT / "docs" / "calibration.md"
+    with compiled_quickly():
+        names = run("how-to/calibration.md")
+    assert not names["found"].outliers
+
+
+def test_tolerances_page_examples_run():
+    pytest.importorskip("scipy")
+    with compiled_quickly(), locked(BOARD):
+        names = run("how-to/tolerances.md")
+    assert names["first"].covariance.shape == (200, 6, 6)
+
+
+def test_joint_errors_page_examples_run(tmp_path):
+    page = "reference/joint-errors.md"
     (drives,) = (block for block in examples(page, "toml") if "[[transmissions]]" in block)
     (tmp_path / "mine.toml").write_text(
         'name = "mine"\nconvention = "dh"\nunits = { length = "mm", angle = "deg" }\n'
         f'joints = [{{ name = "shoulder", a = 300 }}, {{ name = "elbow", a = 200 }}]\n{drives}'
     )
     shown = np.array([0.3, 0.5])
-    with compiled_quickly(), locked(BOARD):
-        names = run(page, {"m": shown})
-    assert not names["found"].outliers
+    names = run("reference/joint-errors.md", {"chasles": chasles, "m": shown})
     assert np.abs(names["m"] - shown).max(-1).min() < 1e-12
 
 

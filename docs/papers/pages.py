@@ -1,4 +1,4 @@
-"""The report of all papers: pictures, one HTML page that holds them, and docs/papers.md."""
+"""The report of all papers: pictures, one HTML page that holds them, and the pages in docs."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 HERE = Path(__file__).resolve().parent
 PAGE = HERE.parent / "papers.md"
+"""The page with the verdicts of all papers. Each paper has a page of its own in this folder."""
 BUILD = HERE.parents[1] / "build" / "reproduce"
 PAPERS = (
     "board_installer",
@@ -59,23 +60,23 @@ DIGITS = (
 )
 VERDICT_LIST = "\n".join(f"- **{name}**: {meaning}" for name, meaning in MEANINGS.items())
 EVALUATED = """\
-Numbers in brackets are not printed: they were evaluated from the paper's equations independently
-of chasles, and of the board installer, whose equations are lost, from the model that we
-reconstructed. Statements in words stand in the paper's words, beside the numbers that bear them
-out or refute them; a word is never compared with a number. Printed equations stand in Python's
-notation, with their value behind; they are tested at generic values."""
+Numbers in brackets are not printed. They were evaluated from the paper's equations independently
+of chasles. The equations of the board installer are lost; its numbers come from the model that we
+reconstructed. Statements in words are quoted, next to the numbers that confirm or refute them. A
+word is never compared with a number. Printed equations are written in Python's notation, followed
+by their value; they are tested at generic values."""
 CHANGED = """\
-A test changes printed digits by the least number of units that leaves the tolerance: the verdict
-must fail. Rows that no digit can refute have no printed value, have words or equations without
-digits, or have a wrong value whose cause is not known; the table counts them by paper."""
+A test changes printed digits by the smallest number of units that leaves the tolerance: the verdict
+must then fail. No digit can refute a row without a printed value, with words or equations without
+digits, or with a wrong value whose cause is not known. The second table counts these rows."""
 TITLE = "Five papers, number by number"
 INTRODUCTION = f"""\
 # {TITLE}
 
 `make reproduce` computes every number below with chasles, compares it with the printed one, writes
-all tables and pictures to `build/reproduce/index.html`, and checks this page. The scripts in
-`docs/papers/` are examples to read. The verdict says how both compare, and is asserted: a row
-whose verdict does not hold stops the script.
+all tables and pictures to `build/reproduce/index.html`, and checks these pages. The scripts in
+`docs/papers/` are examples to read. The verdict states how both numbers compare. It is
+asserted: a row whose verdict does not hold stops the script.
 
 {VERDICT_LIST}
 
@@ -108,7 +109,7 @@ class Chapter:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Writes the report; returns 1 where docs/papers.md is not current."""
+    """Writes the report; returns 1 if a page in docs is not current."""
     with ProcessPoolExecutor(PROCESSES, mp_context=get_context("spawn")) as pool:
         chapters = list(pool.map(reproduced, present()))
     BUILD.mkdir(parents=True, exist_ok=True)
@@ -120,13 +121,25 @@ def main(arguments: Sequence[str]) -> int:
             f"{chapter.seconds:.0f} s"
         )
     print(f"wrote {page}")
-    text = summary({chapter.paper: chapter.rows for chapter in chapters})
+    texts = {page_of(chapter.paper): section(chapter.paper, chapter.rows) for chapter in chapters}
+    texts[PAGE] = summary({chapter.paper: chapter.rows for chapter in chapters})
     if "--write" in arguments:
-        PAGE.write_text(text, encoding="utf-8")
-    elif not PAGE.exists() or PAGE.read_text(encoding="utf-8") != text:
-        print(f"{PAGE} differs from the rows: run python docs/papers/report.py --write")
-        return 1
-    return 0
+        for path, text in texts.items():
+            path.write_text(text, encoding="utf-8")
+        return 0
+    differing = [path for path, text in texts.items() if not _holds(path, text)]
+    for path in differing:
+        print(f"{path} differs from the rows: run python docs/papers/report.py --write")
+    return 1 if differing else 0
+
+
+def _holds(path: Path, text: str) -> bool:
+    return path.exists() and path.read_text(encoding="utf-8") == text
+
+
+def page_of(paper: str) -> Path:
+    """The page of a paper."""
+    return HERE / f"{paper}.md"
 
 
 def present() -> list[str]:
@@ -181,16 +194,16 @@ def written(stem: Path, picture: Any) -> Path:
 
 
 def summary(rows: dict[str, Sequence[Row]]) -> str:
-    """The text of docs/papers.md: a table of verdicts, and the section of each paper."""
+    """The text of docs/papers.md: tables of verdicts and of digits."""
     lines = [INTRODUCTION, *table(("paper", *VERDICTS), map(_counts, rows.items())), ""]
     lines += table(("paper", *DIGITS), map(_digit_counts, rows.items()))
-    return "\n".join([*lines, "", *(section(paper, own) for paper, own in rows.items())])
+    return "\n".join([*lines, ""])
 
 
 def section(paper: str, rows: Sequence[Row]) -> str:
-    """The section of a paper in docs/papers.md."""
+    """The text of the page of a paper."""
     title, source = words(importlib.import_module(paper))
-    lines = [f'<a name="{paper}"></a>', f"## {title}", "", source, ""]
+    lines = [f"# {title}", "", source, ""]
     lines += [f"`python docs/papers/{paper}.py`", "", *table(HEAD, map(cells, rows))]
     return "\n".join([*lines, ""])
 
@@ -204,7 +217,7 @@ def counted(paper: str, rows: Sequence[Row]) -> list[str]:
 def _counts(item: tuple[str, Sequence[Row]]) -> tuple[str, ...]:
     paper, rows = item
     found = Counter(row.verdict for row in rows)
-    return (f"[{paper}](#{paper})", *(str(found[verdict]) for verdict in VERDICTS))
+    return (_link(paper), *(str(found[verdict]) for verdict in VERDICTS))
 
 
 def _digit_counts(item: tuple[str, Sequence[Row]]) -> tuple[str, ...]:
@@ -213,7 +226,11 @@ def _digit_counts(item: tuple[str, Sequence[Row]]) -> tuple[str, ...]:
     without = mutations.exempt(rows)
     figures = sum(len(mutations.digits(row)) for row in refuting)
     counts = (len(refuting), figures, *(without[reason] for reason in mutations.EXEMPTIONS))
-    return (f"[{paper}](#{paper})", *map(str, counts))
+    return (_link(paper), *map(str, counts))
+
+
+def _link(paper: str) -> str:
+    return f"[{paper}](papers/{paper}.md)"
 
 
 def cells(row: Row) -> tuple[str, ...]:

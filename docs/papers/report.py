@@ -6,7 +6,7 @@ the GIF that it is given. `printed_items.py` reads what a paper prints.
 
     $ python docs/papers/photo_robot.py       # the table of one paper
     $ python docs/papers/report.py            # all tables and pictures in build/reproduce
-    $ python docs/papers/report.py --write    # the same, and docs/papers.md anew
+    $ python docs/papers/report.py --write    # the same, and the pages in docs anew
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Where singularities of several steps nearly coincide, a closed form loses half of its digits, or its
 solution: Newton's iteration leads back. Poses that rounding has moved off rigid ones, or off the
-poses of an arm with few joints, get their least-squares answers. `docs/inverse.md` has the cases.
+poses of an arm with few joints, get their least-squares answers. `docs/explanation/` has the cases.
 """
 
 from __future__ import annotations

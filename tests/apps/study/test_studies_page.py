@@ -1,31 +1,37 @@
-"""The examples of docs/studies.md run."""
-
-import re
-from pathlib import Path
+"""The examples of the pages about workspaces, motions and plans run."""
 
 import matplotlib
 import numpy as np
 import pytest
 
+from tests.support.pages import run
+
 pytest.importorskip("coal", reason="coal comes with pin")
-PAGE = Path(__file__).parents[3] / "docs" / "studies.md"
 
 
-def test_studies_page_examples_run(tmp_path, monkeypatch, capsys):
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """A folder for the files of the examples, and pictures without a window."""
     matplotlib.use("Agg")
     monkeypatch.chdir(tmp_path)
-    examples = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
-    assert len(examples) == 10
-    names = {}
-    for example in examples:
-        exec(compile(example, str(PAGE), "exec"), names)
+    yield
+    matplotlib.pyplot.close("all")
+
+
+def test_workspace_page_examples_run(capsys):
+    names = run("how-to/workspace.md")
     assert names["share"].max() == 1
     assert names["found"].grid().shape == (20, 20, 11)
-    assert names["path"].found
+    assert "volume 3." in capsys.readouterr().out
+
+
+def test_motion_page_examples_run():
+    names = run("how-to/motion.md")
     assert 0.5 < names["fast"].duration < names["motion"].duration
     assert len(names["bricks"].t) > 1000
     lengths = 1000 * np.ptp(names["lengths"], axis=0)
     np.testing.assert_allclose(lengths, [348.9, 302.7, 318.9, 123.2], atol=0.05)
-    printed = capsys.readouterr().out
-    assert "volume 3." in printed
-    matplotlib.pyplot.close("all")
+
+
+def test_planning_page_examples_run():
+    assert run("how-to/planning.md")["path"].found

@@ -1,23 +1,21 @@
-"""The examples of docs/inverse.md run, and what their comments promise holds."""
+"""The examples of the pages about the inverse run, and what their comments promise holds."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-PAGE = Path(__file__).parents[3] / "docs" / "inverse.md"
+from tests.support.pages import examples, run, text
+
+PAGE = "how-to/inverse.md"
 
 
-def test_inverse_page_examples_run_as_documented(capsys):
-    blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
-    assert len(blocks) == 7
-    names = {}
-    seen = []
-    for block in blocks:
-        exec(compile(block, str(PAGE), "exec"), names)
+def test_inverse_page_examples_run_as_documented():
+    names, seen = {}, []
+    for block in examples(PAGE):
+        exec(compile(block, PAGE, "exec"), names)
         seen.append(dict(names))
-    first, rounded, chosen, far, nearest, along, redundant = seen
+    first, rounded, chosen, far = seen
     arm, q_now = first["arm"], first["q_now"]
     assert first["solutions"].array().shape == (8, 6)
     np.testing.assert_allclose(first["solutions"].nearest(q_now), q_now, atol=1e-12)
@@ -27,10 +25,22 @@ def test_inverse_page_examples_run_as_documented(capsys):
     np.testing.assert_allclose(chosen["solutions"].array()[0], q_now, atol=1e-12)
     assert not arm.ik(far["far"]).valid.any()
     assert far["best"].residual > 0.5
-    assert nearest["found"].valid
-    np.testing.assert_allclose(nearest["found"].q, q_now, atol=1e-12)
-    path = along["path"]
-    assert path.complete
-    assert path.q.shape == (500, 6)
-    assert capsys.readouterr().out == re.findall(r"print\(path\)  # (.*)", blocks[5])[0] + "\n"
-    assert [item.name for item in redundant["panda"].redundancy] == ["q7"]
+
+
+def test_one_solution_page_examples_run_as_documented(capsys):
+    names = run("how-to/one-solution.md")
+    assert names["found"].valid
+    np.testing.assert_allclose(names["found"].q, names["q_now"], atol=1e-12)
+    assert names["path"].complete
+    assert names["path"].q.shape == (500, 6)
+    (printed,) = re.findall(r"print\(path\)  # (.*)", text("how-to/one-solution.md"))
+    assert capsys.readouterr().out == f"{printed}\n"
+
+
+def test_redundant_arms_page_examples_run():
+    names = run("how-to/redundant-arms.md")
+    assert [item.name for item in names["panda"].redundancy] == ["q7"]
+
+
+def test_calibrated_arms_page_examples_run():
+    assert run("how-to/calibrated-arms.md")["arm"].ik_nearest

@@ -1,7 +1,6 @@
 """Inverse kinematics by iteration: within limits, as far off as it says, the same each time."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,8 +19,9 @@ from tests.support.iteration import (
     same,
     within,
 )
+from tests.support.pages import examples
 
-PAGE = Path(__file__).parents[3] / "docs" / "numeric.md"
+PAGE = "how-to/numeric.md"
 CLOSED = 1e-12
 """As ROUNDING, if both sides close loops by iteration [m or rad]."""
 DIRECTION = (1, 1, 1, 1, 1, 0)
@@ -411,11 +411,10 @@ def test_inputs_are_not_modified(ur5e):
 
 
 def test_numeric_page_examples_print_documented_output(capsys):
-    blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
-    assert len(blocks) == 8
+    blocks = examples(PAGE)
     names, seen = {}, []
     for block in blocks:
-        exec(compile(block, str(PAGE), "exec"), names)
+        exec(compile(block, PAGE, "exec"), names)
         seen.append(dict(names))
     printed = [line for block in blocks for line in re.findall(r"print\(.*\)  # (.*)", block)]
     assert capsys.readouterr().out.splitlines() == printed

@@ -1,12 +1,12 @@
 """Rates: wrong input is refused by name, and platforms are robots too."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import chasles
+from tests.support.pages import run, text
 from tests.support.rate_inputs import CLOSURE, inside, twists
 
 # ---------------------------------------------------------------- input
@@ -77,18 +77,14 @@ def test_platforms_support_gradient_and_accelerations():
 
 
 def test_velocity_page_examples_run_as_documented():
-    """The examples of docs/velocity.md run, and what their comments promise holds."""
-    page = Path(__file__).parents[3] / "docs" / "velocity.md"
-    blocks = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
-    assert len(blocks) == 7
-    names = {}
-    for block in blocks:
-        exec(compile(block, str(page), "exec"), names)
+    """The examples of docs/how-to/velocity.md run, and what their comments promise holds."""
+    names = run("how-to/velocity.md")
+    (scale,) = re.findall(r"fast\.scale  # (\S+):", text("how-to/velocity.md"))
     np.testing.assert_allclose(names["rates"].twist, names["V"], rtol=0, atol=1e-14)
     wrist, fast = names["wrist"], names["fast"]
     assert wrist.smallest < 1e-15
     assert abs(wrist.damping - 0.0016) < 1e-15
-    assert abs(fast.scale - float(re.findall(r"fast\.scale  # (\S+):", blocks[2])[0])) < 0.005
+    assert abs(fast.scale - float(scale)) < 0.005
     assert fast.limited.any()
     assert (names["stiff"].qd[[2, 5]] == 0).all()
     for other in ("away", "better", "home"):

@@ -1,18 +1,16 @@
-"""The examples of docs/tracking.md run, and what their comments promise holds."""
+"""The examples of docs/how-to/tracking.md run, and what their comments promise holds."""
 
 import re
-from pathlib import Path
 
-PAGE = Path(__file__).parents[3] / "docs" / "tracking.md"
+from tests.support.pages import examples
+
+PAGE = "how-to/tracking.md"
 
 
 def test_tracking_page_examples_print_documented_output(capsys):
-    text = PAGE.read_text(encoding="utf-8")
-    examples = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    assert len(examples) == 2
     names = {}
-    for example in examples:
-        exec(compile(example, str(PAGE), "exec"), names)
+    for example in examples(PAGE):
+        exec(compile(example, PAGE, "exec"), names)
         said = " ".join(re.findall(r"^# (.*)$", example, re.MULTILINE))
         printed = capsys.readouterr().out
         # Roundings differ from machine to machine, and with them which joint is held how long.

@@ -1,4 +1,4 @@
-"""The commands of docs/robot-files.md for files of other programs, run as they stand there."""
+"""The commands of the page about files of other programs run."""
 
 import re
 import shlex
@@ -8,9 +8,10 @@ import pytest
 from typer.testing import CliRunner
 
 from chasles.derive.cli import app
+from tests.support.pages import text
 from tests.support.ur_files import LINKS, conf
 
-PAGE = Path(__file__).parents[4] / "docs" / "robot-files.md"
+PAGE = "reference/imports.md"
 ARM = """\
 <robot name="{name}"><link name="base_link"/><link name="tool0"/><link name="camera_link"/>
 <joint name="turn" type="revolute"><parent link="base_link"/><child link="tool0"/>
@@ -58,7 +59,7 @@ def kinematics():
 @pytest.fixture
 def files(cache, monkeypatch):
     """A folder with the files that the page names."""
-    for name, text in {
+    for name, content in {
         "arm.urdf": ARM.format(name="arm", reach=1),
         "arm.urdf.xacro": XACRO,
         "two_arms.urdf": TWO,
@@ -67,7 +68,7 @@ def files(cache, monkeypatch):
         "my_robot.yaml": kinematics(),
         "calibration.conf": conf(ZERO),
     }.items():
-        (cache / name).write_text(text)
+        (cache / name).write_text(content)
     monkeypatch.chdir(cache)
 
 
@@ -85,9 +86,8 @@ QUICKLY = ("--functions", "fk", "--detail", "none", "--jobs", "1")
 
 
 def test_commands_of_robot_files_page_run(files):
-    page = PAGE.read_text(encoding="utf-8")
-    section = page[page.index("## Files of other programs") :]
-    commands = re.findall(r"^chasles-derive (.*)$", section, re.MULTILINE)
+    page = text(PAGE)
+    commands = re.findall(r"^chasles-derive (.*)$", page, re.MULTILINE)
     assert len(commands) == 10
     for command in commands:
         words = [word.replace("robots", "made") for word in shlex.split(command)]
