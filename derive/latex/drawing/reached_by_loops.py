@@ -48,7 +48,7 @@ def reached_by_loops(
             for c, (low, high) in zip(mechanism.coordinates, ends, strict=True)
         ]
     )
-    if limits is None or "fk" not in named:
+    if limits is None or "fk" not in named or named["fk"].calls:
         return None
     (position,) = lower([_position(named["fk"], named.get("margin"))], mechanism.name)
 

@@ -220,10 +220,11 @@ def test_invalid_fixed_joint_arguments_are_explained(shipped, panda):
         panda.fk(np.zeros(7), given={"joint4": 0.0})
     arm = shipped["ur5e"]
     message = (
-        "where elbow is given: nearest is .* can be given: wrist_3; ik_numeric with lock finds"
+        "where elbow, wrist_1 are given: nearest is .* can be given: elbow, wrist_2; .*; "
+        "ik_numeric with lock finds"
     )
     with pytest.raises(chasles.DerivationError, match=message):
-        arm.ik(arm.fk(np.zeros(6)), given={"elbow": 0.3})
+        arm.ik(arm.fk(np.zeros(6)), given={"elbow": 0.3, "wrist_1": 0.2})
 
 
 def test_help_lists_joints_that_can_be_fixed(panda):
