@@ -9,6 +9,8 @@ import pytest
 from chasles.derive import explain, loads
 from tests.campaigns.general import DERIVED, Judged
 from tests.support.compiling import compiled
+from tests.support.generators.drawn_arms import random_arm as drawn_arm
+from tests.support.generators.geometric_errors import displaced
 from tests.support.generators.random_arms import random_arm
 from tests.support.generators.synthetic import robot_of
 
@@ -161,3 +163,14 @@ def test_collinear_axes_have_all_solutions_at_any_value_of_one_joint(tmp_path, n
     assert (solutions.valid & (far < 1e-6)).any(axis=1).all()
     error = np.abs(arm.fk(solutions.q) - arm.fk(q)[:, None]).max(axis=(-1, -2))
     assert error[solutions.valid].max() < 2e-9
+
+
+def test_five_joints_with_a_slide_hold_each_solution_in_one_slot(tmp_path):
+    """The six-joint solver tells solutions apart that lead the five joints to one."""
+    robot = displaced(drawn_arm(3535000047), 2.332494879e-4, 3535000047)
+    arm = compiled(robot, tmp_path / "arm", DERIVED, ["c"])
+    q = np.random.default_rng(1).integers(0, 4, (300, 5)) * np.pi / 2
+    q[:, 2] = 0.4
+    solutions = arm.ik(arm.fk(q))
+    assert solutions.count.min() >= 1
+    np.testing.assert_array_equal(solutions.count, solutions.distinct().count)

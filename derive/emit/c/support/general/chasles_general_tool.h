@@ -177,6 +177,17 @@ static void chasles_general_tool_ik(const chasles_general_tool_arm *arm, const d
     }
     if (six.has_slides && !chasles_general_tool_is_solved(left))
         chasles_general_tool_search(&six, T, all, left, margins);
+    /* Slots that the five joints lead to one solution: the first holds it. */
+    for (int k = 0; k < CHASLES_SLOTS; k++) {
+        for (int i = 0; i < k && left[k] <= CHASLES_SOLVED; i++) {
+            if (left[i] <= CHASLES_SOLVED &&
+                chasles_general_tool_is_same(&six, all + 5 * k, all + 5 * i)) {
+                for (int j = 0; j < 5; j++)
+                    all[5 * k + j] = NAN;
+                left[k] = NAN;
+            }
+        }
+    }
     int slot = 0;
     for (int others = 0; others < 2; others++) {
         for (int k = 0; k < CHASLES_SLOTS; k++) {
