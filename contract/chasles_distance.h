@@ -15,11 +15,23 @@
 #define CHASLES_FULL_TURN 6.283185307179586
 #define CHASLES_ROUNDING 63 /* the bits of a distance that count as rounding */
 
+/* Returns the nearest whole number of a number of turns. Without an instruction for it, rint is a
+ * call; a number of less than 2^51 in a sum with 1.5 * 2^52 is rounded in the same way. */
+static inline double chasles_whole(double turns)
+{
+#ifdef __SSE4_1__
+    return rint(turns);
+#else
+    const double large = 6755399441055744.0;
+    return fabs(turns) < 2251799813685248.0 ? (turns + large) - large : rint(turns);
+#endif
+}
+
 /* Returns the move of a coordinate, by the shorter way round where a full turn leaves the pose
  * unchanged: there `turn` is CHASLES_FULL_TURN, else 0. */
 static inline double chasles_move(double apart, double turn)
 {
-    return fabs(apart - turn * rint(apart * (1 / CHASLES_FULL_TURN)));
+    return fabs(apart - turn * chasles_whole(apart * (1 / CHASLES_FULL_TURN)));
 }
 
 /* Returns the distance of n coordinates from a seed, NaN if a move is NaN. */

@@ -109,21 +109,27 @@ static void write_turns(const Limits *limits, npy_intp n, const double *slot, do
 static void write_windings(const Limits *limits, npy_intp n, const double *value,
                            const npy_bool *inside, npy_bool valid, double *q, npy_bool *all)
 {
-    npy_intp turns[MAX_JOINTS] = {0}, first[MAX_JOINTS], from = 0;
+    npy_intp turns[MAX_JOINTS], first[MAX_JOINTS], from = 0, outside = !valid;
     for (npy_intp j = 0; j < n; j++) {
+        turns[j] = 0;
         first[j] = from;
+        q[j] = value[from];
+        outside += !inside[from];
         from += limits->windings[j];
     }
-    for (npy_intp w = 0; w < limits->count; w++, q += n) {
-        npy_bool kept = valid;
-        for (npy_intp j = 0; j < n; j++) {
-            q[j] = value[first[j] + turns[j]];
-            kept &= inside[first[j] + turns[j]];
-        }
-        all[w] = kept;
-        for (npy_intp j = n - 1; j >= 0 && ++turns[j] == limits->windings[j]; j--) {
+    all[0] = !outside;
+    for (npy_intp w = 1, j; w < limits->count; w++, q += n) {
+        for (j = n - 1; turns[j] + 1 == limits->windings[j]; j--) {
+            outside += !inside[first[j]] - !inside[first[j] + turns[j]];
             turns[j] = 0;
         }
+        const npy_intp at = first[j] + ++turns[j];
+        outside += !inside[at] - !inside[at - 1];
+        memcpy(q + n, q, (size_t)j * sizeof *q);
+        for (; j < n; j++) {
+            q[n + j] = value[first[j] + turns[j]];
+        }
+        all[w] = !outside;
     }
 }
 
@@ -236,8 +242,7 @@ static int read_seeds(PyObject *seed, PyObject *turn, PyObject *unit, const Slot
     return units ? 0 : -1;
 }
 
-/* A slot of a pose with its rounded distance from the seed, infinite or NaN if it does not count.
- */
+/* A slot of a pose with its rounded distance from the seed, infinite if it does not count. */
 typedef struct {
     uint64_t distance;
     npy_intp slot;
@@ -293,8 +298,7 @@ static npy_intp nearest_slot(const Slots *slots, const Seeds *seeds, npy_intp po
     return best.slot;
 }
 
-/* nearest(q, valid, seed, turn, unit) of the module: (..., n), NaN for a pose without valid slot.
- */
+/* nearest(q, valid, seed, turn, unit) of the module: (..., n), NaN for a pose without one. */
 static PyObject *nearest(PyObject *Py_UNUSED(module), PyObject *args)
 {
     PyObject *q, *valid, *seed, *turn, *unit;
@@ -403,8 +407,7 @@ static void clear_repetitions(const Slots *slots, npy_intp pose, Cells *cells, c
     }
 }
 
-/* Tests whether the first valid slots of all groups, of `group` consecutive slots that are turns of
- * one solution, are different solutions. False for many groups. */
+/* Tests whether groups of slots, each turns of one solution, differ; false for many groups. */
 static int are_groups_distinct(const Slots *slots, npy_intp pose, npy_intp group,
                                const double *whole, const double *tolerance)
 {
@@ -431,8 +434,7 @@ static int are_groups_distinct(const Slots *slots, npy_intp pose, npy_intp group
     return 1;
 }
 
-/* distinct(q, valid, turn, tolerance, whole, group) of the module: valid (..., k) without
- * repetitions. `whole` is a full turn for each coordinate that turns. */
+/* distinct(q, valid, turn, tolerance, whole, group) of the module: valid without repetitions. */
 static PyObject *distinct(PyObject *Py_UNUSED(module), PyObject *args)
 {
     PyObject *q, *valid, *turn, *tolerance, *whole;

@@ -1,8 +1,7 @@
 """Refinement of targets that have no valid slot, but one with a small residual.
 
-Where singularities of several steps nearly coincide, a closed form loses half of its digits, or its
-solution: Newton's iteration leads back. Poses that rounding has moved off rigid ones, or off the
-poses of an arm with few joints, get their least-squares answers. `docs/explanation/` has the cases.
+Where singularities of several steps nearly coincide, a closed form loses digits or its solution:
+Newton's iteration leads back. Rounded poses get their least-squares answers (docs/explanation).
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """The best values of redundancy parameters over the self-motion of a redundant robot.
 
-Samples cover the range of the parameters, the values at the seed among them. From the best samples
-random steps are taken, which become half as long where none of them gains: the best value is often
-at a limit of a joint, along which steps in fixed directions stop.
+Samples cover the range of the parameters. From the best ones random steps are taken, half as long
+where none gains: the best value is often at a limit, along which steps in fixed directions stop.
 """
 
 from __future__ import annotations
