@@ -9,9 +9,12 @@ Loops without a closed form are closed by CasADi's rootfinder. Functions with br
 have no graph, and are left out, as are velocities through such loops: they are derivatives.
 """
 
+from collections.abc import Iterator, Sequence
+
 import casadi as ca
 
 from ..derivation import Derivation
+from ..loops.parametric.parametric_loops import START
 from ..program.programs import Programs
 from ..terms.casadi_graph import lower
 from ..terms.symbolic_function import SymbolicFunction
@@ -26,16 +29,28 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     name = f"{derivation.robot.name}_casadi.c"
     generator = ca.CodeGenerator(name)
     plain = lower([f for f in functions if not f.calls], derivation.robot.name)
-    for function in (*plain, *(_through_loops(derivation, f) for f in functions if f.calls)):
+    for function in (*plain, *_through_loops(derivation, functions)):
         generator.add(function)
         generator.add(function.jacobian())
     return {name: generator.dump()}
 
 
-def _through_loops(derivation: Derivation, function: SymbolicFunction) -> ca.Function:
-    """A function of positions through iterated loops, with dense vectors in row-major order."""
-    joined = with_loops(derivation, [function])
-    inputs = joined.mx_in()
-    (output,) = joined.call(inputs)
-    name = f"{derivation.robot.name}_{function.name}"
-    return ca.Function(name, inputs, [ca.vec(output.T)], joined.name_in(), joined.name_out())
+def _through_loops(
+    derivation: Derivation, functions: Sequence[SymbolicFunction]
+) -> Iterator[ca.Function]:
+    """The functions of positions that call solvers of loops, with dense vectors, row by row.
+
+    The solver of any geometry starts from the joints of the nominal robot.
+    """
+    kept = [f for f in functions if f.calls or f.name == START]
+    if not any(f.calls for f in kept):
+        return
+    joined = with_loops(derivation, kept)
+    inputs = dict(zip(joined.name_in(), joined.mx_in(), strict=True))
+    outputs = joined.call(list(inputs.values()))
+    for function, output in zip(kept, outputs, strict=True):
+        if function.calls:
+            names = [argument.name for argument in function.inputs]
+            name = f"{derivation.robot.name}_{function.name}"
+            given = [inputs[n] for n in names]
+            yield ca.Function(name, given, [ca.vec(output.T)], names, [function.name])

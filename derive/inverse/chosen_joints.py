@@ -12,11 +12,9 @@ from .classify import classify
 from .families.family import Family
 from .general.general_inverse import general_tables
 from .mechanisms.hybrid_inverse import hybrid_inverses
-from .serial_inverse import Inverses, inverses
+from .serial_inverse import MOST_FREE, Inverses, inverses
 from .structure import rank
 
-MOST_FREE = 6
-"""Joints that a pose of the tool determines, at most."""
 MOST_TRIED = 60
 """Sets of joints that are tried to name those that can be given: a second or two."""
 MOST_NAMED = 12
