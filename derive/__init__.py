@@ -39,8 +39,8 @@ if TYPE_CHECKING:
     from .model.robot import Joint as Joint
     from .model.robot import Mimic as Mimic
     from .model.robot import Parameter as Parameter
-    from .model.robot import Robot as Robot
     from .model.robot import Rotation as Rotation
+    from .model.robot import SerialRobot as SerialRobot
     from .model.robot import Translation as Translation
     from .quality.model_report import model_report as model_report
     from .quality.quality_report import ModelReport as ModelReport
@@ -64,7 +64,7 @@ _ROOMS = {
         "Joint",
         "Mimic",
         "Parameter",
-        "Robot",
+        "SerialRobot",
         "Rotation",
         "Translation",
     ),

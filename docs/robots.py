@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from chasles.derive import Robot, explain, load
+from chasles.derive import SerialRobot, explain, load
 
 PAGE = Path(__file__).with_suffix(".md")
 ROBOTS = Path(__file__).parent.parent / "derive" / "robots"
@@ -38,13 +38,13 @@ def page() -> str:
 
 def _table(folder: Path) -> str:
     robots = [load(file) for file in sorted(folder.glob("*.toml"))]
-    rows = [_row(robot) for robot in robots if isinstance(robot, Robot)]
+    rows = [_row(robot) for robot in robots if isinstance(robot, SerialRobot)]
     return "\n".join(
         ["| name | arm | axes | inverse | solutions |", "|---|---|---|---|---|", *rows]
     )
 
 
-def _row(robot: Robot) -> str:
+def _row(robot: SerialRobot) -> str:
     explanation = explain(robot)
     axes = sum(joint.kind != "fixed" and joint.mimic is None for joint in robot.joints)
     structure = explanation.line.removeprefix("inverse: ").split(", at most ")[0]

@@ -11,7 +11,7 @@ from pathlib import Path
 import casadi as ca
 import sympy as sp
 
-from chasles.derive import Joint, Robot, Rotation, artifacts, derive, load
+from chasles.derive import Joint, Rotation, SerialRobot, artifacts, derive, load
 from chasles.derive.cli import ROBOTS
 from chasles.derive.description.conventions import dh
 from chasles.derive.program.counting import count_operations
@@ -107,7 +107,7 @@ def chain(kind: str, joints: int) -> dict[str, object]:
     }
 
 
-def _chain(kind: str, joints: int) -> Robot:
+def _chain(kind: str, joints: int) -> SerialRobot:
     zero, third, fifth = sp.Integer(0), sp.Rational(1, 3), sp.Rational(1, 5)
     tilts = (zero,) if kind == "planar" else (sp.pi / 2, -sp.pi / 2, third)
     offset = zero if kind == "planar" else fifth
@@ -116,7 +116,7 @@ def _chain(kind: str, joints: int) -> Robot:
         for k in range(joints)
     ]
     built = [Joint(f"j{k}", "revolute", before, after) for k, (before, after) in enumerate(rows)]
-    return Robot(f"{kind}{joints}", tuple(built))
+    return SerialRobot(f"{kind}{joints}", tuple(built))
 
 
 def operations(rounds: int) -> dict[str, dict[str, int]]:
@@ -138,12 +138,12 @@ def operations(rounds: int) -> dict[str, dict[str, int]]:
     return sizes
 
 
-def _own(robot: Robot) -> int:
+def _own(robot: SerialRobot) -> int:
     (program,) = programs(lower(derive(robot, ("fk",)).functions, robot.name))
     return count_operations(program).total
 
 
-def _placements(robot: Robot):
+def _placements(robot: SerialRobot):
     """Elementary motions of the whole chain, joint variables included, as (axis or None, value)."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     q = sp.symbols(f"q1:{len(robot.coordinates) + 1}", real=True)
@@ -157,7 +157,7 @@ def _placements(robot: Robot):
     return q, values, [*motions, *robot.tool]
 
 
-def _casadi_product(robot: Robot) -> int:
+def _casadi_product(robot: SerialRobot) -> int:
     q, values, motions = _placements(robot)
     symbols = ca.SX.sym("q", len(q))
     T = ca.SX.eye(4)
@@ -178,7 +178,7 @@ def _casadi_motion(motion, values, index, symbols):
     return T
 
 
-def _sympy_product(robot: Robot) -> int:
+def _sympy_product(robot: SerialRobot) -> int:
     _, values, motions = _placements(robot)
     T = sp.eye(4)
     for motion in motions:

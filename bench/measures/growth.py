@@ -10,7 +10,7 @@ import numpy as np
 import sympy as sp
 
 import chasles
-from chasles.derive import Joint, Robot, write
+from chasles.derive import Joint, SerialRobot, write
 from chasles.derive.description.conventions import dh
 
 from ..cores import one_core
@@ -42,7 +42,7 @@ def run(plan: Plan) -> list[Ratio]:
     return found
 
 
-def twisted(joints: int) -> Robot:
+def twisted(joints: int) -> SerialRobot:
     """A chain of revolute joints with lengths, offsets and right-angled twists."""
     length, offset, zero = sp.Rational(1, 3), sp.Rational(1, 5), sp.Integer(0)
     rows = [
@@ -50,7 +50,7 @@ def twisted(joints: int) -> Robot:
         for k in range(joints)
     ]
     built = [Joint(f"j{k}", "revolute", before, after) for k, (before, after) in enumerate(rows)]
-    return Robot(f"twisted{joints}", tuple(built))
+    return SerialRobot(f"twisted{joints}", tuple(built))
 
 
 @contextmanager

@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from chasles.derive import Robot, RobotError
+from chasles.derive import RobotError, SerialRobot
 from tests.campaigns import displaced, general
 from tests.campaigns.general import Judged, configurations, loaded
 
@@ -48,7 +48,7 @@ def run(count: int, first: int) -> int:
     return int(any(row[-1] for row in rows))
 
 
-def times(robot: Robot, number: int, bar: float | None) -> tuple[object, ...]:
+def times(robot: SerialRobot, number: int, bar: float | None) -> tuple[object, ...]:
     """The further cells of an arm's row.
 
     Args:

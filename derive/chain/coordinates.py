@@ -6,7 +6,7 @@ from typing import Protocol
 
 import sympy as sp
 
-from ..model.robot import Robot
+from ..model.robot import SerialRobot
 from ..terms.tangents import LoopRate, Tangent
 from ..terms.terms import Terms
 
@@ -47,7 +47,7 @@ class Motion(Protocol):
 class InProportion:
     """The motion of a serial robot: each joint has a coordinate or follows another joint."""
 
-    def __init__(self, robot: Robot, terms: Terms, q: Sequence[sp.Symbol]) -> None:
+    def __init__(self, robot: SerialRobot, terms: Terms, q: Sequence[sp.Symbol]) -> None:
         """Takes the values from the robot's coordinates and mimic laws."""
         self.terms = terms
         self.values = robot.joint_values(q)

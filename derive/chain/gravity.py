@@ -16,7 +16,7 @@ import numpy as np
 import sympy as sp
 
 from ..model.errors import RobotError
-from ..model.robot import Joint, Load, Robot
+from ..model.robot import Joint, Load, SerialRobot
 from ..terms.terms import Terms
 from ..terms.vectors import Vector, added, combination, cross, dot, named
 from .differential import columns
@@ -39,7 +39,7 @@ class GravityTorques:
 
 
 def gravity_torques(
-    robot: Robot, load: Load, terms: Terms, q: Sequence[sp.Symbol]
+    robot: SerialRobot, load: Load, terms: Terms, q: Sequence[sp.Symbol]
 ) -> GravityTorques:
     """The torques of a robot's load at coordinates q.
 
@@ -76,7 +76,7 @@ def gravity_torques(
     )
 
 
-def most_stiffness(robot: Robot, load: Load) -> list[float]:
+def most_stiffness(robot: SerialRobot, load: Load) -> list[float]:
     """Bounds of sum_j |d tau_k / d q_j| at all coordinates within the limits of slides.
 
     Args:
@@ -100,7 +100,7 @@ def most_stiffness(robot: Robot, load: Load) -> list[float]:
     return [gravity * sum(work[max(j, k)] for j in count) for k in count]
 
 
-def _reaches(robot: Robot, load: Load, first: int) -> list[float]:
+def _reaches(robot: SerialRobot, load: Load, first: int) -> list[float]:
     """The largest distance of each further link's mass from a turning joint."""
     reaches, way = [], 0.0
     at = np.zeros(3)
@@ -123,7 +123,7 @@ def _stroke(joint: Joint) -> float:
     return max(abs(float(low)), abs(float(high)))
 
 
-def _beyond(robot: Robot, load: Load, forward: Forward) -> list[tuple[sp.Expr, Vector]]:
+def _beyond(robot: SerialRobot, load: Load, forward: Forward) -> list[tuple[sp.Expr, Vector]]:
     """The mass beyond each moving joint and its first moment about the base's origin."""
     terms = forward.terms
     placed = {

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import mpmath
 import sympy as sp
 
-from ..model.robot import Placement, Robot, Rotation
+from ..model.robot import Placement, Rotation, SerialRobot
 from ..model.tolerances import EVALUATION_DIGITS, ROUNDING
 from ..model.values import Values
 from ..terms.terms import Terms
@@ -111,7 +111,7 @@ class _Stretch:
     frames: list[LinkFrame] = field(default_factory=list)
 
 
-def groups(robot: Robot, terms: Terms, values: Sequence[sp.Expr]) -> tuple[Group, ...]:
+def groups(robot: SerialRobot, terms: Terms, values: Sequence[sp.Expr]) -> tuple[Group, ...]:
     """The groups of parallel axes of a robot.
 
     Args:
@@ -132,7 +132,7 @@ def groups(robot: Robot, terms: Terms, values: Sequence[sp.Expr]) -> tuple[Group
 
 
 def _stretches(
-    robot: Robot, terms: Terms, values: Sequence[sp.Expr]
+    robot: SerialRobot, terms: Terms, values: Sequence[sp.Expr]
 ) -> tuple[list[_Stretch], list[tuple[int, sp.Expr]]]:
     stretches = [_Stretch()]
     turning: list[tuple[int, sp.Expr]] = []

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ..model.robot import Robot
+from ..model.robot import SerialRobot
 from ..terms.role import Role
 from ..terms.symbolic_function import Argument, Result, SymbolicFunction, matrix_entries
 from ..terms.terms import Terms
@@ -64,7 +64,7 @@ class Kinematics:
         links: Forward kinematics of the chain with all its links.
     """
 
-    robot: Robot
+    robot: SerialRobot
     terms: Terms
     motion: Motion
     arguments: Mapping[str, Argument]
@@ -74,7 +74,7 @@ class Kinematics:
     @classmethod
     def of(
         cls,
-        robot: Robot,
+        robot: SerialRobot,
         terms: Terms,
         groups: Sequence[Group],
         motion: Motion,

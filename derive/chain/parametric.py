@@ -22,7 +22,7 @@ import sympy as sp
 from ..model.geometry import Geometry, geometry
 from ..model.kinds import JointKind
 from ..model.placements import Placement, Translation, inverse, rotation, translation
-from ..model.robot import Joint, Robot
+from ..model.robot import Joint, SerialRobot
 from ..terms.role import Role
 from ..terms.symbolic_function import Argument, Result, SymbolicFunction, matrix_entries
 from ..terms.terms import Terms
@@ -79,7 +79,7 @@ class Parametric:
     torques: GravityTorques | None = None
 
     @classmethod
-    def of(cls, robot: Robot, terms: Terms) -> "Parametric":
+    def of(cls, robot: SerialRobot, terms: Terms) -> "Parametric":
         """Makes the longer chain of a robot.
 
         Args:
@@ -172,7 +172,7 @@ def _argument(found: Geometry) -> Argument:
     return Argument("p", symbols, (len(symbols),), unit, "parameters of the geometry")
 
 
-def _lengthened(robot: Robot, motions: Placement) -> tuple[Robot, tuple[sp.Expr, ...]]:
+def _lengthened(robot: SerialRobot, motions: Placement) -> tuple[SerialRobot, tuple[sp.Expr, ...]]:
     """A chain with a joint for each motion that is no constant, and the joints' values."""
     joints: list[Joint] = []
     values: list[sp.Expr] = []

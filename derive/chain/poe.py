@@ -4,14 +4,14 @@ from functools import lru_cache
 
 import sympy as sp
 
-from ..model.robot import Placement, Robot, Rotation
+from ..model.robot import Placement, Rotation, SerialRobot
 from ..model.values import shortened
 
 PLACEMENTS = 1024
 """Placements whose matrices are kept: more than a robot has, of which each is asked for often."""
 
 
-def to_poe(robot: Robot) -> tuple[sp.ImmutableMatrix, sp.ImmutableMatrix]:
+def to_poe(robot: SerialRobot) -> tuple[sp.ImmutableMatrix, sp.ImmutableMatrix]:
     """Screw axes and home pose of a robot in any convention.
 
     ``T_0_ee(q) = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee`` with theta the values of the moving

@@ -18,7 +18,7 @@ import sympy as sp
 from ..model.errors import RobotError
 from ..model.mechanism import Described
 from ..model.placements import align_z, inverse, translation
-from ..model.robot import Joint, Load, PointMass, Robot, Springs, Transmission
+from ..model.robot import Joint, Load, PointMass, SerialRobot, Springs, Transmission
 from ..model.tolerances import MOST_SAG
 from ..terms.symbolic_function import Argument, Result, SymbolicFunction
 from ..terms.terms import Terms
@@ -42,14 +42,14 @@ def transmissions(robot: Described, terms: Terms, q: Argument) -> dict[str, Symb
     Raises:
         RobotError: Springs are so soft that their law might have no inverse.
     """
-    springs = robot.springs if isinstance(robot, Robot) else None
+    springs = robot.springs if isinstance(robot, SerialRobot) else None
     if not robot.transmissions and springs is None:
         return {}
     given = {law.of: law for law in robot.transmissions}
     laws = [given.get(c.name, Transmission(c.name)) for c in robot.coordinates]
     shown = coordinates("m", len(laws))
     m = Argument("m", shown, q.shape, q.unit, "coordinates as the controller shows them")
-    both = _Laws(terms, laws, _Sag.of(robot, springs) if isinstance(robot, Robot) else None)
+    both = _Laws(terms, laws, _Sag.of(robot, springs) if isinstance(robot, SerialRobot) else None)
     return {
         TRANSMISSIONS[0]: _made(
             TRANSMISSIONS[0],
@@ -75,10 +75,10 @@ class _Sag:
     """Springs, and the chain with masses by whose weight they yield."""
 
     springs: Springs
-    chain: Robot
+    chain: SerialRobot
 
     @classmethod
-    def of(cls, robot: Robot, springs: Springs | None) -> "_Sag | None":
+    def of(cls, robot: SerialRobot, springs: Springs | None) -> "_Sag | None":
         if springs is None:
             return None
         chain, load = _chain(robot, springs)
@@ -132,7 +132,7 @@ class _Laws:
         return tuple(_inverted(self.terms, law, s) for law, s in zip(self.laws, q, strict=True))
 
 
-def _chain(robot: Robot, springs: Springs) -> tuple[Robot, Load]:
+def _chain(robot: SerialRobot, springs: Springs) -> tuple[SerialRobot, Load]:
     """The chain of the springs' axes, each link's frame the base frame at coordinates 0."""
     joints, masses = [], []
     for row, joint in zip(springs.rows, robot.coordinates, strict=True):
@@ -142,7 +142,7 @@ def _chain(robot: Robot, springs: Springs) -> tuple[Robot, Load]:
         )
         masses.append(PointMass(row.of, row.mass, row.centre))
     load = Load(tuple(masses), springs.gravity)
-    return Robot(robot.name, tuple(joints), load=load), load
+    return SerialRobot(robot.name, tuple(joints), load=load), load
 
 
 def _value(terms: Terms, law: Transmission, m: sp.Expr) -> sp.Expr:

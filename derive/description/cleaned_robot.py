@@ -16,7 +16,7 @@ from typing import overload
 from ..model.cleaning import Cleaning
 from ..model.mechanism import Closure, Described, Frame, Mechanism, Strut
 from ..model.placements import Translation, Vector
-from ..model.robot import Robot
+from ..model.robot import SerialRobot
 from ..model.tolerances import NOISE
 from .arrangement import Distances, arranged
 from .exact_numbers import ExactNumbers
@@ -25,7 +25,7 @@ from .turned_base import on_turned_base, turned_base
 
 
 @overload
-def cleaned(robot: Robot) -> Robot: ...
+def cleaned(robot: SerialRobot) -> SerialRobot: ...
 @overload
 def cleaned(robot: Mechanism) -> Mechanism: ...
 def cleaned(robot: Described) -> Described:
@@ -42,7 +42,7 @@ def cleaned(robot: Described) -> Described:
     return _mechanism(robot) if isinstance(robot, Mechanism) else _serial(robot)
 
 
-def _serial(robot: Robot) -> Robot:
+def _serial(robot: SerialRobot) -> SerialRobot:
     work = ExactNumbers(_noise(robot))
     parameters = tuple(work.parameter(parameter) for parameter in robot.parameters)
     base = work.placement("base", robot.base)
@@ -58,7 +58,7 @@ def _serial(robot: Robot) -> Robot:
 
 
 @overload
-def cleaned_with_warning(robot: Robot, file: str) -> Robot: ...
+def cleaned_with_warning(robot: SerialRobot, file: str) -> SerialRobot: ...
 @overload
 def cleaned_with_warning(robot: Mechanism, file: str) -> Mechanism: ...
 def cleaned_with_warning(robot: Described, file: str) -> Described:

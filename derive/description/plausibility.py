@@ -7,7 +7,7 @@ that cannot, such as a URDF, is read with a note. A stated unit is believed.
 from ..model.cleaning import written
 from ..model.kinds import ParameterKind
 from ..model.placements import Rotation
-from ..model.robot import Joint, Robot
+from ..model.robot import Joint, SerialRobot
 from ..model.tolerances import LARGEST_ANGLE, LONGEST_LENGTH, MOST_TURNED, SHORTEST_ARM
 from .pose_error import lengths, robot_size
 
@@ -26,7 +26,7 @@ def statement_of(kind: ParameterKind) -> str:
     )
 
 
-def questioned(robot: Robot) -> tuple[str, ...]:
+def questioned(robot: SerialRobot) -> tuple[str, ...]:
     """Notes on the numbers of a robot whose unit is doubtful."""
     asked = [question for joint in robot.joints for question in _questioned_angles(joint)]
     asked += filter(None, map(_questioned_limits, robot.joints))

@@ -15,7 +15,7 @@ import sympy as sp
 
 from ..model.mechanism import Described
 from ..model.placements import Placement, Rotation
-from ..model.robot import Joint, Robot
+from ..model.robot import Joint, SerialRobot
 from ..model.tolerances import EVALUATION_DIGITS, ROUNDING
 
 TRAVEL = 1.0
@@ -55,7 +55,7 @@ class _Link:
         return mpmath.norm(self.before[:3, 3]) + mpmath.norm(self.after[:3, 3]) + self.travel
 
 
-def pose_error(one: Robot, other: Robot) -> tuple[float, float]:
+def pose_error(one: SerialRobot, other: SerialRobot) -> tuple[float, float]:
     """Bounds of the distance (metre) and the angle (radian) between the tools of two robots.
 
     Args:
@@ -122,7 +122,7 @@ def _distance(one: _Matrix, other: _Matrix) -> mpmath.mpf:
     return mpmath.norm(one[:3, 3] - other[:3, 3])
 
 
-def _links(robot: Robot) -> Iterator[_Link]:
+def _links(robot: SerialRobot) -> Iterator[_Link]:
     values = _values(robot)
     yield _still(pose_in_digits(robot.base, values))
     for joint in robot.joints:

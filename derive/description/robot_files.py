@@ -34,7 +34,7 @@ from pathlib import Path
 from ..model.convention import Convention
 from ..model.errors import RobotError
 from ..model.mechanism import Mechanism
-from ..model.robot import Robot
+from ..model.robot import SerialRobot
 from .cleaned_robot import cleaned_with_warning
 from .conventions import CONVENTIONS
 from .conventions.suited import suited
@@ -52,7 +52,7 @@ SUFFIX = ".toml"
 
 def load(
     path: str | Path, conventions: Sequence[Convention] = CONVENTIONS, exact: bool = False
-) -> Robot | Mechanism:
+) -> SerialRobot | Mechanism:
     """Reads a robot from any file that chasles knows; the ending says which it is.
 
     :func:`~chasles.derive.from_file` reads a chain between chosen links, and xacro with arguments.
@@ -66,7 +66,7 @@ def load(
 
     Returns:
         The robot, in metres and radians: a Mechanism where the file closes loops, names actuated
-        joints, or names the body that carries a joint; else a Robot.
+        joints, or names the body that carries a joint; else a SerialRobot.
 
     Raises:
         DescriptionError: The file, or the file that it extends, cannot be read or is wrong, has
@@ -86,7 +86,7 @@ def loads(
     file: str = "<text>",
     conventions: Sequence[Convention] = CONVENTIONS,
     exact: bool = False,
-) -> Robot | Mechanism:
+) -> SerialRobot | Mechanism:
     """Reads a robot from the text of a robot file.
 
     Args:

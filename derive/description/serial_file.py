@@ -15,7 +15,7 @@ from ..model.robot import (
     Load,
     Mimic,
     PointMass,
-    Robot,
+    SerialRobot,
     Spring,
     Springs,
     Transmission,
@@ -81,7 +81,7 @@ class RobotFile(TomlFile):
         self._conventions = {convention.name: convention for convention in conventions}
         self._taken: dict[tuple[str, str], Keys] = {}
 
-    def robot(self) -> Robot:
+    def robot(self) -> SerialRobot:
         """The robot.
 
         Raises:
@@ -98,7 +98,7 @@ class RobotFile(TomlFile):
         transmissions = self._transmissions()
         parameters = tuple(self.parameter(name) for name in self.symbols)
         try:
-            return Robot(
+            return SerialRobot(
                 name=name,
                 joints=joints,
                 title=self.string(("title",), name),

@@ -17,7 +17,7 @@ from ..model.errors import RobotError
 from ..model.exact import NotExact, read
 from ..model.kinds import JointKind
 from ..model.placements import Vector
-from ..model.robot import Joint, Mimic, Robot
+from ..model.robot import Joint, Mimic, SerialRobot
 from ..model.tolerances import UNLIMITED
 from .cleaned_robot import cleaned_with_warning
 from .conventions.urdf_origin import urdf
@@ -49,7 +49,7 @@ def from_urdf(
     tip: str | None = None,
     name: str | None = None,
     exact: bool = False,
-) -> Robot:
+) -> SerialRobot:
     """The chain from one link of a URDF to another.
 
     Args:
@@ -131,7 +131,7 @@ class UrdfFile:
         expected = f"a link that is not carried by the joint itself; in a circle: {names}"
         self._fail(joints[0], "parent", self._link_of(joints[0], "parent"), expected)
 
-    def robot(self, base: str | None, tip: str | None, name: str | None) -> Robot:
+    def robot(self, base: str | None, tip: str | None, name: str | None) -> SerialRobot:
         """The chain between two links, see :func:`from_urdf`."""
         try:
             ends = only_chain(self.tree, base, tip)
@@ -141,7 +141,7 @@ class UrdfFile:
         elements = [self.joint_to[joint.child] for joint in self.tree.way(base, tip) or ()]
         self._check_leaders(elements, ends)
         try:
-            robot = Robot(
+            robot = SerialRobot(
                 name=prefix(name or self._attribute(self.root, "name")),
                 joints=tuple(self._joint(element) for element in elements),
                 title=self.root.get("name", ""),

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..chain.poe import placement_matrix
 from ..model.mechanism import Described
 from ..model.placements import Placement
-from ..model.robot import Joint, Robot
+from ..model.robot import Joint, SerialRobot
 
 FloatArray = NDArray[np.float64]
 
@@ -25,14 +25,14 @@ def springs_template(robot: Described) -> str:
     Args:
         robot: The description.
     """
-    if not isinstance(robot, Robot) or robot.load is None:
+    if not isinstance(robot, SerialRobot) or robot.load is None:
         return ""
     if any(joint.mimic or joint.kind == "helical" for joint in robot.joints):
         return ""
     return "\n".join(_lines(robot)) + "\n"
 
 
-def _lines(robot: Robot) -> Iterator[str]:
+def _lines(robot: SerialRobot) -> Iterator[str]:
     places, links = _at_zero(robot)
     if robot.load:
         yield f"gravity = {_row([_number(g) for g in robot.load.gravity])}"
@@ -47,7 +47,7 @@ def _lines(robot: Robot) -> Iterator[str]:
             yield from (f"mass = {mass!r}", f"centre = {_row(centre)}")
 
 
-def _at_zero(robot: Robot) -> tuple[list[FloatArray], dict[str, dict[str, FloatArray]]]:
+def _at_zero(robot: SerialRobot) -> tuple[list[FloatArray], dict[str, dict[str, FloatArray]]]:
     """The frames of moving joints, and those of the links that each carries, by their names."""
     T = _matrix(robot, robot.base)
     places: list[FloatArray] = []
@@ -64,7 +64,7 @@ def _at_zero(robot: Robot) -> tuple[list[FloatArray], dict[str, dict[str, FloatA
     return places, links
 
 
-def _weight(robot: Robot, links: dict[str, FloatArray]) -> tuple[float, FloatArray]:
+def _weight(robot: SerialRobot, links: dict[str, FloatArray]) -> tuple[float, FloatArray]:
     """Mass and centre of mass of links that move as one, in the base frame."""
     mass, moment = 0.0, np.zeros(3)
     for point in robot.load.masses if robot.load else ():
@@ -75,12 +75,12 @@ def _weight(robot: Robot, links: dict[str, FloatArray]) -> tuple[float, FloatArr
     return mass, moment / mass if mass else moment
 
 
-def _matrix(robot: Robot, placement: Placement) -> FloatArray:
+def _matrix(robot: SerialRobot, placement: Placement) -> FloatArray:
     values = {p.symbol: p.value for p in robot.parameters}
     return np.array(sp.N(placement_matrix(placement).xreplace(values), 17), dtype=float)
 
 
-def _value(robot: Robot, number: sp.Expr) -> float:
+def _value(robot: SerialRobot, number: sp.Expr) -> float:
     return _number(number.xreplace({p.symbol: p.value for p in robot.parameters}))
 
 

@@ -30,7 +30,7 @@ from ..loops.checks.closable import doubts_of, limits_of
 from ..loops.hybrid import Hybrid
 from ..model.cleaning import Cleaning, written
 from ..model.mechanism import Coordinate, Described
-from ..model.robot import UNITS, Joint, Parameter, Robot
+from ..model.robot import UNITS, Joint, Parameter, SerialRobot
 from ..model.tolerances import DEAD_POINT
 from ..program.counting import count_operations
 from ..program.operations import Program
@@ -103,7 +103,7 @@ def _together(files: Mapping[str, Files]) -> dict[str, str]:
 
 def description_text(robot: Described) -> str:
     """The description as text; load, transmissions and springs are named where there are any."""
-    load, springs = (robot.load, robot.springs) if isinstance(robot, Robot) else (None, None)
+    load, springs = (robot.load, robot.springs) if isinstance(robot, SerialRobot) else (None, None)
     parts = (robot, *(part for part in (load, robot.transmissions, springs) if part))
     return " ".join(map(repr, parts))
 

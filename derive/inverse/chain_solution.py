@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import sympy as sp
 
 from ..chain.kinematics import arguments_of
-from ..model.robot import Robot
+from ..model.robot import SerialRobot
 from ..terms.symbolic_function import Argument
 from .classify import Attempt
 from .given_joints import without
@@ -36,7 +36,7 @@ def solve_chain(
         found.family.solve(work, left, target)
 
 
-def pose_task(robot: Robot, lines: Lines, found: Attempt) -> Solved:
+def pose_task(robot: SerialRobot, lines: Lines, found: Attempt) -> Solved:
     """The task ``ik``: all joints from the tool's pose and the values of given joints."""
     work = Work(lines.terms)
     symbols = arguments_of([joint.unit for joint in robot.coordinates])["q"].symbols
@@ -48,7 +48,7 @@ def pose_task(robot: Robot, lines: Lines, found: Attempt) -> Solved:
     return of_pose_task(robot, work, arguments, given, found.family.inputs)
 
 
-def given_argument(robot: Robot, joint: int, symbol: sp.Symbol) -> Argument:
+def given_argument(robot: SerialRobot, joint: int, symbol: sp.Symbol) -> Argument:
     """The input that gives the value of a joint.
 
     Args:

@@ -6,7 +6,7 @@ from itertools import combinations
 from ..loops.hybrid import Hybrid
 from ..loops.iterated.closure_equations import LoopClosure
 from ..model.errors import RobotError
-from ..model.robot import Robot
+from ..model.robot import SerialRobot
 from ..terms.terms import Terms
 from .classify import classify
 from .families.family import Family
@@ -22,7 +22,7 @@ MOST_NAMED = 12
 
 
 def inverses_for_given(
-    robot: Robot, terms: Terms, families: Sequence[Family], give: Sequence[str]
+    robot: SerialRobot, terms: Terms, families: Sequence[Family], give: Sequence[str]
 ) -> Inverses:
     """The inverses of a serial robot where the values of some joints are given.
 
@@ -71,7 +71,7 @@ def hybrid_inverses_for_given(
     return found
 
 
-def _indices(robot: Robot, give: Sequence[str]) -> tuple[int, ...]:
+def _indices(robot: SerialRobot, give: Sequence[str]) -> tuple[int, ...]:
     """The indices of joints among those that move, in ascending order."""
     names = [joint.name for joint in robot.moving]
     unknown = [name for name in give if name not in names]
@@ -86,7 +86,7 @@ def _indices(robot: Robot, give: Sequence[str]) -> tuple[int, ...]:
 
 
 def _nothing_left(
-    robot: Robot, families: Sequence[Family], chosen: tuple[int, ...], found: Inverses
+    robot: SerialRobot, families: Sequence[Family], chosen: tuple[int, ...], found: Inverses
 ) -> RobotError:
     """The error that names joints that leave a closed form where they are given."""
     names = [joint.name for joint in robot.moving]
@@ -103,7 +103,7 @@ def _nothing_left(
 
 
 def _offered(
-    robot: Robot, families: Sequence[Family], chosen: tuple[int, ...], count: int
+    robot: SerialRobot, families: Sequence[Family], chosen: tuple[int, ...], count: int
 ) -> Iterator[tuple[int, ...]]:
     """The sets of so many joints that leave a structure, those with the chosen joints first."""
     sets = list(combinations(range(len(robot.moving)), count))

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from ..model.robot import Robot
+from ..model.robot import SerialRobot
 from ..model.tolerances import EXACT_STRUCTURE, MEASURED_STRUCTURE, NEARLY_STRUCTURE
 from ..terms.terms import Terms
 from .families import FAMILIES
@@ -95,7 +95,7 @@ class Classification:
 
 
 def classify(
-    robot: Robot,
+    robot: SerialRobot,
     terms: Terms,
     coordinates: int | None = None,
     families: Sequence[Family] = FAMILIES,
@@ -199,7 +199,7 @@ def _near(
     return sorted(found, key=lambda attempt: attempt.deviation)[:MOST_NEAR]
 
 
-def unfit(robot: Robot) -> str:
+def unfit(robot: SerialRobot) -> str:
     """Why a chain is not classified at all; empty where it is."""
     followers = [joint.name for joint in robot.moving if joint.mimic]
     helical = [joint.name for joint in robot.moving if joint.kind == "helical"]

@@ -9,7 +9,7 @@ from ..loops.checks.mechanism_report import in_words
 from ..loops.hybrid import Hybrid
 from ..loops.iterated.closure_equations import LoopClosure
 from ..model.mechanism import Described, Mechanism
-from ..model.robot import Robot
+from ..model.robot import SerialRobot
 from ..model.tolerances import EXACT_STRUCTURE
 from ..terms.terms import Terms
 from .chosen_joints import hybrid_inverses_for_given, inverses_for_given
@@ -46,7 +46,7 @@ class Explanation:
     """
 
     robot: str
-    chain: Robot
+    chain: SerialRobot
     inverses: Inverses | None
     loops: str = ""
     hybrid: Hybrid | None = None

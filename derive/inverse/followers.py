@@ -8,7 +8,7 @@ laws, tells them from the others.
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ..model.robot import Robot
+from ..model.robot import SerialRobot
 from ..terms.terms import Terms
 from .chain_solution import solve_chain
 from .classify import Classification, classify
@@ -21,7 +21,7 @@ from .tasks.task import Solved
 
 
 def by_free_followers(
-    robot: Robot, terms: Terms, families: Sequence[Family]
+    robot: SerialRobot, terms: Terms, families: Sequence[Family]
 ) -> tuple[Classification, Solved] | None:
     """The structure of the chain with all joints free, and the task ``ik`` of the robot.
 

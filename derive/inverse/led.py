@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model.robot import Robot
+from ..model.robot import SerialRobot
 from ..model.tolerances import LED_BACK, LED_STEP
 from ..terms.branches import patterns
 from ..terms.casadi_graph import lower
@@ -45,7 +45,7 @@ class Sampled:
     branches: tuple[tuple[FloatArray, FloatArray], ...]
 
     @classmethod
-    def of(cls, robot: Robot, lines: Lines, nominal: SymbolicFunction) -> "Sampled":
+    def of(cls, robot: SerialRobot, lines: Lines, nominal: SymbolicFunction) -> "Sampled":
         """Takes the poses of a robot of these axes to the task ``ik`` of a nominal arm.
 
         The values of given joints follow the poses.
@@ -104,7 +104,7 @@ class Sampled:
 
 
 def share_near(
-    robot: Robot, lines: Lines, nominal: Robot, exact: Lines, given: tuple[int, ...]
+    robot: SerialRobot, lines: Lines, nominal: SerialRobot, exact: Lines, given: tuple[int, ...]
 ) -> float:
     """The share of random configurations to which the nominal one beside them leads.
 

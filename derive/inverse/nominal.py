@@ -13,7 +13,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from ..model.placements import inverse
-from ..model.robot import Joint, Placement, Robot, Rotation, Translation
+from ..model.robot import Joint, Placement, Rotation, SerialRobot, Translation
 from ..model.tolerances import EVALUATION_DIGITS, NOMINAL_GUARD_DIGITS
 from .classify import Attempt
 from .structure.lines import Lines, home_of
@@ -22,7 +22,7 @@ from .structure.requirement import Requirement
 FloatArray = NDArray[np.float64]
 
 
-def nominal_of(robot: Robot, lines: Lines, found: Attempt) -> Robot:
+def nominal_of(robot: SerialRobot, lines: Lines, found: Attempt) -> SerialRobot:
     """The nominal arm of a robot: the same joints on axes that have the structure exactly.
 
     Args:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, islice
 
-from ..model.robot import Robot
+from ..model.robot import SerialRobot
 from ..model.tolerances import EXACT_STRUCTURE, LED, LED_BESIDE, LED_CLEARLY, LED_UNLIKELY
 from ..terms.symbolic_function import SymbolicFunction, WrittenFunction
 from ..terms.terms import Terms
@@ -100,7 +100,7 @@ class Inverses:
 
 
 def inverses(
-    robot: Robot,
+    robot: SerialRobot,
     terms: Terms,
     coordinates: int | None = None,
     families: Sequence[Family] = FAMILIES,
@@ -123,7 +123,7 @@ def inverses(
 
 
 def _by_structure(
-    robot: Robot, classification: Classification, families: Sequence[Family]
+    robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> Inverses | None:
     """The tasks of the family that fits exactly."""
     found, lines = classification.found, classification.lines
@@ -144,7 +144,7 @@ def _by_structure(
 
 
 def _losing_least(
-    robot: Robot, lines: Lines, attempts: Iterable[Attempt]
+    robot: SerialRobot, lines: Lines, attempts: Iterable[Attempt]
 ) -> tuple[Attempt, Solved]:
     """The first structure whose task ``ik`` loses no pose at right angles, or the fewest."""
     arm = NumericArm.of(robot, lines)
@@ -161,7 +161,7 @@ def _losing_least(
     return attempt, task.searching() if lost else task
 
 
-def _searching(robot: Robot, found: Inverses) -> Inverses:
+def _searching(robot: SerialRobot, found: Inverses) -> Inverses:
     """The same inverses, with a mark on those that lose poses at right angles.
 
     A given swivel angle, which is no coordinate, would not keep its value in a search.
@@ -177,7 +177,7 @@ def _searching(robot: Robot, found: Inverses) -> Inverses:
 
 
 def _by_nominal(
-    robot: Robot, classification: Classification, _: Sequence[Family]
+    robot: SerialRobot, classification: Classification, _: Sequence[Family]
 ) -> Inverses | None:
     """The pose task of a nominal arm, for an arm whose axes nearly fit, and that it leads to."""
     lines = classification.lines
@@ -210,7 +210,7 @@ def led(
 
 
 def _by_tool_axis(
-    robot: Robot, classification: Classification, families: Sequence[Family]
+    robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> Inverses | None:
     """The tasks of five joints that have a structure together with the tool's axis."""
     if classification.found is not None:
@@ -220,7 +220,7 @@ def _by_tool_axis(
 
 
 def _by_free_followers(
-    robot: Robot, classification: Classification, families: Sequence[Family]
+    robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> Inverses | None:
     """The pose task of a chain in which joints follow others."""
     if classification.give:
@@ -230,7 +230,7 @@ def _by_free_followers(
 
 
 def _by_self_motion(
-    robot: Robot, classification: Classification, families: Sequence[Family]
+    robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> Inverses | None:
     """The inverse for a given joint of a self-motion that an arm has in every configuration.
 
@@ -247,7 +247,7 @@ def _by_self_motion(
 
 
 def _by_determinant(
-    robot: Robot, classification: Classification, _: Sequence[Family]
+    robot: SerialRobot, classification: Classification, _: Sequence[Family]
 ) -> Inverses | None:
     """The inverse of a general arm."""
     if classification.found is not None:
@@ -256,7 +256,7 @@ def _by_determinant(
     return None if general is None else Inverses(classification, {}, general=general)
 
 
-Way = Callable[[Robot, Classification, Sequence[Family]], Inverses | None]
+Way = Callable[[SerialRobot, Classification, Sequence[Family]], Inverses | None]
 WAYS: tuple[Way, ...] = (
     _by_structure,
     _by_nominal,

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import sympy as sp
 
-from ..model.robot import Robot
+from ..model.robot import SerialRobot
 from ..terms.vectors import added, combination, cross
 from .chain_solution import pose_task, solve_chain
 from .classify import Attempt, Classification, of_lines, unfit
@@ -30,7 +30,7 @@ FEW_DECIMALS = 2
 
 
 def by_tool_axis(
-    robot: Robot, classification: Classification, families: Sequence[Family]
+    robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> tuple[Classification, dict[str, Solved]] | None:
     """The structure of five joints with the tool's axis, and the tasks solved by it.
 
@@ -60,7 +60,7 @@ def by_tool_axis(
 
 
 def with_still_axis(
-    robot: Robot, classification: Classification, families: Sequence[Family]
+    robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> tuple[Lines, Attempt] | None:
     """Five joints and a sixth at 0 that has an exact structure with them; None where none has.
 
@@ -80,7 +80,7 @@ def with_still_axis(
 
 
 def _by_added_axis(
-    robot: Robot, classification: Classification, families: Sequence[Family]
+    robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> tuple[Classification, dict[str, Solved]] | None:
     """The same by a joint that is added at either end, for the pose alone.
 

@@ -32,7 +32,7 @@ import sympy as sp
 from .convention import Convention, Field, Placements
 from .mechanism import Coordinate, Described
 from .placements import Placement, Rotation, Translation, inverse, rotation, translation
-from .robot import Joint, Robot
+from .robot import Joint, SerialRobot
 
 Part = Literal["joint", "offset", "axis", "transmission", "compliance", "loop", "base", "tool"]
 """A joint's own numbers, of which the offset of its coordinate; corrections of its axis; gain and
@@ -98,7 +98,7 @@ class Geometry:
     torques: tuple[sp.Symbol, ...] = ()
 
 
-def geometry(robot: Robot, q: Sequence[sp.Symbol]) -> Geometry:
+def geometry(robot: SerialRobot, q: Sequence[sp.Symbol]) -> Geometry:
     """The geometry of a serial robot in any conventions, its named parameters at their values.
 
     Args:
@@ -224,7 +224,7 @@ class Parameters:
 
 
 def _values(
-    robot: Robot, made: Parameters, q: Sequence[sp.Symbol], torques: Sequence[sp.Symbol]
+    robot: SerialRobot, made: Parameters, q: Sequence[sp.Symbol], torques: Sequence[sp.Symbol]
 ) -> dict[str, sp.Expr]:
     """The value of each moving joint in q and p; a mimic joint follows its leader's value."""
     leaders = {

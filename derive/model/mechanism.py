@@ -20,7 +20,7 @@ from .robot import (
     Joint,
     Parameter,
     Placement,
-    Robot,
+    SerialRobot,
     Transmission,
     check_choice,
     check_name,
@@ -307,9 +307,9 @@ class Mechanism:
         return way[::-1]
 
     @cached_property
-    def main_chain(self) -> Robot:
+    def main_chain(self) -> SerialRobot:
         """The path from the base to the tool as a serial robot; its q is theta."""
-        return Robot(
+        return SerialRobot(
             name=self.name,
             joints=tuple(replace(joint, parent="") for joint in self.way(self.tool_body)),
             title=self.title,
@@ -441,5 +441,5 @@ def _outline(member: Joint | Closure | Strut | Drive) -> tuple[str, ...]:
     return member.name, kind, member.a.body, member.b.body
 
 
-Described = Robot | Mechanism
+Described = SerialRobot | Mechanism
 """The description of a file: a serial robot, or a robot with loops."""

@@ -35,8 +35,8 @@ __all__ = [
     "Parameter",
     "ParameterKind",
     "Placement",
-    "Robot",
     "Rotation",
+    "SerialRobot",
     "Translation",
     "Transmission",
     "check_choice",
@@ -259,7 +259,7 @@ class Springs:
 
 
 @dataclass(frozen=True)
-class Robot:
+class SerialRobot:
     """A serial chain from a base frame to a tool frame.
 
     Attributes:

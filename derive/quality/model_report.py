@@ -25,7 +25,7 @@ from ..model.convention import Convention
 from ..model.errors import RobotError
 from ..model.geometry import geometry
 from ..model.mechanism import Described, Mechanism
-from ..model.robot import Robot
+from ..model.robot import SerialRobot
 from ..model.tolerances import ZERO_SINGULAR_VALUE
 from ..terms.terms import Terms
 from .determinants import completed_determinant, determinant
@@ -68,7 +68,7 @@ def model_report(
     )
 
 
-def _chain(robot: Described) -> Robot:
+def _chain(robot: Described) -> SerialRobot:
     if not isinstance(robot, Mechanism):
         return replace(robot, load=None)
     terms = Terms({parameter.symbol: parameter.value for parameter in robot.parameters})
@@ -125,7 +125,7 @@ def _quality(pair: Neighbours, convention: Convention) -> ConventionQuality:
     )
 
 
-def _rank(robot: Robot, seed: int) -> tuple[int, int]:
+def _rank(robot: SerialRobot, seed: int) -> tuple[int, int]:
     """How many numbers the robot's own model has, and its rank over random postures."""
     q = sp.symbols(f"q1:{len(robot.coordinates) + 1}", real=True)
     found = geometry(robot, q)

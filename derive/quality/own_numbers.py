@@ -8,12 +8,12 @@ from ..description.conventions.axis_maps import symbols_in
 from ..description.conventions.neighbours import Neighbours
 from ..model.convention import Placements
 from ..model.placements import Placement, Rotation, Translation, inverse, rotation
-from ..model.robot import Joint, Robot
+from ..model.robot import Joint, SerialRobot
 
 _Numbers = dict[sp.Symbol, sp.Expr]
 
 
-def own_displacements(robot: Robot, pair: Neighbours) -> NDArray[np.float64]:
+def own_displacements(robot: SerialRobot, pair: Neighbours) -> NDArray[np.float64]:
     """(d, k) displacement of a joint's axis by the robot's numbers that act between both axes.
 
     These are the fields of the joint before that act behind its motion or commute with it, the
@@ -42,7 +42,7 @@ def own_displacements(robot: Robot, pair: Neighbours) -> NDArray[np.float64]:
     return pair.by_numbers(product, symbols, values)
 
 
-def _between(robot: Robot, pair: Neighbours) -> Placement:
+def _between(robot: SerialRobot, pair: Neighbours) -> Placement:
     """The fixed joints between the joint and the moving one before."""
     joints = list(robot.joints)
     last = joints.index(pair.joint)

@@ -17,7 +17,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import chasles
-from chasles.derive import Robot, RobotError, load
+from chasles.derive import RobotError, SerialRobot, load
 from chasles.derive.inverse.general.split_choice import slides_of
 from tests.support.derivations import description
 from tests.support.generators.drawn_arms import random_arm
@@ -80,7 +80,7 @@ def trial(number: int) -> Outcome:
     return Outcome(counts, tuple(failures))
 
 
-def arm_of(number: int) -> Robot:
+def arm_of(number: int) -> SerialRobot:
     """Return the arm of a number with its errors."""
     shown = ARMS[number // 2 % len(ARMS)]
     robot = random_arm(number) if number % 2 else load(description(shown))

@@ -16,7 +16,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import chasles
-from chasles.derive import Robot, derive
+from chasles.derive import SerialRobot, derive
 from chasles.derive.build.generate import files_of, put
 from chasles.derive.emit.languages import EMITTERS
 from chasles.derive.inverse.general.raghavan_roth import numbers
@@ -59,7 +59,7 @@ class Judged:
         arm: Its functions.
     """
 
-    robot: Robot
+    robot: SerialRobot
     arm: chasles.Robot
 
     def given(self, q: np.ndarray) -> list[np.ndarray]:
@@ -150,7 +150,7 @@ class Judged:
 
 
 def configurations(
-    robot: Robot, count: int, right: int, rng: np.random.Generator
+    robot: SerialRobot, count: int, right: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
     """Draw configurations at random (count, n) and at right angles (right, n)."""
     n = len(robot.moving)
@@ -202,14 +202,14 @@ def trial(number: int) -> Outcome:
     return Outcome(counts, tuple(failures))
 
 
-def arm_of(number: int) -> Robot:
+def arm_of(number: int) -> SerialRobot:
     """Return the arm of a number: six joints, seven joints or a long arm in turn."""
     kinds = (random_arm, lambda seed: random_arm(seed, "///////"), long_arm)
     return kinds[number % len(kinds)](number)
 
 
 def loaded(
-    robot: Robot, folder: Path, functions: Sequence[str] = DERIVED, **families: tuple[()]
+    robot: SerialRobot, folder: Path, functions: Sequence[str] = DERIVED, **families: tuple[()]
 ) -> chasles.Robot:
     """Derive a robot into a folder, compile it and load it."""
     put(files_of(derive(robot, functions, **families), LANGUAGES), folder)

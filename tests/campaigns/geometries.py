@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from chasles.derive import Robot
+from chasles.derive import SerialRobot
 from chasles.derive.emit.c.header import support
 from chasles.derive.emit.c.written import SUPPORTS
 from chasles.derive.inverse.classify import classify
@@ -78,7 +78,7 @@ class Found:
         return self.none + self.lost > 0
 
 
-def arms(number: int) -> Iterator[tuple[str, Robot]]:
+def arms(number: int) -> Iterator[tuple[str, SerialRobot]]:
     """Yield the names and arms of a trial."""
     for k, links in enumerate(PATTERNS[number % STRIDE :: STRIDE]):
         yield links, random_arm(number, f"{links}/")
@@ -98,7 +98,7 @@ def library() -> ctypes.CDLL:
     return ctypes.CDLL(str(compiled(source)))
 
 
-def judged(robot: Robot, count: int, seed: int = 5) -> tuple[Found, Found] | None:
+def judged(robot: SerialRobot, count: int, seed: int = 5) -> tuple[Found, Found] | None:
     """Judge an arm at random configurations and at a third as many right angles.
 
     Return None for an arm with a structure, which another solver solves, and for an arm that never
@@ -109,13 +109,13 @@ def judged(robot: Robot, count: int, seed: int = 5) -> tuple[Found, Found] | Non
     return None if None in found else found
 
 
-def judged_at(robot: Robot, q: np.ndarray) -> Found | None:
+def judged_at(robot: SerialRobot, q: np.ndarray) -> Found | None:
     """Judge an arm at configurations (m, n); return None where `judged` does."""
     choice = _taken(robot)
     return None if choice is None else _found(q, choice.given, slides_of(robot))
 
 
-def _taken(robot: Robot) -> Choice | None:
+def _taken(robot: SerialRobot) -> Choice | None:
     """Give an arm to the solver."""
     lines = classify(robot, Terms({p.symbol: p.value for p in robot.parameters}))
     general = general_inverse(robot) if lines.found is None else None

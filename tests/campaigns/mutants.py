@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from chasles.derive import Robot, from_urdf, load
+from chasles.derive import SerialRobot, from_urdf, load
 from chasles.derive.inverse.classify import Attempt, Classification, classify
 from chasles.derive.model.placements import Placement, Rotation
 from chasles.derive.model.tolerances import EXACT_STRUCTURE
@@ -81,7 +81,7 @@ def trial(number: int) -> Outcome:
     )
 
 
-def serial_robots() -> list[Robot]:
+def serial_robots() -> list[SerialRobot]:
     """Return the shipped robots that a URDF can hold."""
     robots = [load(ROBOTS / f"{name}.toml") for name in NAMES]
     return [
@@ -104,18 +104,18 @@ def findings(arms: Sequence[Mutant], numbers: Iterable[int]) -> Iterator[Finding
             yield judged(mutant, read(path, mutant), structures[arm.arm], path)
 
 
-def read(path: Path, mutant: Mutant) -> Robot:
+def read(path: Path, mutant: Mutant) -> SerialRobot:
     """Write the file of a mutant and read its robot."""
     path.write_text(mutant.text, encoding="utf-8")
     return from_urdf(path, tip=mutant.tip)
 
 
-def classified(robot: Robot) -> Classification:
+def classified(robot: SerialRobot) -> Classification:
     """Classify the structure of a robot's axes."""
     return classify(robot, Terms({p.symbol: p.value for p in robot.parameters}))
 
 
-def judged(mutant: Mutant, robot: Robot, wanted: Classification, path: Path) -> Finding:
+def judged(mutant: Mutant, robot: SerialRobot, wanted: Classification, path: Path) -> Finding:
     """Compare a mutant with the structure of its arm and with Pinocchio's poses."""
     found = classified(robot)
     kept = (_name(found.found), found.tier) == (_name(wanted.found), wanted.tier)
@@ -136,7 +136,7 @@ def _name(attempt: Attempt | None) -> tuple[object, ...]:
     return (attempt.family.title, attempt.reading, len(attempt.given)) if attempt else ()
 
 
-def excess(robot: Robot, path: Path) -> float:
+def excess(robot: SerialRobot, path: Path) -> float:
     """Return the maximum difference to Pinocchio's poses, divided by the stated pose error."""
     import pinocchio as pin
 
@@ -170,7 +170,7 @@ def _range(limits: tuple[object, object]) -> tuple[float, float]:
     return (-UNLIMITED, UNLIMITED) if lower is None else (float(lower), float(upper))
 
 
-def pose(robot: Robot, q: Sequence[float]) -> np.ndarray:
+def pose(robot: SerialRobot, q: Sequence[float]) -> np.ndarray:
     """Return the tool's pose (4, 4) of a robot without parameters, in doubles."""
     T = matrix(robot.base)
     values = iter(q)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chasles.derive import Robot, derive, load
+from chasles.derive import SerialRobot, derive, load
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.derivations import ALL, ROBOTS
 from tests.support.tolerances import LIMIT, PRINTED_9
@@ -32,7 +32,7 @@ def test_every_shelf_arm_has_reference_poses():
 @pytest.mark.parametrize("file", SHELF, ids=lambda file: file.stem)
 def test_shelf_arm_poses_match_source(file):
     robot = load(file)
-    assert isinstance(robot, Robot)
+    assert isinstance(robot, SerialRobot)
     assert (robot.name, bool(robot.title), bool(robot.source)) == (file.stem, True, True)
     reference = REFERENCE[robot.name]
     (fk,) = lower(derive(robot, ["fk"]).functions, robot.name)

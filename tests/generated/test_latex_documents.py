@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import Joint, Mimic, Parameter, Robot, derive, from_urdf, loads
+from chasles.derive import Joint, Mimic, Parameter, SerialRobot, derive, from_urdf, loads
 from chasles.derive.description.conventions import dh
 from chasles.derive.latex import FOLDER, document, fragments
 from chasles.derive.model.mechanism import Mechanism
@@ -74,7 +74,7 @@ def hostile():
             )
         )
     parameters = tuple(Parameter(str(s), odd, meaning=HOSTILE) for s in (h, s_1, long_name))
-    return Robot(
+    return SerialRobot(
         "hostile",
         tuple(joints),
         title=HOSTILE,
@@ -96,7 +96,7 @@ def chain(count, *, crossed):
         before, after = dh("revolute", a=a, alpha=alpha, d=zero, theta=zero)
         joints.append(Joint(f"joint{k}", "revolute", before, after))
     parameters = tuple(Parameter(str(a), sp.Rational(1, 3)) for a in lengths)
-    return Robot("chain", tuple(joints), parameters=parameters)
+    return SerialRobot("chain", tuple(joints), parameters=parameters)
 
 
 def calibrated():
@@ -109,7 +109,7 @@ def calibrated():
             for f, s in own.items()
         ]
         joints.append(Joint(f"joint{k}", "revolute", *dh("revolute", **own)))
-    return Robot("calibrated", tuple(joints), parameters=tuple(parameters))
+    return SerialRobot("calibrated", tuple(joints), parameters=tuple(parameters))
 
 
 def imported():

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from chasles.derive import Joint, Mimic, Robot
+from chasles.derive import Joint, Mimic, SerialRobot
 from chasles.derive.description.conventions import urdf
 
 KINDS = ("revolute", "revolute", "revolute", "prismatic", "helical", "fixed")
@@ -33,7 +33,7 @@ class Chain:
     links: tuple[Link, ...]
     tool: Link
 
-    def robot(self) -> Robot:
+    def robot(self) -> SerialRobot:
         """The chain for the compiler."""
         joints = []
         for k, link in enumerate(self.links):
@@ -42,7 +42,7 @@ class Chain:
             joint = Joint(f"j{k}", link.kind, before, after, pitch=pitch, mimic=link.mimic)
             joints.append(joint)
         tool, _ = urdf("fixed", xyz=self.tool.xyz, rpy=self.tool.rpy, axis=self.tool.axis)
-        return Robot("chain", tuple(joints), tool=tool)
+        return SerialRobot("chain", tuple(joints), tool=tool)
 
     def pinocchio(self):
         """The chain for Pinocchio: model, the frame of every link, then of the tool."""

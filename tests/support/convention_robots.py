@@ -2,7 +2,7 @@
 
 import sympy as sp
 
-from chasles.derive import Joint, Parameter, Robot, derive
+from chasles.derive import Joint, Parameter, SerialRobot, derive
 from chasles.derive.chain.poe import placement_matrix
 from chasles.derive.description.conventions import CONVENTIONS
 from chasles.derive.model.placements import translation
@@ -23,7 +23,7 @@ def robot(*joints):
     values = [v for part in placements for v in getattr(part, "vector", None) or (part.angle,)]
     symbols = {symbol for value in values for symbol in value.free_symbols}
     parameters = [Parameter(str(s), sp.Rational(1, 7)) for s in sorted(symbols, key=str)]
-    return Robot("mechanism", tuple(joints), parameters=tuple(parameters))
+    return SerialRobot("mechanism", tuple(joints), parameters=tuple(parameters))
 
 
 def product(described, coordinates=q):
@@ -71,7 +71,7 @@ def drawn_chain(convention, random, kinds):
         scalars = convention.scalars(given)
         joints.append(Joint(f"j{k}", kind, before, after, convention=convention, given=scalars))
     tool = translation(*(str(round(x, 3)) for x in random.uniform(-1, 1, 3)))
-    return Robot("drawn", tuple(joints), tool=tool)
+    return SerialRobot("drawn", tuple(joints), tool=tool)
 
 
 LINKS = """

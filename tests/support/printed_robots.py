@@ -5,7 +5,7 @@ from functools import cache
 
 import sympy as sp
 
-from chasles.derive import Joint, Mimic, Parameter, Robot, derive
+from chasles.derive import Joint, Mimic, Parameter, SerialRobot, derive
 from chasles.derive.description.conventions import CONVENTIONS
 from chasles.derive.latex import fragments
 from chasles.derive.model.mechanism import Mechanism
@@ -52,7 +52,9 @@ def awkward():
     base = translation(R(0), R(0), R(1, 2)) + rotation("z", sp.pi / 4)
     tool = translation(R(0), R(0), R(1, 10)) + rotation("x", R(1, 5))
     parameters = (*lengths, Parameter("alpha_2", R(2, 5), "angle"))
-    return Robot("awkward", joints, base=base, tool=tool, base_frame="w", parameters=parameters)
+    return SerialRobot(
+        "awkward", joints, base=base, tool=tool, base_frame="w", parameters=parameters
+    )
 
 
 def calibrated():
@@ -64,7 +66,7 @@ def calibrated():
         parameters += own
         given = {p.name.split("_")[0]: p.symbol for p in own}
         joints.append(joint(f"j{k}", "dh", **given))
-    return Robot("calibrated", tuple(joints), parameters=tuple(parameters))
+    return SerialRobot("calibrated", tuple(joints), parameters=tuple(parameters))
 
 
 def parallel(count):
@@ -73,7 +75,9 @@ def parallel(count):
     joints = tuple(
         joint(f"j{k}", "dh", a=a, alpha=0 if k % 3 else sp.pi / 2) for k, a in enumerate(lengths, 1)
     )
-    return Robot("parallel", joints, parameters=tuple(Parameter(str(a), R(1, 4)) for a in lengths))
+    return SerialRobot(
+        "parallel", joints, parameters=tuple(Parameter(str(a), R(1, 4)) for a in lengths)
+    )
 
 
 def tilted():
@@ -86,7 +90,7 @@ def tilted():
     )
     lengths = tuple(Parameter(str(d), R(k, 10)) for k, d in enumerate(rises, 1))
     parameters = (Parameter("tilt", R(1, 3), "angle"), *lengths)
-    return Robot("tilted", joints, base=rotation("x", tilt), parameters=parameters)
+    return SerialRobot("tilted", joints, base=rotation("x", tilt), parameters=parameters)
 
 
 def named_wrist():
@@ -100,7 +104,7 @@ def named_wrist():
     for k in range(1, 7):
         given = {p.name[:-1]: p.symbol for p in parameters if p.name.endswith(str(k))}
         joints.append(joint(f"j{k}", "dh", **given))
-    return Robot("named_wrist", tuple(joints), parameters=tuple(parameters))
+    return SerialRobot("named_wrist", tuple(joints), parameters=tuple(parameters))
 
 
 BUILT = {

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import sympy as sp
 
-from chasles.derive import Robot
+from chasles.derive import SerialRobot
 from chasles.derive.model.placements import Placement, Translation
 
 
-def scaled(robot: Robot, factor: sp.Rational, name: str) -> Robot:
+def scaled(robot: SerialRobot, factor: sp.Rational, name: str) -> SerialRobot:
     """A serial robot with its placements, pitches and limits of slides times a factor."""
 
     def placed(placement: Placement) -> Placement:

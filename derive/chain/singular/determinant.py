@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from ...model.robot import Robot, Rotation
+from ...model.robot import Rotation, SerialRobot
 from ..poe import to_poe
 from .factors import Factored, factored
 from .screw_polynomials import Polynomial, ScrewRing
@@ -31,7 +31,7 @@ MOST_PRODUCTS = 10_000
 """Most products of entries' terms in the determinant of a block."""
 
 
-def determinant(robot: Robot, q: Sequence[sp.Symbol]) -> Factored | None:
+def determinant(robot: SerialRobot, q: Sequence[sp.Symbol]) -> Factored | None:
     """The determinant of the Jacobian of the coordinates that a robot's tool can move in.
 
     Args:
@@ -46,7 +46,7 @@ def determinant(robot: Robot, q: Sequence[sp.Symbol]) -> Factored | None:
     return found[0] if found and len(found) == 1 else None
 
 
-def factored_minors(robot: Robot, q: Sequence[sp.Symbol]) -> tuple[Factored, ...] | None:
+def factored_minors(robot: SerialRobot, q: Sequence[sp.Symbol]) -> tuple[Factored, ...] | None:
     """The largest minors of the Jacobian, those that are always 0 left out.
 
     Args:
@@ -86,7 +86,7 @@ def factored_minors(robot: Robot, q: Sequence[sp.Symbol]) -> tuple[Factored, ...
     return tuple(part for part in written if part and part.constant != 0)
 
 
-def _oblique(robot: Robot) -> int:
+def _oblique(robot: SerialRobot) -> int:
     """The number of constant turns between the joints that are no quarter turns."""
     return sum(
         not (2 * motion.angle / sp.pi).is_Integer

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from ...model.tolerances import LAST_STEP, NO_WORK, OTHER_POSTURE, RANK_LOST
 from ...terms.terms import Terms
 from ..rigid_bodies import placed
@@ -26,7 +26,9 @@ PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 WHOLE = 6
 
 
-def nearest_singular(robot: Robot, start: Sequence[float], most: int) -> tuple[FloatArray, ...]:
+def nearest_singular(
+    robot: SerialRobot, start: Sequence[float], most: int
+) -> tuple[FloatArray, ...]:
     """Singular postures near a posture and near others drawn evenly from the joints' ranges.
 
     Args:
@@ -62,7 +64,7 @@ def nearest_singular(robot: Robot, start: Sequence[float], most: int) -> tuple[F
     return tuple(found)
 
 
-def general_rank(robot: Robot) -> int:
+def general_rank(robot: SerialRobot) -> int:
     """The rank of the Jacobian in general position, the largest that it has.
 
     Args:
@@ -74,7 +76,7 @@ def general_rank(robot: Robot) -> int:
     return int((sizes > RANK_LOST).sum(axis=1).max())
 
 
-def _screws(robot: Robot) -> tuple[FloatArray, float]:
+def _screws(robot: SerialRobot) -> tuple[FloatArray, float]:
     """The screws in the base frame, lengths in parts of the arm's, and this length (m)."""
     terms = Terms({parameter.symbol: parameter.value for parameter in robot.parameters})
     T, columns, points = placed(terms, robot.base), [], []
@@ -94,7 +96,7 @@ def _screws(robot: Robot) -> tuple[FloatArray, float]:
     return S, length
 
 
-def _ranges(robot: Robot, length: float) -> tuple[FloatArray, FloatArray]:
+def _ranges(robot: SerialRobot, length: float) -> tuple[FloatArray, FloatArray]:
     """The limits, a turn of joints that have none."""
     limits = []
     for joint in robot.moving:

@@ -13,7 +13,7 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from ..poe import to_poe
 from .conditions import Condition, roots
 from .views import seen_screws
@@ -76,7 +76,7 @@ Relation = Callable[[_Posture], float]
 """How far a posture is from a relation; 0 where it holds."""
 
 
-def words(robot: Robot, q: Sequence[sp.Symbol], condition: Condition) -> str:
+def words(robot: SerialRobot, q: Sequence[sp.Symbol], condition: Condition) -> str:
     """How the axes stand where factors of minors are 0 at once; empty where no words fit.
 
     Args:
@@ -94,7 +94,7 @@ def words(robot: Robot, q: Sequence[sp.Symbol], condition: Condition) -> str:
     return _first_that_holds(_coincident(len(q)), found, general)
 
 
-def _in_general(robot: Robot, q: Sequence[sp.Symbol]) -> tuple[FloatArray, list[_Posture]]:
+def _in_general(robot: SerialRobot, q: Sequence[sp.Symbol]) -> tuple[FloatArray, list[_Posture]]:
     """The screws of a robot in numbers, and postures in general position."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     S, _ = to_poe(robot)
@@ -125,7 +125,7 @@ def _off_axis(i: int, j: int, posture: _Posture) -> float:
     return max(posture.off_parallel(i, j), posture.off_line(posture.points[j], i))
 
 
-def _of_factor(robot: Robot, q: Sequence[sp.Symbol], factor: sp.Expr) -> str:
+def _of_factor(robot: SerialRobot, q: Sequence[sp.Symbol], factor: sp.Expr) -> str:
     """How the axes stand where a factor is 0; empty where no words fit."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     screws, general = _in_general(robot, q)

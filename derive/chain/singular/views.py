@@ -15,7 +15,7 @@ import sympy as sp
 from numpy.typing import NDArray
 from sympy.utilities.iterables import strongly_connected_components
 
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from ..poe import placement_matrix
 
 FloatArray = NDArray[np.float64]
@@ -78,7 +78,7 @@ class Minor:
 
 
 def minors(
-    robot: Robot, S: sp.Matrix, values: Mapping[sp.Symbol, sp.Expr | float]
+    robot: SerialRobot, S: sp.Matrix, values: Mapping[sp.Symbol, sp.Expr | float]
 ) -> tuple[Minor, ...]:
     """The largest square parts of a Jacobian, each in the view with the smallest blocks.
 
@@ -120,7 +120,7 @@ def _without_rows(view: View, count: int) -> tuple[Minor, ...]:
 
 
 def _views(
-    robot: Robot, S: sp.Matrix, values: Mapping[sp.Symbol, sp.Expr | float]
+    robot: SerialRobot, S: sp.Matrix, values: Mapping[sp.Symbol, sp.Expr | float]
 ) -> Iterator[View]:
     in_numbers = np.array(S.xreplace(values).evalf(), float)
     postures = np.random.default_rng(SEED).uniform(-3, 3, (TRIES, S.shape[1]))
@@ -133,7 +133,7 @@ def _views(
             yield View(body, point, np.asarray((np.abs(moved) > NOTHING).any(axis=0)))
 
 
-def _points(robot: Robot) -> list[sp.Matrix]:
+def _points(robot: SerialRobot) -> list[sp.Matrix]:
     """The origins of all frames of the chain, with every joint at 0."""
     T = placement_matrix(robot.base)
     found = [T[:3, 3]]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...model.convention import AxisLine, Convention, Fitted
 from ...model.placements import Placement, translation
-from ...model.robot import Joint, Robot
+from ...model.robot import Joint, SerialRobot
 from ...model.tolerances import EVALUATION_DIGITS, GIMBAL_LOCK
 from ..pose_error import pose_in_digits
 from .axis_lines import angle_between, distance_between, is_parallel
@@ -129,7 +129,7 @@ def least_singular_value(rows: NDArray[np.float64] | None) -> float:
     return float(np.linalg.svd(rows, compute_uv=False)[-1])
 
 
-def neighbours(robot: Robot) -> tuple[Neighbours, ...]:
+def neighbours(robot: SerialRobot) -> tuple[Neighbours, ...]:
     """All moving joints of a robot, each with its axis seen from the one before."""
     with mpmath.workdps(EVALUATION_DIGITS):
         found = list(_pairs(robot))
@@ -140,7 +140,7 @@ def neighbours(robot: Robot) -> tuple[Neighbours, ...]:
         )
 
 
-def _pairs(robot: Robot) -> Iterator[Neighbours]:
+def _pairs(robot: SerialRobot) -> Iterator[Neighbours]:
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     frame, before = pose_in_digits(robot.base, values), None
     for joint in robot.joints:

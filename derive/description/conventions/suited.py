@@ -16,7 +16,7 @@ import sympy as sp
 from ...model.convention import AxisLine, Convention, Fitted
 from ...model.errors import RobotError
 from ...model.placements import Placement, Vector, from_xyz_rpy, rotation, translation
-from ...model.robot import Joint, Parameter, Robot
+from ...model.robot import Joint, Parameter, SerialRobot
 from ...model.tolerances import CONTINUOUS_MODEL, EVALUATION_DIGITS, ZERO_COMPONENT
 from ..pose_error import pose_in_digits
 from .axis_lines import angle, fitted, length
@@ -38,7 +38,7 @@ def suited_convention(pair: Neighbours) -> Convention:
     return SUITED[-1]
 
 
-def suited_conventions(robot: Robot) -> tuple[tuple[Neighbours, Convention], ...]:
+def suited_conventions(robot: SerialRobot) -> tuple[tuple[Neighbours, Convention], ...]:
     """Each moving joint with the convention that suits it.
 
     The place of a sliding joint is free, and here it passes through the origin of the link before.
@@ -48,7 +48,7 @@ def suited_conventions(robot: Robot) -> tuple[tuple[Neighbours, Convention], ...
         return tuple((item.pair, item.convention) for item in placed)
 
 
-def suited(robot: Robot) -> Robot:
+def suited(robot: SerialRobot) -> SerialRobot:
     """The same robot, with each joint in the convention that suits it.
 
     The pose of the tool stays, and so do coordinates, limits and mimic laws. Frames of links are
@@ -167,7 +167,7 @@ def _along_z(turn: sp.Expr, shift: sp.Expr) -> Placement:
     return rotation("z", turn) + translation(sp.S.Zero, sp.S.Zero, shift)
 
 
-def _home(robot: Robot, values: dict[sp.Symbol, sp.Expr]) -> Any:
+def _home(robot: SerialRobot, values: dict[sp.Symbol, sp.Expr]) -> Any:
     """(4, 4) pose of the tool with every moving joint at zero."""
     return pose_in_digits(tuple(motion for p in robot.placements for motion in p), values)
 
@@ -188,7 +188,7 @@ def _xyz_rpy(T: Any) -> tuple[Vector, Vector]:
     return (x, y, z), (angle(roll), angle(pitch), angle(yaw))
 
 
-def _used(robot: Robot, joints: Sequence[Joint]) -> tuple[Parameter, ...]:
+def _used(robot: SerialRobot, joints: Sequence[Joint]) -> tuple[Parameter, ...]:
     """The parameters that pitches name."""
     used = {symbol for joint in joints for symbol in joint.pitch.free_symbols}
     return tuple(parameter for parameter in robot.parameters if parameter.symbol in used)

@@ -62,7 +62,7 @@ def from_file(
 
     Returns:
         The robot: a Mechanism where an MJCF model closes loops through joints of the chain, else a
-        Robot. ``notes`` name the tip where others are there.
+        SerialRobot. ``notes`` name the tip where others are there.
 
     Raises:
         DescriptionError: The file is wrong, has no such chain, or has several longest chains.

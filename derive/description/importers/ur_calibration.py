@@ -24,7 +24,7 @@ from ...model.errors import RobotError
 from ...model.exact import NotExact, read
 from ...model.mechanism import Described
 from ...model.placements import Rotation, Vector
-from ...model.robot import Joint, Robot
+from ...model.robot import Joint, SerialRobot
 from ...model.tolerances import CALIBRATED_TOOL, EVALUATION_DIGITS, ROUNDING
 from ..conventions.denavit_hartenberg import dh
 from ..conventions.urdf_origin import urdf
@@ -53,7 +53,7 @@ class LinkPose:
     rpy: Vector
 
 
-def calibrated(robot: Described, file: Path) -> Robot:
+def calibrated(robot: Described, file: Path) -> SerialRobot:
     """An arm with the measured geometry of one robot instead of the data sheet's.
 
     Names, limits, base and tool frames stay. Joints are described by URDF origins afterwards.
@@ -70,7 +70,7 @@ def calibrated(robot: Described, file: Path) -> Robot:
         return _measured(_arm(robot, file), _File(file), file)
 
 
-def _measured(arm: Robot, calibration: "_File", file: Path) -> Robot:
+def _measured(arm: SerialRobot, calibration: "_File", file: Path) -> SerialRobot:
     names = (joint.name for joint in arm.moving)
     poses = dict(zip(names, calibration.poses(arm), strict=True))
     measured = replace(
@@ -88,9 +88,9 @@ def _measured(arm: Robot, calibration: "_File", file: Path) -> Robot:
     return measured
 
 
-def _arm(robot: Described, file: Path) -> Robot:
+def _arm(robot: Described, file: Path) -> SerialRobot:
     """The robot, if it is a chain of six turning joints one right after another."""
-    if isinstance(robot, Robot):
+    if isinstance(robot, SerialRobot):
         names = [joint.name for joint in robot.joints]
         moving = robot.moving
         first, last = names.index(moving[0].name), names.index(moving[-1].name)
@@ -125,7 +125,7 @@ class _File:
         self.text = read_text(file)
         self.hash = ""
 
-    def poses(self, robot: Robot) -> tuple[LinkPose, ...]:
+    def poses(self, robot: SerialRobot) -> tuple[LinkPose, ...]:
         if self.file.suffix in (".yaml", ".yml"):
             return self._of_yaml()
         if self.file.suffix != ".conf":
@@ -164,7 +164,7 @@ class _File:
         x, y, z, roll, pitch, yaw = values
         return LinkPose((x, y, z), (roll, pitch, yaw))
 
-    def _rows(self, robot: Robot) -> list[list[mp.mpf]]:
+    def _rows(self, robot: SerialRobot) -> list[list[mp.mpf]]:
         """Rows theta, d, a, alpha of the arm: those of its description plus the deviations."""
         deltas = {name: self._deltas(f"delta_{name}") for name in DELTAS}
         defaults = {parameter.symbol: parameter.value for parameter in robot.parameters}
@@ -271,7 +271,7 @@ def _evaluated(value: sp.Expr) -> mp.mpf:
     return mp.mpf(str(value.evalf(EVALUATION_DIGITS)))
 
 
-def _tool_at_zero(robot: Robot) -> mp.matrix:
+def _tool_at_zero(robot: SerialRobot) -> mp.matrix:
     """The pose of the tool at q = 0."""
     defaults = {parameter.symbol: parameter.value for parameter in robot.parameters}
     pose = mp.eye(4)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from ...terms.symbolic_function import SymbolicFunction
 from ..steps.target import Target
 from ..steps.work import Work
@@ -20,7 +20,7 @@ Reading = Literal["base", "tool"]
 """The end of the chain from which its axes are numbered."""
 
 
-def _no_functions(_robot: Robot, _lines: Lines) -> tuple[SymbolicFunction, ...]:
+def _no_functions(_robot: SerialRobot, _lines: Lines) -> tuple[SymbolicFunction, ...]:
     return ()
 
 
@@ -56,4 +56,4 @@ class Family:
     solves_pose: bool = True
     inputs: tuple[TaskInput, ...] = ()
     tasks: tuple[Task, ...] = ()
-    functions: Callable[[Robot, Lines], tuple[SymbolicFunction, ...]] = _no_functions
+    functions: Callable[[SerialRobot, Lines], tuple[SymbolicFunction, ...]] = _no_functions

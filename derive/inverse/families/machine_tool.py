@@ -15,7 +15,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from ...model.tolerances import OBLIQUE_AXES
 from ...terms.vectors import Vector, added, subtracted
 from ..steps.rotations import three_turns, two_turns
@@ -100,7 +100,7 @@ def _slides(work: Work, lines: Lines, carried: Vector, position: Vector) -> None
     slides(work, sliding, way, "the tool")
 
 
-def _directs_tool(robot: Robot, lines: Lines) -> bool:
+def _directs_tool(robot: SerialRobot, lines: Lines) -> bool:
     """Whether three slides carry two turns, and the second turns the tool's axis."""
     turning = [axis for axis in lines.axes if axis.turns]
     if (len(turning), len(lines.axes)) != (_HEAD, _HEAD + _MOST):
@@ -109,7 +109,7 @@ def _directs_tool(robot: Robot, lines: Lines) -> bool:
     return float(np.linalg.norm(np.cross(turning[1].direction, axis))) > OBLIQUE_AXES
 
 
-def _with_direction(robot: Robot, lines: Lines) -> Solved:
+def _with_direction(robot: SerialRobot, lines: Lines) -> Solved:
     """Position and direction of the tool's axis."""
     terms = lines.terms
     work = Work(terms)

@@ -10,7 +10,7 @@ import numpy as np
 import sympy as sp
 
 from ...chain.forward import Pose
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from ...model.tolerances import TOOL_ON_AXIS
 from ...terms.symbolic_function import Argument
 from ...terms.vectors import IDENTITY, subtracted
@@ -99,7 +99,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     remaining(work, turning, total)
 
 
-def _lies_in_base_plane(robot: Robot, lines: Lines) -> bool:
+def _lies_in_base_plane(robot: SerialRobot, lines: Lines) -> bool:
     """Whether all joints turn in the base's x-y plane, and the tool's x axis lies in it."""
     upright = abs(float(lines.axes[0].direction[2])) > 1 - TOOL_ON_AXIS
     turning = all(axis.turns for axis in lines.axes)
@@ -107,7 +107,7 @@ def _lies_in_base_plane(robot: Robot, lines: Lines) -> bool:
     return turning and upright and heading
 
 
-def _in_base_plane(robot: Robot, lines: Lines) -> Solved:
+def _in_base_plane(robot: SerialRobot, lines: Lines) -> Solved:
     """Position in the base's x-y plane, and the angle of the tool's x axis in it."""
     terms = lines.terms
     work = Work(terms)

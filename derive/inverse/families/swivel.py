@@ -22,7 +22,7 @@ below the shoulder.
 import sympy as sp
 
 from ...chain.kinematics import arguments_of
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from ...model.tolerances import EXACT_STRUCTURE, VECTOR_FLOOR
 from ...terms.role import Role
 from ...terms.symbolic_function import Argument, Result, SymbolicFunction
@@ -111,7 +111,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     wrist(work, lines, 4, target)
 
 
-def _functions(robot: Robot, lines: Lines) -> tuple[SymbolicFunction, ...]:
+def _functions(robot: SerialRobot, lines: Lines) -> tuple[SymbolicFunction, ...]:
     """The swivel angle of a configuration, which is an input of the inverse."""
     terms = lines.terms
     q = arguments_of([joint.unit for joint in robot.coordinates])["q"]

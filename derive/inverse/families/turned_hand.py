@@ -9,7 +9,7 @@ Most solutions: 2 for a pose, 4 for a position.
 
 import numpy as np
 
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from ...model.tolerances import TOOL_ON_AXIS
 from ...terms.vectors import cross, subtracted
 from ..steps.least_squares import step_on_all
@@ -68,7 +68,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     step_on_all(work, lines, target)
 
 
-def _holds_tool(robot: Robot, lines: Lines) -> bool:
+def _holds_tool(robot: SerialRobot, lines: Lines) -> bool:
     """Whether joint 4 leaves the tool's origin where the first three joints bring it."""
     hand, home = lines.axes[-1], home_of(robot, lines.terms)
     lever = numbers(lines.terms, home[:3, 3]) - hand.origin

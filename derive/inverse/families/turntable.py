@@ -11,7 +11,7 @@ outward or inward.
 
 import sympy as sp
 
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from ...model.tolerances import TOOL_ON_AXIS
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, added, dot, subtracted
@@ -39,12 +39,12 @@ def _requires(lines: Lines) -> list[Requirement]:
     ]
 
 
-def _keeps_position(robot: Robot, lines: Lines) -> bool:
+def _keeps_position(robot: SerialRobot, lines: Lines) -> bool:
     """Whether a fifth joint, if there is one, leaves the tool's origin where it is."""
     return len(lines.axes) <= ARM or bool(off_axis(robot, lines, ARM)[0] < TOOL_ON_AXIS)
 
 
-def _with_position(robot: Robot, lines: Lines) -> Solved:
+def _with_position(robot: SerialRobot, lines: Lines) -> Solved:
     """The tool's position. Joint 4 stays at 0 where the others reach it, else it bends least."""
     terms, (_, a2, a3, a4, *_) = lines.terms, lines.axes
     work = Work(terms)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from ...terms.symbolic_function import Table, WrittenFunction
 from ..structure.lines import TOOL_AXIS
 from ..structure.words import listed
@@ -33,7 +33,7 @@ class GeneralInverse:
     given: tuple[str, ...] = ()
 
 
-def general_inverse(robot: Robot, give: tuple[int, ...] = ()) -> GeneralInverse | None:
+def general_inverse(robot: SerialRobot, give: tuple[int, ...] = ()) -> GeneralInverse | None:
     """The inverse of an arm of five joints and more, or None where it has none.
 
     Args:
@@ -58,19 +58,19 @@ def general_inverse(robot: Robot, give: tuple[int, ...] = ()) -> GeneralInverse 
     )
 
 
-def _may_give(robot: Robot, given: tuple[int, ...]) -> bool:
+def _may_give(robot: SerialRobot, given: tuple[int, ...]) -> bool:
     """Whether six joints that can be solved for are left where some are given."""
     return is_fit(robot, given) and len(robot.moving) <= MOST_JOINTS
 
 
-def _joints(robot: Robot) -> str:
+def _joints(robot: SerialRobot) -> str:
     """The number of joints in words."""
     words = ("five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
     kind = "joints" if slides_of(robot) else "revolute joints"
     return f"{words[len(robot.moving) - OWN]} {kind}"
 
 
-def _of_five(robot: Robot, given: tuple[int, ...]) -> GeneralInverse | None:
+def _of_five(robot: SerialRobot, given: tuple[int, ...]) -> GeneralInverse | None:
     """The inverse of five joints beside given ones, which are solved as six."""
     arm = with_tool_joint(numbers(robot), slides_of(robot), given)
     if arm is None:
@@ -99,7 +99,7 @@ class GeneralTables:
 
 
 def general_tables(
-    robot: Robot, given: tuple[int, ...], apart: tuple[float, ...] = ()
+    robot: SerialRobot, given: tuple[int, ...], apart: tuple[float, ...] = ()
 ) -> GeneralTables:
     """The tables by which an arm is solved as a general one, none where it cannot be.
 
@@ -117,7 +117,7 @@ def general_tables(
     return GeneralTables(written_inverse.tables(robot, choice, constants), choice.separation)
 
 
-def _steps(robot: Robot, choice: Choice) -> tuple[str, ...]:
+def _steps(robot: SerialRobot, choice: Choice) -> tuple[str, ...]:
     slides = slides_of(robot)
     left = [k for k in range(len(robot.moving)) if k not in choice.given]
     free = [robot.moving[k].name for k in left] + [TOOL_AXIS] * (JOINTS - len(left))
@@ -140,7 +140,7 @@ def _steps(robot: Robot, choice: Choice) -> tuple[str, ...]:
     return (*_given(robot, choice.given, len(left)), *_tool_axis(free), *steps)
 
 
-def _given(robot: Robot, given: tuple[int, ...], left: int) -> tuple[str, ...]:
+def _given(robot: SerialRobot, given: tuple[int, ...], left: int) -> tuple[str, ...]:
     if not given:
         return ()
     names = listed([robot.moving[k].name for k in given])

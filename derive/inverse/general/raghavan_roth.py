@@ -37,7 +37,7 @@ import sympy as sp
 
 from ...chain.poe import placement_matrix
 from ...model.errors import RobotError
-from ...model.robot import Joint, Robot
+from ...model.robot import Joint, SerialRobot
 from .line_quantities import COUNT, Array, motion, quantities, slide, turn
 
 JOINTS = 6
@@ -89,7 +89,7 @@ def splits(slides: Collection[int] = ()) -> list[Split]:
     return [split for split in every if split.turning.isdisjoint(slides)]
 
 
-def placements(robot: Robot) -> list[Array]:
+def placements(robot: SerialRobot) -> list[Array]:
     """The constant placements (4, 4) before, between and behind the joints, exact.
 
     Raises:
@@ -109,7 +109,7 @@ def placements(robot: Robot) -> list[Array]:
     return [np.array(E.tolist(), object) for E in found]
 
 
-def numbers(robot: Robot) -> list[Array]:
+def numbers(robot: SerialRobot) -> list[Array]:
     """The same placements as floats, at the default values of the parameters."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     return [
@@ -133,7 +133,7 @@ def equations(
     return LineEquations(_left(inverses, parts), _right(inverses, parts))
 
 
-def is_fit(robot: Robot, given: Sequence[int] = (), joints: int = JOINTS) -> bool:
+def is_fit(robot: SerialRobot, given: Sequence[int] = (), joints: int = JOINTS) -> bool:
     """Whether so many joints are left beside given ones, and some split takes those that slide.
 
     Every joint has its own coordinate.

@@ -13,7 +13,7 @@ from itertools import combinations
 
 import numpy as np
 
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from ...model.tolerances import (
     DETERMINANT_TAIL,
     POOR_SEPARATION,
@@ -123,7 +123,7 @@ class Choice:
         return tuple(rating.split for rating in self.ratings)
 
 
-def choose(robot: Robot) -> Choice | None:
+def choose(robot: SerialRobot) -> Choice | None:
     """The splits of an arm of six joints and more, or None where none is good.
 
     Where the other six are nearly singular without a slide, as without one along their axes, any
@@ -140,7 +140,7 @@ def choose(robot: Robot) -> Choice | None:
     return _best(robot, ways)
 
 
-def _best(robot: Robot, ways: Sequence[tuple[int, ...]]) -> Choice | None:
+def _best(robot: SerialRobot, ways: Sequence[tuple[int, ...]]) -> Choice | None:
     """The best choice of the joints to be given, of some."""
     if not ways:
         return None
@@ -150,12 +150,12 @@ def _best(robot: Robot, ways: Sequence[tuple[int, ...]]) -> Choice | None:
     return max(reversed(found), key=lambda c: (c.good, c.ratings[0].key), default=None)
 
 
-def slides_of(robot: Robot) -> frozenset[int]:
+def slides_of(robot: SerialRobot) -> frozenset[int]:
     """Indices of the joints that slide."""
     return frozenset(k for k, joint in enumerate(robot.moving) if joint.kind == "prismatic")
 
 
-def ways_to_give(robot: Robot) -> list[tuple[int, ...]]:
+def ways_to_give(robot: SerialRobot) -> list[tuple[int, ...]]:
     """The sets of joints that may be given so that six are left.
 
     Slides are given, and the revolute joints next to the base, as those of a torso are; each of the

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from ...chain.kinematics import arguments_of, common_unit
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from ...terms.role import Role
 from ...terms.symbolic_function import Argument, Result, Table, WrittenFunction
 from ..chain_solution import given_argument
@@ -23,7 +23,7 @@ for its roots, and 18,000 for the other joints and Newton's steps."""
 CALLS = ("fk_jacobian_mixed",)
 
 
-def inverse(robot: Robot, choice: Choice, constants: Sequence[Array]) -> WrittenFunction:
+def inverse(robot: SerialRobot, choice: Choice, constants: Sequence[Array]) -> WrittenFunction:
     """The function ``ik``: every solution of a pose, in sixteen slots.
 
     Solutions come first, in the order of the suppressed joint; the other slots hold the nearest
@@ -68,12 +68,12 @@ def inverse(robot: Robot, choice: Choice, constants: Sequence[Array]) -> Written
     )
 
 
-def _given(robot: Robot, given: tuple[int, ...]) -> tuple[Argument, ...]:
+def _given(robot: SerialRobot, given: tuple[int, ...]) -> tuple[Argument, ...]:
     symbols = arguments_of([joint.unit for joint in robot.coordinates])["q"].symbols
     return tuple(given_argument(robot, k, symbols[k]) for k in given)
 
 
-def tables(robot: Robot, choice: Choice, constants: Sequence[Array]) -> tuple[Table, ...]:
+def tables(robot: SerialRobot, choice: Choice, constants: Sequence[Array]) -> tuple[Table, ...]:
     """The fields of ``chasles_general_arm`` behind the functions that it calls."""
     nothing = (0.0,) * 12
     placed = tuple(_row(E) for E in constants)
@@ -92,7 +92,7 @@ def tables(robot: Robot, choice: Choice, constants: Sequence[Array]) -> tuple[Ta
     )
 
 
-def _kinds(robot: Robot, given: tuple[int, ...]) -> tuple[int, ...]:
+def _kinds(robot: SerialRobot, given: tuple[int, ...]) -> tuple[int, ...]:
     """What each joint is, with room for the most."""
     slides = slides_of(robot)
     turning, sliding = (SOLVED_TURN, GIVEN_TURN), (SOLVED_SLIDE, GIVEN_SLIDE)

@@ -13,7 +13,7 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from ...model.robot import Joint, JointKind, Placement, Robot, Rotation
+from ...model.robot import Joint, JointKind, Placement, Rotation, SerialRobot
 from ...model.sizes import addends
 from ...model.tolerances import EXACT_STRUCTURE, MEASURED_STRUCTURE
 from ...terms.terms import Terms
@@ -92,7 +92,7 @@ class Axis:
         return replace(self, p=p, origin=origin)
 
 
-def axes_of(robot: Robot, terms: Terms) -> tuple[Axis, ...]:
+def axes_of(robot: SerialRobot, terms: Terms) -> tuple[Axis, ...]:
     """The axes of a serial robot's moving joints in its home pose, from the base."""
     frames, _ = _home_frames(robot, terms)
     return tuple(
@@ -101,7 +101,7 @@ def axes_of(robot: Robot, terms: Terms) -> tuple[Axis, ...]:
     )
 
 
-def home_of(robot: Robot, terms: Terms) -> sp.Matrix:
+def home_of(robot: SerialRobot, terms: Terms) -> sp.Matrix:
     """``M_0_ee`` (4, 4), the tool's pose with every joint at zero."""
     _, (basis, origin) = _home_frames(robot, terms)
     T = sp.eye(4)
@@ -110,7 +110,7 @@ def home_of(robot: Robot, terms: Terms) -> sp.Matrix:
     return T
 
 
-def with_tool_axis(robot: Robot, lines: "Lines", *, stays: bool) -> "Lines":
+def with_tool_axis(robot: SerialRobot, lines: "Lines", *, stays: bool) -> "Lines":
     """The chain with a further joint, which turns the tool about its own third axis.
 
     Args:
@@ -125,7 +125,7 @@ def with_tool_axis(robot: Robot, lines: "Lines", *, stays: bool) -> "Lines":
     return replace(lines, axes=(*lines.axes, replace(axis, stays=stays)))
 
 
-def _home_frames(robot: Robot, terms: Terms) -> tuple[list[Frame], Frame]:
+def _home_frames(robot: SerialRobot, terms: Terms) -> tuple[list[Frame], Frame]:
     """The frames of the moving joints in the home pose, and the tool's."""
     frames = []
     frame = _placed(terms, (IDENTITY, ORIGIN), robot.base)

@@ -7,7 +7,7 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from ...model.robot import Robot, Translation
+from ...model.robot import SerialRobot, Translation
 from .lines import Lines, home_of, numbers
 
 FloatArray = NDArray[np.float64]
@@ -36,7 +36,7 @@ class NumericArm:
     offsets: FloatArray
 
     @classmethod
-    def of(cls, robot: Robot, lines: Lines) -> "NumericArm":
+    def of(cls, robot: SerialRobot, lines: Lines) -> "NumericArm":
         """The arm of a description; a further axis that no joint turns is left out."""
         home = numbers(lines.terms, home_of(robot, lines.terms)).reshape(4, 4)
         axes = [axis for axis in lines.axes if axis.joint < len(robot.moving)]
@@ -77,7 +77,7 @@ class NumericArm:
         return T, np.stack(columns, -1)
 
 
-def _offsets(robot: Robot) -> Iterator[sp.Expr]:
+def _offsets(robot: SerialRobot) -> Iterator[sp.Expr]:
     """The components of all translations between the robot's frames."""
     placements = [placement for joint in robot.joints for placement in (joint.before, joint.after)]
     for placement in (robot.base, *placements, robot.tool):

@@ -8,7 +8,7 @@ import sympy as sp
 from chasles.contract import Aim
 
 from ...chain.forward import Pose
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from ...terms.symbolic_function import Argument
 from ...terms.terms import Terms
 from ...terms.vectors import Vector, combination, subtracted
@@ -34,12 +34,12 @@ _DIRECTION_LETTERS = tuple(
 _PITCH_LETTER = InputLetter((r"\lambda", r"\nu", r"\Lambda"))
 
 
-def tool_origin(robot: Robot, terms: Terms) -> Vector:
+def tool_origin(robot: SerialRobot, terms: Terms) -> Vector:
     """The tool's origin in the home pose (metre), in base axes."""
     return _column(terms, home_of(robot, terms), 3)
 
 
-def tool_axis(robot: Robot, terms: Terms) -> Vector:
+def tool_axis(robot: SerialRobot, terms: Terms) -> Vector:
     """The tool's third axis in the home pose (unit vector), in base axes."""
     return _column(terms, home_of(robot, terms), 2)
 
@@ -50,7 +50,7 @@ def _column(terms: Terms, home: sp.Matrix, j: int) -> Vector:
 
 def partial_pose(
     name: str,
-    robot: Robot,
+    robot: SerialRobot,
     work: Work,
     task_input: TaskInput,
     residual: Callable[[Pose], sp.Expr],
@@ -81,7 +81,7 @@ def _squared_distance(terms: Terms, pose: Pose) -> sp.Expr:
     return squares(terms, subtracted(terms, pose[1], POSITION))
 
 
-def _by_three_joints(robot: Robot, lines: Lines) -> Solved:
+def _by_three_joints(robot: SerialRobot, lines: Lines) -> Solved:
     """The position by the first three joints; the others stay at 0."""
     terms = lines.terms
     work = Work(terms)
@@ -94,7 +94,7 @@ def _by_three_joints(robot: Robot, lines: Lines) -> Solved:
     return position(robot, work)
 
 
-def _move_in_space(robot: Robot, lines: Lines) -> bool:
+def _move_in_space(robot: SerialRobot, lines: Lines) -> bool:
     """Whether the first three joints move the tool's origin in three directions."""
     column = home_of(robot, lines.terms)[:3, 3]
     return moves_in_space(replace(lines, axes=lines.axes[:3]), numbers(lines.terms, column))
@@ -103,7 +103,7 @@ def _move_in_space(robot: Robot, lines: Lines) -> bool:
 POSITION_TASK = Task("ik_position", _by_three_joints, _move_in_space)
 
 
-def position(robot: Robot, work: Work) -> Solved:
+def position(robot: SerialRobot, work: Work) -> Solved:
     """The task of position, from the joints found for it."""
     terms = work.terms
     meaning = "position of the tool in the base frame"
@@ -118,7 +118,7 @@ def position(robot: Robot, work: Work) -> Solved:
     )
 
 
-def position_pitch(robot: Robot, work: Work, up: Vector, pitch: CosSin) -> Solved:
+def position_pitch(robot: SerialRobot, work: Work, up: Vector, pitch: CosSin) -> Solved:
     """The task of position and elevation of the tool's axis, from the joints found for it.
 
     Args:
@@ -158,7 +158,7 @@ def position_pitch(robot: Robot, work: Work, up: Vector, pitch: CosSin) -> Solve
     )
 
 
-def position_direction(robot: Robot, work: Work) -> Solved:
+def position_direction(robot: SerialRobot, work: Work) -> Solved:
     """The task of position and direction of the tool's axis, from the joints found for it."""
     terms = work.terms
     wanted = unit_direction(terms)
@@ -199,7 +199,7 @@ def name_direction(work: Work) -> Vector:
     return work.name_vector(("e", r"\epsilon", "E"), meaning, unit_direction(work.terms))
 
 
-def target_of_direction(robot: Robot, work: Work) -> Target:
+def target_of_direction(robot: SerialRobot, work: Work) -> Target:
     """A pose with the wanted position and the wanted third axis; its other axes are arbitrary.
 
     Source: Duff et al. 2017, Building an orthonormal basis, revisited: two perpendicular axes

@@ -8,7 +8,7 @@ import sympy as sp
 from ...chain.forward import Forward, Pose
 from ...chain.groups import groups
 from ...chain.kinematics import common_unit
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from ...terms.role import Role, branch_label, side_of
 from ...terms.symbolic_function import Argument, Result, SymbolicFunction
 from ...terms.terms import Terms
@@ -26,13 +26,13 @@ POSE_SYMBOLS = tuple(
 """The entries of a pose, row by row; names in robot files cannot begin with an underscore."""
 
 
-def pose_argument(robot: Robot) -> Argument:
+def pose_argument(robot: SerialRobot) -> Argument:
     """The argument ``T``: the wanted pose of the tool."""
     meaning = f"pose of the tool, T_{robot.base_frame}_{robot.tool_frame}"
     return Argument("T", POSE_SYMBOLS, (4, 4), "1, m", meaning)
 
 
-def values_of(work: Work, robot: Robot, given: Mapping[int, sp.Expr]) -> list[sp.Expr]:
+def values_of(work: Work, robot: SerialRobot, given: Mapping[int, sp.Expr]) -> list[sp.Expr]:
     """The value of every moving joint: an atan2 where it turns."""
     values = [_value(work, k, given) for k in range(len(robot.moving))]
     for known in work.sums:
@@ -65,7 +65,7 @@ def _value(work: Work, joint: int, given: Mapping[int, sp.Expr]) -> sp.Expr:
     return sp.Integer(0) if turn == NO_TURN else work.terms.solved_angle(turn.c, turn.s)
 
 
-def tool_of(terms: Terms, robot: Robot, values: Sequence[sp.Expr]) -> Pose:
+def tool_of(terms: Terms, robot: SerialRobot, values: Sequence[sp.Expr]) -> Pose:
     """The pose of the tool at these joint values: forward kinematics on cosines and sines."""
     return Forward(terms, groups(robot, terms, values)).tool_pose()
 
@@ -114,7 +114,7 @@ def margin_of(work: Work, loops: Sequence[sp.Expr] = ()) -> sp.Expr:
 
 
 def of_pose_task(
-    robot: Robot,
+    robot: SerialRobot,
     work: Work,
     arguments: tuple[Argument, ...],
     given: Mapping[int, sp.Expr],
@@ -139,7 +139,7 @@ def of_pose_task(
 
 def branches(
     name: str,
-    robot: Robot,
+    robot: SerialRobot,
     work: Work,
     arguments: tuple[Argument, ...],
     values: Sequence[sp.Expr],

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from ...terms.symbolic_function import Argument, SymbolicFunction
 from ..steps.work import Work
 from ..structure.lines import Lines
@@ -65,7 +65,7 @@ class Solved:
         return replace(self, function=replace(self.function, role=role))
 
 
-def _always(_robot: Robot, _lines: Lines) -> bool:
+def _always(_robot: SerialRobot, _lines: Lines) -> bool:
     return True
 
 
@@ -80,5 +80,5 @@ class Task:
     """
 
     name: str
-    solved: Callable[[Robot, Lines], Solved]
-    applies: Callable[[Robot, Lines], bool] = _always
+    solved: Callable[[SerialRobot, Lines], Solved]
+    applies: Callable[[SerialRobot, Lines], bool] = _always

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from ...model.tolerances import OBLIQUE_AXES, TOOL_ON_AXIS
 from ...terms.vectors import IDENTITY, combination, cross
 from ..steps.plane import (
@@ -32,7 +32,7 @@ from .partial_poses import (
 from .task import Solved, Task
 
 
-def _has_pitch(robot: Robot, lines: Lines) -> bool:
+def _has_pitch(robot: SerialRobot, lines: Lines) -> bool:
     """Whether axis 1 is the base's third axis, above whose normal plane the elevation counts.
 
     The tool's axis has to move in the plane of the arm, and about itself with a fifth joint.
@@ -44,14 +44,14 @@ def _has_pitch(robot: Robot, lines: Lines) -> bool:
     return abs(float(_home(robot, lines)[:3, 2] @ in_plane(lines)[0].direction)) < TOOL_ON_AXIS
 
 
-def _has_direction(robot: Robot, lines: Lines) -> bool:
+def _has_direction(robot: SerialRobot, lines: Lines) -> bool:
     """Whether the parallel joints turn the tool's axis, which a fifth joint turns about itself."""
     if len(lines.axes) > ARM:
         return max(off_axis(robot, lines, ARM)) < TOOL_ON_AXIS
     return off_axis(robot, lines, lines.axes.index(in_plane(lines)[0]))[1] > OBLIQUE_AXES
 
 
-def off_axis(robot: Robot, lines: Lines, k: int) -> tuple[float, float]:
+def off_axis(robot: SerialRobot, lines: Lines, k: int) -> tuple[float, float]:
     """The distance of the tool's origin from an axis, and the sine of its axis's angle with it."""
     axis, home = lines.axes[k], _home(robot, lines)
     lever = np.cross(axis.direction, home[:3, 3] - axis.origin)
@@ -59,11 +59,11 @@ def off_axis(robot: Robot, lines: Lines, k: int) -> tuple[float, float]:
     return float(np.linalg.norm(lever)), float(np.linalg.norm(tilt))
 
 
-def _home(robot: Robot, lines: Lines) -> NDArray[np.float64]:
+def _home(robot: SerialRobot, lines: Lines) -> NDArray[np.float64]:
     return np.array([numbers(lines.terms, row) for row in home_of(robot, lines.terms).tolist()])
 
 
-def _with_pitch(robot: Robot, lines: Lines) -> Solved:
+def _with_pitch(robot: SerialRobot, lines: Lines) -> Solved:
     """Position and elevation of the tool's axis over the base's x-y plane."""
     terms, a2 = lines.terms, in_plane(lines)[0]
     work = Work(terms)
@@ -83,7 +83,7 @@ def _with_pitch(robot: Robot, lines: Lines) -> Solved:
     return position_pitch(robot, work, up, pitch)
 
 
-def _with_direction(robot: Robot, lines: Lines) -> Solved:
+def _with_direction(robot: SerialRobot, lines: Lines) -> Solved:
     """Position and direction of the tool's axis."""
     terms, a1, a2 = lines.terms, lines.axes[0], in_plane(lines)[0]
     work = Work(terms)

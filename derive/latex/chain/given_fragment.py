@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from ...model.cleaning import rounded_up
 from ...model.convention import Convention, motions_before
 from ...model.mechanism import Mechanism
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from ..setting.layout import aligned
 from ..setting.names import escape
 from ..setting.notation import COMMAS_FROM, Notation
@@ -136,7 +136,7 @@ def _legend(page: Page) -> str:
     return " ".join(sentences)
 
 
-def _displacements(robot: Robot) -> list[str]:
+def _displacements(robot: SerialRobot) -> list[str]:
     """Sentences on sliding joints whose displacement adds to no field of the link transform."""
     bare = [
         joint.convention
@@ -154,7 +154,7 @@ def _displacements(robot: Robot) -> list[str]:
     ]
 
 
-def cleaned(robot: Robot) -> str:
+def cleaned(robot: SerialRobot) -> str:
     """The numbers that were not taken as the file writes them, and the effect of all together."""
     cleaning = robot.cleaning
     if not cleaning.numbers:
@@ -169,7 +169,7 @@ def cleaned(robot: Robot) -> str:
     return sentence(opening, tables.cleaning_table(cleaning))
 
 
-def noted(robot: Robot | Mechanism) -> str:
+def noted(robot: SerialRobot | Mechanism) -> str:
     """The notes of the robot that do not repeat its table of cleaned numbers."""
     said = {robot.cleaning.line, *robot.cleaning.sentences}
     others = [escape(note) for note in robot.notes if note not in said]

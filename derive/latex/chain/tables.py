@@ -8,7 +8,7 @@ import sympy as sp
 from ...model.cleaning import CleanedNumber, Cleaning, decimal_places, places, rounded_up
 from ...model.convention import Convention, Field
 from ...model.kinds import UNITS
-from ...model.robot import Joint, Robot
+from ...model.robot import Joint, SerialRobot
 from ...model.tolerances import PRINTED_DIGITS
 from ..setting import names
 from ..setting.layout import MARGIN, Equation
@@ -37,7 +37,7 @@ LEGEND = r"An asterisk marks what the source does not state and the description 
 
 
 def joint_tables(
-    robot: Robot, notation: Notation, printer: Printer
+    robot: SerialRobot, notation: Notation, printer: Printer
 ) -> list[tuple[Convention | None, str]]:
     """One table for each run of joints in one convention, as ``(convention, LaTeX)``."""
     values = iter(robot.joint_values(notation.q))
@@ -54,7 +54,7 @@ def joint_tables(
     return tables
 
 
-def transform_table(robot: Robot, notation: Notation, printer: Printer) -> str:
+def transform_table(robot: SerialRobot, notation: Notation, printer: Printer) -> str:
     """One table of all joints with their link transforms, whatever their conventions are."""
     found = placements(robot, notation.q)[1 if robot.base else 0 :]
     shown = [r"\,".join(factors(turned_back(p), printer)) for p in found[: len(robot.joints)]]
@@ -68,12 +68,12 @@ def transform_table(robot: Robot, notation: Notation, printer: Printer) -> str:
     return tabular(columns, repeated=1)
 
 
-def has_fixed(robot: Robot) -> bool:
+def has_fixed(robot: SerialRobot) -> bool:
     """Whether the robot has fixed joints, which moving joints do not count."""
     return len(robot.moving) < len(robot.joints)
 
 
-def moving_numbers(robot: Robot) -> dict[str, int]:
+def moving_numbers(robot: SerialRobot) -> dict[str, int]:
     """The number of each moving joint among the moving joints, as of its screw axis."""
     return {joint.name: k for k, joint in enumerate(robot.moving, 1)}
 
@@ -164,7 +164,7 @@ def _limit(value: sp.Expr) -> str:
     return cut(value, PRINTED_DIGITS) if is_decimal else number(value)
 
 
-def value_table(robot: Robot, printer: Printer) -> str:
+def value_table(robot: SerialRobot, printer: Printer) -> str:
     """Default values of the parameters with their units and meanings."""
     columns: list[Column] = [
         ("parameter", [_math(printer, p.symbol) for p in robot.parameters]),

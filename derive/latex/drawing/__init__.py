@@ -7,7 +7,7 @@ from ...chain.body_shapes import Skeleton
 from ...chain.posture import from_aside
 from ...loops.planar.planes import loops
 from ...model.mechanism import Mechanism
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from ...terms.terms import Terms
 from ..setting import names
 from .labels import Label, Obstacles, loop_number, placed
@@ -95,7 +95,7 @@ def drawing(
     return _picture(marks, labels)
 
 
-def arm_drawing(robot: Robot, skeleton: Skeleton) -> str:
+def arm_drawing(robot: SerialRobot, skeleton: Skeleton) -> str:
     r"""A drawing of a serial robot in its posture: links, joints with their axes, both frames.
 
     It is seen from above and aside, without perspective. Each coordinate has its name at its joint

@@ -7,7 +7,7 @@ import sympy as sp
 
 from ...chain.body_shapes import Skeleton
 from ...model.mechanism import Mechanism
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from ...terms.symbolic_function import SymbolicFunction
 from ...terms.terms import Terms
 from ..chain.tables import limits
@@ -26,7 +26,7 @@ _STEPS = (1, 2, 5)
 _FILLED = "draw=blue!55!black,fill=blue!55!black!18!white,line width=0.3mm,even odd rule"
 
 
-def workspace(robot: Robot, skeleton: Skeleton) -> str:
+def workspace(robot: SerialRobot, skeleton: Skeleton) -> str:
     r"""The region that a serial robot's tool origin reaches within the limits, drawn to scale.
 
     Args:

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Sequence
 
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from ..setting import names
 from ..setting.notation import Notation
 
@@ -21,7 +21,7 @@ KINDS = {
 class InverseLetters:
     """The choice of letters for one robot."""
 
-    def __init__(self, robot: Robot, notation: Notation) -> None:
+    def __init__(self, robot: SerialRobot, notation: Notation) -> None:
         """Collects the letters of parameters, coordinates and short symbols, which are taken."""
         parameters = names.distinct(parameter.name for parameter in robot.parameters)
         heads = map(names.head, (*parameters.values(), *notation.called))

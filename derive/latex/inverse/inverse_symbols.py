@@ -7,7 +7,7 @@ import sympy as sp
 from ...inverse.structure.lines import Axis, Lines
 from ...inverse.tasks.slots import POSE_SYMBOLS
 from ...inverse.tasks.task import InputLetter, Solved
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from ..setting.notation import ENTRY, LENGTH, OTHER, Notation
 from .inverse_letters import InverseLetters
 
@@ -28,7 +28,7 @@ class InverseSymbols:
 
     def __init__(
         self,
-        robot: Robot,
+        robot: SerialRobot,
         notation: Notation,
         lines: Lines,
         solved: Solved,

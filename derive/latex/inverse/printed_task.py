@@ -23,7 +23,7 @@ from ...inverse.subproblems.equations import (
 from ...inverse.subproblems.found import FoundLength, FoundTurn
 from ...inverse.subproblems.turns import NO_TURN
 from ...inverse.tasks.task import Solved
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from ...terms.symbolic_function import Argument
 from ..setting.notation import Notation
 from ..setting.sharing import Definition
@@ -106,7 +106,7 @@ class PrintedTask:
 
 
 def printed_task(
-    robot: Robot,
+    robot: SerialRobot,
     notation: Notation,
     lines: Lines,
     solved: Solved,
@@ -131,7 +131,7 @@ class _Writer:
 
     def __init__(
         self,
-        robot: Robot,
+        robot: SerialRobot,
         notation: Notation,
         lines: Lines,
         solved: Solved,

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 
 import sympy as sp
 
-from ...model.robot import Placement, Robot, Rotation
+from ...model.robot import Placement, Rotation, SerialRobot
 from ...model.sizes import size
 from ...model.tolerances import RELIABLE_DIGITS
 from ...terms.terms import Terms
@@ -58,7 +58,7 @@ class Notation:
     """
 
     def __init__(
-        self, robot: Robot, terms: Terms, q: Sequence[sp.Symbol], called: Sequence[str] = ()
+        self, robot: SerialRobot, terms: Terms, q: Sequence[sp.Symbol], called: Sequence[str] = ()
     ) -> None:
         """Begins the notation of a chain with its coordinates and parameters."""
         self.terms, self.q = terms, tuple(q)
@@ -337,7 +337,7 @@ def _letters(taken: set[str]) -> dict[str, str]:
     return letters
 
 
-def _has_thirds(robot: Robot) -> bool:
+def _has_thirds(robot: SerialRobot) -> bool:
     """Whether angles of a robot are odd multiples of 30 or 60 degrees."""
     sixths = (
         6 * motion.angle / sp.pi
@@ -348,7 +348,7 @@ def _has_thirds(robot: Robot) -> bool:
     return any(turn.is_Integer and turn % 3 != 0 for turn in sixths)
 
 
-def _places(robot: Robot, q: Sequence[sp.Symbol]) -> Mapping[sp.Symbol, tuple[object, ...]]:
+def _places(robot: SerialRobot, q: Sequence[sp.Symbol]) -> Mapping[sp.Symbol, tuple[object, ...]]:
     """Coordinates and parameters by the joint at which they first act: the order of the chain."""
     places: dict[sp.Symbol, tuple[object, ...]] = {}
     declared = [parameter.symbol for parameter in robot.parameters]

@@ -8,7 +8,7 @@ import sympy as sp
 from ...derivation import Derivation
 from ...inverse.serial_inverse import WAYS, Inverses, Way, inverses
 from ...model.geometry import Geometry
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from . import transforms
 from .layout import Display, named_matrix
 from .names import frame
@@ -37,7 +37,7 @@ class Page:
         geometry: The geometry as variables; None where there are no parametric functions.
     """
 
-    robot: Robot
+    robot: SerialRobot
     equations: PrintedEquations
     links: tuple[sp.ImmutableMatrix, ...]
     screws: ScrewDisplays
@@ -63,7 +63,7 @@ class Page:
             ways: The ways to an inverse that the article may print.
         """
         robot = derivation.robot
-        assert isinstance(robot, Robot)
+        assert isinstance(robot, SerialRobot)
         found = equations(derivation, called)
         placements = transforms.placements(robot, found.notation.q)
         links = [transforms.matrix(placement, found.notation) for placement in placements]

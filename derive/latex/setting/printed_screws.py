@@ -12,7 +12,7 @@ from itertools import count
 import sympy as sp
 
 from ...chain.poe import to_poe
-from ...model.robot import Placement, Robot, Rotation
+from ...model.robot import Placement, Rotation, SerialRobot
 from ...model.tolerances import ROUNDING
 from ...model.values import Values, to_digits
 from .notation import Notation, is_surd
@@ -43,7 +43,7 @@ class _Decimal(Rotation):
         """Keeps the decimal, which is no exact number."""
 
 
-def printed_screws(robot: Robot, notation: Notation) -> Screws:
+def printed_screws(robot: SerialRobot, notation: Notation) -> Screws:
     """Screw axes and home pose in short symbols."""
     S, M = to_poe(_with_decimals(robot))
     definitions: list[tuple[sp.Symbol, sp.Expr]] = []
@@ -76,16 +76,16 @@ def _short(expression: sp.Expr, notation: Notation) -> sp.Expr:
     return notation.shortened(expression.xreplace(rounded))
 
 
-def _varies(robot: Robot) -> bool:
+def _varies(robot: SerialRobot) -> bool:
     """Whether angles depend on parameters."""
     return any(turn.angle.free_symbols for turn in _turns(robot))
 
 
-def _turns(robot: Robot) -> list[Rotation]:
+def _turns(robot: SerialRobot) -> list[Rotation]:
     return [motion for part in robot.placements for motion in part if isinstance(motion, Rotation)]
 
 
-def _with_decimals(robot: Robot) -> Robot:
+def _with_decimals(robot: SerialRobot) -> SerialRobot:
     """The robot with decimals for the angles whose cosines and sines are no short roots."""
     tilted = [turn for turn in _turns(robot) if not (2 * turn.angle / sp.pi).is_Integer]
     many = len(tilted) > MOST_TILTS

@@ -13,7 +13,7 @@ from ...chain.singular.determinant import factored_minors
 from ...chain.singular.factors import Factored
 from ...chain.singular.nearest import general_rank, nearest_singular
 from ...chain.singular.postures import words
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from .notation import Notation
 
 MOST_ADDENDS = 12
@@ -60,7 +60,7 @@ class PrintedSingularities:
 
 
 def printed_singularities(
-    robot: Robot, notation: Notation, given: Sequence[int] = ()
+    robot: SerialRobot, notation: Notation, given: Sequence[int] = ()
 ) -> PrintedSingularities:
     """The singular configurations of a robot, as conditions, or as postures found in numbers.
 
@@ -92,7 +92,7 @@ def printed_singularities(
     return replace(_held(robot, notation, given), postures=numbers)
 
 
-def _held(robot: Robot, notation: Notation, given: Sequence[int]) -> PrintedSingularities:
+def _held(robot: SerialRobot, notation: Notation, given: Sequence[int]) -> PrintedSingularities:
     """The determinant of the joints that move where the given ones are held."""
     if not given:
         return PrintedSingularities(None, ())
@@ -131,7 +131,7 @@ def _is_short(minor: Factored) -> bool:
 
 
 def _of_determinant(
-    robot: Robot, q: Sequence[sp.Symbol], notation: Notation, found: Factored
+    robot: SerialRobot, q: Sequence[sp.Symbol], notation: Notation, found: Factored
 ) -> PrintedSingularities:
     constant = -found.constant if found.constant.could_extract_minus_sign() else found.constant
     factors = tuple((_short(factor, notation), power) for factor, power in found.factors)
@@ -140,7 +140,7 @@ def _of_determinant(
 
 
 def _printed(
-    robot: Robot, q: Sequence[sp.Symbol], notation: Notation, found: tuple[Condition, ...]
+    robot: SerialRobot, q: Sequence[sp.Symbol], notation: Notation, found: tuple[Condition, ...]
 ) -> tuple[PrintedCondition, ...]:
     return tuple(
         PrintedCondition(

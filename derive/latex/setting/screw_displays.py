@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from ...model.tolerances import FEW_PRINTED_DIGITS, PRINTED_DIGITS
 from .layout import MARGIN, Display, Equation, matrix_width, named_matrix
 from .names import frame
@@ -35,7 +35,7 @@ class ScrewDisplays:
     named: tuple[Equation, ...]
 
 
-def screw_displays(robot: Robot, equations: PrintedEquations) -> ScrewDisplays:
+def screw_displays(robot: SerialRobot, equations: PrintedEquations) -> ScrewDisplays:
     """Screw axes and home pose of a robot in the short symbols of its equations."""
     found = printed_screws(robot, equations.notation)
     constants = _Constants(equations)
@@ -46,7 +46,7 @@ def screw_displays(robot: Robot, equations: PrintedEquations) -> ScrewDisplays:
     return ScrewDisplays(terms, columns, home, tuple(constants.named))
 
 
-def home_name(robot: Robot) -> str:
+def home_name(robot: SerialRobot) -> str:
     """The name of the home pose of the tool in the base frame."""
     return rf"{{}}^{{{frame(robot.base_frame)}}}M_{{{frame(robot.tool_frame)}}}"
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ...derivation import Derivation, derive
-from ...model.robot import Robot
+from ...model.robot import SerialRobot
 from ...terms.symbolic_function import SymbolicFunction
 from ...terms.terms import Terms
 from .notation import Notation, numbered
@@ -70,7 +70,7 @@ def equations(derivation: Derivation, called: Sequence[str] = ()) -> PrintedEqua
         called: LaTeX of the coordinates; q_1 and so on where it is empty.
     """
     robot = derivation.robot
-    assert isinstance(robot, Robot)
+    assert isinstance(robot, SerialRobot)
     if not {function.name for function in derivation.functions}.issuperset(PRINTED):
         derivation = derive(robot, PRINTED)
     fk = derivation.function("fk")

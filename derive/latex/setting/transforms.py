@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import sympy as sp
 
 from ...model.placements import Placement, Rotation, Translation, symbols_of
-from ...model.robot import Joint, Robot
+from ...model.robot import Joint, SerialRobot
 from . import names
 from .notation import Notation
 from .printer import Printer
@@ -13,7 +13,7 @@ from .printer import Printer
 PLANES = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}
 
 
-def labels(robot: Robot) -> list[str]:
+def labels(robot: SerialRobot) -> list[str]:
     """Indices of the frames from the base to the tool: base, links, tool where they differ.
 
     Frame 0 is the first frame of the chain. It is the base frame where the robot has no base
@@ -45,7 +45,7 @@ def motions(joint: Joint, value: sp.Expr) -> Placement:
     return (*joint.before, *motion, *joint.after)
 
 
-def placements(robot: Robot, q: Sequence[sp.Expr]) -> list[Placement]:
+def placements(robot: SerialRobot, q: Sequence[sp.Expr]) -> list[Placement]:
     """Poses between neighbours among the frames of :func:`labels`, at coordinates q."""
     found = [robot.base] if robot.base else []
     values = iter(robot.joint_values(q))

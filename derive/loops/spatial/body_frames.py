@@ -9,7 +9,7 @@ from ...chain.forward import Forward, Pose
 from ...chain.groups import groups
 from ...chain.poe import placement_matrix
 from ...model.mechanism import Frame, Mechanism
-from ...model.robot import Joint, Placement, Robot
+from ...model.robot import Joint, Placement, SerialRobot
 from ...terms.terms import Terms
 from ...terms.vectors import named
 
@@ -71,7 +71,7 @@ def _pose_along(
         T = T * placement_matrix(tool)
         x, y, z, p = (named(terms, T[:3, k]) for k in range(4))
         return (x, y, z), p
-    robot = Robot(
+    robot = SerialRobot(
         mechanism.name,
         tuple(replace(joint, parent="") for joint in way),
         base=base,

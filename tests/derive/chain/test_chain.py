@@ -2,7 +2,7 @@
 
 import sympy as sp
 
-from chasles.derive import Joint, Mimic, Robot, load, to_poe
+from chasles.derive import Joint, Mimic, SerialRobot, load, to_poe
 from chasles.derive.chain.groups import groups
 from chasles.derive.description.conventions import dh, urdf
 from chasles.derive.terms.terms import Terms
@@ -54,7 +54,7 @@ def test_zero_offsets_join_angle_sums_and_full_revolutions_cancel():
     for k, theta in enumerate((sp.pi / 3, 2 * sp.pi, -sp.pi / 2, sp.pi / 6)):
         row = dh("revolute", a=ONE, alpha=ZERO, d=ZERO, theta=theta)
         joints.append(Joint(f"j{k}", "revolute", *row))
-    (group,), ((one, two, three, four),) = shaped(Robot("offsets", tuple(joints)))
+    (group,), ((one, two, three, four),) = shaped(SerialRobot("offsets", tuple(joints)))
     assert group.tilt == (1, 0)
     assert one - q[0] == sp.pi / 3
     assert (two - q[0] - q[1] - sp.pi / 3) % (2 * sp.pi) == 0
@@ -72,7 +72,7 @@ def test_group_keeps_signs_of_prismatic_and_helical_joints():
         Joint("screw", "helical", *dh("helical", alpha=-sp.pi, **row), pitch=sp.Rational(1, 9)),
         Joint("last", "revolute", *dh("revolute", alpha=sp.pi / 2, **row)),
     )
-    found, angles = shaped(Robot("mixed", joints))
+    found, angles = shaped(SerialRobot("mixed", joints))
     assert angles[0] == [
         q[0],
         q[0] + q[2],
@@ -96,7 +96,7 @@ def test_prismatic_joint_after_antiparallel_axis_is_reversed():
         Joint("back", "revolute", *dh("revolute", alpha=ZERO, **row)),
         Joint("slide", "prismatic", *dh("prismatic", alpha=ZERO, **row)),
     )
-    (group,), angles = shaped(Robot("flipped", joints))
+    (group,), angles = shaped(SerialRobot("flipped", joints))
     assert angles == [[q[0], q[0] - q[1]]]
     (slide,) = group.stations[-1].slides
     assert (slide.joint, slide.direction) == (2, (0, 0, -1))
@@ -167,7 +167,7 @@ def test_axis_rotated_back_joins_parallel_group():
         "revolute", xyz=(ONE, ZERO, ZERO), rpy=(ZERO, half, half), axis=(ZERO, ZERO, -ONE)
     )
     joints = (Joint("a", "revolute", *first), Joint("b", "revolute", *second))
-    _, angles = shaped(Robot("detour", joints))
+    _, angles = shaped(SerialRobot("detour", joints))
     ((one, both),) = angles
     assert (one.diff(q[0]), both.diff(q[0]), both.diff(q[1])) in {(1, 1, -1), (-1, -1, 1)}
     tilted = sp.Rational(1, 3)
@@ -179,7 +179,7 @@ def test_axis_rotated_back_joins_parallel_group():
         Joint("b", "fixed", *back),
         Joint("c", "revolute", *last),
     )
-    _, angles = shaped(Robot("cancelled", joints))
+    _, angles = shaped(SerialRobot("cancelled", joints))
     assert angles == [[q[0], q[0] + q[1]]]
 
 
@@ -189,7 +189,7 @@ def test_mimic_joint_adds_scaled_leader_angle():
         Joint("a", "revolute", *dh("revolute", a=ONE, **row)),
         Joint("b", "revolute", *dh("revolute", a=ONE, **row), mimic=Mimic("a", sp.Rational(-1, 2))),
     )
-    _, angles = shaped(Robot("led", joints))
+    _, angles = shaped(SerialRobot("led", joints))
     assert angles == [[q[0], q[0] / 2]]
 
 
@@ -201,6 +201,6 @@ def test_tilt_by_named_parameter_separates_groups_even_at_zero():
     first = dh("revolute", a=ONE, alpha=alpha, d=ZERO, theta=ZERO)
     last = dh("revolute", a=ONE, alpha=ZERO, d=ZERO, theta=ZERO)
     joints = (Joint("a", "revolute", *first), Joint("b", "revolute", *last))
-    robot = Robot("tilted", joints, parameters=(Parameter("alpha", ZERO, "angle"),))
+    robot = SerialRobot("tilted", joints, parameters=(Parameter("alpha", ZERO, "angle"),))
     _, angles = shaped(robot)
     assert angles == [[q[0]], [q[1]]]

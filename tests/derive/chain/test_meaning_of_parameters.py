@@ -10,7 +10,7 @@ import sympy as sp
 from numpy.testing import assert_allclose
 from test_parametric import drawn, functions_of
 
-from chasles.derive import Joint, Mimic, Robot, load
+from chasles.derive import Joint, Mimic, SerialRobot, load
 from chasles.derive.chain.poe import placement_matrix
 from chasles.derive.description.conventions import CONVENTIONS
 from chasles.derive.model.mechanism import Strut
@@ -116,7 +116,7 @@ def of_chain(robot, at, q):
     return T @ matrix(robot.tool, robot) @ corrected(at, "tool")
 
 
-PLAIN = Robot(
+PLAIN = SerialRobot(
     "plain",
     (
         Joint("a", "revolute", translation(0, "0.1", "0.4"), direction=-1),

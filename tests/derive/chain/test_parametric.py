@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from chasles.derive import Joint, Mimic, Parameter, Robot, RobotError, derive, load
+from chasles.derive import Joint, Mimic, Parameter, RobotError, SerialRobot, derive, load
 from chasles.derive.chain.parametric import PARAMETRIC
 from chasles.derive.description.conventions import CONVENTIONS
 from chasles.derive.model.placements import rotation, translation
@@ -106,7 +106,7 @@ def drawn(convention, seed):
                 given=convention.scalars(values),
             )
         )
-    return Robot("drawn", tuple(joints), tool=translation("0.1", "0.2", "0.3"))
+    return SerialRobot("drawn", tuple(joints), tool=translation("0.1", "0.2", "0.3"))
 
 
 @pytest.mark.parametrize("convention", CONVENTIONS, ids=lambda convention: convention.name)
@@ -122,7 +122,7 @@ def test_parametric_derivatives_match_casadi_with_fixed_and_mimic_joints():
         Joint("b", "revolute", rotation("y", "0.2"), translation(h.symbol, 0, 0)),
         Joint("c", "prismatic", mimic=Mimic("b", "1/2", "0.1")),
     )
-    check(Robot("mixed", joints, base=translation(0, "0.2", 0), parameters=(h,)))
+    check(SerialRobot("mixed", joints, base=translation(0, "0.2", 0), parameters=(h,)))
 
 
 @pytest.mark.parametrize("name", SAMPLE)

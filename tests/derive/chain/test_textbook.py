@@ -3,7 +3,7 @@
 import pytest
 import sympy as sp
 
-from chasles.derive import FUNCTIONS, Joint, Parameter, Robot, RobotError, derive, to_poe
+from chasles.derive import FUNCTIONS, Joint, Parameter, RobotError, SerialRobot, derive, to_poe
 from chasles.derive.description.conventions import dh, poe
 from tests.laws.lie import adjoint, exp_screw, inverse_se3
 from tests.support.derivations import derivation
@@ -19,7 +19,7 @@ def planar_arm():
         before, after = dh("revolute", a=length, alpha=zero, d=zero, theta=zero)
         joints.append(Joint(f"j{k}", "revolute", before, after))
     parameters = tuple(Parameter(str(a), sp.Rational(1, 2)) for a in (a1, a2))
-    return Robot("planar", tuple(joints), parameters=parameters)
+    return SerialRobot("planar", tuple(joints), parameters=parameters)
 
 
 def matrix(derived, name):
@@ -99,7 +99,7 @@ def test_a_screw_arm_is_the_product_of_its_exponentials():
         ),
     )
     parameters = tuple(Parameter(str(a), sp.Rational(1, 2)) for a in (a1, a2))
-    derived = derive(Robot("screws", joints, parameters=parameters))
+    derived = derive(SerialRobot("screws", joints, parameters=parameters))
     S, M = to_poe(derived.robot)
     assert sp.Matrix(M) == sp.eye(4)
     assert S[:, 0] == sp.ImmutableMatrix([0, -a1, 0, 0, 0, 1])

@@ -5,7 +5,7 @@ from itertools import combinations
 import pytest
 import sympy as sp
 
-from chasles.derive import Parameter, Robot, load, loads, to_poe
+from chasles.derive import Parameter, SerialRobot, load, loads, to_poe
 from chasles.derive.description.conventions import CONVENTIONS
 from tests.laws.lie import exp_screw
 from tests.support.convention_robots import BY_NAME, derived_fk, equal, joint, product, q, robot
@@ -109,7 +109,7 @@ def test_derived_fk_equals_product_with_symbolic_tilts():
         joint("hayati5", "j2", a=a, alpha=alpha, beta=beta, d=d),
         joint("s_model", "j3", alpha=beta, beta=alpha, x=a, y=d, z=e),
     )
-    described = Robot("generic", chain, parameters=(*PARAMETERS, *angles))
+    described = SerialRobot("generic", chain, parameters=(*PARAMETERS, *angles))
     difference = derived_fk(described) - product(described)
     numbers = {s: sp.Rational(k, 9) for k, s in enumerate((*q, a, d, e, alpha, beta), 1)}
     assert max(abs(entry.xreplace(numbers).evalf(30)) for entry in difference) < sp.Float("1e-28")

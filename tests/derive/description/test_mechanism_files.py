@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import DescriptionError, Robot, Rotation, load, loads
+from chasles.derive import DescriptionError, Rotation, SerialRobot, load, loads
 from chasles.derive.build import freshness
 from chasles.derive.model.mechanism import Closure, Mechanism
 from tests.support.loops.closed_in_numbers import Model, pose
@@ -117,7 +117,7 @@ def test_drive_of_prismatic_joint_takes_a_radius():
 def test_loop_fields_make_the_file_a_mechanism(signs):
     serial = 'name = "r"\nconvention = "dh"\n'
     joints = '[[joints]]\nname = "j"\n'
-    assert isinstance(loads(serial + joints), Robot)
+    assert isinstance(loads(serial + joints), SerialRobot)
     if signs == "actuated":
         assert isinstance(loads(f'{serial}actuated = ["j"]\n{joints}'), Mechanism)
         return

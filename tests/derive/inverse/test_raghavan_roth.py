@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import Joint, Robot, load
+from chasles.derive import Joint, SerialRobot, load
 from chasles.derive.description.conventions import dh
 from chasles.derive.inverse.general import written_inverse
 from chasles.derive.inverse.general.line_quantities import SIZE, motion, quantities, slide, turn
@@ -28,7 +28,7 @@ from tests.support.derivations import ROBOTS, description
 from tests.support.generators.random_arms import random_arm
 
 GENERAL = ("jaco2", "crx10")
-NONE_IN_COMMON = Robot(
+NONE_IN_COMMON = SerialRobot(
     "skew",
     tuple(
         Joint(f"joint_{k}", "revolute", *dh("revolute", a=a, alpha=alpha, d=d, theta="0"))
@@ -200,7 +200,7 @@ def test_fixed_joint_choice_solves_all_rated_configurations():
 
 
 def test_concurrent_axes_have_no_split():
-    meeting = Robot(
+    meeting = SerialRobot(
         "meeting",
         tuple(
             Joint(f"joint_{k}", "revolute", *dh("revolute", a="0", alpha=alpha, d="0", theta="0"))

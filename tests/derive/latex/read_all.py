@@ -16,12 +16,12 @@ POSES = 10
 
 def told(name):
     """What came of an arm in words, and whether its text is wrong."""
-    from chasles.derive import Robot, derive, load
+    from chasles.derive import SerialRobot, derive, load
     from tests.support.derivations import description
     from tests.support.read_back import read_back, without_formula
 
     robot = load(description(name))
-    if not isinstance(robot, Robot):
+    if not isinstance(robot, SerialRobot):
         return "", False
     found = derive(robot, ["fk", "ik"])
     reason = without_formula(found)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import Joint, Robot, derive, from_urdf, load, loads
+from chasles.derive import Joint, SerialRobot, derive, from_urdf, load, loads
 from chasles.derive.latex import FOLDER, brief_files, document, equations, files, fragments
 from chasles.derive.latex.chain.given_fragment import parameters
 from chasles.derive.latex.setting.layout import aligned, filled
@@ -384,7 +384,7 @@ def test_reversed_joint_variable_is_printed_with_minus_sign(convention, kind):
     before, after = found(kind, **vectors)
     given = found.scalars(vectors)
     back = Joint("back", kind, before, after, direction=-1, convention=found, given=given)
-    table = parameters_of(Robot("one", (back,)))
+    table = parameters_of(SerialRobot("one", (back,)))
     assert "$q$ & limits" in table
     assert "& $-q_{1}$ & --" in table
     assert "& $0.5$ " in table
@@ -403,7 +403,7 @@ def test_reversed_joint_variable_is_printed_with_minus_sign(convention, kind):
 )
 def test_joint_variable_stands_in_column_of_its_convention(convention, turning, sliding):
     joints = (joint("turn", convention), joint("slide", convention, "prismatic"))
-    table = parameters_of(Robot("two", joints))
+    table = parameters_of(SerialRobot("two", joints))
     header, *rows = re.findall(r"^(?:\$i\$|\d) & .*(?= \\\\)", table, re.MULTILINE)
     headings = header.split(" & ")
     for row, field, q in zip(rows, (turning, sliding), ("$q_{1}$", "$q_{2}$"), strict=True):
@@ -445,7 +445,7 @@ def test_snapped_numbers_are_printed_as_a_table(tmp_path):
 
 
 def test_robot_notes_are_printed_with_escapes():
-    robot = Robot("noted", (joint("j", "dh"),), notes=("100 % new", "a_b"))
+    robot = SerialRobot("noted", (joint("j", "dh"),), notes=("100 % new", "a_b"))
     table = parameters_of(robot)
     assert r"Notes: 100 \% new; a\_b." in table
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import Joint, Robot
+from chasles.derive import Joint, SerialRobot
 from chasles.derive.chain.body_shapes import skeleton
 from chasles.derive.chain.rigid_bodies import RigidBodies
 from chasles.derive.latex.drawing.contours import area
@@ -45,7 +45,7 @@ def arm(lengths, bounds, *, upright):
         joints.append(Joint("q1", "revolute", after=tilt))
     for k, (link, bound) in enumerate(zip(x, bounds, strict=True), 2):
         joints.append(Joint(f"q{k}", "revolute", after=(link,), limits=bound))
-    return Robot("arm", tuple(joints))
+    return SerialRobot("arm", tuple(joints))
 
 
 def whole(found):

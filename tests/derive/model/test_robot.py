@@ -6,7 +6,7 @@ from fractions import Fraction
 import pytest
 import sympy as sp
 
-from chasles.derive import Joint, Mimic, Parameter, Robot, RobotError, derive
+from chasles.derive import Joint, Mimic, Parameter, RobotError, SerialRobot, derive
 from chasles.derive.description.conventions import dh, poe, urdf
 
 
@@ -26,7 +26,7 @@ def test_exact_number_types_are_accepted():
     joint = Joint("j", "revolute", *screw, limits=("-pi", 3), pitch=0)
     assert joint.limits == (-sp.pi, 3)
     assert Mimic("j", "1/2", 1).multiplier == sp.Rational(1, 2)
-    assert len(derive(Robot("r", (joint,)), ("fk",)).functions) == 1
+    assert len(derive(SerialRobot("r", (joint,)), ("fk",)).functions) == 1
 
 
 @pytest.mark.parametrize(
@@ -41,10 +41,13 @@ def test_exact_number_types_are_accepted():
         (lambda: Joint("j", "revolute", limits=(-1.5, 1.5)), "-1.5 is a float"),
         (lambda: Joint("my joint", "revolute"), "a name of letters, digits and _"),
         (lambda: Parameter("a", 1, "width"), "'width' is none of length, angle, ratio"),
-        (lambda: Robot("my robot", (turning(),)), "robot 'my robot': expected a name"),
-        (lambda: Robot("r", (turning(a=sp.Symbol("a")),)), "'r' uses a: expected symbols of its"),
-        (lambda: Robot("r", (turning(), turning())), "two joints are called 'j'"),
-        (lambda: Robot("r", (Joint("j", "fixed"),)), "no joint with a coordinate of its own"),
+        (lambda: SerialRobot("my robot", (turning(),)), "robot 'my robot': expected a name"),
+        (
+            lambda: SerialRobot("r", (turning(a=sp.Symbol("a")),)),
+            "'r' uses a: expected symbols of its",
+        ),
+        (lambda: SerialRobot("r", (turning(), turning())), "two joints are called 'j'"),
+        (lambda: SerialRobot("r", (Joint("j", "fixed"),)), "no joint with a coordinate of its own"),
         (lambda: urdf("revolute", xyz=(0, 0), rpy=(0, 0, 0), axis=(0, 0, 1)), "three numbers"),
         (lambda: poe("revolute", axis=(0, 0, 0), point=(0, 0, 0)), "zero vector"),
     ],
@@ -58,4 +61,4 @@ def test_invalid_robot_parts_raise_specific_errors(make, words):
 def test_mimic_of_unknown_joint_is_rejected():
     led = Joint("k", "revolute", *dh("revolute", a=1, alpha=0, d=0, theta=0), mimic=Mimic("x"))
     with pytest.raises(RobotError, match="joint 'k' mimics 'x'"):
-        Robot("r", (turning(), led))
+        SerialRobot("r", (turning(), led))

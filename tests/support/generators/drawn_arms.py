@@ -17,7 +17,7 @@ from chasles.closed_form.aims import Task
 from chasles.closed_form.given_values import Aside
 from chasles.closed_form.refinement import Refinement
 from chasles.closed_form.solutions import Solutions
-from chasles.derive import Joint, Robot
+from chasles.derive import Joint, SerialRobot
 from chasles.derive.description.conventions import CONVENTIONS
 from chasles.derive.inverse.serial_inverse import Inverses, inverses
 from chasles.derive.inverse.structure import rank
@@ -70,14 +70,14 @@ def drawn(seed: int, oblique: float = OBLIQUE) -> Drawn:
     return Drawn(convention, tuple(joints))
 
 
-def random_arm(seed: int) -> Robot:
+def random_arm(seed: int) -> SerialRobot:
     """The arm of a seed."""
     arm = drawn(seed)
     joints = tuple(
         Joint(f"j{k}", kind, *arm.convention(kind, **fields))
         for k, (kind, fields) in enumerate(arm.joints, 1)
     )
-    return Robot("arm", joints, title=f"arm {seed}, {arm.convention.name}")
+    return SerialRobot("arm", joints, title=f"arm {seed}, {arm.convention.name}")
 
 
 def _value(draw: random.Random, field: Field, zeros: float, oblique: float) -> Value:
@@ -120,7 +120,7 @@ class Derived(Case):
         inverses: Its structure and the inverses found for it.
     """
 
-    described: Robot | None = None
+    described: SerialRobot | None = None
     inverses: Inverses | None = None
 
     @cached_property
@@ -181,7 +181,7 @@ class Derived(Case):
         return tuple(k for k, value in enumerate(q.entries) if value == 0)
 
 
-def cases_for_given(robot: Robot, seed: int) -> list[Derived]:
+def cases_for_given(robot: SerialRobot, seed: int) -> list[Derived]:
     """The inverses of a serial robot for joints that are given by chance, those that there are.
 
     As many joints are given as the robot has in surplus, one where it has none; turning joints
@@ -200,11 +200,11 @@ def cases_for_given(robot: Robot, seed: int) -> list[Derived]:
     return cases
 
 
-def _terms(robot: Robot) -> Terms:
+def _terms(robot: SerialRobot) -> Terms:
     return Terms({p.symbol: p.value for p in robot.parameters})
 
 
-def cases_of(robot: Robot) -> list[Derived]:
+def cases_of(robot: SerialRobot) -> list[Derived]:
     """Every inverse of a serial robot that its structure gives, as a case each.
 
     An arm that nearly has a structure is solved by compiled C alone, from its nominal inverse.

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import sympy as sp
 
-from chasles.derive import Joint, Robot, Rotation, Translation
+from chasles.derive import Joint, Rotation, SerialRobot, Translation
 from chasles.derive.model.robot import Placement
 
 
-def displaced(robot: Robot, size: float, seed: int = 0) -> Robot:
+def displaced(robot: SerialRobot, size: float, seed: int = 0) -> SerialRobot:
     """A serial robot with errors of up to `size` (metre, radian) before each joint and at the tool.
 
     Args:
@@ -39,7 +39,7 @@ def displaced(robot: Robot, size: float, seed: int = 0) -> Robot:
     return replace(robot, joints=joints, base=base, tool=tool, name=name, parameters=())
 
 
-def _numbers(robot: Robot, placement: Placement) -> Placement:
+def _numbers(robot: SerialRobot, placement: Placement) -> Placement:
     """A placement with the values of parameters in place of their symbols."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     return tuple(

@@ -12,7 +12,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from chasles.derive import Robot
+from chasles.derive import SerialRobot
 from chasles.derive.chain.poe import placement_matrix
 
 Texts = tuple[str, str, str]
@@ -107,7 +107,7 @@ def arm_of_urdf(name: str, text: str) -> Mutant:
     return Mutant(name, tuple(joints))
 
 
-def arm_of_robot(robot: Robot) -> Mutant:
+def arm_of_robot(robot: SerialRobot) -> Mutant:
     """A serial robot of turning and sliding joints as an exporter writes it, in doubles."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
 

@@ -4,14 +4,14 @@ from collections.abc import Collection
 
 import numpy as np
 
-from chasles.derive import Joint, Robot
+from chasles.derive import Joint, SerialRobot
 from chasles.derive.description.conventions import dh
 
 LINKS = "/=x"
 """Between two axes: skew, parallel, meeting."""
 
 
-def long_arm(seed: int) -> Robot:
+def long_arm(seed: int) -> SerialRobot:
     """An arm of seven to ten joints: six that turn, and some that turn or slide among them."""
     rng = np.random.default_rng([seed, 10])
     slides = {int(k) for k in rng.choice(7, rng.integers(0, 3), replace=False)}
@@ -19,7 +19,7 @@ def long_arm(seed: int) -> Robot:
     return random_arm(seed, "".join(rng.choice(list("///=x"), count)), slides)
 
 
-def sliding_arm(seed: int) -> Robot:
+def sliding_arm(seed: int) -> SerialRobot:
     """An arm of six to nine joints of which four or five turn, so that slides are solved for."""
     rng = np.random.default_rng([seed, 11])
     count, turning = int(rng.integers(6, 10)), int(rng.integers(4, 6))
@@ -27,7 +27,7 @@ def sliding_arm(seed: int) -> Robot:
     return random_arm(seed, "".join(rng.choice(list("///=x"), count)), slides)
 
 
-def random_arm(seed: int, links: str = "//////", slides: Collection[int] = ()) -> Robot:
+def random_arm(seed: int, links: str = "//////", slides: Collection[int] = ()) -> SerialRobot:
     """An arm with as many joints as links.
 
     Args:
@@ -45,4 +45,4 @@ def random_arm(seed: int, links: str = "//////", slides: Collection[int] = ()) -
         kind = "prismatic" if k - 1 in slides else "revolute"
         fields = dh(kind, **row, alpha=f"{alpha:.6f}", theta=f"{theta:.6f}")
         joints.append(Joint(f"joint_{k}", kind, *fields))
-    return Robot(f"arm_{seed}", tuple(joints))
+    return SerialRobot(f"arm_{seed}", tuple(joints))

@@ -13,7 +13,7 @@ from chasles.derive.emit.c.header import header, support
 from chasles.derive.emit.c.written import written_files
 from chasles.derive.loops.modes.triad import triad_mirror, triad_polynomial, triad_position
 from chasles.derive.loops.modes.triad_modes import written_modes
-from chasles.derive.model.robot import Joint, Robot
+from chasles.derive.model.robot import Joint, SerialRobot
 from chasles.derive.program.programs import programs
 from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
 from chasles.derive.terms.terms import Terms
@@ -142,7 +142,7 @@ def write(folder: Path, rod="13/100"):
     """The generated robot, without functions for batches."""
     derived = functions(rod)
     joints = tuple(Joint(f"crank_{k}", "revolute") for k in (1, 2, 3))
-    robot = Robot("planar", joints, title="A planar platform")
+    robot = SerialRobot("planar", joints, title="A planar platform")
     made = programs(derived, "planar")
     modes = written_modes(derived[0].inputs[0], PLATFORM)
     files = {

@@ -3,10 +3,10 @@
 import numpy as np
 import pinocchio as pin
 
-from chasles.derive import Robot, Rotation
+from chasles.derive import Rotation, SerialRobot
 
 
-def pinocchio_fk(robot: Robot):
+def pinocchio_fk(robot: SerialRobot):
     """Forward kinematics of a serial robot by Pinocchio: q (n,) to the tool's pose (4, 4)."""
     model, parent, placed = pin.Model(), 0, _placed(robot.base)
     kinds = {"revolute": pin.JointModelRZ, "prismatic": pin.JointModelPZ}

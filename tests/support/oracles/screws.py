@@ -11,7 +11,7 @@ import numpy as np
 import sympy as sp
 
 import chasles.derive
-from chasles.derive import Robot, load
+from chasles.derive import SerialRobot, load
 from chasles.derive.chain.poe import placement_matrix
 from chasles.derive.model.robot import Placement
 
@@ -66,10 +66,10 @@ def _turned(columns: np.ndarray, axis: np.ndarray, angle: np.ndarray) -> np.ndar
 def screws(name: str) -> Screws:
     """The screws of a shipped robot's main chain, read from its description alone."""
     described = load(ROBOTS / f"{name}.toml")
-    return screws_of(described if isinstance(described, Robot) else described.main_chain)
+    return screws_of(described if isinstance(described, SerialRobot) else described.main_chain)
 
 
-def screws_of(chain: Robot) -> Screws:
+def screws_of(chain: SerialRobot) -> Screws:
     """The screws of a chain, from its placements alone."""
     values = {parameter.symbol: parameter.value for parameter in chain.parameters}
     frame, frames, moving = _placed(chain.base, values), [], []

@@ -7,7 +7,7 @@ from typing import NoReturn
 
 from ....model.errors import RobotError
 from ....model.mechanism import Closure, Described, Mechanism, Strut
-from ....model.robot import Robot
+from ....model.robot import SerialRobot
 from ...toml_file import DescriptionError
 from ..identifiers import identifier, prefix
 from ..kinematic_tree import KinematicTree
@@ -61,7 +61,7 @@ class MjcfFile:
             name: The robot's name; by default the model's.
 
         Returns:
-            A Robot; a Mechanism where equalities close loops through joints of the chain.
+            A SerialRobot; a Mechanism where equalities close loops through joints of the chain.
 
         Raises:
             DescriptionError: There is no such chain, or it has parts that no robot of chasles has.
@@ -92,7 +92,7 @@ class MjcfFile:
         notes = (*ends.notes, *self._notes(tree, closers))
         joints = tuple(joint.joint(is_in_a_tree=bool(closers)) for joint in tree)
         if not closers:
-            return Robot(
+            return SerialRobot(
                 name,
                 joints,
                 title,

@@ -2,7 +2,7 @@
 
 import pytest
 
-from chasles.derive import DescriptionError, Mechanism, Robot, from_file, load
+from chasles.derive import DescriptionError, Mechanism, SerialRobot, from_file, load
 
 URDF = """\
 <robot name="hinge">
@@ -31,7 +31,7 @@ def test_load_reads_every_file_format_in_any_letter_case(tmp_path, ending):
     path = tmp_path / f"hinge{ending}"
     path.write_text(FILES[ending])
     robot = load(path)
-    assert isinstance(robot, Robot)
+    assert isinstance(robot, SerialRobot)
     assert not isinstance(robot, Mechanism)
     assert [joint.name for joint in robot.joints] == ["turn"]
     assert robot.name == "hinge"
