@@ -1,49 +1,55 @@
 """Calibration: from measurements of a robot's tool to the robot that explains them.
 
     robot = chasles.load("ur5e", parametric=True)
-    q, observation = read_measurements("tracker.csv", robot)
-    found = identify(robot, q, observation)
+    table = read_measurements("tracker.csv", robot)
+    found = identify(robot, table.q, table.measurements)
     print(found)
 
 It needs SciPy, `pip install 'chasles[calibration]'`.
 """
 
 from .calibrated_file import robot_file
-from .design import Design, design
+from .design import Design, optimal_design
 from .identify import identify
-from .model_choice import MODELS, Chosen, Model, best_model, cross_validated
-from .observed.circles import Axis, Circles
-from .observed.contacts import Distances, PlaneContacts, SphereContacts
-from .observed.measurement_table import Measured, read_measurements
-from .observed.observations import Observation, Poses, Positions
-from .observed.stations import Stations
+from .measurements.circles import CirclePoints, MeasuredAxis
+from .measurements.contacts import Distances, PlaneContacts, SphereContacts
+from .measurements.measurement_table import MeasurementTable, read_measurements
+from .measurements.stations import StationPositions
+from .measurements.tool_measurements import Measurements, Poses, Positions
+from .model_selection import (
+    CALIBRATION_MODELS,
+    CalibrationModel,
+    ModelSelection,
+    cross_validate,
+    select_model,
+)
 from .result import Calibration
-from .tool_errors import FirstOrder, MonteCarlo, random_arms, tool_errors
+from .tool_errors import FirstOrderErrors, MonteCarloErrors, first_order_errors, monte_carlo
 
 __all__ = [
-    "MODELS",
-    "Axis",
+    "CALIBRATION_MODELS",
     "Calibration",
-    "Chosen",
-    "Circles",
+    "CalibrationModel",
+    "CirclePoints",
     "Design",
     "Distances",
-    "FirstOrder",
-    "Measured",
-    "Model",
-    "MonteCarlo",
-    "Observation",
+    "FirstOrderErrors",
+    "MeasuredAxis",
+    "MeasurementTable",
+    "Measurements",
+    "ModelSelection",
+    "MonteCarloErrors",
     "PlaneContacts",
     "Poses",
     "Positions",
     "SphereContacts",
-    "Stations",
-    "best_model",
-    "cross_validated",
-    "design",
+    "StationPositions",
+    "cross_validate",
+    "first_order_errors",
     "identify",
-    "random_arms",
+    "monte_carlo",
+    "optimal_design",
     "read_measurements",
     "robot_file",
-    "tool_errors",
+    "select_model",
 ]

@@ -1,9 +1,9 @@
-"""Design of measurements: the postures that determine the parameters best.
+"""Design of measurements: the configurations that determine the parameters best.
 
-With B_i the derivative of what is measured at posture i, in standard deviations, the covariance of
-the parameters is the inverse of A = sum B_i^T B_i. A D-optimal design has the largest determinant
-of A, and so the largest observability index O1 = det(A)^(1/2k) / sqrt(count). It is sought by
-exchange: postures are added one by one, then each is exchanged for a better one until none is left.
+With B_i the derivative of the measurements at configuration i, in standard deviations, the
+covariance of the parameters is the inverse of A = sum B_i^T B_i. A D-optimal design has the largest
+determinant of A, and so the largest observability index O1 = det(A)^(1/2k) / sqrt(count). The
+search adds configurations one by one, then exchanges each for a better one until none is left.
 
 Source:
     V. V. Fedorov, Theory of Optimal Experiments, 1972, for the exchange; J. H. Borm, C. H. Menq,
@@ -23,89 +23,89 @@ from chasles import InputValueError, Robot
 from chasles.summaries import short_repr
 
 from .fitting.problem import in_one_thread, problem_at
-from .observed.observations import SMALL, Observation, Poses, Positions, Start
+from .measurements.tool_measurements import SMALL, Measurements, Poses, Positions, Start
 from .parameters import GEOMETRY
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _PRIOR = 1e-6
-"""Weight that keeps A invertible before enough postures are chosen, in parts of all postures'."""
+"""Weight of all candidates that keeps A invertible before enough configurations are selected."""
 _PASSES = 20
-"""Exchanges of every posture at most; each makes the determinant larger."""
+"""Maximum number of exchanges of every configuration; each makes the determinant larger."""
 _GAIN = 1e-9
-"""Least gain of the logarithm of the determinant for which a posture is exchanged."""
+"""Minimum gain of the logarithm of the determinant for which a configuration is exchanged."""
 _NEXT = 10
 
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """Chosen postures and how well they determine the parameters.
+    """Selected configurations and how well they determine the parameters.
 
     Attributes:
-        chosen: Indices of the postures among the candidates.
-        q: (count, n) their coordinates [rad or m].
+        indices: Indices of the configurations among the candidates.
+        q: (count, n) coordinates [rad or m].
         names: The parameters and unknowns that are determined.
         std: Standard deviation of each [m, rad, 1].
-        o1: The observability index O1, variables in parts of 1 mm and 1 mrad.
+        observability: The observability index O1, with variables in units of 1 mm and 1 mrad.
         tool_error: Root mean square error of the tool's position over all candidates [m] that
             noise alone leaves.
-        with_more: The same if the ten next best postures were measured as well.
+        tool_error_with_more: The same if the ten next best configurations are measured too.
     """
 
-    chosen: NDArray[np.intp]
+    indices: NDArray[np.intp]
     q: FloatArray
     names: tuple[str, ...]
     std: FloatArray
-    o1: float
+    observability: float
     tool_error: float
-    with_more: float
+    tool_error_with_more: float
 
     __repr__ = short_repr
 
 
 @in_one_thread
-def design(
+def optimal_design(
     robot: Robot,
     candidates: ArrayLike,
     count: int,
     *,
     targets: ArrayLike | None = None,
     sigma: float | tuple[float, float] | None = None,
-    vary: Collection[str] = GEOMETRY,
-    allowed: Callable[[FloatArray], ArrayLike] | None = None,
+    vary: str | Collection[str] = GEOMETRY,
+    is_allowed: Callable[[FloatArray], ArrayLike] | None = None,
 ) -> Design:
-    """The postures, out of candidates, that determine the parameters of a robot best.
+    """Select the configurations, out of candidates, that determine the parameters of a robot best.
 
     Args:
         robot: A robot with parametric functions.
         candidates: (M, n) coordinates [rad or m]; those beyond limits are left out.
-        count: Number of postures.
+        count: Number of configurations.
         targets: (m, 3) targets on the tool whose positions are measured [m]; without them, poses
             are measured.
         sigma: Standard deviation of a coordinate [m], and for poses of a turn [rad].
         vary: As in :func:`~chasles.calibration.identify`.
-        allowed: A test of all candidates (M, n), for example for collisions: (M,) booleans.
+        is_allowed: A test of all candidates (M, n), for example for collisions: (M,) booleans.
 
     Raises:
-        InputValueError: There are fewer allowed candidates than postures, or so few postures that
+        InputValueError: There are fewer allowed candidates than configurations, or so few that
             they do not determine the parameters.
     """
     at = np.asarray(candidates, dtype=np.float64)
     free = ((at >= robot.lower) & (at <= robot.upper)).all(-1)
-    if allowed is not None:
-        free &= np.asarray(allowed(at), dtype=bool)
+    if is_allowed is not None:
+        free &= np.asarray(is_allowed(at), dtype=bool)
     index = np.flatnonzero(free)
     if len(index) < count:
         raise InputValueError(
-            f"design: {len(index)} of {len(at)} candidates are within limits and allowed; expected "
-            f"at least {count}"
+            f"optimal_design: {len(index)} of {len(at)} candidates are within limits and "
+            f"allowed; expected at least {count}"
         )
     B, tool, names = _derivatives(robot, at[index], targets, sigma, vary)
     if count * B.shape[1] <= len(names):
         raise InputValueError(
-            f"design: {count} postures give {count * B.shape[1]} numbers for {len(names)} "
-            "variables; choose more postures"
+            f"optimal_design: {count} configurations give {count * B.shape[1]} numbers for "
+            f"{len(names)} variables; select more configurations"
         )
     search = _Exchange(B)
     chosen = search.best(count)
@@ -128,22 +128,24 @@ def _derivatives(
     q: FloatArray,
     targets: ArrayLike | None,
     sigma: float | tuple[float, float] | None,
-    vary: Collection[str],
+    vary: str | Collection[str],
 ) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
     """Derivatives of measurements (M, r, k), of the tool's position (M, 3, k), and names."""
-    observation: Observation
+    measurements: Measurements
     if targets is None:
         pair = (SMALL, SMALL) if sigma is None else sigma
         if not isinstance(pair, tuple):
-            raise InputValueError("design: poses need two standard deviations, (metre, radian)")
-        observation, unknowns = Poses(robot.fk(q), pair), np.zeros(0)
+            raise InputValueError(
+                "optimal_design: poses need two standard deviations, (metre, radian)"
+            )
+        measurements, unknowns = Poses(robot.fk(q), pair), np.zeros(0)
     else:
         points = np.atleast_2d(np.asarray(targets, dtype=np.float64))
         one = SMALL if sigma is None else sigma
         if isinstance(one, tuple):
-            raise InputValueError("design: positions need one standard deviation (metre)")
-        observation, unknowns = Positions(np.zeros((len(q), *points.shape)), one), points.ravel()
-    problem = problem_at(robot, q, Start(np.eye(4), unknowns, observation, 0.0), vary)
+            raise InputValueError("optimal_design: positions need one standard deviation (metre)")
+        measurements, unknowns = Positions(np.zeros((len(q), *points.shape)), one), points.ravel()
+    problem = problem_at(robot, q, Start(np.eye(4), unknowns, measurements, 0.0), vary)
     B = problem.derivative(problem.x0) * SMALL
     tool = robot.identification_jacobian(q, problem.held)[:, :3, problem.sought] * SMALL
     beside = np.zeros((len(q), 3, len(problem.open_unknowns)))

@@ -57,26 +57,26 @@ def chosen(robot: Robot, words: Collection[str]) -> IntArray:
     return np.array(found, dtype=np.intp)
 
 
-def deviations(robot: Robot, tolerances: Mapping[str, float]) -> FloatArray:
+def deviations(robot: Robot, parameter_std: Mapping[str, float]) -> FloatArray:
     """(p,) standard deviation of each parameter; 0 of those without a tolerance.
 
     Args:
         robot: A robot with parametric functions.
-        tolerances: Standard deviations by name, part or unit; a name goes before a part, and a part
-            before a unit.
+        parameter_std: Standard deviations by name, part or unit; a name takes precedence over a
+            part, and a part over a unit.
 
     Raises:
         InputValueError: A name is neither a parameter, a part nor a unit.
     """
     words = {word for item in robot.geometry for word in (item.name, item.part, item.unit)}
-    if unknown := sorted(tolerances.keys() - words):
+    if unknown := sorted(parameter_std.keys() - words):
         raise InputValueError(
             f"{robot.name} has no parameter, part or unit {', '.join(unknown)}; robot.geometry "
             "lists them"
         )
     return np.array(
         [
-            next((tolerances[w] for w in (g.name, g.part, g.unit) if w in tolerances), 0.0)
+            next((parameter_std[w] for w in (g.name, g.part, g.unit) if w in parameter_std), 0.0)
             for g in robot.geometry
         ]
     )

@@ -12,9 +12,9 @@ from chasles import Robot
 from chasles.screws import inverse
 from chasles.summaries import summary_repr
 
-from .fitting.identifiable import Redundancy
+from .fitting.identifiable import Unidentifiable
 from .frame_numbers import shown_numbers
-from .observed.observations import Observation, Poses
+from .measurements.tool_measurements import Measurements, Poses
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -32,81 +32,83 @@ class Calibration:
         values: Their values [m, rad, 1].
         deviations: What they differ by from the nominal robot; of unknowns, the values.
         covariance: (k, k) of the values.
-        tolerances: Standard deviation of each value about nominal that was stated; 0 of free ones.
+        parameter_std: Stated standard deviation of each value about nominal; 0 if it is free.
         p: The whole vector of the robot's geometry.
-        redundant: The parameters that the measurements do not tell apart; they kept their values.
+        unidentifiable: Parameters that the measurements do not distinguish; they keep their values.
         T_W_base: (4, 4) the base frame in the measuring device's.
         nominal_errors: (M,) errors of the nominal robot, in standard deviations.
         errors: (M,) errors of the calibrated robot.
         used: (rows,) whether a row took part; the others contradict it.
         noise: Factor by which the errors exceed the standard deviations that were stated.
-        freedoms: Measured numbers beyond those that determine the variables.
-        unknowns: The values of all the observation's unknowns, such as targets on the tool [m].
-        observation: The measurements, with the frames that were found for them.
+        residual_dof: Measured numbers beyond those that determine the variables.
+        unknowns: The values of all unknowns of the measurements, such as targets on the tool [m].
+        measurements: The measurements, with the frames that were found for them.
         q: (N, n) coordinates at which the tool was measured [rad or m].
         robot: The nominal robot.
-        doubts: What is doubtful of the result, a sentence each: exchanged targets, joints at rest.
+        warnings: Suspicious facts, one sentence each: exchanged targets, joints that do not move.
     """
 
     names: tuple[str, ...]
     values: FloatArray
     deviations: FloatArray
     covariance: FloatArray
-    tolerances: FloatArray
+    parameter_std: FloatArray
     p: FloatArray
-    redundant: tuple[Redundancy, ...]
+    unidentifiable: tuple[Unidentifiable, ...]
     T_W_base: FloatArray
     nominal_errors: FloatArray
     errors: FloatArray
     used: BoolArray
     noise: float
-    freedoms: int
+    residual_dof: int
     unknowns: FloatArray
-    observation: Observation
+    measurements: Measurements
     q: FloatArray
     robot: Robot
-    doubts: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         """In words, with the figures that matter."""
         return summary_repr(
             self,
             self.robot.name,
-            f"{len(self.names)} variables from {len(self.observation.rows)} measured numbers",
-            f"error {self.before:.4g} before, {self.after:.4g} after, in standard deviations",
+            f"{len(self.names)} variables from {len(self.measurements.rows)} measured numbers",
+            f"error {self.rms_before:.4g} before, {self.rms_after:.4g} after [standard deviations]",
             f"{len(self.outliers)} rows left out" if self.outliers else "",
-            f"{len(self.redundant)} parameters cannot be told apart" if self.redundant else "",
-            f"{len(self.doubts)} doubts" if self.doubts else "",
-            methods="print() it for the report; values, intervals, poses(q)",
+            f"{len(self.unidentifiable)} parameters are unidentifiable"
+            if self.unidentifiable
+            else "",
+            f"{len(self.warnings)} warnings" if self.warnings else "",
+            methods="print() it for the report; values, confidence_intervals, poses(q)",
         )
 
     @property
-    def before(self) -> float:
+    def rms_before(self) -> float:
         """Root mean square error of the nominal robot, in standard deviations."""
-        return _rms(self.nominal_errors[self.used[self.observation.rows]])
+        return _rms(self.nominal_errors[self.used[self.measurements.rows]])
 
     @property
-    def after(self) -> float:
+    def rms_after(self) -> float:
         """Root mean square error of the calibrated robot, in standard deviations."""
-        return _rms(self.errors[self.used[self.observation.rows]])
+        return _rms(self.errors[self.used[self.measurements.rows]])
 
     @property
     def outliers(self) -> tuple[str, ...]:
         """Labels of the rows that were left out."""
-        return tuple(np.array(self.observation.labels)[~self.used].tolist())
+        return tuple(np.array(self.measurements.labels)[~self.used].tolist())
 
     def poses(self, q: ArrayLike) -> FloatArray:
         """Poses (..., 4, 4) of the calibrated robot's tool in the measuring device's frame."""
         return np.asarray(self.T_W_base @ self.robot.fk_p(q, self.p))
 
-    def held_back(self, q: ArrayLike, observation: Observation) -> FloatArray:
-        """Errors on measurements that took no part, in their standard deviations.
+    def validation_errors(self, q: ArrayLike, measurements: Measurements) -> FloatArray:
+        """Return the errors on measurements that took no part, in their standard deviations.
 
         Args:
             q: (N, n) coordinates [rad or m].
-            observation: What was measured there, `at` other configurations of the same set-up.
+            measurements: What was measured there, `at` other configurations of the same set-up.
         """
-        frames = observation.placed_as(self.observation)
+        frames = measurements.placed_as(self.measurements)
         return frames.errors(self.poses(q), self.unknowns)
 
     @property
@@ -115,9 +117,9 @@ class Calibration:
         return np.asarray(np.sqrt(np.diag(self.covariance)))
 
     @property
-    def intervals(self) -> FloatArray:
+    def confidence_intervals(self) -> FloatArray:
         """(k, 2) bounds between which each value lies in 95 of 100 calibrations (Student's t)."""
-        reach = float(scipy.special.stdtrit(self.freedoms, 0.975)) * self.std
+        reach = float(scipy.special.stdtrit(self.residual_dof, 0.975)) * self.std
         return np.stack([self.values - reach, self.values + reach], -1)
 
     @property
@@ -130,8 +132,8 @@ class Calibration:
         own = self.p.copy()
         own[[item.part == "tool" for item in self.robot.geometry]] = 0.0
         T_tool = inverse(self.robot.fk_p(self.q[0], own)) @ self.robot.fk_p(self.q[0], self.p)
-        if isinstance(self.observation, Poses):
-            probe = T_tool @ self.observation.T_tool_probe
+        if isinstance(self.measurements, Poses):
+            probe = T_tool @ self.measurements.T_tool_probe
             found.append(("probe frame in the nominal tool frame", probe))
         elif not np.array_equal(own, self.p):
             found.append(("tool frame in the nominal tool frame", T_tool))
@@ -157,28 +159,28 @@ def _report(found: Calibration) -> str:
     Args:
         found: A calibration.
     """
-    lengths, used = found.observation.lengths, found.used
+    lengths, used = found.measurements.lengths, found.used
     before, after = (lengths(e)[used].mean() for e in (found.nominal_errors, found.errors))
     units = {item.name: item.unit for item in found.robot.geometry}
     lines = [
-        f"{found.robot.name}: {len(found.names)} variables from {len(found.observation.rows)} "
+        f"{found.robot.name}: {len(found.names)} variables from {len(found.measurements.rows)} "
         "measured numbers",
         f"mean distance before {1e3 * before:.4g} mm, after {1e3 * after:.4g} mm",
-        f"error before {found.before:.4g}, after {found.after:.4g} standard deviations",
-        f"noise {found.noise:.3g} times the stated one, sigma = {found.observation.stated}",
+        f"error before {found.rms_before:.4g}, after {found.rms_after:.4g} standard deviations",
+        f"noise {found.noise:.3g} times the stated one, sigma = {found.measurements.stated}",
         "",
         f"{'frame':<46}{'x':>12}{'y':>12}{'z mm':>12}{'roll':>12}{'pitch':>12}{'yaw deg':>12}",
         *(f"{name:<46}{''.join(f'{x:>12}' for x in shown_numbers(T))}" for name, T in found.frames),
         "",
         f"{'parameter':<28}{'nominal':>12}{'change':>12}{'+-95 %':>10}",
     ]
-    reach = (found.intervals[:, 1] - found.intervals[:, 0]) / 2
+    reach = (found.confidence_intervals[:, 1] - found.confidence_intervals[:, 0]) / 2
     rows = zip(found.names, found.values, found.deviations, reach, strict=True)
     for name, value, deviation, half in rows:
         factor, unit = SHOWN[units.get(name, "m")]
         nominal, change, half_width = (factor * x for x in (value - deviation, deviation, half))
         lines.append(f"{name:<28}{nominal:12.4f}{change:+12.4f}{half_width:10.4f} {unit}")
-    lines += ["", *(f"held at nominal: {item}" for item in found.redundant)]
+    lines += ["", *(f"held at nominal: {item}" for item in found.unidentifiable)]
     lines += [f"left out: {label}" for label in found.outliers]
-    lines += [f"doubtful: {sentence}" for sentence in found.doubts]
+    lines += [f"warning: {sentence}" for sentence in found.warnings]
     return "\n".join(lines).rstrip()

@@ -1,4 +1,4 @@
-"""From tolerances of parts to errors of the tool: to first order, and by random arms.
+"""From manufacturing tolerances to errors of the tool: to first order, and by Monte Carlo.
 
 With J_p the identification Jacobian and S the diagonal matrix of standard deviations of the
 parameters, the covariance of the tool's small displacement (v, omega) is J_p S^2 J_p^T. Random arms
@@ -28,7 +28,7 @@ QUANTILES = (0.5, 0.95, 0.99, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
-class FirstOrder:
+class FirstOrderErrors:
     """Errors of the tool to first order.
 
     Attributes:
@@ -56,16 +56,16 @@ class FirstOrder:
 
 
 @dataclass(frozen=True, eq=False)
-class MonteCarlo:
+class MonteCarloErrors:
     """Errors of random arms.
 
     Attributes:
-        along: (samples, 3) displacement of the tool along each axis of the base [m].
+        displacement: (samples, 3) displacement of the tool along each axis of the base [m].
         position: (samples,) its length [m].
         orientation: (samples,) angle between the tool's orientations [rad].
     """
 
-    along: FloatArray
+    displacement: FloatArray
     position: FloatArray
     orientation: FloatArray
 
@@ -76,52 +76,57 @@ class MonteCarlo:
         return np.stack([np.quantile(self.position, of), np.quantile(self.orientation, of)], -1)
 
 
-def tool_errors(robot: Robot, q: ArrayLike, tolerances: Mapping[str, float]) -> FirstOrder:
-    """The tool's errors to first order.
+def first_order_errors(
+    robot: Robot, q: ArrayLike, parameter_std: Mapping[str, float]
+) -> FirstOrderErrors:
+    """Propagate standard deviations of parameters to the tool, to first order.
 
     Args:
         robot: A robot with parametric functions.
         q: (..., n) coordinates [rad or m].
-        tolerances: Standard deviation of each parameter by its name, or of all of a unit or a part
-            by that, "m", "rad", "1", "axis", "offset" ...; a name goes before a part, and a part
-            before a unit.
+        parameter_std: Standard deviations by name of a parameter, by part ("axis", "offset", ...)
+            or by unit ("m", "rad", "1"); a name takes precedence over a part, and a part over a
+            unit.
 
     Raises:
         InputValueError: A name is neither a parameter, a part nor a unit.
     """
-    sigma = deviations(robot, tolerances)
+    sigma = deviations(robot, parameter_std)
     J = robot.identification_jacobian(q, nominal(robot)) * sigma
     covariance = J @ J.swapaxes(-1, -2)
     squares = (J[..., :3, :] ** 2).sum(-2)
     effects = np.sqrt(squares.reshape(-1, len(sigma)).mean(0))
     order = np.argsort(-effects, kind="stable")
     order = order[sigma[order] > 0]
-    return FirstOrder(covariance, tuple(robot.geometry[k].name for k in order), effects[order])
+    return FirstOrderErrors(
+        covariance, tuple(robot.geometry[k].name for k in order), effects[order]
+    )
 
 
-def random_arms(
+def monte_carlo(
     robot: Robot,
     q: ArrayLike,
-    tolerances: Mapping[str, float],
+    parameter_std: Mapping[str, float],
     samples: int = 100_000,
-    seed: int = 0,
-) -> MonteCarlo:
-    """The tool's errors of arms with random parameters, normally distributed.
+    *,
+    rng: int | np.random.Generator | None = 0,
+) -> MonteCarloErrors:
+    """Draw robots with normally distributed parameters and return the errors of their tools.
 
     Args:
         robot: A robot with parametric functions.
         q: (n,) coordinates, or (samples, n): of each arm [rad or m].
-        tolerances: As in :func:`tool_errors`.
+        parameter_std: As in :func:`first_order_errors`.
         samples: Number of arms.
-        seed: The same seed gives the same arms.
+        rng: An int or a generator for random numbers; None for fresh ones.
 
     Raises:
         InputValueError: A name is neither a parameter, a part nor a unit.
     """
-    sigma, centre = deviations(robot, tolerances), nominal(robot)
-    random = np.random.default_rng(seed)
+    sigma, centre = deviations(robot, parameter_std), nominal(robot)
+    random = np.random.default_rng(rng)
     at = np.asarray(q, dtype=np.float64)
-    along, angle = np.empty((samples, 3)), np.empty(samples)
+    displacement, angle = np.empty((samples, 3)), np.empty(samples)
     used = np.flatnonzero(sigma)
     p = np.tile(centre, (min(samples, _AT_ONCE), 1))
     for first in range(0, samples, _AT_ONCE):
@@ -132,8 +137,8 @@ def random_arms(
             p[:count, k] = centre[k] + sigma[k] * row
         here = at if at.ndim == 1 else at[part]
         T, true = robot.fk_p(here, p[:count], threads="all"), robot.fk_p(here, centre)
-        along[part] = T[:, :3, 3] - true[..., :3, 3]
+        displacement[part] = T[:, :3, 3] - true[..., :3, 3]
         # |R - R'| = 2 sqrt(2) sin(angle / 2)
         apart = np.linalg.norm((T - true)[:, :3, :3], axis=(-2, -1))
         angle[part] = 2 * np.arcsin(np.minimum(apart / math.sqrt(8), 1))
-    return MonteCarlo(along, np.linalg.norm(along, axis=-1), angle)
+    return MonteCarloErrors(displacement, np.linalg.norm(displacement, axis=-1), angle)

@@ -120,14 +120,14 @@ def _calibrate(options: argparse.Namespace) -> int:
 
     robot = load(options.robot, parametric=True)
     measured = calibration.read_measurements(options.measurements, robot)
-    for sentence in measured.assumed:
+    for sentence in measured.assumptions:
         print(f"{options.measurements}: {sentence}")
-    q, observation = measured
+    q, measurements = measured.q, measured.measurements
     held_back: Mapping[str, float] = {}
     if options.vary:
-        found = calibration.identify(robot, q, observation, vary=options.vary)
+        found = calibration.identify(robot, q, measurements, vary=options.vary)
     else:
-        chosen = calibration.best_model(robot, q, observation)
+        chosen = calibration.select_model(robot, q, measurements)
         found, held_back = chosen.calibration, chosen.errors
         print(f"model: {chosen.model.name}")
     print(found)

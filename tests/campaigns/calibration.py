@@ -25,7 +25,7 @@ give the share itself.
 
 Odd trials judge accusations, on arms, a delta and other robots with loops, and all devices: few or
 many, exact or noisy numbers, with and without tolerances. Correct measurements must be explained to
-the stated noise, without an error and without a doubt about the robot. Measurements of another
+the stated noise, without an error and without a warning about the robot. Measurements of another
 robot, with exchanged columns or in degrees must get one; a complete model without tolerances
 explains another robot and need not. Too few numbers for the variables may be refused as such.
 """
@@ -39,7 +39,7 @@ from scipy import stats
 import chasles
 from chasles import screws
 from chasles.calibration import Calibration, Poses, Positions, identify
-from chasles.calibration.observed.frames import register_points, register_poses
+from chasles.calibration.measurements.frames import register_points, register_poses
 from tests.support.calibration_verdicts import verdict
 from tests.support.generators.simulated_measurements import (
     in_degrees,
@@ -121,12 +121,12 @@ def accusations(number: int) -> Outcome:
             continue
         exchanged = with_exchanged_columns(right, int(seed))
         wrong = {"exchanged": exchanged, "degrees": in_degrees(robot, right)}
-        if right.tolerances or "geometry" not in right.vary:
+        if right.parameter_std or "geometry" not in right.vary:
             wrong["another"] = simulated(robot, int(seed), another=True)
         for word, draw in wrong.items():
             counts["wrong"] += 1
             if not verdict(robot, draw).is_answered:
-                failures.append(f"seed {seed}, {word}, {draw}: no doubt")
+                failures.append(f"seed {seed}, {word}, {draw}: no warning")
     return Outcome(counts, tuple(f"{robot.name}, {f}" for f in failures))
 
 
@@ -158,13 +158,13 @@ def errors(number: int) -> Outcome:
 def judged(robot, measure: Callable, random: np.random.Generator) -> Judged:
     """Draw, measure and identify an arm."""
     drawn = _drawn(robot, random)
-    observation = measure(robot, drawn, random)
-    found = identify(robot, drawn.q, observation)
-    before, after = _errors(robot, drawn, observation, found)
+    measurements = measure(robot, drawn, random)
+    found = identify(robot, drawn.q, measurements)
+    before, after = _errors(robot, drawn, measurements, found)
     bound, limit = least_error(robot, drawn, found, random, LEVEL)
     # Poses without noise at the true geometry.
-    known = identify(robot, drawn.q, observation, T_W_base=drawn.T_W_base)
-    exact = SOUND.get(measure, measure)(robot, drawn, random, 0.0).placed_as(known.observation)
+    known = identify(robot, drawn.q, measurements, T_W_base=drawn.T_W_base)
+    exact = SOUND.get(measure, measure)(robot, drawn, random, 0.0).placed_as(known.measurements)
     inside, probability = _intervals(robot, drawn, known, exact)
     return Judged(before / after, after / bound, after <= NEAR * limit, inside, probability)
 
@@ -185,10 +185,10 @@ def _intervals(
     std = np.sqrt(np.diag(C))
     low, high = known.intervals[axes].T
     half = (high - low) / 2
-    z = (true[axes] - (low + high) / 2) / half * stats.t.ppf(0.975, known.freedoms)
+    z = (true[axes] - (low + high) / 2) / half * stats.t.ppf(0.975, known.residual_dof)
     value = z @ np.linalg.solve(C / np.outer(std, std), z) / len(axes)
     inside = (low <= true[axes]) & (true[axes] <= high)
-    return inside, float(stats.f.cdf(value, len(axes), known.freedoms))
+    return inside, float(stats.f.cdf(value, len(axes), known.residual_dof))
 
 
 def _drawn(robot, random: np.random.Generator) -> Drawn:
@@ -244,19 +244,19 @@ SOUND = {_gross: _positions}
 """The measurements without gross errors."""
 
 
-def _errors(robot, drawn: Drawn, observation, found) -> tuple[float, float]:
+def _errors(robot, drawn: Drawn, measurements, found) -> tuple[float, float]:
     """Mean errors of the registered nominal robot and of the calibrated robot [m]."""
     true = drawn.T_W_base @ robot.fk_p(drawn.held, drawn.p)
     measured = robot.fk(drawn.q)
-    if isinstance(observation, Poses):
+    if isinstance(measurements, Poses):
         probes = true @ drawn.T_tool_probe
-        calibrated = found.poses(drawn.held) @ found.observation.T_tool_probe
-        T_W_base, T_tool_probe = register_poses(measured, observation.T)
+        calibrated = found.poses(drawn.held) @ found.measurements.T_tool_probe
+        T_W_base, T_tool_probe = register_poses(measured, measurements.T)
         nominal = T_W_base @ robot.fk(drawn.held) @ T_tool_probe
         return _mean(nominal - probes), _mean(calibrated - probes)
     points = _placed(true, drawn.targets)
     calibrated = _placed(found.poses(drawn.held), found.unknowns.reshape(-1, 3))
-    nominal = register_points(measured, observation.points)
+    nominal = register_points(measured, measurements.points)
     of_nominal = _placed(nominal.T_W_base @ robot.fk(drawn.held), nominal.points)
     before, after = (
         float(np.linalg.norm(x - points, axis=-1).mean()) for x in (of_nominal, calibrated)
@@ -270,6 +270,6 @@ def _mean(apart: np.ndarray) -> float:
 
 CAMPAIGN = Campaign(
     "calibration",
-    "Identification reduces the error as far as noise allows; its intervals and doubts are right.",
+    "Identification reduces the error as far as noise allows; its intervals and warnings hold.",
     trial,
 )

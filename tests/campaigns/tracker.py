@@ -21,8 +21,8 @@ import numpy as np
 
 import chasles
 from chasles import screws
-from chasles.calibration import best_model, identify, read_measurements
-from chasles.calibration.observed.frames import register_points
+from chasles.calibration import identify, read_measurements, select_model
+from chasles.calibration.measurements.frames import register_points
 
 from .campaign import Campaign, Outcome
 
@@ -59,18 +59,19 @@ def measured(robot, random: np.random.Generator) -> tuple[dict[str, float], list
     points = drawn.measured(q) + NOISE * random.normal(size=(MEASURED, 3, 3))
     points[random.random((MEASURED, 3)) < 0.05] = np.nan
     with tempfile.TemporaryDirectory() as folder:
-        read, observation = read_measurements(_written(Path(folder), robot, q, points), robot)
+        table = read_measurements(_written(Path(folder), robot, q, points), robot)
+    read, measurements = table.q, table.measurements
     failures = []
     half = [DIGITS[c.unit] for c in robot.coordinates]
-    if not ((np.abs(read - q) <= half).all() and _same(observation.points, points)):
+    if not ((np.abs(read - q) <= half).all() and _same(measurements.points, points)):
         failures.append("the table was read with other numbers")
     true = drawn.measured(held)
-    nominal = register_points(robot.fk(read), observation.points)
-    chosen = best_model(robot, read, observation)
+    nominal = register_points(robot.fk(read), measurements.points)
+    chosen = select_model(robot, read, measurements)
     errors = {
         "nominal": _apart(nominal.T_W_base @ robot.fk(held), nominal.points, true),
-        "offsets": _mean(identify(robot, read, observation, vary=("offset",)), held, true),
-        "axes": _mean(identify(robot, read, observation), held, true),
+        "offsets": _mean(identify(robot, read, measurements, vary=("offset",)), held, true),
+        "axes": _mean(identify(robot, read, measurements), held, true),
         "chosen": _mean(chosen.calibration, held, true),
     }
     if not errors["chosen"] < min(SAG, errors["axes"]):

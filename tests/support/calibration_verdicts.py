@@ -1,4 +1,4 @@
-"""What an identification says of simulated measurements: nothing, a doubt, or an error."""
+"""What an identification says of simulated measurements: nothing, a warning, or an error."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ ACCUSING = (
     *("another robot", "contradict", "is its zero another", "may be wrong", "exchanged", "are off"),
     "times the stated noise",
 )
-"""Words of doubts about the robot or the measurements; other doubts are about their number."""
+"""Words of warnings about the robot or the measurements; other warnings are about their number."""
 TOO_FEW = "do not determine"
 MOST_NOISE = 3.0
 """Noise of correct measurements, in parts of the stated one: chance exceeds it with a probability
@@ -24,14 +24,14 @@ class Verdict:
     """What is said.
 
     Attributes:
-        accusations: The error, or the doubts about the robot or the measurements.
-        doubts: All doubts, also that the numbers are few.
+        accusations: The error, or the warnings about the robot or the measurements.
+        warnings: All warnings, also that the numbers are few.
         is_too_few: Whether the numbers are fewer than the variables.
         unexplained: What a correct robot would not have: rows left out, or more noise than stated.
     """
 
     accusations: tuple[str, ...]
-    doubts: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     is_too_few: bool = False
     unexplained: tuple[str, ...] = ()
 
@@ -42,12 +42,12 @@ class Verdict:
 
     @property
     def is_answered(self) -> bool:
-        """Whether the measurements are doubted or refused.
+        """Whether the measurements get a warning or an error.
 
-        A few numbers of another robot may fit, with zeros degrees away: the doubt is then that they
-        are few.
+        A few numbers of another robot may fit, with zeros degrees away; the warning then is about
+        their number.
         """
-        return bool(self.accusations or self.doubts)
+        return bool(self.accusations or self.warnings)
 
     @property
     def text(self) -> str:
@@ -59,12 +59,12 @@ def verdict(robot, draw: Simulated) -> Verdict:
     """What an identification says of a draw."""
     try:
         found = identify(
-            robot, draw.q, draw.observation, vary=draw.vary, tolerances=draw.tolerances
+            robot, draw.q, draw.measurements, vary=draw.vary, parameter_std=draw.parameter_std
         )
     except InputValueError as error:
         return Verdict((str(error),), is_too_few=TOO_FEW in str(error))
-    said = [doubt for doubt in found.doubts if any(word in doubt for word in ACCUSING)]
+    said = [text for text in found.warnings if any(word in text for word in ACCUSING)]
     unexplained = [f"left out: {label}" for label in found.outliers]
-    if found.freedoms > LEAST_SURPLUS and found.noise > MOST_NOISE:
+    if found.residual_dof > LEAST_SURPLUS and found.noise > MOST_NOISE:
         unexplained.append(f"noise {found.noise:.3g} times the stated one")
-    return Verdict(tuple(said), found.doubts, unexplained=tuple(unexplained))
+    return Verdict(tuple(said), found.warnings, unexplained=tuple(unexplained))

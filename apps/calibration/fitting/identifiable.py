@@ -23,11 +23,11 @@ VISIBLE = 1e-3
 """Least size of what the other columns leave, in standard deviations per 1 mm or 1 mrad: below it a
 parameter shows after a metre or a radian, which is rounding or a product of small numbers."""
 SHOWN = 0.01
-"""Least coefficient of a redundant combination that is shown."""
+"""Least coefficient of an unidentifiable combination that is shown."""
 
 
 @dataclass(frozen=True)
-class Redundancy:
+class Unidentifiable:
     """A parameter or unknown that the measurements do not tell apart from others.
 
     Attributes:
@@ -48,7 +48,7 @@ class Redundancy:
 
 def identifiable(
     kept: FloatArray, columns: FloatArray, names: tuple[str, ...], kept_names: tuple[str, ...]
-) -> tuple[NDArray[np.intp], tuple[Redundancy, ...]]:
+) -> tuple[NDArray[np.intp], tuple[Unidentifiable, ...]]:
     """The columns that are told apart from each other and from those that are kept anyway.
 
     Args:
@@ -77,5 +77,5 @@ def identifiable(
         combination = tuple(
             (name, float(w)) for name, w in zip(told, weights, strict=True) if abs(w) > SHOWN
         )
-        redundancies.append(Redundancy(names[k], combination))
+        redundancies.append(Unidentifiable(names[k], combination))
     return chosen, tuple(redundancies)

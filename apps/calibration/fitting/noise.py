@@ -1,22 +1,22 @@
 """The noise of measurements, and the rows that contradict the others, from linearized errors.
 
-Errors near the solution are e + J dx, with dx in scaled variables, and tolerances add d + D dx, the
-deviations from nominal in parts of their tolerances. With s the noise, the matrix
+Errors near the solution are e + J dx, with dx in scaled variables. Known standard deviations of
+parameters add d + D dx, the scaled deviations from nominal. With s the noise, the matrix
 
     H = J^T J + s^2 D^T D
 
 gives the covariance s^2 H^-1 and the leverages h = diag(J H^-1 J^T): an error keeps the part 1 - h
 of its variance, since the variables follow it. sum(1 - h) measured numbers are surplus.
 
-Without tolerances s^2 = sum e^2 / (M - k). With tolerances, s makes the measurements most probable,
+Without them s^2 = sum e^2 / (M - k). With them, s makes the measurements most probable,
 whatever the parameters are: in the axes of J D^-1, an error y has the variance lambda + s^2. Few
 measurements and many parameters leave s open; a density of log s about the stated noise decides
 then, so wide that thirty surplus numbers outweigh it.
 
 Source:
-    D. J. C. MacKay, Bayesian interpolation, Neural Computation 4 (1992), for the noise beside
-    tolerances; R. D. Cook, S. Weisberg, Residuals and Influence in Regression, 1982, for leverages
-    and the test of rows by Student's distribution.
+    D. J. C. MacKay, Bayesian interpolation, Neural Computation 4 (1992), for the noise next to
+    known standard deviations; R. D. Cook, S. Weisberg, Residuals and Influence in Regression, 1982,
+    for leverages and the test of rows by Student's distribution.
 """
 
 from __future__ import annotations
@@ -62,17 +62,17 @@ determined."""
 
 
 class Undetermined(Exception):
-    """Rows and tolerances do not determine all variables."""
+    """Rows and parameter_std do not determine all variables."""
 
 
 @dataclass(frozen=True)
 class Linearized:
-    """Errors and tolerances near a solution.
+    """Errors and parameter_std near a solution.
 
     Attributes:
         e: (M,) errors, in standard deviations.
         J: (M, k) their derivative by the scaled variables.
-        d: (t,) deviations from nominal, in parts of the tolerances.
+        d: (t,) deviations from nominal, in parts of the parameter_std.
         D: (t, k) their derivative; each row has one entry.
     """
 

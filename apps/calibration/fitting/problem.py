@@ -32,11 +32,11 @@ from chasles import InputValueError, Robot, ShapeError
 from chasles.screws import inverse
 from chasles.summaries import short_repr
 
-from ..doubts import doubts
-from ..observed.observations import SMALL, Observation, Start
+from ..diagnostics import diagnose
+from ..measurements.tool_measurements import SMALL, Measurements, Start
 from ..parameters import FRAMES, chosen, deviations, nominal, parts
 from ..result import Calibration
-from .identifiable import Redundancy, identifiable
+from .identifiable import Unidentifiable, identifiable
 from .levenberg_marquardt import Errors, least_squares
 from .noise import LEAST_NOISE, Linearized, Undetermined, robust_deviation
 
@@ -88,7 +88,7 @@ def problem_at(
     q: FloatArray,
     start: Start,
     vary: Collection[str],
-    tolerances: Mapping[str, float] | None = None,
+    parameter_std: Mapping[str, float] | None = None,
     p: FloatArray | None = None,
 ) -> Problem:
     """The variables that measurements tell apart, at the nominal robot or at another geometry.
@@ -98,18 +98,18 @@ def problem_at(
         q: (N, n) coordinates [rad or m].
         start: The measurements, their frame and unknowns.
         vary: As in :func:`identify`.
-        tolerances: As in :func:`identify`.
+        parameter_std: As in :func:`identify`.
         p: The geometry; parameters that are not told apart keep its values.
     """
-    p, observation = nominal(robot) if p is None else p, start.observation
-    candidates = _candidates(robot, vary, observation, bool(tolerances))
-    known = deviations(robot, tolerances or {})[candidates]
+    p, measurements = nominal(robot) if p is None else p, start.measurements
+    candidates = _candidates(robot, vary, measurements, bool(parameter_std))
+    known = deviations(robot, parameter_std or {})[candidates]
     whole = _whole(robot, q, start, p, candidates, known)
     J, names, n = whole.derivative(whole.x0) * SMALL, np.array(whole.names), len(candidates)
     unknown, unclear = identifiable(J[:, :0], J[:, n:], whole.names[n:], ())
     J, free = np.concatenate([J, whole.drawn()], 0), np.flatnonzero(known == 0)
     kept = np.concatenate([np.flatnonzero(known), n + unknown]).astype(np.intp)
-    told, redundant = identifiable(J[:, kept], J[:, free], tuple(names[free]), tuple(names[kept]))
+    told, unseen = identifiable(J[:, kept], J[:, free], tuple(names[free]), tuple(names[kept]))
     sought = np.union1d(free[told], np.flatnonzero(known)).astype(np.intp)
     return replace(
         whole,
@@ -117,7 +117,7 @@ def problem_at(
         open_unknowns=unknown,
         x0=np.concatenate([p[candidates[sought]], start.unknowns[unknown]]),
         known=known[sought],
-        redundant=(*redundant, *unclear),
+        unidentifiable=(*unseen, *unclear),
     )
 
 
@@ -128,7 +128,7 @@ def _whole(
     return Problem(
         robot=robot,
         q=q,
-        observation=start.observation,
+        measurements=start.measurements,
         T_W_base=start.T_W_base,
         held=p,
         held_unknowns=start.unknowns,
@@ -136,7 +136,7 @@ def _whole(
         open_unknowns=np.arange(len(start.unknowns)),
         x0=np.concatenate([p[sought], start.unknowns]),
         known=known,
-        redundant=(),
+        unidentifiable=(),
         weights=np.ones(len(q)),
     )
 
@@ -145,7 +145,7 @@ def problem_nearby(
     first: Problem,
     start: Start,
     vary: Collection[str],
-    tolerances: Mapping[str, float] | None = None,
+    parameter_std: Mapping[str, float] | None = None,
     *,
     robust: bool,
 ) -> Problem:
@@ -158,10 +158,10 @@ def problem_nearby(
         first: The variables that are told apart at the nominal robot.
         start: The measurements, their frame and unknowns.
         vary: As in :func:`identify`.
-        tolerances: As in :func:`identify`.
+        parameter_std: As in :func:`identify`.
         robust: Whether a loss is taken that outliers do not govern.
     """
-    sought = _candidates(first.robot, vary, start.observation, bool(tolerances))
+    sought = _candidates(first.robot, vary, start.measurements, bool(parameter_std))
     whole = _whole(first.robot, first.q, start, first.held, sought, np.zeros(len(sought)))
     whole, x0 = whole.weighted(first.weights), whole.x0
     designed = np.zeros(len(x0), dtype=bool)
@@ -183,18 +183,18 @@ def problem_nearby(
         evaluations=_MOST_NEARBY,
     )
     at = start._replace(unknowns=found[len(sought) :])
-    return problem_at(first.robot, first.q, at, vary, tolerances, whole.geometry(found))
+    return problem_at(first.robot, first.q, at, vary, parameter_std, whole.geometry(found))
 
 
 def _candidates(
-    robot: Robot, vary: Collection[str], observation: Observation, has_tolerances: bool
+    robot: Robot, vary: Collection[str], measurements: Measurements, has_deviations: bool
 ) -> IntArray:
     """Indices of the parameters that may be sought."""
     words = parts(robot, vary)
     # The device's frame is never known exactly: axes that shift freely contain it, else the base.
-    if has_tolerances or "axis" not in words or robot.kind != "serial":
+    if has_deviations or "axis" not in words or robot.kind != "serial":
         words.add("base")
-    if observation.fixes_tool:
+    if measurements.fixes_tool:
         words.add("tool")
     return chosen(robot, words)
 
@@ -214,21 +214,21 @@ class Problem:
     Attributes:
         robot: The robot.
         q: (N, n) coordinates.
-        observation: The measurements.
+        measurements: The measurements.
         T_W_base: (4, 4) base frame in the device's.
         held: The geometry of which the sought parameters are a part.
-        held_unknowns: The observation's unknowns, likewise.
+        held_unknowns: Unknowns of the measurements, likewise.
         sought: Indices of the identified parameters in the geometry.
         open_unknowns: Indices of the identified unknowns.
         x0: Start of x.
         known: Standard deviations of the identified parameters about nominal; 0 of free ones.
-        redundant: Parameters that are not told apart.
+        unidentifiable: Parameters that are not told apart.
         weights: (N,) weight of each configuration.
     """
 
     robot: Robot
     q: FloatArray
-    observation: Observation
+    measurements: Measurements
     T_W_base: FloatArray
     held: FloatArray
     held_unknowns: FloatArray
@@ -236,7 +236,7 @@ class Problem:
     open_unknowns: IntArray
     x0: FloatArray
     known: FloatArray
-    redundant: tuple[Redundancy, ...]
+    unidentifiable: tuple[Unidentifiable, ...]
     weights: FloatArray
 
     __repr__ = short_repr
@@ -245,13 +245,13 @@ class Problem:
     def names(self) -> tuple[str, ...]:
         """Names of the variables."""
         own = (self.robot.geometry[k].name for k in self.sought)
-        unknowns = self.observation.unknowns
+        unknowns = self.measurements.unknowns
         return (*own, *(unknowns[k] for k in self.open_unknowns))
 
     @property
     def everything(self) -> BoolArray:
         """All rows."""
-        return np.ones(len(self.observation.labels), dtype=bool)
+        return np.ones(len(self.measurements.labels), dtype=bool)
 
     def geometry(self, x: FloatArray) -> FloatArray:
         """The robot's geometry at variables x."""
@@ -264,7 +264,7 @@ class Problem:
         return np.asarray(self.T_W_base @ self.robot.fk_p(q, self.geometry(x)))
 
     def unknowns(self, x: FloatArray) -> FloatArray:
-        """The observation's unknowns at variables x."""
+        """Unknowns of the measurements at variables x."""
         found = self.held_unknowns.copy()
         found[self.open_unknowns] = x[len(self.sought) :]
         return found
@@ -278,25 +278,25 @@ class Problem:
         return self._derivative_at(self.poses(self.q, x), x)
 
     def _errors_at(self, T: FloatArray, x: FloatArray) -> FloatArray:
-        return np.asarray(self._roots * self.observation.errors(T, self.unknowns(x)))
+        return np.asarray(self._roots * self.measurements.errors(T, self.unknowns(x)))
 
     def _derivative_at(self, T: FloatArray, x: FloatArray) -> FloatArray:
         J = self.robot.identification_jacobian(self.q, self.geometry(x))[..., self.sought]
         R = self.T_W_base[:3, :3]
         J = np.concatenate([R @ J[:, :3], R @ J[:, 3:]], 1)
-        by_p, by_unknowns = self.observation.derivatives(T, J, self.unknowns(x))
+        by_p, by_unknowns = self.measurements.derivatives(T, J, self.unknowns(x))
         found = np.concatenate([by_p, by_unknowns[:, self.open_unknowns]], 1)
         return np.asarray(self._roots[:, None] * found)
 
     @functools.cached_property
     def _rows(self) -> IntArray:
         """The row of each error."""
-        return self.observation.rows
+        return self.measurements.rows
 
     @functools.cached_property
     def _roots(self) -> FloatArray:
         """(M,) root of the weight of each error."""
-        return np.sqrt(self.weights[self.observation.configurations[self._rows]])
+        return np.sqrt(self.weights[self.measurements.configurations[self._rows]])
 
     def weighted(self, weights: FloatArray) -> Problem:
         """The same variables, with other weights (N,).
@@ -312,8 +312,10 @@ class Problem:
 
     def at(self, index: IntArray) -> Problem:
         """The same variables, from the measurements of some configurations."""
-        observation = self.observation.at(index)
-        return replace(self, q=self.q[index], observation=observation, weights=self.weights[index])
+        measurements = self.measurements.at(index)
+        return replace(
+            self, q=self.q[index], measurements=measurements, weights=self.weights[index]
+        )
 
     def drawn(self) -> FloatArray:
         """(t, k) derivative of (p - nominal) / tolerance by the scaled variables."""
@@ -323,7 +325,7 @@ class Problem:
         return found
 
     def strays(self, x: FloatArray) -> FloatArray:
-        """(t,) deviations of parameters from nominal, in parts of their tolerances."""
+        """(t,) deviations of parameters from nominal, in standard deviations."""
         at = np.flatnonzero(self.known)
         return np.asarray((x[at] - nominal(self.robot)[self.sought[at]]) / self.known[at])
 
@@ -339,7 +341,7 @@ class Problem:
         """
         x = self.solve(x, self.everything, 1.0, robust=robust)
         fit = self.settled(Fit(x, self.everything, 1.0), robust=robust)
-        return replace(found := self.calibration(fit), doubts=doubts(found))
+        return replace(found := self.calibration(fit), warnings=diagnose(found))
 
     def settled(self, fit: Fit, *, robust: bool) -> Fit:
         """Variables, rows that agree, and noise that belong together, from those near by.
@@ -352,7 +354,7 @@ class Problem:
             InputValueError: There are fewer measurements than variables.
         """
         design = {item.name for item in self.robot.geometry if item.part not in FRAMES}
-        count = len(self.x0) + sum(item.name in design for item in self.redundant)
+        count = len(self.x0) + sum(item.name in design for item in self.unidentifiable)
         if len(self._rows) + len(self.drawn()) <= count:
             raise InputValueError(
                 f"identify: {len(self._rows)} measured numbers do not determine {count} "
@@ -421,7 +423,7 @@ class Problem:
         return max(at.noise(), LEAST_NOISE) if len(at.D) else at.noise()
 
     def _linearized(self, x: FloatArray, kept: BoolArray) -> Linearized:
-        """Errors of some measured numbers, and tolerances, near x."""
+        """Errors of some measured numbers, and deviations of parameters, near x."""
         J = self.derivative(x)[kept] * SMALL
         return Linearized(self.errors(x)[kept], J, self.strays(x), self.drawn())
 
@@ -449,17 +451,17 @@ class Problem:
             values=x,
             deviations=x - before,
             covariance=np.asarray(root @ root.T),
-            tolerances=np.concatenate([self.known, np.zeros(len(self.open_unknowns))]),
+            parameter_std=np.concatenate([self.known, np.zeros(len(self.open_unknowns))]),
             p=p,
-            redundant=self.redundant,
+            unidentifiable=self.unidentifiable,
             T_W_base=T_W_base,
             nominal_errors=self.errors(self.x0),
             errors=self.errors(x),
             used=used,
             noise=noise,
-            freedoms=max(round(at.freedoms(noise)), 1),
+            residual_dof=max(round(at.freedoms(noise)), 1),
             unknowns=self.unknowns(x),
-            observation=self.observation,
+            measurements=self.measurements,
             q=self.q,
             robot=self.robot,
         )

@@ -64,12 +64,13 @@ def contents(found: Calibration, held_back: Mapping[str, float] | None = None) -
     before, after = lengths(found)
     used = found.used
     summary = (
-        f"{len(found.names)} variables were identified from {len(found.observation.rows)} measured "
-        f"numbers at {len(found.q)} configurations.",
+        f"{len(found.names)} variables were identified from {len(found.measurements.rows)} "
+        f"measured numbers at {len(found.q)} configurations.",
         f"Mean error {MM * before[used].mean():.3f} mm before, {MM * after[used].mean():.3f} mm "
         f"after; largest {MM * before[used].max():.3f} mm before, {MM * after[used].max():.3f} mm "
         "after.",
-        f"The noise is {found.noise:.3g} times the stated one, sigma = {found.observation.stated}.",
+        f"The noise is {found.noise:.3g} times the stated noise, sigma = "
+        f"{found.measurements.stated}.",
     )
     tables = [_of_targets(found, before, after), _of_frames(found)]
     if held_back:
@@ -83,21 +84,21 @@ def contents(found: Calibration, held_back: Mapping[str, float] | None = None) -
         _of_parameters(found),
         tuple(tables),
         (
-            *found.doubts,
+            *found.warnings,
             *_left_out(found),
-            *(f"Held at nominal: {item}." for item in found.redundant),
+            *(f"Held at nominal: {item}." for item in found.unidentifiable),
         ),
     )
 
 
 def lengths(found: Calibration) -> tuple[FloatArray, FloatArray]:
     """Errors [m] of all rows before and after."""
-    measured = found.observation
+    measured = found.measurements
     return measured.lengths(found.nominal_errors), measured.lengths(found.errors)
 
 
 def _of_targets(found: Calibration, before: FloatArray, after: FloatArray) -> Table:
-    names = np.array(found.observation.targets)
+    names = np.array(found.measurements.targets)
     rows = []
     for name in dict.fromkeys(names.tolist()):
         own = (names == name) & found.used
@@ -116,7 +117,7 @@ def _of_parameters(found: Calibration) -> Table:
     units = {item.name: item.unit for item in found.robot.geometry}
     # Corrections of the base are part of the device's frame.
     parts = {item.name: item.part for item in found.robot.geometry}
-    reach = (found.intervals[:, 1] - found.intervals[:, 0]) / 2
+    reach = (found.confidence_intervals[:, 1] - found.confidence_intervals[:, 0]) / 2
     rows = []
     for name, value, change, half in zip(
         found.names, found.values, found.deviations, reach, strict=True

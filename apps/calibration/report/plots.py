@@ -28,7 +28,7 @@ def residual_plot(found: Calibration) -> Figure:
     """
     figure, axes = _empty()
     before, after = lengths(found)
-    at, used = found.observation.configurations + 1, found.used
+    at, used = found.measurements.configurations + 1, found.used
     axes.semilogy(at, MM * before, "s", color=_ORANGE, ms=2.5, label="before", fillstyle="none")
     axes.semilogy(at[used], MM * after[used], "o", color=_BLUE, ms=2, label="after")
     if not used.all():
@@ -49,7 +49,7 @@ def parameter_plot(found: Calibration) -> Figure:
     """
     figure, axes = _empty()
     units = {item.name: item.unit for item in found.robot.geometry if item.part != "base"}
-    reach = (found.intervals[:, 1] - found.intervals[:, 0]) / 2
+    reach = (found.confidence_intervals[:, 1] - found.confidence_intervals[:, 0]) / 2
     own = np.flatnonzero([name in units for name in found.names])
     clear = own[np.argsort(-np.abs(found.deviations[own]) / reach[own])[:_LARGEST][::-1]]
     shown = [SHOWN[units[found.names[k]]] for k in clear]

@@ -28,10 +28,10 @@ from tests.support.generators.simulated_measurements import (
 SIGMA = 2e-5
 MODELS = {
     "offsets": {"vary": ("offset",)},
-    "offsets with tolerances": {"vary": ("offset",), "tolerances": {"offset": 5e-4}},
+    "offsets with tolerances": {"vary": ("offset",), "parameter_std": {"offset": 5e-4}},
     "all with tolerances": {
         "vary": ("offset", "loop", "axis"),
-        "tolerances": {"offset": 5e-4, "loop": 3e-4, "axis": 1e-3},
+        "parameter_std": {"offset": 5e-4, "loop": 3e-4, "axis": 1e-3},
     },
 }
 
@@ -57,7 +57,7 @@ def test_bed_contacts_of_linear_delta_are_explained_to_noise(linear_delta, model
     q = bed_contacts(count, 0, SIGMA)
     found = identify(linear_delta, q, PlaneContacts(np.zeros(count), SIGMA), **MODELS[model])
     assert 0.4 < found.noise < 1.5
-    assert not any("another" in doubt for doubt in found.doubts)
+    assert not any("another" in text for text in found.warnings)
     assert found.outliers == ()
     assert np.isfinite(found.std).all()
     if model != "all with tolerances":
@@ -70,7 +70,7 @@ def test_exact_bed_contacts_give_end_stops(linear_delta, model):
     q = bed_contacts(61, 0, 0.0)
     found = identify(linear_delta, q, PlaneContacts(np.zeros(61), SIGMA), **MODELS[model])
     assert found.outliers == ()
-    assert not any("another" in doubt for doubt in found.doubts)
+    assert not any("another" in text for text in found.warnings)
     if model != "all with tolerances":
         true = np.array(END_STOPS) - np.mean(END_STOPS)
         assert_allclose(end_stops(linear_delta, found), true, atol=1e-7)
@@ -80,7 +80,7 @@ def test_unknowns_that_measurements_leave_open_are_redundant(linear_delta):
     """A nozzle that keeps its orientation tells its place from the bed's by nothing."""
     q = bed_contacts(25, 0, SIGMA)
     found = identify(linear_delta, q, PlaneContacts(np.zeros(25), SIGMA), vary=("offset",))
-    held = {item.name for item in found.redundant}
+    held = {item.name for item in found.unidentifiable}
     assert {"target_x", "target_y"} <= held
     assert len({"target_z", "plane_height"} & held) == 1
     assert len(found.unknowns) == 6
@@ -108,7 +108,7 @@ def test_measurements_of_other_robots_get_a_doubt(arm):
 def test_length_that_tolerances_exclude_gets_a_doubt(arm):
     """A complete model explains a link that is 20 mm longer, by forty times its tolerance."""
     draw = simulated(arm, 24, another=True)
-    assert draw.tolerances
+    assert draw.parameter_std
     assert "times its tolerance" in verdict(arm, draw).text
 
 
@@ -170,6 +170,6 @@ def test_limit_of_rows_is_five_deviations_of_many_numbers():
 def test_gross_error_among_few_measurements_is_left_out(arm):
     """25 rows of a target for 7 variables name the row that is 5 mm off."""
     draw = simulated(arm, 3, device="three targets")
-    draw.observation.points[2, 1] += 5e-3
-    found = identify(arm, draw.q, draw.observation, vary=("offset",))
+    draw.measurements.points[2, 1] += 5e-3
+    found = identify(arm, draw.q, draw.measurements, vary=("offset",))
     assert found.outliers == ("measurement 3, target 2",)

@@ -16,7 +16,14 @@ import scipy.optimize
 from numpy.testing import assert_allclose
 
 from chasles import screws
-from chasles.calibration import Poses, Positions, identify, random_arms, robot_file, tool_errors
+from chasles.calibration import (
+    Poses,
+    Positions,
+    first_order_errors,
+    identify,
+    monte_carlo,
+    robot_file,
+)
 from chasles.calibration.fitting.noise import OUTLYING
 from chasles.calibration.fitting.problem import Fit, problem_at
 from chasles.derive import RobotError, casadi_function, derive, load, loads
@@ -125,7 +132,7 @@ def test_identification_explains_randomly_perturbed_loop_robot(seed):
     T = T_W_base @ robot.fk_p(q, p)
     measured = Poses(T @ noise, SIGMA)
     found = identify(robot, q, measured)
-    probe = found.observation.T_tool_probe
+    probe = found.measurements.T_tool_probe
     true, calibrated = T_W_base @ robot.fk_p(held, p), found.poses(held) @ probe
     nominal = found.T_W_base @ robot.fk(held) @ probe
     before, after = (
@@ -174,7 +181,7 @@ def test_identify_explains_delta_whose_probe_is_decimetres_from_its_start(seed):
     T = screws.exp(random.normal(size=6)) @ robot.fk_p(q, p) @ noise
     found = identify(robot, q, Poses(T, SIGMA))
     assert 0.8 < found.noise < 1.2
-    assert found.doubts == ()
+    assert found.warnings == ()
 
 
 def test_unobservable_mechanism_scale_is_reported_redundant(tmp_path):
@@ -194,7 +201,7 @@ def test_unobservable_mechanism_scale_is_reported_redundant(tmp_path):
     sizes |= {"rocker_pin_a_x": 0.05, "rocker_pin_b_x": 0.25}
     measured = Poses(robot.fk(q) @ noise, SIGMA)
     found = identify(robot, q, measured, vary=sizes, T_W_base=np.eye(4))
-    (held,) = (item for item in found.redundant if item.name in sizes)
+    (held,) = (item for item in found.unidentifiable if item.name in sizes)
     assert sizes.keys() - {held.name} <= dict(held.combination).keys()
     names = [item.name for item in robot.geometry]
     J = robot.identification_jacobian(q, [item.value for item in robot.geometry])
@@ -245,11 +252,11 @@ def test_casadi_fk_p_and_derivatives_match_runtime_for_perturbed_loops():
 
 def test_first_order_tool_errors_match_monte_carlo_for_loops():
     robot = parametric("slider_crank")
-    tolerances = {"axis": 1e-5, "loop": 1e-5}
+    parameter_std = {"axis": 1e-5, "loop": 1e-5}
     q = np.array(robot.reference.q)
-    first = tool_errors(robot, q, tolerances)
-    drawn_ = random_arms(robot, q, tolerances, samples=20_000)
-    assert_allclose(drawn_.along.std(0), np.sqrt(np.diag(first.covariance)[:3]), rtol=0.03)
+    first = first_order_errors(robot, q, parameter_std)
+    drawn_ = monte_carlo(robot, q, parameter_std, samples=20_000)
+    assert_allclose(drawn_.displacement.std(0), np.sqrt(np.diag(first.covariance)[:3]), rtol=0.03)
 
 
 @pytest.mark.parametrize(
@@ -280,7 +287,7 @@ def test_vary_keyword_selects_only_its_own_parameter_parts(name):
         if word == "axis" and word not in parts.values():
             continue
         found = identify(robot, q, measured, vary=word, robust=False)
-        sought[word] = {*found.names, *(item.name for item in found.redundant)}
+        sought[word] = {*found.names, *(item.name for item in found.unidentifiable)}
         own = {"axis", "loop"} if word == "geometry" else {word}
         assert {parts[n] for n in sought[word]} == (own & set(parts.values())) | {"base", "tool"}
         assert {n for n, part in parts.items() if part in own} <= sought[word]

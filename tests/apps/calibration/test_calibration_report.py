@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 from chasles import screws
-from chasles.calibration import Poses, Positions, best_model, identify
+from chasles.calibration import Poses, Positions, identify, select_model
 from chasles.calibration.report import html_page, residual_plot, tex_page
 from chasles.calibration.report.contents import contents
 from tests.support.measured_arms import drawn
@@ -22,7 +22,7 @@ def chosen(arm):
     points = truth.positions(arm, truth.q)
     points += 2e-5 * np.random.default_rng(0).normal(size=points.shape)
     points[4, 1] += 5e-3
-    return best_model(arm, truth.q, Positions(points, 2e-5))
+    return select_model(arm, truth.q, Positions(points, 2e-5))
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +41,9 @@ def test_report_tables_match_calibration_results(chosen):
     k = found.names.index("elbow_shift_x")
     change, half = float(rows["elbow_shift_x"][1]), float(rows["elbow_shift_x"][2])
     assert change == pytest.approx(1e3 * found.deviations[k], abs=1e-3)
-    assert half == pytest.approx(1e3 * (found.intervals[k, 1] - found.values[k]), abs=1e-3)
+    assert half == pytest.approx(
+        1e3 * (found.confidence_intervals[k, 1] - found.values[k]), abs=1e-3
+    )
     assert [row[0] for row in said.tables[0].rows] == ["target 1", "target 2", "target 3"]
     assert [row[1] for row in said.tables[0].rows] == ["60", "59", "60"]
     assert any("measurement 5, target 2" in note for note in said.notes)

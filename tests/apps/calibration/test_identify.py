@@ -5,8 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from chasles import screws
-from chasles.calibration import Poses, Positions, cross_validated, identify
-from chasles.calibration.observed.frames import register_points
+from chasles.calibration import Poses, Positions, cross_validate, identify
+from chasles.calibration.measurements.frames import register_points
 from chasles.errors import InputValueError, ShapeError
 
 NOISE = 2e-5, 5e-5
@@ -25,7 +25,7 @@ def measured_positions(arm, truth, random):
     return Positions(points + random.normal(size=points.shape) * NOISE[0], NOISE[0])
 
 
-def held_back(arm, truth, found, random):
+def errors_elsewhere(arm, truth, found, random):
     """Errors of three points on the tool at new configurations [m]: calibrated, nominal."""
     q = random.uniform(-2.5, 2.5, (2000, arm.n))
     true = truth.positions(arm, q)
@@ -44,9 +44,9 @@ def test_identify_from_unknown_targets_reduces_held_back_error(arm, truth):
     random = np.random.default_rng(1)
     found = identify(arm, truth.q, measured_positions(arm, truth, random))
     assert len(found.names) == 4 * 6 + 9
-    assert not found.redundant
-    assert found.freedoms == 3 * 3 * 60 - len(found.names)
-    after, before = held_back(arm, truth, found, random)
+    assert not found.unidentifiable
+    assert found.residual_dof == 3 * 3 * 60 - len(found.names)
+    after, before = errors_elsewhere(arm, truth, found, random)
     assert 20 * after < before
     assert 0.9 < found.noise < 1.1
 
@@ -54,29 +54,29 @@ def test_identify_from_unknown_targets_reduces_held_back_error(arm, truth):
 @pytest.mark.parametrize("truth", range(2), indirect=True)
 def test_gross_errors_are_named_and_excluded(arm, truth):
     random = np.random.default_rng(2)
-    observation = measured_positions(arm, truth, random)
+    measurements = measured_positions(arm, truth, random)
     wrong = np.argwhere(random.random((60, 3)) < 0.05)
     for i, j in wrong:
-        observation.points[i, j] += random.normal(size=3) * 5e-3
-    found = identify(arm, truth.q, observation)
+        measurements.points[i, j] += random.normal(size=3) * 5e-3
+    found = identify(arm, truth.q, measurements)
     named = {f"measurement {i + 1}, target {j + 1}" for i, j in wrong}
     assert set(found.outliers) <= named
     assert len(found.outliers) > 0.9 * len(named)
-    after, before = held_back(arm, truth, found, random)
+    after, before = errors_elsewhere(arm, truth, found, random)
     assert 20 * after < before
 
 
 @pytest.mark.parametrize("truth", range(2), indirect=True)
 def test_identify_from_unknown_probe_poses_reduces_error(arm, truth):
     random = np.random.default_rng(3)
-    observation = measured_poses(arm, truth, random)
-    found = identify(arm, truth.q, observation)
+    measurements = measured_poses(arm, truth, random)
+    found = identify(arm, truth.q, measurements)
     assert len(found.names) == 4 * 6 + 6
     q = random.uniform(-2.5, 2.5, (2000, arm.n))
-    placed = found.poses(q) @ found.observation.T_tool_probe
+    placed = found.poses(q) @ found.measurements.T_tool_probe
     true = truth.poses(arm, q) @ screws.exp([0.1, 0.02, -0.05, 1.0, -2.0, 0.5])
     apart = np.linalg.norm((placed - true)[:, :3, 3], axis=-1).mean()
-    T_W_base, T_tool_probe = found.T_W_base, found.observation.T_tool_probe
+    T_W_base, T_tool_probe = found.T_W_base, found.measurements.T_tool_probe
     nominal = np.linalg.norm((T_W_base @ arm.fk(q) @ T_tool_probe - true)[:, :3, 3], axis=-1).mean()
     assert 20 * apart < nominal
 
@@ -96,10 +96,10 @@ def test_confidence_intervals_cover_truth_in_95_percent(arm):
         targets = random.uniform(-0.15, 0.15, (3, 3))
         T = arm.fk_p(q, p)
         points = T[:, None, :3, 3] + np.einsum("nij,mj->nmi", T[:, :3, :3], targets)
-        observation = Positions(points + random.normal(size=points.shape) * NOISE[0], NOISE[0])
-        found = identify(arm, q, observation, robust=False, T_W_base=np.eye(4))
+        measurements = Positions(points + random.normal(size=points.shape) * NOISE[0], NOISE[0])
+        found = identify(arm, q, measurements, robust=False, T_W_base=np.eye(4))
         true = np.concatenate([p[off], targets.ravel()])
-        low, high = found.intervals.T
+        low, high = found.confidence_intervals.T
         inside.append((low <= true) & (true <= high))
     assert 0.92 < np.mean(inside) < 0.98
 
@@ -116,20 +116,20 @@ def test_pose_spread_of_repeated_identifications_stays_near_noise(arm, truth):
 
 def test_dh_model_cannot_explain_tilted_parallel_axes(arm, truth):
     """DH has no parameter for a tilt of axis 3 in the plane of axes 2 and 3."""
-    observation = measured_positions(arm, truth, np.random.default_rng(0))
-    complete = identify(arm, truth.q, observation, robust=False)
-    dh = identify(arm, truth.q, observation, vary=("joint", "offset"), robust=False)
-    assert complete.after < 1.1
-    assert dh.after > 3
-    names = {item.name for item in dh.redundant}
+    measurements = measured_positions(arm, truth, np.random.default_rng(0))
+    complete = identify(arm, truth.q, measurements, robust=False)
+    dh = identify(arm, truth.q, measurements, vary=("joint", "offset"), robust=False)
+    assert complete.rms_after < 1.1
+    assert dh.rms_after > 3
+    names = {item.name for item in dh.unidentifiable}
     assert "elbow_d" in names or "shoulder_lift_d" in names
 
 
 def test_vary_geometry_equals_axis_parameters_for_serial_arm(arm, truth):
     """One word, several words and the default are the same variables, offsets beside them not."""
-    observation = measured_positions(arm, truth, np.random.default_rng(0))
+    measurements = measured_positions(arm, truth, np.random.default_rng(0))
     whole, named, axes, offsets = (
-        identify(arm, truth.q, observation, robust=False, **words)
+        identify(arm, truth.q, measurements, robust=False, **words)
         for words in ({}, {"vary": "geometry"}, {"vary": ("axis",)}, {"vary": "offset"})
     )
     assert whole.names == named.names == axes.names
@@ -138,8 +138,8 @@ def test_vary_geometry_equals_axis_parameters_for_serial_arm(arm, truth):
 
 
 def test_cross_validated_errors_match_noise_level(arm, truth):
-    observation = measured_positions(arm, truth, np.random.default_rng(0))
-    errors = cross_validated(arm, truth.q, observation, folds=3)
+    measurements = measured_positions(arm, truth, np.random.default_rng(0))
+    errors = cross_validate(arm, truth.q, measurements, folds=3)
     assert errors.shape == (540,)
     assert 0.8 < np.sqrt(np.mean(errors**2)) < 1.6
 
@@ -179,13 +179,13 @@ def test_calibration_summary_lists_counts_and_parameters(arm, truth):
 
 
 def test_noise_free_data_with_tolerances_keep_positive_covariance(arm, truth):
-    """The weight of tolerances is the noise, which must not vanish."""
-    tolerances = {"offset": 0.02, "axis": 1e-3}
+    """The weight of parameter_std is the noise, which must not vanish."""
+    parameter_std = {"offset": 0.02, "axis": 1e-3}
     exact = Positions(truth.positions(arm, truth.q), NOISE[0])
-    found = identify(arm, truth.q, exact, vary=("offset", "axis"), tolerances=tolerances)
+    found = identify(arm, truth.q, exact, vary=("offset", "axis"), parameter_std=parameter_std)
     assert np.isfinite(found.covariance).all()
     assert (found.std > 0).all()
-    assert found.after < 1e-2
+    assert found.rms_after < 1e-2
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])

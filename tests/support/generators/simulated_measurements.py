@@ -13,7 +13,7 @@ import numpy as np
 from chasles import screws
 from chasles.calibration import (
     Distances,
-    Observation,
+    Measurements,
     PlaneContacts,
     Poses,
     Positions,
@@ -46,26 +46,26 @@ class Simulated:
     Attributes:
         device: The device.
         q: (N, n) coordinates, as they are reported.
-        observation: What was measured.
+        measurements: What was measured.
         vary: Parameters that the identification varies.
-        tolerances: Their tolerances; None without.
+        parameter_std: Standard deviations of the parameters, or None.
         noise: Factor of the device's noise: 0 or 1.
         p: The true geometry.
     """
 
     device: str
     q: np.ndarray
-    observation: Observation
+    measurements: Measurements
     vary: tuple[str, ...]
-    tolerances: Mapping[str, float] | None
+    parameter_std: Mapping[str, float] | None
     noise: float
     p: np.ndarray
 
     def __str__(self) -> str:
         """In words, for messages of tests."""
         how = "exact" if self.noise == 0 else "noisy"
-        tolerances = " with tolerances" if self.tolerances else ""
-        return f"{len(self.q)} {how} rows, {self.device}, vary {'+'.join(self.vary)}{tolerances}"
+        known = " with tolerances" if self.parameter_std else ""
+        return f"{len(self.q)} {how} rows, {self.device}, vary {'+'.join(self.vary)}{known}"
 
 
 def simulated(robot, seed: int, *, device: str = "", another: bool = False) -> Simulated:
@@ -81,15 +81,15 @@ def simulated(robot, seed: int, *, device: str = "", another: bool = False) -> S
     # Robots of one or two coordinates touch a surface at points or along a curve only.
     device = device or str(rng.choice(DEVICES if robot.n > 2 else DEVICES[:4]))
     many, noise = rng.random() < 0.5, float(rng.random() < 0.7)
-    vary, tolerances = _model(robot, rng)
+    vary, parameter_std = _model(robot, rng)
     count = MANY.get(device, MOST) if many else int(rng.integers(*FEW))
     p = _geometry(robot, vary, rng)
     if another:
         p[_link(robot, rng)] += ANOTHER
     q = _measurable(robot, p, rng, count if device in DEVICES[:4] else 12 * count)
-    observation, q = _observed(robot, device, p, q, noise, rng)
-    q, observation = q[:count], observation.at(np.arange(min(count, len(q))))
-    return Simulated(device, q, observation, vary, tolerances, noise, p)
+    measurements, q = _observed(robot, device, p, q, noise, rng)
+    q, measurements = q[:count], measurements.at(np.arange(min(count, len(q))))
+    return Simulated(device, q, measurements, vary, parameter_std, noise, p)
 
 
 def with_exchanged_columns(draw: Simulated, seed: int) -> Simulated:
@@ -111,11 +111,11 @@ def _model(robot, rng: np.random.Generator) -> tuple[tuple[str, ...], Mapping[st
     models = [(("geometry",), None), (("offset", "geometry"), TOLERANCES)]
     if has_offsets:
         models += [(("offset",), None), (("offset",), TOLERANCES)]
-    vary, tolerances = models[rng.integers(len(models))]
+    vary, parameter_std = models[rng.integers(len(models))]
     known = {item.part for item in robot.geometry}
     chosen = {part: size for part, size in TOLERANCES.items() if part in known}
     vary = tuple(word for word in vary if word == "geometry" or word in known)
-    return vary, chosen if tolerances else None
+    return vary, chosen if parameter_std else None
 
 
 def _geometry(robot, vary: tuple[str, ...], rng: np.random.Generator) -> np.ndarray:
@@ -168,7 +168,7 @@ def _measurable(robot, p: np.ndarray, rng: np.random.Generator, count: int) -> n
 
 def _observed(
     robot, device: str, p: np.ndarray, q: np.ndarray, noise: float, rng: np.random.Generator
-) -> tuple[Observation, np.ndarray]:
+) -> tuple[Measurements, np.ndarray]:
     """What the device measures, and the coordinates at which it does."""
     targets = rng.uniform(-0.1, 0.1, (3, 3))
     sigma = SIGMA[0]
@@ -198,7 +198,7 @@ def _contacts(
     target: np.ndarray,
     noise: float,
     rng: np.random.Generator,
-) -> tuple[Observation, np.ndarray]:
+) -> tuple[Measurements, np.ndarray]:
     """Coordinates at which a target touches a surface amid the robot's workspace."""
 
     def placed(q):

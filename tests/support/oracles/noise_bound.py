@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from chasles.calibration import Calibration, Observation, Poses, Positions
+from chasles.calibration import Calibration, Measurements, Poses, Positions
 
 DRAWS = 30
 """Estimates that are drawn; their mean error is then known to a few percent."""
@@ -41,13 +41,13 @@ def least_error(
     Returns:
         The mean error, and the error that is exceeded with the given probability at most.
     """
-    sigma, count = found.observation.sigma, len(drawn.q)
+    sigma, count = found.measurements.sigma, len(drawn.q)
     unknowns, held = drawn.targets.ravel(), np.zeros((len(drawn.held), len(drawn.targets), 3))
-    measured: Observation = Positions(np.zeros((count, len(drawn.targets), 3)), sigma)
-    if isinstance(found.observation, Poses):
-        measured = replace(found.observation, T_tool_probe=drawn.T_tool_probe)
+    measured: Measurements = Positions(np.zeros((count, len(drawn.targets), 3)), sigma)
+    if isinstance(found.measurements, Poses):
+        measured = replace(found.measurements, T_tool_probe=drawn.T_tool_probe)
         unknowns, held = drawn.T_tool_probe[:3, 3], np.zeros((len(drawn.held), 1, 3))
-    sought = unknowns[: len(found.observation.unknowns)]
+    sought = unknowns[: len(found.measurements.unknowns)]
     J = derivative(robot, found, measured, drawn.q, drawn.T_W_base, drawn.p, sought)
     at = Positions(held, 1.0)
     K = derivative(robot, found, at, drawn.held, drawn.T_W_base, drawn.p, unknowns)[:, : J.shape[1]]
@@ -63,7 +63,7 @@ def least_error(
 def derivative(
     robot,
     found: Calibration,
-    measured: Observation,
+    measured: Measurements,
     q: np.ndarray,
     T_W_base: np.ndarray,
     p: np.ndarray,

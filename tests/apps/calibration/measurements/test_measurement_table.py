@@ -31,7 +31,8 @@ def test_missing_targets_are_read_as_nan(arm, write):
     header = [*HEADER, *(f"{axis}{j} (mm)" for j in (1, 2) for axis in "xyz"), "remark"]
     rows = [[*q, *y.ravel(), "good"] for q, y in zip(np.degrees(Q), 1e3 * points, strict=True)]
     rows[2][6:9] = ["", "", ""]
-    q, found = read_measurements(write(header, rows), arm)
+    table = read_measurements(write(header, rows), arm)
+    q, found = table.q, table.measurements
     assert_allclose(q, Q, atol=1e-15)
     assert isinstance(found, Positions)
     points[2, 0] = np.nan
@@ -47,7 +48,8 @@ def test_one_row_per_target_table_accepts_robot_coordinate_names(arm, write):
         for q, own in zip(Q, points, strict=True)
         for name, y in zip("ABC", own, strict=True)
     ]
-    q, found = read_measurements(write(header, rows, ";"), arm)
+    table = read_measurements(write(header, rows, ";"), arm)
+    q, found = table.q, table.measurements
     assert_allclose(q, Q, atol=0)
     assert_allclose(found.points, points, atol=0)
 
@@ -73,7 +75,8 @@ def test_pose_orientation_formats_are_read(arm, write, form):
     for q, pose in zip(Q, T, strict=True):
         names, values = turns(pose[:3, :3], form)
         rows.append([*np.degrees(q), *pose[:3, 3], *values])
-    q, found = read_measurements(write([*HEADER, "x [m]", "y [m]", "z [m]", *names], rows), arm)
+    table = read_measurements(write([*HEADER, "x [m]", "y [m]", "z [m]", *names], rows), arm)
+    q, found = table.q, table.measurements
     assert isinstance(found, Poses)
     assert_allclose(found.T, T, atol=1e-14)
 
@@ -86,7 +89,7 @@ def test_quaternion_headings_are_recognized_and_norms_are_checked(arm, write):
     ]
     names = ["Quat_w", "quaternion x", "q_y", "qz"]
     header = [*HEADER, "x [m]", "y [m]", "z [m]", *names]
-    assert_allclose(read_measurements(write(header, rows), arm).observation.T, T, atol=1e-14)
+    assert_allclose(read_measurements(write(header, rows), arm).measurements.T, T, atol=1e-14)
     rows[3][-1] = 7.0
     with pytest.raises(InputValueError, match=r"line 5: the quaternion has the length 7.* have 2"):
         read_measurements(write(header, rows), arm)
@@ -151,7 +154,8 @@ def test_headers_of_other_programs_are_read_in_any_column_order(arm, tmp_path, s
         lines += [text if separator == "," else text.replace(".", ","), separator * 12]
     path = tmp_path / "measured.csv"
     path.write_text("\ufeff" + "\r\n".join(lines), encoding="utf-8")
-    q, found = read_measurements(path, arm)
+    table = read_measurements(path, arm)
+    q, found = table.q, table.measurements
     assert_allclose(q, Q, atol=1e-14)
     expected = POINTS.copy()
     expected[3, 1] = np.nan
@@ -166,7 +170,8 @@ def test_one_row_per_target_table_is_read_in_any_row_order(arm, write):
     ]
     again = ["A", *np.degrees(Q[2]), 1.0, 2.0, 3.0]
     header = ["Marker", *HEADER, "x [m]", "y [m]", "z [m]"]
-    q, found = read_measurements(write(header, [*rows, again]), arm)
+    table = read_measurements(write(header, [*rows, again]), arm)
+    q, found = table.q, table.measurements
     assert_allclose(q, [*Q, Q[2]], atol=1e-14)
     assert_allclose(found.points[:5], POINTS, atol=0)
     assert_allclose(found.points[5], [[1, 2, 3], [np.nan] * 3])
@@ -232,7 +237,8 @@ BARE, ROWS = "q1,q2,q3,q4,q5,q6,x,y,z", [",".join(row) for row in CELLS]
 def test_tables_in_common_encodings_and_formats_are_read(arm, tmp_path, written, encoding):
     path = tmp_path / "measured.csv"
     path.write_bytes(written.encode(encoding))
-    q, found = read_measurements(path, arm)
+    table = read_measurements(path, arm)
+    q, found = table.q, table.measurements
     assert_allclose(q, Q, atol=1e-15)
     assert_allclose(found.points[:, 0], SEEN, atol=1e-15)
 

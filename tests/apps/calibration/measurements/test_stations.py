@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from chasles import screws
-from chasles.calibration import Stations, identify, read_measurements
+from chasles.calibration import StationPositions, identify, read_measurements
 from chasles.errors import InputValueError
 
 SIGMA = 2e-5
@@ -24,7 +24,7 @@ def seen_from(arm, truth, random, stations):
     points += SIGMA * random.normal(size=points.shape)
     R, origin = T_W_station[station][:, :3, :3], T_W_station[station][:, None, :3, 3]
     own = np.einsum("nji,nmj->nmi", R, points - origin)
-    return Stations(own, station, SIGMA), T_W_station
+    return StationPositions(own, station, SIGMA), T_W_station
 
 
 @pytest.mark.parametrize("stations", [2, 3])
@@ -45,7 +45,7 @@ def test_station_frames_and_robot_are_identified_together(arm, truth, stations):
     nominal = found.T_W_base @ arm.fk(held)
     before = nominal[:, None, :3, 3] + np.einsum("nij,mj->nmi", nominal[:, :3, :3], targets)
     assert np.linalg.norm(before - true, axis=-1).mean() > LEAST * after
-    found_frames = found.observation.frames(found.unknowns)
+    found_frames = found.measurements.frames(found.unknowns)
     errors = screws.log(screws.inverse(found_frames) @ frames)
     names = [n for n in found.names if n.startswith("station")]
     std = dict(zip(found.names, found.std, strict=True))
@@ -60,10 +60,10 @@ def test_station_derivatives_match_central_differences(arm, truth):
     start = measured.start(arm.fk(truth.q))
     T, x = start.T_W_base @ arm.fk(truth.q), start.unknowns
     J = np.zeros((len(T), 6, 1))
-    _, by_x = start.observation.derivatives(T, J, x)
+    _, by_x = start.measurements.derivatives(T, J, x)
     step = 1e-6
     differences = [
-        (start.observation.errors(T, x + e) - start.observation.errors(T, x - e)) / (2 * step)
+        (start.measurements.errors(T, x + e) - start.measurements.errors(T, x - e)) / (2 * step)
         for e in step * np.eye(len(x))
     ]
     assert_allclose(by_x, np.transpose(differences), atol=1e-3, rtol=1e-7)
@@ -74,7 +74,7 @@ def test_held_back_measurements_use_identified_station_frames(arm, truth):
     measured, _ = seen_from(arm, truth, random, 2)
     first, last = np.arange(45), np.arange(45, 60)
     found = identify(arm, truth.q[first], measured.at(first))
-    errors = found.held_back(truth.q[last], measured.at(last))
+    errors = found.validation_errors(truth.q[last], measured.at(last))
     assert 0.8 < np.sqrt(np.mean(errors**2)) < 1.6
 
 
@@ -95,8 +95,9 @@ def test_station_column_is_read_from_table(arm, truth, tmp_path):
         lines.writerow(["Station", *heads, "target", "x [mm]", "y [mm]", "z [mm]"])
         for q, s, points in zip(truth.q, measured.station, measured.points, strict=True):
             lines.writerows(["AB"[s], *q, j, *(1e3 * y)] for j, y in enumerate(points))
-    q, read = read_measurements(path, arm)
+    table = read_measurements(path, arm)
+    q, read = table.q, table.measurements
     assert_allclose(q, truth.q)
-    assert isinstance(read, Stations)
+    assert isinstance(read, StationPositions)
     assert (read.station == measured.station).all()
     assert_allclose(read.points, measured.points, atol=1e-12)

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from chasles import InputValueError, screws
 
 from .frames import register_axes, targets_at
-from .observations import Positions, Start, points_on_tool
+from .tool_measurements import Positions, Start, points_on_tool
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
@@ -35,7 +35,7 @@ LEAST_TURN = 0.2
 
 
 @dataclass(frozen=True)
-class Axis:
+class MeasuredAxis:
     """An axis about which positions move on circles.
 
     Attributes:
@@ -50,7 +50,7 @@ class Axis:
 
 
 @dataclass(frozen=True, eq=False)
-class Circles(Positions):
+class CirclePoints(Positions):
     """Positions of targets, measured while one joint after the other turns.
 
     Attributes:
@@ -65,7 +65,7 @@ class Circles(Positions):
         """The measurements of some configurations."""
         return replace(self, points=self.points[index], circle=self.circle[index])
 
-    def axes(self, T: FloatArray) -> tuple[Axis, ...]:
+    def axes(self, T: FloatArray) -> tuple[MeasuredAxis, ...]:
         """The axis of each circle in W, fitted to the measured positions.
 
         Args:
@@ -94,7 +94,7 @@ class Circles(Positions):
         return [int(k) for k in np.unique(self.circle) if k >= 0]
 
 
-def _turned(T: FloatArray, circle: int) -> tuple[Axis, FloatArray]:
+def _turned(T: FloatArray, circle: int) -> tuple[MeasuredAxis, FloatArray]:
     """The axis about which poses turn, in the base frame, and the angle of each from the first."""
     apart = T @ screws.inverse(T[0])
     turns = screws.log_rotation(apart[:, :3, :3])
@@ -109,7 +109,7 @@ def _turned(T: FloatArray, circle: int) -> tuple[Axis, FloatArray]:
         )
     rows = (np.eye(3) - apart[:, :3, :3]).reshape(-1, 3)
     point = np.asarray(np.linalg.lstsq(rows, apart[:, :3, 3].ravel(), rcond=_STRAY)[0])
-    return Axis(direction, point, 0.0), angles
+    return MeasuredAxis(direction, point, 0.0), angles
 
 
 _STRAY = 1e-6
@@ -118,7 +118,7 @@ to rounding, or written to a table with six digits. Likewise the part of a singu
 which a shift along the axis is none."""
 
 
-def _fitted(points: FloatArray, angles: FloatArray) -> Axis:
+def _fitted(points: FloatArray, angles: FloatArray) -> MeasuredAxis:
     """The common axis of the circles of all targets (N, m, 3), by c + a cos t + b sin t each."""
     rows = np.column_stack([np.ones(len(angles)), np.cos(angles), np.sin(angles)])
     normal, centres, errors = np.zeros(3), [], []
@@ -132,13 +132,13 @@ def _fitted(points: FloatArray, angles: FloatArray) -> Axis:
         errors.append(((rows[seen] @ np.stack([c, a, b]) - own[seen]) ** 2).sum(-1).mean())
     if not centres:
         raise InputValueError("a circle needs one target that is seen in four configurations")
-    return Axis(
+    return MeasuredAxis(
         normal / np.linalg.norm(normal),
         np.mean(centres, axis=0),
         float(np.sqrt(np.mean(errors))),
     )
 
 
-def _lines(axes: Sequence[Axis]) -> tuple[FloatArray, FloatArray]:
+def _lines(axes: Sequence[MeasuredAxis]) -> tuple[FloatArray, FloatArray]:
     """Directions (k, 3) and points (k, 3)."""
     return np.array([axis.direction for axis in axes]), np.array([axis.point for axis in axes])

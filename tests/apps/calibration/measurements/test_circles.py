@@ -1,11 +1,11 @@
-"""Circles of single joints: their axes, and the start that they give."""
+"""CirclePoints of single joints: their axes, and the start that they give."""
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 from chasles import screws
-from chasles.calibration import Circles, identify
+from chasles.calibration import CirclePoints, identify
 from chasles.errors import InputValueError
 from tests.support.measured_arms import drawn
 
@@ -33,9 +33,9 @@ def test_circle_axes_and_start_frame_match_true_arm(loaded, name):
     points = truth.positions(robot, q)
     points += NOISE * np.random.default_rng(0).normal(size=points.shape)
     points[3, 0] = np.nan
-    observation = Circles(points, NOISE, circle)
+    measurements = CirclePoints(points, NOISE, circle)
     first = np.searchsorted(circle, np.arange(len(joints)))
-    for axis, at, k in zip(observation.axes(robot.fk(q)), q[first], joints, strict=True):
+    for axis, at, k in zip(measurements.axes(robot.fk(q)), q[first], joints, strict=True):
         # The joint's true axis in the device's frame.
         v, omega = np.split(robot.jacobian_p(at, truth.p)[:, k], 2)
         direction = truth.T_W_base[:3, :3] @ omega
@@ -44,17 +44,17 @@ def test_circle_axes_and_start_frame_match_true_arm(loaded, name):
         point = truth.T_W_base @ [*(tool + np.cross(omega, v)), 1]
         assert np.linalg.norm(np.cross(direction, axis.point - point[:3])) < 1e-3
         assert axis.error < 3 * NOISE
-    start = observation.start(robot.fk(q))
+    start = measurements.start(robot.fk(q))
     assert np.abs(screws.log(screws.inverse(truth.T_W_base) @ start.T_W_base)).max() < 5e-3
-    found = identify(robot, q, observation)
+    found = identify(robot, q, measurements)
     assert 0.9 < found.noise < 1.1
 
 
 def test_simultaneous_joint_motion_in_circle_is_rejected(arm):
     q = np.linspace(0, 1, 8)[:, None] * [1.0, 1.0, 0, 0, 0, 0]
-    observation = Circles(np.zeros((8, 1, 3)), NOISE, np.zeros(8, dtype=int))
+    measurements = CirclePoints(np.zeros((8, 1, 3)), NOISE, np.zeros(8, dtype=int))
     with pytest.raises(InputValueError, match="circle 0: the tool does not turn about one axis"):
-        observation.axes(arm.fk(q))
+        measurements.axes(arm.fk(q))
 
 
 def test_circles_of_parallel_axes_give_accurate_start(arm, truth):
@@ -62,5 +62,5 @@ def test_circles_of_parallel_axes_give_accurate_start(arm, truth):
     q[:9, 1] += np.linspace(-1, 1, 9)
     q[9:, 2] += np.linspace(-1, 1, 9)
     points = truth.positions(arm, q)
-    start = Circles(points, NOISE, np.repeat([0, 1], 9)).start(arm.fk(q))
+    start = CirclePoints(points, NOISE, np.repeat([0, 1], 9)).start(arm.fk(q))
     assert start.misfit < 0.01

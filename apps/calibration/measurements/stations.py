@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from chasles import InputValueError, screws
 
 from .frames import register_points, targets_at, transformation
-from .observations import (
+from .tool_measurements import (
     LEFT_HANDED,
     SMALL,
-    Observation,
+    Measurements,
     Positions,
     Start,
     points_on_tool,
@@ -38,7 +38,7 @@ _MOVED = ("x", "y", "z", "rx", "ry", "rz")
 
 
 @dataclass(frozen=True, eq=False)
-class Stations(Observation):
+class StationPositions(Measurements):
     """Positions of targets whose places on the tool are unknown, from stations with unknown frames.
 
     Each station measures at least three positions that are not on a line.
@@ -138,10 +138,10 @@ class Stations(Observation):
         # Frames of the base in those of the stations.
         of_base = [self._between(placed, s) for s in range(self.count)]
         T_W_station = of_base[0] @ screws.inverse(np.stack(of_base))
-        observation = replace(self, T_W_station=T_W_station)
+        measurements = replace(self, T_W_station=T_W_station)
         x = np.concatenate([found.points.ravel(), np.zeros(6 * (self.count - 1))])
-        misfit = np.sqrt(np.mean(observation.lengths(observation.errors(of_base[0] @ T, x)) ** 2))
-        return Start(of_base[0], x, observation, float(misfit))
+        misfit = np.sqrt(np.mean(measurements.lengths(measurements.errors(of_base[0] @ T, x)) ** 2))
+        return Start(of_base[0], x, measurements, float(misfit))
 
     def from_frame(self, T: FloatArray, start: Start) -> Start:
         """Targets at their mean places as the first station saw them, and the others by these."""
@@ -150,8 +150,8 @@ class Stations(Observation):
         placed = points_on_tool(T, targets)
         others = [screws.inverse(self._between(placed, s)) for s in range(1, self.count)]
         x = np.concatenate([targets.ravel(), np.zeros(6 * (self.count - 1))])
-        observation = replace(self, T_W_station=np.stack([np.eye(4), *others]))
-        return start._replace(unknowns=x, observation=observation)
+        measurements = replace(self, T_W_station=np.stack([np.eye(4), *others]))
+        return start._replace(unknowns=x, measurements=measurements)
 
     def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
         """Computed less measured positions, in W."""

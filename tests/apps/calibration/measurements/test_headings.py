@@ -94,8 +94,8 @@ def test_joint_and_target_headings_are_recognized_in_any_column_order(tmp_path, 
     )
     measured = read_measurements(path, ROBOT)
     assert_allclose(measured.q, Q, atol=1e-12)
-    assert_allclose(measured.observation.points, POINTS, atol=1e-12)
-    assert all("have no unit" in sentence for sentence in measured.assumed)
+    assert_allclose(measured.measurements.points, POINTS, atol=1e-12)
+    assert all("have no unit" in sentence for sentence in measured.assumptions)
 
 
 NUMBERS = np.concatenate([np.degrees(Q), 1e3 * POINTS.reshape(7, 9)], 1)
@@ -118,8 +118,8 @@ XYZ = ["x", "y", "z"]
 )
 def test_targets_without_number_suffix_are_recognized(tmp_path, places, said):
     measured = read_measurements(written(tmp_path / "t.csv", [*NAMES, *places], NUMBERS), ROBOT)
-    assert_allclose(measured.observation.points, POINTS, atol=1e-12)
-    assert said in " ".join(measured.assumed)
+    assert_allclose(measured.measurements.points, POINTS, atol=1e-12)
+    assert said in " ".join(measured.assumptions)
 
 
 @pytest.mark.parametrize(
@@ -136,7 +136,8 @@ def test_targets_without_number_suffix_are_recognized(tmp_path, places, said):
 def test_manufacturer_joint_and_position_names_are_recognized(tmp_path, header, place):
     places = [place.replace("x", a).replace("X", a) for a in "xyz"]
     path = written(tmp_path / "t.csv", [*header, *places], NUMBERS[:, :9])
-    q, found = read_measurements(path, ROBOT)
+    table = read_measurements(path, ROBOT)
+    q, found = table.q, table.measurements
     assert_allclose(q, Q, atol=1e-12)
     assert_allclose(found.points, POINTS[:, :1], atol=1e-12)
 
@@ -148,13 +149,14 @@ def test_commanded_or_computed_columns_are_not_read_as_measurements(tmp_path):
     off = 7 + NUMBERS[:, :9]
     table = np.concatenate([off, off[:, :2], NUMBERS[:, :9]], 1)
     header = [*aims, *fk, *errors, *NAMES, *XYZ]
-    q, found = read_measurements(written(tmp_path / "t.csv", header, table), ROBOT)
+    table = read_measurements(written(tmp_path / "t.csv", header, table), ROBOT)
+    q, found = table.q, table.measurements
     assert_allclose(q, Q, atol=1e-12)
     assert_allclose(found.points, POINTS[:, :1], atol=1e-12)
     alone = written(tmp_path / "t.csv", [*aims, *XYZ], NUMBERS[:, :9])
     measured = read_measurements(alone, ROBOT)
     assert_allclose(measured.q, Q, atol=1e-12)
-    assert "commanded, not measured" in " ".join(measured.assumed)
+    assert "commanded, not measured" in " ".join(measured.assumptions)
     with pytest.raises(InputValueError, match="no positions"):
         read_measurements(written(tmp_path / "t.csv", [*NAMES, *fk], NUMBERS[:, :9]), ROBOT)
 
@@ -186,10 +188,10 @@ def test_orientation_columns_match_scipy_in_every_format(tmp_path, form, separat
     table = np.concatenate([values, NUMBERS[:, :9]], 1)
     path = written(tmp_path / "t.csv", [*header, *NAMES, *XYZ], table, separator)
     measured = read_measurements(path, ROBOT)
-    assert_allclose(measured.observation.T[:, :3, :3], R, atol=1e-10)
-    assert_allclose(measured.observation.T[:, :3, 3], POINTS[:, 0], atol=1e-12)
+    assert_allclose(measured.measurements.T[:, :3, :3], R, atol=1e-10)
+    assert_allclose(measured.measurements.T[:, :3, 3], POINTS[:, 0], atol=1e-12)
     assert_allclose(measured.q, Q, atol=1e-12)
-    assert "are read as" in " ".join(measured.assumed)
+    assert "are read as" in " ".join(measured.assumptions)
 
 
 def test_flattened_4x4_matrix_rows_are_read_and_checked(tmp_path):
@@ -197,7 +199,7 @@ def test_flattened_4x4_matrix_rows_are_read_and_checked(tmp_path):
     T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = R, 1e3 * POINTS[:, 0], 1
     header = [*(f"T{i}{j}" for i in range(1, 5) for j in range(1, 5)), *NAMES]
     path = written(tmp_path / "t.csv", header, np.concatenate([T.reshape(7, 16), np.degrees(Q)], 1))
-    found = read_measurements(path, ROBOT).observation
+    found = read_measurements(path, ROBOT).measurements
     assert_allclose(found.T[:, :3, 3], POINTS[:, 0], atol=1e-12)
     assert_allclose(found.T[:, :3, :3], R, atol=1e-10)
     T[3, 0, 0] += 0.1
@@ -212,8 +214,8 @@ def test_missing_units_are_inferred_from_magnitude(tmp_path, unit):
     path = written(tmp_path / "t.csv", [*NAMES, *XYZ], np.concatenate([q, NUMBERS[:, 6:9]], 1))
     measured = read_measurements(path, ROBOT)
     assert_allclose(measured.q, Q, atol=1e-12)
-    assert f"joint angles have no unit; by their size they are in {unit}" in measured.assumed
-    assert "positions have no unit; by their size they are in mm" in measured.assumed
+    assert f"joint angles have no unit; by their size they are in {unit}" in measured.assumptions
+    assert "positions have no unit; by their size they are in mm" in measured.assumptions
 
 
 def test_ambiguous_unit_is_rejected(tmp_path):
@@ -240,8 +242,8 @@ def test_table_without_header_is_read(tmp_path, count, first, numbered, separato
     table = np.concatenate([*([INDEX] if numbered else []), *parts], 1)
     measured = read_measurements(written(tmp_path / "t.csv", [], table, separator), ROBOT)
     assert_allclose(measured.q, Q, atol=1e-12)
-    assert_allclose(measured.observation.points, POINTS[:, :count], atol=1e-12)
-    assert "there is no header; the columns are taken for " in measured.assumed[0]
+    assert_allclose(measured.measurements.points, POINTS[:, :count], atol=1e-12)
+    assert "there is no header; the columns are taken for " in measured.assumptions[0]
 
 
 @pytest.mark.parametrize(
@@ -277,7 +279,7 @@ def test_titles_and_comments_before_header_are_skipped(tmp_path, before):
 def test_header_written_by_numpy_savetxt_is_read(tmp_path):
     path = tmp_path / "t.txt"
     np.savetxt(path, NUMBERS[:, :9], header=" ".join([*NAMES, *XYZ]))
-    assert_allclose(read_measurements(path, ROBOT).observation.points, POINTS[:, :1], atol=1e-12)
+    assert_allclose(read_measurements(path, ROBOT).measurements.points, POINTS[:, :1], atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -294,7 +296,7 @@ def test_decimal_and_thousands_separators_are_parsed(tmp_path, cell, value):
     rows = [[*map(str, np.degrees(q)), cell, "250", "30"] for q in Q]
     path = tmp_path / "t.csv"
     path.write_text("\n".join(map(";".join, [[*NAMES, "x [mm]", "y [mm]", "z [mm]"], *rows])))
-    points = read_measurements(path, ROBOT).observation.points
+    points = read_measurements(path, ROBOT).measurements.points
     assert_allclose(points[:, 0, 0], value / 1e3, rtol=1e-15)
 
 

@@ -1,7 +1,7 @@
 """Measurements of a robot's tool, each with its error and derivative in a device's frame W.
 
-An observation holds what was measured at N configurations, and knows the unknowns that come with
-it, such as the places of targets on the tool. Errors are divided by their standard deviations.
+Measurements hold what was measured at N configurations, and know the unknowns that come with
+them, such as the places of targets on the tool. Errors are divided by their standard deviations.
 A row is what may be wrong as a whole: a pose, or the position of a target.
 """
 
@@ -42,17 +42,17 @@ class Start(NamedTuple):
     Attributes:
         T_W_base: (4, 4) the robot's base frame in the device's.
         unknowns: (u,) the unknowns [m].
-        observation: The observation, with the frames that it needs.
+        measurements: The measurements, with the frames that it needs.
         misfit: Root mean square distance between measurements and the nominal robot [m].
     """
 
     T_W_base: FloatArray
     unknowns: FloatArray
-    observation: Observation
+    measurements: Measurements
     misfit: float
 
 
-class Observation(ABC):
+class Measurements(ABC):
     """What was measured at N configurations.
 
     Attributes:
@@ -152,7 +152,7 @@ def velocities_on_tool(T: FloatArray, J: FloatArray, targets: FloatArray) -> Flo
 
 
 @dataclass(frozen=True, eq=False)
-class Positions(Observation):
+class Positions(Measurements):
     """Positions of targets whose places on the tool are unknown, as a laser tracker measures them.
 
     Attributes:
@@ -251,7 +251,7 @@ class Positions(Observation):
 
 
 @dataclass(frozen=True, eq=False)
-class Poses(Observation):
+class Poses(Measurements):
     """Poses of a probe whose place on the tool is nearly, or not at all, known.
 
     Attributes:
@@ -329,7 +329,7 @@ class Poses(Observation):
 
     def from_frame(self, T: FloatArray, start: Start) -> Start:
         """The probe at its mean place."""
-        return start._replace(observation=replace(self, T_tool_probe=mean_pose(T, self.T)))
+        return start._replace(measurements=replace(self, T_tool_probe=mean_pose(T, self.T)))
 
     def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:  # noqa: ARG002
         """Computed less measured positions, and the turns from measured to computed axes in W."""

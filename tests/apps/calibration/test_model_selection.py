@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from chasles.calibration import Positions, best_model, identify
+from chasles.calibration import Positions, identify, select_model
 from chasles.calibration.parameters import chosen, nominal
 from chasles.errors import InputValueError, ShapeError
 from tests.support.measured_arms import drawn
@@ -30,7 +30,7 @@ def with_offsets(robot, seed):
 
 
 def test_confidence_intervals_with_tolerances_cover_truth(arm):
-    """Offsets and axes together are redundant: tolerances alone tell them apart."""
+    """Offsets and axes together are redundant: standard deviations alone distinguish them."""
     inside = []
     for seed in range(20):
         truth = with_offsets(arm, seed)
@@ -39,13 +39,13 @@ def test_confidence_intervals_with_tolerances_cover_truth(arm):
             truth.q,
             measured(arm, truth, truth.q, seed),
             vary=("offset", "axis"),
-            tolerances=TOLERANCES,
+            parameter_std=TOLERANCES,
             T_W_base=truth.T_W_base,
         )
-        assert not found.redundant
+        assert not found.unidentifiable
         own = [k for k, name in enumerate(found.names) if "base_" not in name][:-9]
         true = truth.p[chosen(arm, [found.names[k] for k in own])]
-        low, high = found.intervals[own].T
+        low, high = found.confidence_intervals[own].T
         inside.append((low <= true) & (true <= high))
     assert 0.92 < np.mean(inside) < 0.98
 
@@ -55,11 +55,11 @@ def test_tolerances_keep_parameters_near_nominal_with_few_data(arm):
     few = measured(arm, truth, truth.q[:4])
     free = identify(arm, truth.q[:4], few, robust=False)
     near = identify(
-        arm, truth.q[:4], few, vary=("offset", "axis"), tolerances=TOLERANCES, robust=False
+        arm, truth.q[:4], few, vary=("offset", "axis"), parameter_std=TOLERANCES, robust=False
     )
     q = np.random.default_rng(0).uniform(-2.5, 2.5, (500, 6))
     held = measured(arm, truth, q)
-    errors = [np.sqrt(np.mean(found.held_back(q, held) ** 2)) for found in (free, near)]
+    errors = [np.sqrt(np.mean(found.validation_errors(q, held) ** 2)) for found in (free, near)]
     assert 3 * errors[1] < errors[0]
     assert np.abs(near.deviations[:-9]).max() < 0.05
 
@@ -67,11 +67,13 @@ def test_tolerances_keep_parameters_near_nominal_with_few_data(arm):
 def test_base_corrections_are_absorbed_by_base_frame(arm):
     truth = with_offsets(arm, 2)
     found = identify(
-        arm, truth.q, measured(arm, truth, truth.q), vary=("offset",), tolerances=TOLERANCES
+        arm, truth.q, measured(arm, truth, truth.q), vary=("offset",), parameter_std=TOLERANCES
     )
     assert_allclose(found.p[chosen(arm, ["base"])], 0)
     assert_allclose(
-        found.errors, found.held_back(truth.q, found.observation), atol=1e-6 * found.after
+        found.errors,
+        found.validation_errors(truth.q, found.measurements),
+        atol=1e-6 * found.rms_after,
     )
 
 
@@ -79,7 +81,7 @@ def test_base_corrections_are_absorbed_by_base_frame(arm):
 def test_best_model_selects_simplest_model_with_best_prediction(loaded, name):
     robot = loaded(name)
     truth = drawn(robot, 3, zero=0.02, count=36)
-    found = best_model(robot, truth.q, measured(robot, truth, truth.q))
+    found = select_model(robot, truth.q, measured(robot, truth, truth.q))
     assert found.model.name == "offsets and axes"
     assert found.errors["joint offsets"] > 5 * found.errors["offsets and axes"]
     assert 0.85 < found.calibration.noise < 1.15
@@ -87,7 +89,7 @@ def test_best_model_selects_simplest_model_with_best_prediction(loaded, name):
     zeros = chosen(robot, ["offset"])
     p[zeros] += np.random.default_rng(0).uniform(-0.02, 0.02, len(zeros))
     q = truth.q
-    found = best_model(robot, q, measured(robot, truth._replace(p=p), q))
+    found = select_model(robot, q, measured(robot, truth._replace(p=p), q))
     assert found.model.name == "joint offsets"
 
 
@@ -105,4 +107,4 @@ def test_weight_two_equals_repeated_measurement(arm, truth):
 
 def test_unknown_tolerance_name_is_rejected(arm, truth):
     with pytest.raises(InputValueError, match="no parameter, part or unit elbows"):
-        identify(arm, truth.q, measured(arm, truth, truth.q), tolerances={"elbows": 1.0})
+        identify(arm, truth.q, measured(arm, truth, truth.q), parameter_std={"elbows": 1.0})

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from chasles import InputValueError, Robot
 
-from .doubts import LEAST_SPREAD, is_unexplained, left, spread
+from .diagnostics import LEAST_SPREAD, is_unexplained, left, spread
 from .fitting.problem import problem_at
-from .observed.observations import Observation
+from .measurements.tool_measurements import Measurements
 from .parameters import nominal
 from .result import Calibration
 
@@ -64,17 +64,17 @@ class Mistake(NamedTuple):
     Attributes:
         words: The mistake, as the end of a sentence "it fits better if ...".
         q: (N, n) coordinates without it.
-        observation: The measurements without it.
+        measurements: The measurements without it.
         factor: By which their lengths are multiplied.
     """
 
     words: str
     q: FloatArray
-    observation: Observation
+    measurements: Measurements
     factor: float = 1.0
 
 
-def mistakes(robot: Robot, q: FloatArray, measured: Observation) -> Iterator[Mistake]:
+def mistakes(robot: Robot, q: FloatArray, measured: Measurements) -> Iterator[Mistake]:
     """Mistakes that coordinates and measurements may have, with both as they are without it.
 
     Args:
@@ -134,7 +134,7 @@ def _added(
                 yield f"{names[i]} is {word} {names[j]}", corrected
 
 
-def _shifted_rows(q: FloatArray, measured: Observation) -> Iterator[Mistake]:
+def _shifted_rows(q: FloatArray, measured: Measurements) -> Iterator[Mistake]:
     """Coordinates beside the measurements of the row before or behind."""
     every = np.arange(len(q))
     yield Mistake("coordinates stand one row too late", q[1:], measured.at(every[:-1]))
@@ -142,7 +142,7 @@ def _shifted_rows(q: FloatArray, measured: Observation) -> Iterator[Mistake]:
 
 
 def check_input(
-    robot: Robot, q: FloatArray, p: FloatArray, observation: Observation, stated: float
+    robot: Robot, q: FloatArray, p: FloatArray, measurements: Measurements, stated: float
 ) -> None:
     """Raises where measurements fit the nominal robot only without a mistake.
 
@@ -150,7 +150,7 @@ def check_input(
         robot: A robot with parametric functions.
         q: (N, n) coordinates [rad or m].
         p: Its nominal geometry.
-        observation: The measurements.
+        measurements: The measurements.
         stated: Their misfit as they were given.
 
     Raises:
@@ -159,7 +159,7 @@ def check_input(
     moved = spread(robot.fk_p(q, p))
     if moved < LEAST_SPREAD or stated <= DOUBTFUL * moved:
         return
-    tried = _tried(robot, q, p, observation)
+    tried = _tried(robot, q, p, measurements)
     misfit, mistake = _likely(tried)
     if BETTER * misfit >= stated and len(q) >= _FEW:
         misfit, mistake = min(_pairs(robot, p, tried), key=_misfit)
@@ -180,9 +180,9 @@ def check_result(found: Calibration, vary: Collection[str]) -> None:
     if not is_unexplained(found):
         return
     p, rest = nominal(found.robot), left(found)
-    tried = _tried(found.robot, found.q, p, found.observation)
+    tried = _tried(found.robot, found.q, p, found.measurements)
     for _, mistake in sorted(tried, key=_misfit)[:_TRIED]:
-        start = mistake.observation.start(found.robot.fk_p(mistake.q, p))
+        start = mistake.measurements.start(found.robot.fk_p(mistake.q, p))
         problem = problem_at(found.robot, mistake.q, start, vary)
         try:
             without = left(problem.solved(problem.x0, robust=True)) / mistake.factor
@@ -193,12 +193,12 @@ def check_result(found: Calibration, vary: Collection[str]) -> None:
 
 
 def _tried(
-    robot: Robot, q: FloatArray, p: FloatArray, observation: Observation
+    robot: Robot, q: FloatArray, p: FloatArray, measurements: Measurements
 ) -> list[tuple[float, Mistake]]:
     """The misfit of the nominal robot without each mistake, the more frequent ones first."""
     return [
-        (m.observation.start(robot.fk_p(m.q, p)).misfit / m.factor, m)
-        for m in mistakes(robot, q, observation)
+        (m.measurements.start(robot.fk_p(m.q, p)).misfit / m.factor, m)
+        for m in mistakes(robot, q, measurements)
     ]
 
 
@@ -217,7 +217,7 @@ def _pairs(
 ) -> Iterator[tuple[float, Mistake]]:
     """The best pairs of mistakes, of which the first are those that help most alone."""
     for _, one in sorted(tried, key=_misfit)[:_TRIED]:
-        misfit, other = _likely(_tried(robot, one.q, p, one.observation))
+        misfit, other = _likely(_tried(robot, one.q, p, one.measurements))
         words = f"{one.words}, and {other.words}"
         yield misfit / one.factor, other._replace(words=words, factor=one.factor * other.factor)
 

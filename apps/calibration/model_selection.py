@@ -20,8 +20,8 @@ from chasles import Robot
 
 from .fitting.problem import Fit, Problem, in_one_thread, problem_at
 from .identify import located
-from .mistakes import check_result
-from .observed.observations import Observation
+from .input_checks import check_result
+from .measurements.tool_measurements import Measurements
 from .parameters import GEOMETRY
 from .result import Calibration
 
@@ -35,36 +35,36 @@ targets is known to about 5 %."""
 
 
 @dataclass(frozen=True)
-class Model:
+class CalibrationModel:
     """Parameters that are sought together.
 
     Attributes:
         name: A word for people.
         vary: Names or parts, as in :func:`~chasles.calibration.identify`.
-        tolerances: Standard deviations about nominal.
+        parameter_std: Standard deviations about nominal.
     """
 
     name: str
     vary: tuple[str, ...]
-    tolerances: Mapping[str, float] = field(default_factory=dict)
+    parameter_std: Mapping[str, float] = field(default_factory=dict)
 
 
-MODELS = (
-    Model("joint offsets", ("offset",)),
-    Model("offsets and axes", ("offset", GEOMETRY), {"offset": 2e-2, "axis": 1e-3}),
-    Model(
+CALIBRATION_MODELS = (
+    CalibrationModel("joint offsets", ("offset",)),
+    CalibrationModel("offsets and axes", ("offset", GEOMETRY), {"offset": 2e-2, "axis": 1e-3}),
+    CalibrationModel(
         "offsets, axes and drives",
         ("offset", GEOMETRY, "transmission"),
         {"offset": 2e-2, "axis": 1e-3, "transmission": 3e-4},
     ),
 )
-"""Models from the simplest on. Their tolerances [m, rad, 1] are those of industrial arms: encoders
+"""Models from the simplest on. Their standard deviations [m, rad, 1] suit industrial arms: encoders
 are zeroed to a degree, parts are made and mounted to 1 mm and 1 mrad, drives run true to 0.3
 mrad."""
 
 
 @dataclass(frozen=True, eq=False)
-class Chosen:
+class ModelSelection:
     """The model that predicts best.
 
     Attributes:
@@ -74,54 +74,54 @@ class Chosen:
             poses, that of their positions.
     """
 
-    model: Model
+    model: CalibrationModel
     calibration: Calibration
     errors: Mapping[str, float]
 
 
 @in_one_thread
-def best_model(
+def select_model(
     robot: Robot,
     q: ArrayLike,
-    observation: Observation,
+    measurements: Measurements,
     *,
-    models: tuple[Model, ...] = MODELS,
+    models: tuple[CalibrationModel, ...] = CALIBRATION_MODELS,
     robust: bool = True,
-) -> Chosen:
+) -> ModelSelection:
     """The simplest model among those with the least error on held-back configurations.
 
     Args:
         robot: A robot with parametric functions.
         q: (N, n) coordinates [rad or m].
-        observation: The measurements.
+        measurements: The measurements.
         models: Models to choose from, the simplest first.
         robust: As in :func:`~chasles.calibration.identify`.
 
     Raises:
         InputValueError: As :func:`~chasles.calibration.identify`.
     """
-    at, start = np.asarray(q, dtype=np.float64), located(robot, q, observation)
+    at, start = np.asarray(q, dtype=np.float64), located(robot, q, measurements)
     found, errors = {}, {}
     for model in models:
-        problem = problem_at(robot, at, start, model.vary, model.tolerances)
+        problem = problem_at(robot, at, start, model.vary, model.parameter_std)
         found[model.name] = problem.solved(problem.x0, robust=robust)
         held = _held_back(problem, found[model.name], FOLDS, robust=robust)
-        errors[model.name] = float(np.median(problem.observation.lengths(held)))
+        errors[model.name] = float(np.median(problem.measurements.lengths(held)))
     good = EQUAL * min(errors.values())
     model = next(model for model in models if errors[model.name] <= good)
     check_result(found[model.name], model.vary)
-    return Chosen(model, found[model.name], errors)
+    return ModelSelection(model, found[model.name], errors)
 
 
 @in_one_thread
-def cross_validated(
+def cross_validate(
     robot: Robot,
     q: ArrayLike,
-    observation: Observation,
-    folds: int = FOLDS,
+    measurements: Measurements,
     *,
-    vary: Collection[str] = GEOMETRY,
-    tolerances: Mapping[str, float] | None = None,
+    folds: int = FOLDS,
+    vary: str | Collection[str] = GEOMETRY,
+    parameter_std: Mapping[str, float] | None = None,
     robust: bool = True,
 ) -> FloatArray:
     """Errors of each configuration when the robot is identified from the others.
@@ -129,17 +129,17 @@ def cross_validated(
     Args:
         robot: As in :func:`~chasles.calibration.identify`, as all others.
         q: (N, n) coordinates [rad or m].
-        observation: The measurements.
+        measurements: The measurements.
         folds: Number of parts, each of which is held back once; every folds-th configuration.
         vary: Parameters that may differ from nominal.
-        tolerances: Their standard deviations about nominal.
+        parameter_std: Their standard deviations about nominal.
         robust: Whether rows that contradict the others are left out.
 
     Returns:
         (M,) the errors in the order of the measurements, in standard deviations.
     """
-    start = located(robot, q, observation)
-    problem = problem_at(robot, np.asarray(q, dtype=np.float64), start, vary, tolerances)
+    start = located(robot, q, measurements)
+    problem = problem_at(robot, np.asarray(q, dtype=np.float64), start, vary, parameter_std)
     whole = problem.solved(problem.x0, robust=robust)
     return _held_back(problem, whole, folds, robust=robust)
 
@@ -149,7 +149,7 @@ def _held_back(problem: Problem, whole: Calibration, folds: int, *, robust: bool
 
     The iteration of each part starts where that of all ended: the least sum is the same.
     """
-    every, measured = np.arange(len(problem.q)), problem.observation
+    every, measured = np.arange(len(problem.q)), problem.measurements
     part, errors = measured.configurations[measured.rows] % folds, np.empty(len(measured.rows))
     used = measured.configurations % folds
     for fold in range(folds):

@@ -9,8 +9,8 @@
 
 Columns stand in any order under the headings of `headings.py`, between the separators of
 `table_text.py`. A unit stands in the heading or in a row of units below the header. Where no angle
-has a unit, or no position, their size tells it, and :attr:`Measured.assumed` says so. Without a
-header, columns are told by their number and by distances that do not change (`bare_table.py`).
+has a unit, or no position, their size decides, and :attr:`MeasurementTable.assumptions` reports it.
+Without a header, columns are known by their number and by constant distances (`bare_table.py`).
 Empty cells of a position mean that the target was not seen. Other columns are left out.
 """
 
@@ -18,10 +18,10 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,9 +31,9 @@ from chasles.summaries import short_repr
 
 from .bare_table import header_of
 from .headings import AXES, STATION, TARGET, UNITS, Column, named, unit_of
-from .observations import Observation, Poses, Positions
-from .stations import Stations
+from .stations import StationPositions
 from .table_text import TableLine, cells_of, is_number, number
+from .tool_measurements import Measurements, Poses, Positions
 from .turns import Form, WrongRow, described, form_of, unit_by_size
 
 FloatArray = NDArray[np.float64]
@@ -50,42 +50,37 @@ _UNITLESS = ("-", "1")
 
 
 @dataclass(frozen=True, eq=False)
-class Measured:
-    """Coordinates and what was measured there; unpacks as the pair of them.
+class MeasurementTable:
+    """A table of measurements.
 
     Attributes:
         q: (N, n) [rad or m].
-        observation: Positions of targets, or poses.
-        assumed: What the table does not state and its numbers tell, a sentence each.
+        measurements: Positions of targets, or poses.
+        assumptions: Facts that the table does not state and its numbers suggest, one sentence each.
     """
 
     q: FloatArray
-    observation: Observation
-    assumed: tuple[str, ...] = ()
+    measurements: Measurements
+    assumptions: tuple[str, ...] = ()
 
     __repr__ = short_repr
 
-    def __iter__(self) -> Iterator[Any]:
-        """The coordinates, then the observation."""
-        return iter((self.q, self.observation))
 
-
-def read_measurements(file: str | Path, robot: Robot) -> Measured:
-    """Reads a table of measurements.
+def read_measurements(path: str | Path, robot: Robot) -> MeasurementTable:
+    """Read a table of measurements.
 
     Args:
-        file: The table; its header names the columns.
+        path: The table; its header names the columns.
         robot: The robot that was measured.
 
     Raises:
         InputValueError: A column is missing, a unit is missing or of the wrong kind, or a cell is
             no number; the message names file, line and column.
     """
-    path = Path(file)
-    table = _with_units(_read(path, robot), robot)
+    table = _with_units(_read(Path(path), robot), robot)
     q = np.stack([table.numbers(*_column_of(table, robot, k)) for k in range(robot.n)], -1)
     for row in table.rows:
-        _check_length(path, row, table.width)
+        _check_length(table.path, row, table.width)
     return _observation(table, q)
 
 
@@ -258,7 +253,7 @@ def _headings(table: _Table) -> str:
     return ", ".join(column.heading for column in table.columns.values())
 
 
-def _observation(table: _Table, q: FloatArray) -> Measured:
+def _observation(table: _Table, q: FloatArray) -> MeasurementTable:
     if TARGET in table.columns and set(AXES) <= table.columns.keys():
         return _long(table, q)
     numbers = range(len(table.columns) + 1)
@@ -273,20 +268,20 @@ def _observation(table: _Table, q: FloatArray) -> Measured:
     points = np.stack([table.positions(names) for names in several], 1)
     form = form_of(table.columns)
     if form is None:
-        return Measured(q, _of_stations(points, _stations(table)), tuple(table.said))
+        return MeasurementTable(q, _of_stations(points, _stations(table)), tuple(table.said))
     if np.any(_stations(table)):
         raise InputValueError(f"{table.path}: poses from several stations; expected positions")
     T = np.zeros((len(q), 4, 4))
     T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = _orientations(table, form), points[:, 0], 1
-    return Measured(q, Poses(T), tuple(table.said))
+    return MeasurementTable(q, Poses(T), tuple(table.said))
 
 
 def _has(table: _Table, names: Sequence[str]) -> bool:
     return set(names) <= table.columns.keys()
 
 
-def _of_stations(points: FloatArray, station: IntArray) -> Observation:
-    return Stations(points, station) if np.any(station) else Positions(points)
+def _of_stations(points: FloatArray, station: IntArray) -> Measurements:
+    return StationPositions(points, station) if np.any(station) else Positions(points)
 
 
 def _stations(table: _Table) -> IntArray:
@@ -309,7 +304,7 @@ def _orientations(table: _Table, form: Form) -> FloatArray:
         raise InputValueError(f"{table.path}, line {line}: {wrong}") from None
 
 
-def _long(table: _Table, q: FloatArray) -> Measured:
+def _long(table: _Table, q: FloatArray) -> MeasurementTable:
     """A row a target, in any order: equal coordinates are one configuration.
 
     A target that comes again at the same coordinates belongs to a further configuration.
@@ -331,4 +326,4 @@ def _long(table: _Table, q: FloatArray) -> Measured:
         rows.append(found[key])
     points = np.full((len(found), len(targets), 3), np.nan)
     points[rows, [targets.index(name) for name in names]] = xyz
-    return Measured(q[first], _of_stations(points, station[first]), tuple(table.said))
+    return MeasurementTable(q[first], _of_stations(points, station[first]), tuple(table.said))

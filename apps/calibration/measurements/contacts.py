@@ -20,14 +20,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..fitting.levenberg_marquardt import Errors, least_squares
-from .observations import SMALL, Observation, Start, points_on_tool, stated, velocities_on_tool
+from .tool_measurements import (
+    SMALL,
+    Measurements,
+    Start,
+    points_on_tool,
+    stated,
+    velocities_on_tool,
+)
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)
-class _OneNumber(Observation):
+class _OneNumber(Measurements):
     """One number a configuration.
 
     Attributes:

@@ -31,26 +31,26 @@ OBSERVATIONS = {
 
 @pytest.mark.parametrize("name", OBSERVATIONS)
 def test_observation_derivatives_match_central_differences(name):
-    observation, x = OBSERVATIONS[name]
+    measurements, x = OBSERVATIONS[name]
     T, h = POSES, 1e-6
     if name == "poses":
         # The derivative of the error of orientation is exact where that error is 0.
         probe = screws.exp([0.2, -0.1, 0.3, 0.4, 0.2, 0.1])
-        observation = Poses(T @ probe, (0.1, 0.2), probe)
+        measurements = Poses(T @ probe, (0.1, 0.2), probe)
     twists = np.broadcast_to(np.eye(6), (len(T), 6, 6))
-    by_p, by_x = observation.derivatives(T, twists, x)
+    by_p, by_x = measurements.derivatives(T, twists, x)
 
     def moved(k, step):
         turned = screws.exp_rotation(step * np.eye(6)[k, 3:]) @ T[:, :3, :3]
         found = T.copy()
         found[:, :3, :3], found[:, :3, 3] = turned, T[:, :3, 3] + step * np.eye(6)[k, :3]
-        return observation.errors(found, x)
+        return measurements.errors(found, x)
 
     differences = [(moved(k, h) - moved(k, -h)) / (2 * h) for k in range(6)]
     assert_allclose(by_p, np.array(differences).T, atol=1e-7)
     unit = np.eye(len(x)) * h
     differences = [
-        (observation.errors(T, x + e) - observation.errors(T, x - e)) / (2 * h) for e in unit
+        (measurements.errors(T, x + e) - measurements.errors(T, x - e)) / (2 * h) for e in unit
     ]
     assert_allclose(by_x, np.array(differences).reshape(len(x), len(by_x)).T, atol=1e-7)
 
@@ -64,11 +64,13 @@ def test_identify_explains_ball_bar_distances_to_noise(arm, truth):
 
     q = random.uniform(-2.5, 2.5, (200, 6))
     found = identify(arm, q, Distances(measured(q) + NOISE * random.normal(size=200), NOISE))
-    assert found.before > 20
+    assert found.rms_before > 20
     assert 0.8 < found.noise < 1.2
-    assert found.redundant
+    assert found.unidentifiable
     held = random.uniform(-2.5, 2.5, (500, 6))
-    assert np.sqrt(np.mean(found.held_back(held, Distances(measured(held), NOISE)) ** 2)) < 1
+    assert (
+        np.sqrt(np.mean(found.validation_errors(held, Distances(measured(held), NOISE)) ** 2)) < 1
+    )
 
 
 def test_identify_explains_contacts_with_sphere_of_unknown_radius(arm, truth):
@@ -92,9 +94,9 @@ def test_identify_explains_contacts_with_sphere_of_unknown_radius(arm, truth):
     assert len(q) == 300
     measured = SphereContacts(NOISE * random.normal(size=len(q)), NOISE)
     found = identify(arm, q, measured)
-    assert found.before > 5
+    assert found.rms_before > 5
     assert 0.8 < found.noise < 1.2
-    assert any("radius" in dict(item.combination) for item in found.redundant)
+    assert any("radius" in dict(item.combination) for item in found.unidentifiable)
 
 
 def test_identify_explains_contacts_with_plane_to_noise(arm, truth):
@@ -110,5 +112,5 @@ def test_identify_explains_contacts_with_plane_to_noise(arm, truth):
     q = q[(np.abs((arm.fk_p(q, truth.p) @ target)[:, :3] @ normal - 0.3) < 1e-9)][:150]
     found = identify(arm, q, PlaneContacts(NOISE * random.normal(size=len(q)), NOISE))
     assert len(q) == 150
-    assert found.before > 20
+    assert found.rms_before > 20
     assert 0.7 < found.noise < 1.3

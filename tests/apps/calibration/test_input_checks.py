@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from chasles import screws
 from chasles.calibration import Poses, Positions, identify
-from chasles.calibration.observed.quaternions import quaternions, rotations
+from chasles.calibration.measurements.quaternions import quaternions, rotations
 from chasles.errors import InputValueError
 from tests.support.measured_arms import drawn
 
@@ -31,7 +31,7 @@ def found(robot, q, points):
 
 
 def test_good_measurements_raise_no_diagnostics(case):
-    assert found(*case).doubts == ()
+    assert found(*case).warnings == ()
 
 
 def test_reversed_joint_sign_is_diagnosed(case):
@@ -81,7 +81,7 @@ def test_wrong_joint_zero_is_diagnosed(case, degrees):
     wrong[:, k] += np.radians(degrees)
     name = robot.coordinates[k].name
     try:
-        said = " ".join(found(robot, wrong, points).doubts)
+        said = " ".join(found(robot, wrong, points).warnings)
     except InputValueError as error:
         said = str(error)
     # Small tools turn about a wrist's axis, and another zero of it may be identified.
@@ -128,14 +128,14 @@ def test_prismatic_coordinates_in_millimetres_are_diagnosed(loaded):
 def test_exchanged_targets_in_one_row_are_diagnosed(case):
     robot, q, points = case
     points[5] = points[5, [2, 1, 0]]
-    assert found(robot, q, points).doubts == ("measurement 6: targets 1 and 3 are exchanged",)
+    assert found(robot, q, points).warnings == ("measurement 6: targets 1 and 3 are exchanged",)
 
 
 def test_joint_coordinates_from_another_row_are_diagnosed(case):
     robot, q, points = case
     wrong = q.copy()
     wrong[7] = q[8]
-    (said,) = found(robot, wrong, points).doubts
+    (said,) = found(robot, wrong, points).warnings
     assert said.startswith("measurement 8: all 3 targets are off, by ")
 
 
@@ -143,7 +143,7 @@ def test_joint_coordinates_from_another_row_are_diagnosed(case):
 def test_base_that_moved_during_measurement_is_diagnosed(case):
     robot, q, points = case
     points[:12] += [0.1, 0.0, 0.05]
-    said = " ".join(found(robot, q, points).doubts)
+    said = " ".join(found(robot, q, points).warnings)
     assert "contradict the others" in said or "mm remain after the identification" in said
 
 
@@ -153,15 +153,15 @@ def test_joint_that_does_not_move_is_diagnosed(case):
     still.q[:, 3] = 0.4
     result = found(robot, still.q, still.positions(robot, still.q))
     name = robot.coordinates[3].name
-    assert any(said.startswith(f"{name} moves by 0 deg only") for said in result.doubts)
-    assert result.redundant
+    assert any(said.startswith(f"{name} moves by 0 deg only") for said in result.warnings)
+    assert result.unidentifiable
 
 
 def test_too_few_or_repeated_configurations_are_diagnosed(case):
     robot, q, points = case
     with pytest.raises(InputValueError, match="do not determine"):
         found(robot, q[:3], points[:3])
-    said = " ".join(found(robot, np.tile(q[:5], (8, 1)), np.tile(points[:5], (8, 1, 1))).doubts)
+    said = " ".join(found(robot, np.tile(q[:5], (8, 1)), np.tile(points[:5], (8, 1, 1))).warnings)
     assert "only 5 of 40 configurations differ" in said
 
 
@@ -170,7 +170,7 @@ def test_measurements_of_another_robot_are_diagnosed(loaded):
     truth, random = drawn(robot, 3, count=20), np.random.default_rng(5)
     other = random.uniform(-1, 1, truth.q.shape)
     result = identify(robot, other, Poses(truth.poses(robot, truth.q), (NOISE, NOISE)))
-    assert any("mm remain after the identification" in said for said in result.doubts)
+    assert any("mm remain after the identification" in said for said in result.warnings)
 
 
 def as_quaternions(R):
@@ -200,7 +200,7 @@ def test_misread_orientations_are_diagnosed(loaded, misread, said):
     robot = loaded("stanford")
     truth = drawn(robot, 0, zero=0.02, count=40)
     T = truth.poses(robot, truth.q) @ screws.exp([0.1, 0.2, -0.1, 0.4, 1.0, 0.2])
-    assert identify(robot, truth.q, Poses(T, (NOISE, NOISE))).doubts == ()
+    assert identify(robot, truth.q, Poses(T, (NOISE, NOISE))).warnings == ()
     T[:, :3, :3] = misread(T[:, :3, :3]).as_matrix()
     with pytest.raises(InputValueError, match=said):
         identify(robot, truth.q, Poses(T, (NOISE, NOISE)))

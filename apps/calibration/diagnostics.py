@@ -1,4 +1,4 @@
-"""What is doubtful of a calibration, in sentences."""
+"""Warnings about a calibration: suspicious data, poor fits and implausible parameters."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import scipy.special
 from numpy.typing import NDArray
 
 from .fitting.noise import CHANCE, LEAST_NOISE, OUTLYING, largest_noise
-from .observed.observations import Positions
+from .measurements.tool_measurements import Positions
 from .parameters import FRAMES, nominal
 from .result import Calibration
 
@@ -37,8 +37,8 @@ FAR_OFF = 0.1, 0.01
 """Change of a parameter [rad, m] that no workshop makes, less what noise makes of it."""
 
 
-def doubts(found: Calibration) -> tuple[str, ...]:
-    """What is doubtful of a result, a sentence each.
+def diagnose(found: Calibration) -> tuple[str, ...]:
+    """Return the warnings about a result, one sentence each.
 
     Args:
         found: A calibration.
@@ -61,8 +61,8 @@ def _rows_off(found: Calibration) -> Iterator[str]:
             "belong together, or the base moved between them"
         )
         return
-    at = found.observation.configurations
-    sizes = found.observation.lengths(found.errors)
+    at = found.measurements.configurations
+    sizes = found.measurements.lengths(found.errors)
     for k in np.unique(at[~found.used]):
         own = at == k
         if not found.used[own].any() and own.sum() > 1:
@@ -77,7 +77,7 @@ def _rows_off(found: Calibration) -> Iterator[str]:
 
 def _exchanged(found: Calibration, k: int) -> str | None:
     """Whether two targets of a configuration are exchanged."""
-    measured = found.observation
+    measured = found.measurements
     if not isinstance(measured, Positions):
         return None
     one, T = measured.at(np.array([k])), found.poses(found.q[[k]])
@@ -106,7 +106,7 @@ def _still_joints(found: Calibration) -> Iterator[str]:
 
 
 def _beyond_tolerances(found: Calibration) -> Iterator[str]:
-    for name, change, size in zip(found.names, found.deviations, found.tolerances, strict=True):
+    for name, change, size in zip(found.names, found.deviations, found.parameter_std, strict=True):
         if size and abs(change) > OUTLYING * size:
             yield (
                 f"{name} differs from nominal by {abs(change) / size:.3g} times its tolerance: is "
@@ -116,7 +116,7 @@ def _beyond_tolerances(found: Calibration) -> Iterator[str]:
 
 def _far_off(found: Calibration) -> Iterator[str]:
     units = {item.name: item.unit for item in found.robot.geometry if item.part not in FRAMES}
-    reach = -scipy.special.stdtrit(found.freedoms, CHANCE) * found.std
+    reach = -scipy.special.stdtrit(found.residual_dof, CHANCE) * found.std
     for name, change, half in zip(found.names, found.deviations, reach, strict=True):
         if name in units and abs(change) - half > FAR_OFF[units[name] == "m"]:
             unit = "m" if units[name] == "m" else "rad"
@@ -129,9 +129,9 @@ def _poor_fit(found: Calibration) -> Iterator[str]:
             f"{1e3 * left(found):.3g} mm remain after the identification: the measurements may be "
             "those of another robot, or most of them are wrong"
         )
-    elif found.noise > NOISY * largest_noise(found.freedoms):
+    elif found.noise > NOISY * largest_noise(found.residual_dof):
         yield (
-            f"errors are {found.noise:.3g} times the stated noise ({found.observation.stated}): "
+            f"errors are {found.noise:.3g} times the stated noise ({found.measurements.stated}): "
             "other parameters than the varied ones differ, another robot is measured, or sigma is "
             "too small"
         )
@@ -141,11 +141,11 @@ def _poor_fit(found: Calibration) -> Iterator[str]:
             f"only {different} of {len(found.q)} configurations differ: repeated ones tell nothing "
             "new of the geometry"
         )
-    count = int(found.used[found.observation.rows].sum())
-    if 2 * found.freedoms < count:
+    count = int(found.used[found.measurements.rows].sum())
+    if 2 * found.residual_dof < count:
         yield (
             f"{count} measured numbers are few: the {len(found.names)} variables follow "
-            f"{count - found.freedoms} of them, and errors elsewhere may be larger than here"
+            f"{count - found.residual_dof} of them, and errors elsewhere may be larger than here"
         )
 
 
@@ -156,13 +156,13 @@ def is_unexplained(found: Calibration) -> bool:
         found: A calibration.
     """
     moved = spread(found.robot.fk_p(found.q, nominal(found.robot)))
-    excess = found.noise / largest_noise(found.freedoms)
+    excess = found.noise / largest_noise(found.residual_dof)
     return moved >= LEAST_SPREAD and left(found) > UNEXPLAINED * moved and excess > UNSTATED
 
 
 def left(found: Calibration) -> float:
     """Median error that a calibration leaves [m]."""
-    return float(np.median(found.observation.lengths(found.errors)))
+    return float(np.median(found.measurements.lengths(found.errors)))
 
 
 def spread(T: FloatArray) -> float:

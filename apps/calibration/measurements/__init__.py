@@ -1,0 +1,1 @@
+"""Measurements of the tool: positions, poses, distances, frames of devices, and tables."""

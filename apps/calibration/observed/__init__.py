@@ -1,1 +1,0 @@
-"""What is measured: observations, the frames of devices, and tables of measurements."""
