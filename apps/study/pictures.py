@@ -72,11 +72,11 @@ def _shares(hits: NDArray[np.uint64]) -> Any:
     return np.ma.masked_equal(hits, 0) * (1000 / max(int(hits.sum()), 1))
 
 
-def plot_motion(found: Any, ax: Any = None) -> Any:
-    """Draws coordinates, rates and accelerations over time; slides in metres on the same axes.
+def plot_trajectory(found: Any, ax: Any = None) -> Any:
+    """Draws coordinates, rates and accelerations over time, [rad] and [m] on the same axes.
 
     Args:
-        found: The motion, as `Sampled`.
+        found: The `Trajectory`.
         ax: Three matplotlib axes; None: a new figure.
 
     Returns:
@@ -90,7 +90,7 @@ def plot_motion(found: Any, ax: Any = None) -> Any:
         figure.suptitle(found.robot)
     words = ("coordinate [rad, m]", "rate [1/s]", "acceleration [1/s²]")
     for own, values, word in zip(axes, (found.q, found.qd, found.qdd), words, strict=True):
-        for j, name in enumerate(found.names):
+        for j, name in enumerate(found.coordinate_names):
             style = _STYLES[j // len(_COLOUR_BLIND) % len(_STYLES)]
             colour = _COLOUR_BLIND[j % len(_COLOUR_BLIND)]
             own.plot(found.t, values[:, j], style, color=colour, label=name, linewidth=1.2)

@@ -39,7 +39,7 @@ class Recording:
 
 
 def read_recording(file: Path, robot: Robot) -> Recording:
-    """Reads a motion that `Sampled.to_npz` or `Sampled.to_csv` wrote, or a table of coordinates.
+    """Reads a file of a `Trajectory`, or a table of coordinates.
 
     Args:
         file: `.npz` with arrays `t (m,)` and `q (m, n)`, and maybe `robot` and `names`, the names

@@ -16,7 +16,7 @@ from rich.table import Table
 import chasles
 from chasles.study import evenly, reach, workspace
 from chasles.study.cells import cells_of
-from chasles.study.motion import Motion, Sequence, law, line, time_optimal
+from chasles.study.motion import Motion, MotionSequence, line, time_optimal, time_scaling
 from chasles.study.planning import ball, block, roadmap, robot_space
 
 from ..cases.arms import ARMS
@@ -65,21 +65,21 @@ def run(samples: int) -> int:
 
 
 def _motions(table: Table, arm: chasles.Robot) -> None:
-    """A straight line with rates and accelerations, its fastest law, and the 49 s of a paper."""
+    """A line with rates and accelerations, its time-optimal scaling, and a process of 49 s."""
     way = line(arm.fk(HOME), arm.fk(HOME + AWAY))
-    motion = Motion(arm, way, law("quintic", way.length, duration=1), HOME)
+    motion = Motion(arm, way, time_scaling("quintic", way.length, duration=1), HOME)
     motion.sample(LINED)
     own = _seconds(lambda: motion.sample(LINED)) / LINED
     _row(table, "line of ur5e: Robotics Toolbox ctraj, ik_LM, no rates", own, LINED, _lined())
-    own = _seconds(lambda: time_optimal(motion, rates=2.0, accelerations=8.0))
-    _row(table, "its fastest law, 400 nodes", own, 1)
+    own = _seconds(lambda: time_optimal(motion, rate_limits=2.0, acceleration_limits=8.0))
+    _row(table, "its time-optimal scaling, 400 nodes", own, 1)
     well = chasles.load("well_manipulator")
     process(well)
     own = _seconds(lambda: process(well).sample(100)) / PROCESS
     _row(table, "49 s of well_manipulator", own, PROCESS)
 
 
-def process(robot: chasles.Robot) -> Sequence:
+def process(robot: chasles.Robot) -> MotionSequence:
     """The process of the well manipulator's paper, section 5."""
     initial = np.radians([0, 88.79, -49.2, 0, -86.76, 0, -40.62])
     turned = initial + np.radians([30, 0, 0, 0, 0, 0, 0])
@@ -90,14 +90,14 @@ def process(robot: chasles.Robot) -> Sequence:
     near = robot.actuators(np.radians([0, 88.79, -11.3, 0, -129.8, 0, -35.6]))
     at_25 = robot.chain(robot.ik_numeric(ready, near, lock=("theta2", *rest)).q)
     return (
-        Sequence(robot, robot.actuators(initial))
-        .move(turned, "constant", of="chain", duration=5)
-        .hold(5)
-        .move(initial, "constant", of="chain", duration=5)
-        .move(at_25, "constant", of="chain", duration=10)
-        .hold(2)
+        MotionSequence(robot, robot.actuators(initial))
+        .move(turned, "constant", space="chain", duration=5)
+        .pause(5)
+        .move(initial, "constant", space="chain", duration=5)
+        .move(at_25, "constant", space="chain", duration=10)
+        .pause(2)
         .follow(line(ready, middle), "constant", lock=("theta2", *rest), duration=10)
-        .hold(2)
+        .pause(2)
         .follow(line(middle, low), "constant", lock=rest, redundancy="minimum_norm", duration=10)
     )
 

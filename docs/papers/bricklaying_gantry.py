@@ -36,7 +36,7 @@ from report import (
 import chasles
 from chasles.derive import load, mobility
 from chasles.derive.model.mechanism import Mechanism
-from chasles.study.motion import Sampled, Sequence, excesses, line
+from chasles.study.motion import MotionSequence, Trajectory, limit_violations, line
 
 FloatArray = NDArray[np.float64]
 
@@ -238,8 +238,8 @@ def spot(xy: FloatArray) -> Spot:
     guide = gantry.fk(q)[:3, 3]
     arm = polar_arm()
     (drop,) = arm.ik_position(guide).within_limits().array()
-    motion = Sequence(arm, np.zeros(3)).move(drop, "constant", duration=PICK_TO_DROP)
-    sampled = motion.sample(rate=1)
+    motion = MotionSequence(arm, np.zeros(3)).move(drop, "constant", duration=PICK_TO_DROP)
+    sampled = motion.sample(frequency=1)
     theta, r, _ = sampled.q[-1]
     return Spot(guide[:2], theta, r, sampled.qd[0, 0], sampled.t[-1])
 
@@ -416,7 +416,7 @@ class Wall:
 
     places: FloatArray
     released: FloatArray
-    sampled: Sampled
+    sampled: Trajectory
 
 
 def bond() -> FloatArray:
@@ -435,18 +435,18 @@ def bond() -> FloatArray:
 def wall() -> Wall:
     """Pick, lift, travel, lower, release, and back, for every brick."""
     gantry = chasles.load("bricklaying_gantry")
-    laying = Sequence(gantry, gantry.actuators(chain_of(gantry, PICK_SPOT)))
+    laying = MotionSequence(gantry, gantry.actuators(chain_of(gantry, PICK_SPOT)))
     released = []
     for place in bond():
         height = place[2] + ABOVE
-        laying = laying.hold(GRIP, "grip")
+        laying = laying.pause(GRIP, "grip")
         laying = over(laying, place, height, "lay")
         released.append(gantry.fk(laying.q_end)[:3, 3])
-        laying = over(laying.hold(GRIP, "release"), PICK_SPOT, height, "return")
-    return Wall(bond(), np.array(released), laying.sample(rate=50))
+        laying = over(laying.pause(GRIP, "release"), PICK_SPOT, height, "return")
+    return Wall(bond(), np.array(released), laying.sample(frequency=50))
 
 
-def over(laying: Sequence, place: FloatArray, height: float, name: str) -> Sequence:
+def over(laying: MotionSequence, place: FloatArray, height: float, name: str) -> MotionSequence:
     """Up to a height, across, and down to a place, on straight lines of the guide."""
     for stop in ([None, None, height], [place[0], place[1], height], place):
         start = laying.robot.fk(laying.q_end)
@@ -461,7 +461,7 @@ def over(laying: Sequence, place: FloatArray, height: float, name: str) -> Seque
 def wall_rows(printed: dict[str, Printed]) -> list[Row]:
     """The wall, of bricks and speeds that we chose."""
     built = wall()
-    beyond = excesses(chasles.load("bricklaying_gantry"), built.sampled)
+    beyond = limit_violations(chasles.load("bricklaying_gantry"), built.sampled)
     if beyond:
         raise ValueError(f"the wall leaves the strokes: {beyond[0]}")
     missed = np.linalg.norm(built.released - built.places, axis=1).max()

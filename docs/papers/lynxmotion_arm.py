@@ -25,7 +25,7 @@ from report import (
 
 import chasles
 from chasles.study import Workspace, exact_workspace, workspace
-from chasles.study.motion import Sampled, Sequence, parabola, task_curve, task_line
+from chasles.study.motion import MotionSequence, Trajectory, parabola, task_curve, task_line
 from chasles.study.planning import ball, robot_space
 from chasles.study.samples import samples_of
 
@@ -317,9 +317,9 @@ def bisected(inside: float, outside: float) -> float:
     return inside
 
 
-def start() -> Sequence:
+def start() -> MotionSequence:
     """At the first via point, elbow up."""
-    return Sequence(low(), solutions(low(), VIA[:1])[0, 0])
+    return MotionSequence(low(), solutions(low(), VIA[:1])[0, 0])
 
 
 def task(point: Any) -> Any:
@@ -328,7 +328,7 @@ def task(point: Any) -> Any:
 
 
 @cache
-def free() -> Sampled:
+def free() -> Trajectory:
     """The motion of figure 1.6: two parabolas through points 1-2-3 and 3-4-5."""
     found = start()
     for k in (0, 2):
@@ -338,18 +338,18 @@ def free() -> Sampled:
 
 
 @cache
-def lines(rate: float = RATE) -> Sampled:
+def lines(rate: float = RATE) -> Trajectory:
     """The motion of figures 1.7 to 1.9: straight lines with trapezoidal speed, 1 s each."""
     return along(VIA, rate)
 
 
 @cache
-def around(rate: float = RATE) -> Sampled:
+def around(rate: float = RATE) -> Trajectory:
     """The motion of figure 1.10: the third line goes over a point above the ball."""
     return along(np.vstack([VIA[:3], DETOUR, VIA[3:]]), rate)
 
 
-def along(points: Any, rate: float) -> Sampled:
+def along(points: Any, rate: float) -> Trajectory:
     """The motion on straight lines between points, 1 s each."""
     found = start()
     for a, b in pairwise(points):
@@ -359,7 +359,7 @@ def along(points: Any, rate: float) -> Sampled:
 
 
 @cache
-def polynomials() -> Sampled:
+def polynomials() -> Trajectory:
     """The motion of figure 1.11: quintic polynomials of the joints, 1 s between via points."""
     found = start()
     for q in solutions(low(), VIA)[1:, 0]:
@@ -421,7 +421,7 @@ def straight_lines(printed: dict[str, Printed]) -> list[Row]:
     ]
 
 
-def off_lines(made: Sampled) -> float:
+def off_lines(made: Trajectory) -> float:
     """The largest distance of the tool from its straight lines [m]."""
     a, b = VIA[made.stage], VIA[made.stage + 1]
     along = (b - a) / np.linalg.norm(b - a, axis=1, keepdims=True)
@@ -450,7 +450,7 @@ def detour(printed: dict[str, Printed]) -> list[Row]:
     ]
 
 
-def clearance(made: Sampled) -> float:
+def clearance(made: Trajectory) -> float:
     """The least distance of the arm's axes from the ball [m]."""
     space = robot_space(low(), [ball(BALL, RADIUS)], radius=THIN)
     own = [k for k, (_, other) in enumerate(space.checks) if other == 0]

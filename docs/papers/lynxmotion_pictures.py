@@ -12,7 +12,7 @@ from panels import COLOURS, GREY, STYLES, curves, legend_below, panels, plane, s
 from report import Figures
 
 import chasles
-from chasles.study.motion import Sampled
+from chasles.study.motion import Trajectory
 
 JOINTS = ("q1", "q2", "q3", "q4")
 NAMES = ("1, 2", "3", "4", "5")
@@ -152,7 +152,7 @@ def around_ball(axes: Any) -> None:
     axes.scatter(*arm.DETOUR, color=COLOURS[4], s=12, depthshade=False, label="above")
 
 
-def path(made: Sampled, extra: Callable[[Any], None]) -> Any:
+def path(made: Trajectory, extra: Callable[[Any], None]) -> Any:
     """The tool's path with six postures on it."""
     figure, axes = solid(3.0)
     chosen = np.linspace(0, len(made.q) - 1, 6).astype(int)
@@ -179,7 +179,7 @@ def speeds() -> Any:
     return figure
 
 
-def joint_curves(made: Sampled) -> Any:
+def joint_curves(made: Trajectory) -> Any:
     """Joints and their rates over time."""
     figure, axes = panels(3.4, 2, 1, sharex=True)
     curves(axes[0], made.t, np.degrees(made.q[:, :4]), JOINTS, "angle [deg]")

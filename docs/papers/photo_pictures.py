@@ -9,7 +9,7 @@ import numpy as np
 from animated_arms import animation, boxed, drawn, frame, points
 from panels import COLOURS, GREY, legend_below, solid
 
-from chasles.study.motion import Sampled
+from chasles.study.motion import Trajectory
 
 VIEW = (18.0, -52.0)
 PICTURES = 128
@@ -40,7 +40,7 @@ def frames(robot: Any) -> Any:
     return figure
 
 
-def axis_moved(robot: Any, made: Sampled) -> Any:
+def axis_moved(robot: Any, made: Trajectory) -> Any:
     """The arm at zero and at the end state, and the way of the tool."""
     figure, axes = solid(2.7)
     lines = points(robot, made.q)
@@ -56,7 +56,7 @@ def axis_moved(robot: Any, made: Sampled) -> Any:
     return figure
 
 
-def all_axes(robot: Any, motions: Sequence[Sampled]) -> Any:
+def all_axes(robot: Any, motions: Sequence[Trajectory]) -> Any:
     """Each axis from zero to its end state and back, as an animation."""
     ways = [np.concatenate([made.q[::EVERY], made.q[::-EVERY]]) for made in motions]
     return animation(robot, np.concatenate(ways), 3.0, lambda _: None, VIEW, PICTURES)

@@ -33,7 +33,7 @@ from report import (
 
 import chasles
 import chasles.derive
-from chasles.study.motion import Motion, Sampled, joint_line, law
+from chasles.study.motion import Motion, Trajectory, joint_line, time_scaling
 
 HERE = Path(__file__).parent
 POSTURE = np.array([0.4, 0.3, -0.5, 0.2, 0.6, -0.7, 0.8, -0.9])
@@ -295,12 +295,12 @@ def place(p: Any) -> str:
     return f"({', '.join(f'{value + 0.0:.3f}' for value in np.round(p, 3))})"
 
 
-def moved(robot: Any, part: str) -> Sampled:
+def moved(robot: Any, part: str) -> Trajectory:
     """The motion of a part of figure 3: one axis, the others at zero."""
     end = np.zeros(8)
     end[AXES[part]] = ENDS[part]
     curve = joint_line(np.zeros(8), end)
-    return Motion(robot, curve, law("quintic", 1.0, duration=2.0), np.zeros(8)).sample(100)
+    return Motion(robot, curve, time_scaling("quintic", 1.0, duration=2.0), np.zeros(8)).sample(100)
 
 
 def figures() -> Figures:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import chasles
-from chasles.study.motion import Sampled, Sequence, line
+from chasles.study.motion import MotionSequence, Trajectory, line
 
 FloatArray = NDArray[np.float64]
 
@@ -48,7 +48,7 @@ class Process:
         swings: (m, 4) angles theta8 to theta11 of the cylinders [rad].
     """
 
-    sampled: Sampled
+    sampled: Trajectory
     theta: FloatArray
     rates: FloatArray
     swings: FloatArray
@@ -87,14 +87,14 @@ def process() -> Process:
     q_prepared = prepared.within_limits().nearest(q_start)
     narrow = line(over_the_well(0), over_the_well(DESCENT))
     moves = (
-        Sequence(well, q_start)
+        MotionSequence(well, q_start)
         .move(q_object, "constant", duration=5, name="to the object")
-        .hold(5, "grab")
+        .pause(5, "grab")
         .move(q_start, "constant", duration=5, name="back")
-        .move(well.chain(q_prepared), "constant", of="chain", duration=10, name="over the well")
-        .hold(2, "adjust")
+        .move(well.chain(q_prepared), "constant", space="chain", duration=10, name="over the well")
+        .pause(2, "adjust")
         .follow(narrow, "constant", lock=["theta2", *TELESCOPES], duration=10, name="in")
-        .hold(2, "adjust")
+        .pause(2, "adjust")
     )
     moves = moves.follow(
         line(over_the_well(DESCENT), over_the_well(2 * DESCENT)),

@@ -1,9 +1,8 @@
-"""Motions: curves, laws of time, and a robot on them with all rates and accelerations."""
+"""Motions: curves, time scalings, and a robot on them with all rates and accelerations."""
 
 from .conics import ConicArc, conic
 from .curves import (
     Arc,
-    CurvePoses,
     JointLine,
     Line,
     PoseCurve,
@@ -11,46 +10,46 @@ from .curves import (
     TaskCurve,
     TaskLine,
     arc,
-    blended,
+    blend,
     joint_line,
     line,
     parabola,
+    spline,
     task_curve,
     task_line,
-    through,
 )
-from .laws import Law, law
-from .motion import Excess, Motion, Sampled, excesses, joined
-from .sequence import Sequence, Stage
+from .limits import LimitViolation, limit_violations
+from .motion import Motion
+from .sequence import MotionSequence
 from .time_optimal import time_optimal
+from .time_scaling import TimeScaling, time_scaling
+from .trajectory import Trajectory, concatenate
 
 __all__ = [
     "Arc",
     "ConicArc",
-    "CurvePoses",
-    "Excess",
     "JointLine",
-    "Law",
+    "LimitViolation",
     "Line",
     "Motion",
+    "MotionSequence",
     "PoseCurve",
-    "Sampled",
-    "Sequence",
     "Spline",
-    "Stage",
     "TaskCurve",
     "TaskLine",
+    "TimeScaling",
+    "Trajectory",
     "arc",
-    "blended",
+    "blend",
+    "concatenate",
     "conic",
-    "excesses",
-    "joined",
     "joint_line",
-    "law",
+    "limit_violations",
     "line",
     "parabola",
+    "spline",
     "task_curve",
     "task_line",
-    "through",
     "time_optimal",
+    "time_scaling",
 ]

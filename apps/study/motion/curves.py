@@ -22,7 +22,7 @@ from ..arguments import poses as rigid
 from ..tolerances import IN_PLACE, STRAIGHT
 
 FloatArray = NDArray[np.float64]
-In = Literal["coordinates", "chain"]
+Space = Literal["coordinates", "chain"]
 Task = Literal["position", "position_pitch", "planar"]
 
 
@@ -58,40 +58,40 @@ class JointLine:
     """A straight line in the coordinates: all of them move in proportion.
 
     Attributes:
-        start: (n,) at s = 0.
-        end: (n,) at s = 1.
-        of: "coordinates": the actuated ones, q; "chain": the joints of the main chain.
-        length: 1.
+        q_start: (n,) values at s = 0.
+        q_end: (n,) values at s = length.
+        space: "coordinates": the actuated coordinates q; "chain": the joints of the main chain.
+        length: The range of s, 1 unless stated.
     """
 
-    start: FloatArray
-    end: FloatArray
-    of: In = "coordinates"
+    q_start: FloatArray
+    q_end: FloatArray
+    space: Space = "coordinates"
     length: float = 1.0
 
     __repr__ = short_repr
 
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """(m, n) values and their first and second derivatives by s."""
-        return _straight(self.start, self.end, self.length, s)
+        return _straight(self.q_start, self.q_end, self.length, s)
 
 
-def joint_line(start: ArrayLike, end: ArrayLike, of: In = "coordinates") -> JointLine:
-    """A straight line from one posture to another.
+def joint_line(q_start: ArrayLike, q_end: ArrayLike, *, space: Space = "coordinates") -> JointLine:
+    """Return a straight line from one configuration to another.
 
     Args:
-        start: (n,) values at the start [rad or m].
-        end: (n,) values at the end [rad or m].
-        of: "coordinates": of the actuated ones; "chain": of the joints of the main chain.
+        q_start: (n,) values at the start [rad or m].
+        q_end: (n,) values at the end [rad or m].
+        space: "coordinates": values of q; "chain": values of the joints of the main chain.
 
     Raises:
         ShapeError: They are not vectors of the same length.
         InputValueError: A value is not finite.
     """
-    a, b = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
+    a, b = np.asarray(q_start, dtype=np.float64), np.asarray(q_end, dtype=np.float64)
     if a.ndim != 1 or a.shape != b.shape:
         raise ShapeError(f"joint_line: expected two vectors (n,), got {a.shape} and {b.shape}")
-    return JointLine(finite("joint_line: start", a), finite("joint_line: end", b), of)
+    return JointLine(finite("joint_line: q_start", a), finite("joint_line: q_end", b), space)
 
 
 @dataclass(frozen=True, eq=False)
@@ -346,8 +346,8 @@ def _way(a: FloatArray, b: FloatArray) -> FloatArray:
 def _require_way(name: str, length: float) -> None:
     if not length > IN_PLACE:
         raise InputValueError(
-            f"{name}: start and end are the same, so there is no way to follow; "
-            "`Sequence.hold` waits"
+            f"{name}: start and end are the same, so that nothing moves; "
+            "`MotionSequence.pause` waits"
         )
 
 
@@ -371,7 +371,7 @@ class Spline:
         return CurvePoses(poses_at(R, p), np.hstack([v, turn]), np.hstack([a, turn_rate]))
 
 
-def through(poses: ArrayLike) -> Spline:
+def spline(poses: ArrayLike) -> Spline:
     """A smooth curve through poses: cubic splines of position and orientation.
 
     Args:
@@ -384,7 +384,7 @@ def through(poses: ArrayLike) -> Spline:
     """
     from scipy.interpolate import CubicSpline  # noqa: PLC0415
 
-    T, s = waypoints("through", poses)
+    T, s = waypoints("spline", poses)
     return Spline(CubicSpline(s, T[:, :3, 3]), turns_through(T, s), float(s[-1]))
 
 
@@ -411,7 +411,7 @@ def parabola(poses: ArrayLike) -> Spline:
     return Spline(PPoly(rows[:, None], s[[0, -1]]), turns_through(T, s), float(s[-1]))
 
 
-def blended(poses: ArrayLike, radius: float) -> Spline:
+def blend(poses: ArrayLike, radius: float) -> Spline:
     """Straight lines between poses, whose corners are cut off by parabolas.
 
     The tool leaves a line at a distance from the corner and joins the next one at the same distance
@@ -429,11 +429,11 @@ def blended(poses: ArrayLike, radius: float) -> Spline:
     """
     from scipy.interpolate import PPoly  # noqa: PLC0415
 
-    T, s = waypoints("blended", poses)
+    T, s = waypoints("blend", poses)
     p, chords = T[:, :3, 3], np.diff(s)
     if not 0 < radius <= chords.min() / 2:
         raise InputValueError(
-            f"blended: expected a radius above 0, at most {chords.min() / 2:.6g} m, got {radius:g}"
+            f"blend: expected a radius above 0, at most {chords.min() / 2:.6g} m, got {radius:g}"
         )
     along = np.diff(p, axis=0) / chords[:, None]
     breaks, rows = [0.0], []

@@ -1,4 +1,4 @@
-"""A law for robots with more joints than a curve has conditions: steps of minimum norm.
+"""Redundancy "minimum_norm": more joints move than the curve has conditions.
 
 From one posture, the start, each pose of the curve is solved for itself by Newton's iteration in
 the joints theta of the main chain:

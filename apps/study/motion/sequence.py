@@ -1,12 +1,12 @@
 """Sequences: motions and pauses one after the other, as in a process.
 
     laying = (
-        Sequence(robot, q0)
-        .move(q1, "quintic", duration=2)
-        .hold(0.5)
-        .follow(line(robot.fk(q1), T_2), "trapezoidal", speed=0.2, acceleration=1)
+        MotionSequence(robot, q_start)
+        .move(q_1, "quintic", duration=2)
+        .pause(0.5)
+        .follow(line(robot.fk(q_1), T_2), "trapezoidal", speed=0.2, acceleration=1)
     )
-    sampled = laying.sample(rate=100)
+    trajectory = laying.sample(frequency=100)
 
 Each stage begins where the one before ends.
 """
@@ -24,9 +24,10 @@ from chasles.locks import Lock
 from chasles.summaries import summary_repr
 
 from ..arguments import above_0, finite
-from .curves import In, PoseCurve, TaskCurve, TaskLine, joint_line
-from .laws import Kind, Law, law
-from .motion import Motion, Redundancy, Sampled, joined
+from .curves import PoseCurve, Space, TaskCurve, TaskLine, joint_line
+from .motion import Motion, Redundancy
+from .time_scaling import Profile, TimeScaling, time_scaling
+from .trajectory import Trajectory, concatenate
 
 FloatArray = NDArray[np.float64]
 
@@ -38,7 +39,7 @@ _SAME = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Stage:
-    """A motion, or a pause at a posture.
+    """A motion or a pause.
 
     Attributes:
         motion: The motion.
@@ -51,43 +52,43 @@ class Stage:
     name: str
 
     def __repr__(self) -> str:
-        """In words, with the figures that matter."""
+        """Summary with the main figures."""
         return summary_repr(self, "", self.name, f"{self.motion.duration:.6g} s")
 
 
 @dataclass(frozen=True, eq=False)
-class Sequence:
+class MotionSequence:
     """Stages of a robot's motion; every method returns a longer sequence.
 
     Attributes:
         robot: The robot.
-        start: (n,) coordinates at the start [rad or m].
+        q_start: (n,) coordinates at the start [rad or m].
         stages: The stages so far.
     """
 
     robot: Robot
-    start: FloatArray
+    q_start: FloatArray
     stages: tuple[Stage, ...] = ()
 
     def __repr__(self) -> str:
-        """In words, with the figures that matter."""
+        """Summary with the main figures."""
         names = ", ".join(stage.name for stage in self.stages)
         return summary_repr(
             self,
             self.robot.name,
             f"{len(self.stages)} stages in {self.duration:.6g} s",
             names if len(names) < _LONG else "",
-            methods="move, hold, follow, sample(rate), jumps()",
+            methods="move, pause, follow, sample(frequency), jumps()",
         )
 
     def __post_init__(self) -> None:
-        """Refuses a start that is no posture."""
-        finite(f"Sequence of {self.robot.name}: start", self.start, (self.robot.n,))
+        """Reject a start that is not a configuration."""
+        finite(f"MotionSequence of {self.robot.name}: q_start", self.q_start, (self.robot.n,))
 
     @property
     def q_end(self) -> FloatArray:
         """(n,) coordinates at the end [rad or m]."""
-        return self.stages[-1].q_end if self.stages else np.asarray(self.start, dtype=np.float64)
+        return self.stages[-1].q_end if self.stages else np.asarray(self.q_start, dtype=np.float64)
 
     @property
     def duration(self) -> float:
@@ -95,25 +96,33 @@ class Sequence:
         return sum(stage.motion.duration for stage in self.stages)
 
     def move(
-        self, to: ArrayLike, kind: Kind, *, of: In = "coordinates", name: str = "", **limits: float
+        self,
+        q_goal: ArrayLike,
+        profile: Profile,
+        *,
+        space: Space = "coordinates",
+        name: str = "",
+        **limits: float,
     ) -> Self:
-        """Moves all coordinates in proportion.
+        """Add a motion in which all coordinates move in proportion.
 
         Args:
-            to: (n,) coordinates at the end; for the main chain its joints [rad or m].
-            kind: The law, as in `law`.
-            of: "coordinates", or "chain": the joints of the main chain move in proportion.
+            q_goal: (n,) coordinates at the end; with space "chain" the joints of the main chain
+                [rad or m].
+            profile: As in `time_scaling`.
+            space: "coordinates", or "chain": the joints of the main chain move in proportion.
             name: The name of the stage.
-            limits: duration, speed, acceleration and jerk of the part of the way, from 0 to 1.
+            limits: duration, speed, acceleration and jerk of the fraction of the path, 0 to 1.
         """
         begin = self.q_end
-        if of == "chain" and self.robot.loops:
+        if space == "chain" and self.robot.loops:
             begin = self.robot.chain(begin)
-        curve = joint_line(begin, to, of)
-        return self._with(Motion(self.robot, curve, law(kind, 1.0, **limits), self.q_end), name)
+        curve = joint_line(begin, q_goal, space=space)
+        timed = time_scaling(profile, 1.0, **limits)
+        return self._with(Motion(self.robot, curve, timed, self.q_end), name)
 
-    def hold(self, duration: float, name: str = "") -> Self:
-        """Waits.
+    def pause(self, duration: float, name: str = "") -> Self:
+        """Add a pause.
 
         Args:
             duration: The time [s].
@@ -122,15 +131,15 @@ class Sequence:
         Raises:
             InputValueError: The duration is not above 0.
         """
-        above_0("hold: duration", duration)
-        rest = Law(np.array([0.0, duration]), np.zeros((1, 1)), 0.0)
+        above_0("pause: duration", duration)
+        rest = TimeScaling(np.array([0.0, duration]), np.zeros((1, 1)), 0.0)
         curve = joint_line(self.q_end, self.q_end)
         return self._with(Motion(self.robot, curve, rest, self.q_end), name)
 
     def follow(
         self,
         curve: PoseCurve | TaskLine | TaskCurve,
-        kind: Kind,
+        profile: Profile,
         *,
         given: tuple[float, ...] = (),
         lock: Lock | None = None,
@@ -138,16 +147,16 @@ class Sequence:
         name: str = "",
         **limits: float,
     ) -> Self:
-        """Moves the tool on a curve that starts where the tool is.
+        """Add a motion of the tool on a curve that starts where the tool is.
 
         Args:
             curve: The curve of the tool.
-            kind: The law, as in `law`.
+            profile: As in `time_scaling`.
             given: The further inputs of the robot's `ik`, constant.
             lock: Coordinates, or joints of the main chain, that do not move.
             redundancy: "nearest" to the sample before, or "minimum_norm": steps of minimum norm in
-                the joints of the main chain from the posture at the start of the stage, for each
-                pose anew, as in `Motion`.
+                the joints of the main chain from the configuration at the start of the stage, for
+                each pose anew, as in `Motion`.
             name: The name of the stage.
             limits: duration [s], speed [m/s], acceleration and jerk of the tool on the curve.
 
@@ -157,8 +166,8 @@ class Sequence:
         """
         if not isinstance(curve, TaskLine | TaskCurve):
             self._require_start(curve.at(np.zeros(1)).T[0])
-        found = law(kind, curve.length, **limits)
-        motion = Motion(self.robot, curve, found, self.q_end, given, lock, redundancy)
+        timed = time_scaling(profile, curve.length, **limits)
+        motion = Motion(self.robot, curve, timed, self.q_end, given, lock, redundancy)
         return self._with(motion, name)
 
     def _require_start(self, there: FloatArray) -> None:
@@ -169,32 +178,34 @@ class Sequence:
                 f"the rotations differ by {np.abs(off[:3, :3]).max():.3g}"
             )
 
-    def sample(self, rate: float = 100.0) -> Sampled:
-        """All stages at a rate; `stage` says which.
+    def sample(self, frequency: float = 100.0) -> Trajectory:
+        """Sample all stages; `stage` of the result counts them.
 
         Args:
-            rate: Samples per second.
+            frequency: Samples per second.
 
         Raises:
             InputValueError: There is no stage.
             OutOfReachError: A curve leaves the reach, the branch or the limits.
         """
         if not self.stages:
-            raise InputValueError("Sequence.sample: there is no stage yet; move, hold or follow")
-        return joined([stage.motion.sample(rate) for stage in self.stages])
+            raise InputValueError(
+                "MotionSequence.sample: there is no stage yet; call move, pause or follow"
+            )
+        return concatenate([stage.motion.sample(frequency) for stage in self.stages])
 
     def jumps(self) -> list[tuple[int, str, float, float]]:
-        """Jumps of derivatives: stage, the derivative's name, time in the sequence [s], step."""
+        """List jumps of derivatives: stage, derivative, time in the sequence [s], step."""
         found, begin = [], 0.0
         for index, stage in enumerate(self.stages):
-            moves = stage.motion.law
-            found += [(index, name, begin + time, step) for name, time, step in moves.jumps()]
-            begin += moves.duration
+            timed = stage.motion.time_scaling
+            found += [(index, name, begin + time, step) for name, time, step in timed.jumps()]
+            begin += timed.duration
         return found
 
     def _with(self, motion: Motion, name: str) -> Self:
         own = name or f"stage {len(self.stages) + 1}"
-        ends = motion.sample(_CHECKS / motion.duration) if motion.law.length else None
+        ends = motion.sample(_CHECKS / motion.duration) if motion.time_scaling.length else None
         q_end = self.q_end if ends is None else ends.q[-1]
         if not np.isfinite(q_end).all():
             raise OutOfReachError(f"{self.robot.name}: the loops do not close at the end of {own}")
@@ -203,4 +214,4 @@ class Sequence:
 
 
 _CHECKS = 100
-"""Samples of a new stage on the way to its end."""
+"""Samples of a new stage up to its end."""

@@ -1,8 +1,8 @@
-"""The fastest law on a curve: at each moment a rate or an acceleration is at its limit.
+"""Time-optimal motion: at each moment a rate or an acceleration is at its limit.
 
 The curve in the coordinates, q(s), is sampled with its exact derivatives; reachability analysis
 gives the fastest profile s(t) on this grid. Between the grid's nodes a limit may be exceeded a
-little, so the law is then stretched by what a ten times finer grid shows.
+little, so the time scaling is then stretched by what a ten times finer grid shows.
 
 Source:
     H. Pham, Q.-C. Pham, A new approach to time-optimal path parameterization based on reachability
@@ -22,8 +22,10 @@ from numpy.typing import ArrayLike, NDArray
 from chasles import InputValueError
 
 from ..arguments import above_0, finite, whole
-from .laws import Law
-from .motion import Motion, Sampled, per_coordinate
+from .limits import per_coordinate
+from .motion import Motion
+from .time_scaling import TimeScaling
+from .trajectory import Trajectory
 
 FloatArray = NDArray[np.float64]
 
@@ -36,7 +38,8 @@ _FINER = 10
 _REFINEMENTS = 3
 """Rounds in which samples are added near the largest values."""
 _ROUNDS = 4
-"""Grids at most; each has further nodes where the law of the one before exceeds a limit."""
+"""Grids at most; each has further nodes where the time scaling of the grid before exceeds a
+limit."""
 _CLOSEST = 1e-5
 """Distance of nodes, in parts of the curve, that is not halved: rounding of rates over less than
 that would become accelerations."""
@@ -56,18 +59,18 @@ samples by the square of a tenth of the variation from node to node."""
 def time_optimal(
     motion: Motion,
     *,
-    rates: ArrayLike,
-    accelerations: ArrayLike,
+    rate_limits: ArrayLike,
+    acceleration_limits: ArrayLike,
     tool_speed: float | None = None,
     nodes: int = _NODES,
 ) -> Motion:
-    """The same motion in the least time within limits.
+    """Return the same motion in the minimum time within limits.
 
     Args:
-        motion: A motion on the curve; its law is replaced.
-        rates: () or (n,) largest rates [rad/s or m/s].
-        accelerations: () or (n,) largest accelerations [rad/s^2 or m/s^2].
-        tool_speed: The largest speed of the tool's origin [m/s]; None: none.
+        motion: A motion on the curve; its time scaling is replaced.
+        rate_limits: () or (n,) maximum rates [rad/s or m/s].
+        acceleration_limits: () or (n,) maximum accelerations [rad/s^2 or m/s^2].
+        tool_speed: The maximum speed of the tool's origin [m/s]; None: no limit.
         nodes: Nodes of the grid along the curve.
 
     Returns:
@@ -81,19 +84,21 @@ def time_optimal(
     robot = motion.robot
     limits = [
         per_coordinate(name, v, robot.n)
-        for name, v in (("rate", rates), ("acceleration", accelerations))
+        for name, v in (("rate_limits", rate_limits), ("acceleration_limits", acceleration_limits))
     ]
     if tool_speed is not None:
         above_0("time_optimal: tool_speed", tool_speed)
     whole("time_optimal: nodes", nodes, _FEWEST)
-    finite("time_optimal: accelerations", limits[1])
+    finite("time_optimal: acceleration_limits", limits[1])
     s, best = _nodes(motion, nodes), math.inf
     for _ in range(_ROUNDS):
-        tried = replace(motion, law=_fastest(motion, limits, tool_speed, s))
+        tried = replace(motion, time_scaling=_fastest(motion, limits, tool_speed, s))
         factor, beyond = _stretch(tried, limits, tool_speed)
         if factor * tried.duration < best:
             best = factor * tried.duration
-            found = replace(motion, law=tried.law.stretched(factor * (1 + _MARGIN)))
+            found = replace(
+                motion, time_scaling=tried.time_scaling.stretched(factor * (1 + _MARGIN))
+            )
         if not len(beyond):
             break
         s = _with_nodes(s, beyond)
@@ -110,8 +115,8 @@ def _with_nodes(s: FloatArray, further: FloatArray) -> FloatArray:
 
 def _fastest(
     motion: Motion, limits: list[FloatArray], tool_speed: float | None, s: FloatArray
-) -> Law:
-    """The law whose acceleration is constant between the nodes of a grid, at lengths s."""
+) -> TimeScaling:
+    """The time scaling whose acceleration is constant between the nodes of a grid, at lengths s."""
     import toppra  # noqa: PLC0415
     from toppra.algorithm import TOPPRA  # noqa: PLC0415
     from toppra.constraint import (  # noqa: PLC0415
@@ -136,7 +141,7 @@ def _fastest(
     widths = 2 * np.diff(s) / (sd[1:] + sd[:-1])
     half = (sd[1:] - sd[:-1]) / (2 * widths)
     rows = np.column_stack([s[:-1], sd[:-1], half])
-    return Law(np.r_[0, np.cumsum(widths)], rows, motion.curve.length)
+    return TimeScaling(np.r_[0, np.cumsum(widths)], rows, motion.curve.length)
 
 
 def _nodes(motion: Motion, count: int) -> FloatArray:
@@ -183,7 +188,7 @@ def _stretch(
     Close to a singularity a peak is narrower than the samples. Wherever the sampled values are
     within their own steps of the largest one, a peak may hide between them: samples are added.
     """
-    begin, width = motion.law.breaks[:-1], np.diff(motion.law.breaks)
+    begin, width = motion.time_scaling.breaks[:-1], np.diff(motion.time_scaling.breaks)
     most, beyond = 1.0, [np.empty(0)]
     for _ in range(_REFINEMENTS):
         # The acceleration jumps at a node: its value before the node counts, too.
@@ -197,10 +202,10 @@ def _stretch(
         begin, width = times[:, :-1][hidden], np.diff(times, axis=1)[hidden]
         if not len(begin):
             break
-    return most, motion.law.at(np.concatenate(beyond))[0]
+    return most, motion.time_scaling.at(np.concatenate(beyond))[0]
 
 
-def _used(sampled: Sampled, limits: list[FloatArray], tool_speed: float | None) -> FloatArray:
+def _used(sampled: Trajectory, limits: list[FloatArray], tool_speed: float | None) -> FloatArray:
     """(m,) the factor of time that each sample needs to be within limits."""
     rate = (np.abs(sampled.qd) / limits[0]).max(1)
     acceleration = np.sqrt((np.abs(sampled.qdd) / limits[1]).max(1))

@@ -18,19 +18,19 @@ from chasles.study import (
 from chasles.study.cells import cells_of
 from chasles.study.motion import (
     Motion,
-    Sequence,
+    MotionSequence,
     arc,
-    blended,
+    blend,
     conic,
-    excesses,
     joint_line,
-    law,
+    limit_violations,
     line,
     parabola,
+    spline,
     task_curve,
     task_line,
-    through,
     time_optimal,
+    time_scaling,
 )
 from chasles.study.planning import connecting_trees, occupancy_map, roadmap
 
@@ -45,7 +45,7 @@ EMPTY = occupancy_map(np.zeros((5, 5)))
 
 def moving(curve=None):
     own = curve or line(T_0, T_1)
-    return Motion(ROBOT, own, law("quintic", own.length, duration=1), Q)
+    return Motion(ROBOT, own, time_scaling("quintic", own.length, duration=1), Q)
 
 
 def among(first, second=None, third=None):
@@ -61,60 +61,62 @@ REFUSED = {
     "arc: it ends where it starts": lambda: arc(T_0, T_1[:3, 3], T_0),
     "arc: via is at the start or at the end": lambda: arc(T_0, T_0[:3, 3], T_1),
     "arc: start, via and end lie on a line": lambda: arc(T_0, (T_0 + T_1)[:3, 3] / 2, T_1),
-    "through: poses 0 and 1 have the same position": lambda: through(among([0, 0, 0])),
-    "through: poses: expected finite numbers": lambda: through(among([0, 0, 0], [NAN] * 3)),
+    "spline: poses 0 and 1 have the same position": lambda: spline(among([0, 0, 0])),
+    "spline: poses: expected finite numbers": lambda: spline(among([0, 0, 0], [NAN] * 3)),
     "parabola: poses: expected finite numbers": lambda: parabola(among([0, 0, 0], [NAN] * 3)),
     "conic: poses 0 and 1 have the same": lambda: conic(np.zeros((5, 3))),
     "conic: poses: expected finite numbers": lambda: conic(np.full((5, 3), NAN)),
-    "blended: expected a radius above 0": lambda: blended(among([0, 0, 0], [1, 0, 0]), NAN),
+    "blend: expected a radius above 0": lambda: blend(among([0, 0, 0], [1, 0, 0]), NAN),
     "task_line: start and end are the same": lambda: task_line("position", [0, 0, 1], [0, 0, 1]),
     "task_line: end: expected finite": lambda: task_line("position", [0, 0, 1], [0, 0, NAN]),
     "task_curve: start and end: expected": lambda: task_curve("planar", line(T_0, T_1), NAN),
-    "joint_line: end: expected finite": lambda: joint_line(Q, Q * NAN),
-    "law: a length of 0 takes no time": lambda: law("cubic", 0, speed=1, acceleration=1),
-    "finite duration > 0 and limits > 0, got length 1, duration inf": lambda: law(
+    "joint_line: q_end: expected finite": lambda: joint_line(Q, Q * NAN),
+    "time_scaling: a length of 0 takes no time": lambda: time_scaling(
+        "cubic", 0, speed=1, acceleration=1
+    ),
+    "finite duration > 0 and limits > 0, got length 1, duration inf": lambda: time_scaling(
         "cubic", 1, duration=np.inf
     ),
-    "limits > 0, got length 1, duration None, speed 0": lambda: law("cubic", 1, speed=0),
-    "length nan, duration 1": lambda: law("cubic", NAN, duration=1),
-    "hold: duration: expected values above 0 that are finite, got 0": lambda: Sequence(
+    "limits > 0, got length 1, duration None, speed 0": lambda: time_scaling("cubic", 1, speed=0),
+    "length nan, duration 1": lambda: time_scaling("cubic", NAN, duration=1),
+    "pause: duration: expected values above 0 that are finite, got 0": lambda: MotionSequence(
         ROBOT, Q
-    ).hold(0),
-    "hold: duration: expected values above 0 that are finite, got nan": lambda: Sequence(
+    ).pause(0),
+    "pause: duration: expected values above 0 that are finite, got nan": lambda: MotionSequence(
         ROBOT, Q
-    ).hold(NAN),
-    "Sequence of ur5e: start: expected finite": lambda: Sequence(ROBOT, Q * NAN),
-    "Sequence.sample: there is no stage yet": lambda: Sequence(ROBOT, Q).sample(),
-    "sample: rate: expected values above 0 that are finite, got inf": lambda: moving().sample(
+    ).pause(NAN),
+    "MotionSequence of ur5e: q_start: expected finite": lambda: MotionSequence(ROBOT, Q * NAN),
+    "MotionSequence.sample: there is no stage yet": lambda: MotionSequence(ROBOT, Q).sample(),
+    "sample: frequency: expected values above 0 that are finite, got inf": lambda: moving().sample(
         np.inf
     ),
-    "sample: rate: expected values above 0 that are finite, got 0": lambda: moving().sample(0),
+    "sample: frequency: expected values above 0 that are finite, got 0": lambda: moving().sample(0),
     "Motion.at: expected times in ascending order": lambda: moving().at([1, 0.5]),
     "expected times in ascending order, at least one": lambda: moving().at([]),
     "Motion.at: t: expected finite": lambda: moving().at([0, NAN]),
-    "Motion of ur5e: seed: expected finite": lambda: Motion(
-        ROBOT, line(T_0, T_1), law("cubic", 0.1, duration=1), Q * NAN
+    "Motion of ur5e: q_seed: expected finite": lambda: Motion(
+        ROBOT, line(T_0, T_1), time_scaling("cubic", 0.1, duration=1), Q * NAN
     ),
-    "rate limits: expected values above 0, got 0": lambda: time_optimal(
-        moving(), rates=0, accelerations=1
+    "rate_limits: expected values above 0, got 0": lambda: time_optimal(
+        moving(), rate_limits=0, acceleration_limits=1
     ),
-    "rate limits: expected values above 0, got -1": lambda: excesses(
-        ROBOT, moving().sample(10), rates=-1
+    "rate_limits: expected values above 0, got -1": lambda: limit_violations(
+        ROBOT, moving().sample(10), rate_limits=-1
     ),
-    "acceleration limits: expected values above 0, got nan": lambda: excesses(
-        ROBOT, moving().sample(10), accelerations=NAN
+    "acceleration_limits: expected values above 0, got nan": lambda: limit_violations(
+        ROBOT, moving().sample(10), acceleration_limits=NAN
     ),
-    "time_optimal: accelerations: expected finite": lambda: time_optimal(
-        moving(), rates=1, accelerations=np.inf
+    "time_optimal: acceleration_limits: expected finite": lambda: time_optimal(
+        moving(), rate_limits=1, acceleration_limits=np.inf
     ),
     "time_optimal: nodes = 1: expected a whole number, at least 10": lambda: time_optimal(
-        moving(), rates=1, accelerations=1, nodes=1
+        moving(), rate_limits=1, acceleration_limits=1, nodes=1
     ),
     "time_optimal: nothing moves on the curve": lambda: time_optimal(
-        moving(joint_line(Q, Q)), rates=1, accelerations=1
+        moving(joint_line(Q, Q)), rate_limits=1, acceleration_limits=1
     ),
     "time_optimal: tool_speed: expected values above 0": lambda: time_optimal(
-        moving(), rates=1, accelerations=1, tool_speed=0
+        moving(), rate_limits=1, acceleration_limits=1, tool_speed=0
     ),
     "samples = 0: expected a whole number": lambda: workspace(ROBOT, 0),
     "samples = 10.5: expected a whole number": lambda: workspace(ROBOT, 10.5),
@@ -165,8 +167,14 @@ def test_meaningless_study_arguments_are_rejected(message):
 @pytest.mark.parametrize(
     ("message", "called"),
     [
-        (r"Motion of ur5e: seed: expected shape \(6,\), got \(2,\)", lambda: replaced_seed([1, 2])),
-        (r"Sequence of ur5e: start: expected shape \(6,\)", lambda: Sequence(ROBOT, [1, 2])),
+        (
+            r"Motion of ur5e: q_seed: expected shape \(6,\), got \(2,\)",
+            lambda: replaced_seed([1, 2]),
+        ),
+        (
+            r"MotionSequence of ur5e: q_start: expected shape \(6,\)",
+            lambda: MotionSequence(ROBOT, [1, 2]),
+        ),
         (r"arc: via: expected shape \(3,\), got \(2,\)", lambda: arc(T_0, [1, 2], T_1)),
         (r"cells_of: lower: expected shape \(3,\)", lambda: cells_of(np.zeros(2), np.ones(2), 5)),
     ],
@@ -178,7 +186,7 @@ def test_wrong_shapes_of_study_arguments_are_rejected(message, called):
 
 
 def replaced_seed(seed):
-    return Motion(ROBOT, line(T_0, T_1), law("cubic", 0.1, duration=1), np.array(seed))
+    return Motion(ROBOT, line(T_0, T_1), time_scaling("cubic", 0.1, duration=1), np.array(seed))
 
 
 def test_pure_rotation_line_has_angle_as_length():

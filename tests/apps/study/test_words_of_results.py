@@ -17,7 +17,7 @@ from chasles.study import (
     workspace,
 )
 from chasles.study.cells import Measure, cells_of
-from chasles.study.motion import Motion, Sequence, law, line, through
+from chasles.study.motion import Motion, MotionSequence, line, spline, time_scaling
 from chasles.study.planning import occupancy_map, roadmap, success
 
 ROBOT = chasles.load("ur5e")
@@ -30,7 +30,7 @@ def moved():
     end = ROBOT.fk(Q)
     end[0, 3] += 0.1
     curve = line(ROBOT.fk(Q), end)
-    return Motion(ROBOT, curve, law("quintic", curve.length, duration=1), Q)
+    return Motion(ROBOT, curve, time_scaling("quintic", curve.length, duration=1), Q)
 
 
 def results():
@@ -45,9 +45,9 @@ def results():
     yield orientations(PLATFORM, [0, 0.1], finest=20)
     yield positions(chasles.load("stewart_gough"), finest=32)
     yield singular_places(PLATFORM, 0.5, points=11)
-    yield from (moved(), moved().sample(100), moved().curve, moved().law)
-    yield Sequence(ROBOT, Q).hold(1).hold(1)
-    yield through([[0, 0, 0], [1, 0, 0], [1, 1, 0]])
+    yield from (moved(), moved().sample(100), moved().curve, moved().time_scaling)
+    yield MotionSequence(ROBOT, Q).pause(1).pause(1)
+    yield spline([[0, 0, 0], [1, 0, 0], [1, 1, 0]])
     yield from (grid, made, made.plan([0.5, 20], [0.5, 25]), made.plan([0.5, 0.5], [1, 20]))
     yield success(grid, [0.5, 20], [0.5, 25], samples=[5], runs=2)
     yield skeleton(ROBOT)

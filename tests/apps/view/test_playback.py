@@ -5,7 +5,7 @@ import pytest
 
 import chasles
 from chasles.errors import InputValueError
-from chasles.study.motion import Motion, joint_line, law
+from chasles.study.motion import Motion, joint_line, time_scaling
 from chasles.view import read_recording
 
 ROBOT = chasles.load("scara")
@@ -22,7 +22,9 @@ def written(tmp_path, text):
 def test_motion_files_survive_round_trip(tmp_path, ending):
     a, b = np.zeros(4), np.array([0.3, -0.4, 0.05, 1.0])
     curve = joint_line(a, b)
-    sampled = Motion(ROBOT, curve, law("quintic", curve.length, duration=2.0), a).sample(20)
+    sampled = Motion(ROBOT, curve, time_scaling("quintic", curve.length, duration=2.0), a).sample(
+        20
+    )
     file = tmp_path / f"motion.{ending}"
     getattr(sampled, f"to_{ending}")(file)
     found = read_recording(file, ROBOT)

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import chasles
 from chasles.errors import InputValueError, ShapeError
-from chasles.study.motion import Motion, conic, joined, law, parabola, task_curve
+from chasles.study.motion import Motion, concatenate, conic, parabola, task_curve, time_scaling
 
 ELLIPSE = (np.cos, np.sin, lambda u: -np.sin(u), np.cos)
 PARABOLA = (lambda u: u, lambda u: u**2, lambda u: 1 + 0 * u, lambda u: 2 * u)
@@ -103,10 +103,10 @@ def test_teaching_arm_follows_two_parabolas_of_paper():
     seed, parts = np.radians([45, 40, -50, -80, 0]), []
     for three in (points[:3], points[2:]):
         curve = task_curve("position_pitch", parabola(three))
-        motion = Motion(arm, curve, law("constant", curve.length, duration=0.5), seed)
+        motion = Motion(arm, curve, time_scaling("constant", curve.length, duration=0.5), seed)
         parts.append(motion.sample(100))
         seed = parts[-1].q[-1]
-    found = joined(parts)
+    found = concatenate(parts)
     assert len(found.t) == 101
     assert found.t[-1] == pytest.approx(1)
     np.testing.assert_allclose(found.T[[0, 25, 50, 75, 100], :3, 3], points, atol=1e-12)

@@ -8,18 +8,18 @@ from chasles import screws
 from chasles.errors import InputValueError, OutOfReachError
 from chasles.study.motion import (
     Motion,
+    Trajectory,
     arc,
-    blended,
-    excesses,
-    joined,
+    blend,
+    concatenate,
     joint_line,
-    law,
+    limit_violations,
     line,
     parabola,
-    through,
+    spline,
     time_optimal,
+    time_scaling,
 )
-from chasles.study.motion.motion import Sampled
 from chasles.study.motion.time_optimal import _stretch
 
 
@@ -40,7 +40,7 @@ def curves(robot, rng, count):
         made_of = (
             line(T[0], T[2]),
             arc(T[0], T[1, :3, 3], T[2]),
-            through(T),
+            spline(T),
             parabola(T[:3]),
         )
         yield made_of[made % 4], q
@@ -50,13 +50,13 @@ def curves(robot, rng, count):
 def test_motion_stays_on_curve_with_exact_derivatives(arm):
     checked = 0
     for curve, q in curves(arm, np.random.default_rng(1), 12):
-        motion = Motion(arm, curve, law("quintic", curve.length, duration=2.0), q)
+        motion = Motion(arm, curve, time_scaling("quintic", curve.length, duration=2.0), q)
         t, h = np.linspace(0, 2, 1001, retstep=True)
         try:
             found = motion.at(t)
         except OutOfReachError:
             continue
-        np.testing.assert_allclose(found.T, curve.at(motion.law.at(t)[0]).T, atol=1e-9)
+        np.testing.assert_allclose(found.T, curve.at(motion.time_scaling.at(t)[0]).T, atol=1e-9)
         rates = (found.q[2:] - found.q[:-2]) / (2 * h)
         most = np.abs(found.qd).max()
         np.testing.assert_allclose(rates, found.qd[1:-1], atol=1e-3 * most)
@@ -86,7 +86,7 @@ def test_lines_are_straight_and_arcs_round(arm):
     rng = np.random.default_rng(3)
     T_a, T_b = arm.fk(HOME), arm.fk(HOME + rng.uniform(-0.2, 0.2, 6))
     found = Motion(
-        arm, straight := line(T_a, T_b), law("s_curve", straight.length, duration=1), HOME
+        arm, straight := line(T_a, T_b), time_scaling("s_curve", straight.length, duration=1), HOME
     )
     p = found.sample(1000).T[:, :3, 3]
     along = (T_b - T_a)[:3, 3] / straight.length
@@ -106,25 +106,27 @@ def test_unreachable_curve_raises_with_progress(arm):
     far[0, 3] += 2
     curve = line(T, far)
     with pytest.raises(OutOfReachError, match=r"% of the curve the motion cannot go on: ended"):
-        Motion(arm, curve, law("cubic", curve.length, duration=1), HOME).sample()
+        Motion(arm, curve, time_scaling("cubic", curve.length, duration=1), HOME).sample()
 
 
 def test_time_optimal_motion_saturates_but_respects_limits(arm):
     checked = 0
     for curve, q in curves(arm, np.random.default_rng(4), 4):
-        motion = Motion(arm, curve, law("cubic", curve.length, duration=1), q)
+        motion = Motion(arm, curve, time_scaling("cubic", curve.length, duration=1), q)
         rates, accelerations = np.full(6, 1.5), np.linspace(2, 6, 6)
         try:
-            fast = time_optimal(motion, rates=rates, accelerations=accelerations, tool_speed=0.3)
+            fast = time_optimal(
+                motion, rate_limits=rates, acceleration_limits=accelerations, tool_speed=0.3
+            )
         except OutOfReachError:
             continue
         found = fast.at(np.linspace(0, fast.duration, 10 * 400))
-        assert not excesses(
-            arm, found, rates=rates * 1.000001, accelerations=accelerations * 1.000001
+        assert not limit_violations(
+            arm, found, rate_limits=rates * 1.000001, acceleration_limits=accelerations * 1.000001
         )
         speed = np.linalg.norm(found.V[:, :3], axis=1)
         assert speed.max() <= 0.3 * 1.000001
-        # At each moment something is at its limit, so no faster law exists.
+        # At each moment something is at its limit, so no faster time scaling exists.
         used = np.maximum(np.abs(found.qd) / rates, np.abs(found.qdd) / accelerations).max(1)
         assert np.quantile(np.maximum(used, speed / 0.3), 0.1) > 0.95
         checked += 1
@@ -133,48 +135,44 @@ def test_time_optimal_motion_saturates_but_respects_limits(arm):
 
 def test_time_optimal_single_joint_motion_is_trapezoidal(arm):
     to = HOME + np.eye(6)[1]
-    motion = Motion(arm, joint_line(HOME, to), law("cubic", 1, duration=9), HOME)
-    fast = time_optimal(motion, rates=0.5, accelerations=2)
+    motion = Motion(arm, joint_line(HOME, to), time_scaling("cubic", 1, duration=9), HOME)
+    fast = time_optimal(motion, rate_limits=0.5, acceleration_limits=2)
     assert fast.duration == pytest.approx(1 / 0.5 + 0.5 / 2, rel=1e-3)
 
 
 def test_time_scaling_longer_than_curve_is_rejected(arm):
-    with pytest.raises(InputValueError, match="the law covers 2, the curve has 1"):
-        Motion(arm, joint_line(HOME, HOME + 0.1), law("cubic", 2, duration=1), HOME)
+    with pytest.raises(InputValueError, match="the time scaling covers 2, the curve has 1"):
+        Motion(arm, joint_line(HOME, HOME + 0.1), time_scaling("cubic", 2, duration=1), HOME)
 
 
 def test_limit_violations_are_reported_with_amount_and_time(arm):
     motion = Motion(
-        arm, joint_line(HOME, HOME + 3 * np.eye(6)[2]), law("cubic", 1, duration=1), HOME
+        arm, joint_line(HOME, HOME + 3 * np.eye(6)[2]), time_scaling("cubic", 1, duration=1), HOME
     )
-    found = excesses(arm, motion.sample(), rates=4, accelerations=[99, 99, 10, 99, 99, 99])
-    assert [(e.name, e.limit) for e in found] == [
+    found = limit_violations(
+        arm, motion.sample(), rate_limits=4, acceleration_limits=[99, 99, 10, 99, 99, 99]
+    )
+    assert [(own.coordinate, own.limit) for own in found] == [
         ("elbow", "upper"),
         ("elbow", "rate"),
         ("elbow", "acceleration"),
     ]
-    assert found[1].by == pytest.approx(0.5, rel=1e-3)
-    assert found[1].at == pytest.approx(0.5)
+    assert found[1].amount == pytest.approx(0.5, rel=1e-3)
+    assert found[1].t == pytest.approx(0.5)
     assert "elbow exceeds its rate limit by 0.5 at 0.5" in str(found[1])
 
 
-def test_motion_exports_csv_npz_and_plot(arm, tmp_path):
+def test_trajectory_plot_has_time_axis(arm):
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
-    found = Motion(arm, joint_line(HOME, HOME + 0.1), law("quintic", 1, duration=1), HOME).sample(
-        20
-    )
-    found.to_csv(tmp_path / "motion.csv")
-    rows = (tmp_path / "motion.csv").read_text().splitlines()
-    assert len(rows) == 22
-    assert rows[0].startswith("t [s],shoulder_pan,shoulder_lift")
-    found.to_npz(tmp_path / "motion.npz")
-    with np.load(tmp_path / "motion.npz") as file:
-        assert np.array_equal(file["q"], found.q)
-    axes = found.plot()
+    timed = time_scaling("quintic", 1, duration=1)
+    axes = Motion(arm, joint_line(HOME, HOME + 0.1), timed, HOME).sample(20).plot()
     assert axes[2].get_xlabel() == "time [s]"
-    with pytest.raises(InputValueError, match="joined: expected motions of one robot"):
-        joined([])
+
+
+def test_concatenate_needs_trajectories():
+    with pytest.raises(InputValueError, match="expected trajectories of one robot, at least one"):
+        concatenate([])
 
 
 def test_parabolas_and_blends_pass_through_their_poses(arm):
@@ -185,7 +183,7 @@ def test_parabolas_and_blends_pass_through_their_poses(arm):
         s = np.r_[0, np.cumsum(np.linalg.norm(np.diff(T[:, :3, 3], axis=0), axis=1))]
         np.testing.assert_allclose(bent.at(s[:3]).T, T[:3], atol=1e-12)
         radius = 0.4 * np.diff(s).min()
-        cut = blended(T, radius)
+        cut = blend(T, radius)
         np.testing.assert_allclose(cut.at(s[[0, -1]]).T, T[[0, -1]], atol=1e-12)
         corners = cut.at(s[1:-1])
         np.testing.assert_allclose(corners.T[:, :3, :3], T[1:-1, :3, :3], atol=1e-12)
@@ -193,8 +191,8 @@ def test_parabolas_and_blends_pass_through_their_poses(arm):
         for near in (s[1:-1] - radius, s[1:-1] + radius):
             before, after = cut.at(near - 1e-9), cut.at(near + 1e-9)
             np.testing.assert_allclose(before.V[:, :3], after.V[:, :3], atol=1e-6)
-    with pytest.raises(InputValueError, match="blended: expected a radius above 0, at most"):
-        blended(T, 9.0)
+    with pytest.raises(InputValueError, match="blend: expected a radius above 0, at most"):
+        blend(T, 9.0)
 
 
 def test_rates_near_singularity_match_curve_differences():
@@ -206,7 +204,7 @@ def test_rates_near_singularity_match_curve_differences():
         if arm.manipulability(q).smallest > 0.03:
             continue
         curve = line(arm.fk(q), arm.fk(q + rng.uniform(-0.02, 0.02, arm.n)))
-        motion = Motion(arm, curve, law("cubic", curve.length, duration=1), q, lock=2)
+        motion = Motion(arm, curve, time_scaling("cubic", curve.length, duration=1), q, lock=2)
         try:
             found = motion.sample(2000)
         except OutOfReachError:
@@ -221,12 +219,16 @@ class Peak:
     """A motion of a joint whose rate has a narrow peak at a time, up or down from a sample."""
 
     def __init__(self, at, width=0.01):
-        self.law, self.middle, self.width = law("constant", 1.0, duration=1.0), at, width
+        self.time_scaling, self.middle, self.width = (
+            time_scaling("constant", 1.0, duration=1.0),
+            at,
+            width,
+        )
 
     def at(self, t):
         rate = 1 + 3 * np.exp(-(((t - self.middle) / self.width) ** 2))
         zero = np.zeros((len(t), 1))
-        return Sampled("", ("q",), t, zero, rate[:, None], zero, zero, zero, zero)
+        return Trajectory("", ("q",), t, zero, rate[:, None], zero, zero, zero, zero)
 
 
 @pytest.mark.parametrize("at", [0.185, 0.215, 0.415, 0.485, 0.73])

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 import chasles
 from chasles.errors import InputValueError, OutOfReachError
-from chasles.study.motion import Motion, joint_line, law, line, task_line
+from chasles.study.motion import Motion, joint_line, line, task_line, time_scaling
 from chasles.study.motion.redundancy import _require_no_jump, minimum_norm
 
 ARMS = ("iiwa14", "panda")
@@ -38,10 +38,14 @@ def test_minimum_norm_configuration_matches_scipy(name):
     robot, rng, checked = chasles.load(name), np.random.default_rng(1), 0
     for q_0, curve in lines(robot, rng, 12):
         motion = Motion(
-            robot, curve, law("quintic", curve.length, duration=1), q_0, redundancy="minimum_norm"
+            robot,
+            curve,
+            time_scaling("quintic", curve.length, duration=1),
+            q_0,
+            redundancy="minimum_norm",
         )
         found = motion.sample(10)
-        poses = curve.at(motion.law.at(found.t)[0]).T
+        poses = curve.at(motion.time_scaling.at(found.t)[0]).T
         np.testing.assert_allclose(found.T, poses, atol=1e-12)
         np.testing.assert_allclose(found.q[0], q_0, atol=1e-12)
         for T, q in zip(poses[[4, 10]], found.q[[4, 10]], strict=True):
@@ -57,7 +61,11 @@ def test_minimum_norm_derivatives_match_differences(name):
     robot, rng = chasles.load(name), np.random.default_rng(2)
     for q_0, curve in lines(robot, rng, 2):
         motion = Motion(
-            robot, curve, law("quintic", curve.length, duration=1), q_0, redundancy="minimum_norm"
+            robot,
+            curve,
+            time_scaling("quintic", curve.length, duration=1),
+            q_0,
+            redundancy="minimum_norm",
         )
         t, h = np.linspace(0, 1, 401, retstep=True)
         found = motion.at(t)
@@ -65,7 +73,7 @@ def test_minimum_norm_derivatives_match_differences(name):
             differences = (values[2:] - values[:-2]) / (2 * h)
             most = np.abs(rates).max()
             np.testing.assert_allclose(differences, rates[1:-1], atol=1e-3 * most)
-        s, sd, sdd = motion.law.at(t)
+        s, sd, sdd = motion.time_scaling.at(t)
         _, V, A = curve.at(s)
         np.testing.assert_allclose(found.V, V * sd[:, None], atol=1e-12)
         achieved = robot.acceleration_mixed(found.q, found.qd, found.qdd)
@@ -105,7 +113,7 @@ def test_minimum_norm_never_evaluates_curve_beyond_ends(name):
 def test_fixed_joint_reduces_minimum_norm_to_nearest_inverse():
     robot = chasles.load("iiwa14")
     q_0, curve = next(lines(robot, np.random.default_rng(3), 1))
-    timed = law("cubic", curve.length, duration=1)
+    timed = time_scaling("cubic", curve.length, duration=1)
     locked = [
         Motion(robot, curve, timed, q_0, lock=2, redundancy=chosen).sample(20)
         for chosen in ("minimum_norm", "nearest")
@@ -117,11 +125,11 @@ def test_fixed_joint_reduces_minimum_norm_to_nearest_inverse():
 def test_invalid_minimum_norm_requests_are_rejected():
     robot = chasles.load("iiwa14")
     q_0, curve = next(lines(robot, np.random.default_rng(4), 1))
-    timed = law("cubic", curve.length, duration=1)
+    timed = time_scaling("cubic", curve.length, duration=1)
     far = robot.fk(q_0)
     far[0, 3] += 3
     beyond = line(robot.fk(q_0), far)
-    long = law("cubic", beyond.length, duration=1)
+    long = time_scaling("cubic", beyond.length, duration=1)
     with pytest.raises(OutOfReachError, match=r"% of the curve steps of minimum norm"):
         Motion(robot, beyond, long, q_0, redundancy="minimum_norm").at([1.0])
     with pytest.raises(InputValueError, match="expected a redundancy out of nearest, minimum_norm"):
@@ -133,7 +141,7 @@ def test_invalid_minimum_norm_requests_are_rejected():
     T = installer.fk(installer.reference.q)
     T_up = T.copy()
     T_up[2, 3] += 0.01
-    q_0, timed = np.array(installer.reference.q), law("cubic", 0.01, duration=1)
+    q_0, timed = np.array(installer.reference.q), time_scaling("cubic", 0.01, duration=1)
     motion = Motion(installer, line(T, T_up), timed, q_0, redundancy="minimum_norm")
     with pytest.raises(InputValueError, match="8 joints for 6 coordinates"):
         motion.sample()

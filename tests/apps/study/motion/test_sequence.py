@@ -1,11 +1,11 @@
-"""Sequences: the whole process of the well manipulator, 49 s, and the order of stages."""
+"""Motion sequences: the whole process of the well manipulator, 49 s, and the order of stages."""
 
 import numpy as np
 import pytest
 
 import chasles
 from chasles.errors import InputValueError
-from chasles.study.motion import Sequence, excesses, line
+from chasles.study.motion import MotionSequence, limit_violations, line
 
 INITIAL = np.radians([0, 88.79, -49.2, 0, -86.76, 0, -40.62])
 READY = np.radians([0, 88.79, -11.25844509, 0, -129.76606998, 0, -35.55548493])
@@ -37,14 +37,14 @@ def process(robot):
     ready = robot.ik_numeric(T_READY, robot.actuators(READY), lock=("theta2", *HELD)).q
     middle, end = lowered(T_READY, DESCENT), lowered(T_READY, 2 * DESCENT)
     return (
-        Sequence(robot, robot.actuators(INITIAL))
-        .move(turned, "constant", of="chain", duration=5)
-        .hold(5)
-        .move(INITIAL, "constant", of="chain", duration=5)
-        .move(robot.chain(ready), "constant", of="chain", duration=10)
-        .hold(2)
+        MotionSequence(robot, robot.actuators(INITIAL))
+        .move(turned, "constant", space="chain", duration=5)
+        .pause(5)
+        .move(INITIAL, "constant", space="chain", duration=5)
+        .move(robot.chain(ready), "constant", space="chain", duration=10)
+        .pause(2)
         .follow(line(T_READY, middle), "constant", lock=("theta2", *HELD), duration=10)
-        .hold(2)
+        .pause(2)
         .follow(line(middle, end), "constant", lock=HELD, redundancy="minimum_norm", duration=10)
     )
 
@@ -58,7 +58,7 @@ def test_well_process_follows_stages_within_limits(robot, process):
     np.testing.assert_allclose(found.T[descending][:, :2, 3], [[1.237, 0]] * 2001, atol=1e-9)
     np.testing.assert_allclose(found.T[descending][:, :3, :3], [T_READY[:3, :3]] * 2001, atol=1e-9)
     assert np.allclose(np.diff(found.T[found.stage == 5][:, 2, 3]), -DESCENT / 1000, atol=1e-9)
-    assert not excesses(robot, found)
+    assert not limit_violations(robot, found)
 
 
 def test_process_configurations_match_paper(robot, process):
@@ -109,6 +109,6 @@ def test_sequence_reports_rate_jumps_at_stage_ends(process):
 
 
 def test_curve_that_starts_away_from_tool_is_rejected(robot):
-    start = Sequence(robot, robot.actuators(INITIAL))
+    start = MotionSequence(robot, robot.actuators(INITIAL))
     with pytest.raises(InputValueError, match=r"the curve starts 1\.11 m from the tool"):
         start.follow(line(T_READY, lowered(T_READY, 0.1)), "cubic", duration=1)

@@ -7,7 +7,7 @@ import pytest
 
 import chasles
 from chasles.errors import InputValueError, ShapeError
-from chasles.study.motion import Motion, law, task_line
+from chasles.study.motion import Motion, task_line, time_scaling
 
 POINTS = ((0.2, 0.1, 0.1), (0.2, 0.0, 0.1), (0.15, -0.1, 0.15))
 
@@ -27,14 +27,16 @@ def test_position_pitch_line_is_straight_at_constant_pitch():
     for a, b in pairwise(POINTS):
         line = task_line("position_pitch", [*a, 0], [*b, 0])
         seed = np.radians([np.degrees(np.arctan2(a[1], a[0])), 52, -104, -38, 0])
-        found = checked(Motion(arm, line, law("quintic", line.length, duration=1), seed))
+        found = checked(Motion(arm, line, time_scaling("quintic", line.length, duration=1), seed))
         np.testing.assert_allclose(found.T[-1, :3, 3], b, atol=1e-9)
         assert np.abs(found.T[:, 2, 2]).max() < 1e-9
         way = found.T[:, :3, 3] - a
         across = np.cross(way, (np.array(b) - a) / line.length)
         assert np.abs(across).max() < 1e-9
     pitched = task_line("position_pitch", [*POINTS[1], 0], [0.15, 0.15, 0.15, -0.5])
-    found = checked(Motion(arm, pitched, law("quintic", pitched.length, duration=1), found.q[0]))
+    found = checked(
+        Motion(arm, pitched, time_scaling("quintic", pitched.length, duration=1), found.q[0])
+    )
     assert np.arcsin(found.T[-1, 2, 2]) == pytest.approx(-0.5, abs=1e-9)
 
 
@@ -47,7 +49,7 @@ def test_planar_task_line_has_exact_derivatives():
         x = np.column_stack([T[:, :2, 3], np.arctan2(T[:, 1, 0], T[:, 0, 0])])
         line = task_line("planar", *x)
         try:
-            checked(Motion(arm, line, law("quintic", line.length, duration=1), q))
+            checked(Motion(arm, line, time_scaling("quintic", line.length, duration=1), q))
         except chasles.OutOfReachError:
             continue
         done += 1
@@ -58,7 +60,7 @@ def test_underconstrained_position_task_is_rejected():
     arm = chasles.load("lynxmotion")
     q = np.radians([[10, 80, -60, 0, 0], [12, 82, -63, 0, 0]])
     line = task_line("position", *arm.fk(q)[:, :3, 3])
-    motion = Motion(arm, line, law("cubic", line.length, duration=1), q[0])
+    motion = Motion(arm, line, time_scaling("cubic", line.length, duration=1), q[0])
     with pytest.raises(InputValueError, match="4 joints move for the 3 coordinates of task pos"):
         motion.sample()
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.study.motion import Sequence, blended, excesses
+from chasles.study.motion import MotionSequence, blend, limit_violations
 
 BRICK = np.array([0.075, 0.036, 0.022])
 """Length, width and height of a brick of the model [m]."""
@@ -39,13 +39,13 @@ def gantry():
 
 @pytest.fixture(scope="module")
 def laying(gantry):
-    found = Sequence(gantry, gantry.ik(at(PICK)).q[0])
+    found = MotionSequence(gantry, gantry.ik(at(PICK)).q[0])
     limits = {"speed": 0.15, "acceleration": 0.6, "jerk": 6}
     for place in running_bond(3, 3):
-        there = blended([at(PICK), over(PICK), over(place), at(place)], radius=0.03)
-        back = blended([at(place), over(place), over(PICK), at(PICK)], radius=0.03)
-        found = found.hold(0.3, "grip").follow(there, "s_curve", name="carry", **limits)
-        found = found.hold(0.3, "release").follow(back, "s_curve", name="return", **limits)
+        there = blend([at(PICK), over(PICK), over(place), at(place)], radius=0.03)
+        back = blend([at(place), over(place), over(PICK), at(PICK)], radius=0.03)
+        found = found.pause(0.3, "grip").follow(there, "s_curve", name="carry", **limits)
+        found = found.pause(0.3, "release").follow(back, "s_curve", name="return", **limits)
     return found
 
 
@@ -66,10 +66,10 @@ def test_every_brick_is_released_at_its_position(laying):
 
 def test_motor_angles_are_proportional_to_prismatic_positions(gantry, laying):
     found = laying.sample(50)
-    radii = np.array([PULLEYS[name] for name in found.names])
+    radii = np.array([PULLEYS[name] for name in found.coordinate_names])
     np.testing.assert_allclose(found.q * radii, found.T[:, :3, 3], atol=1e-12)
     np.testing.assert_allclose(found.qd * radii, found.V[:, :3], atol=1e-12)
-    assert not excesses(gantry, found, rates=0.15 / radii * (1 + 1e-9))
+    assert not limit_violations(gantry, found, rate_limits=0.15 / radii * (1 + 1e-9))
     assert np.abs(found.qd[:, 2]).max() > 9.9
 
 

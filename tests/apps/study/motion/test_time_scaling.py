@@ -1,32 +1,32 @@
-"""Laws of motion against their limits, numerical derivatives and known peaks."""
+"""Time scalings against their limits, numerical derivatives and known peaks."""
 
 import numpy as np
 import pytest
 
 from chasles.errors import InputValueError
-from chasles.study.motion import law
+from chasles.study.motion import time_scaling
 
-KINDS = ("cubic", "quintic", "trapezoidal", "s_curve")
+PROFILES = ("cubic", "quintic", "trapezoidal", "s_curve")
 
 
 def drawn(count):
     rng = np.random.default_rng(1)
     for k in range(count):
         length, speed, acceleration, jerk = 10 ** rng.uniform(-3, 2, 4)
-        yield KINDS[k % 4], length, {"speed": speed, "acceleration": acceleration, "jerk": jerk}
+        yield PROFILES[k % 4], length, {"speed": speed, "acceleration": acceleration, "jerk": jerk}
 
 
 def test_time_scalings_respect_limits_and_end_at_rest():
     checked = 0
-    for kind, length, limits in drawn(400):
-        found = law(kind, length, **limits)
+    for profile, length, limits in drawn(400):
+        found = time_scaling(profile, length, **limits)
         s, v, a = found.at(np.linspace(0, found.duration, 2001))
         np.testing.assert_allclose([s[0], s[-1]], [0, length], atol=1e-9 * length)
         assert np.abs(v).max() <= limits["speed"] * (1 + 1e-9)
         assert np.abs(a).max() <= limits["acceleration"] * (1 + 1e-9)
         assert np.abs(v[[0, -1]]).max() <= 1e-6 * np.abs(v).max()
         assert (np.diff(s) >= -1e-9 * length).all()
-        # The shortest law is at one of its limits.
+        # The shortest time scaling is at one of its limits.
         jerk = found.coefficients[:, 3] * 6 if found.coefficients.shape[1] > 3 else np.zeros(1)
         peaks = [v.max() / limits["speed"], np.abs(a).max() / limits["acceleration"]]
         assert max(*peaks, np.abs(jerk).max() / limits["jerk"]) > 0.99
@@ -35,8 +35,8 @@ def test_time_scalings_respect_limits_and_end_at_rest():
 
 
 def test_time_scaling_derivatives_match_differences():
-    for kind, length, limits in drawn(40):
-        found = law(kind, length, **limits)
+    for profile, length, limits in drawn(40):
+        found = time_scaling(profile, length, **limits)
         t, h = np.linspace(0, found.duration, 40001, retstep=True)
         s, v, a = found.at(t)
         assert np.abs(np.gradient(s, h) - v)[1:-1].max() <= h * np.abs(a).max() + 1e-9 * length / h
@@ -48,7 +48,7 @@ def test_time_scaling_derivatives_match_differences():
 
 
 def test_polynomial_time_scalings_have_known_peaks():
-    cubic, quintic = law("cubic", 1, duration=1), law("quintic", 1, duration=1)
+    cubic, quintic = time_scaling("cubic", 1, duration=1), time_scaling("quintic", 1, duration=1)
     assert cubic.at(0.5)[1] == pytest.approx(1.5)
     assert quintic.at(0.5)[1] == pytest.approx(1.875)
     t = np.linspace(0, 1, 10001)
@@ -56,7 +56,7 @@ def test_polynomial_time_scalings_have_known_peaks():
 
 
 @pytest.mark.parametrize(
-    ("kind", "first"),
+    ("profile", "first"),
     [
         ("constant", "rate"),
         ("cubic", "acceleration"),
@@ -65,20 +65,20 @@ def test_polynomial_time_scalings_have_known_peaks():
         ("s_curve", "jerk"),
     ],
 )
-def test_time_scaling_jumps_only_in_expected_derivative(kind, first):
-    found = law(kind, 0.5, duration=2)
+def test_time_scaling_jumps_only_in_expected_derivative(profile, first):
+    found = time_scaling(profile, 0.5, duration=2)
     assert {name for name, _, _ in found.jumps()} == {first}
     assert found.duration == pytest.approx(2)
 
 
 def test_time_scaling_durations_match_formulas():
-    found = law("trapezoidal", 2, speed=1, acceleration=2)
+    found = time_scaling("trapezoidal", 2, speed=1, acceleration=2)
     assert found.duration == pytest.approx(2.5)
-    slower = law("trapezoidal", 2, speed=1, acceleration=2, duration=5)
+    slower = time_scaling("trapezoidal", 2, speed=1, acceleration=2, duration=5)
     assert slower.at(np.linspace(0, 5, 501))[1].max() == pytest.approx(0.5)
-    assert law("s_curve", 0.5, speed=0.3, acceleration=1, jerk=8).duration == pytest.approx(
-        0.5 / 0.3 + 0.3 / 1 + 1 / 8
-    )
+    assert time_scaling(
+        "s_curve", 0.5, speed=0.3, acceleration=1, jerk=8
+    ).duration == pytest.approx(0.5 / 0.3 + 0.3 / 1 + 1 / 8)
 
 
 @pytest.mark.parametrize(
@@ -89,14 +89,14 @@ def test_time_scaling_durations_match_formulas():
         (("s_curve", 1), "s_curve needs speed, acceleration and jerk, or a duration"),
         (("quintic", -1), "expected a finite length >= 0"),
     ],
-    ids=["unknown kind", "cubic without duration", "s_curve without limits", "negative length"],
+    ids=["unknown profile", "cubic without duration", "s_curve without limits", "negative length"],
 )
 def test_invalid_time_scaling_arguments_are_rejected(arguments, message):
     with pytest.raises(InputValueError, match=message):
-        law(*arguments)
+        time_scaling(*arguments)
 
 
 def test_too_short_duration_is_rejected():
-    for kind in KINDS:
+    for profile in PROFILES:
         with pytest.raises(InputValueError, match="a duration of 1 s is too short"):
-            law(kind, 1, duration=1, speed=0.5, acceleration=1, jerk=1)
+            time_scaling(profile, 1, duration=1, speed=0.5, acceleration=1, jerk=1)

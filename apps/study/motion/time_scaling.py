@@ -1,9 +1,9 @@
-"""Laws of motion: a length that is covered in time, by polynomials between breaks.
+"""Time scalings: a length as a function of time, by polynomials between breaks.
 
-All laws but the constant one start and end at rest. They are written as piecewise polynomials, so
-that every derivative is exact and its jumps are known.
+All profiles except the constant one start and end at rest. They are piecewise polynomials, so that
+every derivative is exact and its jumps are known.
 
-| kind | limited by | first derivative that jumps |
+| profile | limited by | first derivative that jumps |
 |---|---|---|
 | constant | speed | rate |
 | cubic | speed, acceleration | acceleration |
@@ -32,19 +32,19 @@ from chasles import InputValueError
 from chasles.summaries import summary_repr
 
 FloatArray = NDArray[np.float64]
-Kind = Literal["constant", "cubic", "quintic", "trapezoidal", "s_curve"]
+Profile = Literal["constant", "cubic", "quintic", "trapezoidal", "s_curve"]
 DERIVATIVES = ("position", "rate", "acceleration", "jerk")
 
 _JUMP = 1e-9
-"""Jump of a derivative that is told, in parts of length / duration^order."""
+"""Smallest jump of a derivative that counts, in parts of length / duration^order."""
 
 
 @dataclass(frozen=True, eq=False)
-class Law:
+class TimeScaling:
     """A length as a function of time.
 
     Attributes:
-        breaks: (k + 1,) times between which it is a polynomial, from 0 [s].
+        breaks: (k + 1,) times between which the length is a polynomial, from 0 [s].
         coefficients: (k, m) coefficients of powers 0 to m - 1 of the time since the last break.
         length: The length that is covered, in the unit of the path.
     """
@@ -54,7 +54,7 @@ class Law:
     length: float
 
     def __repr__(self) -> str:
-        """In words, with the figures that matter."""
+        """Summary with the main figures."""
         pieces = f"{len(self.coefficients)} polynomials"
         return summary_repr(self, "", f"length {self.length:.6g} in {self.duration:.6g} s", pieces)
 
@@ -67,7 +67,7 @@ class Law:
         """Length, rate and acceleration.
 
         Args:
-            t: (m,) times [s]; before the start and after the end the law rests.
+            t: (m,) times [s]; before the start and after the end nothing moves.
 
         Returns:
             (m,) each, in the unit of the path, per second, and per second squared.
@@ -81,7 +81,7 @@ class Law:
         return s, np.where(rests, 0, v), np.where(rests, 0, a)
 
     def jumps(self) -> list[tuple[str, float, float]]:
-        """The lowest derivative that jumps at each break: its name, the time [s] and the step."""
+        """List the lowest derivative that jumps at each break: its name, the time [s], the step."""
         found = []
         orders = self.coefficients.shape[1]
         ends = [self._at_ends(order) for order in range(min(orders, len(DERIVATIVES)))]
@@ -93,10 +93,10 @@ class Law:
                     break
         return found
 
-    def stretched(self, factor: float) -> Law:
-        """The same law in `factor` times the time."""
+    def stretched(self, factor: float) -> TimeScaling:
+        """Return the same time scaling with `factor` times the duration."""
         powers = factor ** -np.arange(self.coefficients.shape[1], dtype=float)
-        return Law(self.breaks * factor, self.coefficients * powers, self.length)
+        return TimeScaling(self.breaks * factor, self.coefficients * powers, self.length)
 
     def _derivative(self, order: int, piece: NDArray[np.intp], u: FloatArray) -> FloatArray:
         rows = _derived(self.coefficients, order)[piece]
@@ -120,64 +120,73 @@ def _derived(coefficients: FloatArray, order: int) -> FloatArray:
     return coefficients if coefficients.shape[1] else np.zeros((len(coefficients), 1))
 
 
-def law(
-    kind: Kind,
+def time_scaling(
+    profile: Profile,
     length: float,
     *,
     duration: float | None = None,
     speed: float = math.inf,
     acceleration: float = math.inf,
     jerk: float = math.inf,
-) -> Law:
-    """The law that covers a length, from rest to rest unless its rate is constant.
+) -> TimeScaling:
+    """Return the time scaling of a length, from rest to rest unless the rate is constant.
 
     Args:
-        kind: "constant", "cubic", "quintic", "trapezoidal" or "s_curve".
+        profile: "constant", "cubic", "quintic", "trapezoidal" or "s_curve".
         length: The length, at least 0, in the unit of the path.
         duration: The time [s]; None: the shortest within the limits.
-        speed: The largest rate, per second.
-        acceleration: The largest acceleration, per second squared.
-        jerk: The largest jerk, per second cubed; a cubic and a trapezoid have none.
+        speed: The maximum rate, per second.
+        acceleration: The maximum acceleration, per second squared.
+        jerk: The maximum jerk, per second cubed; it does not limit a cubic or a trapezoid.
 
     Raises:
-        InputValueError: A limit that the kind needs is missing, the duration is shorter than the
+        InputValueError: A limit that the profile needs is missing, the duration is shorter than the
             limits allow, a value is not positive, or a length of 0 has no duration.
     """
-    if kind not in get_args(Kind):
-        raise InputValueError(f"law: expected one of {', '.join(get_args(Kind))}, got {kind!r}")
+    if profile not in get_args(Profile):
+        raise InputValueError(
+            f"time_scaling: expected one of {', '.join(get_args(Profile))}, got {profile!r}"
+        )
     limits = {"speed": speed, "acceleration": acceleration, "jerk": jerk}
     wrong = [name for name, value in limits.items() if not value > 0]
     timed = duration is None or 0 < duration < math.inf
     if wrong or not 0 <= length < math.inf or not timed:
         raise InputValueError(
-            f"law: expected a finite length >= 0, a finite duration > 0 and limits > 0, got length "
-            f"{length}, duration {duration}, {', '.join(f'{n} {v}' for n, v in limits.items())}"
+            "time_scaling: expected a finite length >= 0, a finite duration > 0 and limits > 0, "
+            f"got length {length}, duration {duration}, "
+            f"{', '.join(f'{n} {v}' for n, v in limits.items())}"
         )
     if length == 0:
         if duration is None:
-            raise InputValueError("law: a length of 0 takes no time; give a duration to wait")
-        return Law(np.array([0, duration]), np.zeros((1, 1)), 0.0)
-    if kind in _PEAKS:
-        return _single(kind, length, duration, limits)
-    found = _MAKERS[kind](
-        length, limits if _is_limited(kind, limits) else _by_time(kind, length, duration)
+            raise InputValueError(
+                "time_scaling: a length of 0 takes no time; give a duration to wait"
+            )
+        return TimeScaling(np.array([0, duration]), np.zeros((1, 1)), 0.0)
+    if profile in _PEAKS:
+        return _single(profile, length, duration, limits)
+    found = _MAKERS[profile](
+        length, limits if _is_limited(profile, limits) else _by_time(profile, length, duration)
     )
     return _in_time(found, duration)
 
 
-def _is_limited(kind: Kind, limits: dict[str, float]) -> bool:
-    needed = ("speed", "acceleration", "jerk") if kind == "s_curve" else ("speed", "acceleration")
+def _is_limited(profile: Profile, limits: dict[str, float]) -> bool:
+    needed = (
+        ("speed", "acceleration", "jerk") if profile == "s_curve" else ("speed", "acceleration")
+    )
     return all(math.isfinite(limits[name]) for name in needed)
 
 
-def _by_time(kind: Kind, length: float, duration: float | None) -> dict[str, float]:
-    """Limits that make a law last for the duration: a third each to start, cruise and brake."""
+def _by_time(profile: Profile, length: float, duration: float | None) -> dict[str, float]:
+    """Limits that give the duration: a third each to start, cruise and brake."""
     if duration is None:
-        needed = "speed, acceleration and jerk" if kind == "s_curve" else "speed and acceleration"
-        raise InputValueError(f"law: {kind} needs {needed}, or a duration")
+        needed = (
+            "speed, acceleration and jerk" if profile == "s_curve" else "speed and acceleration"
+        )
+        raise InputValueError(f"time_scaling: {profile} needs {needed}, or a duration")
     speed = length / duration * 3 / 2
     acceleration = speed / (duration / 3)
-    if kind == "trapezoidal":
+    if profile == "trapezoidal":
         return {"speed": speed, "acceleration": acceleration, "jerk": math.inf}
     return {
         "speed": speed,
@@ -186,12 +195,12 @@ def _by_time(kind: Kind, length: float, duration: float | None) -> dict[str, flo
     }
 
 
-def _in_time(found: Law, duration: float | None) -> Law:
+def _in_time(found: TimeScaling, duration: float | None) -> TimeScaling:
     if duration is None:
         return found
     if duration < found.duration * (1 - _JUMP):
         raise InputValueError(
-            f"law: a duration of {duration:g} s is too short: the limits need "
+            f"time_scaling: a duration of {duration:g} s is too short: the limits need "
             f"{found.duration:.6g} s"
         )
     return found.stretched(duration / found.duration)
@@ -207,31 +216,37 @@ _POWERS: dict[str, tuple[float, ...]] = {
 """Coefficients of a unit length in a unit time."""
 
 
-def _single(kind: Kind, length: float, duration: float | None, limits: dict[str, float]) -> Law:
+def _single(
+    profile: Profile, length: float, duration: float | None, limits: dict[str, float]
+) -> TimeScaling:
     times = [
         (peak * length / limit) ** (1 / power)
-        for power, (peak, limit) in enumerate(zip(_PEAKS[kind], limits.values(), strict=False), 1)
+        for power, (peak, limit) in enumerate(
+            zip(_PEAKS[profile], limits.values(), strict=False), 1
+        )
     ]
     least = max(times)
     if duration is None and least == 0:
-        raise InputValueError(f"law: {kind} needs a duration, or a limit of speed or acceleration")
+        raise InputValueError(
+            f"time_scaling: {profile} needs a duration, or a limit of speed or acceleration"
+        )
     T = least if duration is None else duration
     if least * (1 - _JUMP) > T:
         raise InputValueError(
-            f"law: a duration of {T:g} s is too short: the limits need {least:.6g} s"
+            f"time_scaling: a duration of {T:g} s is too short: the limits need {least:.6g} s"
         )
-    row = np.array(_POWERS[kind]) * T ** -np.arange(len(_POWERS[kind]), dtype=float)
-    return Law(np.array([0, T]), length * row[None], length)
+    row = np.array(_POWERS[profile]) * T ** -np.arange(len(_POWERS[profile]), dtype=float)
+    return TimeScaling(np.array([0, T]), length * row[None], length)
 
 
-def _trapezoid(length: float, limits: dict[str, float]) -> Law:
+def _trapezoid(length: float, limits: dict[str, float]) -> TimeScaling:
     v = min(limits["speed"], math.sqrt(length * limits["acceleration"]))
     a = limits["acceleration"]
     start, cruise = v / a, max(length / v - v / a, 0.0)
     return _by_jerk(length, [start, cruise, start], [a, 0, -a], order=2)
 
 
-def _s_curve(length: float, limits: dict[str, float]) -> Law:
+def _s_curve(length: float, limits: dict[str, float]) -> TimeScaling:
     import ruckig  # noqa: PLC0415
 
     asked = ruckig.InputParameter(1)
@@ -245,8 +260,10 @@ def _s_curve(length: float, limits: dict[str, float]) -> Law:
     return _by_jerk(length, profile.t, profile.j, order=3)
 
 
-def _by_jerk(length: float, widths: Sequence[float], values: Sequence[float], order: int) -> Law:
-    """The law from rest whose derivative of an order has given values for given times."""
+def _by_jerk(
+    length: float, widths: Sequence[float], values: Sequence[float], order: int
+) -> TimeScaling:
+    """A time scaling from rest whose derivative of an order has given values for given times."""
     kept = [(w, j) for w, j in zip(widths, values, strict=True) if w > 0]
     state, rows = np.zeros(order), []
     for width, value in kept:
@@ -255,7 +272,7 @@ def _by_jerk(length: float, widths: Sequence[float], values: Sequence[float], or
         state = np.array(
             [polynomial.polyval(width, polynomial.polyder(row, k)) for k in range(order)]
         )
-    return Law(np.r_[0, np.cumsum([w for w, _ in kept])], np.array(rows), length)
+    return TimeScaling(np.r_[0, np.cumsum([w for w, _ in kept])], np.array(rows), length)
 
 
 _MAKERS: dict[str, Any] = {"trapezoidal": _trapezoid, "s_curve": _s_curve}

@@ -1,0 +1,93 @@
+"""Limits of coordinates, rates and accelerations: which of them a trajectory exceeds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from chasles import InputValueError, Robot, ShapeError
+
+from .trajectory import Trajectory
+
+FloatArray = NDArray[np.float64]
+
+_ROUNDING = 1e-9
+"""Part of a limit by which rounding may exceed it."""
+
+
+@dataclass(frozen=True, eq=False)
+class LimitViolation:
+    """A limit that a trajectory exceeds.
+
+    Attributes:
+        coordinate: The name of the coordinate.
+        limit: "lower", "upper", "rate" or "acceleration".
+        amount: The largest excess [rad or m, per second, per second squared].
+        t: The time of the largest excess [s].
+    """
+
+    coordinate: str
+    limit: str
+    amount: float
+    t: float
+
+    def __str__(self) -> str:
+        """A sentence."""
+        return (
+            f"{self.coordinate} exceeds its {self.limit} limit by {self.amount:.3g} at "
+            f"{self.t:.3f} s"
+        )
+
+
+def limit_violations(
+    robot: Robot,
+    trajectory: Trajectory,
+    *,
+    rate_limits: ArrayLike | None = None,
+    acceleration_limits: ArrayLike | None = None,
+) -> list[LimitViolation]:
+    """Return the limits that a trajectory exceeds, with the largest excess of each.
+
+    Args:
+        robot: The robot; its limits of the coordinates are always checked.
+        trajectory: Its trajectory.
+        rate_limits: () or (n,) maximum rates [rad/s or m/s]; None: not checked.
+        acceleration_limits: () or (n,) maximum accelerations [rad/s^2 or m/s^2]; None: not checked.
+
+    Raises:
+        ShapeError: Limits are not n values.
+        InputValueError: A limit is not above 0.
+    """
+    bounds = [("lower", -trajectory.q, -robot.lower), ("upper", trajectory.q, robot.upper)]
+    for name, values, limits in (
+        ("rate", trajectory.qd, rate_limits),
+        ("acceleration", trajectory.qdd, acceleration_limits),
+    ):
+        if limits is not None:
+            bounds.append((name, np.abs(values), per_coordinate(f"{name}_limits", limits, robot.n)))
+    found = []
+    for name, values, limit in bounds:
+        rounding = _ROUNDING * np.maximum(np.abs(limit), 1)
+        allowed = np.where(np.isfinite(limit), limit + rounding, np.inf)
+        for j in np.flatnonzero((values > allowed).any(0)):
+            k = int(np.argmax(values[:, j]))
+            amount, t = float(values[k, j] - limit[j]), float(trajectory.t[k])
+            found.append(LimitViolation(trajectory.coordinate_names[j], name, amount, t))
+    return found
+
+
+def per_coordinate(name: str, limits: ArrayLike, n: int) -> FloatArray:
+    """Return limits (n,) from a number or n of them.
+
+    Raises:
+        ShapeError: They are not.
+        InputValueError: A limit is not above 0.
+    """
+    values = np.asarray(limits, dtype=np.float64)
+    if values.shape not in ((), (n,)):
+        raise ShapeError(f"{name}: expected a number or ({n},), got shape {values.shape}")
+    if not (values > 0).all():
+        raise InputValueError(f"{name}: expected values above 0, got {values}")
+    return np.broadcast_to(values, (n,))

@@ -1,0 +1,234 @@
+"""Trajectories: coordinates, rates and accelerations of a robot over time."""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from chasles import InputValueError, Robot, ShapeError
+from chasles.summaries import summary_repr
+
+from ..results import StudyResult, by_suffix, read_npz, write_table
+
+FloatArray = NDArray[np.float64]
+
+_STEP = 0.05
+"""Seconds between the rows of a table without times."""
+_TIME = ("t [s]", "t", "time [s]", "time")
+"""The names that a column of times may have."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory(StudyResult):
+    """A motion at ascending times.
+
+    Attributes:
+        robot: The robot's name.
+        coordinate_names: The names of its coordinates.
+        t: (m,) times [s].
+        q: (m, n) coordinates [rad or m].
+        qd: (m, n) rates [rad/s or m/s].
+        qdd: (m, n) accelerations [rad/s^2 or m/s^2].
+        T: (m, 4, 4) poses of the tool `T_0_ee`.
+        V: (m, 6) mixed twists of the tool [m/s, rad/s].
+        stage: (m,) the index of the stage of a sequence; 0 in a single motion.
+    """
+
+    robot: str
+    coordinate_names: tuple[str, ...]
+    t: FloatArray
+    q: FloatArray
+    qd: FloatArray
+    qdd: FloatArray
+    T: FloatArray
+    V: FloatArray
+    stage: NDArray[np.intp]
+
+    def __repr__(self) -> str:
+        """Summary with the main figures."""
+        stages = f"{self.stage[-1] + 1} stages" if self.stage[-1] else ""
+        return summary_repr(
+            self,
+            self.robot,
+            f"{len(self.t):,} times from {self.t[0]:.6g} to {self.t[-1]:.6g} s",
+            stages,
+            f"maximum rate {np.abs(self.qd).max():.4g}, acceleration {np.abs(self.qdd).max():.4g}",
+            methods="t, q, qd, qdd, T, V, q_at(t), plot(), save(path)",
+        )
+
+    def q_at(self, t: ArrayLike) -> FloatArray:
+        """Return coordinates (..., n) at times (...) [s], linear between the samples.
+
+        Before the start and after the end they are those of the start and the end.
+        """
+        times = np.asarray(t, dtype=np.float64)
+        columns = [np.interp(times, self.t, column) for column in self.q.T]
+        return np.asarray(np.stack(columns, axis=-1))
+
+    def to_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write a row per sample: time, coordinates, rates, accelerations, tool position."""
+        names = self.coordinate_names
+        head = [_TIME[0], *names, *_rates(names), *_accelerations(names), "x [m]", "y [m]", "z [m]"]
+        rows = np.column_stack([self.t, self.q, self.qd, self.qdd, self.T[:, :3, 3]])
+        write_table(path, head, rows.tolist())
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw coordinates, rates and accelerations over time.
+
+        Args:
+            ax: Three matplotlib axes; None: a new figure.
+
+        Returns:
+            The three axes.
+        """
+        from ..pictures import plot_trajectory  # noqa: PLC0415
+
+        return plot_trajectory(self, ax)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str], robot: Robot | None = None) -> Self:
+        """Return the trajectory of a file.
+
+        Args:
+            path: A .npz that `to_npz` wrote, or with arrays `t (m,)` and `q (m, n)`; or a .csv with
+                a header: a column named after each coordinate [rad or m], and maybe columns of
+                times, "t [s]", of rates, "NAME rate", and of accelerations, "NAME acceleration".
+                Other columns are ignored. Without times, rows are 0.05 s apart. Missing rates and
+                accelerations are differences of the samples.
+            robot: The robot, checked against the file; it is required unless `to_npz` wrote the
+                file.
+
+        Raises:
+            InputValueError: The file cannot be read, belongs to another robot, lacks a column, or
+                holds text instead of a number; times do not ascend; the robot is missing.
+            ShapeError: The arrays of the file do not belong to the robot.
+        """
+        if by_suffix(path, {".npz": True, ".csv": False}):
+            arrays = read_npz(path)
+            if "facts" in arrays:
+                made = super().load(path)
+                _require_robot(path, made, robot)
+                return made
+        elif robot is not None:
+            arrays = _table(Path(path), robot)
+        if robot is None:
+            raise InputValueError(f"{path}: expected robot=, which gives the poses of the tool")
+        return cls._of(path, robot, arrays)
+
+    @classmethod
+    def _of(cls, path: Any, robot: Robot, arrays: dict[str, Any]) -> Self:
+        """The trajectory of a robot with arrays t, q, and maybe qd and qdd."""
+        if "t" not in arrays or "q" not in arrays:
+            raise InputValueError(f"{path}: expected arrays t and q, got {', '.join(arrays)}")
+        names, shape = _names(robot), (len(arrays["t"]), robot.n)
+        t, q = arrays["t"], arrays["q"]
+        if q.shape != shape or t.ndim != 1:
+            raise ShapeError(
+                f"{path}: expected t (m,) and q (m, {robot.n}) of {robot.name}, got {t.shape} and "
+                f"{q.shape}"
+            )
+        if not len(t):
+            raise InputValueError(f"{path}: expected at least one row of coordinates")
+        if not (np.isfinite(q).all() and np.isfinite(t).all()):
+            raise InputValueError(f"{path}: expected finite times and coordinates")
+        if not (np.diff(t) > 0).all():
+            raise InputValueError(f"{path}: expected times that ascend")
+        qd = arrays.get("qd", _slopes(t, q))
+        qdd = arrays.get("qdd", _slopes(t, qd))
+        stage = np.zeros(len(t), dtype=np.intp)
+        return cls(robot.name, names, t, q, qd, qdd, robot.fk(q), robot.twist_mixed(q, qd), stage)
+
+
+def concatenate(trajectories: Sequence[Trajectory]) -> Trajectory:
+    """Return trajectories one after the other; `stage` counts them.
+
+    Where two meet, the last sample of the first is dropped.
+
+    Raises:
+        InputValueError: There are none, or they belong to different robots.
+    """
+    if not trajectories or len({own.robot for own in trajectories}) > 1:
+        raise InputValueError("concatenate: expected trajectories of one robot, at least one")
+    begin, parts = 0.0, []
+    for index, own in enumerate(trajectories):
+        kept = slice(None) if index == len(trajectories) - 1 else slice(0, -1)
+        t = own.t - own.t[0] + begin
+        begin = float(t[-1])
+        arrays = (t, own.q, own.qd, own.qdd, own.T, own.V, np.full(len(t), index))
+        parts.append([array[kept] for array in arrays])
+    columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
+    first = trajectories[0]
+    return Trajectory(first.robot, first.coordinate_names, *columns)
+
+
+def _names(robot: Robot) -> tuple[str, ...]:
+    return tuple(coordinate.name for coordinate in robot.coordinates)
+
+
+def _rates(names: Sequence[str]) -> list[str]:
+    return [f"{name} rate" for name in names]
+
+
+def _accelerations(names: Sequence[str]) -> list[str]:
+    return [f"{name} acceleration" for name in names]
+
+
+def _slopes(t: FloatArray, values: FloatArray) -> FloatArray:
+    """Derivatives (m, n) by differences; 0 for a single sample."""
+    if len(t) == 1:
+        return np.zeros(values.shape)
+    return np.asarray(np.gradient(values, t, axis=0))
+
+
+def _require_robot(path: Any, made: Trajectory, robot: Robot | None) -> None:
+    if robot is None or (made.robot, made.coordinate_names) == (robot.name, _names(robot)):
+        return
+    raise InputValueError(
+        f"{path}: a trajectory of {made.robot} ({', '.join(made.coordinate_names)}), expected one "
+        f"of {robot.name} ({', '.join(_names(robot))})"
+    )
+
+
+def _table(path: Path, robot: Robot) -> dict[str, Any]:
+    """Arrays t and q of a table, with qd and qdd if it has their columns."""
+    try:
+        with path.open(newline="", encoding="utf-8") as lines:
+            head, *rows = [row for row in csv.reader(lines) if row]
+    except (OSError, ValueError) as error:
+        raise InputValueError(f"{path}: expected a table with a header ({error})") from error
+    header, names = [name.strip() for name in head], _names(robot)
+    missing = [name for name in names if name not in header]
+    if missing:
+        raise InputValueError(f"{path}: no column for {', '.join(missing)} of {robot.name}")
+
+    def columns(wanted: Sequence[str]) -> FloatArray:
+        return np.column_stack([_column(path, header, rows, name) for name in wanted])
+
+    found = {"q": columns(names)}
+    for key, wanted in (("qd", _rates(names)), ("qdd", _accelerations(names))):
+        if set(wanted) <= set(header):
+            found[key] = columns(wanted)
+    time = [name for name in _TIME if name in header][:1]
+    found["t"] = columns(time)[:, 0] if time else _STEP * np.arange(len(rows), dtype=np.float64)
+    return found
+
+
+def _column(path: Path, header: list[str], rows: list[list[str]], name: str) -> list[float]:
+    k = header.index(name)
+    values = []
+    for line, row in enumerate(rows, 2):
+        try:
+            values.append(float(row[k]))
+        except (ValueError, IndexError):
+            got = repr(row[k]) if k < len(row) else "no entry"
+            raise InputValueError(
+                f"{path}, line {line}, {name}: expected a number, got {got}"
+            ) from None
+    return values
