@@ -44,7 +44,8 @@ class Workspace:
         cells: The box of cells.
         hits: (nx, ny, nz) number of postures that put the tool's origin into each cell.
         manipulability: (nx, ny, nz) the largest smallest singular value of the Jacobian in each
-            cell (`Manipulability.smallest`), 0 where no posture lies; None if not asked for.
+            cell (`Manipulability.min_singular_value`), 0 in cells without a posture; None if not
+            requested.
         limit_margin: (nx, ny, nz) the largest distance from the nearest limit, in parts of the
             range of that coordinate: 1/2 in the middle; 0 where no posture lies; None if not asked
             for.
@@ -267,7 +268,7 @@ class _Visits:
             cell = self.cells.index(T[:, :3, 3])
             np.add.at(tally.hits, cell, np.uint32(1))
             if "manipulability" in tally.best:
-                smallest = self.robot.manipulability(q).smallest.astype(np.float32)
+                smallest = self.robot.manipulability(q).min_singular_value.astype(np.float32)
                 np.fmax.at(tally.best["manipulability"], cell, smallest)
             if "limit_margin" in tally.best:
                 margin = _limit_margin(q, self.points).astype(np.float32)

@@ -20,8 +20,8 @@ from ..call._call import Function
 from ..call.validation import real_array
 from ..contract import FunctionInfo, Manifest, read_manifest
 from ..errors import DerivationError, InputTypeError, InputValueError
+from ..fixed import following
 from ..library.derived import derived_folder, description_of, giving
-from ..locks import following
 from ..se3 import project
 from ..tolerances import GIVEN_ASIDE, GIVEN_NEAR, SOLVED
 from .refinement import Refinement

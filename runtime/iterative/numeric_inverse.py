@@ -23,7 +23,7 @@ from ..call.validation import real_array
 from ..contract import Manifest
 from ..errors import InputValueError, ShapeError
 from ..facts import RobotFacts
-from ..locks import Lock, locked_coordinates
+from ..fixed import Fixed, fixed_coordinates
 from ..sampling import low_discrepancy
 from ..size import ranges
 from ..tolerances import SOLVED
@@ -109,7 +109,7 @@ class NumericMethods(RobotFacts):
         tip: str | None = None,
         weights: Sequence[float] | None = None,
         axes: Literal["tool", "base"] = "tool",
-        lock: Lock | None = None,
+        lock: Fixed | None = None,
         tolerance: float | None = None,
         budget: int = 10_000,
         rng: int | np.random.Generator = 0,
@@ -169,7 +169,7 @@ class NumericMethods(RobotFacts):
         poses = real_array(method, "T", T)
         if poses.shape[-2:] != (4, 4):
             raise ShapeError(f"{method}: expected poses T (..., 4, 4), got shape {poses.shape}")
-        locked, begin = locked_coordinates(self, "ik_numeric", lock), None
+        locked, begin = fixed_coordinates(self, "ik_numeric", lock), None
         if seed is not None:
             poses, begin = self._with_seeds(poses, seed, locked)
         elif locked.any():

@@ -117,9 +117,9 @@
 /* Pure number, e = d of joint_rates unless the caller gives it: without rate limits it is the
  * damping that bounds the rates, at 25 times the twist. A quarter of the median that the smallest
  * singular value of six-axis arms has over random configurations: few configurations are damped. */
-#define RATES_DAMPING 0.04
+#define RATES_DAMPING_THRESHOLD 0.04
 
-/* Pure numbers, e and the least d of track. Half of RATES_DAMPING: here rates have limits of their
+/* Pure numbers, e and the least d of track. Half of RATES_DAMPING_THRESHOLD: here rates have limits of their
  * own, and the damped part of a twist becomes an error of the tool, which grows with d. */
 #define TRACK_BORDER 0.02
 #define TRACK_DAMPING 0.02

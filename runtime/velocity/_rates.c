@@ -4,7 +4,7 @@
  *   bounds     the rates that joint, rate and acceleration limits leave
  *   solve      joint rates of a twist within these bounds, by damped least squares
  *   gradient   a measure of manipulability and its gradient
- * and DAMPING, the singular value below which joint_rates damps unless told otherwise.
+ * and DAMPING_THRESHOLD, the singular value below which joint_rates damps unless told otherwise.
  */
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
@@ -47,8 +47,8 @@ PyMODINIT_FUNC PyInit__rates(void)
     import_array();
     import_umath();
     PyObject *module = PyModule_Create(&module_definition);
-    PyObject *damping = PyFloat_FromDouble(RATES_DAMPING);
-    if (module && (PyModule_AddObjectRef(module, "DAMPING", damping) < 0 ||
+    PyObject *threshold = PyFloat_FromDouble(RATES_DAMPING_THRESHOLD);
+    if (module && (PyModule_AddObjectRef(module, "DAMPING_THRESHOLD", threshold) < 0 ||
                    add(module, solve_loops, solve_types, 9, 7, "solve",
                        "Joint rates of a twist within bounds, by damped least squares.",
                        "(6,n),(6),(n),(n),(n),(n),(6),(),()->(n),(6),(),(),(6),(),(n)") < 0 ||
@@ -60,6 +60,6 @@ PyMODINIT_FUNC PyInit__rates(void)
                        "(6,n),(6,n,n),(n),(6),()->(),(n)") < 0)) {
         Py_CLEAR(module);
     }
-    Py_XDECREF(damping);
+    Py_XDECREF(threshold);
     return module;
 }

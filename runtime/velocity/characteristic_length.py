@@ -95,6 +95,6 @@ class LengthMethods(RobotFacts):
             return self.characteristic_length
         if not (np.isfinite(length) and length > 0):
             raise InputValueError(
-                f"{self.name}.{method}: length must be a positive number, got {length!r}"
+                f"{self.name}.{method}: characteristic_length must be positive, got {length!r}"
             )
         return float(length)

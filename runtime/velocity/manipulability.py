@@ -1,9 +1,9 @@
 """Manipulability: Yoshikawa's measure, conditioning, and ellipsoids of velocity and force.
 
-The characteristic length L makes metres and radians, turning joints and sliders comparable: linear
-rates [m/s] and the rates of sliders [m/s] are divided by it. Then the Jacobian
+The characteristic length L makes metres and radians, revolute and prismatic joints comparable:
+linear rates [m/s] and the rates of prismatic joints [m/s] are divided by it. Then the Jacobian
 
-    J' = D J U,   D = diag(1/L, 1/L, 1/L, 1, 1, 1),   U = diag(1 turning, L sliding)
+    J' = D J U,   D = diag(1/L, 1/L, 1/L, 1, 1, 1),   U = diag(1 revolute, L prismatic)
 
 and its singular values are pure numbers. J is the Jacobian at the tip; the axes make no difference.
 
@@ -28,9 +28,9 @@ from . import _rates
 from .characteristic_length import LengthMethods
 
 FloatArray = NDArray[np.float64]
-Rows = Literal["all", "linear", "angular"]
+Part = Literal["all", "linear", "angular"]
 
-_PART: Mapping[Rows, slice] = {"all": slice(0, 6), "linear": slice(0, 3), "angular": slice(3, 6)}
+PART: Mapping[Part, slice] = {"all": slice(0, 6), "linear": slice(0, 3), "angular": slice(3, 6)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,15 +39,15 @@ class Manipulability:
 
     Attributes:
         measure: (...,) Yoshikawa's w, the product of the singular values: sqrt(det J' J'^T) where
-            the tool has as many freedoms as there are rows, sqrt(det J'^T J') with fewer joints.
-        smallest: (...,) the smallest singular value: tool rate by joint rate in the worst
+            the tool has as many freedoms as components count, sqrt(det J'^T J') with fewer joints.
+        min_singular_value: (...,) the smallest singular value: tool rate by joint rate in the worst
             direction.
         condition: (...,) ratio of the largest to the smallest, 1 at best, inf at a singularity.
         singular_values: (..., r) the largest first, with r the number of freedoms of the tool.
     """
 
     measure: FloatArray
-    smallest: FloatArray
+    min_singular_value: FloatArray
     condition: FloatArray
     singular_values: FloatArray
 
@@ -58,7 +58,7 @@ class Ellipsoid:
 
     Attributes:
         axes: (..., k, r) principal axes as columns, expressed in base axes: unit vectors; for all
-            rows, of twists (v / length, omega) or wrenches.
+            components, of twists (v / length, omega) or wrenches.
         lengths: (..., r) semi-axes, the longest first.
     """
 
@@ -80,18 +80,19 @@ class ManipulabilityMethods(LengthMethods):
 
     @needs("jacobian_mixed")
     def manipulability(
-        self, q: ArrayLike, *, rows: Rows = "all", length: float | None = None
+        self, q: ArrayLike, *, components: Part = "all", characteristic_length: float | None = None
     ) -> Manipulability:
         """Yoshikawa's measure, the smallest singular value and the condition number.
 
-        All refer to J' = D J U, see the module: for a planar arm with two links, `rows="linear"`
-        and `length=1`, the measure is a1 a2 |sin q2|. Directions in which no configuration moves
-        the tool, such as out of the plane of that arm, do not count.
+        All refer to J' = D J U, see the module: for a planar arm with two links,
+        `components="linear"` and `characteristic_length=1`, the measure is a1 a2 |sin q2|.
+        Directions in which no configuration moves the tool, such as out of the plane of that arm,
+        do not count.
 
         Args:
             q: (..., n) coordinates [rad or m].
-            rows: The components of the twist that count: "all", "linear" or "angular".
-            length: The characteristic length [m]; `robot.characteristic_length` if None. 1 gives
+            components: The components of the twist that count: "all", "linear" or "angular".
+            characteristic_length: The length [m]; `robot.characteristic_length` if None. 1 gives
                 the values of the Jacobian itself, in metre and radian.
 
         Returns:
@@ -99,24 +100,24 @@ class ManipulabilityMethods(LengthMethods):
 
         Raises:
             ShapeError: If q is not (..., n).
-            InputValueError: If the rows are unknown or the length is not positive.
+            InputValueError: If the components are unknown or the length is not positive.
         """
-        metric = self._metric("manipulability", rows, length)
-        _, values, sound = _decomposed(self.jacobian_mixed(q), metric, rows)
-        largest, smallest = values[..., 0], values[..., -1]
+        metric = self._metric("manipulability", components, characteristic_length)
+        _, values, sound = _decomposed(self.jacobian_mixed(q), metric, components)
+        largest, least = values[..., 0], values[..., -1]
         condition = np.full_like(largest, np.inf)
-        np.divide(largest, smallest, out=condition, where=smallest > INFINITE_CONDITION * largest)
+        np.divide(largest, least, out=condition, where=least > INFINITE_CONDITION * largest)
         values = np.where(sound[..., None], values, np.nan)
         return Manipulability(
             measure=values.prod(-1)[()],
-            smallest=values[..., -1][()],
+            min_singular_value=values[..., -1][()],
             condition=np.where(sound, condition, np.nan)[()],
             singular_values=values,
         )
 
     @needs("hessian_mixed")
     def manipulability_gradient(
-        self, q: ArrayLike, *, rows: Rows = "all", length: float | None = None
+        self, q: ArrayLike, *, components: Part = "all", characteristic_length: float | None = None
     ) -> FloatArray:
         """The gradient of the measure w by q, in closed form from the Hessian.
 
@@ -126,115 +127,117 @@ class ManipulabilityMethods(LengthMethods):
 
         Args:
             q: (..., n) coordinates [rad or m].
-            rows: As in `manipulability`.
-            length: As in `manipulability`.
+            components: As in `manipulability`.
+            characteristic_length: As in `manipulability`.
 
         Returns:
             (..., n) per radian or metre; NaN where q is not finite or a loop is open.
 
         Raises:
             ShapeError: If q is not (..., n).
-            InputValueError: If the rows are unknown or the length is not positive.
+            InputValueError: If the components are unknown or the length is not positive.
         """
-        metric = self._metric("manipulability_gradient", rows, length)
+        metric = self._metric("manipulability_gradient", components, characteristic_length)
         J, H = self.jacobian_mixed(q), self.hessian_mixed(q)
         gradient: FloatArray = _rates.gradient(J, H, metric.unit, metric.row, metric.rank)[1]
         return gradient
 
     @needs("jacobian_mixed")
     def velocity_ellipsoid(
-        self, q: ArrayLike, *, rows: Rows, length: float | None = None
+        self, q: ArrayLike, *, components: Part = "all", characteristic_length: float | None = None
     ) -> Ellipsoid:
         """Ellipsoid of the twists of the tip, in base axes, at joint rates of unit norm.
 
         Args:
             q: (..., n) coordinates [rad or m].
-            rows: "linear" gives semi-axes in metre per radian, "angular" pure numbers; "all" gives
-                the ellipsoid of (v / length, omega), pure numbers as well.
-            length: The characteristic length [m]; `robot.characteristic_length` if None. It weights
-                sliders against turning joints, and distances against angles.
+            components: "linear" gives semi-axes in metre per radian, "angular" pure numbers; "all"
+                gives the ellipsoid of (v / length, omega), pure numbers as well.
+            characteristic_length: The length [m]; `robot.characteristic_length` if None. It weights
+                prismatic against revolute joints, and distances against angles.
 
         Returns:
             Axes `(..., k, r)`, k 3 or 6, and semi-axes `(..., r)`; NaN where q is not finite.
 
         Raises:
             ShapeError: If q is not (..., n).
-            InputValueError: If the rows are unknown or the length is not positive.
+            InputValueError: If the components are unknown or the length is not positive.
         """
-        metric = self._metric("velocity_ellipsoid", rows, length)
-        return self._ellipsoid(q, metric, rows)
+        metric = self._metric("velocity_ellipsoid", components, characteristic_length)
+        return self._ellipsoid(q, metric, components)
 
     @needs("jacobian_mixed")
     def force_ellipsoid(
-        self, q: ArrayLike, *, rows: Rows, length: float | None = None
+        self, q: ArrayLike, *, components: Part = "all", characteristic_length: float | None = None
     ) -> Ellipsoid:
         """Ellipsoid of forces and torques at the tip, in base axes, at joint torques of unit norm.
 
         It has the axes of the velocity ellipsoid and the reciprocal semi-axes: where the tool is
-        slow it is strong. For "linear" rows these are forces without a torque, in 1/metre (newton
-        per newton metre), inf at a singularity; for "all" rows, wrenches (force * length, torque).
+        slow it is strong. For "linear" components these are forces without a torque, in 1/metre
+        (newton per newton metre), inf at a singularity; for "all" components, wrenches (force *
+        length, torque).
 
         Args:
             q: (..., n) coordinates [rad or m].
-            rows: As in `velocity_ellipsoid`.
-            length: As in `velocity_ellipsoid`.
+            components: As in `velocity_ellipsoid`.
+            characteristic_length: As in `velocity_ellipsoid`.
 
         Returns:
             Axes `(..., k, r)` and semi-axes `(..., r)`, the longest first.
 
         Raises:
             ShapeError: If q is not (..., n).
-            InputValueError: If the rows are unknown or the length is not positive.
+            InputValueError: If the components are unknown or the length is not positive.
 
         Source:
             Yoshikawa, Manipulability of robotic mechanisms, 1985, section 5.
         """
-        metric = self._metric("force_ellipsoid", rows, length)
-        velocity = self._ellipsoid(q, metric, rows)
+        metric = self._metric("force_ellipsoid", components, characteristic_length)
+        velocity = self._ellipsoid(q, metric, components)
         lengths = np.full_like(velocity.lengths, np.inf)
         np.divide(1.0, velocity.lengths, out=lengths, where=velocity.lengths != 0)
         return Ellipsoid(velocity.axes[..., ::-1], lengths[..., ::-1])
 
-    def _ellipsoid(self, q: ArrayLike, metric: Metric, rows: Rows) -> Ellipsoid:
-        axes, lengths, sound = _decomposed(self.jacobian_mixed(q), metric, rows)
-        size = metric.length if rows == "linear" else 1.0
+    def _ellipsoid(self, q: ArrayLike, metric: Metric, components: Part) -> Ellipsoid:
+        axes, lengths, sound = _decomposed(self.jacobian_mixed(q), metric, components)
+        size = metric.length if components == "linear" else 1.0
         return Ellipsoid(
             np.where(sound[..., None, None], axes, np.nan),
             np.where(sound[..., None], lengths * size, np.nan),
         )
 
     def _metric(
-        self, method: str, rows: Rows, length: float | None, locked: tuple[int, ...] = ()
+        self, method: str, components: Part, length: float | None, fixed: tuple[int, ...] = ()
     ) -> Metric:
-        if rows not in get_args(Rows):
+        if components not in get_args(Part):
             raise InputValueError(
-                f'{self.name}.{method}: rows must be "all", "linear" or "angular", got {rows!r}'
+                f'{self.name}.{method}: components must be "all", "linear" or "angular", got '
+                f"{components!r}"
             )
-        return metric_of(self, rows, self._checked_length(method, length), locked)
+        return metric_of(self, components, self._checked_length(method, length), fixed)
 
 
 @functools.lru_cache(maxsize=256)
 def metric_of(
-    robot: LengthMethods, rows: Rows, length: float, locked: tuple[int, ...] = ()
+    robot: LengthMethods, components: Part, length: float, fixed: tuple[int, ...] = ()
 ) -> Metric:
-    """The factors that turn the Jacobian into pure numbers, and its rank without locked columns."""
+    """The factors that turn the Jacobian into pure numbers, and its rank without fixed columns."""
     unit = np.array([1.0 if c.kind == "revolute" else length for c in robot.coordinates])
     row = np.zeros(6)
-    row[_PART[rows]] = np.repeat([1 / length, 1.0], 3)[_PART[rows]]
+    row[PART[components]] = np.repeat([1 / length, 1.0], 3)[PART[components]]
     for array in (unit, row):
         array.flags.writeable = False
     scaled = row[:, None] * robot._samples * unit
-    scaled[..., list(locked)] = 0
+    scaled[..., list(fixed)] = 0
     values = np.linalg.svd(scaled, compute_uv=False)
     rank = int((values > RANK * values.max()).sum(-1).max()) if values.any() else 1
     return Metric(unit, row, rank, length)
 
 
 def _decomposed(
-    J: FloatArray, metric: Metric, rows: Rows
+    J: FloatArray, metric: Metric, components: Part
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
     """Left singular vectors (..., k, r), singular values (..., r), and whether J is finite."""
-    part = _PART[rows]
+    part = PART[components]
     scaled = metric.row[part, None] * J[..., part, :] * metric.unit
     sound = np.asarray(np.isfinite(scaled).all((-2, -1)))
     axes, values, _ = np.linalg.svd(

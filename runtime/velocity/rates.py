@@ -4,7 +4,7 @@ The twist is reached by damped least squares: with J' = sum sigma_i u_i v_i^T th
 numbers (`manipulability`),
 
     qd = sum of sigma_i / (sigma_i^2 + lambda_i^2) v_i u_i^T V,
-    lambda_i^2 = damping^2 - sigma_i^2  where sigma_i < damping, else 0.
+    lambda_i^2 = epsilon^2 - sigma_i^2  if sigma_i < epsilon = `damping_threshold`, else 0.
 
 The twist is reached exactly in all directions that are not close to singular.
 
@@ -25,13 +25,14 @@ from numpy.typing import ArrayLike, NDArray
 from ..call.capabilities import needs
 from ..call.validation import real_array
 from ..errors import InputTypeError, InputValueError, ShapeError
-from ..locks import Lock, locked_coordinates
+from ..fixed import Fixed, fixed_coordinates
 from . import _rates
-from .manipulability import ManipulabilityMethods, Metric, Rows
+from .manipulability import PART, ManipulabilityMethods, Metric, Part
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 Representation = Literal["space", "body", "mixed"]
+Redundancy = Literal["minimum_norm", "limits", "manipulability"]
 
 _NO_TICK = np.array(np.nan)
 _SPATIAL = 6
@@ -48,19 +49,20 @@ class Rates:
             times the result without limits, in the same direction; where acceleration limits
             exclude this direction, as in a sharp turn, s belongs to the nearest allowed twist.
         limited: (..., n) whether a rate, acceleration or joint limit held the joint.
-        smallest: (...,) the smallest singular value, a pure number.
-        damping: (...,) its lambda^2, 0 where nothing is damped.
-        direction: (..., 6) its twist, the first direction to be lost, in the requested
-            representation; (v / length, omega) has unit norm. Its sign is arbitrary.
+        min_singular_value: (...,) the smallest singular value, a pure number.
+        damping_squared: (...,) lambda^2 of the smallest singular value, 0 without damping.
+        singular_direction: (..., 6) twist of the smallest singular value, the direction that a
+            singularity removes first, in the requested representation; (v / length, omega) has
+            unit norm, with length the characteristic length. Its sign is arbitrary.
     """
 
     qd: FloatArray
     twist: FloatArray
     scale: FloatArray
     limited: BoolArray
-    smallest: FloatArray
-    damping: FloatArray
-    direction: FloatArray
+    min_singular_value: FloatArray
+    damping_squared: FloatArray
+    singular_direction: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,18 +75,16 @@ class Accelerations:
             representation.
         scale: (...,) s in [0, 1]: the share of J qdd that the limits allow.
         limited: (..., n) whether the acceleration limit held the joint.
-        smallest: (...,) the smallest singular value, a pure number.
-        damping: (...,) its lambda^2, 0 where nothing is damped.
-        direction: (..., 6) its twist, as in `Rates`.
+        min_singular_value, damping_squared, singular_direction: As in `Rates`.
     """
 
     qdd: FloatArray
     acceleration: FloatArray
     scale: FloatArray
     limited: BoolArray
-    smallest: FloatArray
-    damping: FloatArray
-    direction: FloatArray
+    min_singular_value: FloatArray
+    damping_squared: FloatArray
+    singular_direction: FloatArray
 
 
 class VelocityMethods(ManipulabilityMethods):
@@ -97,54 +97,56 @@ class VelocityMethods(ManipulabilityMethods):
         V: ArrayLike,
         *,
         representation: Representation = "mixed",
-        rows: Rows = "all",
-        secondary: Literal["limits", "manipulability"] | ArrayLike | None = None,
+        components: Part = "all",
+        redundancy: Redundancy | ArrayLike = "minimum_norm",
         gain: float = 1.0,
         rate_limits: ArrayLike | None = None,
         acceleration_limits: ArrayLike | None = None,
-        previous: ArrayLike | None = None,
+        qd_previous: ArrayLike | None = None,
         dt: ArrayLike | None = None,
-        lock: Lock | None = None,
-        damping: float = _rates.DAMPING,
-        length: float | None = None,
+        fixed: Fixed | None = None,
+        damping_threshold: float = _rates.DAMPING_THRESHOLD,
+        characteristic_length: float | None = None,
     ) -> Rates:
         """Joint rates that give the tool a twist: J qd = V, damped, and within all limits.
 
         Away from singularities and limits J qd = V to rounding. Near a singularity the law at the
         head of `rates.py` damps the direction that is being lost, and qd stays finite and bounded:
-        its norm is at most that of (v / length, omega) divided by `damping` (with rates of sliders
-        divided by length too).
+        its norm is at most the norm of (v / length, omega) divided by `damping_threshold`, with
+        length the characteristic length, which also divides the rates of prismatic joints.
 
         Limits hold exactly for every twist. A joint that would pass its bound is held there, and
         the other joints take over as long as they can do so undamped; where they cannot, as in
         every arm without redundancy, the twist is scaled down and keeps its direction. Where
         acceleration limits exclude that direction, the result is the nearest allowed twist. The
-        page "Motion in velocity space" of the manual has limits and locks in detail.
+        page "Motion in velocity space" of the manual has limits and fixed joints in detail.
 
         The null space of a redundant robot serves a secondary objective without effect on the task:
         joint rates down the gradient of the objective, projected to the null space.
 
         Args:
             q: (..., n) coordinates [rad or m].
-            V: (..., 6) twist, linear first [m/s, rad/s].
+            V: (..., 6) twist, linear first [m/s, rad/s]; or (..., 3), its linear or angular part
+                alone, as `components` says.
             representation: The representation of V: "space", "body" or "mixed".
-            rows: The components of the twist that count, at the tip: "all", "linear" (the other
-                components of V are ignored) or "angular".
-            secondary: "limits": towards the middle between the limits, down half the sum of squares
-                of (q - middle) / half range over the joints with limits; "manipulability": up
-                Yoshikawa's measure; coordinates (..., n): towards that posture; None: the smallest
-                rates.
-            gain: Gain of the secondary objective [1/s]: for a posture, the share of the remaining
-                way per second.
+            components: The components of the twist that count, at the tip: "all", "linear" (the
+                angular part of V is ignored) or "angular". The linear velocity at the tip follows
+                from a spatial twist of six components only.
+            redundancy: How surplus freedom is used. "minimum_norm": the smallest rates; "limits":
+                towards the middle between the limits, down half the sum of squares of
+                (q - middle) / half range over the joints with limits; "manipulability": up
+                Yoshikawa's measure; a configuration (..., n): towards it.
+            gain: Gain of this objective [1/s]: for a configuration, the fraction of the remaining
+                difference per second.
             rate_limits: (..., n) or () greatest |qd| [rad/s or m/s].
             acceleration_limits: (..., n) or () greatest |qdd| [rad/s^2 or m/s^2]; requires
-                `previous` and `dt`.
-            previous: (..., n) joint rates of the previous tick [rad/s or m/s].
+                `qd_previous` and `dt`.
+            qd_previous: (..., n) joint rates of the previous tick [rad/s or m/s].
             dt: (...) duration of the rates [s].
-            lock: Coordinates that do not move, by names or indexes; a joint of the main chain
+            fixed: Coordinates that do not move, by names or indices; a joint of the main chain
                 stands for the coordinate that moves it.
-            damping: The singular value below which a direction is damped, a pure number.
-            length: The characteristic length [m] that makes metres and radians comparable;
+            damping_threshold: The singular value below which a direction is damped, a pure number.
+            characteristic_length: The length [m] that makes metres and radians comparable;
                 `robot.characteristic_length` if None.
 
         Returns:
@@ -161,20 +163,21 @@ class VelocityMethods(ManipulabilityMethods):
             (secondary objective).
         """
         method = "joint_rates"
-        rate, locked = self._locked_limits(method, "rate_limits", rate_limits, lock)
-        metric = self._checked(method, representation, rows, damping, length, locked)
+        rate, kept = self._fixed_limits(method, "rate_limits", rate_limits, fixed)
+        self._check_options(method, representation, damping_threshold)
+        metric = self._metric(method, components, characteristic_length, kept)
         if not (isinstance(gain, int | float) and 0 <= gain < np.inf):
             raise InputValueError(
                 f"{self.name}.{method}: gain must be a number that is not negative, got {gain!r}"
             )
-        twist = self._reals(method, "V", V, (_SPATIAL,))
+        twist = self._twist(method, "V", V, components, representation)
         posed = self._at_tip(q, representation)
         q = np.asarray(q, np.float64)
-        bounds = self._bounds(q, rate, acceleration_limits, previous, dt)
-        wanted = np.zeros(self.n)
-        if secondary is not None:
-            wanted = self._secondary(q, secondary, gain, metric, locked)
-        return Rates(*self._solve(method, posed, twist, bounds, wanted, metric, damping))
+        bounds = self._bounds(q, rate, acceleration_limits, qd_previous, dt)
+        secondary = self._null_space_rates(q, redundancy, gain, metric, kept)
+        return Rates(
+            *self._solve(method, posed, twist, bounds, secondary, metric, damping_threshold)
+        )
 
     @needs("acceleration_mixed")
     def joint_accelerations(
@@ -184,31 +187,31 @@ class VelocityMethods(ManipulabilityMethods):
         A: ArrayLike,
         *,
         representation: Representation = "mixed",
-        rows: Rows = "all",
+        components: Part = "all",
         acceleration_limits: ArrayLike | None = None,
-        lock: Lock | None = None,
-        damping: float = _rates.DAMPING,
-        length: float | None = None,
+        fixed: Fixed | None = None,
+        damping_threshold: float = _rates.DAMPING_THRESHOLD,
+        characteristic_length: float | None = None,
     ) -> Accelerations:
         """Joint accelerations that give the tool's twist a time derivative: J qdd = A - J_dot qd.
 
         Damped and limited in the same way as `joint_rates`. The result is the smallest
         acceleration, so that a redundant robot keeps its self-motion.
 
-        A locked coordinate has the acceleration 0 exactly and keeps its rate, which is 0 where
-        `joint_rates` locks it too; the others are the whole arm. An acceleration limit of 0 is a
-        lock.
+        A fixed coordinate has the acceleration 0 exactly and keeps its rate, which is 0 if
+        `joint_rates` fixes it too. An acceleration limit of 0 has the same effect.
 
         Args:
             q: (..., n) coordinates [rad or m].
             qd: (..., n) joint rates [rad/s or m/s].
-            A: (..., 6) time derivative of the twist's components, linear first [m/s^2, rad/s^2].
+            A: (..., 6) time derivative of the twist's components, linear first [m/s^2, rad/s^2]; or
+                (..., 3), as V of `joint_rates`.
             representation: The representation of A: "space", "body" or "mixed".
-            rows: As in `joint_rates`.
+            components: As in `joint_rates`.
             acceleration_limits: (..., n) or () greatest |qdd| [rad/s^2 or m/s^2].
-            lock: As in `joint_rates`.
-            damping: As in `joint_rates`.
-            length: As in `joint_rates`.
+            fixed: As in `joint_rates`.
+            damping_threshold: As in `joint_rates`.
+            characteristic_length: As in `joint_rates`.
 
         Returns:
             The accelerations, the derivative that they give, damping and limits; NaN where an input
@@ -219,18 +222,19 @@ class VelocityMethods(ManipulabilityMethods):
             InputError: If an argument is not as described above.
         """
         method = "joint_accelerations"
-        most, locked = self._locked_limits(method, "acceleration_limits", acceleration_limits, lock)
-        metric = self._checked(method, representation, rows, damping, length, locked)
-        asked = self._reals(method, "A", A, (_SPATIAL,))
+        limits, kept = self._fixed_limits(method, "acceleration_limits", acceleration_limits, fixed)
+        self._check_options(method, representation, damping_threshold)
+        metric = self._metric(method, components, characteristic_length, kept)
+        wanted = self._twist(method, "A", A, components, representation)
         posed = self._at_tip(q, representation)
         none = np.zeros(self.n)
         without: FloatArray = self.functions[f"acceleration_{representation}"](q, qd, none)
-        bounds = (none - most, none + most)
+        bounds = (none - limits, none + limits)
         try:
-            asked = asked - without
+            wanted = wanted - without
         except ValueError:
-            raise self._no_broadcast(method, A=asked, qd=without) from None
-        found = self._solve(method, posed, asked, bounds, none, metric, damping)
+            raise self._no_broadcast(method, A=wanted, qd=without) from None
+        found = self._solve(method, posed, wanted, bounds, none, metric, damping_threshold)
         return Accelerations(found[0], found[1] + without, *found[2:])
 
     def _solve(
@@ -239,16 +243,16 @@ class VelocityMethods(ManipulabilityMethods):
         posed: tuple[FloatArray | None, FloatArray],
         twist: FloatArray,
         bounds: tuple[FloatArray, FloatArray],
-        wanted: FloatArray,
+        secondary: FloatArray,
         metric: Metric,
-        damping: float,
+        threshold: float,
     ) -> tuple[Any, ...]:
         """The fields of `Rates`."""
         origin, J = posed
         try:
             at_tip = twist if origin is None else _shifted(twist, origin)
-            qd, reached, damped, smallest, direction, scale, limited = _rates.solve(
-                J, at_tip, *bounds, wanted, metric.unit, metric.row, damping, metric.rank
+            qd, reached, damping, sigma, direction, scale, limited = _rates.solve(
+                J, at_tip, *bounds, secondary, metric.unit, metric.row, threshold, metric.rank
             )
         except ValueError:
             given = {"q": J[..., 0, :], "V" if method == "joint_rates" else "A": twist}
@@ -257,7 +261,7 @@ class VelocityMethods(ManipulabilityMethods):
             raise self._no_broadcast(method, **given) from None
         if origin is not None:
             reached, direction = _shifted(reached, -origin), _shifted(direction, -origin)
-        return qd, reached, scale, limited, smallest, damped, direction
+        return qd, reached, scale, limited, sigma, damping, direction
 
     def _at_tip(
         self, q: ArrayLike, representation: Representation
@@ -277,97 +281,82 @@ class VelocityMethods(ManipulabilityMethods):
         q: FloatArray,
         rate: FloatArray,
         acceleration_limits: ArrayLike | None,
-        previous: ArrayLike | None,
+        qd_previous: ArrayLike | None,
         dt: ArrayLike | None,
     ) -> tuple[FloatArray, FloatArray]:
-        """The least and the greatest rates (..., n)."""
+        """Return the minimum and the maximum rates (..., n)."""
         method = "joint_rates"
         acceleration = self._limits(method, "acceleration_limits", acceleration_limits)
         before, tick = np.zeros(self.n), _NO_TICK
         if acceleration_limits is not None:
-            if previous is None or dt is None:
+            if qd_previous is None or dt is None:
                 raise InputTypeError(
-                    f"{self.name}.{method}: acceleration_limits need previous and dt as well"
+                    f"{self.name}.{method}: acceleration_limits need qd_previous and dt as well"
                 )
-            before = self._reals(method, "previous", previous, (self.n,))
+            before = self._reals(method, "qd_previous", qd_previous, (self.n,))
         if dt is not None:
             tick = self._reals(method, "dt", dt, ())
             if not (tick > 0).all():
                 raise InputValueError(f"{self.name}.{method}: dt must be positive, got {dt!r}")
+        limits = {"rate_limits": rate, "acceleration_limits": acceleration, "qd_previous": before}
         try:
-            least, greatest = _rates.bounds(
-                q, self.lower, self.upper, rate, acceleration, before, tick
-            )
+            lower, upper = _rates.bounds(q, self.lower, self.upper, *limits.values(), tick)
         except ValueError:
-            raise self._no_broadcast(
-                method, q=q, rate_limits=rate, acceleration_limits=acceleration, previous=before
-            ) from None
-        return least, greatest
+            raise self._no_broadcast(method, q=q, **limits) from None
+        return lower, upper
 
-    def _secondary(
-        self,
-        q: FloatArray,
-        secondary: object,
-        gain: float,
-        metric: Metric,
-        locked: tuple[int, ...],
+    def _null_space_rates(
+        self, q: FloatArray, redundancy: object, gain: float, metric: Metric, fixed: tuple[int, ...]
     ) -> FloatArray:
-        """Joint rates down the gradient of the objective, in pure numbers."""
+        """Return joint rates down the gradient of the objective, in pure numbers."""
         weight = gain * metric.unit**2
-        if isinstance(secondary, str):
-            if secondary == "manipulability":
+        if isinstance(redundancy, str):
+            if redundancy == "minimum_norm":
+                return np.zeros(self.n)
+            if redundancy == "manipulability":
                 if ("hessian", "actuators", "") not in self._roles:
                     raise InputValueError(
                         f"{self.name}.joint_rates: its loops are solved by iteration, without the "
-                        "derivative that manipulability needs; secondary can be a posture"
+                        "derivative that manipulability needs; redundancy can be a configuration"
                     )
                 J, H = self.jacobian_mixed(q), self.hessian_mixed(q)
-                J[..., list(locked)] = H[..., list(locked), :] = 0
+                J[..., list(fixed)] = H[..., list(fixed), :] = 0
                 _, upwards = _rates.gradient(J, H, metric.unit, metric.row, metric.rank)
                 return np.asarray(weight * upwards)
-            if secondary == "limits":
+            if redundancy == "limits":
                 bounded = np.isfinite(self.lower) & np.isfinite(self.upper)
                 lower, upper = np.where(bounded, (self.lower, self.upper), ([[-1.0], [1.0]]))
                 middle, half = (lower + upper) / 2, (upper - lower) / 2
                 return np.where(bounded, weight * (middle - q) / half**2, 0.0)
             raise InputValueError(
-                f'{self.name}.joint_rates: secondary must be "limits", "manipulability" or '
-                f"coordinates (..., {self.n}), got {secondary!r}"
+                f'{self.name}.joint_rates: redundancy must be "minimum_norm", "limits", '
+                f'"manipulability" or a configuration (..., {self.n}), got {redundancy!r}'
             )
-        posture = self._reals("joint_rates", "secondary", secondary, (self.n,))
+        target = self._reals("joint_rates", "redundancy", redundancy, (self.n,))
         try:
-            return gain * (posture - q)
+            return gain * (target - q)
         except ValueError:
-            raise self._no_broadcast("joint_rates", q=q, secondary=posture) from None
+            raise self._no_broadcast("joint_rates", q=q, redundancy=target) from None
 
-    def _checked(
-        self,
-        method: str,
-        representation: Representation,
-        rows: Rows,
-        damping: float,
-        length: float | None,
-        locked: tuple[int, ...] = (),
-    ) -> Metric:
+    def _check_options(self, method: str, representation: str, threshold: float) -> None:
         if representation not in get_args(Representation):
             raise InputValueError(
                 f'{self.name}.{method}: representation must be "space", "body" or "mixed", got '
                 f"{representation!r}"
             )
-        if not 0 < damping < np.inf:
+        if not 0 < threshold < np.inf:
             raise InputValueError(
-                f"{self.name}.{method}: damping must be a positive number, got {damping!r}"
+                f"{self.name}.{method}: damping_threshold must be positive, got {threshold!r}"
             )
-        return self._metric(method, rows, length, locked)
 
-    def _locked_limits(
-        self, method: str, name: str, given: ArrayLike | None, lock: Lock | None
+    def _fixed_limits(
+        self, method: str, name: str, given: ArrayLike | None, fixed: Fixed | None
     ) -> tuple[FloatArray, tuple[int, ...]]:
-        """Limits (..., n), 0 where a coordinate is locked, and which are 0 in every row."""
+        """Limits (..., n), 0 for fixed coordinates, and the coordinates with 0 in every row."""
         limits = self._limits(method, name, given)
-        if lock is None and given is None:
+        if fixed is None and given is None:
             return limits, ()
-        limits[..., locked_coordinates(self, method, lock)] = 0
+        limits[..., fixed_coordinates(self, method, fixed)] = 0
         return limits, tuple(np.flatnonzero((limits == 0).reshape(-1, self.n).all(0)))
 
     def _limits(self, method: str, name: str, given: ArrayLike | None) -> FloatArray:
@@ -383,6 +372,18 @@ class VelocityMethods(ManipulabilityMethods):
                 f"{self.name}.{method}: {name} must not be negative, got {given!r}"
             )
         return np.array(limits)
+
+    def _twist(
+        self, method: str, name: str, given: ArrayLike, components: Part, representation: str
+    ) -> FloatArray:
+        """Return a twist (..., 6) from its six components, or from the three that count."""
+        part = self._reals(method, name, given, ())
+        has_three = components != "all" and (components, representation) != ("linear", "space")
+        if not has_three or part.shape[-1:] != (3,):
+            return self._reals(method, name, part, (_SPATIAL,))
+        twist = np.zeros((*part.shape[:-1], _SPATIAL))
+        twist[..., PART[components]] = part
+        return twist
 
     def _reals(self, method: str, name: str, given: Any, core: tuple[int, ...]) -> FloatArray:
         """A float64 array (..., *core)."""
@@ -400,8 +401,6 @@ class VelocityMethods(ManipulabilityMethods):
 
 def _shifted(V: FloatArray, p: FloatArray) -> FloatArray:
     """The twist of the body point displaced by p, in the same axes: v + omega x p."""
-    v, omega = V[..., :3], V[..., 3:]
-    x, y, z = p[..., 0], p[..., 1], p[..., 2]
-    a, b, c = omega[..., 0], omega[..., 1], omega[..., 2]
-    turned = np.stack([b * z - c * y, c * x - a * z, a * y - b * x], -1)
-    return np.concatenate(np.broadcast_arrays(v + turned, omega), -1)
+    omega = V[..., 3:]
+    v = V[..., :3] + np.cross(omega, p)
+    return np.concatenate(np.broadcast_arrays(v, omega), -1)

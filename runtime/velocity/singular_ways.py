@@ -67,17 +67,16 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
 
     @needs("velocity_relation")
     def determinants(
-        self, theta: ArrayLike, q: ArrayLike, length: float | None = None
+        self, theta: ArrayLike, q: ArrayLike, *, characteristic_length: float | None = None
     ) -> Determinants:
         """Determinants of the forward and the inverse Jacobian.
 
-        The columns of turning directions are divided by the characteristic length, as those of
-        `singularity`.
+        As in `singularity`, columns of angular directions are divided by the characteristic length.
 
         Args:
             theta: (..., n_theta) main-chain joints [rad or m].
             q: (..., n) actuated coordinates [rad or m], of the same pose.
-            length: The characteristic length [m]; `robot.characteristic_length` if None.
+            characteristic_length: The length [m]; `robot.characteristic_length` if None.
 
         Returns:
             `J_x (...,)` and `J_q (...,)`; NaN where a loop is open.
@@ -88,7 +87,7 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
         Source:
             Gosselin and Angeles, Singularity analysis of closed-loop kinematic chains, 1990.
         """
-        J_x, J_q = self._pure_relation("determinants", theta, q, length)
+        J_x, J_q = self._pure_relation("determinants", theta, q, characteristic_length)
         return Determinants(_determinant(J_x)[()], _determinant(J_q)[()])
 
     @needs("velocity_relation", when=has_leg_inverse)

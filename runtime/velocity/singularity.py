@@ -44,12 +44,12 @@ class SingularityMethods(LengthMethods):
 
     @needs("velocity_relation")
     def singularity(
-        self, theta: ArrayLike, q: ArrayLike, length: float | None = None
+        self, theta: ArrayLike, q: ArrayLike, *, characteristic_length: float | None = None
     ) -> Singularity:
         """Distances from singularities of type 1, 2 and 3, from `J_x x' = J_q q'`.
 
         A row of J_x is the line (n, r x n) of a rod, so that the columns of angular rates hold
-        lever arms. These columns, and the columns of J_q of turning actuators, are divided by the
+        lever arms. These columns, and the columns of J_q of revolute actuators, are divided by the
         characteristic length, which makes all entries pure numbers. The length must not depend on
         the pose: divided by their own mean, the lever arms would not vanish where all lines meet in
         the platform's origin, a singularity of type 2.
@@ -57,7 +57,7 @@ class SingularityMethods(LengthMethods):
         Args:
             theta: (..., n_theta) main-chain joints [rad or m].
             q: (..., n) actuated coordinates [rad or m], of the same pose.
-            length: The characteristic length [m]; `robot.characteristic_length` if None.
+            characteristic_length: The length [m]; `robot.characteristic_length` if None.
 
         Returns:
             `type_1`, `type_2`, `type_3`, each (...,), pure numbers; NaN where a loop is open.
@@ -68,14 +68,14 @@ class SingularityMethods(LengthMethods):
         Source:
             Gosselin and Angeles, Singularity analysis of closed-loop kinematic chains, 1990.
         """
-        J_x, J_q = self._pure_relation("singularity", theta, q, length)
+        J_x, J_q = self._pure_relation("singularity", theta, q, characteristic_length)
         type_1, type_2 = _smallest(J_q), _smallest(J_x)
         return Singularity(type_1, type_2, np.maximum(type_1, type_2))
 
     def _pure_relation(
         self, name: str, theta: ArrayLike, q: ArrayLike, length: float | None
     ) -> tuple[FloatArray, FloatArray]:
-        """J_x and J_q, the columns of turning directions divided by a length."""
+        """J_x and J_q, the columns of angular directions divided by a length."""
         relation = self.manifest.with_role("velocity relation", "chain")
         assert relation is not None
         length = self._checked_length(name, length)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..call.capabilities import needs
 from ..call.validation import real_array
 from ..errors import InputValueError, ShapeError
-from ..locks import Lock, locked_coordinates
+from ..fixed import Fixed, fixed_coordinates
 from ..se3 import project
 from ..tolerances import TRACK_GAIN
 from . import _track
@@ -34,16 +34,14 @@ class Track:
         error: (m, 2) error of the tool at each pose: distance [m] and angle [rad].
         singular_value: (m,) the smallest singular value of the Jacobian at each pose, a pure
             number: 0 at a singularity, of order 1 far from all singularities.
-        largest_distance: The largest distance [m].
-        largest_distance_at: The index of that pose.
-        largest_angle: The largest angle [rad].
-        largest_angle_at: The index of that pose.
-        smallest_singular_value: The smallest singular value on the path.
-        smallest_singular_value_at: The index of that pose.
-        at_rate_limit: The steps in which a coordinate was held at its rate limit, by its name;
-            other coordinates are left out, and locked ones. Step k leads from pose k to pose k + 1.
+        max_distance, max_distance_index: The largest distance [m] and the index of its pose.
+        max_angle, max_angle_index: The largest angle [rad] and the index of its pose.
+        min_singular_value, min_singular_value_index: The smallest singular value, with its index.
+        at_rate_limit: The steps in which a coordinate was held at its rate limit, by its name.
+            Fixed coordinates and coordinates without such steps are left out. Step k leads from
+            pose k to pose k + 1.
         at_limit: The steps in which a coordinate was held at one of its limits, by its name.
-        shortened: The steps that were shortened because the robot's forward kinematics is not
+        shortened_steps: The steps that were shortened because the robot's forward kinematics is not
             defined at their ends (a loop does not close).
     """
 
@@ -51,31 +49,30 @@ class Track:
     qd: FloatArray
     error: FloatArray
     singular_value: FloatArray
-    largest_distance: float
-    largest_distance_at: int
-    largest_angle: float
-    largest_angle_at: int
-    smallest_singular_value: float
-    smallest_singular_value_at: int
+    max_distance: float
+    max_distance_index: int
+    max_angle: float
+    max_angle_index: int
+    min_singular_value: float
+    min_singular_value_index: int
     at_rate_limit: Mapping[str, IntArray]
     at_limit: Mapping[str, IntArray]
-    shortened: IntArray
+    shortened_steps: IntArray
 
     def __str__(self) -> str:
         """The result in sentences."""
         sentences = [
-            f"{len(self.q)} poses followed within {self.largest_distance:.3g} m (pose "
-            f"{self.largest_distance_at}) and {self.largest_angle:.3g} rad (pose "
-            f"{self.largest_angle_at}).",
-            f"Smallest singular value {self.smallest_singular_value:.3g} at pose "
-            f"{self.smallest_singular_value_at}.",
+            f"{len(self.q)} poses followed within {self.max_distance:.3g} m (pose "
+            f"{self.max_distance_index}) and {self.max_angle:.3g} rad (pose "
+            f"{self.max_angle_index}).",
+            f"Smallest singular value {self.min_singular_value:.3g} at pose "
+            f"{self.min_singular_value_index}.",
             _held("its rate limit", self.at_rate_limit),
             _held("a limit", self.at_limit),
         ]
-        if len(self.shortened):
-            sentences.append(
-                f"{_steps(self.shortened)} shortened: forward kinematics is not defined further on."
-            )
+        if len(self.shortened_steps):
+            steps = _steps(self.shortened_steps)
+            sentences.append(f"{steps} shortened: forward kinematics is not defined further on.")
         return " ".join(filter(None, sentences))
 
 
@@ -85,44 +82,44 @@ class TrackMethods(ManipulabilityMethods):
     @needs("fk_jacobian_mixed")
     def track(
         self,
-        poses: ArrayLike,
-        q0: ArrayLike,
+        T: ArrayLike,
+        q_start: ArrayLike,
         dt: float,
         *,
         rate_limits: ArrayLike | None = None,
-        lock: Lock | None = None,
+        fixed: Fixed | None = None,
         gain: float | None = None,
-        length: float | None = None,
+        characteristic_length: float | None = None,
     ) -> Track:
         """Follows a path of poses by resolved rates, with closed-loop correction.
 
-        In each step the tool should move from pose k to pose k + 1 and correct a share `gain dt` of
-        its error. The step taken is the one within rate limits and limits that comes nearest to
-        this motion in least squares, over distance and `length` times angle; small singular values
-        are damped. So the tool leaves the path only where a singularity or a limit prevents it from
-        following, and joins it again afterwards. Where several configurations reach a pose, the
-        joints move least.
+        In each step the tool should move from pose k to pose k + 1 and correct a fraction `gain dt`
+        of its error. The step taken is the one within rate limits and limits that comes nearest to
+        this motion in least squares, over distance and the characteristic length times angle; small
+        singular values are damped. So the tool leaves the path only where a singularity or a limit
+        prevents it from following, and joins it again afterwards. Where several configurations
+        reach a pose, the joints move least.
 
-        The singular values belong to the Jacobian with angles of the tool times `length`, and each
-        column divided by the motion of the tool at q0 per unit of that coordinate. Where a wrist
-        has to turn over, its joints turn at their greatest rates to bring the tool back: give rate
-        limits for such a path. The page "Following a path" of the manual has the damping and an
-        estimate of the error.
+        The singular values belong to the Jacobian with angles of the tool times this length, and
+        each column divided by the motion of the tool at `q_start` per unit of that coordinate.
+        Where a wrist has to turn over, its joints turn at their greatest rates to bring the tool
+        back: give rate limits for such a path. The page "Following a path" of the manual has the
+        damping and an estimate of the error.
 
         Args:
-            poses: (m, 4, 4) poses of the tool measured and expressed in the base frame, dt apart;
+            T: (m, 4, 4) poses of the tool measured and expressed in the base frame, dt apart;
                 the nearest rigid pose is taken where one is off by at most `se3.NEARLY_RIGID`.
-            q0: (n,) coordinates at the start [rad or m], within the limits. They need not reach the
-                first pose.
+            q_start: (n,) coordinates at the start [rad or m], within the limits. They need not
+                reach the first pose.
             dt: Time from pose to pose [s].
-            rate_limits: () or (n,) largest rates [rad/s or m/s]; none if None. A limit of 0 is a
-                lock.
-            lock: Coordinates that keep their values of q0 exactly, by names or indexes; a joint of
-                the main chain stands for the coordinate that moves it. Singular values and damping
-                are those of the robot without them.
+            rate_limits: () or (n,) largest rates [rad/s or m/s]; none if None. A limit of 0
+                fixes the coordinate.
+            fixed: Coordinates that keep their values of `q_start` exactly, by names or indices; a
+                joint of the main chain stands for the coordinate that moves it. Singular values and
+                damping are those of the robot without them.
             gain: The rate at which errors are corrected [1/s], above 0, at most 1 / dt; 0.5 / dt if
                 None.
-            length: The characteristic length [m], which compares angles with distances: with a
+            characteristic_length: The length [m] that compares angles with distances: with a
                 smaller length, the tool deviates less in position and more in orientation.
                 `robot.characteristic_length` if None.
 
@@ -130,9 +127,9 @@ class TrackMethods(ManipulabilityMethods):
             Coordinates, rates and errors, and the steps in which limits held coordinates.
 
         Raises:
-            ShapeError: If poses is not a list of poses, or q0 or rate_limits not n values.
-            InputValueError: If a pose is not nearly rigid, with the reason; if q0 lies outside the
-                limits or forward kinematics is not defined there, or if a number is not as
+            ShapeError: If T is not a list of poses, or q_start or rate_limits not n values.
+            InputValueError: If a pose is not nearly rigid, with the reason; if q_start lies outside
+                the limits or forward kinematics is not defined there, or if a number is not as
                 described above.
 
         Source:
@@ -142,15 +139,15 @@ class TrackMethods(ManipulabilityMethods):
             filtering, here of all small singular values; P. B. Stark, R. L. Parker,
             Bounded-variable least squares, 1995.
         """
-        path, start = self._checked_path(poses, q0)
-        rates = self._rates(rate_limits, lock)
+        path, start = self._checked_path(T, q_start)
+        rates = self._rates(rate_limits, fixed)
         _require(
             isinstance(dt, Real) and 0 < dt < np.inf,
             f"{self.name}.track: dt must be a positive number, got {dt!r}",
         )
         share = TRACK_GAIN if gain is None else gain * dt
         _require(0 < share <= 1, f"{self.name}.track: gain must be in (0, 1 / dt], got {gain!r}")
-        length = self._checked_length("track", length)
+        length = self._checked_length("track", characteristic_length)
         unit = self._units(start, length)
         m, n = len(path), self.n
         q, qd = np.empty((m, n)), np.empty((m - 1, n))
@@ -160,25 +157,25 @@ class TrackMethods(ManipulabilityMethods):
         arrays = (path, self.lower, self.upper, rates, unit, q, qd, error, sigma, touched)
         numbers = (length, dt, share, _track.BORDER, _track.DAMPING)
         defined = _track.follow(self.fk_jacobian_mixed.kernel, *arrays, *numbers)
-        _require(defined, f"{self.name}.track: forward kinematics is not defined at q0 {start}")
+        _require(defined, f"{self.name}.track: fk is not defined at q_start {start}")
         return self._tracked(q, qd, error, sigma, touched)
 
-    def _checked_path(self, poses: ArrayLike, q0: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        path = np.ascontiguousarray(real_array(f"{self.name}.track", "poses", poses))
-        start = real_array(f"{self.name}.track", "q0", q0)
+    def _checked_path(self, T: ArrayLike, q_start: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        path = np.ascontiguousarray(real_array(f"{self.name}.track", "T", T))
+        start = real_array(f"{self.name}.track", "q_start", q_start)
         if path.ndim != 3 or path.shape[1:] != (4, 4) or not len(path):  # noqa: PLR2004
-            raise ShapeError(f"{self.name}.track: expected poses (m, 4, 4), got {path.shape}")
+            raise ShapeError(f"{self.name}.track: expected T (m, 4, 4), got {path.shape}")
         if start.shape != (self.n,):
-            raise ShapeError(f"{self.name}.track: expected q0 ({self.n},), got {start.shape}")
+            raise ShapeError(f"{self.name}.track: expected q_start ({self.n},), got {start.shape}")
         unknown = ~np.isfinite(path).all((-2, -1))
-        _require(not unknown.any(), f"{self.name}.track: poses[{np.argmax(unknown)}] is not finite")
-        path = project(path, caller=f"{self.name}.track", name="poses")
+        _require(not unknown.any(), f"{self.name}.track: T[{np.argmax(unknown)}] is not finite")
+        path = project(path, caller=f"{self.name}.track", name="T")
         outside = ~((start >= self.lower) & (start <= self.upper) & np.isfinite(start))
         name = self.coordinates[int(np.argmax(outside))].name
-        _require(not outside.any(), f"{self.name}.track: q0 {start}: {name} is outside its limits")
+        _require(not outside.any(), f"{self.name}.track: q_start: {name} is outside its limits")
         return path, start
 
-    def _rates(self, rate_limits: ArrayLike | None, lock: Lock | None) -> FloatArray:
+    def _rates(self, rate_limits: ArrayLike | None, fixed: Fixed | None) -> FloatArray:
         given = np.inf if rate_limits is None else rate_limits
         given = real_array(f"{self.name}.track", "rate_limits", given)
         if given.shape not in {(), (self.n,)}:
@@ -187,7 +184,7 @@ class TrackMethods(ManipulabilityMethods):
             )
         _require(bool((given >= 0).all()), f"{self.name}.track: rate_limits must not be negative")
         rates = np.array(np.broadcast_to(given, self.n))
-        rates[locked_coordinates(self, "track", lock)] = 0
+        rates[fixed_coordinates(self, "track", fixed)] = 0
         _require(
             bool(rates.any()),
             f"{self.name}.track: every rate limit is 0, so that nothing is left to move",
@@ -215,15 +212,15 @@ class TrackMethods(ManipulabilityMethods):
             qd=qd,
             error=error,
             singular_value=sigma,
-            largest_distance=float(error[distance, 0]),
-            largest_distance_at=distance,
-            largest_angle=float(error[angle, 1]),
-            largest_angle_at=angle,
-            smallest_singular_value=float(sigma[least]),
-            smallest_singular_value_at=least,
+            max_distance=float(error[distance, 0]),
+            max_distance_index=distance,
+            max_angle=float(error[angle, 1]),
+            max_angle_index=angle,
+            min_singular_value=float(sigma[least]),
+            min_singular_value_index=least,
             at_rate_limit=self._by_name(touched & 1),
             at_limit=self._by_name(touched & 2),
-            shortened=np.flatnonzero((touched & 4).any(-1)),
+            shortened_steps=np.flatnonzero((touched & 4).any(-1)),
         )
 
     def _by_name(self, touched: NDArray[Any]) -> Mapping[str, IntArray]:

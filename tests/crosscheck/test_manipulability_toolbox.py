@@ -20,29 +20,33 @@ def models():
     return {"puma560": rtb.models.DH.Puma560(), "panda": panda}
 
 
-@pytest.mark.parametrize("rows", PARTS)
+@pytest.mark.parametrize("components", PARTS)
 @pytest.mark.parametrize("name", ["puma560", "panda"])
-def test_manipulability_measures_match_robotics_toolbox(name, rows):
+def test_manipulability_measures_match_robotics_toolbox(name, components):
     oracle, robot = models()[name], chasles.load(name)
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (POSES, robot.n))
     # Ours of the panda reach on to the hand, so the Jacobian is given; of the other it is its own.
     given = [{"J": robot.jacobian_mixed(at)} if name == "panda" else {"q": at} for at in q]
-    found = robot.manipulability(q, rows=rows, length=1.0)
-    for field, method in (("measure", "yoshikawa"), ("smallest", "minsingular")):
-        expected = [oracle.manipulability(**g, method=method, axes=PARTS[rows]) for g in given]
+    found = robot.manipulability(q, components=components, characteristic_length=1.0)
+    for field, method in (("measure", "yoshikawa"), ("min_singular_value", "minsingular")):
+        expected = [
+            oracle.manipulability(**g, method=method, axes=PARTS[components]) for g in given
+        ]
         assert np.abs(getattr(found, field) - expected).max() <= ORACLE
-    expected = [oracle.manipulability(**g, method="invcondition", axes=PARTS[rows]) for g in given]
+    expected = [
+        oracle.manipulability(**g, method="invcondition", axes=PARTS[components]) for g in given
+    ]
     assert np.abs(1 / found.condition - expected).max() <= ORACLE
 
 
 def test_manipulability_gradient_matches_robotics_toolbox():
-    """The gradient over all rows is the toolbox's `jacobm`, which needs a regular J J^T."""
+    """The gradient over all components is the toolbox's `jacobm`, which needs a regular J J^T."""
     oracle, robot = models()["puma560"], chasles.load("puma560")
     checked = 0
     for q in np.random.default_rng(1).uniform(-np.pi, np.pi, (POSES, 6)):
-        if robot.manipulability(q).smallest > 0.01:
+        if robot.manipulability(q).min_singular_value > 0.01:
             expected = oracle.jacobm(q).ravel()
-            found = robot.manipulability_gradient(q, length=1.0)
+            found = robot.manipulability_gradient(q, characteristic_length=1.0)
             assert np.abs(found - expected).max() <= ORACLE
             checked += 1
     assert checked > POSES / 2

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, OutOfReachError, Robot
-from chasles.locks import Lock
+from chasles.fixed import Fixed
 from chasles.summaries import summary_repr
 
 from ..arguments import above_0, finite
@@ -62,7 +62,7 @@ class Motion:
     time_scaling: TimeScaling
     q_seed: FloatArray
     given: tuple[float, ...] = ()
-    lock: Lock | None = None
+    lock: Fixed | None = None
     redundancy: Redundancy = "nearest"
 
     def __repr__(self) -> str:
@@ -154,7 +154,7 @@ class Motion:
         return q, *curve_rates(robot, q, V, A, self._locked)
 
     @property
-    def _locked(self) -> Lock | None:
+    def _locked(self) -> Fixed | None:
         """Coordinates that do not move: the locked ones, and those that the inverse is given."""
         return self.robot.given or None if self.lock is None else self.lock
 

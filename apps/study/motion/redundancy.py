@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chasles import InputValueError, OutOfReachError, Robot, screws
-from chasles.locks import Lock, follows, locked_coordinates
+from chasles.fixed import Fixed, fixed_coordinates, follows
 from chasles.tolerances import JUMP, RANK
 
 from ..tolerances import NODES_APART, ON_CURVE
@@ -54,7 +54,7 @@ class OnCurve(NamedTuple):
 
 
 def minimum_norm(
-    robot: Robot, curve: PoseCurve, s: FloatArray, start: FloatArray, lock: Lock | None = None
+    robot: Robot, curve: PoseCurve, s: FloatArray, start: FloatArray, lock: Fixed | None = None
 ) -> OnCurve:
     """Coordinates on a curve of the tool by steps of minimum norm from one posture.
 
@@ -87,14 +87,14 @@ def minimum_norm(
     return _on_curve(robot, curve, s, (values, by_s, by_ss), moving)
 
 
-def _moving(robot: Robot, lock: Lock | None) -> BoolArray:
+def _moving(robot: Robot, lock: Fixed | None) -> BoolArray:
     """(n,) the joints of the main chain that move."""
     if len(robot.chain_joints) != robot.n:
         raise InputValueError(
             f"{robot.name}: minimum_norm needs a chain whose joints move independently, it has "
             f"{len(robot.chain_joints)} joints for {robot.n} coordinates"
         )
-    locked = locked_coordinates(robot, "minimum_norm", lock)
+    locked = fixed_coordinates(robot, "minimum_norm", lock)
     return np.asarray(follows(robot)[:, ~locked].any(1))
 
 

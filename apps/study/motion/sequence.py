@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, OutOfReachError, Robot
-from chasles.locks import Lock
+from chasles.fixed import Fixed
 from chasles.summaries import summary_repr
 
 from ..arguments import above_0, finite
@@ -142,7 +142,7 @@ class MotionSequence:
         profile: Profile,
         *,
         given: tuple[float, ...] = (),
-        lock: Lock | None = None,
+        lock: Fixed | None = None,
         redundancy: Redundancy = "nearest",
         name: str = "",
         **limits: float,

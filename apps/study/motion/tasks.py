@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chasles import InputValueError, Robot
-from chasles.locks import Lock, locked_coordinates
+from chasles.fixed import Fixed, fixed_coordinates
 from chasles.tolerances import RANK
 
 from .curves import Task
@@ -61,7 +61,7 @@ def task_rates(
 
 
 def curve_rates(
-    robot: Robot, q: FloatArray, V: FloatArray, A: FloatArray, lock: Lock | None
+    robot: Robot, q: FloatArray, V: FloatArray, A: FloatArray, lock: Fixed | None
 ) -> tuple[FloatArray, FloatArray]:
     """Derivatives of the coordinates by s on a curve of the tool; the least ones if several fit.
 
@@ -76,7 +76,7 @@ def curve_rates(
         (m, n) first and second derivative of q by s.
     """
     J = robot.fk_jacobian_mixed(q)[1]
-    J[..., locked_coordinates(robot, "joint_rates", lock)] = 0
+    J[..., fixed_coordinates(robot, "joint_rates", lock)] = 0
     inverse = np.linalg.pinv(J, rcond=RANK)
     rate = (inverse @ V[..., None])[..., 0]
     return rate, (inverse @ (A - _drift(robot, q, rate))[..., None])[..., 0]

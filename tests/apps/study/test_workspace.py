@@ -63,7 +63,7 @@ def test_cell_quality_matches_sampled_configurations(lynxmotion):
     q = np.concatenate([block.copy() for block in points.blocks(0)])
     T = lynxmotion.fk(q)
     cell = found.cells.index(T[:, :3, 3])
-    smallest = lynxmotion.manipulability(q).smallest
+    smallest = lynxmotion.manipulability(q).min_singular_value
     lower, upper = points.lower, points.upper
     moving = upper > lower
     margin = np.minimum(q - lower, upper - q) / (upper - lower + ~moving)

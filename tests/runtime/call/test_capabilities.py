@@ -86,7 +86,7 @@ def test_wrong_types_and_wrong_values_raise_distinct_errors():
         assert issubclass(error, chasles.InputError)
     assert not issubclass(chasles.InputValueError, TypeError)
     with pytest.raises(ValueError, match="rows must be"):
-        arm.manipulability(q, rows="none")
+        arm.manipulability(q, components="none")
     with pytest.raises(ValueError, match="budget"):
         arm.ik_numeric(np.eye(4), budget=0)
     with pytest.raises(ValueError, match="jump"):

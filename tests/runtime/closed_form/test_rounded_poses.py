@@ -427,7 +427,7 @@ def test_ik_path_and_track_accept_rounded_poses():
     assert path.complete
     assert np.abs(arm.fk(path.q) - polar(given)).max() < SOLVED
     followed = arm.track(given, q[0], 0.01)
-    assert followed.largest_angle < 1e-2
+    assert followed.max_angle < 1e-2
 
 
 @pytest.mark.parametrize("name", ["four_bar", "five_bar", "slider_crank"])

@@ -79,10 +79,10 @@ def test_well_manipulator_follows_paper_with_fixed_theta2(well, capfd):
     assert np.abs(theta[:, [3, 5]]).max() == 0
     # The same motion with the cylinder locked, followed by rates from 27 s to 37 s.
     part = (t >= 27) & (t <= 37)
-    track = well.track(T[part], q[part[valid]][0], 0.1, lock=["theta2", "l_HI", "l_MN"])
+    track = well.track(T[part], q[part[valid]][0], 0.1, fixed=["theta2", "l_HI", "l_MN"])
     locked = [1, 3, 5]
     assert (track.q[:, locked] == track.q[0, locked]).all()
-    assert track.largest_distance < 2e-3
+    assert track.max_distance < 2e-3
     assert np.abs(well.chain(track.q)[:, 2] - theta[part[valid], 2]).max() < 2e-2
     # By iteration, from configurations 5 cm of each cylinder away.
     seed = q[::20] + 0.02

@@ -21,7 +21,7 @@ def test_feasible_twist_is_reached_with_minimum_norm_rates(name):
     given = np.random.default_rng(2).normal(size=q.shape)
     V = reached(robot, q, given)
     found = robot.joint_rates(q, V)
-    away = found.damping == 0
+    away = found.damping_squared == 0
     assert away.mean() > 0.5
     assert (found.scale == 1).all()
     scale = 1 + np.abs(V).max(-1)
@@ -41,14 +41,16 @@ def test_joint_rates_are_correct_in_every_representation(name, representation):
     qd = np.random.default_rng(3).normal(size=q.shape)
     V = robot.functions[f"twist_{representation}"](q, qd)
     found = robot.joint_rates(q, V, representation=representation)
-    away = found.damping == 0
+    away = found.damping_squared == 0
     assert away.sum() > 50
     np.testing.assert_allclose(found.qd[away], qd[away], rtol=0, atol=1e-10)
     np.testing.assert_allclose(found.twist[away], V[away], rtol=0, atol=1e-11)
     lost = robot.functions[f"jacobian_{representation}"](q)
     _, _, unit = pure(robot, q)
     # The direction is a twist which joint rates of that size, sigma for one, give.
-    back = np.linalg.lstsq(lost[0] * unit, found.direction[0] * found.smallest[0], rcond=None)[0]
+    back = np.linalg.lstsq(
+        lost[0] * unit, found.singular_direction[0] * found.min_singular_value[0], rcond=None
+    )[0]
     assert abs(np.linalg.norm(back) - 1) < 1e-9
 
 
@@ -60,9 +62,9 @@ def test_damping_follows_smallest_singular_value_formula(ur5e):
     found = ur5e.joint_rates(q, V)
     J, row, _ = pure(ur5e, q)
     u, sigma, vt = np.linalg.svd(J)
-    np.testing.assert_allclose(found.smallest, sigma[:, -1], rtol=1e-6, atol=1e-15)
+    np.testing.assert_allclose(found.min_singular_value, sigma[:, -1], rtol=1e-6, atol=1e-15)
     damping = np.maximum(DAMPING**2 - sigma**2, 0)
-    np.testing.assert_allclose(found.damping, damping[:, -1], rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(found.damping_squared, damping[:, -1], rtol=1e-9, atol=1e-15)
     assert 10 < (damping[:, -1] > 0).sum() < 38
     assert (damping[:, :-1] == 0).all()
     along = np.einsum("Nij,Ni->Nj", u, V * row) * sigma / (sigma**2 + damping)
@@ -70,24 +72,24 @@ def test_damping_follows_smallest_singular_value_formula(ur5e):
     np.testing.assert_allclose(found.qd, expected, rtol=0, atol=1e-9)
     # The others are reached to rounding, that one is missed and reported.
     missed = (found.twist - V) * row
-    direction = found.direction * row
+    direction = found.singular_direction * row
     np.testing.assert_allclose(np.linalg.norm(direction, axis=-1), 1, rtol=1e-12)
     across = missed - (missed * direction).sum(-1, keepdims=True) * direction
     assert np.abs(across).max() < 1e-12
 
 
-@pytest.mark.parametrize("damping", [0.01, 0.04, 0.3])
-def test_rates_are_bounded_at_singularities(ur5e, damping):
+@pytest.mark.parametrize("threshold", [0.01, 0.04, 0.3])
+def test_rates_are_bounded_at_singularities(ur5e, threshold):
     rng = np.random.default_rng(4)
     q = inside(ur5e, 3000)
     q[:1000, 4] = 0.0  # wrist
     q[1000:2000, 2] = 0.0  # elbow
     q[2000:] = rng.integers(-4, 5, (1000, 6)) * np.pi / 2
     V = twists(3000)
-    found = ur5e.joint_rates(q, V, damping=damping)
+    found = ur5e.joint_rates(q, V, damping_threshold=threshold)
     _, row, _ = pure(ur5e, q)
-    bound = np.linalg.norm(V * row, axis=-1) / damping
-    assert (found.smallest < 1e-12).sum() > 2000
+    bound = np.linalg.norm(V * row, axis=-1) / threshold
+    assert (found.min_singular_value < 1e-12).sum() > 2000
     assert (np.linalg.norm(found.qd, axis=-1) <= bound * (1 + 1e-12)).all()
     assert all(np.isfinite(getattr(found, name)).all() for name in chasles.Rates.__slots__)
 
@@ -102,7 +104,7 @@ def test_rates_are_continuous_through_a_singularity(ur5e):
 
 def test_batch_rates_equal_single_rates(panda):
     q, V = inside(panda, 20), twists(20)
-    options = {"secondary": "limits", "rate_limits": 0.3}
+    options = {"redundancy": "limits", "rate_limits": 0.3}
     batch = panda.joint_rates(q, V, **options)
     for i in range(20):
         single = panda.joint_rates(q[i], V[i], **options)
@@ -116,15 +118,26 @@ def test_batch_rates_equal_single_rates(panda):
 
 def test_partial_twist_is_reached_with_smaller_rates(ur5e):
     q, V = inside(ur5e, 200), twists(200)
-    for rows, part in (("linear", slice(0, 3)), ("angular", slice(3, 6))):
-        found = ur5e.joint_rates(q, V, rows=rows)
-        away = found.damping == 0
+    for components, part in (("linear", slice(0, 3)), ("angular", slice(3, 6))):
+        found = ur5e.joint_rates(q, V, components=components)
+        away = found.damping_squared == 0
         assert away.sum() > 150
         np.testing.assert_allclose(found.twist[away, part], V[away, part], rtol=0, atol=1e-12)
         whole = ur5e.joint_rates(q, V)
-        both = away & (whole.damping == 0)
+        both = away & (whole.damping_squared == 0)
         size = [np.linalg.norm(x.qd[both], axis=-1) for x in (found, whole)]
         assert (size[0] <= size[1]).all()
+        three = ur5e.joint_rates(q, V[:, part], components=components)
+        np.testing.assert_array_equal(three.qd, found.qd)
+        A = ur5e.joint_accelerations(q, found.qd, V[:, part], components=components)
+        whole = ur5e.joint_accelerations(q, found.qd, V, components=components)
+        np.testing.assert_array_equal(A.qdd, whole.qdd)
+
+
+def test_minimum_norm_is_the_default_redundancy(panda):
+    q, V = inside(panda, 20), twists(20)
+    named = panda.joint_rates(q, V, redundancy="minimum_norm")
+    np.testing.assert_array_equal(named.qd, panda.joint_rates(q, V).qd)
 
 
 # ---------------------------------------------------------------- limits
@@ -145,7 +158,7 @@ def test_rate_limits_scale_twist_without_changing_direction(name):
     assert found.limited[held].any(-1).all()
     at_bound = np.isclose(np.abs(found.qd), limits, rtol=1e-9)
     assert (at_bound | ~found.limited).all()
-    away = found.damping == 0
+    away = found.damping_squared == 0
     expected = found.scale[:, None] * free.twist
     difference = np.abs(found.twist - expected)[away].max(-1)
     assert (difference <= 1e-10 * (1 + np.abs(V[away]).max(-1))).all()
@@ -161,7 +174,7 @@ def test_redundant_joints_compensate_for_saturated_joint(panda):
     found = panda.joint_rates(q, V, rate_limits=limits)
     most = np.abs(free.qd).max(-1)
     scaled = np.minimum(1, 1 / most)
-    away = found.damping == 0
+    away = found.damping_squared == 0
     assert (found.scale >= scaled - 1e-12)[away].all()
     helped = away & (most > 1) & (found.scale == 1)
     assert helped.sum() > 50
@@ -209,7 +222,7 @@ def test_position_rate_and_acceleration_limits_always_hold(panda):
             target = rng.uniform(-3, 3, (count, 7))
         V = reached(panda, q, target)
         found = panda.joint_rates(
-            q, V, rate_limits=rate, acceleration_limits=acceleration, previous=qd, dt=dt
+            q, V, rate_limits=rate, acceleration_limits=acceleration, qd_previous=qd, dt=dt
         )
         assert (np.abs(found.qd) <= rate).all()
         assert (np.abs(found.qd - qd) <= acceleration * dt * (1 + 1e-9)).all()
@@ -246,7 +259,7 @@ def test_joint_brakes_as_late_as_possible_before_limit():
             q,
             robot.jacobian_mixed(q) @ [0, 0, 1.0, 0],
             acceleration_limits=most,
-            previous=qd,
+            qd_previous=qd,
             dt=dt,
         )
         assert np.abs(found.qd - qd).max() <= most * dt * (1 + 1e-9)
@@ -268,17 +281,17 @@ def test_acceleration_limits_give_closest_feasible_twist(ur5e):
     wanted = ur5e.joint_rates(q, V).qd
     limits = {"acceleration_limits": 4.0, "dt": 1e-3}
     # The same direction at a tenth of the speed: faster along it by what the slowest joint can.
-    found = ur5e.joint_rates(q, V, previous=0.1 * wanted, **limits)
+    found = ur5e.joint_rates(q, V, qd_previous=0.1 * wanted, **limits)
     np.testing.assert_allclose(found.scale, 0.1 + change / np.abs(wanted).max(), rtol=1e-12)
     np.testing.assert_allclose(found.twist, found.scale * V, rtol=0, atol=1e-12)
     # Back: all joints brake as hard as they can.
-    found = ur5e.joint_rates(q, -V, previous=wanted, **limits)
+    found = ur5e.joint_rates(q, -V, qd_previous=wanted, **limits)
     assert found.scale < 1e-9
     braked = np.sign(wanted) * np.maximum(np.abs(wanted) - change, 0)
     np.testing.assert_allclose(found.qd, braked, rtol=0, atol=1e-9)
     # A little aside: the joint that cannot turn as fast is off, and little of the speed is lost.
     aside = wanted + np.array([0, 0, 0, 0, 0, 0.01])
-    found = ur5e.joint_rates(q, V, previous=aside, **limits)
+    found = ur5e.joint_rates(q, V, qd_previous=aside, **limits)
     assert found.limited.tolist() == [False] * 5 + [True]
     assert found.scale > 0.95
     assert np.abs(found.qd - wanted).max() < 0.0065
@@ -301,16 +314,16 @@ def objective(robot, name, q):
 def test_secondary_objective_improves_without_changing_task(robot_name, name):
     robot = chasles.load(robot_name)
     q, V = inside(robot, 300, seed=11), twists(300)
-    secondary = inside(robot, 1, seed=12)[0] if name == "posture" else name
+    redundancy = inside(robot, 1, seed=12)[0] if name == "posture" else name
     plain = robot.joint_rates(q, V)
-    found = robot.joint_rates(q, V, secondary=secondary, gain=2.0)
+    found = robot.joint_rates(q, V, redundancy=redundancy, gain=2.0)
     np.testing.assert_allclose(found.twist, plain.twist, rtol=0, atol=1e-12)
     step = 1e-6 * (found.qd - plain.qd)
-    gained = objective(robot, secondary, q + step) - objective(robot, secondary, q - step)
+    gained = objective(robot, redundancy, q + step) - objective(robot, redundancy, q - step)
     assert (gained < 1e-14).all()
     assert (gained < 0).mean() > 0.95
     # Twice the gain, twice the motion within itself.
-    twice = robot.joint_rates(q, V, secondary=secondary, gain=4.0)
+    twice = robot.joint_rates(q, V, redundancy=redundancy, gain=4.0)
     np.testing.assert_allclose(twice.qd - plain.qd, 2 * (found.qd - plain.qd), atol=1e-10)
 
 
@@ -320,7 +333,7 @@ def test_rest_configuration_is_approached_with_fixed_tool(panda):
     T = panda.fk(q)
     start = np.abs(q - rest).max()
     for _ in range(3000):
-        q = q + 1e-3 * panda.joint_rates(q, np.zeros(6), secondary=rest, gain=5.0).qd
+        q = q + 1e-3 * panda.joint_rates(q, np.zeros(6), redundancy=rest, gain=5.0).qd
     assert np.abs(panda.fk(q) - T).max() < 1e-3
     assert np.abs(q - rest).max() < start
     # Nothing that the tool leaves free is left of the difference.
@@ -332,8 +345,8 @@ def test_secondary_objective_never_reduces_task_scale(panda):
     q, V = inside(panda, 1000, seed=14), 3 * twists(1000)
     limits = np.full(7, 0.5)
     plain = panda.joint_rates(q, V, rate_limits=limits)
-    for secondary in ("limits", "manipulability", np.zeros(7)):
-        found = panda.joint_rates(q, V, secondary=secondary, gain=10.0, rate_limits=limits)
+    for redundancy in ("limits", "manipulability", np.zeros(7)):
+        found = panda.joint_rates(q, V, redundancy=redundancy, gain=10.0, rate_limits=limits)
         assert (np.abs(found.qd) <= limits).all()
         np.testing.assert_array_equal(found.scale, plain.scale)
         np.testing.assert_allclose(found.twist, plain.twist, rtol=0, atol=1e-12)
@@ -344,14 +357,14 @@ def test_secondary_objective_uses_remaining_freedom_at_saturation():
     robot = chasles.load("photo_robot")
     q = inside(robot, 200, seed=17)
     z = 3.0 * np.random.default_rng(18).normal(size=q.shape)
-    free = robot.joint_rates(q, np.zeros(6), secondary=q + z)
+    free = robot.joint_rates(q, np.zeros(6), redundancy=q + z)
     J, _, unit = pure(robot, q)
     checked = 0
     for i in range(200):
         held = int(np.argmax(np.abs(free.qd[i])))
         limits = np.full(robot.n, 100.0)
         limits[held] = 0.3 * abs(free.qd[i, held])
-        found = robot.joint_rates(q[i], np.zeros(6), secondary=q[i] + z[i], rate_limits=limits)
+        found = robot.joint_rates(q[i], np.zeros(6), redundancy=q[i] + z[i], rate_limits=limits)
         first = null_part(J[i], z[i] / unit)
         rest = null_part(J[i] * (np.arange(robot.n) != held), z[i] / unit, held)
         np.testing.assert_allclose(free.qd[i], first * unit, rtol=0, atol=1e-10)
@@ -371,8 +384,8 @@ def test_non_redundant_robot_ignores_secondary_objective(ur5e):
     q, V = inside(ur5e, 100), twists(100)
     q[:50, 4] = 0.0
     plain = ur5e.joint_rates(q, V)
-    for secondary in ("limits", "manipulability", np.ones(6)):
-        found = ur5e.joint_rates(q, V, secondary=secondary)
+    for redundancy in ("limits", "manipulability", np.ones(6)):
+        found = ur5e.joint_rates(q, V, redundancy=redundancy)
         np.testing.assert_array_equal(found.qd, plain.qd)
 
 
@@ -389,7 +402,7 @@ def test_joint_accelerations_reproduce_tool_acceleration(name, representation):
     function = robot.functions[f"acceleration_{representation}"]
     A = function(q, qd, qdd)
     found = robot.joint_accelerations(q, qd, A, representation=representation)
-    away = found.damping == 0
+    away = found.damping_squared == 0
     assert away.sum() > 50
     np.testing.assert_allclose(found.acceleration[away], A[away], rtol=0, atol=ORACLE_RATES)
     np.testing.assert_allclose(
@@ -410,12 +423,12 @@ def test_fixed_joint_is_excluded_from_joint_accelerations(name):
     qd, qdd = rng.normal(size=(2, *q.shape))
     qdd[:, lock] = 0
     A = robot.acceleration_mixed(q, qd, qdd)
-    found = robot.joint_accelerations(q, qd, A, lock=robot.coordinates[lock].name)
+    found = robot.joint_accelerations(q, qd, A, fixed=robot.coordinates[lock].name)
     assert (found.qdd[:, lock] == 0).all()
-    rates = robot.joint_rates(q, A, lock=lock)
-    np.testing.assert_array_equal(found.smallest, rates.smallest)
-    np.testing.assert_array_equal(found.damping, rates.damping)
-    away = found.damping == 0
+    rates = robot.joint_rates(q, A, fixed=lock)
+    np.testing.assert_array_equal(found.min_singular_value, rates.min_singular_value)
+    np.testing.assert_array_equal(found.damping_squared, rates.damping_squared)
+    away = found.damping_squared == 0
     assert away.sum() > 50
     again = robot.acceleration_mixed(q, qd, found.qdd)
     np.testing.assert_allclose(again[away], A[away], rtol=0, atol=ORACLE_RATES)

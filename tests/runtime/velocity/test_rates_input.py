@@ -19,15 +19,21 @@ def test_invalid_joint_rates_arguments_are_rejected(ur5e):
          {"V": np.zeros(3)}),
         (chasles.InputError, r"V must hold real numbers, got dtype complex128", {"V": V + 1j}),
         (chasles.InputError, r"representation must be .*, got 'tool'", {"representation": "tool"}),
-        (chasles.InputError, r"rows must be .*, got 'trans'", {"rows": "trans"}),
-        (chasles.InputError, r"secondary must be .*, got 'fast'", {"secondary": "fast"}),
-        (chasles.ShapeError, r"secondary must have shape \(\.\.\., 6\)", {"secondary": V[:5]}),
-        (chasles.InputError, r"damping must be a positive number, got 0", {"damping": 0}),
-        (chasles.InputError, r"length must be a positive number, got -1", {"length": -1}),
+        (chasles.InputError, r"components must be .*, got 'trans'", {"components": "trans"}),
+        (chasles.InputError, r"redundancy must be .*, got 'fast'", {"redundancy": "fast"}),
+        (chasles.ShapeError, r"redundancy must have shape \(\.\.\., 6\)", {"redundancy": V[:5]}),
+        (chasles.InputError, r"damping_threshold must be positive, got 0",
+         {"damping_threshold": 0}),
+        (chasles.InputError, r"characteristic_length must be positive, got -1",
+         {"characteristic_length": -1}),
+        (chasles.ShapeError, r"V must have shape \(\.\.\., 6\), got \(3,\)",
+         {"V": V[:3], "components": "linear", "representation": "space"}),
+        (chasles.InputTypeError, r"fixed takes names and indices of coordinates, without values",
+         {"fixed": {"elbow": 0.5}}),
         (chasles.InputError, r"rate_limits must not be negative", {"rate_limits": -1.0}),
         (chasles.InputError, r"rate_limits must not be negative", {"rate_limits": np.nan}),
         (chasles.ShapeError, r"rate_limits must have shape", {"rate_limits": [1.0, 2.0]}),
-        (chasles.InputError, r"acceleration_limits need previous and dt",
+        (chasles.InputError, r"acceleration_limits need qd_previous and dt",
          {"acceleration_limits": 1.0, "dt": 1e-3}),
         (chasles.InputError, r"dt must be positive, got 0", {"dt": 0}),
         (chasles.ShapeError, r"leading dimensions do not broadcast: q \(2, 6\), V \(3, 6\)",
@@ -44,7 +50,7 @@ def test_non_finite_input_gives_nan_rates(ur5e):
     q = inside(ur5e, 3)
     V = twists(3)
     q[0, 2], V[1, 3] = np.nan, np.inf
-    found = ur5e.joint_rates(q, V, rate_limits=1.0, secondary="limits")
+    found = ur5e.joint_rates(q, V, rate_limits=1.0, redundancy="limits")
     assert np.isnan(found.qd).all(-1).tolist() == [True, True, False]
     assert np.isnan(found.scale).tolist() == [True, True, False]
     assert not found.limited[:2].any()
@@ -69,7 +75,7 @@ def test_platform_rates_reproduce_commanded_actuator_rates(name, representation)
 def test_platforms_support_gradient_and_accelerations():
     platform = chasles.load("stewart_gough")
     q = np.array(platform.reference.q)
-    rates = platform.joint_rates(q, np.zeros(6), secondary="manipulability")
+    rates = platform.joint_rates(q, np.zeros(6), redundancy="manipulability")
     np.testing.assert_allclose(rates.twist, np.zeros(6), atol=CLOSURE)
     qd, A = np.linspace(-0.1, 0.2, 6), np.linspace(0.3, -0.2, 6)
     found = platform.joint_accelerations(q, qd, A)
@@ -82,8 +88,8 @@ def test_velocity_page_examples_run_as_documented():
     (scale,) = re.findall(r"fast\.scale  # (\S+):", text("how-to/velocity.md"))
     np.testing.assert_allclose(names["rates"].twist, names["V"], rtol=0, atol=1e-14)
     wrist, fast = names["wrist"], names["fast"]
-    assert wrist.smallest < 1e-15
-    assert abs(wrist.damping - 0.0016) < 1e-15
+    assert wrist.min_singular_value < 1e-15
+    assert abs(wrist.damping_squared - 0.0016) < 1e-15
     assert abs(fast.scale - float(scale)) < 0.005
     assert fast.limited.any()
     assert (names["stiff"].qd[[2, 5]] == 0).all()
@@ -108,7 +114,7 @@ def test_correct_joint_saturates_if_two_are_at_limits(panda):
 @pytest.mark.parametrize("gain", [-1.0, np.nan, np.inf, "a"])
 def test_invalid_gain_is_rejected(panda, gain):
     with pytest.raises(chasles.InputError, match=r"^panda\.joint_rates: gain must be"):
-        panda.joint_rates(np.zeros(7), np.zeros(6), secondary="limits", gain=gain)
+        panda.joint_rates(np.zeros(7), np.zeros(6), redundancy="limits", gain=gain)
 
 
 def test_broadcast_error_reports_original_shapes(ur5e):

@@ -48,13 +48,13 @@ def test_determinants_match_geometric_formula(robot):
     q = planar.cranks(pose, ROD, 1.0)
     pose, q = pose[np.isfinite(q).all(-1)], q[np.isfinite(q).all(-1)]
     assert len(q) > 50
-    found = robot.determinants(pose, q, length=0.2)
+    found = robot.determinants(pose, q, characteristic_length=0.2)
     np.testing.assert_allclose(found.J_x, determinant(pose, 0.2), atol=1e-12)
     _, J_q = robot.velocity_relation(pose, q)
     np.testing.assert_allclose(found.J_q, np.prod(np.diagonal(J_q, 0, 1, 2) / 0.2, -1), atol=1e-12)
     assert np.isnan(robot.determinants(pose[0], [np.nan, 0, 0]).J_x)
     with pytest.raises(chasles.InputValueError, match="length"):
-        robot.determinants(pose[0], q[0], length=-1.0)
+        robot.determinants(pose[0], q[0], characteristic_length=-1.0)
 
 
 def test_distance_to_singularity_matches_fine_scan(robot):

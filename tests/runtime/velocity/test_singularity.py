@@ -29,7 +29,7 @@ def test_singularity_measures_match_their_definitions(robot):
     q = planar.cranks(pose, ROD, 1.0)
     pose, q = pose[np.isfinite(q).all(-1)], q[np.isfinite(q).all(-1)]
     assert len(q) > 50
-    found = robot.singularity(pose, q, length=0.2)
+    found = robot.singularity(pose, q, characteristic_length=0.2)
     J_x = lines(pose, q)
     # What the cranks give their ends: J_x x' = J_q q', entry by entry.
     arms = planar.CRANK * np.stack([-np.sin(q), np.cos(q)], -1)
@@ -78,10 +78,10 @@ def test_singularity_uses_characteristic_length_by_default(robot):
     rates = np.linalg.solve(J_x, np.diag((arms * J_x[:, :2]).sum(-1)))
     length = np.sqrt(((rates[:2] ** 2).sum(0) / rates[2] ** 2).mean())
     assert robot.characteristic_length == pytest.approx(length, rel=1e-12)
-    given = robot.singularity(pose, q, length=length)
+    given = robot.singularity(pose, q, characteristic_length=length)
     np.testing.assert_allclose(robot.singularity(pose, q), given, rtol=1e-12)
-    with pytest.raises(chasles.InputError, match=r"length must be a positive number, got -1"):
-        robot.singularity(pose, q, length=-1)
+    with pytest.raises(chasles.InputError, match=r"characteristic_length must be positive, got -1"):
+        robot.singularity(pose, q, characteristic_length=-1)
 
 
 def test_default_singularity_length_equals_rates_length():
@@ -89,7 +89,7 @@ def test_default_singularity_length_equals_rates_length():
     theta, q = np.array(platform.reference.z)[:6], np.array(platform.reference.q)
     names = [variable.name for variable in platform.configuration_variables][:6]
     assert names == [joint.name for joint in platform.chain_joints]
-    given = platform.singularity(theta, q, length=platform.characteristic_length)
+    given = platform.singularity(theta, q, characteristic_length=platform.characteristic_length)
     np.testing.assert_array_equal(platform.singularity(theta, q), given)
 
 

@@ -68,7 +68,7 @@ def test_track_of_regular_path_matches_inverse(arm):
     assert path.complete
     np.testing.assert_allclose(track.q, path.q, rtol=0, atol=1e-7)
     assert track.error.max() < 1e-7
-    assert (len(track.at_rate_limit), len(track.at_limit), len(track.shortened)) == (0, 0, 0)
+    assert (len(track.at_rate_limit), len(track.at_limit), len(track.shortened_steps)) == (0, 0, 0)
     T = arm.fk(track.q)
     distance = np.linalg.norm((T - poses)[:, :3, 3], axis=-1)
     np.testing.assert_allclose(track.error[:, 0], distance, rtol=0, atol=1e-15)
@@ -76,7 +76,7 @@ def test_track_of_regular_path_matches_inverse(arm):
     np.testing.assert_allclose(track.error[:, 1], angle, rtol=0, atol=1e-15)
     again = pickle.loads(pickle.dumps(track))
     np.testing.assert_array_equal(again.q, track.q)
-    assert track.largest_angle == track.error[track.largest_angle_at, 1] == track.error[:, 1].max()
+    assert track.max_angle == track.error[track.max_angle_index, 1] == track.error[:, 1].max()
 
 
 def test_track_passes_wrist_singularity_accurately(arm):
@@ -84,8 +84,8 @@ def test_track_passes_wrist_singularity_accurately(arm):
     q = IN_LINE + s[:, None] * [0.2, 0.3, -0.2, 0.1, 0.6, 0.3]
     track = arm.track(arm.fk(q), q[0], 1e-3, rate_limits=RATE)
     assert_sound(arm, track, 1e-3, RATE)
-    assert track.smallest_singular_value < 1e-6
-    assert abs(track.smallest_singular_value_at - STEPS // 2) <= 1
+    assert track.min_singular_value < 1e-6
+    assert abs(track.min_singular_value_index - STEPS // 2) <= 1
     # The joints are found again on the other side, though the singularity leaves them open.
     np.testing.assert_allclose(track.q, q, rtol=0, atol=1e-3)
     away = track.singular_value > AWAY
@@ -111,7 +111,7 @@ def test_track_passes_near_wrist_singularity_within_error_bound(arm, offset, rat
     assert track.error[away].max() < 1e-6
     assert track.error[-1].max() < 1e-9
     assert track.error.max() < 0.015
-    assert track.smallest_singular_value < 0.03
+    assert track.min_singular_value < 0.03
 
 
 def test_track_leaves_initial_wrist_singularity(arm):
@@ -141,7 +141,7 @@ def test_track_error_at_wrist_singularity_respects_documented_bound(arm):
             continue  # the path leaves the reach of some branch
         dt, length = rng.choice([1e-3, 1e-2]), 0.5
         rate = rng.choice([RATE, 1.0])
-        track = arm.track(poses, q0, dt, rate_limits=rate, length=length)
+        track = arm.track(poses, q0, dt, rate_limits=rate, characteristic_length=length)
         assert_sound(arm, track, dt, rate)
         step = np.hypot(np.linalg.norm(twist[:3]), length * np.linalg.norm(twist[3:])) / 2000
         error = np.hypot(track.error[:, 0], length * track.error[:, 1])
@@ -154,7 +154,7 @@ def test_track_error_at_wrist_singularity_respects_documented_bound(arm):
 def costs(robot, q, target, rate, dt, length):
     """Error that a step from q leaves to the target, and the least error that SciPy finds."""
     T, J = robot.fk_jacobian_mixed(q)
-    track = robot.track([T, target], q, dt, rate_limits=rate, length=length)
+    track = robot.track([T, target], q, dt, rate_limits=rate, characteristic_length=length)
     assert_sound(robot, track, dt, rate)
     turn = screws.log_rotation((target @ screws.inverse(T))[:3, :3])
     scale = np.array([1, 1, 1, length, length, length])
@@ -285,11 +285,11 @@ def test_track_stops_at_end_of_fk_domain(tmp_path):
     more = screws.interpolate(poses[0], poses[-1], np.linspace(0, 3, 301))
     track = robot.track(more, q[0], 0.01)
     assert_sound(robot, track, 0.01)
-    assert len(track.shortened)
+    assert len(track.shortened_steps)
     assert track.q[-1, 0] <= snake.WALL
     assert track.q[-1, 0] == pytest.approx(snake.WALL, abs=1e-3)
     assert "forward kinematics is not defined further on" in str(track)
-    with pytest.raises(chasles.InputError, match="not defined at q0"):
+    with pytest.raises(chasles.InputError, match="not defined at q_start"):
         robot.track(more, [1.1, 0, 0], 0.01)
 
 
@@ -300,18 +300,22 @@ def test_single_pose_gives_valid_track(arm):
 
 
 BAD = [
-    ({"poses": np.zeros((0, 4, 4))}, chasles.ShapeError, r"poses \(m, 4, 4\)"),
-    ({"poses": np.eye(4)}, chasles.ShapeError, r"poses \(m, 4, 4\)"),
-    ({"poses": [np.eye(4), np.full((4, 4), np.nan)]}, chasles.InputError, "1. is not finite"),
-    ({"poses": [np.diag([1, 1, -1, 1])]}, chasles.InputError, "left-handed"),
-    ({"poses": [np.eye(4) * 1.1]}, chasles.InputError, r"poses\[0\] is no pose: its last"),
-    ({"q0": np.zeros(5)}, chasles.ShapeError, r"q0 \(6,\)"),
-    ({"q0": np.array([0, 0, 4, 0, 0, 0])}, chasles.InputError, "elbow is outside its limits"),
-    ({"q0": np.array([np.nan, 0, 0, 0, 0, 0])}, chasles.InputError, "shoulder_pan is outside"),
+    ({"T": np.zeros((0, 4, 4))}, chasles.ShapeError, r"T \(m, 4, 4\)"),
+    ({"T": np.eye(4)}, chasles.ShapeError, r"T \(m, 4, 4\)"),
+    ({"T": [np.eye(4), np.full((4, 4), np.nan)]}, chasles.InputError, "1. is not finite"),
+    ({"T": [np.diag([1, 1, -1, 1])]}, chasles.InputError, "left-handed"),
+    ({"T": [np.eye(4) * 1.1]}, chasles.InputError, r"T\[0\] is no pose: its last"),
+    ({"q_start": np.zeros(5)}, chasles.ShapeError, r"q_start \(6,\)"),
+    ({"q_start": np.array([0, 0, 4, 0, 0, 0])}, chasles.InputError, "elbow is outside its limits"),
+    ({"q_start": np.array([np.nan, 0, 0, 0, 0, 0])}, chasles.InputError, "shoulder_pan is outside"),
     ({"dt": 0.0}, chasles.InputError, "dt must be a positive number"),
     ({"dt": np.nan}, chasles.InputError, "dt must be a positive number"),
     ({"gain": 101.0}, chasles.InputError, "gain must be in"),
-    ({"length": -1.0}, chasles.InputError, "track: length must be a positive number"),
+    (
+        {"characteristic_length": -1.0},
+        chasles.InputError,
+        "track: characteristic_length must be positive",
+    ),
     ({"rate_limits": [1.0, 2.0]}, chasles.ShapeError, r"rate_limits \(\) or \(6,\)"),
     ({"rate_limits": 0.0}, chasles.InputError, "every rate limit is 0"),
     ({"rate_limits": -1.0}, chasles.InputError, "rate_limits must not be negative"),
@@ -328,9 +332,9 @@ BAD = [
         "nan pose",
         "left-handed pose",
         "scaled pose",
-        "short q0",
-        "q0 beyond limit",
-        "nan q0",
+        "short q_start",
+        "q_start beyond limit",
+        "nan q_start",
         "zero dt",
         "nan dt",
         "large gain",
@@ -342,7 +346,7 @@ BAD = [
     ],
 )
 def test_invalid_track_arguments_are_rejected(arm, change, error, message):
-    given = {"poses": [arm.fk(REGULAR)], "q0": REGULAR, "dt": 0.01, **change}
+    given = {"T": [arm.fk(REGULAR)], "q_start": REGULAR, "dt": 0.01, **change}
     with pytest.raises(error, match=message):
         arm.track(**given)
 

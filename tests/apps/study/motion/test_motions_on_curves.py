@@ -201,7 +201,7 @@ def test_rates_near_singularity_match_curve_differences():
     rng = np.random.default_rng(3)
     while checked < 5:
         q = arm.lower + (arm.upper - arm.lower) * rng.uniform(0.3, 0.7, arm.n)
-        if arm.manipulability(q).smallest > 0.03:
+        if arm.manipulability(q).min_singular_value > 0.03:
             continue
         curve = line(arm.fk(q), arm.fk(q + rng.uniform(-0.02, 0.02, arm.n)))
         motion = Motion(arm, curve, time_scaling("cubic", curve.length, duration=1), q, lock=2)

@@ -17,7 +17,7 @@ def lines(robot, rng, count):
     """Lines from postures away from limits and singularities to poses nearby."""
     while count:
         q = robot.lower + (robot.upper - robot.lower) * rng.uniform(0.2, 0.8, robot.n)
-        if robot.manipulability(q).smallest < 0.1:
+        if robot.manipulability(q).min_singular_value < 0.1:
             continue
         count -= 1
         yield q, line(robot.fk(q), robot.fk(q + rng.uniform(-0.15, 0.15, robot.n)))

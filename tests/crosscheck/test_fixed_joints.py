@@ -72,7 +72,7 @@ def test_rates_with_fixed_joints_match_reduced_model(name):
         locked, V = random_locks(rng, robot.n), rng.normal(size=6)
         chosen = [robot.coordinates[k].name if k % 2 else int(k) for k in np.flatnonzero(locked)]
         free = np.array([c.kind != "revolute" for c in robot.coordinates])[~locked]
-        found = robot.joint_rates(q, V, lock=chosen, damping=BORDER)
+        found = robot.joint_rates(q, V, fixed=chosen, damping_threshold=BORDER)
         J = reduced_jacobian(model, q, locked)
         rank = np.linalg.matrix_rank(J, tol=1e-9)
         wanted, smallest = damped(J, V, np.where(free, length, 1.0), length, rank)
@@ -83,10 +83,10 @@ def test_rates_with_fixed_joints_match_reduced_model(name):
         assert np.signbit(found.qd[locked]).sum() == 0
         assert found.limited[locked].all()
         assert np.abs(found.qd[~locked] - wanted).max() <= AGREES * (1 + np.abs(wanted).max())
-        assert abs(found.smallest - smallest) <= AGREES
+        assert abs(found.min_singular_value - smallest) <= AGREES
         assert np.abs(found.twist - J @ wanted).max() <= AGREES * (1 + np.abs(wanted).max())
         limits = np.where(locked, 0, np.inf)
-        same = robot.joint_rates(q, V, rate_limits=limits, damping=BORDER)
+        same = robot.joint_rates(q, V, rate_limits=limits, damping_threshold=BORDER)
         assert np.array_equal(found.qd, same.qd)
     assert compared >= 15
 
@@ -143,15 +143,15 @@ def test_track_keeps_fixed_joints_exactly(name):
         q0, q1 = lower + rng.uniform(0.2, 0.8, (2, robot.n)) * (upper - lower)
         q1 = np.where(locked, q0, q0 + 0.2 * (q1 - q0))
         way = q0 + np.linspace(0, 1, 200)[:, None] * (q1 - q0)
-        track = robot.track(robot.fk(way), q0, 0.01, lock=np.flatnonzero(locked))
+        track = robot.track(robot.fk(way), q0, 0.01, fixed=np.flatnonzero(locked))
         assert (track.q[:, locked] == q0[locked]).all()
         assert (track.qd[:, locked] == 0).all()
         assert not set(track.at_rate_limit) & {
             robot.coordinates[k].name for k in locked.nonzero()[0]
         }
-        if track.smallest_singular_value > 0.03 and not track.at_limit:
-            assert track.largest_distance < 2e-3
-            assert track.largest_angle < 2e-3
+        if track.min_singular_value > 0.03 and not track.at_limit:
+            assert track.max_distance < 2e-3
+            assert track.max_angle < 2e-3
         limited = robot.track(robot.fk(way), q0, 0.01, rate_limits=np.where(locked, 0.0, np.inf))
         assert np.array_equal(track.q, limited.q)
 
@@ -200,32 +200,40 @@ def test_fixed_chain_joint_equals_fixed_cylinder():
     robot = chasles.load("well_manipulator")
     q = np.array(robot.reference.q)
     V = np.array([0.01, 0, 0.02, 0, 0.1, 0])
-    by_joint = robot.joint_rates(q, V, lock=["theta2", "theta1"])
-    by_cylinder = robot.joint_rates(q, V, lock=["cylinder_1", 0])
+    by_joint = robot.joint_rates(q, V, fixed=["theta2", "theta1"])
+    by_cylinder = robot.joint_rates(q, V, fixed=["cylinder_1", 0])
     assert np.array_equal(by_joint.qd, by_cylinder.qd)
     assert (robot.chain_rates(q, by_joint.qd)[[0, 1]] == 0).all()
 
 
 BAD = [
-    ("elbov", chasles.InputValueError, "expected a coordinate to lock, got 'elbov'; coordinates: "),
+    ("elbov", chasles.InputValueError, "expected a coordinate to fix, got 'elbov'; coordinates: "),
     ([0, 6], chasles.InputValueError, "there is no coordinate 6; 6 coordinates, from 0"),
-    (1.5, chasles.InputTypeError, "lock takes names and indexes of coordinates, got 1.5"),
-    ([True], chasles.InputTypeError, "lock takes names and indexes of coordinates, got True"),
-    (range(6), chasles.InputValueError, "every coordinate is locked"),
+    (
+        1.5,
+        chasles.InputTypeError,
+        "fixed takes names and indices of coordinates, without values; got 1.5",
+    ),
+    (
+        [True],
+        chasles.InputTypeError,
+        "fixed takes names and indices of coordinates, without values; got True",
+    ),
+    (range(6), chasles.InputValueError, "every coordinate is fixed"),
 ]
 
 
 @pytest.mark.parametrize(
-    ("lock", "error", "message"),
+    ("fixed", "error", "message"),
     BAD,
     ids=["unknown name", "index too large", "float", "bool", "all joints"],
 )
-def test_invalid_fixed_joint_is_rejected_by_name(lock, error, message):
+def test_invalid_fixed_joint_is_rejected_by_name(fixed, error, message):
     robot, q = chasles.load("ur5e"), np.array([0.3, -1.2, 1.5, -0.4, 0.9, 0.2])
     for call in (
-        lambda: robot.joint_rates(q, np.ones(6), lock=lock),
-        lambda: robot.track(robot.fk(q)[None], q, 0.01, lock=lock),
-        lambda: robot.ik_numeric(robot.fk(q), q, lock=lock),
+        lambda: robot.joint_rates(q, np.ones(6), fixed=fixed),
+        lambda: robot.track(robot.fk(q)[None], q, 0.01, fixed=fixed),
+        lambda: robot.ik_numeric(robot.fk(q), q, lock=fixed),
     ):
         with pytest.raises(error, match=message):
             call()
@@ -236,9 +244,9 @@ def test_missing_seed_or_coupled_fixed_joint_is_explained():
     with pytest.raises(chasles.InputValueError, match="lock needs a seed, which holds the values"):
         arm.ik_numeric(np.eye(4), lock=0)
     installer = chasles.load("board_installer")
-    message = "elbow follows slider, crank: lock coordinates instead"
+    message = "elbow follows slider, crank: fix coordinates instead"
     with pytest.raises(chasles.InputValueError, match=message):
-        installer.joint_rates(installer.reference.q, np.ones(6), lock="elbow")
+        installer.joint_rates(installer.reference.q, np.ones(6), fixed="elbow")
 
 
 def test_zero_rate_limits_stop_all_motion():
@@ -254,23 +262,23 @@ def test_fixed_joint_overrides_acceleration_limits():
     robot = chasles.load("ur5e")
     q, fast = np.full(6, 0.4), np.full(6, 0.8)
     found = robot.joint_rates(
-        q, np.ones(6), lock=2, acceleration_limits=1.0, previous=fast, dt=0.01
+        q, np.ones(6), fixed=2, acceleration_limits=1.0, qd_previous=fast, dt=0.01
     )
     assert found.qd[2] == 0
     assert (np.abs(found.qd - fast)[[0, 1, 3, 4, 5]] <= 0.01 + 1e-15).all()
 
 
-@pytest.mark.parametrize("secondary", ["limits", "manipulability"])
-def test_null_space_motion_keeps_fixed_joints(secondary):
+@pytest.mark.parametrize("redundancy", ["limits", "manipulability"])
+def test_null_space_motion_keeps_fixed_joints(redundancy):
     robot, rng = chasles.load("panda"), np.random.default_rng(4)
     for q in rng.uniform(0.3, 0.7, (20, 7)) * (robot.upper - robot.lower) + robot.lower:
         V = rng.normal(size=6) / 10
-        plain = robot.joint_rates(q, V, rows="linear", lock=[1, 4])
-        moved = robot.joint_rates(q, V, rows="linear", lock=[1, 4], secondary=secondary)
+        plain = robot.joint_rates(q, V, components="linear", fixed=[1, 4])
+        moved = robot.joint_rates(q, V, components="linear", fixed=[1, 4], redundancy=redundancy)
         assert (moved.qd[[1, 4]] == 0).all()
         assert np.abs(moved.qd - plain.qd).max() > 1e-6
         np.testing.assert_allclose(moved.twist[:3], plain.twist[:3], atol=1e-12)
-        if secondary == "manipulability":
+        if redundancy == "manipulability":
             # The measure of the rest increases along its null motion.
             null = moved.qd - plain.qd
 

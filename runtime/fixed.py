@@ -1,10 +1,10 @@
-"""The coordinates that a caller locks, by the names or indexes of coordinates and joints."""
+"""The coordinates that a caller fixes, by the names or indices of coordinates and joints."""
 
 from __future__ import annotations
 
 import functools
 import operator
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,37 +16,40 @@ from .size import configurations
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
-Lock = str | int | Iterable[str | int]
+Fixed = str | int | Iterable[str | int]
 """Coordinates or joints: a name or an index in q, or several."""
 
 
-def locked_coordinates(robot: RobotFacts, method: str, lock: Lock | None) -> BoolArray:
-    """The coordinates that do not move where some coordinates or joints of the chain are locked.
+def fixed_coordinates(robot: RobotFacts, method: str, fixed: Fixed | None) -> BoolArray:
+    """Return which coordinates keep their values if some coordinates or joints are fixed.
 
     Args:
         robot: The robot.
         method: The method that was called, for errors.
-        lock: Names or indexes in q; a joint of the main chain stands for the coordinate that moves
+        fixed: Names or indices in q; a joint of the main chain stands for the coordinate that moves
             it.
 
     Returns:
-        (n,) whether each coordinate is locked.
+        (n,) whether each coordinate is fixed.
 
     Raises:
-        InputTypeError: If the lock is neither names nor indexes.
+        InputTypeError: If `fixed` holds anything but names and indices, such as values.
         InputValueError: If there is no such coordinate or joint, if several coordinates move a
             joint, or if no coordinate is left to move.
     """
-    locked = np.zeros(robot.n, np.bool_)
-    if lock is None:
-        return locked
-    for item in [lock] if isinstance(lock, str) or not isinstance(lock, Iterable) else lock:
-        locked[_coordinate(robot, f"{robot.name}.{method}", item)] = True
-    if locked.all():
+    is_fixed = np.zeros(robot.n, np.bool_)
+    if fixed is None:
+        return is_fixed
+    items: Iterable[object] = [fixed]
+    if isinstance(fixed, Iterable) and not isinstance(fixed, str | Mapping):
+        items = fixed
+    for item in items:
+        is_fixed[_coordinate(robot, f"{robot.name}.{method}", item)] = True
+    if is_fixed.all():
         raise InputValueError(
-            f"{robot.name}.{method}: every coordinate is locked, so that nothing is left to move"
+            f"{robot.name}.{method}: every coordinate is fixed, so that nothing is left to move"
         )
-    return locked
+    return is_fixed
 
 
 def _coordinate(robot: RobotFacts, caller: str, item: object) -> int:
@@ -62,27 +65,25 @@ def _coordinate(robot: RobotFacts, caller: str, item: object) -> int:
         more = f"; joints of the chain: {chain}" if chain and item not in joints else ""
         why = "its loops are solved by iteration; " if item in joints else ""
         raise InputValueError(
-            f"{caller}: expected a coordinate to lock, got {item!r}; {why}coordinates: "
+            f"{caller}: expected a coordinate to fix, got {item!r}; {why}coordinates: "
             f"{', '.join(names)}{more}"
         )
     movers = np.flatnonzero(follows(robot)[joints.index(item)])
     if len(movers) != 1:
         several = ", ".join(names[k] for k in movers) or "no coordinate"
         raise InputValueError(
-            f"{caller}: {item} follows {several}: lock coordinates instead, by their names"
+            f"{caller}: {item} follows {several}: fix coordinates instead, by their names"
         )
     return int(movers[0])
 
 
 def _index(robot: RobotFacts, caller: str, item: object) -> int:
     try:
-        index = operator.index(item)  # type: ignore[arg-type]
+        index = operator.index("" if isinstance(item, bool | np.bool_) else item)  # type: ignore[arg-type]
     except TypeError:
         raise InputTypeError(
-            f"{caller}: lock takes names and indexes of coordinates, got {item!r}"
+            f"{caller}: fixed takes names and indices of coordinates, without values; got {item!r}"
         ) from None
-    if isinstance(item, bool | np.bool_):
-        raise InputTypeError(f"{caller}: lock takes names and indexes of coordinates, got {item!r}")
     if not -robot.n <= index < robot.n:
         raise InputValueError(
             f"{caller}: there is no coordinate {index}; {robot.n} coordinates, from 0"
