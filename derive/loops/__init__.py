@@ -1,4 +1,4 @@
-"""Robots with loops: their equations, closed-form solution, assembly modes, rates and mobility.
+"""Robots with loops: equations, closed-form solution, assembly modes, rates and mobility.
 
-A robot without loops needs none of these files: its derivation uses :mod:`chasles.derive.chain`.
+Robots without loops use :mod:`chasles.derive.chain` instead.
 """

@@ -1,7 +1,7 @@
-"""Whether the loops allow joints of the main chain together, where it has more than freedoms.
+"""Loop closure conditions on main-chain joints, for chains with more joints than freedoms.
 
-A solution from such joints reads no more of them than it needs. What it does not read is judged by
-the equations of the loops that no step has made to close.
+A solution from the main-chain joints may leave some of them unused. The loop equations that no step
+has solved check the unused joints.
 """
 
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from .solution import Solution
 
 
 def allowed(solutions: Sequence[Solution]) -> sp.Basic:
-    """The condition that the loops close on one of several solutions, as far as they are known.
+    """Returns the condition that all fully known loops close on at least one solution.
 
     Args:
         solutions: Solutions from the main chain, on different branches.
@@ -36,9 +36,9 @@ def _closes(solution: Solution) -> sp.Basic:
 
 
 def _unread(solution: Solution) -> set[str]:
-    """Names of the closers that no step with a margin has closed, as far as all is known there.
+    """Returns the fully known closers that no step with a margin has closed.
 
-    A cylinder is as long as it has to be.
+    Cylinders are excluded: their length adapts.
     """
     closed = {name for step in solution.steps if step.margin is not None for name in step.joints}
     return {
@@ -51,15 +51,15 @@ def _unread(solution: Solution) -> set[str]:
 
 
 def _edges(closer: Closure | Strut) -> set[str]:
-    """Names by which steps that hold all equations of a closer know it."""
+    """Returns the joint names of a step that solves all equations of this closer."""
     if isinstance(closer, Strut):
         return {closer.name, closer.swing_name, f"{closer.name}.end"}
-    # A step closes the ball of a rod by its length alone.
+    # A step closes the ball of a rod through the rod length alone.
     return set() if closer.kind == "ball" else {closer.name}
 
 
 def _members(loop: Loop) -> set[str]:
-    """Names of the joints, and of the swing, that a loop's equations hold."""
+    """Returns the names of the joints, and of the strut swing, in the equations of a loop."""
     names = {joint.name for joint in loop.joints}
     if isinstance(loop.closer, Strut):
         names |= {loop.closer.swing_name} if loop.closer.ends == "pin" else set()

@@ -1,4 +1,4 @@
-"""Closed configurations of a mechanism in numbers: Newton's method on its constraints."""
+"""Numerical loop closure of a mechanism: Newton's method on its constraints."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
@@ -31,28 +31,27 @@ ITERATIONS = 60
 POLISHING = 2
 HALVINGS = 12
 SAMPLES = 6
-"""Random configurations at which the rank is taken; it is smaller only at singular ones."""
+"""Number of random configurations for the rank, which drops only at singular ones."""
 
 
 def closed_configuration(
     mechanism: Mechanism, q: Sequence[float] | None = None
 ) -> dict[str, float]:
-    """The full configuration z by name at which all loops close.
+    """Returns the full configuration z, by name, at which all loops close.
 
-    Newton's method on the constraints, the actuated coordinates held: from the reference, then,
-    if ``q`` is given, along the straight line from the reference's coordinates to q, so that the
-    branch is the reference's.
+    Newton's method solves the constraints at the reference with the actuated coordinates fixed. If
+    ``q`` is given, the solution follows the straight line to q, on the reference's branch.
 
     Args:
         mechanism: The description.
-        q: Actuated coordinates in the order of ``mechanism.actuated`` (radian or metre); those of
-            the reference where none are given.
+        q: Actuated coordinates in the order of ``mechanism.actuated`` (radian or metre); None keeps
+            the reference.
 
     Returns:
         Value of each entry of z (radian or metre); residuals are below ``CLOSED_LOOP``.
 
     Raises:
-        RobotError: The loops do not close; the message names the loop of the largest residual.
+        RobotError: The loops do not close. The message names the loop with the largest residual.
     """
     loops = ClosedLoops(mechanism)
     z = loops.closed(loops.reference, loops.passive)
@@ -62,7 +61,7 @@ def closed_configuration(
 
 
 def longest_length(mechanism: Mechanism, terms: Terms) -> float:
-    """The longest translation or rod of a mechanism (metre), 1 where all are zero."""
+    """Returns the longest translation or rod of a mechanism (metre), or 1 if all are zero."""
     placements = [p for joint in mechanism.joints for p in (joint.before, joint.after)]
     placements += [frame.placement for c in mechanism.closers for frame in (c.a, c.b)]
     lengths = [abs(float(terms.value(strut.length))) for strut in mechanism.struts]
@@ -73,14 +72,14 @@ def longest_length(mechanism: Mechanism, terms: Terms) -> float:
 
 
 def swings_at(mechanism: Mechanism, at: Mapping[str, float]) -> dict[str, float]:
-    """The swings of struts on pins at a configuration.
+    """Returns the swing angles of pin-ended struts at a configuration.
 
     Args:
         mechanism: The description.
         at: Values of joints and cylinders (radian or metre), by name.
 
     Returns:
-        The angle (radian) of each strut from end to end, by the name of its swing.
+        The direction angle (radian) of each strut, by swing name.
     """
     names = mechanism.swings
     if not names:
@@ -103,11 +102,11 @@ class ClosedLoops:
         mechanism: The description.
         terms: The terms of the constraints.
         names: Names of the entries of z.
-        is_length: Which entries are lengths.
+        is_length: Mask of the entries that are lengths.
         z: Symbols of the entries.
         equations: The constraints, loop by loop.
-        entries: The residuals of all loops; in least squares the gradient of their sum of squares.
-        passive: Which entries are not actuated.
+        entries: The residuals of all loops; in least squares, the gradient of their sum of squares.
+        passive: Mask of the entries that are not actuated.
     """
 
     def __init__(
@@ -121,9 +120,8 @@ class ClosedLoops:
 
         Args:
             mechanism: The description.
-            near: Values of entries of z near the reference that replace the described ones.
-            in_least_squares: Whether the loops are overconstrained and cannot all close, so that
-                the least sum of squared gaps stands for closure.
+            near: Values near the reference that replace described entries of z.
+            in_least_squares: Whether overconstrained loops close only in the least-squares sense.
         """
         self.mechanism, self._near = mechanism, near or {}
         self.terms = Terms({p.symbol: p.value for p in mechanism.parameters})
@@ -159,10 +157,10 @@ class ClosedLoops:
 
     @cached_property
     def reference(self) -> Vector:
-        """The reference configuration as described, motors' coordinates through their gears.
+        """The reference configuration as described, with gear ratios applied.
 
-        A swing that is not described is the direction of its strut there: from far away, Newton's
-        method may end at a least gap where the loop does not close.
+        The default of a swing is the direction of its strut at the reference. From a distant start,
+        Newton's method may end in a local minimum with an open loop.
         """
         given = dict(self.mechanism.reference)
         for c in self.mechanism.coordinates:
@@ -180,11 +178,11 @@ class ClosedLoops:
 
     @cached_property
     def size(self) -> float:
-        """The longest translation or rod of the mechanism (metre), 1 where all are zero."""
+        """The longest translation or rod of the mechanism (metre), or 1 if all are zero."""
         return longest_length(self.mechanism, self.terms)
 
     def actuated_at(self, q: Sequence[float]) -> Mapping[int, float]:
-        """The entries of z that actuated coordinates give, by index."""
+        """Returns the entries of z set by the actuated coordinates, by index."""
         coordinates = self.mechanism.coordinates
         if len(q) != len(coordinates):
             raise RobotError(
@@ -196,12 +194,12 @@ class ClosedLoops:
         }
 
     def evaluated(self, z: Vector) -> tuple[Vector, Vector, Vector]:
-        """Residuals, Jacobian (equations, len(z)) and facing at a configuration."""
+        """Returns residuals, Jacobian (equations, len(z)) and facing at a configuration."""
         residual, J, facing = (np.asarray(value).ravel() for value in self._kernel(z))
         return residual, J.reshape(len(self.entries), len(self.z)), facing
 
     def closed(self, z: Vector, free: Vector) -> Vector:
-        """The closed configuration that Newton's method finds from z by moving ``free`` entries.
+        """Closes the loops by Newton's method from z, moving only the ``free`` entries.
 
         Raises:
             RobotError: The iteration does not converge.
@@ -223,7 +221,7 @@ class ClosedLoops:
         return z
 
     def _nearer(self, z: Vector, free: Vector, rcond: float) -> Vector | None:
-        """A step of Newton's method, halved until the residual falls; None where it does not."""
+        """Takes a Newton step, halved until the residual falls; None if it never falls."""
         residual, J, _ = self.evaluated(z)
         if not np.all(np.isfinite(residual)) or not np.all(np.isfinite(J)):
             return None
@@ -237,10 +235,10 @@ class ClosedLoops:
         return None
 
     def _polished(self, z: Vector, free: Vector) -> Vector:
-        """A closed configuration, exact to rounding.
+        """Refines a closed configuration to rounding error.
 
-        Where equations repeat others, a residual of 1e-12 may be 1e-6 away from closure, and there
-        the repeated equations still look independent. Steps without them reach closure.
+        With redundant equations, a residual of 1e-12 may still be 1e-6 away from closure. There the
+        redundant equations look independent, so these steps drop them.
         """
         for _ in range(POLISHING):
             residual, J, _ = self.evaluated(z)
@@ -248,7 +246,7 @@ class ClosedLoops:
         return z
 
     def continued(self, z: Vector, goal: Mapping[int, float]) -> Vector:
-        """The closed configuration that z reaches while actuated entries move to their goal."""
+        """Follows the closed configuration from z while the actuated entries move to their goal."""
         index = list(goal)
         start, end = z[index], np.array(list(goal.values()))
         done, step = 0.0, 1.0
@@ -270,7 +268,7 @@ class ClosedLoops:
         return z
 
     def _check_branch(self, z: Vector, trial: Vector, reached: Vector) -> None:
-        """Raises RobotError where passive entries moved much farther than actuated ones."""
+        """Raises RobotError if passive entries moved much farther than the actuated ones."""
         if self._distance(reached - z) > 2 * self._distance(trial - z) + SAMPLED_RANGE:
             residual, _, _ = self.evaluated(trial)
             name, _ = self._widest(residual)
@@ -279,15 +277,15 @@ class ClosedLoops:
             )
 
     def rank(self) -> int:
-        """Rank of the Jacobian at generic closed configurations near the reference."""
+        """Returns the rank of the Jacobian at generic closed configurations near the reference."""
         return self._rank_at(self.generic[0])[0] if self.entries else 0
 
     @cached_property
     def generic(self) -> tuple[Vector, ...]:
-        """Closed configurations near the reference at which the Jacobian has its full rank.
+        """Closed configurations near the reference with a full-rank Jacobian.
 
-        Other assemblies may have more or fewer freedoms: the rank in the reference's neighbourhood
-        counts.
+        Other assembly modes may have more or fewer freedoms, so only the neighborhood of the
+        reference is sampled.
 
         Raises:
             RobotError: The loops do not close from the reference.
@@ -304,7 +302,7 @@ class ClosedLoops:
         return tuple(z for rank, z in ranked if rank == highest)
 
     def _random(self, reference: Vector, reach: float) -> Iterator[Vector]:
-        """A closed configuration, and random configurations as far around it as they close."""
+        """Yields a closed configuration, then random closed configurations around it."""
         yield reference
         free = np.ones(len(reference), dtype=bool)
         random = np.random.default_rng(0)
@@ -318,9 +316,9 @@ class ClosedLoops:
                 break
 
     def _rank_at(self, z: Vector) -> tuple[int, bool]:
-        """The rank, and whether every singular value is clearly zero or clearly not zero."""
+        """Returns the rank, and whether each singular value is clearly zero or clearly nonzero."""
         _, J, _ = self.evaluated(z)
-        # Lengths in parts of the mechanism's size, so that metres and radians compare.
+        # Lengths are relative to the mechanism size, so that metres and radians compare.
         J = J * self._scaled(np.ones(len(z)))
         lengths = np.linalg.norm(J, axis=1, keepdims=True)
         values = np.linalg.svd(J / np.where(lengths > 0, lengths, 1), compute_uv=False)
@@ -341,7 +339,7 @@ class ClosedLoops:
     def _open(self, residual: Vector, facing: Vector) -> str:
         name, left = self._widest(residual)
         why = (
-            f"{1000 * left:.3g} mm are left"
+            f"{1000 * left:.3g} mm remain"
             if left > CLOSED_LOOP
             else "it closes with a frame turned over"
         )
@@ -350,7 +348,7 @@ class ClosedLoops:
         return f"robot {self.mechanism.name!r}: the loop of {name!r} does not close: {why}"
 
     def _widest(self, residual: Vector) -> tuple[str, float]:
-        """The loop with the largest residual."""
+        """Returns the loop with the largest residual, and that residual."""
         size = np.where(np.isnan(residual), np.inf, np.abs(residual))
         k = int(np.argmax(size))
         return self._owners[k], float(size[k])
@@ -365,7 +363,7 @@ def _largest(residual: Vector) -> float:
 
 
 def _step(J: Vector, residual: Vector, free: Vector, rcond: float) -> Vector:
-    """The shortest step of the free entries that closes the linearised loops best."""
+    """Returns the shortest least-squares step of the free entries."""
     step = np.zeros(len(free))
     step[free] = np.linalg.lstsq(J[:, free], -residual, rcond=rcond)[0]
     return step

@@ -1,9 +1,8 @@
-"""Stretches of a chain that loops keep from turning: their joints become one translation.
+"""Replaces chain segments whose rotations cancel by a single translation.
 
-Where the angles of a run of parallel axes sum to a constant, the bodies after the run only
-translate, and the translation is a sum of turning vectors. The loops' equations eliminate solved
-angles from that sum, and the rest is often short: the arm of a pantograph moves its wrist along a
-straight line and a circle, whatever its links do.
+If loops keep the angle sum of a run of parallel axes constant, the bodies after it only translate.
+This translation is a sum of planar vectors, and the loop equations eliminate solved angles from it.
+The result is often short: a pantograph arm moves its wrist along a straight line and a circle.
 """
 
 from collections.abc import Sequence
@@ -26,17 +25,17 @@ def collapsed(
     relations: Sequence[PhasorSum],
     count: int,
 ) -> tuple[tuple[Group, ...], tuple[sp.Expr, ...]]:
-    """A chain without the joints whose turns cancel.
+    """Returns the chain without joints whose rotations cancel.
 
     Args:
         terms: Names of all terms.
         groups: The chain.
-        relations: Sums of turning vectors that are zero.
-        count: Number of moving joints of the chain.
+        relations: Vector sums that the loops make zero.
+        count: Number of moving joints in the chain.
 
     Returns:
-        The chain for its tool alone (links are omitted together with their joints), and the
-        translations (metre), which count as joints ``count``, ``count + 1`` and so on.
+        The chain of the tool, without the links of omitted joints. The translations (metre) have
+        joint indices ``count``, ``count + 1`` and so on.
     """
     translations: list[sp.Expr] = []
     found = []
@@ -55,7 +54,7 @@ def _collapsed(
     count: int,
     translations: list[sp.Expr],
 ) -> Group:
-    """The group with one stretch less, or itself."""
+    """Returns the group with one segment replaced, or the group unchanged."""
     stations = group.stations
     for first in range(1, len(stations)):
         for last in range(len(stations) - 1, first, -1):
@@ -81,7 +80,7 @@ def _collapsed(
 
 
 def _sum(terms: Terms, stations: Sequence[Station]) -> PhasorSum:
-    """The reaches of stations, turned as they are."""
+    """Returns the sum of the station offsets, each rotated by its angle."""
     total = PhasorSum()
     for station in stations:
         angle, constant = _parted(station.angle)
@@ -99,7 +98,7 @@ def _solved_angles(terms: Terms, total: PhasorSum) -> int:
 
 
 def _parted(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-    """The part of an angle that moves, and its constant part."""
+    """Splits an angle into its moving part and its constant part."""
     constant, moving = sp.expand(angle).as_independent(*angle.free_symbols, as_Add=True)
     return moving, constant
 
@@ -107,7 +106,7 @@ def _parted(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
 def _merged(
     terms: Terms, before: Station, after: Station, turn: sp.Expr, moved: tuple[sp.Expr, ...]
 ) -> Station:
-    """The station after a stretch, in the axes of the station before it."""
+    """Returns the station after a segment, in the axes of the station before it."""
     c, s = terms.cos_sin(turn)
     translation = terms.let(moved[0]), terms.let(moved[1]), terms.let(moved[2])
     reach = added(terms, before.reach, translation)

@@ -1,4 +1,4 @@
-"""The functions of the loops' constraints in the full configuration."""
+"""Constraint functions of the loops in the full configuration z."""
 
 from collections.abc import Mapping
 
@@ -10,7 +10,7 @@ from .maps import Maker
 
 
 def constraint(h: Hybrid) -> SymbolicFunction:
-    """The residuals of all loops."""
+    """Builds the function for the residuals of all loops."""
     entries = [entry for loop in h.equations for entry in loop.residual]
     names = ", ".join(f"{loop.name} ({len(loop.residual)})" for loop in h.equations)
     return h.function(
@@ -24,7 +24,7 @@ def constraint(h: Hybrid) -> SymbolicFunction:
 
 
 def constraint_D_z(h: Hybrid) -> SymbolicFunction:
-    """The derivatives of the residuals."""
+    """Builds the function for the constraint Jacobian."""
     rows = jacobian(h.equations, h.terms, h.arguments["z"].symbols)
     return h.function(
         "constraint_D_z",
@@ -37,7 +37,7 @@ def constraint_D_z(h: Hybrid) -> SymbolicFunction:
 
 
 def constraint_D_z_dot(h: Hybrid) -> SymbolicFunction:
-    """The time derivative of the constraint Jacobian."""
+    """Builds the function for the time derivative of the constraint Jacobian."""
     z, zd = (h.arguments[name].symbols for name in ("z", "zd"))
     rows = jacobian_dot(h.equations, h.terms, z, zd)
     return h.function(
@@ -51,7 +51,7 @@ def constraint_D_z_dot(h: Hybrid) -> SymbolicFunction:
 
 
 def makers(h: Hybrid) -> dict[str, Maker]:
-    """The functions of the loops' equations, in the order in which they are written."""
+    """Returns the builders of the loop equations, in output order."""
     return dict(_EQUATIONS) if h.mechanism.closers else {}
 
 

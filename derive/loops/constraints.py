@@ -1,13 +1,14 @@
-"""Loop closures on the group SE(3), and the independent scalar equations that they amount to.
+"""Loop closure on SE(3), and the independent scalar equations of each loop.
 
-A loop starts at the body where its two branches meet, goes out along the one to the closure,
-through it, and back along the other:
+A loop starts at the body where its two branches meet. It follows branch a to the closer, passes
+through it, and returns along branch b:
 
     exp(xi_1 z_1) ... exp(xi_k z_k) M exp(xi_(k+1) z_(k+1)) ... exp(xi_n z_n) = 1
 
-with every screw at zero configuration in the meeting body's frame and M the displacement between
-the ends of the two branches at zero. The scalar equations hold exactly where that product is 1: in
-a plane, points are sums of turning vectors; in space, the poses of both branches are compared.
+Every screw is expressed in the meeting body's frame at zero configuration. M is the displacement
+between the ends of the two branches at zero. The scalar equations hold exactly if the product is 1.
+Planar loops compare points as sums of rotated vectors; spatial loops compare the poses of both
+branches.
 """
 
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
@@ -45,7 +46,7 @@ EquationKind = Literal["planar", "spatial", "point", "distance"]
 
 
 class ConfigurationVariable(NamedTuple):
-    """An entry of the full configuration z: its name, and its unit, m or rad."""
+    """An entry of the full configuration z: its name and its unit (m or rad)."""
 
     name: str
     unit: str
@@ -57,16 +58,14 @@ class LoopEquations:
 
     Attributes:
         loop: The closer and the two branches.
-        kind: ``planar`` where the loop moves in a plane, ``spatial`` where it does not; ``point``
-            for a spatial closure that only holds two points together, ``distance`` for a strut on
-            balls.
-        residual: Named terms that are zero where the loop is closed and independent
-            there: differences of points (a less b) or of lengths, and entries of the one frame's
-            axes in the other's.
-        units: Unit of each, m or 1.
-        facing: Named terms that are 1 where the loop is closed and not above 0 where
-            the residual is zero for frames that are turned over.
-        exponentials: Makes ``factors`` and ``home``, which few ask for.
+        kind: ``planar`` or ``spatial`` loop; ``point`` for a spatial ball closure, ``distance`` for
+            a strut with ball ends.
+        residual: Named, independent terms that are zero if the loop is closed: differences of
+            points (a minus b) or lengths, and direction cosines between the frames.
+        units: Unit of each residual, m or 1.
+        facing: Named terms that are 1 if the loop is closed. They are 0 or negative if the residual
+            is zero for flipped frames.
+        exponentials: Computes ``factors`` and ``home`` on demand.
     """
 
     loop: Loop
@@ -82,15 +81,16 @@ class LoopEquations:
 
     @property
     def factors(self) -> tuple[Factor, ...]:
-        """The exponentials from the meeting body around the loop and back to it.
+        """The exponentials around the loop, from the meeting body back to itself.
 
-        Their product with ``home`` after those of side ``closer`` is 1 where the loop is closed.
+        Their product, with ``home`` inserted after the ``closer`` factors, is 1 if the loop is
+        closed.
         """
         return self._around[0]
 
     @property
     def home(self) -> sp.ImmutableMatrix:
-        """M, (4, 4): the displacement between the branches at zero configuration."""
+        """M, the displacement (4, 4) between the branches at zero configuration."""
         return self._around[1]
 
     @property
@@ -100,10 +100,10 @@ class LoopEquations:
 
 
 def configuration_names(mechanism: Mechanism) -> tuple[ConfigurationVariable, ...]:
-    """The entries of z, the full configuration.
+    """Returns the entries of the full configuration z.
 
-    All moving joints of the tree in the order of the description; then for every strut, in order,
-    its coordinate if it is a cylinder and its swing if pins hold its ends.
+    The order is that of the description: all moving tree joints, then the struts. A strut has a
+    coordinate if it is a cylinder, and a swing if its ends are pins.
     """
     found = [ConfigurationVariable(j.name, j.unit) for j in mechanism.joints if j.kind != "fixed"]
     for strut in mechanism.struts:
@@ -117,32 +117,32 @@ def configuration_names(mechanism: Mechanism) -> tuple[ConfigurationVariable, ..
 def constraints(
     mechanism: Mechanism, terms: Terms, z: Sequence[sp.Symbol], *, may_stay_open: bool = False
 ) -> tuple[LoopEquations, ...]:
-    """The equations of every loop, in the order of the closers.
+    """Returns the equations of every loop, in the order of the closers.
 
     | loop    | closer          | equations                                              |
     |---------|-----------------|--------------------------------------------------------|
     | planar  | pin, ball       | 2: the points' difference in the meeting body's plane  |
-    | planar  | slider          | 2: the offset from the guide, the sine of the turn     |
-    | planar  | weld            | 3: the points' difference, the sine of the turn        |
-    | planar  | strut on pins   | 2: beginning and length along the swing, less the end  |
-    | any     | strut on balls  | 1: the ends' distance less the length                  |
+    | planar  | slider          | 2: offset from the guide, sine of the rotation         |
+    | planar  | weld            | 3: the points' difference, sine of the rotation        |
+    | planar  | strut on pins   | 2: first end plus length along swing, minus far end    |
+    | any     | strut on balls  | 1: distance of the ends minus the length               |
     | spatial | ball            | 3: the points' difference in the meeting body's frame  |
-    | spatial | weld            | 6: that, and b's z, x, y axes along a's y, z, x        |
-    | spatial | pin             | 5: that, and b's z axis along a's x and y              |
-    | spatial | slider          | 5: the offset along a's x and y, and b's axes as above |
+    | spatial | weld            | 6: as ball, and b's z, x, y axes along a's y, z, x     |
+    | spatial | pin             | 5: as ball, and b's z axis along a's x and y           |
+    | spatial | slider          | 5: offset along a's x and y, and b's axes as for weld  |
 
-    Equations that are zero in every configuration are left out.
+    Equations that are zero in every configuration are omitted.
 
     Args:
         mechanism: The description.
         terms: Receives the named terms.
-        z: The full configuration, as :func:`configuration_names` orders it (radian or metre).
-        may_stay_open: Whether equations that are never zero are kept, as they are in loops that are
-            closed in the least-squares sense.
+        z: The full configuration in the order of :func:`configuration_names` (radian or metre).
+        may_stay_open: Keeps equations that are never zero, for loops closed in the least-squares
+            sense.
 
     Raises:
-        RobotError: Pins hold the ends of a strut in a loop that is not planar, or a loop has an
-            equation that is never zero.
+        RobotError: A strut in a spatial loop has pin ends, or a loop has an equation that is never
+            zero.
     """
     names = [variable.name for variable in configuration_names(mechanism)]
     values = dict(zip(names, z, strict=True))
@@ -152,7 +152,7 @@ def constraints(
 def residuals(
     mechanism: Mechanism, terms: Terms, values: Mapping[str, sp.Expr], closers: Container[str]
 ) -> list[tuple[sp.Expr, str]]:
-    """What is left of the loops of some closers, equations that always hold included.
+    """Returns the residuals of some closers' loops, identically zero equations included.
 
     Args:
         mechanism: The description.
@@ -161,7 +161,7 @@ def residuals(
         closers: Names of closures and struts.
 
     Returns:
-        As of :func:`constraints`, each with its unit, m or 1.
+        The residuals as in :func:`constraints`, each with its unit (m or 1).
     """
     at = _Constraints(mechanism, terms, values)
     asked = [at.residual_of(loop) for loop in loops(mechanism) if loop.closer.name in closers]
@@ -171,12 +171,12 @@ def residuals(
 def swing_angles(
     mechanism: Mechanism, terms: Terms, values: Mapping[str, sp.Expr]
 ) -> dict[str, sp.Expr]:
-    """The swing of each strut on pins between two points, by name, between -pi and pi.
+    """Returns the swing angle of each pin-ended strut by name, between -pi and pi.
 
     Args:
         mechanism: The description; loops with struts on pins are planar.
         terms: Receives the named terms.
-        values: All joints and cylinders by name (radian or metre), without swings.
+        values: All joints and cylinders by name, without swings (radian or metre).
     """
     planar, _ = linkages(mechanism, terms)
     linkage_of = {name: linkage for linkage in planar for name in linkage.closers}
@@ -192,10 +192,10 @@ def swing_angles(
 def jacobian(
     equations: Sequence[LoopEquations], terms: Terms, z: Sequence[sp.Symbol]
 ) -> tuple[tuple[sp.Expr, ...], ...]:
-    """Derivative of all residuals by z, named, by rows: (equations, len(z)).
+    """Returns the derivative of all residuals with respect to z, by rows: (equations, len(z)).
 
-    A row is in the unit of its equation per radian or metre. Its rank is less than the number of
-    equations where the mechanism is overconstrained or at a singularity.
+    Each row has the unit of its equation per radian or metre. The matrix loses rank if the
+    mechanism is overconstrained or at a singularity.
     """
     return derivative_rows([entry for loop in equations for entry in loop.residual], terms, z)
 
@@ -203,7 +203,7 @@ def jacobian(
 def derivative_rows(
     entries: Sequence[sp.Expr], terms: Terms, z: Sequence[sp.Symbol]
 ) -> tuple[tuple[sp.Expr, ...], ...]:
-    """Derivative of entries by z, named, by rows: (entries, len(z))."""
+    """Returns the derivative of entries with respect to z, by rows: (entries, len(z))."""
     columns = derivative_columns(terms, entries, z)
     return tuple(zip(*columns, strict=True)) if entries else ()
 
@@ -214,9 +214,9 @@ def jacobian_dot(
     z: Sequence[sp.Symbol],
     zd: Sequence[sp.Symbol],
 ) -> tuple[tuple[sp.Expr, ...], ...]:
-    """Time derivative of :func:`jacobian` at the rates zd, named, by rows.
+    """Returns the time derivative of :func:`jacobian` at the rates zd, by rows.
 
-    With it the accelerations of a closed mechanism obey ``J zdd + J_dot zd = 0``.
+    Accelerations of a closed mechanism satisfy ``J zdd + J_dot zd = 0``.
     """
     return rates_of(jacobian(equations, terms, z), terms, z, zd)
 
@@ -227,13 +227,13 @@ def rates_of(
     z: Sequence[sp.Symbol],
     zd: Sequence[sp.Symbol],
 ) -> tuple[tuple[sp.Expr, ...], ...]:
-    """Time derivative of a matrix of z at the rates zd, named, by rows."""
+    """Returns the time derivative of a matrix function of z at the rates zd, by rows."""
     tangent = Tangent(terms, dict(zip(z, zd, strict=True)))
     return tuple(tuple(tangent.of_each(row)) for row in rows)
 
 
 class _Residual(NamedTuple):
-    """Equations with their units, and the terms that are above zero where they are closed."""
+    """Equations with their units, and the terms that are positive if they are closed."""
 
     kind: EquationKind
     entries: tuple[sp.Expr, ...]
@@ -242,7 +242,7 @@ class _Residual(NamedTuple):
 
 
 class _Constraints:
-    """The loops of one mechanism over shared terms."""
+    """The loop equations of one mechanism over shared terms."""
 
     def __init__(
         self,
@@ -259,7 +259,7 @@ class _Constraints:
 
     @cached_property
     def generic(self) -> list[GenericPoint]:
-        """Two configurations without meaning."""
+        """Two arbitrary generic configurations for zero tests."""
         symbols = (*self.terms.parameters, *self.values.values())
         return [GenericPoint(self.terms, symbols, phase) for phase in (1, 2)]
 
@@ -286,7 +286,7 @@ class _Constraints:
         return _Spatial(self.mechanism, self.terms, loop, self.values).residual()
 
     def _vanishes(self, loop: Loop, entry: sp.Expr) -> bool:
-        """Whether an equation holds in every configuration, judged at two generic points."""
+        """Whether an equation holds in every configuration, tested at two generic points."""
         if self.terms.is_constant(entry):
             first = second = self.terms.value(entry)
         else:
@@ -301,11 +301,11 @@ class _Constraints:
         return False
 
 
-# --- loops in a plane ---
+# --- planar loops ---
 
 
 class _Planar:
-    """The equations of a planar loop from sums of turning vectors."""
+    """Equations of a planar loop, from sums of rotated vectors."""
 
     def __init__(
         self, terms: Terms, linkage: Linkage, loop: Loop, values: Mapping[str, sp.Expr]
@@ -350,7 +350,7 @@ class _Planar:
         return _Residual("planar", difference.coordinates(self.terms), ("m", "m"))
 
     def swing_of(self, strut: Strut) -> sp.Expr:
-        """The angle of a strut from end to end, measured on the body at its beginning."""
+        """Returns the direction angle of a strut, measured on the body at its first end."""
         swing, end = self.edges[strut.swing_name], self.edges[f"{strut.name}.end"]
         assert isinstance(swing, PinEdge)
         assert isinstance(end, PinEdge)
@@ -373,14 +373,14 @@ class _Planar:
         return self._met(barrel.point((length, ZERO)) - far)
 
     def _turn(self, edge: SlideEdge | WeldEdge) -> Complex:
-        """Cosine and sine of the turn of b's axes from their orientation when closed."""
+        """Returns cosine and sine of the rotation of b's axes from their closed orientation."""
         wanted = product(self.a.rotor, edge.rotor)
         rotor = product(self.b.rotor, conjugate(wanted))
         re, im = tidied(self.terms, sp.Matrix(rotor))
         return PhasorSum.of((re, im), self.b.angle - self.a.angle).coordinates(self.terms)
 
     def _offset(self, edge: SlideEdge) -> sp.Expr:
-        """The distance of b's point from the guide, positive to its right."""
+        """Returns the signed distance of b's point from the guide, positive to the right."""
         guide = product(edge.direction, self.a.rotor)
         difference = self.a.point(edge.at_a) - self.b.point(edge.at_b)
         _, across = difference.turned(-self.a.angle).times(conjugate(guide)).coordinates(self.terms)
@@ -392,11 +392,11 @@ def _distance(terms: Terms, difference: Sequence[sp.Expr], length: sp.Expr) -> _
     return _Residual("distance", (terms.let(terms.let(sp.sqrt(square)) - length),), ("m",))
 
 
-# --- loops in space ---
+# --- spatial loops ---
 
 
 class _Spatial:
-    """The equations of any other loop from the poses of its two frames."""
+    """Equations of a spatial loop, from the poses of its two frames."""
 
     def __init__(
         self, mechanism: Mechanism, terms: Terms, loop: Loop, values: Mapping[str, sp.Expr]
@@ -434,5 +434,5 @@ class _Spatial:
         return _Residual("spatial", (*difference, *turns), (*met, "1", "1", "1"), facing)
 
     def _pose(self, way: Sequence[Joint], frame: Frame) -> Pose:
-        """The frame in the meeting body's frame."""
+        """Returns the frame's pose relative to the meeting body."""
         return pose_along(self.mechanism, self.terms, way, frame.placement, self.values)

@@ -16,20 +16,20 @@ from .planar.phasors import ZERO
 from .planar.planes import Axes, Linkage, Loop, tidied_entry
 
 SPELLED = 64
-"""Most addends of an entry that is spelled; more are named."""
+"""Maximum number of terms of an inline entry; longer entries become named terms."""
 Side = Literal["a", "closer", "b"]
 
 
 @dataclass(frozen=True)
 class Factor:
-    """An exponential of a loop.
+    """One exponential of a loop.
 
     Attributes:
-        name: Name of the joint, swing or cylinder, an entry of z; or of a freedom of the closer
-            that is no entry (``<closer>``, ``<strut>.end``; a ball adds ``.x``, ``.y``, ``.z``).
-        screw: Twist (v, omega), (6, 1), at zero configuration in the meeting body's frame, of unit
-            speed: metre a radian and 1, or 1 and 0 for a slider.
-        side: The branch it is on. Branch b is traversed backwards, with screws of opposite sense.
+        name: Name of the joint, swing or cylinder in z. A closer's own freedoms, not in z, are
+            named ``<closer>`` or ``<strut>.end``; a ball adds ``.x``, ``.y``, ``.z``.
+        screw: Twist (v, omega), (6, 1), at zero configuration in the meeting body's frame. It has
+            unit speed: (metre per radian, 1), or (1, 0) for a slider.
+        side: The branch of the exponential. Branch b is traversed backwards, with reversed screws.
     """
 
     name: str
@@ -40,12 +40,12 @@ class Factor:
 def around(
     terms: Terms, loop: Loop, linkage: Linkage | None
 ) -> tuple[tuple[Factor, ...], sp.ImmutableMatrix]:
-    """All exponentials of a loop in order, and the displacement between its branches at zero.
+    """Returns a loop's exponentials in order, and the displacement between its branches at zero.
 
     Args:
         terms: The shared terms.
         loop: The loop.
-        linkage: The linkage in whose plane it moves; None in space.
+        linkage: The planar linkage of the loop; None for a spatial loop.
     """
     out, T_a = _branch(terms, loop.to_a, "a")
     back, T_b = _branch(terms, loop.to_b, "b")
@@ -57,7 +57,7 @@ def around(
         T_a = _short(terms, T_a * placement_matrix(closer.a.placement))
         T_b = _short(terms, T_b * placement_matrix(closer.b.placement))
         if linkage is not None and terms.value((T_a[:3, 2]).dot(T_b[:3, 2])) < 0:
-            # In a plane, a pin also holds frames whose z axes are opposed.
+            # In a plane, a pin also joins frames with opposite z axes.
             T_b = T_b * sp.diag(1, -1, -1, 1)
     between, M = _through(closer)
     middle = [
@@ -68,7 +68,7 @@ def around(
 
 
 def _branch(terms: Terms, way: Sequence[Joint], side: Side) -> tuple[list[Factor], sp.Matrix]:
-    """The screws of a branch, and its last body's pose in the meeting body's frame at zero."""
+    """Returns the screws of a branch, and the pose of its last body at zero configuration."""
     factors: list[Factor] = []
     T = sp.eye(4)
     for joint in way:
@@ -82,7 +82,7 @@ def _branch(terms: Terms, way: Sequence[Joint], side: Side) -> tuple[list[Factor
 
 
 def _short(terms: Terms, matrix: sp.Matrix) -> sp.Matrix:
-    """A matrix whose entries have names where they are too long to be spelled: measured axes."""
+    """Names the entries of a matrix that are too long to be written inline (measured axes)."""
     return matrix.applyfunc(
         lambda entry: (
             terms.let(entry)
@@ -93,12 +93,12 @@ def _short(terms: Terms, matrix: sp.Matrix) -> sp.Matrix:
 
 
 def _is_measured(terms: Terms, entry: sp.Expr) -> bool:
-    """Whether an entry is a number with more operations than a design's."""
+    """Whether an entry is a number with more operations than a designed value."""
     return terms.is_number(entry) and int(sp.count_ops(entry)) > MOST_OPERATIONS
 
 
 def _through(closer: Closure | Strut) -> tuple[list[tuple[str, sp.Matrix]], sp.Matrix]:
-    """The freedoms of a closer in the axes of its beginning, and its own length."""
+    """Returns the freedoms of a closer in the axes of its first end, and its length."""
     name, turn, slide = closer.name, _unit(2), _unit(2, sp.oo)
     if isinstance(closer, Closure):
         freedoms = {
@@ -108,7 +108,7 @@ def _through(closer: Closure | Strut) -> tuple[list[tuple[str, sp.Matrix]], sp.M
             "weld": [],
         }
         return freedoms[closer.kind], sp.eye(4)
-    # Pins turn about z and the strut lies along x; a strut on balls can lie along any axis.
+    # Pins rotate about z and the strut lies along x; a ball-ended strut may lie along any axis.
     M = pose(sp.eye(3), sp.Matrix([closer.length, 0, 0]))
     slides = [(name, _unit(0, sp.oo))] if closer.is_cylinder else []
     if closer.ends == "ball":
@@ -123,12 +123,12 @@ def _ball(name: str, T: sp.Matrix) -> list[tuple[str, sp.Matrix]]:
 
 
 def _unit(k: int, pitch: sp.Expr = ZERO) -> sp.Matrix:
-    """The screw of the k-th axis of a frame."""
+    """Returns the screw of the k-th axis of a frame."""
     return screw_axis(sp.eye(3)[:, k], sp.zeros(3, 1), pitch)
 
 
 def _in_plane(frame: Frame, axes: Axes) -> sp.Matrix:
-    """A frame's point with the axes that its body has in the plane, in the body's frame."""
+    """Returns a frame's point with the planar axes of its body, in the body's frame."""
     return pose(sp.Matrix.hstack(*axes), placement_matrix(frame.placement)[:3, 3])
 
 

@@ -1,4 +1,4 @@
-"""Counts of bodies, joints and freedoms, by Gruebler and Kutzbach and loop by loop."""
+"""Counts bodies, joints and freedoms, with the Kutzbach criterion and loop by loop."""
 
 from collections.abc import Sequence
 
@@ -13,15 +13,15 @@ from ..terms.terms import Terms
 from .planar.planes import across, holds, linkages
 
 PLANAR, SPATIAL = 3, 6
-"""Dimension of the group in which a planar or a spatial loop moves."""
+"""Dimension of the motion group of a planar or a spatial loop."""
 
 
 def virtual_joints(mechanism: Mechanism, terms: Terms) -> list[tuple[Joint, ...]]:
-    """The runs of joints that are the coordinates of a free body, in order.
+    """Returns the runs of joints that only parametrize the pose of a free body, in order.
 
-    Such a run is three sliders and then three revolute joints that reach every pose, or two sliders
-    and a revolute joint that reach every pose of a plane. None of them is actuated, and the bodies
-    between carry no closure, no strut, no tool and no joint but the next.
+    A spatial run has three prismatic and then three revolute joints that reach every pose. A planar
+    run has two prismatic joints and a revolute joint. None of its joints is actuated. Bodies inside
+    the run have no closure, strut, tool or second child joint.
     """
     taken: set[str] = set()
     found = []
@@ -35,7 +35,7 @@ def virtual_joints(mechanism: Mechanism, terms: Terms) -> list[tuple[Joint, ...]
 
 
 def _run(mechanism: Mechanism, first: Joint, length: int) -> tuple[Joint, ...]:
-    """A joint and the joints after it; empty where a body between them carries several."""
+    """Returns a joint and its successors; empty if a body between them has several child joints."""
     run = [first]
     while len(run) < length:
         after = [joint for joint in mechanism.joints if joint.parent == run[-1].link]
@@ -63,7 +63,7 @@ def _is_virtual(mechanism: Mechanism, terms: Terms, run: Sequence[Joint]) -> boo
 
 
 def _axes(terms: Terms, run: Sequence[Joint]) -> list[sp.Matrix]:
-    """Axes of a run of joints at zero, in numbers."""
+    """Returns the axis directions of a run of joints at zero, as numerical values."""
     R, axes = sp.eye(3), []
     for joint in run:
         R = R * placement_matrix(joint.before)[:3, :3]
@@ -78,20 +78,20 @@ def _rank(axes: Sequence[sp.Matrix]) -> int:
 
 
 class Counts:
-    """Bodies, joints and freedoms of a mechanism.
+    """Counts of bodies, joints and freedoms of a mechanism.
 
     Attributes:
         mechanism: The description.
         terms: Names of all terms.
         planar: The planar linkages.
-        in_plane: Names of the closures and struts of planar loops.
-        order: lambda, 3 where all bodies move in parallel planes, else 6.
-        virtual: The runs of virtual joints that are not counted.
+        in_plane: Names of the closures and struts in planar loops.
+        order: lambda: 3 if all bodies move in parallel planes, else 6.
+        virtual: The runs of virtual joints, which are excluded from the counts.
         loop_orders: lambda of each independent loop.
     """
 
     def __init__(self, mechanism: Mechanism, terms: Terms) -> None:
-        """Sorts the loops and finds the virtual joints."""
+        """Classifies the loops and finds the virtual joints."""
         self.mechanism, self.terms = mechanism, terms
         self.planar, _ = linkages(mechanism, terms)
         self.in_plane = {name for linkage in self.planar for name in linkage.closers}
@@ -107,31 +107,31 @@ class Counts:
 
     @property
     def bodies(self) -> int:
-        """Number of bodies, the base included."""
+        """Number of bodies, including the base."""
         moving = sum(joint.kind != "fixed" for joint in self.mechanism.joints)
         struts = sum(1 + strut.is_cylinder for strut in self.mechanism.struts)
         return 1 + moving + struts - sum(len(run) - 1 for run in self.virtual)
 
     @property
     def joints(self) -> int:
-        """Number of joints, ends of struts included."""
+        """Number of joints, including the ends of struts."""
         struts = sum(2 + strut.is_cylinder for strut in self.mechanism.struts)
         return self._tree_joints() + len(self.mechanism.closures) + struts
 
     @property
     def freedoms(self) -> int:
-        """Sum of the joints' freedoms in the group of the whole mechanism."""
+        """Total freedom of the joints, in the motion group of the whole mechanism."""
         closers = sum(_freedom(closer, self.order) for closer in self.mechanism.closers)
         return self._tree_joints() + closers
 
     @property
     def loop_freedoms(self) -> int:
-        """Sum of the joints' freedoms, each in the group of its loop."""
+        """Total freedom of the joints, each in the motion group of its loop."""
         closers = sum(_freedom(c, self._order_of(c)) for c in self.mechanism.closers)
         return self._tree_joints() + closers
 
     def _tree_joints(self) -> int:
-        """Number of the tree's joints, of one freedom each, virtual ones left out."""
+        """Number of one-freedom tree joints, without virtual joints."""
         moving = sum(joint.kind != "fixed" for joint in self.mechanism.joints)
         return moving - sum(map(len, self.virtual))
 
@@ -165,7 +165,7 @@ def _turned(terms: Terms, placement: Placement) -> sp.Matrix:
 
 
 def _freedom(closer: Closure | Strut, order: int) -> int:
-    """Freedoms of a closure or strut, in the plane or in space."""
+    """Returns the freedom of a closure or strut, planar or spatial."""
     if isinstance(closer, Closure):
         return 1 if closer.kind == "ball" and order == PLANAR else FREEDOM[closer.kind]
     end = FREEDOM[closer.ends] if order == SPATIAL else 1

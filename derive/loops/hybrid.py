@@ -1,4 +1,4 @@
-"""A robot with loops in derivation: its coordinates, its solved loops and its tool's kinematics."""
+"""Derivation state of a robot with loops: coordinates, solved loops and tool kinematics."""
 
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
@@ -37,12 +37,12 @@ from .solution import (
 )
 
 MOST_BRANCHES = 128
-"""Branches of a map: seven choices between two sides."""
+"""Maximum number of branches of a map: seven binary choices."""
 _DOMAINS = {"q": "actuators", "theta": "chain", "z": "configuration"}
 
 
 class Hybrid:
-    """The parts that the functions of one mechanism share, each derived when it is first used.
+    """Shared intermediate results of one mechanism's functions, each computed on first use.
 
     Attributes:
         mechanism: The description.
@@ -50,13 +50,12 @@ class Hybrid:
         terms: Names of all terms.
         loops: The loops by kind.
         arguments: The arguments of all functions, by name.
-        left_open: What stays open of loops that are closed in least squares; None where all close.
-        missing: For a function of all branches that does not hold all of them, how many it
-            leaves out.
+        left_open: The residual gaps of loops that close only in least squares; None if all close.
+        missing: How many branches each all-branch function omits, by function name.
     """
 
     def __init__(self, mechanism: Mechanism, terms: Terms | None = None) -> None:
-        """Sorts the loops and names the coordinates.
+        """Classifies the loops and names the coordinates.
 
         Args:
             mechanism: The description.
@@ -81,7 +80,7 @@ class Hybrid:
             ("thetad", "/s", "joint rates of the main chain"),
             ("thetadd", "/s^2", "joint accelerations of the main chain"),
         ):
-            # A parameter may be called theta4, but no parameter begins with an underscore.
+            # A parameter may be called theta4, but parameter names never start with an underscore.
             symbols = coordinates(f"_{name}", len(moving))
             self.arguments[name] = Argument(
                 name, symbols, (len(moving),), f"{unit}{of_time}", meaning
@@ -98,32 +97,32 @@ class Hybrid:
 
     @property
     def may_have_inverse(self) -> bool:
-        """Whether the tool's pose can have an inverse, led from a nominal robot if not exact.
+        """Whether the tool pose can have an inverse, exact or refined from a nominal robot.
 
-        A robot whose loops have no closed form by its design has none.
+        A robot designed with loops that have no closed form has no inverse.
         """
         is_built = self.left_open is not None or self.mechanism.nominal is not None
         return is_built or self.chain_is_known
 
     @property
     def chain_is_known(self) -> bool:
-        """Whether the joints of the main chain have a closed form, loops beside it or not."""
+        """Whether the main-chain joints have a closed form, even if other loops have none."""
         return all(joint.name in self.forward.values for joint in self.robot.moving)
 
     @property
     def _solvable(self) -> Loops:
-        """The loops that may have a closed form: none of those that cannot close."""
+        """The loops that may have a closed form; loops that cannot close are excluded."""
         if self.left_open is None:
             return self.loops
         return replace(self.loops, planar=(), spatial=())
 
     @cached_property
     def forward(self) -> Solution:
-        """All joints from the actuators.
+        """All joints as functions of the actuators.
 
         Raises:
-            RobotError: The loops do not close at the reference; the message tells by how much, and
-                what would close them.
+            RobotError: The loops do not close at the reference. The message states the gap and the
+                remedies.
         """
         try:
             return from_actuators(self._solvable, self.terms, self.q)
@@ -132,9 +131,10 @@ class Hybrid:
 
     @cached_property
     def backward(self) -> Solution:
-        """All joints from the main chain; none where the reference does not tell the branch.
+        """All joints as functions of the main chain; empty if the reference leaves the branch open.
 
-        That is an error, unless the loops have no closed form anyway or are those as built.
+        An undetermined branch is an error, unless the loops have no closed form or describe an
+        as-built robot.
         """
         try:
             return from_chain(self._solvable, self.terms, self.theta, closed=self.closed)
@@ -146,18 +146,18 @@ class Hybrid:
 
     @cached_property
     def forward_branches(self) -> list[Solution]:
-        """The solutions from the actuators on all branches that have a closed form."""
+        """The solutions from the actuators on all closed-form branches."""
         given = [c.moves for c in self.mechanism.coordinates]
         return self._complete("chain_all", self.forward, given)
 
     @cached_property
     def backward_branches(self) -> list[Solution]:
-        """The solutions from the main chain on all branches that have a closed form."""
+        """The solutions from the main chain on all closed-form branches."""
         given = [joint.name for joint in self.robot.moving]
         return self._complete("actuators_all", self.backward, given)
 
     def _complete(self, name: str, own: Solution, given: Sequence[str]) -> list[Solution]:
-        """The branches on which all joints are determined that are so on the reference's."""
+        """Returns the branches that determine at least the joints of the reference branch."""
         found, is_all = every_solution(self.loops, own, given, MOST_BRANCHES)
         whole = [solution for solution in found if set(solution.open) <= set(own.open)]
         if not is_all:
@@ -169,7 +169,7 @@ class Hybrid:
 
     @cached_property
     def closed(self) -> dict[str, float]:
-        """Joint values at the reference configuration, as far as there is a closed form."""
+        """Joint values at the reference configuration; empty without a closed form."""
         of = self.forward.reference.of
         if self.forward.open:
             return {}
@@ -182,13 +182,13 @@ class Hybrid:
 
     @cached_property
     def passive_in_loops(self) -> tuple[ConfigurationVariable, ...]:
-        """The passive joints that are in z: all but the drives that follow."""
+        """The passive joints in z, without the drives that follow other joints."""
         found = {variable.name: variable for variable in self.variables}
         return tuple(found[name] for name in self.mechanism.passive if name in found)
 
     @cached_property
     def at_reference(self) -> dict[str, float]:
-        """The value of every entry of z at the reference configuration, its loops closed."""
+        """The value of every entry of z at the closed reference configuration."""
         if self.forward.open:
             return self._without_noise(
                 dict(zip(self.in_numbers.names, map(float, self._closed), strict=True))
@@ -198,7 +198,7 @@ class Hybrid:
         return {v.name: of(value) for v, value in zip(self.variables, values, strict=True)}
 
     def _without_noise(self, at: dict[str, float]) -> dict[str, float]:
-        """Zeros for values below the precision of iteration, which differ between processors."""
+        """Zeroes values below the iteration precision, because they differ between processors."""
         size = longest_length(self.mechanism, self.terms)
         scales = {v.name: 1.0 if v.unit == "rad" else size for v in self.variables}
         return {
@@ -227,7 +227,7 @@ class Hybrid:
 
     @cached_property
     def _closed(self) -> Vector:
-        """The reference configuration, closed by Newton's method where there is no closed form."""
+        """The reference configuration, closed by Newton's method if it has no closed form."""
         loops = self.in_numbers
         try:
             return loops.closed(loops.reference, loops.passive)
@@ -236,7 +236,7 @@ class Hybrid:
 
     @cached_property
     def mobility(self) -> Mobility:
-        """The mechanism's freedoms, counted and by rank."""
+        """The mechanism's freedoms, by counting and by rank."""
         return mobility_of(self._loops_that_close())
 
     def _loops_that_close(self) -> ClosedLoops:
@@ -247,10 +247,10 @@ class Hybrid:
         return self.in_numbers
 
     def check(self) -> None:
-        """Refuses a mechanism whose loops stand open, or whose actuators do not determine it.
+        """Rejects a mechanism with open loops or undetermined motion.
 
         Raises:
-            RobotError: The loops do not close at the reference, freedoms are left without an
+            RobotError: The loops do not close at the reference, freedoms remain without an
                 actuator, or actuators depend on each other.
         """
         check_actuation(self._loops_that_close())
@@ -260,7 +260,7 @@ class Hybrid:
 
     @cached_property
     def groups(self) -> tuple[Group, ...]:
-        """The main chain with joint values from the actuators."""
+        """The main chain, its joint values expressed in the actuators."""
         return groups(self.robot, self.terms, self._joint_values)
 
     @cached_property
@@ -270,7 +270,7 @@ class Hybrid:
 
     @cached_property
     def kinematics(self) -> Kinematics:
-        """The functions of the tool."""
+        """The kinematics of the tool as functions of the actuators."""
         values = self._joint_values
         shorter, translations = collapsed(
             self.terms, self.groups, self.forward.relations, len(values)
@@ -283,19 +283,19 @@ class Hybrid:
 
     @cached_property
     def open_chain(self) -> Kinematics:
-        """The functions of the tool from the main chain's own joints."""
+        """The kinematics of the tool as functions of the main-chain joints."""
         motion = InProportion(self.robot, self.terms, self.theta)
         found = groups(self.robot, self.terms, motion.values)
         arguments = {f"q{d}": self.arguments[f"theta{d}"] for d in ("", "d", "dd")}
         return Kinematics.of(self.robot, self.terms, found, motion, arguments)
 
     def tool_functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
-        """The functions of the tool with some names, NaN where a loop does not close."""
+        """Returns the named tool functions; their results are NaN if a loop does not close."""
         found = self.kinematics.functions(names)
         return {name: self.of_closed_loops(function) for name, function in found.items()}
 
     def of_closed_loops(self, function: SymbolicFunction) -> SymbolicFunction:
-        """A function of actuators or chain, NaN where a loop does not close."""
+        """Returns a function of actuators or chain that is NaN if a loop does not close."""
         is_of_actuators = function.role.domain == _DOMAINS["q"]
         solution = self.forward if is_of_actuators else self.backward
         results = tuple(
@@ -305,20 +305,20 @@ class Hybrid:
         return replace(function, outputs=results)
 
     def while_closed(self, entries: Sequence[sp.Expr], *solutions: Solution) -> tuple[sp.Expr, ...]:
-        """Entries, those that depend on the configuration NaN where loops do not close.
+        """Makes configuration-dependent entries NaN if the loops do not close.
 
-        An entry behind the root of a step is NaN where that step does not close. Other steps do not
-        change it, such as a brace beside the chain, so it needs a term that is 0 or NaN.
+        An entry that contains the root of a step is NaN if that step does not close. Steps outside
+        the entry, such as a brace next to the chain, need an extra term that is 0 or NaN.
 
         Args:
             entries: The entries.
-            solutions: The solutions that give these entries; one that closes is enough.
+            solutions: The solutions behind these entries. One closing solution is enough.
         """
         beside = [[self._beside(entry, solution) for solution in solutions] for entry in entries]
         asked = [all(steps) for steps in beside]
         if not any(asked):
             return tuple(entries)
-        # One term serves all entries: each root more costs more than a comparison.
+        # All entries share one term, because an extra root costs more than a comparison.
         conditions = []
         for k, solution in enumerate(solutions):
             indices = {
@@ -333,7 +333,7 @@ class Hybrid:
         )
 
     def _beside(self, entry: sp.Expr, solution: Solution) -> list[int]:
-        """The steps of a solution, by index, on whose roots an entry does not depend."""
+        """Returns the indices of the steps whose roots do not appear in an entry."""
         if self.terms.is_constant(entry):
             return []
         behind = self._behind(entry)
@@ -344,14 +344,14 @@ class Hybrid:
         ]
 
     def _under_root(self, step: LoopStep) -> sp.Expr:
-        """The number under the root of a step, negative where the margin is; else the margin."""
+        """Returns the radicand of a step, negative with the margin; else the margin itself."""
         (root,) = step.root.free_symbols
         powers = self.terms.definitions[root].atoms(sp.Pow)
         bases = [p.base for p in powers if p.exp == HALF and p.base.free_symbols]
         return bases[0] if len(bases) == 1 else step.margin
 
     def _behind(self, entry: sp.Expr) -> frozenset[sp.Symbol]:
-        """The symbols on which an entry depends."""
+        """Returns the symbols on which an entry depends."""
         definitions, known = self.terms.definitions, self._known_behind
         for symbol in self.terms.needed([entry]):
             if symbol not in known:
@@ -361,13 +361,13 @@ class Hybrid:
         return frozenset(own.union(*(known.get(s, ()) for s in own)))
 
     def where(self, condition: sp.Basic) -> sp.Expr:
-        """0 where a condition holds, else NaN."""
-        # A constant on both sides, so that automatic differentiation finds nothing to divide by.
+        """Returns 0 if a condition holds, else NaN."""
+        # Constants in both branches keep automatic differentiation from dividing by zero.
         square = self.terms.let(sp.Piecewise((0, condition), (-1, True)))
         return self.terms.let(sp.sqrt(square))
 
     def named(self, solution: Solution, names: Iterable[str]) -> tuple[sp.Expr, ...]:
-        """Values of joints and of drives that follow; joint angles between -pi and pi."""
+        """Returns values of joints and following drives; joint angles lie between -pi and pi."""
         joints = {joint.name: joint for joint in self.mechanism.joints}
         found = []
         for name in names:
@@ -384,14 +384,14 @@ class Hybrid:
 
     @cached_property
     def chain(self) -> tuple[sp.Expr, ...]:
-        """The main chain's joints from the actuators."""
+        """The main-chain joints as functions of the actuators."""
         return self.named(self.forward, [joint.name for joint in self.robot.moving])
 
     def actuator(self, k: int) -> sp.Expr:
-        """One actuator from the main chain; the others may have no closed form.
+        """Returns one actuator as a function of the main chain, even if others have no closed form.
 
         Raises:
-            RobotError: It has none.
+            RobotError: This actuator has no closed form.
         """
         coordinate = self.mechanism.coordinates[k]
         if coordinate.moves in self.backward.open:
@@ -400,11 +400,11 @@ class Hybrid:
         return self.terms.let(value / coordinate.ratio)
 
     def actuators_in(self, solution: Solution) -> tuple[sp.Expr, ...]:
-        """The actuated coordinates of a solution."""
+        """Returns the actuated coordinates of a solution."""
         return self.driven(self.named(solution, [c.moves for c in self.mechanism.coordinates]))
 
     def driven(self, values: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-        """The actuated coordinates from the values of the joints that they move."""
+        """Returns the actuated coordinates from the values of the joints that they move."""
         return tuple(
             self.terms.let(value / c.ratio)
             for value, c in zip(values, self.mechanism.coordinates, strict=True)
@@ -419,7 +419,7 @@ class Hybrid:
         *outputs: Result,
         role: Role = OTHER,
     ) -> SymbolicFunction:
-        """A function of some of the arguments; its role has the domain of the first argument."""
+        """Builds a function of some arguments. The first argument sets the domain of its role."""
         arguments = tuple(self.arguments[argument] for argument in inputs)
         told = replace(role, domain=_DOMAINS[inputs[0]])
         return SymbolicFunction(name, summary, identity, arguments, outputs, self.terms, role=told)

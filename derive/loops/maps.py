@@ -1,4 +1,4 @@
-"""The maps between actuators, main chain and passive joints of a robot with loops."""
+"""Maps between actuators, main chain and passive joints of a robot with loops."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -20,16 +20,16 @@ WRAPPED = ", angles between -pi and pi"
 
 @dataclass(frozen=True)
 class Joints:
-    """Joints, swings and cylinders through the loops, from coordinates.
+    """Values of joints, swings and cylinders through the loops, from some coordinates.
 
     Attributes:
         hybrid: The robot.
-        coordinates: Name of the coordinates: ``q``, or ``theta`` for the main chain's joints.
-        named: Gives the values of joints, swings and cylinders by their names.
+        coordinates: Name of the coordinates: ``q``, or ``theta`` for the main-chain joints.
+        named: Returns the values of joints, swings and cylinders from their names.
         rates: The rates of these values.
         passive: Names of the passive joints.
-        interval: The interval of angles, in words behind a comma; "" where it is not bounded.
-        finished: Completes a function so that it is NaN where the loops do not close.
+        interval: Text on the angle interval, after a comma; "" if the angles are unbounded.
+        finished: Completes a function so that it returns NaN if the loops do not close.
     """
 
     hybrid: Hybrid
@@ -42,7 +42,7 @@ class Joints:
 
     @property
     def chain(self) -> tuple[sp.Expr, ...]:
-        """The values of the main chain's joints."""
+        """The values of the main-chain joints."""
         return self.named(joint.name for joint in self.hybrid.robot.moving)
 
     @property
@@ -57,25 +57,25 @@ class Joints:
         return self.named(variable.name for variable in self.hybrid.variables)
 
     def symbols(self, order: int) -> tuple[sp.Symbol, ...]:
-        """The coordinates, or their time derivatives of first or second order."""
+        """Returns the coordinates, or their first or second time derivatives."""
         return self.hybrid.arguments[f"{self.coordinates}{'d' * order}"].symbols
 
     def function(
         self, name: str, summary: str, identity: str, order: int, result: Result, role: Role
     ) -> SymbolicFunction:
-        """A function of the coordinates and their time derivatives up to an order."""
+        """Builds a function of the coordinates and their time derivatives up to an order."""
         inputs = tuple(f"{self.coordinates}{'d' * k}" for k in range(order + 1))
         made = self.hybrid.function(name, summary, identity, inputs, result, role=role)
         return self.finished(made)
 
 
 def from_actuators(h: Hybrid) -> Joints:
-    """All joints in closed form from the actuated coordinates."""
+    """Returns all joints in closed form as functions of the actuated coordinates."""
     return _in_closed_form(h, "q", h.forward)
 
 
 def from_chain(h: Hybrid) -> Joints:
-    """All joints in closed form from the main chain's joints."""
+    """Returns all joints in closed form as functions of the main-chain joints."""
     return _in_closed_form(h, "theta", h.backward)
 
 
@@ -86,7 +86,7 @@ def _in_closed_form(h: Hybrid, coordinates: str, solution: Solution) -> Joints:
 
 
 def chain(of: Joints) -> SymbolicFunction:
-    """The main chain's joints from the actuators."""
+    """Builds the map from the actuators to the main chain."""
     names = ", ".join(joint.name for joint in of.hybrid.robot.moving)
     return of.function(
         "chain",
@@ -99,7 +99,7 @@ def chain(of: Joints) -> SymbolicFunction:
 
 
 def chain_D_q(of: Joints) -> SymbolicFunction:
-    """The derivatives of the main chain's joints."""
+    """Builds the Jacobian of the map from actuators to main chain."""
     return of.function(
         "chain_D_q",
         "Derivative of the main chain's joints by the actuated coordinates.",
@@ -111,7 +111,7 @@ def chain_D_q(of: Joints) -> SymbolicFunction:
 
 
 def passive(of: Joints) -> SymbolicFunction:
-    """The passive joints from the actuators."""
+    """Builds the map from the actuators to the passive joints."""
     return of.function(
         "passive",
         f"Passive joints that are not in the main chain{of.interval}.",
@@ -123,7 +123,7 @@ def passive(of: Joints) -> SymbolicFunction:
 
 
 def passive_D_q(of: Joints) -> SymbolicFunction:
-    """The derivatives of the passive joints."""
+    """Builds the Jacobian of the map from actuators to passive joints."""
     return of.function(
         "passive_D_q",
         "Derivative of the passive joints by the actuated coordinates.",
@@ -135,7 +135,7 @@ def passive_D_q(of: Joints) -> SymbolicFunction:
 
 
 def chain_rates(of: Joints) -> SymbolicFunction:
-    """The main chain's rates from the actuators'."""
+    """Builds the map from actuator rates to main-chain rates."""
     rates = of.rates.along(of.symbols(1)).of_each(of.chain)
     unit = of.hybrid.arguments["thetad"].unit
     return of.function(
@@ -149,7 +149,7 @@ def chain_rates(of: Joints) -> SymbolicFunction:
 
 
 def chain_accelerations(of: Joints) -> SymbolicFunction:
-    """The main chain's accelerations from the actuators'."""
+    """Builds the map from actuator accelerations to main-chain accelerations."""
     unit = of.hybrid.arguments["thetadd"].unit
     return of.function(
         "chain_accelerations",
@@ -162,7 +162,7 @@ def chain_accelerations(of: Joints) -> SymbolicFunction:
 
 
 def actuators(of: Joints) -> SymbolicFunction:
-    """The actuators from the main chain."""
+    """Builds the map from the main chain to the actuators."""
     return of.function(
         "actuators",
         "Actuated coordinates from the joints of the main chain.",
@@ -174,7 +174,7 @@ def actuators(of: Joints) -> SymbolicFunction:
 
 
 def actuators_D_chain(of: Joints) -> SymbolicFunction:
-    """The derivatives of the actuators."""
+    """Builds the Jacobian of the map from main chain to actuators."""
     return of.function(
         "actuators_D_chain",
         "Derivative of the actuated coordinates by the main chain's joints.",
@@ -186,7 +186,7 @@ def actuators_D_chain(of: Joints) -> SymbolicFunction:
 
 
 def actuator_rates(of: Joints) -> SymbolicFunction:
-    """The actuators' rates from the main chain's."""
+    """Builds the map from main-chain rates to actuator rates."""
     rates = of.rates.along(of.symbols(1)).of_each(of.actuators)
     return of.function(
         "actuator_rates",
@@ -199,7 +199,7 @@ def actuator_rates(of: Joints) -> SymbolicFunction:
 
 
 def actuator_accelerations(of: Joints) -> SymbolicFunction:
-    """The actuators' accelerations from the main chain's."""
+    """Builds the map from main-chain accelerations to actuator accelerations."""
     unit = of.hybrid.arguments["qdd"].unit
     return of.function(
         "actuator_accelerations",
@@ -212,7 +212,7 @@ def actuator_accelerations(of: Joints) -> SymbolicFunction:
 
 
 def configuration(of: Joints) -> SymbolicFunction:
-    """All joints."""
+    """Builds the map from the actuators to the full configuration."""
     names = ", ".join(variable.name for variable in of.hybrid.variables)
     return of.function(
         "configuration",
@@ -225,7 +225,7 @@ def configuration(of: Joints) -> SymbolicFunction:
 
 
 def configuration_D_q(of: Joints) -> SymbolicFunction:
-    """The derivatives of all joints."""
+    """Builds the Jacobian of the map from actuators to full configuration."""
     return of.function(
         "configuration_D_q",
         "Derivative of the full configuration by the actuated coordinates.",
@@ -237,17 +237,17 @@ def configuration_D_q(of: Joints) -> SymbolicFunction:
 
 
 def margin(h: Hybrid) -> SymbolicFunction:
-    """The margin of each loop: zero at its dead point."""
+    """Builds the margin function, zero at the dead point of each loop."""
     return _margins(h, "margin", h.forward, "q")
 
 
 def actuator_margin(h: Hybrid) -> SymbolicFunction:
-    """The margins where the main chain is given."""
+    """Builds the margin function of the map from the main chain to the actuators."""
     return _margins(h, "actuator_margin", h.backward, "theta")
 
 
 def chain_all(h: Hybrid) -> SymbolicFunction:
-    """The main chain's joints on every branch."""
+    """Builds the function for the main-chain joints on every branch."""
     branches = [
         (h.named(solution, [joint.name for joint in h.robot.moving]), solution)
         for solution in h.forward_branches
@@ -256,7 +256,7 @@ def chain_all(h: Hybrid) -> SymbolicFunction:
 
 
 def actuators_all(h: Hybrid) -> SymbolicFunction:
-    """The actuators on every branch."""
+    """Builds the function for the actuators on every branch."""
     branches = [(h.actuators_in(solution), solution) for solution in h.backward_branches]
     return _all(
         h,
@@ -282,7 +282,7 @@ def _all(
     branches: Sequence[tuple[tuple[sp.Expr, ...], Solution]],
     condition: Callable[[Sequence[Solution]], sp.Basic] = _always,
 ) -> SymbolicFunction:
-    """The function of all branches, each a slot; passive joints alone make no branch."""
+    """Builds the all-branch function. Branches that differ only in passive joints share a slot."""
     argument, codomain = between
     alike: dict[tuple[sp.Expr, ...], list[Solution]] = {}
     for values, solution in branches:
@@ -312,7 +312,7 @@ def _all(
 
 
 def _where(h: Hybrid, row: tuple[sp.Expr, ...], condition: sp.Basic) -> tuple[sp.Expr, ...]:
-    """The values of a slot, NaN where a condition does not hold."""
+    """Returns the values of a slot, NaN if a condition fails."""
     if condition == sp.true:
         return row
     gate = h.where(condition)
@@ -320,9 +320,9 @@ def _where(h: Hybrid, row: tuple[sp.Expr, ...], condition: sp.Basic) -> tuple[sp
 
 
 def _margins_of(solutions: Sequence[Solution], steps: Sequence[Joined]) -> tuple[sp.Expr, ...]:
-    """The margins of a slot, 1 for a step that its branch does not have.
+    """Returns the margins of a slot, 1 for a step that its branch does not contain.
 
-    Where several branches of passive joints have the same values, those of the first that closes.
+    If several branches of passive joints have equal values, the first closing branch counts.
     """
     rows = []
     for solution in solutions:
@@ -341,11 +341,11 @@ def _margins_of(solutions: Sequence[Solution], steps: Sequence[Joined]) -> tuple
 
 
 def _labels(h: Hybrid, slots: Sequence[Sequence[Solution]]) -> tuple[str, ...]:
-    """Which side each step of a slot takes, by the names of the loops that it closes."""
+    """Returns the branch label of each slot, by the names of its loops."""
     sides = [_sides(solutions) for solutions in slots]
     names = {step.joints: step.name(h.mechanism) for s in slots for step in s[0].steps}
     asked = [names[joints] for joints in dict.fromkeys(j for of in sides for j in of)]
-    # A loop that two steps close in turn is not enough of a name.
+    # If two steps close the same loop, its name needs a joint as a suffix.
     named = {
         joints: f"{name} at {joints[1].split('.')[0]}" if asked.count(name) > 1 else name
         for joints, name in names.items()
@@ -354,7 +354,7 @@ def _labels(h: Hybrid, slots: Sequence[Sequence[Solution]]) -> tuple[str, ...]:
 
 
 def _sides(solutions: Sequence[Solution]) -> dict[Joined, str]:
-    """The sides that all branches of a slot have in common, by the joints of the step."""
+    """Returns the branch sides shared by all solutions of a slot, by the joints of the step."""
     taken = [
         {step.joints: step.branch or side_of(step.sign) for step in s.steps if step.is_choice}
         for s in solutions
@@ -367,7 +367,7 @@ def _sides(solutions: Sequence[Solution]) -> dict[Joined, str]:
 
 
 def _second(of: Joints, values: Sequence[sp.Expr]) -> list[sp.Expr]:
-    """Second time derivatives."""
+    """Returns second time derivatives."""
     rates, accelerations = of.symbols(1), of.symbols(2)
     first = of.rates.along(rates).of_each(values)
     return of.rates.twice(rates, accelerations).of_each(first)
@@ -397,14 +397,14 @@ def _vector(name: str, values: Sequence[sp.Expr], unit: str, meaning: str) -> Re
 
 
 def forward_makers(of: Joints) -> dict[str, Maker]:
-    """The maps from the actuators, in the order in which they are written."""
+    """Returns the builders of the maps from the actuators, in output order."""
     passive_maps = (passive, passive_D_q) if of.passive else ()
     rates = (chain_rates, chain_accelerations)
     return _makers((chain, chain_D_q, *rates, *passive_maps, configuration), of)
 
 
 def backward_makers(of: Joints) -> dict[str, Maker]:
-    """The maps from the main chain, in the order in which they are written."""
+    """Returns the builders of the maps from the main chain, in output order."""
     rates = (actuator_rates, actuator_accelerations)
     return _makers((actuators, actuators_D_chain, *rates), of)
 
@@ -418,7 +418,7 @@ def _made(made: Callable[[Joints], SymbolicFunction], of: Joints, _: Hybrid) -> 
 
 
 def makers(h: Hybrid) -> dict[str, Maker]:
-    """The maps that a robot has in closed form, in the order in which they are written."""
+    """Returns the builders of a robot's closed-form maps, in output order."""
     found: dict[str, Maker] = {}
     if not h.forward.open:
         found |= forward_makers(from_actuators(h))

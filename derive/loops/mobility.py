@@ -1,8 +1,8 @@
-"""Mobility of a mechanism: degrees of freedom by two counts and by the rank of its equations.
+"""Mobility of a mechanism, from two counting formulas and from the constraint rank.
 
-Counting presumes that every constraint is independent of the others; the rank of the constraint
-Jacobian at closed configurations presumes nothing. Where they disagree the mechanism is
-overconstrained, or a member can turn without moving anything.
+Counting assumes that all constraints are independent. The rank of the constraint Jacobian at closed
+configurations assumes nothing. If the results disagree, the mechanism is overconstrained, or a
+member can rotate without moving anything else.
 """
 
 from collections.abc import Iterator
@@ -20,16 +20,16 @@ class Mobility:
     """Degrees of freedom of a mechanism, found in three ways.
 
     Attributes:
-        bodies: n, the base included; rods are bodies, cylinders two.
-        joints: j, ends of rods and cylinders included.
-        freedoms: Sum of the joints' degrees of freedom f in the group of order ``order``.
-        order: lambda, 3 where all bodies move in one plane, else 6.
-        loop_freedoms: Sum of f where each joint counts in the group of its loop.
+        bodies: n, including the base. A rod counts as one body, a cylinder as two.
+        joints: j, including the ends of rods and cylinders.
+        freedoms: Sum of the joint freedoms f in the motion group of order ``order``.
+        order: lambda: 3 if all bodies move in one plane, else 6.
+        loop_freedoms: Sum of f, with each joint counted in the motion group of its loop.
         loop_orders: lambda of each independent loop.
-        idle: Number of members on balls, which turn about themselves and move nothing.
+        idle: Number of ball-ended members that can rotate about their own axes (idle rotations).
         coordinates: Number of entries of z.
         rank: Rank of the constraint Jacobian at random closed configurations.
-        equations: Number of its rows.
+        equations: Number of rows of the constraint Jacobian.
         actuated: Number of actuated coordinates.
     """
 
@@ -47,27 +47,27 @@ class Mobility:
 
     @property
     def kutzbach(self) -> int:
-        """Gruebler-Kutzbach: lambda (n - 1 - j) + sum f, idle turns included if lambda is 6."""
+        """Kutzbach criterion: lambda (n - 1 - j) + sum f, with idle rotations if lambda is 6."""
         return self.order * (self.bodies - 1 - self.joints) + self.freedoms
 
     @property
     def by_loops(self) -> int:
-        """Sum f less lambda of every independent loop, idle turns included."""
+        """Sum f minus lambda of every independent loop, with idle rotations."""
         return self.loop_freedoms - sum(self.loop_orders)
 
     @property
     def true(self) -> int:
-        """Coordinates less the rank of the constraint Jacobian; idle turns are no coordinates."""
+        """Number of coordinates minus the constraint rank; idle rotations are not coordinates."""
         return self.coordinates - self.rank
 
     @property
     def is_overconstrained(self) -> bool:
-        """Whether constraints repeat others: the mechanism has more freedoms than counted."""
+        """Whether constraints are redundant, which adds freedoms beyond the counts."""
         return self.true > self.by_loops - self.idle or self.true > self._kutzbach_but_idle
 
     @property
     def report(self) -> tuple[str, ...]:
-        """The counts in lines to read, and every disagreement between them."""
+        """The counts as text lines, with every disagreement between them."""
         n, j, f = self.bodies, self.joints, self.freedoms
         lost = " - ".join(["", *map(str, self.loop_orders)])
         return (
@@ -83,7 +83,7 @@ class Mobility:
 
     @property
     def disagreements(self) -> tuple[str, ...]:
-        """The disagreements between the counts, a line each."""
+        """The disagreements between the counts, one line each."""
         return tuple(self._disagreements())
 
     def _disagreements(self) -> Iterator[str]:
@@ -116,27 +116,27 @@ def mobility(
     joints: int | None = None,
     freedom: int | None = None,
 ) -> Mobility | int:
-    """The degrees of freedom of a mechanism, or Gruebler and Kutzbach's count of given numbers.
+    """Returns the degrees of freedom of a mechanism, or the Kutzbach count of given numbers.
 
-    ``mobility(mechanism)`` counts bodies and joints and takes the rank of the constraints. Bodies
-    that fixed joints hold together are one. A rod is a body with two joints, a cylinder two
-    bodies with two joints and a slider between. A platform on virtual joints counts as one body
-    without them (:func:`~chasles.derive.loops.freedoms.virtual_joints`). A motor behind a gear is
-    not counted: with its bearing and the gear pair it adds no freedom.
+    ``mobility(mechanism)`` counts bodies and joints, and computes the rank of the constraints.
+    Bodies connected by fixed joints count as one. A rod is a body with two joints; a cylinder is
+    two bodies with two end joints and a prismatic joint. A platform on virtual joints counts as one
+    body without them (:func:`~chasles.derive.loops.freedoms.virtual_joints`). A geared motor is not
+    counted, because it adds no freedom together with its bearing and gear pair.
 
-    ``mobility(lambda_=6, links=14, joints=15, freedom=15)`` is lambda (n - 1 - j) + sum f = 3. It
-    presumes that all constraints are independent, and can be negative.
+    ``mobility(lambda_=6, links=14, joints=15, freedom=15)`` is lambda (n - 1 - j) + sum f = 3. The
+    count assumes independent constraints and can be negative.
 
     Args:
-        mechanism: The description, with a reference configuration from which it closes.
-        lambda_: The order of the group in which the bodies move: 6 in space, 3 in a plane or about
-            a point, 2 for slides in a plane.
-        links: n, the base included.
-        joints: j.
-        freedom: Sum of the joints' degrees of freedom.
+        mechanism: The description, with a reference configuration near closure.
+        lambda_: Order of the motion group: 6 in space, 3 in a plane or about a point, 2 for planar
+            translations.
+        links: n, including the base.
+        joints: j, the number of joints.
+        freedom: Sum of the joint freedoms.
 
     Raises:
-        RobotError: The loops do not close from the reference, or a number cannot be.
+        RobotError: The loops do not close from the reference, or a count is impossible.
 
     Source:
         Gogu, Mechanism and Machine Theory 40 (2005), 1068-1097, for the counts and their limits.
@@ -149,8 +149,8 @@ def mobility(
         raise RobotError(f"mobility: expected lambda_ from 1 to {SPATIAL}, found {lambda_}")
     if links < 1 or joints < links - 1:
         raise RobotError(
-            f"mobility: expected at least 1 link and {max(links - 1, 0)} joints, which hold "
-            f"{links} links together, found {joints} joints"
+            f"mobility: expected at least 1 link and {max(links - 1, 0)} joints to connect "
+            f"{links} links, found {joints} joints"
         )
     if not joints <= freedom <= lambda_ * joints:
         raise RobotError(
@@ -161,7 +161,7 @@ def mobility(
 
 
 def mobility_of(loops: ClosedLoops) -> Mobility:
-    """The degrees of freedom of a mechanism whose constraints are in numbers.
+    """Returns the degrees of freedom of a mechanism from its numerical constraints.
 
     Raises:
         RobotError: The loops do not close from the reference.

@@ -93,7 +93,7 @@ def test_three_crank_linkage_is_mobile_only_uncrossed():
     struts = numbers.strut_values(crossed)
     values = {n: sp.Rational(f"{v:.6f}") for n, v in (crossed | struts).items()}
     rigid = replace(drawn.mechanism, reference=tuple((reference | values).items()))
-    with pytest.raises(RobotError, match="0 degrees of freedom: its loops hold every body"):
+    with pytest.raises(RobotError, match="0 degrees of freedom: its loops immobilize every body"):
         derive(rigid)
 
 

@@ -1,8 +1,8 @@
-"""Whether the actuated coordinates of a mechanism are as many as its freedoms, and independent.
+"""Checks that the actuated coordinates are independent and match the degrees of freedom.
 
-At a closed configuration the rates of all coordinates are the null space of the constraint
-Jacobian. The actuated coordinates determine them if their rows of it are a regular square matrix.
-At a singularity they are not, so that several configurations are asked.
+At a closed configuration the null space of the constraint Jacobian contains the rates of all
+coordinates. The actuated coordinates determine these rates if their rows form a regular square
+matrix. Singular configurations fail this test, so several configurations are checked.
 """
 
 from collections.abc import Sequence
@@ -18,14 +18,14 @@ MOST_NAMED = 6
 
 
 def check_actuation(loops: ClosedLoops) -> None:
-    """Refuses a mechanism whose actuated coordinates do not determine it, or hinder each other.
+    """Rejects a mechanism whose actuated coordinates are dependent or do not determine it.
 
     Args:
-        loops: Its constraints.
+        loops: The constraints of the mechanism.
 
     Raises:
-        RobotError: Freedoms are left without an actuator, or actuators depend on each other; the
-            message names them.
+        RobotError: Freedoms remain without an actuator, or actuators depend on each other. The
+            message lists them.
     """
     coordinates = loops.mechanism.coordinates
     actuated = [loops.names.index(c.moves) for c in coordinates]
@@ -42,10 +42,10 @@ def check_actuation(loops: ClosedLoops) -> None:
             f"{c.name}: {words}" for c in loops.mechanism.closers if (words := bodies.across(c))
         ]
         advice = "; ".join(across) or (
-            "take a rod, a closure or a part of its constraint away (a pin in place of a weld, a "
+            "remove a rod or a closure, relax a constraint (a pin in place of a weld, a "
             "ball in place of a pin), or add a joint"
         )
-        raise RobotError(f"{has}: its loops hold every body; {advice}")
+        raise RobotError(f"{has}: its loops immobilize every body; {advice}")
     parts = []
     if independent < len(names):
         parts.append(_too_many(names, rows))
@@ -56,7 +56,7 @@ def check_actuation(loops: ClosedLoops) -> None:
 
 
 def _motions(loops: ClosedLoops, z: Vector) -> Vector:
-    """The independent rates of all coordinates, by columns."""
+    """Returns a basis of the feasible coordinate rates, one per column."""
     _, J, _ = loops.evaluated(z)
     scale = np.where(loops.is_length, loops.size, 1.0)
     J = J * scale
@@ -72,22 +72,22 @@ def _rank(rows: Vector) -> int:
 
 
 def _too_many(names: Sequence[str], rows: Vector) -> str:
-    """The actuated coordinates that depend on each other."""
+    """Error text on actuated coordinates that depend on each other."""
     spare = len(names) - _rank(rows)
     dependent = [
         name for k, name in enumerate(names) if _rank(np.delete(rows, k, axis=0)) == _rank(rows)
     ]
     motors = "its motor" if spare == 1 else "their motors"
     return (
-        f"{_few(dependent)} depend on each other: take {spare} of them away from actuated (a drive "
-        f"that is not in actuated follows, so that {motors} can stay in the file)"
+        f"{_few(dependent)} depend on each other: remove {spare} of them from actuated (a drive "
+        f"that is not in actuated follows, so {motors} can stay in the file)"
         if len(dependent) > 1
-        else f"{dependent[0]} cannot move: take it away from actuated"
+        else f"{dependent[0]} cannot move: remove it from actuated"
     )
 
 
 def _too_few(loops: ClosedLoops, moving: Vector, rows: Vector, missing: int) -> str:
-    """The joints that move while all actuators are locked, and those that could be actuated."""
+    """Error text on joints that still move while all actuators are locked."""
     _, values, V = np.linalg.svd(rows)
     free = moving @ V[int(np.sum(values > REPEATED_EQUATION)) :].T
     moves = np.linalg.norm(free, axis=1) > REPEATED_EQUATION
@@ -96,21 +96,21 @@ def _too_few(loops: ClosedLoops, moving: Vector, rows: Vector, missing: int) -> 
     named = [name for name in loose if name in members] or loose
     locked = "with all actuators locked, " if len(rows) else ""
     if len(named) == 1:
-        hold = "or hold it by a rod or a closure"
+        hold = "or constrain it by a rod or a closure"
         advice = f"{locked}{named[0]} can still move: add it to actuated, {hold}"
     else:
         count = "one" if missing == 1 else str(missing)
-        hold = "or hold them by a rod or a closure"
+        hold = "or constrain them by a rod or a closure"
         advice = f"{locked}{_few(named)} can still move: add {count} of them to actuated, {hold}"
     springs = [name for name in loose if name in loops.mechanism.springs]
     if springs:
         names, them = ("is a spring", "it") if len(springs) == 1 else ("are springs", "them")
         return f"{advice}; {_few(springs)} {names} in the file: delete {them} to make {them} rigid"
-    return f"{advice}; or choose another posture in [reference]" if loops.entries else advice
+    return f"{advice}; or choose another configuration in [reference]" if loops.entries else advice
 
 
 def _few(names: Sequence[str]) -> str:
-    """Names in a sentence, a long list cut."""
+    """Joins names with commas and "and"; shortens a long list."""
     shown = [*names[:MOST_NAMED], "others"] if len(names) > MOST_NAMED else [*names]
     return " and ".join(filter(None, [", ".join(shown[:-1]), shown[-1]]))
 

@@ -1,7 +1,7 @@
-"""A mechanism in double precision: poses of its bodies, and the gaps that its loops leave.
+"""Numerical model of a mechanism in double precision: body poses and loop gaps.
 
-The poses follow from the description alone, without the equations of the compiler, and at any
-values of the parameters, so that they tell which length or angle would close a loop.
+The poses come directly from the description at any parameter values, without the compiler's
+equations. They show which length or angle would close a loop.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -22,40 +22,40 @@ from .damped_search import differences, least
 
 Floats = NDArray[np.float64]
 Value = float | Floats
-"""A number, or numbers of many postures (n,)."""
+"""A value, or an array (n,) of values at n configurations."""
 OTHERS_FIRST = 1e3
-"""Weight of the loops that stay closed beside a loop whose gap is made small."""
+"""Weight that keeps the other loops closed while the gap of one loop is minimized."""
 POLISHING = 4
-"""Steps from a posture near by, with one Jacobian: each leaves a gap times the first distance."""
+"""Number of Newton steps with a fixed Jacobian from a nearby configuration."""
 _AXES = {"x": 0, "y": 1, "z": 2}
 
 
 class Gap(NamedTuple):
-    """What a loop leaves open: a distance (metre), and a turn (radian)."""
+    """Gap of a loop: a distance (metre) and an angle (radian)."""
 
     distance: float
     turn: float
 
 
 class BodiesInNumbers:
-    """The bodies, loops and constants of one mechanism in numbers.
+    """Bodies, loops and constants of one mechanism as numerical values.
 
     Attributes:
         mechanism: The description.
-        constants: Values of the parameters, and of the lengths of rods and the distances of frames
-            from their bodies' origins that no parameter gives, by name (metre, radian).
+        constants: Values by name (metre, radian): parameters, and the rod lengths and frame offsets
+            that depend on no parameter.
         values: Values of joints and cylinders at the reference (radian or metre), by name.
         unknown: Names of the joints and cylinders that are not actuated.
-        size: The longest translation or rod (metre), 1 where all are zero.
-        normals: Unit normals of planar loops in the axes of their closers' first bodies, by closer.
+        size: The longest translation or rod (metre), or 1 if all are zero.
+        normals: Unit normals of planar loops by closer, in the axes of the closer's first body.
     """
 
     def __init__(self, mechanism: Mechanism, normals: Mapping[str, Floats] | None = None) -> None:
-        """Reads the reference, and the planes of planar loops.
+        """Reads the reference configuration, and the planes of planar loops.
 
         Args:
             mechanism: The description.
-            normals: The normals of planar loops, by closer, where they are known.
+            normals: Known normals of planar loops, by closer; None computes them.
         """
         self.mechanism = mechanism
         self._placed: dict[str, Floats] = {}
@@ -74,7 +74,7 @@ class BodiesInNumbers:
 
     @property
     def constants(self) -> dict[str, float]:
-        """The constants; they change by a new dictionary, never in place."""
+        """The constants by name; assign a new dictionary instead of changing it in place."""
         return self._constants
 
     @constants.setter
@@ -84,14 +84,14 @@ class BodiesInNumbers:
         self._numbers.clear()
 
     def number(self, expression: sp.Expr) -> float:
-        """The value of an expression of parameters."""
+        """Returns the value of an expression of parameters."""
         if expression not in self._numbers:
             function = _function(self._symbols, expression)
             self._numbers[expression] = float(function(*self._given()))
         return self._numbers[expression]
 
     def matrix(self, placement: Placement) -> Floats:
-        """A placement (4, 4) at the values of the parameters."""
+        """Returns the matrix (4, 4) of a placement at the current parameter values."""
         T = np.eye(4)
         for motion in placement:
             if isinstance(motion, Rotation):
@@ -104,16 +104,16 @@ class BodiesInNumbers:
         return [self.constants[symbol.name] for symbol in self._symbols]
 
     def length(self, strut: Strut, values: Mapping[str, float]) -> float:
-        """A strut's length."""
+        """Returns the length of a strut (metre)."""
         return self._retracted(strut) + (values[strut.name] if strut.is_cylinder else 0.0)
 
     def _retracted(self, strut: Strut) -> float:
-        """The length of a rod, or of a cylinder at zero."""
+        """Returns the length of a rod, or of a fully retracted cylinder (metre)."""
         name = length_of(strut)
         return self.constants[name] if name in self._bare else self.number(strut.length)
 
     def _lengths(self) -> dict[str, float]:
-        """Lengths of struts and distances of frames from their origins without a parameter."""
+        """Returns the strut lengths and frame offsets that depend on no parameter."""
         found = {
             length_of(strut): float(strut.length)
             for strut in self.mechanism.struts
@@ -130,7 +130,7 @@ class BodiesInNumbers:
         return found
 
     def _offset(self, name: str, placement: Placement) -> Floats:
-        """A placement whose translation has the length that stands among the constants."""
+        """Returns a placement, its translation scaled to the length in the constants."""
         T = self._placed.get(name)
         if T is None:
             T = self._placed[name] = self.matrix(placement)
@@ -155,7 +155,7 @@ class BodiesInNumbers:
     # --- poses and gaps ---
 
     def poses(self, values: Mapping[str, Value]) -> dict[str, Floats]:
-        """The pose (4, 4), or (n, 4, 4), of every body in the base body's frame."""
+        """Returns the pose of every body in the base frame, (4, 4) or (n, 4, 4)."""
         found = {self.mechanism.base_frame: np.eye(4)}
         for joint in self.mechanism.joints:
             found[joint.link] = (
@@ -167,7 +167,7 @@ class BodiesInNumbers:
         return found
 
     def gaps(self, values: Mapping[str, float]) -> dict[str, Gap]:
-        """What each loop leaves open, by its closure or strut."""
+        """Returns the gap of each loop, by the name of its closure or strut."""
         poses = self.poses(values)
         found = {}
         for closer in self.mechanism.closers:
@@ -178,22 +178,22 @@ class BodiesInNumbers:
     def ends(
         self, closer: Closure | Strut, values: Mapping[str, float]
     ) -> tuple[Floats, Floats, Floats]:
-        """Both frames of a closure or strut (4, 4), and the vector between them in its plane."""
+        """Returns both frames (4, 4) of a closer, and the vector between them in its plane."""
         poses = self.poses(values)
         A, B = self._frames(poses, closer)
         return A, B, self._in_plane(closer, poses, B[:3, 3] - A[:3, 3])
 
     def normal(self, closer: Closure | Strut, poses: Mapping[str, Floats]) -> Floats | None:
-        """The unit normal of a closer's loop in the base body's frame; None in space."""
+        """Returns the unit normal of a closer's loop in the base frame; None for a spatial loop."""
         normal = self.normals.get(closer.name)
         return None if normal is None else poses[closer.a.body][..., :3, :3] @ normal
 
     def is_closed(self, gap: Gap) -> bool:
-        """Whether a loop counts as closed."""
+        """Whether a gap is small enough for the loop to count as closed."""
         return gap.distance <= GAP * self.size and gap.turn <= GAP
 
     def all_closed(self, values: Mapping[str, float], loops: Iterable[str]) -> bool:
-        """Whether each of some loops counts as closed."""
+        """Whether every listed loop counts as closed."""
         gaps = self.gaps(values)
         return all(self.is_closed(gaps[name]) for name in loops)
 
@@ -218,7 +218,7 @@ class BodiesInNumbers:
     def _open(
         self, closer: Closure | Strut, poses: Mapping[str, Floats], values: Mapping[str, Value]
     ) -> tuple[Floats, Floats]:
-        """Components of the gap (metre) and of the turn (radian) that a loop leaves, last axis."""
+        """Returns a loop's gap components: distances (metre) and angles (radian), last axis."""
         A, B = self._frames(poses, closer)
         d = self._in_plane(closer, poses, B[..., :3, 3] - A[..., :3, 3])
         nothing = d[..., :0]
@@ -231,7 +231,7 @@ class BodiesInNumbers:
         R = turned @ B[..., :3, :3]
         if closer.kind == "pin":
             z = R[..., :, 2]
-            # In a plane, a pin also holds frames whose z axes are opposed.
+            # In a plane, a pin also joins frames with opposite z axes.
             opposed = (closer.name in self.normals) & (z[..., 2:] < 0)
             return d, _tilt(np.where(opposed, -z, z))
         if closer.kind == "slider":
@@ -239,14 +239,14 @@ class BodiesInNumbers:
         return d, _rotation_vector(R)
 
     def is_dead(self, values: Mapping[str, float]) -> bool:
-        """Whether unknown joints can move a closed posture although the actuators stand still."""
+        """Whether unknown joints can move a closed configuration while the actuators are fixed."""
         names = [closer.name for closer in self.mechanism.closers]
         residual, x = self._residual(dict(values), self.unknown, names, "")
         J = differences(residual, x, self._apart(self.unknown))
         return int(np.linalg.matrix_rank(J, tol=REPEATED_EQUATION)) < len(x)
 
     def across(self, closer: Closure | Strut) -> str:
-        """A sentence where pins do not fit the parallel axes of their loop; else ""."""
+        """States which pin axes do not fit the parallel axes of their loop; "" if all fit."""
         if closer.name in self.normals or not _has_pins(closer):
             return ""
         poses = self.poses(self.values)
@@ -265,24 +265,25 @@ class BodiesInNumbers:
         if isinstance(closer, Strut):
             apart = abs(float(n @ (B[:3, 3] - A[:3, 3])))
             return (
-                f"its ends are {1000 * apart:.4g} mm apart along ({axis}), about which the joints "
-                "of the loop turn: put them in one plane across it, or on balls"
+                f"its ends are {1000 * apart:.4g} mm apart along ({axis}), the axis of the loop's "
+                "joints: put both ends in one plane normal to that axis, or use ball ends"
             )
         if abs(A[:3, 2] @ n) > 1 - GAP:
             return ""
         return (
-            f"a pin turns about the z axis of its frames, and the joints of this loop turn about "
-            f"({axis}): turn both frames by rpy"
+            "a pin rotates about the z axis of its frames, but the loop's joints rotate about "
+            f"({axis}): rotate both frames by rpy"
         )
 
     def slopes(
         self, values: Mapping[str, float], free: Sequence[str], loops: Sequence[str]
     ) -> dict[str, Floats]:
-        """Derivative of each loop's gap by free joints and cylinders, lengths in parts of the size.
+        """Returns the Jacobian of each loop's gap with respect to free joints and cylinders.
 
         Args:
             values: Values of all joints and cylinders (radian or metre).
-            free: Names of those that move.
+            free: Names of the joints and cylinders that move. Lengths are relative to the mechanism
+                size.
             loops: Names of the loops.
         """
         found = {}
@@ -300,16 +301,16 @@ class BodiesInNumbers:
         loops: Iterable[str],
         last: str = "",
     ) -> dict[str, float]:
-        """Values of free joints, cylinders and constants that leave the smallest gaps.
+        """Returns the values of free joints, cylinders and constants that minimize the gaps.
 
-        Levenberg and Marquardt's method, from the given values.
+        Uses the Levenberg-Marquardt method, starting from the current values.
 
         Args:
-            values: Values of all joints and cylinders; constants among ``free`` are added to them.
+            values: Values of all joints and cylinders. Constants among ``free`` are added.
             free: Names of joints, cylinders or constants.
-            loops: Names of the loops that count.
-            last: The loop whose gap is made small while the others stay closed; "" where all count
-                alike.
+            loops: Names of the loops to close.
+            last: The loop whose gap is minimized while the others stay closed; "" weighs all loops
+                equally.
         """
         at = {**values, **{name: self.constants[name] for name in free if name in self.constants}}
         before = self.constants
@@ -322,10 +323,10 @@ class BodiesInNumbers:
         return at
 
     def polished(self, values: Mapping[str, float]) -> dict[str, float]:
-        """A closed posture to the rounding of doubles, from one near by.
+        """Closes a nearly closed configuration to rounding error.
 
-        Steps of Gauss and Newton, with the first Jacobian, move the joints and cylinders that are
-        not actuated; of loops that cannot all close they leave the smallest gaps.
+        Gauss-Newton steps with a fixed Jacobian move the joints and cylinders that are not
+        actuated. If the loops cannot all close, the steps minimize the gaps.
         """
         at = dict(values)
         names = [closer.name for closer in self.mechanism.closers]
@@ -341,10 +342,10 @@ class BodiesInNumbers:
     def _residual(
         self, at: dict[str, float], free: Sequence[str], loops: Iterable[str], last: str
     ) -> tuple[Callable[[Floats], Floats], Floats]:
-        """The gaps of loops as a function of free values in parts of the size, and these values.
+        """Returns the gaps as a function of the free values, and the current free values.
 
-        The function takes one posture (n,), or many (m, n) that differ in no constant, and leaves
-        its argument in ``at`` and in the constants.
+        Lengths are relative to the mechanism size. The function accepts one configuration (n,), or
+        many (m, n) with equal constants. It stores its argument in ``at`` and in the constants.
         """
         names = {*loops}
         scale = np.array([self.size if self.is_length(name) else 1.0 for name in free])
@@ -374,7 +375,7 @@ class BodiesInNumbers:
         return kinds.get(name, "length") == "length"
 
     def _apart(self, free: Sequence[str]) -> NDArray[np.bool_]:
-        """Whether each free value is a constant, of which many postures have the same."""
+        """Whether each free value is a constant, shared by all configurations of a batch."""
         return np.array([name in self.constants for name in free], bool)
 
     def _set(self, at: dict[str, Any], names: Sequence[str], x: Floats) -> None:
@@ -406,12 +407,12 @@ def _normals(mechanism: Mechanism) -> dict[str, Floats]:
 
 
 def length_of(strut: Strut) -> str:
-    """The name of a strut's length among the constants."""
+    """Returns the name of a strut's length among the constants."""
     return f"{strut.name}.length"
 
 
 def offset_of(member: Joint | Closure | Strut, side: str = "") -> str:
-    """The name of the distance of a joint's or closer's frame from its body's origin."""
+    """Returns the name of a frame's distance from its body origin among the constants."""
     return f"{member.name}.xyz" if not side else f"{member.name}.{side}.xyz"
 
 
@@ -422,7 +423,7 @@ def _sides(closer: Closure | Strut) -> tuple[tuple[str, Frame], tuple[str, Frame
 def _motion(
     joint: Joint, values: Mapping[str, Value], number: Callable[[sp.Expr], float]
 ) -> Floats:
-    """The motion (4, 4), or (n, 4, 4), of a joint about or along its z axis."""
+    """Returns the displacement of a joint about or along its z axis, (4, 4) or (n, 4, 4)."""
     if joint.kind == "fixed":
         return np.eye(4)
     value = joint.direction * values[joint.name]
@@ -451,22 +452,22 @@ def _norm(vector: Floats) -> Floats:
 
 
 def _tilt(axis: Floats) -> Floats:
-    """The turn (radian) about x and y that tilts z to an axis."""
+    """Returns the angles (radian) about x and y that tilt z to an axis."""
     across = np.stack([-axis[..., 1], axis[..., 0]], axis=-1)
     return _scaled(across, axis[..., 2])
 
 
 def _rotation_vector(R: Floats) -> Floats:
-    """The axis of a rotation times its angle (radian)."""
+    """Returns the rotation vector of R: its axis times its angle (radian)."""
     pairs = ((2, 1), (0, 2), (1, 0))
     v = np.stack([R[..., i, j] - R[..., j, i] for i, j in pairs], axis=-1) / 2
     return _scaled(v, (np.trace(R, axis1=-2, axis2=-1) - 1) / 2)
 
 
 def _scaled(sine: Floats, cosine: Floats) -> Floats:
-    """A vector as long as the sine of an angle, made as long as the angle (radian).
+    """Scales a vector from length sin(angle) to length angle (radian).
 
-    A vector of length zero becomes one along the first axis.
+    A zero vector is replaced by the first axis.
     """
     length = _norm(sine)
     angle = np.arctan2(length, cosine)

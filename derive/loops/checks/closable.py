@@ -1,8 +1,8 @@
-"""How much of the box of limits a mechanism can reach, and which limits lie beyond it.
+"""Reports the fraction of the limit box in which the loops close, and unreachable limits.
 
-A box in which loops stand open is no error: limits are those of single actuators. It is told where
-the loops close in less than half of it, and where a single actuator, the others at the reference,
-has limits at which they do not.
+Loops that stay open inside the box are not an error: each limit belongs to a single actuator. A
+report follows if the loops close in less than half of the box. It also lists limits that one
+actuator cannot reach while the others stay at the reference.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -22,18 +22,18 @@ from .swapped_ends import doubtful_ends
 
 Floats = NDArray[np.float64]
 IsClosed = Callable[[Floats], bool]
-"""Whether the loops close at actuated coordinates."""
+"""Tests whether the loops close at given actuated coordinates."""
 MANY, MANY_STEPS = 500, 64
-"""Random configurations, and values of each coordinate, where a closed form tests them."""
+"""Number of random configurations and of grid values per coordinate, with a closed form."""
 FEW, FEW_STEPS = 60, 17
-"""The same where each test is a search."""
+"""The same counts if each test needs a search."""
 HALVINGS = 20
 LITTLE = 0.5
-"""Part of the box below which the fraction that closes is told."""
+"""Fraction of closing configurations below which the robot report mentions it."""
 
 
 def limits_of(h: Hybrid) -> tuple[str, ...]:
-    """Sentences on limits at which the loops of a robot do not close; none where they do."""
+    """States the limits at which the loops of a robot do not close; empty if all close."""
     mechanism = h.mechanism
     if h.forward.open:
         search = BySearch(BodiesInNumbers(mechanism), h.at_reference)
@@ -49,26 +49,26 @@ def limits_of(h: Hybrid) -> tuple[str, ...]:
 
 
 def doubts_of(h: Hybrid) -> tuple[str, ...]:
-    """Sentences on a robot whose loops close, though hardly as they were meant; mostly none.
+    """States doubts about a robot whose loops close; usually empty.
 
-    They tell rods whose ends seem swapped, a value of the reference that moved far, and what misses
-    a structure with a closed form.
+    The doubts concern rods with swapped ends, a reference value that moved far, and geometry that
+    narrowly misses a closed form.
     """
     doubts = (doubtful_ends(h.mechanism, h.at_reference), moved_reference(h), *nearly_met(h))
     return tuple(filter(None, doubts))
 
 
 class BySearch:
-    """The test of a mechanism without a closed form: a search from the reference's posture."""
+    """Closure test for a mechanism without a closed form: a search from the reference."""
 
     def __init__(self, bodies: BodiesInNumbers, posture: Mapping[str, float]) -> None:
-        """Begins at a closed posture."""
+        """Stores a closed start configuration."""
         self.bodies = bodies
         self.posture = {name: posture[name] for name in bodies.values}
         self.names = [closer.name for closer in bodies.mechanism.closers]
 
     def is_closed(self, q: Floats) -> bool:
-        """Whether the loops close at actuated coordinates."""
+        """Whether the loops close at given actuated coordinates."""
         coordinates = self.bodies.mechanism.coordinates
         actuated = {
             c.moves: float(value) * self.bodies.number(c.ratio)
@@ -81,14 +81,14 @@ class BySearch:
 def limits_in_words(
     mechanism: Mechanism, reference: Floats, is_closed: IsClosed, samples: int, steps: int
 ) -> Iterator[str]:
-    """Sentences on limits at which the loops do not close; none where all of the box closes.
+    """Yields sentences on limits at which the loops do not close; none if the whole box closes.
 
     Args:
         mechanism: The description.
-        reference: The actuated coordinates of the reference; those without limits stay there.
-        is_closed: Whether the loops close at actuated coordinates.
+        reference: The actuated coordinates of the reference. Coordinates without limits stay there.
+        is_closed: Tests whether the loops close at given actuated coordinates.
         samples: Number of random configurations in the box.
-        steps: Number of values between the limits of each coordinate.
+        steps: Number of grid values between the limits of each coordinate.
     """
     coordinates = mechanism.coordinates
     low, high = _bounds(coordinates, reference)
@@ -115,7 +115,7 @@ def limits_in_words(
 
 
 def _bounds(coordinates: tuple[Coordinate, ...], reference: Floats) -> tuple[Floats, Floats]:
-    """The limits; the reference on both sides where a coordinate lacks one of them."""
+    """Returns lower and upper limits; the reference value where a limit is missing."""
     low, high = reference.copy(), reference.copy()
     for k, c in enumerate(coordinates):
         lowest, highest = c.limits
@@ -127,14 +127,14 @@ def _bounds(coordinates: tuple[Coordinate, ...], reference: Floats) -> tuple[Flo
 def _closing(
     k: int, values: Floats, reference: Floats, is_closed: IsClosed
 ) -> tuple[float, float] | None:
-    """The part of a coordinate's range around its reference at which the loops close."""
+    """Returns the closable interval of one coordinate around its reference; None if empty."""
 
     def closes(value: float) -> bool:
         q = reference.copy()
         q[k] = value
         return is_closed(q)
 
-    # A grid may step over a narrow part that closes: the reference itself does.
+    # The grid may step over a narrow closable interval, so the search starts at the reference.
     start = float(np.clip(reference[k], values[0], values[-1]))
     if not closes(start):
         return None

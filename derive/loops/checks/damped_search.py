@@ -1,4 +1,4 @@
-"""The search for the smallest gaps of loops: Levenberg and Marquardt's iteration by differences."""
+"""Levenberg-Marquardt search for the smallest loop gaps, with finite differences."""
 
 from collections.abc import Callable
 
@@ -10,9 +10,9 @@ from ...model.tolerances import DIFFERENCE_STEP, GAP
 Floats = NDArray[np.float64]
 ITERATIONS = 80
 START, WEAKEST, STRONGEST, FACTOR = 1e-4, 1e-15, 1e8, 2
-"""Damping of the search at its start and at least and most, and its first growth."""
+"""Initial, minimum and maximum damping, and the first growth factor."""
 MOST_POOR = 2
-"""Steps in succession without a worthwhile gain that end the search."""
+"""Number of consecutive steps with too little gain that end the search."""
 
 
 def least(
@@ -21,19 +21,19 @@ def least(
     apart: NDArray[np.bool_],
     worthwhile: float,
 ) -> Floats:
-    """Levenberg and Marquardt's iteration on the sum of squares, until gains are not worthwhile.
+    """Minimizes the sum of squared residuals by the Levenberg-Marquardt method.
 
-    The damping follows the part of the gain that the linear equations promise (Nielsen 1999): it
-    falls to a third where they hold and grows ever faster where they do not.
+    Damping follows the ratio of actual to predicted gain (Nielsen 1999). It falls to a third if the
+    linear model holds; otherwise it grows at an increasing rate.
 
     Args:
-        residual: The residuals (m,) of values (n,), or (k, m) of (k, n).
+        residual: Maps values (n,) to residuals (m,), or a batch (k, n) to (k, m).
         x: The values (n,) to start from.
-        apart: Whether a value must be the same in all postures of one call, (n,).
-        worthwhile: The part of the sum by which steps have to lower it.
+        apart: Mask (n,) of values that must be equal across one batch.
+        worthwhile: Minimum relative decrease of the sum that counts as progress.
 
     Returns:
-        The values (n,) of the smallest sum that was found.
+        The values (n,) with the smallest sum found.
 
     Source:
         Nielsen 1999, Damping parameter in Marquardt's method.
@@ -65,12 +65,12 @@ def least(
 def _linear(
     residual: Callable[[Floats], Floats], x: Floats, apart: NDArray[np.bool_]
 ) -> tuple[Floats, Floats]:
-    """Residuals (m,) at x (n,), and their Jacobian (m, n) by forward differences.
+    """Returns residuals (m,) at x (n,), and their Jacobian (m, n) by forward differences.
 
     Args:
-        residual: The residuals (m,) of values (n,), or (k, m) of (k, n).
+        residual: Maps values (n,) to residuals (m,), or a batch (k, n) to (k, m).
         x: The values.
-        apart: Whether a value must be the same in all postures of one call, (n,).
+        apart: Mask (n,) of values that must be equal across one batch.
     """
     steps = DIFFERENCE_STEP * np.eye(len(x))
     r, *ahead = residual(np.concatenate([x[None], x + steps[~apart]]))
@@ -84,12 +84,12 @@ def _linear(
 def differences(
     residual: Callable[[Floats], Floats], x: Floats, apart: NDArray[np.bool_]
 ) -> Floats:
-    """The Jacobian of residuals by central differences, (m, n).
+    """Returns the Jacobian (m, n) of the residuals by central differences.
 
     Args:
-        residual: The residuals (m,) of values (n,), or (k, m) of (k, n).
+        residual: Maps values (n,) to residuals (m,), or a batch (k, n) to (k, m).
         x: The values.
-        apart: Whether a value must be the same in all postures of one call, (n,).
+        apart: Mask (n,) of values that must be equal across one batch.
     """
     steps = DIFFERENCE_STEP * np.eye(len(x))
     J = np.zeros((len(x), len(residual(x))))

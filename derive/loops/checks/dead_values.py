@@ -1,4 +1,4 @@
-"""At which values of an actuated coordinate a step of a loop is at a dead point."""
+"""Finds the values of an actuated coordinate that bring a loop step to a dead point."""
 
 import math
 from collections.abc import Callable
@@ -14,12 +14,12 @@ from ..maps import margin
 
 Floats = NDArray[np.float64]
 PLACES = 4001
-"""Values of a coordinate at which a margin is computed."""
+"""Number of grid values of a coordinate at which a margin is evaluated."""
 HALVINGS = 60
 OTHERS = 8
-"""Values of each other coordinate that show whether a margin depends on it."""
+"""Number of values of each coordinate in the test whether a margin depends on it."""
 CHANGED = 1e-9
-"""Change of a margin from which it depends on a coordinate."""
+"""Smallest change of a margin that counts as dependence on a coordinate."""
 
 
 @dataclass(frozen=True)
@@ -27,9 +27,9 @@ class DeadValues:
     """The zeros of a margin that depends on one actuated coordinate.
 
     Attributes:
-        coordinate: Its index.
-        zeros: Its values within the limits at which the margin changes sign (radian or metre).
-        least: The least margin within the limits.
+        coordinate: Index of the coordinate.
+        zeros: Values within the limits at which the margin changes sign (radian or metre).
+        least: The smallest margin within the limits.
     """
 
     coordinate: int
@@ -38,10 +38,10 @@ class DeadValues:
 
 
 def dead_values(h: Hybrid) -> tuple[DeadValues | None, ...]:
-    """For each margin of the robot its zeros; None where it depends on several coordinates.
+    """Returns the zeros of each margin; None if a margin depends on several coordinates.
 
-    A coordinate that turns without limits is asked all round, and one that slides without limits
-    has no answer. Zeros without a change of sign are not found.
+    A revolute coordinate without limits is searched over a full turn. A prismatic coordinate
+    without limits gives None. Zeros without a sign change are missed.
     """
     if not h.forward.margins:
         return ()
@@ -90,7 +90,7 @@ def _width(limits: tuple[float, float] | None) -> float:
 
 
 def _zeros(function: Callable[[Floats], Floats], low: Floats, high: Floats) -> tuple[float, ...]:
-    """Where a function changes sign, each between a lower and a higher place, by halving."""
+    """Returns the sign changes of a function between pairs of bounds, by bisection."""
     below = function(low) < 0
     for _ in range(HALVINGS):
         middle = (low + high) / 2

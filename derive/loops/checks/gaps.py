@@ -1,7 +1,7 @@
-"""The loop that stands open, in words: its gap, and the lengths and angles that would close it.
+"""Diagnoses the first open loop: its gap, and the lengths and angles that would close it.
 
-Loops are closed one after the other, in the order of the description, from the reference and from
-random starts. The first that does not close with those before it is the one that is told.
+Loops are closed one by one in the order of the description, from the reference and from random
+starts. The report describes the first loop that cannot be closed together with its predecessors.
 """
 
 import math
@@ -21,33 +21,33 @@ from .bodies_in_numbers import BodiesInNumbers, length_of, offset_of
 from .swapped_ends import swapped_ends
 
 STARTS = 8
-"""Random starts from which a loop is tried before it counts as open."""
+"""Number of random starts before a loop counts as open."""
 MOST_REFINED = 3
-"""Starts from which the smallest gap is sought, those that leave the smallest first."""
+"""Number of starts to refine, best first."""
 MOST_TOLD = 5
-"""Most lengths and angles that a message offers, those of the smallest change first."""
+"""Maximum number of lengths and angles in a message, smallest change first."""
 DOUBLINGS, HALVINGS = 12, 16
 FARTHEST = 8.0
-"""Longest length that is tried, in parts of the mechanism's size."""
+"""Longest length to try, relative to the mechanism size."""
 DIGITS, DECIMALS = 4, 6
 FIRST_STEP = 0.05
-"""First step of the search for the far end of a range: radian, or part of the mechanism's size."""
+"""First step of the search for the far end of a range (radian, or relative to the size)."""
 ASIDE = 0.2
-"""Step off a dead point: radian, or part of the mechanism's size."""
+"""Step away from a dead point (radian, or relative to the mechanism size)."""
 UNITS = {True: ("mm", 1000.0), False: ("deg", 180 / math.pi)}
-"""Unit and factor of a length, and of an angle."""
+"""Display unit and factor of a length, and of an angle."""
 
 
 @dataclass(frozen=True)
 class Remedy:
-    """A length or angle that closes the loop, and the range in which it does.
+    """A length or angle that can close the loop, and the interval that closes it.
 
     Attributes:
-        name: The length or angle in words.
-        now: Its value (metre or radian).
-        low: The lowest value; None where none was found.
-        high: The highest value; None where none was found.
-        is_length: Whether it is a length.
+        name: Description of the length or angle.
+        now: Its current value (metre or radian).
+        low: The lowest closing value; None if none was found.
+        high: The highest closing value; None if none was found.
+        is_length: Whether the value is a length.
     """
 
     name: str
@@ -57,19 +57,19 @@ class Remedy:
     is_length: bool
 
     def __str__(self) -> str:
-        """``L (couplers), now 130 mm: 152.3 mm or more``."""
+        """Returns text such as ``L (couplers), now 130 mm: 152.3 mm or more``."""
         now = shown(self.now, self.is_length)
         return f"{self.name}, now {now}: {interval(self.low, self.high, self.is_length)}"
 
 
 def open_loop(mechanism: Mechanism) -> str:
-    """The loop that does not close at the reference, its gap, and what would close it.
+    """Describes the loop that does not close at the reference, its gap, and the remedies.
 
     Args:
         mechanism: The description.
 
     Returns:
-        Some lines; empty where all loops close with the actuated coordinates of the reference.
+        Several lines; empty if all loops close at the actuated coordinates of the reference.
     """
     bodies = BodiesInNumbers(mechanism)
     values, tried = bodies.values, []
@@ -83,11 +83,11 @@ def open_loop(mechanism: Mechanism) -> str:
 
 
 def not_closing(mechanism: Mechanism, error: RobotError) -> RobotError:
-    """The error of loops that are not solved at the reference, with what would help.
+    """Returns the error for loops that stay unsolved at the reference, with advice.
 
     Args:
         mechanism: The description.
-        error: The error of the solution, which stays where the loops do close.
+        error: The solver's error. It is kept if the loops do close numerically.
     """
     told = open_loop(mechanism)
     swapped = swapped_ends(mechanism)
@@ -116,18 +116,18 @@ def not_closing(mechanism: Mechanism, error: RobotError) -> RobotError:
         advice = f"give other values of {actuated} in [reference], at which the loops can move"
         return RobotError(f"{error}\n    The loops are at a dead point at {near}: {advice}")
     return RobotError(
-        f"{error}\n    The loops close at {near}: write values near these in [reference]"
+        f"{error}\n    The loops close at {near}: write values close to these in [reference]"
     )
 
 
 def _wrong_actuation(mechanism: Mechanism, at: Mapping[str, float]) -> RobotError | None:
-    """The error of actuators that do not determine a mechanism; None where they do.
+    """Returns the error of actuators that do not determine a mechanism; None if they do.
 
     Loops with too many freedoms look like loops at a dead point.
 
     Args:
         mechanism: The description.
-        at: Values near a configuration at which its loops close.
+        at: Values near a configuration with closed loops.
     """
     loops = ClosedLoops(mechanism, at)
     try:
@@ -142,14 +142,14 @@ def _wrong_actuation(mechanism: Mechanism, at: Mapping[str, float]) -> RobotErro
 
 
 def _wrapped(value: float, is_length: bool) -> float:
-    """An angle within half a turn; a length as it is."""
+    """Wraps an angle to half a turn; returns a length unchanged."""
     return value if is_length else math.remainder(value, 2 * math.pi)
 
 
 def _closed(
     bodies: BodiesInNumbers, values: Mapping[str, float], loops: Sequence[str]
 ) -> dict[str, float]:
-    """The values nearest to closure: from the given ones, else from the best of random starts."""
+    """Returns the values nearest to closure, from the given values or the best random start."""
     random = np.random.default_rng(0)
     last = loops[-1]
     best = bodies.nearest(values, bodies.unknown, loops)
@@ -177,7 +177,7 @@ def _gap(bodies: BodiesInNumbers, values: Mapping[str, float], loops: Sequence[s
     return max(gaps[name].distance / bodies.size + gaps[name].turn for name in loops)
 
 
-# --- what would close it ---
+# --- remedies ---
 
 
 def _told(
@@ -199,7 +199,7 @@ def _told(
 
 
 def _where(bodies: BodiesInNumbers, closer: Closure | Strut) -> str:
-    """The actuated coordinates of the loop at the reference."""
+    """Lists the actuated coordinates of the loop at the reference."""
     names = {name for name, _, _ in _candidates(bodies, closer)}
     told = [
         f"{c.name} = {shown(bodies.values[c.moves] / bodies.number(c.ratio), c.unit == 'm')}"
@@ -210,15 +210,15 @@ def _where(bodies: BodiesInNumbers, closer: Closure | Strut) -> str:
 
 
 def _missing(bodies: BodiesInNumbers, closer: Closure | Strut, values: Mapping[str, float]) -> str:
-    """The gap in words."""
+    """Describes the gap."""
     _, _, d = bodies.ends(closer, values)
     distance = float(np.linalg.norm(d))
     if isinstance(closer, Strut):
         length = bodies.length(closer, values)
         word = "too short" if distance > length else "too long"
         return (
-            f"its ends on {closer.a.body} and {closer.b.body} are {shown(distance, True)} apart at"
-            f" best and it is {shown(length, True)} long, {shown(abs(distance - length), True)}"
+            f"its ends on {closer.a.body} and {closer.b.body} are at best {shown(distance, True)} "
+            f"apart, but it is {shown(length, True)} long, {shown(abs(distance - length), True)}"
             f" {word}"
         )
     gap = bodies.gaps(values)[closer.name]
@@ -248,7 +248,7 @@ def _remedies(
 def _candidates(
     bodies: BodiesInNumbers, closer: Closure | Strut
 ) -> Iterator[tuple[str, str, float]]:
-    """Constants and actuated coordinates in a loop: name, words, and advance per unit."""
+    """Yields constants and actuated coordinates in a loop: name, description, factor."""
     mechanism = bodies.mechanism
     ways = [mechanism.way(frame.body) for frame in (closer.a, closer.b)]
     joints = [joint for way in ways for joint in way if not all(joint in w for w in ways)]
@@ -289,7 +289,7 @@ def _constants(
 
 
 def _is_beside(mechanism: Mechanism, name: str, moved: set[str]) -> bool:
-    """Whether a strut shares a moving joint with a loop."""
+    """Whether a strut spans a moving joint of a loop."""
     for strut in mechanism.struts:
         if strut.name == name:
             ways = {j.name for f in (strut.a, strut.b) for j in mechanism.way(f.body)}
@@ -303,7 +303,7 @@ def _is_beside(mechanism: Mechanism, name: str, moved: set[str]) -> bool:
 def _range(
     bodies: BodiesInNumbers, name: str, values: Mapping[str, float], loops: Sequence[str]
 ) -> tuple[float | None, float | None] | None:
-    """The interval of a constant or coordinate in which the loops close; None if none is found."""
+    """Returns the interval of a value in which the loops close; None if none is found."""
     now = values.get(name, bodies.constants.get(name, 0.0))
     inside = _inside(bodies, name, now, values, loops)
     if inside is None:
@@ -332,7 +332,7 @@ def _ordered(near: float, far: float | None, sense: float) -> tuple[float | None
 
 
 def _beside(bodies: BodiesInNumbers, posture: Mapping[str, float]) -> dict[str, float]:
-    """A posture off a dead point, at which the joints would not know which way to turn."""
+    """Returns a configuration away from a dead point, where the joint directions are defined."""
     moved = dict(posture)
     for k, name in enumerate(bodies.unknown):
         moved[name] += ASIDE * (-1) ** k * (bodies.size if bodies.is_length(name) else 1.0)
@@ -353,7 +353,7 @@ def _inside(
     values: Mapping[str, float],
     loops: Sequence[str],
 ) -> tuple[float, dict[str, float]] | None:
-    """A value at which the loops close, and the posture there."""
+    """Returns a value at which the loops close, and the configuration there."""
     reach = bodies.size if bodies.is_length(name) else math.pi
     for start in (0.0, 0.1, -0.1, 0.5, -0.5, 1.0, -1.0):
         trial = {**values, name: now + start * reach}
@@ -384,7 +384,7 @@ def _at(
     values: Mapping[str, float],
     loops: Sequence[str],
 ) -> dict[str, float] | None:
-    """The posture in which the loops close at a value; None where they do not."""
+    """Returns the closed configuration at a value; None if the loops stay open."""
     before = bodies.constants
     if name in bodies.constants:
         bodies.constants = {**before, name: value}
@@ -404,7 +404,7 @@ def _edge(
     posture: Mapping[str, float],
     loops: Sequence[str],
 ) -> float:
-    """The last value between one that closes and one that does not."""
+    """Returns the last closing value between a closing and an open value."""
     for _ in range(HALVINGS):
         middle = (inside + outside) / 2
         closed = _at(bodies, name, middle, posture, loops)
@@ -416,23 +416,23 @@ def _edge(
 
 
 def _change(bodies: BodiesInNumbers, remedy: Remedy) -> float:
-    """The smallest change that closes the loop, in parts of the size or radian."""
+    """Returns the smallest change that closes the loop (radian, or relative to the size)."""
     ends = [abs(end - remedy.now) for end in (remedy.low, remedy.high) if end is not None]
     return min(ends, default=math.inf) / (bodies.size if remedy.is_length else 1.0)
 
 
-# --- numbers in words ---
+# --- values as text ---
 
 
 def shown(value: float, is_length: bool) -> str:
-    """A length in millimetres or an angle in degrees, four digits."""
+    """Formats a length in millimetres or an angle in degrees, with four digits."""
     unit, factor = UNITS[is_length]
     shortened = round(value * factor, DECIMALS) + 0.0
     return f"{shortened:.{DIGITS}g} {unit}"
 
 
 def interval(low: float | None, high: float | None, is_length: bool) -> str:
-    """A range, its ends rounded inwards."""
+    """Formats an interval, its ends rounded inwards."""
     unit, factor = UNITS[is_length]
     bottom = None if low is None else _inwards(low * factor, up=True)
     top = None if high is None else _inwards(high * factor, up=False)

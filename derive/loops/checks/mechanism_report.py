@@ -1,4 +1,4 @@
-"""A robot with loops in words: its freedoms, its loops, and the steps that solve them."""
+"""Text report on a robot with loops: its freedoms, its loops, and their solution steps."""
 
 from collections.abc import Iterator
 
@@ -8,7 +8,7 @@ from .closable import doubts_of, limits_of
 
 
 def in_words(h: Hybrid) -> str:
-    """The freedoms of a mechanism, counted in three ways, its loops and their solution.
+    """Reports the freedoms of a mechanism from three counts, its loops and their solution.
 
     Raises:
         RobotError: The loops do not close at the reference, or the actuators do not match the

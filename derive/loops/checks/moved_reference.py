@@ -1,4 +1,4 @@
-"""Values of a described reference that are far from those at which the loops close."""
+"""Finds reference values that are far from the configuration at which the loops close."""
 
 import math
 
@@ -9,11 +9,11 @@ from .gaps import shown
 
 
 def moved_reference(h: Hybrid) -> str:
-    """A sentence on the joint whose described value is farthest from the closed reference.
+    """States which described joint value is farthest from the closed reference.
 
-    Values of joints that follow from others only choose the branch. Where one is far away, the
-    actuated coordinates are mostly not those that were meant: a cylinder that is left out starts in
-    the middle of its limits. Empty where all values are near, and for turns by whole circles.
+    Values of dependent joints only select the branch. A large difference usually means wrong
+    actuated coordinates: an omitted cylinder starts in the middle of its limits. The result is
+    empty if all values are close, up to whole turns.
     """
     at, size = h.at_reference, longest_length(h.mechanism, h.terms)
     described = {name: float(h.terms.value(x)) for name, x in h.mechanism.reference}

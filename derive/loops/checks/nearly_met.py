@@ -1,8 +1,8 @@
-"""Structures that loops without a closed form nearly have, such as those of a robot as built.
+"""Detects loops that narrowly miss a closed form, such as those of an as-built robot.
 
-A platform on pairs of equal, parallel rods only translates, and a loop whose axes are parallel
-moves in a plane. Where lengths and axes miss that by more than the noise of a file, Newton's
-iteration closes the loops, and a sentence states what is missing.
+A platform on pairs of equal, parallel rods only translates, and a loop with parallel axes is
+planar. If the geometry misses this by more than the file's rounding noise, Newton's iteration
+closes the loops. A sentence then states the deviation.
 """
 
 from collections.abc import Iterator
@@ -21,18 +21,18 @@ from ..spatial.three_spheres import SPHERES, spheres_of
 
 Floats = NDArray[np.float64]
 TWO = 2
-"""Axes that a loop needs besides its closer, so that they can be parallel."""
+"""Minimum number of revolute axes, besides the closer, that can be parallel."""
 
 
 def nearly_met(h: Hybrid) -> Iterator[str]:
-    """Sentences on the structures that would give a closed form; none where there is one."""
+    """Yields sentences on nearly met closed-form structures; none if a closed form exists."""
     if h.forward.open:
         yield from _parallel_rods(h)
         yield from _planes(h)
 
 
 def _parallel_rods(h: Hybrid) -> Iterator[str]:
-    """The sentence on a platform whose rods are nearly parallel in pairs."""
+    """Yields a sentence on a platform whose rods are nearly parallel in pairs."""
     struts = [
         loop.closer
         for loop in h.loops.spatial
@@ -58,13 +58,13 @@ def _parallel_rods(h: Hybrid) -> Iterator[str]:
     }
     missing = [f"{names} by {1000 * by:.3g} mm" for names, by in off.items() if by > NOISE * size]
     yield (
-        "the loops would have a closed form, three spheres, if rods were equal and parallel that "
-        f"differ: {', '.join(missing)}"
+        "the loops would have a closed form (three spheres) if these rods were equal and "
+        f"parallel; they differ: {', '.join(missing)}"
     )
 
 
 def _around(h: Hybrid) -> Iterator[AtReference]:
-    """The reference, and configurations to both sides of it."""
+    """Yields the reference, and configurations on both sides of it."""
     own, terms = h.forward.reference, h.terms
     for part in (0.0, SAMPLED_RANGE, -SAMPLED_RANGE):
         steps = [own.size if c.unit == "m" else 1.0 for c in h.mechanism.coordinates]
@@ -73,7 +73,7 @@ def _around(h: Hybrid) -> Iterator[AtReference]:
 
 
 def _groups(numbers: Floats, most: float) -> list[list[int]]:
-    """Rods whose spheres are one up to a distance, by index."""
+    """Groups rods whose spheres coincide within a distance, by index."""
     groups: list[list[int]] = []
     for k in range(numbers.shape[1]):
         near = [group for group in groups if _apart(numbers, group[0], k) <= most]
@@ -85,13 +85,13 @@ def _groups(numbers: Floats, most: float) -> list[list[int]]:
 
 
 def _apart(numbers: Floats, a: int, b: int) -> float:
-    """The largest difference of two spheres' centres and radii at all configurations (metre)."""
+    """Returns the largest difference of two spheres in centre and radius (metre)."""
     off = numbers[:, a] - numbers[:, b]
     return float(max(np.linalg.norm(off[:, :3], axis=-1).max(), np.abs(off[:, 3]).max()))
 
 
 def _planes(h: Hybrid) -> Iterator[str]:
-    """Sentences on loops that are nearly plane."""
+    """Yields sentences on nearly planar loops."""
     for loop in h.loops.spatial:
         turning = [joint for joint in loop.joints if joint.kind == "revolute"]
         is_pin = isinstance(loop.closer, Closure) and loop.closer.kind == "pin"
@@ -100,6 +100,6 @@ def _planes(h: Hybrid) -> Iterator[str]:
         tilt = tilt_of(h.mechanism, h.terms, loop)
         if tilt.is_small:
             yield (
-                f"the loop of {tilt.closer!r} would be planar, and have a closed form as such, if"
+                f"the loop of {tilt.closer!r} would be planar and have a closed form if"
                 f" its axes were parallel and its ends in one plane: {tilt}"
             )

@@ -1,8 +1,8 @@
-"""The change of the tool's pose by numbers that were not taken as they are written.
+"""Tool pose change caused by replacing written values with exact ones.
 
-Near their dead points, loops turn a small change of a length into a large motion, so that no bound
-holds at all configurations. The robot in exact numbers and the robot as written are closed at
-random configurations, and the largest difference of their poses is stated.
+Near a dead point a small change of length causes a large motion, so no bound holds at all
+configurations. Both versions of the robot are therefore closed at random configurations. The
+largest pose difference is reported.
 """
 
 from collections.abc import Iterator
@@ -17,14 +17,14 @@ from .bodies_in_numbers import BodiesInNumbers
 
 Floats = NDArray[np.float64]
 SAMPLES = 20
-"""Random configurations that are tried."""
+"""Number of random configurations."""
 
 
 def with_pose_change(mechanism: Mechanism) -> Mechanism:
-    """A robot whose ``cleaning`` has the largest changes of the pose, and whose notes state them.
+    """Returns the mechanism with the largest pose changes in ``cleaning`` and in its notes.
 
     Args:
-        mechanism: A robot in exact numbers whose loops close at the reference.
+        mechanism: A robot with exact values whose loops close at the reference.
     """
     if mechanism.as_written is None:
         return mechanism
@@ -38,7 +38,7 @@ def with_pose_change(mechanism: Mechanism) -> Mechanism:
 
 
 def _changes(mechanism: Mechanism, written: Mechanism) -> Iterator[tuple[float, float]]:
-    """Distances (metre) and angles (radian) between the tools at random configurations."""
+    """Yields distances (metre) and angles (radian) between the tools at random configurations."""
     exact = BodiesInNumbers(mechanism)
     own = BodiesInNumbers(written, _normals(exact, written))
     names = [closer.name for closer in mechanism.closers]
@@ -54,7 +54,7 @@ def _changes(mechanism: Mechanism, written: Mechanism) -> Iterator[tuple[float, 
 
 
 def _normals(exact: BodiesInNumbers, written: Mechanism) -> dict[str, Floats]:
-    """Normals of planar loops on the bodies of the robot as written, whose base may be turned."""
+    """Returns planar loop normals of the robot as written; its base may be rotated."""
     m = exact.mechanism
     turned = np.linalg.inv(exact.matrix(written.base)) @ exact.matrix(m.base)
     base = {c.name for c in m.closers if c.a.body == m.base_frame}
@@ -65,12 +65,12 @@ def _normals(exact: BodiesInNumbers, written: Mechanism) -> dict[str, Floats]:
 
 
 def _drawn(bodies: BodiesInNumbers, c: Coordinate, part: float) -> float:
-    """A value of a joint between its limits; without limits, around the reference.
+    """Returns a joint value between its limits; without limits, around the reference.
 
     Args:
         bodies: The robot.
         c: The coordinate that moves the joint.
-        part: From -1 to 1; 0 for the reference.
+        part: Position in the range, from -1 to 1; 0 is the reference.
     """
     at = bodies.values[c.moves]
     if part == 0:
@@ -89,7 +89,7 @@ def _tool(bodies: BodiesInNumbers, at: dict[str, float]) -> Floats:
 
 
 def _apart(one: Floats, other: Floats) -> tuple[float, float]:
-    """The distance between the origins of two poses, and the angle between their axes."""
+    """Returns the distance between the origins of two poses, and their rotation angle."""
     half_chord = float(np.linalg.norm(one[:3, :3] - other[:3, :3])) / np.sqrt(8)
     angle = 2 * float(np.arcsin(min(1.0, half_chord)))
     return float(np.linalg.norm(one[:3, 3] - other[:3, 3])), angle

@@ -1,7 +1,7 @@
-"""Rods whose ends seem swapped: with their places exchanged, all loops close near the reference.
+"""Detects rods with swapped ends: exchanging them closes all loops near the reference.
 
-Loops with swapped ends stand open, or close in another posture: four of six rods of a delta turn
-its platform a little.
+Loops with swapped ends stay open or close in a different configuration. For example, four of six
+delta rods rotate the platform slightly.
 """
 
 import math
@@ -12,36 +12,38 @@ from ...model.mechanism import Mechanism, Strut
 from .bodies_in_numbers import BodiesInNumbers, Floats
 
 NEAR = 0.2
-"""Farthest motion from the reference, in parts of the mechanism's size or radian: values of passive
-joints need only be near, and an exchange that is no remedy may close the loops elsewhere."""
+"""Farthest motion from the reference, radian or relative to the mechanism size.
+
+Passive joint values are only approximate, and a wrong exchange may also close the loops far away.
+"""
 CLEARLY = 0.02
-"""Motion from the reference, as :data:`NEAR`, that values of two digits do not explain."""
+"""Distance from the reference, like :data:`NEAR`, that two-digit rounding cannot explain."""
 PART = 0.1
-"""Part of that motion that an exchange may leave: the reference then has the exchanged posture."""
+"""Fraction of that distance that may remain after a plausible exchange."""
 
 
 def doubtful_ends(mechanism: Mechanism, closed: Mapping[str, float]) -> str:
-    """The rods whose ends seem swapped though all loops close, in a sentence; else empty.
+    """States which rods seem swapped although all loops close; else empty.
 
     Args:
         mechanism: A description whose loops close far from the reference.
-        closed: The values of all members there (radian or metre).
+        closed: The values of all members at that configuration (radian or metre).
     """
     motion = _change(BodiesInNumbers(mechanism), closed)
     names, left = _best(mechanism) if motion > CLEARLY else ((), math.inf)
     if left > PART * motion:
         return ""
     return (
-        f"the loops close {motion:.2g} rad, or parts of the size, away from the reference, and "
+        f"the loops close {motion:.2g} (rad, or relative to the size) away from the reference, and "
         f"{_seeming(names)}"
     )
 
 
 def swapped_ends(mechanism: Mechanism) -> str:
-    """The rods whose ends seem swapped, in a sentence; empty where no exchange closes the loops.
+    """States which rods seem swapped; empty if no exchange closes the loops.
 
-    Each rod is tried alone, then the rods between the same two bodies together, then all. Of the
-    exchanges that close all loops, that nearest to the reference is told.
+    Each rod is tried alone, then all rods between the same two bodies, then all rods. The exchange
+    that closes all loops nearest to the reference is reported.
 
     Args:
         mechanism: A description whose loops do not close at the reference.
@@ -51,11 +53,11 @@ def swapped_ends(mechanism: Mechanism) -> str:
 
 
 def _best(mechanism: Mechanism) -> tuple[tuple[str, ...], float]:
-    """The rods whose exchange closes all loops nearest to the reference, and how far from it."""
+    """Returns the exchange that closes all loops nearest to the reference, and its distance."""
     normals = BodiesInNumbers(mechanism).normals
     found = {names: _motion(_exchanged(mechanism, names), normals) for names in _groups(mechanism)}
     for names in sorted(found, key=found.__getitem__):
-        # An exchange may take the pins of a rod out of the plane of its loop.
+        # An exchange may move the pins of a rod out of the plane of its loop.
         if found[names] < math.inf and _motion(_exchanged(mechanism, names)) < math.inf:
             return names, found[names]
     return (), math.inf
@@ -70,7 +72,7 @@ def _seeming(names: tuple[str, ...]) -> str:
 
 
 def _groups(mechanism: Mechanism) -> Iterator[tuple[str, ...]]:
-    """Names of rods that are tried together."""
+    """Yields the names of rods that are exchanged together."""
     pairs: dict[frozenset[str], list[str]] = {}
     for strut in mechanism.struts:
         yield (strut.name,)
@@ -90,7 +92,7 @@ def _exchanged(mechanism: Mechanism, names: tuple[str, ...]) -> Mechanism:
 
 
 def _turned(strut: Strut) -> Strut:
-    """A strut with the places of its ends exchanged between their bodies."""
+    """Returns a strut with its end placements exchanged between the bodies."""
     a, b = strut.a, strut.b
     return replace(
         strut,
@@ -100,7 +102,7 @@ def _turned(strut: Strut) -> Strut:
 
 
 def _motion(mechanism: Mechanism, normals: Mapping[str, Floats] | None = None) -> float:
-    """How far the nearest closed posture is from the reference; infinite where none is found."""
+    """Returns the distance of the nearest closed configuration; infinite if none is found."""
     bodies = BodiesInNumbers(mechanism, normals)
     names = [closer.name for closer in mechanism.closers]
     closed = bodies.nearest(bodies.values, bodies.unknown, names)

@@ -1,9 +1,9 @@
-"""The least equations of loops without a closed form, and the numbers where their iteration starts.
+"""Reduced closure equations of loops without a closed form, and their start values.
 
-A strut holds two points at its length, whether pins or balls hold its ends: one equation for its
-loop, |b - a| = l, and its swing follows from the points. So the equations c(w) = 0 hold the
-variables w alone, which are the configuration z without the swings of struts. With the actuated
-variables a and the unknown ones u, c_u du = -c_a da.
+A strut keeps two points at a distance, whether its ends are pins or balls. Its loop has one
+equation, |b - a| = l, and its swing follows from the points. The equations c(w) = 0 therefore
+contain only the variables w: the configuration z without strut swings. For actuated variables a and
+unknown variables u, c_u du = -c_a da.
 """
 
 from collections.abc import Mapping
@@ -36,14 +36,16 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Start:
-    """The reference configuration of the iteration, in numbers.
+    """The reference configuration of the iteration, as numerical values.
 
     Attributes:
         q: (n,) actuated coordinates (radian or metre).
         w: (n_w,) variables of the equations.
-        tangent: (n_u, n) derivative of the unknown variables by the actuated coordinates.
-        determinant: Of c_u, its sign included; the product of R's diagonal where c_u is not square.
-        is_regular: Whether c_u has full rank: the reference is at no dead point.
+        tangent: (n_u, n) derivative of the unknown variables with respect to the actuated
+            coordinates.
+        determinant: Signed determinant of c_u. If c_u is not square, the product of R's diagonal in
+            its QR decomposition.
+        is_regular: Whether c_u has full rank, so that the reference is not at a dead point.
     """
 
     q: FloatArray
@@ -54,20 +56,20 @@ class Start:
 
 
 class LoopClosure:
-    """The equations c(w) = 0 of one mechanism over the terms of its derivation.
+    """The equations c(w) = 0 of one mechanism, over the terms of its derivation.
 
     Attributes:
         hybrid: The robot.
-        mechanism: It on balls, so that swings are no variables.
+        mechanism: The robot with ball-ended struts, so that swings are not variables.
         names: Names of the variables.
-        is_length: Which of them are lengths.
+        is_length: Mask of the variables that are lengths.
         arguments: The arguments w and wd.
         w: Symbols of the variables.
-        of_actuators: The same equations with the actuated coordinates given; None where they are
-            given here.
-        ratios: Advance of the given variables per unit of the coordinates.
-        given: Indices of the variables that are given.
-        unknown: Indices of the others.
+        of_actuators: The same equations with the actuated coordinates as inputs; None if they are
+            the inputs here.
+        ratios: Advance of each input variable per unit of its coordinate.
+        given: Indices of the input variables.
+        unknown: Indices of the unknown variables.
     """
 
     def __init__(self, hybrid: Hybrid, of_actuators: "LoopClosure | None" = None) -> None:
@@ -75,8 +77,8 @@ class LoopClosure:
 
         Args:
             hybrid: The robot.
-            of_actuators: The same equations with the actuated coordinates given, where the main
-                chain's joints are given here.
+            of_actuators: The same equations with the actuated coordinates as inputs, if the
+                main-chain joints are the inputs here.
         """
         self.hybrid, self.of_actuators = hybrid, of_actuators
         self.mechanism = on_balls(hybrid.mechanism)
@@ -113,7 +115,7 @@ class LoopClosure:
 
     @cached_property
     def entries(self) -> tuple[sp.Expr, ...]:
-        """What is zero where the loops are closed, or as nearly closed as they can be."""
+        """Terms that are zero if the loops are closed, or as nearly closed as possible."""
         if self.of_actuators is not None:
             return self.of_actuators.entries
         if self.hybrid.left_open is None:
@@ -131,17 +133,17 @@ class LoopClosure:
 
     @cached_property
     def slopes(self) -> tuple[tuple[sp.Expr, ...], ...]:
-        """Derivative of the entries by the variables, by rows."""
+        """Derivative of the entries with respect to the variables, by rows."""
         return derivative_rows(self.entries, self.hybrid.terms, self.w)
 
     @property
     def is_determined(self) -> bool:
-        """Whether there are equations enough for the unknown variables."""
+        """Whether there are enough equations for the unknown variables."""
         return len(self.units) >= len(self.unknown)
 
     @cached_property
     def size(self) -> float:
-        """The longest translation or rod (metre), which compares lengths with angles."""
+        """The longest translation or rod (metre), used to scale lengths against angles."""
         return float(f"{longest_length(self.hybrid.mechanism, self.hybrid.terms):.3g}")
 
     @cached_property
@@ -159,7 +161,7 @@ class LoopClosure:
 
     @cached_property
     def start(self) -> Start:
-        """The reference in numbers, rounded to digits that agree on every machine."""
+        """The numerical reference, rounded to digits that agree on every machine."""
         at = self.hybrid.at_reference
         w = np.array([at[name] for name in self.names])
         kernel = lower([self.residual], "reference")[0]
@@ -179,14 +181,15 @@ class LoopClosure:
 
     @property
     def _scales(self) -> FloatArray:
-        """What makes each variable comparable with an angle (metre, or 1)."""
+        """Scale (metre, or 1) that makes each variable comparable with an angle."""
         return np.where(self.is_length, self.size, 1.0)
 
     @cached_property
     def of_chain(self) -> "LoopClosure | None":
-        """The same equations with the main chain's joints given.
+        """The same equations with the main-chain joints as inputs.
 
-        None where these do not determine the others, or the reference is at a dead point then.
+        None if these joints do not determine the other variables, or if the reference is then at a
+        dead point.
         """
         found = LoopClosure(self.hybrid, self)
         return found if found.is_determined and found.start.is_regular else None
@@ -236,7 +239,7 @@ class LoopClosure:
 
 
 def on_balls(mechanism: Mechanism) -> Mechanism:
-    """The mechanism with its struts on balls, whose swings are no variables."""
+    """Returns the mechanism with ball-ended struts, whose swings are not variables."""
     swings = set(mechanism.swings)
     return replace(
         mechanism,
@@ -246,5 +249,5 @@ def on_balls(mechanism: Mechanism) -> Mechanism:
 
 
 def _rounded(values: FloatArray) -> FloatArray:
-    """To 12 decimals, so that rounding of numbers that are 0 is left out too."""
+    """Rounds to 12 decimals, which also removes rounding noise from zeros."""
     return np.asarray(np.round(values, 12) + 0.0)

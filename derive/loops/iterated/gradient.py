@@ -1,13 +1,14 @@
-"""Overconstrained loops in the least-squares sense: the gradient of their gaps as equations.
+"""Least-squares closure of overconstrained loops: the gradient of the gaps as equations.
 
-With the gaps c_i (metre; entries of rotations times the length l) the configuration nearest to
-closure has the least sum of c_i^2 / 2, so that its gradient by the unknown variables is zero:
+The gaps c_i are in metres; rotation entries are multiplied by a length l. The configuration nearest
+to closure minimizes the sum of c_i^2 / 2, so its gradient with respect to the unknown variables is
+zero:
 
     g_u = sum_i c_i dc_i/du = 0
 
-These are as many equations as unknown variables. Their derivative holds the second derivatives of
-the gaps, and is regular where the gaps are small and their derivative has full rank. So Newton's
-iteration, rates and accelerations are those of loops that close.
+There are as many equations as unknown variables. Their Jacobian contains second derivatives of the
+gaps. It is regular for small gaps whose derivative has full rank. Newton's iteration, rates and
+accelerations therefore work as for loops that close.
 """
 
 from collections.abc import Sequence
@@ -18,8 +19,7 @@ from ...terms.terms import Terms
 from ..constraints import LoopEquations, derivative_rows
 
 UNIT = "m"
-"""Unit of each entry of the gradient: where the variable is an angle, the entry is divided by the
-length."""
+"""Unit of each gradient entry. Entries for angles are divided by the length."""
 
 
 def gradient(
@@ -29,14 +29,14 @@ def gradient(
     is_length: Sequence[bool],
     length: float,
 ) -> tuple[sp.Expr, ...]:
-    """The gradient of half the sum of squared gaps, named, one entry for each unknown variable.
+    """Returns the gradient of half the sum of squared gaps, one entry per unknown variable.
 
     Args:
         equations: The equations of all loops.
         terms: Names of all terms.
-        unknown: The variables that the loops have to determine (radian or metre).
-        is_length: Which of them are lengths.
-        length: The length (metre) that compares angles with lengths.
+        unknown: The variables that the loops determine (radian or metre).
+        is_length: Mask of the unknown variables that are lengths.
+        length: The length (metre) that scales angles against lengths.
     """
     size = sp.Rational(f"{length:.3g}")
     weights = [size if unit == "1" else sp.S.One for loop in equations for unit in loop.units]

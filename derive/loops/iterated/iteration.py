@@ -1,8 +1,8 @@
-"""The joints of a robot whose loops have no closed form: results of calls of an iterative solver.
+"""Joints of loops without a closed form, as results of an iterative solver.
 
 The solver closes the loops by Newton's iteration (:mod:`.closure_equations`) and differentiates
-them by the implicit function theorem. Its results are arguments of the statements of a function:
-the variables w of the equations, and their derivatives.
+them by the implicit function theorem. Its results, the variables w and their derivatives, are
+arguments in the statements of a function.
 """
 
 import math
@@ -23,19 +23,20 @@ from ..maps import Joints, Maker, backward_makers, configuration_D_q, forward_ma
 from .closure_equations import LoopClosure
 
 SYSTEM = 400
-"""About how many operations a step of the iteration takes, by the cube of six unknowns."""
+"""Approximate number of operations per iteration step, for six unknowns."""
 STEPS = 8
-"""About how many steps lead from the reference to a pose."""
+"""Approximate number of steps from the reference to a pose."""
 NEAR = 2
-"""About how many steps lead from a configuration nearby to a pose."""
+"""Approximate number of steps from a nearby configuration to a pose."""
 FIRST = "at"
-"""The entry of the solver that closes the loops from the reference."""
+"""The solver entry point that closes the loops from the reference."""
 
 
 class Iteration:
-    """The variables of iterated loops, and their derivatives, as results of calls.
+    """The variables of iterated loops and their derivatives, as results of solver calls.
 
-    It is the rates through the loops (:class:`~chasles.derive.chain.coordinates.LoopRates`), too.
+    The class also provides the rates through the loops
+    (:class:`~chasles.derive.chain.coordinates.LoopRates`).
 
     Attributes:
         closure: The equations of the loops.
@@ -65,9 +66,9 @@ class Iteration:
         self._margin = replace(self._table("square", 1), unit="1", meaning="margin")
 
     def _vector(self, name: str, unit: str) -> Argument:
-        """A value for each variable, by the symbols of the main chain where they are free.
+        """Returns one value per variable, with main-chain symbols for the main-chain joints.
 
-        Terms of the main chain are the same terms then, whether its joints are given or found.
+        Terms of the main chain are then identical, whether its joints are inputs or results.
         """
         symbols = list(coordinates(f"{self._prefix}{name[1:]}", self._size))
         if self.closure.of_actuators is None:
@@ -83,7 +84,7 @@ class Iteration:
     # --- values and rates ---
 
     def named(self, names: Iterable[str]) -> tuple[sp.Expr, ...]:
-        """The values of joints, swings and cylinders."""
+        """Returns the values of joints, swings and cylinders."""
         return tuple(self._values[name] for name in names)
 
     @cached_property
@@ -94,13 +95,13 @@ class Iteration:
 
     @cached_property
     def _ratios(self) -> dict[int, tuple[int, sp.Expr]]:
-        """The coordinate of each given variable, and the advance per unit of it."""
+        """The coordinate index of each input variable, and its advance per coordinate unit."""
         driven = [c.ratio for c in self.hybrid.mechanism.coordinates]
         ratios = driven if self.closure.of_actuators is None else [sp.S.One] * self._n
         return {k: (j, ratios[j]) for j, k in enumerate(self.closure.given)}
 
     def units(self) -> list[Tangent]:
-        """The rates where one coordinate moves by one unit per second, for each coordinate."""
+        """Returns, for each coordinate, the rates if it alone moves at unit speed."""
         return [self._unit(k) for k in range(self._n)]
 
     def _unit(self, k: int) -> Tangent:
@@ -113,19 +114,19 @@ class Iteration:
         return Tangent(self.hybrid.terms, rates | dict(zip(self._w_q.symbols, second, strict=True)))
 
     def along(self, qd: Sequence[sp.Symbol]) -> Tangent:
-        """The rates at rates qd of the coordinates."""
+        """Returns the rates at coordinate rates qd."""
         slopes = zip(self._w_q.symbols, self._w_q_dot.symbols, strict=True)
         return Tangent(self.hybrid.terms, self._moved(self.w, self._wd, qd) | dict(slopes))
 
     def twice(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> Tangent:
-        """The rates of terms of coordinates and their rates, at accelerations qdd."""
+        """Returns the rates of terms in coordinates and their rates, at accelerations qdd."""
         first, second = self._moved(self.w, self._wd, qd), self._moved(self._wd, self._wdd, qdd)
         return Tangent(self.hybrid.terms, first | second | dict(zip(qd, qdd, strict=True)))
 
     def _moved(
         self, of: Argument, rates: Argument, given: Sequence[sp.Symbol]
     ) -> dict[sp.Symbol, sp.Expr]:
-        """The rate of each variable: of a given one in proportion to its coordinate."""
+        """Returns the rate of each variable; inputs move in proportion to their coordinates."""
         found: dict[sp.Symbol, sp.Expr] = dict(zip(of.symbols, rates.symbols, strict=True))
         for i, (j, ratio) in self._ratios.items():
             found[of.symbols[i]] = self.hybrid.terms.let(ratio * given[j])
@@ -135,7 +136,7 @@ class Iteration:
 
     @property
     def joints(self) -> Joints:
-        """All joints from the coordinates."""
+        """All joints as functions of the coordinates."""
         passive = tuple(variable.name for variable in self.hybrid.passive_in_loops)
         interval = ", swings between -pi and pi" if self.hybrid.mechanism.swings else ""
         return Joints(
@@ -143,14 +144,14 @@ class Iteration:
         )
 
     def tool_functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
-        """The functions of the tool with some names."""
+        """Returns the named functions of the tool."""
         chain = self.hybrid.open_chain
         motion = ThroughLoops(chain.motion.values, self)
         found = replace(chain, motion=motion, arguments=self.hybrid.arguments).functions(names)
         return {name: self.with_calls(function) for name, function in found.items()}
 
     def margin(self, name: str, summary: str, identity: str) -> SymbolicFunction:
-        """The square of det c_u in parts of its value at the reference."""
+        """Returns the function (det c_u)^2, relative to its value at the reference."""
         loops = ", ".join(closer.name for closer in self.hybrid.mechanism.closers)
         result = Result("margin", self._margin.symbols, (1,), "1", "margin")
         made = self.hybrid.function(
@@ -159,11 +160,11 @@ class Iteration:
         return replace(self.with_calls(made), steps=(loops,))
 
     def with_calls(self, function: SymbolicFunction, seed: str = "") -> SymbolicFunction:
-        """A function with the calls of the solver whose results its entries need.
+        """Adds the solver calls whose results the entries of a function need.
 
         Args:
             function: The function.
-            seed: Name of the input from which the iteration starts; the reference by default.
+            seed: Name of the start-configuration input; "" starts from the reference.
         """
         needed = {s for _, term in function.definitions() for s in term.free_symbols}
         needed |= {s for r in function.outputs for entry in r.entries for s in entry.free_symbols}
@@ -183,7 +184,7 @@ class Iteration:
         return function if needed.isdisjoint(self.w.symbols) else replace(function, calls=(at,))
 
     def _derivatives(self) -> list[Call]:
-        """The entries behind the factors, each after the entries on which it depends."""
+        """Returns the calls that use the matrix factors, each after its dependencies."""
         n, unknown, x = self._n, len(self.closure.unknown), self._input
         call, system = partial(Call, self.system), 4 * unknown * unknown
         return [
@@ -197,7 +198,7 @@ class Iteration:
 
 
 def inner_makers(closure: LoopClosure) -> dict[str, Maker]:
-    """The functions of w that the solver calls, in the order in which they are written."""
+    """Returns the builders of the functions of w that the solver calls, in output order."""
     return {name: partial(_inner, closure, name) for name in closure.functions}
 
 
@@ -206,11 +207,11 @@ def _inner(closure: LoopClosure, name: str, _: Hybrid) -> SymbolicFunction:
 
 
 def iterated_makers(iteration: Iteration, known: Container[str]) -> dict[str, Maker]:
-    """The maps through the loops, in the order in which they are written.
+    """Returns the builders of the maps through the loops, in output order.
 
     Args:
-        iteration: The variables of the loops from the actuated coordinates.
-        known: Names of maps that have a closed form.
+        iteration: The loop variables as functions of the actuated coordinates.
+        known: Names of the maps with a closed form.
     """
     found = forward_makers(iteration.joints)
     found["configuration_D_q"] = lambda _: configuration_D_q(iteration.joints)
@@ -236,7 +237,7 @@ def iterated_makers(iteration: Iteration, known: Container[str]) -> dict[str, Ma
 
 
 def _near(iteration: Iteration, name: str) -> SymbolicFunction:
-    """All joints, and the pose, from a configuration nearby."""
+    """Builds the function for all joints, and the pose, from a nearby configuration."""
     h = iteration.hybrid
     z = h.arguments["z"]
     seed = replace(z, name="seed", meaning="configuration nearby, swings unused")

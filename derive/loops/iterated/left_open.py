@@ -1,8 +1,8 @@
-"""Overconstrained loops that cannot all close: the configuration nearest to closure, and its gaps.
+"""Overconstrained loops that cannot all close: nearest configuration and residual gaps.
 
-Loops repeat constraints where their equations are more than the unknown variables need: a pin whose
-axis is parallel to the others of its loop holds the plane once more, a third crank of a
-parallelogram the coupler's direction. As built, such constraints contradict each other a little.
+Loops are overconstrained if they have more equations than unknown variables. A pin parallel to the
+other axes of its loop constrains the plane a second time. A third parallelogram crank repeats the
+coupler's direction. In an as-built robot such constraints contradict each other slightly.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,19 +18,19 @@ from ..closing import swings_at
 
 Floats = NDArray[np.float64]
 TOLD = 0.05
-"""Part of the largest gap below which a gap is not told."""
+"""Smallest gap that is reported, as a fraction of the largest gap."""
 
 
 @dataclass(frozen=True)
 class LeftOpen:
-    """Loops that repeat constraints and cannot all close.
+    """Overconstrained loops that cannot all close.
 
     Attributes:
-        at: The configuration of the least sum of squared gaps at the reference's actuated
-            coordinates: values of joints and cylinders (radian or metre), by name.
-        repeated: Number of constraints beyond those that the unknown variables need.
-        gaps: What stays open there, in words, by closure or strut; the widest first.
-        spare: Names of the closures and struts without which the others hold the mechanism.
+        at: The configuration with the least sum of squared gaps, at the reference's actuated
+            coordinates. It lists joints and cylinders by name (radian or metre).
+        repeated: Number of redundant constraints.
+        gaps: Description of the residual gap by closure or strut, widest first.
+        spare: Names of the closures and struts that can be omitted without adding a freedom.
     """
 
     at: Mapping[str, float]
@@ -39,7 +39,7 @@ class LeftOpen:
     spare: tuple[str, ...]
 
     def __str__(self) -> str:
-        """The redundant constraints and how far they are open."""
+        """Returns text on the redundant constraints and their gaps."""
         open_ = ", ".join(f"{name!r} {gap}" for name, gap in self.gaps.items())
         many = "1 constraint is" if self.repeated == 1 else f"{self.repeated} constraints are"
         told = f"{many} redundant, and at best there stay open {open_}"
@@ -50,10 +50,10 @@ class LeftOpen:
 
 
 def left_open(mechanism: Mechanism) -> LeftOpen | None:
-    """The overconstrained loops that cannot all close near the reference.
+    """Returns the overconstrained loops that cannot all close near the reference.
 
-    None where all loops close, where no equation repeats others, where a gap is wider than errors
-    of a robot as built leave, or where actuated coordinates work against each other.
+    The result is None if all loops close, if no equation is redundant, or if a gap exceeds as-built
+    errors. It is also None if actuated coordinates work against each other.
     """
     bodies = BodiesInNumbers(mechanism)
     closers = [closer.name for closer in mechanism.closers]
@@ -86,13 +86,13 @@ def left_open(mechanism: Mechanism) -> LeftOpen | None:
 
 
 def _joints(mechanism: Mechanism, closer: Closure | Strut) -> int:
-    """Number of joints around a loop, its closer included: their errors add up."""
+    """Returns the number of joints around a loop, including its closer; their errors add up."""
     one, other = ({joint.name for joint in mechanism.way(f.body)} for f in (closer.a, closer.b))
     return len(one ^ other) + 1
 
 
 def _rank(J: Floats, least: float) -> int:
-    """Number of singular values above a part of the largest."""
+    """Returns the number of singular values above a fraction of the largest."""
     values = np.linalg.svd(J, compute_uv=False) if J.size else np.zeros(0)
     return int(np.sum(values > least * max(values, default=0.0)))
 
@@ -117,7 +117,7 @@ def _told(
 
 
 def _distance(bodies: BodiesInNumbers, closer: Closure | Strut, at: Mapping[str, float]) -> str:
-    """A distance in words; of a pin, along its axis and across it."""
+    """Describes a distance; a pin's is split along and across its axis."""
     gap = bodies.gaps(at)[closer.name].distance
     if isinstance(closer, Strut):
         return f"{1e3 * gap:.3g} mm of its length"

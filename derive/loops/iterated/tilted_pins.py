@@ -1,9 +1,9 @@
-"""Rods and cylinders on pins whose axes are not parallel, as a robot is built.
+"""Pin-ended rods and cylinders whose pin axes are not parallel, as in an as-built robot.
 
-Pins hold a rod in a plane. Where an axis of its loop is out of that plane by a little, the loop is
-overconstrained: no configuration meets the lengths and the pins' directions at once. The direction
-along the axes is the redundant one, since the rod closes its loop in the plane without it. In the
-least-squares sense, to first order, the lengths are kept and the tilt is left to the pins.
+Pins keep a rod in a plane. If an axis of the loop is slightly out of that plane, the loop is
+overconstrained: no configuration satisfies both the lengths and the pin directions. The constraint
+along the axes is redundant, because the rod closes its planar loop without it. To first order, the
+least-squares solution keeps the lengths, and the pins absorb the tilt.
 """
 
 from collections.abc import Sequence
@@ -24,15 +24,15 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Tilt:
-    """How far the loop of a rod on pins is from a plane.
+    """Deviation of a pin-ended rod's loop from a plane.
 
     Attributes:
         closer: Name of the rod, cylinder or closure.
-        joint: The joint whose axis is farthest from the others'.
-        angle: Between that axis and the mean of the others (radian); 0 where it is the only one.
-        offset: Distance of the rod's ends along the mean axis where all joints are zero (metre).
-        span: Their distance there (metre).
-        axes: Number of the loop's axes. Of two, either may be the one that is tilted.
+        joint: The joint whose axis deviates most.
+        angle: Angle (radian) between that axis and the mean of the other axes; 0 for a single axis.
+        offset: Distance (metre) between the rod's ends along the mean axis, at zero configuration.
+        span: Distance (metre) between the rod's ends, at zero configuration.
+        axes: Number of axes of the loop. With two axes, either may be the tilted one.
     """
 
     closer: str
@@ -44,11 +44,11 @@ class Tilt:
 
     @property
     def is_small(self) -> bool:
-        """Whether the loop is meant to be planar: off by no more than a measured robot is."""
+        """Whether the deviation is within as-built errors, so that a planar loop is intended."""
         return max(self.angle * self.span, self.offset) <= MEASURED_STRUCTURE * self.span
 
     def __str__(self) -> str:
-        """How far the loop is open."""
+        """Describes the deviation."""
         return (
             f"the axis of {self.joint!r} is {1e3 * self.angle:.3g} mrad out of parallel with the"
             f" others, and the ends of {self.closer!r} are {1e3 * self.offset:.3g} mm apart along"
@@ -57,7 +57,7 @@ class Tilt:
 
 
 def tilts(mechanism: Mechanism, terms: Terms) -> list[Tilt]:
-    """The rods and cylinders on pins in loops that are not planar."""
+    """Returns the pin-ended rods and cylinders in spatial loops."""
     _, spatial = linkages(mechanism, terms)
     return [
         tilt_of(mechanism, terms, loop)
@@ -67,10 +67,10 @@ def tilts(mechanism: Mechanism, terms: Terms) -> list[Tilt]:
 
 
 def what_holds_it_open(mechanism: Mechanism) -> str:
-    """Sentences on loops that no length closes; "" where nothing is known.
+    """Explains why no length closes the loops; "" without an explanation.
 
-    They name the joint whose axis keeps a pin between two bodies from closing, the constraints that
-    are redundant, and how far these are open.
+    The sentences name the joint whose axis keeps a pin open, the redundant constraints, and their
+    gaps.
     """
     terms = Terms({p.symbol: p.value for p in mechanism.parameters})
     _, spatial = linkages(mechanism, terms)
@@ -85,7 +85,7 @@ def what_holds_it_open(mechanism: Mechanism) -> str:
     if redundant is not None:
         return (
             f'{found}\n    {redundant}.\n    closure = "least squares" at the top of the file '
-            "takes the posture nearest to closure"
+            "selects the configuration nearest to closure"
         )
     if mechanism.closure == "least squares":
         found += (
@@ -96,11 +96,11 @@ def what_holds_it_open(mechanism: Mechanism) -> str:
 
 
 def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
-    """The mechanism, its tilted rods held at their lengths alone where its file asks for that.
+    """Returns the mechanism, its tilted rods reduced to length constraints if requested.
 
     Raises:
-        RobotError: Pins hold a rod in a loop that is not planar, and the file does not ask for
-            least squares, or the loop is far from a plane.
+        RobotError: A pin-ended rod is in a spatial loop. Either the file does not request least
+            squares, or the loop is far from a plane.
     """
     found = tilts(mechanism, terms)
     if not found:
@@ -132,7 +132,7 @@ def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
 
 
 def tilt_of(mechanism: Mechanism, terms: Terms, loop: Loop) -> Tilt:
-    """How far a loop is from a plane; its joints turn about one axis or more."""
+    """Measures the deviation of a loop with revolute joints from a plane."""
     names, axes, (a, b) = axes_in_numbers(mechanism, terms, loop)
     others = [[*axes[:k], *axes[k + 1 :]] or [axis] for k, axis in enumerate(axes)]
     angles = [_angle(axis, _mean(rest)) for axis, rest in zip(axes, others, strict=True)]
@@ -143,11 +143,11 @@ def tilt_of(mechanism: Mechanism, terms: Terms, loop: Loop) -> Tilt:
 
 
 def _mean(axes: Sequence[Vector]) -> Vector:
-    """The mean direction of axes, whichever way they point."""
+    """Returns the mean direction of axes, regardless of their signs."""
     total = sum((axis * (1.0 if axis @ axes[0] >= 0 else -1.0) for axis in axes), np.zeros(3))
     return np.asarray(total / np.linalg.norm(total))
 
 
 def _angle(a: Vector, b: Vector) -> float:
-    """The angle between two lines."""
+    """Returns the angle between two lines (radian)."""
     return float(np.arctan2(np.linalg.norm(np.cross(a, b)), abs(a @ b)))

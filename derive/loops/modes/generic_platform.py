@@ -1,7 +1,7 @@
-"""A generic platform on six rods, and its forty complex poses: the start of all others.
+"""A generic platform on six rods and its forty complex poses, the start of all paths.
 
-The numbers are random. The poses were found from one of them, along paths around random loops of
-platforms, until there were forty; a generic platform has no more (Raghavan 1993, Wampler 1996).
+The values are random. The poses were found from a single pose by path tracking around random loops
+of platforms, until there were forty. A generic platform has no more (Raghavan 1993, Wampler 1996).
 """
 
 import numpy as np

@@ -21,24 +21,25 @@ from .soma import RODS, SOMA, Array, SixRods
 PAIR = 2
 FREE = ["prismatic"] * 3 + ["revolute"] * 3
 SAMPLES = 60
-"""Configurations by whose rods the space of all rods is found; it has 24 dimensions at most."""
+"""Number of sample configurations that span the space of all rods (at most 24 dimensions)."""
 OPERATIONS = 2_000_000
-"""About what forty paths of thirty steps take."""
+"""Approximate operation count of forty paths with thirty steps each."""
 CALLED = "rod_ends"
 
 
 @dataclass(frozen=True)
 class Hexapod:
-    """Six rods between points that actuators move and a body that the main chain moves freely.
+    """Six rods between actuated points and a platform that the main chain moves freely.
 
-    All points are seen along the main chain's first three joints, from the point about which its
-    last three turn, at rest.
+    Points are expressed along the main chain's first three joint axes. The origin is the center of
+    rotation of the last three joints at zero.
 
     Attributes:
-        a: Rods' ends apart from the platform.
-        b: Their ends on the platform, where its coordinates are zero; constants.
-        lengths: Lengths of the rods.
-        axes: Which of the first three joints' directions each of the last three turns about.
+        a: Rod ends on the actuated side.
+        b: Rod ends on the platform at zero coordinates; constants.
+        lengths: Rod lengths.
+        axes: For each of the last three joints, the index of the parallel axis among the first
+            three.
     """
 
     a: tuple[Vector, ...]
@@ -48,11 +49,11 @@ class Hexapod:
 
 
 class DoubleJoints(NamedTuple):
-    """Pairs of rods that end in one joint.
+    """Pairs of rods that share an end joint.
 
     Attributes:
-        side: 1 where the joints are on the platform, 2 where they are apart from it, 0 where there
-            are none.
+        side: 1 if the shared joints are on the platform, 2 if on the actuated side, 0 if there are
+            none.
         rods: The rods, pair by pair.
     """
 
@@ -64,13 +65,13 @@ NO_JOINTS = DoubleJoints(0, (0,) * RODS)
 
 
 def double_joints(a: Sequence[Sequence[object]], b: Sequence[Sequence[object]]) -> DoubleJoints:
-    """The pairs of rods that end in one joint on the platform (b), or else apart from it (a)."""
+    """Returns the pairs of rods that share a joint on the platform (b), else at ends a."""
     sides = ((side, _paired(ends)) for side, ends in ((1, b), (2, a)))
     return next((DoubleJoints(side, rods) for side, rods in sides if rods), NO_JOINTS)
 
 
 def _paired(ends: Sequence[Sequence[object]]) -> tuple[int, ...]:
-    """The rods in pairs that share an end; empty where they do not end in three double joints."""
+    """Returns the rods in pairs that share an end; empty without three double joints."""
     joints: dict[tuple[object, ...], list[int]] = {}
     for rod, end in enumerate(ends):
         joints.setdefault(tuple(end), []).append(rod)
@@ -79,7 +80,7 @@ def _paired(ends: Sequence[Sequence[object]]) -> tuple[int, ...]:
 
 
 def hexapod_of(h: Hybrid) -> Hexapod | None:
-    """The six rods of a platform in space; None for other platforms."""
+    """Returns the six rods of a spatial platform; None for other platforms."""
     mechanism = h.mechanism
     moving = [joint for joint in mechanism.way(mechanism.tool_body) if joint.kind != "fixed"]
     if [joint.kind for joint in moving] != FREE or len(mechanism.struts) != RODS:
@@ -112,7 +113,7 @@ def hexapod_of(h: Hybrid) -> Hexapod | None:
 
 
 def rod_ends(h: Hybrid) -> SymbolicFunction:
-    """The rods' ends apart from the platform, and their lengths."""
+    """Builds the function for the rod ends on the actuated side, and the rod lengths."""
     found = hexapod_of(h)
     assert found is not None
     a = tuple(h.terms.let(entry) for point in found.a for entry in point)
@@ -130,7 +131,7 @@ def rod_ends(h: Hybrid) -> SymbolicFunction:
 
 
 def modes(h: Hybrid) -> WrittenFunction | None:
-    """The function ``modes``; None where lengths of the rods do not determine poses."""
+    """Returns the function ``modes``; None if the rod lengths do not determine poses."""
     found = hexapod_of(h)
     assert found is not None
     rods = _rods(h, found)
@@ -172,26 +173,26 @@ def modes(h: Hybrid) -> WrittenFunction | None:
 
 
 class RodNumbers:
-    """Six rods in numbers, at some configurations, in parts of the platform's size.
+    """Numerical model of six rods at sample configurations, scaled by the platform size.
 
     Attributes:
-        size: The platform's size, metre.
-        origin: The middle of the ends apart from the platform, in parts of the size.
-        middle: The middle of the ends on it.
-        family: The rods of all configurations, seen from these two.
+        size: The platform size (metre).
+        origin: The centroid of the ends on the actuated side, relative to the size.
+        middle: The centroid of the ends on the platform, relative to the size.
+        family: The rods of all configurations, relative to these two points.
     """
 
     def __init__(self, a: Array, b: Array, lengths: Array) -> None:
         """Scales the rods.
 
         Args:
-            a: (n, 6, 3) ends apart from the platform at n configurations, metre.
-            b: (6, 3) ends on the platform, in its axes.
-            lengths: (n, 6) lengths.
+            a: (n, 6, 3) ends on the actuated side at n configurations, metre.
+            b: (6, 3) ends on the platform, in platform axes.
+            lengths: (n, 6) rod lengths.
         """
         middle, origin = b.mean(0), a.mean((0, 1))
         spread = ((a - origin) ** 2).sum(-1).mean() + ((b - middle) ** 2).sum(-1).mean()
-        # Rounded, so that no later digit depends on the order of a sum.
+        # Rounding keeps later digits independent of summation order.
         self.size = _short(np.sqrt(spread))
         middle, origin = (np.array([_short(x) for x in point]) for point in (middle, origin))
         self.origin, self.middle = origin / self.size, middle / self.size
@@ -207,14 +208,14 @@ def tables(
     own: SixRods,
     poses: Array,
 ) -> tuple[Table, ...]:
-    """The fields of ``chasles_hexapod_platform`` behind the function that it calls.
+    """Returns the fields of ``chasles_hexapod_platform`` after the called function.
 
     Args:
         rods: The rods.
-        axes: The direction about which each of the platform's angles turns, 0 to 2.
+        axes: Index (0 to 2) of the axis of each platform angle.
         joints: The double joints.
-        own: Generic rods of their family.
-        poses: (n, 8) all complex poses for these.
+        own: Generic rods of the family.
+        poses: (n, 8) all complex poses of these generic rods.
     """
     slots = np.zeros((MOST_POSES, SOMA), np.complex128)
     slots[: len(poses)] = poses
@@ -244,12 +245,12 @@ def _rods(h: Hybrid, found: Hexapod) -> RodNumbers:
 
 
 def _short(x: float) -> float:
-    """Three digits of a number whose further digits do not matter."""
+    """Rounds to three digits, if further digits do not matter."""
     return float(f"{x:.3g}") if abs(x) > NO_FRAME else 0.0
 
 
 def _samples(h: Hybrid) -> Array:
-    """Generic actuated coordinates, the same everywhere; within the limits where there are any."""
+    """Returns fixed generic actuated coordinates, within the limits if there are any."""
     coordinates = h.mechanism.coordinates
     parts = np.sqrt(np.arange(2, SAMPLES * len(coordinates) + 2) * 3) % 1
     rows = parts.reshape(SAMPLES, len(coordinates))
@@ -264,7 +265,7 @@ def _samples(h: Hybrid) -> Array:
 
 
 def _pairs(values: Array) -> Table:
-    """Complex numbers as pairs."""
+    """Converts complex numbers to pairs."""
     if values.ndim:
         return tuple(map(_pairs, values))
     return float(values.real), float(values.imag)

@@ -1,9 +1,9 @@
-"""All complex poses of a platform on six rods, for generic rods of its own kind.
+"""All complex poses of a six-rod platform, for generic rods of its own family.
 
-A generic platform has forty complex poses, which a table lists. Their paths to a special platform
-(flat, or with rods that share their ends) lead to all of its poses for generic lengths, and else to
-infinity. At generic lengths no pose is singular: the lengths are functions of the pose, and almost
-all values of smooth functions are regular. So what ends in a singular pose is no start.
+A generic platform has forty complex poses, listed in a table. Paths from these poses to a special
+platform (flat, or with shared rod ends) reach all of its poses for generic lengths; the other paths
+diverge. For generic lengths no pose is singular, because almost all values of a smooth function are
+regular. Paths that end in a singular pose are therefore not used as starts.
 
 Source:
     Sommese and Wampler 2005, The Numerical Solution of Systems of Polynomials, ch. 7 (parameters).
@@ -27,26 +27,26 @@ from .soma import SOMA, Array, SixRods, finite, quadrics, residuals
 
 MOST_POSES = len(POSES)
 LOOPS_WITHOUT_A_NEW_POSE = 3
-"""Paths around loops permute all poses, so that any that is missing would come in soon."""
+"""Maximum number of successive loops without a new pose; loops permute all poses."""
 REFINEMENTS = 3
 GENERIC_DIGITS = 12
-"""Decimals of generic numbers."""
+"""Number of decimal places of generic numbers."""
 
 
 def generic(count: int, phase: int) -> Array:
-    """Complex numbers of absolute value 1, the same everywhere; none of a phase come in another."""
+    """Returns fixed complex numbers on the unit circle, different for each phase."""
     k = np.arange(1, count + 1) + 100 * phase
     return np.asarray(np.exp(2j * np.pi * ((k * np.sqrt(2)) % 1 + (k * k * np.sqrt(3)) % 1)))
 
 
 class RodFamily:
-    """The rods of all actuators, and generic complex ones in the space that they span."""
+    """The affine space spanned by the rods of all configurations, and its generic members."""
 
     def __init__(self, a: Array, b: Array, lengths: Array) -> None:
-        """Finds the space.
+        """Computes the space.
 
         Args:
-            a: (n, 6, 3) ends apart from the platform, at n configurations; parts of its size.
+            a: (n, 6, 3) ends on the actuated side at n configurations, relative to the size.
             b: (6, 3) ends on the platform.
             lengths: (n, 6) lengths.
         """
@@ -59,19 +59,19 @@ class RodFamily:
         self.moves = bool(np.ptp(a, axis=0).max() > RODS_SPAN)
 
     def member(self, phase: int) -> SixRods:
-        """Generic rods of the family."""
-        # An orthonormal basis is known up to turns in it: a projector is one alone.
+        """Returns generic complex rods of the family."""
+        # The basis is unique only up to rotation, but its projector is unique.
         away = self.directions.T @ (self.directions @ generic(len(self.middle), phase))
-        # Rounded, since the last digits of a decomposition differ from machine to machine.
+        # Rounding removes the last digits of the decomposition, which differ between machines.
         found = np.round(self.middle + away, GENERIC_DIGITS)
         a = found[:18].reshape(6, 3) if self.moves else self.a
         return SixRods(a, self.b, found[18:])
 
 
 def starts(family: RodFamily) -> tuple[SixRods, Array]:
-    """Generic rods of a family, and all of their complex poses (n, 8), of length 1.
+    """Returns generic rods of a family, and all of their complex unit poses (n, 8).
 
-    The poses are sorted, and rounded once from many digits.
+    The poses are sorted, and rounded once from high precision.
     """
     own = family.member(1)
     halfway = SixRods(RODS.a, family.b, 2 * generic(6, 2))
@@ -89,7 +89,7 @@ def starts(family: RodFamily) -> tuple[SixRods, Array]:
 
 
 def _around(family: RodFamily, own: SixRods, known: Array, phase: int) -> Array:
-    """The poses, and those that a loop through other rods of the family leads to."""
+    """Returns the poses, with those reached by a path loop through other rods of the family."""
     stations = [own, family.member(phase), family.member(phase + 1), own]
     x = known
     for start, end in pairwise(stations):
@@ -101,7 +101,7 @@ def _around(family: RodFamily, own: SixRods, known: Array, phase: int) -> Array:
 
 
 def _regular(rods: SixRods, x: Array) -> Array:
-    """The poses that are finite and not singular, each once."""
+    """Returns the finite, nonsingular poses without duplicates."""
     x = x[(finite(x) > POSE_AT_INFINITY) & (condition(rods, x) < SINGULAR_POSE)]
     apart = 1 - np.abs(x.conj() @ x.T) > POSES_ARE_ONE
     kept = [k for k in range(len(x)) if apart[k, :k].all()]
@@ -109,8 +109,8 @@ def _regular(rods: SixRods, x: Array) -> Array:
 
 
 def _exact(rods: SixRods, x: Array) -> Array:
-    """The poses from many digits, in an order that rounding does not decide."""
-    # Doubles would be rounded differently from machine to machine.
+    """Refines the poses in high precision, and sorts them independently of rounding."""
+    # Double precision would round differently on different machines.
     scale = generic(SOMA, 0)
     x = x / (x @ scale)[:, None]
     J = np.empty((len(x), SOMA, SOMA), np.complex128)

@@ -1,7 +1,7 @@
-"""The elimination of a planar platform's position from circles and lines, as equations to read.
+"""Equations that eliminate the position of a planar platform, for the article.
 
-:mod:`.triad` has the derivation. Circles come first; the vectors m_i of the linear pair
-``w . m_i = k_i`` are u_i of a circle and the normal n_i of a line.
+:mod:`.triad` has the derivation. Circles precede lines. In the linear pair ``w . m_i = k_i``, the
+vector m_i is u_i for a circle and the normal n_i for a line.
 """
 
 from collections.abc import Callable
@@ -15,28 +15,31 @@ from .triad import LEGS, LegLine, Triad
 
 Named = tuple[sp.Symbol, sp.Expr]
 Name = Callable[[str, str], sp.Symbol]
-"""The symbol of ``w``, ``u``, ``n``, ``|u|``, ``k``, ``l`` or ``J`` by an index, the leg's number,
-or an axis, or both; and of the distances ``|a|`` and ``|b|`` by two numbers."""
+"""Returns the symbol for a letter (``w``, ``u``, ``n``, ``|u|``, ``k``, ``l``, ``J``) and an index.
+
+The index is a leg number, an axis, or both; the distances ``|a|`` and ``|b|`` have two leg numbers.
+"""
 
 
 @dataclass(frozen=True)
 class LegElimination:
-    """The equations of three legs without the platform's position.
+    """The equations of three legs after eliminating the platform's position.
 
     Attributes:
-        u: Components of u_2 and u_3, each with its name.
-        n: Components of the lines' normals, each with its name, at the platform's angle.
-        norms: The lengths of the circles' u, in the components of u.
-        k: The right sides of the linear pair.
-        w: Symbols of the components of w, from the first leg's known point to its point b_1.
-        position: x and y of the platform in w.
-        linear: The left sides of the linear pair, between vectors.
-        solution: w, where the first leg is a circle; of three lines, w from the first two.
+        u: Components of u_2 and u_3 with their symbols.
+        n: Components of the line normals with their symbols, at the platform's angle.
+        norms: The norms of the circles' u vectors, in terms of their components.
+        k: The right-hand sides of the linear pair.
+        w: Symbols of the components of w, from the first leg's fixed point to its point b_1.
+        position: x and y of the platform in terms of w.
+        linear: The left-hand sides of the linear pair, in vectors.
+        solution: w if the first leg is a circle; with three lines, w from the first two.
         polynomial: Both sides of the remaining equation in the platform's angle.
-        distances: Distances of the points b_i, and of the lines' points a_i, each with its name.
-        scale: The square of the length by which the polynomial is divided, in these distances.
-        power: The power of that length by which it is.
-        harmonics: The most harmonics that the polynomial has.
+        distances: Distances between the points b_i, and between the lines' points a_i, with
+            symbols.
+        scale: Square of the length that normalizes the polynomial, in these distances.
+        power: The exponent of that length in the normalization.
+        harmonics: The maximum number of harmonics in the polynomial.
     """
 
     u: tuple[tuple[Named, ...], ...]
@@ -55,12 +58,12 @@ class LegElimination:
 
 
 def leg_elimination(legs: Triad, phi: sp.Expr, name: Name) -> LegElimination:
-    """The equations of three legs in given symbols.
+    """Returns the equations of three legs in given symbols.
 
     Args:
         legs: Circles, then lines.
         phi: The platform's angle.
-        name: Gives the symbols.
+        name: Returns the symbols.
     """
     circles, turn = len(legs.L), (sp.cos(phi), sp.sin(phi))
     sides = [minus(b, legs.b[0]) for b in legs.b[1:]]
@@ -113,7 +116,7 @@ def _right_side(legs: Triad, i: int, norms: dict[int, Named], name: Name) -> sp.
 
 
 def _radius(legs: Triad, i: int, name: Name) -> sp.Expr:
-    """The radius of a circle; by name where the actuators move it by more than themselves."""
+    """Returns a circle's radius, as a symbol if it is more than a single actuator coordinate."""
     L = legs.L[i - 1]
     return L if L.is_Atom or not L.free_symbols else name("l", f"{i}")
 
@@ -141,7 +144,7 @@ def _polynomial(
 
 
 def _distances(legs: Triad, sides: list[Complex], gaps: list[Complex], name: Name) -> list[Named]:
-    """The platform's sides, and the distances of lines' known points from the first leg's."""
+    """Returns the platform's sides, and the distances between the fixed points of lines."""
     vectors = [("|b|", "21", sides[0]), ("|b|", "31", sides[1])]
     vectors.append(("|b|", "32", minus(sides[1], sides[0])))
     others = max(0, len(legs.L) - 1)
@@ -150,9 +153,10 @@ def _distances(legs: Triad, sides: list[Complex], gaps: list[Complex], name: Nam
 
 
 def _harmonics(legs: Triad) -> int:
-    """The degree of the polynomial in cosine and sine of the platform's angle.
+    """Returns the polynomial's degree in cosine and sine of the platform's angle.
 
-    k_i, and products of u_i, are of degree 1, products of normals of lines that turn alike 0.
+    k_i and products with u_i have degree 1. The product of two line normals has degree 0 if both
+    rotate alike.
     """
     kinds: list[LegLine | None] = [*([None] * len(legs.L)), *legs.lines]
 

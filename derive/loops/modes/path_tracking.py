@@ -1,8 +1,8 @@
-"""Paths of complex poses between two sets of rods that share one end each.
+"""Path tracking of complex poses between two rod sets that share ends a or b.
 
-The coefficients of the equations move along a straight line, t from 0 to 1, and the poses follow:
-a step of Runge and Kutta, then two of Newton. Between generic complex numbers no path meets a
-singularity; where the rods at its end are special, a path may end at one, or at infinity.
+The coefficients move along a straight line with t from 0 to 1. Each pose follows by a Runge-Kutta
+step and two Newton steps. Between generic complex coefficients no path meets a singularity. If the
+final rods are special, a path may end at a singularity or at infinity.
 
 Source:
     Sommese and Wampler 2005, The Numerical Solution of Systems of Polynomials, ch. 2 and 7.
@@ -18,15 +18,15 @@ MOST_STEPS = 3000
 
 
 def followed(start: SixRods, end: SixRods, x: Array) -> tuple[Array, Array]:
-    """Poses at the ends of paths.
+    """Tracks poses from the start rods to the end rods.
 
     Args:
-        start: Rods at which the poses are known; they share a, or b, with those at the end.
-        end: Rods at the end.
-        x: (n, 8) poses at the start.
+        start: Rods with known poses; they share a or b with the end rods.
+        end: Rods at the end of the path.
+        x: (n, 8) poses of the start rods.
 
     Returns:
-        (n, 8) poses of length 1, and (n,) whether the end was reached.
+        (n, 8) unit poses, and (n,) flags for the paths that reached the end.
     """
     H, change = quadrics(start), quadrics(end) - quadrics(start)
     x = x / np.linalg.norm(x, axis=1, keepdims=True)
@@ -49,7 +49,7 @@ def followed(start: SixRods, end: SixRods, x: Array) -> tuple[Array, Array]:
 
 
 def _stepped(H: Array, change: Array, x: Array, t: Array, h: Array) -> tuple[Array, Array, Array]:
-    """Poses one step on, and the lengths of both corrections."""
+    """Returns the poses after one step, and the norms of both Newton corrections."""
 
     def slope(part: float, y: Array) -> Array:
         _, J = _linear(H, change, t + part * h, y, x)
@@ -71,7 +71,7 @@ def _stepped(H: Array, change: Array, x: Array, t: Array, h: Array) -> tuple[Arr
 
 
 def _linear(H: Array, change: Array, t: Array, y: Array, of: Array) -> tuple[Array, Array]:
-    """H(t) y, and the Jacobian, whose last row keeps steps orthogonal to `of`."""
+    """Returns H(t) y, and the Jacobian with a last row that keeps steps orthogonal to `of`."""
     Hy = np.einsum("kij,nj->nki", H, y) + t[:, None, None] * np.einsum("kij,nj->nki", change, y)
     J = np.empty((len(y), SOMA, SOMA), np.complex128)
     J[:, :-1] = 2 * Hy
@@ -84,11 +84,11 @@ def _solved(J: Array, right: Array) -> Array:
     try:
         return np.asarray(np.linalg.solve(J, padded)[..., 0])
     except np.linalg.LinAlgError:
-        # One pose of the batch is exactly singular, as at infinity.
+        # One pose of the batch is exactly singular, for example at infinity.
         return np.asarray((np.linalg.pinv(J) @ padded)[..., 0])
 
 
 def condition(rods: SixRods, x: Array) -> Array:
-    """(n,) condition numbers of the equations' Jacobian at poses of length 1."""
+    """Returns the condition numbers (n,) of the equations' Jacobian at unit poses."""
     _, J = _linear(quadrics(rods), np.zeros((7, SOMA, SOMA)), np.zeros(len(x)), x, x)
     return np.asarray(np.linalg.cond(J))

@@ -1,15 +1,15 @@
-"""Planar platforms on legs of joints that turn or slide: the equation that each leg leaves.
+"""Planar platforms on three-joint legs: the single closure equation of each leg.
 
-With its actuator held, a leg of three joints is one body between two passive joints, which leaves
-one equation in the platform's position p and rotation R. With a point A apart from the platform
-and a point b of the platform,
+With its actuator fixed, a three-joint leg is one body between two passive joints. It gives one
+equation in the platform's position p and rotation R. A is a fixed point and b is a point of the
+platform:
 
     both joints turn                       |p + R b - A| = L      a rod of length L
     one slides apart from the platform     n . (p + R b - A) = 0  b moves on a line
     one slides on the platform             R n . (p + R b - A) = 0  a line of the platform goes
                                                                   through A
 
-Two passive joints that slide hold the platform's angle alone; such legs are not covered.
+Two passive prismatic joints only fix the platform's angle; such legs are not supported.
 """
 
 from collections.abc import Mapping, Sequence
@@ -42,19 +42,19 @@ from ..spatial.body_frames import pose_of
 from .triad import LEGS, LegLine, Triad, leg_residuals
 
 VIRTUAL = ["prismatic", "prismatic", "revolute"]
-"""The kinds of the main chain's joints: x, y and phi of the platform."""
+"""The joint kinds of the main chain: x, y and phi of the platform."""
 QUARTER: Complex = (sp.S.Zero, sp.S.One)
 
 
 class ChainAxes(NamedTuple):
-    """The axes of the main chain's x and y, in those of the linkage's root.
+    """The axes of the main chain's x and y, in the axes of the linkage's root.
 
     Attributes:
-        origin: Where x and y are zero.
+        origin: The point with x = y = 0.
         x: The direction of x.
-        side: 1, or -1 where y is to the right of x.
-        rotor: The platform's axes where phi is zero.
-        pin: The point of the platform about which phi turns, in its axes.
+        side: 1 if y is to the left of x, -1 if to the right.
+        rotor: The platform's orientation at phi = 0.
+        pin: The rotation center of phi, in platform axes.
     """
 
     origin: Complex
@@ -74,7 +74,7 @@ class Leg(NamedTuple):
 
 
 def legs_of(h: Hybrid) -> Triad | None:
-    """The equations of a planar platform on three legs, rods first; None for other robots."""
+    """Returns the leg equations of a planar three-leg platform, rods first; None otherwise."""
     linkage = _linkage(h)
     axes = None if linkage is None else _axes(h, linkage)
     if linkage is None or axes is None:
@@ -94,13 +94,13 @@ def legs_of(h: Hybrid) -> Triad | None:
 
 
 def _virtual(h: Hybrid) -> list[Joint]:
-    """The joints of the main chain, with the bodies that they join."""
+    """Returns the moving joints of the main chain."""
     way = h.mechanism.way(h.mechanism.tool_body)
     return [joint for joint in way if joint.kind != "fixed"]
 
 
 def _linkage(h: Hybrid) -> Linkage | None:
-    """The linkage of a platform that only a virtual chain x, y, phi carries from the base."""
+    """Returns the linkage of a platform on a virtual chain x, y, phi from the base."""
     mechanism, moving = h.mechanism, _virtual(h)
     if [joint.kind for joint in moving] != VIRTUAL or h.loops.spatial or len(h.loops.planar) != 1:
         return None
@@ -113,7 +113,7 @@ def _linkage(h: Hybrid) -> Linkage | None:
 
 
 def _joined(h: Hybrid, linkage: Linkage, known: Mapping[str, sp.Expr]) -> Clusters:
-    """The bodies that known joints hold together."""
+    """Returns the clusters of bodies that known joints connect."""
     clusters = Clusters(h.terms, linkage, known, h.forward.reference)
     while clusters.join_known():
         pass
@@ -121,7 +121,7 @@ def _joined(h: Hybrid, linkage: Linkage, known: Mapping[str, sp.Expr]) -> Cluste
 
 
 def _axes(h: Hybrid, linkage: Linkage) -> ChainAxes | None:
-    """The axes of x and y; None where x, y and phi are not those of a plane's axes."""
+    """Returns the axes of x and y; None if x, y, phi are not Cartesian planar coordinates."""
     moving = _virtual(h)
     x, y, phi = h.theta
     clusters = _joined(h, linkage, {j.name: s for j, s in zip(moving, h.theta, strict=True)})
@@ -143,17 +143,17 @@ def _axes(h: Hybrid, linkage: Linkage) -> ChainAxes | None:
 
 
 def _seen(point: PhasorSum, body: PlanarPose) -> PhasorSum:
-    """A point in the axes of a body of the same cluster."""
+    """Returns a point in the axes of a body in the same cluster."""
     return _along(point - body.origin, body)
 
 
 def _along(vector: PhasorSum, body: PlanarPose) -> PhasorSum:
-    """A vector in the axes of a body of the same cluster."""
+    """Returns a vector in the axes of a body in the same cluster."""
     return vector.turned(-body.angle).times(conjugate(body.rotor))
 
 
 def _legs(h: Hybrid, clusters: Clusters, axes: ChainAxes) -> list[Leg | None]:
-    """The legs; None for what is between base and platform and leaves no equation."""
+    """Returns the legs; None for parts between base and platform without a leg equation."""
     moving = _virtual(h)
     base = clusters.cluster(clusters.linkage.root)
     platform = clusters.cluster(moving[2].link)
@@ -171,7 +171,7 @@ def _legs(h: Hybrid, clusters: Clusters, axes: ChainAxes) -> list[Leg | None]:
 
 
 class _Reader:
-    """Reads the equation of each leg."""
+    """Extracts the equation of each leg."""
 
     def __init__(
         self, h: Hybrid, clusters: Clusters, axes: ChainAxes, base: Cluster, platform: Cluster
@@ -181,7 +181,7 @@ class _Reader:
         self.root, self.body = clusters.linkage.root, _virtual(h)[2].link
 
     def leg(self, middle: Cluster, edges: Sequence[Edge]) -> Leg | None:
-        """The equation of the leg of one body between two joints."""
+        """Returns the equation of a leg, one body between two joints."""
         clusters, base, platform = self.clusters, self.base, self.platform
         near = [edge for edge in edges if clusters.holds(edge, base, middle)]
         far = [edge for edge in edges if clusters.holds(edge, platform, middle)]
@@ -206,14 +206,14 @@ class _Reader:
     def _line(
         self, slide: SlideEdge, carrier: Cluster, middle: Cluster, pin: PinEdge
     ) -> tuple[PhasorSum, PhasorSum]:
-        """A point of the line on which a slide carries a pin, and its normal."""
+        """Returns a point and the normal of the line on which a slide moves a pin."""
         guide = self.clusters.guide(slide, carrier, middle)
         mount = guide.mounted(sp.S.Zero)
         offset = self.clusters.pin(middle, pin).times(mount.rotor).turned(mount.angle)
         return mount.origin + offset, guide.along.times(QUARTER)
 
     def _length(self, middle: Cluster, one: PinEdge, other: PinEdge) -> sp.Expr:
-        """The distance of two pins; that of a cylinder is negative where its length is."""
+        """Returns the distance between two pins, negative for a cylinder of negative length."""
         span = self.clusters.span(middle, one, other)
         if any(is_cylinder(edge) and edge.a in middle for edge in self.clusters.linkage.edges):
             (length, _) = span.turned(-span.common_angle()).coordinates(self.terms)
@@ -221,12 +221,12 @@ class _Reader:
         return self.terms.let(sp.sqrt(arm(self.terms, span).square))
 
     def _apart(self, point: PhasorSum) -> Complex:
-        """A point apart from the platform along x and y."""
+        """Returns a fixed point along x and y."""
         seen = _seen(point, self.base[self.root])
         return self._coordinates(seen - PhasorSum.of(self.axes.origin))
 
     def _on(self, point: PhasorSum) -> Complex:
-        """A point of the platform along x and y where phi is zero, from where phi turns."""
+        """Returns a platform point along x and y at phi = 0, from the rotation center of phi."""
         seen = _seen(point, self.platform[self.body]) - PhasorSum.of(self.axes.pin)
         return self._coordinates(seen.times(self.axes.rotor))
 
@@ -235,11 +235,11 @@ class _Reader:
         return x, self.terms.let(self.axes.side * y)
 
 
-# --- the functions of legs that are not rods alone ---
+# --- functions for legs other than rods ---
 
 
 def legs(h: Hybrid, triad: Triad) -> SymbolicFunction:
-    """By how much the platform misses the equation of each leg."""
+    """Builds the function for the residual of each leg equation."""
     residuals = tuple(leg_residuals(h.terms, triad, h.theta))
     return h.function(
         "legs",
@@ -252,7 +252,7 @@ def legs(h: Hybrid, triad: Triad) -> SymbolicFunction:
 
 
 def legs_D_chain(h: Hybrid, triad: Triad) -> SymbolicFunction:
-    """The derivative of the legs' residuals by the main chain."""
+    """Builds the Jacobian of the leg residuals with respect to the main chain."""
     columns = derivative_columns(h.terms, leg_residuals(h.terms, triad, h.theta), h.theta)
     return h.function(
         "legs_D_chain",
@@ -265,14 +265,14 @@ def legs_D_chain(h: Hybrid, triad: Triad) -> SymbolicFunction:
 
 
 def relation(h: Hybrid, triad: Triad) -> tuple[list[Vector], tuple[sp.Expr, ...]]:
-    """The rows of J_x, force before moment about the tool, in base axes; the entries of J_q."""
+    """Returns the rows of J_x (force, then moment about the tool, base axes) and entries of J_q."""
     values = joint_values(h)
     frames = [pose_of(h.mechanism, h.terms, joint_frame(j), values) for j in _virtual(h)]
     along_x, along_y, axis = (
         named(h.terms, (joint.direction * entry for entry in axes[2]))
         for joint, (axes, _) in zip(_virtual(h), frames, strict=True)
     )
-    # The moment about the axis of phi is shifted to the tool.
+    # The moment moves from the axis of phi to the tool.
     lever = cross_product(h.terms, axis, subtracted(h.terms, tool_position(h), frames[2][1]))
     residuals = leg_residuals(h.terms, triad, h.theta)
     rows = []

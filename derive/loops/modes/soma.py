@@ -1,13 +1,13 @@
-"""A platform on six rods in Study's coordinates, in numbers.
+"""A six-rod platform in Study (soma) coordinates, as numerical values.
 
-Quaternions e and g = p e, with e.g = 0, hold the rotation b -> e b / e of the platform and its
-position p. A rod of length l from a to b holds, with the matrices L and R of products from the left
-and from the right,
+Quaternions e and g = p e, with e.g = 0, represent the platform's rotation b -> e b / e and its
+position p. L and R are the matrices of left and right products. A rod of length l from a to b
+satisfies
 
     |g + e b - a e|^2 = l^2 e.e     or     g.g + 2 g.M e + e.S e = 0
     M = R(b) - L(a),   S = c + 2 L(a) R(b),   c = |a|^2 + |b|^2 - l^2
 
-All of it may be complex. Scalar products are bilinear.
+All quantities may be complex. Scalar products are bilinear.
 
 Source:
     Wampler 1996, Forward displacement analysis of general six-in-parallel SPS (Stewart) platform
@@ -21,18 +21,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[Any]
-"""Complex numbers, or objects of mpmath."""
+"""Complex numbers, or mpmath objects."""
 RODS, SOMA = 6, 8
 
 
 @dataclass(frozen=True)
 class SixRods:
-    """Six rods, each between a point and a point on the platform; lengths in one unit.
+    """Six rods, each from a fixed point to a platform point; lengths in one unit.
 
     Attributes:
-        a: (6, 3) ends apart from the platform.
-        b: (6, 3) ends on the platform, in its axes.
-        c: (6,) |a|^2 + |b|^2 - l^2, l the lengths.
+        a: (6, 3) ends on the fixed side.
+        b: (6, 3) ends on the platform, in platform axes.
+        c: (6,) |a|^2 + |b|^2 - l^2, with the rod lengths l.
     """
 
     a: Array
@@ -41,12 +41,12 @@ class SixRods:
 
 
 def left(v: Array) -> Array:
-    """(n, 4, 4) matrices of the products v x of vectors v (n, 3) with quaternions x."""
+    """Returns matrices (n, 4, 4) of the products v x of vectors v (n, 3) with quaternions x."""
     return _matrices(v, 1)
 
 
 def right(v: Array) -> Array:
-    """(n, 4, 4) matrices of the products x v."""
+    """Returns matrices (n, 4, 4) of the products x v."""
     return _matrices(v, -1)
 
 
@@ -60,9 +60,9 @@ def _matrices(v: Array, side: int) -> Array:
 
 
 def quadrics(rods: SixRods) -> Array:
-    """(7, 8, 8) symmetric matrices H of the equations x.H x = 0, x = (e, g).
+    """Returns symmetric matrices H (7, 8, 8) of the equations x.H x = 0, x = (e, g).
 
-    The last rod's equation is subtracted from those of the others, which leaves no g.g in them. The
+    The last rod's equation is subtracted from the other rods' equations, which removes g.g. The
     seventh equation is e.g = 0.
     """
     L, R = left(rods.a), right(rods.b)
@@ -77,12 +77,12 @@ def quadrics(rods: SixRods) -> Array:
 
 
 def finite(x: Array) -> Array:
-    """|e.e| of poses of length 1: 0 at infinity."""
+    """Returns |e.e| of unit poses, which is 0 at infinity."""
     return np.asarray(np.abs((x[:, :4] ** 2).sum(1)))
 
 
 def residuals(rods: SixRods, x: Array) -> Array:
-    """(n, 7) values of the equations at poses x (n, 8), in the arithmetic of the arguments."""
+    """Returns the equation residuals (n, 7) at poses x (n, 8), in the arguments' arithmetic."""
     e, g = x[:, :4], x[:, 4:]
     L, R = left(rods.a), right(rods.b)
     values = []

@@ -1,33 +1,33 @@
-"""A planar platform on three rods: all its poses, by one polynomial in its angle (a triad).
+"""All poses of a planar three-rod platform (triad), by one polynomial in its angle.
 
-Rods of lengths L_i join known points A_i to pins b_i of the platform, whose pose is (x, y, phi).
-With the vector w of the first rod, from A_1 to its pin, and R the rotation by phi,
+Rods of lengths L_i connect known points A_i to platform pins b_i. The platform pose is (x, y, phi).
+The vector w is the first rod, from A_1 to its pin, and R is the rotation by phi:
 
     u_i = R (b_i - b_1) - (A_i - A_1)                        from the first rod to the others
     |w|^2 = L_1^2,   |w + u_i|^2 = L_i^2,   i = 2, 3
 
-The first subtracted from the others leaves two equations linear in w,
+Subtracting the first equation gives two equations linear in w,
 
     w . u_i = k_i,   k_i = (L_i^2 - L_1^2 - |u_i|^2) / 2
 
-whose solution w = J (k_3 u_2 - k_2 u_3) / (u_2 x u_3), J the quarter turn, put into the first
-gives
+Their solution is w = J (k_3 u_2 - k_2 u_3) / (u_2 x u_3), with the quarter turn J. The first
+equation then becomes
 
     k_2^2 |u_3|^2 - 2 k_2 k_3 u_2 . u_3 + k_3^2 |u_2|^2 = L_1^2 (u_2 x u_3)^2
 
-Every factor, |u_i|^2 and u_2 . u_3 too, is of degree 1 in cos(phi), sin(phi), for R leaves lengths
-and scalar products as they are: the degree is 3, though k_3 u_2 - k_2 u_3 is of degree 2. With
-exp(i phi) as the unknown it is a polynomial of degree 6: at most six assembly modes.
+Every factor has degree 1 in cos(phi), sin(phi), including |u_i|^2 and u_2 . u_3, because R
+preserves lengths and scalar products. The degree is therefore 3, although k_3 u_2 - k_2 u_3 has
+degree 2. In exp(i phi) the polynomial has degree 6, so there are at most six assembly modes.
 
-A leg with a joint that slides leaves a line instead of a circle, n_i . (w + u_i) = 0, whose normal
-n_i, of length 1, is constant or turns with the platform. In the linear pair and in all that follows
-n_i takes the place of u_i, and k_i = -n_i . u_i; the degree does not grow. Three lines leave
+A leg with a prismatic joint gives a line instead of a circle, n_i . (w + u_i) = 0. Its unit normal
+n_i is constant or rotates with the platform. From the linear pair on, n_i replaces u_i, and k_i =
+-n_i . u_i; the degree does not grow. Three lines give
 
     k_2 (n_3 x n_1) + k_3 (n_1 x n_2) = 0
 
 Source:
     Gosselin, Sefrioui and Richard 1992; Hunt 1983; Merlet, Direct kinematics of planar parallel
-    manipulators, 1996. The elimination is written out here so that the degree shows.
+    manipulators, 1996. The elimination shown here makes the degree visible.
 """
 
 from collections.abc import Callable, Sequence
@@ -40,7 +40,7 @@ from ..planar.loop_step import PLANE, Cross, Dot, half
 from ..planar.phasors import ZERO, Complex, conjugate, cross, dot, minus, product
 
 Harmonics = tuple[Complex, ...]
-"""A real trigonometric polynomial: c_0 + Re(c_1 exp(i phi) + c_2 exp(2 i phi) ...), c_0 real."""
+"""Real trigonometric polynomial c_0 + Re(c_1 exp(i phi) + c_2 exp(2 i phi) ...), c_0 real."""
 HALF = sp.Rational(1, 2)
 LEGS = 3
 _UNIT: Harmonics = ((sp.S.One, ZERO), (ZERO, ZERO))
@@ -52,8 +52,8 @@ class LegLine:
     """A line on which a leg keeps a point.
 
     Attributes:
-        normal: Its normal, of length 1.
-        turns: Whether the line is the platform's, and its normal in the platform's axes.
+        normal: The unit normal of the line.
+        turns: Whether line and normal rotate with the platform.
     """
 
     normal: Complex
@@ -62,13 +62,14 @@ class LegLine:
 
 @dataclass(frozen=True)
 class Triad:
-    """Three legs that hold a platform in a plane: rods, then lines.
+    """Three legs of a planar platform: rods, then lines.
 
     Attributes:
-        A: The rods' known ends, and known points of lines or on them (x, y), metre.
-        b: Points of the platform, in the platform's axes: the rods' ends, points that lines keep,
-            points of its own lines; metre.
-        L: The lengths of the rods, metre.
+        A: Fixed points (x, y), metre: the rods' ends, points of fixed lines, or points kept on
+            platform lines.
+        b: Points in platform axes, metre: the rods' ends, points kept on fixed lines, or points of
+            platform lines.
+        L: The rod lengths, metre.
         lines: The lines.
     """
 
@@ -80,17 +81,17 @@ class Triad:
 
 @dataclass(frozen=True)
 class Elimination:
-    """The elimination of the platform's position as equations to read.
+    """The elimination of the platform's position, as equations for the article.
 
     Attributes:
-        u: Components of u_2 and u_3, each with its name.
-        norms: Their lengths, in the components of u.
-        k: The right sides of the linear pair, in the lengths.
+        u: Components of u_2 and u_3 with their symbols.
+        norms: The norms of u_2 and u_3, in terms of their components.
+        k: The right-hand sides of the linear pair, in terms of the lengths.
         w: Symbols of the first rod's components.
-        position: x and y of the platform in w.
-        scale: The squared length by whose third power the polynomial is divided.
-        linear: The left sides of the linear pair, between vectors.
-        solution: The first rod w that solves the linear pair.
+        position: x and y of the platform in terms of w.
+        scale: The squared length whose third power divides the polynomial.
+        linear: The left-hand sides of the linear pair, in vectors.
+        solution: The vector w of the first rod that solves the linear pair.
         polynomial: Both sides of the remaining equation in phi.
     """
 
@@ -112,15 +113,15 @@ def elimination(
     phi: sp.Expr,
     name: Callable[[str, str], sp.Symbol],
 ) -> Elimination:
-    """The equations of the triad in given symbols.
+    """Returns the equations of the triad in given symbols.
 
     Args:
-        A: Three known points (x, y), metre.
-        b: Three pins in the platform's axes, metre.
-        L: Three lengths of rods, metre.
+        A: Three fixed points (x, y), metre.
+        b: Three pins in platform axes, metre.
+        L: Three rod lengths, metre.
         phi: The platform's angle.
-        name: Gives the symbol of ``w``, ``u``, ``|u|``, ``k``, ``l`` or ``J`` by an index: the
-            rod's number, or an axis, or both.
+        name: Returns the symbol of ``w``, ``u``, ``|u|``, ``k``, ``l`` or ``J`` for an index: the
+            rod number, an axis, or both.
     """
     turn = sp.cos(phi), sp.sin(phi)
     sides = [minus(other, b[0]) for other in b[1:]]
@@ -161,18 +162,18 @@ def triad_polynomial(
     L: Sequence[sp.Expr],
     lines: Sequence[LegLine] = (),
 ) -> tuple[sp.Expr, ...]:
-    """The trigonometric polynomial whose zeros are the platform's angles in all assembly modes.
+    """Returns the trigonometric polynomial whose zeros are the platform's angles in all modes.
 
-    a_0 + sum_k (a_k cos(k phi) + b_k sin(k phi)) = 0, k = 1, 2, 3. Squares of lengths are measured
-    in the mean square of the rods and that of the platform's sides together, so that coefficients
-    are of order 1. It vanishes altogether where the three rods can stay parallel. Where legs are
-    lines, the squares of the distances between the known points count too.
+    a_0 + sum_k (a_k cos(k phi) + b_k sin(k phi)) = 0, k = 1, 2, 3. Squared lengths are divided by
+    the mean square of rods and platform sides, so that coefficients have order 1. With line legs,
+    the squared distances between fixed points count too. The polynomial vanishes identically if the
+    three rods can stay parallel.
 
     Args:
         terms: Names of all terms.
-        A: Three known points (x, y), metre.
-        b: Three pins in the platform's axes, metre.
-        L: Lengths of rods, metre: of the first legs.
+        A: Three fixed points (x, y), metre.
+        b: Three pins in platform axes, metre.
+        L: Rod lengths of the first legs, metre.
         lines: The lines of the other legs.
 
     Returns:
@@ -197,26 +198,27 @@ def triad_position(
     s: sp.Expr,
     lines: Sequence[LegLine] = (),
 ) -> Complex:
-    """The platform's position at an angle that is a zero of the polynomial.
+    """Returns the platform's position at an angle that is a zero of the polynomial.
 
-    The first rod's component along the longer u of u_2 and u_3 is k / |u|; the component across u
-    follows from the rod's length. Both are well determined where u_2 and u_3 are parallel and the
-    linear pair is singular. The third circle selects the side. Where the three centres lie on one
-    line both sides are solutions; this function gives the first and :func:`triad_mirror` the
-    second. Where the centres coincide there is no position (NaN). Lines come before rods; of three
-    lines, the two that cross at the greatest angle give the position.
+    Along the longer of u_2 and u_3, the first rod's component is k / |u|. The component across u
+    follows from the rod length. Both stay well conditioned if u_2 and u_3 are parallel, although
+    the linear pair is then singular. The third circle selects the side. If the three centres are
+    collinear, both sides are solutions: this function returns the first, :func:`triad_mirror` the
+    second. If the centres coincide, the result is NaN. With line legs, the lines come first; of
+    three lines, the two closest to perpendicular give the position.
 
     Args:
         terms: Names of all terms.
-        A: Three known points (x, y), metre.
-        b: Three pins in the platform's axes, metre.
-        L: Lengths of rods, metre: of the first legs.
+        A: Three fixed points (x, y), metre.
+        b: Three pins in platform axes, metre.
+        L: Rod lengths of the first legs, metre.
         c: Cosine of the platform's angle.
-        s: Its sine.
+        s: Sine of the platform's angle.
         lines: The lines of the other legs.
 
     Returns:
-        x and y, named. At an angle that is no zero, a position near the first two circles.
+        x and y as named terms. At an angle that is not a zero, a position near the first two
+        circles.
     """
     return _Triad(terms, A, b, L, lines).position(c, s, sp.S.One)
 
@@ -230,16 +232,16 @@ def triad_mirror(
     s: sp.Expr,
     lines: Sequence[LegLine] = (),
 ) -> Complex:
-    """The mirror image of :func:`triad_position` in the line of two centres.
+    """Returns the mirror image of :func:`triad_position` in the line through two centres.
 
-    It is a second solution where the centres lie on one line, and a start for the iteration near a
+    It is a second solution if the centres are collinear, and a start for the iteration near a
     double zero.
     """
     return _Triad(terms, A, b, L, lines).position(c, s, sp.S.NegativeOne)
 
 
 def leg_residuals(terms: Terms, triad: Triad, theta: Sequence[sp.Expr]) -> list[sp.Expr]:
-    """By how much the platform misses each leg's circle or line at x, y, phi (metre), named."""
+    """Returns the residual of each leg's circle or line at x, y, phi (metre)."""
     x, y, phi = theta
     turn = terms.cos_sin(phi)
     rods = len(triad.L)
@@ -256,10 +258,10 @@ def leg_residuals(terms: Terms, triad: Triad, theta: Sequence[sp.Expr]) -> list[
 
 
 class _Triad:
-    """The factors of the polynomial, by the vectors w_2 and w_3: u of a rod, the normal of a line.
+    """The factors of the polynomial, from the vectors w_2 and w_3.
 
-    A vector R t - f is the pair of its part t that turns with the platform and its part f that does
-    not.
+    w_i is the vector u of a rod or the normal of a line. A vector R t - f is stored as the pair (t,
+    f): t rotates with the platform, f is fixed.
     """
 
     def __init__(
@@ -305,7 +307,7 @@ class _Triad:
         return 2 * self.rods if self.rods else 1
 
     def of_circle(self) -> list[Harmonics]:
-        """The parts of the polynomial of a rod and two other legs."""
+        """Returns the summands of the polynomial of a rod and two other legs."""
         terms, (k2, k3), (s2, s3) = self.terms, self.half_gaps, self.squares
         k2k2, k2k3, k3k3 = (_times(terms, *pair) for pair in ((k2, k2), (k2, k3), (k3, k3)))
         return [
@@ -316,7 +318,7 @@ class _Triad:
         ]
 
     def of_lines(self) -> list[Harmonics]:
-        """The parts of the polynomial of three lines."""
+        """Returns the summands of the polynomial of three lines."""
         assert self.first is not None
         (k2, k3), (n2, n3) = self.half_gaps, self.w
         return [
@@ -347,7 +349,7 @@ class _Triad:
     def _on_circle(
         self, w: Sequence[Complex], n: Sequence[sp.Expr], k: Sequence[sp.Expr], side: sp.Expr
     ) -> Complex:
-        """The first rod by its component along one vector and the rod's length."""
+        """Returns the first rod from its component along one vector and its length."""
         terms = self.terms
         longer = sp.Ge(n[0], n[1]) if len(self.rises) == len(w) else sp.false
         n1 = self._chosen(longer, *n)
@@ -364,7 +366,7 @@ class _Triad:
     def _crossing(
         self, c: sp.Expr, s: sp.Expr, w: Sequence[Complex], k: Sequence[sp.Expr]
     ) -> Complex:
-        """The point in which the two lines cross that are nearest to right angles."""
+        """Returns the intersection of the two lines that are closest to perpendicular."""
         terms = self.terms
         assert self.first is not None
         n = [self._at(self.first, (c, s)), *w]
@@ -389,11 +391,11 @@ class _Triad:
         return i < len(self.rises)
 
     def _at(self, pair: tuple[Complex, Complex], turn: Complex) -> Complex:
-        """A vector where the platform has turned."""
+        """Returns a vector after the platform's rotation."""
         return self._named(minus(self._named(product(pair[0], turn)), pair[1]))
 
     def _area(self, w: tuple[Complex, Complex], v: tuple[Complex, Complex]) -> Harmonics:
-        # w x v = (J w) . v, and J and R may be exchanged.
+        # w x v = (J w) . v, and J commutes with R.
         return self._product(_quarter_turned(w[0]), _quarter_turned(w[1]), *v)
 
     def _chosen(self, condition: sp.Expr, one: sp.Expr, other: sp.Expr) -> sp.Expr:
@@ -412,7 +414,7 @@ class _Triad:
 
 
 def _as_pair(line: LegLine) -> tuple[Complex, Complex]:
-    """A line's normal: its part that turns with the platform, and its other part, negative."""
+    """Returns a line's normal as a pair: its rotating part, and its negated fixed part."""
     x, y = line.normal
     return ((x, y), (ZERO, ZERO)) if line.turns else ((ZERO, ZERO), (-x, -y))
 
@@ -426,7 +428,7 @@ def _scaled(f: Harmonics, factor: sp.Expr) -> Harmonics:
 
 
 def _times(terms: Terms, f: Harmonics, g: Harmonics) -> Harmonics:
-    """Re(a) Re(b) = Re(a b + a conj(b)) / 2, harmonic by harmonic, named."""
+    """Re(a) Re(b) = Re(a b + a conj(b)) / 2, per harmonic."""
     sums = [[ZERO, ZERO] for _ in range(len(f) + len(g) - 1)]
     for j, a in enumerate(f):
         for k, b in enumerate(g):

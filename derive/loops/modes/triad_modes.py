@@ -10,7 +10,7 @@ from .triad import Triad
 
 SLOTS, CHAIN = 6, 3
 OPERATIONS = 12_000
-"""About 6,000 for the roots of the polynomial, and 1,000 for each mode."""
+"""Approximate count: 6,000 for the polynomial's roots, and 1,000 per mode."""
 CALLS = (
     "assembly_polynomial",
     "assembly_position",
@@ -19,7 +19,7 @@ CALLS = (
 
 
 def modes(h: Hybrid, triad: Triad) -> WrittenFunction:
-    """The function ``modes`` of three legs in a plane."""
+    """Returns the function ``modes`` of three planar legs."""
     if h.mechanism.closures:
         size = float(f"{longest_length(h.mechanism, h.terms):.3g}")
         return written_modes(h.arguments["q"], size, "legs")
@@ -27,12 +27,12 @@ def modes(h: Hybrid, triad: Triad) -> WrittenFunction:
 
 
 def written_modes(q: Argument, size: float, legs: str = "rods") -> WrittenFunction:
-    """The function over the functions of a triad that it calls.
+    """Returns the function ``modes``, which calls the functions of a triad.
 
     Args:
         q: The actuated coordinates.
-        size: The platform's size (metre), in parts of which lengths are judged.
-        legs: The function of the residuals of its legs.
+        size: The platform's size (metre), the scale of length tolerances.
+        legs: Name of the function for the leg residuals.
     """
     return WrittenFunction(
         "modes",
@@ -65,7 +65,7 @@ def written_modes(q: Argument, size: float, legs: str = "rods") -> WrittenFuncti
 
 
 def _size(h: Hybrid, triad: Triad) -> float:
-    """The greatest distance of two pins of the platform, or length of a rod (metre)."""
+    """Returns the largest distance between platform pins, or rod length if longer (metre)."""
     pins = [[float(h.terms.value(x)) for x in point] for point in triad.b]
     sizes = [math.dist(one, other) for one in pins for other in pins]
     sizes += [float(h.terms.value(length)) for length in triad.L if h.terms.is_constant(length)]

@@ -1,7 +1,7 @@
-"""The parts of a robot file of any geometry: frames and lengths, in the order of the file.
+"""Frames and lengths of a parametric robot, in the order of a robot file.
 
-Each body's frame is that of the joint that carries it, since a robot file describes a joint by its
-own frame alone; the placement behind a joint goes to the joints, ends and tool on its body.
+A robot file describes a joint by its own frame alone, so each body uses the frame of the joint that
+carries it. The placement after a joint moves to the joints, ends and tool of its body.
 """
 
 from collections.abc import Collection, Mapping
@@ -16,7 +16,7 @@ from .mechanism_geometry import MechanismGeometry
 def parts(
     mechanism: Mechanism, geometry: MechanismGeometry, coordinates: Collection[sp.Symbol]
 ) -> list[Placement]:
-    """Frames at coordinates zero.
+    """Returns the frames at zero coordinates.
 
     Args:
         mechanism: The description.
@@ -24,9 +24,9 @@ def parts(
         coordinates: The symbols of coordinates and unknown variables.
 
     Returns:
-        The base body's frame in the base frame, each joint's in its parent's body, both ends of
-        each closer in their bodies, the tool's in its body; and the end of each strut that lies
-        along x, at its beginning.
+        The base body in the base frame, each joint in its parent body, both ends of each closer in
+        their bodies, and the tool in its body. Then, for each strut along x, its far end relative
+        to its first end.
     """
     zero: dict[sp.Symbol, sp.Expr] = dict.fromkeys(coordinates, sp.S.Zero)
     behind: dict[str, Placement] = {mechanism.base_frame: ()}

@@ -1,15 +1,15 @@
-"""The equations of loops with their geometry as variables: residuals, and the wrenches behind them.
+"""Equations of loops with variable geometry: residuals, and their wrenches.
 
-An equation compares the end b of a closer with its end a, measured in the axes of a. Its
-derivative along a motion of b's body is the power of a wrench, and that along a motion of a's body
-the negative power of the same wrench, wherever the loop stands open.
+An equation compares end b of a closer with end a, in the axes of a. Its derivative along a motion
+of b's body is the power of a wrench. Along a motion of a's body, it is the negative power of the
+same wrench, even if the loop is open.
 
 | closer            | equations                                                     |
 |-------------------|---------------------------------------------------------------|
-| strut             | distance of the ends less the length                          |
+| strut             | distance of the ends minus the length                         |
 | planar: pin, ball | both coordinates of the points' difference in the plane       |
-| planar: slider    | offset across the guide, sine of the turn                     |
-| planar: weld      | both coordinates of the difference, sine of the turn          |
+| planar: slider    | offset across the guide, sine of the rotation                 |
+| planar: weld      | both coordinates of the difference, sine of the rotation      |
 | others            | as :func:`chasles.derive.loops.constraints.constraints`       |
 """
 
@@ -34,8 +34,8 @@ class Row:
     Attributes:
         residual: Zero where the loop is closed.
         unit: m or 1.
-        powers: The power of its wrench by each motion of both branches, the opposite for a's.
-        length: The length that it contains with a minus sign; 0 of most.
+        powers: The power of its wrench for each motion of both branches, negated on branch a.
+        length: The length that it contains with a minus sign; usually 0.
     """
 
     residual: sp.Expr
@@ -44,7 +44,7 @@ class Row:
     length: sp.Expr = sp.S.Zero
 
     def gradient(self, terms: Terms, variables: Sequence[sp.Symbol]) -> tuple[sp.Expr, ...]:
-        """The named derivative by each variable."""
+        """Returns the derivative with respect to each variable."""
         longer = sp.S.NegativeOne, ElementaryMotion(self.length, ORIGIN, None)
         return gradient(terms, [*self.powers, longer], variables)
 
@@ -55,12 +55,12 @@ def loop_rows(
     geometry: MechanismGeometry,
     bodies: Mapping[str, Reached],
 ) -> list[Row]:
-    """The equations of all loops, in the order of the closers.
+    """Returns the equations of all loops, in the order of the closers.
 
     Args:
         mechanism: The description.
         terms: Receives the named terms.
-        geometry: Its geometry as variables.
+        geometry: The geometry as variables.
         bodies: The frames of all bodies.
     """
     ends = (_Ends(terms, geometry, bodies, loop) for loop in loops(mechanism))
@@ -86,7 +86,7 @@ class _Ends:
         self.difference = subtracted(terms, self.b.pose[1], self.a.pose[1])
 
     def rows(self) -> list[Row]:
-        """The equations of the closer."""
+        """Returns the equations of the closer."""
         closer = self.loop.closer
         if isinstance(closer, Strut):
             return [self._distance(closer)]
@@ -107,7 +107,7 @@ class _Ends:
         x, y = self._turned(axes.x), self._turned(axes.y)
         if closure.kind in ("pin", "ball"):
             return [self._along(x), self._along(y)]
-        # Both frames have the same axes where the loop is closed.
+        # Both frames have the same axes if the loop is closed.
         R = placement_matrix(closure.a.placement)[:3, :3]
         if closure.kind == "slider":
             across = R.T * axes.n.cross(R[:, 2])
@@ -129,20 +129,20 @@ class _Ends:
         }[closure.kind]
 
     def _turned(self, vector: sp.Matrix) -> Vector:
-        """A constant direction of the body at end a, in the base axes."""
+        """Returns a constant direction of the body at end a, in base axes."""
         return combination(self.terms, named(self.terms, list(vector)), self.body.pose[0])
 
     def _of_end(self, end: Reached, vector: sp.Matrix) -> Vector:
-        """A constant direction of an end's frame, in the base axes."""
+        """Returns a constant direction of an end's frame, in base axes."""
         return combination(self.terms, named(self.terms, list(vector)), end.pose[0])
 
     def _along(self, direction: Vector) -> Row:
-        """The difference along a direction that a carries."""
+        """Returns the equation for the position difference along a direction fixed to a."""
         residual = dot(self.terms, direction, self.difference)
         return self._row(residual, "m", Wrench(direction, self.b.pose[1]))
 
     def _turn(self, of_a: Vector, of_b: Vector) -> Row:
-        """The cosine between a direction of a and one of b."""
+        """Returns the equation for the cosine between a direction of a and a direction of b."""
         couple = cross(self.terms, of_b, of_a)
         return self._row(dot(self.terms, of_a, of_b), "1", Wrench(ORIGIN, self.b.pose[1], couple))
 

@@ -178,7 +178,7 @@ def test_the_loop_that_does_not_close_is_named():
     )
     with pytest.raises(RobotError, match="'slider_crank': the loop of 'gudgeon' does not close"):
         closed_configuration(short)
-    with pytest.raises(RobotError, match=r"the loop of 'leg3' does not close: .* mm are left"):
+    with pytest.raises(RobotError, match=r"the loop of 'leg3' does not close: .* mm remain"):
         closed_configuration(mechanisms.stewart(), (0, 0, 0, 9, 0, 0))
 
 

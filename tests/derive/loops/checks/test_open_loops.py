@@ -167,7 +167,7 @@ def test_ambiguous_reference_error_proposes_a_configuration():
     level = (("left", sp.Integer(0)), ("right", sp.Integer(0)))
     text = message(replace(mechanism("five_bar"), reference=level))
     assert "The loops close at left_elbow = " in text
-    assert "write values near these in [reference]" in text
+    assert "write values close to these in [reference]" in text
     # In the middle of their limits these close.
     for name in ("slider_crank", "five_bar"):
         assert message(replace(mechanism(name), reference=())) == ""
@@ -260,8 +260,8 @@ foot = 2
 
 def test_error_on_pin_with_wrong_axis_proposes_a_rotation():
     text = message(loads(PIN_ACROSS))
-    assert "a pin turns about the z axis of its frames" in text
-    assert "turn about (0, -1, 0): turn both frames by rpy" in text
+    assert "a pin rotates about the z axis of its frames" in text
+    assert "rotate about (0, -1, 0): rotate both frames by rpy" in text
     good = PIN_ACROSS.replace("xyz = [2, 0, 0] }", 'xyz = [2, 0, 0], rpy = ["pi/2", 0, 0] }')
     good = good.replace('{ body = "shoe" }', '{ body = "shoe", rpy = ["pi/2", 0, 0] }')
     assert message(loads(good)) == ""
@@ -282,7 +282,7 @@ def spoilt_actuation():
         for member in robot.members:
             if member not in taken:
                 more = replace(robot, actuated=(*robot.actuated, member))
-                yield f"{name} and {member}", more, "take "
+                yield f"{name} and {member}", more, "remove "
         for closure in robot.closures:
             less = tuple(c for c in robot.closures if c is not closure)
             yield f"{name} open", replace(robot, closures=less), "can still move"
@@ -335,7 +335,7 @@ def test_dependent_actuators_are_rejected():
         closures=twice[:1],
         actuated=("crank", "rocker"),
     )
-    with pytest.raises(RobotError, match="crank and rocker depend on each other: take 1 of them"):
+    with pytest.raises(RobotError, match="crank and rocker depend on each other: remove 1 of them"):
         derive(braced, ["fk"])
 
 
@@ -360,7 +360,7 @@ def test_diagnostics_report_swapped_rod_ends():
     robot = mechanism("delta")
     struts = tuple(swapped(s) if i == 3 else s for i, s in enumerate(robot.struts))
     (told,) = doubts_of(Hybrid(replace(robot, struts=struts)))
-    assert told.startswith("the loops close 0.083 rad, or parts of the size, away from")
+    assert told.startswith("the loops close 0.083 (rad, or relative to the size) away from")
     assert "rod 'rod_2_right' seem swapped" in told
 
 
