@@ -1,13 +1,13 @@
-"""Platforms on legs: rods between actuated bodies and a platform that the main chain moves freely.
+"""Platforms on legs: rods from actuated bodies to a platform that the main chain moves freely.
 
 The main chain of such a robot is virtual: x, y and phi, or six coordinates. The length equations
 
     |b_i(theta) - a_i(q)| - l_i = 0
 
-give the velocity relation J_x x' = J_q q' and, for three rods in a plane, all assembly modes.
+give the velocity relation J_x x' = J_q q'. For three planar rods they also give all assembly modes.
 
 Source:
-    Gosselin and Angeles 1990 for both matrices and the three types of singularity.
+    Gosselin and Angeles 1990, for both matrices and the three types of singularity.
 """
 
 import re
@@ -48,12 +48,11 @@ WrittenMaker = Callable[[Hybrid], WrittenFunction | None]
 ONE, ZERO = sp.Integer(1), sp.Integer(0)
 TRIAD = 3
 OF_CHAIN = {f"chain_{name}": name for name in FUNCTIONS}
-"""Functions of the open main chain of a robot whose loops have no closed form, and what they are
-called of a serial robot."""
+"""Serial-robot function names, by the names of the open main chain's functions."""
 
 
 def makers(h: Hybrid) -> dict[str, Maker]:
-    """The functions of a platform on legs, none for other robots."""
+    """Returns the builders of a platform's functions; empty for other robots."""
     found: dict[str, Maker] = {}
     if h.forward.open:
         found |= {name: partial(of_open_chain, called) for name, called in OF_CHAIN.items()}
@@ -77,13 +76,13 @@ def makers(h: Hybrid) -> dict[str, Maker]:
             "assembly_mirror": partial(_assembly, "assembly_mirror"),
         }
     if on_struts and hexapod_of(h) is not None:
-        # Turned platforms are no poses of actuated coordinates.
+        # Rotated platforms are not poses of the actuated coordinates.
         found |= {"chain_fk": partial(of_open_chain, "fk"), hexapod.CALLED: hexapod.rod_ends}
     return found
 
 
 def written_makers(h: Hybrid) -> dict[str, WrittenMaker]:
-    """The functions of a platform on legs whose C is written by hand, none for other robots."""
+    """Returns the builders of functions with handwritten C; empty for other robots."""
     if is_platform(h.mechanism) and hexapod_of(h) is not None:
         return {"modes": hexapod.modes}
     triad = triad_of(h) if h.forward.open else None
@@ -91,10 +90,10 @@ def written_makers(h: Hybrid) -> dict[str, WrittenMaker]:
 
 
 def is_platform(mechanism: Mechanism) -> bool:
-    """Whether struts alone hold the body of the tool, which a main chain without actuators carries.
+    """Whether struts alone support the tool body, which an unactuated main chain carries.
 
-    Each leads from a body that actuators move, or the base, to that body, and is of constant or
-    actuated length.
+    Each strut connects the tool body to the base or to an actuated body. Its length is constant or
+    actuated.
     """
     actuated = {c.moves for c in mechanism.coordinates}
     chain = {joint.name for joint in mechanism.main_chain.moving}
@@ -117,7 +116,7 @@ def _residuals(h: Hybrid, found: Sequence[Rod]) -> list[sp.Expr]:
 
 
 def rods(h: Hybrid) -> SymbolicFunction:
-    """The excess of the distance between each rod's ends over its length."""
+    """Builds the function for the difference between each rod's end distance and its length."""
     entries = tuple(_residuals(h, rods_of(h)))
     names = ", ".join(strut.name for strut in h.mechanism.struts)
     return h.function(
@@ -131,7 +130,7 @@ def rods(h: Hybrid) -> SymbolicFunction:
 
 
 def rods_D_chain(h: Hybrid) -> SymbolicFunction:
-    """The derivative of the rods' residuals by the main chain."""
+    """Builds the Jacobian of the rod residuals with respect to the main chain."""
     residuals = _residuals(h, rods_of(h))
     columns = derivative_columns(h.terms, residuals, h.theta)
     return h.function(
@@ -151,7 +150,7 @@ def rods_D_chain(h: Hybrid) -> SymbolicFunction:
 
 
 def velocity_relation(h: Hybrid) -> SymbolicFunction:
-    """The matrices J_x and J_q of the velocity relation."""
+    """Builds the function for the matrices J_x and J_q of the velocity relation."""
     if is_platform(h.mechanism):
         rows, J_q = _relation_of_rods(h)
     else:
@@ -173,7 +172,7 @@ def velocity_relation(h: Hybrid) -> SymbolicFunction:
 
 
 def _relation_of_rods(h: Hybrid) -> tuple[list[tuple[sp.Expr, ...]], tuple[sp.Expr, ...]]:
-    """The rods' rows of J_x for a twist in base axes, and the entries of J_q."""
+    """Returns the rods' rows of J_x for a twist in base axes, and the entries of J_q."""
     found = rods_of(h)
     tool = tool_position(h)
     rows = []
@@ -186,14 +185,14 @@ def _relation_of_rods(h: Hybrid) -> tuple[list[tuple[sp.Expr, ...]], tuple[sp.Ex
 
 
 def free_directions(h: Hybrid) -> list[int]:
-    """The components of the tool's twist in base axes that the main chain can move."""
+    """Returns the components of the tool's twist in base axes that the main chain can move."""
     (J,) = of_open_chain("jacobian_mixed", h).outputs
     _, n = J.shape
     return [k for k in range(6) if any(J.entries[k * n + j] != 0 for j in range(n))]
 
 
 def of_open_chain(name: str, h: Hybrid) -> SymbolicFunction:
-    """A function of the main chain alone, with theta as its coordinates."""
+    """Builds a function of the main chain alone, with theta as its coordinates."""
     function = h.open_chain.function(name)
     return SymbolicFunction(
         f"chain_{name}",
@@ -206,16 +205,16 @@ def of_open_chain(name: str, h: Hybrid) -> SymbolicFunction:
     )
 
 
-# --- three rods in a plane ---
+# --- three planar rods ---
 
 
 def triad_of(h: Hybrid) -> Triad | None:
-    """The three legs of a planar platform; None for other robots."""
+    """Returns the three legs of a planar platform; None for other robots."""
     return _rods_in_plane(h) if is_platform(h.mechanism) else planar_legs.legs_of(h)
 
 
 def _rods_in_plane(h: Hybrid) -> Triad | None:
-    """The rods of a planar platform that struts alone hold."""
+    """Returns the rods of a planar platform supported by struts alone; None otherwise."""
     mechanism = h.mechanism
     moving = [j for j in mechanism.way(mechanism.tool_body) if j.kind != "fixed"]
     kinds = [joint.kind for joint in moving]
@@ -233,14 +232,14 @@ def _rods_in_plane(h: Hybrid) -> Triad | None:
     _, origin = frames[2]
 
     def seen(frame: Frame) -> Vector:
-        """The origin of a frame along x, y and the axis, from the platform's axis."""
+        """Returns a frame's origin relative to the platform axis, along x, y and that axis."""
         _, point = pose_of(mechanism, h.terms, frame, still)
         offset = subtracted(h.terms, point, origin)
         x, y, z = (dot(h.terms, e, offset) for e in directions)
         return x, y, z
 
     ends = [tuple(map(seen, from_base(h, strut))) for strut in mechanism.struts]
-    # A rod with a component out of the plane traces no circle in it.
+    # A rod with an out-of-plane component does not trace a circle in the plane.
     if any(h.terms.let(a[2] - b[2]) != 0 for a, b in ends):
         return None
     A, b = (tuple(end[k][:2] for end in ends) for k in (0, 1))
@@ -248,7 +247,7 @@ def _rods_in_plane(h: Hybrid) -> Triad | None:
 
 
 def assembly_polynomial(h: Hybrid) -> SymbolicFunction:
-    """The polynomial of all assembly modes."""
+    """Builds the function for the polynomial of all assembly modes."""
     triad = triad_of(h)
     assert triad is not None
     entries = triad_polynomial(h.terms, triad.A, triad.b, triad.L, triad.lines)
@@ -263,7 +262,7 @@ def assembly_polynomial(h: Hybrid) -> SymbolicFunction:
 
 
 def _assembly(name: str, h: Hybrid) -> SymbolicFunction:
-    """The platform's pose at an angle that is a zero of the polynomial."""
+    """Builds the function for the platform's pose at a zero of the polynomial."""
     triad = triad_of(h)
     assert triad is not None
     phi = sp.Symbol("_phi", real=True)

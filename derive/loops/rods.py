@@ -1,7 +1,7 @@
-"""The rods of a platform on legs, and the rows of its velocity relation.
+"""The rods of a platform on legs, and their rows of the velocity relation.
 
-With the direction n of a rod towards the platform, its arm r = b - p from the tool, and its length
-equation |b - a| = l differentiated,
+Let n be the direction of a rod towards the platform, and r = b - p its arm from the tool.
+Differentiating the length equation |b - a| = l gives
 
     n . v + (r x n) . omega = (n . da/dq + dl/dq) q'
 
@@ -28,9 +28,9 @@ class Rod:
     """A strut at given theta and q, in the base frame (metre).
 
     Attributes:
-        a: Its end on an actuated body or the base.
-        b: Its end on the platform.
-        d: From a to b.
+        a: The rod's end on an actuated body or the base.
+        b: The rod's end on the platform.
+        d: The vector from a to b.
         distance: The length of d.
         length: The strut's own length.
     """
@@ -44,11 +44,11 @@ class Rod:
     def actuator_row(
         self, terms: Terms, n: Sequence[sp.Expr], q: Sequence[sp.Symbol]
     ) -> list[sp.Expr]:
-        """The rod's row of J_q: the speed along the rod that each actuator gives its end a.
+        """Returns the rod's row of J_q: the speed of end a along the rod per actuator rate.
 
         Args:
             terms: Names of all terms.
-            n: The direction of the rod towards the platform, of length 1.
+            n: The unit direction of the rod towards the platform.
             q: The actuated coordinates.
         """
         row = []
@@ -60,12 +60,12 @@ class Rod:
 
 
 def line_coordinates(n: Sequence[sp.Expr], r: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-    """A rod's row of J_x: its direction n and its moment r x n about the tool."""
+    """Returns the rod's row of J_x: its direction n and its moment r x n about the tool."""
     return (*n, *(r[k - 2] * n[k - 1] - r[k - 1] * n[k - 2] for k in range(3)))
 
 
 def rods_of(h: Hybrid) -> list[Rod]:
-    """The rods of a platform in the order of the description."""
+    """Returns the rods of a platform in the order of the description."""
     values = joint_values(h)
     found = []
     for strut in h.mechanism.struts:
@@ -77,7 +77,7 @@ def rods_of(h: Hybrid) -> list[Rod]:
 
 
 def pins_in_tool(h: Hybrid) -> list[Vector]:
-    """The rods' ends on the platform in the tool frame (metre), constants."""
+    """Returns the rods' platform ends in the tool frame (metre), which are constant."""
     still = joint_values(h) | {joint.name: ZERO for joint in h.robot.moving}
     axes, tool = pose_of(h.mechanism, h.terms, h.mechanism.tool_mounting, still)
     pins = []
@@ -91,24 +91,24 @@ def pins_in_tool(h: Hybrid) -> list[Vector]:
 
 
 def tool_position(h: Hybrid) -> Vector:
-    """The position of the tool in the base frame at theta (metre)."""
+    """Returns the position of the tool in the base frame at theta (metre)."""
     return pose_of(h.mechanism, h.terms, h.mechanism.tool_mounting, joint_values(h))[1]
 
 
 def joint_values(h: Hybrid) -> dict[str, sp.Expr]:
-    """Values of the chain's joints in theta, of actuated joints and cylinders in q, by name."""
+    """Returns chain joint values in theta, and actuated joints and cylinders in q, by name."""
     coordinates = zip(h.mechanism.coordinates, h.q, strict=True)
     values = {c.moves: c.ratio * symbol for c, symbol in coordinates}
     return values | {j.name: s for j, s in zip(h.robot.moving, h.theta, strict=True)}
 
 
 def from_base(h: Hybrid, strut: Strut) -> tuple[Frame, Frame]:
-    """The ends of a rod, its end on the platform last."""
+    """Returns the ends of a rod, the platform end last."""
     chain = {joint.name for joint in h.robot.moving}
     at_end = any(joint.name in chain for joint in h.mechanism.way(strut.b.body))
     return (strut.a, strut.b) if at_end else (strut.b, strut.a)
 
 
 def joint_frame(joint: Joint) -> Frame:
-    """The frame of a joint before it moves."""
+    """Returns the frame of a joint before its motion."""
     return Frame(joint.parent, joint.before)

@@ -1,4 +1,4 @@
-"""All joints of a mechanism from the actuators, or from the joints of the main chain."""
+"""All joints of a mechanism as functions of the actuators or of the main chain."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -23,21 +23,21 @@ from .spatial.legs import assemble_in_space
 from .spatial.struts import Known
 
 OFF_THE_REFERENCE = (0.05, -0.08)
-"""Radian, or parts of the mechanism's size: where it is tried whether a branch exists."""
+"""Offsets from the reference (radian, or relative to the size) in the test for branches."""
 
 
 @dataclass(frozen=True)
 class Solution:
-    """The joints of a mechanism that follow in closed form.
+    """The joints of a mechanism that have a closed form.
 
     Attributes:
         mechanism: The description.
-        values: Values of joints, swings and cylinders by name; angles may exceed a turn.
+        values: Values of joints, swings and cylinders by name; angles may exceed a full turn.
         loops: Rates of the solved angles, for :class:`~chasles.derive.terms.tangents.Tangent`.
         steps: The steps of the solution, in order.
-        relations: Sums of turning vectors that are zero where the loops are closed.
-        open: Names of joints that stay undetermined.
-        reference: The reference configuration, for numbers.
+        relations: Sums of rotated vectors that are zero if the loops are closed.
+        open: Names of the undetermined joints.
+        reference: The numerical reference configuration.
     """
 
     mechanism: Mechanism
@@ -50,7 +50,7 @@ class Solution:
 
     @property
     def margins(self) -> tuple[tuple[str, sp.Expr], ...]:
-        """The margin of each step that can fail to close, with the name of its loop."""
+        """The margin of each step that may fail to close, with the name of its loop."""
         return tuple(
             (step.name(self.mechanism), step.margin)
             for step in self.steps
@@ -60,7 +60,7 @@ class Solution:
 
 @dataclass(frozen=True)
 class Loops:
-    """The loops of a mechanism, sorted once for every solution.
+    """The loops of a mechanism by kind, shared by all solutions.
 
     Attributes:
         mechanism: The description.
@@ -74,13 +74,13 @@ class Loops:
 
 
 def sorted_loops(mechanism: Mechanism, terms: Terms) -> Loops:
-    """The loops of a mechanism by kind."""
+    """Returns the loops of a mechanism by kind."""
     planar, spatial = linkages(mechanism, terms)
     return Loops(mechanism, tuple(planar), tuple(spatial))
 
 
 def from_actuators(loops: Loops, terms: Terms, q: Sequence[sp.Symbol]) -> Solution:
-    """All joints from the actuated coordinates.
+    """Returns all joints as functions of the actuated coordinates.
 
     Args:
         loops: The mechanism and its loops.
@@ -88,7 +88,7 @@ def from_actuators(loops: Loops, terms: Terms, q: Sequence[sp.Symbol]) -> Soluti
         q: The actuated coordinates (radian or metre).
 
     Raises:
-        RobotError: A loop does not close at the reference, or its branch there is not clear.
+        RobotError: A loop does not close at the reference, or its branch is ambiguous there.
     """
     coordinates = loops.mechanism.coordinates
     known = {c.moves: c.ratio * s for c, s in zip(coordinates, q, strict=True)}
@@ -106,16 +106,16 @@ def from_chain(
     *,
     closed: Mapping[str, float],
 ) -> Solution:
-    """All joints, actuators included, from the main chain's.
+    """Returns all joints, including actuators, as functions of the main chain.
 
     Args:
         loops: The mechanism and its loops.
         terms: Names of all terms.
-        theta: The main chain's joints (radian or metre).
-        closed: Joint values at the reference configuration, as far as they are known.
+        theta: The main-chain joints (radian or metre).
+        closed: The known joint values at the reference configuration.
 
     Raises:
-        RobotError: A loop does not close at the reference, or its branch there is not clear.
+        RobotError: A loop does not close at the reference, or its branch is ambiguous there.
     """
     moving = loops.mechanism.main_chain.moving
     known = {joint.name: symbol for joint, symbol in zip(moving, theta, strict=True)}
@@ -131,7 +131,7 @@ def _begun(
     at: Mapping[sp.Symbol, float],
     closed: Mapping[str, float],
 ) -> Solution:
-    """The solution before its first step."""
+    """Returns the solution before its first step."""
     mechanism = loops.mechanism
     joints = [joint.name for joint in mechanism.joints if joint.kind != "fixed"]
     size = longest_length(mechanism, terms)
@@ -140,7 +140,7 @@ def _begun(
 
 
 def _near(own: Solution, known: Mapping[str, sp.Expr]) -> list[AtReference]:
-    """The reference, and configurations a little off it."""
+    """Returns the reference, and configurations slightly off the reference."""
     terms, members, size = own.reference.terms, own.mechanism.members, own.reference.size
     found = []
     for part in (0.0, *OFF_THE_REFERENCE):
@@ -158,7 +158,7 @@ def _is_length(member: Joint | Strut) -> bool:
 
 
 def _solved(loops: Loops, begun: Solution, branch: Branch | None = None) -> Solution:
-    """The solution on a branch, that of the reference by default."""
+    """Returns the solution on a branch; None selects the reference's branch."""
     solution = begun
     try:
         while True:
@@ -174,7 +174,7 @@ def _solved(loops: Loops, begun: Solution, branch: Branch | None = None) -> Solu
 
 
 def _left(loops: Loops, solution: Solution) -> list[Linkage]:
-    """The planar linkages of which a joint is not known: a spatial loop may give one that helps."""
+    """Returns the planar linkages with unknown joints; a spatial loop may determine one."""
     return [
         linkage
         for linkage in loops.planar
@@ -185,19 +185,19 @@ def _left(loops: Loops, solution: Solution) -> list[Linkage]:
 def every_solution(
     loops: Loops, own: Solution, given: Sequence[str], most: int
 ) -> tuple[list[Solution], bool]:
-    """The solutions on all branches, the reference's first.
+    """Returns the solutions on all branches, the reference's branch first.
 
     Args:
         loops: The mechanism and its loops.
         own: The solution on the reference's branch.
-        given: Names of the joints and cylinders whose values the solution begins with.
-        most: The largest number of solutions.
+        given: Names of the joints and cylinders with known initial values.
+        most: The maximum number of solutions.
 
     Returns:
-        The solutions, and whether these are all.
+        The solutions, and whether the list is complete.
     """
     known = {name: own.values[name] for name in given}
-    # Joints that depend on each other tell nothing where they are moved one by one.
+    # Dependent joints cannot be moved one by one, so they give no test configurations.
     is_free = len(given) <= len(own.mechanism.coordinates)
     elsewhere = _near(own, known) if is_free else ()
     begun = replace(own, values=known, loops={}, steps=(), relations=())
@@ -216,13 +216,13 @@ def every_solution(
 def with_free_sides(
     loops: Loops, own: Solution, given: Sequence[str], sign: Callable[[], sp.Expr]
 ) -> Solution:
-    """The solution in which a symbol, 1 on the reference's branch, stands for each choice.
+    """Returns the solution with a symbol for each branch sign; 1 is the reference's branch.
 
     Args:
         loops: The mechanism and its loops.
         own: The solution on the reference's branch.
-        given: Names of the joints and cylinders whose values the solution begins with.
-        sign: Gives the next symbol.
+        given: Names of the joints and cylinders with known initial values.
+        sign: Returns the next symbol.
     """
     known = {name: own.values[name] for name in given}
     sides = FreeSides(own.reference.sides, own.reference, sign)
@@ -233,10 +233,10 @@ def with_free_sides(
 def _on_planar_branches(
     loops: Loops, found: list[Solution], elsewhere: Sequence[AtReference], most: int
 ) -> tuple[list[Solution], bool]:
-    """Solutions with the planar linkages on all branches, at most so many; whether that is all."""
+    """Solves the planar linkages on up to ``most`` branches; also returns whether these are all."""
     is_all = True
     for linkage in _left(loops, found[0]):
-        # Linkages without a common joint are solved once, not once for each branch of the others.
+        # Linkages without a common joint are solved once, not once per branch of the others.
         parts: dict[tuple[sp.Expr | None, ...], list[Assembly]] = {}
         after = []
         for solution in found:
@@ -251,7 +251,7 @@ def _on_planar_branches(
 
 
 def _with_part(solution: Solution, part: Assembly) -> Solution:
-    """The solution with one more linkage."""
+    """Returns the solution extended by one linkage."""
     return _with_open(
         replace(
             solution,
@@ -264,7 +264,7 @@ def _with_part(solution: Solution, part: Assembly) -> Solution:
 
 
 def _in_space(loops: Loops, solution: Solution, branch: Branch | None) -> Solution:
-    """The solution with the spatial loops."""
+    """Returns the solution extended by the spatial loops."""
     known = Known(dict(solution.values), dict(solution.loops), list(solution.steps))
     terms, reference = solution.reference.terms, solution.reference
     assemble_in_space(terms, loops.mechanism, loops.spatial, known, reference, branch)
@@ -274,22 +274,22 @@ def _in_space(loops: Loops, solution: Solution, branch: Branch | None) -> Soluti
 
 
 def _with_open(solution: Solution) -> Solution:
-    """The solution with the names of the joints that it leaves open."""
+    """Returns the solution with its list of undetermined joints."""
     wanted = [*solution.mechanism.members, *solution.mechanism.swings]
     return replace(solution, open=tuple(name for name in wanted if name not in solution.values))
 
 
 def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint | None) -> sp.Expr:
-    """A solved angle between -pi and pi, or within a turn about the middle of its joint's limits.
+    """Wraps a solved angle to a full turn about the middle of its joint's limits.
 
-    Without limits, and with a reference beyond pi, it is within a turn about the nearest multiple
-    of pi, so that angles near the reference are not a turn away from it.
+    Without limits, the interval is -pi to pi. For a reference beyond pi, the interval is centered
+    at the nearest multiple of pi, so that angles near the reference are not a full turn away.
 
     Args:
         terms: Names of all terms.
-        solution: The solution that gives the value; receives the rate of the new name.
+        solution: The solution that contains the value; receives the rate of the new name.
         value: A sum of solved angles and coordinates.
-        joint: The joint of that angle, None for a swing.
+        joint: The joint of the angle, or None for a swing.
     """
     if not terms.is_solved(value):
         return terms.let(value)
@@ -319,7 +319,7 @@ def _given(mechanism: Mechanism) -> dict[str, float]:
 
 
 def _value_of(mechanism: Mechanism, name: str, moves: str, ratio: sp.Expr) -> float:
-    """Reference value of a coordinate, given for itself or for the joint that it moves."""
+    """Returns the reference of a coordinate, stated directly or for the joint that it moves."""
     given = dict(mechanism.reference)
     if name not in given and moves in given:
         values = {parameter.symbol: parameter.value for parameter in mechanism.parameters}

@@ -219,7 +219,7 @@ class Spring:
         axis: Direction of the joint's axis.
         point: A point on the axis (metre).
         mass: Mass of the link behind the joint (kilogram).
-        centre: The link's centre of mass (metre).
+        centre: The link's center of mass (metre).
     """
 
     of: str

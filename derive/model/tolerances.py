@@ -74,7 +74,7 @@ UNLIMITED = 10_000
 exporters write 1e4 to 1e16 where a field must not be empty, and no axis turns 1,600 times."""
 AXIS_DIGITS = 25
 """Digits of the angles of an axis without a short exact form: 1e-25 rad is far below the rounding
-of doubles, and roots of long fractions, which SymPy would factorise, are avoided."""
+of doubles, and roots of long fractions, which SymPy would factorize, are avoided."""
 SHORT_PROPORTION = 1000
 """Greatest whole number in the proportions of a direction with a short exact form."""
 GIMBAL_LOCK = 1e-14

@@ -39,7 +39,7 @@ def completed_determinant(convention: Convention, kind: JointKind) -> sp.Expr:
     """det(D^T D) by the numbers that make the link a whole pose.
 
     These are the convention's own and turns about and shifts along the axes at both ends, which the
-    neighbouring joints have. Of a sliding joint's frame the orientation alone is taken, because its
+    neighboring joints have. Of a sliding joint's frame the orientation alone is taken, because its
     place moves with the joint. 0 where more numbers than a pose has repeat each other.
     """
     found = axis_map(convention, kind)

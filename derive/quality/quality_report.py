@@ -23,7 +23,7 @@ class ConventionQuality:
         needed: How many an axis of the joint's kind needs: 4 a line, 2 a direction.
         determinant: det(D^T D) by its own numbers.
         completed: det(D^T D) by the numbers of a whole pose, with turns about and shifts along the
-            neighbouring axes; it vanishes where the model jumps.
+            neighboring axes; it vanishes where the model jumps.
         value: Value of ``completed`` at the robot (lengths in metres); None where the convention
             has no numbers for the axis.
         least: The least displacement of the axis by numbers of norm 1, lengths in parts of the

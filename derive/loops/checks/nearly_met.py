@@ -85,7 +85,7 @@ def _groups(numbers: Floats, most: float) -> list[list[int]]:
 
 
 def _apart(numbers: Floats, a: int, b: int) -> float:
-    """Returns the largest difference of two spheres in centre and radius (metre)."""
+    """Returns the largest difference of two spheres in center and radius (metre)."""
     off = numbers[:, a] - numbers[:, b]
     return float(max(np.linalg.norm(off[:, :3], axis=-1).max(), np.abs(off[:, 3]).max()))
 

@@ -202,9 +202,9 @@ def triad_position(
 
     Along the longer of u_2 and u_3, the first rod's component is k / |u|. The component across u
     follows from the rod length. Both stay well conditioned if u_2 and u_3 are parallel, although
-    the linear pair is then singular. The third circle selects the side. If the three centres are
+    the linear pair is then singular. The third circle selects the side. If the three centers are
     collinear, both sides are solutions: this function returns the first, :func:`triad_mirror` the
-    second. If the centres coincide, the result is NaN. With line legs, the lines come first; of
+    second. If the centers coincide, the result is NaN. With line legs, the lines come first; of
     three lines, the two closest to perpendicular give the position.
 
     Args:
@@ -232,9 +232,9 @@ def triad_mirror(
     s: sp.Expr,
     lines: Sequence[LegLine] = (),
 ) -> Complex:
-    """Returns the mirror image of :func:`triad_position` in the line through two centres.
+    """Returns the mirror image of :func:`triad_position` in the line through two centers.
 
-    It is a second solution if the centres are collinear, and a start for the iteration near a
+    It is a second solution if the centers are collinear, and a start for the iteration near a
     double zero.
     """
     return _Triad(terms, A, b, L, lines).position(c, s, sp.S.NegativeOne)

@@ -1,14 +1,13 @@
-"""The geometry of a robot with loops as variables: every number that a calibration may correct.
+"""Variable geometry of a robot with loops: every value that a calibration may correct.
 
-Joints, frames at both ends and drives have the parameters of a serial robot's
-(:mod:`chasles.derive.model.geometry`). Closures and struts add those of their loop: the places of
-both ends in their bodies' frames, and the length of a strut, which for a cylinder is that at
-coordinate zero.
+Joints, end frames and drives have the same parameters as in a serial robot
+(:mod:`chasles.derive.model.geometry`). Closures and struts add the positions of both ends in their
+bodies' frames, and the length of a strut. For a cylinder this is the length at coordinate zero.
 
-A passive joint has no offset, since its loop gives its value. Six passive joints in a row that
-carry nothing between them leave a body free, so that their axes have no effect. Pins in a plane
-bear only numbers in the plane: where a closure ends a planar loop, the joints of the loop have no
-tilt out of the plane, and ends in planar loops have no coordinate across it.
+A passive joint has no offset, because its loop determines its value. Six consecutive passive joints
+without other attachments leave a body free, so their axes have no parameters. Planar loops only
+have in-plane parameters: joints closed by a closure have no tilt out of the plane, and ends have no
+coordinate normal to the plane.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,12 +26,12 @@ from ...terms.terms import Terms
 from ..planar.planes import Linkage, Loop, linkages, loops
 
 _FREE = 6
-"""Freedoms of a body in space."""
+"""Degrees of freedom of a body in space."""
 _TURNS: tuple[Literal["x", "y", "z"], ...] = ("x", "y", "z")
 
 
 class Step(NamedTuple):
-    """The motions from the parent's frame to a body's: to the joint, its own, and behind it."""
+    """The motions from the parent's frame to a body: before, of, and after the joint."""
 
     before: Placement
     motion: Placement
@@ -40,7 +39,7 @@ class Step(NamedTuple):
 
     @property
     def whole(self) -> Placement:
-        """All of them."""
+        """The complete motion."""
         return self.before + self.motion + self.after
 
 
@@ -49,9 +48,9 @@ class MechanismGeometry:
     """The geometry of a robot with loops as variables.
 
     Attributes:
-        parameters: The parameters p: base, joints, loops, tool.
-        values: The value of each moving joint and each cylinder, in q, u and p.
-        steps: Motions from the parent's frame to each body's, in q, u and p.
+        parameters: The parameters p in the order base, joints, loops, tool.
+        values: The value of each moving joint and cylinder, in q, u and p.
+        steps: Motions from the parent's frame to each body, in q, u and p.
         base: Motions from the base frame to the base body's frame.
         tool: Motions from the body that carries the tool to the tool.
         ends: The frames of each closure and strut on its two bodies.
@@ -72,7 +71,7 @@ class MechanismGeometry:
 def mechanism_geometry(
     mechanism: Mechanism, terms: Terms, q: Sequence[sp.Symbol], unknown: Mapping[str, sp.Symbol]
 ) -> MechanismGeometry:
-    """The geometry of a mechanism, its named parameters at their values.
+    """Returns the geometry of a mechanism, its named parameters replaced by their values.
 
     Args:
         mechanism: The description.
@@ -84,7 +83,7 @@ def mechanism_geometry(
 
 
 class _Numbered:
-    """The parameters of one mechanism, made in the order of its parts."""
+    """The parameters of one mechanism, created in the order of its parts."""
 
     def __init__(self, mechanism: Mechanism, terms: Terms) -> None:
         self.mechanism, self.made = mechanism, Parameters(mechanism)
@@ -113,7 +112,7 @@ class _Numbered:
         return MechanismGeometry(parameters, values, steps, base, tool, ends, lengths, self.planar)
 
     def _actuated(self, q: Sequence[sp.Symbol]) -> dict[str, sp.Expr]:
-        """Values of what the coordinates move, by the laws of their drives."""
+        """Returns the values of the actuated members, with the corrections of their drives."""
         found = {}
         for coordinate, symbol in zip(self.mechanism.coordinates, q, strict=True):
             member = self.mechanism.members[coordinate.moves]
@@ -125,7 +124,7 @@ class _Numbered:
         return found
 
     def _step(self, joint: Joint, values: Mapping[str, sp.Expr]) -> Step:
-        """The motions from the body before a joint to the body behind it."""
+        """Returns the motions from the body before a joint to the body after it."""
         made = self.made
         before, after = joint.before, joint.after
         if joint.kind == "fixed":
@@ -137,7 +136,7 @@ class _Numbered:
         return Step(made.at_values(before), motion, made.at_values(after))
 
     def _tilts(self, joint: Joint) -> str:
-        """The axes of a joint's frame about which its own axis may tilt."""
+        """Returns the axes of a joint's frame about which the joint axis may tilt."""
         loop = self.untilted.get(joint.name)
         if loop is None:
             return "xy"
@@ -155,7 +154,7 @@ class _Numbered:
         return self.planar[loop.closer.name].axes[body].n
 
     def _end(self, closer: Closure | Strut, side: str) -> Placement:
-        """The frame of a closer on a body, its place as parameters."""
+        """Returns the frame of a closer on a body, its position as parameters."""
         frame: Frame = getattr(closer, side)
         placement = self.made.at_values(frame.placement)
         shift = placement_matrix(placement)[:3, 3]
@@ -164,7 +163,7 @@ class _Numbered:
         return translation(*place) + turns + self._turned(closer, side)
 
     def _turned(self, closer: Closure | Strut, side: str) -> Placement:
-        """Corrections of the axes of a closure in space; balls have none."""
+        """Returns axis corrections of a spatial closure; ball closures have none."""
         if isinstance(closer, Strut) or closer.kind == "ball" or closer.name in self.planar:
             return ()
         turns: Placement = ()
@@ -177,7 +176,7 @@ class _Numbered:
     def _coordinate(
         self, closer: Closure | Strut, frame: Frame, side: str, k: int, value: sp.Expr
     ) -> sp.Expr:
-        """A coordinate of an end: a number where it is across the plane of its loop."""
+        """Returns a coordinate of an end; it is constant along the normal of a planar loop."""
         linkage = self.planar.get(closer.name)
         axis = sp.eye(3)[:, k]
         if linkage and _are_parallel(self.terms, axis, linkage.axes[frame.body].n):
@@ -192,12 +191,12 @@ class _Numbered:
 
 
 def _has_variable(joint: Joint) -> bool:
-    """Whether a joint's convention has a field for the offset of its coordinate."""
+    """Whether a joint's convention has a field for the coordinate offset."""
     return bool(joint.convention and joint.convention.variable(joint.kind))
 
 
 def _free_joints(mechanism: Mechanism) -> set[str]:
-    """The passive joints of bodies that six of them in a row leave free."""
+    """Returns the passive joints in runs of six that leave a body free."""
     moves = {coordinate.moves for coordinate in mechanism.coordinates}
     carried = [joint.parent for joint in mechanism.joints]
     carried += [frame.body for c in mechanism.closers for frame in (c.a, c.b)]

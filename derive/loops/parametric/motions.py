@@ -1,11 +1,12 @@
-"""Frames of a mechanism with its geometry as variables, and the screw of every motion on the way.
+"""Body frames with variable geometry, and the screw of every elementary motion.
 
-A body is reached by elementary motions, each by a value v(q, u, p). With S_m the screw of motion m
-at unit speed and W a wrench on the body, the power of the wrench is
+Elementary motions with values v(q, u, p) lead from the base to a body. With the unit screw S_m of
+motion m and a wrench W on the body, the power of the wrench is
 
     W . V = sum_m (W . S_m) dv_m/dt,
 
-so that one sum gives the derivative of a loop's equation, or of the tool's pose, by each variable.
+One such sum gives the derivative of a loop equation, or of the tool pose, with respect to each
+variable.
 
 Source:
     R. S. Ball, A Treatise on the Theory of Screws, 1900, for the reciprocal product.
@@ -37,12 +38,12 @@ from .mechanism_geometry import Step
 
 @dataclass(frozen=True)
 class ElementaryMotion:
-    """An elementary motion on the way to a body.
+    """An elementary motion between the base and a body.
 
     Attributes:
         value: Its angle or length, in q, u and p.
         axis: Its direction in the base frame.
-        point: A point of the axis of a turn in the base frame; None of a slide.
+        point: A point of the rotation axis in the base frame; None for a translation.
     """
 
     value: sp.Expr
@@ -52,7 +53,7 @@ class ElementaryMotion:
 
 @dataclass(frozen=True)
 class Reached:
-    """A frame, and the motions that lead to it from the base.
+    """A frame, and the motions from the base to the frame.
 
     Attributes:
         pose: Its axes and origin in the base frame.
@@ -63,7 +64,7 @@ class Reached:
     motions: tuple[ElementaryMotion, ...] = ()
 
     def moved(self, terms: Terms, placement: Placement) -> "Reached":
-        """The frame behind more motions."""
+        """Returns the frame after further motions."""
         (basis, origin), motions = self.pose, list(self.motions)
         for motion in placement:
             if isinstance(motion, Rotation):
@@ -88,12 +89,12 @@ BASE = Reached((IDENTITY, ORIGIN))
 
 @dataclass(frozen=True)
 class Wrench:
-    """A force along a line and a couple, on a body.
+    """A force along a line and a couple, acting on a body.
 
     Attributes:
-        force: In the base axes.
+        force: The force vector in base axes.
         point: A point of the force's line in the base frame.
-        couple: In the base axes.
+        couple: The couple vector in base axes.
     """
 
     force: Vector
@@ -101,7 +102,7 @@ class Wrench:
     couple: Vector = ORIGIN
 
     def power(self, terms: Terms, motion: ElementaryMotion) -> sp.Expr:
-        """The named power on a body that moves at unit speed of a motion."""
+        """Returns the power on a body that follows a motion at unit speed."""
         if motion.point is None:
             return dot(terms, self.force, motion.axis)
         lever = subtracted(terms, self.point, motion.point)
@@ -112,13 +113,13 @@ class Wrench:
 def bodies(
     mechanism: Mechanism, terms: Terms, base: Placement, steps: Mapping[str, Step]
 ) -> dict[str, Reached]:
-    """Every body's frame by the body's name, the base first.
+    """Returns every body's frame by body name, the base first.
 
     Args:
         mechanism: The description.
         terms: Receives the named terms.
         base: Motions from the base frame to the base body.
-        steps: Motions from its parent to each other body.
+        steps: Motions from the parent body to each other body.
     """
     found = {mechanism.base_frame: BASE.moved(terms, base)}
     for joint in mechanism.joints:
@@ -129,7 +130,7 @@ def bodies(
 def gradient(
     terms: Terms, powers: Iterable[tuple[sp.Expr, ElementaryMotion]], variables: Sequence[sp.Symbol]
 ) -> tuple[sp.Expr, ...]:
-    """The named sums of powers times dv/dx, for each variable x."""
+    """Returns, for each variable x, the sum of powers times dv/dx."""
     sums: dict[sp.Symbol, sp.Expr] = dict.fromkeys(variables, ZERO)
     for power, motion in powers:
         for variable in motion.value.free_symbols & sums.keys():
@@ -138,7 +139,7 @@ def gradient(
 
 
 def _turned(terms: Terms, basis: Basis, k: int, c: sp.Expr, s: sp.Expr) -> Basis:
-    """Axes turned about their k-th one."""
+    """Returns the axes after a rotation about their k-th axis."""
     axes = list(basis)
     i, j = (k + 1) % 3, (k + 2) % 3
     axes[i] = combination(terms, (c, s), (basis[i], basis[j]))

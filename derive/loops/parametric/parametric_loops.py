@@ -1,13 +1,13 @@
-"""The parametric functions of a robot with loops: its geometry is an input beside its coordinates.
+"""Parametric functions of a robot with loops, whose geometry is an additional input.
 
-The loops' equations c(w, p) = 0 hold the variables w = (q, u): the coordinates, and the unknown
-values of passive joints and cylinders. Newton's iteration in C solves them for u, from the posture
-of the nominal robot at q. There, with the tool's Jacobians J_u, J_q and J_p,
+The loop equations c(w, p) = 0 contain the variables w = (q, u): the coordinates, and the unknown
+values of passive joints and cylinders. Newton's iteration in C solves for u, starting from the
+nominal robot's configuration at q. With the tool's Jacobians J_u, J_q and J_p, the implicit
+function theorem gives
 
-    L = J_u c_u^-1,    J = J_q - L c_q   by the coordinates,    J = J_p - L c_p   by the parameters,
+    L = J_u c_u^-1,    J = J_q - L c_q  for q,    J = J_p - L c_p  for p.
 
-which is the theorem of the implicit function; L takes six linear systems, however many parameters
-there are.
+L needs six linear systems, regardless of the number of parameters.
 
 Source:
     J. M. Hollerbach, W. Khalil, M. Gautier, Model identification, Springer Handbook of Robotics,
@@ -39,15 +39,15 @@ from .motions import BASE, ElementaryMotion, Reached, bodies, gradient
 SYSTEM = "loops_p"
 """Name of the equations in C."""
 START = "configuration"
-"""The function whose posture is the start of Newton's iteration."""
+"""The function that returns the start configuration of Newton's iteration."""
 PARTS = "parts_p"
-"""The function of the parts of a robot file."""
+"""The function that returns the frames and lengths of a robot file."""
 OPERATIONS = 4000
-"""About how many operations a function takes: three steps of Newton's iteration on six unknowns."""
+"""Approximate operation count of a function: three Newton steps with six unknowns."""
 
 
 class ParametricLoops:
-    """The parametric functions of one mechanism over the terms of its derivation."""
+    """The parametric functions of one mechanism, over the terms of its derivation."""
 
     def __init__(self, hybrid: Hybrid) -> None:
         """Names the variables and the parameters.
@@ -56,7 +56,8 @@ class ParametricLoops:
             hybrid: The robot.
 
         Raises:
-            RobotError: It has no loops, or not as many equations as unknown variables.
+            RobotError: The robot has no loops, or the number of equations differs from the number
+                of unknown variables.
         """
         self.hybrid, self.terms = hybrid, hybrid.terms
         self.mechanism = mechanism = on_balls(hybrid.mechanism)
@@ -85,23 +86,23 @@ class ParametricLoops:
 
     @cached_property
     def size(self) -> float:
-        """The longest translation or rod (metre), which compares lengths with angles."""
+        """The longest translation or rod (metre), used to scale lengths against angles."""
         return float(f"{ClosedLoops(self.hybrid.mechanism).size:.3g}")
 
     @cached_property
     def inner(self) -> Mapping[str, SymbolicFunction]:
-        """The functions of w and p that the parametric ones call, by name."""
+        """The functions of w and p that the parametric functions call, by name."""
         found = [self._closure(), self._closure_by_p(), self._tool()]
         found += [self._tool_by(name) for name in ("w", "p")]
         found.append(self._parts())
         return {function.name: function for function in found}
 
     def functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
-        """The parametric functions of some names, in the order of :data:`PARAMETRIC`."""
+        """Returns the named parametric functions, in the order of :data:`PARAMETRIC`."""
         return {name: self._parametric(name) for name in PARAMETRIC if name in names}
 
     def called(self, name: str) -> list[str]:
-        """Names of the functions that a parametric function and its solver call."""
+        """Returns the names of the functions that a parametric function and its solver call."""
         return [START, "closure_p", *(c.entry for c in self._calls(name) if not c.system)]
 
     @cached_property
@@ -123,8 +124,8 @@ class ParametricLoops:
             raise RobotError(f"{name}: without loops, its main chain has parametric functions")
         if m != n:
             raise RobotError(
-                f"{name}: {m} equations of its loops for {n} unknown variables; loops that repeat "
-                "equations close for no other geometry, and have no parametric functions"
+                f"{name}: {m} loop equations for {n} unknown variables; redundant equations hold "
+                "only for the nominal geometry, so there are no parametric functions"
             )
 
     def _closure(self) -> SymbolicFunction:
@@ -166,7 +167,7 @@ class ParametricLoops:
         )
 
     def _tool_by(self, name: str) -> SymbolicFunction:
-        """The tool's mixed twist by the rates of w or p, the other at rest."""
+        """Builds the tool's mixed Jacobian with respect to w or p."""
         symbols = self.arguments[name].symbols
         twists = [(self._twist(motion), motion) for motion in self._end.motions]
         rows = [
@@ -181,7 +182,7 @@ class ParametricLoops:
         )
 
     def _parts(self) -> SymbolicFunction:
-        """The numbers of a robot file, in its order."""
+        """Builds the function for the frames of a robot file, in file order."""
         w = self.arguments["w"].symbols
         placements = parts(self.hybrid.mechanism, self.geometry, w)
         frames = [BASE.moved(self.terms, placement).pose for placement in placements]
@@ -197,7 +198,7 @@ class ParametricLoops:
         )
 
     def _twist(self, motion: ElementaryMotion) -> tuple[sp.Expr, ...]:
-        """The tool's mixed twist by a motion at unit speed."""
+        """Returns the tool's mixed twist for a motion at unit speed."""
         if motion.point is None:
             return (*motion.axis, *ORIGIN)
         lever = subtracted(self.terms, self._end.pose[1], motion.point)
@@ -211,7 +212,7 @@ class ParametricLoops:
         return SymbolicFunction(name, summary, identity, arguments, outputs, self.terms, role=role)
 
     def _parametric(self, name: str) -> SymbolicFunction:
-        """A parametric function: entries behind the calls of the solver."""
+        """Builds a parametric function from the results of solver calls."""
         h = self.hybrid.robot
         if name == "fk_p":
             pose = f"T_{h.base_frame}_{h.tool_frame}"
@@ -229,7 +230,7 @@ class ParametricLoops:
             )
             identity = f"V = {name}(q, p) pd with q at rest"
             result = self._result(self.arguments["p"].size, "derivative by p")
-        # The call alone reads q: the statements read the variables w, NaN where no loop closes.
+        # Only the call reads q. The statements read w, which is NaN if the loops do not close.
         q = self.arguments["q"]
         q = replace(q, symbols=coordinates("_given", q.size))
         return SymbolicFunction(
@@ -244,7 +245,7 @@ class ParametricLoops:
         )
 
     def _calls(self, name: str) -> tuple[Call, ...]:
-        """The calls before the statements of a parametric function."""
+        """Returns the calls that precede the statements of a parametric function."""
         closed = Call(SYSTEM, "at", ("q", "p"), (self.arguments["w"],), OPERATIONS)
         if name == "fk_p":
             return (closed, self._called("tool_p", "T"))
@@ -266,12 +267,12 @@ class ParametricLoops:
         return (*calls, self._called("tool_p", "T"), by_p, turned)
 
     def _called(self, name: str, array: str) -> Call:
-        """The call of a function of w and p."""
+        """Returns the call of a function of w and p."""
         shape = self.inner[name].outputs[0].shape
         return Call("", name, ("w", "p"), (self._table(array, *shape),), 0)
 
     def _result(self, columns: int, meaning: str) -> Result:
-        """A Jacobian: the result of the last call."""
+        """Returns a Jacobian that is the result of the last call."""
         entries = self._table("J_mixed", 6, columns).symbols
         return Result("J", entries, (6, columns), "m, 1", meaning)
 

@@ -1,4 +1,4 @@
-"""Arms: vectors that are constant on a body up to known coordinates, and the turns between them."""
+"""Arms of planar loops: body-fixed vectors, and the rotations between them."""
 
 from dataclasses import dataclass
 
@@ -11,12 +11,12 @@ from .phasors import ZERO, Complex, PhasorSum, conjugate, dot, product
 
 @dataclass(frozen=True)
 class Arm:
-    """A vector that is constant on a body up to known coordinates, its common angle split off.
+    """A vector that is body-fixed up to known coordinates, with its common angle split off.
 
     Attributes:
-        vector: Named components where the angle is zero.
-        angle: The angle by which the whole vector turns on its body.
-        square: The square of its length.
+        vector: Named components at angle zero.
+        angle: The angle that rotates the whole vector on its body.
+        square: The squared length.
     """
 
     vector: Complex
@@ -25,25 +25,25 @@ class Arm:
 
 
 def arm(terms: Terms, total: PhasorSum) -> Arm:
-    """A sum of turning vectors as one vector."""
+    """Combines a sum of rotated vectors into one vector."""
     angle = total.common_angle()
     still = total.turned(-angle)
     x, y = still.coordinates(terms)
     if list(still.terms) in ([], [ZERO]):
-        # Exact: a strut's squared length is the square of its length, not the square of a root.
+        # The squared length of a strut stays exact, without the square of a root.
         exact = still.terms.get(ZERO, (ZERO, ZERO))
         return Arm((x, y), angle, terms.let(sp.expand(dot(exact, exact))))
     return Arm((x, y), angle, terms.let(x * x + y * y))
 
 
 def turn_of(terms: Terms, there: Complex, here: Arm) -> tuple[sp.Expr, sp.Expr]:
-    """Cosine and sine of the turn that carries an arm to a vector of the same length."""
+    """Returns cosine and sine of the rotation from an arm to a vector of equal length."""
     re, im = product(there, conjugate(here.vector))
     return terms.let(_over(terms, re, here.square)), terms.let(_over(terms, im, here.square))
 
 
 def rates_of(tangent: Tangent, vector: Complex) -> Complex:
-    """The named rates of a vector's components."""
+    """Returns the rates of a vector's components."""
     return tangent.of(vector[0]), tangent.of(vector[1])
 
 

@@ -1,9 +1,9 @@
-"""Planar loops solved in closed form: bodies are joined, three at a time, until all are rigid.
+"""Closed-form solution of planar loops: steps join bodies until all are one rigid group.
 
-At the start every body of a linkage stands alone. Bodies that a known joint or a weld holds are
-joined; then the first bodies that a step of :data:`STEPS` fits, and so on: the mechanism is a
-sequence of Assur groups of class II. Whether the actuated joints are known or the main chain's
-makes no difference here.
+Initially, each body of a linkage is its own group. Bodies connected by a known joint or a weld are
+joined first. Then the first step of :data:`STEPS` that fits joins further bodies, and so on. The
+mechanism is thus a sequence of Assur groups of class II. The known joints may be the actuated
+joints or the main chain.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -33,19 +33,19 @@ STEPS: tuple[type[PlanarStep], ...] = (
     TwoPinsAndSlide,
     ThreePins,
 )
-"""The kinds of steps in the order of their cost: steps without a root come first."""
+"""The kinds of steps, cheapest first: steps without a root precede the others."""
 
 
 @dataclass(frozen=True)
 class Assembly:
-    """A linkage, solved as far as its steps go.
+    """A linkage, solved as far as its steps allow.
 
     Attributes:
-        steps: In the order of the solution.
-        values: Joint, swing and cylinder values as far as determined; angles are sums of solved
-            angles and coordinates, and may exceed a turn.
+        steps: The steps in solution order.
+        values: The determined joint, swing and cylinder values. Angles are sums of solved angles
+            and coordinates and may exceed a full turn.
         loops: Rates of the solved angles.
-        relations: Sums of turning vectors that are zero.
+        relations: Sums of rotated vectors that are zero.
         open: Names of the edges between bodies that could not be joined.
     """
 
@@ -70,10 +70,10 @@ def assemble(
         linkage: Bodies and joints.
         known: Values of joints, swings or cylinders by name (radian, metre).
         reference: The configuration that selects the branch.
-        branch: The branch that is asked for, instead of that at the reference.
+        branch: The requested branch; None for the branch of the reference.
 
     Raises:
-        RobotError: A loop does not close at the reference, or its branch there is not clear.
+        RobotError: A loop does not close at the reference, or the branch is ambiguous there.
     """
     clusters = Clusters(terms, linkage, known, reference, branch)
     while _join(clusters):
@@ -88,16 +88,17 @@ def assemblies(
     reference: AtReference,
     elsewhere: Sequence[AtReference] = (),
 ) -> Iterator[Assembly]:
-    """The same on all branches that exist, the reference's first; later steps change sides first.
+    """Yields the assemblies on all existing branches, the reference branch first.
 
-    Branches share the steps before the first side that they do not share.
+    Later steps change their branch first. Two branches share all steps before their first
+    difference.
 
     Args:
         terms: Names of all terms.
         linkage: Bodies and joints.
         known: Values of joints, swings or cylinders by name (radian, metre).
-        reference: The configuration whose sides are its branch's.
-        elsewhere: Configurations at which a branch that exists is closed.
+        reference: The configuration of the first branch.
+        elsewhere: Configurations at which every existing branch is closed.
     """
     first = Branch((), reference.sides)
     waiting = [(Clusters(terms, linkage, known, reference, first), first)]
@@ -113,7 +114,7 @@ def assemblies(
 
 
 def _join(clusters: Clusters) -> bool:
-    """Joins the first clusters that can be joined; False where there are none."""
+    """Joins the first clusters that can be joined; False if there are none."""
     return clusters.join_known() or any(kind.join(clusters) for kind in STEPS)
 
 
@@ -129,6 +130,6 @@ def _assembly(clusters: Clusters) -> Assembly:
 
 
 def _fits(clusters: Clusters, elsewhere: Sequence[AtReference]) -> bool:
-    """Whether joints that repeat others fit on a branch, and pins stay apart, where it closes."""
+    """Whether redundant joints fit on a branch, and its pins stay apart, wherever it closes."""
     is_open = any(gap > OFF_BRANCH for gap in clusters.gaps(elsewhere))
     return not is_open and not clusters.coincide(elsewhere)

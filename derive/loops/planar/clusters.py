@@ -1,7 +1,7 @@
-"""Clusters: bodies of a planar linkage that are known to be rigid together.
+"""Clusters: groups of planar bodies that are known to be rigidly connected.
 
-At the start every body is a cluster of its own. A body's pose in its cluster is an angle, a
-constant turn and a point that is a sum of turning vectors.
+Initially, each body is its own cluster. The pose of a body in its cluster has an angle, a constant
+rotation, and an origin that is a sum of rotated vectors.
 """
 
 import cmath
@@ -34,11 +34,11 @@ from .planes import (
 from .reference import AtReference, Branch, wrapped
 
 Turned = tuple[sp.Expr, Complex]
-"""A turn: an exact angle, and a constant unit rotor."""
+"""A rotation: an exact angle, and a constant unit rotor."""
 Cluster = dict[str, PlanarPose]
-"""Bodies that are rigid together, each with its pose in the cluster's axes."""
+"""Rigidly connected bodies, each with its pose in the cluster's axes."""
 RING = 3
-"""Bodies, each held to the next, that a step solves together."""
+"""Number of pairwise connected clusters that one step solves."""
 
 
 class PlanarStep(LoopStep):
@@ -47,29 +47,29 @@ class PlanarStep(LoopStep):
     @classmethod
     @abstractmethod
     def join(cls, clusters: "Clusters") -> bool:
-        """Joins the first clusters that the step fits, and notes the step.
+        """Joins the first clusters that the step fits, and records the step.
 
         Args:
-            clusters: The linkage, as far as it is solved.
+            clusters: The partially solved linkage.
 
         Returns:
-            False where the step fits no clusters.
+            False if the step fits no clusters.
 
         Raises:
-            RobotError: The loop does not close at the reference, or its branch there is not clear.
+            RobotError: The loop does not close at the reference, or its branch is ambiguous there.
         """
 
 
 @dataclass(frozen=True)
 class Guide:
-    """The guide along which a cluster slides on another, in the axes of the other.
+    """The guide along which a cluster slides, in the axes of the base cluster.
 
     Attributes:
-        angle: The sliding cluster's turn, with ``rotor``.
-        rotor: Constant part of the turn.
-        at: The point of the guide where the travel is zero.
-        at_other: The sliding cluster's point there, in its own axes.
-        along: The direction of the travel.
+        angle: The sliding cluster's rotation angle, in addition to ``rotor``.
+        rotor: The constant part of the rotation.
+        at: The point of the guide at travel zero.
+        at_other: The same point on the sliding cluster, in its own axes.
+        along: The direction of travel.
     """
 
     angle: sp.Expr
@@ -79,27 +79,27 @@ class Guide:
     along: PhasorSum
 
     def mounted(self, travel: sp.Expr) -> PlanarPose:
-        """The sliding cluster's pose."""
+        """Returns the sliding cluster's pose at a travel."""
         at = self.at + self.along.times((travel, ZERO))
         origin = at - self.at_other.times(self.rotor).turned(self.angle)
         return PlanarPose(self.angle, self.rotor, origin)
 
 
 class Clusters:
-    """The clusters of one linkage on their way to being a single one.
+    """The clusters of one linkage, which steps join into a single cluster.
 
     Attributes:
         terms: Names of all terms.
         linkage: Bodies and joints.
         known: Given values of joints, swings or cylinders by name (radian, metre).
         reference: The configuration that selects the branch.
-        branch: The branch that is asked for; None for that at the reference.
+        branch: The requested branch; None for the branch of the reference.
         all: The clusters.
         steps: The steps so far.
         loops: Rates of the solved angles.
-        relations: Sums of turning vectors that are zero.
-        travels: Travels of slides that steps have given, by name.
-        bases: Vectors between two pins about which bodies turn to meet in a third.
+        relations: Sums of rotated vectors that are zero.
+        travels: Slide travels solved by steps, by name.
+        bases: Vectors between the two base pins of dyads.
     """
 
     def __init__(
@@ -110,7 +110,7 @@ class Clusters:
         reference: AtReference,
         branch: Branch | None = None,
     ) -> None:
-        """Begins with every body by itself."""
+        """Starts with one cluster per body."""
         self.terms, self.linkage, self.known = terms, linkage, known
         self.reference, self.branch = reference, branch
         self.edges = (*linkage.edges, *_implied(linkage.edges))
@@ -122,44 +122,44 @@ class Clusters:
         self.bases: list[PhasorSum] = []
 
     def on(self, branch: Branch) -> "Clusters":
-        """The same clusters, to go on from here on another branch."""
+        """Returns a copy of the clusters for another branch."""
         other = copy(self)
         other.branch, other.all = branch, [dict(cluster) for cluster in self.all]
         other.steps, other.relations = [*self.steps], [*self.relations]
         other.loops, other.travels, other.bases = {**self.loops}, {**self.travels}, [*self.bases]
         return other
 
-    # --- which clusters there are ---
+    # --- selecting clusters ---
 
     def cluster(self, body: str) -> Cluster:
-        """The cluster of a body."""
+        """Returns the cluster of a body."""
         return next(cluster for cluster in self.all if body in cluster)
 
     def between(self) -> list[Edge]:
-        """The edges whose bodies are not yet rigid together."""
+        """Returns the edges between different clusters."""
         return [e for e in self.edges if self.cluster(e.a) is not self.cluster(e.b)]
 
     def holds(self, edge: Edge, one: Cluster, other: Cluster) -> bool:
-        """Whether an edge is between two clusters."""
+        """Whether an edge connects two clusters."""
         return {self._id(edge.a), self._id(edge.b)} == {id(one), id(other)}
 
     def shared(self, pins: Sequence[PinEdge], one: Cluster, other: Cluster) -> PinEdge:
-        """The pin between two clusters."""
+        """Returns the pin between two clusters."""
         return next(pin for pin in pins if self.holds(pin, one, other))
 
     def first(self, *clusters: Cluster) -> list[Cluster]:
-        """Clusters in order: first the root's cluster, then clusters of more bodies."""
+        """Sorts clusters: the root's cluster first, then by decreasing number of bodies."""
         return sorted(clusters, key=lambda c: (self.linkage.root not in c, -len(c)))
 
     def rings(self, slides: int) -> Iterator[tuple[Edge, ...]]:
-        """The rings of three clusters that pins and a number of slides hold at different points."""
+        """Yields rings of three clusters, connected by pins and a given number of slides."""
         for edges in combinations(self.between(), RING):
             count = sum(isinstance(edge, SlideEdge) for edge in edges)
             if count == slides and self._is_ring(edges):
                 yield edges
 
     def ring(self, slides: int) -> tuple[Edge, ...] | None:
-        """The first ring of :meth:`rings`, None where there is none."""
+        """Returns the first ring of :meth:`rings`; None if there is none."""
         return next(self.rings(slides), None)
 
     def _is_ring(self, edges: tuple[Edge, ...]) -> bool:
@@ -180,20 +180,20 @@ class Clusters:
     def _id(self, body: str) -> int:
         return id(self.cluster(body))
 
-    # --- where pins and slides are in them ---
+    # --- pins and slides in a cluster ---
 
     def pin(self, cluster: Cluster, pin: PinEdge) -> PhasorSum:
-        """The position of a pin in a cluster that it holds."""
+        """Returns the position of a pin in one of its clusters."""
         if pin.a in cluster:
             return cluster[pin.a].point(pin.at_a)
         return cluster[pin.b].point(pin.at_b)
 
     def span(self, cluster: Cluster, first: PinEdge, second: PinEdge) -> PhasorSum:
-        """The vector from one pin of a cluster to another."""
+        """Returns the vector from one pin of a cluster to another."""
         return self.pin(cluster, second) - self.pin(cluster, first)
 
     def guide(self, slide: SlideEdge, base: Cluster, other: Cluster) -> Guide:
-        """The guide along which a cluster slides on the other."""
+        """Returns the guide along which cluster ``other`` slides on ``base``."""
         forward = slide.a in base
         a, b = (base, other) if forward else (other, base)
         on_a, on_b = a[slide.a], b[slide.b]
@@ -206,23 +206,23 @@ class Clusters:
         back = conjugate(rotor)
         return Guide(-angle, back, at_b, at_a, -along.times(back).turned(-angle))
 
-    # --- joining them ---
+    # --- joining clusters ---
 
     def join(self, base: Cluster, other: Cluster, pose: PlanarPose) -> None:
-        """Joins a cluster at its pose in another one's axes."""
+        """Joins a cluster at its pose in another cluster's axes."""
         base.update({body: pose.carried(there) for body, there in other.items()})
         self.all = [cluster for cluster in self.all if cluster is not other]
 
     def mount(
         self, base: Cluster, other: Cluster, turn: Turned, at: PhasorSum, at_other: PhasorSum
     ) -> None:
-        """Joins a cluster that is turned by an angle and a rotor and shares a point."""
+        """Joins a rotated cluster that shares a point with the base cluster."""
         angle, rotor = sp.expand(turn[0]), turn[1]
         origin = at - at_other.times(rotor).turned(angle)
         self.join(base, other, PlanarPose(angle, rotor, origin))
 
     def join_known(self) -> bool:
-        """Joins the first two clusters that a weld or a known joint holds."""
+        """Joins the first two clusters connected by a weld or a known joint."""
         for edge in self.between():
             a, b = self.cluster(edge.a), self.cluster(edge.b)
             on_a, on_b = a[edge.a], b[edge.b]
@@ -246,17 +246,17 @@ class Clusters:
         return False
 
     def solved(self, c: sp.Expr, s: sp.Expr, rate: LoopRate) -> sp.Symbol:
-        """The name of an angle that a step gives, and its rate."""
+        """Returns the name of a solved angle, and records its rate."""
         angle = self.terms.solved_angle(c, s)
         self.loops.setdefault(angle, rate)
         return angle
 
     def while_long(self, square: sp.Expr, parts: Sequence[Cluster]) -> sp.Expr:
-        """A square that is below zero where a cylinder of given length would be turned inside out.
+        """Returns the square under a root, or -1 if a given cylinder length is negative.
 
         Args:
             square: The square under the root of a step.
-            parts: The clusters that the step joins; cylinders among them count.
+            parts: The clusters that the step joins, including cylinders.
         """
         lengths = [
             edge.at_a[0] + self.known[edge.name]
@@ -276,14 +276,14 @@ class Clusters:
     # --- branches ---
 
     def sign(self, at_reference: int, edges: Sequence[Edge]) -> sp.Expr:
-        """The sign of a step's branch: that at the reference, or the next one asked for.
+        """Returns a step's branch sign, from the requested branch or from the reference.
 
         Args:
-            at_reference: The sign at the reference; 0 where it is not clear.
+            at_reference: The sign at the reference; 0 if ambiguous.
             edges: The edges that the step joins, for the message.
 
         Raises:
-            RobotError: The reference does not tell the sign.
+            RobotError: The sign at the reference is ambiguous.
         """
         joined = tuple(edge.name for edge in edges)
         if self.branch is not None:
@@ -299,15 +299,14 @@ class Clusters:
         return at_reference
 
     def figure(self, at_reference: int, edges: Sequence[Edge]) -> int:
-        """The figure of a parallelogram: that at the reference, or the next one asked for.
+        """Returns the figure of a parallelogram, from the requested branch or the reference.
 
         Args:
-            at_reference: 1 for the parallel figure, -1 for the crossed one; 0 where it is not
-                clear.
+            at_reference: 1 for the parallel figure, -1 for the crossed figure; 0 if ambiguous.
             edges: The edges that the step joins.
 
         Raises:
-            RobotError: The reference does not tell the figure.
+            RobotError: The figure at the reference is ambiguous.
         """
         if self.branch is not None:
             return self.branch.figure(tuple(edge.name for edge in edges))
@@ -316,13 +315,13 @@ class Clusters:
     def distance(
         self, edges: Sequence[Edge], turns: Mapping[int, float], travel: float = 0.0
     ) -> float:
-        """The root of the squared differences of joints from their values at the reference.
+        """Returns the Euclidean distance of joint values from the reference.
 
-        Travels count in parts of the mechanism's size.
+        Travels are relative to the mechanism size.
 
         Args:
             edges: The joints.
-            turns: Turn of each cluster by its id (radian).
+            turns: Rotation of each cluster by its id (radian).
             travel: Travel of the slide among the joints (metre).
         """
         hints = self._hints([edge.name for edge in edges])
@@ -341,7 +340,7 @@ class Clusters:
         return math.sqrt(total)
 
     def _hints(self, names: Sequence[str]) -> dict[str, float]:
-        """Values of joints at the reference: stated, derived from stated ones, or assumed."""
+        """Returns reference values of joints: stated, derived from stated values, or assumed."""
         stated, assumed = self.reference.given, self.reference.assumed
         for known in (stated, assumed | stated):
             for hints in (known, described_joints(self.linkage.edges, self.reference, known)):
@@ -351,41 +350,42 @@ class Clusters:
         return {}
 
     def nearer(self, distances: Mapping[int, float]) -> int:
-        """The sign of the smaller distance; 0 where both are alike."""
+        """Returns the sign of the smaller distance; 0 if both are equal."""
         if abs(distances[1] - distances[-1]) < BRANCHES_APART:
             return 0
         return min(distances, key=distances.__getitem__)
 
     def gaps(self, everywhere: Sequence[AtReference]) -> list[float]:
-        """How far joints between bodies that are rigid together are open at configurations.
+        """Returns the largest gap of joints inside clusters, at each configuration.
 
-        On a branch that the reference is not on, a joint that repeats the others may not fit.
+        On a branch other than the reference branch, a redundant joint may not fit.
 
         Args:
             everywhere: The configurations.
 
         Returns:
-            The largest gap (radian, or parts of the size) at each of them; NaN where a loop does
-            not close there.
+            The largest gap at each configuration (radian, or relative to the size); NaN if a loop
+            does not close.
         """
         measured = [gap for edge in self.linkage.edges if (gap := self._gap(edge)) is not None]
         found = [[gap(at) for gap in measured] for at in everywhere]
         return [math.nan if any(map(math.isnan, at)) else max(at, default=0.0) for at in found]
 
     def coincide(self, everywhere: Sequence[AtReference]) -> bool:
-        """Whether two pins of a base are one point at each of some configurations.
+        """Whether the two base pins of a dyad coincide at every closed configuration.
 
-        The bodies on them then turn freely together, and their place follows from rounding.
+        The bodies on coincident pins rotate freely together, so that only rounding would determine
+        their pose.
 
         Args:
-            everywhere: Configurations; those at which a loop does not close do not count.
+            everywhere: The configurations; those with an open loop are ignored.
         """
         lengths = [[abs(at.vector(base)) / at.size for at in everywhere] for base in self.bases]
         closed = ([part for part in of if not math.isnan(part)] for of in lengths)
         return any(of and max(of) < OFF_BRANCH for of in closed)
 
     def _gap(self, edge: Edge) -> Callable[[AtReference], float] | None:
-        """How far a joint is open, in parts of the size; None between bodies not joined."""
+        """Returns the gap of a joint, relative to the size; None between different clusters."""
         cluster = self.cluster(edge.a)
         if edge.b not in cluster:
             return None
@@ -406,10 +406,10 @@ class Clusters:
 
         return gap
 
-    # --- reading the joints between them ---
+    # --- joint values ---
 
     def values(self) -> dict[str, sp.Expr]:
-        """Values of all joints between bodies that are rigid together."""
+        """Returns the values of all joints inside clusters."""
         found = dict(self.known)
         for edge in self.linkage.edges:
             cluster = self.cluster(edge.a)
@@ -443,7 +443,7 @@ class Clusters:
 
 
 def _implied(edges: Sequence[Edge]) -> list[PinEdge]:
-    """Pins between bodies that turn about the same point of a third."""
+    """Returns implied pins between bodies that rotate about the same point of a third body."""
     turns = [edge for edge in edges if isinstance(edge, PinEdge)]
     found = []
     for one, other in combinations(turns, 2):
@@ -455,7 +455,7 @@ def _implied(edges: Sequence[Edge]) -> list[PinEdge]:
 
 
 def _seen_from(turn: PinEdge, body: str) -> tuple[str, Complex, Complex]:
-    """The other body of a pin, the pin on it, and the pin on this body."""
+    """Returns the other body of a pin, the pin's position on it, and on this body."""
     if turn.a == body:
         return turn.b, turn.at_b, turn.at_a
     return turn.a, turn.at_a, turn.at_b

@@ -1,7 +1,7 @@
-"""Joint values of a linkage at the described reference, those included that it does not state.
+"""Joint values of a linkage at the reference, including values that it does not state.
 
-A reference states joints of the tree. Closures, and struts without a stated swing, follow from the
-poses of the bodies that the tree's joints place.
+A reference states the joints of the tree. Values of closures and unstated swings follow from the
+body poses that these joints determine.
 """
 
 import cmath
@@ -14,7 +14,7 @@ from .reference import AtReference
 
 
 class _Pose(NamedTuple):
-    """A body's angle and origin in the axes of the first body that known joints connect it to."""
+    """A body's angle and origin, in the axes of the first body of its connected group."""
 
     first: str
     angle: float
@@ -24,11 +24,11 @@ class _Pose(NamedTuple):
 def described_joints(
     edges: Sequence[Edge], reference: AtReference, given: Mapping[str, float]
 ) -> dict[str, float]:
-    """Values (radian or metre) of the joints between bodies that given joints connect.
+    """Returns the values of joints whose bodies are connected by given joints (radian or metre).
 
     Args:
-        edges: The joints of a linkage: those of the tree in order, then closures and struts.
-        reference: Gives the numbers of the edges.
+        edges: The joints of a linkage: tree joints in order, then closures and struts.
+        reference: Evaluates the edges numerically.
         given: Joint, swing and cylinder values by name.
     """
     bodies = _Bodies(edges, reference, given)
@@ -39,7 +39,7 @@ def described_joints(
 
 
 class _Bodies:
-    """The poses of the bodies that are placed so far."""
+    """The body poses determined so far."""
 
     def __init__(
         self, edges: Sequence[Edge], reference: AtReference, given: Mapping[str, float]
@@ -49,7 +49,7 @@ class _Bodies:
         self._poses: dict[str, _Pose] = {}
 
     def place(self, edge: Edge) -> None:
-        """Places the second body of an edge, by itself where no known joint connects it."""
+        """Places the second body of an edge; unconnected bodies start a new group."""
         a = self._poses.setdefault(edge.a, _Pose(edge.a, 0.0, 0j))
         if edge.b in self._poses:
             return
@@ -69,7 +69,7 @@ class _Bodies:
         self._poses[edge.b] = _Pose(a.first, angle, origin)
 
     def value(self, edge: Edge) -> float | None:
-        """The value of a joint; None where its bodies are not placed together."""
+        """Returns the value of a joint; None if its bodies belong to different groups."""
         a, b = self._poses[edge.a], self._poses[edge.b]
         if a.first != b.first or isinstance(edge, WeldEdge):
             return None
@@ -80,7 +80,7 @@ class _Bodies:
         return (along.conjugate() * between).real
 
     def _toward_far_end(self, edge: Edge) -> float | None:
-        """The swing that points a strut to its far end, or the travel that reaches there."""
+        """Returns the swing, or the travel, that directs a strut to its far end."""
         a = self._poses[edge.a]
         far = self._far.get(edge.b) or self._far.get(f"{edge.b}.piston")
         end = self._poses.get(far.b) if far else None

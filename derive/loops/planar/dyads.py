@@ -1,4 +1,4 @@
-"""Dyads of pins: a ring of three clusters of bodies, where two clusters turn on the third."""
+"""Dyads of pins: rings of three clusters, two of which rotate on the third."""
 
 import cmath
 import math
@@ -13,19 +13,19 @@ from .phasors import PhasorSum, dot, is_zero, quotient
 from .planes import Edge, PinEdge
 
 SIDES = {1: "left", -1: "right"}
-"""Where the far pin of a dyad stands, seen along the base."""
+"""Side of a dyad's far pin, seen along the base."""
 
 
 @dataclass(frozen=True)
 class Dyad:
-    """Three clusters in a ring of pins: the base, and two whose pins are V and W apart.
+    """Three clusters in a ring of pins: the base, and two arms with pin distances V and W.
 
     Attributes:
         clusters: The base, X and Y.
-        pins: Base to X, X to Y, base to Y.
-        V: On X, from its pin on the base to its pin on Y.
-        W: On Y, from its pin on the base to its pin on X.
-        D: On the base, from the pin of X to the pin of Y.
+        pins: The pins base-X, X-Y and base-Y.
+        V: Vector on X, from its base pin to its pin on Y.
+        W: Vector on Y, from its base pin to its pin on X.
+        D: Vector on the base, from the pin of X to the pin of Y.
     """
 
     clusters: tuple[Cluster, Cluster, Cluster]
@@ -36,7 +36,7 @@ class Dyad:
 
 
 def dyad_of(clusters: Clusters, edges: Sequence[Edge]) -> Dyad:
-    """The dyad of a ring of three pins."""
+    """Returns the dyad of a ring of three pins."""
     pins = [edge for edge in edges if isinstance(edge, PinEdge)]
     corners = {id(c): c for pin in pins for c in map(clusters.cluster, (pin.a, pin.b))}
     base, X, Y = clusters.first(*corners.values())
@@ -53,10 +53,10 @@ def dyad_of(clusters: Clusters, edges: Sequence[Edge]) -> Dyad:
 def join_dyad(
     clusters: Clusters, dyad: Dyad, turn_X: Turned, turn_Y: Turned
 ) -> tuple[tuple[str, ...], str, PhasorSum]:
-    """Joins the clusters of a dyad by their turns.
+    """Joins the clusters of a dyad at their rotations.
 
     Returns:
-        The names of the pins, the body in whose axes the loop is written, and the loop's equation.
+        The pin names, the reference body of the loop equation, and the loop equation.
     """
     base, X, Y = dyad.clusters
     to_X, _, to_Y = dyad.pins
@@ -73,9 +73,9 @@ def join_dyad(
 
 
 def side_of(clusters: Clusters, dyad: Dyad) -> int:
-    """The side of the base on which the far pin is at the reference; 0 where neither is clear.
+    """Returns the side of the far pin at the reference; 0 if ambiguous.
 
-    It is 0 on a branch that is asked for, too, which does not depend on the reference.
+    It is also 0 for a requested branch, which does not depend on the reference.
     """
     if clusters.branch is not None:
         return 0
@@ -92,7 +92,7 @@ def side_of(clusters: Clusters, dyad: Dyad) -> int:
 
 
 def meeting(v: float, w: float, d: complex, sign: int) -> complex | None:
-    """The point where circles of radius v and w about the ends of d meet; None if they do not."""
+    """Returns an intersection of circles v and w about the ends of d; None if there is none."""
     p = (abs(d) ** 2 + v**2 - w**2) / 2
     square = abs(d) ** 2 * v**2 - p**2
     if not square >= 0 or d == 0:
@@ -101,7 +101,7 @@ def meeting(v: float, w: float, d: complex, sign: int) -> complex | None:
 
 
 def exact_turn(here: PhasorSum, there: PhasorSum) -> Turned | None:
-    """The turn between two single vectors of the same length, without a root; else None."""
+    """Returns the root-free rotation between two single vectors of equal length; else None."""
     if len(here.terms) != 1 or len(there.terms) != 1:
         return None
     ((angle, a),) = here.terms.items()
@@ -112,9 +112,9 @@ def exact_turn(here: PhasorSum, there: PhasorSum) -> Turned | None:
 
 
 def clear_ring(clusters: Clusters) -> tuple[Edge, ...] | None:
-    """The first ring of three pins that is not near a dead point at the reference.
+    """Returns the first ring of three pins that is clear of a dead point at the reference.
 
-    The first of all where every ring is; None where there is none.
+    If every ring is near a dead point, the first ring is returned; None if there is none.
     """
     rings = list(clusters.rings(slides=0))
     clear = (ring for ring in rings if _margin(clusters, dyad_of(clusters, ring)) > NEARLY_DEAD)
@@ -122,15 +122,15 @@ def clear_ring(clusters: Clusters) -> tuple[Edge, ...] | None:
 
 
 def _margin(clusters: Clusters, dyad: Dyad) -> float:
-    """The sine squared of the angle between the arms at the reference, below 0 out of reach."""
+    """Returns the squared sine of the angle between the arms; below 0 out of reach."""
     v, w, d = (abs(clusters.reference.vector(vector)) for vector in (dyad.V, dyad.W, dyad.D))
     return ((v + w) ** 2 - d**2) * (d**2 - (v - w) ** 2) / (4 * v**2 * w**2)
 
 
 def may_be_parallelogram(clusters: Clusters, dyad: Dyad) -> bool:
-    """Whether the base is a sum of vectors as long as the arms, in numbers.
+    """Whether the base is numerically a sum of two vectors as long as the arms.
 
-    Exact arithmetic takes much longer.
+    The exact test is much slower.
     """
 
     def in_numbers(total: PhasorSum) -> dict[sp.Expr, complex]:
@@ -159,7 +159,7 @@ def may_be_parallelogram(clusters: Clusters, dyad: Dyad) -> bool:
 def _less(
     total: dict[sp.Expr, complex], relation: dict[sp.Expr, complex], factor: complex
 ) -> dict[sp.Expr, complex]:
-    """A sum of turning vectors less a multiple of another, without vectors that are rounding."""
+    """Subtracts a multiple of a vector sum, and drops rounding noise."""
     size = max(map(abs, total.values()))
     rest = {
         angle: total.get(angle, 0j) - factor * relation.get(angle, 0j)

@@ -1,7 +1,7 @@
-"""A ring of three pins whose base is the sum of two vectors as long as the arms: no root.
+"""A ring of three pins whose base is the sum of two vectors as long as the arms.
 
-Two figures have these sides. In the parallelogram the arms stay parallel to the two vectors; the
-crossed one is its mirror image about the base, which needs no root either:
+Two figures have these sides, and both are solved without a root. In the parallelogram the arms stay
+parallel to the two vectors. The crossed figure is its mirror image about the base:
 
     C* = D conj(C) / conj(D)
 """
@@ -30,7 +30,7 @@ from .phasors import Complex, PhasorSum, conjugate, cross, product, quotient
 
 SIDES_OF_THE_BASE = 2
 FIGURES = {1: "parallel", -1: "crossed"}
-"""Whether the arms are parallel to the sides of the base, or their mirror images."""
+"""Names of the figures: arms parallel to the sides of the base, or mirrored."""
 
 
 @dataclass(frozen=True)
@@ -39,11 +39,11 @@ class Sides:
 
     Attributes:
         dyad: The ring.
-        first: The side that V becomes in the parallelogram.
-        turns: The turns of X and Y in the parallelogram.
-        crossed: Their turns in the crossed figure, where they are exact: in a rhombus the two sides
-            change places.
-        base: The sum.
+        first: The side that is parallel to V in the parallelogram.
+        turns: The rotations of X and Y in the parallelogram.
+        crossed: The exact rotations in the crossed figure of a rhombus, where the two sides swap;
+            else None.
+        base: The sum of both sides.
     """
 
     dyad: Dyad
@@ -55,7 +55,7 @@ class Sides:
 
 @dataclass(frozen=True, kw_only=True)
 class Parallelogram(PlanarStep):
-    """Arms that stay parallel to the two vectors that the base is the sum of."""
+    """Arms that stay parallel to the two vectors whose sum is the base."""
 
     title: ClassVar[str] = "a parallelogram"
     branches: ClassVar[Mapping[int, str]] = FIGURES
@@ -66,10 +66,10 @@ class Parallelogram(PlanarStep):
 
     @classmethod
     def join(cls, clusters: Clusters) -> bool:
-        """Joins the first ring of three pins with the sides of a parallelogram, on either branch.
+        """Joins the first ring of three pins with parallelogram sides, on either branch.
 
         Raises:
-            RobotError: It is stretched out at the reference, where both figures meet.
+            RobotError: The parallelogram is stretched at the reference, where both figures meet.
         """
         for pins in clusters.rings(slides=0):
             sides = _sides(clusters, dyad_of(clusters, pins))
@@ -87,7 +87,7 @@ class Parallelogram(PlanarStep):
         return False
 
     def equations(self) -> StepEquations:
-        """No equations: the body turns with other bodies."""
+        """Returns no equations, because the body rotates with other bodies."""
         return StepEquations()
 
 
@@ -96,7 +96,7 @@ class CrossedParallelogram(LoopStep):
     """The mirror image of a parallelogram about its base.
 
     Attributes:
-        base: The base, in named components.
+        base: The base in named components.
     """
 
     base: Complex
@@ -105,7 +105,7 @@ class CrossedParallelogram(LoopStep):
     branches: ClassVar[Mapping[int, str]] = FIGURES
 
     def equations(self) -> StepEquations:
-        """The turn that carries the conjugate of the base to the base."""
+        """Returns the rotation from the conjugate of the base to the base."""
         (angle,) = self.solved
         D, d = components("D"), length_of("D")
         x, y = self.base
@@ -144,7 +144,7 @@ def _mirrored(clusters: Clusters, sides: Sides) -> CrossedParallelogram:
 
 
 def _sides(clusters: Clusters, dyad: Dyad) -> Sides | None:
-    """The sides of the base, where it is a sum of two vectors as long as the arms."""
+    """Returns the sides of the base if it is a sum of two vectors as long as the arms."""
     if not may_be_parallelogram(clusters, dyad):
         return None
     D = dyad.D.reduced(clusters.relations, lambda total: len(total.terms))
@@ -163,7 +163,7 @@ def _sides(clusters: Clusters, dyad: Dyad) -> Sides | None:
 
 
 def _figure(clusters: Clusters, sides: Sides) -> int:
-    """The figure at the reference: 1 for the parallelogram; 0 where neither is clear."""
+    """Returns the figure at the reference: 1 parallel, -1 crossed, 0 ambiguous."""
     if clusters.branch is not None:
         return 0
     c, d = (clusters.reference.vector(total) for total in (sides.first, sides.base))
@@ -171,7 +171,7 @@ def _figure(clusters: Clusters, sides: Sides) -> int:
 
 
 def _mirror(arm: PhasorSum, turn: Turned, mirrored: sp.Expr) -> Turned:
-    """The turn of an arm to the mirror image of the vector that a turn carries it to.
+    """Returns the rotation of an arm to its mirror image.
 
     With C = e^(i alpha) r V and V = v e^(i beta), e^(i psi) conj(C) = e^(i (psi - alpha - 2 beta))
     conj(r v) / v V.
@@ -182,7 +182,7 @@ def _mirror(arm: PhasorSum, turn: Turned, mirrored: sp.Expr) -> Turned:
 
 
 def _rate_of_mirror(D: Complex, square: sp.Expr) -> LoopRate:
-    """The rate of the turn from conj(D) to D: twice that of D, 2 D x D' / d^2."""
+    """Returns the rate of the rotation from conj(D) to D, twice the rate of D."""
 
     def rate(tangent: Tangent) -> sp.Expr:
         let = tangent.terms.let

@@ -1,12 +1,12 @@
-"""Points of a plane as sums of turning vectors: the algebra in which planar loops are solved.
+"""Planar points as sums of rotated vectors: the algebra of planar loops.
 
-A point of a planar mechanism is a sum of complex vectors, each turning with its body:
+A point of a planar mechanism is a sum of complex vectors, each rotating with its body:
 
     p = sum_k c_k exp(i psi_k)
 
-Angles psi are linear in coordinates and in the angles of solved links, and the vectors c_k are
-exact (re, im) pairs of numbers, parameters and lengths that are coordinates. That a parallelogram
-only translates shows here, because sums of angles and of vectors cancel exactly.
+The angles psi are linear in coordinates and in the solved angles of links. The vectors c_k are
+exact (re, im) pairs of constants, parameters and variable lengths. Sums of angles and vectors
+cancel exactly, which reveals that a parallelogram only translates.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -25,43 +25,43 @@ REAL: Complex = (ONE, ZERO)
 
 
 def product(a: Complex, b: Complex) -> Complex:
-    """A b."""
+    """Returns the complex product a b."""
     return a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]
 
 
 def conjugate(a: Complex) -> Complex:
-    """The conjugate of a."""
+    """Returns the complex conjugate of a."""
     return a[0], -a[1]
 
 
 def dot(a: Complex, b: Complex) -> sp.Expr:
-    """The scalar product of two vectors of the plane."""
+    """Returns the scalar product of two planar vectors."""
     return a[0] * b[0] + a[1] * b[1]
 
 
 def cross(a: Complex, b: Complex) -> sp.Expr:
-    """The area that two vectors of the plane span, positive where b stands to the left of a."""
+    """Returns the area spanned by two planar vectors, positive if b is to the left of a."""
     return a[0] * b[1] - a[1] * b[0]
 
 
 def minus(a: Complex, b: Complex) -> Complex:
-    """A - b."""
+    """Returns a - b."""
     return a[0] - b[0], a[1] - b[1]
 
 
 @dataclass(frozen=True)
 class PhasorSum:
-    """A point or vector of the plane: a complex vector for each angle it turns by.
+    """A planar point or vector: one complex vector per rotation angle.
 
     Attributes:
-        terms: The vectors by angle; an angle is 0 or linear in symbols, without a constant part.
+        terms: The vectors by angle. An angle is 0 or linear in symbols, without a constant part.
     """
 
     terms: Mapping[sp.Expr, Complex] = field(default_factory=dict)
 
     @staticmethod
     def of(vector: Complex, angle: sp.Expr = ZERO) -> "PhasorSum":
-        """A vector that turns by an angle."""
+        """Returns a vector rotated by an angle."""
         return _collected(((angle, vector),))
 
     def __add__(self, other: "PhasorSum") -> "PhasorSum":
@@ -74,20 +74,20 @@ class PhasorSum:
         return self + -other
 
     def times(self, factor: Complex) -> "PhasorSum":
-        """The sum times a complex number."""
+        """Returns the sum times a complex number."""
         return _collected(tuple((angle, product(c, factor)) for angle, c in self.terms.items()))
 
     def turned(self, angle: sp.Expr) -> "PhasorSum":
-        """The sum turned by an angle."""
+        """Returns the sum rotated by an angle."""
         return _collected(tuple((psi + angle, c) for psi, c in self.terms.items()))
 
     def common_angle(self) -> sp.Expr:
-        """The angle by which all of it turns; 0 where its parts turn differently."""
+        """Returns the angle shared by all terms; 0 if the angles differ."""
         angles = list(self.terms)
         return angles[0] if len(angles) == 1 else ZERO
 
     def coordinates(self, terms: Terms) -> Complex:
-        """Named coordinates x and y in the plane's axes."""
+        """Returns the coordinates x and y in the axes of the plane, as named terms."""
         x, y = ZERO, ZERO
         for angle, vector in self.terms.items():
             re, im = terms.let(vector[0]), terms.let(vector[1])
@@ -98,11 +98,11 @@ class PhasorSum:
     def reduced(
         self, relations: "Sequence[PhasorSum]", cost: "Callable[[PhasorSum], int]"
     ) -> "PhasorSum":
-        """The same vector in a cheaper form, if the loop equations give such a form.
+        """Returns the same vector in a cheaper form, if the loop equations allow it.
 
         Args:
             relations: Sums that are zero, one for each loop.
-            cost: The quantity to minimise, for instance the number of terms.
+            cost: The quantity to minimize, for instance the number of terms.
         """
         candidates = [
             self - relation.times(quotient(self.terms[angle], vector))
@@ -116,22 +116,22 @@ class PhasorSum:
 
 @dataclass(frozen=True)
 class PlanarPose:
-    """A body in a plane: points p of the body are at ``origin + rotor e^(i angle) p``."""
+    """A planar body pose: points p of the body are at ``origin + rotor e^(i angle) p``."""
 
     angle: sp.Expr = ZERO
     rotor: Complex = REAL
     origin: PhasorSum = field(default_factory=PhasorSum)
 
     def point(self, at: Complex) -> PhasorSum:
-        """Where a point of the body is in the plane."""
+        """Returns the position of a body point in the plane."""
         return self.origin + self.vector(at)
 
     def vector(self, along: Complex) -> PhasorSum:
-        """A direction of the body in the plane."""
+        """Returns a direction of the body in the plane."""
         return PhasorSum.of(product(self.rotor, along), self.angle)
 
     def carried(self, other: "PlanarPose") -> "PlanarPose":
-        """The pose in this pose's plane of a body at ``other`` on this body."""
+        """Composes this pose with the pose ``other`` of a body on this body."""
         return PlanarPose(
             sp.expand(self.angle + other.angle),
             product(self.rotor, other.rotor),
@@ -140,14 +140,14 @@ class PlanarPose:
 
 
 def quotient(a: Complex, b: Complex) -> Complex:
-    """A / b."""
+    """Returns the complex quotient a / b."""
     re, im = product(a, conjugate(b))
     square = dot(b, b)
     return re / square, im / square
 
 
 def is_zero(expression: sp.Expr) -> bool:
-    """Whether an exact expression is zero, whatever the values of its symbols are."""
+    """Whether an exact expression is zero for all values of its symbols."""
     return bool(_plain(expression) == 0)
 
 
@@ -169,23 +169,23 @@ def _expanded(angle: sp.Expr) -> sp.Expr:
 
 @cache
 def _order(angle: sp.Expr) -> tuple[int, str]:
-    # Terms are named by number: by length first, so that _t10 comes after _t9.
+    # Term names contain numbers: sorting by length first puts _t10 after _t9.
     text = str(angle)
     return len(text), text
 
 
 @cache
 def _plain(expression: sp.Expr) -> sp.Expr:
-    """An expression in which terms that cancel are removed."""
+    """Returns an expression without terms that cancel."""
     if expression.is_Rational or expression.is_Symbol:
         return expression
     if not expression.free_symbols:
         return ZERO if constant_is_zero(expression) else expression
-    # Sums without quotients and roots are plain when they are expanded, which takes far less time.
+    # For sums without quotients and roots, expansion suffices and is much faster.
     if expression.is_polynomial(*expression.free_symbols):
         return sp.expand(expression)
-    # A fraction is cancelled in half the time of an expression, of which SymPy takes the common
-    # factors first.
+    # Cancelling a fraction is twice as fast as cancelling an expression, for which SymPy first
+    # extracts common factors.
     numerator, denominator = expression.as_numer_denom()
     if denominator.is_Number:
         return sp.expand(expression)

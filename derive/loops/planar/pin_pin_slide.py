@@ -1,4 +1,4 @@
-"""Three bodies in a ring of two pins and a slide: a circle meets a line.
+"""A ring of three bodies with two pins and a slide: a circle intersects a line.
 
 Source:
     Assur's groups of class II (dyads RRP, RPR and PRR, and the triangle of a cylinder); Myszka,
@@ -31,7 +31,7 @@ from .phasors import REAL, ZERO, Complex, PhasorSum, cross, dot
 from .planes import Edge, PinEdge, SlideEdge, is_cylinder
 
 TRAVELS = {1: "far", -1: "near"}
-"""The greater and the smaller of two travels."""
+"""Names of the larger and the smaller of two travels."""
 
 
 @dataclass(frozen=True)
@@ -39,14 +39,15 @@ class CircleAndLine:
     """A point on a line at a given distance from another point.
 
     Attributes:
-        offset: From the one pin to the other where the travel is zero, in the line's axes.
+        offset: From one pin to the other at travel zero, in the line's axes.
         direction: Unit vector of the line.
         r: The vector between the pins on the third body.
-        travel: Along the line (metre).
-        vector: From the one pin to the other.
-        margin: cos^2 of the angle between line and vector; zero at a dead point, below zero out of
+        travel: Travel along the line (metre).
+        vector: From one pin to the other.
+        margin: cos^2 of the angle between line and vector: zero at a dead point, negative out of
             reach.
-        root: Along the line from the foot of the perpendicular to the far pin; NaN out of reach.
+        root: Distance along the line from the foot of the perpendicular to the far pin; NaN out of
+            reach.
     """
 
     offset: Complex
@@ -66,17 +67,17 @@ def circle_and_line(
     sign: int,
     gate: Callable[[sp.Expr], sp.Expr] = lambda square: square,
 ) -> CircleAndLine:
-    """The travel t for which ``|offset + t direction| = |r|``.
+    """Solves ``|offset + t direction| = |r|`` for the travel t.
 
     With n = direction x offset and m = direction . offset: t = -m + sign sqrt((|r| - n)(|r| + n)).
 
     Args:
         terms: Names of all terms.
-        offset: From the one pin to the other where the travel is zero.
+        offset: From one pin to the other at travel zero.
         direction: Unit vector of the slide.
-        r: From the one pin to the other on the third body.
-        sign: 1 for the greater travel, -1 for the smaller.
-        gate: Makes the square under the root negative where the arm is none.
+        r: From one pin to the other on the third body.
+        sign: 1 for the larger travel, -1 for the smaller.
+        gate: Makes the square under the root negative if the arm length is invalid.
     """
     n = terms.let(sp.expand(cross(direction, offset)))
     m = terms.let(sp.expand(dot(direction, offset)))
@@ -90,7 +91,7 @@ def circle_and_line(
 
 
 def rate_of_third(line: CircleAndLine) -> LoopRate:
-    """The rate of the third body's turn: |r|^2 phi' = u x u' - r x r', u = offset + t direction."""
+    """Returns the rate phi' of the third body: |r|^2 phi' = u x u' - r x r'."""
 
     def rate(tangent: Tangent) -> sp.Expr:
         let = tangent.terms.let
@@ -104,18 +105,19 @@ def rate_of_third(line: CircleAndLine) -> LoopRate:
 
 
 def travel_remark(sign: int) -> str:
-    """A sentence on the choice between two travels."""
+    """Returns a sentence on the choice between two travels."""
     size = "greater" if sign > 0 else "smaller"
     return f"The sign of the root selects the {size} of two travels."
 
 
 @dataclass(frozen=True, kw_only=True)
 class TwoPinsAndSlide(PlanarStep):
-    """A slide whose bodies a third one holds by two pins.
+    """A slide whose two bodies are connected to a third body by pins.
 
     Attributes:
         line: The slide's line and the circle of the third body.
-        is_length: Whether the travel is a cylinder's between known points, which is not mirrored.
+        is_length: Whether the travel is a cylinder length between known points, which has no mirror
+            image.
     """
 
     line: CircleAndLine
@@ -149,7 +151,7 @@ class TwoPinsAndSlide(PlanarStep):
         held = slide, near, far
         parts = base, Y, Z
         at_zero = offset.coordinates(terms)
-        # The length of a cylinder is the positive root; on any other guide both travels exist.
+        # A cylinder length is the positive root; any other guide has two travels.
         is_length = is_cylinder(slide) and terms.let(sp.expand(cross(direction, at_zero))) == 0
         sign = 1
         if not is_length:
@@ -183,11 +185,11 @@ class TwoPinsAndSlide(PlanarStep):
         return True
 
     def equations(self) -> StepEquations:
-        """The travel t, and the turn of A to the vector C between the pins."""
+        """Returns the travel t, and the rotation of A to the vector C between the pins."""
         D, A, B, C = (components(letter) for letter in "DABC")
         a = length_of("A")
         n, m, t = map(quantity, "nmt")
-        # Without an offset from the line the root is the length itself.
+        # Without an offset from the line, the root is the length itself.
         root = sp.Abs(a) if self.margin is None else sp.sqrt(a**2 - n**2)
         (angle,) = self.solved
         across = -C[1], C[0]
@@ -213,7 +215,7 @@ class TwoPinsAndSlide(PlanarStep):
 
     @property
     def branch(self) -> str:
-        """The greater or the smaller travel; empty for a length."""
+        """Name of the larger or smaller travel; empty for a length."""
         return "" if self.is_length else self.branches[self.sign]
 
     @property
@@ -236,7 +238,7 @@ def _reach(
     edges: tuple[Edge, ...],
     parts: tuple[Cluster, Cluster, Cluster],
 ) -> int:
-    """The sign of the travel at the reference: 1 for the greater; 0 where neither is clear."""
+    """Returns the travel's sign at the reference: 1 larger, -1 smaller, 0 ambiguous."""
     if clusters.branch is not None:
         return 0
     reference = clusters.reference

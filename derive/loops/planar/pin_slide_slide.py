@@ -1,7 +1,7 @@
-"""Three bodies in a ring of one pin and two slides: two lines meet.
+"""A ring of three bodies with one pin and two slides: two lines intersect.
 
 Source:
-    Assur's groups of class II (dyad PRP and its inversions).
+    Assur groups of class II (dyad PRP and its inversions).
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from .planes import PinEdge, SlideEdge
 
 
 def two_lines(terms: Terms, offset: Complex, e: Complex, f: Complex) -> tuple[sp.Expr, sp.Expr]:
-    """The travels t and u for which ``t e + u f = offset``."""
+    """Solves ``t e + u f = offset`` for the travels t and u."""
     area = terms.let(sp.expand(cross(e, f)))
     t = terms.let(sp.expand(cross(offset, f))) / area
     u = terms.let(sp.expand(cross(e, offset))) / area
@@ -26,13 +26,13 @@ def two_lines(terms: Terms, offset: Complex, e: Complex, f: Complex) -> tuple[sp
 
 @dataclass(frozen=True, kw_only=True)
 class PinAndTwoSlides(PlanarStep):
-    """Two slides, one after the other, whose outer bodies share a pin.
+    """Two consecutive slides whose outer bodies share a pin.
 
     Attributes:
-        offset: From the pin's position at travels of zero to the pin on the base.
+        offset: From the pin's position at zero travels to the pin on the base.
         first: Direction of the first slide.
         second: Direction of the second slide.
-        travels: Along the first and the second slide (metre).
+        travels: Travels along the first and the second slide (metre).
     """
 
     offset: Complex
@@ -87,7 +87,7 @@ class PinAndTwoSlides(PlanarStep):
         return True
 
     def equations(self) -> StepEquations:
-        """The travels t along A and u along B whose sum is D."""
+        """Returns the travels t along A and u along B whose sum is D."""
         D, A, B = (components(letter) for letter in "DAB")
         n, t, u = map(quantity, "ntu")
         rates = []

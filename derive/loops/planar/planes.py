@@ -1,10 +1,9 @@
-"""Planar loops of a mechanism: which joints move in one plane, and where their pins are in it.
+"""Planar loops of a mechanism: their joints, and the pin positions in the plane.
 
-A loop is planar where all its revolute axes are parallel and all its sliders are perpendicular to
-them. Loops that share a joint are one *linkage*. Each body of a linkage gets axes of its own in the
-plane: the first of its frame's x, y, z axes that lies in the plane and the one to the left of it,
-seen against the plane's normal, which is the first revolute axis of the linkage, or the normal of
-its sliders where it has no revolute joint.
+A loop is planar if all its revolute axes are parallel and all its sliders are perpendicular to
+them. Loops that share a joint form one *linkage*. Each body of a linkage has its own planar axes.
+The x axis is the first of its frame's x, y, z axes that lies in the plane; y is to the left of it.
+The plane's normal is the first revolute axis of the linkage, or the normal of its sliders.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -27,16 +26,16 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class PinEdge:
-    """Two bodies of a linkage that turn about a common point.
+    """Two bodies of a linkage that rotate about a common point.
 
     Attributes:
         name: Name of the joint, swing or closure.
-        a: The body on which b turns.
-        at_a: The point in a's axes.
+        a: The body on which b rotates.
+        at_a: The common point in a's axes.
         b: The other body.
-        at_b: The point in b's axes.
-        rotor: b's axes in a's axes where the joint's value is zero, as a unit complex number.
-        sense: 1, or -1 where the joint counts against the plane's normal.
+        at_b: The common point in b's axes.
+        rotor: b's axes in a's axes at joint value zero, as a unit complex number.
+        sense: 1, or -1 if the joint axis opposes the plane's normal.
     """
 
     name: str
@@ -56,9 +55,9 @@ class SlideEdge:
         name: Name of the joint, cylinder or closure.
         a: The body on which b slides.
         at_a: A point of the guide, in a's axes.
-        direction: The guide's direction in a's axes, of length 1.
+        direction: The guide's unit direction in a's axes.
         b: The other body.
-        at_b: The point of b that is at ``at_a + value * direction``.
+        at_b: The point of b at ``at_a + value * direction``.
         rotor: b's axes in a's axes.
     """
 
@@ -90,11 +89,11 @@ class Linkage:
     """The bodies and joints of planar loops that move together.
 
     Attributes:
-        root: The body in whose axes the plane stands still.
-        bodies: All bodies, cylinders' barrels and rods included.
+        root: The body in which the plane is fixed.
+        bodies: All bodies, including cylinder barrels and rods.
         edges: Joints, swings and closures.
-        joints: Names of the tree's moving joints and of the cylinders in it.
-        closers: Names of the closures and struts that close its loops.
+        joints: Names of the tree's moving joints and of the cylinders in the linkage.
+        closers: Names of the closures and struts that close the loops.
         axes: The plane's x, y and normal in each body's frame.
     """
 
@@ -115,7 +114,7 @@ class Axes(NamedTuple):
 
 
 class Loop(NamedTuple):
-    """A closure or strut, the body where its two branches meet, and the joints of both branches."""
+    """A closer, the body where its two branches meet, and the joints of both branches."""
 
     closer: Closure | Strut
     meeting: str
@@ -124,12 +123,12 @@ class Loop(NamedTuple):
 
     @property
     def joints(self) -> tuple[Joint, ...]:
-        """All joints of the loop that move."""
+        """All moving joints of the loop."""
         return tuple(joint for joint in (*self.to_a, *self.to_b) if joint.kind != "fixed")
 
 
 def loops(mechanism: Mechanism) -> list[Loop]:
-    """The loops, one for each closure and strut, in the order of the description."""
+    """Returns the loops, one per closure and strut, in the order of the description."""
     return [_loop(mechanism, closer) for closer in mechanism.closers]
 
 
@@ -143,7 +142,7 @@ def _loop(mechanism: Mechanism, closer: Closure | Strut) -> Loop:
 
 
 def linkages(mechanism: Mechanism, terms: Terms) -> tuple[list[Linkage], list[Loop]]:
-    """The planar linkages of a mechanism, and the loops that are not planar."""
+    """Returns the planar linkages of a mechanism, and the spatial loops."""
     planar, spatial = terms.once(("linkages", mechanism), lambda: _linkages(mechanism, terms))
     return [*planar], [*spatial]
 
@@ -161,20 +160,20 @@ def _linkages(mechanism: Mechanism, terms: Terms) -> tuple[list[Linkage], list[L
 
 
 class _PlanarLoop(NamedTuple):
-    """A planar loop and its plane's normal in the base body's frame, in numbers."""
+    """A planar loop and the numerical normal of its plane in the base body's frame."""
 
     loop: Loop
     normal: sp.Matrix
 
     def shares_with(self, other: "_PlanarLoop") -> bool:
-        """Whether the loops share a joint and a plane; a slider alone can lie in two planes."""
+        """Whether the loops share a joint and a plane; a slider may belong to two planes."""
         names = {joint.name for joint in self.loop.joints}
         shared = any(joint.name in names for joint in other.loop.joints)
         return shared and _is_small(self.normal.cross(other.normal))
 
 
 def _sharing(planar: Sequence[_PlanarLoop]) -> list[list[Loop]]:
-    """Loops that share joints, together, in the order of the description."""
+    """Groups loops that share joints, in the order of the description."""
     groups: list[list[_PlanarLoop]] = []
     for loop in planar:
         joined = [group for group in groups if any(loop.shares_with(other) for other in group)]
@@ -183,11 +182,11 @@ def _sharing(planar: Sequence[_PlanarLoop]) -> list[list[Loop]]:
     return [[member.loop for member in planar if member in group] for group in groups]
 
 
-# --- whether a loop is planar ---
+# --- planarity of a loop ---
 
 
 class _Branch:
-    """The joints from the base to one side of a loop: their axes in numbers at zero."""
+    """The joints from the base to one side of a loop, with numerical axes at zero."""
 
     def __init__(self, mechanism: Mechanism, terms: Terms, frame: Frame, way: list[Joint]) -> None:
         self.turning: list[sp.Matrix] = []
@@ -210,7 +209,7 @@ class _Branch:
 
 
 def _normal(mechanism: Mechanism, loop: Loop, terms: Terms) -> sp.Matrix | None:
-    """The normal of a loop's plane in the base body's frame, in numbers; None if it has none."""
+    """Returns the numerical normal of a loop's plane in the base body's frame; None if spatial."""
     closer = loop.closer
     a = _Branch(mechanism, terms, closer.a, list(loop.to_a))
     b = _Branch(mechanism, terms, closer.b, list(loop.to_b))
@@ -223,7 +222,7 @@ def _normal(mechanism: Mechanism, loop: Loop, terms: Terms) -> sp.Matrix | None:
     n = turning[0] if turning else across(sliding, terms.value)
     if n is None or a.is_helical or b.is_helical:
         return None
-    # A closure that keeps the two frames from turning must keep the plane's normal, too.
+    # A closure that blocks rotation must preserve the plane's normal, too.
     kept = kind not in ("slider", "weld") or _is_small(a.R.T * n - b.R.T * n)
     is_planar = kept and holds(n, turning, sliding) and abs(n.dot(b.p - a.p)) < ZERO_COMPONENT
     return n if is_planar else None
@@ -232,7 +231,7 @@ def _normal(mechanism: Mechanism, loop: Loop, terms: Terms) -> sp.Matrix | None:
 def axes_in_numbers(
     mechanism: Mechanism, terms: Terms, loop: Loop
 ) -> tuple[list[str], list[Vector], tuple[Vector, Vector]]:
-    """Names and directions of a loop's turning axes, and the closer's ends, with joints at zero.
+    """Returns names and axes of a loop's revolute joints, and the closer's ends, at zero.
 
     Everything is in the base body's frame (metre).
     """
@@ -252,18 +251,18 @@ def _in_numbers(vector: sp.Matrix) -> Vector:
 
 
 def holds(n: sp.Matrix, turning: Iterable[sp.Matrix], sliding: Iterable[sp.Matrix]) -> bool:
-    """Whether axes, in numbers, turn about a normal and slide perpendicular to it."""
+    """Whether revolute axes are parallel to a normal and prismatic axes perpendicular to it."""
     return all(_is_small(n.cross(axis)) for axis in turning) and all(
         abs(n.dot(axis)) < ZERO_COMPONENT for axis in sliding
     )
 
 
 def across(sliding: Sequence[sp.Matrix], value: Callable[[sp.Expr], sp.Expr]) -> sp.Matrix | None:
-    """The unit normal of the plane of two sliders; None where all are parallel.
+    """Returns the unit normal of the plane of two sliders; None if all are parallel.
 
     Args:
         sliding: Directions of the sliders.
-        value: The number that a component stands for.
+        value: Evaluates a component numerically.
     """
     for other in sliding[1:]:
         n = sliding[0].cross(other)
@@ -275,7 +274,7 @@ def across(sliding: Sequence[sp.Matrix], value: Callable[[sp.Expr], sp.Expr]) ->
 def _onward(
     terms: Terms, R: sp.Matrix, p: sp.Matrix, placement: Placement
 ) -> tuple[sp.Matrix, sp.Matrix]:
-    """Orientation and origin, in numbers, after one more placement."""
+    """Returns the numerical orientation and origin after one more placement."""
     M = placement_matrix(placement).applyfunc(terms.value)
     return R * M[:3, :3], p + R * M[:3, 3]
 
@@ -313,17 +312,17 @@ def _linkage(mechanism: Mechanism, terms: Terms, group: Sequence[Loop]) -> Linka
 
 
 def piston(cylinder: Strut) -> str:
-    """Name of the moving half of a cylinder as a body of its linkage."""
+    """Returns the body name of a cylinder's moving half in its linkage."""
     return f"{cylinder.name}.piston"
 
 
 def is_cylinder(edge: Edge) -> bool:
-    """Whether an edge is the slide between both halves of a cylinder: its length is positive."""
+    """Whether an edge is the slide between both halves of a cylinder of positive length."""
     return isinstance(edge, SlideEdge) and edge.b == f"{edge.a}.piston"
 
 
 class _Plane:
-    """The plane's axes in every body's frame, and everything written in them."""
+    """The plane's axes in every body's frame, and edges expressed in these axes."""
 
     def __init__(
         self, terms: Terms, root: str, order: Sequence[Joint], group: Sequence[Loop]
@@ -337,7 +336,7 @@ class _Plane:
             self.axes[joint.link] = self._chosen(normal)
 
     def _normal_at_root(self, order: Sequence[Joint], group: Sequence[Loop]) -> sp.Matrix:
-        """The first revolute axis, or the normal of the sliders where no axis turns."""
+        """Returns the first revolute axis, else the normal of the sliders."""
         for joint in order:
             if joint.kind == "revolute":
                 return self._at_root(joint.parent, _rotation(joint.before)[:, 2], order)
@@ -360,7 +359,7 @@ class _Plane:
         return n
 
     def _at_root(self, body: str, direction: sp.Matrix, order: Sequence[Joint]) -> sp.Matrix:
-        """A direction of a body's frame in the root's frame where every joint is at zero."""
+        """Returns a body-fixed direction in the root's frame, all joints at zero."""
         by_link = {joint.link: joint for joint in order}
         while body in by_link:
             joint = by_link[body]
@@ -378,13 +377,13 @@ class _Plane:
         return Axes(x, tidied(self.terms, n.cross(x)), n)
 
     def point(self, body: str, position: sp.Matrix) -> Complex:
-        """A point or direction of a body's frame in the body's axes of the plane."""
+        """Returns a point or direction of a body's frame in the body's planar axes."""
         axes = self.axes[body]
         x, y = tidied(self.terms, sp.Matrix([axes.x.dot(position), axes.y.dot(position)]))
         return x, y
 
     def edge(self, joint: Joint) -> Edge:
-        """A joint of the tree."""
+        """Returns the edge of a tree joint."""
         before, after = placement_matrix(joint.before), placement_matrix(joint.after)
         R, p = after[:3, :3], after[:3, 3]
         a, b = joint.parent, joint.link
@@ -400,7 +399,7 @@ class _Plane:
         return PinEdge(joint.name, a, at_a, b, at_b, rotor, sense)
 
     def closure(self, closure: Closure) -> Edge:
-        """A closure between two bodies."""
+        """Returns the edge of a closure between two bodies."""
         (a, M), (b, N) = self._placed(closure.a), self._placed(closure.b)
         at_a, at_b = self.point(a, M[:3, 3]), self.point(b, N[:3, 3])
         rotor = self.point(a, M[:3, :3] * N[:3, :3].T * self.axes[b].x)
@@ -412,7 +411,7 @@ class _Plane:
         return PinEdge(closure.name, a, at_a, b, at_b)
 
     def strut(self, strut: Strut) -> list[Edge]:
-        """A rod as a body with two pins, a cylinder as two bodies that slide."""
+        """Returns the edges of a strut: a rod with two pins, or a cylinder with a slide between."""
         (a, M), (b, N) = self._placed(strut.a), self._placed(strut.b)
         barrel = strut.name
         swing = PinEdge(strut.swing_name, a, self.point(a, M[:3, 3]), barrel, (ZERO, ZERO))
@@ -436,20 +435,20 @@ def _rotation(placement: Placement) -> sp.Matrix:
 
 
 def _axis(frame: Frame) -> sp.Matrix:
-    """The z axis of a frame in its body's frame."""
+    """Returns the z axis of a frame in its body's frame."""
     return _rotation(frame.placement)[:, 2]
 
 
 def tidied(terms: Terms, vector: sp.Matrix) -> sp.Matrix:
-    """A vector or matrix whose entries that are 0, 1 or -1 to 25 digits are so exactly.
+    """Replaces entries that are 0, 1 or -1 to 25 digits by the exact integer.
 
-    Entries that depend on parameters are never judged so.
+    Entries that depend on parameters stay unchanged.
     """
     return vector.applyfunc(lambda entry: tidied_entry(terms, sp.expand(entry)))
 
 
 def tidied_entry(terms: Terms, entry: sp.Expr) -> sp.Expr:
-    """A number that is 0, 1 or -1 to 25 digits as that integer; other entries unchanged."""
+    """Returns the exact integer for a number that is 0, 1 or -1 to 25 digits, else the entry."""
     if entry.is_Rational or entry.free_symbols:
         return entry
     value = terms.value(entry)

@@ -1,8 +1,8 @@
 """Values of terms at the reference configuration, and at generic configurations.
 
-The reference selects the branch of a loop. Only signs are read off its numbers, so doubles
-suffice. Terms that are equal at a generic configuration are equal at all of them; that comparison
-takes 40 digits.
+The reference selects the branch of a loop. Only signs are derived from its values, so double
+precision suffices. Terms that are equal at a generic configuration are equal everywhere; this
+comparison uses 40 digits.
 """
 
 import cmath
@@ -24,23 +24,24 @@ Solved = TypeVar("Solved")
 
 
 class Branch:
-    """The sides that steps take on one branch: those asked for, then those of the reference.
+    """The signs of the steps on one branch: requested signs first, then the reference's.
 
     Attributes:
-        asked: For the first steps with a choice, 1 for the reference's side and -1 for the other.
-        own: The side at the reference, by the edges or struts that a step joins.
-        taken: The sides taken so far, in the form of ``asked``.
+        asked: For the first steps with two branches: 1 for the reference's sign, -1 for the
+            opposite.
+        own: The sign at the reference, by the edges or struts that a step joins.
+        taken: The signs so far, encoded like ``asked``.
     """
 
     def __init__(self, asked: Sequence[int] = (), own: Mapping[Joined, int] | None = None) -> None:
-        """Begins before the first step."""
+        """Starts before the first step."""
         self.asked, self.own = tuple(asked), own or {}
         self.taken: list[int] = []
 
     def others_since(self, taken: int) -> "list[Branch]":
-        """The branches that turn one of the sides that were taken since there were so many.
+        """Returns the branches that flip one sign chosen after the first ``taken`` signs.
 
-        They go on from there, and share the sides before.
+        They share the earlier signs and continue from there.
         """
         found = []
         for k in range(max(taken, len(self.asked)), len(self.taken)):
@@ -50,64 +51,64 @@ class Branch:
         return found
 
     def side(self, joined: Joined) -> sp.Expr:
-        """The side of the next step with a choice."""
+        """Returns the sign of the next step with two branches."""
         k = len(self.taken)
         self.taken.append(self.asked[k] if k < len(self.asked) else 1)
         return self.taken[-1] * self.own.get(joined, 1)
 
     def length(self, joined: Joined) -> sp.Expr:
-        """The sign of the next leg's length: the other one turns the leg inside out."""
+        """Returns the sign of the next leg's length; the opposite sign inverts the leg."""
         return self.side(joined)
 
     def figure(self, joined: Joined) -> int:
-        """The next figure of a parallelogram: 1 for the parallel one."""
+        """Returns the next figure of a parallelogram: 1 for the parallel figure."""
         return int(self.side(joined))
 
 
 class FreeSides(Branch):
-    """The sides that steps take where a symbol stands for each choice.
+    """Branch signs as symbols, one per step with two branches.
 
-    A parallelogram, whose figures differ by more than a sign, keeps that of the reference. So does
-    the length of a leg: a leg that is turned inside out is no solution.
+    A parallelogram keeps the figure of the reference, because its figures differ by more than a
+    sign. A leg's length also keeps its sign, because an inverted leg is not a solution.
     """
 
     def __init__(
         self, own: Mapping[Joined, int], reference: "AtReference", sign: Callable[[], sp.Expr]
     ) -> None:
-        """Begins before the first step.
+        """Starts before the first step.
 
         Args:
-            own: The sides at the reference.
-            reference: Receives the symbols; they are 1 there.
-            sign: Gives the next symbol.
+            own: The signs at the reference.
+            reference: Records the symbols with the value 1.
+            sign: Returns the next symbol.
         """
         super().__init__((), own)
         self._reference, self._sign = reference, sign
 
     def side(self, joined: Joined) -> sp.Expr:
-        """The side of the next step with a choice: 1 or -1 times its symbol."""
+        """Returns the sign of the next step: the reference's sign times a new symbol."""
         symbol = self._sign()
         if symbol.is_Symbol:
             self._reference.know(symbol, 1.0)
         return symbol * self.own.get(joined, 1)
 
     def length(self, joined: Joined) -> sp.Expr:
-        """The sign at the reference."""
+        """Returns the sign at the reference."""
         return sp.Integer(self.own.get(joined, 1))
 
     def figure(self, joined: Joined) -> int:
-        """The side at the reference."""
+        """Returns the figure at the reference."""
         return self.own.get(joined, 1)
 
 
 def every_branch(solve: Callable[[Branch], Solved], own: Mapping[Joined, int]) -> Iterator[Solved]:
-    """Results on all branches, the reference's first; later steps change sides first.
+    """Yields the results on all branches, the reference's branch first.
 
-    The choices that a solution meets depend on the sides that it took before.
+    Later steps change their sign first. The existence of later steps may depend on earlier signs.
 
     Args:
-        solve: Solves on a branch.
-        own: The sides at the reference.
+        solve: Solves on one branch.
+        own: The signs at the reference.
     """
     waiting: list[tuple[int, ...]] = [()]
     while waiting:
@@ -118,11 +119,11 @@ def every_branch(solve: Callable[[Branch], Solved], own: Mapping[Joined, int]) -
 
 
 class AtReference:
-    """Values of terms where the known coordinates have their reference values.
+    """Numerical values of terms at the reference configuration.
 
     Attributes:
-        size: The longest length of the mechanism: lengths are compared in parts of it (metre).
-        sides: The side of each step with a choice, by the edges or struts that the step joins.
+        size: The longest length of the mechanism (metre); lengths are compared relative to it.
+        sides: The sign of each step with two branches, by the edges or struts that it joins.
     """
 
     def __init__(
@@ -133,13 +134,13 @@ class AtReference:
         joints: Iterable[str] = (),
         size: float = 1.0,
     ) -> None:
-        """Fixes the configuration.
+        """Sets the configuration.
 
         Args:
             terms: Names of all terms.
             values: Reference values of the known coordinates.
             given: Joint, swing and cylinder values near the reference configuration, by name.
-            joints: Names of joints that are near zero there if nothing is given.
+            joints: Names of joints that are assumed near zero if no value is given.
             size: The longest length of the mechanism (metre).
         """
         self.size = size
@@ -152,13 +153,13 @@ class AtReference:
         self._parts = Values()
 
     def know(self, symbol: sp.Symbol, value: float) -> None:
-        """Notes the value of a symbol that no term defines."""
+        """Records the value of a symbol that no term defines."""
         self._known[symbol] = value
         self._values.clear()
         self._parts = Values()
 
     def hints_of(self, names: Sequence[str]) -> dict[str, float]:
-        """Given values of joints near the reference; assumed ones where no value is given."""
+        """Returns the given values of joints near the reference, else the assumed values."""
         for hints in (self.given, self.assumed):
             found = {name: hints[name] for name in names if name in hints}
             if found:
@@ -166,7 +167,7 @@ class AtReference:
         return {}
 
     def of(self, expression: sp.Expr) -> float:
-        """The value of an expression; NaN where a loop does not close."""
+        """Returns the value of an expression; NaN if a loop does not close."""
         if expression not in self._values:
             self._values[expression] = self._evaluated(expression)
         return self._values[expression]
@@ -180,23 +181,23 @@ class AtReference:
         try:
             return float(self._parts.of(expression))
         except NoValue:
-            # A root of a negative number: SymPy takes complex ones, many times slower.
+            # The root of a negative number: SymPy evaluates complex roots, but far more slowly.
             value = complex(expression.xreplace(numbers).evalf())
             return value.real if value.imag == 0 else math.nan
 
     def number(self, value: Complex) -> complex:
-        """A complex number."""
+        """Returns the value of a complex number."""
         return complex(self.of(value[0]), self.of(value[1]))
 
     def vector(self, total: PhasorSum) -> complex:
-        """A sum of turning vectors."""
+        """Returns the value of a sum of rotated vectors."""
         return sum(
             (self.number(c) * cmath.exp(1j * self.of(angle)) for angle, c in total.terms.items()),
             0j,
         )
 
     def turn(self, angle: sp.Expr, rotor: Complex) -> float:
-        """The angle of a turn that is part exact angle, part constant rotor."""
+        """Returns the total angle of an exact angle and a constant rotor."""
         return self.of(angle) + cmath.phase(self.number(rotor))
 
     def _of_symbol(self, symbol: sp.Symbol) -> float:
@@ -209,16 +210,16 @@ class AtReference:
 
 
 class GenericPoint:
-    """A configuration without meaning, at which terms have 40-digit values."""
+    """An arbitrary configuration at which terms have 40-digit values."""
 
     def __init__(self, terms: Terms, symbols: Sequence[sp.Symbol], phase: int = 0) -> None:
-        """Fixes the configuration.
+        """Sets the configuration.
 
         Args:
             terms: Names of all terms.
-            symbols: Coordinates and parameters that receive a generic value; parameters receive it
-                in addition to their default, and keep the default where they are not listed.
-            phase: Two points of different phase have no value in common.
+            symbols: Coordinates and parameters that receive a generic value. For a parameter, it is
+                added to the default; unlisted parameters keep their default.
+            phase: Two points with different phases have no value in common.
         """
         self.terms = terms
         self.values: dict[sp.Symbol, sp.Expr] = {}
@@ -230,7 +231,7 @@ class GenericPoint:
             self.values.setdefault(symbol, default.evalf(EVALUATION_DIGITS))
 
     def value(self, expression: sp.Expr) -> sp.Expr:
-        """The value of an expression of terms."""
+        """Returns the value of an expression of terms."""
         for symbol, definition in self.terms.constants.items():
             self._add(symbol, definition)
         for symbol in self.terms.needed([expression]):
@@ -246,15 +247,15 @@ class GenericPoint:
         try:
             return to_digits(value_at(expression, numbers))
         except NoValue:
-            # A root of a negative number: SymPy takes complex ones, many times slower.
+            # The root of a negative number: SymPy evaluates complex roots, but far more slowly.
             return expression.xreplace(numbers).evalf(EVALUATION_DIGITS)
 
 
 def _between_0_and_1(number: int, phase: int) -> sp.Expr:
-    """A number that no other arguments give.
+    """Returns a number in (0, 1) that is unique for its arguments.
 
-    Fractional parts of multiples of the golden section never repeat. The square keeps differences
-    of two numbers from being the same in different phases.
+    Fractional parts of multiples of the golden ratio never repeat. The quadratic term makes
+    differences of two numbers depend on the phase.
     """
     with mpmath.workdps(WORKING_DIGITS):
         golden = (mpmath.sqrt(5) - 1) / 2
@@ -263,7 +264,7 @@ def _between_0_and_1(number: int, phase: int) -> sp.Expr:
 
 
 def coordinates_in(terms: Terms, entries: Sequence[sp.Expr]) -> list[sp.Symbol]:
-    """The coordinates that expressions depend on through all terms, by name."""
+    """Returns the coordinates on which expressions depend through all terms, by name."""
     meanings = [terms.definitions[symbol] for symbol in terms.needed(entries)]
     used = {symbol for e in (*entries, *meanings) for symbol in e.free_symbols}
     found = {s for s in used if s not in terms.definitions and not terms.is_constant(s)}
@@ -271,7 +272,7 @@ def coordinates_in(terms: Terms, entries: Sequence[sp.Expr]) -> list[sp.Symbol]:
 
 
 def wrapped(angle: float) -> float:
-    """The same angle between -pi and pi."""
+    """Returns the same angle between -pi and pi."""
     return math.remainder(angle, math.tau)
 
 
@@ -282,5 +283,5 @@ def vanishes(terms: Terms, value: sp.Expr) -> bool:
         generic = GenericPoint(terms, [*coordinates_in(terms, [value]), *terms.parameters])
         return bool(abs(generic.value(value)) < ZERO_COMPONENT)
 
-    # The branches of a robot's loops ask for the same lengths.
+    # Different branches of a robot's loops test the same lengths.
     return terms.once(("vanishes", value), is_zero)

@@ -1,8 +1,8 @@
-"""Three bodies in a ring of pins: the shared pin is where two circles meet.
+"""Three bodies in a ring of pins: two circles intersect in the shared pin.
 
 Source:
-    Assur's groups of class II (dyad RRR); Myszka, Machines and Mechanisms, ch. 4. This form has no
-    acos, and no difference of squares where the triangle is thin.
+    Assur groups of class II (dyad RRR); Myszka, Machines and Mechanisms, ch. 4. This form has no
+    acos, and avoids cancellation for thin triangles.
 """
 
 from collections.abc import Callable, Mapping
@@ -33,16 +33,16 @@ from .phasors import REAL, Complex, cross, dot, product
 
 @dataclass(frozen=True)
 class TwoCircles:
-    """Circles about the ends of D that meet at the point C from the beginning of D.
+    """Circles about the ends of D that intersect at C, measured from the first end of D.
 
     Attributes:
-        C: From the beginning of D to the pin that both circles share, in D's axes.
-        W: From the end of D to that pin, in D's axes.
+        C: From the first end of D to the shared pin, in D's axes.
+        W: From the second end of D to the shared pin, in D's axes.
         D: The base.
         v: The vector C on its own body.
         w: The vector W on its own body.
-        height: Twice the triangle's area, positive where C stands to the left of D.
-        margin: sin^2 of the transmission angle; zero at a dead point, below zero out of reach.
+        height: Twice the signed area of the triangle, positive if C is to the left of D.
+        margin: sin^2 of the transmission angle: zero at a dead point, negative out of reach.
     """
 
     C: Complex
@@ -62,7 +62,7 @@ def two_circles(
     sign: int,
     gate: Callable[[sp.Expr], sp.Expr] = lambda square: square,
 ) -> TwoCircles:
-    """Where circles of radius |v| about the beginning of D and |w| about its end meet.
+    """Intersects the circles of radius |v| about the first end of D and |w| about its second end.
 
     With p = (d^2 + v^2 - w^2) / 2 and 4 h^2 = ((d + w)^2 - v^2)(v^2 - (d - w)^2):
 
@@ -70,11 +70,11 @@ def two_circles(
 
     Args:
         terms: Names of all terms.
-        v: The arm from the beginning of D.
-        w: The arm from its end.
+        v: The arm from the first end of D.
+        w: The arm from the second end of D.
         D: The base.
-        sign: 1 where C stands to the left of D, -1 to the right.
-        gate: Makes the square under the root negative where the arms are none.
+        sign: 1 if C is to the left of D, -1 to the right.
+        gate: Makes the square under the root negative if an arm length is invalid.
     """
     squares = v.square, w.square, D.square
     p = terms.let((D.square + v.square - w.square) * HALF)
@@ -93,7 +93,7 @@ def two_circles(
 
 
 def _heron(terms: Terms, *squares: sp.Expr) -> sp.Expr:
-    """16 area^2 as a product in which the side that varies is alone: no digits cancel."""
+    """Returns 16 area^2 as a product without cancellation, the varying side isolated."""
     varying = sorted(squares, key=terms.is_constant)
     alone, a, b = varying
     side_a, side_b = (terms.let(sp.sqrt(square)) for square in (a, b))
@@ -102,7 +102,7 @@ def _heron(terms: Terms, *squares: sp.Expr) -> sp.Expr:
 
 
 def rate_of_first(triangle: TwoCircles, c: sp.Expr, s: sp.Expr) -> LoopRate:
-    """The rate of v's turn: h phi' = D' . W - (e^(i phi) v') . W + w' . w."""
+    """Returns the rate of v's rotation: h phi' = D' . W - (e^(i phi) v') . W + w' . w."""
 
     def rate(tangent: Tangent) -> sp.Expr:
         D, v, w = (rates_of(tangent, vector) for vector in _moving(triangle))
@@ -114,7 +114,7 @@ def rate_of_first(triangle: TwoCircles, c: sp.Expr, s: sp.Expr) -> LoopRate:
 
 
 def rate_of_second(triangle: TwoCircles, c: sp.Expr, s: sp.Expr) -> LoopRate:
-    """The rate of w's turn: h psi' = D' . C - v' . v + (e^(i psi) w') . C."""
+    """Returns the rate of w's rotation: h psi' = D' . C - v' . v + (e^(i psi) w') . C."""
 
     def rate(tangent: Tangent) -> sp.Expr:
         D, v, w = (rates_of(tangent, vector) for vector in _moving(triangle))
@@ -130,12 +130,12 @@ def _moving(triangle: TwoCircles) -> tuple[Complex, Complex, Complex]:
 
 
 def circle_equations(triangle: TwoCircles, sign: int, *solved: sp.Symbol) -> StepEquations:
-    """The meeting of two circles in quantities of a step: D, A for v and B for w.
+    """Returns the equations of two intersecting circles: D, A for v, and B for w.
 
     Args:
         triangle: The triangle.
         sign: The sign of h.
-        solved: The angle of A, and the angle of B if it is sought.
+        solved: The angle of A, and the angle of B if it is needed.
     """
     D, A, B, C, E = (components(letter) for letter in "DABCE")
     d, a, b = map(length_of, "DAB")
@@ -171,7 +171,7 @@ def circle_equations(triangle: TwoCircles, sign: int, *solved: sp.Symbol) -> Ste
 
 
 def side_remark(sign: int) -> str:
-    """A sentence on the choice between the two intersections of two circles."""
+    """Returns a sentence on the choice between the intersections of two circles."""
     sense = "positive" if sign > 0 else "negative"
     return (
         f"With ${{h}}$ {sense}, the vector ${{C}}$ points to the {SIDES[sign]} of ${{D}}$; the"
@@ -227,10 +227,10 @@ class ThreePins(PlanarStep):
         return True
 
     def equations(self) -> StepEquations:
-        """The meeting of the circles of the two pins on the base."""
+        """Returns the intersection of the circles about the two base pins."""
         return circle_equations(self.triangle, self.sign, *self.solved)
 
     @property
     def remark(self) -> str:
-        """The side on which the far pin stands."""
+        """A sentence on the side of the far pin."""
         return side_remark(self.sign)

@@ -1,4 +1,4 @@
-"""Two bodies that share two pins, or a pin and a slide: nothing but their pose is left to find."""
+"""Two bodies that share two pins, or a pin and a slide, which fixes their relative pose."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -27,11 +27,11 @@ from .planes import PinEdge, SlideEdge
 
 @dataclass(frozen=True, kw_only=True)
 class TwoPins(PlanarStep):
-    """The turn that carries one vector between two pins to the other.
+    """The rotation from one vector between two pins to the other.
 
     Attributes:
         vectors: Components of the vectors on the base (C) and on the other body (A), by letter;
-            none where the turn is exact.
+            empty if the rotation is exact.
     """
 
     vectors: dict[str, Complex] = field(default_factory=dict)
@@ -71,7 +71,7 @@ class TwoPins(PlanarStep):
         return False
 
     def equations(self) -> StepEquations:
-        """The turn of A to C; none where the turn is exact."""
+        """Returns the rotation of A to C; no equations if the rotation is exact."""
         if not self.vectors:
             return StepEquations()
         (angle,) = self.solved
@@ -79,11 +79,11 @@ class TwoPins(PlanarStep):
 
 
 def direction_equations(angle: sp.Symbol, vectors: Mapping[str, Complex]) -> StepEquations:
-    """The turn of a vector A to another C.
+    """Returns the equations for the rotation of a vector A to another vector C.
 
     Args:
-        angle: The turn.
-        vectors: Components of both by letter.
+        angle: The rotation angle.
+        vectors: Components of both vectors by letter.
     """
     C, A = components("C"), components("A")
     c, a = length_of("C"), length_of("A")
@@ -100,7 +100,7 @@ def direction_equations(angle: sp.Symbol, vectors: Mapping[str, Complex]) -> Ste
 def _turn_between(
     clusters: Clusters, here: PhasorSum, there: PhasorSum
 ) -> tuple[Turned, tuple[sp.Symbol, ...], dict[str, Complex]]:
-    """The turn that carries one vector to another of the same length."""
+    """Returns the rotation between two vectors of equal length."""
     exact = exact_turn(here, there)
     if exact is not None:
         return exact, (), {}
@@ -114,7 +114,7 @@ def _turn_between(
 
 
 def rate_of_direction(there: Complex, here: Arm) -> LoopRate:
-    """The rate of the turn from one vector to another: a x a' / a^2 - b x b' / b^2."""
+    """Returns the rate of the rotation between two vectors: a x a' / a^2 - b x b' / b^2."""
 
     def rate(tangent: Tangent) -> sp.Expr:
         let = tangent.terms.let
@@ -127,12 +127,12 @@ def rate_of_direction(there: Complex, here: Arm) -> LoopRate:
 
 @dataclass(frozen=True, kw_only=True)
 class PinAndSlide(PlanarStep):
-    """The travel that brings a pin of a sliding body to its place.
+    """The travel that moves a pin of a sliding body to its position on the base.
 
     Attributes:
-        offset: From the pin's position at a travel of zero to its place.
+        offset: From the pin at zero travel to its position on the base.
         direction: Unit vector of the slide.
-        travel: Along the slide (metre).
+        travel: Travel along the slide (metre).
     """
 
     offset: Complex
@@ -177,7 +177,7 @@ class PinAndSlide(PlanarStep):
         return False
 
     def equations(self) -> StepEquations:
-        """The travel t, the part of D along B."""
+        """Returns the travel t, the component of D along B."""
         D, B = components("D"), components("B")
         t = quantity("t")
         return StepEquations(

@@ -1,4 +1,4 @@
-"""Ends of a closure by a ball or a pin: the joints that move each end, and common points."""
+"""Ends of ball and pin closures: the joints that move each end, and axis intersections."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -15,14 +15,14 @@ from .struts import Legs
 
 
 class BallEnd(NamedTuple):
-    """One end of a closure by a ball, or by a pin, whose points are balls.
+    """One end of a ball closure, or a point of a pin closure treated as a ball.
 
     Attributes:
         closure: The closure.
         way: The joints from the loop's meeting body to the end.
         frame: The ball's frame on the end's body.
         target: The ball's frame on the other body.
-        open: Places in the way of the joints whose values are not known.
+        open: Indices in ``way`` of the joints with unknown values.
     """
 
     closure: Closure
@@ -32,16 +32,16 @@ class BallEnd(NamedTuple):
     open: tuple[int, ...]
 
     def last(self, *kinds: str) -> list[int]:
-        """Places of the last unknown joints, where they are of these kinds, else none."""
+        """Returns the indices of the last unknown joints if they have these kinds, else none."""
         places = self.open[-len(kinds) :]
         return [*places] if tuple(self.way[k].kind for k in places) == kinds else []
 
     def ball(self, legs: Legs, k: int) -> Vector:
-        """The ball in the axes of a joint, at zero, after which all values are known.
+        """Returns the ball in the axes of joint k at zero; later joint values are known.
 
         Args:
-            legs: The mechanism, as far as it is solved.
-            k: Place of the joint in the way.
+            legs: The partially solved mechanism.
+            k: Index of the joint in ``way``.
         """
         values, placement, after = legs.known.values, self.frame.placement, self.way[k].after
         return pose_along(legs.mechanism, legs.terms, self.way[k + 1 :], placement, values, after)[
@@ -50,12 +50,12 @@ class BallEnd(NamedTuple):
 
 
 class Fork(NamedTuple):
-    """The point where the axes of two revolute joints meet.
+    """The intersection point of the axes of two revolute joints.
 
     Attributes:
         centre: A frame at the point, with the axes of the first joint at zero.
-        axes: The first joint's x, y and z axes where it is at zero, in the second's axes.
-        height: Of the second joint's origin above the point, along its axis (metre).
+        axes: The first joint's x, y and z axes at joint value zero, in the second joint's axes.
+        height: Height of the second joint's origin above the point, along its axis (metre).
     """
 
     centre: Frame
@@ -64,7 +64,7 @@ class Fork(NamedTuple):
 
 
 def ball_ends(legs: Legs, loop: Loop) -> tuple[BallEnd, ...]:
-    """Both ends of a loop that a ball closes; none of other loops."""
+    """Returns both ends of a loop that a ball closes; empty for other loops."""
     closer = loop.closer
     if not isinstance(closer, Closure) or closer.kind != "ball":
         return ()
@@ -72,7 +72,7 @@ def ball_ends(legs: Legs, loop: Loop) -> tuple[BallEnd, ...]:
 
 
 def pin_ends(legs: Legs, loop: Loop) -> tuple[tuple[BallEnd, BallEnd], ...]:
-    """Both ends of a loop that a pin closes, each by two points of its axis; none of others."""
+    """Returns two points of the pin axis at both ends of a pin closure; empty otherwise."""
     closer = loop.closer
     if not isinstance(closer, Closure) or closer.kind != "pin":
         return ()
@@ -87,7 +87,7 @@ def _ends(legs: Legs, loop: Loop, closer: Closure, height: sp.Expr) -> tuple[Bal
 
 
 def _up(frame: Frame, height: sp.Expr) -> Frame:
-    """A frame moved along its z axis."""
+    """Returns a frame moved along its z axis."""
     if not height:
         return frame
     return Frame(frame.body, (*frame.placement, Translation((ZERO, ZERO, height))))
@@ -102,16 +102,16 @@ def _open(legs: Legs, way: Sequence[Joint]) -> tuple[int, ...]:
 
 
 def fork_of(legs: Legs, way: Sequence[Joint], i: int, k: int) -> Fork | None:
-    """Where the axes of two revolute joints meet; None where they do not.
+    """Intersects the axes of two revolute joints; None if they do not meet.
 
     Args:
-        legs: The mechanism, as far as it is solved.
+        legs: The partially solved mechanism.
         way: The joints.
-        i: Place of the first revolute joint.
-        k: Place of the second; the joints in between are known.
+        i: Index of the first revolute joint.
+        k: Index of the second joint; the joints in between are known.
     """
     terms, let = legs.terms, legs.terms.let
-    # From each joint's axes, at zero, to what follows.
+    # From each joint's axes at zero to the next element.
     columns, origin = pose_along(
         legs.mechanism, terms, way[i + 1 : k], way[k].before, legs.known.values, way[i].after
     )

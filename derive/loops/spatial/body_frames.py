@@ -1,4 +1,4 @@
-"""The pose of a frame on a body at given values of the joints between the base and the body."""
+"""The pose of a body-fixed frame at given values of the joints from the base to the body."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -17,12 +17,12 @@ from ...terms.vectors import named
 def pose_of(
     mechanism: Mechanism, terms: Terms, frame: Frame, values: Mapping[str, sp.Expr]
 ) -> Pose:
-    """Axes and origin of a frame in the base frame.
+    """Returns axes and origin of a body-fixed frame in the base frame.
 
     Args:
         mechanism: The description.
         terms: Names of all terms.
-        frame: A frame on a body.
+        frame: The frame on its body.
         values: Values of the joints between the base and the body (radian or metre).
     """
     way = mechanism.way(frame.body)
@@ -37,19 +37,19 @@ def pose_along(
     values: Mapping[str, sp.Expr],
     base: Placement = (),
 ) -> Pose:
-    """Axes and origin of the frame after a run of joints, in the frame before them.
+    """Returns axes and origin of the frame after a run of joints, in the frame before them.
 
     Args:
-        mechanism: The description that the joints are from.
+        mechanism: The description that contains the joints.
         terms: Names of all terms.
         way: The run of joints.
         tool: The frame on the last body.
-        values: Values of the joints that move (radian or metre), by name.
+        values: Values of the moving joints by name (radian or metre).
         base: The placement before the first joint.
     """
     moved = tuple(values[joint.name] for joint in way if joint.kind != "fixed")
     parts = tuple((j.kind, j.before, j.after, j.pitch, j.direction) for j in way)
-    # The branches of a robot's loops ask for the same poses.
+    # Different branches of a robot's loops need the same poses.
     return terms.once(
         ("pose", base, parts, tool, moved),
         lambda: _pose_along(mechanism, terms, way, tool, moved, base),

@@ -1,4 +1,4 @@
-"""A cylinder between two known points: its length is their distance."""
+"""A cylinder between two known points, whose length is their distance."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,10 +16,10 @@ from .struts import Legs, LegStep
 
 @dataclass(frozen=True, kw_only=True)
 class CylinderLength(LegStep):
-    """The distance of a cylinder's ends.
+    """The distance between a cylinder's ends.
 
     Attributes:
-        d: From its beginning to its end.
+        d: From its first end to its far end.
         distance: The length of d (metre).
     """
 
@@ -30,7 +30,7 @@ class CylinderLength(LegStep):
 
     @classmethod
     def use(cls, legs: Legs, struts: Sequence[Strut]) -> bool:
-        """Measures a single cylinder whose ends are known."""
+        """Solves for a single cylinder with known ends."""
         if len(struts) != 1 or legs.length(struts[0]) is not None or legs.moving(struts[0]):
             return False
         (strut,) = struts
@@ -50,7 +50,7 @@ class CylinderLength(LegStep):
         return True
 
     def equations(self) -> StepEquations:
-        """The length t of the vector D."""
+        """Returns the length t of the vector D."""
         D, t = components("D", SPACE), quantity("t")
         return StepEquations(
             vectors={"D": self.d},

@@ -1,8 +1,8 @@
-"""Which leg leads, where several determine the same joint.
+"""Selects the leg that solves a joint, if several legs determine the same joint.
 
-A chain with more joints than freedoms gives a joint by each of several rods. One that is stretched
-out near the reference passes its dead point in use, and the joint is on its other side from there;
-a rod that stands across its crank gives the joint everywhere around the reference.
+In a chain with more joints than freedoms, several rods may determine the same joint. A rod that is
+almost stretched at the reference passes its dead point in use, where the joint changes its branch.
+A rod perpendicular to its crank determines the joint everywhere near the reference.
 """
 
 import math
@@ -14,15 +14,15 @@ from .struts import Legs
 
 
 def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
-    """Whether a leg is far from its dead point, or farther than those that give the same joint.
+    """Whether a leg is clear of its dead point, or clearer than its rivals for the same joint.
 
     Args:
-        legs: The mechanism, as far as it is solved.
+        legs: The partially solved mechanism.
         strut: The leg.
-        struts: All legs that are left.
+        struts: All unsolved legs.
 
     Returns:
-        True also for a leg that determines no single joint, or one that no other leg determines.
+        True also if the leg determines no single joint, or if no other leg determines its joint.
     """
     moving = legs.moving(strut)
     rivals = [
@@ -40,7 +40,7 @@ def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
 
 
 def _margin(legs: Legs, strut: Strut) -> float:
-    """The margin of the step that this leg leads, at the reference; -1 where it does not close."""
+    """Returns the margin of the leg's step at the reference; -1 if it does not close."""
     turning = legs.reach((strut,), sliding=False)
     reach = turning or legs.reach((strut,), sliding=True)
     if reach is None:

@@ -1,11 +1,11 @@
-"""A body on several guides, such as a bridge on two rails: it moves, and its bearings do not turn.
+"""A body on several guides, such as a bridge on two rails, whose bearings do not rotate.
 
-A closure joins both branches of the loop. With every turn at its reference the frames of the
-closure have the same orientation; if the turns that are left are about independent axes, each stays
-where it is, and the travels of the slides follow from the points of the closure, a linear equation.
+A closure connects both branches of the loop. With all rotations at the reference, the closure's
+frames have the same orientation. If the unknown rotations have independent axes, each keeps its
+reference value. The slide travels then follow from the closure's points by a linear equation.
 
-The bearings' other assembly, with three axes each turned over by half a turn, is left out: no
-bearing is mounted so.
+The bearings' other assembly mode, with three axes flipped by half a turn, is omitted, because no
+bearing is mounted this way.
 
 Source:
     Blanding, Exact Constraint, 1999, ch. 4, for bodies on guides without forced constraints.
@@ -55,12 +55,12 @@ class Guides(LoopStep):
         return True
 
     def equations(self) -> StepEquations:
-        """No equations: each slide is a sum of known travels."""
+        """Returns no equations, because each slide is a sum of known travels."""
         return StepEquations()
 
 
 class _Guided:
-    """The unknown joints of a loop, and its closure with their turns at the reference."""
+    """The unknown joints of a loop, and its closure at the reference rotations."""
 
     def __init__(self, legs: Legs, loop: Loop) -> None:
         self.legs, self.loop, self.terms = legs, loop, legs.terms
@@ -75,7 +75,7 @@ class _Guided:
         }
 
     def values(self) -> dict[str, sp.Expr]:
-        """Values of the unknown joints; none where the closure does not fit."""
+        """Returns the values of the unknown joints; empty if the closure does not fit."""
         closer = self.loop.closer
         both = {joint.name for joint in self.loop.to_a} & {j.name for j in self.loop.to_b}
         if (
@@ -100,14 +100,14 @@ class _Guided:
         )
 
     def _axis(self, joint: Joint) -> Vector:
-        """The direction of a joint's z axis in the meeting body's frame, times its direction."""
+        """Returns the direction of a joint's motion in the meeting body's frame."""
         way = self.loop.to_a if joint in self.loop.to_a else self.loop.to_b
         before = way[: way.index(joint)]
         axes, _ = pose_along(self.legs.mechanism, self.terms, before, joint.before, self.still)
         return named(self.terms, (joint.direction * x for x in axes[2]))
 
     def _turns_stay(self, closer: Closure, A: Sequence[Vector], B: Sequence[Vector]) -> bool:
-        """Whether the frames agree with all turns at the reference, and no turn is left free."""
+        """Whether the frames agree at the reference rotations and no rotation is free."""
         along = [dot(self.terms, a, b) for a, b in zip(A, B, strict=True)]
         free = [self._axis(joint) for joint in self.turns]
         agree = {"pin": along[2:], "ball": [], "weld": along, "slider": along}[closer.kind]
@@ -123,7 +123,7 @@ class _Guided:
     def _travels(
         self, closer: Closure, A: Sequence[Vector], d: Vector
     ) -> dict[str, sp.Expr] | None:
-        """The slides' travels that carry a's point to b's; None where they do not."""
+        """Returns the slide travels from a's point to b's point; None if there are none."""
         terms = self.terms
         axes = [self._axis(joint) for joint in self.slides]
         if closer.kind == "slider":
@@ -142,6 +142,6 @@ class _Guided:
         return travels if self._vanish(rest) else None
 
     def _vanish(self, entries: Sequence[sp.Expr]) -> bool:
-        """Whether expressions are zero in every configuration, judged at a generic one."""
+        """Whether expressions are zero in every configuration, tested at a generic one."""
         generic = GenericPoint(self.terms, coordinates_in(self.terms, entries))
         return all(abs(generic.value(entry)) < ZERO_COMPONENT for entry in entries)

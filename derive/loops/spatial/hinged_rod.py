@@ -1,8 +1,8 @@
-"""A hinge before a ball, as the last of a leg PRS or RRS: its body is a rod to the ball.
+"""A hinge before a ball, the last joint of a PRS or RRS leg: its body is a rod to the ball.
 
-The ball is at a constant distance from the point of the hinge's axis that is nearest to it. Where
-the joint before the hinge keeps both in the hinge's plane, a leg on balls between them determines
-this joint. Where both points are known, the hinge points to the ball.
+The ball has a constant distance from the nearest point of the hinge axis. If the joint before the
+hinge keeps both points in the hinge's plane, a ball-ended leg between them determines this joint.
+If both points are known, the hinge angle follows from the direction to the ball.
 
 Source:
     Tsai, Robot Analysis, 1999, ch. 3, for the legs of platforms.
@@ -36,10 +36,10 @@ class HingedRod:
         closure: The closure of the ball.
         joint: The joint.
         target: The ball's frame on the other body.
-        centre: The point of its axis that is nearest to the ball, with the joint's axes.
-        tip: From the axis to the ball where the joint is at zero, in the joint's axes.
-        rod: The rod from the axis to the ball, as a strut on balls; None where the joint before it
-            leaves the plane, so that the length alone does not close the loop.
+        centre: A frame at the axis point nearest to the ball, with the joint's axes.
+        tip: From the axis to the ball at joint value zero, in the joint's axes.
+        rod: The ball-ended rod from the axis to the ball. None if the previous joint leaves the
+            plane, so that the length alone does not close the loop.
     """
 
     closure: Closure
@@ -51,17 +51,17 @@ class HingedRod:
 
     @classmethod
     def of(cls, legs: Legs, loop: Loop) -> "HingedRod | None":
-        """The hinge before the ball of a closure; None where there is none that is not known."""
+        """Returns the unknown hinge before the ball of a closure; None if there is none."""
         found = (_hinge_before(legs, end) for end in ball_ends(legs, loop))
         return next((hinge for hinge in found if hinge is not None), None)
 
     def solved(self, legs: Legs) -> bool:
-        """Solves for the hinge where its axis and the ball are known."""
+        """Solves for the hinge if its axis and the ball are known."""
         return HingePoints.use(legs, self)
 
 
 def _hinge_before(legs: Legs, end: BallEnd) -> HingedRod | None:
-    """The last unknown joint of a way, where it is revolute and off the ball."""
+    """Returns the hinge of the last unknown joint, if it is revolute and off the ball."""
     places = end.last("revolute")
     if not places:
         return None
@@ -78,7 +78,7 @@ def _hinge_before(legs: Legs, end: BallEnd) -> HingedRod | None:
 
 
 def _is_flat(legs: Legs, end: BallEnd) -> bool:
-    """Whether the unknown joint before the hinge turns about its direction, or slides across it."""
+    """Whether the joint before the hinge rotates parallel to it, or slides normal to it."""
     i, k = [-1, *end.open][-2:]
     if i < 0:
         return False
@@ -97,7 +97,7 @@ class HingePoints(LoopStep):
 
     Attributes:
         direction: From the axis to the ball, in the joint's axes (metre).
-        tip: The same where the joint is at zero.
+        tip: The same vector at joint value zero.
     """
 
     direction: Complex
@@ -108,7 +108,7 @@ class HingePoints(LoopStep):
 
     @classmethod
     def use(cls, legs: Legs, hinge: HingedRod) -> bool:
-        """Solves for the angle; False where the ball or the axis is not known."""
+        """Solves for the angle; False if the ball or the axis is unknown."""
         values, joint = legs.known.values, hinge.joint
         if legs.unknown(hinge.target) or legs.unknown(hinge.centre):
             return False
@@ -131,6 +131,6 @@ class HingePoints(LoopStep):
         return True
 
     def equations(self) -> StepEquations:
-        """The turn of A to C."""
+        """Returns the rotation of A to C."""
         (angle,) = self.solved
         return direction_equations(angle, {"C": self.direction, "A": self.tip.vector})

@@ -1,14 +1,14 @@
-"""Loops of space that have a closed form: legs on balls, and platforms that only translate.
+"""Spatial loops with a closed form: ball-ended legs and purely translating platforms.
 
-A strut on balls keeps two points at a distance. Where both points are known it gives a cylinder's
-length; where a single joint moves one of them it gives that joint (a circle or a line meets a
-sphere); where three struts hold a platform that keeps its orientation they give its position (three
-spheres meet). Pairs of equal, parallel rods hold a platform in that way. A rod on a hinge or a
-universal joint and a ball is such a strut, which gives the joint's angles besides. A closure
-between bodies on guides gives the travels of their slides.
+A strut on balls keeps two points at a distance. If both points are known, it gives a cylinder's
+length. If a single joint moves one point, it gives that joint (a circle or a line intersects a
+sphere). Three struts give the position of a platform with constant orientation (three spheres
+intersect); pairs of equal, parallel rods keep the orientation. A rod between a ball and a hinge or
+universal joint acts like such a strut, and also gives the joint's angles. A closure between guided
+bodies gives their slide travels.
 
 Source:
-    Merlet, Parallel Robots, ch. 2 and 4; Clavel 1988 for the parallelograms of balls.
+    Merlet, Parallel Robots, ch. 2 and 4; Clavel 1988 for ball-jointed parallelograms.
 """
 
 from collections.abc import Sequence
@@ -32,7 +32,7 @@ STEPS: tuple[type[LegStep], ...] = (CylinderLength, SlidingLeg, TurningLeg, Thre
 """The kinds of steps, in the order in which they are tried."""
 BeforeBall = UniversalJoint | HingedRod | Telescope
 BEFORE_BALL: tuple[type[BeforeBall], ...] = (UniversalJoint, HingedRod, Telescope)
-"""The joints before the ball of a closure that have steps of their own, in the order of trial."""
+"""Joints before the ball of a closure that have their own steps, in the order of trial."""
 
 
 def assemble_in_space(
@@ -48,11 +48,11 @@ def assemble_in_space(
     Args:
         terms: Names of all terms.
         mechanism: The description.
-        loops: The loops that are not planar; struts on balls, rods on universal joints and bodies
-            on guides are solved.
+        loops: The spatial loops. Solved kinds are struts on balls, rods on universal joints and
+            bodies on guides.
         known: Receives values, rates and steps.
         reference: The configuration that selects the branch.
-        branch: The branch that is asked for, instead of that at the reference.
+        branch: The requested branch; None for the branch of the reference.
 
     Raises:
         RobotError: A loop does not close at the reference.
@@ -77,7 +77,7 @@ def assemble_in_space(
 
 
 def _before_ball(legs: Legs, loop: Loop) -> BeforeBall | None:
-    """The joints before the ball that closes a loop; None where no step fits them."""
+    """Returns the joints before the ball that closes a loop; None if no step fits."""
     found = (kind.of(legs, loop) for kind in BEFORE_BALL)
     return next((joints for joints in found if joints is not None), None)
 
@@ -87,5 +87,5 @@ def _use(legs: Legs, struts: Sequence[Strut]) -> bool:
 
 
 def _is_held(legs: Legs, strut: Strut) -> bool:
-    """Whether both ends of a rod are known: it repeats an equation of other struts."""
+    """Whether both ends of a rod are known, so that its equation is redundant."""
     return legs.length(strut) is not None and not legs.moving(strut)

@@ -1,4 +1,4 @@
-"""A leg on balls that moves a prismatic joint: a line meets a sphere."""
+"""A ball-ended leg that moves a prismatic joint: a line intersects a sphere."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -24,11 +24,11 @@ from .turning_leg import OPENING
 
 @dataclass(frozen=True, kw_only=True)
 class SlidingLeg(LegStep):
-    """The travel at which the leg's end on the slider is at the leg's length from its other end.
+    """The slider travel at which the distance between the leg's ends equals its length.
 
     Attributes:
-        offset: From the end on the slider at zero travel to the other end, in the joint's axes.
-        travel: Along the joint's z axis (metre).
+        offset: From the slider end at zero travel to the other end, in the joint's axes.
+        travel: Travel along the joint's z axis (metre).
         square: The leg's squared length.
     """
 
@@ -69,7 +69,7 @@ class SlidingLeg(LegStep):
         return True
 
     def equations(self) -> StepEquations:
-        """The travel t along z."""
+        """Returns the travel t along z."""
         D = components("D", SPACE)
         t, square = quantity("t"), quantity("l^2")
         inside = square - D[0] ** 2 - D[1] ** 2

@@ -1,4 +1,4 @@
-"""Struts on balls: known points, lengths and joints of a mechanism as its legs are solved."""
+"""Struts on balls: known points, lengths and joints while the legs are solved."""
 
 import math
 from abc import abstractmethod
@@ -22,19 +22,19 @@ SIGNS = (1, -1)
 
 
 class LegStep(LoopStep):
-    """A step that takes from struts on balls the values that they determine."""
+    """A step that solves the values that struts on balls determine."""
 
     @classmethod
     @abstractmethod
     def use(cls, legs: "Legs", struts: Sequence[Strut]) -> bool:
-        """Solves for the joints that struts determine, and notes the step.
+        """Solves for the joints that struts determine, and records the step.
 
         Args:
-            legs: The mechanism, as far as it is solved.
-            struts: A single strut, or all that are left.
+            legs: The partially solved mechanism.
+            struts: A single strut, or all unsolved struts.
 
         Returns:
-            False where the step does not fit these struts.
+            False if the step does not fit these struts.
 
         Raises:
             RobotError: The loop does not close at the reference.
@@ -43,7 +43,7 @@ class LegStep(LoopStep):
 
 @dataclass(frozen=True)
 class Known:
-    """The values that the solution of spatial loops begins with and adds to.
+    """The known values, which the solution of spatial loops extends.
 
     Attributes:
         values: Values of joints, swings and cylinders by name.
@@ -62,8 +62,8 @@ class Reach:
 
     Attributes:
         strut: The strut.
-        joint: The only joint that is not known.
-        tip: The strut's end on that body where the joint is at zero, in the joint's axes.
+        joint: The only unknown joint.
+        tip: The strut's end on that body at joint value zero, in the joint's axes.
         target: The strut's other end, in the joint's axes.
         square: The strut's squared length.
     """
@@ -83,7 +83,7 @@ class Legs:
         mechanism: The description.
         known: Receives values, rates and steps.
         reference: The configuration that selects the branch.
-        branch: The branch that is asked for; None for that at the reference.
+        branch: The requested branch; None for the branch of the reference.
     """
 
     def __init__(
@@ -94,30 +94,30 @@ class Legs:
         reference: AtReference,
         branch: Branch | None,
     ) -> None:
-        """Begins with the known values."""
+        """Starts with the known values."""
         self.terms, self.mechanism, self.known = terms, mechanism, known
         self.reference, self.branch = reference, branch
 
     # --- joints and points ---
 
     def unknown(self, frame: Frame) -> list[Joint]:
-        """The joints between the base and a frame whose values are not known."""
+        """Returns the unknown joints between the base and a frame."""
         way = self.mechanism.way(frame.body)
         return [j for j in way if j.kind != "fixed" and j.name not in self.known.values]
 
     def moving(self, strut: Strut) -> list[Joint]:
-        """The joints before both ends of a strut whose values are not known."""
+        """Returns the unknown joints before both ends of a strut."""
         return [*self.unknown(strut.a), *self.unknown(strut.b)]
 
     def length(self, strut: Strut) -> sp.Expr | None:
-        """A strut's length; None for a cylinder whose coordinate is not known."""
+        """Returns a strut's length; None for a cylinder with an unknown coordinate."""
         if not strut.is_cylinder:
             return strut.length
         value = self.known.values.get(strut.name)
         return None if value is None else strut.length + value
 
     def while_long(self, square: sp.Expr, strut: Strut) -> sp.Expr:
-        """A square under a root, below zero where a cylinder's given length is not positive."""
+        """Returns the square under a root, or -1 if a given cylinder length is not positive."""
         length = self.length(strut)
         if not strut.is_cylinder or length is None:
             return square
@@ -126,20 +126,20 @@ class Legs:
         return gated
 
     def point(self, frame: Frame) -> Vector:
-        """The origin of a frame in the base frame."""
+        """Returns the origin of a frame in the base frame."""
         return pose_of(self.mechanism, self.terms, frame, self.known.values)[1]
 
     def axis(self, joint: Joint, values: Mapping[str, sp.Expr]) -> Vector:
-        """The direction of a joint's z axis in the base frame."""
+        """Returns the direction of a joint's z axis in the base frame."""
         frame = Frame(joint.parent, joint.before)
         return pose_of(self.mechanism, self.terms, frame, values)[0][2]
 
     def reach(self, struts: Sequence[Strut], *, sliding: bool) -> Reach | None:
-        """A single strut that determines a single joint; None where there is no such joint.
+        """Returns the single strut that determines a single joint; None if there is none.
 
         Args:
-            struts: The struts; there must be exactly one strut.
-            sliding: Whether the joint must be prismatic, else revolute.
+            struts: The struts; exactly one is needed.
+            sliding: Whether the joint must be prismatic rather than revolute.
         """
         if len(struts) != 1:
             return None
@@ -163,18 +163,18 @@ class Legs:
         return Reach(strut, joint, tip, target, self.terms.let(length**2))
 
     def _in_axes(self, axes: Sequence[Vector], vector: Vector) -> Vector:
-        """A vector of the base frame in other axes."""
+        """Returns a vector of the base frame in other axes."""
         x, y, z = (dot(self.terms, axis, vector) for axis in axes)
         return x, y, z
 
     # --- branches ---
 
     def chosen(self, reach: Reach, value: Callable[[int], float]) -> sp.Expr:
-        """The sign for which a joint is nearest to its reference.
+        """Returns the sign that puts a joint nearest to its reference.
 
         Args:
             reach: The strut and its joint.
-            value: The joint's value at the reference by the sign; NaN where it has none.
+            value: Returns the joint's value at the reference for a sign; NaN if there is none.
         """
         joint = reach.joint
         hint = self.reference.hints_of([joint.name]).get(joint.name, 0.0)
@@ -187,16 +187,16 @@ class Legs:
     def sign(
         self, distances: Mapping[int, float], name: str, *, is_length: bool = False
     ) -> sp.Expr:
-        """The sign of the smaller distance from the reference, or the next one asked for.
+        """Returns the sign of the smaller distance from the reference, or the requested sign.
 
         Args:
-            distances: Distance by sign (radian, or parts of the mechanism's size); NaN where the
-                loop does not close.
+            distances: Distance by sign (radian, or relative to the mechanism size); NaN if the loop
+                does not close.
             name: Name of the loop, for the message.
-            is_length: Whether the sign is that of a leg's length.
+            is_length: Whether the sign belongs to a leg's length.
 
         Raises:
-            RobotError: The loop does not close at the reference, or its branch is not clear there.
+            RobotError: The loop does not close at the reference, or its branch is ambiguous there.
         """
         if self.branch is not None:
             side = self.branch.length if is_length else self.branch.side

@@ -1,11 +1,12 @@
-"""A slide between turns and a ball, as of a leg RPS or UPS: a telescope whose foot turns.
+"""A slide between revolute joints and a ball, as in RPS and UPS legs (a telescope).
 
-The turns keep the foot's point, where their axes meet, or the axis of a single hinge. The travel
-brings the ball to its distance from it; the turns then point to the ball.
+The foot point stays fixed, where the revolute axes meet; for a single hinge, its axis stays fixed.
+The travel sets the distance from the ball to the foot. The revolute joints then point the slide to
+the ball.
 
 Source:
-    Lee and Shah, Kinematic analysis of a three-degrees-of-freedom in-parallel actuated
-    manipulator, 1988, for the platform on three legs RPS; Merlet, Parallel Robots, ch. 2.
+    Lee and Shah, Kinematic analysis of a three-degrees-of-freedom in-parallel actuated manipulator,
+    1988, for the platform on three RPS legs; Merlet, Parallel Robots, ch. 2.
 """
 
 from collections.abc import Mapping
@@ -36,16 +37,16 @@ from .struts import SIGNS, Legs
 
 @dataclass(frozen=True)
 class Telescope:
-    """The slide before the ball of a closure, on turns that are not known either.
+    """The slide before the ball of a closure, on revolute joints that are also unknown.
 
     Attributes:
         closure: The closure of the ball.
         slide: The prismatic joint.
         target: The ball's frame on the other body.
-        foot: A frame at the point, or on the axis, that the turns keep.
-        is_hinge: Whether a single hinge turns the slide: its axis is z of the foot.
-        tip: From the foot to the ball at zero travel; of a hinge, across its axis.
-        direction: Of the slide in the same axes.
+        foot: A frame at the fixed point, or on the fixed axis, of the revolute joints.
+        is_hinge: Whether a single hinge rotates the slide; its axis is z of the foot.
+        tip: From the foot to the ball at zero travel; for a hinge, normal to its axis.
+        direction: Direction of the slide in the same axes.
     """
 
     closure: Closure
@@ -60,18 +61,18 @@ class Telescope:
 
     @classmethod
     def of(cls, legs: Legs, loop: Loop) -> "Telescope | None":
-        """The telescope before the ball of a closure; None where there is none."""
+        """Returns the telescope before the ball of a closure; None if there is none."""
         ends = ball_ends(legs, loop)
         found = (_on_fork(legs, end) or _on_hinge(legs, end) for end in ends)
         return next((telescope for telescope in found if telescope is not None), None)
 
     def solved(self, legs: Legs) -> bool:
-        """Solves for the slide where the foot and the ball are known; the turns come after it."""
+        """Solves for the slide if foot and ball are known; the revolute joints follow later."""
         return TelescopeTravel.use(legs, self)
 
 
 def _on_fork(legs: Legs, end: BallEnd) -> Telescope | None:
-    """A slide on a universal joint."""
+    """Returns the telescope of a slide on a universal joint; None otherwise."""
     places = end.last("revolute", "revolute", "prismatic")
     fork = fork_of(legs, end.way, *places[:2]) if places else None
     if fork is None:
@@ -83,7 +84,7 @@ def _on_fork(legs: Legs, end: BallEnd) -> Telescope | None:
 
 
 def _on_hinge(legs: Legs, end: BallEnd) -> Telescope | None:
-    """A slide at right angles to a hinge."""
+    """Returns the telescope of a slide normal to a hinge; None otherwise."""
     places = end.last("revolute", "prismatic")
     if not places:
         return None
@@ -97,7 +98,7 @@ def _on_hinge(legs: Legs, end: BallEnd) -> Telescope | None:
 
 
 def _at_zero(legs: Legs, end: BallEnd, i: int, k: int) -> tuple[Vector, Vector]:
-    """The ball at zero travel and the slide's direction, in the axes of the turn before it."""
+    """Returns the ball at zero travel, and the slide direction, in the previous joint's axes."""
     values = {**legs.known.values, end.way[k].name: ZERO}
     between, before, after = end.way[i + 1 : k], end.way[k].before, end.way[i].after
     axes, _ = pose_along(legs.mechanism, legs.terms, between, before, values, after)
@@ -107,12 +108,12 @@ def _at_zero(legs: Legs, end: BallEnd, i: int, k: int) -> tuple[Vector, Vector]:
 
 @dataclass(frozen=True, kw_only=True)
 class TelescopeTravel(LoopStep):
-    """The travel at which the ball is at its distance from the foot.
+    """The travel that sets the distance from the foot to the ball.
 
     Attributes:
         ball: From the foot to the ball (metre).
         telescope: The slide, and the ball at zero travel.
-        travel: Along the slide (metre).
+        travel: Travel along the slide (metre).
     """
 
     ball: Vector
@@ -129,7 +130,7 @@ class TelescopeTravel(LoopStep):
 
     @classmethod
     def use(cls, legs: Legs, telescope: Telescope) -> bool:
-        """Solves for the slide; False where the ball or the foot is not known."""
+        """Solves for the slide; False if the ball or the foot is unknown."""
         if legs.unknown(telescope.target) or legs.unknown(telescope.foot):
             return False
         terms, slide = legs.terms, telescope.slide
@@ -163,7 +164,7 @@ class TelescopeTravel(LoopStep):
         return True
 
     def equations(self) -> StepEquations:
-        """The travel t."""
+        """Returns the travel t."""
         D, A, B = (components(letter, SPACE) for letter in "DAB")
         t, m = quantity("t"), quantity("m")
         square = sp.Add(*(part**2 for part in D))
@@ -187,7 +188,7 @@ class TelescopeTravel(LoopStep):
 
 
 def _distances(legs: Legs, slide: Joint, travels: Mapping[int, sp.Expr]) -> dict[int, float]:
-    """How far each travel is from the reference, in parts of the mechanism's size."""
+    """Returns the distance of each travel from the reference, relative to the size."""
     if legs.branch is not None:
         return {}
     hint = legs.reference.hints_of([slide.name]).get(slide.name, 0.0)

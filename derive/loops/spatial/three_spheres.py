@@ -1,4 +1,4 @@
-"""A platform that struts on balls hold in its orientation: three spheres meet in its position."""
+"""A platform of constant orientation on ball-ended struts: three spheres intersect."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -35,10 +35,10 @@ CENTRES = "ABC"
 
 @dataclass(frozen=True)
 class Sphere:
-    """The sphere on which a strut holds the platform's origin.
+    """The sphere on which a strut keeps the platform's origin.
 
     Attributes:
-        centre: In the base frame (metre).
+        centre: Its center in the base frame (metre).
         square: Its squared radius.
     """
 
@@ -64,7 +64,7 @@ class ThreeSpheres(LegStep):
 
     @classmethod
     def use(cls, legs: Legs, struts: Sequence[Strut]) -> bool:
-        """Solves for the three sliders of a platform that all struts hold."""
+        """Solves for the three sliders of a platform that all struts support."""
         way = _way(legs, struts)
         if way is None:
             return False
@@ -99,7 +99,7 @@ class ThreeSpheres(LegStep):
         return True
 
     def equations(self) -> StepEquations:
-        """The position P from the centres A, B and C, in vectors."""
+        """Returns the position P from the centers A, B and C, in vectors."""
         A, B, C, P, n, u, v, w = map(quantity, (*CENTRES, "P", "n", "u", "v", "w"))
         alpha, beta = quantity("alpha"), quantity("beta")
         squares = [quantity(f"l{k}^2") for k in range(1, SPHERES + 1)]
@@ -133,7 +133,7 @@ class ThreeSpheres(LegStep):
 
     @property
     def remark(self) -> str:
-        """The side of the centres' plane on which the position is."""
+        """A sentence on the side of the centers' plane that contains the position."""
         return (
             f"The sign of the root puts ${{P}}$ {self.branch} the plane of ${{A}}$, ${{B}}$ and"
             " ${C}$, where ${w}$ points up."
@@ -144,7 +144,7 @@ class ThreeSpheres(LegStep):
 
 
 def spheres_of(legs: Legs, struts: Sequence[Strut]) -> list[Sphere]:
-    """The sphere of each strut of a platform that only translates; empty for other struts."""
+    """Returns the sphere of each strut of a translating platform; empty for other struts."""
     way = _way(legs, struts)
     if way is None:
         return []
@@ -155,14 +155,14 @@ def spheres_of(legs: Legs, struts: Sequence[Strut]) -> list[Sphere]:
 def _at_rest(
     legs: Legs, way: Sequence[Joint]
 ) -> tuple[Mapping[str, sp.Expr], Mapping[str, sp.Expr]]:
-    """The platform's turns at the reference, and all known values with its sliders at zero."""
+    """Returns the platform's reference rotations, and all known values at zero sliders."""
     turned = {joint.name: legs.mechanism.reference_of(joint.name) for joint in way[SPHERES:]}
     at_zero = dict.fromkeys((joint.name for joint in way[:SPHERES]), ZERO)
     return turned, {**legs.known.values, **turned, **at_zero}
 
 
 def _way(legs: Legs, struts: Sequence[Strut]) -> list[Joint] | None:
-    """The joints that move the platform of all struts: three sliders first; else None."""
+    """Returns the joints that move the platform of all struts, sliders first; else None."""
     if len(struts) < SPHERES or any(legs.length(strut) is None for strut in struts):
         return None
     if any(legs.unknown(strut.a) and legs.unknown(strut.b) for strut in struts):
@@ -175,7 +175,7 @@ def _way(legs: Legs, struts: Sequence[Strut]) -> list[Joint] | None:
 
 
 def _sphere(legs: Legs, strut: Strut, way: Sequence[Joint], still: Mapping[str, sp.Expr]) -> Sphere:
-    """The sphere on which a strut holds the platform's origin."""
+    """Returns the sphere on which a strut keeps the platform's origin."""
     on_a = way[0] in legs.mechanism.way(strut.a.body)
     moved, fixed = (strut.a, strut.b) if on_a else (strut.b, strut.a)
     _, offset = pose_of(legs.mechanism, legs.terms, moved, still)
@@ -186,7 +186,7 @@ def _sphere(legs: Legs, strut: Strut, way: Sequence[Joint], still: Mapping[str, 
 
 
 def _distinct(terms: Terms, spheres: Sequence[Sphere]) -> list[Sphere]:
-    """The spheres that differ: parallel rods of the same length share a sphere."""
+    """Returns the distinct spheres; parallel rods of equal length share a sphere."""
     entries = [entry for sphere in spheres for entry in (*sphere.centre, sphere.square)]
     generic = GenericPoint(terms, coordinates_in(terms, entries))
     found: list[Sphere] = []
@@ -203,16 +203,16 @@ def _are_equal(numbers: Sequence[sp.Expr], others: Sequence[sp.Expr]) -> bool:
     return all(abs(a - b) < ZERO_COMPONENT for a, b in zip(numbers, others, strict=True))
 
 
-# --- where three spheres meet ---
+# --- intersection of three spheres ---
 
 
 @dataclass(frozen=True)
 class _Meeting:
-    """Where three spheres meet, up to the sign of the root.
+    """The intersection of three spheres, up to the sign of the root.
 
-    From the first centre, with u and v to the others and w = u x v:
-    p . u = alpha and p . v = beta give n = alpha (v x w) + beta (w x u), and
-    p = n / w^2 + sign w sqrt(h^2 / w^2), h^2 = l^2 - n^2 / w^4.
+    Relative to the first center, u and v point to the other centers, and w = u x v. The equations p
+    . u = alpha and p . v = beta give n = alpha (v x w) + beta (w x u). Then p = n / w^2 + sign w
+    sqrt(h^2 / w^2), h^2 = l^2 - n^2 / w^4.
     """
 
     terms: Terms
@@ -246,7 +246,7 @@ def _meeting(
 def _distance(
     legs: Legs, position: Vector, axes: Sequence[Vector], sliders: Sequence[Joint]
 ) -> float:
-    """The distance of a position from the reference's, in parts of the mechanism's size."""
+    """Returns the distance of a position from the reference, relative to the size."""
     of = legs.reference.of
     hints = legs.reference.hints_of([joint.name for joint in sliders])
     p = [of(entry) for entry in position]
@@ -263,7 +263,7 @@ def _distance(
 
 
 def _note_rates(legs: Legs, position: Vector, centres: Sequence[Vector]) -> None:
-    """The rates of the position, from (p - c_i) . (p' - c_i') = 0."""
+    """Records the rates of the position, from (p - c_i) . (p' - c_i') = 0."""
     terms = legs.terms
     normals = [subtracted(terms, position, centre) for centre in centres]
     pairs = [(normals[k - 2], normals[k - 1]) for k in range(SPHERES)]
@@ -283,7 +283,7 @@ def _rate_on_spheres(
     sign: sp.Integer,
     tangent: Tangent,
 ) -> sp.Expr:
-    """The rate of one component of a point that stays on moving spheres."""
+    """Returns the rate of one component of a point that stays on moving spheres."""
     terms = tangent.terms
     along = named(
         terms,

@@ -1,4 +1,4 @@
-"""A leg on balls that turns a revolute joint: a circle meets a sphere."""
+"""A ball-ended leg that moves a revolute joint: a circle intersects a sphere."""
 
 import cmath
 import math
@@ -30,10 +30,10 @@ OPENING = "Let, with $z$ along the joint,"
 
 @dataclass(frozen=True, kw_only=True)
 class TurningLeg(LegStep):
-    """Two circles in the plane of the joint: the sphere cuts it in the second one.
+    """Two circles in the plane normal to the joint; the second is a section of the sphere.
 
     Attributes:
-        circles: In the joint's axes; w is the projection of the leg.
+        circles: The circles in the joint's axes; w is the projection of the leg.
         square: The leg's squared length.
     """
 
@@ -54,7 +54,7 @@ class TurningLeg(LegStep):
         terms, let = legs.terms, legs.terms.let
         tip, target, joint = reach.tip, reach.target, reach.joint
         if any(_is_on_axis(legs, let(x**2 + y**2)) for x, y, _ in (tip, target)):
-            # It keeps its distance from the other end.
+            # The distance between the ends does not depend on the joint.
             return False
         height = let(target[2] - tip[2])
         flat = let(reach.square - height**2)
@@ -68,7 +68,7 @@ class TurningLeg(LegStep):
         angle = terms.solved_angle(c, s)
         legs.known.loops.setdefault(angle, rate_of_first(found, c, s))
         legs.known.values[joint.name] = joint.direction * angle
-        # That of the whole leg: the square of its projection is below 0 out of its reach.
+        # The margin belongs to the whole leg; its squared projection is negative out of reach.
         margin = let(found.margin * let(flat / reach.square))
         legs.known.steps.append(
             cls(
@@ -85,7 +85,7 @@ class TurningLeg(LegStep):
         return True
 
     def equations(self) -> StepEquations:
-        """The intersection of two circles; the margin belongs to the whole leg."""
+        """Returns the intersection of two circles; the margin belongs to the whole leg."""
         flat = circle_equations(self.circles, self.sign, *self.solved)
         square = quantity("l^2")
         assert flat.margin is not None
@@ -94,18 +94,19 @@ class TurningLeg(LegStep):
 
     @property
     def remark(self) -> str:
-        """The side on which the leg's end stands."""
+        """A sentence on the side of the leg's end."""
         return side_remark(self.sign)
 
 
 def _is_on_axis(legs: Legs, square: sp.Expr) -> bool:
-    """Whether an end stays on the joint's axis, by the square of its distance from it."""
-    # Off the axis at the reference is off it; only a zero there needs all values.
+    """Whether an end stays on the joint's axis, from its squared distance to the axis."""
+    # An end off the axis at the reference is off the axis in general; only a zero needs the full
+    # test.
     return legs.reference.of(square) < OFF_AXIS and vanishes(legs.terms, square)
 
 
 def _angle_at_reference(legs: Legs, v: Arm, w: Arm, D: Arm, sign: int) -> float:
-    """The angle of a leg's joint, in numbers; NaN where the leg does not reach."""
+    """Returns the numerical angle of a leg's joint; NaN if the leg is out of reach."""
     d, u = legs.reference.number(D.vector), legs.reference.number(v.vector)
     square = legs.reference.of(w.square)
     C = meeting(abs(u), math.sqrt(square), d, sign) if square >= 0 and u != 0 else None

@@ -1,12 +1,12 @@
-"""A rod on a universal joint and a ball: its length leads its centre, then it points to the ball.
+"""A rod between a universal joint and a ball: its length and its two angles.
 
-The axes of the two last joints before a ball meet in a point, the joint's centre. The ball is at a
-constant distance from it, so that a leg between centre and ball determines the joint that moves
-one of them, as a strut on balls does. Where both are known, the rod's direction gives both angles,
-on two branches: the fork turned by half a turn, and the rod by the supplement.
+The axes of the last two joints before a ball meet in a point, the joint's center. The ball has a
+constant distance from the center. A ball-ended leg between center and ball therefore determines a
+joint that moves one of them. If both points are known, the rod's direction gives both angles on two
+branches: the fork rotates by half a turn, and the rod by the supplementary angle.
 
 Source:
-    Hunt, Kinematic Geometry of Mechanisms, 1978, ch. 13, for RSUR as a four-bar of space.
+    Hunt, Kinematic Geometry of Mechanisms, 1978, ch. 13, for RSUR as a spatial four-bar.
 """
 
 import cmath
@@ -41,21 +41,21 @@ from .body_frames import pose_of
 from .struts import SIGNS, Legs
 
 FORKS = {1: "forward", -1: "turned over"}
-"""Both positions of the joint's fork for one direction of the rod."""
+"""Both fork positions for one direction of the rod."""
 
 
 @dataclass(frozen=True)
 class UniversalJoint:
-    """Two revolute joints whose axes meet, and the ball at the end of the rod on them.
+    """Two revolute joints with intersecting axes, and the ball at the end of their rod.
 
     Attributes:
         closure: The closure of the ball.
-        first: The joint that turns the fork.
-        second: The joint that turns the rod on the fork.
+        first: The joint that rotates the fork.
+        second: The joint that rotates the rod on the fork.
         target: The ball's frame on the other body.
-        axes: The first joint's x, y and z axes where it is at zero, in the second's axes.
-        tip: From the centre to the ball where the second joint is at zero, in its axes (metre).
-        rod: The rod from the centre to the ball, as a strut on balls.
+        axes: The first joint's x, y and z axes at joint value zero, in the second joint's axes.
+        tip: From the center to the ball at zero of the second joint, in its axes (metre).
+        rod: The ball-ended rod from the center to the ball.
     """
 
     closure: Closure
@@ -68,10 +68,10 @@ class UniversalJoint:
 
     @classmethod
     def of(cls, legs: Legs, loop: Loop) -> "UniversalJoint | None":
-        """The universal joint before the ball of a closure; None where there is none.
+        """Returns the universal joint before the ball of a closure; None if there is none.
 
-        A pin is such a ball where its axis passes through the joint's centre, as in a spherical
-        linkage: any other point of the axis tells its direction.
+        A pin whose axis passes through the joint's center acts like a ball, as in a spherical
+        linkage. Any other point of the axis then determines the pin's direction.
         """
         pins = (_of_pin(legs, points) for points in pin_ends(legs, loop))
         ends = [*ball_ends(legs, loop), *(end for end in pins if end is not None)]
@@ -79,12 +79,12 @@ class UniversalJoint:
         return next((joint for joint in found if joint is not None), None)
 
     def solved(self, legs: Legs) -> bool:
-        """Solves for both angles where the ball and the centre are known."""
+        """Solves for both angles if the ball and the center are known."""
         return UniversalLeg.use(legs, self)
 
 
 def _of_pin(legs: Legs, points: tuple[BallEnd, BallEnd]) -> BallEnd | None:
-    """The point of a pin that tells its direction; None where the pin misses the centre."""
+    """Returns a pin point off the joint's center; None if the pin axis misses the center."""
     forks = [_fork_and_tip(legs, end) for end in points]
     if forks[0] is None or forks[1] is None:
         return None
@@ -93,7 +93,7 @@ def _of_pin(legs: Legs, points: tuple[BallEnd, BallEnd]) -> BallEnd | None:
 
 
 def _fork_and_tip(legs: Legs, end: BallEnd) -> tuple[Fork, Vector] | None:
-    """The fork of the last two unknown joints, and the way to the end in the second one's axes."""
+    """Returns the fork of the last two unknown joints, and the end in the second joint's axes."""
     places = end.last("revolute", "revolute")
     fork = fork_of(legs, end.way, *places) if places else None
     if fork is None:
@@ -103,7 +103,7 @@ def _fork_and_tip(legs: Legs, end: BallEnd) -> tuple[Fork, Vector] | None:
 
 
 def _joint_before(legs: Legs, end: BallEnd) -> UniversalJoint | None:
-    """The last two unknown joints of a way, where their axes meet off the ball."""
+    """Returns the last two unknown joints, if their axes intersect off the ball."""
     found, terms = _fork_and_tip(legs, end), legs.terms
     if found is None:
         return None
@@ -122,7 +122,7 @@ class UniversalLeg(LoopStep):
 
     Attributes:
         joint: The universal joint.
-        direction: From its centre to the ball, in the first joint's axes (metre).
+        direction: From the joint's center to the ball, in the first joint's axes (metre).
     """
 
     joint: UniversalJoint
@@ -138,7 +138,7 @@ class UniversalLeg(LoopStep):
 
     @classmethod
     def use(cls, legs: Legs, joint: UniversalJoint) -> bool:
-        """Solves for both angles where the ball and the centre are known."""
+        """Solves for both angles if the ball and the center are known."""
         unknown = [j.name for j in (*legs.unknown(joint.target), *legs.unknown(joint.rod.a))]
         values = legs.known.values
         if unknown or joint.first.name in values or joint.second.name in values:
@@ -170,7 +170,7 @@ class UniversalLeg(LoopStep):
         return True
 
     def equations(self) -> StepEquations:
-        """The angle of the rod from the part of D along the fork's axis, then the fork's."""
+        """Returns the rod's angle from D's component along the fork axis, then the fork's angle."""
         A, B, C, D, E, F = (components(letter, SPACE) for letter in "ABCDEF")
         V = components("V")
         n, h, a, b = map(quantity, "nhab")
@@ -202,7 +202,7 @@ class UniversalLeg(LoopStep):
 
     @property
     def remark(self) -> str:
-        """The other branch."""
+        """A sentence on the other branch."""
         return (
             "The other sign of ${h}$ turns the fork over: the rod points the same way from its"
             " other side."
@@ -210,11 +210,11 @@ class UniversalLeg(LoopStep):
 
 
 class _Aim:
-    """The rod's direction, and what both angles have in common on both branches.
+    """The rod's direction, and intermediate results shared by both branches.
 
-    With a the first axis and b the rod, in the second joint's axes, and C = b turned by its angle:
-    a . C = D_z; so C_xy = (a_xy n + sign h (z x a_xy)) / a_xy^2 with n = D_z - a_z b_z and
-    h^2 = a_xy^2 b_xy^2 - n^2.
+    In the second joint's axes, a is the first axis, b is the rod, and C is b rotated by the second
+    angle. Then a . C = D_z, so C_xy = (a_xy n + sign h (z x a_xy)) / a_xy^2 with n = D_z - a_z b_z
+    and h^2 = a_xy^2 b_xy^2 - n^2.
     """
 
     def __init__(self, terms: Terms, joint: UniversalJoint, direction: Vector) -> None:
@@ -229,7 +229,7 @@ class _Aim:
         self.h = let(sp.sqrt(self.inside))
 
     def turned(self, sign: int) -> tuple[sp.Expr, sp.Expr]:
-        """The rod's part across the second axis."""
+        """Returns the rod's component normal to the second axis."""
         let, (ax, ay, _) = self.terms.let, self.joint.axes[2]
         return (
             let(let(ax * self.n - sign * ay * self.h) / self.across),
@@ -237,13 +237,13 @@ class _Aim:
         )
 
     def on_fork(self, C: tuple[sp.Expr, sp.Expr]) -> Arm:
-        """The rod's part across the first axis, in the fork's axes."""
+        """Returns the rod's component normal to the first axis, in the fork's axes."""
         rod = (*C, self.joint.tip[2])
         x, y = (dot(self.terms, axis, rod) for axis in self.joint.axes[:2])
         return Arm((x, y), ZERO, self.terms.let(x**2 + y**2))
 
     def angles(self, sign: int, legs: Legs) -> tuple[sp.Symbol, sp.Symbol]:
-        """The first and the second angle, with their rates."""
+        """Returns the first and the second angle, with their rates."""
         terms, flat = self.terms, (self.direction[0], self.direction[1])
         C = self.turned(sign)
         V = self.on_fork(C)
@@ -254,7 +254,7 @@ class _Aim:
         return first, second
 
     def _rate_of_second(self, sign: int, second: sp.Symbol) -> LoopRate:
-        """From h psi' = a . (b' turned by psi) - D_z'; b moves where a slide follows the joint."""
+        """Returns the rate psi' from h psi' = a . (b' rotated by psi) - D_z'."""
         (ax, ay, az), (bx, by, bz) = self.joint.axes[2], self.joint.tip
         h = self.terms.let(sign * self.h)
 
@@ -268,7 +268,7 @@ class _Aim:
         return rate
 
     def distance(self, legs: Legs, sign: int) -> float:
-        """How far both angles are from the reference's (radian); NaN where the rod does not fit."""
+        """Returns the distance of both angles from the reference (radian); NaN out of reach."""
         of = legs.reference.of
         C = self.turned(sign)
         if math.isnan(of(C[0])):

@@ -118,5 +118,5 @@ def test_redundant_loops_have_no_parametric_functions():
     mechanism = load(ROBOTS / "five_bar.toml")
     (rod,) = mechanism.struts
     again = replace(rod, name="again", swing="again_swing")
-    with pytest.raises(RobotError, match="2 equations of its loops for 1 unknown"):
+    with pytest.raises(RobotError, match="2 loop equations for 1 unknown"):
         ParametricLoops(Hybrid(replace(mechanism, struts=(rod, again))))
