@@ -138,8 +138,8 @@ def test_joint_errors_page_examples_run(tmp_path):
         f'joints = [{{ name = "shoulder", a = 300 }}, {{ name = "elbow", a = 200 }}]\n{drives}'
     )
     shown = np.array([0.3, 0.5])
-    names = run("reference/joint-errors.md", {"chasles": chasles, "m": shown})
-    assert np.abs(names["m"] - shown).max(-1).min() < 1e-12
+    names = run("reference/joint-errors.md", {"chasles": chasles, "r": shown})
+    assert np.abs(names["r"] - shown).max(-1).min() < 1e-12
 
 
 def measured(robot):

@@ -34,9 +34,9 @@ def robot_file(robot: Robot, p: FloatArray, name: str, source: str, nominal: str
         nominal: Name or file of the nominal robot, from which the inverse of a robot with loops is
             led; without it lengths on a grid are tried.
 
-    Gains and waves of drives are written as transmissions, and springs with the links that they
-    bear: the functions of the calibrated robot take true coordinates, and its `joints_from_motors`
-    and `motors_from_joints` convert.
+    Gains and waves of drives become transmissions, and joint compliances become springs. The
+    functions of the calibrated robot take true coordinates; its `coordinates_from_readings` and
+    `readings_from_coordinates` convert.
 
     Raises:
         InputValueError: A coordinate moves several joints.

@@ -141,7 +141,7 @@ def _calibrate(options: argparse.Namespace) -> int:
         options.to.write_text(text, encoding="utf-8")
         print(f"\nwritten: {options.to}")
         if "[[transmissions]]" in text:
-            print("its functions take true coordinates, joints_from_motors(m)")
+            print("its functions take true coordinates, coordinates_from_readings(r)")
     return 0
 
 

@@ -1,13 +1,14 @@
-"""The laws between the coordinates that a controller shows and the true ones, in both directions.
+"""Equations between the readings of a controller and the true coordinates, in both directions.
 
-A calibration finds gains and waves of drives, and springs that yield to gravity, beside the
+A calibration finds gains and waves of drives, and springs that yield to gravity, along with the
 geometry. All other functions take the true coordinates q; these two convert between q and the
-values m that the controller shows, so that
+readings r of the controller, so that
 
-    T = fk(joints_from_motors(m))    and    m = motors_from_joints(q), q one of ik(T).
+    T = fk(coordinates_from_readings(r))
+    r = readings_from_coordinates(q), q one of ik(T).
 
-The way back is Newton's iteration from m = q / gain, whose steps square the error, for each drive
-alone; springs couple the coordinates, and each round takes the sag at the m of the round before.
+The inverse is Newton's iteration from r = q / gain for each drive alone; its steps square the
+error. Springs couple the coordinates, and each round takes the sag at the r of the round before.
 """
 
 from collections.abc import Sequence
@@ -25,7 +26,7 @@ from ..terms.terms import Terms
 from .gravity import gravity_torques, most_stiffness
 from .kinematics import coordinates
 
-TRANSMISSIONS = ("joints_from_motors", "motors_from_joints")
+TRANSMISSIONS = ("coordinates_from_readings", "readings_from_coordinates")
 """The functions of robots with transmissions or springs."""
 _STEPS = 3
 _ROUNDS = 12
@@ -47,24 +48,24 @@ def transmissions(robot: Described, terms: Terms, q: Argument) -> dict[str, Symb
         return {}
     given = {law.of: law for law in robot.transmissions}
     laws = [given.get(c.name, Transmission(c.name)) for c in robot.coordinates]
-    shown = coordinates("m", len(laws))
-    m = Argument("m", shown, q.shape, q.unit, "coordinates as the controller shows them")
+    shown = coordinates("r", len(laws))
+    r = Argument("r", shown, q.shape, q.unit, "readings of the controller")
     both = _Laws(terms, laws, _Sag.of(robot, springs) if isinstance(robot, SerialRobot) else None)
     return {
         TRANSMISSIONS[0]: _made(
             TRANSMISSIONS[0],
-            "True coordinates from those that the controller shows.",
-            f"q = gain m + waves(m){' + compliance tau(m)' if springs else ''}",
-            m,
+            "True coordinates from the readings of the controller.",
+            f"q = gain r + waves(r){' + compliance tau(r)' if springs else ''}",
+            r,
             Result("q", both.true(shown), q.shape, q.unit, q.meaning),
             terms,
         ),
         TRANSMISSIONS[1]: _made(
             TRANSMISSIONS[1],
-            "Coordinates as the controller takes them, from the true ones.",
-            "joints_from_motors(motors_from_joints(q)) = q",
+            "Readings of the controller at true coordinates.",
+            "coordinates_from_readings(readings_from_coordinates(q)) = q",
             q,
-            Result("m", both.shown(q.symbols), q.shape, q.unit, m.meaning),
+            Result("r", both.shown(q.symbols), q.shape, q.unit, r.meaning),
             terms,
         ),
     }
@@ -92,12 +93,12 @@ class _Sag:
                 )
         return cls(springs, chain)
 
-    def at(self, terms: Terms, m: Sequence[sp.Expr]) -> list[sp.Expr]:
+    def at(self, terms: Terms, r: Sequence[sp.Expr]) -> list[sp.Expr]:
         """How far each joint gives way."""
         load = self.chain.load
         if load is None:
-            return [sp.S.Zero for _ in m]
-        torques = gravity_torques(self.chain, load, terms, m).values
+            return [sp.S.Zero for _ in r]
+        torques = gravity_torques(self.chain, load, terms, r).values
         rows = zip(self.springs.rows, torques, strict=True)
         return [terms.let(row.compliance * torque) for row, torque in rows]
 
@@ -110,23 +111,23 @@ class _Laws:
     laws: Sequence[Transmission]
     sag: _Sag | None
 
-    def true(self, m: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-        """The named true values at m."""
-        driven = [_value(self.terms, law, s) for law, s in zip(self.laws, m, strict=True)]
+    def true(self, r: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
+        """The named true values at r."""
+        driven = [_value(self.terms, law, s) for law, s in zip(self.laws, r, strict=True)]
         if self.sag is None:
             return tuple(driven)
-        sags = self.sag.at(self.terms, m)
+        sags = self.sag.at(self.terms, r)
         return tuple(self.terms.let(a + b) for a, b in zip(driven, sags, strict=True))
 
     def shown(self, q: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-        """The named values m of true ones."""
-        m = self._driven_back(q)
+        """The named values r of true ones."""
+        r = self._driven_back(q)
         if self.sag is None:
-            return m
+            return r
         for _ in range(_ROUNDS):
-            sags = self.sag.at(self.terms, m)
-            m = self._driven_back([self.terms.let(a - b) for a, b in zip(q, sags, strict=True)])
-        return m
+            sags = self.sag.at(self.terms, r)
+            r = self._driven_back([self.terms.let(a - b) for a, b in zip(q, sags, strict=True)])
+        return r
 
     def _driven_back(self, q: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
         return tuple(_inverted(self.terms, law, s) for law, s in zip(self.laws, q, strict=True))
@@ -145,30 +146,30 @@ def _chain(robot: SerialRobot, springs: Springs) -> tuple[SerialRobot, Load]:
     return SerialRobot(robot.name, tuple(joints), load=load), load
 
 
-def _value(terms: Terms, law: Transmission, m: sp.Expr) -> sp.Expr:
-    """The named value of a drive at m."""
+def _value(terms: Terms, law: Transmission, r: sp.Expr) -> sp.Expr:
+    """The named value of a drive at r."""
     sin1, cos1, sin2, cos2 = law.waves
     if not any(law.waves):
-        return terms.let(law.gain * m)
-    c, s = terms.cos_sin(m)
+        return terms.let(law.gain * r)
+    c, s = terms.cos_sin(r)
     double = 2 * sin2 * s * c + cos2 * (c**2 - s**2)
-    return terms.let(law.gain * m + sin1 * s + cos1 * c + double)
+    return terms.let(law.gain * r + sin1 * s + cos1 * c + double)
 
 
-def _rate(terms: Terms, law: Transmission, m: sp.Expr) -> sp.Expr:
-    """The named derivative of a drive's value by m."""
+def _rate(terms: Terms, law: Transmission, r: sp.Expr) -> sp.Expr:
+    """The named derivative of a drive's value by r."""
     sin1, cos1, sin2, cos2 = law.waves
-    c, s = terms.cos_sin(m)
+    c, s = terms.cos_sin(r)
     double = 2 * sin2 * (c**2 - s**2) - 4 * cos2 * s * c
     return terms.let(law.gain + sin1 * c - cos1 * s + double)
 
 
 def _inverted(terms: Terms, law: Transmission, q: sp.Expr) -> sp.Expr:
-    """The named m of a drive's value."""
-    m = terms.let(q / law.gain)
+    """The named r of a drive's value."""
+    r = terms.let(q / law.gain)
     for _ in range(_STEPS if any(law.waves) else 0):
-        m = terms.let(m - (_value(terms, law, m) - q) / _rate(terms, law, m))
-    return m
+        r = terms.let(r - (_value(terms, law, r) - q) / _rate(terms, law, r))
+    return r
 
 
 def _made(

@@ -174,17 +174,17 @@ class Load:
 
 @dataclass(frozen=True)
 class Transmission:
-    """The law between what a controller takes for a coordinate and the coordinate's true value.
+    """The equation between the reading of a controller for a coordinate and its true value.
 
-    With m the value that the controller shows,
+    With r the reading,
 
-        q = gain m + sin1 sin m + cos1 cos m + sin2 sin 2m + cos2 cos 2m,
+        q = gain r + sin1 sin r + cos1 cos r + sin2 sin 2r + cos2 cos 2r,
 
     where the waves stand for eccentric encoders and gears; sliding coordinates have none.
 
     Attributes:
         of: Name of the coordinate.
-        gain: True motion per unit of m.
+        gain: True motion per unit of r.
         waves: sin1, cos1, sin2 and cos2 (radian).
 
     Raises:
@@ -240,11 +240,11 @@ class Spring:
 class Springs:
     """The springs by which the joints of an arm yield to gravity.
 
-    With m the values that the controller shows, the coordinates are those of the drives at m and
+    With r the readings of the controller, the coordinates are the values of the drives at r plus
 
-        compliance_k tau_k(m)
+        compliance_k tau_k(r),
 
-    beside, where tau is the torque of gravity on the chain of the springs' own axes and links.
+    where tau is the torque of gravity on the chain of the springs' own axes and links.
 
     Attributes:
         rows: A spring for each coordinate, in their order.
@@ -277,7 +277,7 @@ class SerialRobot:
             no part of the robot's identity.
         load: The weights under which its joints sag; None where they are rigid.
         transmissions: The laws of coordinates whose drives do not run true.
-        springs: The springs between the coordinates that the controller shows and the true ones;
+        springs: The springs between the readings of the controller and the true coordinates;
             None where the joints are rigid.
 
     Raises:

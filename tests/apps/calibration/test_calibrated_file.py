@@ -29,7 +29,7 @@ def mine(arm, driven, tmp_path_factory):
     folder = tmp_path_factory.mktemp("mine")
     path = folder / "mine.toml"
     path.write_text(robot_file(arm, driven[0], "mine", "a test"))
-    functions = ["fk", "ik", "joints_from_motors", "motors_from_joints"]
+    functions = ["fk", "ik", "coordinates_from_readings", "readings_from_coordinates"]
     return compiled(load(path), folder / "mine", functions, ["c"])
 
 
@@ -57,14 +57,14 @@ def test_robot_file_reproduces_fk_with_prismatic_joints_and_offsets(loaded, tmp_
 
 
 def test_robot_file_reproduces_identified_transmissions(arm, driven, mine):
-    p, m = driven
-    q = mine.joints_from_motors(m)
-    assert np.abs(q - m).max() > 1e-2
-    assert_allclose(mine.motors_from_joints(q), m, rtol=0, atol=1e-14)
-    assert_allclose(mine.fk(q), arm.fk_p(m, p), rtol=0, atol=1e-13)
+    p, r = driven
+    q = mine.coordinates_from_readings(r)
+    assert np.abs(q - r).max() > 1e-2
+    assert_allclose(mine.readings_from_coordinates(q), r, rtol=0, atol=1e-14)
+    assert_allclose(mine.fk(q), arm.fk_p(r, p), rtol=0, atol=1e-13)
     found = mine.ik(mine.fk(q))
-    back = arm.fk_p(mine.motors_from_joints(found.q), p)
-    gaps = np.abs(back - arm.fk_p(m, p)[:, None]).max((-2, -1))[found.valid]
+    back = arm.fk_p(mine.readings_from_coordinates(found.q), p)
+    gaps = np.abs(back - arm.fk_p(r, p)[:, None]).max((-2, -1))[found.valid]
     assert len(gaps) > 1000
     assert gaps.max() < 1e-10
 

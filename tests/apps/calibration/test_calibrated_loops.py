@@ -216,13 +216,13 @@ def test_robot_file_reproduces_identified_loop_robot(tmp_path):
     p[drives] += random.uniform(-1e-3, 1e-3, drives.sum())
     path = tmp_path / "mine.toml"
     path.write_text(robot_file(robot, p, "mine", "a test"))
-    converted = ["joints_from_motors", "motors_from_joints"]
+    converted = ["coordinates_from_readings", "readings_from_coordinates"]
     mine = compiled(load(path), tmp_path / "mine", ["fk", "chain", "actuators", *converted], ["c"])
-    m = around(robot, random, 200)
-    q, T = mine.joints_from_motors(m), robot.fk_p(m, p)
+    r = around(robot, random, 200)
+    q, T = mine.coordinates_from_readings(r), robot.fk_p(r, p)
     closed = np.isfinite(T).all((-2, -1))
     assert closed.sum() > 150
-    assert_allclose(mine.motors_from_joints(q), m, rtol=0, atol=1e-14)
+    assert_allclose(mine.readings_from_coordinates(q), r, rtol=0, atol=1e-14)
     assert_allclose(mine.fk(q)[closed], T[closed], rtol=0, atol=1e-12)
     assert_allclose(mine.actuators(mine.chain(q))[closed], q[closed], rtol=0, atol=1e-12)
 

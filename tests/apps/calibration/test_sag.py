@@ -107,7 +107,7 @@ link = "plate"
 mass = "2.5"
 at = ["0.1", "0.02", "-0.3"]
 """
-FUNCTIONS = ["fk", "joints_from_motors", "motors_from_joints"]
+FUNCTIONS = ["fk", "coordinates_from_readings", "readings_from_coordinates"]
 
 
 def sagging(arm, random, soft=slice(None)):
@@ -121,23 +121,23 @@ def sagging(arm, random, soft=slice(None)):
 
 
 def check_file(arm, folder, functions, seed, soft=slice(None)):
-    """The calibrated arm reaches what the model says, from what the controller shows and back."""
+    """The calibrated arm reaches the poses of the model from readings, and gives them back."""
     random = np.random.default_rng(seed)
     p, shown = sagging(arm, random, soft), random.uniform(-0.5, 1, (500, arm.n))
     mine = compiled(loads(robot_file(arm, p, "mine", "simulated")), folder, functions, ["c"])
-    true = mine.joints_from_motors(shown)
+    true = mine.coordinates_from_readings(shown)
     rigid = np.where(part(arm, "compliance"), 0, p)
     T = arm.fk_p(shown, p)
     assert np.abs(T - arm.fk_p(shown, rigid)).max() > 1e-4
     assert_allclose(mine.fk(true), T, rtol=0, atol=1e-12)
-    assert_allclose(mine.motors_from_joints(true), shown, rtol=0, atol=1e-14)
+    assert_allclose(mine.readings_from_coordinates(true), shown, rtol=0, atol=1e-14)
     return mine, p, T
 
 
 def test_robot_file_with_springs_reproduces_sag_and_ik(arm, tmp_path):
     mine, p, T = check_file(arm, tmp_path, [*FUNCTIONS, "ik"], 3, soft=[2])
     found = mine.ik(T)
-    back = arm.fk_p(mine.motors_from_joints(found.q), p)
+    back = arm.fk_p(mine.readings_from_coordinates(found.q), p)
     gaps = np.abs(back - T[:, None]).max((-2, -1))[found.valid]
     assert found.valid.any(-1).all()
     assert gaps.max() < 1e-10
