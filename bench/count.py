@@ -21,7 +21,6 @@ from pathlib import Path
 import chasles
 import chasles.derive
 from chasles.contract import SUPPORT
-from chasles.derive.emit.languages import EMITTERS
 from tests.support.native import compiler_version
 from tests.support.oracles.screws import ROBOTS
 
@@ -279,9 +278,8 @@ def python_calls() -> dict[str, int]:
 def _with_called_functions(name: str, folder: Path) -> str:
     """A shipped robot, derived again with the functions that are called and no others."""
     target = folder / name
-    emitters = [emitter for emitter in EMITTERS if emitter.language in ("c", "python")]
-    described = chasles.derive.load(ROBOTS / f"{name}.toml")
-    chasles.derive.write(described, target, CALLED, emitters)
+    described = chasles.derive.read(ROBOTS / f"{name}.toml")
+    chasles.derive.write(described, target, functions=CALLED, languages=("c", "python"))
     return str(target)
 
 

@@ -1,8 +1,8 @@
 """The compiler: a robot's description becomes equations, LaTeX and C.
 
-    >>> from chasles.derive import load, derive, write
-    >>> robot = load("my_robot.toml")
-    >>> write(robot, "generated/my_robot")
+    >>> from chasles.derive import read, write
+    >>> robot = read("my_robot.toml")
+    >>> write(robot, "robots/my_robot")
 
 Each name is imported at its first use, so that the check for outdated robots needs no SymPy.
 """
@@ -12,23 +12,23 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .build.generate import artifacts as artifacts
+    from .build.casadi_functions import casadi_function as casadi_function
+    from .build.generate import files as files
     from .build.generate import write as write
-    from .chain.kinematics import FUNCTIONS as FUNCTIONS
-    from .chain.poe import to_poe as to_poe
+    from .chain.poe import product_of_exponentials as product_of_exponentials
     from .derivation import Derivation as Derivation
     from .derivation import derive as derive
-    from .description.conventions.suited import suited as suited
-    from .description.importers.chains import from_file as from_file
-    from .description.importers.ur_calibration import calibrated as calibrated
+    from .description.conventions.suited import (
+        with_suitable_conventions as with_suitable_conventions,
+    )
+    from .description.importers.ur_calibration import apply_calibration as apply_calibration
     from .description.robot_files import DescriptionError as DescriptionError
-    from .description.robot_files import load as load
-    from .description.robot_files import loads as loads
-    from .description.urdf import from_urdf as from_urdf
-    from .emit.casadi_file import casadi_function as casadi_function
+    from .description.robot_files import read as read
+    from .description.robot_files import read_text as read_text
     from .inverse.explanation import Explanation as Explanation
     from .inverse.explanation import explain as explain
     from .loops.mobility import Mobility as Mobility
+    from .loops.mobility import kutzbach as kutzbach
     from .loops.mobility import mobility as mobility
     from .model.errors import RobotError as RobotError
     from .model.mechanism import Closure as Closure
@@ -53,30 +53,50 @@ NOT_INSTALLED = "the compiler is not installed: pip install 'chasles[derive]'"
 LIBRARIES = ("sympy", "casadi", "lxml", "typer", "rich")
 """The packages of the extra `derive`."""
 _ROOMS = {
-    "emit.casadi_file": ("casadi_function",),
-    "description.robot_files": ("DescriptionError", "load", "loads"),
-    "loops.mobility": ("Mobility", "mobility"),
+    "build.casadi_functions": ("casadi_function",),
+    "build.generate": (
+        "files",
+        "write",
+    ),
+    "chain.poe": ("product_of_exponentials",),
+    "derivation": (
+        "Derivation",
+        "derive",
+    ),
+    "description.conventions.suited": ("with_suitable_conventions",),
+    "description.importers.ur_calibration": ("apply_calibration",),
+    "description.robot_files": (
+        "DescriptionError",
+        "read",
+        "read_text",
+    ),
+    "inverse.explanation": (
+        "Explanation",
+        "explain",
+    ),
+    "loops.mobility": (
+        "Mobility",
+        "kutzbach",
+        "mobility",
+    ),
     "model.errors": ("RobotError",),
-    "build.generate": ("artifacts", "write"),
-    "model.mechanism": ("Closure", "Drive", "Frame", "Mechanism", "Strut"),
-    "chain.poe": ("to_poe",),
+    "model.mechanism": (
+        "Closure",
+        "Drive",
+        "Frame",
+        "Mechanism",
+        "Strut",
+    ),
     "model.robot": (
         "Joint",
         "Mimic",
         "Parameter",
-        "SerialRobot",
         "Rotation",
+        "SerialRobot",
         "Translation",
     ),
-    "derivation": ("Derivation", "derive"),
-    "inverse.explanation": ("Explanation", "explain"),
-    "chain.kinematics": ("FUNCTIONS",),
-    "description.conventions.suited": ("suited",),
     "quality.model_report": ("model_report",),
     "quality.quality_report": ("ModelReport",),
-    "description.urdf": ("from_urdf",),
-    "description.importers.chains": ("from_file",),
-    "description.importers.ur_calibration": ("calibrated",),
 }
 _ROOM_OF = {name: room for room, names in _ROOMS.items() for name in names}
 __all__ = [*_ROOM_OF]  # noqa: PLE0604

@@ -12,7 +12,7 @@ from .chain.parametric import PARAMETRIC, Parametric
 from .chain.parametric import ROLES as PARAMETRIC_ROLES
 from .chain.rigid_bodies import RigidBodies
 from .chain.transmissions import transmissions
-from .inverse.chosen_joints import hybrid_inverses_for_given, inverses_for_given
+from .inverse.chosen_joints import hybrid_inverses_for_fixed, inverses_for_fixed
 from .inverse.families import FAMILIES
 from .inverse.families.family import Family
 from .inverse.mechanisms import backward_inverse, leg_inverse, mode_check
@@ -97,12 +97,12 @@ class Derivation:
 
 
 def derive(
-    robot: Described,
-    functions: Sequence[str] | None = None,
-    families: tuple[Family, ...] = FAMILIES,
-    give: Sequence[str] = (),
+    description: Described,
     *,
+    functions: Sequence[str] | None = None,
+    fixed: str | Sequence[str] = (),
     parametric: bool = False,
+    families: tuple[Family, ...] = FAMILIES,
 ) -> Derivation:
     """Derives the functions of a robot: kinematics of its tool, and the maps through its loops.
 
@@ -110,20 +110,22 @@ def derive(
     the order of ``functions``.
 
     Args:
-        robot: A serial robot or a mechanism, from a file, a URDF or built in Python.
+        description: A serial robot or a mechanism, from :func:`~chasles.derive.read` or built in
+            Python.
         functions: Names of functions; all functions of the robot by default.
+        fixed: Names of the joints whose values ``ik`` takes after the pose; () for the joints that
+            a redundant robot needs.
+        parametric: Whether functions of the geometry, such as ``fk_p``, are derived too.
         families: The families of inverses to try, in order.
-        give: Names of the joints whose values ``ik`` shall take beside the pose; () for those that
-            the structure of a redundant robot needs.
-        parametric: Whether :data:`~chasles.derive.chain.parametric.PARAMETRIC` are derived too.
 
     Raises:
         RobotError: The robot has no function of a name, a loop does not close at the reference, the
             actuated coordinates of a mechanism are not as many as its freedoms, or no closed form
-            is left where those joints are given.
+            is left if those joints are fixed.
     """
-    if isinstance(robot, Mechanism):
-        return _of_mechanism(robot, functions, families, give, parametric=parametric)
+    if isinstance(description, Mechanism):
+        return _of_mechanism(description, functions, families, fixed, parametric=parametric)
+    robot = description
     terms = Terms({p.symbol: p.value for p in robot.parameters})
     arguments = arguments_of([joint.unit for joint in robot.coordinates])
     motion = InProportion(robot, terms, arguments["q"].symbols)
@@ -132,7 +134,7 @@ def derive(
     made = kinematics.functions(FUNCTIONS if functions is None else functions)
     inverse = None
     if functions is None or not set(functions) <= set(FUNCTIONS):
-        inverse = inverses_for_given(robot, terms, families, give)
+        inverse = inverses_for_fixed(robot, terms, families, fixed)
         made |= inverse.functions
     written = {function.name: function for function in inverse.written} if inverse else {}
     laws = transmissions(robot, terms, arguments["q"])
@@ -174,7 +176,7 @@ def _of_mechanism(
     mechanism: Mechanism,
     functions: Sequence[str] | None,
     families: tuple[Family, ...],
-    give: Sequence[str],
+    fixed: str | Sequence[str],
     *,
     parametric: bool,
 ) -> Derivation:
@@ -199,7 +201,7 @@ def _of_mechanism(
     is_asked = functions is None or not set(functions) <= {*capabilities, *written, *by_hand}
     if hybrid.may_have_inverse and is_asked:
         led_through = None if hybrid.chain_is_known else closure
-        inverse = hybrid_inverses_for_given(hybrid, families, give, led_through)
+        inverse = hybrid_inverses_for_fixed(hybrid, families, fixed, led_through)
         capabilities += [name for name in inverse.functions if name not in capabilities]
         written |= {function.name: function for function in inverse.written}
     if mode_check.IK in written:

@@ -11,7 +11,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 
 import chasles
-from chasles.derive import explain, load
+from chasles.derive import explain, read
 from chasles.view import html_page
 
 ROOT = Path(__file__).parent.parent
@@ -80,8 +80,8 @@ def _draw(robot: chasles.Robot, file: Path) -> None:
 def _card(robot: chasles.Robot) -> str:
     """The robot's entry in the index."""
     own = ROBOTS / f"{robot.name}.toml"
-    found = explain(load(own if own.is_file() else ROBOTS / "shelf" / own.name))
-    structure = found.line.removeprefix("inverse: ") if found.most_solutions else "iterated inverse"
+    found = explain(read(own if own.is_file() else ROBOTS / "shelf" / own.name))
+    structure = found.line.removeprefix("inverse: ") if found.max_solutions else "iterated inverse"
     return CARD.format(
         name=robot.name,
         title=html.escape(robot.title),

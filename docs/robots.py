@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from chasles.derive import SerialRobot, explain, load
+from chasles.derive import SerialRobot, explain, read
 
 PAGE = Path(__file__).with_suffix(".md")
 ROBOTS = Path(__file__).parent.parent / "derive" / "robots"
@@ -37,7 +37,7 @@ def page() -> str:
 
 
 def _table(folder: Path) -> str:
-    robots = [load(file) for file in sorted(folder.glob("*.toml"))]
+    robots = [read(file) for file in sorted(folder.glob("*.toml"))]
     rows = [_row(robot) for robot in robots if isinstance(robot, SerialRobot)]
     return "\n".join(
         ["| name | arm | axes | inverse | solutions |", "|---|---|---|---|---|", *rows]
@@ -48,7 +48,7 @@ def _row(robot: SerialRobot) -> str:
     explanation = explain(robot)
     axes = sum(joint.kind != "fixed" and joint.mimic is None for joint in robot.joints)
     structure = explanation.line.removeprefix("inverse: ").split(", at most ")[0]
-    most = explanation.most_solutions
+    most = explanation.max_solutions
     cells = (f"`{robot.name}`", robot.title, axes, structure if most else "no closed form", most)
     return f"| {' | '.join(map(str, cells))} |"
 

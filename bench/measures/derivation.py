@@ -11,7 +11,7 @@ from pathlib import Path
 import casadi as ca
 import sympy as sp
 
-from chasles.derive import Joint, Rotation, SerialRobot, artifacts, derive, load
+from chasles.derive import Joint, Rotation, SerialRobot, derive, files, read
 from chasles.derive.cli import ROBOTS
 from chasles.derive.description.conventions import dh
 from chasles.derive.program.counting import count_operations
@@ -59,8 +59,8 @@ def whole_robots(rounds: int) -> dict[str, float]:
     """All functions of one robot derived, generated and written, in a process of its own."""
     code = (
         "import sys, time; start = time.perf_counter()\n"
-        "from chasles.derive import load, write\n"
-        "write(load(sys.argv[1]), sys.argv[2])\n"
+        "from chasles.derive import read, write\n"
+        "write(read(sys.argv[1]), sys.argv[2])\n"
         "print(time.perf_counter() - start)"
     )
     found = {}
@@ -96,13 +96,13 @@ def _make(robots: tuple[str, ...], folder: str, environment: dict[str, str]) -> 
 def chain(kind: str, joints: int) -> dict[str, object]:
     """Time and size of the derivation of a chain of revolute joints."""
     robot = _chain(kind, joints)
-    files: dict[str, str] = {}
-    taken = seconds(lambda: files.update(artifacts(robot, ("fk", "jacobian_mixed"))))
-    functions = json.loads(files["manifest.json"])["functions"]
+    made: dict[str, bytes] = {}
+    taken = seconds(lambda: made.update(files(robot, functions=("fk", "jacobian_mixed"))))
+    functions = json.loads(made["manifest.json"])["functions"]
     return {
         "joints": joints,
         "seconds": taken,
-        "bytes": len(files[f"{robot.name}.c"]),
+        "bytes": len(made[f"{robot.name}.c"]),
         "operations": [function["operations"]["total"] for function in functions],
     }
 
@@ -124,7 +124,7 @@ def operations(rounds: int) -> dict[str, dict[str, int]]:
     sizes = {}
     rows = []
     for name in ("ur5e", "puma560", "panda", "iiwa14"):
-        robot = load(ROBOTS / f"{name}.toml")
+        robot = read(ROBOTS / f"{name}.toml")
         works: dict[str, Callable[[], int]] = {
             "chasles": lambda robot=robot: _own(robot),
             "CasADi": lambda robot=robot: _casadi_product(robot),
@@ -139,7 +139,7 @@ def operations(rounds: int) -> dict[str, dict[str, int]]:
 
 
 def _own(robot: SerialRobot) -> int:
-    (program,) = programs(lower(derive(robot, ("fk",)).functions, robot.name))
+    (program,) = programs(lower(derive(robot, functions=("fk",)).functions, robot.name))
     return count_operations(program).total
 
 

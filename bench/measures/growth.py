@@ -30,7 +30,7 @@ def run(plan: Plan) -> list[Ratio]:
     with _folder() as folder:
         for joints in CHAINS:
             robot = twisted(joints)
-            write(robot, folder / robot.name, ("fk",))
+            write(robot, folder / robot.name, functions=("fk",))
             scalar, batch = _works(folder / robot.name, robot.name, joints)
             works["scalar"][str(joints)], works["batch"][str(joints)] = scalar, batch
         with one_core():

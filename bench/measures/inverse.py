@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import chasles
-from chasles.derive import load, write
+from chasles.derive import read, write
 from tests.support.generators.geometric_errors import displaced
 from tests.support.oracles.screws import ROBOTS, screws
 from tests.support.peers.interface import Inverse, inverses
@@ -139,9 +139,9 @@ def general(plan: Plan) -> list[Ratio]:
 
 def calibrated(plan: Plan) -> list[Limit]:
     """An arm whose axes are displaced: single calls, of which some are near singularities."""
-    robot = displaced(load(ROBOTS / f"{ARMS[0]}.toml"), ERRORS)
+    robot = displaced(read(ROBOTS / f"{ARMS[0]}.toml"), ERRORS)
     with tempfile.TemporaryDirectory() as folder:
-        write(robot, Path(folder) / robot.name, ("fk", "fk_jacobian_mixed", "ik"))
+        write(robot, Path(folder) / robot.name, functions=("fk", "fk_jacobian_mixed", "ik"))
         arm = chasles.load(Path(folder) / robot.name)
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (CALIBRATED, arm.n))
     T = arm.fk(q)
@@ -188,5 +188,5 @@ def derived() -> Limit:
     """Time from a description to the C and LaTeX of its inverse."""
     with tempfile.TemporaryDirectory() as folder:
         path = ROBOTS / f"{ARMS[0]}.toml"
-        taken = seconds(lambda: write(load(path), Path(folder), ("fk", "ik")))
+        taken = seconds(lambda: write(read(path), Path(folder), functions=("fk", "ik")))
     return Limit(f"{ARMS[0]} ik, derived and written", taken, "s", DERIVED_BAR_S)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import chasles
-from chasles.derive import load, write
+from chasles.derive import read, write
 from tests.support.oracles.screws import ROBOTS
 
 from ..agreement import CONFIGURATIONS, require_same
@@ -94,9 +94,9 @@ def open_chains(plan: Plan) -> list[Ratio]:
 
 def chain_loops(robot: chasles.Robot) -> tuple[Loop, Loop]:
     """The C of a robot, and the C of its main chain derived as a serial robot."""
-    chain = load(ROBOTS / f"{robot.name}.toml").main_chain
+    chain = read(ROBOTS / f"{robot.name}.toml").main_chain
     with tempfile.TemporaryDirectory() as folder:
-        write(chain, Path(folder), ("fk", "fk_jacobian_mixed"))
+        write(chain, Path(folder), functions=("fk", "fk_jacobian_mixed"))
         theirs = generated_loop(Path(folder), robot.name, len(chain.moving))
     return generated_loop(robot.folder, robot.name, robot.n), theirs
 

@@ -3,7 +3,7 @@
 import gc
 import json
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from ..beside import beside
 from ..derivation import Derivation, derive
 from ..emit.c.header import support_files
 from ..emit.emitter import Emitter, Files
-from ..emit.languages import EMITTERS
+from ..emit.languages import EMITTERS, LANGUAGES, emitters_of
 from ..emit.manifest import manifest
 from ..model.errors import RobotError
 from ..model.mechanism import Described
@@ -22,32 +22,46 @@ from ..program.programs import NO_PROGRAMS, Programs, programs
 MANIFEST = "manifest.json"
 
 
-def artifacts(
-    robot: Described,
-    functions: Sequence[str] | None = None,
-    emitters: Sequence[Emitter] = EMITTERS,
-    give: Sequence[str] = (),
+def files(
+    description: Described,
     *,
+    functions: Sequence[str] | None = None,
+    fixed: str | Sequence[str] = (),
     parametric: bool = False,
-) -> dict[str, str]:
-    """Every generated file of a robot: its path inside the robot's folder, and its text.
+    languages: Sequence[str | Emitter] = LANGUAGES,
+) -> dict[str, bytes]:
+    """Every generated file of a robot: its path inside the robot's folder, and its content.
 
     Args:
-        robot: The description.
-        functions: The functions to derive, all by default.
-        emitters: The languages to write, all that chasles has by default.
-        give: Names of the joints whose values ``ik`` shall take; () for those that it needs.
-        parametric: Whether the parametric functions are derived too.
+        description: The robot, from :func:`~chasles.derive.read` or built in Python.
+        functions: The functions to derive; all by default.
+        fixed: The joints whose values ``ik`` takes; () for the joints that it needs.
+        parametric: Whether functions of the geometry, such as ``fk_p``, are derived too.
+        languages: The languages to write, see :func:`write`.
 
     Returns:
         The files of every language and the manifest; the same bytes for the same description on
         any machine.
 
     Raises:
-        RobotError: The description or a function's name is wrong, or two languages write one file.
+        RobotError: The description or a name is wrong, or two languages write one file.
     """
+    emitters = emitters_of(languages)
+    texts = _texts(description, functions, fixed, emitters, parametric=parametric)
+    return {name: text.encode() for name, text in texts.items()}
+
+
+def _texts(
+    description: Described,
+    functions: Sequence[str] | None,
+    fixed: str | Sequence[str],
+    emitters: Sequence[Emitter],
+    *,
+    parametric: bool,
+) -> dict[str, str]:
     with without_search_for_cycles():
-        return files_of(derive(robot, functions, give=give, parametric=parametric), emitters)
+        derived = derive(description, functions=functions, fixed=fixed, parametric=parametric)
+        return files_of(derived, emitters)
 
 
 @contextmanager
@@ -67,14 +81,14 @@ def without_search_for_cycles() -> Iterator[None]:
 
 
 def files_of(derivation: Derivation, emitters: Sequence[Emitter] = EMITTERS) -> dict[str, str]:
-    """Every generated file of a derivation, as :func:`artifacts`."""
+    """The text of every generated file of a derivation, by its path."""
     articles = [emitter for emitter in emitters if emitter.prints_equations]
     others = [emitter for emitter in emitters if not emitter.prints_equations]
     with beside(lambda: _files(articles, derivation, NO_PROGRAMS)) as printed:
         made = programs(derivation.functions, derivation.robot.name)
-        files = {**_files(others, derivation, made), **printed()}
-    texts = _merged(files)
-    texts[MANIFEST] = manifest(derivation, made, files)
+        written = {**_files(others, derivation, made), **printed()}
+    texts = _merged(written)
+    texts[MANIFEST] = manifest(derivation, made, written)
     return dict(sorted(texts.items()))
 
 
@@ -83,76 +97,81 @@ def _files(emitters: Sequence[Emitter], derivation: Derivation, made: Programs) 
 
 
 def write(
-    robot: Described,
+    description: Described,
     folder: str | Path,
-    functions: Sequence[str] | None = None,
-    emitters: Sequence[Emitter] = EMITTERS,
     *,
+    functions: Sequence[str] | None = None,
+    fixed: str | Sequence[str] = (),
     parametric: bool = False,
+    languages: Sequence[str | Emitter] = LANGUAGES,
 ) -> list[Path]:
     """Derives a robot and writes its folder, to be loaded by ``chasles.load(folder)``.
 
     Generated files of an earlier run that this run does not make are removed; other files stay.
 
     Args:
-        robot: The description.
+        description: The robot, from :func:`~chasles.derive.read` or built in Python.
         folder: The robot's own folder, created if it does not exist; usually named as the robot.
-        functions: The functions to derive, all by default.
-        emitters: The languages to write, all that chasles has by default.
-        parametric: Whether the parametric functions are derived too.
+        functions: The functions to derive; all by default.
+        fixed: The joints whose values ``ik`` takes; () for the joints that it needs.
+        parametric: Whether functions of the geometry, such as ``fk_p``, are derived too.
+        languages: The languages to write: "c", "casadi", "python", "latex" and "casadi_c", or an
+            :class:`~chasles.derive.emit.emitter.Emitter`. Python calls the C.
 
     Returns:
         The files written.
 
     Raises:
-        RobotError: The description or a function's name is wrong, or two languages write one file.
+        RobotError: The description or a name is wrong, or two languages write one file.
     """
-    return put(artifacts(robot, functions, emitters, parametric=parametric), Path(folder))
+    emitters = emitters_of(languages)
+    texts = _texts(description, functions, fixed, emitters, parametric=parametric)
+    return put(texts, Path(folder))
 
 
-def put(files: Mapping[str, str], folder: Path, *, shares: bool = False) -> list[Path]:
+def put(texts: Mapping[str, str], folder: Path, *, shares: bool = False) -> list[Path]:
     """Writes files into a folder, each one whole or not at all, the manifest last.
 
     Args:
-        files: The generated files by path.
+        texts: The texts of the generated files by path.
         folder: The robot's own folder.
         shares: Whether support headers go to the folder that robots next to it share.
     """
-    paths = paths_of(files, folder, shares=shares)
-    for name in sorted(_listed(folder) | files.keys()):
+    paths = paths_of(texts, folder, shares=shares)
+    for name in sorted(_listed(folder) | texts.keys()):
         if paths.get(name) != folder / name:
             (folder / name).unlink(missing_ok=True)
-    ordered = sorted(files, key=lambda name: name == MANIFEST)
+    ordered = sorted(texts, key=lambda name: name == MANIFEST)
     for name in ordered:
         path = paths[name]
         path.parent.mkdir(parents=True, exist_ok=True)
         temporary = path.with_name(f".{path.name}.{os.getpid()}")
-        temporary.write_bytes(files[name].encode())
+        temporary.write_bytes(texts[name].encode())
         temporary.replace(path)
     return [paths[name] for name in ordered]
 
 
-def paths_of(files: Mapping[str, str], folder: Path, *, shares: bool) -> dict[str, Path]:
+def paths_of(names: Iterable[str], folder: Path, *, shares: bool) -> dict[str, Path]:
     """The path of each generated file; `shares` as for :func:`put`."""
     shared = support_files() if shares else {}
-    return {name: (folder.parent / SUPPORT if name in shared else folder) / name for name in files}
+    return {name: (folder.parent / SUPPORT if name in shared else folder) / name for name in names}
 
 
-def strays(files: Mapping[str, str], folder: Path) -> list[str]:
+def strays(names: Collection[str], folder: Path) -> list[str]:
     """Files in a folder that end like generated files and are not among the given files."""
-    endings = {Path(name).suffix for name in files}
+    endings = {Path(name).suffix for name in names}
     there = {
         path.relative_to(folder).as_posix()
         for path in folder.rglob("*")
         if path.suffix in endings and "__pycache__" not in path.parts
     }
-    return sorted(there - files.keys())
+    return sorted(there.difference(names))
 
 
-def _merged(files: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
+def _merged(written: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
     """The files of all languages in one folder."""
     merged: dict[str, str] = {}
-    for language, texts in files.items():
+    for language, texts in written.items():
         if twice := sorted(merged.keys() & texts.keys()):
             raise RobotError(f"{language} writes {', '.join(twice)}, which another language writes")
         merged |= texts

@@ -11,10 +11,10 @@ from pathlib import Path
 
 from ..derivation import Derivation, derive
 from ..description.cleaned_robot import cleaned
-from ..description.importers.chains import chains, is_imported, opened
+from ..description.importers.chains import chains, is_imported
 from ..description.importers.identifiers import identifier, prefix
-from ..description.importers.ur_calibration import calibrated
-from ..description.robot_files import load
+from ..description.importers.ur_calibration import apply_calibration
+from ..description.robot_files import read as read_file
 from ..emit.emitter import Emitter
 from ..emit.languages import DETAILS, ON_DEMAND
 from ..inverse.explanation import explain, explanation
@@ -50,20 +50,15 @@ def read(job: Job) -> Described:
     """
     robot = _as_written(job)
     robot = robot if job.exact else cleaned(robot)
-    return calibrated(robot, job.calibration) if job.calibration else robot
+    return apply_calibration(robot, job.calibration) if job.calibration else robot
 
 
 def _as_written(job: Job) -> Described:
-    if is_imported(job.file):
-        robot = opened(job.file, job.arguments).robot(job.base, job.tip, None)
-        if not job.suffix:
-            return robot
-        title = f"{robot.title or robot.name} {job.suffix}"
-        return replace(robot, name=prefix(f"{robot.name}_{job.suffix}"), title=title)
-    if job.base or job.tip or job.arguments:
-        expected = "--base, --tip and arguments belong to URDF, xacro and MJCF files"
-        raise RobotError(f"{job.file}: {expected}, of which this is none")
-    return load(job.file, exact=True)
+    robot = read_file(job.file, base=job.base, tip=job.tip, arguments=job.arguments, exact=True)
+    if not job.suffix:
+        return robot
+    title = f"{robot.title or robot.name} {job.suffix}"
+    return replace(robot, name=prefix(f"{robot.name}_{job.suffix}"), title=title)
 
 
 def robots_of(job: Job, tips: Sequence[str], groups: Sequence[str], srdf: Path | None) -> list[Job]:
@@ -155,7 +150,7 @@ def _attempt(work: Callable[[Job], Report], job: Job) -> Report:
 
 def _explain(job: Job) -> Report:
     robot = read(job)
-    lines = [*robot.notes, str(explain(robot, give=job.give))]
+    lines = [*robot.notes, str(explain(robot, fixed=job.give))]
     return Report(True, "\n".join(lines), _warning(job, robot))
 
 
@@ -190,7 +185,7 @@ def _warning(job: Job, robot: Described) -> str:
 
 
 def _derivation(job: Job, robot: Described) -> Derivation:
-    return derive(robot, job.functions or None, give=job.give, parametric=job.parametric)
+    return derive(robot, functions=job.functions or None, fixed=job.give, parametric=job.parametric)
 
 
 def _emitters(job: Job) -> tuple[Emitter, ...]:
@@ -203,7 +198,7 @@ def _compare(job: Job) -> Report:
     folder = job.to / robot.name
     paths = paths_of(files, folder, shares=_shares(job))
     differing = [name for name, text in files.items() if _text(paths[name]) != text]
-    differing += strays({name: "" for name in files if paths[name] == folder / name}, folder)
+    differing += strays([name for name in files if paths[name] == folder / name], folder)
     if differing:
         return Report(False, f"{robot.name:<12} out of date: {', '.join(differing)}")
     return Report(True, f"{robot.name:<12} agrees, {len(files)} files")

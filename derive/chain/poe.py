@@ -11,14 +11,16 @@ PLACEMENTS = 1024
 """Placements whose matrices are kept: more than a robot has, of which each is asked for often."""
 
 
-def to_poe(robot: SerialRobot) -> tuple[sp.ImmutableMatrix, sp.ImmutableMatrix]:
+def product_of_exponentials(
+    description: SerialRobot,
+) -> tuple[sp.ImmutableMatrix, sp.ImmutableMatrix]:
     """Screw axes and home pose of a robot in any convention.
 
     ``T_0_ee(q) = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee`` with theta the values of the moving
     joints: q itself where no joint follows another and every direction is 1.
 
     Args:
-        robot: The description.
+        description: A serial robot.
 
     Returns:
         ``S_space`` (6, moving joints), one screw (v; omega) in each column, expressed in the base
@@ -28,9 +30,9 @@ def to_poe(robot: SerialRobot) -> tuple[sp.ImmutableMatrix, sp.ImmutableMatrix]:
     Source:
         Brockett 1984; Lynch and Park, Modern Robotics, 4.1.
     """
-    T_0_joint = placement_matrix(robot.base)
+    T_0_joint = placement_matrix(description.base)
     screws = []
-    for joint in robot.joints:
+    for joint in description.joints:
         T_0_joint = T_0_joint * placement_matrix(joint.before)
         if joint.kind != "fixed":
             direction, point = T_0_joint[:3, 2], T_0_joint[:3, 3]
@@ -40,7 +42,7 @@ def to_poe(robot: SerialRobot) -> tuple[sp.ImmutableMatrix, sp.ImmutableMatrix]:
                 v = point.cross(direction) + joint.pitch * direction
                 screws.append(sp.Matrix.vstack(v, direction))
         T_0_joint = T_0_joint * placement_matrix(joint.after)
-    M_0_ee = T_0_joint * placement_matrix(robot.tool)
+    M_0_ee = T_0_joint * placement_matrix(description.tool)
     return sp.ImmutableMatrix(sp.Matrix.hstack(*screws)), sp.ImmutableMatrix(M_0_ee)
 
 

@@ -8,7 +8,7 @@ LONGEST_FILE = 1_000_000
 """Bytes."""
 
 
-def read_text(path: str | Path) -> str:
+def text_of(path: str | Path) -> str:
     """The text of a description file.
 
     Raises:

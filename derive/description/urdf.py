@@ -19,13 +19,12 @@ from ..model.kinds import JointKind
 from ..model.placements import Vector
 from ..model.robot import Joint, Mimic, SerialRobot
 from ..model.tolerances import UNLIMITED
-from .cleaned_robot import cleaned_with_warning
 from .conventions.urdf_origin import urdf
 from .importers.identifiers import identifier as _identifier
 from .importers.identifiers import prefix
 from .importers.kinematic_tree import KinematicTree, TreeJoint, TreeJointKind
 from .importers.limits import without_limits
-from .importers.robot_xml import parsed, read_xml
+from .importers.robot_xml import parsed
 from .importers.tool_links import Ends, NoChain, chosen_ends, leader_between, only_chain
 from .plausibility import questioned
 from .toml_file import DescriptionError
@@ -41,36 +40,6 @@ KINDS: dict[str, JointKind] = {
     "prismatic": "prismatic",
     "fixed": "fixed",
 }
-
-
-def from_urdf(
-    path: str | Path,
-    base: str | None = None,
-    tip: str | None = None,
-    name: str | None = None,
-    exact: bool = False,
-) -> SerialRobot:
-    """The chain from one link of a URDF to another.
-
-    Args:
-        path: A URDF file.
-        base: The link whose frame is the base frame; by default the root, see
-            :mod:`~chasles.derive.description.importers.tool_links`.
-        tip: The link whose frame is the tool frame; by default the end of the longest chain.
-        name: The robot's name; by default the URDF's.
-        exact: Whether every number is taken as it is written. Otherwise numbers lose noise, and
-            rounded angles and axes become exact; ``cleaning`` of the robot lists them.
-
-    Returns:
-        The robot: frames, joints and links as in the URDF (characters that C names cannot hold
-        become _); ``notes`` name rounded numbers, doubtful units, and the chosen tip where the file
-        has others.
-
-    Raises:
-        DescriptionError: The file is no URDF, has no such chain, or has several longest chains.
-    """
-    robot = UrdfFile(str(path), read_xml(path)).robot(base, tip, name)
-    return robot if exact else cleaned_with_warning(robot, str(path))
 
 
 def _states_no_range(limit: etree._Element | None) -> bool:
@@ -132,7 +101,21 @@ class UrdfFile:
         self._fail(joints[0], "parent", self._link_of(joints[0], "parent"), expected)
 
     def robot(self, base: str | None, tip: str | None, name: str | None) -> SerialRobot:
-        """The chain between two links, see :func:`from_urdf`."""
+        """The chain between two links.
+
+        Args:
+            base: The link whose frame is the base frame; by default the root, see
+                :mod:`~chasles.derive.description.importers.tool_links`.
+            tip: The link whose frame is the tool frame; by default the end of the longest chain.
+            name: The robot's name; by default the URDF's.
+
+        Returns:
+            Frames, joints and links as in the URDF (characters that C names cannot hold become _);
+            ``notes`` name doubtful units, and the chosen tip if the file has others.
+
+        Raises:
+            DescriptionError: There is no such chain, or there are several longest chains.
+        """
         try:
             ends = only_chain(self.tree, base, tip)
         except NoChain as error:

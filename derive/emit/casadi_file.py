@@ -25,10 +25,22 @@ OF_GEOMETRY = "parametric pose"
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
     """The file that ``casadi.Function.load`` reads, by name.
 
-    It holds a single CasADi function, whose outputs are the functions with roles in
-    :data:`POSITIONS`, and ``fk_p(q, p)`` where it was asked for; CasADi differentiates
-    them. If none of these was derived, there is no file.
-    CasADi prints its own graph, so that the programs are not needed.
+    It holds :func:`joined`. CasADi prints its own graph, so that the programs are not needed.
+    """
+    function = joined(derivation)
+    if function is None:
+        return {}
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "function.casadi"
+        function.save(str(path))
+        return {f"{derivation.robot.name}.casadi": path.read_text(encoding="ascii")}
+
+
+def joined(derivation: Derivation) -> ca.Function | None:
+    """All functions of positions as the outputs of a single CasADi function.
+
+    Its outputs are the functions with roles in :data:`POSITIONS`, and ``fk_p(q, p)`` if it was
+    derived; CasADi differentiates them. None if none of these was derived.
     """
     kept = [
         f
@@ -36,39 +48,14 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
         if f.role.name in (*POSITIONS, OF_GEOMETRY) and is_of_positions(f)
     ]
     if not kept:
-        return {}
-    name = derivation.robot.name
-    joined = with_loops(derivation, kept) if any(f.calls for f in kept) else whole(kept, name)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "function.casadi"
-        joined.save(str(path))
-        return {f"{name}.casadi": path.read_text(encoding="ascii")}
+        return None
+    if any(f.calls for f in kept):
+        return with_loops(derivation, kept)
+    return whole(kept, derivation.robot.name)
 
 
-def casadi_function(folder: str | Path, name: str) -> ca.Function:
-    """One function of a generated robot as a ``casadi.Function``, to be used in an optimisation.
-
-    Args:
-        folder: The robot's generated folder.
-        name: A function of positions, such as ``"fk"`` or ``"chain"``.
-            Jacobians and rates follow by ``casadi.jacobian`` and ``casadi.jtimes``.
-
-    Returns:
-        A function of the arguments that it needs, for example q, with one matrix output.
-
-    Raises:
-        FileNotFoundError: The folder holds no ``.casadi`` file.
-        KeyError: The file has no such function.
-    """
-    folder = Path(folder)
-    found = sorted(folder.glob("*.casadi"))
-    if not found:
-        raise FileNotFoundError(f"no .casadi file in {folder}")
-    everything = ca.Function.load(str(found[0]))
-    if name not in everything.name_out():
-        raise KeyError(
-            f"{found[0]} has no {name!r}; it has {everything.name_out()}, to be differentiated"
-        )
+def output_of(everything: ca.Function, name: str) -> ca.Function:
+    """One output of a function, as a function of the arguments that it needs."""
     # An implicit function has no graph of scalars.
     kind: Any = ca.SX if everything.is_a("SXFunction") else ca.MX
     inputs = {i: kind.sym(i, everything.numel_in(i)) for i in everything.name_in()}

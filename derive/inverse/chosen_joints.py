@@ -1,4 +1,4 @@
-"""Inverses for joints that the user chooses to give, and the error where none is left."""
+"""Inverses with chosen joints fixed, and the error if no closed form is left."""
 
 from collections.abc import Iterator, Sequence
 from itertools import combinations
@@ -16,54 +16,54 @@ from .serial_inverse import MOST_FREE, Inverses, inverses
 from .structure import rank
 
 MOST_TRIED = 60
-"""Sets of joints that are tried to name those that can be given: a second or two."""
+"""Sets of joints that are tried for an error message: a second or two."""
 MOST_NAMED = 12
 """Sets of joints that an error names."""
 
 
-def inverses_for_given(
-    robot: SerialRobot, terms: Terms, families: Sequence[Family], give: Sequence[str]
+def inverses_for_fixed(
+    robot: SerialRobot, terms: Terms, families: Sequence[Family], fixed: str | Sequence[str]
 ) -> Inverses:
-    """The inverses of a serial robot where the values of some joints are given.
+    """The inverses of a serial robot with some joints fixed.
 
     Args:
         robot: The description.
         terms: Names of all terms.
         families: The families to try, in order.
-        give: Names of these joints; () for those that the structure of a redundant robot needs.
+        fixed: Names of these joints; () for the joints that a redundant robot needs.
 
     Raises:
         RobotError: There is no joint of such a name, or no closed form is left for the others.
     """
-    chosen = _indices(robot, give)
+    chosen = _indices(robot, fixed)
     found = inverses(robot, terms, families=families, give=chosen)
     if chosen and not (found.solved or found.written):
         raise _nothing_left(robot, families, chosen, found)
     return found
 
 
-def hybrid_inverses_for_given(
+def hybrid_inverses_for_fixed(
     hybrid: Hybrid,
     families: Sequence[Family],
-    give: Sequence[str],
+    fixed: str | Sequence[str],
     closure: LoopClosure | None = None,
 ) -> Inverses:
-    """The inverses of a robot with loops where some joints of its main chain are given.
+    """The inverses of a robot with loops with some joints of its main chain fixed.
 
     Args:
         hybrid: The robot.
         families: The families to try, in order.
-        give: Names of these joints; () for those that the structure of the main chain needs.
+        fixed: Names of these joints; () for the joints that the main chain needs.
         closure: The equations of loops without a closed form; None for other robots.
 
     Raises:
         RobotError: The main chain has no such joint, or no closed form is left for the others.
     """
-    chosen = _indices(hybrid.robot, give)
+    chosen = _indices(hybrid.robot, fixed)
     if chosen and len(hybrid.q) != len(hybrid.robot.moving):
         raise RobotError(
-            f"{hybrid.robot.name}: no joint can be given: loops couple the joints of its main "
-            "chain; ik_numeric with lock finds one solution by iteration"
+            f"{hybrid.robot.name}: no joint can be fixed: loops couple the joints of its main "
+            "chain; ik_numeric with fixed= finds one solution by iteration"
         )
     found = hybrid_inverses(hybrid, families, chosen, closure)
     if chosen and not found.solved:
@@ -71,33 +71,36 @@ def hybrid_inverses_for_given(
     return found
 
 
-def _indices(robot: SerialRobot, give: Sequence[str]) -> tuple[int, ...]:
+def _indices(robot: SerialRobot, fixed: str | Sequence[str]) -> tuple[int, ...]:
     """The indices of joints among those that move, in ascending order."""
     names = [joint.name for joint in robot.moving]
-    unknown = [name for name in give if name not in names]
+    fixed = (fixed,) if isinstance(fixed, str) else fixed
+    unknown = [name for name in fixed if name not in names]
     if unknown:
         raise RobotError(
-            f"{robot.name} has no joint {', '.join(unknown)} to be given; its joints are "
+            f"{robot.name} has no joint {', '.join(unknown)} to be fixed; its joints are "
             f"{', '.join(names)}"
         )
-    if len({*give}) >= len(names):
-        raise RobotError(f"{robot.name}: all joints are given, so that none is left to be found")
-    return tuple(sorted({names.index(name) for name in give}))
+    if len({*fixed}) >= len(names):
+        raise RobotError(f"{robot.name}: all joints are fixed; at least one must be free")
+    return tuple(sorted({names.index(name) for name in fixed}))
 
 
 def _nothing_left(
     robot: SerialRobot, families: Sequence[Family], chosen: tuple[int, ...], found: Inverses
 ) -> RobotError:
-    """The error that names joints that leave a closed form where they are given."""
+    """The error that names joints that leave a closed form if they are fixed."""
     names = [joint.name for joint in robot.moving]
     surplus = len(names) - rank.of_chain(found.classification.lines)
     others = list(_offered(robot, families, chosen, max(len(chosen), surplus)))[:MOST_NAMED]
     offered = "; ".join(", ".join(names[k] for k in g) for g in others) or "none as many"
     rest = len(names) - len(chosen)
-    numeric = "; ik_numeric with lock finds one solution by iteration" if rest <= MOST_FREE else ""
+    numeric = (
+        "; ik_numeric with fixed= finds one solution by iteration" if rest <= MOST_FREE else ""
+    )
     return RobotError(
-        f"{robot.name}: no closed form is left where {', '.join(names[k] for k in chosen)} "
-        f"{'is' if len(chosen) == 1 else 'are'} given: {found.missing}; joints that can be given: "
+        f"{robot.name}: no closed form is left if {', '.join(names[k] for k in chosen)} "
+        f"{'is' if len(chosen) == 1 else 'are'} fixed: {found.missing}; joints that can be fixed: "
         f"{offered}{numeric}"
     )
 

@@ -12,7 +12,7 @@ from ..model.mechanism import Described, Mechanism
 from ..model.robot import SerialRobot
 from ..model.tolerances import EXACT_STRUCTURE
 from ..terms.terms import Terms
-from .chosen_joints import hybrid_inverses_for_given, inverses_for_given
+from .chosen_joints import hybrid_inverses_for_fixed, inverses_for_fixed
 from .classify import Attempt, Classification
 from .families import FAMILIES
 from .families.family import Family
@@ -52,7 +52,7 @@ class Explanation:
     hybrid: Hybrid | None = None
 
     @property
-    def most_solutions(self) -> int:
+    def max_solutions(self) -> int:
         """The maximal number of solutions of a pose of the tool; 0 if it is not known."""
         if self.inverses is None:
             return 0
@@ -72,17 +72,17 @@ class Explanation:
         found = classification.found
         if general is not None:
             given = f", for given {listed(general.given)}" if general.given else ""
-            most = _counted(self.most_solutions, "solution")
+            most = _counted(self.max_solutions, "solution")
             return f"inverse: {general.title}{given}, at most {most}{self._singular('; ')}"
         if found is None:
             return f"no closed-form inverse: {classification.missing}"
-        if not self.most_solutions:
+        if not self.max_solutions:
             return f"no closed-form inverse: {self.loops[:1].lower()}{self.loops[1:]}".rstrip(".")
         of_chain = " of the main chain" if self.loops else ""
         title = found.title + _with_added(classification) + _for_given(found, classification)
         if classification.tier == "snapped":
             title = f"nearly {title}, led from a nominal arm"
-        most = _counted(self.most_solutions, "solution")
+        most = _counted(self.max_solutions, "solution")
         return f"inverse{of_chain}: {title}, at most {most}{self._singular('; ')}"
 
     def _singular(self, before: str) -> str:
@@ -121,33 +121,38 @@ class Explanation:
 
 
 def explain(
-    robot: Described, families: Sequence[Family] = FAMILIES, give: Sequence[str] = ()
+    description: Described,
+    *,
+    fixed: str | Sequence[str] = (),
+    families: Sequence[Family] = FAMILIES,
 ) -> Explanation:
     """Explains the closed-form inverse of a robot, or the conditions that its structure misses.
 
     The text of a mechanism begins with its freedoms, its loops and the steps that solve them.
 
     Args:
-        robot: A serial robot, or a mechanism, whose main chain is explained.
+        description: A serial robot, or a mechanism, whose main chain is explained.
+        fixed: The joints whose values ``ik`` takes; () for the joints that it needs.
         families: The families to try, in order.
-        give: Names of the joints to be given; () for those that the structure needs.
 
     Returns:
         An object whose text describes the structure of the axes, the numbered steps that follow
         from it with their degenerate cases, and how many solutions there can be; where there is no
         closed form, how far the axes are from each structure that has one.
     """
-    if not isinstance(robot, Mechanism):
-        terms = Terms({parameter.symbol: parameter.value for parameter in robot.parameters})
-        return explanation(robot, inverses_for_given(robot, terms, families, give), None)
-    hybrid = Hybrid(robot)
+    if not isinstance(description, Mechanism):
+        terms = Terms({parameter.symbol: parameter.value for parameter in description.parameters})
+        return explanation(
+            description, inverses_for_fixed(description, terms, families, fixed), None
+        )
+    hybrid = Hybrid(description)
     found = None
     if hybrid.may_have_inverse:
         iterated = (
             LoopClosure(hybrid) if hybrid.forward.open and not hybrid.chain_is_known else None
         )
-        found = hybrid_inverses_for_given(hybrid, families, give, iterated)
-    return explanation(robot, found, hybrid)
+        found = hybrid_inverses_for_fixed(hybrid, families, fixed, iterated)
+    return explanation(description, found, hybrid)
 
 
 def explanation(robot: Described, inverses: Inverses | None, hybrid: Hybrid | None) -> Explanation:

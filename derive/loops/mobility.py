@@ -7,7 +7,6 @@ member can rotate without moving anything else.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import overload
 
 from ..model.errors import RobotError
 from ..model.mechanism import Mechanism
@@ -104,60 +103,55 @@ class Mobility:
             yield f"actuated coordinates: {self.actuated}, degrees of freedom: {self.true}"
 
 
-@overload
-def mobility(mechanism: Mechanism) -> Mobility: ...
-@overload
-def mobility(*, lambda_: int, links: int, joints: int, freedom: int) -> int: ...
-def mobility(
-    mechanism: Mechanism | None = None,
-    *,
-    lambda_: int = SPATIAL,
-    links: int | None = None,
-    joints: int | None = None,
-    freedom: int | None = None,
-) -> Mobility | int:
-    """Returns the degrees of freedom of a mechanism, or the Kutzbach count of given numbers.
+def mobility(mechanism: Mechanism) -> Mobility:
+    """Returns the degrees of freedom of a mechanism: two counts, and the rank of its constraints.
 
-    ``mobility(mechanism)`` counts bodies and joints, and computes the rank of the constraints.
     Bodies connected by fixed joints count as one. A rod is a body with two joints; a cylinder is
     two bodies with two end joints and a prismatic joint. A platform on virtual joints counts as one
     body without them (:func:`~chasles.derive.loops.freedoms.virtual_joints`). A geared motor is not
     counted, because it adds no freedom together with its bearing and gear pair.
 
-    ``mobility(lambda_=6, links=14, joints=15, freedom=15)`` is lambda (n - 1 - j) + sum f = 3. The
-    count assumes independent constraints and can be negative.
-
     Args:
         mechanism: The description, with a reference configuration near closure.
-        lambda_: Order of the motion group: 6 in space, 3 in a plane or about a point, 2 for planar
-            translations.
-        links: n, including the base.
-        joints: j, the number of joints.
-        freedom: Sum of the joint freedoms.
 
     Raises:
-        RobotError: The loops do not close from the reference, or a count is impossible.
+        RobotError: The loops do not close from the reference.
 
     Source:
         Gogu, Mechanism and Machine Theory 40 (2005), 1068-1097, for the counts and their limits.
     """
-    if mechanism is not None:
-        return mobility_of(ClosedLoops(mechanism))
-    if links is None or joints is None or freedom is None:
-        raise RobotError("mobility: expected a mechanism, or lambda_, links, joints and freedom")
-    if not 1 <= lambda_ <= SPATIAL:
-        raise RobotError(f"mobility: expected lambda_ from 1 to {SPATIAL}, found {lambda_}")
+    return mobility_of(ClosedLoops(mechanism))
+
+
+def kutzbach(links: int, joints: int, freedom: int, *, order: int = SPATIAL) -> int:
+    """Returns the Gruebler-Kutzbach count of the degrees of freedom: order (n - 1 - j) + sum f.
+
+    ``kutzbach(links=14, joints=15, freedom=15)`` is 3. The count assumes independent constraints
+    and can be negative.
+
+    Args:
+        links: n, including the base.
+        joints: j, the number of joints.
+        freedom: Sum of the joint freedoms.
+        order: Order of the motion group: 6 in space, 3 in a plane or about a point, 2 for planar
+            translations.
+
+    Raises:
+        RobotError: A count is impossible.
+    """
+    if not 1 <= order <= SPATIAL:
+        raise RobotError(f"kutzbach: expected order from 1 to {SPATIAL}, found {order}")
     if links < 1 or joints < links - 1:
         raise RobotError(
-            f"mobility: expected at least 1 link and {max(links - 1, 0)} joints to connect "
+            f"kutzbach: expected at least 1 link and {max(links - 1, 0)} joints to connect "
             f"{links} links, found {joints} joints"
         )
-    if not joints <= freedom <= lambda_ * joints:
+    if not joints <= freedom <= order * joints:
         raise RobotError(
-            f"mobility: expected freedom from {joints} to {lambda_ * joints}, since each of "
-            f"{joints} joints has 1 to {lambda_} freedoms, found {freedom}"
+            f"kutzbach: expected freedom from {joints} to {order * joints}, since each of "
+            f"{joints} joints has 1 to {order} freedoms, found {freedom}"
         )
-    return lambda_ * (links - 1 - joints) + freedom
+    return order * (links - 1 - joints) + freedom
 
 
 def mobility_of(loops: ClosedLoops) -> Mobility:

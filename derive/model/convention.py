@@ -3,7 +3,7 @@
 A robot file names the fields, the compiler uses the placements alone, and the article of a robot
 prints a table with one column a field and the link transform. The shipped conventions are in
 :data:`chasles.derive.description.conventions.CONVENTIONS`; another one is an object like them,
-handed to :func:`chasles.derive.load`.
+handed to :func:`chasles.derive.read`.
 """
 
 from collections.abc import Callable, Mapping

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ..description.conventions import CONVENTIONS
 from ..description.conventions.axis_maps import Motions, axis_map, field_values, free_of
 from ..description.conventions.neighbours import Neighbours, least_singular_value, neighbours
-from ..description.conventions.suited import suited, suited_conventions
+from ..description.conventions.suited import suitable_conventions, with_suitable_conventions
 from ..loops.freedoms import virtual_joints
 from ..model.convention import Convention
 from ..model.errors import RobotError
@@ -38,24 +38,27 @@ POSES = 60
 
 
 def model_report(
-    robot: Described, conventions: Sequence[Convention] = CONVENTIONS, seed: int = 0
+    description: Described,
+    *,
+    conventions: Sequence[Convention] = CONVENTIONS,
+    rng: int | np.random.Generator | None = 0,
 ) -> ModelReport:
     """Which conventions describe each joint of a robot completely, continuously and minimally.
 
     Args:
-        robot: A serial robot; of a robot with loops, the main chain is judged.
+        description: A serial robot; of a robot with loops, the main chain is judged.
         conventions: The conventions to compare; those that cannot place an axis are left out.
-        seed: Of the random postures of the rank.
+        rng: The random configurations of the rank: a seed, a generator, or None for fresh entropy.
 
     Raises:
         RobotError: Legs carry the tool instead of a chain of joints.
     """
-    chain = _chain(robot)
+    chain = _chain(description)
     fitting = [convention for convention in conventions if convention.fit]
     kinds = [joint.kind for joint in chain.moving]
-    suits = suited_conventions(chain)
+    suits = suitable_conventions(chain)
     return ModelReport(
-        robot.title or robot.name,
+        description.title or description.name,
         tuple(
             _joint(pair, own_displacements(chain, pair), placed, suit.name, fitting)
             for pair, (placed, suit) in zip(neighbours(chain)[1:], suits[1:], strict=True)
@@ -63,8 +66,8 @@ def model_report(
         sum(kind != "prismatic" for kind in kinds),
         kinds.count("prismatic"),
         kinds.count("helical"),
-        *_rank(chain, seed),
-        *_rank(suited(chain), seed),
+        *_rank(chain, rng),
+        *_rank(with_suitable_conventions(chain), rng),
     )
 
 
@@ -125,7 +128,7 @@ def _quality(pair: Neighbours, convention: Convention) -> ConventionQuality:
     )
 
 
-def _rank(robot: SerialRobot, seed: int) -> tuple[int, int]:
+def _rank(robot: SerialRobot, rng: int | np.random.Generator | None) -> tuple[int, int]:
     """How many numbers the robot's own model has, and its rank over random postures."""
     q = sp.symbols(f"q1:{len(robot.coordinates) + 1}", real=True)
     found = geometry(robot, q)
@@ -135,7 +138,7 @@ def _rank(robot: SerialRobot, seed: int) -> tuple[int, int]:
     symbols = [item.symbol for item in found.parameters]
     nominal = [float(item.value) for item in found.parameters]
     motions = Motions(found.motions, [*q, *symbols])
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(rng)
     J = np.concatenate(
         [motions([*at, *nominal])[0][:, len(q) :] for at in random.uniform(-2, 2, (POSES, len(q)))]
     )[:, own]

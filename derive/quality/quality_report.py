@@ -81,7 +81,7 @@ class JointQuality:
         own: Names of the conventions in which the robot describes the link between both.
         misses: The displacements of the axis that the robot's own numbers cannot give.
         conventions: Every convention.
-        suited: The convention that suits the joint.
+        suitable: The convention that suits the joint.
     """
 
     joint: str
@@ -92,7 +92,7 @@ class JointQuality:
     own: tuple[str, ...]
     misses: tuple[str, ...]
     conventions: tuple[ConventionQuality, ...]
-    suited: str
+    suitable: str
 
 
 @dataclass(frozen=True)
@@ -107,8 +107,8 @@ class ModelReport:
         helical: Helical joints, each of which has a pitch.
         numbers: How many numbers the robot's own conventions, the base and the tool have.
         rank: Rank of the tool's poses by these numbers, over random postures.
-        suited_numbers: How many numbers there are in the conventions that suit the joints.
-        suited_rank: Rank of the tool's poses by those.
+        suitable_numbers: How many numbers there are in the conventions that suit the joints.
+        suitable_rank: Rank of the tool's poses by those.
     """
 
     robot: str
@@ -118,8 +118,8 @@ class ModelReport:
     helical: int
     numbers: int
     rank: int
-    suited_numbers: int
-    suited_rank: int
+    suitable_numbers: int
+    suitable_rank: int
 
     @property
     def identifiable(self) -> int:
@@ -169,7 +169,7 @@ def _lines(report: ModelReport) -> Iterator[str]:
     yield "  the tool. 5 r + 2 t + 6 counts also the place of each frame along its turning axis,"
     yield "  which no pose of the tool shows."
     yield ranked("as described", report.numbers, report.rank, report.identifiable)
-    yield ranked("as suited", report.suited_numbers, report.suited_rank, report.identifiable)
+    yield ranked("as suited", report.suitable_numbers, report.suitable_rank, report.identifiable)
     for slides, words in ((False, "turning"), (True, "sliding")):
         if found := report.conventions_of(slides=slides):
             yield f"\ndet(D^T D) of the link to a {words} joint"
@@ -193,7 +193,7 @@ def _of_joint(joint: JointQuality) -> Iterator[str]:
     yield f"{described}: {f'misses {missing}' if missing else 'complete'}"
     rows = [
         (
-            "suits" if item.convention == joint.suited else "",
+            "suits" if item.convention == joint.suitable else "",
             item.convention,
             "" if item.value is None else f"{item.value:.3g}",
             item.verdict,

@@ -32,7 +32,7 @@ from report import (
 
 import chasles
 from chasles import screws
-from chasles.derive import load, mobility
+from chasles.derive import mobility
 from chasles.derive.model.mechanism import Mechanism
 from chasles.study import workspace
 
@@ -107,7 +107,7 @@ def postures(count: int) -> FloatArray:
 
 def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
     """Six coordinates are free, although counting finds fewer: planar loops repeat constraints."""
-    mechanism = load(ROBOT_FILES / "board_installer.toml")
+    mechanism = chasles.derive.read(ROBOT_FILES / "board_installer.toml")
     if not isinstance(mechanism, Mechanism):
         raise TypeError("the board installer has loops")
     counted = mobility(mechanism)

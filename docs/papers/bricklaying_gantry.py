@@ -34,7 +34,7 @@ from report import (
 )
 
 import chasles
-from chasles.derive import load, mobility
+from chasles.derive import kutzbach, mobility
 from chasles.derive.model.mechanism import Mechanism
 from chasles.study.motion import MotionSequence, Trajectory, limit_violations, line
 
@@ -169,11 +169,11 @@ def judged(printed: dict[str, Printed], key: str, ours: Any) -> Row:
 
 def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
     """Section 2.1: the counts, of the numbers and of the mechanism."""
-    mechanism = load(ROBOT_FILES / "bricklaying_gantry.toml")
+    mechanism = chasles.derive.read(ROBOT_FILES / "bricklaying_gantry.toml")
     if not isinstance(mechanism, Mechanism):
         raise TypeError("the gantry has loops")
     counted = mobility(mechanism)
-    by_numbers = mobility(lambda_=6, links=14, joints=15, freedom=15)
+    by_numbers = kutzbach(links=14, joints=15, freedom=15)
     note = f"(1) with lambda = 6, n = 14, j = 15, f = 15; by the rank of the loops {counted.true}"
     found = {
         "links": counted.bodies,

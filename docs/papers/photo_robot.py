@@ -247,7 +247,7 @@ def columns(pose: Printed, ours: Any) -> list[Row]:
 def calibration(printed: dict[str, Printed]) -> list[Row]:
     """Section 5's claims on the model: complete and continuous."""
     folder = Path(chasles.derive.__file__).parent / "robots"
-    report = chasles.derive.model_report(chasles.derive.load(folder / "photo_robot.toml"))
+    report = chasles.derive.model_report(chasles.derive.read(folder / "photo_robot.toml"))
     complete = report.rank == report.identifiable
     rank = f"rank {report.rank} of {report.identifiable} = 4 r + 2 t + 6 with base and tool"
     rows = [quality(joint, "dh") for joint in report.joints]

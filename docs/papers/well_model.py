@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from well_process import initial, robot
 
 from chasles import screws
-from chasles.derive import load, model_report
+from chasles.derive import model_report, read
 from chasles.derive.quality.quality_report import ConventionQuality, ModelReport, plain
 
 FloatArray = NDArray[np.float64]
@@ -113,7 +113,7 @@ def third_coefficient() -> float:
 @cache
 def quality() -> ModelReport:
     """The report on conventions at the manipulator's joints."""
-    return model_report(load(ROBOT_FILES / "well_manipulator.toml"))
+    return model_report(read(ROBOT_FILES / "well_manipulator.toml"))
 
 
 def convention(name: str, joint: int = 0) -> ConventionQuality:
@@ -160,13 +160,13 @@ def model_rows(printed: dict[str, Printed]) -> list[Row]:
         ),
         agrees(
             printed["complete"],
-            report.suited_rank,
+            report.suitable_rank,
             "the rank over random postures, r = 5 and t = 2",
             evaluated=at(**numbers),
         ),
         erratum(
             printed["parameters"],
-            report.suited_rank,
+            report.suitable_rank,
             at(**numbers)(printed["complete"]),
             "a fifth number places the frame along its axis, which no pose of the tool shows",
             evaluated=at(**numbers),

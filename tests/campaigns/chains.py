@@ -39,7 +39,9 @@ def check_jacobians(seed: int) -> None:
     # A frame takes a third of the time of a derivation, and each has its hundred chains.
     name = tuple(FRAMES)[seed % len(FRAMES)]
     wanted = ("fk", "link_poses", f"jacobian_{name}", f"jacobian_{name}_dot")
-    functions = dict(zip(wanted, lower(derive(robot, wanted).functions, "c"), strict=True))
+    functions = dict(
+        zip(wanted, lower(derive(robot, functions=wanted).functions, "c"), strict=True)
+    )
     model, frames = chain.pinocchio()
     data = model.createData()
     D_q = np.array(robot.joint_values_D_q(), float)
@@ -83,7 +85,9 @@ def check_motions(seed: int) -> bool:
     generator = random.Random(seed)
     chain = random_chain(generator, generator.randint(2, 9))
     robot = chain.robot()
-    functions = dict(zip(MOTIONS, lower(derive(robot, MOTIONS).functions, "c"), strict=True))
+    functions = dict(
+        zip(MOTIONS, lower(derive(robot, functions=MOTIONS).functions, "c"), strict=True)
+    )
     model, frames = chain.pinocchio()
     data = model.createData()
     D_q = np.array(robot.joint_values_D_q(), float)

@@ -17,7 +17,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import chasles
-from chasles.derive import RobotError, SerialRobot, load
+from chasles.derive import RobotError, SerialRobot, read
 from chasles.derive.inverse.general.split_choice import slides_of
 from tests.support.derivations import description
 from tests.support.generators.drawn_arms import random_arm
@@ -83,7 +83,7 @@ def trial(number: int) -> Outcome:
 def arm_of(number: int) -> SerialRobot:
     """Return the arm of a number with its errors."""
     shown = ARMS[number // 2 % len(ARMS)]
-    robot = random_arm(number) if number % 2 else load(description(shown))
+    robot = random_arm(number) if number % 2 else read(description(shown))
     return displaced(robot, size_of(number), number)
 
 

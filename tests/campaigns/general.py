@@ -18,7 +18,7 @@ import numpy as np
 import chasles
 from chasles.derive import SerialRobot, derive
 from chasles.derive.build.generate import files_of, put
-from chasles.derive.emit.languages import EMITTERS
+from chasles.derive.emit.languages import emitters_of
 from chasles.derive.inverse.general.raghavan_roth import numbers
 from chasles.derive.inverse.general.split_choice import slides_of
 from tests.support.generators.random_arms import long_arm, random_arm
@@ -47,7 +47,7 @@ SLIDE = 0.5
 DERIVED = ["fk", "ik", "fk_jacobian_mixed"]
 ITERATED = [*DERIVED, "hessian_mixed"]
 """The functions that ``ik_numeric`` needs."""
-LANGUAGES = [emitter for emitter in EMITTERS if emitter.language in ("c", "python")]
+LANGUAGES = emitters_of(("c", "python"))
 
 
 @dataclass(frozen=True)
@@ -212,7 +212,7 @@ def loaded(
     robot: SerialRobot, folder: Path, functions: Sequence[str] = DERIVED, **families: tuple[()]
 ) -> chasles.Robot:
     """Derive a robot into a folder, compile it and load it."""
-    put(files_of(derive(robot, functions, **families), LANGUAGES), folder)
+    put(files_of(derive(robot, functions=functions, **families), LANGUAGES), folder)
     return chasles.load(folder)
 
 

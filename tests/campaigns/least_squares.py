@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import chasles
-from chasles.derive import Mechanism, load, write
-from chasles.derive.emit.languages import EMITTERS
+from chasles.derive import Mechanism, read, write
 from chasles.derive.model.robot import Placement
 from tests.support.derivations import ROBOTS
 from tests.support.generators.as_built import UPRIGHT, on_links, out_of_plane
@@ -68,7 +67,7 @@ def trial(number: int) -> Outcome:
     """Judges one displaced mechanism."""
     rng = np.random.default_rng(number)
     name = str(rng.choice(list(PLANES)))
-    whole = on_links(load(ROBOTS / f"{name}.toml"), PLANES[name])
+    whole = on_links(read(ROBOTS / f"{name}.toml"), PLANES[name])
     return barred(name, judged(out_of_plane(whole, rng), rng), BARS)
 
 
@@ -76,7 +75,7 @@ def judged(mechanism: Mechanism, rng: np.random.Generator) -> Judged:
     """Derive and judge a mechanism at random configurations."""
     with tempfile.TemporaryDirectory() as folder:
         names = FUNCTIONS if mechanism.name == "board_installer" else FUNCTIONS[:-1]
-        write(mechanism, folder, names, [e for e in EMITTERS if e.language in C_ALONE])
+        write(mechanism, folder, functions=names, languages=C_ALONE)
         robot = chasles.load(folder)
         q = _around(robot, rng)
         closed = robot.valid(q)

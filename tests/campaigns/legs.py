@@ -27,7 +27,7 @@ def trial(number: int) -> Outcome:
     """Compares the slots of one platform with its forward kinematics."""
     kinds = kinds_of(number)
     mechanism = drawn(number, kinds)
-    derivation = derive(mechanism, FUNCTIONS)
+    derivation = derive(mechanism, functions=FUNCTIONS)
     with tempfile.TemporaryDirectory() as folder:
         put(files_of(derivation), Path(folder))
         robot = chasles.load(folder)

@@ -11,7 +11,7 @@ from functools import cache
 import numpy as np
 
 import chasles
-from chasles.derive import Mechanism, load
+from chasles.derive import Mechanism, read
 from tests.support.derivations import ROBOTS
 from tests.support.oracles.multi_start import Multistart
 
@@ -27,7 +27,7 @@ OPEN = 1e-12
 @cache
 def with_loops(pattern: str = "*.toml") -> tuple[Mechanism, ...]:
     """The shipped robots with loops, whose files match a pattern."""
-    found = (load(path) for path in sorted(ROBOTS.glob(pattern)))
+    found = (read(path) for path in sorted(ROBOTS.glob(pattern)))
     return tuple(robot for robot in found if isinstance(robot, Mechanism) and robot.closers)
 
 

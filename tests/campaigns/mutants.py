@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from chasles.derive import SerialRobot, from_urdf, load
+from chasles.derive import SerialRobot, read
 from chasles.derive.inverse.classify import Attempt, Classification, classify
 from chasles.derive.model.placements import Placement, Rotation
 from chasles.derive.model.tolerances import EXACT_STRUCTURE
@@ -83,7 +83,7 @@ def trial(number: int) -> Outcome:
 
 def serial_robots() -> list[SerialRobot]:
     """Return the shipped robots that a URDF can hold."""
-    robots = [load(ROBOTS / f"{name}.toml") for name in NAMES]
+    robots = [read(ROBOTS / f"{name}.toml") for name in NAMES]
     return [
         robot
         for robot in robots
@@ -99,15 +99,15 @@ def findings(arms: Sequence[Mutant], numbers: Iterable[int]) -> Iterator[Finding
         for k in numbers:
             arm = arms[k % len(arms)]
             if arm.arm not in structures:
-                structures[arm.arm] = classified(read(path, arm))
+                structures[arm.arm] = classified(read_mutant(path, arm))
             mutant = mutated(arm, k)
-            yield judged(mutant, read(path, mutant), structures[arm.arm], path)
+            yield judged(mutant, read_mutant(path, mutant), structures[arm.arm], path)
 
 
-def read(path: Path, mutant: Mutant) -> SerialRobot:
+def read_mutant(path: Path, mutant: Mutant) -> SerialRobot:
     """Write the file of a mutant and read its robot."""
     path.write_text(mutant.text, encoding="utf-8")
-    return from_urdf(path, tip=mutant.tip)
+    return read(path, tip=mutant.tip)
 
 
 def classified(robot: SerialRobot) -> Classification:

@@ -13,8 +13,7 @@ from pathlib import Path
 import numpy as np
 
 import chasles
-from chasles.derive import loads, write
-from chasles.derive.emit.languages import EMITTERS
+from chasles.derive import read_text, write
 from tests.support.generators.planar_platforms import CLOSED, DrawnPlatform, drawn_platform
 
 from .campaign import Campaign, Outcome
@@ -71,9 +70,8 @@ def derived(
     platform: DrawnPlatform, folder: Path, functions: tuple[str, ...] = FUNCTIONS
 ) -> chasles.Robot:
     """Derive and load some functions of a platform."""
-    emitters = [emitter for emitter in EMITTERS if emitter.language in LANGUAGES]
     path = folder / "platform"
-    write(loads(platform.text("platform")), path, functions, emitters=emitters)
+    write(read_text(platform.text("platform")), path, functions=functions, languages=LANGUAGES)
     return chasles.load(path)
 
 

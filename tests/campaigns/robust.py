@@ -15,7 +15,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Literal
 
-from chasles.derive import DescriptionError, RobotError, artifacts, from_urdf, load
+from chasles.derive import DescriptionError, RobotError, files, read
 from chasles.derive.build.time_limit import OutOfTime, at_most
 from tests.support.derivations import ROBOTS
 from tests.support.generators.field_arms import calibrated
@@ -130,9 +130,9 @@ def attempt(path: Path, *, derive: bool) -> Attempt:
 def _attempt(path: Path, *, derive: bool) -> Attempt:
     try:
         with at_most(DERIVE_SECONDS if derive else READ_SECONDS):
-            robot = from_urdf(path) if path.suffix == ".urdf" else load(path)
+            robot = read(path)
             if derive:
-                artifacts(robot)
+                files(robot)
     except OutOfTime as error:
         return Attempt("endless", str(error))
     except DescriptionError as error:

@@ -8,7 +8,6 @@ import sympy as sp
 
 import chasles
 from chasles.derive import RobotError, derive, mobility, write
-from chasles.derive.emit.languages import EMITTERS
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.loops.maps import makers
 from chasles.derive.model.placements import Translation
@@ -26,7 +25,7 @@ MAPS = (
     *("actuators", "actuator_margin", "actuators_all"),
 )
 """The maps through the loops; a mechanism has some of them."""
-C_ALONE = [emitter for emitter in EMITTERS if emitter.language in ("c", "python")]
+C_ALONE = ("c", "python")
 BESIDE = np.array([[-1e-3], [1e-3]])
 
 
@@ -47,7 +46,7 @@ def test_mechanism_branches_match_multi_start_newton(family, tmp_path):
 def maps_of(mechanism, folder):
     """A robot with the maps of a mechanism and no other function."""
     known = makers(Hybrid(mechanism))
-    write(mechanism, folder, [name for name in MAPS if name in known], C_ALONE)
+    write(mechanism, folder, functions=[name for name in MAPS if name in known], languages=C_ALONE)
     return chasles.load(folder)
 
 
@@ -104,7 +103,7 @@ def test_offset_universal_joint_closes_by_newton(tmp_path):
         replace(j, before=(aside, *j.before)) if j.name == "u2" else j for j in plain.joints
     )
     mechanism = replace(plain, joints=joints)
-    write(mechanism, tmp_path / "aside", ["configuration", "fk"], C_ALONE)
+    write(mechanism, tmp_path / "aside", functions=["configuration", "fk"], languages=C_ALONE)
     robot = chasles.load(tmp_path / "aside")
     assert robot.solution == "newton"
     q = robot.reference.q + np.random.default_rng(0).uniform(-0.1, 0.1, (200, robot.n))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chasles.derive import from_urdf
+from chasles.derive import read
 from tests.campaigns import field
 from tests.campaigns.field import judgement, own
 from tests.support.compiling import compiled
@@ -42,7 +42,7 @@ def test_written_urdf_matches_ssik_fk(name, tmp_path):
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (20, len(arm.axes)))
     theirs = np.array([module.fk(row) for row in q])
     np.testing.assert_allclose(arm.screws.fk(q), theirs, atol=1e-14)
-    np.testing.assert_allclose(screws_of(from_urdf(path)).fk(q), theirs, atol=1e-13)
+    np.testing.assert_allclose(screws_of(read(path)).fk(q), theirs, atol=1e-13)
 
 
 def test_judge_accepts_noisy_arm_and_detects_shifted_answers(tmp_path, monkeypatch):
@@ -51,7 +51,7 @@ def test_judge_accepts_noisy_arm_and_detects_shifted_answers(tmp_path, monkeypat
     def derived(arm, folder):
         path = folder / f"{arm.name}.urdf"
         path.write_text(arm.urdf(), encoding="utf-8")
-        compiled(from_urdf(path), folder / arm.name, FUNCTIONS, C_ALONE)
+        compiled(read(path), folder / arm.name, FUNCTIONS, C_ALONE)
 
     # The campaign compiles all functions for users.
     monkeypatch.setattr(field, "derived", derived)
@@ -83,7 +83,7 @@ def test_double_solutions_at_right_angles_occupy_single_slot(tmp_path):
     arm = from_ssik(prebuilt()["fanuc_crx3ia"])
     path = tmp_path / "arm.urdf"
     path.write_text(arm.urdf(), encoding="utf-8")
-    robot = compiled(from_urdf(path), tmp_path / "arm", ["fk", "ik"], C_ALONE)
+    robot = compiled(read(path), tmp_path / "arm", ["fk", "ik"], C_ALONE)
     q = np.pi / 2 * np.random.default_rng(0).integers(-1, 3, (200, 6))
     count = robot.ik(arm.screws.fk(q)).count
     assert (count % 2 == 0).all()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chasles.derive import load, loads
+from chasles.derive import read, read_text
 from chasles.derive.inverse.general.general_inverse import general_inverse
 from tests.campaigns import geometries as any_geometry
 from tests.support.derivations import description
@@ -66,7 +66,7 @@ joints = [
 
 
 def test_essential_prismatic_joint_is_not_fixed(monkeypatch):
-    arm = displaced(loads(TELESCOPE), 1e-3)
+    arm = displaced(read_text(TELESCOPE), 1e-3)
     general = general_inverse(arm)
     assert general is not None
     assert general.given != ("j4",)
@@ -96,7 +96,7 @@ def test_judge_detects_missed_configurations(monkeypatch):
 
 def test_errors_on_a_self_motion_leave_a_solution():
     """Joints 1 and 4 of the nominal arm turn with the tool at rest; the errors leave 1e-7 m."""
-    arm = displaced(load(description("crx10")), 1.83181e-4, 375254000000)
+    arm = displaced(read(description("crx10")), 1.83181e-4, 375254000000)
     q = np.array([[3, 0, 1, 1, 2, 1]]) * (np.pi / 2)
     found = any_geometry.judged_at(arm, q)
     assert found is not None

@@ -5,7 +5,7 @@ from itertools import islice
 
 import pytest
 
-from chasles.derive import derive, explain, loads
+from chasles.derive import derive, explain, read_text
 from chasles.derive.latex import fragments
 from tests.campaigns.robust import attempt, mutants, written
 from tests.support.generators.round_arms import round_arm
@@ -63,7 +63,7 @@ alpha = "-pi/4"
 
 @pytest.mark.parametrize("text", [ZEROS, SLIDES], ids=["zero offsets", "prismatic joints"])
 def test_undetermined_angle_is_explained_without_closed_form(text):
-    robot = loads(text)
+    robot = read_text(text)
     article = fragments(derive(robot))["inverse.tex"]
     assert "the tool moves in fewer directions" in str(explain(robot))
     assert "zoo" not in article
@@ -85,4 +85,4 @@ theta = "pi/2"
 
 
 def test_article_prints_unsimplified_zero_expression():
-    assert fragments(derive(loads(SURDS)))["screws.tex"]
+    assert fragments(derive(read_text(SURDS)))["screws.tex"]

@@ -8,7 +8,7 @@ random configurations.
 import numpy as np
 import pytest
 
-from chasles.derive import derive, load
+from chasles.derive import derive, read
 from chasles.derive.terms.branches import patterns
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.derivations import ROBOTS
@@ -62,7 +62,7 @@ def faults(functions, compiled, q, turns, size):
 
 def evaluated(mechanism):
     """``fk`` and ``ik`` of a mechanism as equations and in CasADi."""
-    functions = derive(mechanism, FUNCTIONS).functions
+    functions = derive(mechanism, functions=FUNCTIONS).functions
     assert {f.name for f in functions} == {*FUNCTIONS}
     return functions, dict(zip((f.name for f in functions), lower(functions, "drawn"), strict=True))
 
@@ -131,7 +131,7 @@ def holding(p, rng):
 
 
 def test_delta_ik_finds_every_elbow_solution_exactly_once():
-    functions, compiled = evaluated(load(ROBOTS / "delta.toml"))
+    functions, compiled = evaluated(read(ROBOTS / "delta.toml"))
     rng = np.random.default_rng(1)
     checked = 0
     for known in np.radians(rng.uniform(-30, 70, (PLATFORM_POSES, 3))):

@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from chasles.derive import derive, load
+from chasles.derive import derive, read
 from chasles.derive.inverse.classify import classify
 from chasles.derive.inverse.given_joints import ways_to_give
 from chasles.derive.terms.terms import Terms
@@ -238,7 +238,7 @@ HYBRID = ("well_manipulator", "delta", "excavator", "five_bar", "four_bar")
 @cache
 def hybrid_of(name):
     """A robot with loops, for its chain, and its inverse as it is derived now."""
-    ik = derive(load(description(name)), ["ik"]).function("ik")
+    ik = derive(read(description(name)), functions=["ik"]).function("ik")
     return Case(name), Function(ik)
 
 

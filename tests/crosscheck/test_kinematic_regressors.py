@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import derive, load
+from chasles.derive import derive, read
 from chasles.derive.model.geometry import Geometry
 from chasles.derive.model.placements import Rotation
 from chasles.derive.terms.casadi_graph import lower
@@ -38,8 +38,8 @@ FRAMES = {
 
 def largest_difference(path, random, names=("identification_jacobian",)):
     """Over all parameters, in a random geometry near the robot's and at random coordinates."""
-    robot = load(path)
-    derived = derive(robot, names)
+    robot = read(path)
+    derived = derive(robot, functions=names)
     functions = lower(derived.functions, robot.name)
     p = np.array([float(derived.terms.value(g.value)) for g in derived.geometry.parameters])
     p += random.normal(size=len(p)) * 0.05

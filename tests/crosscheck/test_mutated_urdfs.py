@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from tests.campaigns.mutants import classified, excess, findings, read, serial_robots
+from tests.campaigns.mutants import classified, excess, findings, read_mutant, serial_robots
 from tests.support.generators.mutated_urdfs import MUTATIONS, arm_of_robot, arm_of_urdf, mutated
 
 pytest.importorskip("pinocchio", reason="the oracle, in the extra `crosscheck`")
@@ -28,10 +28,10 @@ def test_mutated_urdfs_keep_structure_and_pose_bounds():
 def test_pose_check_detects_robot_that_differs_from_file(tmp_path):
     path = tmp_path / "arm.urdf"
     arm = arm_named("ur5e")
-    robot = read(path, arm)
+    robot = read_mutant(path, arm)
     assert excess(robot, path) <= 1
     shifted = replace(arm.joints[1], xyz=("0", "0", "1e-10"))
-    read(path, replace(arm, joints=(arm.joints[0], shifted, *arm.joints[2:])))
+    read_mutant(path, replace(arm, joints=(arm.joints[0], shifted, *arm.joints[2:])))
     assert excess(robot, path) > 1
 
 
@@ -40,5 +40,5 @@ def test_mutations_are_deterministic_and_distinct(tmp_path):
     assert arm_of_urdf("panda", arm.text) == arm
     assert len({mutated(arm, seed).text for seed in range(20)}) == 20
     assert mutated(arm, 3) == mutated(arm, 3)
-    wanted = classified(read(tmp_path / "panda.urdf", arm))
+    wanted = classified(read_mutant(tmp_path / "panda.urdf", arm))
     assert wanted.tier == "exact"

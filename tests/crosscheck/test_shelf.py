@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chasles.derive import SerialRobot, derive, load
+from chasles.derive import SerialRobot, derive, read
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.derivations import ALL, ROBOTS
 from tests.support.tolerances import LIMIT, PRINTED_9
@@ -31,11 +31,11 @@ def test_every_shelf_arm_has_reference_poses():
 
 @pytest.mark.parametrize("file", SHELF, ids=lambda file: file.stem)
 def test_shelf_arm_poses_match_source(file):
-    robot = load(file)
+    robot = read(file)
     assert isinstance(robot, SerialRobot)
     assert (robot.name, bool(robot.title), bool(robot.source)) == (file.stem, True, True)
     reference = REFERENCE[robot.name]
-    (fk,) = lower(derive(robot, ["fk"]).functions, robot.name)
+    (fk,) = lower(derive(robot, functions=["fk"]).functions, robot.name)
     rounded = len(robot.joints) * reference.get("rounded", 0) * WIDEST
     poses = reference["poses"]
     worst = max(
@@ -47,7 +47,7 @@ def test_shelf_arm_poses_match_source(file):
 
 @pytest.mark.parametrize("file", SHELF, ids=lambda file: file.stem)
 def test_shelf_arm_limits_match_source(file):
-    robot = load(file)
+    robot = read(file)
     compared = 0
     for joint, limits in zip(robot.joints, REFERENCE[robot.name].get("limits", ()), strict=False):
         assert (joint.limits[0] is None) == (limits is None), joint.name

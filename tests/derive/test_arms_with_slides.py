@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from chasles.derive import explain, loads
+from chasles.derive import explain, read_text
 from tests.campaigns.losses import losses_of
 from tests.support.generators.drawn_arms import cases_of
 
@@ -38,7 +38,7 @@ def robot(kinds, directions, seed, *, meeting=False):
         lines += ["[[joints]]", f'name = "j{k}"', f'type = "{name}"']
         meets = meeting and kinds[:k].endswith("R") and kind == "R"
         lines += [f"xyz = {[0, 0, 0] if meets else point()}", f"axis = {direction}"]
-    return loads("\n".join(lines))
+    return read_text("\n".join(lines))
 
 
 def lost_of(cases):
@@ -135,7 +135,7 @@ def crane(order, *, hand, round_numbers, seed):
         lines += [f"xyz = {point(500)}", f"axis = {list(axis)}"]
     on_axis = draw.random() < 0.5
     tool = f"xyz = {point(300)}" if not on_axis else "xyz = [0, 0, 0]"
-    return loads("\n".join([*lines[:1], f"tool = {{ {tool} }}", *lines[1:]]))
+    return read_text("\n".join([*lines[:1], f"tool = {{ {tool} }}", *lines[1:]]))
 
 
 @pytest.mark.parametrize(

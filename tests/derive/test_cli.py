@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 import chasles
-from chasles.derive import cli, from_urdf
+from chasles.derive import cli, read
 from chasles.derive.build import freshness, jobs, time_limit
 from chasles.derive.build.time_limit import OutOfTime, at_most
 from chasles.derive.cli import app
@@ -166,9 +166,9 @@ def test_freshness_check_does_not_import_sympy_or_casadi():
 
 
 def test_shipped_file_names_equal_robot_names():
-    from chasles.derive import load
+    from chasles.derive import read
 
-    assert [load(ROBOTS / f"{name}.toml").name for name in ALL] == ALL
+    assert [read(ROBOTS / f"{name}.toml").name for name in ALL] == ALL
 
 
 def test_unshipped_robot_requires_an_output_folder(arm):
@@ -289,7 +289,7 @@ def test_invalid_toml_names_are_rejected_and_urdf_names_adapted(arm, tmp_path):
     path = tmp_path / "arm.urdf"
     for name, safe in (("my--arm (2)", "my_arm_2"), ("class", "xclass"), ("_", "x")):
         path.write_text(urdf.format(name))
-        assert from_urdf(path).name == safe
+        assert read(path).name == safe
 
 
 def test_fixed_joints_are_selected_on_the_command_line(tmp_path):

@@ -3,7 +3,7 @@
 import runpy
 from pathlib import Path
 
-from chasles.derive import SerialRobot, load
+from chasles.derive import SerialRobot, read
 from tests.support.derivations import NAMES, ROBOTS
 
 PAGE = Path(__file__).parents[2] / "docs" / "robots.py"
@@ -15,9 +15,9 @@ CLASSIFIED = ("cr5", "fr3", "gen3_6dof", "gp7", "crx10", "so101", "photo_robot",
 
 def test_robots_page_matches_robot_descriptions():
     script, page = runpy.run_path(str(PAGE)), PAGE.with_suffix(".md").read_text(encoding="utf-8")
-    shelf = [load(file) for file in sorted((ROBOTS / "shelf").glob("*.toml"))]
+    shelf = [read(file) for file in sorted((ROBOTS / "shelf").glob("*.toml"))]
     arms = [robot for robot in shelf if isinstance(robot, SerialRobot)]
-    arms += [load(ROBOTS / f"{name}.toml") for name in NAMES]
+    arms += [read(ROBOTS / f"{name}.toml") for name in NAMES]
     rows = [line for line in page.splitlines() if line.startswith("| `")]
     assert len(rows) == len(arms)
     for row, arm in zip(rows, arms, strict=True):

@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from chasles.derive import artifacts, casadi_function, load
+from chasles.derive import casadi_function, files, read
 from chasles.derive.emit.casadi_file import POSITIONS
 from tests.support.derivations import GENERATED, ROBOTS, SAMPLE, derivation, kernels
 
@@ -71,6 +71,17 @@ def test_missing_casadi_function_or_file_is_reported():
     ids=["with position", "derivative only"],
 )
 def test_derivatives_alone_write_no_casadi_file(functions, there):
-    files = artifacts(load(ROBOTS / "scara.toml"), functions)
-    assert ("scara.casadi" in files) == there
-    assert "scara.c" in files
+    written = files(read(ROBOTS / "scara.toml"), functions=functions)
+    assert ("scara.casadi" in written) == there
+    assert "scara.c" in written
+
+
+def test_casadi_function_of_a_description_equals_function_of_its_folder(tmp_path):
+    path = tmp_path / "arm.toml"
+    path.write_text((ROBOTS / "scara.toml").read_text())
+    q = np.array([0.3, -0.7, 0.1, 1.2])
+    expected = casadi_function("scara", "fk")(q)
+    for robot in (path, str(path), read(path), GENERATED / "scara"):
+        np.testing.assert_array_equal(casadi_function(robot, "fk")(q), expected)
+    with pytest.raises(KeyError, match="'jacobian_mixed' is not a function of positions"):
+        casadi_function(path, "jacobian_mixed")

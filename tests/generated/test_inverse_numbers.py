@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chasles.derive import load
+from chasles.derive import read
 from tests.support.compiling import compiled
 from tests.support.derivations import ROBOTS
 
@@ -14,7 +14,7 @@ NAMES = ("scara", "bricklaying_planar")
 @pytest.fixture(scope="module", params=NAMES)
 def robot(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("generated") / request.param
-    return compiled(load(ROBOTS / f"{request.param}.toml"), folder, ["fk", "ik"])
+    return compiled(read(ROBOTS / f"{request.param}.toml"), folder, ["fk", "ik"])
 
 
 @pytest.mark.parametrize("count", [1, 64])

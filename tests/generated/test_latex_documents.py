@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import Joint, Mimic, Parameter, SerialRobot, derive, from_urdf, loads
+from chasles.derive import Joint, Mimic, Parameter, SerialRobot, derive, read, read_text
 from chasles.derive.description.conventions import dh
 from chasles.derive.latex import FOLDER, document, fragments
 from chasles.derive.model.mechanism import Mechanism
@@ -133,7 +133,7 @@ def imported():
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "gantry.urdf"
         path.write_text("".join([*parts, "</robot>"]), encoding="utf-8")
-        return from_urdf(path)
+        return read(path)
 
 
 BUILT = {
@@ -209,5 +209,5 @@ def test_latex_fragments_compile_in_plain_article(name, tmp_path):
 def test_latex_document_of_random_platform_compiles_cleanly(tmp_path):
     """Prismatic joints at odd angles, and radii that the actuators move, have long equations."""
     platform = drawn_platform(np.random.default_rng(203))
-    found = derive(loads(platform.text("platform")), ["chain_fk"])
+    found = derive(read_text(platform.text("platform")), functions=["chain_fk"])
     assert_clean(compiled(tmp_path, document(found), fragments(found)), MOST_PAGES_OF_LOOPS)

@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from chasles.derive import casadi_function, derive, load
+from chasles.derive import casadi_function, derive, read
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.derivations import GENERATED, ROBOTS, kernels
 from tests.support.loops.closures import TINY, model, wrapped
@@ -132,9 +132,9 @@ def tip_rates(m, z, rates):
 @pytest.mark.parametrize("name", NAMES)
 def test_kinematics_equal_the_main_chain_derived_as_a_serial_robot(name):
     """The poses are equal; Jacobians are the chain's times the derivative of its joints."""
-    mechanism = load(ROBOTS / f"{name}.toml")
+    mechanism = read(ROBOTS / f"{name}.toml")
     kinds = ["jacobian_space", "jacobian_body", "jacobian_mixed"]
-    derived = derive(mechanism.main_chain, ["fk", *kinds])
+    derived = derive(mechanism.main_chain, functions=["fk", *kinds])
     q, _ = far_from_dead_points(name, 40)
     r = robot(name)
     theta, theta_D_q = r.chain(q), r.chain_D_q(q)

@@ -13,7 +13,6 @@ import chasles
 import chasles.derive
 from chasles.contract import Manifest
 from chasles.derive import write
-from chasles.derive.emit.languages import EMITTERS
 from chasles.derive.emit.manifest import description_text
 from chasles.derive.model.mechanism import Described
 from chasles.library import cache as cache_module
@@ -92,8 +91,7 @@ def compiled(
         if not home.is_dir():
             made = home.with_suffix(".new")
             shutil.rmtree(made, ignore_errors=True)
-            emitters = [emitter for emitter in EMITTERS if emitter.language in languages]
-            write(robot, made, functions, emitters)
+            write(robot, made, functions=functions, languages=languages)
             made.rename(home)
     shutil.copytree(home, folder, dirs_exist_ok=True)
     return loaded(folder, flags)

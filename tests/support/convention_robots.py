@@ -44,7 +44,7 @@ def product(described, coordinates=q):
 
 
 def derived_fk(described):
-    (entries,) = derive(described, ("fk",)).function("fk").expanded()
+    (entries,) = derive(described, functions=("fk",)).function("fk").expanded()
     return sp.Matrix(4, 4, entries)
 
 

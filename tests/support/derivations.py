@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import chasles.derive
-from chasles.derive import Derivation, derive, load
+from chasles.derive import Derivation, derive, read
 from chasles.derive.description.mechanism_file import has_loops
 from chasles.derive.latex import fragments
 from chasles.derive.program.programs import Programs, programs
@@ -41,7 +41,7 @@ def description(name: str) -> Path:
 @cache
 def derivation(name: str) -> Derivation:
     """All functions of a shipped robot."""
-    return derive(load(description(name)))
+    return derive(read(description(name)))
 
 
 @cache

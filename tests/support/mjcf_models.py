@@ -103,7 +103,7 @@ def poses_of(model, values):
     return found
 
 
-def read(path, text, base=None, tip=None):
+def read_model(path, text, base=None, tip=None):
     path.write_text(text)
     return MjcfFile(path).robot(base, tip, None)
 
@@ -212,6 +212,6 @@ def random_delta(dice):
 
 def wrong(path, text, base=None, tip=None):
     with pytest.raises(DescriptionError) as caught:
-        read(path, text, base, tip)
+        read_model(path, text, base, tip)
     assert str(caught.value).startswith(str(path))
     return str(caught.value)

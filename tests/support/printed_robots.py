@@ -124,7 +124,7 @@ FUNCTIONS = ("fk", "jacobian_mixed", "jacobian_space")
 def derived(name):
     """A serial robot, or the main chain of one with loops."""
     if name in BUILT:
-        return derive(BUILT[name](), FUNCTIONS)
+        return derive(BUILT[name](), functions=FUNCTIONS)
     robot = derivation(name).robot
     return derive(robot.main_chain) if isinstance(robot, Mechanism) else derivation(name)
 

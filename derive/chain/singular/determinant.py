@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import sympy as sp
 
 from ...model.robot import Rotation, SerialRobot
-from ..poe import to_poe
+from ..poe import product_of_exponentials
 from .factors import Factored, factored
 from .screw_polynomials import Polynomial, ScrewRing
 from .views import Minor, minors
@@ -64,7 +64,7 @@ def factored_minors(robot: SerialRobot, q: Sequence[sp.Symbol]) -> tuple[Factore
         return None
     if len(joints) > MOST_JOINTS or _oblique(robot) > MOST_OBLIQUE:
         return None
-    S, _ = to_poe(robot)
+    S, _ = product_of_exponentials(robot)
     S = S * sp.diag(*(joint.direction for joint in joints))
     if not _is_exact(S):
         return None

@@ -14,7 +14,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from ...model.robot import SerialRobot
-from ..poe import to_poe
+from ..poe import product_of_exponentials
 from .conditions import Condition, roots
 from .views import seen_screws
 
@@ -97,7 +97,7 @@ def words(robot: SerialRobot, q: Sequence[sp.Symbol], condition: Condition) -> s
 def _in_general(robot: SerialRobot, q: Sequence[sp.Symbol]) -> tuple[FloatArray, list[_Posture]]:
     """The screws of a robot in numbers, and postures in general position."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
-    S, _ = to_poe(robot)
+    S, _ = product_of_exponentials(robot)
     S = S * sp.diag(*(joint.direction for joint in robot.moving))
     screws = np.array(S.xreplace(values).evalf(), float)
     drawn = np.random.default_rng(SEED).uniform(-3, 3, (DRAWS, len(q)))

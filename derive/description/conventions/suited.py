@@ -30,7 +30,7 @@ SUITED = (mdh, hayati5, urdf)
 _ORIGIN = (mpmath.mpf(0),) * 3
 
 
-def suited_convention(pair: Neighbours) -> Convention:
+def suitable_convention(pair: Neighbours) -> Convention:
     """The first of :data:`SUITED` that is continuous at a joint; the last is so everywhere."""
     for convention in SUITED[:-1]:
         if least_singular_value(pair.displacements(convention)) > CONTINUOUS_MODEL:
@@ -38,7 +38,7 @@ def suited_convention(pair: Neighbours) -> Convention:
     return SUITED[-1]
 
 
-def suited_conventions(robot: SerialRobot) -> tuple[tuple[Neighbours, Convention], ...]:
+def suitable_conventions(robot: SerialRobot) -> tuple[tuple[Neighbours, Convention], ...]:
     """Each moving joint with the convention that suits it.
 
     The place of a sliding joint is free, and here it passes through the origin of the link before.
@@ -48,7 +48,7 @@ def suited_conventions(robot: SerialRobot) -> tuple[tuple[Neighbours, Convention
         return tuple((item.pair, item.convention) for item in placed)
 
 
-def suited(robot: SerialRobot) -> SerialRobot:
+def with_suitable_conventions(robot: SerialRobot) -> SerialRobot:
     """The same robot, with each joint in the convention that suits it.
 
     The pose of the tool stays, and so do coordinates, limits and mimic laws. Frames of links are
@@ -147,7 +147,7 @@ def _placed(pairs: Sequence[Neighbours]) -> tuple[list[_Placed], Any]:
         original = original * pair.frame
         relative = frame**-1 * original
         moved = replace(pair, line=_line(relative, pair.joint))
-        convention = suited_convention(moved)
+        convention = suitable_convention(moved)
         found = moved.fit(convention)
         assert found is not None
         frame = frame * pose_in_digits(_along_z(found.turn, found.shift), {})

@@ -6,7 +6,6 @@ from typing import Protocol
 
 from ...model.errors import RobotError
 from ...model.mechanism import Described
-from ..cleaned_robot import cleaned_with_warning
 from ..toml_file import DescriptionError
 from ..urdf import UrdfFile
 from .identifiers import identifier
@@ -39,36 +38,6 @@ class LinkedBodies(Protocol):
 def is_imported(file: Path) -> bool:
     """Whether a file's ending is that of a URDF, a xacro file or an MJCF model."""
     return file.suffix.lower() in SUFFIXES
-
-
-def from_file(
-    path: str | Path,
-    base: str | None = None,
-    tip: str | None = None,
-    name: str | None = None,
-    arguments: Sequence[str] = (),
-    exact: bool = False,
-) -> Described:
-    """The chain between two links of a URDF, a xacro file or an MJCF model.
-
-    Args:
-        path: The file; its ending says which it is.
-        base: The link whose frame is the base frame; by default the root.
-        tip: The link whose frame is the tool frame; by default the end of the longest chain.
-        name: The robot's name; by default the file's own.
-        arguments: Values of a xacro file's arguments, each as ``name:=value``.
-        exact: Whether every number is taken as it is written. Otherwise numbers lose noise, and
-            rounded angles, directions and arrangements become exact.
-
-    Returns:
-        The robot: a Mechanism where an MJCF model closes loops through joints of the chain, else a
-        SerialRobot. ``notes`` name the tip where others are there.
-
-    Raises:
-        DescriptionError: The file is wrong, has no such chain, or has several longest chains.
-    """
-    robot = opened(Path(path), arguments).robot(base, tip, name)
-    return robot if exact else cleaned_with_warning(robot, str(path))
 
 
 def opened(file: Path, arguments: Sequence[str] = ()) -> LinkedBodies:

@@ -28,7 +28,7 @@ from ...model.robot import Joint, SerialRobot
 from ...model.tolerances import CALIBRATED_TOOL, EVALUATION_DIGITS, ROUNDING
 from ..conventions.denavit_hartenberg import dh
 from ..conventions.urdf_origin import urdf
-from ..file_text import read_text
+from ..file_text import text_of
 from ..toml_file import DescriptionError
 from .roll_pitch_yaw import of_matrix
 
@@ -53,21 +53,22 @@ class LinkPose:
     rpy: Vector
 
 
-def calibrated(robot: Described, file: Path) -> SerialRobot:
+def apply_calibration(description: Described, path: str | Path) -> SerialRobot:
     """An arm with the measured geometry of one robot instead of the data sheet's.
 
     Names, limits, base and tool frames stay. Joints are described by URDF origins afterwards.
 
     Args:
-        robot: A UR arm: six revolute joints in DH parameters, or in URDF origins with axes z.
-        file: The controller's ``calibration.conf``, or the ``.yaml`` that the ROS driver extracts.
+        description: A UR arm: six revolute joints in DH parameters, or in URDF origins with axes z.
+        path: The controller's ``calibration.conf``, or the ``.yaml`` that the ROS driver extracts.
 
     Raises:
         RobotError: The file is no calibration, the robot is no such arm, or the calibration is that
             of another type of arm: tools at zero differ by more than ``CALIBRATED_TOOL``.
     """
+    file = Path(path)
     with mp.workdps(EVALUATION_DIGITS):
-        return _measured(_arm(robot, file), _File(file), file)
+        return _measured(_arm(description, file), _File(file), file)
 
 
 def _measured(arm: SerialRobot, calibration: "_File", file: Path) -> SerialRobot:
@@ -122,7 +123,7 @@ class _File:
 
     def __init__(self, file: Path) -> None:
         self.file = file
-        self.text = read_text(file)
+        self.text = text_of(file)
         self.hash = ""
 
     def poses(self, robot: SerialRobot) -> tuple[LinkPose, ...]:

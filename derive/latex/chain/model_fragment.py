@@ -25,7 +25,7 @@ def model_quality(report: ModelReport) -> str:
         names.escape(ranked(name, numbers, rank, report.identifiable))
         for name, numbers, rank in (
             ("As described", report.numbers, report.rank),
-            ("As suited", report.suited_numbers, report.suited_rank),
+            ("As suited", report.suitable_numbers, report.suitable_rank),
         )
     ]
     return text(
@@ -65,7 +65,7 @@ def _joint(joint: JointQuality) -> str:
     return sentence(
         rf"Joint {names.escape(joint.joint)} behind {names.escape(joint.before)}: angle"
         rf" ${angle:.4g}^\circ$, distance ${joint.distance:.6g}$ m. The description {described};"
-        f" {names.escape(joint.suited)} suits the joint.",
+        f" {names.escape(joint.suitable)} suits the joint.",
         tables.tabular(columns, repeated=1),
     )
 

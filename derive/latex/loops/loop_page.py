@@ -56,7 +56,7 @@ class LoopPage:
         assert isinstance(mechanism, Mechanism)
         assert hybrid is not None
         symbols = members(mechanism)
-        printed = derive(mechanism.main_chain, PRINTED, derivation.families)
+        printed = derive(mechanism.main_chain, functions=PRINTED, families=derivation.families)
         inverse, functions = derivation.inverse, (f for f in derivation.functions if not f.calls)
         # The steps of the robot's own inverse stand in place of those of a general main chain.
         ways = STRUCTURED if inverse and inverse.solved else WAYS

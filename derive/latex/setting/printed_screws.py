@@ -11,7 +11,7 @@ from itertools import count
 
 import sympy as sp
 
-from ...chain.poe import to_poe
+from ...chain.poe import product_of_exponentials
 from ...model.robot import Placement, Rotation, SerialRobot
 from ...model.tolerances import ROUNDING
 from ...model.values import Values, to_digits
@@ -45,7 +45,7 @@ class _Decimal(Rotation):
 
 def printed_screws(robot: SerialRobot, notation: Notation) -> Screws:
     """Screw axes and home pose in short symbols."""
-    S, M = to_poe(_with_decimals(robot))
+    S, M = product_of_exponentials(_with_decimals(robot))
     definitions: list[tuple[sp.Symbol, sp.Expr]] = []
     known: dict[sp.Symbol, sp.Expr] = {}
     replacements, (S, M) = sp.cse([S, M], symbols=_symbols(), order="none")

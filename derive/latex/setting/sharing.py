@@ -72,7 +72,7 @@ def equations(derivation: Derivation, called: Sequence[str] = ()) -> PrintedEqua
     robot = derivation.robot
     assert isinstance(robot, SerialRobot)
     if not {function.name for function in derivation.functions}.issuperset(PRINTED):
-        derivation = derive(robot, PRINTED)
+        derivation = derive(robot, functions=PRINTED)
     fk = derivation.function("fk")
     notation = Notation(robot, derivation.terms, fk.inputs[0].symbols, called)
     printer = Printer.of(notation)

@@ -4,7 +4,7 @@ from functools import cache
 
 import pytest
 
-from chasles.derive import load
+from chasles.derive import read
 from tests.support.compiling import compiled
 from tests.support.derivations import description
 from tests.support.measured_arms import drawn
@@ -20,7 +20,7 @@ def loaded(tmp_path_factory):
     def by_name(name):
         folder = tmp_path_factory.mktemp("parametric") / name
         functions = ["fk", "fk_p", "jacobian_p", IDENTIFICATION]
-        return compiled(load(description(name)), folder, functions)
+        return compiled(read(description(name)), folder, functions)
 
     return by_name
 

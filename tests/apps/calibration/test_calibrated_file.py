@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from chasles.calibration import robot_file
 from chasles.cli import main
-from chasles.derive import RobotError, load
+from chasles.derive import RobotError, read
 from tests.support.compiling import compiled
 from tests.support.derivations import ROBOTS
 from tests.support.measured_arms import drawn
@@ -30,7 +30,7 @@ def mine(arm, driven, tmp_path_factory):
     path = folder / "mine.toml"
     path.write_text(robot_file(arm, driven[0], "mine", "a test"))
     functions = ["fk", "ik", "coordinates_from_readings", "readings_from_coordinates"]
-    return compiled(load(path), folder / "mine", functions, ["c"])
+    return compiled(read(path), folder / "mine", functions, ["c"])
 
 
 def test_robot_file_reproduces_calibrated_fk_and_ik_inverts_it(arm, truth, mine):
@@ -52,7 +52,7 @@ def test_robot_file_reproduces_fk_with_prismatic_joints_and_offsets(loaded, tmp_
     path = tmp_path / "mine.toml"
     path.write_text(robot_file(robot, p, "mine", "a test"))
     q = random.uniform(-2, 2, (100, robot.n))
-    mine = compiled(load(path), tmp_path / "mine", ["fk"], ["c"])
+    mine = compiled(read(path), tmp_path / "mine", ["fk"], ["c"])
     assert_allclose(mine.fk(q), robot.fk_p(q, p), atol=1e-13)
 
 
@@ -75,10 +75,10 @@ def test_non_invertible_transmissions_are_rejected(tmp_path):
     for law, words in (('gain = 1\nsin1 = "3"', "waves of at most"), ("gain = 0", "other than 0")):
         path.write_text(f'{text}\n[[transmissions]]\nof = "shoulder"\n{law}\n')
         with pytest.raises(RobotError, match=words):
-            load(path)
+            read(path)
     path.write_text(f'{text}\n[[transmissions]]\nof = "none"\n')
     with pytest.raises(RobotError, match="transmission of 'none'"):
-        load(path)
+        read(path)
 
 
 def test_calibrate_command_writes_robot_file_and_reports_errors(
@@ -93,7 +93,7 @@ def test_calibrate_command_writes_robot_file_and_reports_errors(
         lines.writerows([*q, *y] for q, y in zip(np.degrees(truth.q), 1e3 * points, strict=True))
     assert main(["calibrate", str(table), "--robot", "ur5e", "--to", str(to)]) == 0
     assert "shoulder_lift_tilt_x" in capsys.readouterr().out
-    calibrated = load(to)
+    calibrated = read(to)
     assert calibrated.name == "mine"
     assert "identified from measured.csv" in calibrated.source
     table.write_text("q1 [deg],x [mm]\n1,2\n")

@@ -26,7 +26,7 @@ from chasles.calibration import (
 )
 from chasles.calibration.fitting.noise import OUTLYING
 from chasles.calibration.fitting.problem import Fit, problem_at
-from chasles.derive import RobotError, casadi_function, derive, load, loads
+from chasles.derive import RobotError, casadi_function, derive, read, read_text
 from chasles.derive.chain.parametric import PARAMETRIC
 from chasles.derive.latex.inverse.inverse_fragment import inverse_of_loops
 from chasles.derive.latex.loops.loop_page import LoopPage
@@ -59,7 +59,7 @@ def parametric(name):
     folder = Path(tempfile.mkdtemp()) / name
     functions = sorted(set(FUNCTIONS.get(name, ("fk", "fk_p", "parts_p"))))
     languages = ["c", "casadi"] if name == "four_bar" else ["c"]
-    return compiled(load(ROBOTS / f"{name}.toml"), folder, functions, languages)
+    return compiled(read(ROBOTS / f"{name}.toml"), folder, functions, languages)
 
 
 def drawn(robot, random, error):
@@ -192,7 +192,7 @@ def test_unobservable_mechanism_scale_is_reported_redundant(tmp_path):
     path = tmp_path / "rocker.toml"
     path.write_text(text.replace(tool, 'tool = { body = "rocker" }'))
     functions = ["fk", "fk_p", "identification_jacobian"]
-    robot = compiled(load(path), tmp_path / "rocker", functions, ["c"])
+    robot = compiled(read(path), tmp_path / "rocker", functions, ["c"])
     q = np.linspace(-3, 3, 60)[:, None]
     noise = screws.exp(np.random.default_rng(0).normal(size=(60, 6)) * np.repeat(SIGMA, 3))
     # Ground 0.35, crank 0.1, coupler 0.3 and rocker 0.25: an axis that shifts takes the link before
@@ -217,7 +217,7 @@ def test_robot_file_reproduces_identified_loop_robot(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(robot_file(robot, p, "mine", "a test"))
     converted = ["coordinates_from_readings", "readings_from_coordinates"]
-    mine = compiled(load(path), tmp_path / "mine", ["fk", "chain", "actuators", *converted], ["c"])
+    mine = compiled(read(path), tmp_path / "mine", ["fk", "chain", "actuators", *converted], ["c"])
     r = around(robot, random, 200)
     q, T = mine.coordinates_from_readings(r), robot.fk_p(r, p)
     closed = np.isfinite(T).all((-2, -1))
@@ -230,10 +230,10 @@ def test_robot_file_reproduces_identified_loop_robot(tmp_path):
 def test_robot_file_resolves_its_nominal_robot(tmp_path):
     robot, random = parametric("four_bar"), np.random.default_rng(5)
     text = robot_file(robot, drawn(robot, random, 5e-4), "mine", "a test", "four_bar")
-    mine = loads(text, str(tmp_path / "mine.toml"))
-    assert mine.nominal == load(ROBOTS / "four_bar.toml")
+    mine = read_text(text, file=str(tmp_path / "mine.toml"))
+    assert mine.nominal == read(ROBOTS / "four_bar.toml")
     with pytest.raises(RobotError, match="or a robot file beside this one"):
-        loads(text.replace('nominal = "four_bar"', 'nominal = "no_bar"'))
+        read_text(text.replace('nominal = "four_bar"', 'nominal = "no_bar"'))
 
 
 def test_casadi_fk_p_and_derivatives_match_runtime_for_perturbed_loops():
@@ -300,7 +300,7 @@ def calibrated(name, seed):
     robot = parametric(name)
     p = drawn(robot, np.random.default_rng(seed), DRAWN)
     text = robot_file(robot, p, f"mine_{seed}", "a test", name)
-    return loads(text, f"{name}_{seed}.toml")
+    return read_text(text, file=f"{name}_{seed}.toml")
 
 
 def postures(name, seed):
@@ -394,7 +394,9 @@ def test_built_delta_ik_position_finds_all_scipy_solutions(built_delta):
 
 def test_article_prints_nominal_inverse_of_calibrated_loop_robot():
     """Three joints are given, by the symbols of the chain that is printed."""
-    printed = inverse_of_loops(LoopPage.of(derive(calibrated("well_manipulator", 5), ["ik"])))
+    printed = inverse_of_loops(
+        LoopPage.of(derive(calibrated("well_manipulator", 5), functions=["ik"]))
+    )
     given = "$l_{HI}$, $l_{MN}$ and $\\theta_{7}$."
     assert given in printed
     assert "true arm" in printed

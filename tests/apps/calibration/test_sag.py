@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 from chasles import screws
 from chasles.calibration import Positions, identify, robot_file
-from chasles.derive import RobotError, derive, loads
+from chasles.derive import RobotError, derive, read_text
 from chasles.errors import InputValueError
 from tests.support.compiling import compiled
 from tests.support.convention_robots import sagging_ur5e
@@ -20,7 +20,7 @@ YIELD = np.array([3e-5, 5e-5, 8e-5, 1e-4, 1e-4, 2e-4])
 def arm(tmp_path_factory):
     folder = tmp_path_factory.mktemp("sagging") / "ur5e"
     functions = ["fk", "fk_p", "jacobian_p", "identification_jacobian"]
-    return compiled(loads(sagging_ur5e()), folder, functions, ["c"])
+    return compiled(read_text(sagging_ur5e()), folder, functions, ["c"])
 
 
 def part(arm, name):
@@ -124,7 +124,7 @@ def check_file(arm, folder, functions, seed, soft=slice(None)):
     """The calibrated arm reaches the poses of the model from readings, and gives them back."""
     random = np.random.default_rng(seed)
     p, shown = sagging(arm, random, soft), random.uniform(-0.5, 1, (500, arm.n))
-    mine = compiled(loads(robot_file(arm, p, "mine", "simulated")), folder, functions, ["c"])
+    mine = compiled(read_text(robot_file(arm, p, "mine", "simulated")), folder, functions, ["c"])
     true = mine.coordinates_from_readings(shown)
     rigid = np.where(part(arm, "compliance"), 0, p)
     T = arm.fk_p(shown, p)
@@ -144,7 +144,7 @@ def test_robot_file_with_springs_reproduces_sag_and_ik(arm, tmp_path):
 
 
 def test_robot_file_reproduces_sag_with_prismatic_joints(tmp_path):
-    arm = compiled(loads(SLIDING), tmp_path / "arm", ["fk", "fk_p", "jacobian_p"], ["c"])
+    arm = compiled(read_text(SLIDING), tmp_path / "arm", ["fk", "fk_p", "jacobian_p"], ["c"])
     check_file(arm, tmp_path / "mine", FUNCTIONS, 4, soft=[1, 2])
 
 
@@ -159,11 +159,11 @@ def test_robot_file_reproduces_sag_with_prismatic_joints(tmp_path):
     ids=["no limits", "excessive compliance", "missing coordinate", "unknown key"],
 )
 def test_invalid_springs_are_rejected_by_name(old, new, expected, tmp_path):
-    arm = compiled(loads(SLIDING), tmp_path / "arm", ["fk", "fk_p", "jacobian_p"], ["c"])
+    arm = compiled(read_text(SLIDING), tmp_path / "arm", ["fk", "fk_p", "jacobian_p"], ["c"])
     text = robot_file(arm, sagging(arm, np.random.default_rng(4)), "mine", "simulated")
     assert text.count(old) == 1
     with pytest.raises(RobotError, match=expected):
-        derive(loads(text.replace(old, new)), FUNCTIONS)
+        derive(read_text(text.replace(old, new)), functions=FUNCTIONS)
 
 
 MIMICKED = """
@@ -184,7 +184,7 @@ mass = 1
 
 
 def test_spring_of_mimicked_coordinate_cannot_be_written(tmp_path):
-    moved = loads(MIMICKED)
+    moved = read_text(MIMICKED)
     arm = compiled(moved, tmp_path, ["fk_p", "jacobian_p"], ["c"])
     p = np.array([g.value for g in arm.geometry])
     p[part(arm, "compliance")] = 1e-5

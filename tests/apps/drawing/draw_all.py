@@ -14,12 +14,12 @@ sys.path.insert(0, str(ROOT))
 
 def descriptions(folder, count):
     """A name and a description each."""
-    from chasles.derive import load
+    from chasles.derive import read
     from tests.support.chains import random_chain
     from tests.support.derivations import ROBOTS
 
     for path in (*sorted((ROBOTS / "shelf").glob("*.toml")), *sorted(folder.glob("*.urdf"))):
-        yield path.stem, load(path)
+        yield path.stem, read(path)
     generator = random.Random(0)
     for k in range(count):
         yield f"random {k}", random_chain(generator, generator.randint(2, 8)).robot()

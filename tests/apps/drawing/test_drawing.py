@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.derive import load
+from chasles.derive import read
 from chasles.drawing import skeleton
 from chasles.drawing.figure import figure_of, other_inverses
 from chasles.drawing.marks import hull, marks
@@ -192,7 +192,7 @@ def test_labels_do_not_overlap_for_shipped_robots(name):
 
 @pytest.mark.parametrize("name", SHELF)
 def test_labels_do_not_overlap_for_shelf_robots(name):
-    bodies = described_skeleton(load(description(name)))
+    bodies = described_skeleton(read(description(name)))
     figure = lettered(bodies)
     assert len(letters(figure)) >= bodies.robot.n
     assert overlaps(figure) == []

@@ -52,13 +52,11 @@ def robots(folder, count, kept):
     """A name and a function that loads the robot, for each."""
     import chasles
     from chasles.derive import write
-    from chasles.derive.emit.languages import EMITTERS
     from tests.support.generators.drawn_mechanisms import drawn_mechanism
 
     def drawn(seed):
         target = kept / f"m{seed}"
-        emitters = [own for own in EMITTERS if own.language in ("c", "python")]
-        write(drawn_mechanism(seed).mechanism, target, emitters=emitters)
+        write(drawn_mechanism(seed).mechanism, target, languages=("c", "python"))
         return chasles.load(next(target.rglob("manifest.json")).parent)
 
     for name in (*chasles.robots(), *chasles.shelf_robots()):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.derive import load
+from chasles.derive import read
 from chasles.view import html_page
 from chasles.view.display import Display
 from tests.support.compiling import compiled
@@ -28,7 +28,7 @@ def test_page_kinematics_match_generated_functions(browser, tmp_path):
     opened(browser, tmp_path, chasles.load("four_bar"))
     checked, kinds = 0, set()
     functions = ["fk", "configuration", "constraint", "constraint_D_z"]
-    held = compiled(load(HELD), tmp_path / "held", functions, ("c", "python"))
+    held = compiled(read(HELD), tmp_path / "held", functions, ("c", "python"))
     for robot in (*map(chasles.load, chasles.robots()), held):
         name = robot.name
         display = Display(robot)

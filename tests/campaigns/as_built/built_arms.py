@@ -12,7 +12,6 @@ import numpy as np
 
 import chasles
 from chasles.derive import Mechanism, RobotError, write
-from chasles.derive.emit.languages import EMITTERS
 from tests.support.generators.driven_arms import built_arm
 
 from ..bars import barred
@@ -63,7 +62,7 @@ def judged_arm(arm: Mechanism, number: int) -> Judged:
     rng = np.random.default_rng(number)
     with tempfile.TemporaryDirectory() as folder:
         try:
-            write(arm, folder, FUNCTIONS, [e for e in EMITTERS if e.language in C_ALONE])
+            write(arm, folder, functions=FUNCTIONS, languages=C_ALONE)
         except RobotError as error:
             if "has no function ik" not in str(error):
                 raise

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import chasles
-from chasles.derive import load, write
-from chasles.derive.emit.languages import EMITTERS
+from chasles.derive import read, write
 from tests.support.derivations import ROBOTS
 from tests.support.generators.as_built import BOARD_INSTALLER, as_built
 
@@ -57,10 +56,10 @@ def trial(number: int) -> Outcome:
 def judged(number: int) -> Judged:
     """Derive and judge the board installer of a number."""
     rng = np.random.default_rng(number)
-    design = load(ROBOTS / "board_installer.toml")
+    design = read(ROBOTS / "board_installer.toml")
     built = as_built(design, BOARD_INSTALLER, ERROR, rng)
     with tempfile.TemporaryDirectory() as folder:
-        write(built, folder, FUNCTIONS, [e for e in EMITTERS if e.language in C_ALONE])
+        write(built, folder, functions=FUNCTIONS, languages=C_ALONE)
         robot, nominal = chasles.load(folder), chasles.load(design.name)
         q = rng.uniform(robot.lower, robot.upper, (POSES, robot.n))
         q = q[robot.valid(q)]

@@ -73,7 +73,7 @@ def judged(design: Mechanism, written: Mechanism, places: int, rng: np.random.Ge
     lost = int(forms[0] != forms[1])
     if Hybrid(robot).forward.open:
         return Judged(lost, 0.0, forms)
-    derivation = derive(robot, ["configuration"])
+    derivation = derive(robot, functions=["configuration"])
     (kernel,) = lower([derivation.function("configuration")], robot.name)
     numbers = Multistart(written)
     scales = np.array([numbers.size if c.unit == "m" else 1.0 for c in robot.coordinates])

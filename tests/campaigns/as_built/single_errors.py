@@ -13,7 +13,6 @@ import numpy as np
 
 import chasles
 from chasles.derive import Mechanism, RobotError, write
-from chasles.derive.emit.languages import EMITTERS
 from tests.support.generators.as_built import single_errors
 from tests.support.oracles.least_gaps import LeastGaps
 from tests.support.oracles.multi_start import Multistart
@@ -107,16 +106,20 @@ def judged(built: Mechanism, design: Mechanism, rng: np.random.Generator) -> Jud
 
 def _written(built: Mechanism, design: Mechanism, folder: str, *, has_ik: bool) -> chasles.Robot:
     """Write and load the robot with the functions that are judged and that it has."""
-    emitters = [e for e in EMITTERS if e.language in C_ALONE]
     built, names = replace(built, nominal=design), FUNCTIONS if has_ik else FUNCTIONS[:-1]
     try:
-        write(built, folder, names, emitters)
+        write(built, folder, functions=names, languages=C_ALONE)
     except RobotError as error:
         text = str(error).partition("has no function ")[2].partition(";")[0]
         absent = set(text.split(", "))
         if not absent & set(OPTIONAL):
             raise
-        write(built, folder, [name for name in names if name not in absent], emitters)
+        write(
+            built,
+            folder,
+            functions=[name for name in names if name not in absent],
+            languages=C_ALONE,
+        )
     return chasles.load(folder)
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from chasles.derive import loads
+from chasles.derive import read_text
 from tests.campaigns import planar
 from tests.support.compiling import compiled
 from tests.support.generators.planar_platforms import drawn_platform
@@ -34,7 +34,7 @@ def legs(tmp_path_factory):
 
 def derived(platform, folder, functions):
     """The robot of a platform with some functions."""
-    described = loads(platform.text("platform"))
+    described = read_text(platform.text("platform"))
     return compiled(described, folder / "platform", functions, planar.LANGUAGES)
 
 

@@ -2,7 +2,7 @@
 
 import sympy as sp
 
-from chasles.derive import Joint, Mimic, SerialRobot, load, to_poe
+from chasles.derive import Joint, Mimic, SerialRobot, product_of_exponentials, read
 from chasles.derive.chain.groups import groups
 from chasles.derive.description.conventions import dh, urdf
 from chasles.derive.terms.terms import Terms
@@ -31,12 +31,12 @@ def shaped(robot):
 
 
 def test_parallel_axes_sum_their_joint_angles():
-    _, angles = shaped(load(ROBOTS / "ur5e.toml"))
+    _, angles = shaped(read(ROBOTS / "ur5e.toml"))
     assert angles == [[q[0]], [q[1], q[1] + q[2], q[1] + q[2] + q[3]], [q[4]], [q[5]]]
 
 
 def test_antiparallel_axis_enters_angle_sum_with_negative_sign():
-    found, angles = shaped(load(ROBOTS / "scara.toml"))
+    found, angles = shaped(read(ROBOTS / "scara.toml"))
     assert angles == [[q[0], q[0] + q[1], q[0] + q[1] - q[3]]]
     (group,) = found
     assert [station.sign for station in group.stations if station.joint is not None] == [1, 1, -1]
@@ -44,7 +44,7 @@ def test_antiparallel_axis_enters_angle_sum_with_negative_sign():
 
 
 def test_right_angle_tilts_are_exact_and_offsets_join_joint_angle():
-    found, angles = shaped(load(ROBOTS / "panda.toml"))
+    found, angles = shaped(read(ROBOTS / "panda.toml"))
     assert angles[-1] == [q[6] - sp.pi / 4]
     assert {abs(entry) for group in found for entry in group.tilt} == {0, 1}
 
@@ -121,7 +121,7 @@ def test_shipped_robots_have_parallel_axis_groups_of_data_sheet():
     }
     assert set(NAMES) == set(runs)
     for name, expected in runs.items():
-        found, _ = shaped(load(ROBOTS / f"{name}.toml"))
+        found, _ = shaped(read(ROBOTS / f"{name}.toml"))
         turning = [[s.joint for s in group.stations if s.joint is not None] for group in found]
         assert [run for run in turning if run] == expected, name
 
@@ -130,7 +130,7 @@ def test_the_groups_multiply_to_the_orientation_of_the_tool():
     """R_0_ee = Rz Rx Rz Rx ... R_tool, the form that the module promises, at 30 digits."""
     checked = 0
     for name in NAMES:
-        robot = load(ROBOTS / f"{name}.toml")
+        robot = read(ROBOTS / f"{name}.toml")
         terms = Terms({p.symbol: p.value for p in robot.parameters})
         values = robot.joint_values(q[: len(robot.coordinates)])
         found = groups(robot, terms, values)
@@ -146,7 +146,7 @@ def test_the_groups_multiply_to_the_orientation_of_the_tool():
             R = (R * (turn * tilt).xreplace(numbers)).evalf(30)
         axes = found[-1].stations[-1].frames[-1].orientation
         R = (R * sp.Matrix(axes).T.xreplace(numbers)).evalf(30)
-        S, M = to_poe(robot)
+        S, M = product_of_exponentials(robot)
         expected = sp.eye(3)
         for k, value in enumerate(values):
             x, y, z = S[3:, k]

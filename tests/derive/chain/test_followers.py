@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from chasles.derive import Mimic, artifacts, derive, explain
+from chasles.derive import Mimic, derive, explain, files
 from tests.support.generators.synthetic import Function, robot_of
 
 POSES = 500
@@ -51,8 +51,10 @@ def test_ik_with_mimic_joints_recovers_generating_configuration(chain, laws):
 
 def test_article_and_explanation_state_that_mimic_joints_are_free():
     robot = followed(*CHAINS[0])
-    files = artifacts(robot)
-    (article,) = (text for name, text in files.items() if name.endswith("latex/inverse.tex"))
+    written = files(robot)
+    (article,) = (
+        text.decode() for name, text in written.items() if name.endswith("latex/inverse.tex")
+    )
     assert "the joints that follow others are free" in article
     assert "j4 follows another joint, and is free in these steps" in str(explain(robot))
 

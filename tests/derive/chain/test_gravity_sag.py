@@ -6,7 +6,7 @@ import sympy as sp
 from numpy.testing import assert_allclose
 from test_parametric import check, functions_of, nominal
 
-from chasles.derive import DescriptionError, RobotError, load, loads
+from chasles.derive import DescriptionError, RobotError, read, read_text
 from chasles.derive.chain.poe import placement_matrix
 from chasles.derive.model.robot import Load, PointMass
 from tests.support.convention_robots import sagging_ur5e
@@ -56,7 +56,7 @@ UNLOADED = MIXED.partition("[[masses]]")[0]
 
 
 def test_sag_derivatives_match_automatic_differentiation_of_pose():
-    check(loads(MIXED))
+    check(read_text(MIXED))
 
 
 def numbers(placement, values):
@@ -90,7 +90,7 @@ def generalized_gravity(robot, q):
 
 @pytest.mark.parametrize("text", [MIXED, sagging_ur5e('[1, 2, "-9.5"]')], ids=["mixed", "ur5e"])
 def test_compliance_columns_match_pinocchio_gravity_torques(text):
-    robot = loads(text)
+    robot = read_text(text)
     derived, functions = functions_of(robot, ["jacobian_p", "identification_jacobian"])
     p = nominal(derived)
     compliant = [k for k, g in enumerate(derived.geometry.parameters) if g.part == "compliance"]
@@ -108,11 +108,11 @@ def test_compliance_columns_match_pinocchio_gravity_torques(text):
 def test_robot_without_gravity_has_no_compliance_parameters(tmp_path):
     path = tmp_path / "ur5e.toml"
     path.write_text(sagging_ur5e())
-    sagging = load(path)
+    sagging = read(path)
     assert [str(mass.mass) for mass in sagging.load.masses] == ["m_upper_arm", "23/10", "m_held"]
     values = {p.name: (p.value, p.kind) for p in sagging.parameters}
     assert values["m_held"] == (sp.Rational(9, 2), "mass")
-    rigid, _ = functions_of(loads(UNLOADED.replace("gravity", "# gravity")), ["fk_p"])
+    rigid, _ = functions_of(read_text(UNLOADED.replace("gravity", "# gravity")), ["fk_p"])
     assert all(g.part != "compliance" for g in rigid.geometry.parameters)
 
 
@@ -132,15 +132,15 @@ def test_robot_without_gravity_has_no_compliance_parameters(tmp_path):
 )
 def test_invalid_mass_entries_raise_specific_errors(old, new, expected):
     with pytest.raises(DescriptionError, match=expected):
-        loads(MIXED.replace(old, new))
+        read_text(MIXED.replace(old, new))
 
 
 def test_gravity_without_masses_is_rejected():
     with pytest.raises(DescriptionError, match="masses"):
-        loads(UNLOADED)
+        read_text(UNLOADED)
 
 
 def test_point_mass_on_unknown_link_is_rejected():
-    robot = loads(MIXED)
+    robot = read_text(MIXED)
     with pytest.raises(RobotError, match="nowhere"):
         type(robot)(robot.name, robot.joints, load=Load((PointMass("nowhere", 1, (0, 0, 0)),)))

@@ -10,7 +10,7 @@ import sympy as sp
 from numpy.testing import assert_allclose
 from test_parametric import drawn, functions_of
 
-from chasles.derive import Joint, Mimic, SerialRobot, load
+from chasles.derive import Joint, Mimic, SerialRobot, read
 from chasles.derive.chain.poe import placement_matrix
 from chasles.derive.description.conventions import CONVENTIONS
 from chasles.derive.model.mechanism import Strut
@@ -131,7 +131,7 @@ PLAIN = SerialRobot(
 CHAINS = {
     "plain": lambda: PLAIN,
     **{c.name: lambda c=c: drawn(c, 3) for c in CONVENTIONS},
-    **{n: lambda n=n: load(ROBOTS / f"{n}.toml") for n in ("stanford",)},
+    **{n: lambda n=n: read(ROBOTS / f"{n}.toml") for n in ("stanford",)},
 }
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from chasles.derive import Joint, Mimic, Parameter, RobotError, SerialRobot, derive, load
+from chasles.derive import Joint, Mimic, Parameter, RobotError, SerialRobot, derive, read
 from chasles.derive.chain.parametric import PARAMETRIC
 from chasles.derive.description.conventions import CONVENTIONS
 from chasles.derive.model.placements import rotation, translation
@@ -22,14 +22,14 @@ IN_TOOL_FRAME = ("fk_p", "jacobian_p", "identification_jacobian")
 
 
 def functions_of(robot, parametric=PARAMETRIC):
-    derived = derive(robot, ["fk", "jacobian_mixed", *parametric])
+    derived = derive(robot, functions=["fk", "jacobian_mixed", *parametric])
     names = [function.name for function in derived.functions]
     return derived, dict(zip(names, lower(derived.functions, robot.name), strict=True))
 
 
 @cache
 def shipped(name):
-    return functions_of(load(ROBOTS / f"{name}.toml"))
+    return functions_of(read(ROBOTS / f"{name}.toml"))
 
 
 def nominal(derived):
@@ -144,10 +144,10 @@ def test_axis_and_tool_parameters_are_complete_and_minimal(name):
 
 
 def test_parametric_functions_are_derived_only_on_request():
-    robot = load(ROBOTS / "scara.toml")
+    robot = read(ROBOTS / "scara.toml")
     plain = derive(robot)
     assert not {f.name for f in plain.functions} & set(PARAMETRIC)
     assert plain.geometry is None
     assert {f.name for f in derive(robot, parametric=True).functions} >= set(PARAMETRIC)
     with pytest.raises(RobotError, match="fk_q"):
-        derive(robot, ["fk_q"])
+        derive(robot, functions=["fk_q"])

@@ -34,7 +34,7 @@ FULL = 1e-4
 @cache
 def loaded(name):
     path = ROBOTS / f"{name}.toml"
-    return chasles.derive.load(path if path.exists() else ROBOTS / "shelf" / f"{name}.toml")
+    return chasles.derive.read(path if path.exists() else ROBOTS / "shelf" / f"{name}.toml")
 
 
 def coordinates(robot):
@@ -70,7 +70,9 @@ def product(found):
 
 
 def jacobian(robot):
-    (kernel,) = lower([chasles.derive.derive(robot, ["jacobian_mixed"]).functions[0]], "arm")
+    (kernel,) = lower(
+        [chasles.derive.derive(robot, functions=["jacobian_mixed"]).functions[0]], "arm"
+    )
     return lambda q: np.array(kernel(q)).reshape(6, -1)
 
 
@@ -155,7 +157,7 @@ joints = [
 def test_determinant_factors_with_arbitrary_exact_twist_angles(angles):
     first, second, third = angles.split()
     text = TURNED.format(first=first, second=second, third=third)
-    robot = chasles.derive.loads(text, "arm.toml")
+    robot = chasles.derive.read_text(text, file="arm.toml")
     q, J = coordinates(robot), jacobian(robot)
     made = determinant(robot, q)
     assert len(made.factors) >= 2
@@ -211,7 +213,7 @@ def test_numerically_found_singularities_satisfy_a_condition(name):
 @pytest.mark.parametrize("name", ["panda", "jaco2"])
 def test_arms_without_short_factors_print_singular_configurations(name):
     robot = loaded(name)
-    page = Page.of(chasles.derive.derive(robot, ["fk"]))
+    page = Page.of(chasles.derive.derive(robot, functions=["fk"]))
     printed = printed_singularities(robot, page.equations.notation)
     assert not printed.conditions
     J = jacobian(robot)
@@ -227,7 +229,7 @@ def test_arms_without_short_factors_print_singular_configurations(name):
 def test_determinant_with_last_joint_fixed_matches_six_columns(name):
     """Of the other six columns, in numbers; one of its factors has half the angle in both parts."""
     robot = loaded(name)
-    page = Page.of(chasles.derive.derive(robot, ["ik"]))
+    page = Page.of(chasles.derive.derive(robot, functions=["ik"]))
     found, notation = page.singular, page.equations.notation
     assert found.held == (notation.q[6],)
     constant, factors = found.determinant
@@ -250,8 +252,8 @@ FULL_RANK = (94002, 94004, 94007, 94008)
 
 @pytest.mark.parametrize("seed", RANK_LOST)
 def test_page_states_rank_of_arms_singular_in_every_configuration(seed):
-    robot = chasles.derive.loads(round_arm(seed), "arm.toml")
-    page = Page.of(chasles.derive.derive(robot, ["fk"]))
+    robot = chasles.derive.read_text(round_arm(seed), file="arm.toml")
+    page = Page.of(chasles.derive.derive(robot, functions=["fk"]))
     q, J = coordinates(robot), jacobian(robot)
     drawn = np.random.default_rng(9).uniform(-3, 3, (20, len(q)))
     ranks = {np.linalg.matrix_rank(J(posture), FULL) for posture in drawn}
@@ -264,10 +266,10 @@ def test_page_states_rank_of_arms_singular_in_every_configuration(seed):
 
 @pytest.mark.parametrize("seed", FULL_RANK)
 def test_full_rank_arms_get_no_rank_statement(seed):
-    robot = chasles.derive.loads(round_arm(seed), "arm.toml")
+    robot = chasles.derive.read_text(round_arm(seed), file="arm.toml")
     J = jacobian(robot)
     posture = np.random.default_rng(9).uniform(-3, 3, len(robot.moving))
-    page = Page.of(chasles.derive.derive(robot, ["fk"]))
+    page = Page.of(chasles.derive.derive(robot, functions=["fk"]))
     assert np.linalg.matrix_rank(J(posture), FULL) == len(robot.moving)
     assert page.singular.rank is None
     assert "at most" not in singularities(page)
@@ -288,8 +290,8 @@ def test_a_mill_is_nowhere_singular():
         f'[[joints]]\nname = "j{k}"\ntype = "{kind}"\naxis = {axis}\nxyz = [30, {10 * k}, 0]\n'
         for k, (kind, axis) in enumerate(zip(kinds, axes, strict=True))
     ]
-    robot = chasles.derive.loads(MILL + "".join(joints), "mill.toml")
-    page = Page.of(chasles.derive.derive(robot, ["fk"]))
+    robot = chasles.derive.read_text(MILL + "".join(joints), file="mill.toml")
+    page = Page.of(chasles.derive.derive(robot, functions=["fk"]))
     assert page.singular.is_regular
     assert "nowhere singular" in singularities(page)
     J = jacobian(robot)
@@ -299,11 +301,11 @@ def test_a_mill_is_nowhere_singular():
 
 @pytest.mark.parametrize("name", ["stanford", "scara", "lynxmotion"])
 def test_arms_with_singularities_are_not_reported_as_regular(name):
-    assert not Page.of(chasles.derive.derive(loaded(name), ["fk"])).singular.is_regular
+    assert not Page.of(chasles.derive.derive(loaded(name), functions=["fk"])).singular.is_regular
 
 
 def test_singularity_text_numbers_axes_of_the_whole_arm():
-    page = Page.of(chasles.derive.derive(loaded("photo_robot"), ["ik"]))
+    page = Page.of(chasles.derive.derive(loaded("photo_robot"), functions=["ik"]))
     assert [k for k, q in enumerate(page.equations.notation.q) if q in page.singular.held] == [0, 3]
     # The slides 1 and 4 are held: the first turn is axis 2, the wrist has axes 6, 7 and 8.
     assert {condition.words for condition in page.singular.conditions} == {
@@ -318,8 +320,8 @@ def test_conditions_of_arm_without_spherical_wrist_are_singular():
     text = (Path(chasles.derive.__file__).parent / "robots" / "iiwa14.toml").read_text()
     turned = 'd = "d5"\nalpha = -90\n'
     assert turned in text
-    robot = chasles.derive.loads(text.replace(turned, 'd = "d5"\n'))
-    said = singularities(Page.of(chasles.derive.derive(robot, ["fk"])))
+    robot = chasles.derive.read_text(text.replace(turned, 'd = "d5"\n'))
+    said = singularities(Page.of(chasles.derive.derive(robot, functions=["fk"])))
     J = jacobian(robot)
     lost = {"c_{56}": (5, np.pi / 2 - 0.4), "s_{2}": (1, 0.0), "s_{4}": (3, 0.0)}
     for condition, (joint, value) in lost.items():

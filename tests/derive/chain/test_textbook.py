@@ -3,7 +3,15 @@
 import pytest
 import sympy as sp
 
-from chasles.derive import FUNCTIONS, Joint, Parameter, RobotError, SerialRobot, derive, to_poe
+from chasles.derive import (
+    Joint,
+    Parameter,
+    RobotError,
+    SerialRobot,
+    derive,
+    product_of_exponentials,
+)
+from chasles.derive.chain.kinematics import FUNCTIONS
 from chasles.derive.description.conventions import dh, poe
 from tests.laws.lie import adjoint, exp_screw, inverse_se3
 from tests.support.derivations import derivation
@@ -100,7 +108,7 @@ def test_a_screw_arm_is_the_product_of_its_exponentials():
     )
     parameters = tuple(Parameter(str(a), sp.Rational(1, 2)) for a in (a1, a2))
     derived = derive(SerialRobot("screws", joints, parameters=parameters))
-    S, M = to_poe(derived.robot)
+    S, M = product_of_exponentials(derived.robot)
     assert sp.Matrix(M) == sp.eye(4)
     assert S[:, 0] == sp.ImmutableMatrix([0, -a1, 0, 0, 0, 1])
     assert S[:, 1] == sp.ImmutableMatrix([h, 1, -a2, 1, 0, 0])
@@ -146,6 +154,6 @@ def test_an_unknown_function_is_an_error():
     with pytest.raises(
         RobotError, match="planar has no function fkk; its functions are fk, link_poses"
     ):
-        derive(planar_arm(), ("fkk",))
+        derive(planar_arm(), functions=("fkk",))
     with pytest.raises(KeyError, match="planar has no function 'fkk'"):
-        derive(planar_arm(), ("fk",)).function("fkk")
+        derive(planar_arm(), functions=("fk",)).function("fkk")

@@ -8,7 +8,7 @@ import pytest
 import sympy as sp
 from typer.testing import CliRunner
 
-from chasles.derive import DescriptionError, from_file, from_urdf, load, loads
+from chasles.derive import DescriptionError, read, read_text
 from chasles.derive.cli import app
 from chasles.derive.description.conventions import CONVENTIONS
 from chasles.derive.description.pose_error import pose_error
@@ -48,7 +48,7 @@ def numbers(robot):
 
 def test_noise_removal_lists_all_changes_and_stores_exact_numbers():
     text = ARM.format(theta="0.3")
-    robot = loads(text)
+    robot = read_text(text)
     assert numbers(robot) == {
         "parameter d1": (R("0.20249999999999999"), R("0.2025")),
         "parameter twist": (R("1.5708"), sp.pi / 2),
@@ -89,18 +89,18 @@ def test_large_effect_of_noise_removal_is_a_warning_that_names_the_option(tmp_pa
     path = tmp_path / "long.urdf"
     path.write_text(LONG.format(angle="1.57", length=2))
     words = r"move the tool by up to 0\.\d+ m and .*1\.57 taken as pi/2.*; --exact, or exact=True"
-    for read in (from_urdf, load, from_file, lambda _: loads(LONG_TOML)):
+    for reader in (read, lambda _: read_text(LONG_TOML)):
         with pytest.warns(UserWarning, match=words):
-            robot = read(path)
+            robot = reader(path)
         assert robot.cleaning.position > 5e-4
-    assert from_urdf(path, exact=True).cleaning.warning == ""
+    assert read(path, exact=True).cleaning.warning == ""
 
 
 @pytest.mark.parametrize(("angle", "length"), [("1.57", 0.5), ("1.5708", 100)])
 def test_small_effect_of_noise_removal_is_a_note(tmp_path, angle, length):
     path = tmp_path / "long.urdf"
     path.write_text(LONG.format(angle=angle, length=length))
-    robot = from_urdf(path)
+    robot = read(path)
     assert robot.cleaning.warning == ""
     assert f"{angle} taken as pi/2: roll of turn" in robot.notes
 
@@ -121,18 +121,20 @@ def test_command_line_warns_on_standard_error(tmp_path, option):
 
 def test_exact_files_and_exact_option_keep_numbers_as_written():
     text = ARM.format(theta="0.3")
-    as_written = loads(text, exact=True)
+    as_written = read_text(text, exact=True)
     assert as_written.cleaning.numbers == as_written.notes == ()
     assert [p.value for p in as_written.parameters] == [R("0.20249999999999999"), R("1.5708")]
     exact = text.replace('"1.5708"', '"pi/2"').replace('"-1.571"', '"-pi/2"')
     exact = exact.replace('"3.1416"', '"pi"').replace('"6.1e-17"', "0")
     exact = exact.replace("0.20249999999999999", "0.2025")
-    assert loads(exact) == loads(exact, exact=True)
-    assert repr(loads(exact)) == repr(loads(text)).replace(repr(loads(text).notes), "()")
+    assert read_text(exact) == read_text(exact, exact=True)
+    assert repr(read_text(exact)) == repr(read_text(text)).replace(
+        repr(read_text(text).notes), "()"
+    )
 
 
 def test_equal_numbers_are_snapped_alike_in_every_field():
-    robot = loads(ARM.format(theta="3.1416"))
+    robot = read_text(ARM.format(theta="3.1416"))
     assert dict(robot.joints[1].given)["theta"] == dict(robot.joints[1].given)["alpha"] == sp.pi
     assert "3.1416 taken as pi: alpha, theta of bend" in robot.notes
 
@@ -207,7 +209,7 @@ def test_pose_error_bound_holds_and_is_tight_in_every_convention():
         for seed in range(16):
             dice = random.Random(seed)
             text = random_file(dice)
-            robot, written = loads(text), loads(text, exact=True)
+            robot, written = read_text(text), read_text(text, exact=True)
             if not robot.cleaning.numbers:
                 assert repr(robot.joints) == repr(written.joints)
                 continue
@@ -231,7 +233,7 @@ def test_pose_error_bound_holds_and_is_tight_in_every_convention():
 
 
 def test_equal_robots_have_no_pose_error():
-    robot = loads(ARM.format(theta="0.3"))
+    robot = read_text(ARM.format(theta="0.3"))
     assert pose_error(robot, robot) == (0.0, 0.0)
 
 
@@ -250,7 +252,7 @@ def test_implausible_numbers_without_stated_unit_are_rejected(old, new, words):
     text = ARM.format(theta="0.3")
     assert old in text
     with pytest.raises(DescriptionError) as caught:
-        loads(text.replace(old, new))
+        read_text(text.replace(old, new))
     assert words in str(caught.value)
 
 
@@ -258,9 +260,9 @@ def test_implausible_numbers_without_stated_unit_are_rejected(old, new, words):
 def test_stated_unit_allows_implausible_lengths():
     text = ARM.format(theta="0.3").replace('a = "0.4"', "a = 2900")
     stated = text.replace("[parameters]", 'units = { length = "m" }\n[parameters]')
-    assert dict(loads(stated).joints[1].given)["a"] == 2900
+    assert dict(read_text(stated).joints[1].given)["a"] == 2900
     small = stated.replace('"m"', '"mm"').replace("2900", '"0.0029"')
-    assert dict(loads(small).joints[1].given)["a"] == R("2.9e-6")
+    assert dict(read_text(small).joints[1].given)["a"] == R("2.9e-6")
 
 
 URDF = """\
@@ -277,7 +279,7 @@ def test_urdf_limits_that_look_like_degrees_get_a_note(tmp_path):
     for limit, notes in (("3.1", ()), ("180", (asked,))):
         text = URDF.format(x="0.3", yaw="0").replace("continuous", "revolute")
         path.write_text(text.replace("<axis", f'<limit lower="-{limit}" upper="{limit}"/><axis'))
-        assert from_urdf(path).notes == notes
+        assert read(path).notes == notes
 
 
 @pytest.mark.parametrize(
@@ -293,5 +295,5 @@ def test_urdf_limits_that_look_like_degrees_get_a_note(tmp_path):
 def test_implausible_urdf_lengths_and_angles_get_a_note(tmp_path, x, yaw, notes):
     path = tmp_path / "r.urdf"
     path.write_text(URDF.format(x=x, yaw=yaw))
-    assert from_urdf(path).notes == notes
-    assert dict(from_urdf(path).joints[0].given)["xyz_x"] == R(x)
+    assert read(path).notes == notes
+    assert dict(read(path).joints[0].given)["xyz_x"] == R(x)

@@ -3,7 +3,7 @@
 import pytest
 import sympy as sp
 
-from chasles.derive import load
+from chasles.derive import read
 from tests.support.convention_robots import BY_NAME, equal, motion_matrix, q
 from tests.support.derivations import ROBOTS, derivation
 
@@ -91,7 +91,7 @@ def test_hayati_matches_product_of_rotations_in_its_source():
 def test_photo_robot_fk_equals_product_of_printed_matrices():
     """The shipped robot is the product of the printed matrices, A0 included; (11) turns back."""
     q = sp.symbols("q1:9", real=True)
-    r10, r2, l3, r40, r6 = (p.symbol for p in load(ROBOTS / "photo_robot.toml").parameters)
+    r10, r2, l3, r40, r6 = (p.symbol for p in read(ROBOTS / "photo_robot.toml").parameters)
 
     def turned(angle, tilt, reach=0, rise=0):
         """The printed pattern of (5)-(10): cosines and sines of the angle, tilt +1 or -1."""

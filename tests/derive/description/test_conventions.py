@@ -5,7 +5,7 @@ from itertools import combinations
 import pytest
 import sympy as sp
 
-from chasles.derive import Parameter, SerialRobot, load, loads, to_poe
+from chasles.derive import Parameter, SerialRobot, product_of_exponentials, read, read_text
 from chasles.derive.description.conventions import CONVENTIONS
 from tests.laws.lie import exp_screw
 from tests.support.convention_robots import BY_NAME, derived_fk, equal, joint, product, q, robot
@@ -79,8 +79,8 @@ def test_mechanism_is_defined_in_every_convention():
 def test_conventions_agree_pairwise_on_pose_and_screws(one, other):
     first, second = robot(*MECHANISM[one]), robot(*MECHANISM[other])
     assert equal(product(first), product(second))
-    S_first, M_first = to_poe(first)
-    S_second, M_second = to_poe(second)
+    S_first, M_first = product_of_exponentials(first)
+    S_second, M_second = product_of_exponentials(second)
     assert equal(S_first, S_second)
     assert equal(M_first, M_second)
 
@@ -264,10 +264,10 @@ d2 = 40
 def spatial(described, kind):
     """The mechanism from its file; its second joint turns or slides."""
     text = FILE.format(convention=described.split()[0], joints=SPATIAL[described])
-    numbers = [k for k, one in enumerate(loads(text).joints) if one.kind == "revolute"]
+    numbers = [k for k, one in enumerate(read_text(text).joints) if one.kind == "revolute"]
     before, *joints = text.split("[[joints]]")
     joints[numbers[1]] = f'\ntype = "{kind}"{joints[numbers[1]]}'
-    return loads("[[joints]]".join((before, *joints)))
+    return read_text("[[joints]]".join((before, *joints)))
 
 
 def test_spatial_mechanism_is_defined_in_every_convention():
@@ -279,7 +279,9 @@ def test_conventions_agree_on_spatial_mechanism(kind):
     found = {name: spatial(name, kind) for name in SPATIAL}
     products = {name: product(described) for name, described in found.items()}
     models = {
-        name: to_poe(described) for name, described in found.items() if name != "urdf"
+        name: product_of_exponentials(described)
+        for name, described in found.items()
+        if name != "urdf"
     }  # One joint of `urdf` counts backwards: its screw is the negative one.
     compared = 0
     for one, other in combinations(found, 2):
@@ -289,7 +291,7 @@ def test_conventions_agree_on_spatial_mechanism(kind):
         for first, second in zip(models[one], models[other], strict=True):
             assert equal(first, second), (one, other)
     assert compared == len(SPATIAL) * (len(SPATIAL) - 1) // 2 == 36
-    S, M = to_poe(found["urdf"])
+    S, M = product_of_exponentials(found["urdf"])
     assert equal(S[:, 0], -models["dh"][0][:, 0])
     assert equal(M, models["dh"][1])
 
@@ -305,7 +307,7 @@ def test_derived_fk_of_spatial_mechanism_equals_product(described, kind):
 @pytest.mark.parametrize("described", ["dh", "poe", "urdf with fixed joints"])
 def test_product_of_exponentials_of_spatial_mechanism_equals_pose(described):
     found = spatial(described, "revolute")
-    S, M = to_poe(found)
+    S, M = product_of_exponentials(found)
     T = sp.eye(4)
     for k in range(3):
         T = T * exp_screw(S[:, k], q[k])
@@ -316,8 +318,8 @@ def test_product_of_exponentials_with_helical_joint_equals_pose():
     text = FILE.format(convention="mdh", joints=SPATIAL["mdh"])
     before, first, second, third = text.split("[[joints]]")
     second = f'\ntype = "helical"\npitch = "a3/7"{second}'
-    found = loads("[[joints]]".join((before, first, second, third)))
-    S, M = to_poe(found)
+    found = read_text("[[joints]]".join((before, first, second, third)))
+    S, M = product_of_exponentials(found)
     T = exp_screw(S[:, 0], q[0]) * exp_screw(S[:, 1], q[1]) * exp_screw(S[:, 2], q[2]) * M
     assert equal(T, product(found))
     assert equal(derived_fk(found), product(found))
@@ -327,7 +329,7 @@ def test_product_of_exponentials_with_helical_joint_equals_pose():
 
 def test_screw_axis_at_zero_matches_hand_calculation():
     """By hand: the second axis of the mechanism, through (a1, 0, d1) along (0, -sin, cos)."""
-    S, _ = to_poe(spatial("dh", "revolute"))
+    S, _ = product_of_exponentials(spatial("dh", "revolute"))
     a1, d1 = sp.symbols("a1 d1", real=True)
     direction = sp.Matrix([0, -sp.sqrt(3) / 2, sp.Rational(1, 2)])
     moment = sp.Matrix([a1, 0, d1]).cross(direction)
@@ -341,7 +343,7 @@ def test_conventions_agree_with_symbolic_tilt_parameter():
         if name in BY_NAME and name != "poe":
             text = FILE.format(convention=name, joints=joints).replace("(60)", "(tilt)")
             tilted = text.replace("= 60", '= "tilt"').replace("[60,", '["tilt",')
-            found[name] = loads(tilted.replace("d1 = 330", "d1 = 330\ntilt = 60"))
+            found[name] = read_text(tilted.replace("d1 = 330", "d1 = 330\ntilt = 60"))
     products = {name: product(described) for name, described in found.items()}
     compared = 0
     for one, other in combinations(found, 2):
@@ -355,7 +357,7 @@ def test_conventions_agree_with_symbolic_tilt_parameter():
 @pytest.mark.parametrize("name", ["puma560", "lynxmotion", "scara", "photo_robot"])
 def test_derived_fk_of_shipped_robots_equals_product(name):
     """The product of elementary matrices, at random exact numbers and 30 digits."""
-    described = load(ROBOTS / f"{name}.toml")
+    described = read(ROBOTS / f"{name}.toml")
     (entries,) = derivation(name).function("fk").expanded()
     joints = sp.symbols(f"q1:{len(described.coordinates) + 1}", real=True)
     symbols = [*joints, *(p.symbol for p in described.parameters)]

@@ -3,7 +3,7 @@
 import pytest
 import sympy as sp
 
-from chasles.derive import DescriptionError, load, loads
+from chasles.derive import DescriptionError, RobotError, read, read_text
 from tests.support.counting import calls_of
 
 ARM = """\
@@ -45,7 +45,7 @@ mimic = { joint = "first", multiplier = "-1/2", offset = 45 }
 
 
 def test_robot_file_fields_are_read_with_units():
-    robot = loads(ARM)
+    robot = read_text(ARM)
     first, second, third = robot.joints
     a1, d2, tilt, k = (parameter.symbol for parameter in robot.parameters)
     values = [parameter.value for parameter in robot.parameters]
@@ -83,14 +83,14 @@ alpha = 90
 limits = [-180, 180]
 """
     inches = same.replace('"mm"', '"inch"').replace("300", '"300/25.4"')
-    assert loads(metric) == loads(same) == loads(inches)
+    assert read_text(metric) == read_text(same) == read_text(inches)
 
 
 def test_byte_order_mark_and_windows_line_endings_are_accepted(tmp_path):
     text = 'name = "r"\nconvention = "dh"\njoints = [\n  { a = 1 },\n  { d = 2 },\n]\n'
     path = tmp_path / "r.toml"
     path.write_bytes(b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode())
-    assert load(path) == loads(text)
+    assert read(path) == read_text(text)
 
 
 # The line of the file to be replaced, what stands there instead, the field that is complained of,
@@ -160,7 +160,7 @@ def test_invalid_field_error_names_line_and_field(line, text, field, words):
     lines = ARM.splitlines()
     lines[line - 1] = text
     with pytest.raises(DescriptionError) as caught:
-        loads("\n".join(lines), "arm.toml")
+        read_text("\n".join(lines), file="arm.toml")
     error = caught.value
     assert error.field.startswith(field)
     assert words in str(error)
@@ -206,22 +206,22 @@ def test_invalid_field_cases_number_at_least_forty():
 )
 def test_structurally_invalid_files_are_rejected(text, words):
     with pytest.raises(DescriptionError, match=words):
-        loads(text)
+        read_text(text)
 
 
 def test_unreadable_files_are_rejected(tmp_path):
     with pytest.raises(DescriptionError, match="a readable file"):
-        load(tmp_path / "none.toml")
+        read(tmp_path / "none.toml")
     with pytest.raises(DescriptionError, match="a readable file"):
-        load(tmp_path)
+        read(tmp_path)
     latin = tmp_path / "latin.toml"
     latin.write_bytes('name = "r"\ntitle = "Gelenkarm für'.encode("latin-1"))
     with pytest.raises(DescriptionError, match=r"latin.toml:2: expected UTF-8 text"):
-        load(latin)
+        read(latin)
     large = tmp_path / "large.toml"
     large.write_bytes(b"#" * 1_000_001)
     with pytest.raises(DescriptionError, match="at most 1000000 bytes"):
-        load(large)
+        read(large)
 
 
 HEAD = 'name = "r"\nconvention = "dh"\n'
@@ -268,7 +268,7 @@ NESTED = [
 @pytest.mark.parametrize(("text", "line", "field"), NESTED, ids=[field for _, _, field in NESTED])
 def test_error_in_nested_value_names_its_line(text, line, field):
     with pytest.raises(DescriptionError) as caught:
-        loads(HEAD + text + ("" if "joints" in text else "[[joints]]\n"), "r.toml")
+        read_text(HEAD + text + ("" if "joints" in text else "[[joints]]\n"), file="r.toml")
     assert (caught.value.line, caught.value.field) == (line, field)
     assert str(caught.value).startswith(f"r.toml:{line}: {field}: expected ")
 
@@ -300,7 +300,7 @@ def test_error_in_nested_value_names_its_line(text, line, field):
 )
 def test_toml_syntax_error_names_its_line(text, line):
     with pytest.raises(DescriptionError) as caught:
-        loads(HEAD + text)
+        read_text(HEAD + text)
     assert caught.value.line == line
 
 
@@ -315,7 +315,7 @@ def test_toml_syntax_error_names_its_line(text, line):
 )
 def test_expressions_undefined_at_parameter_values_are_rejected(parameters, value, words):
     with pytest.raises(DescriptionError) as caught:
-        loads(f'{HEAD}[parameters]\n{parameters}\n[[joints]]\na = "{value}"\n')
+        read_text(f'{HEAD}[parameters]\n{parameters}\n[[joints]]\na = "{value}"\n')
     assert words in str(caught.value)
     assert (caught.value.line, caught.value.field) == (7, "joints[1].a")
 
@@ -325,13 +325,13 @@ def test_unit_check_rarely_divides_by_zero():
         f'{HEAD}[parameters]\nl = 1\nr = {{ value = 2, unit = "1" }}\n'
         '[[joints]]\na = "l/(r - %s)"\n'
     )
-    read = 0
+    count = 0
     for tenths in (*range(20), *range(21, 41)):
-        assert loads(text % f"{tenths / 10}").joints[0].after
-        read += 1
-    assert read == 40
+        assert read_text(text % f"{tenths / 10}").joints[0].after
+        count += 1
+    assert count == 40
     with pytest.raises(DescriptionError):
-        loads(text % "8928/10007")
+        read_text(text % "8928/10007")
 
 
 MAX_CALLS_A_CHARACTER = 80
@@ -352,7 +352,7 @@ def test_long_files_are_refused_in_linear_time():
 
         def attempt(text=text, errors=errors):
             with pytest.raises(DescriptionError) as caught:
-                loads(text)
+                read_text(text)
             errors.append(caught.value)
 
         assert calls_of(attempt) < MAX_CALLS_A_CHARACTER * len(text)
@@ -371,4 +371,24 @@ def test_long_files_are_refused_in_linear_time():
 )
 def test_pi_in_degree_fields_is_rejected(old, new):
     with pytest.raises(DescriptionError, match='pi belongs to units of "rad"'):
-        loads(ARM.replace(old, new))
+        read_text(ARM.replace(old, new))
+
+
+@pytest.mark.parametrize("name", ["UR5e", "ur5-e", "ur_5e"])
+def test_other_spelling_of_a_robot_name_is_suggested(name):
+    with pytest.raises(RobotError, match=r"did you mean ur5e\?"):
+        read(name)
+
+
+def test_robot_is_read_by_name_and_renamed():
+    assert read("irb120", name="mine").name == "mine"
+
+
+def test_choice_of_links_in_a_robot_file_is_rejected():
+    with pytest.raises(DescriptionError, match=r"tip.*files that end in \.urdf.*found 'tool0'"):
+        read("ur5e", tip="tool0")
+
+
+def test_text_of_unknown_format_is_rejected():
+    with pytest.raises(DescriptionError, match=r"format.*'toml' or 'urdf'"):
+        read_text("", format="mjcf")

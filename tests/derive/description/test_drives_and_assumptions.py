@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import DescriptionError, derive, loads
+from chasles.derive import DescriptionError, derive, read_text
 from chasles.derive.latex import fragments
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.loops.spatial.guides import Guides
@@ -110,14 +110,14 @@ def bridge(floating=FLOATING, base="fixed"):
 @pytest.mark.parametrize("base", ["fixed", "revolute"])
 @pytest.mark.parametrize("floating", [WELDED, FLOATING], ids=["welded", "floating"])
 def test_bridge_on_two_rails_matches_numeric_closure(floating, base):
-    robot = loads(bridge(floating, base))
+    robot = read_text(bridge(floating, base))
     hybrid = Hybrid(robot)
     hybrid.check()
     assert not hybrid.forward.open
     assert not hybrid.backward.open
     is_exact = floating is FLOATING
     assert hybrid.mobility.is_overconstrained is not is_exact
-    derived = derive(robot, ["configuration", "passive", "actuators", "chain"])
+    derived = derive(robot, functions=["configuration", "passive", "actuators", "chain"])
     kernels = dict(
         zip([f.name for f in derived.functions], lower(derived.functions, "b"), strict=True)
     )
@@ -141,7 +141,7 @@ def test_bridge_on_two_rails_matches_numeric_closure(floating, base):
 
 
 def test_floating_rail_is_solved_by_a_guides_step():
-    hybrid = Hybrid(loads(bridge()))
+    hybrid = Hybrid(read_text(bridge()))
     assert [type(step) for step in hybrid.forward.steps] == [Guides]
     assert hybrid.forward.steps[0].name(hybrid.mechanism) == "yaw"
 
@@ -149,11 +149,11 @@ def test_floating_rail_is_solved_by_a_guides_step():
 def test_bearings_with_repeated_axis_are_not_guides():
     # With roll and yaw alone the axes are independent, with two rolls they are not.
     twice = FLOATING.replace("axis = [0, 1, 0]", "axis = [1, 0, 0]")
-    assert Hybrid(loads(bridge(twice))).forward.open
+    assert Hybrid(read_text(bridge(twice))).forward.open
 
 
 def test_teeth_and_pitch_give_the_drive_radius():
-    robot = loads(bridge())
+    robot = read_text(bridge())
     motor, other = robot.drives
     (n,) = (p.symbol for p in robot.parameters if p.name == "n")
     assert motor.ratio == n * sp.Rational(5, 1000) / (2 * sp.pi)
@@ -185,13 +185,13 @@ def test_invalid_drives_and_assumptions_name_their_field(line, text, field, word
     whole = bridge()
     assert line in whole
     with pytest.raises(DescriptionError) as caught:
-        loads(whole.replace(line, text), "bridge.toml")
+        read_text(whole.replace(line, text), file="bridge.toml")
     assert caught.value.field.endswith(f".{field}")
     assert words in str(caught.value)
 
 
 def test_assumed_values_are_noted_and_marked_in_latex():
-    robot = loads(bridge())
+    robot = read_text(bridge())
     assert robot.notes == (
         "assumed, not stated by the source: limits of travel; parameters w; ratios of other",
     )
@@ -201,16 +201,16 @@ def test_assumed_values_are_noted_and_marked_in_latex():
     assert "An asterisk marks what the source does not state" in printed
     assert "the motor other turns by $" in printed
     text = bridge().replace(", assumed = true", "").replace("assumed = true", "")
-    stated = loads(text.replace('assumed = ["limits"]', ""))
+    stated = read_text(text.replace('assumed = ["limits"]', ""))
     assert stated.notes == ()
     assert r"\ast" not in fragments(derive(stated))["parameters.tex"]
 
 
 def test_serial_robot_file_marks_assumed_values():
     text = 'name = "arm"\nconvention = "dh"\n[[joints]]\nname = "j"\na = 1\nlimits = [-1, 1]\n'
-    assert loads(text).notes == ()
-    assert loads(text + "assumed = true\n").joints[0].assumed == ("limits", "a")
-    marked = loads(text + 'assumed = ["limits"]\n')
+    assert read_text(text).notes == ()
+    assert read_text(text + "assumed = true\n").joints[0].assumed == ("limits", "a")
+    marked = read_text(text + 'assumed = ["limits"]\n')
     assert marked.notes == ("assumed, not stated by the source: limits of j",)
     assert r"$\pm 1$\,$^{\ast}$" in fragments(derive(marked))["parameters.tex"]
 
@@ -232,6 +232,6 @@ b = { body = "link1", xyz = [1, 0, 0] }
 [reference]
 boom = "1/2"
 """
-    assert loads(text).reference_of("jack") == sp.Rational(1, 2)
-    assert loads(text + "jack = 0\n").reference_of("jack") == 0
-    assert Hybrid(loads(text)).at_reference["jack"] == 0.5
+    assert read_text(text).reference_of("jack") == sp.Rational(1, 2)
+    assert read_text(text + "jack = 0\n").reference_of("jack") == 0
+    assert Hybrid(read_text(text)).at_reference["jack"] == 0.5

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 import sympy as sp
 
-from chasles.derive import DescriptionError, loads
+from chasles.derive import DescriptionError, read_text
 
 HEAD = 'name = "r"\nconvention = "dh"\n'
 
@@ -107,7 +107,7 @@ xyz = ["25.4", 0, 0]
 
 def test_meter_and_millimeter_files_give_equal_robots():
     """Mixed sums, functions of angles, pitches, followers across kinds: identical but for names."""
-    metric, same = loads(METRIC), loads(MILLIMETRES)
+    metric, same = read_text(METRIC), read_text(MILLIMETRES)
     for one, other in zip(metric.joints, same.joints, strict=True):
         assert one == other
     assert metric.parameters == same.parameters
@@ -131,7 +131,7 @@ d = "sqrt(l**2 - h**2) + %s"
 """
     numbers = {sp.Symbol("l", real=True): sp.Rational(5), sp.Symbol("h", real=True): sp.Integer(2)}
     one, other = (
-        loads(text % units).joints[0] for units in (("m", "rad", "0.02"), ("mm", "deg", "20"))
+        read_text(text % units).joints[0] for units in (("m", "rad", "0.02"), ("mm", "deg", "20"))
     )
     for field in ("alpha", "d"):
         first, second = (dict(joint.given)[field].xreplace(numbers) for joint in (one, other))
@@ -149,9 +149,9 @@ def test_parameter_kind_is_inferred_from_first_use(value, kind):
     if kind == "length":
         # Its ratio to a plain number changes with the unit of length.
         with pytest.raises(DescriptionError, match="which this is not if the parameters are"):
-            loads(text)
+            read_text(text)
     else:
-        assert loads(text).parameters[0].kind == (kind or "length")
+        assert read_text(text).parameters[0].kind == (kind or "length")
 
 
 def test_error_in_inline_joint_names_its_line():
@@ -159,14 +159,14 @@ def test_error_in_inline_joint_names_its_line():
         'name = "r"\nconvention = "dh"\njoints = [\n  { a = 1 },\n  { a = "x" },\n  { d = 1 },\n]\n'
     )
     with pytest.raises(DescriptionError) as caught:
-        loads(text)
+        read_text(text)
     assert (caught.value.line, caught.value.field) == (5, "joints[2].a")
 
 
 def test_missing_poe_axis_is_rejected():
     text = 'name = "r"\nconvention = "poe"\n[[joints]]\npoint = [1, 0, 0]\n'
     with pytest.raises(DescriptionError, match="the direction that the joint moves about"):
-        loads(text)
+        read_text(text)
 
 
 DEGREES = HEAD + 'units = {{ angle = "deg" }}\n[[joints]]\na = 1\nalpha = {}\n[[joints]]\na = 1\n'
@@ -178,12 +178,12 @@ DEGREES = HEAD + 'units = {{ angle = "deg" }}\n[[joints]]\na = 1\nalpha = {}\n[[
 )
 def test_radians_in_a_file_in_degrees_are_refused(written, degrees):
     with pytest.raises(DescriptionError, match=rf"alpha: .* in radians: write {degrees}, or"):
-        loads(DEGREES.format(written))
+        read_text(DEGREES.format(written))
 
 
 @pytest.mark.parametrize("written", ["1.5", "0.785", "90", "15.708", '"3927/2500"', "0.0", "0.5"])
 def test_degrees_that_are_no_rounded_multiple_of_pi_are_taken(written):
-    joint = loads(DEGREES.format(written)).joints[0]
+    joint = read_text(DEGREES.format(written)).joints[0]
     assert dict(joint.given)["alpha"] == sp.Rational(written.strip('"')) * sp.pi / 180
 
 
@@ -191,6 +191,6 @@ def test_radians_in_a_parameter_and_in_limits_are_refused():
     for text in ("[parameters]\nt = { value = 1.5708 }\n", "[parameters]\nt = 1.5708\n"):
         turned = DEGREES.format('"t"').replace("[[joints]]", text + "[[joints]]", 1)
         with pytest.raises(DescriptionError, match="pi/2 in radians: write 90"):
-            loads(turned.replace("t = {", 't = { meaning = "twist",'))
+            read_text(turned.replace("t = {", 't = { meaning = "twist",'))
     with pytest.raises(DescriptionError, match="-pi in radians: write -180"):
-        loads(DEGREES.format("90") + "limits = [-3.1416, 3.1416]\n")
+        read_text(DEGREES.format("90") + "limits = [-3.1416, 3.1416]\n")

@@ -4,7 +4,7 @@ import random
 
 from typer.testing import CliRunner
 
-from chasles.derive import DescriptionError, load
+from chasles.derive import DescriptionError, read
 from chasles.derive.build.time_limit import at_most
 from chasles.derive.cli import app
 from tests.support.derivations import NAMES, ROBOTS
@@ -91,7 +91,7 @@ def test_malformed_files_raise_short_errors_quickly(tmp_path):
         path.write_bytes(mutated(dice.choice(texts), dice))
         try:
             with at_most(ENDLESS_SECONDS):
-                load(path)
+                read(path)
             survived += 1
         except DescriptionError as error:
             refused += 1
@@ -114,7 +114,7 @@ def test_the_command_writes_nothing_for_a_malformed_file(tmp_path):
     while refused < COMMANDS:
         path.write_bytes(mutated(text, dice))
         try:
-            load(path)
+            read(path)
         except DescriptionError:
             done = CliRunner().invoke(app, [str(path), "--to", str(to)])
             assert done.exit_code == 1

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import DescriptionError, Rotation, SerialRobot, load, loads
+from chasles.derive import DescriptionError, Rotation, SerialRobot, read, read_text
 from chasles.derive.build import freshness
 from chasles.derive.model.mechanism import Closure, Mechanism
 from tests.support.loops.closed_in_numbers import Model, pose
@@ -77,7 +77,7 @@ lean = "atan2(l, l)"
 
 
 def test_mechanism_file_fields_are_read_with_units():
-    robot = loads(LOOP)
+    robot = read_text(LOOP)
     (length,) = (p.symbol for p in robot.parameters if p.name == "l")
     assert isinstance(robot, Mechanism)
     assert robot.bodies == ("ground", "arm", "sled", "flap")
@@ -105,7 +105,7 @@ def test_mechanism_file_fields_are_read_with_units():
 
 def test_drive_of_prismatic_joint_takes_a_radius():
     text = LOOP.replace('joint = "turn"\nratio = "-n"', 'joint = "slide"\nradius = "l/10"')
-    robot = loads(text.replace('"jack", "slide"]', '"jack", "turn"]'))
+    robot = read_text(text.replace('"jack", "slide"]', '"jack", "turn"]'))
     assert robot.coordinates[0].ratio.xreplace({sp.Symbol("l", real=True): sp.Rational(3, 10)}) == (
         sp.Rational(3, 100)
     )
@@ -117,13 +117,13 @@ def test_drive_of_prismatic_joint_takes_a_radius():
 def test_loop_fields_make_the_file_a_mechanism(signs):
     serial = 'name = "r"\nconvention = "dh"\n'
     joints = '[[joints]]\nname = "j"\n'
-    assert isinstance(loads(serial + joints), SerialRobot)
+    assert isinstance(read_text(serial + joints), SerialRobot)
     if signs == "actuated":
-        assert isinstance(loads(f'{serial}actuated = ["j"]\n{joints}'), Mechanism)
+        assert isinstance(read_text(f'{serial}actuated = ["j"]\n{joints}'), Mechanism)
         return
     text = joints + 'parent = "0"\n' if signs == "parent" else f"{signs} = []\n{joints}"
     with pytest.raises(DescriptionError, match=r"actuated: expected a list of names.*missing"):
-        loads(serial + (text if signs != "reference" else f"reference = {{}}\n{joints}"))
+        read_text(serial + (text if signs != "reference" else f"reference = {{}}\n{joints}"))
 
 
 PLATFORM = """\
@@ -146,7 +146,7 @@ link = "top"
 
 def test_planar_joint_expands_into_three_named_joints():
     extra = 'coordinates = ["u", "v", "turn"]\nlimits = [[-1, 1], [-2, 2], [-90, 90]]\n'
-    m = Model(loads(PLATFORM % "planar" + extra))
+    m = Model(read_text(PLATFORM % "planar" + extra))
     assert m.unknown == ["u", "v", "turn"]
     joints = m.mechanism.joints[1:]
     assert [joint.link for joint in joints] == ["plate_u", "plate_v", "top"]
@@ -160,7 +160,7 @@ def test_planar_joint_expands_into_three_named_joints():
 
 
 def test_free_joint_expands_into_six_named_joints():
-    m = Model(loads((PLATFORM % "free").replace("rpy = [0, 0, 90]\n", "")))
+    m = Model(read_text((PLATFORM % "free").replace("rpy = [0, 0, 90]\n", "")))
     assert m.unknown == ["x", "y", "z", "yaw", "pitch", "roll"]
     assert [joint.link for joint in m.mechanism.joints[1:]][-2:] == ["plate_pitch", "top"]
 
@@ -232,7 +232,7 @@ def test_invalid_mechanism_field_error_names_line_and_field(line, text, field, w
     lines = LOOP.splitlines()
     lines[line - 1] = text
     with pytest.raises(DescriptionError) as caught:
-        loads("\n".join(lines), "loop.toml")
+        read_text("\n".join(lines), file="loop.toml")
     error = caught.value
     assert (error.field, words in str(error)) == (field, True), str(error)
     assert str(error).startswith(f"loop.toml:{error.line}: {field}: expected ")
@@ -259,7 +259,7 @@ def test_invalid_field_cases_number_at_least_thirty():
 )
 def test_invalid_planar_joint_error_names_line_and_field(extra, field, words):
     with pytest.raises(DescriptionError) as caught:
-        loads(PLATFORM % "planar" + extra, "p.toml")
+        read_text(PLATFORM % "planar" + extra, file="p.toml")
     assert (caught.value.field, caught.value.line) == (field, 15)
     assert words in str(caught.value)
 
@@ -268,7 +268,7 @@ def test_invalid_planar_joint_error_names_line_and_field(extra, field, words):
 def test_mechanism_fields_must_be_lists(field):
     text = f'name = "r"\nconvention = "dh"\nactuated = ["j"]\n{field} = 5\n[[joints]]\nname = "j"\n'
     with pytest.raises(DescriptionError, match=f":4: {field}: expected a list") as caught:
-        loads(text)
+        read_text(text)
     assert caught.value.value == 5
 
 
@@ -304,8 +304,8 @@ def test_extending_file_overrides_names_and_parameter_values(tmp_path):
         'extends = "short.toml"\nname = "long"\ntitle = "Long arm"\n'
         "[parameters]\nl = { value = 450 }\nh = 25\nn = 3\n"
     )
-    robot = load(extended(tmp_path, text))
-    short = load(tmp_path / "short.toml")
+    robot = read(extended(tmp_path, text))
+    short = read(tmp_path / "short.toml")
     assert (robot.name, robot.title, robot.source) == ("long", "Long arm", "our shop")
     assert [p.value for p in robot.parameters] == [sp.Rational(9, 20), sp.Rational(1, 40), 3]
     assert [p.kind for p in robot.parameters] == [p.kind for p in short.parameters]
@@ -358,7 +358,7 @@ def test_extending_file_overrides_names_and_parameter_values(tmp_path):
 def test_invalid_extending_file_error_names_line_and_field(tmp_path, text, line, field, words):
     child = extended(tmp_path, text)
     with pytest.raises(DescriptionError) as caught:
-        load(child)
+        read(child)
     assert (caught.value.line, caught.value.field) == (line, field)
     assert caught.value.file == str(child)
     assert words in str(caught.value)
@@ -367,7 +367,7 @@ def test_invalid_extending_file_error_names_line_and_field(tmp_path, text, line,
 def test_error_in_extended_file_names_that_file(tmp_path):
     child = extended(tmp_path, 'extends = "short.toml"\nname = "l"\n', PARENT + "alpha = true\n")
     with pytest.raises(DescriptionError, match=r"short.toml:15: joints\[1\].alpha"):
-        load(child)
+        read(child)
 
 
 def test_change_of_extended_file_makes_output_stale(tmp_path):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import derive, loads
+from chasles.derive import derive, read_text
 from chasles.derive.description.arrangement import Distances, arranged
 from chasles.derive.description.cleaned_robot import cleaned
 from chasles.derive.loops.checks.nearly_met import nearly_met
@@ -58,7 +58,7 @@ def linear_delta(longer=0.0):
 
 
 def test_delta_in_decimals_has_closed_form_and_states_change_of_pose():
-    derivation = derive(loads(linear_delta()), ["fk"])
+    derivation = derive(read_text(linear_delta()), functions=["fk"])
     assert not derivation.hybrid.forward.open
     (kernel,) = lower([derivation.function("fk")], "delta")
     T = np.array(kernel(AT)).reshape(4, 4)
@@ -84,17 +84,17 @@ def rod_length(tower, end, across, T):
 
 
 def test_exact_option_keeps_decimals_of_loops():
-    as_written = loads(linear_delta(), exact=True)
+    as_written = read_text(linear_delta(), exact=True)
     assert not as_written.cleaning.numbers
     assert as_written.as_written is None
     assert Hybrid(as_written).forward.open
 
 
 def test_rods_that_nearly_are_parallel_are_named():
-    (told,) = nearly_met(Hybrid(loads(linear_delta(longer=0.3))))
+    (told,) = nearly_met(Hybrid(read_text(linear_delta(longer=0.3))))
     assert "three spheres" in told
     assert told.endswith("'r1l' and 'r1r' by 0.3 mm")
-    assert not list(nearly_met(Hybrid(loads(linear_delta()))))
+    assert not list(nearly_met(Hybrid(read_text(linear_delta()))))
 
 
 def test_axis_that_is_nearly_parallel_is_named():
@@ -128,7 +128,7 @@ def test_rounded_numbers_on_turned_base_keep_form(name):
 def test_pose_of_turned_delta_is_pose_in_its_decimals_within_stated_change():
     """The decimals of the file, closed by Newton's method, against the closed form."""
     written = rounded(mechanisms.delta(), 6, awkward_turn(np.random.default_rng(1)))
-    derivation = derive(cleaned(written), ["fk"])
+    derivation = derive(cleaned(written), functions=["fk"])
     assert not derivation.hybrid.forward.open
     assert any("axes that are turned with" in note for note in derivation.robot.notes)
     q = [-0.05, -0.2, -0.1]

@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import DescriptionError, Mechanism, load, loads, suited, to_poe
+from chasles.derive import (
+    DescriptionError,
+    Mechanism,
+    product_of_exponentials,
+    read,
+    read_text,
+    with_suitable_conventions,
+)
 from chasles.derive.description.conventions.neighbours import neighbours
 from tests.support.derivations import ALL, ROBOTS
 
@@ -38,7 +45,9 @@ def chain(robot):
 
 def screws_and_home(robot):
     values = {p.symbol: p.value for p in robot.parameters}
-    return [np.array(sp.N(M.xreplace(values), 30), dtype=float) for M in to_poe(robot)]
+    return [
+        np.array(sp.N(M.xreplace(values), 30), dtype=float) for M in product_of_exponentials(robot)
+    ]
 
 
 def conventions(robot):
@@ -47,15 +56,17 @@ def conventions(robot):
 
 @pytest.mark.parametrize("name", ALL)
 def test_suited_conventions_keep_axes_and_home_pose(name):
-    robot = chain(load(ROBOTS / f"{name}.toml"))
-    for found, expected in zip(screws_and_home(suited(robot)), screws_and_home(robot), strict=True):
+    robot = chain(read(ROBOTS / f"{name}.toml"))
+    for found, expected in zip(
+        screws_and_home(with_suitable_conventions(robot)), screws_and_home(robot), strict=True
+    ):
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-16)
 
 
 def test_auto_convention_keeps_kinematics_of_axis_lines():
-    robot = loads(AUTO)
+    robot = read_text(AUTO)
     assert conventions(robot) == ["mdh", "mdh", "hayati5", "mdh", "hayati5"]
-    plain = loads(AUTO.replace('"auto"', '"poe"'))
+    plain = read_text(AUTO.replace('"auto"', '"poe"'))
     for found, expected in zip(screws_and_home(robot), screws_and_home(plain), strict=True):
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-15)
     assert [joint.limits for joint in robot.joints] == [joint.limits for joint in plain.joints]
@@ -63,14 +74,14 @@ def test_auto_convention_keeps_kinematics_of_axis_lines():
 
 
 def test_known_arms_get_textbook_conventions():
-    ur5e = suited(load(ROBOTS / "ur5e.toml"))
+    ur5e = with_suitable_conventions(read(ROBOTS / "ur5e.toml"))
     assert conventions(ur5e) == ["mdh", "mdh", "hayati5", "hayati5", "mdh", "mdh"]
-    well = suited(chain(load(ROBOTS / "well_manipulator.toml")))
+    well = with_suitable_conventions(chain(read(ROBOTS / "well_manipulator.toml")))
     assert conventions(well) == ["mdh", "mdh", "hayati5", "mdh", "mdh", "mdh", "mdh"]
 
 
 def test_adjacent_axes_of_ur5e_have_expected_distances_and_angles():
-    pairs = neighbours(load(ROBOTS / "ur5e.toml"))
+    pairs = neighbours(read(ROBOTS / "ur5e.toml"))
     assert [pair.distance for pair in pairs[1:]] == [0, 0.425, 0.3922, 0, 0]
     right = np.pi / 2
     np.testing.assert_allclose([pair.angle for pair in pairs[1:]], [right, 0, 0, right, right])
@@ -78,7 +89,9 @@ def test_adjacent_axes_of_ur5e_have_expected_distances_and_angles():
 
 def test_auto_convention_is_rejected_per_joint_and_for_loops():
     with pytest.raises(DescriptionError, match="convention"):
-        loads(AUTO.replace('"auto"', '"poe"').replace("point = [0, 0, 300]", 'convention = "auto"'))
+        read_text(
+            AUTO.replace('"auto"', '"poe"').replace("point = [0, 0, 300]", 'convention = "auto"')
+        )
     loops = (ROBOTS / "four_bar.toml").read_text().replace('"urdf"', '"auto"')
     with pytest.raises(DescriptionError, match="convention"):
-        loads(loops)
+        read_text(loops)

@@ -7,7 +7,7 @@ other names of its fields, so that a formula known by name anywhere would be the
 import pytest
 import sympy as sp
 
-from chasles.derive import DescriptionError, Mechanism, derive, load, loads
+from chasles.derive import DescriptionError, Mechanism, derive, read, read_text
 from chasles.derive.description.conventions import CONVENTIONS
 from chasles.derive.latex import fragments
 from chasles.derive.model.convention import Convention, Field, of_transform
@@ -82,13 +82,13 @@ def is_zero(M):
 
 
 def test_fk_in_custom_convention_matches_hand_calculation():
-    robot = loads(FILE, conventions=WITH_TOY)
-    (entries,) = derive(robot, ["fk"]).function("fk").expanded()
+    robot = read_text(FILE, conventions=WITH_TOY)
+    (entries,) = derive(robot, functions=["fk"]).function("fk").expanded()
     assert is_zero(sp.Matrix(4, 4, entries) - by_hand())
 
 
 def test_article_prints_table_and_transform_of_custom_convention():
-    robot = loads(FILE, conventions=WITH_TOY)
+    robot = read_text(FILE, conventions=WITH_TOY)
     table = fragments(derive(robot))["parameters.tex"]
     assert "In the toy convention," in table
     symbols = [rf"\mathit{{{name}}}" for name in ("twist", "reach", "rise", "spin")]
@@ -102,24 +102,24 @@ def test_article_prints_table_and_transform_of_custom_convention():
 def test_custom_convention_is_known_only_to_its_call(tmp_path):
     path = tmp_path / "toy_arm.toml"
     path.write_text(FILE)
-    assert load(path, WITH_TOY).joints[0].convention is toy
+    assert read(path, conventions=WITH_TOY).joints[0].convention is toy
     with pytest.raises(DescriptionError, match="one of dh, mdh"):
-        load(path)
+        read(path)
     assert toy not in CONVENTIONS
 
 
 def test_unknown_field_of_custom_convention_is_named():
     with pytest.raises(DescriptionError, match=r"joints\[1\].alpha: expected one of the fields"):
-        loads(FILE.replace("twist = 30", "alpha = 30"), conventions=WITH_TOY)
+        read_text(FILE.replace("twist = 30", "alpha = 30"), conventions=WITH_TOY)
     with pytest.raises(RobotError, match="'toy' has no field alpha; its fields are reach, twist"):
         toy("revolute", alpha=0)
 
 
 def test_mechanism_file_accepts_custom_convention():
     text = FILE.replace("[parameters]", 'actuated = ["shoulder", "elbow", "slide"]\n[parameters]')
-    robot = loads(text, conventions=WITH_TOY)
+    robot = read_text(text, conventions=WITH_TOY)
     assert isinstance(robot, Mechanism)
-    (entries,) = derive(robot, ["fk"]).function("fk").expanded()
+    (entries,) = derive(robot, functions=["fk"]).function("fk").expanded()
     assert is_zero(sp.Matrix(4, 4, entries) - by_hand())
 
 
@@ -144,7 +144,7 @@ def test_custom_convention_with_vector_fields_is_derived_and_printed():
     )
     euler = Convention("euler", fields, place, source="this test", words="positions and angles")
     text = 'name = "arm"\nconvention = "euler"\n[[joints]]\nat = [1, 0, "1/2"]\nalong = [0, 1, 0]\n'
-    robot = loads(text, conventions=(euler,))
+    robot = read_text(text, conventions=(euler,))
     found = derive(robot)
     (entries,) = found.function("fk").expanded()
     c, s = sp.cos(q1), sp.sin(q1)
@@ -157,4 +157,4 @@ def test_custom_convention_with_vector_fields_is_derived_and_printed():
     with pytest.raises(
         DescriptionError, match=r"joints\[1\].along: expected the joint's direction"
     ):
-        loads(text.replace("along = [0, 1, 0]\n", ""), conventions=(euler,))
+        read_text(text.replace("along = [0, 1, 0]\n", ""), conventions=(euler,))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import DescriptionError, derive, from_urdf
+from chasles.derive import DescriptionError, derive, read, read_text
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.counting import calls_of
 from tests.support.tolerances import ORACLE
@@ -84,7 +84,7 @@ def test_random_urdf_robots_match_pinocchio_link_poses(tmp_path):
         text, tip = random_urdf(dice)
         path = tmp_path / f"{seed}.urdf"
         path.write_text(text)
-        robot = from_urdf(path, "l0", tip, exact=True)
+        robot = read(path, base="l0", tip=tip, exact=True)
         joints = ElementTree.fromstring(text).findall("joint")
         led = {
             j.get("name"): j.find("mimic").get("joint")
@@ -94,7 +94,7 @@ def test_random_urdf_robots_match_pinocchio_link_poses(tmp_path):
         for kind in [*(j.get("type") for j in joints), *("mimic" for _ in led)]:
             seen[kind] += 1
         seen["mimic of a mimic"] += sum(leader in led for leader in led.values())
-        fk, poses = lower(derive(robot, ("fk", "link_poses")).functions, "r")
+        fk, poses = lower(derive(robot, functions=("fk", "link_poses")).functions, "r")
         model = pin.buildModelFromXML(text)
         data = model.createData()
         for _ in range(POSES):
@@ -150,7 +150,7 @@ def path(tmp_path):
 
 
 def test_urdf_import_keeps_names_and_limits_and_snaps_angles(path):
-    robot = from_urdf(path)
+    robot = read(path)
     assert robot.name == "two_links"
     assert (robot.base_frame, robot.tool_frame) == ("base", "tool_0")
     assert robot.link_names == ("arm", "tool_0")
@@ -162,7 +162,7 @@ def test_urdf_import_keeps_names_and_limits_and_snaps_angles(path):
     # 1.5708 turns the tool, which lies 0.3 m behind it, by 3.7e-6 rad about its own z axis.
     assert cleaned == "2 numbers cleaned, at most 1.5e-12 m and 3.7e-06 rad"
     assert noted == "1.5708 taken as pi/2: yaw of mount"
-    as_written = from_urdf(path, exact=True)
+    as_written = read(path, exact=True)
     assert dict(as_written.joints[0].given)["rpy_y"] == sp.Rational("1.57079632679")
     assert dict(as_written.joints[1].given)["rpy_z"] == sp.Rational("1.5708")
     assert as_written.notes == ()
@@ -171,16 +171,16 @@ def test_urdf_import_keeps_names_and_limits_and_snaps_angles(path):
 def test_undeclared_xml_prefixes_are_ignored(tmp_path):
     arm = tmp_path / "arm.urdf"
     arm.write_text(TWO_LINKS)
-    known = from_urdf(arm)
+    known = read(arm)
     arm.write_text(
         TWO_LINKS.replace("<limit", '<limit drake:acceleration="2"', 1).replace(
             "</robot>", '<drake:ignored name="x"><drake:member/></drake:ignored></robot>'
         )
     )
-    assert from_urdf(arm) == known
+    assert read(arm) == known
     arm.write_text(arm.read_text().replace("</robot>", ""))
     with pytest.raises(DescriptionError, match="well-formed XML"):
-        from_urdf(arm)
+        read(arm)
 
 
 def test_unexpanded_xacro_macro_is_rejected(tmp_path):
@@ -188,13 +188,13 @@ def test_unexpanded_xacro_macro_is_rejected(tmp_path):
     space = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
     arm.write_text(f'<robot name="a" {space}><link name="w"/><xacro:arm parent="w"/></robot>')
     with pytest.raises(DescriptionError, match=r"<xacro:arm> is not expanded.*ending \.xacro"):
-        from_urdf(arm)
+        read(arm)
 
 
-def wrong(path, text, *arguments):
+def wrong(path, text, base=None, tip=None):
     path.write_text(text)
     with pytest.raises(DescriptionError) as caught:
-        from_urdf(path, *arguments)
+        read(path, base=base, tip=tip)
     message = str(caught.value)
     assert message.startswith(str(path))
     return message
@@ -259,15 +259,15 @@ def test_urdf_tip_is_inferred_and_alternatives_are_noted(path):
     fork = '<link name="side"/><joint name="f" type="fixed"><parent link="arm"/>'
     text = TWO_LINKS.replace("</robot>", f'{fork}<child link="side"/></joint></robot>')
     path.write_text(text)
-    assert from_urdf(path).tool_frame == "arm"
-    assert "tip: arm; also there: tool-0, side" in from_urdf(path).notes
-    assert not any("also there" in note for note in from_urdf(path, tip="side").notes)
-    assert [joint.name for joint in from_urdf(path, tip="side").joints] == ["turn", "f"]
-    assert from_urdf(path, tip="arm").joints == from_urdf(path, tip="side").joints[:1]
+    assert read(path).tool_frame == "arm"
+    assert "tip: arm; also there: tool-0, side" in read(path).notes
+    assert not any("also there" in note for note in read(path, tip="side").notes)
+    assert [joint.name for joint in read(path, tip="side").joints] == ["turn", "f"]
+    assert read(path, tip="arm").joints == read(path, tip="side").joints[:1]
     assert "base: expected a choice of the base link (there are: base, x)" in wrong(
         path, TWO_LINKS.replace("</robot>", '<link name="x"/></robot>')
     )
-    assert from_urdf(path, "base", "tool-0", name="my-arm 2").name == "my_arm_2"
+    assert read(path, base="base", tip="tool-0", name="my-arm 2").name == "my_arm_2"
 
 
 def test_mimic_leader_outside_the_chain_is_rejected(path):
@@ -286,7 +286,7 @@ def test_mimic_leader_outside_the_chain_is_rejected(path):
 )
 def test_robot_names_are_made_valid_identifiers(path, given, name):
     path.write_text(TWO_LINKS.replace("two-links", given), encoding="utf-8")
-    assert from_urdf(path).name == name
+    assert read(path).name == name
 
 
 def test_byte_order_mark_encoding_and_rounding_noise_are_accepted(path):
@@ -294,12 +294,12 @@ def test_byte_order_mark_encoding_and_rounding_noise_are_accepted(path):
     noisy = TWO_LINKS.replace('"0.1 0 0.2"', '"1.2246467991473532E-16 -6.1e-33 0.2"')
     content = '\ufeff<?xml version="1.0" encoding="ISO-8859-1"?>\n' + noisy.replace("\n", "\r\n")
     path.write_bytes(content.replace("two-links", "Gerät").encode())
-    robot = from_urdf(path, exact=True)
+    robot = read(path, exact=True)
     assert robot.title == "Gerät"
     given = dict(robot.joints[0].given)
     assert given["xyz_x"] == sp.Rational("1.2246467991473532e-16")
     assert given["xyz_y"] == sp.Rational("-6.1e-33")
-    cleaned = from_urdf(path)
+    cleaned = read(path)
     assert dict(cleaned.joints[0].given)["xyz_x"] == 0
     assert cleaned.joints[0].before[0].vector == (0, 0, sp.Rational("0.2"))
 
@@ -311,11 +311,11 @@ def test_missing_urdf_elements_take_their_defaults(path):
         'type="fixed">', 'type="fixed"><axis xyz="0 0 0"/>'
     )
     path.write_text(bare)
-    given = dict(from_urdf(path).joints[0].given)
+    given = dict(read(path).joints[0].given)
     assert [given[f"axis_{c}"] for c in "xyz"] == [1, 0, 0]
     assert given["xyz_x"] == given["rpy_x"] == 0
     path.write_text(bare.replace('lower="-1.5" upper="2"', ""))
-    assert from_urdf(path).joints[0].limits == (None, None)
+    assert read(path).joints[0].limits == (None, None)
 
 
 @pytest.mark.parametrize(
@@ -327,7 +327,7 @@ def test_missing_urdf_elements_take_their_defaults(path):
 )
 def test_absurdly_wide_limits_are_dropped(path, lower, upper, limited):
     path.write_text(TWO_LINKS.replace('lower="-1.5" upper="2"', f'lower="{lower}" upper="{upper}"'))
-    limits = from_urdf(path).joints[0].limits
+    limits = read(path).joints[0].limits
     assert limits == ((sp.Integer(int(lower)), sp.Integer(int(upper))) if limited else (None, None))
 
 
@@ -379,17 +379,23 @@ def test_entities_are_not_expanded(path):
 def test_content_that_is_not_urdf_is_rejected(path, content, words):
     path.write_bytes(content)
     with pytest.raises(DescriptionError) as caught:
-        from_urdf(path)
+        read(path)
     assert words in str(caught.value)
 
 
 def test_missing_file_or_folder_is_rejected(tmp_path):
     for path in (tmp_path, tmp_path / "none.urdf"):
         with pytest.raises(DescriptionError, match="a readable file"):
-            from_urdf(path)
+            read(path)
 
 
 def test_explicit_tip_equals_inferred_tip(path):
     path.write_text(TWO_LINKS, encoding="utf-8")
-    assert from_urdf(path, tip="tool-0") == from_urdf(path)
-    assert from_urdf(path, tip="tool-0").base_frame == "base"
+    assert read(path, tip="tool-0") == read(path)
+    assert read(path, tip="tool-0").base_frame == "base"
+
+
+def test_text_of_urdf_equals_its_file(tmp_path):
+    path = tmp_path / "arm.urdf"
+    path.write_text(TWO_LINKS)
+    assert read_text(TWO_LINKS, format="urdf", file=str(path)) == read(path)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chasles.derive import RobotError, derive, explain, load
+from chasles.derive import RobotError, derive, explain, read
 from chasles.derive.inverse.given_joints import ways_to_give
 from tests.campaigns.losses import sets
 from tests.support.derivations import ROBOTS
@@ -33,7 +33,7 @@ def test_ik_with_random_fixed_joints_solves_every_random_pose():
 
 
 def derived(name, *give):
-    return derive(load(ROBOTS / f"{name}.toml"), ["ik"], give=give)
+    return derive(read(ROBOTS / f"{name}.toml"), functions=["ik"], fixed=give)
 
 
 def test_fixed_joints_become_function_inputs():
@@ -46,26 +46,26 @@ def test_fixed_joints_become_function_inputs():
     assert ik.role.given == (1,)
     (ik,) = derived("ur5e", "elbow").written
     assert (ik.solver, ik.role.given) == ("general_tool", (2,))
-    text = str(explain(load(ROBOTS / "photo_robot.toml"), give=("theta2", "r4")))
+    text = str(explain(read(ROBOTS / "photo_robot.toml"), fixed=("theta2", "r4")))
     assert "Structure: spherical wrist, for given theta2 and r4." in text
 
 
 @pytest.mark.parametrize(
-    ("name", "give", "message"),
+    ("name", "fixed", "message"),
     [
-        ("panda", ("joint8",), "panda has no joint joint8 to be given; its joints are joint1, joi"),
-        ("scara", ("shoulder", "elbow", "quill", "flange"), "all joints are given"),
+        ("panda", ("joint8",), "panda has no joint joint8 to be fixed; its joints are joint1, joi"),
+        ("scara", ("shoulder", "elbow", "quill", "flange"), "all joints are fixed"),
         ("iiwa14", ("A4",), "the others could still move while the tool stands still; joints that"),
         (
             "well_manipulator",
             ("theta2",),
-            "3 joints must be given; .* theta2, l_HI, l_MN; ",
+            "3 joints must be fixed; .* theta2, l_HI, l_MN; ",
         ),
         ("board_installer", ("waist",), "loops couple the joints of its main chain; ik_numeric"),
-        ("ur5e", ("elbow", "wrist_1"), "can be given: elbow, wrist_2; .* wrist_3; ik_numeric with"),
+        ("ur5e", ("elbow", "wrist_1"), "can be fixed: elbow, wrist_2; .* wrist_3; ik_numeric with"),
     ],
     ids=["panda", "scara", "iiwa14", "well_manipulator", "board_installer", "ur5e"],
 )
-def test_error_states_which_joints_can_be_fixed(name, give, message):
+def test_error_states_which_joints_can_be_fixed(name, fixed, message):
     with pytest.raises(RobotError, match=message):
-        derived(name, *give)
+        derived(name, *fixed)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chasles.derive import load
+from chasles.derive import read
 from chasles.derive.inverse.classify import classify
 from chasles.derive.inverse.nominal import nominal_of
 from chasles.derive.inverse.structure.lines import Lines, axes_of
@@ -13,7 +13,7 @@ from tests.support.derivations import description
 from tests.support.generators.geometric_errors import displaced
 from tests.support.oracles.pinocchio_fk import pinocchio_fk
 
-ARM = load(description("so101"))
+ARM = read(description("so101"))
 SEEDS = range(2)
 TRUE = 1e-8
 """Error of a pose (metre, or entry of a rotation) above which a solution is wrong."""

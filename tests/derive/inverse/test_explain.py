@@ -6,7 +6,7 @@ from functools import cache
 import pytest
 from typer.testing import CliRunner
 
-from chasles.derive import explain, load, loads
+from chasles.derive import explain, read, read_text
 from chasles.derive.cli import app
 from chasles.derive.inverse.explanation import notes
 from chasles.derive.inverse.structure.lines import Lines, axes_of
@@ -20,7 +20,7 @@ LOOPED = ("slider_crank", "excavator", "planar_3rrr", "stewart_gough")
 
 @cache
 def explained(name):
-    return explain(load(ROBOTS / f"{name}.toml"))
+    return explain(read(ROBOTS / f"{name}.toml"))
 
 
 def arm(lifts):
@@ -29,7 +29,7 @@ def arm(lifts):
         f'[[joints]]\nd = "{lift}"\na = "0.1"\nalpha = "{angle}"\n'
         for lift, angle in zip(lifts, (1.1, 0.7, 1.3, 0.9, 1.2, 0.4), strict=True)
     )
-    return loads(f'name = "arm"\nconvention = "dh"\n{joints}', "arm.toml")
+    return read_text(f'name = "arm"\nconvention = "dh"\n{joints}', file="arm.toml")
 
 
 @pytest.mark.parametrize("name", [*NAMES, *LOOPED])
@@ -40,7 +40,7 @@ def test_explanation_states_structure_or_missing_inverse(name):
         assert "The actuators follow from the main chain" in text
     else:
         there = found.inverses.functions or found.inverses.written
-        assert (found.most_solutions == 0) == (not there)
+        assert (found.max_solutions == 0) == (not there)
         no_structure = found.inverses.classification.found is None
         is_general = found.inverses.general is not None
         assert (no_structure and not is_general) == ("No closed-form inverse: " in text)
@@ -78,7 +78,7 @@ limits = ["0.6", 1]
 
 
 def test_distant_structure_is_reported_with_its_angle_deviation():
-    assert explain(loads(TELESCOPE)).line == (
+    assert explain(read_text(TELESCOPE)).line == (
         "no closed-form inverse: nearest is parallel axes, which asks that axes turn, tilt and "
         "reach are parallel (off by 90 deg)"
     )
@@ -92,7 +92,7 @@ def test_slider_crank_explanation_states_its_inverse():
 
 def test_explanation_names_actuator_that_does_not_move_the_tool():
     text = (ROBOTS / "five_bar.toml").read_text().replace("[reference]", ASIDE)
-    found = explain(loads(text.replace('"right"]', '"right", "aside"]'), "five_bar.toml"))
+    found = explain(read_text(text.replace('"right"]', '"right", "aside"]'), file="five_bar.toml"))
     assert found.line == "no closed-form inverse: the tool on left_coupler does not move with aside"
     assert "The tool on left_coupler does not move with aside." in str(found)
 
@@ -109,7 +109,7 @@ def test_explanation_names_actuator_that_does_not_move_the_tool():
 )
 def test_explanation_states_structure_and_solution_count(name, structure, most):
     found = explained(name)
-    assert found.most_solutions == most
+    assert found.max_solutions == most
     assert f"Structure: {structure}.\n" in str(found)
     assert "Tier: exact" in str(found)
     assert structure in found.line
@@ -122,7 +122,7 @@ def test_explanation_has_a_step_for_every_joint(name):
     if found.inverses.written or not found.inverses.functions:
         return
     text = str(found).split("\n\nik_")[0]
-    for joint in load(ROBOTS / f"{name}.toml").moving:
+    for joint in read(ROBOTS / f"{name}.toml").moving:
         given = f"given {joint.name}" in text or f"and {joint.name}." in text
         assert given or f" {joint.name}, by " in text or f"{joint.name} follows from " in text, text
 
@@ -195,7 +195,7 @@ def general_arm(last):
         f"[[joints]]\nd = {d}\na = {a}\nalpha = {alpha}\n" for d, a, alpha in [*rows, (0.1, 0, 0)]
     )
     text = f'name = "arm"\nconvention = "dh"\nunits = {{ length = "m", angle = "deg" }}\n{joints}'
-    return loads(text, "arm.toml")
+    return read_text(text, file="arm.toml")
 
 
 def test_arm_singular_everywhere_names_joints_of_self_motion():
@@ -216,7 +216,7 @@ def test_self_motion_of_four_parallel_axes_names_them():
     rows = [(0.3, 0.1, -90), (0, 0.4, 0), (0.1, 0.3, 0), (0, 0.2, 0), (0.1, 0.1, -90), (0.1, 0, 0)]
     joints = "".join(f"[[joints]]\nd = {d}\na = {a}\nalpha = {alpha}\n" for d, a, alpha in rows)
     text = f'name = "arm"\nconvention = "dh"\nunits = {{ length = "m", angle = "deg" }}\n{joints}'
-    robot = loads(text, "arm.toml")
+    robot = read_text(text, file="arm.toml")
     lines = Lines(Terms({}), axes_of(robot, Terms({})))
     words = "joint2, joint3, joint4 and joint5 can move while the tool stands still"
     assert self_motion(lines) == words

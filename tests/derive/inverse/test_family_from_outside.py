@@ -12,7 +12,7 @@ import pytest
 import sympy as sp
 
 import chasles.derive
-from chasles.derive import derive, explain, loads
+from chasles.derive import derive, explain, read_text
 from chasles.derive.build.generate import files_of, put
 from chasles.derive.inverse.families import FAMILIES
 from chasles.derive.inverse.families.family import Family
@@ -41,7 +41,7 @@ from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFun
 from chasles.derive.terms.vectors import combination, dot, subtracted
 from tests.support.compiling import loaded
 
-ARM = loads("""
+ARM = read_text("""
 name = "cylindrical"
 convention = "dh"
 units = { length = "m", angle = "deg" }
@@ -197,7 +197,7 @@ def test_custom_family_adds_its_task_and_function(arm):
 
 
 def test_explanation_contains_text_of_custom_family():
-    text = str(explain(ARM, (CYLINDRICAL, *FAMILIES)))
+    text = str(explain(ARM, families=(CYLINDRICAL, *FAMILIES)))
     assert f"Structure: {TITLE}." in text
     assert "joints 2 and 3 slide, the others turn: holds" in text
     assert "lift, by a line meets a plane: no other joint lifts the tool." in text
@@ -235,6 +235,6 @@ joints = [
 ]
 """
     family = Family(TITLE, (4,), requires, solve, readings=("base",), behind_given=given)
-    found = derive(loads(text), families=(family,)).inverse.classification.found
+    found = derive(read_text(text), families=(family,)).inverse.classification.found
     assert (found is not None) == given
     assert found is None or found.given == (0,)

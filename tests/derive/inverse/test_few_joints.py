@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chasles.derive import explain, from_urdf, load
+from chasles.derive import explain, read
 from chasles.derive.inverse.classify import classify
 from chasles.derive.terms.terms import Terms
 from tests.campaigns.losses import losses_of
@@ -48,7 +48,7 @@ def test_single_joint_ik_solves_every_pose(chain, right):
 
 
 def test_slider_crank_ik_returns_both_crank_branches(tmp_path):
-    press = compiled(load(ROBOTS / "slider_crank.toml"), tmp_path / "slider_crank", ["fk", "ik"])
+    press = compiled(read(ROBOTS / "slider_crank.toml"), tmp_path / "slider_crank", ["fk", "ik"])
     q = np.linspace(-3, 3, 50)[:, None]
     T = press.fk(q)
     found = press.ik(T)
@@ -106,7 +106,7 @@ def test_no_axis_is_added_to_arms_with_mimic_joints(tmp_path):
     last = """<link name="l5"/><joint name="last" type="continuous"><parent link="tool0"/>
     <child link="l5"/><axis xyz="0 1 0"/></joint></robot>"""
     path.write_text(wrist.replace("</robot>", last))
-    robot = from_urdf(path)
+    robot = read(path)
     assert (len(robot.moving), len(robot.coordinates)) == (5, 4)
     assert "follows another joint" in explain(robot).line
 
@@ -129,7 +129,7 @@ def sold(tmp_path_factory):
     """The inverses of an arm whose tool lies on the hand's axis."""
     path = tmp_path_factory.mktemp("arm") / "arm.urdf"
     path.write_text(SOLD.format(along="0.1"))
-    return cases_of(from_urdf(path))
+    return cases_of(read(path))
 
 
 def test_position_ik_uses_three_joints_if_tool_is_on_last_axis(sold):

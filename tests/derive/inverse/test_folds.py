@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chasles.derive import load
+from chasles.derive import read
 from tests.support.compiling import compiled
 from tests.support.derivations import ROBOTS
 from tests.support.generators.geometric_errors import displaced
@@ -23,7 +23,7 @@ KNOWN = 1e-4
 @pytest.fixture(scope="module")
 def case(tmp_path_factory):
     """A calibrated arm, and its forward kinematics by Pinocchio."""
-    robot = displaced(load(ROBOTS / "ur5e.toml"), ERROR)
+    robot = displaced(read(ROBOTS / "ur5e.toml"), ERROR)
     folder = tmp_path_factory.mktemp("folds") / robot.name
     return compiled(robot, folder, ("fk", "fk_jacobian_mixed", "ik")), pinocchio_fk(robot)
 

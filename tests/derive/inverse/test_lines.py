@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import load, loads
+from chasles.derive import read, read_text
 from chasles.derive.inverse.classify import classify
 from chasles.derive.inverse.given_joints import without
 from chasles.derive.inverse.polished_inverse import nearly_meet
@@ -87,7 +87,7 @@ alpha = 90
 name = "b"
 a = "a3"
 """
-    robot = loads(text)
+    robot = read_text(text)
     terms = Terms({p.symbol: p.value for p in robot.parameters})
     lines = Lines(terms, axes_of(robot, terms))
     assert [terms.spelled(e) for e in lines.meeting(1, 0)] == [0, 0, sp.Symbol("d1", real=True)]
@@ -97,7 +97,7 @@ a = "a3"
     ("name", "meet"), [("ur5e", False), ("puma560", True), ("irb6640", True), ("lynxmotion", False)]
 )
 def test_nearly_spherical_wrists_are_detected(name, meet):
-    robot = load(ROBOTS / f"{name}.toml")
+    robot = read(ROBOTS / f"{name}.toml")
     terms = Terms({p.symbol: p.value for p in robot.parameters})
     assert nearly_meet(Lines(terms, axes_of(robot, terms))) is meet
 
@@ -215,7 +215,7 @@ a = "0.2"
     ids=["fractional mimic", "helical"],
 )
 def test_fractional_mimic_and_helical_joints_have_no_inverse(more, reason):
-    robot = loads(file(more))
+    robot = read_text(file(more))
     found = inverses(robot, Terms({}))
     assert found.functions == {}
     assert classify(robot, Terms({})).missing == reason
@@ -227,7 +227,7 @@ def test_fractional_mimic_and_helical_joints_have_no_inverse(more, reason):
     ids=["tool in plane", "tool across plane"],
 )
 def test_planar_ik_exists_only_if_tool_has_a_heading(tool, planar):
-    found = inverses(loads(file("", tool)), Terms({}))
+    found = inverses(read_text(file("", tool)), Terms({}))
     assert ("ik_planar" in found.functions) == planar
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import chasles.derive
-from chasles.derive import SerialRobot, load
+from chasles.derive import SerialRobot, read
 from chasles.derive.inverse.lost_poses import TARGETS, configurations, lost_poses
 from chasles.derive.inverse.serial_inverse import inverses
 from chasles.derive.inverse.structure.lines import Lines, axes_of
@@ -80,7 +80,7 @@ def test_shipped_serial_robots_need_no_numeric_search():
     """
     checked = 0
     for file in sorted(ROBOTS.glob("*.toml")):
-        robot = load(file)
+        robot = read(file)
         if isinstance(robot, SerialRobot):
             found = inverses(robot, Terms({p.symbol: p.value for p in robot.parameters}))
             assert not any(f.role.searches for f in found.functions.values()), file.stem

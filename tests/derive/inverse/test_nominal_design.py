@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import DescriptionError, RobotError, load, loads
+from chasles.derive import DescriptionError, RobotError, read, read_text
 from chasles.derive.build.freshness import Job, is_up_to_date, stamp
 from chasles.derive.inverse.mechanisms.differences import apart
 from chasles.derive.inverse.mechanisms.hybrid_inverse import hybrid_inverses
@@ -30,7 +30,7 @@ def with_values(values):
     return text
 
 
-DESIGN = loads(with_values(VALUES))
+DESIGN = read_text(with_values(VALUES))
 
 
 def built(seed=3):
@@ -88,7 +88,7 @@ def files(tmp_path):
 
 
 def test_nominal_key_loads_the_design_file(files):
-    robot = load(files / "built.toml")
+    robot = read(files / "built.toml")
     assert robot.nominal == DESIGN
     assert robot.nominal.nominal is None
 
@@ -100,7 +100,7 @@ def test_nominal_key_accepts_installed_robot_name(files, is_beside):
     if is_beside:
         # As on the command line, the name is the installed robot's.
         (files / "board_installer").write_text("")
-    assert load(files / "built.toml").nominal == load(ROBOTS / "board_installer.toml")
+    assert read(files / "built.toml").nominal == read(ROBOTS / "board_installer.toml")
 
 
 @pytest.mark.parametrize(
@@ -120,7 +120,7 @@ def test_invalid_nominal_key_error_names_its_line(files, named, told):
     text = (files / "built.toml").read_text()
     (files / "wrong.toml").write_text(text.replace('"design.toml"', f'"{named}"'))
     with pytest.raises(DescriptionError, match=re.escape(told)) as error:
-        load(files / "wrong.toml")
+        read(files / "wrong.toml")
     line = text[: text.index("nominal =")].count("\n") + 1
     assert str(error.value).startswith(f"{files / 'wrong.toml'}:{line}: nominal")
 
@@ -180,14 +180,14 @@ def in_other_frames(mechanism, seed=0):
 
 @pytest.mark.parametrize("name", ["board_installer", "delta", "five_bar", "slider_crank"])
 def test_design_difference_ignores_choice_of_frames(name):
-    design = load(ROBOTS / f"{name}.toml")
+    design = read(ROBOTS / f"{name}.toml")
     moved, turned = apart(in_other_frames(design), design)
     assert moved < 1e-7
     assert turned < 1e-7
 
 
 def test_design_difference_measures_length_errors():
-    design = load(ROBOTS / "board_installer.toml")
+    design = read(ROBOTS / "board_installer.toml")
     spoilt = as_built(design, BOARD_INSTALLER, 5e-4, np.random.default_rng(0))
     moved, turned = apart(spoilt, design)
     # A place of a body is off by up to 0.5 mm along three axes, and laid on the others as well.
@@ -198,7 +198,7 @@ def test_design_difference_measures_length_errors():
 
 
 def test_design_difference_detects_axis_and_zero_errors():
-    design = load(ROBOTS / "board_installer.toml")
+    design = read(ROBOTS / "board_installer.toml")
     off = Rotation("z", sp.Rational(2, 1000))
 
     def with_joint(name, **changes):

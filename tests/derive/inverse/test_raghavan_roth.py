@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import Joint, SerialRobot, load
+from chasles.derive import Joint, SerialRobot, read
 from chasles.derive.description.conventions import dh
 from chasles.derive.inverse.general import written_inverse
 from chasles.derive.inverse.general.line_quantities import SIZE, motion, quantities, slide, turn
@@ -62,7 +62,7 @@ def pose(random):
 
 @cache
 def of(name):
-    return NONE_IN_COMMON if name == "skew" else load(description(name))
+    return NONE_IN_COMMON if name == "skew" else read(description(name))
 
 
 @cache
@@ -211,7 +211,7 @@ def test_concurrent_axes_have_no_split():
 
 
 def test_fixed_joint_is_absorbed_into_a_placement():
-    robot, random = load(ROBOTS / "iiwa14.toml"), np.random.default_rng(9)
+    robot, random = read(ROBOTS / "iiwa14.toml"), np.random.default_rng(9)
     constants = numbers(robot)
     for given in range(7):
         q = random.uniform(-np.pi, np.pi, 7)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.derive import load
+from chasles.derive import read
 from chasles.derive.inverse.general.raghavan_roth import forward, numbers
 from chasles.derive.inverse.general.real_solutions import real_solutions
 from chasles.derive.inverse.general.split_choice import choose
@@ -18,7 +18,7 @@ SAME = 1e-10
 
 @pytest.fixture(scope="module")
 def arm():
-    robot = load(ROBOTS / "jaco2.toml")
+    robot = read(ROBOTS / "jaco2.toml")
     constants = numbers(robot)
     return constants, choose(robot)
 

@@ -16,14 +16,14 @@ POSES = 10
 
 def told(name):
     """What came of an arm in words, and whether its text is wrong."""
-    from chasles.derive import SerialRobot, derive, load
+    from chasles.derive import SerialRobot, derive, read
     from tests.support.derivations import description
     from tests.support.read_back import read_back, without_formula
 
-    robot = load(description(name))
+    robot = read(description(name))
     if not isinstance(robot, SerialRobot):
         return "", False
-    found = derive(robot, ["fk", "ik"])
+    found = derive(robot, functions=["fk", "ik"])
     reason = without_formula(found)
     if reason:
         return f"-  {reason}", False
@@ -39,15 +39,15 @@ def main(names):
     from tests.support.derivations import NAMES, ROBOTS
 
     shelf = sorted(path.stem for path in (ROBOTS / "shelf").glob("*.toml"))
-    read, wrong = 0, 0
+    agreeing, wrong = 0, 0
     for name in names or [*NAMES, *shelf]:
         begin = time.perf_counter()
         words, is_wrong = told(name)
         if words:
-            read += "agree" in words
+            agreeing += "agree" in words
             wrong += is_wrong
             print(f"{name:<20} {words} ({time.perf_counter() - begin:.1f} s)", flush=True)
-    print(f"{read} arms agree, {wrong} are wrong")
+    print(f"{agreeing} arms agree, {wrong} are wrong")
     return wrong
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import Joint, SerialRobot, derive, from_urdf, load, loads
+from chasles.derive import Joint, SerialRobot, derive, read, read_text
 from chasles.derive.latex import FOLDER, brief_files, document, equations, files, fragments
 from chasles.derive.latex.chain.given_fragment import parameters
 from chasles.derive.latex.setting.layout import aligned, filled
@@ -71,14 +71,14 @@ def some_q(found):
 def test_printed_fk_and_jacobians_match_compiled_functions(name):
     found = derived(name)
     printed, q = equations(found), some_q(found)
-    read = Reader(found, printed.notation, q)
+    reader = Reader(found, printed.notation, q)
     for function, rows in (("fk", 4), ("jacobian_mixed", 6), ("jacobian_space", 6)):
         shown = getattr(printed, function)
-        read.define(shown.definitions)
-        values = read.matrix(shown.entries, rows)
+        reader.define(shown.definitions)
+        values = reader.matrix(shown.entries, rows)
         for named, entry in zip(shown.names, shown.entries, strict=False):
             if named is not None:
-                read.define([(named, entry)])
+                reader.define([(named, entry)])
         (kernel,) = lower([found.function(function)], name)
         expected = np.array(kernel(q)).reshape(rows, -1)
         np.testing.assert_allclose(values, expected, rtol=0, atol=TRUE * (1 + abs(expected).max()))
@@ -88,10 +88,10 @@ def test_printed_fk_and_jacobians_match_compiled_functions(name):
 def test_printed_link_transforms_multiply_to_the_pose(name):
     found = derived(name)
     page, q = Page.of(found), some_q(found)
-    read = Reader(found, page.equations.notation, q)
+    reader = Reader(found, page.equations.notation, q)
     T = np.eye(4)
     for link in page.links:
-        T = T @ read.matrix(link, 4)
+        T = T @ reader.matrix(link, 4)
     (kernel,) = lower([found.function("fk")], name)
     np.testing.assert_allclose(T, np.array(kernel(q)).reshape(4, 4), rtol=0, atol=20 * TRUE)
 
@@ -101,12 +101,12 @@ def test_product_of_exponentials_of_printed_screws_equals_pose(name):
     found = derived(name)
     notation, q = equations(found).notation, some_q(found)
     screws = printed_screws(found.robot, notation)
-    read = Reader(found, notation, q)
-    read.define(screws.definitions)
+    reader = Reader(found, notation, q)
+    reader.define(screws.definitions)
     T = sp.eye(4)
     for k, value in enumerate(found.robot.joint_values([sp.Float(x, 30) for x in q])):
-        T = T * _exponential(screws.S[:, k].applyfunc(read), value)
-    T = T * screws.M.applyfunc(read)
+        T = T * _exponential(screws.S[:, k].applyfunc(reader), value)
+    T = T * screws.M.applyfunc(reader)
     (kernel,) = lower([found.function("fk")], name)
     expected = np.array(kernel(q)).reshape(4, 4)
     np.testing.assert_allclose(np.array(T, float), expected, rtol=0, atol=20 * TRUE)
@@ -147,7 +147,7 @@ def test_fragments_and_document_name_the_same_files():
 
 def test_partial_derivation_prints_the_full_article():
     robot = derivation("scara").robot
-    assert fragments(derive(robot, ["twist_mixed"])) == article("scara")
+    assert fragments(derive(robot, functions=["twist_mixed"])) == article("scara")
 
 
 def digest(name):
@@ -212,7 +212,7 @@ def test_letters_used_by_parameters_are_avoided():
 
 def notation_of(count):
     robot = parallel(count)
-    found = derive(robot, ["fk"])
+    found = derive(robot, functions=["fk"])
     q = found.functions[0].inputs[0].symbols
     notation = Notation(robot, found.terms, q)
     return notation, Printer(notation.tex, notation.order), q
@@ -302,7 +302,7 @@ def test_text_is_escaped(text, tex):
 @pytest.mark.parametrize("title", ["Peaucellier's linkage", "Scissor lifts", "ABB IRB 460"])
 def test_title_is_printed_on_its_own_line(title):
     text = f'name = "r"\ntitle = "{title}"\nconvention = "dh"\njoints = [{{ a = 1 }}]'
-    article = document(derive(loads(text), ("fk",)))
+    article = document(derive(read_text(text), functions=("fk",)))
     assert f"{{\\LARGE {title}}}\\\\[1ex]\n\\large Kinematics\n" in article
 
 
@@ -312,7 +312,7 @@ def test_long_words_can_break():
 
 def parameters_of(robot):
     """The table of parameters in a robot's article."""
-    return parameters(Page.of(derive(robot, ["fk"])))
+    return parameters(Page.of(derive(robot, functions=["fk"])))
 
 
 def test_mixed_conventions_are_printed_as_table_of_transforms():
@@ -344,7 +344,7 @@ def urdf(folder, *joints):
         )
     path = folder / "chain.urdf"
     path.write_text("\n".join([*parts, "</robot>"]))
-    return from_urdf(path)
+    return read(path)
 
 
 SLIDERS = [("sx", "1 0 0"), ("sy", "0 1 0"), ("sz", "0 0 1")]
@@ -371,7 +371,7 @@ def test_urdf_and_toml_files_print_the_same_table(tmp_path):
     ]
     path = tmp_path / "chain.toml"
     path.write_text("\n".join(['name = "chain"\nconvention = "urdf"\n', *joints]))
-    assert parameters_of(robot) == parameters_of(load(path))
+    assert parameters_of(robot) == parameters_of(read(path))
 
 
 @pytest.mark.parametrize("convention", ["urdf", "poe"])
@@ -422,7 +422,7 @@ def test_moving_joints_are_numbered_separately_from_fixed_joints(tmp_path):
         ("bracket", "fixed", "1 0 0", "0", ""),
         ("led", "revolute", "0 0 1", "0", '<mimic joint="leader" multiplier="2"/>'),
     )
-    found = fragments(derive(robot, ["fk"]))
+    found = fragments(derive(robot, functions=["fk"]))
     table, screws = found["parameters.tex"], found["screws.tex"]
     assert "$i$ & $k$ & joint" in table
     for row in ("1 & -- & mount", "2 & 1 & leader", "3 & -- & bracket", "4 & 2 & led"):
@@ -472,7 +472,7 @@ def test_long_sums_break_between_terms():
 
 
 def test_article_size_grows_linearly_with_joint_count():
-    derivations = [derive(parallel(n), ["fk"]) for n in (6, 12)]
+    derivations = [derive(parallel(n), functions=["fk"]) for n in (6, 12)]
     lengths = [sum(map(len, fragments(found).values())) for found in derivations]
     assert lengths[1] < 3 * lengths[0]
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import derive, load, loads
+from chasles.derive import derive, read, read_text
 from chasles.derive.inverse.structure.rank import rotation
 from chasles.derive.inverse.subproblems.equations import Linear, TwoEllipses
 from chasles.derive.latex import document, fragments
@@ -148,9 +148,9 @@ def check(page, tasks, name, function_of, target):
         for slot, signs in enumerate(itertools.product((1, -1), repeat=len(task.signs))):
             if margin[slot] < INSIDE:
                 continue
-            read = Reader(page, task, values, signs)
-            read.follow(task, q[slot])
-            found = np.array([float(read.known.get(s, 0.0)) for s in page.equations.notation.q])
+            reader = Reader(page, task, values, signs)
+            reader.follow(task, q[slot])
+            found = np.array([float(reader.known.get(s, 0.0)) for s in page.equations.notation.q])
             slides = [joint.kind == "prismatic" for joint in page.robot.moving]
             off = np.angle(np.exp(1j * (found - q[slot])))
             off[slides] = (found - q[slot])[slides]
@@ -182,7 +182,7 @@ QUARTIC = {
 @pytest.mark.parametrize("kind", QUARTIC)
 def test_printed_multi_angle_equations_reproduce_the_inverse(kind):
     text = ARM.format(re.sub(r"=(-?[\d.]+)", r"='\1'", QUARTIC[kind]).replace("=", " = "))
-    found = derive(loads(text, "arm.toml"), ["fk", "ik"])
+    found = derive(read_text(text, file="arm.toml"), functions=["fk", "ik"])
     page = Page.of(found)
     tasks = printed_tasks(page, page.inverse, {})
     names = [function.name for function in found.functions]
@@ -196,7 +196,7 @@ def test_printed_multi_angle_equations_reproduce_the_inverse(kind):
 
 def test_printed_inverse_with_named_tilts_matches_and_stays_short():
     """Constants of six named tilts are printed by the names of their parts."""
-    found = derive(named_wrist(), ["fk", "ik"])
+    found = derive(named_wrist(), functions=["fk", "ik"])
     page = Page.of(found)
     tasks = printed_tasks(page, page.inverse, {})
     made = dict(zip((f.name for f in found.functions), lower(found.functions, "arm"), strict=True))
@@ -277,7 +277,7 @@ a = "C"
 [[joints]]
 a = "W"
 """
-    text = inverse(Page.of(derive(loads(arm, "arm.toml"), ["fk"])))
+    text = inverse(Page.of(derive(read_text(arm, file="arm.toml"), functions=["fk"])))
     assert r"\mathcal{C}_{1} &=" in text
     assert r"\mathcal{A}_{2} &=" in text or "A_{2}" not in text
     assert r"V_{x} &= p_{x} - W r_{11}" in text
@@ -292,7 +292,7 @@ def test_article_measures_deviation_from_nearest_structure():
 
 def test_angle_sums_respect_axis_sense_and_direction():
     """Sums take each joint with the sense of its axis and of its own counting."""
-    arm = loads(
+    arm = read_text(
         """name = "arm"
 convention = "dh"
 [[joints]]
@@ -304,9 +304,9 @@ alpha = "pi"
 [[joints]]
 a = "0.2"
 """,
-        "arm.toml",
+        file="arm.toml",
     )
-    page = Page.of(derive(arm, ["fk"]))
+    page = Page.of(derive(arm, functions=["fk"]))
     (total,) = [
         s.unknown
         for s in printed_tasks(page, page.inverse, {})["ik"].steps
@@ -317,7 +317,7 @@ a = "0.2"
 
 
 def test_printed_inverse_is_independent_of_derived_functions():
-    robot = load(ROBOTS / "scara.toml")
-    less = fragments(derive(robot, ["fk"]))["inverse.tex"]
+    robot = read(ROBOTS / "scara.toml")
+    less = fragments(derive(robot, functions=["fk"]))["inverse.tex"]
     assert less == article("scara")["inverse.tex"]
     assert r"\input{latex/inverse}" in document(derivation("scara"))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import derive, loads
+from chasles.derive import derive, read_text
 from chasles.derive.latex.document import document, fragments
 from chasles.derive.latex.loops.legs_fragment import PrintedLegs, legs
 from chasles.derive.latex.loops.loop_page import LoopPage
@@ -54,7 +54,7 @@ class Numbers:
 @cache
 def printed(name):
     platform = drawn_platform(np.random.default_rng(6), LEGS[name][0])
-    derivation = derive(loads(platform.text("legs")), FUNCTIONS)
+    derivation = derive(read_text(platform.text("legs")), functions=FUNCTIONS)
     page = LoopPage.of(derivation)
     return platform, derivation, PrintedLegs(page, triad_of(page.hybrid))
 

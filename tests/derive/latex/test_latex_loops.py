@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import Joint, derive, loads
+from chasles.derive import Joint, derive, read_text
 from chasles.derive.latex import document, fragments
 from chasles.derive.latex.loops.loop_page import LoopPage
 from chasles.derive.latex.loops.loops_fragment import residual
@@ -363,7 +363,7 @@ pitch = "0.005"
 
 def test_loop_fragments_exist_only_for_closed_loops():
     with_loops = article("four_bar")
-    geared = fragments(derive(loads(GEARED)))
+    geared = fragments(derive(read_text(GEARED)))
     assert {"drawing.tex", "mobility.tex", "loops.tex", "solution.tex", "rates.tex"} <= {
         *with_loops
     }

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import derive, load
+from chasles.derive import derive, read
 from chasles.derive.latex import files
 from chasles.derive.latex.loops.loop_page import LoopPage
 from chasles.derive.latex.loops.platforms_fragment import PrintedPlatform, platform
@@ -29,7 +29,7 @@ def derived(name):
     """A shipped robot; or a planar one whose base and tool are turned, on rods of three lengths."""
     if name != "crooked":
         return derivation(name)
-    plain = load(ROBOTS / "planar_3rrr.toml")
+    plain = read(ROBOTS / "planar_3rrr.toml")
     lengths = (sp.Rational(13, 100), sp.Rational(3, 20), sp.Rational(17, 100))
     rods = tuple(replace(s, length=x) for s, x in zip(plain.struts, lengths, strict=True))
     base = at(sp.Rational(1, 5), 0, 0, ("z", sp.pi / 6))
@@ -249,7 +249,7 @@ def test_only_platforms_on_legs_have_the_platform_fragment():
 
 
 def test_cylinder_or_rod_off_the_platform_is_not_a_platform_leg():
-    plain = load(ROBOTS / "planar_3rrr.toml")
+    plain = read(ROBOTS / "planar_3rrr.toml")
     assert is_platform(plain)
     first, *others = plain.struts
     spring = replace(first, is_cylinder=True)

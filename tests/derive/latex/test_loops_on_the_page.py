@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from chasles.derive import derive, loads
+from chasles.derive import derive, read_text
 from chasles.derive.latex.loops.example_of_loops import worked_example_of_loops
 from chasles.derive.latex.loops.loop_page import LoopPage
 from chasles.derive.latex.loops.loops_fragment import loops
@@ -18,15 +18,15 @@ from tests.support.loops.mechanisms import BASE, at, near, pin
 
 def test_worked_example_uses_a_closed_configuration():
     """A tenth of the range from its reference the loops of this mechanism are open."""
-    found = derive(drawn_mechanism(2).mechanism, ["fk", "chain", "ik"])
+    found = derive(drawn_mechanism(2).mechanism, functions=["fk", "chain", "ik"])
     example = worked_example_of_loops(LoopPage.of(found))
     assert "the pose of the tool is" in example
     assert "nan" not in example
 
 
 def test_displacement_matrices_of_loops_fit_the_line_width():
-    platform = loads(drawn_platform(np.random.default_rng(201)).text("platform"))
-    text = loops(LoopPage.of(derive(platform, ["chain_fk"])))
+    platform = read_text(drawn_platform(np.random.default_rng(201)).text("platform"))
+    text = loops(LoopPage.of(derive(platform, functions=["chain_fk"])))
     matrices = re.findall(r"^M_\{\d\} = .*?\\end\{array\}", text, re.DOTALL | re.MULTILINE)
     assert len(matrices) == 3
     for matrix in matrices:
@@ -50,7 +50,7 @@ def test_article_states_least_squares_closure():
         reference=near(("crank", 1), ("bar", -1)),
         closure="least squares",
     )
-    page = LoopPage.of(derive(whole, ["fk"]))
+    page = LoopPage.of(derive(whole, functions=["fk"]))
     assert "1 constraint is redundant" in loops(page)
     assert "least sum of squared gaps" in loops(page)
     assert r"\frac{\partial g}{\partial z_{\mathrm{p}}}" in solution(page)

@@ -5,7 +5,7 @@ from itertools import permutations
 
 import pytest
 
-from chasles.derive import derive, load
+from chasles.derive import derive, read
 from chasles.derive.chain.coordinates import InProportion
 from chasles.derive.chain.groups import groups
 from chasles.derive.chain.kinematics import FUNCTIONS, Kinematics, arguments_of
@@ -65,17 +65,17 @@ def test_an_article_is_the_same_when_it_is_written_again(name):
 
 @pytest.mark.parametrize("name", ["scara", "ur5e", "five_bar", "planar_3rrr"])
 def test_functions_are_independent_of_request_order(name):
-    robot = load(FOLDER / f"{name}.toml")
+    robot = read(FOLDER / f"{name}.toml")
     whole = derivation(name)
     expected = [told(function) for function in whole.functions]
     names = [function.name for function in (*whole.functions, *whole.written)]
     random.Random(name).shuffle(names)
-    assert [told(function) for function in derive(robot, names).functions] == expected
+    assert [told(function) for function in derive(robot, functions=names).functions] == expected
 
 
 def test_term_names_are_independent_of_request_order():
     def named(names):
-        robot = load(FOLDER / "ur5e.toml")
+        robot = read(FOLDER / "ur5e.toml")
         terms = Terms({p.symbol: p.value for p in robot.parameters})
         arguments = arguments_of([joint.unit for joint in robot.coordinates])
         motion = InProportion(robot, terms, arguments["q"].symbols)
@@ -95,15 +95,15 @@ def test_printed_names_are_independent_of_other_functions():
     robot = calibrated()
     expected = equations(derived("calibrated"))
     for names in (["fk"], ["jacobian_mixed"], ["jacobian_space", "jacobian_mixed", "fk"]):
-        found = equations(derive(robot, names))
+        found = equations(derive(robot, functions=names))
         assert found.fk == expected.fk
         assert found.jacobian_mixed == expected.jacobian_mixed
         assert found.jacobian_space == expected.jacobian_space
-    assert fragments(derive(robot, ["twist_body"])) == printed("calibrated")
+    assert fragments(derive(robot, functions=["twist_body"])) == printed("calibrated")
 
 
 def test_writing_an_article_leaves_derivation_terms_unchanged():
-    found = derive(load(FOLDER / "scara.toml"))
+    found = derive(read(FOLDER / "scara.toml"))
     before = dict(found.terms.definitions), dict(found.terms.constants)
     fragments(found)
     assert (found.terms.definitions, found.terms.constants) == before

@@ -6,7 +6,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from chasles.derive import derive, load, loads, model_report
+from chasles.derive import derive, model_report, read, read_text
 from chasles.derive.build.generate import put
 from chasles.derive.latex import FOLDER, files, fragments, model_quality
 from chasles.derive.program.programs import NO_PROGRAMS
@@ -25,7 +25,7 @@ REPORT = r"""\documentclass{article}
 
 @pytest.fixture(scope="module")
 def sagging():
-    return derive(loads(sagging_ur5e()), ["fk", "fk_p"])
+    return derive(read_text(sagging_ur5e()), functions=["fk", "fk_p"])
 
 
 @pytest.fixture(scope="module")
@@ -47,14 +47,14 @@ def compiled(folder, name):
 def test_parametric_article_and_model_report_compile(tmp_path, sagging, written):
     put(written, tmp_path)
     compiled(tmp_path, sagging.robot.name)
-    report = model_quality(model_report(load(ROBOTS / "scara.toml")))
+    report = model_quality(model_report(read(ROBOTS / "scara.toml")))
     (tmp_path / "report.tex").write_text(REPORT % report)
     compiled(tmp_path, "report")
 
 
 def test_parametric_fragment_is_printed_only_on_request():
-    robot = load(ROBOTS / "scara.toml")
-    assert "parametric.tex" in fragments(derive(robot, ["fk", "fk_p"]))
+    robot = read(ROBOTS / "scara.toml")
+    assert "parametric.tex" in fragments(derive(robot, functions=["fk", "fk_p"]))
     assert "parametric.tex" not in article("scara")
 
 
@@ -69,7 +69,7 @@ def test_parametric_fragment_lists_all_parameters(sagging, written):
 
 @needs("pdflatex")
 def test_parametric_fragment_of_loops_is_printed_and_compiles(tmp_path):
-    derived = derive(load(ROBOTS / "five_bar.toml"), ["fk", "fk_p"])
+    derived = derive(read(ROBOTS / "five_bar.toml"), functions=["fk", "fk_p"])
     written = files(derived, NO_PROGRAMS)
     text, count = written[f"{FOLDER}/parametric.tex"], len(derived.geometry.parameters)
     assert f"${count}$ numbers" in text

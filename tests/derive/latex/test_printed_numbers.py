@@ -6,7 +6,7 @@ import re
 import pytest
 import sympy as sp
 
-from chasles.derive import derive, loads
+from chasles.derive import derive, read_text
 from chasles.derive.latex import fragments
 from chasles.derive.latex.chain.tables import limits
 from chasles.derive.latex.setting.notation import LENGTH, TERM
@@ -85,8 +85,8 @@ def test_no_literal_of_an_article_is_longer_than_a_double():
       { d = "0.0996" },
     ]
     """
-    robot = loads(text)
-    texts = fragments(derive(robot, ["fk"]))
+    robot = read_text(text)
+    texts = fragments(derive(robot, functions=["fk"]))
     found = [run for text in texts.values() for run in re.findall(r"[0-9]*\.[0-9]+", text)]
     digits = [len(run.replace(".", "").lstrip("0")) for run in found]
     assert len(digits) > 100

@@ -29,7 +29,7 @@ def test_printed_text_of_shipped_arms_evaluates_to_their_inverse(name):
 
 @pytest.mark.parametrize("chain", CHAINS)
 def test_printed_text_of_random_arms_evaluates_to_their_inverse(chain):
-    found = derive(robot_of(chain, right=True), ["fk", "ik"])
+    found = derive(robot_of(chain, right=True), functions=["fk", "ik"])
     assert count_read_back(found, fragments(found)) >= POSES
 
 

@@ -157,7 +157,7 @@ FUNCTIONS = ["configuration", "chain", "chain_rates", "margin", "chain_all"]
 def numbers():
     """The functions' results at some coordinates, one row a function and coordinate."""
     found = []
-    for f in lower(derive(rocker(), FUNCTIONS).functions, "test"):
+    for f in lower(derive(rocker(), functions=FUNCTIONS).functions, "test"):
         for q in np.linspace(-1.5, 1.5, 31):
             results = f.call([q, 0.7][: f.n_in()])
             found += [np.array(result).ravel() for result in results]
@@ -182,7 +182,7 @@ def test_added_step_matches_built_in_three_pins(request):
 @pytest.mark.usefixtures("with_isosceles")
 def test_loops_solved_by_added_step_close():
     model = Model(rocker())
-    (configuration,) = lower(derive(rocker(), ["configuration"]).functions, "test")
+    (configuration,) = lower(derive(rocker(), functions=["configuration"]).functions, "test")
     z = np.array([np.array(configuration(q)).ravel() for q in np.linspace(-1.5, 1.5, 31)])
     assert model.gap(z).max() < 1e-12
 

@@ -17,7 +17,7 @@ FAMILIES = {"four-bar": 0, "Watt": 2, "parallelograms": 7}
 
 def every_actuator(mechanism):
     """The function of all branches of actuators."""
-    (function,) = derive(mechanism, ["actuators_all"]).functions
+    (function,) = derive(mechanism, functions=["actuators_all"]).functions
     (kernel,) = lower([function], mechanism.name)
     shape = function.outputs[0].shape
     return lambda theta: np.array(kernel(theta)[0]).reshape(shape)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import RobotError, Rotation, Translation, derive, loads
+from chasles.derive import RobotError, Rotation, Translation, derive, read_text
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.loops.planar.parallelogram import CrossedParallelogram, Parallelogram
 from chasles.derive.loops.planar.pin_pin_slide import TwoPinsAndSlide
@@ -146,7 +146,7 @@ SINGLE = ("slotted_rocker", "oldham", "parallelogram")
 @cache
 def derived(name):
     names = ["chain", "configuration"] + ["chain_all"] * (name not in SINGLE)
-    return derive(BUILDERS[name](), names)
+    return derive(BUILDERS[name](), functions=names)
 
 
 def hybrid(name):
@@ -246,7 +246,7 @@ def test_slider_crank_branches_are_named_far_and_near():
 
 def test_slotted_rocker_with_unit_crank_inverts_and_differentiates():
     """The offset from the line is then itself the sine of the angle that is solved."""
-    derived = derive(slotted_rocker(), ["chain", "actuators", "actuators_D_chain"])
+    derived = derive(slotted_rocker(), functions=["chain", "actuators", "actuators_D_chain"])
     chain, actuators, slope = lower(derived.functions, "test")
     for q in (0.3, 0.5, 0.9):
         theta = np.array(chain(q)).ravel()
@@ -270,7 +270,9 @@ def test_reference_between_two_branches_is_rejected():
         derive(replace(four_bar(), reference=between))
     for joint in ("elbow", "rocker", "wrist"):
         assert joint in str(caught.value)
-    derive(replace(four_bar(), reference=near(("crank", 0), ("elbow", "1/10"))), ["chain"])
+    derive(
+        replace(four_bar(), reference=near(("crank", 0), ("elbow", "1/10"))), functions=["chain"]
+    )
 
 
 def test_loop_open_at_the_reference_is_rejected():
@@ -288,7 +290,7 @@ def test_parallelogram_with_redundant_cranks_is_solved(cranks):
     h = Hybrid(mechanism)
     assert not h.forward.open
     assert not h.forward.margins
-    derived = derive(mechanism, ["configuration", "chain_D_q"])
+    derived = derive(mechanism, functions=["configuration", "chain_D_q"])
     chain_D_q, configuration = lower(derived.functions, "test")
     model = Model(mechanism)
     for q in (0.2, 1.0, 2.9):
@@ -299,7 +301,7 @@ def test_parallelogram_with_redundant_cranks_is_solved(cranks):
 
 
 def test_trammel_positions_margins_and_branches_are_correct():
-    derived = derive(trammel(), ["configuration", "margin", "chain_all"])
+    derived = derive(trammel(), functions=["configuration", "margin", "chain_all"])
     configuration, margin, every = lower(derived.functions, "test")
     for x in np.linspace(-0.99, 0.99, 9):
         found_x, y, _ = np.array(configuration(x)).ravel()
@@ -315,7 +317,7 @@ INVERSE = ["actuators", "actuators_all", "constraint", "rods", "assembly_polynom
 
 def test_class_iii_mechanism_has_only_a_closed_form_inverse():
     mechanism = planar_3rrr()
-    made = derive(mechanism, [*INVERSE, "chain"])
+    made = derive(mechanism, functions=[*INVERSE, "chain"])
     h = made.hybrid
     assert {"x", "y", "roll", "pitch", "yaw"} & set(h.forward.open)
     assert not set(h.backward.open) & {c.moves for c in mechanism.coordinates}
@@ -338,7 +340,7 @@ def test_undriven_parts_stay_open_without_blocking_other_loops():
 def test_reference_is_converted_through_drive_with_named_radius():
     text = (ROBOTS / "bricklaying_gantry.toml").read_text(encoding="utf-8")
     assert "limits = [0, 400]" in text
-    robot = loads(text.replace("limits = [0, 400]", "limits = [3, 400]"), "gantry.toml")
+    robot = read_text(text.replace("limits = [0, 400]", "limits = [3, 400]"), file="gantry.toml")
     h = Hybrid(robot)
     motors = [float(value) for value in map(h.forward.reference.of, h.q)]
     assert motors == pytest.approx([0.2015 / 0.010, 0, 0], abs=1e-12)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import derive, load
+from chasles.derive import derive, read
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.model.mechanism import Closure, Frame, Mechanism
 from chasles.derive.terms.casadi_graph import lower
@@ -32,7 +32,7 @@ def solved_terms(h, expressions):
 
 @pytest.fixture(scope="module")
 def board():
-    return Hybrid(load(ROBOTS / "board_installer.toml"))
+    return Hybrid(read(ROBOTS / "board_installer.toml"))
 
 
 def test_board_installer_collapse_leaves_a_single_solved_angle(board):
@@ -77,10 +77,12 @@ def test_board_installer_translation_matches_crank_formula(board):
 def test_collapsed_chain_matches_full_chain_pose_and_rates(board):
     """The collapsed chain and the open main chain at the same joints, with all derivatives."""
     kinds = ["fk", "jacobian_mixed", "twist_mixed"]
-    short = derive(load(ROBOTS / "board_installer.toml"), [*kinds, "chain", "chain_rates"])
+    short = derive(
+        read(ROBOTS / "board_installer.toml"), functions=[*kinds, "chain", "chain_rates"]
+    )
     names = [f.name for f in short.functions]
     kernels = dict(zip(names, lower(short.functions, "short"), strict=True))
-    whole = derive(short.robot.main_chain, kinds)
+    whole = derive(short.robot.main_chain, functions=kinds)
     oracle = dict(zip(kinds, lower(whole.functions, "whole"), strict=True))
     generator = np.random.default_rng(0)
     for _ in range(20):
@@ -98,7 +100,7 @@ def test_a_parallelogram_only_translates():
     assert not any(h.terms.is_solved(s.angle) for s in stations(h))
     assert not h.forward.margins
     (q,) = h.q
-    fk = derive(parallelogram(2), ["fk"]).functions[0]
+    fk = derive(parallelogram(2), functions=["fk"]).functions[0]
     (kernel,) = lower([fk], "test")
     for value in (0.3, 1.0, 2.5):
         T = np.array(kernel(value)).reshape(4, 4)
@@ -127,7 +129,9 @@ def test_jacobian_rates_with_wrist_after_parallelogram_are_correct():
         tool=at("1/4"),
         reference=linkage.reference,
     )
-    derived = derive(mechanism, ["fk", "jacobian_mixed", "jacobian_mixed_dot", "hessian_mixed"])
+    derived = derive(
+        mechanism, functions=["fk", "jacobian_mixed", "jacobian_mixed_dot", "hessian_mixed"]
+    )
     _, J, J_dot, H = lower(derived.functions, "test")
     q, qd, step = np.array([0.8, -0.4]), np.array([1.1, 0.7]), 1e-6
     rate = (np.array(J(q + step * qd)) - np.array(J(q - step * qd))) / (2 * step)
@@ -147,7 +151,7 @@ def test_parallelogram_on_turntable_translates_in_turntable_axes():
     ]
     linkage = parallelogram(2)
     mechanism = replace(linkage, joints=(table, *cranks), actuated=("table", "crank0"))
-    derived = derive(mechanism, ["fk", "jacobian_mixed"])
+    derived = derive(mechanism, functions=["fk", "jacobian_mixed"])
     assert not any(derived.hybrid.terms.is_solved(s.angle) for s in stations(derived.hybrid))
     fk, J = lower(derived.functions, "test")
     a, b = q = np.array([0.8, 1.3])
@@ -186,7 +190,7 @@ def test_consecutive_parallelograms_keep_tool_orientation():
     )
     h = Hybrid(mechanism)
     assert not any(h.terms.is_solved(s.angle) for s in stations(h))
-    (kernel,) = lower(derive(mechanism, ["fk"]).functions, "test")
+    (kernel,) = lower(derive(mechanism, functions=["fk"]).functions, "test")
     T = np.array(kernel([0.9, -0.2])).reshape(4, 4)
     np.testing.assert_allclose(T[:3, :3], np.eye(3), atol=1e-15)
     e = 2 * np.exp(0.9j) + 3 * np.exp(-0.2j)

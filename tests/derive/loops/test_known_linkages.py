@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chasles.derive import derive, loads
+from chasles.derive import derive, read_text
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.loops.closed_in_numbers import Model
 
@@ -95,7 +95,7 @@ JANSEN = (
 
 def tool_of(text):
     """A linkage's hybrid and its pose of the tool (4, 4) by the actuated coordinate."""
-    derivation = derive(loads(text), ["fk"])
+    derivation = derive(read_text(text), functions=["fk"])
     (kernel,) = lower(derivation.functions, derivation.robot.name)
     return derivation.hybrid, lambda q: np.array(kernel(q)).reshape(4, 4)
 
@@ -123,8 +123,8 @@ def test_a_scissor_lift_keeps_its_table_level():
 @pytest.mark.parametrize("body", ["roller", "arm_4", "shoe"])
 def test_scissor_lift_actuator_follows_from_any_tool_body(body):
     tool = "tool = { body = "
-    robot = loads(SCISSORS.replace(f'{tool}"table"', f'{tool}"{body}"'))
-    chain, actuators = lower(derive(robot, ["chain", "actuators"]).functions, robot.name)
+    robot = read_text(SCISSORS.replace(f'{tool}"table"', f'{tool}"{body}"'))
+    chain, actuators = lower(derive(robot, functions=["chain", "actuators"]).functions, robot.name)
     for foot in np.linspace(0.5, 2.3, 7):
         assert float(actuators(chain(foot))) == pytest.approx(foot, abs=1e-12)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.derive import casadi_function, load
+from chasles.derive import casadi_function, read
 from tests.support.compiling import compiled
 from tests.support.oracles.multi_start import Multistart
 
@@ -50,7 +50,7 @@ FUNCTIONS = ("fk", "link_poses", "jacobian_mixed", "chain", "chain_D_q", "passiv
 def description(tmp_path_factory):
     path = tmp_path_factory.mktemp("gear") / "landing_gear.toml"
     path.write_text(LANDING_GEAR)
-    return load(path)
+    return read(path)
 
 
 @pytest.fixture(scope="module")

@@ -91,7 +91,7 @@ def tripod():
 @pytest.mark.parametrize(("build", "step"), [(lift, TurningLeg), (tripod, ThreeSpheres)])
 def test_negative_cylinder_lengths_give_nan_and_negative_margin(build, step):
     mechanism = build()
-    made = derive(mechanism, ["chain", "margin"])
+    made = derive(mechanism, functions=["chain", "margin"])
     assert {type(one) for one in made.hybrid.forward.steps} == {step}
     chain, margin = lower(made.functions, mechanism.name)
     own = np.array([float(mechanism.reference_of(name)) for name in mechanism.actuated])
@@ -132,7 +132,7 @@ KINDS = {
 
 @cache
 def derived(name):
-    return derive(BUILDERS[name](), FUNCTIONS[name])
+    return derive(BUILDERS[name](), functions=FUNCTIONS[name])
 
 
 @cache
@@ -249,7 +249,7 @@ def test_delta_pose_beyond_rod_length_has_negative_margin():
 
 def test_stewart_actuators_are_the_leg_lengths():
     mechanism = stewart()
-    made = derive(mechanism, ["actuators"])
+    made = derive(mechanism, functions=["actuators"])
     h = made.hybrid
     assert {type(step) for step in h.backward.steps} == {CylinderLength}
     assert set(h.forward.open) == {"x", "y", "z", "yaw", "pitch", "roll"}

@@ -5,7 +5,7 @@ import cmath
 import numpy as np
 import pytest
 
-from chasles.derive.description.robot_files import loads
+from chasles.derive.description.robot_files import read_text
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.terms.casadi_graph import lower
 from chasles.derive.terms.symbolic_function import Result, SymbolicFunction
@@ -48,7 +48,7 @@ def scissor_lift(sign, ram):
     text += f'b = {{ body = "{b}", xyz = [{y}, 0, 0] }}\n[reference]\n'
     bars = {"a0": 30, "b0": 120, "a1": -120, "b1": 120}
     text += "".join(f"{name} = {sign * value}\n" for name, value in bars.items())
-    return loads(f"{text}foot = 1.03923\nram = {ram_length(ram, np.pi / 6)}")
+    return read_text(f"{text}foot = 1.03923\nram = {ram_length(ram, np.pi / 6)}")
 
 
 def ram_length(ram, angle):

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 import sympy as sp
 
-from chasles.derive import Frame, Joint, Mechanism, Strut, artifacts, derive
+from chasles.derive import Frame, Joint, Mechanism, Strut, derive, files
 from chasles.derive.loops import hybrid
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.model.mechanism import Closure
@@ -36,7 +36,7 @@ def in_a_row(count):
 
 
 def labels(mechanism, name):
-    return derive(mechanism, [name]).function(name).role.labels
+    return derive(mechanism, functions=[name]).function(name).role.labels
 
 
 def test_branches_of_serial_four_bars_multiply():
@@ -48,7 +48,7 @@ def test_branches_of_serial_four_bars_multiply():
 
 def test_branches_beyond_the_maximum_are_cut_and_noted(monkeypatch):
     monkeypatch.setattr(hybrid, "MOST_BRANCHES", 4)
-    made = artifacts(in_a_row(3), ["chain", "chain_all"])
+    made = files(in_a_row(3), functions=["chain", "chain_all"])
     content = json.loads(made["manifest.json"])
     (function,) = [f for f in content["functions"] if f["name"] == "chain_all"]
     assert function["outputs"][0]["shape"] == [4, 3]

@@ -26,7 +26,7 @@ def test_exact_number_types_are_accepted():
     joint = Joint("j", "revolute", *screw, limits=("-pi", 3), pitch=0)
     assert joint.limits == (-sp.pi, 3)
     assert Mimic("j", "1/2", 1).multiplier == sp.Rational(1, 2)
-    assert len(derive(SerialRobot("r", (joint,)), ("fk",)).functions) == 1
+    assert len(derive(SerialRobot("r", (joint,)), functions=("fk",)).functions) == 1
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chasles.derive import load, loads
+from chasles.derive import read, read_text
 from chasles.derive.program.finite_targets import seeing_its_inputs
 from chasles.derive.program.operations import Compute, Input, Operation, Program, Store, Variable
 from chasles.derive.program.reading import programs as read_programs
@@ -47,7 +47,7 @@ def test_input_missing_from_the_residual_is_added():
 )
 def test_nonfinite_targets_are_not_valid(name, inverse, tmp_path):
     shipped = name == "bricklaying_gantry"
-    robot = load(ROBOTS / f"{name}.toml") if shipped else loads(GANTRY, "gantry.toml")
+    robot = read(ROBOTS / f"{name}.toml") if shipped else read_text(GANTRY, file="gantry.toml")
     arm = compiled(robot, tmp_path, ["fk", inverse], ["c"])
     function = arm.functions[inverse]
     rng = np.random.default_rng(4)

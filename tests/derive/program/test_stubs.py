@@ -4,14 +4,14 @@ import ast
 
 import pytest
 
-from chasles.derive import derive, load
+from chasles.derive import derive, read
 from chasles.derive.emit import python_package
 from tests.support.derivations import description
 
 
 @pytest.mark.parametrize(("name", "further"), [("scara", 0), ("iiwa14", 1)])
 def test_stub_of_ik_takes_fixed_joints(name, further):
-    derived = derive(load(description(name)), ["fk", "ik"])
+    derived = derive(read(description(name)), functions=["fk", "ik"])
     text = python_package.files(derived, None)["__init__.pyi"]
     found = {item.name: item for item in ast.parse(text).body if isinstance(item, ast.FunctionDef)}
     inverse, pose = found["ik"].args, found["fk"].args

@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 from numpy.testing import assert_allclose
 
-from chasles.derive import Mechanism, load, model_report
+from chasles.derive import Mechanism, model_report, read
 from chasles.derive.chain.poe import placement_matrix
 from chasles.derive.description.conventions import CONVENTIONS, dh, hayati5, mdh, mdh5
 from chasles.derive.description.conventions.axis_maps import axis_map, numbers_of
@@ -21,7 +21,7 @@ a, alpha, beta, d = sp.symbols("a alpha beta d", real=True)
 
 @cache
 def report_of(name):
-    return model_report(load(description(name)))
+    return model_report(read(description(name)))
 
 
 @pytest.mark.parametrize(
@@ -73,11 +73,11 @@ NAMES = ("ur5e", "well_manipulator", "stanford")
 def test_rank_deficiency_equals_number_of_missed_displacements(name):
     report = report_of(name)
     assert report.identifiable - report.rank == sum(len(joint.misses) for joint in report.joints)
-    assert report.suited_rank == report.identifiable
+    assert report.suitable_rank == report.identifiable
     for joint in report.joints:
-        suited = {c.convention: c for c in joint.conventions}[joint.suited]
-        assert suited.is_complete
-        assert suited.is_continuous
+        suitable = {c.convention: c for c in joint.conventions}[joint.suitable]
+        assert suitable.is_complete
+        assert suitable.is_continuous
         assert str(joint.joint) in str(report)
 
 
@@ -91,10 +91,10 @@ def test_dh_misses_only_the_perpendicular_rotation():
 
 
 def test_well_manipulator_report_matches_paper_counts():
-    assert isinstance(load(description("well_manipulator")), Mechanism)
+    assert isinstance(read(description("well_manipulator")), Mechanism)
     report = report_of("well_manipulator")
     assert (report.revolute, report.prismatic, report.identifiable) == (5, 2, 30)
-    assert report.suited_rank == 30
+    assert report.suitable_rank == 30
     by_name = {joint.joint: joint for joint in report.joints}
     found = {c.convention: c for c in by_name["theta3"].conventions}
     assert found["mdh5"].value == 0
@@ -134,4 +134,4 @@ def test_random_chains_are_incomplete_only_in_poe_and_s_model(convention, kinds)
     missing = sum(len(joint.misses) for joint in report.joints)
     assert report.identifiable - report.rank == missing
     assert (missing > 0) == (kinds in INCOMPLETE.get(convention.name, ()))
-    assert report.suited_rank == report.identifiable
+    assert report.suitable_rank == report.identifiable

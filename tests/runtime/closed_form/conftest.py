@@ -2,7 +2,7 @@
 
 import pytest
 
-from chasles.derive import load
+from chasles.derive import read
 from tests.support.compiling import compiled
 from tests.support.derivations import description
 from tests.support.displaced_arm import SEED, SIZE
@@ -12,7 +12,7 @@ from tests.support.generators.geometric_errors import displaced
 @pytest.fixture(scope="session")
 def displaced_robot():
     """The description of the arm."""
-    return displaced(load(description("irb120")), SIZE, SEED)
+    return displaced(read(description("irb120")), SIZE, SEED)
 
 
 @pytest.fixture(scope="session")

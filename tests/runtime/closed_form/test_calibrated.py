@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.derive import load
+from chasles.derive import read
 from chasles.derive.inverse.chain_solution import pose_task
 from chasles.derive.inverse.classify import classify
 from chasles.derive.inverse.led import Sampled
@@ -37,7 +37,7 @@ def case(request, displaced_robot, tmp_path_factory):
     """A calibrated arm, and its forward kinematics by Pinocchio."""
     if request.param == "irb120":
         return request.getfixturevalue("displaced_arm"), pinocchio_fk(displaced_robot)
-    robot = displaced(load(ROBOTS / f"{request.param}.toml"), PANDA)
+    robot = displaced(read(ROBOTS / f"{request.param}.toml"), PANDA)
     folder = tmp_path_factory.mktemp("calibrated") / robot.name
     return compiled(robot, folder, FUNCTIONS, ["c", "casadi"]), pinocchio_fk(robot)
 
@@ -167,7 +167,7 @@ def test_calibrated_arm_offers_nominal_inverse_and_deviation_note(case):
 def test_nominal_convergence_rate_falls_with_deviation():
     shares = []
     for size in (1e-4, 8e-2):
-        robot = displaced(load(ROBOTS / "puma560.toml"), size)
+        robot = displaced(read(ROBOTS / "puma560.toml"), size)
         classification = classify(robot, Terms({}))
         lines, near = classification.lines, classification.near[0]
         nominal = nominal_of(robot, lines, near)

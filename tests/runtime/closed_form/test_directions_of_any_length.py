@@ -5,7 +5,7 @@ import pytest
 
 import chasles
 from chasles.closed_form.aims import Task
-from chasles.derive import loads
+from chasles.derive import read_text
 from tests.support.generators.drawn_arms import cases_of
 from tests.support.oracles.tasks import TASKS
 
@@ -78,7 +78,7 @@ def test_task_of_direction_does_not_depend_on_its_length():
 
 
 def test_machine_tool_takes_a_direction_of_any_length():
-    made = loads(MACHINE)
+    made = read_text(MACHINE)
     (case,) = (case for case in cases_of(made) if case.function == NAME)
     rng = np.random.default_rng(2)
     target = case.targets(rng.uniform(-2, 2, (20, len(made.coordinates))))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chasles.derive import load
+from chasles.derive import read
 from chasles.derive.inverse.general.raghavan_roth import numbers
 from chasles.derive.inverse.general.split_choice import choice_at, slides_of
 from chasles.derive.inverse.led import Sampled
@@ -109,7 +109,7 @@ def test_few_configurations_are_missed_near_singularities(arm):
 
 @pytest.mark.parametrize(
     "robot",
-    [displaced(load(description("stanford")), 3e-3, 1), displaced(random_arm(100), 4e-3, 100)],
+    [displaced(read(description("stanford")), 3e-3, 1), displaced(random_arm(100), 4e-3, 100)],
     ids=lambda robot: robot.title or robot.name,
 )
 def test_arms_with_fixed_or_prismatic_joints_miss_no_configuration(robot, tmp_path):

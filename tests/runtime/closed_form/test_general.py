@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.derive import load
+from chasles.derive import read
 from chasles.derive.inverse.general.raghavan_roth import numbers
 from chasles.derive.inverse.general.split_choice import choose, length
 from chasles.tolerances import SOLVED
@@ -31,7 +31,7 @@ def robot(request, tmp_path_factory):
         return chasles.load("jaco2")
     folder = tmp_path_factory.mktemp("general") / request.param
     functions = ["fk", "fk_jacobian_mixed", "ik"]
-    return compiled(load(description(request.param)), folder, functions, ["c"])
+    return compiled(read(description(request.param)), folder, functions, ["c"])
 
 
 def configurations(robot, count, seed):
@@ -116,7 +116,7 @@ def test_valid_solutions_reach_pose_and_are_distinct(robot):
 
 
 def test_valid_solutions_come_first_sorted_by_suppressed_joint(robot):
-    split = choose(load(description(robot.name))).splits[0]
+    split = choose(read(description(robot.name))).splits[0]
     solutions = robot.ik(robot.fk(configurations(robot, 500, 3)))
     assert (solutions.valid == (np.arange(16) < solutions.count[:, None])).all()
     for q, count in zip(solutions.q, solutions.count, strict=True):
@@ -171,7 +171,7 @@ def test_poses_with_single_joint_near_right_angle_are_solved(robot, joint, away)
 
 
 def test_unreachable_pose_returns_least_squares_solution(robot):
-    described = load(description(robot.name))
+    described = read(description(robot.name))
     size = length(numbers(described))
     T = robot.fk(configurations(robot, 200, 8))
     T[:, :3, 3] += 3.0

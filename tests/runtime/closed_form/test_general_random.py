@@ -6,7 +6,7 @@ Five joints have the solutions of the poses that they reach, slides among six th
 import numpy as np
 import pytest
 
-from chasles.derive import explain, loads
+from chasles.derive import explain, read_text
 from tests.campaigns.general import DERIVED, Judged
 from tests.support.compiling import compiled
 from tests.support.generators.drawn_arms import random_arm as drawn_arm
@@ -133,7 +133,7 @@ joints = [
 
 
 def test_arm_with_last_prismatic_joint_solves_right_angles(tmp_path):
-    robot = loads(LAST_SLIDES)
+    robot = read_text(LAST_SLIDES)
     arm, rng = compiled(robot, tmp_path, DERIVED, ["c"]), np.random.default_rng(11)
     q = np.pi / 2 * rng.integers(-1, 3, (1200, 6))
     q[:, 5] = rng.uniform(0, 0.4, len(q))
@@ -150,7 +150,7 @@ def test_collinear_axes_have_all_solutions_at_any_value_of_one_joint(tmp_path, n
         for d, a, alpha in [*COLLINEAR[name], LAST]
     )
     head = 'name = "arm"\nconvention = "dh"\nunits = { length = "m", angle = "deg" }\n'
-    arm = compiled(loads(head + rows, "arm.toml"), tmp_path / "arm", DERIVED, ["c"])
+    arm = compiled(read_text(head + rows, file="arm.toml"), tmp_path / "arm", DERIVED, ["c"])
     rng, (first, second) = np.random.default_rng(6), pair
     q = np.concatenate([rng.uniform(-3, 3, (100, 6)), rng.integers(0, 4, (100, 6)) * np.pi / 2])
     value = rng.uniform(-3, 3, len(q))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chasles.derive import load, loads
+from chasles.derive import read, read_text
 from tests.support.compiling import compiled
 from tests.support.derivations import description
 from tests.support.oracles.newton_solutions import regular_solutions
@@ -58,7 +58,7 @@ def test_copies_of_nearly_singular_solutions_leave_their_slots(displaced_arm):
 
 
 def test_shelf_arm_counts_each_solution_once(tmp_path):
-    arm = compiled(load(description("gen3_6dof")), tmp_path / "gen3_6dof", FUNCTIONS, ["c"])
+    arm = compiled(read(description("gen3_6dof")), tmp_path / "gen3_6dof", FUNCTIONS, ["c"])
     solutions = arm.ik(arm.fk(GEN3_COPY))
     assert solutions.count == solutions.distinct().count == 4
     assert is_found(arm, solutions, GEN3_COPY)
@@ -66,7 +66,7 @@ def test_shelf_arm_counts_each_solution_once(tmp_path):
 
 def test_solution_beside_an_exact_pose_is_none(tmp_path):
     """All numbers of the pose are short, but it is exact; slots end 1e-8 beside it."""
-    arm = compiled(load(description("gen3")), tmp_path / "gen3", FUNCTIONS, ["c"])
+    arm = compiled(read(description("gen3")), tmp_path / "gen3", FUNCTIONS, ["c"])
     q = np.array([1, 1, 0, 0, 1, -1, 1]) * (np.pi / 2)
     T = arm.fk(q)
     solutions = arm.ik(T, q[6])
@@ -76,7 +76,7 @@ def test_solution_beside_an_exact_pose_is_none(tmp_path):
 
 
 def test_offset_wrist_finds_solutions_that_no_nominal_branch_shows(tmp_path):
-    robot = loads(OFFSET_WRIST, "offset_wrist.toml")
+    robot = read_text(OFFSET_WRIST, file="offset_wrist.toml")
     arm = compiled(robot, tmp_path / "offset_wrist", FUNCTIONS, ["c"])
     rng = np.random.default_rng(2)
     right = rng.integers(0, 4, (300, 6)) * np.pi / 2

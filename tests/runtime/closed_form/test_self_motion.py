@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chasles.derive import loads
+from chasles.derive import read_text
 from tests.support.compiling import compiled
 
 RAIL = """
@@ -42,7 +42,9 @@ FAR_FROM_STARTS = (
 
 def test_rail_in_plane_of_parallel_axes_loses_no_pose(tmp_path):
     functions = ("fk", "fk_jacobian_mixed", "ik")
-    arm = compiled(loads(RAIL, "arm_on_rail.toml"), tmp_path / "arm_on_rail", functions, ["c"])
+    arm = compiled(
+        read_text(RAIL, file="arm_on_rail.toml"), tmp_path / "arm_on_rail", functions, ["c"]
+    )
     rng = np.random.default_rng(0)
     q = rng.uniform(-1.5, 1.5, (2000, 5))
     q[:, 0] = rng.uniform(0, 1, len(q))

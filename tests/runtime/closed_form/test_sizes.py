@@ -35,7 +35,7 @@ REACHED = 1e-12
 def family(request, tmp_path_factory):
     """A shipped robot of about a metre, and the same robot in another size."""
     name, factor = request.param, SIZES[request.param]
-    robot = scaled(chasles.derive.load(ROBOTS / f"{name}.toml"), factor, name)
+    robot = scaled(chasles.derive.read(ROBOTS / f"{name}.toml"), factor, name)
     folder = tmp_path_factory.mktemp("sizes") / name
     return {1: chasles.load(name), float(factor): compiled(robot, folder, FUNCTIONS, ["c"])}
 

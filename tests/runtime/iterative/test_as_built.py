@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import RobotError, derive, load
+from chasles.derive import RobotError, derive, read
 from chasles.derive.inverse.mechanisms.hybrid_inverse import hybrid_inverses
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.model.robot import Rotation
@@ -20,7 +20,7 @@ from tests.support.loops.closures import Model
 
 POSES = 300
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "configuration", "constraint", "margin")
-DESIGN = load(ROBOTS / "board_installer.toml")
+DESIGN = read(ROBOTS / "board_installer.toml")
 
 
 def longer(mechanism, name, length):
@@ -120,7 +120,7 @@ def test_ik_recovers_generating_configuration(built):
 
 
 def test_requirements_note_nominal_loop_lengths():
-    notes = derive(drawn(7), ["fk", "ik"]).inverse.classification.found.requirements
+    notes = derive(drawn(7), functions=["fk", "ik"]).inverse.classification.found.requirements
     assert notes[-1].text == "the loops have the lengths of the nominal robot"
     assert 0 < notes[-1].deviation < 1e-3
 
@@ -146,7 +146,7 @@ def test_solution_near_dead_point_is_found():
 
 def test_fixed_joints_keep_their_values(tmp_path):
     """Every length off by up to half a millimetre, and two axes by 0.1 degrees."""
-    design = load(ROBOTS / "well_manipulator.toml")
+    design = read(ROBOTS / "well_manipulator.toml")
     members = frozenset(one.name for one in (*design.joints, *design.struts))
     spoilt = as_built(design, members, 5e-4, np.random.default_rng(1))
     spoilt = replace(tilted(tilted(spoilt, "theta3"), "theta7"), closure="least squares")
@@ -176,7 +176,7 @@ def test_non_parallel_pins_are_rejected_with_deviation():
 
 
 def test_following_motor_is_not_a_loop_joint(tmp_path):
-    gantry = tilted(load(ROBOTS / "bricklaying_gantry.toml"), "y_second")
+    gantry = tilted(read(ROBOTS / "bricklaying_gantry.toml"), "y_second")
     robot = compiled(gantry, tmp_path / "gantry", ["fk", "passive", "configuration"], ["c"])
     q = np.array(robot.reference.q)
     names = [variable.name for variable in robot.configuration_variables]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from chasles.derive import load
+from chasles.derive import read
 from chasles.derive.loops.closing import longest_length
 from chasles.derive.model.mechanism import Closure
 from chasles.derive.terms.terms import Terms
@@ -199,7 +199,7 @@ wrist = 0.2
     path = tmp_path / "driven_elbow.toml"
     path.write_text(text)
     functions = ["fk", "fk_jacobian_mixed", "margin", "ik", "constraint"]
-    robot = compiled(load(path), tmp_path, functions, ["c"])
+    robot = compiled(read(path), tmp_path, functions, ["c"])
     assert robot.solution == "newton"
     q = robot.reference.q + np.random.default_rng(8).uniform(-0.5, 0.5, (200, 3))
     found = robot.ik(robot.fk(q))

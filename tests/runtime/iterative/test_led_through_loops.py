@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from chasles.derive import load, loads
+from chasles.derive import read, read_text
 from tests.support.compiling import compiled
 from tests.support.derivations import ROBOTS
 from tests.support.generators.as_built import single_errors
@@ -108,7 +108,7 @@ def drawn_arm(seed, off, wrist):
         "rise": -np.arctan2(z, np.hypot(x, y)),
     }
     lists = {name: f"[{', '.join(of)}]" for name, of in values.items()}
-    return loads(ARM.format(**lists, **{name: f"{v:.6f}" for name, v in numbers.items()}))
+    return read_text(ARM.format(**lists, **{name: f"{v:.6f}" for name, v in numbers.items()}))
 
 
 def judged(robot, mechanism, reach):
@@ -142,7 +142,7 @@ def test_ik_recovers_configuration_with_offset_universal_joints(tmp_path, seed, 
 
 def test_ik_recovers_configuration_out_of_nominal_plane(tmp_path):
     """The design does not reach the poses of the robot as built: a tilted crank of a four-bar."""
-    design = load(ROBOTS / "four_bar.toml")
+    design = read(ROBOTS / "four_bar.toml")
     built = replace(dict(single_errors(design))["axis of crank"], closure="least squares")
     robot = compiled(replace(built, nominal=design), tmp_path, NAMES, ["c"])
     q = robot.reference.q + np.linspace(-0.3, 0.3, 21)[:, None]

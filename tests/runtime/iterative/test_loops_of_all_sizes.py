@@ -40,7 +40,7 @@ def written(name, factor, folder):
     file = folder / f"{name}.toml"
     file.write_text(LENGTHS[name].sub(lambda found: f"{float(found[0]) * factor:.12f}", text))
     wanted = [function for function in FUNCTIONS if function in chasles.load(name).functions]
-    return compiled(chasles.derive.load(file), folder / name, wanted, ["c"])
+    return compiled(chasles.derive.read(file), folder / name, wanted, ["c"])
 
 
 @pytest.fixture(scope="module", params=FACTORS.items(), ids=str)

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.derive import load
-from chasles.derive.emit.casadi_file import casadi_function
+from chasles.derive import casadi_function, read
 from tests.support.compiling import compiled, compiled_quickly
 from tests.support.derivations import ROBOTS
 from tests.support.rate_inputs import held
@@ -59,9 +58,9 @@ def description(folder, name):
 def robot(request, tmp_path_factory):
     above = tmp_path_factory.mktemp(request.param)
     folder = above / request.param
-    read = load(description(above, request.param))
-    wanted = [name for name in WANTED if read.passive or not name.startswith("passive")]
-    robot = compiled(read, folder, wanted, ["c", "casadi"])
+    described = read(description(above, request.param))
+    wanted = [name for name in WANTED if described.passive or not name.startswith("passive")]
+    robot = compiled(described, folder, wanted, ["c", "casadi"])
     # A robot that is unpickled is loaded again.
     with compiled_quickly():
         yield robot

@@ -5,7 +5,7 @@ import pytest
 
 import chasles
 from chasles import screws
-from chasles.derive import load, loads
+from chasles.derive import read, read_text
 from chasles.iterative import numeric_inverse
 from tests.support.compiling import compiled
 from tests.support.derivations import description
@@ -56,7 +56,7 @@ def test_ik_numeric_solves_for_every_link_as_tip(name):
 
 def test_tool_is_only_tip_without_link_poses(tmp_path):
     wanted = ["fk", *numeric_inverse._TOOL]
-    arm = compiled(load(description("scara")), tmp_path / "scara", wanted, ["c"])
+    arm = compiled(read(description("scara")), tmp_path / "scara", wanted, ["c"])
     T = arm.fk(np.full(arm.n, 0.1))
     assert arm.ik_numeric(T, tip="ee").success
     with pytest.raises(chasles.InputError, match=r"no link 'link1' for a tip; there are: ee$"):
@@ -111,4 +111,4 @@ def test_screws_of_the_manifest_move_links_as_their_poses_do(name):
 
 
 def test_screws_of_helical_and_reversed_joints_move_links_as_their_poses_do(tmp_path):
-    check_screws(compiled(loads(SPINDLE), tmp_path / "spindle", ["fk", "link_poses"], ["c"]))
+    check_screws(compiled(read_text(SPINDLE), tmp_path / "spindle", ["fk", "link_poses"], ["c"]))

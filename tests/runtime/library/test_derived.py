@@ -15,7 +15,7 @@ import pytest
 
 import chasles
 from chasles.cli import main
-from chasles.derive import loads
+from chasles.derive import read_text
 from chasles.library import derived as described
 from tests.support.compiling import compiled
 from tests.support.waiting import until
@@ -77,7 +77,7 @@ def derive_few(monkeypatch, functions):
 
 @pytest.mark.parametrize("name", ["lanes", "batch", "glue"])
 def test_robot_named_like_chasles_source_file_compiles(tmp_path, name):
-    robot = compiled(loads(ARM.replace("elbow_arm", name)), tmp_path / name, ["fk"], ["c"])
+    robot = compiled(read_text(ARM.replace("elbow_arm", name)), tmp_path / name, ["fk"], ["c"])
     np.testing.assert_allclose(robot.fk([0, 0])[0, 3], 0.5)
 
 

@@ -10,8 +10,7 @@ from scipy.optimize import root
 import chasles
 from chasles import screws
 from chasles.closed_form import given_values
-from chasles.derive.build.generate import artifacts, put
-from chasles.derive.emit.languages import EMITTERS
+from chasles.derive import write
 from tests.support.generators.drawn_arms import random_arm
 
 DEG, MM = np.pi / 180, 1e-3
@@ -180,9 +179,8 @@ def test_fixed_joint_ik_contains_all_scipy_solutions(panda):
 def test_fixed_joints_at_right_angles_miss_no_pose(tmp_path):
     """Given joints in between at right angles: the arm around them has another structure there."""
     robot, names = random_arm(332), ("j2", "j3")
-    called = [emitter for emitter in EMITTERS if emitter.language == "c"]
-    files = artifacts(robot, ("fk", "fk_jacobian_mixed", "ik"), called, names)
-    put(files, tmp_path / "arm")
+    functions = ("fk", "fk_jacobian_mixed", "ik")
+    write(robot, tmp_path / "arm", functions=functions, fixed=names, languages=("c",))
     arm = chasles.load(tmp_path / "arm")
     q = np.random.default_rng(0).integers(-1, 3, (200, arm.n)) * np.pi / 2
     T = arm.fk(q)

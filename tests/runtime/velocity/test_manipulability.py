@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.derive import load
+from chasles.derive import read
 from tests.support.compiling import compiled
 from tests.support.derivations import description
 from tests.support.rate_inputs import WITH_RATES, inside, pure
@@ -163,7 +163,7 @@ def test_invalid_manipulability_arguments_are_rejected(ur5e):
 
 def test_gradient_is_missing_without_hessian(tmp_path):
     wanted = ["fk", "jacobian_mixed"]
-    scara = compiled(load(description("scara")), tmp_path / "scara", wanted, ["c"])
+    scara = compiled(read(description("scara")), tmp_path / "scara", wanted, ["c"])
     assert scara.manipulability(np.full(4, 0.1)).measure > 0
     with pytest.raises(AttributeError, match="'scara' has no 'manipulability_gradient'"):
         scara.manipulability_gradient  # noqa: B018

@@ -19,7 +19,7 @@ import numpy as np
 
 import chasles
 from chasles.contract import read_manifest
-from chasles.derive import from_urdf
+from chasles.derive import read
 from tests.support.generators.poses import Case
 from tests.support.oracles.screws import Screws, screws_of
 
@@ -97,7 +97,7 @@ class FieldCase(Case):
     @cached_property
     def screws(self) -> Screws:
         """The screws of the description that was derived, in which noise is gone."""
-        return screws_of(from_urdf(self.folder.parent / f"{self.name}.urdf"))
+        return screws_of(read(self.folder.parent / f"{self.name}.urdf"))
 
     def has_value(self, name: str) -> bool:
         """Whether the value of an input of the inverse can be told of a configuration."""
@@ -167,8 +167,8 @@ def derived(arm: FieldArm, folder: Path) -> None:
 _DERIVE = """
 import sys
 from pathlib import Path
-from chasles.derive import from_urdf, write
-robot = from_urdf(sys.argv[1])
+from chasles.derive import read, write
+robot = read(sys.argv[1])
 write(robot, Path(sys.argv[2]) / robot.name)
 """
 

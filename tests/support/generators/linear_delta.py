@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from chasles.derive import loads
+from chasles.derive import read_text
 
 LINEAR_DELTA = "linear_delta"
 END_STOPS = 0.31e-3, -0.22e-3, 0.1e-3
@@ -34,7 +34,7 @@ def description_of(name: str):
             lines += [f'b = {{ body = "platform", xyz = ["{x_b}", "{y_b}", 0] }}']
     height = math.sqrt(_ROD**2 - (_COLUMNS - _PLATFORM) ** 2)
     lines += ["[reference]", *(f"{column} = {height:.4f}" for column in "abc"), "z = 0"]
-    return loads("\n".join(lines) + "\n")
+    return read_text("\n".join(lines) + "\n")
 
 
 def bed_contacts(count: int, seed: int, noise: float) -> np.ndarray:

@@ -20,7 +20,7 @@ from zlib import crc32
 import casadi as ca
 import numpy as np
 
-from chasles.derive import SerialRobot, loads
+from chasles.derive import SerialRobot, read_text
 from chasles.derive.inverse.serial_inverse import Inverses, inverses
 from chasles.derive.terms.casadi_graph import lower
 from chasles.derive.terms.symbolic_function import SymbolicFunction
@@ -168,7 +168,7 @@ def parts(chain: Screws) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def robot_of(chain: str, *, right: bool = False) -> SerialRobot:
     """A random chain of that structure."""
-    robot = loads(described(rows_of(chain, right=right)))
+    robot = read_text(described(rows_of(chain, right=right)))
     assert isinstance(robot, SerialRobot)
     return robot
 

@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 
-from chasles.derive import Rotation, load
+from chasles.derive import Rotation, read
 from chasles.derive.model.mechanism import Strut
 from tests.support.derivations import description
 
@@ -202,7 +202,7 @@ def _closure_gap(kind, A, B):
 @cache
 def model(name):
     """A shipped robot in numbers."""
-    return Model(load(description(name)))
+    return Model(read(description(name)))
 
 
 def wrapped(angle):

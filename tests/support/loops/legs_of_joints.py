@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 
-from chasles.derive import loads
+from chasles.derive import read_text
 
 HEAD = """
 name = "drawn"
@@ -105,7 +105,7 @@ def drawn(seed, kinds):
         at |= {name: travel} if travel else {}
     names = ", ".join(f'"{name}"' for name in actuated)
     reference = "\n[reference]\n" + "\n".join(f"{k} = {v!r}" for k, v in at.items())
-    return loads(HEAD.format(actuated=names) + legs + reference)
+    return read_text(HEAD.format(actuated=names) + legs + reference)
 
 
 def kinds_of(seed):
@@ -168,7 +168,7 @@ def led_by_a_leg():
         text += ARM.format(name=name, parent=parent, link=link, axis=axis)
     text += "".join(BALL.format(k=k, at=120 * k) for k in (1, 2))
     slides = "".join(f"slide_{k} = 0.5\nhinge_{k} = -11.5\n" for k in range(3))
-    return loads(f"{text}[reference]\n{slides}turn_y = 11.5")
+    return read_text(f"{text}[reference]\n{slides}turn_y = 11.5")
 
 
 def agile_eye():
@@ -184,7 +184,7 @@ def agile_eye():
         ends = f"rpy = {turn} }}\n"
         text += f'[[closures]]\nname = "pin_{k}"\nkind = "pin"\n'
         text += f'a = {{ body = "far_{k}", {ends}b = {{ body = "platform", {ends}'
-    return loads(text)
+    return read_text(text)
 
 
 TRIPOD = """
@@ -244,4 +244,4 @@ def tripod():
     """A tube that three legs UPS tilt and push, as of a Tricept."""
     legs = "".join(STRUT.format(k=k, at=120 * k) for k in range(3))
     slides = "".join(f"slide_{k} = 0.55\nu_{k} = -17\n" for k in range(3))
-    return loads(f"{TRIPOD}{legs}[reference]\n{slides}")
+    return read_text(f"{TRIPOD}{legs}[reference]\n{slides}")

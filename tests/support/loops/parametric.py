@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 
-from chasles.derive import load
+from chasles.derive import read
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.loops.parametric.parametric_loops import ParametricLoops
 from chasles.derive.terms.casadi_graph import lower
@@ -16,7 +16,7 @@ EVERY = [*RODS, "four_bar", "stewart_gough", "bricklaying_gantry"]
 
 @cache
 def loops_of(name):
-    loops = ParametricLoops(Hybrid(load(ROBOTS / f"{name}.toml")))
+    loops = ParametricLoops(Hybrid(read(ROBOTS / f"{name}.toml")))
     functions = list(loops.inner.values())
     return loops, dict(zip(loops.inner, lower(functions, name), strict=True))
 

@@ -11,7 +11,7 @@ import numpy as np
 import sympy as sp
 
 import chasles.derive
-from chasles.derive import SerialRobot, load
+from chasles.derive import SerialRobot, read
 from chasles.derive.chain.poe import placement_matrix
 from chasles.derive.model.robot import Placement
 
@@ -65,7 +65,7 @@ def _turned(columns: np.ndarray, axis: np.ndarray, angle: np.ndarray) -> np.ndar
 
 def screws(name: str) -> Screws:
     """The screws of a shipped robot's main chain, read from its description alone."""
-    described = load(ROBOTS / f"{name}.toml")
+    described = read(ROBOTS / f"{name}.toml")
     return screws_of(described if isinstance(described, SerialRobot) else described.main_chain)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.derive import load
+from chasles.derive import read
 from chasles.errors import InputValueError
 from chasles.study.planar.annuli import Annulus, area, border
 from chasles.study.planar.planar_platform import constant_orientation, dexterous, orientations
@@ -130,7 +130,7 @@ def dexterous_platform(tmp_path_factory):
     text = f'extends = "{ROBOTS / "planar_3rrr.toml"}"\nname = "small"\n'
     file = folder / "small.toml"
     file.write_text(text + "parameters = { r_p = 30, S_A = 185, L = 185 }\n")
-    return compiled(load(file), folder / "small", ["fk", "actuators", "actuator_margin"])
+    return compiled(read(file), folder / "small", ["fk", "actuators", "actuator_margin"])
 
 
 def test_dexterous_region_contains_all_orientations(dexterous_platform):
@@ -151,7 +151,7 @@ def test_dexterous_region_excludes_holes_that_rotate_around_tool(crank, coupler,
     file = tmp_path / "holed.toml"
     text = f'extends = "{ROBOTS / "planar_3rrr.toml"}"\nname = "holed"\n'
     file.write_text(text + f"parameters = {{ S_A = {crank}, L = {coupler}, r_p = {r_p} }}\n")
-    platform = compiled(load(file), tmp_path / "holed", ["actuators", "actuator_margin"])
+    platform = compiled(read(file), tmp_path / "holed", ["actuators", "actuator_margin"])
     hole, r = abs(crank - coupler) / 1000, r_p / 1000
     regions = [constant_orientation(platform, phi) for phi in np.linspace(0, 2 * np.pi, 361)]
     assert regions[0].pieces[0][0].inner == pytest.approx(hole, abs=1e-6)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from chasles.derive import DescriptionError, Mechanism, SerialRobot, from_file, load
+from chasles.derive import DescriptionError, Mechanism, SerialRobot, read
 
 URDF = """\
 <robot name="hinge">
@@ -30,19 +30,19 @@ FILES = {".urdf": URDF, ".xacro": URDF, ".xml": MJCF, ".toml": TOML, ".URDF": UR
 def test_load_reads_every_file_format_in_any_letter_case(tmp_path, ending):
     path = tmp_path / f"hinge{ending}"
     path.write_text(FILES[ending])
-    robot = load(path)
+    robot = read(path)
     assert isinstance(robot, SerialRobot)
     assert not isinstance(robot, Mechanism)
     assert [joint.name for joint in robot.joints] == ["turn"]
     assert robot.name == "hinge"
     if ending.lower() != ".toml":
-        assert robot == from_file(path)
-        assert load(path, exact=True) == from_file(path, exact=True)
-    assert ("3927/2500" in str(load(path, exact=True).joints)) == (FILES[ending] is URDF)
+        assert robot == read(path)
+        assert read(path, exact=True) == read(path, exact=True)
+    assert ("3927/2500" in str(read(path, exact=True).joints)) == (FILES[ending] is URDF)
 
 
 @pytest.mark.parametrize("name", ["arm.yaml", "arm.txt", "arm"])
 def test_unknown_file_suffix_is_rejected(tmp_path, name):
     (tmp_path / name).write_text(TOML)
     with pytest.raises(DescriptionError, match=r"ends in one of \.toml, \.urdf, \.xacro, \.xml"):
-        load(tmp_path / name)
+        read(tmp_path / name)

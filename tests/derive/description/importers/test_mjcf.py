@@ -7,10 +7,10 @@ import pytest
 import sympy as sp
 from typer.testing import CliRunner
 
-from chasles.derive import derive, from_file
+from chasles.derive import derive, read
 from chasles.derive.cli import app
 from chasles.derive.terms.casadi_graph import lower
-from tests.support.mjcf_models import oracle, poses_of, random_model, read, wrong
+from tests.support.mjcf_models import oracle, poses_of, random_model, read_model, wrong
 from tests.support.tolerances import ORACLE
 
 MODELS, POSES = 6, 2
@@ -25,8 +25,8 @@ def compare(path, seed):
     """Poses of all links of a random model, beside MuJoCo's; the number of them."""
     dice = random.Random(seed)
     text, count = random_model(dice)
-    robot = read(path, text, "world", f"s{count}")
-    fk, links = lower(derive(robot, ("fk", "link_poses")).functions, "r")
+    robot = read_model(path, text, "world", f"s{count}")
+    fk, links = lower(derive(robot, functions=("fk", "link_poses")).functions, "r")
     model = oracle(text)
     checked = 0
     for _ in range(POSES):
@@ -61,7 +61,7 @@ ARM = """\
 
 
 def test_mjcf_import_keeps_names_limits_and_notes(path):
-    robot = read(path, ARM)
+    robot = read_model(path, ARM)
     assert (robot.name, robot.base_frame, robot.tool_frame) == ("arm", "world", "hand")
     assert [(joint.name, joint.kind) for joint in robot.joints] == [
         ("base_mount", "fixed"),
@@ -74,19 +74,19 @@ def test_mjcf_import_keeps_names_limits_and_notes(path):
         "tip: hand; also there: leg",
         "joint slide states no range of limits: taken as unlimited",
     )
-    leg = read(path, ARM, tip="leg")
+    leg = read_model(path, ARM, tip="leg")
     assert leg.base_frame == "free"
     assert "base: free, which the floating or planar joint drift carries" in leg.notes
-    assert read(path, ARM.replace(' model="arm"', "")).name == "model"
+    assert read_model(path, ARM.replace(' model="arm"', "")).name == "model"
     noisy = ARM.replace('name="hand" pos', 'name="hand" euler="0 0 30.00000001" pos')
-    assert any("joint slide: y = 0.523598775" in note for note in read(path, noisy).notes)
+    assert any("joint slide: y = 0.523598775" in note for note in read_model(path, noisy).notes)
 
 
 def test_joint_equality_becomes_mimic_and_site_becomes_tip(path):
     law = (
         '<equality><joint joint1="slide" joint2="turn" polycoef="0.1 2 0 0 0"/></equality></mujoco>'
     )
-    robot = read(path, ARM.replace("</mujoco>", law), tip="hand")
+    robot = read_model(path, ARM.replace("</mujoco>", law), tip="hand")
     assert [joint.name for joint in robot.coordinates] == ["turn"]
     mimic = robot.joints[2].mimic
     assert (mimic.leader, mimic.multiplier, mimic.offset) == ("turn", 2, sp.Rational(1, 10))
@@ -94,7 +94,7 @@ def test_joint_equality_becomes_mimic_and_site_becomes_tip(path):
     message = wrong(path, ARM.replace("</mujoco>", bent))
     assert "joint 'slide' is coupled to 'turn' by an equality" in message
     site = ARM.replace('name="hand" pos="0 0 1">', 'name="hand"><site name="tcp" pos="0 0 0.2"/>')
-    assert read(path, site).tool_frame == "tcp"
+    assert read_model(path, site).tool_frame == "tcp"
 
 
 @pytest.mark.parametrize(
@@ -146,19 +146,19 @@ def test_unsupported_mjcf_joints_and_loops_are_rejected(path):
         path, text, "base", "hand"
     )
     side = loop.replace('body1="hand"', 'body1="free"')
-    robot = read(path, ARM.replace("</mujoco>", side), tip="hand")
+    robot = read_model(path, ARM.replace("</mujoco>", side), tip="hand")
     assert "pin: not on the way to the tip" in robot.notes
 
 
 def test_weld_to_mocap_body_closes_no_loop(path):
     text = ARM.replace("<worldbody>", '<worldbody><body name="target" mocap="true"/>')
     weld = '<equality><weld body1="hand" body2="target"/></equality></mujoco>'
-    assert read(path, text.replace("</mujoco>", weld), tip="hand").tool_frame == "hand"
+    assert read_model(path, text.replace("</mujoco>", weld), tip="hand").tool_frame == "hand"
 
 
 def test_default_namespace_of_mjcf_is_accepted(path):
     spaced = ARM.replace("<mujoco", '<mujoco xmlns="http://www.mujoco.org"')
-    assert read(path, spaced) == read(path, ARM)
+    assert read_model(path, spaced) == read_model(path, ARM)
     message = wrong(path, spaced.replace('pos="0 0 1"', 'pos="nan 0 1"'))
     assert "<body> pos: expected finite numbers" in message
 
@@ -169,7 +169,7 @@ def test_urdf_with_xml_suffix_is_recognized(path):
         '<joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint></robot>'
     )
     path.write_text(text)
-    assert from_file(path).name == "u"
+    assert read(path).name == "u"
 
 
 def test_change_of_included_file_triggers_derivation(path):

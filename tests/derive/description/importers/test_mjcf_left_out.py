@@ -3,7 +3,7 @@
 import pytest
 
 from chasles.derive import RobotError, derive
-from tests.support.mjcf_models import read, wrong
+from tests.support.mjcf_models import read_model, wrong
 
 WRIST = """\
 <mujoco model="wrist"><worldbody>
@@ -67,7 +67,7 @@ def path(tmp_path):
     ids=["none", "driven tendon", "tendon spring", "spatial tendon", "springs", "slider-crank"],
 )
 def test_tendons_springs_and_cranks_are_noted(path, parts, notes):
-    robot = read(path, WRIST.format(parts=parts), tip="tcp")
+    robot = read_model(path, WRIST.format(parts=parts), tip="tcp")
     assert len(robot.notes) == len(notes)
     for found, expected in zip(robot.notes, notes, strict=True):
         assert found.startswith(expected)
@@ -79,18 +79,20 @@ def test_equality_of_tendons_is_refused_where_it_couples_the_robot(path):
     tendons = f"<tendon>{TENDON}{ELSEWHERE}</tendon>"
     message = wrong(path, WRIST.format(parts=tendons + law.format("left")), tip="tcp")
     assert "an equality holds tendon 'left' over joints pitch, roll" in message
-    assert read(path, WRIST.format(parts=tendons + law.format("far")), tip="tcp").name == "wrist"
+    assert (
+        read_model(path, WRIST.format(parts=tendons + law.format("far")), tip="tcp").name == "wrist"
+    )
 
 
 def test_joints_without_range_are_noted_as_unlimited(path):
     open_ = WRIST.replace('name="pitch" axis="0 1 0" range="-90 90"', 'name="pitch" axis="0 1 0"')
     zero = WRIST.replace('name="pitch" axis="0 1 0" range="-90 90"', 'name="pitch" range="0 0"')
     for text in (open_, zero):
-        robot = read(path, text.format(parts=""), tip="tcp")
+        robot = read_model(path, text.format(parts=""), tip="tcp")
         assert robot.joints[1].limits == (None, None)
         assert robot.notes == ("joint pitch states no range of limits: taken as unlimited",)
     law = '<equality><joint joint1="pitch" joint2="roll"/></equality>'
-    assert read(path, open_.format(parts=law), tip="tcp").notes == ()
+    assert read_model(path, open_.format(parts=law), tip="tcp").notes == ()
 
 
 def test_follower_of_a_joint_elsewhere_names_both_joints(path):
@@ -115,7 +117,7 @@ def test_refusal_of_too_many_freedoms_names_springs(path):
     for stiffness, words in ((' stiffness="9"', "; blade is a spring in the file"), ("", "")):
         text = LEG.format(stiffness=stiffness, equality="", motor=MOTOR)
         with pytest.raises(RobotError, match="2 degrees of freedom and 1 actuated") as caught:
-            derive(read(path, text, tip="tool"), ("fk",))
+            derive(read_model(path, text, tip="tool"), functions=("fk",))
         assert ("spring" in str(caught.value)) == bool(words)
         assert words in str(caught.value)
 
@@ -146,7 +148,7 @@ SPATIAL_LEG = """\
 
 
 def test_loops_with_spare_freedoms_are_not_taken_for_open_loops(path):
-    robot = read(path, SPATIAL_LEG, tip="foot")
+    robot = read_model(path, SPATIAL_LEG, tip="foot")
     with pytest.raises(RobotError, match="5 degrees of freedom and 3 actuated") as caught:
-        derive(robot, ("fk",))
+        derive(robot, functions=("fk",))
     assert "shin and heel are springs in the file" in str(caught.value)

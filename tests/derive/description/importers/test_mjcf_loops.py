@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from chasles.derive import derive
-from chasles.derive.build.generate import artifacts
+from chasles.derive.build.generate import files
 from chasles.derive.loops import constraint_functions
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.terms.casadi_graph import lower
@@ -16,7 +16,7 @@ from tests.support.mjcf_models import (
     random_delta,
     random_linkage,
     random_spatial_loop,
-    read,
+    read_model,
     wrong,
 )
 
@@ -32,8 +32,8 @@ def path(tmp_path):
 
 def test_linkage_in_any_plane_writes_latex_rates(path):
     """Coefficients of its inverse and vectors of its loop stand in one product."""
-    robot = read(path, random_linkage(random.Random(3)), "world", "tool")
-    assert "latex/rates.tex" in artifacts(robot)
+    robot = read_model(path, random_linkage(random.Random(3)), "world", "tool")
+    assert "latex/rates.tex" in files(robot)
 
 
 def satisfied(model, crank):
@@ -58,9 +58,9 @@ def satisfied(model, crank):
 
 def at_solutions(path, text, tip, cranks):
     """A mechanism's functions by name, and MuJoCo's coordinates where its loops are closed."""
-    robot = read(path, text, "world", tip)
+    robot = read_model(path, text, "world", tip)
     if tip == "tool":
-        made = derive(robot, ("fk", "constraint")).functions
+        made = derive(robot, functions=("fk", "constraint")).functions
     else:
         # Loops drawn at random may have more freedoms than motors, which derive() refuses.
         hybrid = Hybrid(robot)
@@ -121,9 +121,9 @@ def compare_delta(path, seed):
     """The platform's pose beside MuJoCo's solution for the same motors."""
     dice = random.Random(seed)
     text = random_delta(dice)
-    robot = read(path, text, "world", "tool")
+    robot = read_model(path, text, "world", "tool")
     assert [strut.ends for strut in robot.struts] == ["ball"] * 3
-    (fk,) = lower(derive(robot, ("fk",)).functions, "r")
+    (fk,) = lower(derive(robot, functions=("fk",)).functions, "r")
     model = mujoco.MjModel.from_xml_string(
         text.replace("<compiler", '<option jacobian="dense"/><compiler')
     )

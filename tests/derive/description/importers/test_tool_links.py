@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from chasles.derive import DescriptionError, from_urdf
+from chasles.derive import DescriptionError, read
 from chasles.derive.description.importers.chains import opened
 from chasles.derive.description.importers.kinematic_tree import KinematicTree, TreeJoint
 from chasles.derive.description.importers.tool_links import NoChain, chosen_ends, only_chain
@@ -286,8 +286,8 @@ def test_two_arm_urdf_requires_a_tip(tmp_path):
     path = tmp_path / "two.urdf"
     path.write_text("".join([*parts, "</robot>"]))
     with pytest.raises(DescriptionError, match="equal length end at: left, right"):
-        from_urdf(path)
-    assert from_urdf(path, tip="right").tool_frame == "right"
+        read(path)
+    assert read(path, tip="right").tool_frame == "right"
     assert len(UrdfFile(str(path), path.read_text()).ends(None, None)) == 2
 
 

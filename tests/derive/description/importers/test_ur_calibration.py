@@ -8,8 +8,8 @@ import pytest
 import sympy as sp
 import yaml
 
-from chasles.derive import DescriptionError, RobotError, derive, from_urdf, load
-from chasles.derive.description.importers.ur_calibration import calibrated
+from chasles.derive import DescriptionError, RobotError, derive, read
+from chasles.derive.description.importers.ur_calibration import apply_calibration
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.derivations import ROBOTS
 from tests.support.tolerances import ORACLE
@@ -89,7 +89,7 @@ UR10 |= {"d6": "0.0922"}
 
 def arm(sizes=None):
     """The shipped UR5e, or an arm of its structure in other sizes."""
-    robot = load(ROBOTS / "ur5e.toml")
+    robot = read(ROBOTS / "ur5e.toml")
     if sizes is None:
         return robot
     parameters = tuple(replace(p, value=sp.Rational(sizes[p.name])) for p in robot.parameters)
@@ -114,7 +114,7 @@ def plain_dh(table, q):
 
 
 def forward(robot):
-    (fk,) = lower(derive(robot, ("fk",)).functions, "r")
+    (fk,) = lower(derive(robot, functions=("fk",)).functions, "r")
     return lambda q: np.array(fk(q)).reshape(4, 4)
 
 
@@ -135,7 +135,7 @@ def random_deltas(dice):
 
 def compare(path, robot, deltas, dice):
     path.write_text(conf(deltas))
-    measured = calibrated(robot, path)
+    measured = apply_calibration(robot, path)
     fk, table = forward(measured), rows(robot, deltas)
     for _ in range(POSES):
         q = [dice.uniform(-np.pi, np.pi) for _ in LINKS]
@@ -220,9 +220,9 @@ def test_driver_calibration_matches_pinocchio_pose_of_urdf(factory):
     dice = random.Random(3)
     for robot, base in (
         (arm(UR5), "inertia"),
-        (from_urdf(nominal, "base_link", "tool0"), "base_link"),
+        (read(nominal, base="base_link", tip="tool0"), "base_link"),
     ):
-        measured = calibrated(robot, factory)
+        measured = apply_calibration(robot, factory)
         assert "calib_1234" in measured.source
         fk, oracle = forward(measured), pinocchio_forward(text, base, "tool0")
         for _ in range(4 * POSES):
@@ -233,7 +233,7 @@ def test_driver_calibration_matches_pinocchio_pose_of_urdf(factory):
 
 def test_calibration_keeps_names_limits_and_tool(factory):
     before = arm(UR5)
-    after = calibrated(before, factory)
+    after = apply_calibration(before, factory)
     assert [(j.name, j.link, j.limits) for j in after.joints] == [
         (j.name, j.link, j.limits) for j in before.joints
     ]
@@ -243,7 +243,7 @@ def test_calibration_keeps_names_limits_and_tool(factory):
 def refused(path, text, robot=None):
     path.write_text(text)
     with pytest.raises(RobotError) as caught:
-        calibrated(robot or arm(UR5), path)
+        apply_calibration(robot or arm(UR5), path)
     assert str(caught.value).startswith(str(path))
     return str(caught.value)
 
@@ -280,14 +280,14 @@ def test_invalid_conf_calibration_raises_specific_error(tmp_path, old, new, word
 
 
 def test_calibration_of_unsuitable_robot_or_file_is_rejected(factory, tmp_path):
-    panda = load(ROBOTS / "panda.toml")
+    panda = read(ROBOTS / "panda.toml")
     assert "belongs to a UR arm, of six revolute joints one right after" in refused(
         factory, FACTORY, panda
     )
-    four_bar = load(ROBOTS / "four_bar.toml")
+    four_bar = read(ROBOTS / "four_bar.toml")
     assert "belongs to a UR arm" in refused(factory, FACTORY, four_bar)
-    measured = calibrated(arm(UR5), factory)
+    measured = apply_calibration(arm(UR5), factory)
     assert "expected an arm in DH parameters" in refused(tmp_path / "c.conf", conf(FORUM), measured)
     with pytest.raises(DescriptionError, match="a readable file"):
-        calibrated(arm(UR5), tmp_path / "none.yaml")
+        apply_calibration(arm(UR5), tmp_path / "none.yaml")
     assert "expected a calibration file, .yaml or .conf" in refused(tmp_path / "c.txt", FACTORY)

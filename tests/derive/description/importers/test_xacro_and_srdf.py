@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from chasles.derive import DescriptionError, RobotError, from_file
+from chasles.derive import DescriptionError, RobotError, read
 from chasles.derive.cli import app
 from chasles.derive.description.importers.chains import chains
 from chasles.derive.description.importers.xacro_file import expanded
@@ -87,7 +87,7 @@ def names(folder):
 
 
 def test_xacro_expands_macros_properties_includes_and_arguments(arm):
-    robot = from_file(arm, tip="left_tool0", arguments=("reach:=0.125",))
+    robot = read(arm, tip="left_tool0", arguments=("reach:=0.125",))
     assert robot.name == "duo"
     given = {name: str(value) for name, value in robot.joints[0].given}
     assert (given["xyz_z"], given["rpy_x"]) == ("1/4", "pi/2")
@@ -165,7 +165,7 @@ def test_default_namespace_of_xacro_and_srdf_is_accepted(arm):
         text = file.read_text()
         file.write_text(text.replace("<robot ", '<robot xmlns="http://www.ros.org" ', 1))
     assert chains(arm, (), None, ("both",), None) == expected
-    assert from_file(arm, tip="left_tool0").joints[0].name == "left_turn"
+    assert read(arm, tip="left_tool0").joints[0].name == "left_turn"
 
 
 @pytest.mark.parametrize(
@@ -192,6 +192,14 @@ def test_group_option_writes_a_robot_per_chain(arm, tmp_path):
     both = run(arm, "--group", "both", "--tip", "left_link", "--to", tmp_path / "x")
     assert "--group chooses base and tip" in both.output
     assert "--group belongs to" in run("ur5e", "--group", "arm", "--to", tmp_path / "x").output
+
+
+def test_group_is_read_by_name(arm):
+    assert read(arm, group="left") == read(arm, base="base_link", tip="left_tool0")
+    with pytest.raises(DescriptionError, match="ends at left_tool0, right_link: choose a tip"):
+        read(arm, group="both")
+    with pytest.raises(DescriptionError, match="either a group, or base and tip"):
+        read(arm, group="left", tip="left_tool0")
 
 
 @pytest.mark.parametrize(
@@ -235,7 +243,10 @@ def test_misplaced_xacro_arguments_are_rejected(arm, tmp_path):
     done = run(plain, "a:=b", "--to", tmp_path / "out")
     assert "expected a xacro file: no other takes arguments" in done.output
     assert "expected a xacro file before its arguments" in run("a:=b").output
-    assert "arguments belong to URDF" in run("ur5e", "a:=b", "--to", tmp_path / "o").output
+    assert (
+        "it applies to files that end in .urdf"
+        in run("ur5e", "a:=b", "--to", tmp_path / "o").output
+    )
 
 
 def test_missing_xacro_file_is_reported():

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from chasles.derive import load
+from chasles.derive import read
 from chasles.derive.description.toml_file import DescriptionError
 
 URDF = """<?xml version="1.0"{encoding}?>
@@ -41,7 +41,7 @@ def test_urdf_is_read_in_the_encoding_that_it_declares(tmp_path, encoding):
     path = tmp_path / "arm.urdf"
     text = URDF.format(encoding=DECLARED[encoding], limit=LIMIT)
     path.write_bytes(text.encode(encoding))
-    robot = load(path)
+    robot = read(path)
     assert [joint.name for joint in robot.moving] == ["shoulder", "elbow", "wrist"]
     assert robot.notes == ()
 
@@ -56,7 +56,7 @@ def test_undecodable_urdf_is_refused_with_its_encoding(tmp_path, declared, messa
     text = URDF.format(encoding=f' encoding="{declared}"', limit=LIMIT)
     path.write_bytes(text.encode("latin-1"))
     with pytest.raises(DescriptionError, match=message):
-        load(path)
+        read(path)
 
 
 @pytest.mark.parametrize(
@@ -68,12 +68,12 @@ def test_namespace_of_urdf_is_accepted(tmp_path, tag, suffix):
     text = URDF.format(encoding="", limit=LIMIT)
     path = tmp_path / f"arm{suffix}"
     path.write_text(text, encoding="utf-8")
-    known = load(path)
+    known = read(path)
     if tag.startswith("u:"):
         text = re.sub(r"<(/?)(?=[a-z])", r"<\1u:", text)
     text = text.replace("<u:robot", '<u:robot xmlns:u="http://www.ros.org"')
     path.write_text(text.replace("<robot", f"<{tag}"), encoding="utf-8")
-    assert load(path) == known
+    assert read(path) == known
 
 
 def test_elements_of_other_namespaces_stay_apart(tmp_path):
@@ -81,7 +81,7 @@ def test_elements_of_other_namespaces_stay_apart(tmp_path):
     text = URDF.format(encoding="", limit=LIMIT).replace("<robot", '<robot xmlns="urn:a"')
     other = '<joint xmlns="urn:b" name="none"/></robot>'
     path.write_text(text.replace("</robot>", other), encoding="utf-8")
-    assert len(load(path).joints) == 3
+    assert len(read(path).joints) == 3
 
 
 @pytest.mark.parametrize(
@@ -92,6 +92,6 @@ def test_elements_of_other_namespaces_stay_apart(tmp_path):
 def test_missing_and_zero_limits_are_noted_as_unlimited(tmp_path, limit):
     path = tmp_path / "arm.urdf"
     path.write_text(URDF.format(encoding="", limit=limit), encoding="utf-8")
-    robot = load(path)
+    robot = read(path)
     assert robot.moving[1].limits == (None, None)
     assert robot.notes == ("joint elbow states no range of limits: taken as unlimited",)

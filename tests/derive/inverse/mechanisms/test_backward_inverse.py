@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from chasles.derive import derive, loads
+from chasles.derive import derive, read_text
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.derivations import ROBOTS
 from tests.support.loops.mechanisms import body_poses
@@ -80,11 +80,11 @@ b = {{ body = "platform", xyz = ["200*cos({at})", "200*sin({at})", 0] }}
 def tripod():
     """A tube that three cylinders tilt and push, none of them like another."""
     sizes = enumerate(((520, 0, 10), (480, 128, -20), (505, 236, 35)))
-    return loads(
+    return read_text(
         TRIPOD.format(
             legs="".join(PISTON.format(k=k, wide=w, at=a, up=u) for k, (w, a, u) in sizes)
         ),
-        "tripod.toml",
+        file="tripod.toml",
     )
 
 
@@ -98,21 +98,23 @@ def hexa():
     arms = [f"arm_{k}" for k in range(6)]
     quoted = ", ".join(f'"{arm}"' for arm in arms)
     at = "\n".join(f"{arm} = 20" for arm in arms)
-    return loads(HEXA.format(arms=quoted, legs="".join(legs), reference=at), "hexa.toml")
+    return read_text(HEXA.format(arms=quoted, legs="".join(legs), reference=at), file="hexa.toml")
 
 
 def twisted_delta():
     """A delta whose second pair of rods is wider at the platform than at the arm."""
     text = (ROBOTS / "delta.toml").read_text(encoding="utf-8")
     wide = text.replace("cos(120) - w*sin(120)", "cos(120) - w*sin(130)")
-    return loads(wide.replace("sin(120) + w*cos(120)", "sin(120) + w*cos(130)"), "delta.toml")
+    return read_text(
+        wide.replace("sin(120) + w*cos(120)", "sin(120) + w*cos(130)"), file="delta.toml"
+    )
 
 
 @cache
 def solved(make):
     """The arms (k, N, n) and residuals (k, N) of all slots, as a function of poses (N, 4, 4)."""
     mechanism = make()
-    ik = derive(mechanism, ["ik_legs"]).function("ik_legs")
+    ik = derive(mechanism, functions=["ik_legs"]).function("ik_legs")
     (kernel,) = lower([ik], "arms")
 
     def of(T):

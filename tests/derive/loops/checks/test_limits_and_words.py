@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import RobotError, explain, load, mobility
+from chasles.derive import RobotError, explain, kutzbach, read
 from chasles.derive.loops.checks.closable import limits_of
 from chasles.derive.loops.checks.moved_reference import moved_reference
 from chasles.derive.loops.hybrid import Hybrid
@@ -16,7 +16,7 @@ from tests.support.derivations import ROBOTS
 
 def limited(name, **limits):
     """A shipped robot with other limits (radian or metre)."""
-    robot = load(ROBOTS / f"{name}.toml")
+    robot = read(ROBOTS / f"{name}.toml")
     exact = {key: tuple(map(sp.nsimplify, pair)) for key, pair in limits.items()}
     return replace(
         robot,
@@ -27,7 +27,7 @@ def limited(name, **limits):
 
 def test_reachable_limits_give_no_note():
     for name in ("four_bar", "five_bar", "excavator", "well_manipulator", "bricklaying_gantry"):
-        assert limits_of(Hybrid(load(ROBOTS / f"{name}.toml"))) == ()
+        assert limits_of(Hybrid(read(ROBOTS / f"{name}.toml"))) == ()
 
 
 def test_note_on_unreachable_limits_states_closing_range():
@@ -82,13 +82,13 @@ def test_closing_range_of_platform_limits_is_searched():
     ],
 )
 def test_mechanism_explanation_states_mobility_and_loop_steps(name, words):
-    text = str(explain(load(ROBOTS / f"{name}.toml")))
+    text = str(explain(read(ROBOTS / f"{name}.toml")))
     assert "Freedoms: " in text
     assert words in text
 
 
 def test_explanation_of_underactuated_mechanism_raises_error():
-    robot = load(ROBOTS / "five_bar.toml")
+    robot = read(ROBOTS / "five_bar.toml")
     with pytest.raises(RobotError, match="2 degrees of freedom and 1 actuated coordinate"):
         str(explain(replace(robot, actuated=("left",))))
 
@@ -96,34 +96,33 @@ def test_explanation_of_underactuated_mechanism_raises_error():
 # --- given numbers ---
 
 
-def test_mobility_from_numbers_matches_textbook_counts():
-    assert mobility(lambda_=6, links=14, joints=15, freedom=15) == 3
-    assert mobility(lambda_=3, links=4, joints=4, freedom=4) == 1
-    assert mobility(lambda_=6, links=14, joints=18, freedom=36) == 6
-    assert mobility(lambda_=6, links=4, joints=4, freedom=4) == -2
-    assert mobility(lambda_=6, links=1, joints=0, freedom=0) == 0
+def test_kutzbach_matches_textbook_counts():
+    assert kutzbach(links=14, joints=15, freedom=15) == 3
+    assert kutzbach(4, 4, 4, order=3) == 1
+    assert kutzbach(14, 18, 36) == 6
+    assert kutzbach(4, 4, 4) == -2
+    assert kutzbach(1, 0, 0) == 0
 
 
 @pytest.mark.parametrize(
     ("numbers", "words"),
     [
-        ({"lambda_": 7, "links": 4, "joints": 4, "freedom": 4}, "lambda_ from 1 to 6, found 7"),
-        ({"lambda_": 6, "links": 4, "joints": 2, "freedom": 2}, "at least 1 link and 3 joints"),
-        ({"lambda_": 3, "links": 4, "joints": 4, "freedom": 13}, "freedom from 4 to 12"),
-        ({"lambda_": 3, "links": 4, "joints": 4, "freedom": 3}, "each of 4 joints has 1 to 3"),
-        ({"lambda_": 3, "links": 4, "joints": 4}, "expected a mechanism, or lambda_, links"),
+        ({"order": 7, "links": 4, "joints": 4, "freedom": 4}, "order from 1 to 6, found 7"),
+        ({"order": 6, "links": 4, "joints": 2, "freedom": 2}, "at least 1 link and 3 joints"),
+        ({"order": 3, "links": 4, "joints": 4, "freedom": 13}, "freedom from 4 to 12"),
+        ({"order": 3, "links": 4, "joints": 4, "freedom": 3}, "each of 4 joints has 1 to 3"),
     ],
-    ids=["lambda_", "joints", "freedom above", "freedom below", "missing"],
+    ids=["order", "joints", "freedom above", "freedom below"],
 )
-def test_impossible_mobility_numbers_are_rejected(numbers, words):
+def test_impossible_numbers_of_kutzbach_are_rejected(numbers, words):
     with pytest.raises(RobotError, match=words):
-        mobility(**numbers)
+        kutzbach(**numbers)
 
 
 def test_note_reports_reference_far_from_closed_configuration():
     for name in ("excavator", "five_bar", "four_bar"):
-        assert moved_reference(Hybrid(load(ROBOTS / f"{name}.toml"))) == ""
-    robot = load(ROBOTS / "four_bar.toml")
+        assert moved_reference(Hybrid(read(ROBOTS / f"{name}.toml"))) == ""
+    robot = read(ROBOTS / "four_bar.toml")
     other = tuple((name, x + 1 if name == "coupler" else x) for name, x in robot.reference)
     assert moved_reference(Hybrid(replace(robot, reference=other))) == (
         "reference: coupler is -7.704 deg in the file, and -63.05 deg where the loops close at "

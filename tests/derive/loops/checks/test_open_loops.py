@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import Frame, Mechanism, RobotError, Strut, derive, load, loads
+from chasles.derive import Frame, Mechanism, RobotError, Strut, derive, read, read_text
 from chasles.derive.loops.checks import gaps
 from chasles.derive.loops.checks.bodies_in_numbers import BodiesInNumbers
 from chasles.derive.loops.checks.closable import doubts_of
@@ -32,7 +32,7 @@ LOOPED = ["four_bar", "slider_crank", "five_bar", "excavator", "planar_3rrr"]
 
 @cache
 def mechanism(name):
-    return load(ROBOTS / f"{name}.toml")
+    return read(ROBOTS / f"{name}.toml")
 
 
 def with_parameter(robot, name, value):
@@ -211,7 +211,7 @@ gas_strut = 20
 
 
 def test_default_swing_angle_points_along_its_strut():
-    robot = loads(BONNET)
+    robot = read_text(BONNET)
     # The joints at zero leave the strut 1.8 mm too short; it stands upright, far from a zero swing.
     assert message(robot) == ""
     z = closed_configuration(robot)
@@ -259,12 +259,12 @@ foot = 2
 
 
 def test_error_on_pin_with_wrong_axis_proposes_a_rotation():
-    text = message(loads(PIN_ACROSS))
+    text = message(read_text(PIN_ACROSS))
     assert "a pin rotates about the z axis of its frames" in text
     assert "rotate about (0, -1, 0): rotate both frames by rpy" in text
     good = PIN_ACROSS.replace("xyz = [2, 0, 0] }", 'xyz = [2, 0, 0], rpy = ["pi/2", 0, 0] }')
     good = good.replace('{ body = "shoe" }', '{ body = "shoe", rpy = ["pi/2", 0, 0] }')
-    assert message(loads(good)) == ""
+    assert message(read_text(good)) == ""
 
 
 # --- freedoms and actuators ---
@@ -336,7 +336,7 @@ def test_dependent_actuators_are_rejected():
         actuated=("crank", "rocker"),
     )
     with pytest.raises(RobotError, match="crank and rocker depend on each other: remove 1 of them"):
-        derive(braced, ["fk"])
+        derive(braced, functions=["fk"])
 
 
 def swapped(rod):
@@ -450,6 +450,6 @@ def test_least_squares_closure_rejects_conflicting_motors():
 def test_a_parameter_may_have_any_name(name):
     text = (ROBOTS / "four_bar.toml").read_text()
     text = text.replace("\na = {", f"\n{name} = {{", 1).replace('"a"', f'"{name}"')
-    called = Hybrid(loads(text, "four_bar.toml"))
+    called = Hybrid(read_text(text, file="four_bar.toml"))
     called.check()
     assert called.at_reference == pytest.approx(Hybrid(mechanism("four_bar")).at_reference)

@@ -62,7 +62,7 @@ def test_leg_inverse_recovers_actuators_and_their_rates(seed, kinds):
     mechanism = drawn(seed, kinds)
     model, z = closed_configurations(mechanism, seed)
     assert len(z) > 3
-    derivation = derive(mechanism, ["ik_legs", "actuators", "actuator_rates"])
+    derivation = derive(mechanism, functions=["ik_legs", "actuators", "actuator_rates"])
     arms, residual, q = inverse_at(derivation.function("ik_legs"), model, z)
     assert len(arms) == SLOTS
     assert ((turned_apart(arms, q) < FOUND) & (residual < FOUND)).any(0).all()
@@ -109,7 +109,9 @@ def test_leg_inverse_returns_distinct_working_modes(make, modes):
     mechanism = make()
     model, z = closed_configurations(mechanism, 0)
     assert len(z) > POSES / 2
-    arms, residual, q = inverse_at(derive(mechanism, ["ik_legs"]).function("ik_legs"), model, z)
+    arms, residual, q = inverse_at(
+        derive(mechanism, functions=["ik_legs"]).function("ik_legs"), model, z
+    )
     solved = residual < FOUND
     assert (solved.sum(0) == modes).all()
     assert (solved & (turned_apart(arms, q) < FOUND)).any(0).all()

@@ -5,7 +5,7 @@ import sys
 import numpy as np
 import pytest
 
-from chasles.derive import derive, loads
+from chasles.derive import derive, read_text
 from tests.support.compiling import compiled
 from tests.support.generators import planar_platforms
 from tests.support.generators.planar_platforms import HEAD, LEGS, drawn_platform
@@ -91,7 +91,7 @@ def cylinders(tmp_path_factory):
     text += reference([-8.7253, 12.1766, -0.9871], BASE, PINS, LENGTHS)
     # Cylinders leave no choice between branches.
     functions = [name for name in FUNCTIONS if name not in ("actuators_all", "actuator_margin")]
-    return compiled(loads(text), tmp_path_factory.mktemp("rpr") / "planar_3rpr", functions)
+    return compiled(read_text(text), tmp_path_factory.mktemp("rpr") / "planar_3rpr", functions)
 
 
 def test_published_planar_platform_has_six_assembly_modes(cylinders):
@@ -141,7 +141,7 @@ def test_assembly_modes_of_3prr_platform_match_newton(tmp_path):
         text += SLIDE.format(k=k + 1, a=base[k], c=way[k, 0], s=way[k, 1])
         text += ROD.format(k=k + 1, length=lengths[k], b=pins[k])
     text += reference([0, 0, 0], base + q0[:, None] * way, pins, q0)
-    robot = compiled(loads(text), tmp_path / "planar_3prr", FUNCTIONS)
+    robot = compiled(read_text(text), tmp_path / "planar_3prr", FUNCTIONS)
     generator = np.random.default_rng(3)
     modes = 0
     for q in generator.uniform(0.1, 0.3, (10, 3)):
@@ -179,13 +179,15 @@ def test_legs_with_prismatic_joints_are_derived_quickly_with_long_decimals(
     """SymPy does not search for the signs of the products of sines between prismatic joints."""
     monkeypatch.setattr(planar_platforms, "_rounded", lambda place: tuple(map(float, place)))
     platform = drawn_platform(np.random.default_rng(first), LEGS[first : first + 3])
-    names = {f.name for f in derive(loads(platform.text("platform")), ["legs"]).functions}
+    names = {
+        f.name for f in derive(read_text(platform.text("platform")), functions=["legs"]).functions
+    }
     assert names == {"legs"}
     assert 0 < len(queries) < MAX_QUERIES
 
 
 def test_three_legs_with_two_prismatic_joints_derive(queries):
     platform = drawn_platform(np.random.default_rng(0), (("PRP", 2),) * 3)
-    hybrid = derive(loads(platform.text("platform")), ["legs", "actuators"]).hybrid
+    hybrid = derive(read_text(platform.text("platform")), functions=["legs", "actuators"]).hybrid
     assert not hybrid.backward.open
     assert 0 < len(queries) < MAX_QUERIES

@@ -43,7 +43,7 @@ BUILDERS = {f.__name__: f for f in (rsur, turned_round)}
 
 @cache
 def kernels(name):
-    functions = derive(BUILDERS[name](), FUNCTIONS).functions
+    functions = derive(BUILDERS[name](), functions=FUNCTIONS).functions
     names = [f.name for f in functions]
     return dict(zip(names, lower(functions, "test"), strict=True))
 

@@ -1,0 +1,64 @@
+"""Functions of a robot as ``casadi.Function``, for optimal control."""
+
+import os
+from pathlib import Path
+
+import casadi as ca
+
+from ..derivation import derive
+from ..description.robot_files import read
+from ..emit.casadi_file import joined, output_of
+from ..model.mechanism import Described
+from .freshness import GENERATED
+
+
+def casadi_function(robot: str | Path | Described, name: str) -> ca.Function:
+    """One function of a robot as a ``casadi.Function``, to be used in an optimisation.
+
+    Args:
+        robot: The name of a robot that is installed with chasles, a generated folder, any file that
+            :func:`~chasles.derive.read` reads, or a description. Files and descriptions are
+            derived, which takes seconds.
+        name: A function of positions, such as ``"fk"`` or ``"chain"``.
+            Jacobians and rates follow by ``casadi.jacobian`` and ``casadi.jtimes``.
+
+    Returns:
+        A function of the arguments that it needs, for example q, with one matrix output.
+
+    Raises:
+        FileNotFoundError: The folder holds no ``.casadi`` file.
+        KeyError: The robot has no such function of positions.
+        RobotError: The description is wrong, or the robot has no function of that name.
+    """
+    folder = _folder(robot)
+    if folder is not None:
+        return _of_folder(folder, name)
+    description = read(robot) if isinstance(robot, str | Path) else robot
+    everything = joined(derive(description, functions=[name]))
+    if everything is None or name not in everything.name_out():
+        raise KeyError(
+            f"{description.name}: {name!r} is not a function of positions; differentiate one"
+        )
+    return output_of(everything, name)
+
+
+def _folder(robot: str | Path | Described) -> Path | None:
+    """The generated folder of a robot; None for a description or its file."""
+    if not isinstance(robot, str | Path):
+        return None
+    is_name = isinstance(robot, str) and os.sep not in robot
+    if is_name and (GENERATED / robot / f"{robot}.casadi").is_file():
+        return GENERATED / robot
+    return Path(robot) if Path(robot).is_dir() else None
+
+
+def _of_folder(folder: Path, name: str) -> ca.Function:
+    found = sorted(folder.glob("*.casadi"))
+    if not found:
+        raise FileNotFoundError(f"no .casadi file in {folder}")
+    everything = ca.Function.load(str(found[0]))
+    if name not in everything.name_out():
+        raise KeyError(
+            f"{found[0]} has no {name!r}; it has {everything.name_out()}, to be differentiated"
+        )
+    return output_of(everything, name)
