@@ -8,10 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import InputValueError, ShapeError
+from chasles import InputTypeError, InputValueError, ShapeError
 from chasles.se3 import project
 
 FloatArray = NDArray[np.float64]
+Rng = int | np.random.Generator | None
+
+_KEYS = 2**63
+"""Number of keys that generators give."""
 
 
 def finite(name: str, values: ArrayLike, shape: tuple[int, ...] | None = None) -> FloatArray:
@@ -69,6 +73,28 @@ def whole(name: str, value: Any, least: int) -> int:
     if not is_whole or value < least:
         raise InputValueError(f"{name} = {value}: expected a whole number, at least {least}")
     return int(value)
+
+
+def key_of(name: str, rng: Rng) -> int:
+    """Return the int that determines random numbers.
+
+    Args:
+        name: The function, for errors.
+        rng: The int itself, a generator that gives it, or None for fresh entropy.
+
+    Raises:
+        InputTypeError: rng is neither of them.
+        InputValueError: The int is negative.
+    """
+    if rng is None:
+        rng = np.random.default_rng()
+    if isinstance(rng, np.random.Generator):
+        return int(rng.integers(_KEYS))
+    if isinstance(rng, bool) or not isinstance(rng, int | np.integer):
+        raise InputTypeError(f"{name}: rng: expected an int, a Generator or None, got {rng!r}")
+    if rng < 0:
+        raise InputValueError(f"{name}: rng: expected an int of at least 0, got {rng}")
+    return int(rng)
 
 
 def _worst(array: FloatArray) -> str:

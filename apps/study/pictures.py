@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-_COLOURS = "cividis"
-"""Map of colours that looks the same to people who do not see red or green, and in print."""
+_COLORS = "cividis"
+"""Color map that looks the same to people who do not see red or green, and in print."""
 _EMPTY = "#ffffff00"
-_COLOUR_BLIND = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#000000")
-"""Colours that differ for all kinds of sight (Okabe and Ito, 2008), and in lightness for print."""
+_COLOR_BLIND = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#000000")
+"""Colors that differ for all kinds of sight (Okabe and Ito, 2008), and in lightness for print."""
 _STYLES = ("-", "--", ":")
 # Figures are 4.2 inches wide, views below each other: legible in a column of 8 cm.
 
@@ -57,7 +57,7 @@ def _view(found: Any, normal: int, ax: Any, most: float | None = None) -> Any:
         shares.T,
         origin="lower",
         extent=(lower[across], upper[across], lower[up], upper[up]),
-        cmap=colormaps[_COLOURS].with_extremes(bad=_EMPTY),
+        cmap=colormaps[_COLORS].with_extremes(bad=_EMPTY),
         interpolation="nearest",
         vmin=0,
         vmax=most,
@@ -91,9 +91,9 @@ def plot_trajectory(found: Any, ax: Any = None) -> Any:
     words = ("coordinate [rad, m]", "rate [1/s]", "acceleration [1/s²]")
     for own, values, word in zip(axes, (found.q, found.qd, found.qdd), words, strict=True):
         for j, name in enumerate(found.coordinate_names):
-            style = _STYLES[j // len(_COLOUR_BLIND) % len(_STYLES)]
-            colour = _COLOUR_BLIND[j % len(_COLOUR_BLIND)]
-            own.plot(found.t, values[:, j], style, color=colour, label=name, linewidth=1.2)
+            style = _STYLES[j // len(_COLOR_BLIND) % len(_STYLES)]
+            color = _COLOR_BLIND[j % len(_COLOR_BLIND)]
+            own.plot(found.t, values[:, j], style, color=color, label=name, linewidth=1.2)
         own.set_ylabel(word)
         own.grid(alpha=0.3)
     handles, labels = axes[0].get_legend_handles_labels()
@@ -105,29 +105,27 @@ def plot_trajectory(found: Any, ax: Any = None) -> Any:
     return axes
 
 
-def plot_trials(found: Any, ax: Any = None) -> Any:
-    """Draws rates of success over the number of samples, a line a step, with 95 % intervals.
+def plot_success(found: Any, ax: Any = None) -> Any:
+    """Draw success rates over the number of samples, a line per step, with 95 % intervals.
 
     Args:
-        found: The `Trials`.
+        found: The `SuccessStudy`.
         ax: matplotlib axes; None: a new figure.
 
     Returns:
         The axes.
     """
-    import matplotlib.pyplot as plt  # noqa: PLC0415
-
-    axes = plt.subplots(layout="constrained", figsize=(4.4, 3.2))[1] if ax is None else ax
-    for k, step in enumerate(sorted({row.step for row in found.rows})):
-        rows = [row for row in found.rows if row.step == step]
+    axes = _axes(ax, (4.4, 3.2))
+    for k, step in enumerate(sorted({row.max_step for row in found.rows})):
+        rows = [row for row in found.rows if row.max_step == step]
         rate = np.array([row.rate for row in rows])
-        bars = np.array([[row.rate - row.low, row.high - row.rate] for row in rows]).T
+        bars = np.array([[row.rate - row.lower, row.upper - row.rate] for row in rows]).T
         axes.errorbar(
             [row.samples for row in rows],
             100 * rate,
             yerr=100 * np.maximum(bars, 0),
             fmt="o" + _STYLES[k % len(_STYLES)],
-            color=_COLOUR_BLIND[k % len(_COLOUR_BLIND)],
+            color=_COLOR_BLIND[k % len(_COLOR_BLIND)],
             label=f"step {step:g}" if np.isfinite(step) else "any step",
             capsize=3,
         )
@@ -135,6 +133,34 @@ def plot_trials(found: Any, ax: Any = None) -> Any:
     axes.set_ylabel("paths found [%]")
     axes.set_ylim(-3, 103)
     axes.legend()
+    axes.grid(alpha=0.3)
+    return axes
+
+
+def plot_plan(found: Any, ax: Any = None) -> Any:
+    """Draw the coordinates over the fraction of a path; in a plane the path itself.
+
+    Args:
+        found: The `Plan`.
+        ax: matplotlib axes; None: a new figure.
+
+    Returns:
+        The axes.
+    """
+    axes = _axes(ax, (4.4, 3.2))
+    fractions = np.linspace(0, 1, 200)
+    points = found.at(fractions)
+    if points.shape[1] == 2:  # noqa: PLR2004 - a plane
+        axes.plot(*found.q.T, "o-", color=_COLOR_BLIND[0], markersize=3)
+        axes.set_aspect("equal")
+        axes.set_xlabel("x [m]")
+        axes.set_ylabel("y [m]")
+        return axes
+    for k, values in enumerate(points.T):
+        axes.plot(fractions, values, color=_COLOR_BLIND[k % len(_COLOR_BLIND)], label=f"q[{k}]")
+    axes.set_xlabel("fraction of the path")
+    axes.set_ylabel("coordinate [rad, m]")
+    axes.legend(ncols=3, fontsize="small")
     axes.grid(alpha=0.3)
     return axes
 
@@ -150,19 +176,18 @@ def plot_region(found: Any, ax: Any = None, singular: Any = None) -> Any:
     Returns:
         The axes.
     """
-    import matplotlib.pyplot as plt  # noqa: PLC0415
     from matplotlib.patches import Circle  # noqa: PLC0415
 
-    axes = plt.subplots(layout="constrained", figsize=(4.2, 4.2))[1] if ax is None else ax
+    axes = _axes(ax, (4.2, 4.2))
     for k, own in enumerate(found.pieces[0] if found.pieces else ()):
         for radius in (own.inner, own.outer):
             style = {"fill": False, "linestyle": ":", "linewidth": 0.8}
-            axes.add_patch(Circle(own.centre, radius, edgecolor=_COLOUR_BLIND[k], **style))
+            axes.add_patch(Circle(own.centre, radius, edgecolor=_COLOR_BLIND[k], **style))
     for arc in found.arcs:
-        axes.plot(*arc.points().T, color=_COLOUR_BLIND[-1], linewidth=1.6)
+        axes.plot(*arc.points().T, color=_COLOR_BLIND[-1], linewidth=1.6)
     for k, curve in enumerate(singular.type_2 if singular is not None else ()):
         label = None if k else "platform gains a freedom"
-        axes.plot(*curve.T, _STYLES[1], color=_COLOUR_BLIND[3], linewidth=1.2, label=label)
+        axes.plot(*curve.T, _STYLES[1], color=_COLOR_BLIND[3], linewidth=1.2, label=label)
     if singular is not None and singular.type_2:
         axes.legend(loc="lower center", fontsize="small")
     axes.set_aspect("equal")
@@ -183,14 +208,12 @@ def plot_section(found: Any, ax: Any = None) -> Any:
     Returns:
         The axes.
     """
-    import matplotlib.pyplot as plt  # noqa: PLC0415
-
-    axes = plt.subplots(layout="constrained", figsize=(4.2, 4.2))[1] if ax is None else ax
+    axes = _axes(ax, (4.2, 4.2))
     curves = [arc.points() for arc in found.section.arcs]
     if found.offset:  # The plane passes beside the axis: it is no section through that.
         curves = found.meridian.curves()
     for curve in curves:
-        axes.plot(*curve.T, color=_COLOUR_BLIND[0], linewidth=1.4)
+        axes.plot(*curve.T, color=_COLOR_BLIND[0], linewidth=1.4)
     axes.set_aspect("equal")
     flat = found.turn is None
     axes.set_xlabel("x [m]" if flat else "distance from the first axis [m]")
@@ -226,7 +249,7 @@ def plot_positions(found: Any, ax: Any = None) -> Any:
             np.ma.masked_equal(thick, 0).T,
             origin="lower",
             extent=(lower[across], upper[across], lower[up], upper[up]),
-            cmap=_COLOURS,
+            cmap=_COLORS,
             interpolation="nearest",
         )
         own.set_xlabel(f"{'xyz'[across]} [m]")
@@ -261,7 +284,7 @@ def plot_reach(found: Any, ax: Any = None) -> Any:
             100 * share.mean(normal).T,
             origin="lower",
             extent=(lower[across], upper[across], lower[up], upper[up]),
-            cmap=_COLOURS,
+            cmap=_COLORS,
             interpolation="nearest",
             vmin=0,
             vmax=100,
@@ -270,7 +293,14 @@ def plot_reach(found: Any, ax: Any = None) -> Any:
         own.set_ylabel(f"{'xyz'[up]} [m]")
     axes[1].figure.colorbar(image, ax=axes[1], label="orientations reached [%]", shrink=0.8)
     counts = found.stopped_by()
-    axes[2].barh(list(counts), list(counts.values()), color=_COLOUR_BLIND[0])
+    axes[2].barh(list(counts), list(counts.values()), color=_COLOR_BLIND[0])
     axes[2].invert_yaxis()
     axes[2].set_xlabel("poses stopped by its limit")
     return axes
+
+
+def _axes(ax: Any, size: tuple[float, float]) -> Any:
+    """The given axes, or those of a new figure of a size [inch]."""
+    import matplotlib.pyplot as plt  # noqa: PLC0415
+
+    return plt.subplots(layout="constrained", figsize=size)[1] if ax is None else ax

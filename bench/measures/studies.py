@@ -17,7 +17,7 @@ import chasles
 from chasles.study import evenly, reach, workspace
 from chasles.study.cells import cells_of
 from chasles.study.motion import Motion, MotionSequence, line, time_optimal, time_scaling
-from chasles.study.planning import ball, block, roadmap, robot_space
+from chasles.study.planning import box, configuration_space, prm, sphere
 
 from ..cases.arms import ARMS
 from ..peers.forward import Call, pinocchio, toolbox
@@ -119,13 +119,15 @@ def _plans(table: Table, arm: chasles.Robot) -> None:
     """Plans of an arm among obstacles, and distances at postures."""
     floor = np.eye(4)
     floor[2, 3] = -0.2
-    space = robot_space(arm, [ball([0.4, 0.3, 0.5], 0.1), block(floor, [2, 2, 0.1])], radius=0.05)
+    space = configuration_space(
+        arm, [sphere([0.4, 0.3, 0.5], 0.1), box(floor, [2, 2, 0.1])], radius=0.05
+    )
     drawn = np.random.default_rng(2).uniform(-np.pi, np.pi, (400, arm.n))
-    free = drawn[space.free(drawn)][:20]
+    free = drawn[space.is_free(drawn)][:20]
     own = _seconds(lambda: [space.distances(q) for q in free]) / len(free)
     _row(table, "distances of ur5e among obstacles", own, len(free))
     pairs = list(zip(free[::2], free[1::2], strict=True))
-    made = roadmap(space, 150, key=1)
+    made = prm(space, 150, rng=1)
     own = _seconds(lambda: [made.plan(a, b) for a, b in pairs]) / len(pairs)
     _row(table, "plans of ur5e, roadmap of 150 samples", own, len(pairs))
 

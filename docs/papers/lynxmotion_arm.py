@@ -26,7 +26,7 @@ from report import (
 import chasles
 from chasles.study import Workspace, exact_workspace, workspace
 from chasles.study.motion import MotionSequence, Trajectory, parabola, task_curve, task_line
-from chasles.study.planning import ball, robot_space
+from chasles.study.planning import configuration_space, sphere
 from chasles.study.samples import samples_of
 
 HERE = Path(__file__).parent
@@ -452,7 +452,7 @@ def detour(printed: dict[str, Printed]) -> list[Row]:
 
 def clearance(made: Trajectory) -> float:
     """The least distance of the arm's axes from the ball [m]."""
-    space = robot_space(low(), [ball(BALL, RADIUS)], radius=THIN)
+    space = configuration_space(low(), [sphere(BALL, RADIUS)], radius=THIN)
     own = [k for k, (_, other) in enumerate(space.checks) if other == 0]
     return float(min(space.distances(q)[own].min() for q in made.q)) + THIN
 

@@ -13,11 +13,11 @@ from panels import COLOURS, GREY, PALE, STYLES, legend_below, panels, plane, sol
 from report import Figures
 
 import chasles
-from chasles.study.planning import Plan, roadmap
+from chasles.study.planning import Plan, prm
 
 ANGLES = {"2.6": 15, "2.7": 30, "2.7, second": 45, "2.7, third": 60}
-KEY = 35
-"""Key of the random points of figures 3.2 to 3.4: the first with which 100 points fail at step 10,
+RNG = 35
+"""Random numbers of figures 3.2 to 3.4: the first with which 100 points fail at step 10,
 as in the report, while a larger step or more points succeed."""
 MM = 1000.0
 
@@ -205,22 +205,22 @@ def on_map(axes: Any) -> None:
 
 
 def roads(samples: int, step: float) -> Any:
-    """A roadmap in both readings of the step, its free ways, and the path if there is one."""
+    """A roadmap in both readings of the step, its free edges, and the path if there is one."""
     figure, axes = panels(5.6, 2, 1)
     for own, given, reading in (
-        (axes[0], {"step": step}, "longest way"),
+        (axes[0], {"max_step": step}, "longest way"),
         (axes[1], {"dispersion": step}, "least distance"),
     ):
-        made = roadmap(roadmaps.workshop(), samples, key=KEY, **given)
-        plan: Plan = made.plan(roadmaps.START, roadmaps.GOAL, "dijkstra")
+        made = prm(roadmaps.workshop(), samples, rng=RNG, **given)
+        plan: Plan = made.plan(roadmaps.START, roadmaps.GOAL, algorithm="dijkstra")
         on_map(own)
-        for way in made.points[made.ways]:
-            if made.space.free_way(*way):
-                own.plot(*way.T, color="#9ecae1", linewidth=0.5, zorder=1)
-        own.plot(*made.points.T, ".", color=COLOURS[0], markersize=2.5, label="points")
-        own.plot(*plan.points.T, color=COLOURS[3], linewidth=1.8, label="path")
+        for edge in made.q[made.edges]:
+            if made.space.is_free_segment(*edge):
+                own.plot(*edge.T, color="#9ecae1", linewidth=0.5, zorder=1)
+        own.plot(*made.q.T, ".", color=COLOURS[0], markersize=2.5, label="points")
+        own.plot(*plan.q.T, color=COLOURS[3], linewidth=1.8, label="path")
         words = f"path of {plan.length:.0f} cells" if plan.found else "no path"
-        own.set_title(f"step as {reading}: {len(made.points)} points, {words}", fontsize=7.5)
+        own.set_title(f"step as {reading}: {len(made.q)} points, {words}", fontsize=7.5)
     legend_below(figure, axes[0], 4)
     return figure
 

@@ -13,14 +13,14 @@ from report import Finding, Printed, Row, agrees, assumed, in_one_reading, lost,
 from chasles.study.planning import (
     OccupancyMap,
     Plan,
-    Trials,
-    ball,
-    block,
+    SuccessStudy,
+    box,
+    configuration_space,
     occupancy_map,
-    roadmap,
-    robot_space,
-    shortened,
-    success,
+    prm,
+    shortcut,
+    sphere,
+    success_study,
 )
 
 SIDE = 100
@@ -65,26 +65,28 @@ def rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 @cache
-def trials() -> Trials:
+def trials() -> SuccessStudy:
     """Rates of success with the step as the longest way."""
-    return success(workshop(), START, GOAL, samples=COUNTS, steps=(SMALL, LARGE), runs=RUNS)
+    return success_study(
+        workshop(), START, GOAL, samples=COUNTS, max_steps=(SMALL, LARGE), runs=RUNS
+    )
 
 
 def rate(points: int, step: float) -> float:
     """The rate of success with the step as the longest way."""
-    found = [row for row in trials().rows if (row.samples, row.step) == (points, step)]
+    found = [row for row in trials().rows if (row.samples, row.max_step) == (points, step)]
     return found[0].rate
 
 
 @cache
 def spread_maps(points: int, step: float) -> list[Any]:
     """Roadmaps with the step as the least distance between points."""
-    return [roadmap(workshop(), points, dispersion=step, key=key) for key in range(SPREAD_RUNS)]
+    return [prm(workshop(), points, dispersion=step, rng=key) for key in range(SPREAD_RUNS)]
 
 
 def spread_rate(points: int, step: float) -> float:
     """The rate of success with the step as the least distance between points."""
-    plans = [own.plan(START, GOAL, "dijkstra") for own in spread_maps(points, step)]
+    plans = [own.plan(START, GOAL, algorithm="dijkstra") for own in spread_maps(points, step)]
     return sum(plan.found for plan in plans) / SPREAD_RUNS
 
 
@@ -92,7 +94,7 @@ def spacing(points: int, step: float) -> float:
     """The mean distance of a point from its nearest one, the step as the least distance."""
     found = []
     for own in spread_maps(points, step):
-        p = np.asarray(own.points)
+        p = np.asarray(own.q)
         apart = np.linalg.norm(p[:, None] - p[None], axis=-1)
         np.fill_diagonal(apart, np.inf)
         found.append(apart.min(1).mean())
@@ -119,7 +121,7 @@ def claims(printed: dict[str, Printed]) -> list[Row]:
     rates = [rate(points, SMALL) for points in COUNTS]
     rising = all(a <= b for a, b in pairwise(rates)) and rates[0] < rates[-1]
     enough = {step: needed(step) for step in (SMALL, LARGE)}
-    seconds = [row.seconds for row in trials().rows if row.step == LARGE]
+    seconds = [row.seconds for row in trials().rows if row.max_step == LARGE]
     shares = ", ".join(f"{100 * value:.0f} %" for value in rates)
     points = ", ".join(map(str, COUNTS))
     few = {step: spread_rate(FEW, step) for step in (SMALL, LARGE)}
@@ -165,11 +167,11 @@ def arm_plan() -> tuple[Any, Plan]:
     """The arm's space among a ball and a table, and a path from the first via point to the last."""
     table = np.eye(4)
     table[2, 3] = -0.06
-    obstacles = [ball(BALL, BALL_RADIUS), block(table, TABLE, "table")]
-    space = robot_space(lynxmotion_arm.low(), obstacles, radius=LINK)
+    obstacles = [sphere(BALL, BALL_RADIUS), box(table, TABLE, "table")]
+    space = configuration_space(lynxmotion_arm.low(), obstacles, radius=LINK)
     start, goal = lynxmotion_arm.solutions(lynxmotion_arm.low(), lynxmotion_arm.VIA[[0, -1]])[:, 0]
-    plan = roadmap(space, 150, key=1).plan(start, goal, "dijkstra")
-    return space, shortened(space, plan) if plan.found else plan
+    plan = prm(space, 150, rng=1).plan(start, goal, algorithm="dijkstra")
+    return space, shortcut(space, plan) if plan.found else plan
 
 
 def arm(printed: dict[str, Printed]) -> list[Row]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 import chasles
 from chasles.drawing import skeleton
-from chasles.study.planning import RobotSpace, ball, roadmap, robot_space, shortened
+from chasles.study.planning import ConfigurationSpace, configuration_space, prm, shortcut, sphere
 
 from .campaign import Campaign, Outcome
 
@@ -55,7 +55,7 @@ class Scene:
 
 
 @dataclass(frozen=True, eq=False)
-class _Recording(RobotSpace):
+class _Recording(ConfigurationSpace):
     """A space that records the tested configurations."""
 
     tested: list[FloatArray] = field(default_factory=list)
@@ -94,15 +94,15 @@ def planned(robot: chasles.Robot, key: int) -> Scene:
     """
     space, (start, goal) = drawn(robot, np.random.default_rng(key))
     space.tested.clear()
-    plan = roadmap(space, SAMPLES, neighbours=NEIGHBOURS, key=key).plan(start, goal)
-    plan = shortened(space, plan, tries=TRIES, key=key)
+    plan = prm(space, SAMPLES, neighbors=NEIGHBOURS, rng=key).plan(start, goal)
+    plan = shortcut(space, plan, attempts=TRIES, rng=key)
     if not plan.found:
         return Scene(False)
     q = plan.at(np.linspace(0, 1, FINER * max(len(space.tested), 100)))
-    return Scene(True, len(q), int((~space.free(q)).sum()), *left(space, q))
+    return Scene(True, len(q), int((~space.is_free(q)).sum()), *left(space, q))
 
 
-def left(space: RobotSpace, places: FloatArray) -> tuple[int, int]:
+def left(space: ConfigurationSpace, places: FloatArray) -> tuple[int, int]:
     """Number of configurations (m, n) with open loops, and number in another assembly mode."""
     robot, bounds = space.robot, space.bounds
     assert bounds is not None
@@ -126,7 +126,7 @@ def drawn(robot: chasles.Robot, rng: np.random.Generator) -> tuple[_Recording, F
     """A space with spheres close to random configurations, and two free configurations (2, n)."""
     size = skeleton(robot).size
     radius = 0.01 * size
-    empty = robot_space(robot, [ball([0, 0, 1e3 * size], size)], radius=radius)
+    empty = configuration_space(robot, [sphere([0, 0, 1e3 * size], size)], radius=radius)
     while True:
         q = np.empty((0, robot.n))
         while len(q) < ENOUGH:
@@ -139,10 +139,10 @@ def drawn(robot: chasles.Robot, rng: np.random.Generator) -> tuple[_Recording, F
             own = rng.uniform(0.01, 0.05) * size
             gap = own + radius + rng.uniform(0.0, 0.03) * size
             centre = places[rng.integers(len(places))] + gap * away / np.linalg.norm(away)
-            balls.append(ball(centre, own))
-        made = robot_space(robot, balls, radius=radius)
+            balls.append(sphere(centre, own))
+        made = configuration_space(robot, balls, radius=radius)
         space = _Recording(*(getattr(made, own.name) for own in fields(made)))
-        free = q[BALLS:][space.free(q[BALLS:])]
+        free = q[BALLS:][space.is_free(q[BALLS:])]
         if len(free) > 1:
             return space, free[:2]
 

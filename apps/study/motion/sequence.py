@@ -14,6 +14,7 @@ Each stage begins where the one before ends.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Self
 
 import numpy as np
@@ -24,7 +25,8 @@ from chasles.fixed import Fixed
 from chasles.summaries import summary_repr
 
 from ..arguments import above_0, finite
-from .curves import PoseCurve, Space, TaskCurve, TaskLine, joint_line
+from ..planning.plan import Plan
+from .curves import JointLine, PoseCurve, Space, TaskCurve, TaskLine, joint_line
 from .motion import Motion, Redundancy
 from .time_scaling import Profile, TimeScaling, time_scaling
 from .trajectory import Trajectory, concatenate
@@ -138,7 +140,7 @@ class MotionSequence:
 
     def follow(
         self,
-        curve: PoseCurve | TaskLine | TaskCurve,
+        curve: PoseCurve | TaskLine | TaskCurve | Plan,
         profile: Profile,
         *,
         given: tuple[float, ...] = (),
@@ -147,10 +149,12 @@ class MotionSequence:
         name: str = "",
         **limits: float,
     ) -> Self:
-        """Add a motion of the tool on a curve that starts where the tool is.
+        """Add a motion on a curve that starts where the tool is, or on a planned path.
+
+        A path is followed segment by segment: each is a stage that starts and stops at a corner.
 
         Args:
-            curve: The curve of the tool.
+            curve: The curve of the tool, or a plan in the coordinates.
             profile: As in `time_scaling`.
             given: The further inputs of the robot's `ik`, constant.
             lock: Coordinates, or joints of the main chain, that do not move.
@@ -158,17 +162,40 @@ class MotionSequence:
                 the joints of the main chain from the configuration at the start of the stage, for
                 each pose anew, as in `Motion`.
             name: The name of the stage.
-            limits: duration [s], speed [m/s], acceleration and jerk of the tool on the curve.
+            limits: duration [s], speed [m/s], acceleration and jerk of the tool on the curve. On a
+                plan, duration is the time of the whole path and the others limit the length in the
+                coordinates.
 
         Raises:
-            InputValueError: The curve starts elsewhere.
+            InputValueError: The curve or the plan starts elsewhere, or the plan has no path.
             OutOfReachError: The curve leaves the reach, the branch or the limits.
         """
+        if isinstance(curve, Plan):
+            return self._follow_plan(curve, profile, name, limits)
         if not isinstance(curve, TaskLine | TaskCurve):
             self._require_start(curve.at(np.zeros(1)).T[0])
         timed = time_scaling(profile, curve.length, **limits)
         motion = Motion(self.robot, curve, timed, self.q_end, given, lock, redundancy)
         return self._with(motion, name)
+
+    def _follow_plan(
+        self, plan: Plan, profile: Profile, name: str, limits: dict[str, float]
+    ) -> Self:
+        if not plan.found:
+            raise InputValueError(f"follow: the plan has no path: {plan.reason}")
+        off = np.abs(plan.q[0] - self.q_end).max()
+        if not off <= _SAME:
+            raise InputValueError(f"follow: the plan starts {off:.3g} rad or m from q_end")
+        longer = self
+        for k, (a, b) in enumerate(pairwise(plan.q), 1):
+            length = float(np.linalg.norm(b - a))
+            own = dict(limits)
+            if "duration" in own:
+                own["duration"] *= length / plan.length
+            timed = time_scaling(profile, length, **own)
+            motion = Motion(self.robot, JointLine(a, b, length=length), timed, a)
+            longer = longer._with(motion, f"{name} {k}" if name else "")
+        return longer
 
     def _require_start(self, there: FloatArray) -> None:
         off = self.robot.fk(self.q_end) - there

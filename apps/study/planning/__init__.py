@@ -1,30 +1,31 @@
 """Planning: paths among obstacles, on maps and in the coordinates of robots."""
 
-from .connecting_trees import connecting_trees
-from .obstacles import Obstacle, ball, block, capsule, mesh
+from .configuration_space import ConfigurationSpace, configuration_space
+from .obstacles import Obstacle, box, capsule, mesh, sphere
 from .occupancy_map import OccupancyMap, occupancy_map
-from .roadmap import Plan, Roadmap, Space, roadmap
-from .robot_space import RobotSpace, robot_space
-from .shortening import shortened
-from .success import Trial, Trials, success
+from .plan import Plan, Space
+from .roadmap import Roadmap, prm
+from .rrt_connect import rrt_connect
+from .shortcut import shortcut
+from .success_study import SuccessStudy, Trial, success_study
 
 __all__ = [
+    "ConfigurationSpace",
     "Obstacle",
     "OccupancyMap",
     "Plan",
     "Roadmap",
-    "RobotSpace",
     "Space",
+    "SuccessStudy",
     "Trial",
-    "Trials",
-    "ball",
-    "block",
+    "box",
     "capsule",
-    "connecting_trees",
+    "configuration_space",
     "mesh",
     "occupancy_map",
-    "roadmap",
-    "robot_space",
-    "shortened",
-    "success",
+    "prm",
+    "rrt_connect",
+    "shortcut",
+    "sphere",
+    "success_study",
 ]

@@ -1,4 +1,4 @@
-"""Shapes at rest, and capsules along lines, of the library coal.
+"""Obstacles, and capsules along lines, as shapes of the library coal.
 
 Source:
     T. Duff and others, Building an orthonormal basis, revisited, 2017, for frames along lines.
@@ -22,12 +22,12 @@ from ..arguments import above_0, finite
 FloatArray = NDArray[np.float64]
 
 _POINT = 1e-9
-"""Length [m] below which a capsule is a ball."""
+"""Length [m] below which a capsule is a sphere."""
 
 
 @dataclass(frozen=True, eq=False)
 class Obstacle:
-    """A shape at a place.
+    """A shape in the base frame.
 
     Attributes:
         shape: The shape of the library coal.
@@ -40,32 +40,32 @@ class Obstacle:
     name: str
 
     def __repr__(self) -> str:
-        """In words, with the figures that matter."""
+        """Summary with the main figures."""
         x, y, z = self.T_0_shape[:3, 3]
         return summary_repr(
             self, "", self.name, f"{type(self.shape).__name__} at ({x:.4g}, {y:.4g}, {z:.4g}) m"
         )
 
 
-def ball(centre: ArrayLike, radius: float, name: str = "ball") -> Obstacle:
-    """A ball: centre (3,) and radius [m] in the base frame."""
+def sphere(center: ArrayLike, radius: float, name: str = "sphere") -> Obstacle:
+    """Return a sphere: center (3,) and radius [m] in the base frame."""
     import coal  # noqa: PLC0415
 
     T = np.eye(4)
-    T[:3, 3] = finite("ball: centre", centre, (3,))
-    return Obstacle(coal.Sphere(above_0("ball: radius", radius)), T, name)
+    T[:3, 3] = finite("sphere: center", center, (3,))
+    return Obstacle(coal.Sphere(above_0("sphere: radius", radius)), T, name)
 
 
-def block(T_0_block: ArrayLike, sides: ArrayLike, name: str = "block") -> Obstacle:
-    """A box: pose (4, 4) of its middle in the base frame, and sides (3,) [m]."""
+def box(T_0_box: ArrayLike, size: ArrayLike, name: str = "box") -> Obstacle:
+    """Return a box: pose (4, 4) of its center in the base frame, and side lengths (3,) [m]."""
     import coal  # noqa: PLC0415
 
-    lengths = [above_0("block: sides", side) for side in finite("block: sides", sides, (3,))]
-    return Obstacle(coal.Box(*lengths), finite("block: T_0_block", T_0_block, (4, 4)), name)
+    lengths = [above_0("box: size", side) for side in finite("box: size", size, (3,))]
+    return Obstacle(coal.Box(*lengths), finite("box: T_0_box", T_0_box, (4, 4)), name)
 
 
 def capsule(start: ArrayLike, end: ArrayLike, radius: float, name: str = "capsule") -> Obstacle:
-    """All points within a radius [m] of the line between two points (3,) in the base frame."""
+    """Return the points within a radius [m] of a line between two points (3,) of the base frame."""
     import coal  # noqa: PLC0415
 
     a, b = finite("capsule: start", start, (3,)), finite("capsule: end", end, (3,))
@@ -77,7 +77,7 @@ def capsule(start: ArrayLike, end: ArrayLike, radius: float, name: str = "capsul
 def mesh(
     path: str | os.PathLike[str], T_0_mesh: ArrayLike | None = None, name: str = ""
 ) -> Obstacle:
-    """The surface of a file (.stl, .obj, .dae), in metres: pose (4, 4) in the base frame."""
+    """Return the surface in a file (.stl, .obj, .dae) in meters: pose (4, 4) in the base frame."""
     import coal  # noqa: PLC0415
 
     if not Path(path).is_file():

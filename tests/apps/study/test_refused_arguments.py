@@ -32,7 +32,7 @@ from chasles.study.motion import (
     time_optimal,
     time_scaling,
 )
-from chasles.study.planning import connecting_trees, occupancy_map, roadmap
+from chasles.study.planning import occupancy_map, prm, rrt_connect
 
 NAN = np.nan
 ROBOT = chasles.load("ur5e")
@@ -147,14 +147,14 @@ REFUSED = {
     "positions: R_0_ee: expected finite": lambda: positions(
         chasles.load("stewart_gough"), np.full((3, 3), NAN)
     ),
-    "roadmap: expected samples >= 1": lambda: roadmap(EMPTY, 5, dispersion=NAN),
-    "goal: expected finite numbers, got nan at .1,.": lambda: roadmap(EMPTY, 5).plan(
+    "prm: expected samples >= 1": lambda: prm(EMPTY, 5, dispersion=NAN),
+    "q_goal: expected finite numbers, got nan at .1,.": lambda: prm(EMPTY, 5).plan(
         [1, 1], [1, NAN]
     ),
-    "connecting_trees: seconds: expected values above 0": lambda: (
-        pytest.importorskip("ompl") and connecting_trees(EMPTY, [1, 1], [2, 2], seconds=0)
+    "rrt_connect: time_limit: expected values above 0": lambda: (
+        pytest.importorskip("ompl") and rrt_connect(EMPTY, [1, 1], [2, 2], time_limit=0)
     ),
-    "occupancy_map: side: expected values above 0": lambda: occupancy_map([[0]], NAN),
+    "occupancy_map: cell_size: expected values above 0": lambda: occupancy_map([[0]], NAN),
 }
 
 

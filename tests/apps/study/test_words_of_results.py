@@ -18,7 +18,7 @@ from chasles.study import (
 )
 from chasles.study.cells import Measure, cells_of
 from chasles.study.motion import Motion, MotionSequence, line, spline, time_scaling
-from chasles.study.planning import occupancy_map, roadmap, success
+from chasles.study.planning import occupancy_map, prm, success_study
 
 ROBOT = chasles.load("ur5e")
 PLATFORM = chasles.load("planar_3rrr")
@@ -35,7 +35,7 @@ def moved():
 
 def results():
     grid = occupancy_map(np.eye(30))
-    made = roadmap(grid, 50)
+    made = prm(grid, 50)
     exact = exact_workspace(chasles.load("lynxmotion"))
     yield workspace(ROBOT, 2000, finest=10, quality=["directions"])
     yield reach(ROBOT, cells_of(np.full(3, -0.5), np.full(3, 0.5), 4))
@@ -49,7 +49,7 @@ def results():
     yield MotionSequence(ROBOT, Q).pause(1).pause(1)
     yield spline([[0, 0, 0], [1, 0, 0], [1, 1, 0]])
     yield from (grid, made, made.plan([0.5, 20], [0.5, 25]), made.plan([0.5, 0.5], [1, 20]))
-    yield success(grid, [0.5, 20], [0.5, 25], samples=[5], runs=2)
+    yield success_study(grid, [0.5, 20], [0.5, 25], samples=[5], runs=2)
     yield skeleton(ROBOT)
 
 
@@ -74,8 +74,8 @@ def test_repr_states_values_of_result():
     assert f"volume {found.measure.value:.4g} ± {found.measure.error:.2g} m^3" in text
     region = constant_orientation(PLATFORM, np.radians(30))
     assert f"area {region.area:.12g} m^2" in repr(region)
-    refused = roadmap(occupancy_map(np.eye(30)), 5).plan([0.5, 0.5], [1, 20])
-    assert repr(refused) == f"<Plan: no path, for {refused.reason}>"
+    refused = prm(occupancy_map(np.eye(30)), 5).plan([0.5, 0.5], [1, 20])
+    assert repr(refused) == f"<Plan: no path: {refused.reason}>"
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import pytest
 import chasles
 from chasles.errors import InputValueError
 from chasles.study.motion import MotionSequence, limit_violations, line
+from chasles.study.planning.plan import no_plan, plan_along
 
 INITIAL = np.radians([0, 88.79, -49.2, 0, -86.76, 0, -40.62])
 READY = np.radians([0, 88.79, -11.25844509, 0, -129.76606998, 0, -35.55548493])
@@ -112,3 +113,31 @@ def test_curve_that_starts_away_from_tool_is_rejected(robot):
     start = MotionSequence(robot, robot.actuators(INITIAL))
     with pytest.raises(InputValueError, match=r"the curve starts 1\.11 m from the tool"):
         start.follow(line(T_READY, lowered(T_READY, 0.1)), "cubic", duration=1)
+
+
+CORNERS = np.array(
+    [[0, -1, 1.2, -0.4, 0.5, 0], [0.3, -1, 1.2, -0.4, 0.5, 0], [0.3, -1, 1.2, 0, 1, 0]]
+)
+
+
+def test_followed_plan_stops_at_its_corners():
+    arm, plan = chasles.load("ur5e"), plan_along(CORNERS, 0)
+    sequence = MotionSequence(arm, CORNERS[0]).follow(plan, "quintic", duration=3, name="away")
+    assert [stage.name for stage in sequence.stages] == ["away 1", "away 2"]
+    assert sequence.duration == pytest.approx(3)
+    found = sequence.sample(1000)
+    for corner in CORNERS:
+        k = int(np.argmin(np.abs(found.q - corner).max(1)))
+        np.testing.assert_allclose(found.q[k], corner, atol=1e-4)
+        assert np.abs(found.qd[k]).max() < 2e-2
+    np.testing.assert_allclose(sequence.q_end, CORNERS[-1], atol=1e-12)
+    slow = MotionSequence(arm, CORNERS[0]).follow(plan, "trapezoidal", speed=0.1, acceleration=1)
+    assert np.linalg.norm(slow.sample().qd, axis=1).max() == pytest.approx(0.1)
+
+
+def test_plan_without_path_or_from_elsewhere_is_not_followed():
+    arm = chasles.load("ur5e")
+    with pytest.raises(InputValueError, match="the plan has no path: goal blocked"):
+        MotionSequence(arm, CORNERS[0]).follow(no_plan(6, "goal blocked"), "cubic", duration=1)
+    with pytest.raises(InputValueError, match=r"the plan starts 0\.3 rad or m from q_end"):
+        MotionSequence(arm, CORNERS[1]).follow(plan_along(CORNERS, 0), "cubic", duration=1)

@@ -9,7 +9,7 @@ import pytest
 
 import chasles
 from chasles.errors import InputValueError
-from chasles.study.planning import ball, robot_space
+from chasles.study.planning import configuration_space, sphere
 from chasles.study.planning.hulls import hulls_of
 from chasles.study.planning.loop_bounds import closed_postures, loop_bounds
 
@@ -234,13 +234,13 @@ def test_no_free_segment_connects_different_assembly_modes():
         z[beyond] = robot.configuration_near(q[beyond], np.broadcast_to(there, z[beyond].shape))
         return z
 
-    plain = robot_space(robot, [ball([0, 0, 1], 0.1)], radius=0.002)
+    plain = configuration_space(robot, [sphere([0, 0, 1], 0.1)], radius=0.002)
     changed = Changed(robot, configuration=switching)
-    space = robot_space(changed, [ball([0, 0, 1], 0.1)], radius=0.002)
+    space = configuration_space(changed, [sphere([0, 0, 1], 0.1)], radius=0.002)
     rng, q = np.random.default_rng(6), np.array(robot.reference.q)
     for _ in range(20):
         a, b = q + rng.normal(size=(2, 3)) * 0.02
         across = (a[0] > q[0]) != (b[0] > q[0])
-        assert plain.free_way(a, b)
-        assert space.free(np.array([a, b])).all()
-        assert space.free_way(a, b) is not across
+        assert plain.is_free_segment(a, b)
+        assert space.is_free(np.array([a, b])).all()
+        assert space.is_free_segment(a, b) is not across

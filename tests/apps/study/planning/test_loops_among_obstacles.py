@@ -10,12 +10,12 @@ import chasles
 pytest.importorskip("coal", reason="coal comes with pin")
 
 from chasles.study.planning import (
-    ball,
     capsule,
-    connecting_trees,
-    roadmap,
-    robot_space,
-    shortened,
+    configuration_space,
+    prm,
+    rrt_connect,
+    shortcut,
+    sphere,
 )
 from chasles.study.planning.loop_bounds import closed_postures
 from tests.campaigns.scenes import drawn, left, planned
@@ -40,7 +40,7 @@ def test_approach_bound_limits_distance_change(name):
         a = q[k]
         b = np.clip(a + (0.03, 0.003, 0.0003)[k % 3] * step, space.lower, space.upper)
         here = space.distances((a + b) / 2)
-        most = space.approach(a, b)
+        most = space._approach(a, b)
         apart = (here > 0) & np.isfinite(most)
         for part in np.linspace(0, 1, 9):
             there = space.distances(a + part * (b - a))
@@ -52,7 +52,7 @@ def test_approach_bound_limits_distance_change(name):
 def around(radius, angles, size, z=0.0):
     """Balls on a circle about the origin."""
     return [
-        ball([radius * np.cos(angle), radius * np.sin(angle), z], size, f"ball at {angle:g}")
+        sphere([radius * np.cos(angle), radius * np.sin(angle), z], size, f"ball at {angle:g}")
         for angle in angles
     ]
 
@@ -72,26 +72,29 @@ def test_platform_paths_avoid_obstacles_and_keep_assembly_mode(name):
     """A path exists where the straight way is blocked; it holds at ten times as many places."""
     obstacles, radius, span = AMONG[name]
     robot = chasles.load(name)
-    middle, space = np.array(robot.reference.q), robot_space(robot, obstacles, radius=radius)
+    middle, space = (
+        np.array(robot.reference.q),
+        configuration_space(robot, obstacles, radius=radius),
+    )
     lower, upper = np.maximum(space.lower, middle - span), np.minimum(space.upper, middle + span)
     space = replace(space, lower=lower, upper=upper)
     rng, kept = np.random.default_rng(4), []
     q = rng.uniform(lower, upper, (1000, robot.n))
     q = q[np.isfinite(robot.configuration(q)).all(-1)][:240]
-    q = q[space.free(q)]
-    made = roadmap(space, 40, neighbours=8, key=2)
+    q = q[space.is_free(q)]
+    made = prm(space, 40, neighbors=8, rng=2)
     for start, goal in zip(q[::2], q[1::2], strict=False):
-        if space.free_way(start, goal):
+        if space.is_free_segment(start, goal):
             continue
         plan = made.plan(start, goal)
         if plan.found:
-            kept.append(shortened(space, plan, tries=10))
+            kept.append(shortcut(space, plan, attempts=10))
         if len(kept) == 1:
             break
     assert len(kept) == 1
     for path in kept:
         places = path.at(np.linspace(0, 1, 500))
-        assert space.free(places).all()
+        assert space.is_free(places).all()
         assert left(space, places) == (0, 0)
 
 
@@ -99,11 +102,11 @@ def test_rrt_connect_finds_collision_free_platform_path():
     pytest.importorskip("ompl")
     obstacles, radius, _ = AMONG["planar_3rrr"]
     robot = chasles.load("planar_3rrr")
-    space = robot_space(robot, obstacles, radius=radius)
+    space = configuration_space(robot, obstacles, radius=radius)
     middle = np.array(robot.reference.q)
     q = middle + np.random.default_rng(5).uniform(-0.05, 0.05, (20, robot.n))
-    start, goal = q[space.free(q)][:2]
-    plan = connecting_trees(space, start, goal, seconds=SECONDS, key=3)
+    start, goal = q[space.is_free(q)][:2]
+    plan = rrt_connect(space, start, goal, time_limit=SECONDS, rng=3)
     assert plan.found, plan.reason
     assert left(space, plan.at(np.linspace(0, 1, 500))) == (0, 0)
 
@@ -112,5 +115,5 @@ def test_open_loop_blocks_segment():
     space, q = drawn(chasles.load("excavator"), np.random.default_rng(9))
     open_q = q[0].copy()
     open_q[1:] += 100  # no triangle has such a side
-    assert np.isinf(space.approach(q[0], open_q)).all()
-    assert not space.free_way(q[0], open_q)
+    assert np.isinf(space._approach(q[0], open_q)).all()
+    assert not space.is_free_segment(q[0], open_q)

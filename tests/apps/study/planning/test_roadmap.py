@@ -1,4 +1,4 @@
-"""Roadmaps on maps: exact ways, no wrong path, failures with their reason."""
+"""Roadmaps on maps: exact edges, no wrong path, failures with their reason."""
 
 import numpy as np
 import pytest
@@ -6,13 +6,13 @@ from scipy.stats import binomtest
 
 from chasles.errors import InputValueError, ShapeError
 from chasles.study.planning import (
-    connecting_trees,
     occupancy_map,
-    roadmap,
-    shortened,
-    success,
+    prm,
+    rrt_connect,
+    shortcut,
+    success_study,
 )
-from chasles.study.planning.success import wilson
+from chasles.study.planning.success_study import wilson
 from tests.support.waiting import SECONDS
 
 SIDE = 0.1
@@ -40,14 +40,14 @@ def test_free_segment_check_agrees_with_fine_sampling():
         space = random_map(rng)
         a, b = rng.uniform(space.lower, space.upper, (2, 2))
         points = a + np.linspace(0, 1, 20001)[:, None] * (b - a)
-        sampled = space.free(points).all()
-        found = space.free_way(a, b)
+        sampled = space.is_free(points).all()
+        found = space.is_free_segment(a, b)
         # Sampling may miss a corner that is cut; it finds no obstacle that is not there.
         assert sampled or not found
         free += found
         if sampled and not found:
             finer = a + np.linspace(0, 1, 2_000_001)[:, None] * (b - a)
-            assert not space.free(finer).all()
+            assert not space.is_free(finer).all()
     assert free > 10
 
 
@@ -55,15 +55,15 @@ def test_narrow_passage_plans_are_free_and_shortcuts_never_longer():
     space = passage()
     found = 0
     for key in range(12):
-        plan = roadmap(space, 300, key=key).plan(START, GOAL)
+        plan = prm(space, 300, rng=key).plan(START, GOAL)
         if not plan.found:
-            assert "parts of the roadmap" in plan.reason or "no free way" in plan.reason
-            assert len(plan.points) == 0
+            assert "parts of the roadmap" in plan.reason or "no free edge" in plan.reason
+            assert len(plan.q) == 0
             continue
         found += 1
-        for better in (plan, shortened(space, plan, key=key)):
-            assert space.free(better.at(np.linspace(0, 1, 20001))).all()
-            np.testing.assert_array_equal(better.points[[0, -1]], [START, GOAL])
+        for better in (plan, shortcut(space, plan, rng=key)):
+            assert space.is_free(better.at(np.linspace(0, 1, 20001))).all()
+            np.testing.assert_array_equal(better.q[[0, -1]], [START, GOAL])
             assert better.length <= plan.length * (1 + 1e-12)
     assert found >= 6
 
@@ -71,30 +71,31 @@ def test_narrow_passage_plans_are_free_and_shortcuts_never_longer():
 def test_astar_and_dijkstra_find_equal_length():
     space = passage(4)
     for key in range(5):
-        made = roadmap(space, 200, key=key)
-        lengths = [made.plan(START, GOAL, algorithm).length for algorithm in ("astar", "dijkstra")]
+        made = prm(space, 200, rng=key)
+        lengths = [
+            made.plan(START, GOAL, algorithm=algorithm).length
+            for algorithm in ("astar", "dijkstra")
+        ]
         assert lengths[0] == pytest.approx(lengths[1]) or not np.isfinite(lengths).any()
 
 
 def test_step_and_dispersion_limit_point_distances():
     space = passage()
-    near = roadmap(space, 150, step=0.4)
-    ways = near.points[near.ways]
-    assert np.linalg.norm(ways[:, 0] - ways[:, 1], axis=1).max() <= 0.4
-    spread = roadmap(space, 150, dispersion=0.3)
-    apart = np.linalg.norm(spread.points[:, None] - spread.points, axis=-1) + np.eye(
-        len(spread.points)
-    )
+    near = prm(space, 150, max_step=0.4)
+    edges = near.q[near.edges]
+    assert np.linalg.norm(edges[:, 0] - edges[:, 1], axis=1).max() <= 0.4
+    spread = prm(space, 150, dispersion=0.3)
+    apart = np.linalg.norm(spread.q[:, None] - spread.q, axis=-1) + np.eye(len(spread.q))
     assert apart.min() >= 0.3
-    assert 40 < len(spread.points) < 150
+    assert 40 < len(spread.q) < 150
 
 
 def test_same_rng_gives_same_roadmap():
     space = passage()
-    one, two, other = (roadmap(space, 100, key=key) for key in (5, 5, 6))
-    assert np.array_equal(one.points, two.points)
-    assert np.array_equal(one.ways, two.ways)
-    assert not np.array_equal(one.points, other.points)
+    one, two, other = (prm(space, 100, rng=key) for key in (5, 5, 6))
+    assert np.array_equal(one.q, two.q)
+    assert np.array_equal(one.edges, two.edges)
+    assert not np.array_equal(one.q, other.q)
 
 
 @pytest.mark.parametrize(
@@ -106,7 +107,7 @@ def test_same_rng_gives_same_roadmap():
     ids=["occupied start", "goal outside map"],
 )
 def test_occupied_start_or_goal_is_explained(start, goal, reason):
-    plan = roadmap(passage(), 50).plan(start, goal)
+    plan = prm(passage(), 50).plan(start, goal)
     assert not plan.found
     assert np.isinf(plan.length)
     with pytest.raises(InputValueError, match=reason):
@@ -114,16 +115,17 @@ def test_occupied_start_or_goal_is_explained(start, goal, reason):
 
 
 def test_disconnected_roadmap_is_explained():
-    plan = roadmap(passage(0), 300).plan(START, GOAL)
+    plan = prm(passage(0), 300).plan(START, GOAL)
     assert plan.reason == "start and goal lie in different ones of the 2 parts of the roadmap"
 
 
 def test_success_rate_grows_with_samples_and_step():
-    found = success(passage(), START, GOAL, samples=(30, 300), steps=(0.5, np.inf), runs=4)
-    rates = {(row.samples, row.step): row.rate for row in found.rows}
+    counts, steps = (30, 300), (0.5, np.inf)
+    found = success_study(passage(), START, GOAL, samples=counts, max_steps=steps, runs=4)
+    rates = {(row.samples, row.max_step): row.rate for row in found.rows}
     assert len(rates) == 4
     assert rates[300, np.inf] > rates[30, 0.5]
-    assert all(row.low <= row.rate <= row.high for row in found.rows)
+    assert all(row.lower <= row.rate <= row.upper for row in found.rows)
 
 
 def test_wilson_interval_matches_scipy():
@@ -135,18 +137,18 @@ def test_wilson_interval_matches_scipy():
 def test_rrt_connect_finds_free_path_or_explains_failure():
     pytest.importorskip("ompl")
     space = passage(1)
-    plan = connecting_trees(space, START, GOAL, seconds=SECONDS)
+    plan = rrt_connect(space, START, GOAL, time_limit=SECONDS)
     assert plan.found, plan.reason
-    assert space.free(plan.at(np.linspace(0, 1, 50001))).all()
-    assert connecting_trees(space, (2.05, 3.0), GOAL).reason.startswith("the start is not free")
-    blocked = connecting_trees(passage(0), START, GOAL, seconds=0.2)
+    assert space.is_free(plan.at(np.linspace(0, 1, 50001))).all()
+    assert rrt_connect(space, (2.05, 3.0), GOAL).reason.startswith("the start is not free")
+    blocked = rrt_connect(passage(0), START, GOAL, time_limit=0.2)
     assert blocked.reason == "no path was found in 0.2 s"
 
 
 def test_invalid_roadmap_arguments_are_rejected():
     with pytest.raises(InputValueError, match="expected samples >= 1"):
-        roadmap(passage(), 0)
+        prm(passage(), 0)
     with pytest.raises(ShapeError, match=r"start: expected \(2,\), got shape \(3,\)"):
-        roadmap(passage(), 10).plan((0, 0, 0), GOAL)
+        prm(passage(), 10).plan((0, 0, 0), GOAL)
     with pytest.raises(InputValueError, match="expected dijkstra or astar, got 'bfs'"):
-        roadmap(passage(), 10).plan(START, GOAL, "bfs")
+        prm(passage(), 10).plan(START, GOAL, algorithm="bfs")

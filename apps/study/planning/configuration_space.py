@@ -1,11 +1,11 @@
-"""The coordinates of a robot among obstacles: rounded shapes of its bodies against other shapes.
+"""Configuration space of a robot among obstacles, whose bodies are rounded shapes.
 
-A way between two postures is free for certain, not at samples: where the clearance of a posture is
-larger than any point of the robot can move on the way to the next one, nothing in between touches.
-Where it is not, the way is halved, down to a resolution at which it counts as blocked. How far
-loops move the joints is bounded for each way by `loop_bounds.py`, and how far joints move the
-bodies by `hulls.py`. A way too close to a dead point or to a parallel singularity counts as
-blocked, so that no way leads from one assembly mode to another.
+A segment between two configurations is free for certain, not at samples. If the clearance of a
+configuration is larger than the largest motion of any point of the robot on the segment, nothing
+touches. Otherwise the segment is halved, down to a resolution at which it counts as blocked. How
+far loops move the joints is bounded for each segment by `loop_bounds.py`, and how far joints move
+the bodies by `hulls.py`. A segment too close to a dead point or to a parallel singularity counts as
+blocked, so that no segment leads from one assembly mode to another.
 
 Source:
     F. Schwarzer, M. Saha, J.-C. Latombe, Adaptive dynamic collision checking for single and
@@ -35,22 +35,23 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _RESOLUTION = 1e-3
-"""Part of the box of the coordinates below which a way is not halved further."""
+"""Part of the box of the coordinates below which a segment is not halved further."""
 
 
 @dataclass(frozen=True, eq=False)
-class RobotSpace:
-    """A robot's coordinates within limits, free where no part touches an obstacle or another part.
+class ConfigurationSpace:
+    """A robot's coordinates within limits, free where no body touches an obstacle or another body.
 
-    The parts are its bodies, rods and cylinders, with the lines and plates of its drawing, rounded.
-    Parts that a joint joins may touch, and so may two that touch in each of many postures.
+    Bodies include rods and cylinders, with the lines and plates of the robot's drawing, rounded.
+    Bodies that a joint connects may touch, and so may two that touch in each of many
+    configurations.
 
     Attributes:
         robot: The robot.
-        obstacles: Shapes at rest.
-        hulls: The shapes of the parts.
-        radii: (parts,) radius of each part in `parts` [m].
-        lower: (n,) least coordinates [rad or m].
+        obstacles: The obstacles.
+        hulls: The shapes of the bodies.
+        radii: (k,) radius of each of the k `bodies` [m].
+        lower: (n,) smallest coordinates [rad or m].
         upper: (n,) largest coordinates [rad or m].
         checks: Pairs whose distance counts: a shape of the robot, and an obstacle (by index) or
             another shape (by index beyond the obstacles).
@@ -67,54 +68,54 @@ class RobotSpace:
     bounds: LoopBounds | None
 
     def __repr__(self) -> str:
-        """In words, with the figures that matter."""
+        """Summary with the main figures."""
         among = ", ".join(obstacle.name for obstacle in self.obstacles)
         return summary_repr(
             self,
             self.robot.name,
             f"among {among}" if among else "without obstacles",
-            f"{len(self.parts)} parts, {len(self.checks)} distances between shapes",
-            methods="parts, free(points), clearance(q), free_way(a, b)",
+            f"{len(self.bodies)} bodies, {len(self.checks)} distances between shapes",
+            methods="bodies, is_free(q), clearance(q), is_free_segment(a, b)",
         )
 
     @property
-    def parts(self) -> tuple[str, ...]:
+    def bodies(self) -> tuple[str, ...]:
         """The names of the bodies, rods and cylinders that have a shape."""
         return self.hulls.parts
 
-    def free(self, points: FloatArray) -> BoolArray:
-        """Whether nothing touches at postures (m, n)."""
-        z = self.hulls.configuration(points)
+    def is_free(self, q: FloatArray) -> BoolArray:
+        """Return whether nothing touches at configurations (m, n)."""
+        z = self.hulls.configuration(q)
         found: BoolArray = np.asarray(np.isfinite(z).all(-1))
-        found[found] = [(apart > 0).all() for apart in self.distances_at(z[found])]
+        found[found] = [(apart > 0).all() for apart in self._distances_at(z[found])]
         return np.asarray(found)
 
-    def free_way(self, a: FloatArray, b: FloatArray) -> bool:
-        """Whether nothing touches on the straight way between two postures (n,), for certain."""
+    def is_free_segment(self, a: FloatArray, b: FloatArray) -> bool:
+        """Return whether nothing touches on the straight segment between two points (n,)."""
         least = _RESOLUTION * float(np.max(self.upper - self.lower))
-        ways = [(a, b)]
-        while ways:
-            start, end = ways.pop()
+        segments = [(a, b)]
+        while segments:
+            start, end = segments.pop()
             middle, half = (start + end) / 2, np.abs(end - start) / 2
             distances = self.distances(middle)
             if distances.min() <= 0:
                 return False
-            if (distances > self.approach(start, end)).all():
+            if (distances > self._approach(start, end)).all():
                 continue
             if half.max() < least:
                 return False
-            ways += [(start, middle), (middle, end)]
+            segments += [(start, middle), (middle, end)]
         return True
 
-    def approach(self, a: FloatArray, b: FloatArray) -> FloatArray:
-        """How far the two of each check approach each other at most, from the middle of a way.
+    def _approach(self, a: FloatArray, b: FloatArray) -> FloatArray:
+        """Largest approach of the two shapes of each check, from the middle of a segment.
 
         Args:
-            a: (n,) start of the straight way [rad or m].
+            a: (n,) start of the segment [rad or m].
             b: (n,) its end.
 
         Returns:
-            (checks,) distances [m]; inf where loops are open on the way or too near a dead point.
+            (checks,) distances [m]; inf if loops are open on the segment or too near a dead point.
         """
         z, w = (a + b) / 2, np.abs(b - a) / 2
         if self.bounds is not None:
@@ -128,14 +129,14 @@ class RobotSpace:
         return np.asarray(moves[common, own] + others_move)
 
     def clearance(self, q: FloatArray) -> tuple[float, str]:
-        """The least distance at a posture.
+        """Return the smallest distance at a configuration.
 
         Args:
             q: (n,) coordinates [rad or m].
 
         Returns:
-            The distance [m], not positive where something touches or a loop is open, and what is
-            nearest, in words.
+            The distance [m], not positive if something touches or a loop is open, and the names of
+            the nearest shapes.
         """
         distances = self.distances(q)
         k = int(np.argmin(distances))
@@ -147,13 +148,13 @@ class RobotSpace:
         return float(distances[k]), f"{self._named(own)} and {name}"
 
     def distances(self, q: FloatArray) -> FloatArray:
-        """(checks,) distances at a posture (n,) [m]; -inf where loops are open."""
+        """Return distances (checks,) at a configuration (n,) [m]; -inf if loops are open."""
         z = self.hulls.configuration(q[None])
         if not np.isfinite(z).all():
             return np.full(len(self.checks), -np.inf)
-        return np.asarray(self.distances_at(z)[0])
+        return np.asarray(self._distances_at(z)[0])
 
-    def distances_at(self, z: FloatArray) -> FloatArray:
+    def _distances_at(self, z: FloatArray) -> FloatArray:
         """(m, checks) distances at configurations (m, n_z) of all joints [m]."""
         import coal  # noqa: PLC0415
 
@@ -174,8 +175,8 @@ class RobotSpace:
                 row[k] = coal.distance(*pair, request, result)
         return found
 
-    def why(self, q: FloatArray) -> str:
-        """What touches at a posture (n,), in words."""
+    def explain(self, q: FloatArray) -> str:
+        """Return what touches at a configuration (n,)."""
         beyond = np.flatnonzero(~((q >= self.lower) & (q <= self.upper)))
         if len(beyond):
             return f"{self.robot.coordinates[beyond[0]].name} is beyond its limits"
@@ -189,7 +190,7 @@ class RobotSpace:
     @cached_property
     def _radii(self) -> list[float]:
         """The radius of each shape."""
-        by_part = dict(zip(self.parts, self.radii.tolist(), strict=True))
+        by_part = dict(zip(self.bodies, self.radii.tolist(), strict=True))
         return [by_part[hull.part] for hull in self.hulls.hulls]
 
     @cached_property
@@ -207,55 +208,55 @@ class RobotSpace:
         return own, others, np.array(common)
 
 
-def robot_space(
+def configuration_space(
     robot: Robot,
     obstacles: Sequence[Obstacle] = (),
     *,
     radius: float | Sequence[float],
-    may_touch: Sequence[tuple[str, str]] = (),
-) -> RobotSpace:
-    """The coordinates of a robot among obstacles.
+    allowed_collisions: Sequence[tuple[str, str]] = (),
+) -> ConfigurationSpace:
+    """Return the configuration space of a robot among obstacles.
 
     Args:
         robot: The robot.
-        obstacles: Shapes in the base frame, from `ball`, `block`, `capsule` or `mesh`.
-        radius: Radius of its parts [m], or one a part in the order of `RobotSpace.parts`.
-        may_touch: Pairs of parts that pass beside each other, by name: their distance does not
-            count.
+        obstacles: Obstacles in the base frame, from `sphere`, `box`, `capsule` or `mesh`.
+        radius: Radius of all bodies [m], or a radius for each of `ConfigurationSpace.bodies`.
+        allowed_collisions: Pairs of bodies, by name, whose distance does not count, such as bodies
+            that pass next to each other.
 
     Raises:
-        InputValueError: A slider has no limits, the radii are not positive, a part is unknown, or
-            the motion of loops has no bound.
-        ShapeError: There are not as many radii as parts.
+        InputValueError: A prismatic coordinate has no limits, the radii are not positive, a body is
+            unknown, or the motion of loops has no bound.
+        ShapeError: There are not as many radii as bodies.
     """
     lower, upper = _box(robot)
     hulls = hulls_of(robot)
-    radii, parts = np.asarray(radius, dtype=np.float64), hulls.parts
-    if radii.shape not in ((), (len(parts),)):
+    radii, bodies = np.asarray(radius, dtype=np.float64), hulls.parts
+    if radii.shape not in ((), (len(bodies),)):
         raise ShapeError(
-            f"radius: expected a number or {len(parts)}, of {', '.join(parts)}, got shape "
+            f"radius: expected a number or {len(bodies)}, of {', '.join(bodies)}, got shape "
             f"{radii.shape}"
         )
-    radii = np.broadcast_to(radii, (len(parts),))
+    radii = np.broadcast_to(radii, (len(bodies),))
     if not ((radii > 0) & np.isfinite(radii)).all():
         raise InputValueError(f"radius: expected values above 0, got {radius}")
     bounds = loop_bounds(robot, lower, upper) if robot.loops else None
-    for name in (name for pair in may_touch for name in pair):
-        if name not in parts:
+    for name in (name for pair in allowed_collisions for name in pair):
+        if name not in bodies:
             raise InputValueError(
-                f"may_touch: {robot.name} has no part {name!r}; its parts are {', '.join(parts)}"
+                f"allowed_collisions: {robot.name} has no body {name!r}, only {', '.join(bodies)}"
             )
-    space = RobotSpace(robot, tuple(obstacles), hulls, radii, lower, upper, (), bounds)
-    space = _checked(space, [set(pair) for pair in may_touch])
+    space = ConfigurationSpace(robot, tuple(obstacles), hulls, radii, lower, upper, (), bounds)
+    space = _checked(space, [set(pair) for pair in allowed_collisions])
     if not space.checks:
-        raise InputValueError(f"{robot.name}: there is nothing that its parts could touch")
+        raise InputValueError(f"{robot.name}: there is nothing that its bodies could touch")
     return space
 
 
 def _box(robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Limits; actuators of loops that turn without limits turn once, about the reference.
+    """Limits; a full turn around the reference for revolute actuators of loops without limits.
 
-    Where loops close, they do so around the reference, which may be at the border of other turns.
+    Loops close around the reference, which may lie at the border of other full turns.
     """
     lower, upper = box_of(robot)
     if robot.reference is not None:
@@ -266,14 +267,14 @@ def _box(robot: Robot) -> tuple[FloatArray, FloatArray]:
     return lower, upper
 
 
-def _checked(space: RobotSpace, may_touch: list[set[str]]) -> RobotSpace:
+def _checked(space: ConfigurationSpace, allowed_collisions: list[set[str]]) -> ConfigurationSpace:
     """The space with its checks: all moving shapes against all obstacles and against each other.
 
-    Two shapes on one part, or on parts that a joint joins, are not checked, nor are two that touch
-    in each of many postures.
+    Two shapes on one body, or on bodies that a joint connects, are not checked, nor are two that
+    touch in each of many configurations.
     """
     hulls, first = space.hulls.hulls, len(space.obstacles)
-    together = joined(space.hulls.skeleton) + may_touch
+    together = joined(space.hulls.skeleton) + allowed_collisions
     pairs = [
         (b, first + a)
         for a, b in combinations(range(len(hulls)), 2)
@@ -281,7 +282,7 @@ def _checked(space: RobotSpace, may_touch: list[set[str]]) -> RobotSpace:
     ]
     _, z = closed_postures(space.robot, space.lower, space.upper)
     among = replace(space, checks=tuple(pairs))
-    apart = np.asarray((among.distances_at(z) > 0).any(0))
+    apart = np.asarray((among._distances_at(z) > 0).any(0))
     moving = [k for k, hull in enumerate(hulls) if hull.bodies.any()]
     near = [(k, i) for k in moving for i in range(first)]
     own = [pair for pair, is_apart in zip(pairs, apart, strict=True) if is_apart]

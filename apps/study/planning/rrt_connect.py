@@ -1,4 +1,4 @@
-"""Two trees that grow towards each other, by the library ompl.
+"""RRT-Connect: two trees that grow towards each other, by the library ompl.
 
 Source:
     J. J. Kuffner, S. M. LaValle, RRT-connect: an efficient approach to single-query path planning,
@@ -14,43 +14,52 @@ from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError
 
-from ..arguments import above_0
-from .roadmap import Plan, Space, ends_of, no_plan, plan_along
+from ..arguments import Rng, above_0, key_of
+from .plan import Plan, Space, ends_of, no_plan, plan_along
 
 FloatArray = NDArray[np.float64]
 
+_SEEDS = 2**32 - 1
+"""Number of seeds that ompl accepts."""
 
-def connecting_trees(
-    space: Space, start: ArrayLike, goal: ArrayLike, *, seconds: float = 5.0, key: int = 1
+
+def rrt_connect(
+    space: Space,
+    q_start: ArrayLike,
+    q_goal: ArrayLike,
+    *,
+    time_limit: float = 5.0,
+    rng: Rng = 0,
 ) -> Plan:
-    """A path by RRT-Connect, for spaces in which a roadmap needs too many points.
+    """Plan a path by RRT-Connect, for spaces in which a roadmap needs too many points.
 
     Args:
         space: The space.
-        start: (n,) the start.
-        goal: (n,) the goal.
-        seconds: Time after which the search ends [s].
-        key: Chooses the random numbers, at least 1; ompl takes the first key of a process alone.
+        q_start: (n,) the start.
+        q_goal: (n,) the goal.
+        time_limit: Time after which the search ends [s].
+        rng: Random numbers: an int, a `numpy.random.Generator`, or None for fresh entropy. The
+            first call of a process sets them; ompl ignores later calls.
 
     Returns:
-        The path, or the reason why there is none. Every way of it was checked.
+        The path, or the reason why there is none. Every segment of the path was checked.
 
     Raises:
         ShapeError: Start or goal is not (n,).
-        InputValueError: ompl is not installed, or the time is not above 0.
+        InputValueError: ompl is not installed, or the time limit is not above 0.
     """
     try:
         from ompl import base, geometric, util  # noqa: PLC0415
     except ImportError as error:
-        raise InputValueError("connecting_trees needs ompl: pip install ompl") from error
-    above_0("connecting_trees: seconds", seconds)
-    ends = ends_of(space, start, goal)
+        raise InputValueError("rrt_connect needs ompl: pip install ompl") from error
+    above_0("rrt_connect: time_limit", time_limit)
+    ends = ends_of(space, q_start, q_goal)
     if isinstance(ends, Plan):
         return ends
     n = len(space.lower)
-    # ompl complains about every key after the first, which it does not take.
+    # ompl logs an error for every call after the first, and its seeds begin at 1.
     util.setLogLevel(util.LOG_NONE)
-    util.RNG.setSeed(key)
+    util.RNG.setSeed(key_of("rrt_connect", rng) % _SEEDS + 1)
     util.setLogLevel(util.LOG_ERROR)
     states, bounds = base.RealVectorStateSpace(n), base.RealVectorBounds(n)
     for k in range(n):
@@ -62,27 +71,27 @@ def connecting_trees(
     def point(state: Any) -> FloatArray:
         return np.array([state[k] for k in range(n)])
 
-    class Ways(base.MotionValidator):  # type: ignore[misc]
+    class Segments(base.MotionValidator):  # type: ignore[misc]
         checked = 0
 
         def checkMotion(self, a: Any, b: Any, *_: Any) -> bool:
             self.checked += 1
-            return space.free_way(point(a), point(b))
+            return space.is_free_segment(point(a), point(b))
 
-    ways = Ways(information)
-    information.setMotionValidator(ways)
-    information.setStateValidityChecker(lambda state: bool(space.free(point(state)[None])[0]))
+    segments = Segments(information)
+    information.setMotionValidator(segments)
+    information.setStateValidityChecker(lambda state: bool(space.is_free(point(state)[None])[0]))
     information.setup()
     problem = base.ProblemDefinition(information)
     problem.setStartAndGoalStates(*(_state(states, end) for end in ends))
     planner = geometric.RRTConnect(information)
     planner.setProblemDefinition(problem)
     planner.setup()
-    planner.solve(float(seconds))
+    planner.solve(float(time_limit))
     if not problem.hasExactSolution():
-        return no_plan(n, f"no path was found in {seconds:g} s", ways.checked)
+        return no_plan(n, f"no path was found in {time_limit:g} s", segments.checked)
     points = np.array([point(state) for state in problem.getSolutionPath().getStates()])
-    return plan_along(points, ways.checked)
+    return plan_along(points, segments.checked)
 
 
 def _state(states: Any, point: FloatArray) -> Any:

@@ -1,4 +1,4 @@
-"""Robots among obstacles: certain ways, distances against sampled surfaces, reasons in words."""
+"""Robots among obstacles: free segments, distances against sampled surfaces, reasons."""
 
 from dataclasses import replace
 from itertools import combinations
@@ -9,14 +9,14 @@ import pytest
 import chasles
 from chasles.errors import InputValueError, ShapeError
 from chasles.study.planning import (
-    ball,
-    block,
+    box,
     capsule,
-    connecting_trees,
+    configuration_space,
     mesh,
-    roadmap,
-    robot_space,
-    shortened,
+    prm,
+    rrt_connect,
+    shortcut,
+    sphere,
 )
 from tests.support.waiting import SECONDS
 
@@ -30,8 +30,8 @@ def place(x, y, z):
 
 
 OBSTACLES = (
-    ball([0.4, 0.3, 0.5], 0.1, "ball"),
-    block(place(0, 0, -0.2), [2, 2, 0.1], "table"),
+    sphere([0.4, 0.3, 0.5], 0.1, "sphere"),
+    box(place(0, 0, -0.2), [2, 2, 0.1], "table"),
     capsule([-0.5, 0.4, 0], [-0.5, 0.4, 0.8], 0.05, "post"),
 )
 
@@ -39,14 +39,14 @@ OBSTACLES = (
 @pytest.fixture(scope="module", params=["ur5e", "panda", "stanford", "excavator"])
 def space(request):
     robot = chasles.load(request.param)
-    return robot_space(robot, OBSTACLES, radius=0.05)
+    return configuration_space(robot, OBSTACLES, radius=0.05)
 
 
 def postures(space, rng, count):
     q = rng.uniform(
         np.maximum(space.lower, -np.pi), np.minimum(space.upper, np.pi), (count, space.robot.n)
     )
-    return q[space.free(q)]
+    return q[space.is_free(q)]
 
 
 def test_free_segments_stay_free_at_finer_sampling(space):
@@ -54,9 +54,9 @@ def test_free_segments_stay_free_at_finer_sampling(space):
     free = 0
     for q in postures(space, rng, 40):
         other = np.clip(q + rng.normal(0, 0.2, len(q)), space.lower, space.upper)
-        if space.free_way(q, other):
-            ways = q + np.linspace(0, 1, 100)[:, None] * (other - q)
-            assert space.free(ways).all()
+        if space.is_free_segment(q, other):
+            points = q + np.linspace(0, 1, 100)[:, None] * (other - q)
+            assert space.is_free(points).all()
             free += 1
         if free == 6:
             break
@@ -70,7 +70,7 @@ def test_distance_change_stays_within_approach_bound(space):
         step = rng.normal(0, 0.05, len(q))
         here, there = space.distances(q), space.distances(q + step)
         apart = (here > 0) & (there > 0)
-        middle = space.approach(q - step, q + step)
+        middle = space._approach(q - step, q + step)
         assert (np.abs(here - there) <= middle + 1e-6)[apart].all()
         checked += apart.sum()
     assert checked > 100
@@ -90,8 +90,10 @@ def sampled(corners):
 @pytest.mark.parametrize("name", ["ur5e", "excavator", "stewart_gough", "delta"])
 def test_sphere_distances_match_sampled_shapes(name):
     robot = chasles.load(name)
-    radii = np.linspace(0.01, 0.03, len(robot_space(robot, OBSTACLES[:1], radius=0.01).parts))
-    space = robot_space(robot, OBSTACLES[:1], radius=radii)
+    radii = np.linspace(
+        0.01, 0.03, len(configuration_space(robot, OBSTACLES[:1], radius=0.01).bodies)
+    )
+    space = configuration_space(robot, OBSTACLES[:1], radius=radii)
     rng, checked = np.random.default_rng(3), 0
     for q in postures(space, rng, 12):
         found = dict(zip(space.checks, space.distances(q), strict=True))
@@ -100,7 +102,7 @@ def test_sphere_distances_match_sampled_shapes(name):
             if (k, 0) not in found:
                 continue
             away = np.linalg.norm(sampled(corners[k]) - [0.4, 0.3, 0.5], axis=1).min()
-            rounded = 0.1 + radii[space.parts.index(hull.part)]
+            rounded = 0.1 + radii[space.bodies.index(hull.part)]
             assert found[k, 0] == pytest.approx(away - rounded, abs=1e-3 if away < 1 else 1e-2)
             checked += 1
         if checked >= 40:
@@ -108,31 +110,31 @@ def test_sphere_distances_match_sampled_shapes(name):
     assert checked >= 40
 
 
-def test_may_touch_disables_only_checks_of_named_pair():
+def test_allowed_collisions_disable_only_checks_of_named_pair():
     robot = chasles.load("board_installer")
-    space = robot_space(robot, OBSTACLES[:1], radius=0.01)
+    space = configuration_space(robot, OBSTACLES[:1], radius=0.01)
     pair = ("greater_arm", "rotating_frame")
-    other = robot_space(robot, OBSTACLES[:1], radius=0.01, may_touch=[pair])
+    other = configuration_space(robot, OBSTACLES[:1], radius=0.01, allowed_collisions=[pair])
     left = set(space.checks) - set(other.checks)
-    parts = [{space.hulls.hulls[a].part, space.hulls.hulls[b - 1].part} for a, b in left]
-    assert parts
-    assert all(own == set(pair) for own in parts)
+    bodies = [{space.hulls.hulls[a].part, space.hulls.hulls[b - 1].part} for a, b in left]
+    assert bodies
+    assert all(own == set(pair) for own in bodies)
     q = np.random.default_rng(7).uniform(space.lower, space.upper, (100, robot.n))
-    assert space.free(q).sum() < other.free(q).sum()
-    with pytest.raises(InputValueError, match="board_installer has no part 'arm'; its parts are r"):
-        robot_space(robot, radius=0.01, may_touch=[("arm", "crank")])
+    assert space.is_free(q).sum() < other.is_free(q).sum()
+    with pytest.raises(InputValueError, match="board_installer has no body 'arm', only r"):
+        configuration_space(robot, radius=0.01, allowed_collisions=[("arm", "crank")])
 
 
 def test_roadmap_paths_of_arm_stay_free_after_shortcutting():
     robot = chasles.load("ur5e")
-    space = robot_space(robot, OBSTACLES, radius=0.05)
+    space = configuration_space(robot, OBSTACLES, radius=0.05)
     q = postures(space, np.random.default_rng(4), 60)
     found = 0
     for start, goal in zip(q[:6:2], q[1:6:2], strict=True):
-        plan = roadmap(space, 150, neighbours=8).plan(start, goal)
+        plan = prm(space, 150, neighbors=8).plan(start, goal)
         if plan.found:
-            short = shortened(space, plan, tries=30)
-            assert space.free(short.at(np.linspace(0, 1, 1000))).all()
+            short = shortcut(space, plan, attempts=30)
+            assert space.is_free(short.at(np.linspace(0, 1, 1000))).all()
             assert short.length <= plan.length
             found += 1
     assert found
@@ -140,24 +142,24 @@ def test_roadmap_paths_of_arm_stay_free_after_shortcutting():
 
 def test_rrt_connect_finds_free_arm_path_silently(capfd):
     pytest.importorskip("ompl")
-    space = robot_space(chasles.load("scara"), OBSTACLES[:1], radius=0.03)
+    space = configuration_space(chasles.load("scara"), OBSTACLES[:1], radius=0.03)
     start, goal = postures(space, np.random.default_rng(5), 60)[:2]
     for key in (1, 2):
-        plan = connecting_trees(space, start, goal, seconds=SECONDS, key=key)
+        plan = rrt_connect(space, start, goal, time_limit=SECONDS, rng=key)
         assert plan.found, plan.reason
-        assert space.free(plan.at(np.linspace(0, 1, 1000))).all()
+        assert space.is_free(plan.at(np.linspace(0, 1, 1000))).all()
     assert "".join(capfd.readouterr()) == ""
 
 
-def test_blocked_start_names_touching_parts_or_exceeded_limit():
+def test_blocked_start_names_touching_bodies_or_exceeded_limit():
     robot = chasles.load("ur5e")
     stretched = np.zeros(6)
     p = robot.fk(stretched)[:3, 3]
-    space = robot_space(robot, [ball(p, 0.05, "cup")], radius=0.04)
-    plan = roadmap(space, 3).plan(stretched, stretched + 1)
+    space = configuration_space(robot, [sphere(p, 0.05, "cup")], radius=0.04)
+    plan = prm(space, 3).plan(stretched, stretched + 1)
     assert "the start is not free: link5 and cup" in plan.reason
     assert plan.reason.endswith("and cup touch")
-    beyond = roadmap(space, 3).plan(robot.upper + 1, stretched)
+    beyond = prm(space, 3).plan(robot.upper + 1, stretched)
     assert beyond.reason == "the start is not free: shoulder_pan is beyond its limits"
 
 
@@ -168,8 +170,10 @@ def test_mesh_obstacle_matches_equal_box_obstacle(tmp_path):
     lines += [f"f {a + 1} {b + 1} {c + 1}\nf {a + 1} {c + 1} {d + 1}" for a, b, c, d in faces]
     (tmp_path / "cube.obj").write_text("\n".join(lines) + "\n")
     robot = chasles.load("ur5e")
-    meshed = robot_space(robot, [mesh(tmp_path / "cube.obj", place(0.5, 0.1, 0.3))], radius=0.05)
-    blocked = robot_space(robot, [block(place(0.6, 0.2, 0.4), [0.2] * 3)], radius=0.05)
+    meshed = configuration_space(
+        robot, [mesh(tmp_path / "cube.obj", place(0.5, 0.1, 0.3))], radius=0.05
+    )
+    blocked = configuration_space(robot, [box(place(0.6, 0.2, 0.4), [0.2] * 3)], radius=0.05)
     q = np.random.default_rng(6).uniform(-3, 3, (50, 6))
     apart = np.array([[s.distances(x)[:6].min() for s in (meshed, blocked)] for x in q])
     outside = (apart > 0.01).all(1)
@@ -180,23 +184,23 @@ def test_mesh_obstacle_matches_equal_box_obstacle(tmp_path):
 def test_invalid_obstacles_and_radii_are_rejected():
     robot = chasles.load("ur5e")
     with pytest.raises(ShapeError, match=r"radius: expected a number or 5, of 0, link2, link3"):
-        robot_space(robot, OBSTACLES, radius=[0.1, 0.1])
+        configuration_space(robot, OBSTACLES, radius=[0.1, 0.1])
     with pytest.raises(InputValueError, match="radius: expected values above 0"):
-        robot_space(robot, OBSTACLES, radius=0)
+        configuration_space(robot, OBSTACLES, radius=0)
     for made, message in (
-        (lambda: ball([0, 0], 0.1), r"ball: centre: expected shape \(3,\), got \(2,\)"),
-        (lambda: block(np.eye(3), [1, 1, 1]), r"T_0_block: expected shape \(4, 4\), got \(3, 3\)"),
+        (lambda: sphere([0, 0], 0.1), r"sphere: center: expected shape \(3,\), got \(2,\)"),
+        (lambda: box(np.eye(3), [1, 1, 1]), r"T_0_box: expected shape \(4, 4\), got \(3, 3\)"),
     ):
         with pytest.raises(ShapeError, match=message):
             made()
     for made, message in (
         (
-            lambda: ball([0, 0, 0], -1),
-            "ball: radius: expected values above 0",
+            lambda: sphere([0, 0, 0], -1),
+            "sphere: radius: expected values above 0",
         ),
         (
-            lambda: block(np.eye(4), [1, 0, 1]),
-            "block: sides: expected values above 0",
+            lambda: box(np.eye(4), [1, 0, 1]),
+            "box: size: expected values above 0",
         ),
         (lambda: capsule([0, 0, 0], [0, 0, 1], np.nan), "capsule: radius: expected values above 0"),
         (lambda: capsule([0, 0, 0], [0, 0, np.inf], 1), "capsule: end: expected finite numbers"),
@@ -207,8 +211,8 @@ def test_invalid_obstacles_and_radii_are_rejected():
 
 
 def test_why_explains_limit_and_loop_closure():
-    space = robot_space(chasles.load("excavator"), OBSTACLES[:1], radius=0.05)
+    space = configuration_space(chasles.load("excavator"), OBSTACLES[:1], radius=0.05)
     q = np.array(space.robot.reference.q)
-    assert space.why(q * np.nan) == "swing is beyond its limits"
+    assert space.explain(q * np.nan) == "swing is beyond its limits"
     wide = replace(space, lower=q - 9, upper=q + 9)
-    assert wide.why(q + np.array([0, 5, 0, 0])) == "the loops do not close"
+    assert wide.explain(q + np.array([0, 5, 0, 0])) == "the loops do not close"

@@ -1,0 +1,149 @@
+"""Spaces in which points are free or not, and paths between free points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from chasles import InputValueError, ShapeError
+from chasles.summaries import summary_repr
+
+from ..arguments import finite
+from ..results import StudyResult
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+
+class Space(Protocol):
+    """A box in which points are free or not.
+
+    Attributes:
+        lower: (n,) smallest coordinates.
+        upper: (n,) largest coordinates.
+    """
+
+    @property
+    def lower(self) -> FloatArray: ...  # noqa: D102
+    @property
+    def upper(self) -> FloatArray: ...  # noqa: D102
+
+    def is_free(self, q: FloatArray) -> BoolArray:
+        """Return whether points (m, n) are free."""
+
+    def is_free_segment(self, a: FloatArray, b: FloatArray) -> bool:
+        """Return whether the straight segment between two points (n,) is free."""
+
+    def explain(self, q: FloatArray) -> str:
+        """Return the reason why a point (n,) is not free."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan(StudyResult):
+    """The result of a planner.
+
+    Attributes:
+        q: (m, n) corners of the path from start to goal; (0, n) without a path.
+        length: The length of the path in the coordinates; inf without a path.
+        reason: The reason why there is no path; "" with a path.
+        n_checked: Number of segments that were checked.
+    """
+
+    q: FloatArray
+    length: float
+    reason: str
+    n_checked: int
+
+    def __repr__(self) -> str:
+        """Summary with the main figures."""
+        if not self.found:
+            return summary_repr(self, "", f"no path: {self.reason}")
+        corners = f"a path through {len(self.q)} points, length {self.length:.6g}"
+        facts = (corners, f"{self.n_checked:,} segments checked")
+        return summary_repr(self, "", *facts, methods="q, at(s), plot(), save(path)")
+
+    @property
+    def found(self) -> bool:
+        """Whether there is a path."""
+        return not self.reason
+
+    def at(self, s: ArrayLike) -> FloatArray:
+        """Return points on the path.
+
+        Args:
+            s: (m,) fractions of its length, from 0 to 1.
+
+        Returns:
+            (m, n) points.
+
+        Raises:
+            InputValueError: There is no path.
+        """
+        fraction = np.asarray(s, dtype=np.float64)
+        corners = self._corner_fractions
+        return np.column_stack([np.interp(fraction, corners, column) for column in self.q.T])
+
+    @property
+    def _corner_fractions(self) -> FloatArray:
+        """(m,) fractions of the length at the corners, from 0 to 1.
+
+        Raises:
+            InputValueError: There is no path.
+        """
+        if not self.found:
+            raise InputValueError(f"Plan: there is no path: {self.reason}")
+        steps = np.linalg.norm(np.diff(self.q, axis=0), axis=1)
+        return np.asarray(np.r_[0, np.cumsum(steps)] / max(steps.sum(), np.finfo(float).tiny))
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the coordinates over the fraction of the path; in a plane the path itself.
+
+        Args:
+            ax: matplotlib axes; None: a new figure.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputValueError: There is no path.
+        """
+        from ..pictures import plot_plan  # noqa: PLC0415
+
+        return plot_plan(self, ax)
+
+
+def no_plan(n: int, reason: str, n_checked: int = 0) -> Plan:
+    """Return the result without a path."""
+    return Plan(np.empty((0, n)), np.inf, reason, n_checked)
+
+
+def plan_along(q: FloatArray, n_checked: int) -> Plan:
+    """Return the result with a path through corners (m, n)."""
+    length = float(np.linalg.norm(np.diff(q, axis=0), axis=1).sum())
+    return Plan(q, length, "", n_checked)
+
+
+def ends_of(
+    space: Space, q_start: ArrayLike, q_goal: ArrayLike
+) -> tuple[FloatArray, FloatArray] | Plan:
+    """Return start and goal as arrays, or the result that one of them is not free.
+
+    Raises:
+        ShapeError: One of them is not (n,).
+        InputValueError: A number is not finite.
+    """
+    n = len(space.lower)
+    ends = []
+    for name, values in (("start", q_start), ("goal", q_goal)):
+        point = np.asarray(values, dtype=np.float64)
+        if point.shape != (n,):
+            raise ShapeError(f"q_{name}: expected ({n},), got shape {point.shape}")
+        finite(f"q_{name}", point)
+        beyond = ((point < space.lower) | (point > space.upper)).any()
+        if beyond or not space.is_free(point[None])[0]:
+            return no_plan(n, f"the {name} is not free: {space.explain(point)}")
+        ends.append(point)
+    return ends[0], ends[1]

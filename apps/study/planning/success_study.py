@@ -1,0 +1,137 @@
+"""Success rate of roadmaps over the number of samples and the maximum step."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from chasles.summaries import summary_repr
+
+from ..arguments import Rng, key_of
+from ..results import StudyResult, write_table
+from .plan import Space
+from .roadmap import prm
+
+_NORMAL_95 = 1.959963984540054
+"""Standard deviations of a normal distribution that hold 95 % of it."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Roadmaps with the same number of samples and maximum step.
+
+    Attributes:
+        samples: Number of points.
+        max_step: Longest edge.
+        runs: Number of roadmaps.
+        rate: Fraction of the roadmaps that found a path.
+        lower: Lower end of the 95 % interval of the rate, by Wilson.
+        upper: Its upper end.
+        length: Median length of the paths; NaN without a path.
+        seconds: Median time of a run [s].
+    """
+
+    samples: int
+    max_step: float
+    runs: int
+    rate: float
+    lower: float
+    upper: float
+    length: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class SuccessStudy(StudyResult):
+    """A table of trials.
+
+    Attributes:
+        rows: The trials, by samples and maximum step.
+    """
+
+    _parts = (Trial,)
+
+    rows: tuple[Trial, ...]
+
+    def __repr__(self) -> str:
+        """Summary with the main figures."""
+        rates = [row.rate for row in self.rows]
+        found = f"rates from {min(rates):.3g} to {max(rates):.3g}" if rates else ""
+        facts = (f"{len(self.rows)} rows", found)
+        return summary_repr(self, "", *facts, methods="rows, plot(), save(path)")
+
+    def to_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write a row per trial."""
+        names = [item.name for item in fields(Trial)]
+        write_table(path, names, [astuple(row) for row in self.rows])
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the success rate over the samples, a line per step, with 95 % intervals.
+
+        Args:
+            ax: matplotlib axes; None: a new figure.
+
+        Returns:
+            The axes.
+        """
+        from ..pictures import plot_success  # noqa: PLC0415
+
+        return plot_success(self, ax)
+
+
+def success_study(
+    space: Space,
+    q_start: ArrayLike,
+    q_goal: ArrayLike,
+    *,
+    samples: Sequence[int],
+    max_steps: Sequence[float] = (np.inf,),
+    runs: int = 30,
+    neighbors: int = 10,
+    rng: Rng = 0,
+) -> SuccessStudy:
+    """Return how often roadmaps find a path, for all numbers of samples and all maximum steps.
+
+    Args:
+        space: The space.
+        q_start: (n,) the start.
+        q_goal: (n,) the goal.
+        samples: Numbers of points.
+        max_steps: Longest edges.
+        runs: Number of roadmaps for each pair, each with its own random numbers.
+        neighbors: As in `prm`.
+        rng: Random numbers: an int, a `numpy.random.Generator`, or None for fresh entropy.
+
+    Source:
+        E. B. Wilson, Probable inference, the law of succession, and statistical inference, 1927.
+    """
+    rows, first = [], runs * key_of("success_study", rng)
+    for count in samples:
+        for step in max_steps:
+            plans, times = [], []
+            for key in range(first, first + runs):
+                begin = time.perf_counter()
+                made = prm(space, count, neighbors=neighbors, max_step=step, rng=key)
+                plans.append(made.plan(q_start, q_goal))
+                times.append(time.perf_counter() - begin)
+            lengths = [plan.length for plan in plans if plan.found]
+            lower, upper = wilson(len(lengths), runs)
+            median = float(np.median(lengths)) if lengths else np.nan
+            rate, seconds = len(lengths) / runs, float(np.median(times))
+            rows.append(Trial(count, step, runs, rate, lower, upper, median, seconds))
+    return SuccessStudy(tuple(rows))
+
+
+def wilson(successes: int, runs: int) -> tuple[float, float]:
+    """Return the 95 % interval of a success rate."""
+    z2 = _NORMAL_95**2
+    rate = successes / runs
+    middle = (rate + z2 / (2 * runs)) / (1 + z2 / runs)
+    half = np.sqrt(rate * (1 - rate) / runs + z2 / (4 * runs**2)) * _NORMAL_95 / (1 + z2 / runs)
+    return max(0.0, float(middle - half)), min(1.0, float(middle + half))
