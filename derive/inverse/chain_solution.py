@@ -1,4 +1,4 @@
-"""A chain solved by the family that was found for it, behind given joints and read from its end."""
+"""Solves a chain by its matching family, for fixed joint values and from either end."""
 
 from collections.abc import Mapping
 
@@ -20,14 +20,14 @@ from .tasks.task import Solved
 def solve_chain(
     work: Work, lines: Lines, found: Attempt, target: Target, given: Mapping[int, sp.Expr]
 ) -> None:
-    """Finds the joints of a chain by the family that was found for it.
+    """Solves the joints of a chain by its matching family.
 
     Args:
         work: Receives the joints and the steps.
         lines: The chain.
-        found: Its family.
-        target: The displacement that the chain has to make.
-        given: Values of the joints that are given (radian or metre), by their indices.
+        found: The family that fits the chain.
+        target: The required displacement of the chain.
+        given: Values of the fixed joints (radian or metre), keyed by joint index.
     """
     left, target = without(lines, target, given)
     if found.backwards:
@@ -37,7 +37,7 @@ def solve_chain(
 
 
 def pose_task(robot: SerialRobot, lines: Lines, found: Attempt) -> Solved:
-    """The task ``ik``: all joints from the tool's pose and the values of given joints."""
+    """Returns the task ``ik``: all joints from the tool pose and the fixed joint values."""
     work = Work(lines.terms)
     symbols = arguments_of([joint.unit for joint in robot.coordinates])["q"].symbols
     arguments = tuple(given_argument(robot, k, symbols[k]) for k in found.given)
@@ -49,12 +49,12 @@ def pose_task(robot: SerialRobot, lines: Lines, found: Attempt) -> Solved:
 
 
 def given_argument(robot: SerialRobot, joint: int, symbol: sp.Symbol) -> Argument:
-    """The input that gives the value of a joint.
+    """Returns the input argument for the value of a fixed joint.
 
     Args:
         robot: The description.
-        joint: Index of the joint among those that move.
-        symbol: Its coordinate.
+        joint: Index of the joint among the moving joints.
+        symbol: Symbol of the joint coordinate.
     """
     moving = robot.moving[joint]
     meaning = f"the value of {moving.name}, which is given"

@@ -18,7 +18,7 @@ from .structure import rank
 MOST_TRIED = 60
 """Sets of joints that are tried for an error message: a second or two."""
 MOST_NAMED = 12
-"""Sets of joints that an error names."""
+"""Maximum number of joint sets listed in an error message."""
 
 
 def inverses_for_fixed(
@@ -28,12 +28,12 @@ def inverses_for_fixed(
 
     Args:
         robot: The description.
-        terms: Names of all terms.
+        terms: Table of named terms.
         families: The families to try, in order.
         fixed: Names of these joints; () for the joints that a redundant robot needs.
 
     Raises:
-        RobotError: There is no joint of such a name, or no closed form is left for the others.
+        RobotError: A joint name is unknown, or the other joints have no closed form.
     """
     chosen = _indices(robot, fixed)
     found = inverses(robot, terms, families=families, give=chosen)
@@ -54,10 +54,10 @@ def hybrid_inverses_for_fixed(
         hybrid: The robot.
         families: The families to try, in order.
         fixed: Names of these joints; () for the joints that the main chain needs.
-        closure: The equations of loops without a closed form; None for other robots.
+        closure: Closure equations of loops without a closed form; None if all loops have one.
 
     Raises:
-        RobotError: The main chain has no such joint, or no closed form is left for the others.
+        RobotError: A main-chain joint name is unknown, or the other joints have no closed form.
     """
     chosen = _indices(hybrid.robot, fixed)
     if chosen and len(hybrid.q) != len(hybrid.robot.moving):
@@ -72,7 +72,7 @@ def hybrid_inverses_for_fixed(
 
 
 def _indices(robot: SerialRobot, fixed: str | Sequence[str]) -> tuple[int, ...]:
-    """The indices of joints among those that move, in ascending order."""
+    """Returns the indices of the named joints among the moving joints, in ascending order."""
     names = [joint.name for joint in robot.moving]
     fixed = (fixed,) if isinstance(fixed, str) else fixed
     unknown = [name for name in fixed if name not in names]
@@ -108,7 +108,10 @@ def _nothing_left(
 def _offered(
     robot: SerialRobot, families: Sequence[Family], chosen: tuple[int, ...], count: int
 ) -> Iterator[tuple[int, ...]]:
-    """The sets of so many joints that leave a structure, those with the chosen joints first."""
+    """Yields sets of ``count`` joints to fix that leave a solvable chain.
+
+    Sets that share the most joints with ``chosen`` come first.
+    """
     sets = list(combinations(range(len(robot.moving)), count))
     sets.sort(key=lambda given: -len({*given} & {*chosen}))
     for given in sets[:MOST_TRIED]:

@@ -1,4 +1,4 @@
-"""The structure of a chain's axes: families are tried in order, with the deviation from each."""
+"""Classifies the axes of a chain: tries the families in order and measures each deviation."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -17,20 +17,20 @@ from .structure.lines import Lines, axes_of
 from .structure.requirement import Requirement
 
 MOST_JOINTS = 6
-"""A chain of more joints is redundant; its family has an input for the redundancy, or none fits."""
+"""Maximum joint count of a chain without redundancy; a redundant family needs further inputs."""
 MOST_NEAR = 2
-"""Structures that are tried on an arm that misses them."""
+"""Maximum number of structures tried as nominal arms if the arm fits no structure exactly."""
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """A family tried on a chain.
+    """Result of testing one family on a chain.
 
     Attributes:
         family: The family.
-        reading: The end of the chain from which its axes were read.
-        given: Indices of the joints whose values are given.
-        requirements: The conditions on the other axes, with their deviations.
+        reading: The end of the chain (base or tool) at which the axis order starts.
+        given: Indices of the joints with fixed values.
+        requirements: The conditions on the remaining axes, with their deviations.
     """
 
     family: Family
@@ -40,21 +40,21 @@ class Attempt:
 
     @property
     def backwards(self) -> bool:
-        """Whether the chain was read from the tool."""
+        """Whether the axis order starts at the tool."""
         return self.reading == "tool"
 
     @property
     def is_whole(self) -> bool:
-        """Whether the structure belongs to the whole chain, read from the base."""
+        """Whether the structure covers all joints, in the order from base to tool."""
         return not self.given and not self.backwards
 
     @property
     def deviation(self) -> float:
-        """The largest deviation from the conditions: radian, or parts of the arm's length."""
+        """Largest deviation from the conditions: radian, or distance divided by arm length."""
         return max((requirement.deviation for requirement in self.requirements), default=0.0)
 
     def on(self, lines: Lines) -> "Attempt":
-        """The same structure tried on another chain, such as a nominal arm."""
+        """Tests the same structure on another chain, such as a nominal arm."""
         left = lines.at_generic(self.given)
         seen = left.reversed() if self.backwards else left
         return replace(self, requirements=tuple(self.family.requires(seen)))
@@ -70,13 +70,13 @@ class Classification:
     """The structure of a chain.
 
     Attributes:
-        lines: Its axes.
-        found: The family that fits, if one does.
-        attempts: All families that were tried, up to the one that fits.
-        missing: Why there is no closed form, in words; empty where there is one.
-        near: Structures that the axes miss by little, the likeliest first: the inverse may be led
-            from a nominal arm that has one of them.
-        give: Indices of the joints that were to be given; () where the structure chooses them.
+        lines: The axes of the chain.
+        found: The family that fits; None if no family fits.
+        attempts: All tested families, up to the matching family.
+        missing: The reason why no closed form exists; empty if one exists.
+        near: Structures that the axes nearly have, likeliest first. Each defines a nominal arm from
+            which Newton's method may refine the inverse.
+        give: Indices of the joints that the caller fixed; () if the structure selects them.
     """
 
     lines: Lines
@@ -88,7 +88,7 @@ class Classification:
 
     @property
     def tier(self) -> Literal["exact", "snapped", "none"]:
-        """Whether the axes have the structure exactly, nearly, or have none."""
+        """Whether the axes have a structure exactly , nearly ("snapped") or not."""
         if self.found is None:
             return "none"
         return "exact" if self.found.deviation <= EXACT_STRUCTURE else "snapped"
@@ -101,17 +101,17 @@ def classify(
     families: Sequence[Family] = FAMILIES,
     give: tuple[int, ...] = (),
 ) -> Classification:
-    """Finds the structure of a serial robot, or of the main chain of a robot with loops.
+    """Classifies the axes of a serial robot, or of the main chain of a robot with loops.
 
-    Where there are more coordinates than the tool has freedoms, the surplus joints must be given:
-    the first choice that leaves a solvable chain is taken, unless joints are chosen to be given.
+    If the chain has more coordinates than the tool has degrees of freedom, the surplus joints must
+    be fixed. Unless ``give`` lists them, the first set that leaves a solvable chain is used.
 
     Args:
         robot: The description.
         terms: Receives the constants of the axes.
         coordinates: Number of coordinates that move the chain, if loops couple some joints.
         families: The families to try, in order.
-        give: Indices of the joints to be given, in ascending order; () for the first choice.
+        give: Indices of the joints to fix, in ascending order; () for the first suitable set.
     """
     lines = Lines(terms, axes_of(robot, terms))
     reason = unfit(robot)
@@ -126,13 +126,13 @@ def of_lines(
     families: Sequence[Family] = FAMILIES,
     give: tuple[int, ...] = (),
 ) -> Classification:
-    """Finds the structure of a chain of axes.
+    """Classifies a chain of axes.
 
     Args:
         lines: The chain.
-        coordinates: Number of coordinates that move it; by default the number of joints.
+        coordinates: Number of coordinates that move the chain; by default the joint count.
         families: The families to try, in order.
-        give: Indices of the joints to be given; () for the first choice that fits.
+        give: Indices of the joints to fix; () for the first suitable set.
     """
     if give and not _leaves_full_rank(lines, give):
         surplus = len(lines.axes) - rank.of_chain(lines)
@@ -152,7 +152,7 @@ def of_lines(
 
 
 def _turns_within(lines: Lines, given: tuple[int, ...]) -> bool:
-    """Whether a given turning joint has others on both sides; no nominal arm is sought then."""
+    """Whether a fixed revolute joint has free joints on both sides; excludes nominal arms."""
     free = [k for k in range(len(lines.axes)) if k not in given]
     return any(lines.axes[k].turns and free[0] < k < free[-1] for k in given)
 
@@ -163,13 +163,13 @@ def others_that_fit(
     families: Sequence[Family] = FAMILIES,
     give: tuple[int, ...] = (),
 ) -> Iterator[Attempt]:
-    """Further structures for the pose that the axes have exactly, or for other given joints.
+    """Yields further exact structures that solve the pose, or structures for other fixed joints.
 
     Args:
         lines: The chain.
-        found: The structure that was found for it.
+        found: The structure already found for the chain.
         families: The families to try, in order.
-        give: Indices of the joints to be given; () for every choice.
+        give: Indices of the joints to fix; () for every possible set.
     """
     families = [family for family in families if family.solves_pose and not family.inputs]
     known = found.family, found.reading, found.given
@@ -183,11 +183,11 @@ def others_that_fit(
 def _near(
     lines: Lines, choices: Sequence[tuple[int, ...]], families: Sequence[Family]
 ) -> list[Attempt]:
-    """The structures that the axes miss by little.
+    """Returns the structures that the axes nearly have, likeliest first.
 
-    A measured arm has the first that its axes miss by no more than measured errors; among others
-    the nearest is the likeliest. An input such as a swivel angle is defined by exact axes alone, so
-    that an arm which misses them takes a given joint instead.
+    A structure within the measured-error tolerance wins; otherwise structures are sorted by
+    deviation. Inputs such as a swivel angle require exact axes, so an inexact arm has a fixed joint
+    instead.
     """
     families = [family for family in families if not family.inputs]
     measured = _attempts(replace(lines, tolerance=MEASURED_STRUCTURE), choices, families)
@@ -200,7 +200,7 @@ def _near(
 
 
 def unfit(robot: SerialRobot) -> str:
-    """Why a chain is not classified at all; empty where it is."""
+    """Returns the reason why a chain cannot be classified; empty if it can."""
     followers = [joint.name for joint in robot.moving if joint.mimic]
     helical = [joint.name for joint in robot.moving if joint.kind == "helical"]
     if followers:
@@ -211,11 +211,11 @@ def unfit(robot: SerialRobot) -> str:
 
 
 def _choices(lines: Lines, coordinates: int) -> Iterable[tuple[int, ...]]:
-    """The sets of joints that may be given, as many joints as surplus coordinates."""
+    """Returns the sets of joints that may be fixed; the set size is the coordinate surplus."""
     surplus = coordinates - rank.of_chain(lines)
     if surplus <= 0:
         return [()]
-    # Joints near the tool come first: an operator sets those most easily.
+    # Joints near the tool come first because an operator sets them most easily.
     choices = sorted(ways_to_give(lines, surplus), key=lambda given: given[::-1], reverse=True)
     return [(), *(given for given in choices if _leaves_full_rank(lines, given))]
 

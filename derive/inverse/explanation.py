@@ -1,4 +1,4 @@
-"""The inverse of a robot in words: the structure of its axes, and the steps that follow from it."""
+"""Text explanation of a robot's inverse: the structure of the axes and the solution steps."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -27,22 +27,22 @@ from .tasks.task import Solved
 
 NEVER = "no small change of the arm would do"
 MOST_LISTED = 12
-"""Number of structures that a table lists, the nearest first."""
+"""Maximum number of structures in a table, nearest first."""
 _GAP = 3
-"""Blanks between the columns of a table."""
+"""Number of spaces between table columns."""
 
 
 @dataclass(frozen=True)
 class Explanation:
-    """A robot's inverse in words: ``print(explain(robot))``.
+    """Text explanation of a robot's inverse; shown by ``print(explain(robot))``.
 
     Attributes:
         robot: The robot's title.
-        chain: The chain that is explained.
-        inverses: Its structure, and the tasks that this solves; None where loops allow the tool
-            more than one pose, as a platform's do.
-        loops: A sentence on the inverse of the loops; empty for a serial robot.
-        hybrid: The loops and their solution, which the text describes; None for a serial robot.
+        chain: The explained chain.
+        inverses: The structure of the chain and the solved tasks; None if the loops allow several
+            tool poses, as in a parallel platform.
+        loops: A sentence about the inverse of the loops; empty for a serial robot.
+        hybrid: The loops and their solution; None for a serial robot.
     """
 
     robot: str
@@ -53,7 +53,7 @@ class Explanation:
 
     @property
     def max_solutions(self) -> int:
-        """The maximal number of solutions of a pose of the tool; 0 if it is not known."""
+        """Maximum number of solutions per tool pose; 0 if unknown."""
         if self.inverses is None:
             return 0
         if self.inverses.general is not None:
@@ -65,7 +65,7 @@ class Explanation:
 
     @property
     def line(self) -> str:
-        """The explanation in one line."""
+        """One-line explanation."""
         if self.inverses is None:
             return self.loops
         classification, general = self.inverses.classification, self.inverses.general
@@ -86,17 +86,17 @@ class Explanation:
         return f"inverse{of_chain}: {title}, at most {most}{self._singular('; ')}"
 
     def _singular(self, before: str) -> str:
-        """What is singular in every configuration, behind a text; empty where nothing is."""
+        """Describes a permanent singularity, with a prefix; empty for other arms."""
         if self.inverses is None or not self.inverses.self_motion:
             return ""
         return before + singular(self.inverses)
 
     def __str__(self) -> str:
-        """The whole explanation, some 30 lines.
+        """Returns the full explanation, about 30 lines.
 
         Raises:
-            RobotError: The loops of a mechanism do not close at the reference, or its actuators do
-                not match its freedoms.
+            RobotError: The loops do not close at the reference configuration, or the number of
+                actuators differs from the degrees of freedom.
         """
         title = f"{self.robot}\n{'=' * len(self.robot)}"
         if self.hybrid is not None:
@@ -126,9 +126,9 @@ def explain(
     fixed: str | Sequence[str] = (),
     families: Sequence[Family] = FAMILIES,
 ) -> Explanation:
-    """Explains the closed-form inverse of a robot, or the conditions that its structure misses.
+    """Explains the closed-form inverse of a robot, or why no closed form exists.
 
-    The text of a mechanism begins with its freedoms, its loops and the steps that solve them.
+    For a mechanism, the text starts with the degrees of freedom, the loops and the loop steps.
 
     Args:
         description: A serial robot, or a mechanism, whose main chain is explained.
@@ -136,9 +136,9 @@ def explain(
         families: The families to try, in order.
 
     Returns:
-        An object whose text describes the structure of the axes, the numbered steps that follow
-        from it with their degenerate cases, and how many solutions there can be; where there is no
-        closed form, how far the axes are from each structure that has one.
+        The explanation. Its text lists the structure of the axes, the numbered solution steps with
+        degenerate cases, and the maximum solution count. Without a closed form, the text lists the
+        deviation of the axes from each known structure.
     """
     if not isinstance(description, Mechanism):
         terms = Terms({parameter.symbol: parameter.value for parameter in description.parameters})
@@ -156,12 +156,12 @@ def explain(
 
 
 def explanation(robot: Described, inverses: Inverses | None, hybrid: Hybrid | None) -> Explanation:
-    """The explanation of an inverse that is derived.
+    """Returns the explanation of a derived inverse.
 
     Args:
         robot: The robot.
-        inverses: Its inverse; None where loops allow the tool more than one pose.
-        hybrid: Its loops; None for a serial robot.
+        inverses: The robot's inverse; None if the loops allow several tool poses.
+        hybrid: The robot's loops; None for a serial robot.
     """
     chain = robot.main_chain if isinstance(robot, Mechanism) else robot
     loops = _of_loops(hybrid) if hybrid is not None else ""
@@ -190,14 +190,14 @@ def _structure(classification: Classification, is_general: bool) -> str:
 
 
 def missed_by(classification: Classification) -> str:
-    """The conditions of the structure that the axes nearly meet, and how far they are off."""
+    """Lists the conditions that the axes meet only approximately, with the deviations."""
     found = classification.found
     missed = [r for r in found.requirements if r.deviation > EXACT_STRUCTURE] if found else []
     return "; ".join(f"{r.text}: off by {_distance(r, classification)}" for r in missed)
 
 
 def singular(inverses: Inverses) -> str:
-    """What an arm with a self-motion in every configuration has, in words."""
+    """Describes an arm that has a self-motion in every configuration."""
     rest = "ik returns some of infinitely many solutions"
     if inverses.given:
         rest = f"ik takes the value of {listed(inverses.given)}"
@@ -205,7 +205,7 @@ def singular(inverses: Inverses) -> str:
 
 
 def notes(inverses: Inverses) -> tuple[str, ...]:
-    """Remarks on an arm that is singular everywhere, or led from a nominal one; none on others."""
+    """Returns remarks on a permanently singular arm or on an arm solved from a nominal arm."""
     classification = inverses.classification
     if inverses.self_motion:
         return (f"the arm is {singular(inverses)}",)
@@ -225,13 +225,13 @@ def notes(inverses: Inverses) -> tuple[str, ...]:
 
 
 def _with_added(classification: Classification) -> str:
-    """The axes that are added to the arm's, if any."""
+    """Lists the auxiliary axes added to the chain, with a leading comma; empty without any."""
     names = [axis.name for axis in classification.lines.added]
     return f", with {listed(names)} at 0 beside the arm's joints" if names else ""
 
 
 def _for_given(attempt: Attempt, classification: Classification) -> str:
-    """The joints whose values are given, with a leading comma."""
+    """Lists the fixed joints, with a leading comma; empty without any."""
     names = [classification.lines.axes[k].name for k in attempt.given]
     return f", for given {listed(names)}" if names else ""
 
@@ -243,14 +243,14 @@ def _condition(requirement: Requirement, classification: Classification) -> str:
 
 
 def _distance(requirement: Requirement, classification: Classification) -> str:
-    """The deviation from a condition, in the unit of its kind."""
+    """Formats the deviation from a condition in mm, mrad or degrees."""
     if not np.isfinite(requirement.deviation):
         return NEVER
     return requirement.in_units(classification.lines.length)
 
 
 def nearest(classification: Classification) -> list[tuple[str, list[tuple[str, str]]]]:
-    """The structures that were tried, the nearest first, with their conditions and deviations."""
+    """Returns the tested structures, nearest first, with unmet conditions and deviations."""
     best: dict[str, Attempt] = {}
     for attempt in sorted(classification.attempts, key=lambda attempt: attempt.deviation):
         best.setdefault(attempt.title, attempt)
@@ -275,14 +275,14 @@ def _nearest(classification: Classification) -> str:
 
 
 def _table(rows: Sequence[tuple[str, str]]) -> list[str]:
-    """Rows of two columns, the first row their heading."""
+    """Formats rows of two columns; the first row is the heading."""
     wide = max(len(left) for left, right in rows if right) + _GAP
     head, *body = (f"{left.ljust(wide)}{right}".rstrip() for left, right in rows)
     return [head, "-" * len(head), *body]
 
 
 def _task(name: str, solved: Solved) -> str:
-    """The steps of one task."""
+    """Formats the solution steps of one task."""
     function = solved.function
     arguments = ", ".join(argument.name for argument in function.inputs)
     several = f"{function.branches} slots" if function.branches > 1 else "one slot"
@@ -307,7 +307,7 @@ def _step(number: int, step: InverseStep, solved: Solved) -> Iterable[str]:
 
 
 def _remaining(solved: Solved) -> Iterable[str]:
-    """The joints that follow from a sum."""
+    """Describes the joints that follow from the sum of several joint angles."""
     for remainder in solved.work.remainders:
         others = [name for name in remainder.joints if name != remainder.last]
         total = " + ".join(remainder.joints)
@@ -315,7 +315,7 @@ def _remaining(solved: Solved) -> Iterable[str]:
 
 
 def _general(general: GeneralInverse) -> str:
-    """The steps for an arm without a structure."""
+    """Formats the solution steps of a general arm (without a structure)."""
     most = general.function.branches
     arguments = ", ".join(argument.name for argument in general.function.inputs)
     head = f"ik({arguments}): at most {most} solutions in {most} slots, {general.method}."
@@ -323,7 +323,7 @@ def _general(general: GeneralInverse) -> str:
 
 
 def _of_loops(hybrid: Hybrid) -> str:
-    """A sentence on the actuators, which follow from the main chain."""
+    """Describes how the actuator coordinates follow from the main chain."""
     mechanism = hybrid.mechanism
     if not mechanism.closers:
         return "The actuators follow from the main chain by constant ratios."
@@ -343,7 +343,7 @@ def _of_loops(hybrid: Hybrid) -> str:
 
 
 def _aside(hybrid: Hybrid) -> list[str]:
-    """The actuated coordinates that move neither the main chain nor a loop."""
+    """Returns the actuated coordinates that move neither the main chain nor a loop."""
     moving = {joint.name for joint in hybrid.robot.moving}
     moving |= {factor.name for loop in hybrid.equations for factor in loop.factors}
     return [c.name for c in hybrid.mechanism.coordinates if c.moves not in moving]

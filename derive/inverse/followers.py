@@ -1,8 +1,7 @@
-"""The inverse of a chain in which joints follow others: that of the chain with all joints free.
+"""Inverse of a chain with mimic joints, solved as a chain with all joints free.
 
-A pose that the chain reaches is one that it reaches with free joints. So the solutions of the free
-chain contain all of its own: those in which the followers obey their laws. The residual, by the
-laws, tells them from the others.
+The solutions of the free chain include all solutions of the mimic chain. The residual is evaluated
+with the mimic equations, so it marks solutions that violate them as invalid.
 """
 
 from collections.abc import Sequence
@@ -23,16 +22,16 @@ from .tasks.task import Solved
 def by_free_followers(
     robot: SerialRobot, terms: Terms, families: Sequence[Family]
 ) -> tuple[Classification, Solved] | None:
-    """The structure of the chain with all joints free, and the task ``ik`` of the robot.
+    """Classifies the chain with all joints free and derives the task ``ik`` of the robot.
 
     Args:
         robot: The description.
-        terms: Names of all terms.
+        terms: Table of named terms.
         families: The families to try, in order.
 
     Returns:
-        None where no joint follows another, where one follows a part of another's motion, of which
-        a turn is not known, or where a pose leaves free joints undetermined.
+        None without mimic joints, with a non-integer mimic multiplier (whole turns are then
+        ambiguous), or if the pose does not determine all free joints.
     """
     laws = [joint.mimic for joint in robot.moving if joint.mimic]
     if not laws or not all(law.multiplier.is_Integer for law in laws):

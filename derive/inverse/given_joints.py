@@ -1,14 +1,14 @@
-"""Joints whose values are given: the chain and the target that remain without them.
+"""Removes joints with fixed values from a chain, which leaves a shorter chain and a new target.
 
-A redundant arm is solved for given values of its surplus joints. A joint at either end is taken out
-by inverting its motion. A joint in between displaces everything behind it, after which its motion
-can be inverted at the end: with E the motion of joint k, P that of the joints before it and Q that
-of the joints behind it,
+A redundant arm is solved for fixed values of its surplus joints. Inverting the motion of a fixed
+joint removes the joint at either end of the chain. A fixed joint inside the chain is first moved to
+the end. Let E be the motion of fixed joint k, P the motion of the joints before it and Q the motion
+of the joints behind it. Then
 
     P E Q = P (E Q E^-1) E.
 
-A slide shifts the axes behind it without turning them, so that slides alone are chosen here as
-given joints in between; a turning joint is taken out where the user asks for it.
+A prismatic joint shifts the axes behind it without rotating them. So only prismatic joints are
+selected automatically inside the chain; the user may also fix a revolute joint there.
 """
 
 from collections.abc import Mapping
@@ -24,18 +24,18 @@ from .structure.lines import Axis, Lines, rotation
 from .subproblems.turns import CosSin, rotated
 
 LONG = 12
-"""In a chain of more joints no slides in between are tried: the choices would be too many."""
+"""Maximum joint count for which prismatic joints inside the chain are tried as fixed joints."""
 
 
 def ways_to_give(lines: Lines, count: int) -> set[tuple[int, ...]]:
-    """The sets of joints that can be given: joints at the ends of the chain, and slides in between.
+    """Returns the joint sets that can be fixed: end joints, and prismatic joints anywhere.
 
     Args:
         lines: The chain.
-        count: Number of joints to be given.
+        count: Number of joints to fix.
 
     Returns:
-        Their indices in ascending order. A chain longer than ``LONG`` gets no slides in between.
+        Joint indices in ascending order. A chain longer than ``LONG`` has end joints only.
     """
     joints = range(len(lines.axes))
     ways = set()
@@ -50,12 +50,12 @@ def ways_to_give(lines: Lines, count: int) -> set[tuple[int, ...]]:
 
 
 def without(lines: Lines, target: Target, given: Mapping[int, sp.Expr]) -> tuple[Lines, Target]:
-    """The chain and the target that remain for the other joints.
+    """Returns the chain of the free joints and their target.
 
     Args:
         lines: The chain.
-        target: Its target.
-        given: The value of each given joint (radian or metre), by its index in the chain; see
+        target: The target of the chain.
+        given: The value of each fixed joint (radian or metre), keyed by its index in the chain; see
             :func:`ways_to_give`.
     """
     terms, axes = lines.terms, list(lines.axes)
@@ -85,7 +85,7 @@ def _without_last(terms: Terms, target: Target, axis: Axis, value: sp.Expr) -> T
 
 
 def _moved(terms: Terms, given: Axis, value: sp.Expr, behind: list[Axis]) -> list[Axis]:
-    """The axes behind a given joint, displaced by its motion."""
+    """Returns the axes behind a fixed joint, displaced by the motion of that joint."""
     if not given.turns:
         by = combination(terms, (value,), (given.h,))
         return [_shifted(terms, axis, by, given) for axis in behind]
@@ -94,7 +94,7 @@ def _moved(terms: Terms, given: Axis, value: sp.Expr, behind: list[Axis]) -> lis
 
 
 def _turned(terms: Terms, axis: Axis, turn: CosSin, given: Axis) -> Axis:
-    """The axis after a given turn; its numbers are those after one turn in general position."""
+    """Returns the axis after a fixed rotation; its numeric values use one generic angle."""
     h = axis.h if axis.is_along(given) else rotated(terms, given.h, turn, axis.h)
     lever = subtracted(terms, axis.p, given.p)
     p = added(terms, given.p, rotated(terms, given.h, turn, lever)) if axis.turns else axis.p
@@ -109,6 +109,6 @@ def _turned(terms: Terms, axis: Axis, turn: CosSin, given: Axis) -> Axis:
 
 
 def _shifted(terms: Terms, axis: Axis, by: Vector, slid: Axis) -> Axis:
-    """The axis after a given slide; its position in numbers is that after one slide."""
+    """Returns the axis after a fixed translation; its numeric origin uses one generic value."""
     p = combination(terms, (sp.Integer(1), sp.Integer(1)), (axis.p, by))
     return replace(axis, p=p, origin=axis.origin + slid.some_motion * slid.direction)

@@ -1,9 +1,9 @@
-"""How well a nominal arm leads to the true one: the share of sampled configurations it finds.
+"""Convergence from a nominal arm to the true arm: the fraction of recovered configurations.
 
-The true arm is put into configurations at random. The nominal arm's inverse of its pose is taken,
-and Newton's iteration goes on from every branch on the true arm, as ``chasles_polish.h`` begins. A
-structure that the axes miss by little leads back to the configuration, one that they miss by too
-much does not.
+The test samples random configurations of the true arm and solves their poses with the nominal
+inverse. Newton's method on the true arm refines every branch, as ``chasles_polish.h`` does. If the
+true axes are close enough to the nominal structure, some branch returns to the sampled
+configuration.
 """
 
 from collections.abc import Iterator
@@ -28,14 +28,14 @@ STEPS = 8
 
 @dataclass(frozen=True)
 class Sampled:
-    """The true arm in random configurations, and the nominal arm's inverse of its poses.
+    """Random configurations of the true arm, and the nominal inverse of their poses.
 
     Attributes:
-        arm: The true arm, in numbers.
-        given: Indices of the joints that are given.
-        q: The configurations (N, n).
-        T: Their poses (N, 4, 4).
-        branches: Each branch of the nominal inverse: coordinates (N, n) and residual (N,).
+        arm: Numeric model of the true arm.
+        given: Indices of the fixed joints.
+        q: Configurations (N, n).
+        T: Tool poses (N, 4, 4) of the configurations.
+        branches: Coordinates (N, n) and residual (N,) of each branch of the nominal inverse.
     """
 
     arm: NumericArm
@@ -46,9 +46,9 @@ class Sampled:
 
     @classmethod
     def of(cls, robot: SerialRobot, lines: Lines, nominal: SymbolicFunction) -> "Sampled":
-        """Takes the poses of a robot of these axes to the task ``ik`` of a nominal arm.
+        """Samples the true arm and solves its poses with the task ``ik`` of a nominal arm.
 
-        The values of given joints follow the poses.
+        Fixed joints keep their sampled values.
         """
         arm, given = NumericArm.of(robot, lines), nominal.role.given
         q, T = _configurations(arm)
@@ -58,7 +58,7 @@ class Sampled:
 
     @property
     def share_led(self) -> float:
-        """The share of configurations to which the nominal arm leads, from 0 to 1."""
+        """Fraction (0 to 1) of configurations recovered from the nominal solutions."""
         led = np.zeros(len(self.q), dtype=bool)
         for start, _ in self.branches:
             found, left = _polished(self.arm, self.T, start, self.given)
@@ -67,9 +67,9 @@ class Sampled:
 
     @property
     def move(self) -> float:
-        """Median of the largest joint move (radian) from a nominal solution to its true one.
+        """Median joint move (radian) from a nominal solution to its refined solution.
 
-        0 if no nominal solution leads to a true one.
+        0 if Newton's method converges from no nominal solution.
         """
         turns = np.array(self.arm.turns)
         moves = [np.zeros(0)]
@@ -82,16 +82,16 @@ class Sampled:
 
     @property
     def share_beside(self) -> float:
-        """The share of configurations beside which some branch starts, from 0 to 1."""
+        """Fraction (0 to 1) of configurations that have a nominal solution nearby."""
         apart = [_apart(start, self.q).max(-1) for start, _ in self.branches]
         return float((np.min(apart, axis=0) < LED_STEP).mean())
 
     @property
     def separations(self) -> tuple[float, ...]:
-        """How far the solutions of a pose are apart in each joint that is solved for.
+        """Typical separation of the nominal solutions in each solved joint.
 
-        The median over the poses of the least difference (radian); 0 where no pose has two
-        solutions.
+        Median over the poses of the smallest difference (radian) between two solutions; 0 if no
+        pose has two solutions.
         """
         q = np.stack([start for start, _ in self.branches], 1)
         is_there = np.stack([residual < LED_BACK for _, residual in self.branches], 1)
@@ -106,19 +106,19 @@ class Sampled:
 def share_near(
     robot: SerialRobot, lines: Lines, nominal: SerialRobot, exact: Lines, given: tuple[int, ...]
 ) -> float:
-    """The share of random configurations to which the nominal one beside them leads.
+    """Returns the fraction of random configurations recovered from a nearby nominal configuration.
 
-    Newton's iteration goes from a configuration to the nominal arm's for the same pose, and back on
-    the true arm. It needs no inverse of the nominal arm. Where that has a branch beside most
-    configurations, it is at most a little below
-    :attr:`Sampled.share_led`: branches farther away rarely lead to a configuration.
+    Newton's method solves the same pose on the nominal arm, then on the true arm, so no nominal
+    inverse is needed. If the nominal inverse has a branch near most configurations, the result is
+    at most slightly below :attr:`Sampled.share_led`: distant branches rarely converge to the
+    sampled configuration.
 
     Args:
         robot: The true arm.
-        lines: Its axes.
+        lines: Axes of the true arm.
         nominal: The nominal arm.
-        exact: Its axes.
-        given: Indices of the joints that are given.
+        exact: Axes of the nominal arm.
+        given: Indices of the fixed joints.
     """
     arm = NumericArm.of(robot, lines)
     q, T = _configurations(arm)
@@ -129,7 +129,7 @@ def share_near(
 
 
 def _configurations(arm: NumericArm) -> tuple[FloatArray, FloatArray]:
-    """Random configurations (N, n), and their poses."""
+    """Returns random configurations (N, n) and their tool poses (N, 4, 4)."""
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (SAMPLES, len(arm.turns)))
     return q, arm.pose_jacobian(q)[0]
 
@@ -145,14 +145,17 @@ def _branches(
 
 
 def _apart(q: FloatArray, other: FloatArray) -> FloatArray:
-    """Differences of joints, the shorter way round."""
+    """Returns absolute joint differences modulo one turn, from 0 to pi."""
     return np.asarray(np.abs(np.remainder(q - other + np.pi, 2 * np.pi) - np.pi))
 
 
 def _polished(
     arm: NumericArm, T: FloatArray, q: FloatArray, given: tuple[int, ...]
 ) -> tuple[FloatArray, FloatArray]:
-    """Newton's steps (N, n), and what they leave (N,): radian, parts of the arm's length."""
+    """Returns configurations (N, n) after Newton's method, and pose errors (N,).
+
+    The errors are in radian, or distances divided by the arm length.
+    """
     weights = np.array([1 / arm.length] * 3 + [1.0] * 3)
     q = np.nan_to_num(q)
     for _ in range(STEPS):
@@ -167,7 +170,7 @@ def _polished(
 
 
 def twist_between(here: FloatArray, there: FloatArray) -> FloatArray:
-    """Twists (N, 6) from poses to others; the angular part is the axis times the sine."""
+    """Returns twists (N, 6) between pairs of poses; the angular part is axis times sine."""
     turn = there[:, :3, :3] @ np.swapaxes(here[:, :3, :3], 1, 2)
     skew = (turn - np.swapaxes(turn, 1, 2)) / 2
     angular = np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], -1)

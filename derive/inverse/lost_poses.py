@@ -1,9 +1,9 @@
-"""The poses that an inverse loses where joints are at right angles, counted on a sample.
+"""Counts the poses that an inverse misses, on a sample of right-angle configurations.
 
-Where a joint carries what comes behind it along its own axis, its angle is arbitrary, and a step
-takes one. If other joints reach the pose for some angles alone, the closed form may lose it. That
-happens at right angles, in arms of round numbers, and with a given slide that makes axes meet which
-otherwise do not; so such configurations are tried.
+If a joint rotates all bodies behind it about its own axis, its angle is arbitrary, and the solution
+step selects one value. If the other joints reach the pose only for certain values, the closed form
+may miss the solution. This happens at right angles, in arms with round dimensions, and if a fixed
+prismatic joint makes axes intersect.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -22,7 +22,7 @@ from .structure.numeric_arm import NumericArm
 
 FloatArray = NDArray[np.float64]
 SAMPLES = 4000
-"""An arm that loses one pose in 1,200 is found out with a probability of 96 %."""
+"""Sample size; detects an arm that misses one pose in 1,200 with a probability of 96 %."""
 QUARTERS = np.arange(-1, 3) * (np.pi / 2)
 WHOLE: tuple[Aim, ...] = ("pose",)
 
@@ -34,18 +34,18 @@ TARGETS: Mapping[Aim, Callable[[FloatArray], FloatArray]] = {
     "pitch": lambda T: np.arctan2(T[:, 2:3, 2], np.hypot(T[:, 0:1, 2], T[:, 1:2, 2])),
     "heading": lambda T: np.arctan2(T[:, 1:2, 0], T[:, 0:1, 0]),
 }
-"""The entries (N, size) of an aim, from poses (N, 4, 4)."""
+"""Computes the target entries (N, size) of each task component from poses (N, 4, 4)."""
 
 
 def lost_poses(arm: NumericArm, inverse: SymbolicFunction) -> int:
-    """The number of sampled configurations whose pose no branch reaches, not even nearly.
+    """Counts the sampled configurations whose pose is missed by all branches.
 
     Args:
         arm: The arm.
-        inverse: The inverse of one of its tasks, whose further inputs are given joints.
+        inverse: The inverse of one task of the arm; further inputs are values of fixed joints.
 
     Returns:
-        From 0 to ``SAMPLES``.
+        The count, from 0 to ``SAMPLES``.
     """
     role = inverse.role
     q = configurations(arm, role.held)
@@ -57,7 +57,7 @@ def lost_poses(arm: NumericArm, inverse: SymbolicFunction) -> int:
 
 
 def _least_residuals(inverse: SymbolicFunction, inputs: Sequence[FloatArray]) -> FloatArray:
-    """The least residual (N,) of all branches."""
+    """Returns the smallest residual (N,) over all branches."""
     (kernel,) = lower([inverse], "inverse")
     count = inputs[0].shape[1]
     residuals = []
@@ -68,10 +68,10 @@ def _least_residuals(inverse: SymbolicFunction, inputs: Sequence[FloatArray]) ->
 
 
 def configurations(arm: NumericArm, held: Sequence[int]) -> FloatArray:
-    """Different configurations (N, n) at right angles, ``SAMPLES`` at most.
+    """Returns at most ``SAMPLES`` different configurations (N, n) with right-angle joints.
 
-    A slide is 0, or as long as two of the arm's offsets at most, which it may cancel so that axes
-    meet, or in general position.
+    A prismatic joint is at 0, at a generic position, or at a sum of up to two link offsets. Such a
+    position may cancel an offset and make axes intersect.
     """
     rng = np.random.default_rng(0)
     offsets = np.unique([0.0, SOME_SLIDE * arm.length, *arm.offsets, *-arm.offsets])

@@ -1,7 +1,7 @@
-"""The nominal arm of a calibrated arm: its axes are moved slightly, to an exact structure.
+"""Nominal arm of a calibrated arm: the axes are moved slightly to an exact structure.
 
-In a measured arm no two axes are exactly parallel or meet. Its inverse starts from the inverse of
-the nominal arm, and Newton's iteration brings each solution to the measured arm.
+In a measured arm, no two axes are exactly parallel or intersecting. Its inverse starts from the
+solutions of the nominal arm, and Newton's method refines each solution for the measured arm.
 """
 
 from collections.abc import Iterable, Sequence
@@ -23,15 +23,15 @@ FloatArray = NDArray[np.float64]
 
 
 def nominal_of(robot: SerialRobot, lines: Lines, found: Attempt) -> SerialRobot:
-    """The nominal arm of a robot: the same joints on axes that have the structure exactly.
+    """Returns the nominal arm of a robot: the same joints, with axes that fit a structure exactly.
 
     Args:
         robot: The calibrated arm.
-        lines: Its axes.
-        found: The structure that they nearly have.
+        lines: The axes of the calibrated arm.
+        found: The structure that the axes nearly have.
 
     Returns:
-        A robot without parameters, with the home pose of the calibrated arm.
+        A robot without symbolic parameters, with the home pose of the calibrated arm.
     """
     axes = dict(enumerate(lines.axes))
     free = [k for k in axes if k not in found.given]
@@ -57,7 +57,7 @@ def _all(requirements: Iterable[Requirement]) -> Iterable[Requirement]:
 
 
 def _nearest_upright(h: FloatArray, deviation: float) -> FloatArray:
-    """The nearest axis of the base, if no further than the structure; else the direction."""
+    """Returns the nearest base axis if it is within ``deviation``; otherwise the direction."""
     k = int(np.argmax(np.abs(h)))
     upright = np.zeros(3)
     upright[k] = np.sign(h[k])
@@ -71,7 +71,7 @@ def _make_parallel(directions: dict[int, FloatArray], indices: Sequence[int]) ->
 
 
 def _make_across(directions: dict[int, FloatArray], indices: Sequence[int]) -> None:
-    """Turns the first of two axes to a right angle with the second; exact ones stay as they are."""
+    """Rotates the first of two axes to a right angle with the second; exact axes do not change."""
     if not indices:
         return
     first, second = (directions[k] for k in indices)
@@ -82,7 +82,7 @@ def _make_across(directions: dict[int, FloatArray], indices: Sequence[int]) -> N
 def _make_meet(
     directions: dict[int, FloatArray], origins: dict[int, FloatArray], indices: Sequence[int]
 ) -> None:
-    """Moves axes to the point nearest to all of them."""
+    """Moves axes to the point with the smallest distance to all axes."""
     if not indices:
         return
     across = {k: np.eye(3) - np.outer(directions[k], directions[k]) for k in indices}
@@ -95,7 +95,7 @@ def _make_meet(
 
 
 def _joint(joint: Joint, h: FloatArray, p: FloatArray) -> Joint:
-    """The joint on an axis, with frames that are parallel to the base's in the home pose."""
+    """Returns the joint on an axis; its frames are parallel to the base frame in the home pose."""
     with mpmath.workdps(EVALUATION_DIGITS):
         x, y, z = (mpmath.mpf(float(component)) for component in h)
         azimuth, tilt = mpmath.atan2(x, -y), mpmath.atan2(mpmath.hypot(x, y), z)
@@ -108,7 +108,7 @@ def _joint(joint: Joint, h: FloatArray, p: FloatArray) -> Joint:
 
 
 def _placement(home: Sequence[Sequence[mpmath.mpf]]) -> Placement:
-    """A pose as a translation and turns about z, y and x, at 40 digits."""
+    """Returns a pose as a translation and rotations about z, y and x, with 40 digits."""
     with mpmath.workdps(EVALUATION_DIGITS):
         level = mpmath.hypot(home[0][0], home[1][0])
         pitch = mpmath.atan2(-home[2][0], level)
@@ -131,7 +131,7 @@ def _number(value: sp.Expr) -> mpmath.mpf:
 
 
 def _angle(value: mpmath.mpf) -> sp.Expr:
-    """An angle to 40 digits; right angles are exact, as they cost no operation."""
+    """Returns an angle with 40 digits; right angles are exact and need no operation."""
     quarters = mpmath.nint(2 * value / mpmath.pi)
     if abs(value - quarters * mpmath.pi / 2) < _right_angle_tolerance():
         return sp.pi * sp.Rational(int(quarters), 2)
@@ -139,5 +139,5 @@ def _angle(value: mpmath.mpf) -> sp.Expr:
 
 
 def _right_angle_tolerance() -> mpmath.mpf:
-    """The deviation (radian) up to which an angle is taken for a right angle."""
+    """Returns the maximum deviation (radian) of an angle that is replaced by a right angle."""
     return mpmath.mpf(10) ** (NOMINAL_GUARD_DIGITS - EVALUATION_DIGITS)

@@ -1,11 +1,10 @@
-"""The nominal mechanism of a robot with loops as built: its design, or lengths on a grid.
+"""Nominal mechanism of a robot with loops as built: its design, or rounded lengths.
 
-The lengths of a robot as built differ a little from those of its design, and so do the directions
-of its axes. Where the file names the robot as designed, that is the nominal one. Else a design has
-round numbers, and loops that have a structure by equal or proportional lengths have it there. So
-the lengths are rounded to a grid, the coarsest first, and axes to multiples of 15 degrees, and the
-first mechanism that has a closed-form inverse from which Newton's iteration leads to the true robot
-is the nominal one.
+The lengths and axis directions of a built robot differ slightly from its design. If the file
+specifies the design, the design is the nominal mechanism. Otherwise the design probably has round
+lengths, and equal or proportional lengths that give its loops a structure. So lengths are rounded
+to grids, coarsest first, and axes to multiples of 15 degrees. The nominal mechanism is the first
+candidate with a closed-form inverse from which Newton's method converges to the true robot.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -31,25 +30,25 @@ from .polished_inverse import TURN
 
 FloatArray = NDArray[np.float64]
 Posed = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
-"""Poses (N, 4, 4) and mixed Jacobians (N, 6, n) at coordinates (N, n)."""
+"""Computes poses (N, 4, 4) and mixed Jacobians (N, 6, n) at coordinates (N, n)."""
 GRIDS = tuple(sp.Rational(text) for text in ("0.01", "0.005", "0.001", "0.0005", "0.0001"))
-"""Metre; the coarsest first, as a structure of round lengths is the design's and no chance."""
+"""Grid spacings (metre), coarsest first: a structure on a coarse grid is rarely accidental."""
 STEP_OF_ANGLES = sp.pi / 12
 
 SAMPLES, MOST_DRAWN = 100, 600
-"""Configurations to which a nominal robot has to lead, and those drawn to find them: many loops
-close at one in five."""
+"""Number of test configurations, and of random trials to find them; many loops close in only one of
+five trials."""
 STEPS = 8
 
 
 @dataclass(frozen=True)
 class Nominal:
-    """A mechanism near another.
+    """A nominal mechanism that approximates a robot as built.
 
     Attributes:
-        mechanism: The description, with numbers in place of the parameters that it rounds.
-        moved: The largest change of a length, or distance of a member from its place (metre).
-        turned: The largest change of an axis (radian).
+        mechanism: The description, with numbers in place of the rounded parameters.
+        moved: Largest change of a length or of a member position (metre).
+        turned: Largest change of an axis direction (radian).
     """
 
     mechanism: Mechanism
@@ -58,9 +57,9 @@ class Nominal:
 
 
 def nominal_mechanisms(mechanism: Mechanism) -> Iterator[Nominal]:
-    """The robot as designed; else mechanisms with rounded lengths and angles, the coarsest first.
+    """Yields the robot as designed, or mechanisms with rounded dimensions, coarsest first.
 
-    A grid on which a rod would have no length is too coarse for the mechanism.
+    Grids that round the length of a rod to 0 are skipped.
     """
     if mechanism.nominal is not None:
         design = _in_numbers(mechanism.nominal)
@@ -82,7 +81,7 @@ Turn = Callable[[Rotation], Rotation]
 
 
 def _placed(placement: Placement, length: Length, turn: Turn) -> Placement:
-    """A placement with other lengths and turns."""
+    """Returns a placement with transformed lengths and rotations."""
     return tuple(
         replace(part, vector=tuple(map(length, part.vector)))
         if isinstance(part, Translation)
@@ -92,7 +91,7 @@ def _placed(placement: Placement, length: Length, turn: Turn) -> Placement:
 
 
 def _changed(m: Mechanism, length: Length, turn: Turn) -> Mechanism:
-    """A mechanism with other lengths and turns of its members."""
+    """Returns a mechanism with transformed lengths and rotations of its members."""
 
     def placed(placement: Placement) -> Placement:
         return _placed(placement, length, turn)
@@ -115,7 +114,7 @@ def _changed(m: Mechanism, length: Length, turn: Turn) -> Mechanism:
 
 
 def _in_numbers(mechanism: Mechanism) -> Mechanism:
-    """A mechanism with numbers in place of its parameters."""
+    """Returns a mechanism with numbers in place of its symbolic parameters."""
     values = {p.symbol: p.value for p in mechanism.parameters}
 
     def number(value: sp.Expr) -> sp.Expr:
@@ -137,7 +136,7 @@ def _in_numbers(mechanism: Mechanism) -> Mechanism:
 
 
 class _Rounding:
-    """A mechanism on a grid, and how far that moves its parts."""
+    """Rounds a mechanism to a grid and records the largest changes."""
 
     def __init__(self, mechanism: Mechanism, grid: sp.Rational) -> None:
         self.mechanism, self.grid = mechanism, grid
@@ -146,7 +145,7 @@ class _Rounding:
 
     @property
     def keeps_rods(self) -> bool:
-        """Whether every rod still has a length."""
+        """Whether every rod has a nonzero rounded length."""
         rods = (strut for strut in self.mechanism.struts if not strut.is_cylinder)
         return all(self._rounded(rod.length.xreplace(self.values)) != 0 for rod in rods)
 
@@ -154,14 +153,14 @@ class _Rounding:
         return _changed(self.mechanism, self._length, self._turn)
 
     def _length(self, value: sp.Expr) -> sp.Expr:
-        """The length on the grid, in numbers; notes how far that moves it."""
+        """Returns the rounded numeric length and records the change."""
         number = value.xreplace(self.values)
         rounded = self._rounded(number)
         self.moved = max(self.moved, abs(float(rounded - number)))
         return rounded
 
     def _rounded(self, number: sp.Expr) -> sp.Expr:
-        """The number on the grid; one that is not rational is meant as it is."""
+        """Returns the rounded number; irrational numbers are kept unchanged."""
         if not number.is_Rational:
             return number
         return sp.Rational(int(sp.floor(number / self.grid + sp.Rational(1, 2)))) * self.grid
@@ -179,12 +178,12 @@ class _Rounding:
 
 @dataclass(frozen=True)
 class Lead:
-    """How well a nominal robot leads to the true one.
+    """Convergence of Newton's method from a nominal robot to the true robot.
 
     Attributes:
-        share: Of random configurations, those to which Newton's iteration leads.
-        deviation: The largest error of the start of those, or distance of their poses from what
-            the nominal robot reaches (radian, parts of the length).
+        share: Fraction (0 to 1) of random configurations that Newton's method recovers.
+        deviation: Largest initial pose error, or distance of a pose from the reachable set of the
+            nominal robot (radian, or relative to the robot length).
     """
 
     share: float
@@ -200,15 +199,15 @@ def lead(
     *,
     is_position: bool = False,
 ) -> Lead:
-    """Leads the solutions of a nominal robot to random poses of the true one.
+    """Refines solutions of a nominal robot at random poses of the true robot.
 
     Args:
         hybrid: The true robot.
         nominal: The task ``ik`` of the nominal robot.
-        length: The length (metre) that compares distances with angles.
-        given: Indices of the chain's joints whose values follow the pose.
-        closure: The equations of loops without a closed form; None for other robots.
-        is_position: Whether it leads to positions, where the turn of a pose plays no part.
+        length: Characteristic length (metre) that converts distances to angles.
+        given: Indices of the chain's fixed joints, whose values are inputs after the pose.
+        closure: Closure equations of loops without a closed form; None if all loops have one.
+        is_position: Whether the task is a position, so that orientation errors are ignored.
     """
     fk, theta = _numbers(hybrid, closure)
     (ik,) = lower([nominal], "nominal")
@@ -226,9 +225,9 @@ def lead(
         if signs is not None:
             inputs.append(np.repeat(np.array(signs, dtype=float)[:, None], len(T), 1))
         start, residual = (np.array(result).T for result in ik(*inputs)[:2])
-        # Loops are followed from the reference, and the other way round may be barred.
+        # Loop solutions are continued from the reference; the opposite rotation may be blocked.
         start = hybrid.q_at_reference + _shorter(start - hybrid.q_at_reference, turns)
-        # A robot of few freedoms as built leaves the poses that its design reaches.
+        # With few degrees of freedom, the design cannot reach all poses of the built robot.
         missed = residual[:, 0] / max(length, 1.0)
         begin = np.fmax(_error(fk(start)[0], T, weights), missed)
         found = _led(fk, T, start, weights, held)
@@ -240,7 +239,7 @@ def lead(
 
 
 def turns_of(hybrid: Hybrid) -> tuple[float, ...]:
-    """Turns in a unit of each coordinate, 0 where it does not turn."""
+    """Returns the turns per unit of each coordinate; 0 for non-revolute coordinates."""
     return tuple(
         1 / TURN if c.kind == "revolute" and abs(float(hybrid.terms.value(c.ratio))) == 1 else 0.0
         for c in hybrid.mechanism.coordinates
@@ -248,12 +247,12 @@ def turns_of(hybrid: Hybrid) -> tuple[float, ...]:
 
 
 def _shorter(apart: FloatArray, turns: FloatArray) -> FloatArray:
-    """Differences of coordinates, of those that turn the shorter way round."""
+    """Returns coordinate differences; revolute differences are reduced to half a turn."""
     return np.asarray(apart - TURN * np.round(apart * turns))
 
 
 def _configurations(hybrid: Hybrid) -> FloatArray:
-    """Random coordinates (N, n) within the limits, or around the reference."""
+    """Returns random coordinates (N, n) within the limits or around the reference."""
     low, high = [], []
     for c, middle in zip(hybrid.mechanism.coordinates, hybrid.q_at_reference, strict=True):
         limits = zip(c.limits, (-SAMPLED_RANGE, SAMPLED_RANGE), strict=True)
@@ -266,7 +265,7 @@ def _configurations(hybrid: Hybrid) -> FloatArray:
 def _numbers(
     hybrid: Hybrid, closure: LoopClosure | None
 ) -> tuple[Posed, Callable[[FloatArray], FloatArray]]:
-    """The pose with its Jacobian, and the main chain's joints, as functions of numbers."""
+    """Returns numeric functions for the pose with Jacobian and for the main-chain joints."""
     if closure is not None:
         followed = Followed(closure)
         return followed.posed, followed.theta
@@ -283,7 +282,7 @@ def _numbers(
 def _led(
     fk: Posed, T: FloatArray, q: FloatArray, weights: FloatArray, held: Sequence[int]
 ) -> FloatArray:
-    """Newton's steps (N, n) from starts to poses; some coordinates are held."""
+    """Returns coordinates (N, n) after Newton's method with some coordinates fixed."""
     q = q.copy()
     for _ in range(STEPS):
         here, J = fk(q)

@@ -1,7 +1,7 @@
-"""The inverse of an arm that nearly has a structure: its nominal arm's, led to the true arm.
+"""Inverse of an arm that nearly has a structure: nominal solutions refined on the true arm.
 
-The inverse of the nominal arm is the function ``ik_nominal``; ``ik`` starts from its branches and
-ends on the true arm, by ``chasles_polish.h``.
+The nominal inverse is the function ``ik_nominal``. ``ik`` starts from its branches and refines them
+on the true arm (``chasles_polish.h``).
 """
 
 from dataclasses import replace
@@ -17,17 +17,17 @@ SOLVER = "polish"
 NOMINAL = "ik_nominal"
 CALLS = (NOMINAL, "fk_jacobian_mixed")
 OPERATIONS = 1500
-"""Approximate count for a branch: three or four times pose and Jacobian, and as many steps."""
+"""Approximate operation count per branch: three or four Newton steps."""
 FURTHER = 4
-"""Slots for further solutions, where no more are known: arms of 8 branches had 10 solutions."""
+"""Extra solution slots without a general solver; some 8-branch arms had 10 solutions."""
 MOST = 16
-"""Solutions that six joints may have."""
+"""Maximum number of solutions of a six-joint arm."""
 FREEDOMS = 6
 TURN = 6.283185307179586
 
 
 def as_start(nominal: Solved) -> Solved:
-    """The task ``ik`` of a nominal arm under a name of its own."""
+    """Returns the task ``ik`` of a nominal arm under the name ``ik_nominal``."""
     function = nominal.function
     residual, margin = function.outputs[1:]
     outputs = (
@@ -49,15 +49,15 @@ def as_start(nominal: Solved) -> Solved:
 def polished_inverse(
     classification: Classification, nominal: SymbolicFunction, general: GeneralTables, move: float
 ) -> WrittenFunction:
-    """The function ``ik`` of an arm that nearly has a structure.
+    """Returns the function ``ik`` of an arm that nearly has a structure.
 
     Args:
-        classification: The structure, and how far the axes are from it.
+        classification: The structure, and the deviation of the axes.
         nominal: The task ``ik`` of the nominal arm.
-        general: The arm as a general one, which is asked where branches are unsure. If it is good,
-            it is asked at every pose of two kinds of arms: where joints are given, whose values
-            make an arm singular in more ways than folds, and where the two arms differ much.
-        move: Median move (radian) of the joints from a nominal solution to its true one.
+        general: Tables of the general solver, which checks uncertain branches. If the solver is
+            well conditioned, it runs at every pose of arms with fixed joints (their singularities
+            are more complex) and of arms that differ much from their nominal arm.
+        move: Median joint move (radian) from a nominal solution to its refined solution.
     """
     lines, found = classification.lines, classification.found
     deviation = 0.0 if found is None else found.deviation
@@ -75,7 +75,7 @@ def polished_inverse(
 
 
 def nearly_meet(lines: Lines) -> bool:
-    """Whether three neighbouring axes nearly meet in one point, as those of a wrist do."""
+    """Whether three consecutive revolute axes nearly meet in one point, as in a wrist."""
     triples = [tuple(range(k, k + 3)) for k in range(len(lines.axes) - 2)]
     turning = [triple for triple in triples if all(lines.axes[k].turns for k in triple)]
     return any(lines.meeting_deviation(triple) <= NEARLY_STRUCTURE for triple in turning)
@@ -92,20 +92,20 @@ def led_from(
     meets: bool = False,
     is_asked: bool = False,
 ) -> WrittenFunction:
-    """The function ``ik`` of a robot that is led from a nominal one.
+    """Returns the function ``ik`` of a robot whose solutions are refined from a nominal robot.
 
-    Its slots are those of the nominal robot, and some behind them for solutions that the true one
-    has near singularities beyond the nominal one's number; NaN where there is none.
+    The first slots belong to the nominal branches. Extra slots hold further solutions that the true
+    robot may have near singularities; unused slots are NaN.
 
     Args:
         nominal: The task ``ik`` of the nominal robot.
-        turns: Turns in a unit of each coordinate, 0 where it does not turn.
-        length: The robot's length (metre), which compares lengths with angles.
-        deviation: Between both robots: radian, parts of the length.
-        general: The tables by which the robot is solved as a general one, if there are any.
-        further: Number of slots for further solutions.
-        meets: Whether three neighbouring axes nearly meet in one point.
-        is_asked: Whether the general solver is asked at every pose.
+        turns: Turns per unit of each coordinate; 0 for non-revolute coordinates.
+        length: Robot length (metre), which converts distances to angles.
+        deviation: Deviation between the two robots (radian, or relative to the robot length).
+        general: Tables of the general solver; () without one.
+        further: Number of extra solution slots.
+        meets: Whether three consecutive axes nearly meet in one point.
+        is_asked: Whether the general solver runs at every pose.
     """
     q, residual, margin = nominal.outputs
     n = q.shape[-1]

@@ -1,8 +1,8 @@
-"""The inverse kinematics of a serial robot: every task that its structure solves, as functions.
+"""Inverse kinematics of a serial robot: one function per task that its structure solves.
 
-A chain whose axes have a structure is solved by it. A chain that nearly has one is led from the
-solutions of a nominal arm. Five joints without a structure are solved as six with the tool's own
-axis, and any other chain of six joints, or of more of which six are left, as a general arm.
+A chain with an exact structure has a closed form. A chain that nearly has a structure is refined
+from the solutions of a nominal arm. Five joints without a structure are solved as six joints, with
+an added joint about the tool axis. Any other chain with six free joints is solved as a general arm.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -35,9 +35,9 @@ from .tasks.task import Solved
 from .tool_axis import by_tool_axis
 
 MOST_FREE = 6
-"""Joints that a pose of the tool determines, at most."""
+"""Maximum number of joints that a tool pose determines."""
 MOST_TRIED = 5
-"""Structures and given joints that are tried on an arm until one loses no pose."""
+"""Maximum number of structures tried until one misses no pose."""
 
 
 @dataclass(frozen=True)
@@ -45,13 +45,13 @@ class Inverses:
     """All inverses of a robot.
 
     Attributes:
-        classification: Its structure, or why there is none.
-        solved: The tasks by the names of their functions.
-        others: Functions that belong to them, such as the swivel angle of a configuration.
-        general: The inverse of a general arm, where the axes have no structure.
-        polished: The inverse of an arm that nearly has a structure, where ``solved`` holds that of
-            its nominal arm.
-        polished_tasks: Further functions that start from the nominal arm, for other tasks.
+        classification: The structure of the axes, or the reason why none was found.
+        solved: The tasks, keyed by function name.
+        others: Related functions, such as the swivel angle of a configuration.
+        general: The inverse of a general arm, if the axes have no structure.
+        polished: The inverse of an arm that nearly has a structure; ``solved`` then contains the
+            inverse of the nominal arm.
+        polished_tasks: Functions for other tasks that start from the nominal arm.
     """
 
     classification: Classification
@@ -63,21 +63,21 @@ class Inverses:
 
     @property
     def written(self) -> tuple[WrittenFunction, ...]:
-        """The functions whose C is written by hand over tables of the robot."""
+        """Functions with hand-written C that reads tables of the robot."""
         found = self.polished if self.general is None else self.general.function
         return () if found is None else (found, *self.polished_tasks)
 
     @property
     def missing(self) -> str:
-        """Why there is no inverse, in words; empty where there is one."""
+        """The reason why there is no inverse; empty if there is one."""
         return "" if self.solved or self.written else self.classification.missing
 
     @property
     def self_motion(self) -> str:
-        """The joints that move while the tool stands still, in every configuration, in words.
+        """Describes the joints that move without moving the tool, in every configuration.
 
-        Empty for other arms, for arms of more joints than a pose determines, and for chains whose
-        surplus joints loops couple.
+        Empty for arms without such a self-motion, for arms with more joints than a pose determines,
+        and for chains whose surplus joints are coupled by loops.
         """
         lines = self.classification.lines
         is_whole = self.general is not None or bool(self.given)
@@ -85,7 +85,7 @@ class Inverses:
 
     @property
     def given(self) -> tuple[str, ...]:
-        """Names of the joints whose values ``ik`` takes."""
+        """Names of the fixed joints, whose values are inputs of ``ik``."""
         if self.general is not None:
             return self.general.given
         found = self.classification.found
@@ -94,7 +94,7 @@ class Inverses:
 
     @property
     def functions(self) -> dict[str, SymbolicFunction]:
-        """All derived functions by name."""
+        """All derived functions, keyed by name."""
         tasks = {name: solved.function for name, solved in self.solved.items()}
         return tasks | {function.name: function for function in self.others}
 
@@ -107,15 +107,15 @@ def inverses(
     give: tuple[int, ...] = (),
     ways: "Sequence[Way] | None" = None,
 ) -> Inverses:
-    """Derives the closed-form inverse of a serial robot, in all tasks that its structure solves.
+    """Derives the closed-form inverse of a serial robot for all tasks that its structure solves.
 
     Args:
         robot: The description.
-        terms: Names of all terms.
-        coordinates: Number of coordinates that move it, if loops couple some joints.
+        terms: Table of named terms.
+        coordinates: Number of coordinates that move the robot, if loops couple some joints.
         families: The families to try, in order.
-        give: Indices of the joints to be given; () for those that the structure needs.
-        ways: Those of :data:`WAYS` to try, all of them by default.
+        give: Indices of the joints to fix; () lets the structure select them.
+        ways: Methods of :data:`WAYS` to try; all methods by default.
     """
     classification = classify(robot, terms, coordinates, families, give)
     found = (way(robot, classification, families) for way in (WAYS if ways is None else ways))
@@ -125,7 +125,7 @@ def inverses(
 def _by_structure(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> Inverses | None:
-    """The tasks of the family that fits exactly."""
+    """Derives the tasks of the family that fits exactly."""
     found, lines = classification.found, classification.lines
     if found is None or classification.tier != "exact":
         return None
@@ -146,7 +146,7 @@ def _by_structure(
 def _losing_least(
     robot: SerialRobot, lines: Lines, attempts: Iterable[Attempt]
 ) -> tuple[Attempt, Solved]:
-    """The first structure whose task ``ik`` loses no pose at right angles, or the fewest."""
+    """Returns the first structure whose ``ik`` misses the fewest right-angle poses."""
     arm = NumericArm.of(robot, lines)
     best: tuple[int, Attempt, Solved] | None = None
     for attempt in islice(attempts, MOST_TRIED):
@@ -162,9 +162,9 @@ def _losing_least(
 
 
 def _searching(robot: SerialRobot, found: Inverses) -> Inverses:
-    """The same inverses, with a mark on those that lose poses at right angles.
+    """Marks the tasks that miss right-angle poses, so that their C searches for more solutions.
 
-    A given swivel angle, which is no coordinate, would not keep its value in a search.
+    Tasks with a swivel angle are not marked: a search would not keep the angle constant.
     """
     if found.others:
         return found
@@ -179,7 +179,7 @@ def _searching(robot: SerialRobot, found: Inverses) -> Inverses:
 def _by_nominal(
     robot: SerialRobot, classification: Classification, _: Sequence[Family]
 ) -> Inverses | None:
-    """The pose task of a nominal arm, for an arm whose axes nearly fit, and that it leads to."""
+    """Derives the pose task of a nominal arm from which Newton's method reaches the true arm."""
     lines = classification.lines
     for found in classification.near:
         nominal = nominal_of(robot, lines, found)
@@ -194,7 +194,7 @@ def _by_nominal(
         is_clear = near >= LED_CLEARLY and sampled.share_beside >= LED_BESIDE
         if is_clear or sampled.share_led >= LED:
             fitting = replace(classification, found=found, missing="")
-            # A given joint changes what the other six can tell apart.
+            # The separations of six joints vary with the value of a fixed joint.
             apart = () if found.given else sampled.separations
             return led(fitting, solved, general_tables(robot, found.given, apart), sampled.move)
     return None
@@ -203,7 +203,7 @@ def _by_nominal(
 def led(
     classification: Classification, nominal: Solved, general: GeneralTables, move: float
 ) -> Inverses:
-    """The inverse of an arm that is led from the task ``ik`` of its nominal arm."""
+    """Returns the inverse of an arm that is refined from the task ``ik`` of its nominal arm."""
     start = as_start(nominal)
     inverse = polished_inverse(classification, nominal.function, general, move)
     return Inverses(classification, {start.function.name: start}, polished=inverse)
@@ -212,7 +212,7 @@ def led(
 def _by_tool_axis(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> Inverses | None:
-    """The tasks of five joints that have a structure together with the tool's axis."""
+    """Derives the tasks of five joints that form a structure together with the tool axis."""
     if classification.found is not None:
         return None
     found = by_tool_axis(robot, classification, families)
@@ -222,7 +222,7 @@ def _by_tool_axis(
 def _by_free_followers(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> Inverses | None:
-    """The pose task of a chain in which joints follow others."""
+    """Derives the pose task of a chain with mimic joints."""
     if classification.give:
         return None
     found = by_free_followers(robot, classification.lines.terms, families)
@@ -232,9 +232,9 @@ def _by_free_followers(
 def _by_self_motion(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> Inverses | None:
-    """The inverse for a given joint of a self-motion that an arm has in every configuration.
+    """Derives the inverse of an arm with a permanent self-motion, with one of its joints fixed.
 
-    The joint nearest to the tool that leaves an inverse is given.
+    The fixed joint is the joint nearest to the tool that leaves a solvable arm.
     """
     lines = classification.lines
     if classification.found is not None or classification.give or len(lines.axes) > MOST_FREE:
@@ -249,7 +249,7 @@ def _by_self_motion(
 def _by_determinant(
     robot: SerialRobot, classification: Classification, _: Sequence[Family]
 ) -> Inverses | None:
-    """The inverse of a general arm."""
+    """Derives the inverse of a general arm."""
     if classification.found is not None:
         return None
     general = general_inverse(robot, classification.give)
@@ -265,6 +265,6 @@ WAYS: tuple[Way, ...] = (
     _by_self_motion,
     _by_determinant,
 )
-"""The ways to an inverse, in the order in which they are tried."""
+"""Derivation methods, in the order in which they are tried."""
 STRUCTURED = WAYS[: WAYS.index(_by_self_motion)]
-"""Those that print steps: all but the inverse of a general arm."""
+"""Derivation methods with printable steps; excludes the general arm."""

@@ -1,10 +1,10 @@
-"""The inverse of five joints as an inverse of six.
+"""Solves a five-joint arm as a six-joint arm with an added joint.
 
-Joint 6 turns the tool about its axis. Position and direction of the tool do not depend on this
-sixth angle, and where the five joints reach a pose it is 0. Where that gives no structure, a joint
-at 0 is added whose axis gives one, for the pose alone: through the point where the last two axes
-meet, or the first two, which makes a spherical wrist; through a point of an axis beside a slide,
-where the wrist is spherical already; or at a distance.
+The added joint 6 rotates the tool about its own axis. Position and direction of the tool axis do
+not depend on angle 6, and angle 6 is 0 at every reachable pose. If this gives no structure, a joint
+at 0 with another axis is added, for the pose task only. Its axis passes through the intersection of
+the last two or first two axes (which makes a spherical wrist), through a point of an axis next to a
+prismatic joint, or at a distance.
 """
 
 from collections.abc import Iterator, Sequence
@@ -32,15 +32,16 @@ FEW_DECIMALS = 2
 def by_tool_axis(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> tuple[Classification, dict[str, Solved]] | None:
-    """The structure of five joints with the tool's axis, and the tasks solved by it.
+    """Returns the structure of five joints with an added tool axis, and its solved tasks.
 
     Args:
         robot: The description.
-        classification: The result for the five joints, which have no structure of their own.
+        classification: The result for the five joints, which form no structure without the added
+            axis.
         families: The families to try, in order.
 
     Returns:
-        None where another number of joints is to be found, or no structure with the axis either.
+        None unless exactly five joints are free and form a structure with the added axis.
     """
     give = classification.give
     if len(classification.lines.axes) - len(give) != JOINTS or unfit(robot):
@@ -62,11 +63,12 @@ def by_tool_axis(
 def with_still_axis(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> tuple[Lines, Attempt] | None:
-    """Five joints and a sixth at 0 that has an exact structure with them; None where none has.
+    """Returns five joints and an added sixth joint at 0 that form an exact structure, or None.
 
     Args:
         robot: The description.
-        classification: The result for the five joints, which have no structure of their own.
+        classification: The result for the five joints, which form no structure without the added
+            axis.
         families: The families to try, in order.
     """
     if len(classification.lines.axes) != JOINTS or unfit(robot):
@@ -82,9 +84,9 @@ def with_still_axis(
 def _by_added_axis(
     robot: SerialRobot, classification: Classification, families: Sequence[Family]
 ) -> tuple[Classification, dict[str, Solved]] | None:
-    """The same by a joint that is added at either end, for the pose alone.
+    """Solves the pose task of five joints with a sixth joint at 0 added at either end.
 
-    The first axis is taken that loses no pose at right angles, or the one that loses the fewest.
+    Returns the first axis whose inverse misses the fewest right-angle poses.
     """
     arm = NumericArm.of(robot, classification.lines)
     best: tuple[int, Classification, Solved] | None = None
@@ -102,11 +104,11 @@ def _by_added_axis(
 
 
 def _with_added_axis(lines: Lines) -> Iterator[Lines]:
-    """The chain with a further joint at 0 behind the last joint or before the first.
+    """Yields the chain with an added joint at 0, behind the last joint or before the first joint.
 
-    Its axis passes through the point where the two axes at this end meet, through a point of the
-    last one where a joint slides, or at a distance. At right angles to the next axis a wrist
-    reaches every orientation that it can.
+    The added axis passes through the intersection of the last two axes at this end, through a point
+    of the end axis if a joint is prismatic, or at a distance. The added axis is perpendicular to
+    the end axis, so that a wrist can reach every orientation.
     """
     terms, axes, last = lines.terms, lines.axes, len(lines.axes) - 1
     size = sp.Rational(round(lines.length, FEW_DECIMALS)).limit_denominator() or sp.Integer(1)

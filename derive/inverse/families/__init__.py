@@ -1,4 +1,4 @@
-"""The families of chains that have a closed-form inverse, one file each, and their list."""
+"""Families of chains with a closed-form inverse, one file per family, and their list."""
 
 from .column import COLUMN
 from .crane import CRANE
@@ -28,4 +28,4 @@ FAMILIES: tuple[Family, ...] = (
     SWIVEL,
     MACHINE_TOOL,
 )
-"""All families, in the order in which they are tried on a chain."""
+"""All families, in the order in which they are tested on a chain."""

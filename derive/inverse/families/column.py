@@ -1,11 +1,12 @@
-"""A turning column with two slides, and a hand of three axes whose first is parallel to the column.
+"""A revolute column with two prismatic joints, and a wrist whose first axis is parallel to it.
 
-Joint 1 is revolute, joints 2 and 3 slide in different directions, joints 4, 5 and 6 are revolute.
-Axis 4 is parallel to axis 1, axes 5 and 6 meet. The slides do not turn anything, so that joints 1
-and 4 turn the tool as one, and the orientation determines three angles as with a spherical wrist,
-though axes 4, 5 and 6 have no common point. Then joint 1 and the slides position the hand.
+Joint 1 is revolute, joints 2 and 3 are prismatic with different directions, joints 4, 5 and 6 are
+revolute. Axis 4 is parallel to axis 1, and axes 5 and 6 intersect. The prismatic joints rotate
+nothing, so joints 1 and 4 rotate the tool by the sum of their angles. The orientation then
+determines three angles, as in a spherical wrist, although axes 4, 5 and 6 have no common point.
+Joint 1 and the prismatic joints then position the wrist.
 
-Most solutions: 4, two of the orientation times two of the position.
+Maximum number of solutions: 4, two for the orientation times two for the position.
 """
 
 import numpy as np
@@ -50,7 +51,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms = work.terms
     a1, a2, a3, a4, a5, a6 = lines.axes
 
-    # 1 to 3. The orientation, joints 1 and 4 as one.
+    # 1 to 3. The orientation: joints 1 and 4 rotate by the sum of their angles.
     centre = lines.meeting(4, 5)
     meaning = "the common point of axes 5 and 6"
     wanted = work.name_vector(("W", "V"), meaning, target.point(terms, centre))
@@ -79,7 +80,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         [a6], "subproblem 1", "the rest of the rotation", sp1(terms, a6.h, e, left, sure=True)
     )
 
-    # 4. The column turns the plane of the slides to the wanted position of the hand.
+    # 4. The column rotates the plane of the prismatic joints to the wrist's target position.
     lever = rotated(terms, a1.h, q14_turn, reach)
     V = subtracted(terms, subtracted(terms, wanted, lever), a1.p)
     normal = cross(terms, a1.h, a2.h)
@@ -97,7 +98,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
     work.remainder((a1, a4))
 
-    # 5, 6. The slides in their plane.
+    # 5, 6. The prismatic joints in their plane.
     way = subtracted(terms, rotated(terms, a1.h, q1.back, V), subtracted(terms, a4.p, a1.p))
     two_slides(work, a2, a3, way)
 
@@ -105,9 +106,10 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 def _far_from_the_column(
     terms: Terms, column: Axis, found: FoundTurn, v: Vector, reach: Vector, W: Vector
 ) -> FoundTurn:
-    """The turn of joints 1 and 4; where v does not determine it, the one best for the column.
+    """Returns the rotation by joints 1 and 4; selects the best rotation for the column if v is 0.
 
-    The column turns the plane of its slides to axis 4, which therefore must not come too near.
+    The column rotates the plane of its prismatic joints to axis 4, so axis 4 must not be too close
+    to the column.
     """
     x, y, z = W
     best = sp1(terms, column.h, reach, (-x, -y, -z)).turn

@@ -1,10 +1,11 @@
-"""A joint that turns an arm of two parallel axes and a telescope: cranes and log loaders.
+"""A rotating base, two parallel revolute joints and a telescope: cranes and log loaders.
 
-Of joints 2, 3 and 4 two turn about parallel axes, across which the third slides. Axis 1 is
-perpendicular to them; a fifth is, too, if there is one. The steps are those of a turntable with
-three parallel axes, but for the triangle, a side of which the telescope changes.
+Joints 2, 3 and 4 are two revolute joints with parallel axes and a prismatic joint perpendicular to
+these axes. Axis 1 is perpendicular to the parallel axes, as is axis 5 if there is a fifth joint.
+The steps are the same as for a turntable with three parallel axes, except that the telescope
+changes one side of the triangle.
 
-Most solutions: 4 for a pose, 2 with four joints; 8 for position and pitch.
+Maximum number of solutions: 4 for a pose (2 with four joints), 8 for position and pitch.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
-"""A family of chains with a closed-form inverse, and all that the compiler knows of it.
+"""Describes a family of chains with a closed-form inverse.
 
 A family is one object in one file, listed in the package's ``__init__``. Classification,
-derivation, explanation and article read the fields of this object and do not know it by name.
+derivation, explanation and article read only the fields of this object, never its name.
 """
 
 from collections.abc import Callable
@@ -17,7 +17,7 @@ from ..structure.requirement import Requirement
 from ..tasks.task import Task, TaskInput
 
 Reading = Literal["base", "tool"]
-"""The end of the chain from which its axes are numbered."""
+"""The end of the chain at which the axis numbers start."""
 
 
 def _no_functions(_robot: SerialRobot, _lines: Lines) -> tuple[SymbolicFunction, ...]:
@@ -26,24 +26,26 @@ def _no_functions(_robot: SerialRobot, _lines: Lines) -> tuple[SymbolicFunction,
 
 @dataclass(frozen=True)
 class Family:
-    """A structure of axes and the inverse that follows from it.
+    """A structure of axes and its closed-form inverse.
 
     Attributes:
-        title: The structure in words, for ``--explain`` and the article.
-        joints: The numbers of joints that such a chain can have.
-        requires: The conditions on the axes, each with its deviation.
-        solve: Finds all joints for a displacement of the tool, step by step. A step carries its
-            reason, its degenerate case and its equation, which are its words in ``--explain`` and
-            in the article.
-        readings: The ends from which the axes may be read to have the structure.
-        behind_given: Whether a longer chain may have the structure without its given joints.
-        rather_gives: Whether that is tried after all other families: its slide is rather given.
-        solves_pose: Whether ``ik`` of a serial robot asks for the tool's pose. A family that meets
-            the position alone offers its tasks instead.
-        inputs: The inputs of ``solve`` beside the displacement, a swivel angle for example.
-        tasks: Tasks beside the pose, for a chain that is read from the base with no joint given.
-        functions: Functions that belong to the inverse of such a chain, for example the value of an
-            input in a configuration.
+        title: Description of the structure, for ``--explain`` and the article.
+        joints: Possible joint counts of a chain in this family.
+        requires: Returns the conditions on the axes, with their deviations.
+        solve: Solves all joints for a tool displacement, step by step. Each step has a reason, a
+            degenerate case and an equation, printed by ``--explain`` and in the article.
+        readings: The ends at which the axis numbers may start.
+        behind_given: Whether the structure may also apply to the free joints of a longer chain with
+            fixed joints.
+        rather_gives: Whether the family is tested last with fixed joints, because fixing its
+            prismatic joint is preferred.
+        solves_pose: Whether the family solves the full tool pose (task ``ik``). Other families
+            solve only their own tasks, such as the position.
+        inputs: Inputs of ``solve`` in addition to the displacement, for example a swivel angle.
+        tasks: Tasks in addition to the pose, for a chain without fixed joints numbered from the
+            base.
+        functions: Returns further functions for such a chain, for example the swivel angle of a
+            configuration.
     """
 
     title: str

@@ -1,6 +1,7 @@
-"""Six revolute joints, axes 2, 3 and 4 meeting in one point: a sphere in the middle of the arm.
+"""Six revolute joints with axes 2, 3 and 4 meeting in one point inside the arm.
 
-Read from the tool, these are the arms whose axes 3, 4 and 5 meet. Most solutions: 8.
+Numbered from the tool, the family covers arms whose axes 3, 4 and 5 meet. Maximum number of
+solutions: 8.
 
 Source: Elias and Wen 2022, table 1 (three consecutive intersecting axes).
 """
@@ -32,14 +33,14 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     a1, a2, a3, a4, a5, a6 = lines.axes
     S = lines.meeting(1, 2)
 
-    # 1 to 3. Joints 2 to 4 do not move their common point: joint 1 and, from the tool, joints 6 and
-    #    5 bring it to the same position.
+    # 1 to 3. Joints 2 to 4 do not move their common point. Its position after joint 1 equals its
+    # position after joints 6 and 5, counted from the tool.
     if a1.stays or a6.stays:
         q1, q6, q5 = _two_of_three(work, lines, target, S)
     else:
         q1, q6, q5 = _three(work, lines, target, S)
 
-    # 4 to 6. The rest of the rotation.
+    # 4 to 6. The remaining rotation.
     def left(v: Vector) -> Vector:
         v = rotated(terms, a6.h, q6.back, rotated(terms, a5.h, q5.back, v))
         return rotated(terms, a1.h, q1.back, target.turned(terms, v))
@@ -50,14 +51,14 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 def _two_of_three(
     work: Work, lines: Lines, target: Target, S: Vector
 ) -> tuple[CosSin, CosSin, CosSin]:
-    """The turns of joints 1, 6 and 5, of which the first or the second stays at 0."""
+    """Returns the angles of joints 1, 6 and 5; joint 1 or joint 6 stays at 0."""
     terms, (a1, *_, a5, a6) = work.terms, lines.axes
     if a1.stays:
         still, first, second = a1, a6.reversed(), a5.reversed()
         offset, reach = subtracted(terms, a5.p, a6.p), subtracted(terms, S, a5.p)
         wanted = subtracted(terms, target.reversed().point(terms, S), a6.p)
     else:
-        # Behind the tool's displacement joint 5 turns about its axis there.
+        # After the tool displacement, joint 5 rotates about its displaced axis.
         still, first, second = a6, replace(a5, h=target.turned(terms, a5.h)), a1
         offset = subtracted(terms, a1.p, target.point(terms, a5.p))
         reach = subtracted(terms, S, a1.p)
@@ -69,7 +70,7 @@ def _two_of_three(
 
 
 def _three(work: Work, lines: Lines, target: Target, S: Vector) -> tuple[CosSin, CosSin, CosSin]:
-    """The turns of joints 1, 6 and 5."""
+    """Returns the angles of joints 1, 6 and 5."""
     terms, (a1, a2, a3, a4, a5, a6) = work.terms, lines.axes
     back = target.reversed()
     arm = subtracted(terms, S, a1.p)
@@ -96,10 +97,9 @@ def _three(work: Work, lines: Lines, target: Target, S: Vector) -> tuple[CosSin,
 def _with_centre_in_reach(
     lines: Lines, target: Target, S: Vector, turns: tuple[CosSin, CosSin, CosSin]
 ) -> CosSin:
-    """The turn of joint 6; where it does not move the common point, the one best for joints 2 to 4.
+    """Returns the angle of joint 6; if it is arbitrary, selects the best angle for joints 2 to 4.
 
-    These keep the angle of axis 4 with axis 2 within limits, unless axis 3 is at right angles to
-    both.
+    Joints 2 to 4 limit the angle between axes 4 and 2, unless axis 3 is perpendicular to both axes.
     """
     terms = lines.terms
     a1, a2, a3, a4, a5, a6 = lines.axes

@@ -1,14 +1,16 @@
-"""Slides in a row, and turns that the orientation determines: gantries, machine tools, one joint.
+"""Consecutive prismatic joints, and revolute joints determined by the orientation.
 
-Up to three joints slide, with no turn between them. The slides turn nothing, so that the
-orientation determines the turns; what is left of the position determines the slides. There are up
-to two turns, or three where three joints slide, or where they are a head whose axes meet in a
-point. Where the first and the third have one direction, fewer slides could not make up for an
-arbitrary part of their sum, and such a head need not. Other axes need not meet, and none need be at
-right angles.
+Examples are gantries, machine tools and single joints. Up to three prismatic joints are
+consecutive, with no revolute joint between them. The orientation determines the revolute joints,
+and the remaining position error determines the prismatic joints.
 
-Most solutions: 1, and 2 where three joints turn; 2 for a position and a direction. For a pose that
-so few joints cannot reach, the answer is a nearby pose.
+There are up to two revolute joints; three are possible with three prismatic joints or in a head
+whose axes meet in one point. If the first and third axis become parallel, only the sum of their
+angles is determined. With three prismatic joints the position can still be reached for any split of
+the sum. The axes need not intersect or be perpendicular.
+
+Maximum number of solutions: 1 (2 with three revolute joints), 2 for a position and a direction. For
+a pose out of reach, the result is a nearby pose.
 """
 
 from itertools import pairwise
@@ -38,9 +40,9 @@ from ..tasks.task import Solved, Task
 from .family import Family
 
 _MOST = 3
-"""Turns of an orientation, and slides of a position."""
+"""Maximum number of revolute joints, and of prismatic joints."""
 _HEAD = 2
-"""Turns of a head that directs a tool."""
+"""Number of revolute joints of a head that directs a tool."""
 
 
 def _requires(lines: Lines) -> list[Requirement]:
@@ -81,7 +83,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _slides(work: Work, lines: Lines, carried: Vector, position: Vector) -> None:
-    """Finds the slides by what the turns leave of the way to a position."""
+    """Solves the prismatic joints from the position error that the revolute joints leave."""
     terms = work.terms
     sliding = [axis for axis in lines.axes if not axis.turns]
     if not sliding:
@@ -101,7 +103,7 @@ def _slides(work: Work, lines: Lines, carried: Vector, position: Vector) -> None
 
 
 def _directs_tool(robot: SerialRobot, lines: Lines) -> bool:
-    """Whether three slides carry two turns, and the second turns the tool's axis."""
+    """Whether three prismatic and two revolute joints direct the tool axis."""
     turning = [axis for axis in lines.axes if axis.turns]
     if (len(turning), len(lines.axes)) != (_HEAD, _HEAD + _MOST):
         return False
@@ -110,7 +112,7 @@ def _directs_tool(robot: SerialRobot, lines: Lines) -> bool:
 
 
 def _with_direction(robot: SerialRobot, lines: Lines) -> Solved:
-    """Position and direction of the tool's axis."""
+    """Derives the task for the position and the tool-axis direction."""
     terms = lines.terms
     work = Work(terms)
     first, second = (axis for axis in lines.axes if axis.turns)

@@ -1,7 +1,8 @@
-"""Six revolute joints, axes 2, 3 and 4 parallel, axes 5 and 6 in any position.
+"""Six revolute joints with parallel axes 2, 3 and 4, and any axes 5 and 6.
 
-Joints 2 to 4 do not change the components of axis 6 and of a point of it along their direction:
-these are two equations for angles 1 and 5 together, subproblem 6. Most solutions: 8.
+Joints 2 to 4 do not change two components along their axes: the component of direction h_6, and the
+component of a point on axis 6. Subproblem 6 solves these two equations for angles 1 and 5. Maximum
+number of solutions: 8.
 
 Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel).
 """
@@ -36,7 +37,7 @@ from ..subproblems.turns import CosSin, any_across, perpendicular, rotated
 from .family import Family
 
 STEPS = 2
-"""Steps to second order from the roots of the quartic."""
+"""Number of second-order refinement steps for each root of the quartic."""
 
 
 def _requires(lines: Lines) -> list[Requirement]:
@@ -53,8 +54,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     a1, a2, a3, a4, a5, a6 = lines.axes
     h = a2.h
 
-    # 1, 2. Joints 2 to 4 change no component along their direction: neither that of axis 6 nor that
-    #    of a point of it.
+    # 1, 2. Joints 2 to 4 keep the components of axis 6 and of a point on axis 6 along h_2.
     W = subtracted(terms, target.point(terms, a6.p), a1.p)
     v = target.turned(terms, a6.h)
     reach = subtracted(terms, a6.p, a5.p)
@@ -80,7 +80,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
             FoundTurn(turn, equation, signs[0], found.margin),
         )
 
-    # 3. Joints 2 to 4 turn axis 6 as one.
+    # 3. Joints 2 to 4 rotate axis 6 by the sum of their angles.
     U = added(terms, rotated(terms, a1.h, q1.back, W), subtracted(terms, a1.p, a2.p))
     seen = rotated(terms, a1.h, q1.back, v)
     carried = rotated(terms, a5.h, q5, a6.h)
@@ -115,7 +115,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 Row = tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, sp.Expr], sp.Expr]
-"""Coefficients of (sin, cos) of angles 1 and 5, and the right side."""
+"""Coefficients of (sin, cos) of angle 1 and of angle 5, and the right-hand side."""
 
 
 def _nearer(
@@ -126,11 +126,12 @@ def _nearer(
     angles: tuple[CosSin, CosSin],
     exists: Boolean,
 ) -> tuple[CosSin, CosSin]:
-    """Angles 1 and 5 nearer to the common root of both equations, if that makes the error smaller.
+    """Returns refined angles 1 and 5, if the refinement reduces the error of both equations.
 
-    Where axis 6 is nearly parallel to axes 2 to 4, its component along them tells its direction to
-    1e-8 only. Its part across them tells it to all digits: two unit vectors with the components c
-    and c' have parts across with ``|p|^2 - |p'|^2 = (c' - c)(c' + c)``.
+    If axis 6 is nearly parallel to axes 2 to 4, its component along them determines its direction
+    only to 1e-8. The perpendicular component is accurate to all digits: two unit vectors with the
+    components c and c' have perpendicular parts p and p' with ``|p|^2 - |p'|^2 = (c' - c)(c' +
+    c)``.
     """
     let, h = terms.let, lines.axes[1].h
     a1, a5, a6 = lines.axes[0], lines.axes[4], lines.axes[5]
@@ -171,10 +172,10 @@ def _nearer(
 def _aligned(
     terms: Terms, lines: Lines, v: Vector, row: Row, angles: tuple[CosSin, CosSin]
 ) -> tuple[CosSin, CosSin]:
-    """The angles at which axis 6 is parallel to axes 2 to 4, if they solve both equations nearby.
+    """Returns the angles that make axis 6 parallel to axes 2 to 4, if both equations hold nearby.
 
-    Several solutions may meet there, which are then known to 1e-5 only, and the sum of angles 2 to
-    4 is free.
+    Several solutions may coincide there and are then accurate only to 1e-5. The sum of angles 2 to
+    4 is arbitrary.
     """
     let, h = terms.let, lines.axes[1].h
     a1, a5, a6 = lines.axes[0], lines.axes[4], lines.axes[5]
@@ -207,7 +208,7 @@ def _row(
     right: tuple[Vector, Vector],
     still: sp.Expr,
 ) -> Row:
-    """``h . R(k1) p1 = still + h . R(k2) p2`` as coefficients of (sin, cos) and a right side."""
+    """Returns (sin, cos) coefficients and right side of ``h . R(k1) p1 = still + h . R(k2) p2``."""
     (k1, p1), (k2, p2) = left, right
     along = [terms.let(dot(terms, h, k) * dot(terms, k, p)) for k, p in (left, right)]
     A = dot(terms, h, cross(terms, k1, p1)), dot(terms, h, perpendicular(terms, k1, p1))

@@ -1,9 +1,9 @@
-"""Parallel revolute axes, at most three, and slides along and across them: planar arms, SCARAs.
+"""Planar arms and SCARAs: up to three parallel revolute axes, and prismatic joints.
 
-A slide along the axes lifts the tool; one across two of them takes the place of the third, as in a
-cylindrical robot. Most solutions: 2, and 1 where only two joints turn and none slides across them.
-For a pose out of the plane, and for a pose with another position where the arm has only two
-revolute joints, the answer is the nearest pose that these steps find.
+A prismatic joint along the axes lifts the tool. A prismatic joint perpendicular to two revolute
+axes replaces the third, as in a cylindrical robot. Maximum number of solutions: 2, or 1 with only
+two revolute joints and no perpendicular prismatic joint. For a pose out of the plane, or a position
+that two revolute joints cannot reach, the result is a nearby pose.
 """
 
 import numpy as np
@@ -29,7 +29,7 @@ from .family import Family
 
 _LEAST_TURNS, _MOST_TURNS = 2, 3
 _FLAT = 0.1
-"""Cosine of a slide's angle with the axes, below which it is meant to be across them."""
+"""Maximum cosine of the angle between a prismatic joint and the axes to count as perpendicular."""
 _PHI = sp.Symbol("_phi", real=True)
 _PHI_LETTER = InputLetter((r"\varphi", r"\rho", r"\Phi"))
 
@@ -48,7 +48,7 @@ def _requires(lines: Lines) -> list[Requirement]:
 
 
 def _telescope_of(lines: Lines) -> Axis | None:
-    """The slide across two turning axes, beside which one slide at most is along them."""
+    """Returns the prismatic axis perpendicular to two revolute axes, or None."""
     turning = [axis for axis in lines.axes if axis.turns]
     sliding = [axis for axis in lines.axes if not axis.turns]
     if len(turning) != _LEAST_TURNS or not 1 <= len(sliding) <= _LEAST_TURNS:
@@ -67,14 +67,14 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         hand, meaning = turning[2].p, f"a point of axis {turning[2].name}"
     wanted = work.name_vector(("W", "V"), meaning, target.point(terms, hand))
     W = subtracted(terms, wanted, first.p)
-    # 1. The slide along the axes.
+    # 1. The prismatic joint along the axes.
     for axis in lines.axes:
         if not axis.turns and axis is not telescopic:
             lift(work, axis, first, hand, W)
     if len(turning) == _MOST_TURNS:
         # 2, 3. A triangle.
         triangle(work, turning[0], turning[1], hand, W)
-    # 4. The angles sum up to the turn of the tool.
+    # 4. The angles sum to the tool rotation.
     e = any_across(terms, first.h)
     total = work.step(
         turning,
@@ -83,11 +83,11 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         sp1(terms, first.h, e, target.turned(terms, e)),
     )
     if telescopic is not None:
-        # 2, 3. A triangle, a side of which the slide changes.
+        # 2, 3. A triangle with one side changed by the prismatic joint.
         in_plane = tuple(axis for axis in lines.axes if axis.turns or axis is telescopic)
         telescope(work, in_plane, hand, W, total)
     elif len(turning) == _LEAST_TURNS:
-        # 2. The tool's turn and position determine that of the elbow.
+        # 2. The tool rotation and position determine the elbow position.
         elbow = turning[1].p
         fore = rotated(terms, first.h, total, subtracted(terms, hand, elbow))
         work.step(
@@ -100,7 +100,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _lies_in_base_plane(robot: SerialRobot, lines: Lines) -> bool:
-    """Whether all joints turn in the base's x-y plane, and the tool's x axis lies in it."""
+    """Whether all joints rotate in the base x-y plane and the tool x axis lies in this plane."""
     upright = abs(float(lines.axes[0].direction[2])) > 1 - TOOL_ON_AXIS
     turning = all(axis.turns for axis in lines.axes)
     heading = abs(float(lines.terms.value(home_of(robot, lines.terms)[2, 0]))) < TOOL_ON_AXIS
@@ -108,7 +108,7 @@ def _lies_in_base_plane(robot: SerialRobot, lines: Lines) -> bool:
 
 
 def _in_base_plane(robot: SerialRobot, lines: Lines) -> Solved:
-    """Position in the base's x-y plane, and the angle of the tool's x axis in it."""
+    """Derives the task for the position and heading of the tool in the base x-y plane."""
     terms = lines.terms
     work = Work(terms)
     home = home_of(robot, terms)

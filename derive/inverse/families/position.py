@@ -1,8 +1,8 @@
 """Three joints that position the tool: gantries, and arms without a wrist.
 
-The orientation follows from the position. Where a pose is asked for, the position of one point is
-met, and the residual contains the deviation of the orientation. The point is the tool's origin, or
-one beside it where not all joints move the origin, as on the last axis. Most solutions: 4.
+The orientation follows from the position. For a target pose, one point of the tool reaches its
+position, and the residual includes the orientation error. The point is the tool origin, or another
+tool point if some joint does not move the origin. Maximum number of solutions: 4.
 """
 
 import numpy as np
@@ -40,9 +40,9 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _moved_in_space(terms: Terms, lines: Lines, origin: Vector) -> Vector | None:
-    """A point that moves in three directions, as far from the origin as the arm is long, about.
+    """Returns a tool point that moves in three directions, about one arm length from the origin.
 
-    None where the origin does so itself, or no such point does.
+    None if the origin itself moves in three directions, or if no such point exists.
     """
     if moves_in_space(lines, numbers(terms, origin)):
         return None
@@ -54,8 +54,8 @@ def _moved_in_space(terms: Terms, lines: Lines, origin: Vector) -> Vector | None
     return None
 
 
-# A position alone is no displacement that could be inverted, nor one from which the motion of a
-# given joint could be taken out.
+# A position is not a displacement, so it can neither be inverted nor reduced by the motion of a
+# fixed joint.
 POSITION = Family(
     "three joints that position the tool",
     (3,),

@@ -1,7 +1,7 @@
-"""Six joints whose last three are revolute and meet in one point: the spherical wrist.
+"""Six joints with a spherical wrist: the last three are revolute and their axes intersect.
 
-The first three joints bring the wrist's centre to its position (:mod:`..steps.three_joints`), then
-the wrist turns the tool. Most solutions: twice the number for the first three joints.
+The first three joints position the wrist center (:mod:`..steps.three_joints`); the wrist then
+orients the tool. Maximum number of solutions: twice the number for the first three joints.
 
 Source: Pieper 1968; Elias and Wen 2022, 4.1.
 """
@@ -28,7 +28,7 @@ def _requires(lines: Lines) -> list[Requirement]:
 
 def _solve(work: Work, lines: Lines, target: Target) -> None:
     terms = work.terms
-    # 1 to 3. The wrist does not move its centre.
+    # 1 to 3. The wrist does not move its center.
     arm = _arm(lines)
     centre = lines.meeting(3, 4) if lines.axes[5].stays else lines.meeting(5, 4)
     W = work.name_vector(("W", "V"), "the wrist's centre", target.point(terms, centre))
@@ -41,7 +41,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         assert case is not None
         case.solve(work, arm, centre, W)
     with_wrist_in_reach(work, lines, centre, W, target)
-    # 4 to 6. The rest of the rotation.
+    # 4 to 6. The remaining rotation.
     wrist(work, lines, 3, target)
 
 

@@ -1,19 +1,20 @@
-"""Seven revolute joints: three that meet in the shoulder, an elbow, three that meet in the wrist.
+"""Seven revolute joints: a spherical shoulder, an elbow and a spherical wrist.
 
-One joint is redundant: with the tool held, the elbow swings about the line from shoulder to wrist.
-The swivel angle gives its position: this line bounds two half planes, and the angle leads from the
-half plane of the reference to the half plane of the elbow.
+One joint is redundant: with a fixed tool pose, the elbow rotates about the line from shoulder to
+wrist. The swivel angle defines the elbow position. It is the angle between two half planes bounded
+by this line: the reference half plane and the half plane of the elbow.
 
-With S the shoulder, W the wrist's centre, E the elbow, which is the point of axis 4 nearest to axis
-3, ``w = (W - S) / |W - S|``, t the direction opposite to axis 1 and r a direction normal to axis 1,
+Let S be the shoulder, W the wrist center and E the elbow (the point of axis 4 nearest to axis 3).
+With ``w = (W - S) / |W - S|``, t the direction opposite to axis 1 and r a direction normal to axis
+1,
 
     e_x = direction of ((w - t) x r) x w,   e_y = w x e_x,
     swivel = atan2(e_y . (E - S), e_x . (E - S)).
 
-This reference is smooth except for a wrist straight below the shoulder, where a floor-mounted arm
-has its base; there the angle counts from an arbitrary direction.
+This reference is smooth unless the wrist is straight below the shoulder, where a floor-mounted arm
+has its base. There the angle is measured from an arbitrary direction.
 
-Most solutions: 8 for one swivel angle.
+Maximum number of solutions: 8 per swivel angle.
 
 Source: Elias and Wen 2023 (stereographic shoulder-elbow-wrist angle), with the pole
 below the shoulder.
@@ -62,7 +63,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     a1, a2, a3, a4, *_ = lines.axes
     shoulder, centre, elbow = lines.meeting(0, 1), lines.meeting(6, 5), _elbow(lines)
 
-    # 1. The shoulder does not change the distance of its own centre from the wrist's.
+    # 1. The shoulder does not change the distance between shoulder center and wrist center.
     wanted = work.name_vector(("W", "V"), "the wrist's centre", target.point(terms, centre))
     V = subtracted(terms, wanted, shoulder)
     upper, fore = subtracted(terms, elbow, shoulder), subtracted(terms, centre, elbow)
@@ -75,7 +76,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         sp3(terms, a4.h, upper, fore, across2, sign, dot(terms, V, V)),
     )
 
-    # 2. The swivel angle determines a frame of line, normal and side, which the shoulder turns.
+    # 2. The swivel angle determines the orientation of the shoulder-wrist line and arm plane.
     arm = added(terms, upper, rotated(terms, a4.h, q4, fore))
     w, n, b = _frame(terms, arm, upper, fore, a4.h)
     beside = terms.let(
@@ -100,19 +101,19 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         work.name_vector(letters, meaning, vector)
     normal = cross(terms, W, side)
 
-    # 3 to 5. Its three angles.
+    # 3 to 5. The three shoulder angles.
     three_turns(
         work,
         (a1, a2, a3),
         lambda v: combination(terms, [dot(terms, v, e) for e in (w, n, b)], (W, normal, side)),
     )
 
-    # 6 to 8. The rest of the tool's rotation.
+    # 6 to 8. The remaining tool rotation.
     wrist(work, lines, 4, target)
 
 
 def _functions(robot: SerialRobot, lines: Lines) -> tuple[SymbolicFunction, ...]:
-    """The swivel angle of a configuration, which is an input of the inverse."""
+    """Returns the function that computes the swivel angle of a configuration."""
     terms = lines.terms
     q = arguments_of([joint.unit for joint in robot.coordinates])["q"]
     turns = {
@@ -134,7 +135,7 @@ def _functions(robot: SerialRobot, lines: Lines) -> tuple[SymbolicFunction, ...]
 
 
 def _swivel_of(lines: Lines, turns: dict[int, CosSin]) -> CosSin:
-    """The swivel angle after given turns of the joints."""
+    """Returns the swivel angle for known joint angles."""
     terms = lines.terms
     a1, a2, a3, a4, *_ = lines.axes
     shoulder, centre, elbow = lines.meeting(0, 1), lines.meeting(6, 5), _elbow(lines)
@@ -152,10 +153,10 @@ def _swivel_of(lines: Lines, turns: dict[int, CosSin]) -> CosSin:
 
 
 def _reference(terms: Terms, a1: Axis, V: Vector) -> tuple[Vector, Vector, Vector]:
-    """The direction from shoulder to wrist, and the two directions from which the swivel counts."""
+    """Returns the shoulder-wrist direction and the two reference directions of the swivel angle."""
     w = _unit(terms, V, a1.h)
     r = any_across(terms, a1.h)
-    # Straight below the shoulder w - t is 0; the direction of axis 1 takes its place.
+    # Straight below the shoulder, w - t is 0 and is replaced by the direction of axis 1.
     away = combination(terms, (_ONE, VECTOR_FLOOR), (added(terms, w, a1.h), a1.h))
     e_x = _unit(terms, cross(terms, cross(terms, away, r), w), cross(terms, a1.h, r))
     return w, e_x, cross(terms, w, e_x)
@@ -164,10 +165,10 @@ def _reference(terms: Terms, a1: Axis, V: Vector) -> tuple[Vector, Vector, Vecto
 def _frame(
     terms: Terms, arm: Vector, upper: Vector, fore: Vector, h: Vector
 ) -> tuple[Vector, Vector, Vector]:
-    """Line from shoulder to wrist, normal of the arm's plane and side, with joints 1 to 3 at 0.
+    """Returns shoulder-wrist line, arm-plane normal and side direction, with joints 1 to 3 at 0.
 
-    An arm that bends in a plane normal to the elbow's axis has its side normal to that axis, when
-    stretched too; any other arm has it towards its elbow.
+    If the arm bends in a plane normal to the elbow axis, the side direction is normal to that axis,
+    also for a stretched arm. For any other arm, the side direction points towards the elbow.
     """
     w = _unit(terms, arm, upper)
     flat = all(
@@ -178,18 +179,18 @@ def _frame(
 
 
 def _unit(terms: Terms, v: Vector, instead: Vector) -> Vector:
-    """The direction of a vector, or of a second vector where the first is 0."""
+    """Returns the direction of ``v``, or of ``instead`` if ``v`` is 0."""
     v = combination(terms, (_ONE, VECTOR_FLOOR), (v, instead))
     inverse = terms.let(1 / terms.let(sp.sqrt(dot(terms, v, v))))
     return combination(terms, (inverse,), (v,))
 
 
 def _elbow(lines: Lines) -> Vector:
-    """The point of axis 4 that is nearest to axis 3."""
+    """Returns the point of axis 4 nearest to axis 3."""
     return lines.meeting(3, 2)
 
 
-# Axis 1 defines the reference of the swivel angle, so that the chain is not read from the tool.
+# Axis 1 defines the reference of the swivel angle, so axis numbers cannot start at the tool.
 SWIVEL = Family(
     "spherical shoulder and spherical wrist",
     (7,),

@@ -1,9 +1,9 @@
-"""Six revolute joints, axes 2, 3 and 4 parallel, axes 5 and 6 meeting: UR arms and their like.
+"""Six revolute joints with parallel axes 2, 3, 4 and intersecting axes 5, 6, such as UR arms.
 
-Most solutions: 8.
+Maximum number of solutions: 8.
 
-Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel, 5-6 intersecting); the order of the steps and
-the treatment of the singularities are ours.
+Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel, 5-6 intersecting); the step order and the
+treatment of singularities are original.
 """
 
 from ...terms.vectors import cross, subtracted
@@ -46,7 +46,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         "joints 2 to 6 do not move the common point of axes 5 and 6 along axes 2 to 4",
     )
 
-    # 2. Joint 6 does not turn its own axis. 3. The second angle belongs to the first.
+    # 2. Joint 6 does not rotate its own axis. 3. Each angle of step 2 has one matching angle sum.
     v = rotated(terms, a1.h, q1.back, target.turned(terms, a6.h))
     sign = work.sign()
     found, _ = sp2(terms, a2.h, a5.h, a6.h, v, sign)

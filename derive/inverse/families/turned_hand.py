@@ -1,10 +1,9 @@
-"""A joint that turns an arm of two parallel axes, and a hand that turns about an axis across them.
+"""Four revolute joints: a base, two parallel axes and a wrist with a non-parallel axis.
 
-Axes 2 and 3 are parallel, axes 1 and 4 are not parallel to them. The joints turn the tool by three
-angles, q1, the sum of q2 and q3, and q4, and two joints are left for its position. For a pose that
-such an arm cannot reach these steps give a nearby pose, and the residual is the deviation from it.
-
-Most solutions: 2 for a pose, 4 for a position.
+Axes 2 and 3 are parallel; axes 1 and 4 are not parallel to them. Three angles rotate the tool: q1,
+the sum q2 + q3, and q4. Two joint coordinates remain for the position. For a pose out of reach,
+these steps return a nearby pose, and the residual is the deviation. Maximum number of solutions: 2
+for a pose, 4 for a position.
 """
 
 import numpy as np
@@ -40,9 +39,9 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     meaning = f"a point of axis {a4.name}"
     wanted = work.name_vector(("W", "V"), meaning, target.point(terms, a4.p))
     along = target.turned(terms, a4.h)
-    # 1. The parallel joints keep the height of the hand along their axes, and its tilt.
+    # 1. The parallel joints keep the height of the wrist along their axes, and its tilt.
     U, q1 = turn_to_direction(work, lines, lines.axes[1], (a4.p, wanted), (a4.h, along))
-    # 2. The parallel axes turn the hand's axis, which joint 4 does not.
+    # 2. The parallel joints rotate the wrist axis; joint 4 does not rotate its own axis.
     seen = rotated(terms, a1.h, q1.back, along)
     q23 = work.step(
         [a2, a3],
@@ -50,7 +49,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         f"the direction of axis {a4.name}, which the parallel joints turn as one",
         sp1(terms, a2.h, a4.h, seen, sure=True),
     )
-    # 3. The wanted pose determines the place of the elbow.
+    # 3. The target pose determines the elbow position.
     fore = rotated(terms, a2.h, q23, subtracted(terms, a4.p, a3.p))
     work.step(
         [a2],
@@ -59,17 +58,17 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
         sp1(terms, a2.h, subtracted(terms, a3.p, a2.p), subtracted(terms, U, fore)),
     )
     remaining(work, (a2, a3), q23)
-    # 4. The rest of the rotation.
+    # 4. The remaining rotation.
     e = cross(terms, a4.h, a2.h)
     left = rotated(terms, a1.h, q1.back, target.turned(terms, e))
     left = rotated(terms, a2.h, q23.back, left)
     work.step([a4], "subproblem 1", "the rest of the rotation", sp1(terms, a4.h, e, left))
-    # 5. Where both conditions of step 1 have a double solution, all six together have more digits.
+    # 5. Near a double solution of step 1, all six equations together are more accurate.
     step_on_all(work, lines, target)
 
 
 def _holds_tool(robot: SerialRobot, lines: Lines) -> bool:
-    """Whether joint 4 leaves the tool's origin where the first three joints bring it."""
+    """Whether joint 4 does not move the tool origin."""
     hand, home = lines.axes[-1], home_of(robot, lines.terms)
     lever = numbers(lines.terms, home[:3, 3]) - hand.origin
     off = float(np.linalg.norm(np.cross(hand.direction, lever)))

@@ -1,12 +1,12 @@
-"""A joint that turns an arm of three parallel axes, and perhaps a fifth joint that turns the tool.
+"""A rotating base, three parallel revolute axes and an optional fifth tool joint.
 
-Axes 2, 3 and 4 are parallel, axis 1 is perpendicular to them; a fifth is, too, if there is one.
-Four joints give the tool four freedoms, its position and its pitch in the plane of the arm; a fifth
-turns it about an axis in that plane. For a pose that such an arm cannot reach these steps give a
-nearby pose, and the residual is the deviation from it.
+Axes 2, 3 and 4 are parallel. Axis 1 is perpendicular to them, as is axis 5 if there is a fifth
+joint. Four joints give the tool four degrees of freedom: its position and its pitch in the arm
+plane. A fifth joint rotates the tool about an axis in that plane. For a pose out of reach, these
+steps return a nearby pose, and the residual is the deviation.
 
-Most solutions: 4 for a pose, 2 with four joints; 8 for position and pitch, as the tool may point
-outward or inward.
+Maximum number of solutions: 4 for a pose (2 with four joints), 8 for position and pitch because the
+tool may point outward or inward.
 """
 
 import sympy as sp
@@ -40,12 +40,12 @@ def _requires(lines: Lines) -> list[Requirement]:
 
 
 def _keeps_position(robot: SerialRobot, lines: Lines) -> bool:
-    """Whether a fifth joint, if there is one, leaves the tool's origin where it is."""
+    """Whether the fifth joint, if there is one, does not move the tool origin."""
     return len(lines.axes) <= ARM or bool(off_axis(robot, lines, ARM)[0] < TOOL_ON_AXIS)
 
 
 def _with_position(robot: SerialRobot, lines: Lines) -> Solved:
-    """The tool's position. Joint 4 stays at 0 where the others reach it, else it bends least."""
+    """Derives the position task. Joint 4 stays at 0 if possible; otherwise its angle is minimal."""
     terms, (_, a2, a3, a4, *_) = lines.terms, lines.axes
     work = Work(terms)
     tool = tool_origin(robot, terms)
@@ -69,10 +69,11 @@ def _with_position(robot: SerialRobot, lines: Lines) -> Solved:
 
 
 def _bent_least(terms: Terms, lines: Lines, lever: Vector, U: Vector) -> FoundTurn:
-    """The turn of joint 4 nearest to 0 with which upper arm and forearm reach the position.
+    """Returns the angle of joint 4 nearest to 0 for which upper arm and forearm reach the target.
 
-    Shoulder, elbow and hand form a triangle where the hand's distance from the elbow lies between
-    difference and sum of the other two sides; the one nearest to that at 0 is taken.
+    Shoulder, elbow and wrist form a triangle if the elbow-wrist distance lies between the
+    difference and the sum of the other two sides. The distance nearest to its value at angle 0 is
+    selected.
     """
     let, (_, a2, a3, a4, *_) = terms.let, lines.axes
     fore, hand, upper, way = (

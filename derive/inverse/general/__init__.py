@@ -1,1 +1,1 @@
-"""Five or six joints of any geometry, and more of which six are left."""
+"""General inverse of arms with five or six free joints and any geometry."""

@@ -1,4 +1,4 @@
-"""The inverse of joints without a structure, and its words for ``--explain``."""
+"""Inverse of a general arm (without a structure), and its text for ``--explain``."""
 
 from dataclasses import dataclass
 
@@ -17,12 +17,12 @@ class GeneralInverse:
     """The inverse of a general arm.
 
     Attributes:
-        title: The kind of arm and the source of the method, in words.
-        method: The method in words.
-        choice: The orders of the joints in the equations, and the joints that are given.
-        function: The function ``ik``, which finds the roots of a determinant.
-        steps: The numbered steps in words.
-        given: Names of the joints that are given.
+        title: Description of the arm and source of the method.
+        method: Description of the method.
+        choice: The joint orders in the equations, and the fixed joints.
+        function: The function ``ik``, which solves for the roots of a determinant.
+        steps: Descriptions of the numbered steps.
+        given: Names of the fixed joints.
     """
 
     title: str
@@ -34,12 +34,12 @@ class GeneralInverse:
 
 
 def general_inverse(robot: SerialRobot, give: tuple[int, ...] = ()) -> GeneralInverse | None:
-    """The inverse of an arm of five joints and more, or None where it has none.
+    """Returns the inverse of an arm with at least five joints, or None if it has none.
 
     Args:
         robot: The description.
-        give: Indices of the joints to be given, so that six or five are left; () for those that are
-            best.
+        give: Indices of the joints to fix, so that five or six joints are free; () selects the best
+            set.
     """
     if is_fit(robot, give, OWN):
         return _of_five(robot, give)
@@ -59,19 +59,19 @@ def general_inverse(robot: SerialRobot, give: tuple[int, ...] = ()) -> GeneralIn
 
 
 def _may_give(robot: SerialRobot, given: tuple[int, ...]) -> bool:
-    """Whether six joints that can be solved for are left where some are given."""
+    """Whether the fixed joints leave six solvable joints."""
     return is_fit(robot, given) and len(robot.moving) <= MOST_JOINTS
 
 
 def _joints(robot: SerialRobot) -> str:
-    """The number of joints in words."""
+    """Returns the joint count as a word, with the joint type."""
     words = ("five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
     kind = "joints" if slides_of(robot) else "revolute joints"
     return f"{words[len(robot.moving) - OWN]} {kind}"
 
 
 def _of_five(robot: SerialRobot, given: tuple[int, ...]) -> GeneralInverse | None:
-    """The inverse of five joints beside given ones, which are solved as six."""
+    """Returns the inverse of five free joints, which are solved as six joints."""
     arm = with_tool_joint(numbers(robot), slides_of(robot), given)
     if arm is None:
         return None
@@ -87,11 +87,11 @@ def _of_five(robot: SerialRobot, given: tuple[int, ...]) -> GeneralInverse | Non
 
 @dataclass(frozen=True)
 class GeneralTables:
-    """An arm as a general one, for the C that asks for all its solutions.
+    """Tables with which the C solver finds all solutions of an arm as a general arm.
 
     Attributes:
-        tables: The tables of its solver; empty where it cannot be solved so.
-        separation: How well the best split tells solutions apart: :attr:`.Choice.separation`.
+        tables: The tables of the general solver; empty if the solver does not apply.
+        separation: How well the best split separates the solutions; see :attr:`.Choice.separation`.
     """
 
     tables: tuple[Table, ...] = ()
@@ -101,12 +101,12 @@ class GeneralTables:
 def general_tables(
     robot: SerialRobot, given: tuple[int, ...], apart: tuple[float, ...] = ()
 ) -> GeneralTables:
-    """The tables by which an arm is solved as a general one, none where it cannot be.
+    """Returns the tables of the general solver; empty if the solver does not apply.
 
     Args:
         robot: The description.
-        given: Indices of the joints that are given, so that six are left.
-        apart: How far solutions are apart in each of the six joints (radian), if it is known.
+        given: Indices of the fixed joints; six joints remain free.
+        apart: Separation of the solutions in each of the six joints (radian), if known.
     """
     if not _may_give(robot, given):
         return GeneralTables()
@@ -161,7 +161,7 @@ def _tool_axis(free: list[str]) -> tuple[str, ...]:
 
 
 def _squares(sliding: list[str]) -> str:
-    """What stands for cosine and sine of joints that slide, if there are any."""
+    """Explains the monomials of prismatic joints; empty without prismatic joints."""
     if not sliding:
         return ""
     is_one = len(sliding) == 1
@@ -173,7 +173,7 @@ def _squares(sliding: list[str]) -> str:
 
 
 def _others(free: list[str], choice: Choice) -> tuple[str, ...]:
-    """The other splits, in words."""
+    """Describes the alternative splits."""
     first, *others = (free[split.joints[2]] for split in choice.splits)
     names = [name for name in dict.fromkeys(others) if name != first]
     if not names:

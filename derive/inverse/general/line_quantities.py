@@ -1,12 +1,12 @@
-"""Fourteen quantities of a point on a line, on which rigid motions act linearly.
+"""Fourteen line quantities that rigid motions transform linearly.
 
-For a point p on a line of unit direction l, Raghavan and Roth's equations compare
+For a point p on a line with unit direction l, the equations of Raghavan and Roth equate
 
     x = (p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p)
 
-in two expressions of the same line. With a 1 appended, a motion p -> R p + d, l -> R l maps x by a
-matrix that depends on R and d alone: squares of a joint's sine or cosine
-never appear, and each turning joint enters every quantity linearly; a slide enters with its square.
+for two expressions of the same line. With a 1 appended to x, a motion p -> R p + d, l -> R l
+multiplies x by a matrix that depends only on R and d. Each revolute joint enters every quantity
+linearly in its cosine and sine, without squares; a prismatic joint also enters with its square.
 With h = R^T d:
 
     p'         = R p + d
@@ -16,7 +16,7 @@ With h = R^T d:
     p' x l'    = R (p x l) + d x R l
     w'         = R w - 2 d x R (p x l) + (d.d) R l - 2 (h.l) d - 2 (p.l) d
 
-where w = (p.p) l - 2 (p.l) p; the fifth and sixth use d x (b x c) = b (d.c) - c (d.b).
+where w = (p.p) l - 2 (p.l) p. The last two equations use d x (b x c) = b (d.c) - c (d.b).
 
 Source:
     Raghavan and Roth, Inverse kinematics of the general 6R manipulator and related linkages,
@@ -30,22 +30,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[Any]
-"""Floats, or expressions as objects."""
+"""Array of floats, or of expressions (object dtype)."""
 P, L, PP, PL, M, W, ONE = slice(0, 3), slice(3, 6), 6, 7, slice(8, 11), slice(11, 14), 14
 COUNT = 14
-"""Number of quantities without the 1."""
+"""Number of quantities, excluding the appended 1."""
 SIZE = COUNT + 1
 
 
 def quantities(p: Array, direction: Array) -> Array:
-    """The quantities of a point and a unit direction, and the 1, (15,)."""
+    """Returns the quantities (15,) of a point and a unit direction, including the appended 1."""
     pp, pl = p @ p, p @ direction
     moment = hat(p) @ direction
     return np.array([*p, *direction, pp, pl, *moment, *(pp * direction - 2 * pl * p), 1], p.dtype)
 
 
 def motion(T: Array) -> Array:
-    """The matrix (15, 15) by which a pose (4, 4) acts on the quantities and the 1."""
+    """Returns the matrix (15, 15) with which a pose (4, 4) transforms the quantities."""
     R, d = T[:3, :3], T[:3, 3]
     A = np.zeros((SIZE, SIZE), T.dtype)
     h, dd, cross = R.T @ d, d @ d, hat(d) @ R
@@ -62,7 +62,7 @@ def motion(T: Array) -> Array:
 
 @cache
 def turn(sign: int) -> tuple[Array, Array, Array]:
-    """A turn by ``sign * theta`` about z: the matrices (15, 15) of 1, cos theta and sin theta."""
+    """Returns coefficient matrices (15, 15) of 1, cos and sin for a rotation about z."""
     fixed, c, s = (np.zeros((SIZE, SIZE), int) for _ in range(3))
     for block in (P, L, M, W):
         x, y, z = range(SIZE)[block]
@@ -77,7 +77,7 @@ def turn(sign: int) -> tuple[Array, Array, Array]:
 
 @cache
 def slide(sign: int) -> tuple[Array, Array, Array]:
-    """A slide by ``sign * d`` along z: the matrices (15, 15) of 1, d and the square of d."""
+    """Returns coefficient matrices (15, 15) of 1, d and d^2 for a translation along z."""
     forth, here, back = (np.eye(4, dtype=int) for _ in range(3))
     forth[2, 3], back[2, 3] = sign, -sign
     fixed, ahead, behind = motion(here), motion(forth), motion(back)
@@ -88,6 +88,6 @@ def slide(sign: int) -> tuple[Array, Array, Array]:
 
 
 def hat(v: Array) -> Array:
-    """The matrix (3, 3) that takes a vector u to v x u."""
+    """Returns the matrix (3, 3) that maps a vector u to v x u."""
     x, y, z = v
     return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]], v.dtype)

@@ -1,28 +1,28 @@
-"""General arms of six joints: the equations of Raghavan and Roth, and how to split them.
+"""Equations of Raghavan and Roth for general six-joint arms, and their splits.
 
-The loop through arm and tool closes: with C_k the constant placement after joint k, and the pose
-within the placement that leads from the tool back to the base,
+The loop through arm and tool is closed. Let C_k be the constant placement after joint k; the
+placement from the tool back to the base contains the target pose. Then
 
     Rz(theta_1) C_1 Rz(theta_2) C_2 ... Rz(theta_6) C_6 = I.
 
-Numbered from any joint and walked in either direction, the joints are a pair (1, 2), the suppressed
-one (3), two more (4, 5) and one (6) that does not move its own axis and so drops out of the axis'
-equations:
+A split numbers the joints from any joint in either direction. It consists of a pair (1, 2), the
+suppressed joint (3), two more joints (4, 5) and a last joint (6). Joint 6 does not move its own
+axis, so it does not appear in the equations of this axis:
 
     Rz_3 C_3 Rz_4 C_4 Rz_5 C_5 (axis of joint 6)  =  C_2^-1 Rz_2^-1 C_1^-1 Rz_1^-1 C_6^-1 (the same)
 
-Both sides, as fourteen quantities of a line (:mod:`.line_quantities`), are linear in the cosines
-and sines of each of their joints:
+Both sides, written as fourteen line quantities (:mod:`.line_quantities`), are linear in the cosine
+and sine of each joint:
 
     A y = B(theta_3) x,   y the eight products of joints 1 and 2, x the nine of joints 4 and 5,
 
-with A (14, 8) of the pose and B of theta_3 alone. Six combinations do not contain y.
-The C finds the angles theta_3 at which these have a solution. The choice of the suppressed joint
-matters (:mod:`.split_choice`).
+where A (14, 8) depends only on the pose and B only on theta_3. Six linear combinations of the
+equations eliminate y. The generated C finds the angles theta_3 at which these six equations have a
+solution. Accuracy depends on the suppressed joint (:mod:`.split_choice`).
 
-A joint that slides by d along its z axis has Tz(d) in the place of Rz(theta), and 1, d and d^2 in
-that of 1, cosine and sine. It may be one of the pair, or that of joints 4 and 5 whose angle is not
-halved; the other three turn.
+A prismatic joint with displacement d has Tz(d) in place of Rz(theta), and 1, d, d^2 in place of 1,
+cosine, sine. Prismatic joints may be in the pair, or be the joint of 4 and 5 whose angle is not
+halved. The other three joints must be revolute.
 
 Source:
     Raghavan and Roth, Inverse kinematics of the general 6R manipulator and related linkages,
@@ -42,17 +42,18 @@ from .line_quantities import COUNT, Array, motion, quantities, slide, turn
 
 JOINTS = 6
 Parts = Callable[[int], tuple[Array, Array, Array]]
-"""The matrices of a turn or of a slide, by the sign of its coordinate."""
+"""Returns the coefficient matrices of a joint for the given sign of its coordinate."""
 
 
 @dataclass(frozen=True)
 class Split:
-    """The loop, numbered from one of its joints.
+    """A numbering of the loop's joints.
 
     Attributes:
-        joints: Indices of the joints in the order pair, suppressed, two more, the last.
-        sense: 1 along the arm, -1 against it.
-        halved: The joint whose half angle is an unknown: 0 the first of the two more, 1 the second.
+        joints: Joint indices in the order pair, suppressed joint, two more joints, last joint.
+        sense: 1 from base to tool, -1 from tool to base.
+        halved: Which of joints 4 and 5 has its half angle as the unknown: 0 for joint 4, 1 for
+            joint 5.
     """
 
     joints: tuple[int, ...]
@@ -61,17 +62,17 @@ class Split:
 
     @property
     def turning(self) -> frozenset[int]:
-        """The joints that have to turn: suppressed, of the half angle, and the last."""
+        """The joints that must be revolute: the suppressed, half-angle and last joints."""
         return frozenset(self.joints[k] for k in (2, 3 + self.halved, 5))
 
 
 @dataclass(frozen=True)
 class LineEquations:
-    """The equations of a split.
+    """Coefficients of the equations of a split.
 
     Attributes:
-        left: (14, 9) in the pose: the column of 1, then the columns of y.
-        right: (3, 14, 9), of 1, cos and sin of the suppressed angle.
+        left: (14, 9), functions of the pose: the constant column, then the columns of y.
+        right: (3, 14, 9), coefficients of 1, cos and sin of the suppressed angle.
     """
 
     left: Array
@@ -79,7 +80,7 @@ class LineEquations:
 
 
 def splits(slides: Collection[int] = ()) -> list[Split]:
-    """Every split of a loop of six joints, of which some may slide."""
+    """Returns every split of a loop with six joints, some of which may be prismatic."""
     every = (
         Split(tuple((first + sense * k) % JOINTS for k in range(JOINTS)), sense, halved)
         for sense in (1, -1)
@@ -90,14 +91,14 @@ def splits(slides: Collection[int] = ()) -> list[Split]:
 
 
 def placements(robot: SerialRobot) -> list[Array]:
-    """The constant placements (4, 4) before, between and behind the joints, exact.
+    """Returns the exact constant placements (4, 4) before, between and behind the joints.
 
     Raises:
-        RobotError: Some joint neither turns nor slides, or follows another one.
+        RobotError: A joint is neither revolute nor prismatic, or is a mimic joint.
     """
     if not all(map(_is_free, robot.moving)):
         raise RobotError(
-            f"{robot.name} is no chain of joints that turn or slide, each with its own coordinate"
+            f"{robot.name} needs revolute or prismatic joints, each with its own coordinate"
         )
     found = [placement_matrix(robot.base)]
     for joint in robot.joints:
@@ -110,7 +111,7 @@ def placements(robot: SerialRobot) -> list[Array]:
 
 
 def numbers(robot: SerialRobot) -> list[Array]:
-    """The same placements as floats, at the default values of the parameters."""
+    """Returns the constant placements as floats, at the default parameter values."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     return [
         np.array([[float(e.xreplace(values)) for e in row] for row in E]) for E in placements(robot)
@@ -120,13 +121,13 @@ def numbers(robot: SerialRobot) -> list[Array]:
 def equations(
     constants: Sequence[Array], split: Split, T: Array, slides: Collection[int] = ()
 ) -> LineEquations:
-    """The fourteen equations of a split.
+    """Returns the fourteen equations of a split.
 
     Args:
-        constants: The seven placements of the arm, expressions or floats.
+        constants: The seven constant placements of the arm, as expressions or floats.
         split: The order of the joints.
-        T: The pose (4, 4), of the same kind.
-        slides: Indices of the joints that slide, among the six.
+        T: The pose (4, 4), as expressions or floats.
+        slides: Indices of the prismatic joints among the six joints.
     """
     inverses = _inverses(constants, split, T)
     parts = [slide if k in slides else turn for k in split.joints]
@@ -134,14 +135,12 @@ def equations(
 
 
 def is_fit(robot: SerialRobot, given: Sequence[int] = (), joints: int = JOINTS) -> bool:
-    """Whether so many joints are left beside given ones, and some split takes those that slide.
-
-    Every joint has its own coordinate.
+    """Whether enough joints are free, each with its own coordinate, and a split exists.
 
     Args:
         robot: The description.
-        given: Indices of joints among those that move.
-        joints: Number of the others.
+        given: Indices of the fixed joints among the moving joints.
+        joints: Required number of free joints.
     """
     others = [joint for k, joint in enumerate(robot.moving) if k not in given]
     slides = [k for k, joint in enumerate(others) if joint.kind == "prismatic"]
@@ -149,14 +148,15 @@ def is_fit(robot: SerialRobot, given: Sequence[int] = (), joints: int = JOINTS) 
 
 
 def _is_free(joint: Joint) -> bool:
-    """Whether a joint that turns or slides has its own coordinate."""
+    """Whether a joint is revolute or prismatic and has its own coordinate."""
     return joint.kind in ("revolute", "prismatic") and joint.mimic is None
 
 
 def doubled(six: Array) -> Array:
-    """Six equations (..., 6, 9) as twelve (..., 12, 12) by the half angle f of the fourth joint.
+    """Expands six equations (..., 6, 9) to twelve (..., 12, 12) in the half angle f of joint 4.
 
-    Each equation times cos f and times sin f; columns (cos 3f, sin 3f, cos f, sin f) x (1, c5, s5).
+    Multiplies each equation by cos f and by sin f. Columns: (cos 3f, sin 3f, cos f, sin f) x (1,
+    c5, s5).
     """
     one, c, s = six[..., :3], six[..., 3:6] / 2, six[..., 6:] / 2
     by_cos, by_sin = [c, s, one + c, s], [-s, c, s, one - c]
@@ -164,11 +164,13 @@ def doubled(six: Array) -> Array:
 
 
 def suppressed(found: LineEquations, halved: int) -> Array:
-    """M (..., 3, 12, 12) of 1, cos and sin of the suppressed angle: M(theta) u = 0 at a solution.
+    """Returns M (..., 3, 12, 12), the coefficients of 1, cos and sin of the suppressed angle.
+
+    At a solution, M(theta) u = 0.
 
     Args:
-        found: The equations (..., 14, 9) and (..., 3, 14, 9), in numbers.
-        halved: Which of the two angles on the right is halved.
+        found: The numeric equations (..., 14, 9) and (..., 3, 14, 9).
+        halved: Which of the two right-hand angles is halved.
     """
     orthogonal, _ = np.linalg.qr(found.left[..., 1:], mode="complete")
     right = found.right.copy()
@@ -182,12 +184,12 @@ def suppressed(found: LineEquations, halved: int) -> Array:
 def forward(
     constants: Sequence[Array], values: Sequence[float], slides: Collection[int] = ()
 ) -> Array:
-    """The pose (4, 4) at angles about the joints' z axes, and displacements along those of slides.
+    """Returns the pose (4, 4) for the joint values about or along the joints' z axes.
 
     Args:
-        constants: The placements before, between and behind the joints.
-        values: The value of each joint.
-        slides: Indices of those that slide.
+        constants: The constant placements before, between and behind the joints.
+        values: The joint values: angles or displacements.
+        slides: Indices of the prismatic joints.
     """
     T = constants[0]
     for k, (value, E) in enumerate(zip(values, constants[1:], strict=True)):
@@ -196,12 +198,12 @@ def forward(
 
 
 def moved(value: float, slides: bool) -> Array:
-    """The motion (4, 4) of a joint about its z axis, or along it where it slides."""
+    """Returns the motion (4, 4) of a revolute joint about z or a prismatic joint along z."""
     return _raised(value) if slides else turned(value)
 
 
 def turned(angle: float) -> Array:
-    """The turn (4, 4) by an angle about z."""
+    """Returns the rotation (4, 4) about z by an angle."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
 
@@ -213,7 +215,7 @@ def _raised(height: float) -> Array:
 
 
 def _inverses(constants: Sequence[Array], split: Split, T: Array) -> list[Array]:
-    """The inverses of the loop's placements C_1 ... C_6, in the split's sense."""
+    """Returns the inverses of the loop placements C_1 ... C_6, in the direction of the split."""
     before, *between, behind = constants
     if split.sense > 0:
         closing = [*(_inverse(E) for E in between), _inverse(before) @ T @ _inverse(behind)]

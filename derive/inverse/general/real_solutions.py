@@ -1,8 +1,8 @@
-"""All real solutions of a general arm for one pose, in numbers, for the example of its article.
+"""Computes all real solutions of a general arm for one pose, for the example in its article.
 
-The determinant's roots are those of a quadratic eigenvalue problem in the tangent of half the
-suppressed angle, M(theta) u = 0, of which the generated C needs no library. Newton's steps on the
-pose refine each solution.
+The roots of the determinant follow from a quadratic eigenvalue problem M(theta) u = 0 in the
+tangent of half the suppressed angle. (The generated C uses no eigenvalue library.) Newton's method
+on the pose refines each solution.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -17,7 +17,7 @@ from .split_choice import length
 
 NEWTON = 30
 TURNS = 12
-"""Origins of the suppressed angle, of which the best conditioned is taken."""
+"""Number of trial origins of the suppressed angle; the best-conditioned origin is used."""
 
 
 def real_solutions(
@@ -26,17 +26,16 @@ def real_solutions(
     T: Array,
     slides: Collection[int] = (),
 ) -> list[Array]:
-    """The solutions of six joints without a structure, in order.
+    """Returns the sorted solutions of six joints without a structure.
 
     Args:
-        constants: The seven placements of the arm, as floats.
-        splits: Orders of the joints, whose solutions are put together.
+        constants: The seven constant placements of the arm, as floats.
+        splits: Joint orders; the solutions of all splits are merged.
         T: The pose (4, 4).
-        slides: Indices of the joints that slide.
+        slides: Indices of the prismatic joints.
 
     Returns:
-        The angles (6,) about the joints' z axes, each between -pi and pi, and displacements along
-        those of slides, for every solution.
+        The joint values (6,) of every solution: angles between -pi and pi, or displacements.
     """
     size = length(constants)
     scaled = [np.vstack([np.hstack([E[:3, :3], E[:3, 3:] / size]), E[3:]]) for E in (*constants, T)]
@@ -53,11 +52,11 @@ def real_solutions(
 
 @dataclass(frozen=True)
 class _Six:
-    """Six joints, with lengths in parts of the arm's.
+    """Numeric six-joint arm, with lengths relative to the arm length.
 
     Attributes:
-        constants: The seven placements.
-        slides: Indices of the joints that slide.
+        constants: The seven constant placements.
+        slides: Indices of the prismatic joints.
     """
 
     constants: tuple[Array, ...]
@@ -65,11 +64,11 @@ class _Six:
 
     @property
     def turns(self) -> Array:
-        """Whether each joint turns."""
+        """Whether each joint is revolute."""
         return np.array([k not in self.slides for k in range(6)])
 
     def pose_jacobian(self, q: Array) -> tuple[Array, Array]:
-        """The pose (4, 4) and the Jacobian (6, 6) at its origin, in base axes."""
+        """Returns the pose (4, 4) and the mixed Jacobian (6, 6)."""
         T, axes = self.constants[0], []
         for k, (value, E) in enumerate(zip(q, self.constants[1:], strict=True)):
             axes.append((T[:3, 2], T[:3, 3]))
@@ -81,16 +80,16 @@ class _Six:
         return T, np.array(columns).T
 
     def apart(self, a: Array, b: Array) -> float:
-        """The largest difference of a joint, the shorter way round."""
+        """Returns the largest joint difference; angle differences are reduced to half a turn."""
         return float(np.abs(self.wrapped(a - b)).max())
 
     def wrapped(self, q: Array) -> Array:
-        """Coordinates whose angles are between -pi and pi."""
+        """Returns the coordinates with angles reduced to the range from -pi to pi."""
         return np.where(self.turns, (q + np.pi) % (2 * np.pi) - np.pi, q)
 
 
 def _starts(arm: _Six, split: Split, target: Array) -> Iterator[Array]:
-    """Solutions as the equations of a split give them."""
+    """Yields the unrefined solutions of the equations of a split."""
     found = equations(arm.constants, split, target, arm.slides)
     M = suppressed(found, split.halved)
     for angle in _roots(M):
@@ -113,7 +112,7 @@ def _harmonics(angle: float) -> Array:
 
 
 def _roots(M: Array) -> list[float]:
-    """The real angles at which M(theta) is singular."""
+    """Returns the real angles at which M(theta) is singular."""
     origins = 2 * np.pi * np.arange(TURNS) / TURNS
     turns = [M[1] * np.cos(o) + M[2] * np.sin(o) for o in origins]
     best = int(np.argmin([np.linalg.cond(M[0] - turn) for turn in turns]))
@@ -126,7 +125,7 @@ def _roots(M: Array) -> list[float]:
 
 
 def _with_last(q: Array, last: int, arm: _Six, target: Array) -> Array:
-    """The angle of the last joint from the orientation that the others leave."""
+    """Sets the angle of the last joint from the remaining orientation."""
     constants, sliding = arm.constants, arm.slides
     before = forward(constants[: last + 1], q[:last].tolist(), sliding)[:3, :3]
     after = [k - last - 1 for k in sliding]
@@ -137,7 +136,7 @@ def _with_last(q: Array, last: int, arm: _Six, target: Array) -> Array:
 
 
 def _refined(arm: _Six, q: Array, target: Array) -> Array | None:
-    """A solution by Newton's steps on the pose; None where they do not end at it."""
+    """Refines a solution by Newton's method; returns None without convergence."""
     for _ in range(NEWTON):
         T, J = arm.pose_jacobian(q)
         E = target[:3, :3] @ T[:3, :3].T

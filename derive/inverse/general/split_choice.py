@@ -1,10 +1,10 @@
-"""The splits of a general arm that separate its solutions best, and the joints that are given.
+"""Selects the splits that best separate the solutions of a general arm, and the fixed joints.
 
-Where neighbouring axes of the arm meet or are parallel, many splits give a determinant of M that
-vanishes for every angle of the suppressed joint, or that does not tell some solutions apart. So all
-splits are tried at many configurations. A split is good at a configuration where det M is a
-trigonometric polynomial of degree 8 in the suppressed angle, and where the second smallest singular
-value of M at the solution, and the smallest of A, are far from zero; the greater, the better.
+If consecutive axes intersect or are parallel, many splits are unsuitable: det M is zero for every
+suppressed angle, or does not separate some solutions. So all splits are rated at many
+configurations. A split is suitable at a configuration if det M is a trigonometric polynomial of
+degree 8 in the suppressed angle. In addition, the second smallest singular value of M at the
+solution and the smallest singular value of A must be far from zero.
 """
 
 from collections.abc import Mapping, Sequence
@@ -35,32 +35,31 @@ from .raghavan_roth import (
 )
 
 SAMPLES = 32
-"""Angles at which the determinant of a split is sampled."""
+"""Number of angles at which the determinant of a split is sampled."""
 DEGREE = 8
-"""Degree of the determinant in the suppressed angle: sixteen solutions."""
+"""Degree of the determinant in the suppressed angle; allows sixteen solutions."""
 CONFIGURATIONS = 12
-"""Configurations at which a split of six joints is tried."""
+"""Number of configurations at which a split of six joints is rated."""
 GIVEN_CONFIGURATIONS, AT_RIGHT_ANGLES = 8, 2
-"""The same where joints are given, and how many more with these at each right angle."""
+"""Number of configurations with fixed joints, and of extra ones per right angle of these joints."""
 KEPT, MOST_KEPT = 3, 4
-"""Splits that are kept: where one fails at a pose, the next is tried. A fourth is kept only if it
-is good where the others are not."""
+"""Number of retained splits; if a split fails at a pose, the next is tried. A fourth split is
+retained only if it is suitable at configurations where the other three are not."""
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 MOST_JOINTS = len(PRIMES)
-"""Most joints of an arm, those that are given among them; the tables of the C have room for as
-many."""
+"""Maximum joint count of an arm, including fixed joints; equals the size of the C tables."""
 
 
 @dataclass(frozen=True)
 class Rating:
-    """How well a split does.
+    """Rating of a split.
 
     Attributes:
         split: The split.
-        separations: At each configuration the second smallest singular value of M over the
-            greatest; NaN where det M does not have degree 8.
-        pairs: At each configuration the smallest singular value of A, from which the pair of joints
-            follows, over the greatest.
+        separations: Second smallest singular value of M divided by the largest, per configuration;
+            NaN if the degree of det M is not 8.
+        pairs: Smallest singular value of A divided by the largest, per configuration. The pair of
+            joints is solved with A.
     """
 
     split: Split
@@ -69,38 +68,38 @@ class Rating:
 
     @property
     def least(self) -> tuple[float, ...]:
-        """At each configuration the lesser of both, NaN for NaN."""
+        """Minimum of ``separations`` and ``pairs`` per configuration; NaN propagates."""
         return tuple(map(float, np.minimum(self.separations, self.pairs)))
 
     @property
     def good_at(self) -> frozenset[int]:
-        """Indices of the configurations at which it is good."""
+        """Indices of the configurations at which the split is suitable."""
         return frozenset(k for k, s in enumerate(self.least) if s > SINGLE_SOLUTION)
 
     @property
     def good(self) -> float:
-        """Part of the configurations at which it is good."""
+        """Fraction of configurations at which the split is suitable."""
         return len(self.good_at) / len(self.separations)
 
     @property
     def is_fit(self) -> bool:
-        """Whether det M has degree 8 at some configuration."""
+        """Whether det M has degree 8 in at least one configuration."""
         return not all(np.isnan(self.separations))
 
     @property
     def key(self) -> tuple[float, float]:
-        """The greater, the better: part of good configurations, and separation at these."""
+        """Sort key (larger is better): suitable fraction, then the median separation there."""
         there = [self.least[k] for k in self.good_at]
         return self.good, float(np.median(there)) if there else 0.0
 
 
 @dataclass(frozen=True)
 class Choice:
-    """The splits by which an arm is solved.
+    """The selected splits and fixed joints of an arm.
 
     Attributes:
-        given: Indices of the joints that are given, in ascending order.
-        ratings: The splits that are kept, the best first.
+        given: Indices of the fixed joints, in ascending order.
+        ratings: The retained splits with their ratings, best first.
     """
 
     given: tuple[int, ...]
@@ -108,26 +107,26 @@ class Choice:
 
     @property
     def good(self) -> float:
-        """Part of the configurations at which some split is good."""
+        """Fraction of configurations at which at least one split is suitable."""
         found = frozenset[int]().union(*(rating.good_at for rating in self.ratings))
         return len(found) / len(self.ratings[0].separations)
 
     @property
     def separation(self) -> float:
-        """How well the best split tells solutions apart, where it is good: see its key."""
+        """How well the best split separates solutions; see :attr:`Rating.key`."""
         return self.ratings[0].key[1]
 
     @property
     def splits(self) -> tuple[Split, ...]:
-        """The splits, over the indices of the six joints that are solved for."""
+        """The splits, with indices of the six free joints."""
         return tuple(rating.split for rating in self.ratings)
 
 
 def choose(robot: SerialRobot) -> Choice | None:
-    """The splits of an arm of six joints and more, or None where none is good.
+    """Returns the splits of an arm with at least six joints, or None without a suitable split.
 
-    Where the other six are nearly singular without a slide, as without one along their axes, any
-    joint is given in its place.
+    Some arms need their prismatic joint: without it the other six are nearly singular. Then any
+    joint may be the fixed joint.
 
     Args:
         robot: The description.
@@ -141,25 +140,26 @@ def choose(robot: SerialRobot) -> Choice | None:
 
 
 def _best(robot: SerialRobot, ways: Sequence[tuple[int, ...]]) -> Choice | None:
-    """The best choice of the joints to be given, of some."""
+    """Returns the best result among several sets of fixed joints."""
     if not ways:
         return None
     constants, slides = numbers(robot), slides_of(robot)
     found = [choice for given in ways if (choice := choice_at(constants, given, slides))]
-    # Of equals the joint nearest to the tool is given: an operator sets it most easily.
+    # Among equal results, the joint nearest to the tool is fixed: an operator sets it easily.
     return max(reversed(found), key=lambda c: (c.good, c.ratings[0].key), default=None)
 
 
 def slides_of(robot: SerialRobot) -> frozenset[int]:
-    """Indices of the joints that slide."""
+    """Returns the indices of the prismatic joints."""
     return frozenset(k for k, joint in enumerate(robot.moving) if joint.kind == "prismatic")
 
 
 def ways_to_give(robot: SerialRobot) -> list[tuple[int, ...]]:
-    """The sets of joints that may be given so that six are left.
+    """Returns the sets of joints that may be fixed so that six joints are free.
 
-    Slides are given, and the revolute joints next to the base, as those of a torso are; each of the
-    others may be the last that is given. Where fewer than six joints turn, some slides are left.
+    Prismatic joints and the revolute joints next to the base (as in a torso) are fixed first; the
+    last fixed joint may be any other joint. With fewer than six revolute joints, some prismatic
+    joints stay free.
     """
     slides = sorted(slides_of(robot))
     turns = [k for k in range(len(robot.moving)) if k not in slides]
@@ -181,25 +181,26 @@ def choice_at(
     slides: frozenset[int] = frozenset(),
     apart: Sequence[float] = (),
 ) -> Choice | None:
-    """The splits where some joints are given, or None where none is good.
+    """Returns the splits for a set of fixed joints, or None without a suitable split.
 
     Args:
-        constants: The placements before, between and behind the joints, as floats.
-        given: Indices of the given joints, in ascending order.
-        slides: Indices of the joints that slide.
-        apart: How far solutions are apart in each of the six joints (radian), if it is known: those
-            of an arm near a structure often share some joints, in which no root tells them apart.
+        constants: The constant placements before, between and behind the joints, as floats.
+        given: Indices of the fixed joints, in ascending order.
+        slides: Indices of the prismatic joints.
+        apart: Separation of the solutions in each of the six joints (radian), if known. Solutions
+            of an arm near a structure often share some joint values, so these joints cannot
+            separate them.
     """
     choice = Choice(given, _ratings(constants, given, slides, apart))
     return choice if choice.ratings and choice.good > 0 else None
 
 
 def without(constants: Sequence[Array], motions: Mapping[int, Array]) -> list[Array]:
-    """The placements of the joints that are left where others are given.
+    """Returns the constant placements of the free joints.
 
     Args:
-        constants: The placements before, between and behind the joints.
-        motions: The motion (4, 4) of each given joint, by its index.
+        constants: The constant placements before, between and behind all joints.
+        motions: The motion (4, 4) of each fixed joint, keyed by joint index.
     """
     left = [constants[0]]
     for k, E in enumerate(constants[1:]):
@@ -216,10 +217,11 @@ def _ratings(
     slides: frozenset[int],
     apart: Sequence[float],
 ) -> tuple[Rating, ...]:
-    """The best splits, no two of the same order of joints, the best first.
+    """Returns the best splits with distinct joint orders, best first.
 
-    Where it is known how far solutions are apart, splits by joints that tell them apart are
-    preferred, each by another one: solutions that meet in one joint may differ in the next.
+    If the solution separations are known, splits whose suppressed joint separates the solutions
+    come first. Each has a different suppressed joint: solutions that coincide in one joint may
+    differ in another.
     """
 
     def tells_apart(rating: Rating) -> tuple[bool, bool]:
@@ -229,8 +231,8 @@ def _ratings(
 
     left = [rating for rating in _rated(constants, given, slides) if rating.is_fit]
     if not any(rating.good_at for rating in left):
-        # Where four axes or more meet in two points, A is singular in every split. So it is where
-        # both of the pair slide in one direction, but then the arm lacks a freedom.
+        # If four or more axes meet in two points, A is singular in every split. A is also singular
+        # for two parallel prismatic joints in the pair, but such an arm lacks a degree of freedom.
         sliding = slides_left(slides, len(constants) - 1, given)
         left = [
             replace(rating, pairs=(1.0,) * len(rating.pairs))
@@ -279,36 +281,37 @@ def _rated(
 
 
 def _value_at(angle: float, size: float, slides: bool) -> float:
-    """A joint's value; a slide goes the same part of the arm's length as a turn of a whole one."""
+    """Returns a joint value; the same fraction of a turn or of the arm length."""
     return angle / (2 * np.pi) * size if slides else angle
 
 
 def _solved(values: Sequence[float], given: tuple[int, ...]) -> list[float]:
-    """The values of the joints that are not given."""
+    """Returns the values of the free joints."""
     return [value for k, value in enumerate(values) if k not in given]
 
 
 def slides_left(slides: frozenset[int], joints: int, given: tuple[int, ...]) -> frozenset[int]:
-    """Places of the joints that slide, among those of an arm that are not given."""
+    """Returns the indices of the prismatic joints among the free joints."""
     left = [k for k in range(joints) if k not in given]
     return frozenset(place for place, k in enumerate(left) if k in slides)
 
 
 def _scaled(poses: Sequence[Array], size: float) -> list[Array]:
-    """Poses with lengths in parts of a length."""
+    """Returns poses with positions divided by ``size``."""
     return [np.vstack([np.hstack([T[:3, :3], T[:3, 3:] / size]), T[3:]]) for T in poses]
 
 
 def length(constants: Sequence[Array]) -> float:
-    """The sum of the distances between the arm's frames (metre), 1 where there are none."""
+    """Returns the sum of the distances between joint frames (metre), or 1 if the sum is 0."""
     return sum(float(np.linalg.norm(E[:3, 3])) for E in constants[1:]) or 1.0
 
 
 def _pairs(found: LineEquations) -> tuple[float, ...]:
-    """Smallest singular value of A, of each pose, over the greatest.
+    """Returns the smallest singular value of A divided by the largest, for each pose.
 
-    A is singular where the pair are two of three parallel axes: one solution for the others then
-    has two for the pair. Where both of the pair slide, products of squares never appear.
+    A is singular if the pair consists of two of three parallel axes: each solution of the other
+    joints then has two solutions of the pair. If both joints of the pair are prismatic, products of
+    squares do not appear.
     """
     A = found.left[..., 1:]
     parts, appear = np.zeros(len(A)), A.any((0, 1))
@@ -320,12 +323,14 @@ def _pairs(found: LineEquations) -> tuple[float, ...]:
 
 
 def _separations(found: LineEquations, split: Split, q: Array) -> tuple[float, ...]:
-    """Second smallest singular value at solutions q (C, 6) over the greatest; NaN for a bad split.
+    """Returns the second smallest singular value of M divided by the largest, at solutions.
+
+    NaN if the split is unsuitable.
 
     Args:
-        found: The equations of each pose, (C, 14, 9) and (C, 3, 14, 9).
-        split: Their split.
-        q: The values of the six joints at each pose, of which the suppressed angle is taken.
+        found: The equations (C, 14, 9) and (C, 3, 14, 9) of all poses.
+        split: The split of the equations.
+        q: Joint values (C, 6) at each pose; only the suppressed angle is used.
     """
     M = suppressed(found, split.halved)
     turns = 2 * np.pi * np.arange(SAMPLES) / SAMPLES
@@ -338,16 +343,16 @@ def _separations(found: LineEquations, split: Split, q: Array) -> tuple[float, .
 
 
 def _at(angle: Array, M: Array) -> Array:
-    """M (..., 3, 12, 12) of 1, cos and sin of an angle at angles (...), as (..., 12, 12)."""
+    """Evaluates M (..., 12, 12) at angles (...) from its coefficients (..., 3, 12, 12)."""
     c, s = np.cos(angle)[..., None, None], np.sin(angle)[..., None, None]
     return np.asarray(M[..., 0, :, :] + c * M[..., 1, :, :] + s * M[..., 2, :, :])
 
 
 def configurations(joints: int, given: tuple[int, ...]) -> list[list[float]]:
-    """Evenly distributed configurations without a pattern: multiples of square roots modulo 1.
+    """Returns quasi-random configurations: multiples of square roots of primes, modulo 1.
 
-    Where joints are given, they are at each right angle in some of them: the six that are left
-    often have a structure there.
+    In some configurations, fixed joints are at right angles, because the six free joints often have
+    a structure there.
     """
     if not given:
         return [_spread(joints, k) for k in range(CONFIGURATIONS)]

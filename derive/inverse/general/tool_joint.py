@@ -1,8 +1,8 @@
-"""Five joints as six: the sixth turns the tool about an axis of the tool and stays at 0.
+"""Solves five joints as six: an added joint 6 rotates the tool and must be at 0.
 
-A pose that five joints reach is a pose of the six with this angle 0, and solutions of the six with
-another angle are none of the five. The axis is skew to the others, so that the six have no
-structure, and far enough from the tool's origin to move it.
+Every solution of the five joints is a solution of the six joints with angle 6 at 0. Solutions with
+another angle 6 are discarded. The added axis is skew to the other axes, so that the six joints have
+no structure, and passes far enough from the tool origin to move it.
 """
 
 from collections.abc import Sequence
@@ -15,20 +15,20 @@ from .raghavan_roth import JOINTS
 from .split_choice import Choice, choice_at, length
 
 OWN = JOINTS - 1
-"""Joints of the arm."""
+"""Number of joints of the arm itself."""
 AXES = (((0.36, 0.48, 0.8), (0.4, -0.3, 0.0)), ((-0.8, 0.36, 0.48), (0.0, 0.4, 0.3)))
-"""Axes in the tool's frame: a direction, and a point in parts of the arm's length."""
+"""Candidate axes in the tool frame: direction, and point relative to the arm length."""
 APART = (np.pi,) * OWN + (0.0,)
-"""The solutions of a pose are apart in the arm's own joints alone (radian)."""
+"""Assumed separations of the solutions (radian): zero in the added joint."""
 
 
 @dataclass(frozen=True)
 class WithTool:
-    """An arm of five joints with a sixth.
+    """A five-joint arm with an added sixth joint.
 
     Attributes:
-        constants: The placements before, between and behind its joints, as floats.
-        choice: The orders of the joints in the equations.
+        constants: The constant placements before, between and behind the six joints, as floats.
+        choice: The joint orders in the equations.
     """
 
     constants: tuple[Array, ...]
@@ -40,12 +40,12 @@ def with_tool_joint(
     slides: frozenset[int] = frozenset(),
     given: tuple[int, ...] = (),
 ) -> WithTool | None:
-    """The arm of six joints that is solved best, or None where none is.
+    """Returns the best-conditioned six-joint extension of a five-joint arm, or None.
 
     Args:
-        constants: The placements before, between and behind the joints, as floats.
-        slides: Indices of the joints that slide.
-        given: Indices of the given joints, so that five are left.
+        constants: The constant placements before, between and behind the joints, as floats.
+        slides: Indices of the prismatic joints.
+        given: Indices of the fixed joints; five joints remain free.
     """
     found = []
     for direction, point in AXES:
@@ -54,7 +54,7 @@ def with_tool_joint(
         choice = choice_at(arm, given, slides, APART)
         if choice is None:
             continue
-        # All solutions of a pose share the angle of the sixth joint: no root tells them apart.
+        # All solutions of a pose share angle 6, so joint 6 cannot separate them.
         kept = tuple(r for r in choice.ratings if r.split.joints[2] != OWN)
         if kept and (own := replace(choice, ratings=kept)).good > 0:
             found.append(WithTool(arm, own))
@@ -62,7 +62,7 @@ def with_tool_joint(
 
 
 def _placement(z: Array, p: Array) -> Array:
-    """The frame (4, 4) at a point whose third axis has a direction (unit vector)."""
+    """Returns a frame (4, 4) at point ``p`` with z axis ``z`` (unit vector)."""
     x = np.cross([0.0, 0.0, 1.0], z)
     x /= np.linalg.norm(x)
     frame = np.eye(4)

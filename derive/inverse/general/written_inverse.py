@@ -1,4 +1,4 @@
-"""The inverse of a general arm: the function ``ik``, solved over the arm's placements."""
+"""Inverse of a general arm: the function ``ik`` with hand-written C and tables of the arm."""
 
 from collections.abc import Sequence
 
@@ -13,29 +13,30 @@ from .raghavan_roth import JOINTS
 from .split_choice import MOST_JOINTS, Choice, length, slides_of
 
 FIVE, SIX = "general_tool", "general"
-"""The solvers of arms of which five joints are solved for, and six."""
+"""Names of the solvers for five and for six free joints."""
 SLOTS = 16
 SOLVED_TURN, GIVEN_TURN, GIVEN_SLIDE, SOLVED_SLIDE = 0, 1, 2, 3
-"""The kinds of joints in the tables of the C."""
+"""Codes of the joint types in the C tables."""
 OPERATIONS = 60_000
-"""Approximate count: 12,000 for the equations, 20,000 for the samples of the determinant, 10,000
-for its roots, and 18,000 for the other joints and Newton's steps."""
+"""Approximate operation count: 12,000 for the equations, 20,000 for determinant samples, 10,000 for
+the roots, and 18,000 for the other joints and Newton's method."""
 CALLS = ("fk_jacobian_mixed",)
 
 
 def inverse(robot: SerialRobot, choice: Choice, constants: Sequence[Array]) -> WrittenFunction:
-    """The function ``ik``: every solution of a pose, in sixteen slots.
+    """Returns the function ``ik``: every solution of a pose, in sixteen slots.
 
-    Solutions come first, in the order of the suppressed joint; the other slots hold the nearest
-    answer where there is no solution, and a configuration that is none elsewhere. The margin of a
-    solution is |det J| over the product of the lengths of J's columns, with metres in parts of the
-    arm's length: 0 where J is singular and two solutions meet, at most 1. The margin of another
-    slot is its negative residual.
+    Solutions come first, sorted by the suppressed joint. Without a solution, the slots contain the
+    nearest result; unused slots otherwise contain an invalid configuration. The margin of a
+    solution is |det J| divided by the product of the column norms of J, with lengths relative to
+    the arm length. The margin is 0 if J is singular and two solutions coincide, and at most 1. The
+    margin of an invalid slot is its negative residual.
 
     Args:
         robot: The description.
-        choice: The orders of the joints in the equations.
-        constants: The placements of its joints, with the joint that turns the tool behind five.
+        choice: The joint orders in the equations.
+        constants: The constant placements of the joints, including the added joint of a five-joint
+            arm.
     """
     n, given = len(robot.coordinates), choice.given
     unit = common_unit(joint.unit for joint in robot.coordinates)
@@ -74,12 +75,12 @@ def _given(robot: SerialRobot, given: tuple[int, ...]) -> tuple[Argument, ...]:
 
 
 def tables(robot: SerialRobot, choice: Choice, constants: Sequence[Array]) -> tuple[Table, ...]:
-    """The fields of ``chasles_general_arm`` behind the functions that it calls."""
+    """Returns the table fields of ``chasles_general_arm`` (after its function pointers)."""
     nothing = (0.0,) * 12
     placed = tuple(_row(E) for E in constants)
     unused = MOST_JOINTS + 1 - len(placed)
     directions = tuple(float(joint.direction) for joint in robot.moving)
-    # The joint that turns the tool counts about its z axis.
+    # The added tool joint rotates about its positive z axis.
     directions += (1.0,) * (len(placed) - 1 - len(directions))
     return (
         len(robot.moving),
@@ -93,12 +94,12 @@ def tables(robot: SerialRobot, choice: Choice, constants: Sequence[Array]) -> tu
 
 
 def _kinds(robot: SerialRobot, given: tuple[int, ...]) -> tuple[int, ...]:
-    """What each joint is, with room for the most."""
+    """Returns the type code of each joint, padded to the maximum joint count."""
     slides = slides_of(robot)
     turning, sliding = (SOLVED_TURN, GIVEN_TURN), (SOLVED_SLIDE, GIVEN_SLIDE)
     return tuple((sliding if k in slides else turning)[k in given] for k in range(MOST_JOINTS))
 
 
 def _row(E: Array) -> tuple[float, ...]:
-    """The first three rows of a placement."""
+    """Returns the first three rows of a placement."""
     return tuple(map(float, E[:3].flat))

@@ -1,1 +1,1 @@
-"""Inverses of robots with loops: of their main chain, of shorter chains with slides, of legs."""
+"""Inverses of robots with loops: by the main chain, a shortened chain, or the legs."""

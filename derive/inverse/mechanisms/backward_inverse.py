@@ -1,9 +1,9 @@
-"""The inverse kinematics of robots with loops whose way forward is iterated.
+"""Inverse kinematics of robots whose loops need iteration in forward kinematics.
 
-A pose of the tool gives the joints of the main chain, and these give the actuators in closed form,
-loop by loop; an arm can fold to either side. Where the loops leave the main chain fewer freedoms
-than it has joints, as in a delta whose platform is turned, the loops' equations tell whether the
-robot reaches the pose.
+A tool pose determines the joints of the main chain, and these joints determine the actuators in
+closed form, loop by loop. Each loop may fold to either side. If the loops reduce the degrees of
+freedom of the main chain, as in a delta robot with a rotated platform, the loop equations decide
+whether the pose is reachable.
 """
 
 from functools import partial
@@ -40,14 +40,14 @@ from .substitution import substituted
 
 Structure = tuple[Lines, Attempt]
 WHOLE = 6
-"""Freedoms of a platform that nothing but its legs holds."""
+"""Degrees of freedom of a platform constrained only by its legs."""
 IDENTITY = "T is a pose at which the loops close with q[k] wherever residual[k] is rounding"
 
 
 def makers(h: Hybrid) -> dict[str, Maker]:
-    """The function ``ik`` where all joints have a closed form from the main chain, else none.
+    """Returns the function ``ik`` if all joints follow from the main chain in closed form.
 
-    Platforms on three legs in a plane have an inverse of their own.
+    Returns no function otherwise; planar platforms with three legs have a separate inverse.
     """
     fits = h.forward.open and triad_of(h) is None
     if not fits or h.backward.open or (h.may_have_inverse and not is_platform(h.mechanism)):
@@ -57,7 +57,7 @@ def makers(h: Hybrid) -> dict[str, Maker]:
 
 
 def _structure(h: Hybrid) -> Structure | None:
-    """The main chain's axes and the structure that solves them for a pose; None where none does."""
+    """Returns the main-chain axes and a structure that solves the pose, or None."""
     classification = classify(h.robot, h.terms)
     found = classification.found
     if found is None:
@@ -67,29 +67,29 @@ def _structure(h: Hybrid) -> Structure | None:
 
 
 def _inverse(h: Hybrid, structure: Structure) -> SymbolicFunction:
-    """The function ``ik``: a slot for each choice that makes a difference."""
+    """Returns the function ``ik`` with one slot per distinct sign combination."""
     function, work = _solved(h, frozenset(), structure)
     settled = _settled(h, function, work)
     return _solved(h, settled, structure)[0] if settled else function
 
 
 def _settled(h: Hybrid, function: SymbolicFunction, work: Work) -> frozenset[int]:
-    """The choices that make no difference, by their number; those of the main chain come first."""
+    """Returns the indices of the sign choices that do not change the result."""
     unused = _unused(h, function, work)
     if len(h.theta) == WHOLE and _is_held_at_its_end(h.mechanism):
-        # The joints that carry a platform write one pose in several ways: its legs are the same.
+        # Several joint vectors of the platform chain describe one pose; the legs are the same.
         return unused | frozenset(range(len(work.signs) - len(work.sides)))
     if not 0 < len(work.signs) <= MOST_CHOICES:
         return unused
     if len(h.theta) > len(h.q):
-        # Loops do not close at poses of any joints; what a choice changes shows there, too.
+        # Loops rarely close at random chain poses, but sign choices change the results there too.
         return unused | idle_choices(h, function, _poses(h), within=np.inf)[0]
     same, without = idle_choices(h, function, _poses(h))
     return unused | same | {k for k in without if work.signs[k] in work.sides}
 
 
 def _unused(h: Hybrid, function: SymbolicFunction, work: Work) -> frozenset[int]:
-    """The sides of loops on which no actuated coordinate depends, such as forks turned over."""
+    """Returns the loop branches that do not affect the actuated coordinates, such as fork flips."""
     q = function.outputs[0].entries
     behind = [*q, *(h.terms.definitions[symbol] for symbol in h.terms.needed(q))]
     used = {symbol for entry in behind for symbol in entry.free_symbols}
@@ -99,7 +99,7 @@ def _unused(h: Hybrid, function: SymbolicFunction, work: Work) -> frozenset[int]
 
 
 def _is_held_at_its_end(mechanism: Mechanism) -> bool:
-    """Whether loops hold no body of the main chain but its last, and nothing drives its joints."""
+    """Whether loops constrain only the last body of a main chain without actuated joints."""
     chain = {joint.name for joint in mechanism.main_chain.moving}
     ends = [frame for closer in mechanism.closers for frame in (closer.a, closer.b)]
     ways = [chain & {joint.name for joint in mechanism.way(frame.body)} for frame in ends]
@@ -108,7 +108,7 @@ def _is_held_at_its_end(mechanism: Mechanism) -> bool:
 
 
 def _poses(h: Hybrid) -> FloatArray:
-    """Poses (16, N) of the main chain around the reference."""
+    """Returns random poses (16, N) of the main chain around the reference."""
     (fk,) = lower([of_open_chain("fk", h)], "chain")
     size = h.backward.reference.size
     middle = np.array([h.at_reference[joint.name] for joint in h.robot.moving])
@@ -121,7 +121,7 @@ def _poses(h: Hybrid) -> FloatArray:
 def _solved(
     h: Hybrid, settled: frozenset[int], structure: Structure
 ) -> tuple[SymbolicFunction, Work]:
-    """The function without the choices that are settled, and its steps."""
+    """Returns the function without the settled sign choices, and its steps."""
     lines, found = structure
     terms, work = h.terms, Work(h.terms, settled=settled)
     target = of_pose(terms, POSE_SYMBOLS, home_of(h.robot, terms))

@@ -1,8 +1,9 @@
-"""How far a robot with loops as built is from its design, whichever frames describe them.
+"""Geometric difference between a robot with loops as built and its design.
 
-Both stand at the same actuated coordinates, their loops closed. Joints are lines, balls are points,
-and slides are directions. A body of the one is laid on the same body of the other as well as it can
-be, to first order, so that neither the frames of bodies nor where a frame is along its joint count.
+Both robots are compared at the same actuated coordinates, with closed loops. A joint is represented
+by a line, a ball joint by a point, a prismatic joint by a direction. Each body is aligned with its
+counterpart to first order. So the result depends neither on the body frames nor on the position of
+a frame along its joint axis.
 """
 
 from collections.abc import Iterator, Mapping
@@ -20,12 +21,12 @@ Poses = Mapping[str, FloatArray]
 
 
 class Feature(NamedTuple):
-    """A place of a body in the base frame.
+    """A geometric feature of a body (point and directions), in the base frame.
 
     Attributes:
-        point: (3,) a point of it (metre).
-        axes: (k, 3) its directions.
-        across: (3, 3) projector on the displacements of the point that move it.
+        point: (3,) a point of the feature (metre).
+        axes: (k, 3) directions of the feature.
+        across: (3, 3) projector onto the point displacements that move the feature.
     """
 
     point: FloatArray
@@ -34,9 +35,9 @@ class Feature(NamedTuple):
 
 
 def apart(built: Mechanism, design: Mechanism) -> tuple[float, float]:
-    """The largest distance (metre) and turn (radian) between places of the same bodies.
+    """Returns the largest distance (metre) and rotation (radian) between corresponding features.
 
-    Lengths of rods and the zeros of actuated joints count too.
+    Rod lengths and zero offsets of actuated joints are compared too.
 
     Args:
         built: The robot as built.
@@ -69,7 +70,7 @@ def apart(built: Mechanism, design: Mechanism) -> tuple[float, float]:
 
 
 def _posture(bodies: BodiesInNumbers, values: Mapping[str, float]) -> dict[str, list[Feature]]:
-    """The features of each body at given coordinates, the loops closed."""
+    """Returns the features of each body at fixed coordinates with closed loops."""
     m = bodies.mechanism
     at = bodies.nearest(values, bodies.unknown, [closer.name for closer in m.closers])
     poses = bodies.poses(at)
@@ -111,24 +112,24 @@ def _pose(T: FloatArray) -> Feature:
 
 
 def _size(posture: Mapping[str, list[Feature]]) -> float:
-    """The distance (metre) of the farthest feature from the mean, 1 where all are in one point."""
+    """Returns the distance (metre) of the farthest feature from the mean, or 1 if it is 0."""
     points = np.array([f.point for of in posture.values() for f in _about(_centre(of), of)])
     return float(np.linalg.norm(points - points.mean(0), axis=1).max()) or 1.0
 
 
 def _centre(features: list[Feature]) -> FloatArray:
-    """A point amid the features of a body, wherever their own points are along their axes."""
+    """Returns the mean of the feature points that are nearest to the origin."""
     feet = _about(np.zeros(3), features)
     return np.asarray(np.mean([foot.point for foot in feet], axis=0))
 
 
 def _about(centre: FloatArray, features: list[Feature]) -> list[Feature]:
-    """Features whose points are the nearest to a centre."""
+    """Moves the point of each feature along its axis to the position nearest to ``centre``."""
     return [f._replace(point=centre + f.across @ (f.point - centre)) for f in features]
 
 
 def _starts(features: list[Feature]) -> Iterator[int]:
-    """The first row, in triples, of each feature."""
+    """Yields the first row of each feature, counted in row triples."""
     first = 0
     for feature in features:
         yield first
@@ -138,14 +139,14 @@ def _starts(features: list[Feature]) -> Iterator[int]:
 def _rows(
     features: list[Feature], others: list[Feature], size: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Differences of features (metre), and their derivative by the body's twist (v, size w)."""
+    """Returns the Jacobian for the body twist (v, size w) and the feature differences (metre)."""
     rows, left = [], []
     for one, other in zip(features, others, strict=True):
         rows.append(np.hstack([one.across, -one.across @ _cross(one.point) / size]))
         left.append(one.across @ (one.point - other.point))
         for n, m in zip(one.axes, other.axes, strict=True):
             rows.append(np.hstack([np.zeros((3, 3)), -_cross(n)]))
-            # A line has no sense, but the frame of a pose has.
+            # A line may be reversed; the axes of a pose may not.
             left.append(size * (n - (m if len(one.axes) > 1 or n @ m > 0 else -m)))
     return np.concatenate(rows), np.concatenate(left)
 
@@ -153,7 +154,7 @@ def _rows(
 def _zeros(
     bodies: BodiesInNumbers, twists: Mapping[str, FloatArray], size: float
 ) -> Iterator[tuple[float, bool]]:
-    """How far the zeros of actuated joints are apart, and whether that is a length."""
+    """Yields zero-offset differences of actuated joints; True marks a length."""
     m, poses = bodies.mechanism, bodies.poses(bodies.values)
     driven = {c.moves for c in m.coordinates}
     for joint in m.joints:
@@ -165,6 +166,6 @@ def _zeros(
 
 
 def _cross(v: FloatArray) -> FloatArray:
-    """The matrix of v x."""
+    """Returns the matrix that maps u to v x u."""
     x, y, z = v
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

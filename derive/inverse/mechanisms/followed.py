@@ -1,7 +1,7 @@
-"""Poses and Jacobians in numbers of robots whose loops have no closed form.
+"""Numeric poses and Jacobians of robots whose loops have no closed form.
 
-All configurations at once follow the straight line from the reference in some stations, with a few
-steps of Newton's iteration at each.
+All configurations are continued together along straight lines from the reference, with a few Newton
+steps at each intermediate point.
 """
 
 import numpy as np
@@ -14,15 +14,15 @@ from ...terms.casadi_graph import lower
 
 FloatArray = NDArray[np.float64]
 STATIONS, STEPS, LAST_STEPS = 4, 2, 4
-"""Points of the way, and steps at each and at its end: coordinates that need more count as not led,
-as those beside a singularity do."""
+"""Number of path points, Newton steps per point, and Newton steps at the end. Coordinates that need
+more steps, for example near a singularity, count as not converged."""
 
 
 class Followed:
-    """The main chain and the tool at actuated coordinates, by iteration."""
+    """Solves the main chain and the tool pose at actuated coordinates by iteration."""
 
     def __init__(self, closure: LoopClosure) -> None:
-        """Lowers the equations of the loops and the pose of the main chain's tool."""
+        """Compiles the loop equations and the tool pose of the main chain."""
         self.closure = closure
         h = closure.hybrid
         self.equations, self.pose = lower(
@@ -31,11 +31,11 @@ class Followed:
         self.chain = [closure.names.index(joint.name) for joint in h.robot.moving]
 
     def theta(self, q: FloatArray) -> FloatArray:
-        """(N, n_theta) joints of the main chain at coordinates (N, n)."""
+        """Returns main-chain joints (N, n_theta) at coordinates (N, n)."""
         return np.asarray(self._closed(q)[0][:, self.chain])
 
     def posed(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Poses (N, 4, 4) and mixed Jacobians (N, 6, n) at coordinates (N, n)."""
+        """Returns poses (N, 4, 4) and mixed Jacobians (N, 6, n) at coordinates (N, n)."""
         w, D = self._closed(q)
         given, unknown = self.closure.given, self.closure.unknown
         slope = np.zeros((len(q), w.shape[1], q.shape[1]))
@@ -46,7 +46,7 @@ class Followed:
         return T, J @ slope[:, self.chain]
 
     def _closed(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Variables (N, W), NaN where they are not reached, and derivatives (N, M, W)."""
+        """Returns loop variables (N, W), NaN without convergence, and derivatives (N, M, W)."""
         start, unknown = self.closure.start, self.closure.unknown
         w = np.repeat(start.w[None], len(q), 0)
         for k in range(1, STATIONS + 1):
@@ -65,7 +65,7 @@ class Followed:
 
 
 def _solved(A: FloatArray, b: FloatArray) -> FloatArray:
-    """The least-squares solutions of many systems, NaN where a matrix is not finite."""
+    """Returns least-squares solutions of many systems; NaN for nonfinite matrices."""
     found = np.full((len(A), A.shape[-1], b.shape[-1]), np.nan)
     sound = np.isfinite(A).all((-2, -1)) & np.isfinite(b).all((-2, -1))
     found[sound] = np.linalg.pinv(A[sound]) @ b[sound]

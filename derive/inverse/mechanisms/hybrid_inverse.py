@@ -1,8 +1,8 @@
-"""The inverse kinematics of a robot with loops: first its main chain, then its actuators.
+"""Inverse kinematics of a robot with loops: first the main chain, then the actuators.
 
-Where the main chain has a structure of its own, its joints follow from the pose, and the actuators
-from the joints. Where loops keep part of the chain from turning, slides take its place, and the
-actuators that move this part follow from the lengths of the slides.
+If the main chain has a structure, its joints follow from the pose, and the actuators follow from
+the joints. If the loops keep part of the chain from rotating, virtual prismatic joints replace this
+part, and its actuators follow from the prismatic displacements.
 """
 
 from collections.abc import Mapping, Sequence
@@ -51,7 +51,7 @@ from .translating_tool import of_position_alone, position_task, still_axes
 from .translation import Translating, actuators_of, translating
 
 MOST_TRIED = 60
-"""Sets of turning joints between others that are tried as given ones."""
+"""Maximum number of sets of inner revolute joints tried as fixed joints."""
 IDENTITY = "fk(q[k]) = T wherever residual[k] is rounding"
 
 
@@ -63,14 +63,15 @@ def hybrid_inverses(
 ) -> Inverses:
     """Derives the closed-form inverse of a robot with loops that has a main chain.
 
-    Where lengths off their design spoil the structure, the inverse is led from the nominal robot.
+    If deviations from the design break the structure, the inverse is refined from the nominal
+    robot.
 
     Args:
         hybrid: The robot.
         families: The families to try on the main chain, in order.
-        give: Indices of the chain's joints to be given; () for those that the structure needs.
-        closure: The equations of loops without a closed form, whose inverse can only be led; None
-            for other robots.
+        give: Indices of the chain joints to fix; () lets the structure select them.
+        closure: Closure equations of loops without a closed form, which require a nominal robot;
+            None if all loops have a closed form.
     """
     if closure is not None:
         exact = Inverses(classify(hybrid.robot, hybrid.terms, len(hybrid.q), families, give), {})
@@ -86,14 +87,14 @@ def hybrid_inverses(
 def _by_structure(
     hybrid: Hybrid, families: Sequence[Family], give: tuple[int, ...], built: Hybrid | None = None
 ) -> Inverses:
-    """The inverse of the chain, or of the shorter chain with slides.
+    """Returns the inverse of the main chain, or of the shortened chain with virtual joints.
 
     Args:
         hybrid: The robot.
         families: The families to try.
-        give: Indices of the chain's joints to be given.
-        built: The robot as built that is led from this one: its coordinates hold given joints, and
-            its loops may close beyond this one's dead points; None where there is none.
+        give: Indices of the chain joints to fix.
+        built: The robot as built, if ``hybrid`` is its nominal robot; None otherwise. Its loops may
+            close beyond the dead points of the nominal robot.
     """
     classification = classify(hybrid.robot, hybrid.terms, len(hybrid.q), families, give)
     if classification.found is None and not give:
@@ -115,9 +116,9 @@ def _by_structure(
 def _giving_turns(
     hybrid: Hybrid, classification: Classification, families: Sequence[Family]
 ) -> Classification | None:
-    """The structure that given joints in between leave, which turn; the last joints come first.
+    """Returns a structure with inner revolute joints fixed; tries the last joints first.
 
-    Four parallel axes on a column, as of excavators with a long arm, have no other given joint.
+    For example, four parallel axes on a column (long-arm excavators) have no other joint to fix.
     """
     lines, count = classification.lines, len(hybrid.robot.moving)
     surplus = count - rank.of_chain(lines)
@@ -135,12 +136,12 @@ def _by_nominal(
     give: tuple[int, ...],
     closure: LoopClosure | None,
 ) -> Inverses | None:
-    """The inverse that is led from a nominal mechanism; None where none leads to the robot."""
+    """Returns the inverse refined from a nominal mechanism, or None without convergence."""
     for nominal in nominal_mechanisms(hybrid.mechanism):
         try:
             found = _of_nominal(hybrid, nominal, families, give, closure)
         except RobotError:
-            # The loops of this one do not close at the reference.
+            # The loops of this nominal mechanism do not close at the reference.
             if hybrid.mechanism.nominal is not None:
                 raise
             continue
@@ -150,9 +151,9 @@ def _by_nominal(
 
 
 def _unled(hybrid: Hybrid, exact: Inverses, give: tuple[int, ...]) -> Inverses:
-    """No inverse, and what that has to do with the nominal robot.
+    """Adds the role of the nominal robot to the reason why there is no inverse.
 
-    Where joints are asked to be given, it is these that leave none.
+    With joints fixed by the caller, the reason is not changed.
     """
     nominal, missing = hybrid.mechanism.nominal, exact.classification.missing
     attempts = exact.classification.attempts
@@ -216,17 +217,17 @@ def _of_nominal(
 
 
 def _holds(hybrid: Hybrid, solved: Solved, found: Attempt) -> bool:
-    """Whether given joints alone determine the coordinates that hold them."""
+    """Whether the fixed joints depend only on their own actuated coordinates."""
     given = {hybrid.theta[k] for k in found.given}
     held = (hybrid.actuator(k) for k in solved.function.role.given)
     return all(_arguments(hybrid, entry) <= given for entry in held)
 
 
 def _by_chain(hybrid: Hybrid, lines: Lines, found: Attempt, built: Hybrid | None) -> Solved:
-    """The joints of the main chain, then the actuators from them.
+    """Solves the joints of the main chain, then the actuators.
 
-    The loops of a robot as built give its own actuators, where they have a closed form: they may
-    be beyond a dead point of the design's, such as a parallelogram's that folds there.
+    For a robot as built, the actuators use the built loops if these have a closed form. The built
+    loops may be beyond a dead point of the design, for example in a folded parallelogram.
     """
     whole = _on_chain(hybrid, lines, found, Work(hybrid.terms))
     settled = settled_choices(hybrid, whole, found.given)
@@ -243,10 +244,9 @@ def _by_chain(hybrid: Hybrid, lines: Lines, found: Attempt, built: Hybrid | None
 def _on_chain(
     hybrid: Hybrid, lines: Lines, found: Attempt, work: Work, built: Hybrid | None = None
 ) -> Solved:
-    """The same with all choices that are not settled.
+    """Solves the chain and the actuators without the settled sign choices.
 
-    The iteration to a robot as built does not move coordinates that hold given joints: they are
-    those as built.
+    Newton's method does not change coordinates of fixed joints, so the values as built are used.
     """
     terms = hybrid.terms
     arguments, joints = _joints_of(hybrid, lines, found, work)
@@ -271,9 +271,9 @@ def _on_chain(
 def _start_on_chain(
     design: Hybrid, built: Hybrid, lines: Lines, found: Attempt, work: Work
 ) -> Solved:
-    """The joints of the design's main chain, then the actuators as built from them.
+    """Solves the main-chain joints of the design, then the actuators as built.
 
-    The residual compares the pose of the design's main chain, whatever its loops do.
+    The residual compares only the pose of the design's main chain, not its loops.
     """
     terms = design.terms
     arguments, joints = _joints_of(design, lines, found, work)
@@ -292,7 +292,7 @@ def _start_on_chain(
 def _joints_of(
     hybrid: Hybrid, lines: Lines, found: Attempt, work: Work
 ) -> tuple[tuple[Argument, ...], list[sp.Expr]]:
-    """The arguments besides the pose, and the joints of the main chain from all of them."""
+    """Returns the arguments besides the pose, and the solved main-chain joints."""
     robot, terms = hybrid.robot, hybrid.terms
     symbols = {k: sp.Symbol(f"_{robot.moving[k].name}", real=True) for k in found.given}
     given = {k: robot.moving[k].direction * symbol for k, symbol in symbols.items()}
@@ -306,7 +306,7 @@ def _joints_of(
 def _by_translation(
     hybrid: Hybrid, moved: Translating, found: Attempt, is_start: bool
 ) -> Solved | None:
-    """Turns and slides of the shorter chain, then the actuators from them."""
+    """Solves the joints of the shortened chain, then the actuators."""
     whole = _on_shorter_chain(hybrid, moved, found, Work(hybrid.terms))
     if whole is None:
         return None
@@ -317,7 +317,7 @@ def _by_translation(
 def _on_shorter_chain(
     hybrid: Hybrid, moved: Translating, found: Attempt, work: Work, *, is_start: bool = False
 ) -> Solved | None:
-    """The same with all choices that are not settled."""
+    """Solves the chain and the actuators without the settled sign choices."""
     robot, terms = hybrid.robot, hybrid.terms
     target = of_pose(terms, POSE_SYMBOLS, _matrix(moved.home))
     solve_chain(work, moved.lines, found, target, {})
@@ -344,13 +344,13 @@ def _on_shorter_chain(
             return None
         q.append(substituted(terms, [entry], theta)[0])
     margins = list(substituted(terms, closing, theta))
-    # Slides tell nothing of the loops that move them.
+    # Virtual prismatic joints do not show whether the loops behind them close.
     residual = _residual(hybrid, q, is_closed=is_start)
     return _solved(hybrid, work, (), found.family.inputs, tuple(q), residual, closing=margins)
 
 
 def _arguments(hybrid: Hybrid, entry: sp.Expr) -> set[sp.Symbol]:
-    """The joints of the main chain that a formula depends on."""
+    """Returns the main-chain joints that an expression depends on."""
     rests_on = [entry, *(hybrid.terms.definitions[s] for s in hybrid.terms.needed([entry]))]
     return {symbol for e in rests_on for symbol in e.free_symbols} & set(hybrid.theta)
 
@@ -366,7 +366,7 @@ def _solved(
     given: Sequence[int] = (),
     closing: Sequence[sp.Expr] = (),
 ) -> Solved:
-    """The function."""
+    """Assembles the solved task with its function."""
     unit = common_unit([c.unit for c in hybrid.mechanism.coordinates])
     asked = (pose_argument(hybrid.robot), *arguments, *(i.argument for i in inputs))
     function = function_of("ik", work, asked, q, unit, residual, IDENTITY, given, closing)
@@ -374,9 +374,9 @@ def _solved(
 
 
 def _residual(hybrid: Hybrid, q: Sequence[sp.Expr], *, is_closed: bool = True) -> sp.Expr:
-    """Compares the tool's pose at these actuated coordinates with the wanted one.
+    """Compares the tool pose at the actuated coordinates with the target pose.
 
-    Without ``is_closed``, it is NaN where a loop does not close at these coordinates.
+    Without ``is_closed``, the result is NaN if a loop does not close at these coordinates.
     """
     terms = hybrid.terms
     axes, origin = hybrid.kinematics.forward.tool_pose()
@@ -389,7 +389,7 @@ def _residual(hybrid: Hybrid, q: Sequence[sp.Expr], *, is_closed: bool = True) -
 
 
 def _while_closed(hybrid: Hybrid, residual: sp.Expr, closing: Sequence[sp.Expr]) -> sp.Expr:
-    """The residual, NaN where a loop does not close from the main chain."""
+    """Returns the residual, or NaN if a loop does not close for the main-chain joints."""
     if not closing:
         return residual
     closed = sp.And(*(sp.Ge(margin, 0) for margin in closing))
@@ -397,7 +397,7 @@ def _while_closed(hybrid: Hybrid, residual: sp.Expr, closing: Sequence[sp.Expr])
 
 
 def _coordinates(hybrid: Hybrid, joints: Sequence[int]) -> list[int]:
-    """The actuated coordinates, by index, that move joints of the main chain."""
+    """Returns the indices of actuated coordinates that move the listed main-chain joints."""
     entries = [hybrid.chain[k] for k in joints]
     rests_on = [*entries, *(hybrid.terms.definitions[s] for s in hybrid.terms.needed(entries))]
     behind = {symbol for e in rests_on for symbol in e.free_symbols}
@@ -409,7 +409,7 @@ def _triples(entries: Sequence[sp.Expr]) -> list[Vector]:
 
 
 def _matrix(home: tuple[Basis, Vector]) -> sp.Matrix:
-    """A pose of axes and origin as a homogeneous matrix."""
+    """Returns a pose (axes and origin) as a homogeneous matrix."""
     axes, origin = home
     T = sp.eye(4)
     for j, column in enumerate((*axes, origin)):

@@ -1,4 +1,4 @@
-"""The inverse kinematics of a platform on cylinders: the lengths of its legs at a pose."""
+"""Inverse kinematics of a platform on six cylinders: leg lengths from a pose."""
 
 import sympy as sp
 
@@ -15,7 +15,7 @@ FREEDOMS = 6
 
 
 def makers(h: Hybrid) -> dict[str, Maker]:
-    """The function ``ik`` of a platform that six cylinders hold, none for other robots."""
+    """Returns the function ``ik`` of a six-cylinder platform; empty for other robots."""
     mechanism = h.mechanism
     moved = {coordinate.moves for coordinate in mechanism.coordinates}
     on_cylinders = {strut.name for strut in mechanism.struts if strut.is_cylinder} == moved
@@ -25,10 +25,11 @@ def makers(h: Hybrid) -> dict[str, Maker]:
 
 
 def leg_lengths(h: Hybrid) -> SymbolicFunction:
-    """The function ``ik``: a pose has one vector of leg lengths.
+    """Returns the function ``ik``: each pose has one vector of leg lengths.
 
-    A leg's length is the distance of its ends. The residual is the deviation of T from a rigid
-    pose, which has all lengths but need not be the mode that the loops are solved for.
+    A leg length is the distance between the leg's end points. The residual is the deviation of T
+    from a rigid pose. A rigid pose always has leg lengths but may be in another assembly mode than
+    forward kinematics.
     """
     terms, names = h.terms, [strut.name for strut in h.mechanism.struts]
     rows = [POSE_SYMBOLS[4 * i : 4 * i + 4] for i in range(3)]
@@ -49,7 +50,7 @@ def leg_lengths(h: Hybrid) -> SymbolicFunction:
         dot(terms, axes[i], axes[k]) - (1 if i == k else 0) for i in range(3) for k in range(i, 3)
     ]
     residual = terms.let(sp.sqrt(squares(terms, products)))
-    # A length is zero where both ends meet: no leg has a direction there.
+    # A leg of length zero has no direction.
     margin = lengths[names[0]]
     for name in names[1:]:
         margin = terms.let(sp.Min(margin, lengths[name], evaluate=False))

@@ -1,10 +1,10 @@
-"""The choices of an inverse of a robot with loops: the sides of its loops, and idle choices.
+"""Loop branches in the inverse of a robot with loops, and removal of redundant sign choices.
 
-Joints of the main chain are held by several vectors of actuated coordinates where a leg or a
-four-bar can fold to either side. The inverse offers the side as one more choice. Choices that make
-no difference are settled when the inverse is derived: a platform that does not turn has the same
-legs for both ways to write its orientation, and a side on which forward kinematics never is gives
-no solution.
+If a leg or a four-bar linkage can fold to either side, several actuator vectors give the same
+main-chain joints. Each such loop adds a sign choice to the inverse. Sign choices that do not change
+the result are settled during the derivation. For example, a platform that does not rotate has the
+same legs for both solutions of its orientation, and branches unreachable by forward kinematics have
+no solutions.
 """
 
 from collections.abc import Sequence
@@ -27,28 +27,29 @@ from ..tasks.task import Solved
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 SAMPLES, MOST_DRAWN = 200, 4000
-"""Configurations that an inverse is asked for, and those drawn to find them: loops of cranks and
-rods close at one in twenty."""
+"""Number of test configurations, and of random trials to find them; crank-and-rod loops close in
+one of twenty trials."""
 PARTS, FEW = (1.0, 0.1, 0.01, 0.001), 20
-"""Parts of the mechanism's size over which lengths without limits are drawn, in turn until a few
-configurations close: three booms far from the base close within a small part of it."""
+"""Sampling ranges of unlimited lengths, relative to the mechanism size, and the sufficient number
+of closed configurations. The ranges are tried in turn: three booms far from the base close only
+within a small range."""
 MOST_CHOICES = 9
-"""Choices that are tried together, in 512 slots; with more, loops stay on the reference's side."""
+"""Maximum number of sign choices (512 slots); with more, loops stay on the reference branch."""
 
 
 def solved_on_sides(hybrid: Hybrid, work: Work) -> Solution:
-    """All joints from the main chain, with a sign for the side of each loop.
+    """Solves all joints from the main chain, with one sign per loop branch.
 
     Args:
         hybrid: The robot.
-        work: Receives the signs and the names of the sides; a sign of 1 is the reference's side.
+        work: Receives the signs and branch names; sign 1 is the reference branch.
     """
     given = [joint.name for joint in hybrid.robot.moving]
     solution = with_free_sides(hybrid.loops, hybrid.backward, given, work.sign)
     chosen = [step for step in solution.steps if _is_free(step)]
     names = [step.name(hybrid.mechanism) for step in chosen]
     for step, name in zip(chosen, names, strict=True):
-        # A loop that two steps close in turn is not enough of a name.
+        # If two steps close the same loop, the name also includes the joint.
         told = f"{name} at {step.joints[1].split('.')[0]}" if names.count(name) > 1 else name
         (symbol,) = sp.Add(step.sign).free_symbols
         work.sides[symbol] = told, _sides(step, symbol)
@@ -56,26 +57,27 @@ def solved_on_sides(hybrid: Hybrid, work: Work) -> Solution:
 
 
 def _is_free(step: LoopStep) -> bool:
-    """Whether the side of a step is a symbol, not a number."""
+    """Whether the branch sign of a step is a symbol, not a number."""
     return bool(sp.Add(step.sign).free_symbols)
 
 
 def _sides(step: LoopStep, symbol: sp.Symbol) -> dict[int, str]:
-    """The names of both sides of a step, by the value of its sign's symbol."""
+    """Returns the names of both branches of a step, keyed by the sign value."""
     sign = sp.Add(step.sign)
     return {value: step.branches[int(sign.subs(symbol, value))] for value in (1, -1)}
 
 
 def settled_choices(hybrid: Hybrid, solved: Solved, given: Sequence[int] = ()) -> frozenset[int]:
-    """The choices of an inverse that make no difference, by their number.
+    """Returns the indices of the redundant sign choices of an inverse.
 
-    The inverse is asked for the poses of random configurations. A choice is idle where both its
-    sides have the same coordinates, and the side of a loop where the other one gives no solution.
+    The inverse is evaluated at the poses of random configurations. A sign choice is redundant if
+    both signs give the same coordinates. A loop branch is also redundant if the opposite branch has
+    no solution.
 
     Args:
         hybrid: The robot.
-        solved: Its inverse with all choices.
-        given: Indices of the main chain's joints that the inverse takes besides a pose.
+        solved: The inverse of the robot with all sign choices.
+        given: Indices of the main-chain joints whose values are inputs of the inverse.
     """
     function, work = solved.function, solved.work
     of_loops = choices_of_loops(work)
@@ -89,20 +91,20 @@ def settled_choices(hybrid: Hybrid, solved: Solved, given: Sequence[int] = ()) -
 
 
 def choices_of_loops(work: Work) -> frozenset[int]:
-    """The choices that are sides of loops, by their number."""
+    """Returns the indices of the sign choices that are loop branches."""
     return frozenset(k for k, symbol in enumerate(work.signs) if symbol in work.sides)
 
 
 def unused_sides(built: Hybrid, start: Solved, given: Sequence[int] = ()) -> frozenset[int]:
-    """The sides of loops on which a robot as built never is, by the number of their choice.
+    """Returns the indices of loop branches that a robot as built never reaches.
 
-    At the poses of random configurations, the reference's side of such a loop gives starts that are
-    as near to the coordinates.
+    At random configurations, the reference branch of such a loop gives start values that are
+    equally close to the coordinates.
 
     Args:
         built: The robot as built.
-        start: The starts of its inverse, with all sides of its loops.
-        given: Indices of the main chain's joints that the inverse takes besides a pose.
+        start: The start values of its inverse, with all loop branches.
+        given: Indices of the main-chain joints whose values are inputs of the inverse.
     """
     function, of_loops = start.function, choices_of_loops(start.work)
     if not of_loops:
@@ -122,24 +124,24 @@ def unused_sides(built: Hybrid, start: Solved, given: Sequence[int] = ()) -> fro
 
 
 def _least(far: FloatArray) -> FloatArray:
-    """The least distance (N,) of all slots (..., N)."""
+    """Returns the smallest distance (N,) over all slots (..., N)."""
     return np.asarray(far.reshape(-1, far.shape[-1]).min(0))
 
 
 def idle_choices(
     hybrid: Hybrid, function: SymbolicFunction, *inputs: FloatArray, within: float | None = None
 ) -> tuple[frozenset[int], frozenset[int]]:
-    """The choices of an inverse that make no difference at some poses, by their number.
+    """Finds the sign choices of an inverse that do not change the results at sample poses.
 
     Args:
         hybrid: The robot.
-        function: Its inverse with all choices.
-        inputs: What the inverse takes: poses (16, N) first.
-        within: The residual below which coordinates solve a pose; rounding by default.
+        function: The inverse of the robot with all sign choices.
+        inputs: Inputs of the inverse; the first are poses (16, N).
+        within: Maximum residual of a solution; rounding error by default.
 
     Returns:
-        The choices both of whose sides have the same coordinates; and those whose other side has
-        no solution.
+        Indices of the choices with equal coordinates for both signs, and of the choices whose sign
+        -1 has no solution.
     """
     if within is None:
         within = LED_BACK * min(hybrid.backward.reference.size, 1.0)
@@ -151,7 +153,7 @@ def idle_choices(
 
 
 def _poses(hybrid: Hybrid, given: Sequence[int]) -> list[FloatArray]:
-    """Random coordinates (N, n), their poses (16, N), and given joints (1, N) there."""
+    """Returns random coordinates (N, n), their poses (16, N), and fixed joint values (1, N)."""
     fk, theta = lower([hybrid.tool_functions(["fk"])["fk"], chain(from_actuators(hybrid))], "true")
     for part in PARTS:
         known = _configurations(hybrid, part)
@@ -166,7 +168,7 @@ def _poses(hybrid: Hybrid, given: Sequence[int]) -> list[FloatArray]:
 def _asked(
     function: SymbolicFunction, inputs: Sequence[FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """Coordinates (2, ..., 2, N, n) of every slot at poses, and residuals (2, ..., 2, N)."""
+    """Returns coordinates (2, ..., 2, N, n) and residuals (2, ..., 2, N) of every slot."""
     (ik,) = lower([function], "inverse")
     count = inputs[0].shape[1]
     slots = [
@@ -179,7 +181,7 @@ def _asked(
 
 
 def _is_idle(hybrid: Hybrid, q: FloatArray, solves: BoolArray, choice: int) -> bool:
-    """Whether both sides of a choice have the same solutions."""
+    """Whether both signs of a choice have the same solutions."""
     one, other = (np.take(solves, side, axis=choice) for side in (0, 1))
     if not one.any() or (one != other).any():
         return False
@@ -190,7 +192,7 @@ def _is_idle(hybrid: Hybrid, q: FloatArray, solves: BoolArray, choice: int) -> b
 
 
 def _moved(hybrid: Hybrid, apart: FloatArray) -> FloatArray:
-    """How far differences (..., n) of coordinates move their joints, the shorter way round."""
+    """Converts coordinate differences (..., n) to joint differences, modulo one turn."""
     moved = apart * [float(hybrid.terms.value(c.ratio)) for c in hybrid.mechanism.coordinates]
     turns = [c.kind == "revolute" for c in hybrid.mechanism.coordinates]
     wrapped = np.remainder(moved + np.pi, 2 * np.pi) - np.pi
@@ -198,10 +200,11 @@ def _moved(hybrid: Hybrid, apart: FloatArray) -> FloatArray:
 
 
 def _configurations(hybrid: Hybrid, part: float) -> FloatArray:
-    """The reference's coordinates and random ones (N, n).
+    """Returns the reference coordinates and random coordinates (N, n).
 
-    They are within the limits, all round, or within a part of the mechanism's size.
-    From closer to the reference than its whole size, a rocker may not have passed its dead points.
+    Random coordinates lie within the limits. Without limits, angles span a full turn and lengths
+    the fraction ``part`` of the mechanism size. With a small fraction, a rocker may not pass its
+    dead points.
     """
     low, high = [], []
     for c in hybrid.mechanism.coordinates:

@@ -1,9 +1,9 @@
-"""The inverse of a robot whose loops are iterated: ``fk`` at a solution is the pose.
+"""Inverse of a robot with iterated loops; checks every solution by ``fk``.
 
-The legs of a platform give actuated coordinates with which its loops close at a pose. At the same
-coordinates the loops may close in several assembly modes, and ``fk`` follows the mode of the
-reference. So ``ik`` evaluates ``fk`` at every slot of ``ik_legs``: a slot is a solution if ``fk``
-returns to the pose, and another assembly mode if ``fk`` ends elsewhere.
+The leg inverse returns actuated coordinates with which the loops close at a pose. At these
+coordinates the loops may close in several assembly modes, and ``fk`` selects the reference mode. So
+``ik`` evaluates ``fk`` at every slot of ``ik_legs``. A slot is a solution if ``fk`` returns the
+target pose; otherwise it belongs to another assembly mode.
 """
 
 from collections.abc import Mapping
@@ -27,15 +27,15 @@ IDENTITY = (
 def with_legs(
     makers: Mapping[str, Maker], closure: LoopClosure
 ) -> tuple[dict[str, Maker], dict[str, WrittenMaker]]:
-    """The functions, the inverse by legs under a name of its own, and ``ik`` that calls it.
+    """Renames the leg inverse to ``ik_legs`` and adds the function ``ik`` that calls it.
 
     Args:
-        makers: The derivation of each function; ``ik`` is the inverse by legs, if there is one.
-        closure: The equations of the loops.
+        makers: The derivation of each function; ``ik`` is the leg inverse, if present.
+        closure: The closure equations of the loops.
     """
     if IK not in makers:
         return dict(makers), {}
-    # Derived once: ik needs the number of slots before its C is printed.
+    # Cached: ik needs the slot count before its C is printed.
     solved = cache(makers[IK])
     named = {
         LEGS if name == IK else name: (lambda h: _on_legs(solved(h))) if name == IK else maker
@@ -45,7 +45,7 @@ def with_legs(
 
 
 def _on_legs(function: SymbolicFunction) -> SymbolicFunction:
-    """The inverse by legs, whatever the mode of the loops."""
+    """Returns the leg inverse ``ik_legs`` for all assembly modes."""
     q, residual, margin = function.outputs
     meaning = "gaps of the loops and distance of the main chain's tool from the target"
     return replace(
@@ -58,7 +58,7 @@ def _on_legs(function: SymbolicFunction) -> SymbolicFunction:
 
 
 def _checked(closure: LoopClosure, legs: SymbolicFunction) -> WrittenFunction:
-    """The inverse by legs with the residual of ``fk`` in each slot."""
+    """Returns ``ik``: the leg inverse with the residual of ``fk`` in each slot."""
     q, residual, margin = (replace(result, entries=()) for result in legs.outputs)
     slots = legs.branches
     return WrittenFunction(

@@ -1,9 +1,9 @@
-"""Starts beside dead points: the formulas of loops where their roots have no real value.
+"""Start values near dead points, where the closed form of a loop has no real root.
 
-The loops of a robot as built close a little further than those of its design, so that the design
-has no solution beside a dead point. Its equation there is h^2 = x, with x a little below zero. The
-true robot then has h^2 = x + e, where e is about as large as x, and solutions to both sides of the
-dead point. The square root of |x| gives a start to each side, as far from it as they may be.
+The loops of a robot as built close slightly beyond the loops of its design. So the design has no
+solution near a dead point: its equation is h^2 = x with x slightly below zero. The equation of the
+true robot is h^2 = x + e with e about as large as |x|, and it has solutions on both sides of the
+dead point. The square roots of |x| give a start value on each side.
 """
 
 from collections.abc import Sequence
@@ -16,11 +16,11 @@ ROOT = sp.Rational(1, 2)
 
 
 def beyond_dead_points(terms: Terms, entries: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-    """The formulas with sqrt(|x|) in place of sqrt(x), which are the same where they are real.
+    """Replaces sqrt(x) by sqrt(|x|) in expressions; real values do not change.
 
     Args:
-        terms: Holds the terms, and receives the new ones.
-        entries: The actuated coordinates, in the joints of the main chain.
+        terms: Table of named terms; receives the new terms.
+        entries: The actuated coordinates as functions of the main-chain joints.
     """
     known: dict[sp.Basic, sp.Basic] = {}
     for symbol in terms.needed(entries):
@@ -38,7 +38,7 @@ def beyond_dead_points(terms: Terms, entries: Sequence[sp.Expr]) -> tuple[sp.Exp
 
 
 def _changed(terms: Terms, expression: sp.Expr, known: dict[sp.Basic, sp.Basic]) -> sp.Expr:
-    """An expression with other terms, and with the magnitudes of what is below its roots."""
+    """Replaces known terms, and takes absolute values under square roots."""
     if not expression.args:
         return known.get(expression, expression)
     args = [_changed(terms, argument, known) for argument in expression.args]

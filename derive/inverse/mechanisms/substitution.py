@@ -1,4 +1,4 @@
-"""A formula of one derivation with its arguments replaced by the results of another."""
+"""Substitutes the results of one derivation into the expressions of another."""
 
 from collections.abc import Mapping, Sequence
 
@@ -10,15 +10,15 @@ from ...terms.terms import Terms
 def substituted(
     terms: Terms, entries: Sequence[sp.Expr], values: Mapping[sp.Symbol, sp.Expr]
 ) -> tuple[sp.Expr, ...]:
-    """Replaces symbols in expressions and in all terms that these depend on.
+    """Replaces symbols in expressions and in all terms on which the expressions depend.
 
-    Cosines and sines of solved angles are those from which the angles were computed, and angles
-    that the formula solves are solved again: no trigonometric function is added.
+    No trigonometric function is added: the cosine and sine of a solved angle are reused, and angles
+    solved inside the expressions are solved again.
 
     Args:
-        terms: Holds the terms, and receives the new ones.
-        entries: The formula.
-        values: The expressions in place of its arguments.
+        terms: Table of named terms; receives the new terms.
+        entries: The expressions.
+        values: The replacement for each symbol.
     """
     known: dict[sp.Symbol, sp.Expr] = dict(values)
     for symbol in terms.needed(entries):
@@ -39,7 +39,7 @@ def _again(
 
 
 def _replaced(terms: Terms, expression: sp.Expr, known: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-    """The expression with its symbols replaced, cosines and sines by their pairs."""
+    """Replaces the symbols of an expression; cosines and sines of solved angles are reused."""
     if expression.func in (sp.cos, sp.sin):
         angle = sp.expand(_replaced(terms, expression.args[0], known))
         c, s = terms.cos_sin(angle)

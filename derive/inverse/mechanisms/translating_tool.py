@@ -1,8 +1,8 @@
-"""The inverse of a robot as built whose design keeps the tool from turning, such as a delta's.
+"""Inverse of a robot as built whose design has a purely translating tool, such as a delta.
 
-As built its platform turns a little, by rods of a pair that are not quite parallel. Three
-coordinates hold it in a pose or a position alike: the nominal robot is solved for the position, the
-turn of a pose plays no part, and the iteration then reaches the pose, or the position alone.
+The rods of a built delta are not quite parallel, so its platform rotates slightly. Three
+coordinates determine the pose as well as the position. The nominal robot is solved for the position
+and ignores the orientation; Newton's method then reaches the pose, or only the position.
 """
 
 from dataclasses import replace
@@ -18,18 +18,18 @@ NAME = "ik_position"
 
 
 def still_axes(design: Hybrid) -> Basis | None:
-    """The axes of a tool that no coordinate turns; None where one does."""
+    """Returns the tool axes if no coordinate rotates the tool, else None."""
     axes, _ = design.kinematics.forward.tool_pose()
     is_still = all(design.terms.is_constant(entry) for axis in axes for entry in axis)
     return axes if is_still else None
 
 
 def of_position_alone(function: SymbolicFunction, axes: Basis) -> SymbolicFunction:
-    """The task ``ik`` of a design, of which the turn of the pose plays no part.
+    """Returns the task ``ik`` of a design without the orientation error in its residual.
 
     Args:
         function: The task.
-        axes: The axes of the tool.
+        axes: The axes of the tool frame.
     """
     still = {POSE_SYMBOLS[4 * i + j]: axes[j][i] for i in range(3) for j in range(3)}
     outputs = tuple(
@@ -40,9 +40,9 @@ def of_position_alone(function: SymbolicFunction, axes: Basis) -> SymbolicFuncti
 
 
 def position_task(polished: WrittenFunction) -> WrittenFunction:
-    """The function ``ik_position``, from the function ``ik`` that is led to positions.
+    """Derives the function ``ik_position`` from a refined ``ik`` with position targets.
 
-    Its C starts from the same nominal inverse.
+    Both functions start from the same nominal inverse.
     """
     argument = Argument("p", POSITION, (3,), "m", "position of the tool in the base frame")
     role = replace(polished.role, domain="task", aims=("position",))

@@ -1,4 +1,4 @@
-"""Parts of a chain that loops keep from turning, as slides; and the actuators that move them."""
+"""Replaces the translating part of a chain by virtual prismatic joints; solves its actuators."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -31,11 +31,11 @@ from ..subproblems.sp4 import on_line
 
 @dataclass(frozen=True)
 class Slides:
-    """Consecutive slides in place of part of the chain.
+    """Virtual prismatic joints that replace part of a chain.
 
     Attributes:
-        values: Their lengths in the actuated coordinates.
-        weights: The component of each along each axis of the shorter chain.
+        values: The displacements as functions of the actuated coordinates.
+        weights: The component of each displacement along each axis of the shortened chain.
     """
 
     values: tuple[sp.Expr, ...]
@@ -44,12 +44,12 @@ class Slides:
 
 @dataclass(frozen=True)
 class Translating:
-    """A chain whose loops make part of it translate.
+    """A shortened chain, with the translating part replaced by virtual prismatic joints.
 
     Attributes:
-        lines: The shorter chain; its slides have indices behind all joints.
-        home: The tool's pose (axes, origin) with all turns and slides at zero.
-        slides: The translations that its slides stand for.
+        lines: The shortened chain; the indices of virtual joints follow all joint indices.
+        home: The tool pose (axes, origin) with all joints at zero.
+        slides: The virtual prismatic joints.
     """
 
     lines: Lines
@@ -58,7 +58,7 @@ class Translating:
 
 
 def translating(hybrid: Hybrid) -> Translating | None:
-    """The shorter chain, or None where loops keep no part of the chain from turning."""
+    """Returns the shortened chain, or None if no part of the chain only translates."""
     terms = hybrid.terms
     values = [joint.direction * hybrid.forward.values[joint.name] for joint in hybrid.robot.moving]
     shorter, translations = collapsed(terms, hybrid.groups, hybrid.forward.relations, len(values))
@@ -79,7 +79,7 @@ def translating(hybrid: Hybrid) -> Translating | None:
 def _home(
     terms: Terms, groups: Sequence[Group], values: Sequence[sp.Expr], names: Sequence[str]
 ) -> tuple[list[Axis], tuple[Basis, Vector]]:
-    """The axes of a chain with every turn and slide at zero, and the tool's pose there."""
+    """Returns the axes and the tool pose of a chain with all joints at zero."""
     basis, origin = IDENTITY, ORIGIN
     axes: list[Axis] = []
     tool: tuple[Basis, Vector] = (basis, origin)
@@ -118,7 +118,7 @@ def _axis(
 
 
 def _still(terms: Terms, vector: Vector, station: Station, values: Sequence[sp.Expr]) -> Vector:
-    """A vector of a station with its slides at zero."""
+    """Returns a station vector with the prismatic joints of the station at zero."""
     moving = [values[slide.joint] for slide in station.slides]
     symbols = {symbol for value in moving for symbol in value.free_symbols}
     rest = dict.fromkeys(symbols, sp.Integer(0))
@@ -127,7 +127,7 @@ def _still(terms: Terms, vector: Vector, station: Station, values: Sequence[sp.E
 
 
 def spelled(terms: Terms, expression: sp.Expr, stop: set[sp.Symbol] | None = None) -> sp.Expr:
-    """An expression with its terms written out, except those at which to stop."""
+    """Expands the named terms of an expression, except the terms in ``stop``."""
     kept = stop or set()
     while True:
         found = {
@@ -143,7 +143,7 @@ def spelled(terms: Terms, expression: sp.Expr, stop: set[sp.Symbol] | None = Non
 def _independent(
     terms: Terms, slides: Sequence[Axis]
 ) -> tuple[list[Axis], tuple[tuple[sp.Expr, ...], ...]]:
-    """Slides that span all of them, and the component of each slide along each of these."""
+    """Returns a basis of the slide directions, and the components of each slide in this basis."""
     kept: list[Axis] = []
     for axis in slides:
         directions = [a.direction for a in (*kept, axis)]
@@ -159,18 +159,18 @@ def _independent(
 def actuators_of(
     work: Work, moved: Translating, q: Sequence[sp.Symbol]
 ) -> dict[sp.Symbol, sp.Expr] | None:
-    """The actuated coordinates that give the slides the lengths that the pose asks for.
+    """Solves the actuated coordinates for the prismatic displacements of a pose.
 
-    One coordinate, a slider's, has to enter linearly; the other may enter by its cosine and sine,
-    as a crank's does, or linearly. Eliminating the slider leaves a linear equation for the crank.
+    One coordinate (a slider) must enter linearly. The other coordinate may enter linearly or by its
+    cosine and sine, as a crank does. Eliminating the slider leaves an equation for the crank.
 
     Args:
-        work: Holds the lengths of the slides; receives the step.
-        moved: The shorter chain.
+        work: Contains the prismatic displacements; receives the solution step.
+        moved: The shortened chain.
         q: The actuated coordinates.
 
     Returns:
-        Their values, or None where they enter in another way.
+        The values of the coordinates, or None for other equations.
     """
     terms = work.terms
     slides = moved.slides
@@ -209,7 +209,7 @@ def _two(
     rest: Sequence[sp.Expr],
     lengths: Sequence[sp.Expr],
 ) -> dict[sp.Symbol, sp.Expr] | None:
-    """``rates[j] along + rest[j](crank) = lengths[j]`` for both."""
+    """Solves the two equations ``rates[j] along + rest[j](crank) = lengths[j]``."""
     terms, (along, crank) = work.terms, unknown
     alone = sp.expand(rates[1] * rest[0] - rates[0] * rest[1])
     a, b = (sp.expand(alone).coeff(f(crank)) for f in (sp.cos, sp.sin))

@@ -1,1 +1,1 @@
-"""Steps that several families share, and the record of the solution."""
+"""Solution steps shared by several families, and the record of the solution."""

@@ -1,4 +1,4 @@
-"""The sum of three parallel joints' angles where the tool's orientation leaves it undetermined."""
+"""Angle sum of three parallel joints if the tool orientation does not determine it."""
 
 import sympy as sp
 
@@ -20,18 +20,18 @@ def with_elbow_in_reach(
     centre: Vector,
     sign: sp.Symbol,
 ) -> FoundTurn:
-    """The sum of angles 2 to 4; where v does not determine it, the sum that bends the elbow best.
+    """Returns the sum of angles 2 to 4; if v does not determine it, the sum with the best elbow.
 
-    The best bend is the nearest to a right angle.
+    The best elbow angle is the angle nearest to 90 degrees.
 
     Args:
-        work: Names of all terms.
+        work: Record of the solution, with the table of named terms.
         lines: The chain.
-        found: The sum that follows from the direction of axis 6.
-        v: The wanted direction of axis 6, turned back by joint 1.
-        U: The wanted position of the hand relative to axis 2, turned back by joint 1.
-        centre: The hand, with joints 1 to 4 at 0.
-        sign: Chooses among two sums that bend the elbow equally.
+        found: The angle sum that follows from the direction of axis 6.
+        v: The target direction of axis 6, rotated back by joint 1.
+        U: The target wrist position relative to axis 2, rotated back by joint 1.
+        centre: The wrist position with joints 1 to 4 at 0.
+        sign: Selects one of two sums with the same elbow angle.
     """
     terms = work.terms
     _, a2, a3, a4, _, _ = lines.axes

@@ -1,13 +1,13 @@
-"""A step of Gauss and Newton on a pose that has more conditions than the chain has joints.
+"""Gauss-Newton step for a pose with more equations than the chain has joints.
 
-Each step of a closed form meets some of the six conditions. Where two solutions of such a condition
-meet, it determines its joint to 1e-8 only, although the other conditions determine it to all
-digits. A step on all of them together finds these.
+Each closed-form step uses some of the six pose equations. Near a double solution of such an
+equation, its joint is accurate only to 1e-8, although the other equations determine the joint to
+all digits. A step on all equations restores this accuracy:
 
     (J^T J + mu) dq = J^T e
 
-with the twist e from the tool to its pose, J the Jacobian at the tool, in base axes, and lengths in
-parts of the arm's.
+where e is the twist from the tool to its target, J is the mixed Jacobian, and lengths are relative
+to the arm length.
 """
 
 from collections.abc import Sequence
@@ -30,7 +30,7 @@ Row = list[sp.Expr]
 
 @dataclass(frozen=True)
 class _State:
-    """The coordinates, the twist to the target, its square, and the columns of the Jacobian."""
+    """Coordinates, twist to the target, squared norm of the twist, and columns of the Jacobian."""
 
     turns: dict[int, CosSin]
     lengths: dict[int, sp.Expr]
@@ -40,26 +40,26 @@ class _State:
 
 
 def with_all_conditions(work: Work, lines: Lines, target: Target) -> None:
-    """A step of all joints of a chain that is solved as a longer one, whose last joint stays at 0.
+    """Applies a Gauss-Newton step if the chain was solved with an added joint that stays at 0.
 
     Args:
-        work: Holds the joints that were found.
-        lines: The chain, read from the base.
-        target: The displacement that it has to make.
+        work: Contains the solved joints.
+        lines: The chain, numbered from the base.
+        target: The required displacement of the chain.
     """
     if any(axis.stays for axis in lines.axes):
         step_on_all(work, lines, target)
 
 
 def step_on_all(work: Work, lines: Lines, target: Target) -> None:
-    """A step of all joints of a chain of fewer joints than a pose has conditions.
+    """Applies a Gauss-Newton step to a chain with fewer than six joints.
 
-    The step is taken only near the pose, and only if it makes the error smaller.
+    The step is used only near the target pose, and only if it reduces the error.
 
     Args:
-        work: Holds the joints that were found.
-        lines: The chain, read from the base.
-        target: The displacement that it has to make.
+        work: Contains the solved joints.
+        lines: The chain, numbered from the base.
+        target: The required displacement of the chain.
     """
     terms = work.terms
     axes = [axis for axis in lines.axes if not axis.stays]
@@ -73,7 +73,7 @@ def step_on_all(work: Work, lines: Lines, target: Target) -> None:
         work.turns[joint] = chosen(terms, better, there.turns[joint], turn)
     for joint, length in lengths.items():
         work.lengths[joint] = select(terms, better, there.lengths[joint], length)
-    # The angles no longer sum up to what a step found before.
+    # After the step, the angles no longer add up to the recorded sums.
     work.sums.clear()
 
 
@@ -85,7 +85,7 @@ def _state(
     turns: dict[int, CosSin],
     lengths: dict[int, sp.Expr],
 ) -> _State:
-    """Twist and Jacobian; the columns follow from the last joint to the first."""
+    """Returns twist and Jacobian; the columns run from the last joint to the first."""
     let, zero = terms.let, (ZERO, ZERO, ZERO)
     scale = let(sp.Float(1 / (lines.length or 1.0), 20))
     tool = target.home
@@ -118,7 +118,7 @@ def _state(
     tilts = [cross(terms, e, wanted) for e, wanted in zip(basis, target.axes, strict=True)]
     tilt = combination(terms, (sp.Rational(1, 2),) * 3, (tilts[0], tilts[1], tilts[2]))
     error = [*(let(scale * v) for v in off), *tilt]
-    # Half a turn off, the tilt is 0, too.
+    # The rotation vector is also 0 for a rotation error of half a turn.
     apart = [subtracted(terms, e, wanted) for e, wanted in zip(basis, target.axes, strict=True)]
     square = let(
         sum((v**2 for v in error[:3]), ZERO) + let(sum((dot(terms, d, d) for d in apart), ZERO) / 2)
@@ -129,7 +129,7 @@ def _state(
 def _moved(
     terms: Terms, axes: Sequence[Axis], state: _State
 ) -> tuple[dict[int, CosSin], dict[int, sp.Expr]]:
-    """The coordinates after a step."""
+    """Returns the coordinates after a step."""
     step = _solved(terms, state.columns, state.error)
     turns, lengths = dict(state.turns), dict(state.lengths)
     for axis, change in zip(reversed(axes), step, strict=True):
@@ -141,7 +141,7 @@ def _moved(
 
 
 def _solved(terms: Terms, columns: Sequence[Row], error: Row) -> Row:
-    """The solution of the normal equations, by the Cholesky decomposition without roots."""
+    """Solves the normal equations by square-root-free Cholesky decomposition."""
     let, n = terms.let, len(columns)
 
     def product(a: Row, b: Row) -> sp.Expr:

@@ -1,4 +1,4 @@
-"""Three angles from one loop of vectors: subproblem 5, noted step by step."""
+"""Three angles from one closed vector loop (subproblem 5), recorded as separate steps."""
 
 from ...terms.vectors import Vector
 from ..structure.lines import Axis
@@ -17,12 +17,12 @@ def loop_of_three(
     second: tuple[Vector, Vector],
     third: tuple[Vector, Vector],
 ) -> tuple[CosSin, CosSin, CosSin]:
-    """Finds the turns with ``p0 + R(k1) p1 = R(k2) (p2 + R(k3) p3)``, up to four triples.
+    """Solves ``p0 + R(k1) p1 = R(k2) (p2 + R(k3) p3)`` for three angles; up to four solutions.
 
     Args:
-        work: Gathers the steps.
+        work: Records the steps.
         axes: The axes of the three joints.
-        reason: Why the loop closes, in words.
+        reason: Explains why the loop closes.
         first: p0, k1 and p1.
         second: k2 and p2.
         third: k3 and p3.
@@ -42,6 +42,6 @@ def loop_of_three(
 
 
 def negative(v: Vector) -> Vector:
-    """The opposite vector."""
+    """Returns the opposite vector."""
     x, y, z = v
     return -x, -y, -z

@@ -1,7 +1,7 @@
-"""Three joints with slides before, behind or between their turns that bring a point to a position.
+"""Three revolute and prismatic joints that position a point.
 
-A turn changes neither the component of a point along its axis nor the distance from it. One of the
-slides is found by a plane or by a sphere, the other joints follow.
+A rotation changes neither the component of a point along its axis nor the distance from the axis.
+So one prismatic joint follows from a plane or a sphere, and the other joints follow from it.
 """
 
 import numpy as np
@@ -24,7 +24,7 @@ _ONE = sp.Integer(1)
 
 
 def rises(lines: Lines) -> Requirement:
-    """That one of the slides 2 and 3 moves a point along axis 1, and both span a plane."""
+    """Requires that prismatic joint 2 or 3 moves a point along axis 1 and both span a plane."""
     a1, a2, a3 = (axis.direction for axis in lines.axes)
     along = max(abs(float(a1 @ a2)), abs(float(a1 @ a3)))
     spread = float(np.linalg.norm(np.cross(a2, a3)))
@@ -34,33 +34,34 @@ def rises(lines: Lines) -> Requirement:
 
 
 def turn_then_slides(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
-    """Finds ``exp(S_1 q_1) Trans(t_2 h_2 + t_3 h_3) C = W``, up to two triples."""
+    """Solves ``exp(S_1 q_1) Trans(t_2 h_2 + t_3 h_3) C = W``; up to two solutions."""
     terms, (a1, a2, a3) = work.terms, lines.axes
     up = [abs(float(a1.direction @ axis.direction)) for axis in (a2, a3)]
     lift, other = (a2, a3) if up[0] > up[1] else (a3, a2)
     u, c = subtracted(terms, W, a1.p), subtracted(terms, centre, a1.p)
-    # 1. The lift makes up for the height that the other slide gains: both together move the point
-    #    across axis 1, from the height that is wanted.
+    # 1. The lift joint compensates the height change by the other prismatic joint, so that together
+    # they move the point at the target height, perpendicular to axis 1.
     rate = dot(terms, a1.h, lift.h)
     ratio = terms.let(-dot(terms, a1.h, other.h) / rate)
     way = combination(terms, (_ONE, ratio), (other.h, lift.h))
     height = terms.let(dot(terms, a1.h, subtracted(terms, u, c)) / rate)
     length = _to_distance(work, other, a1, way, combination(terms, (_ONE, height), (c, lift.h)), u)
-    # 2. The lift.
+    # 2. The lift joint.
     reached = combination(terms, (_ONE, length), (c, other.h))
     extended = _to_height(work, lift, a1, reached, u)
-    # 3. The turn.
+    # 3. The revolute joint.
     _turn(work, a1, combination(terms, (_ONE, extended), (reached, lift.h)), u)
 
 
 def slide_turn_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
-    """Finds ``Trans(t_1 h_1) exp(S_2 q_2) Trans(t_3 h_3) C = W``, up to two triples."""
+    """Solves ``Trans(t_1 h_1) exp(S_2 q_2) Trans(t_3 h_3) C = W``; up to two solutions."""
     terms, (a1, a2, a3) = work.terms, lines.axes
     back = a1.reversed()
     u, c = subtracted(terms, W, a2.p), subtracted(terms, centre, a2.p)
     ways = [(a1, u, back, c), (a3, c, a3, u)]
-    # The slide that does not change the distance from the axis, or the only one that changes the
-    # height, is found by the height; the other by the distance.
+    # One prismatic joint follows from the height, the other from the distance. The height
+    # determines the joint that keeps the distance from the axis, or the only joint that changes the
+    # height.
     first_by_height = _is_along(a1, a2) or _is_across(a3, a2)
     (slide, own, sense, goal), (other, own2, sense2, goal2) = (
         ways if first_by_height else ways[::-1]
@@ -80,7 +81,7 @@ def slide_turn_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> Non
 
 
 def turn_slide_parallel_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
-    """Finds two turns about parallel axes and a slide along them in between, up to two triples."""
+    """Solves two parallel revolute joints with a prismatic joint along them in between."""
     terms, (a1, a2, a3) = work.terms, lines.axes
     length = _to_height(work, a2, a1, centre, W)
     by = combination(terms, (length,), (a2.h,))
@@ -89,9 +90,9 @@ def turn_slide_parallel_turn(work: Work, lines: Lines, centre: Vector, W: Vector
 
 
 def turn_slide_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
-    """Finds two turns and a slide across the first axis in between, up to four triples."""
+    """Solves two revolute joints with a prismatic joint across axis 1; up to four solutions."""
     terms, (a1, a2, a3) = work.terms, lines.axes
-    # 1. Neither joint 1 nor the slide moves the centre along axis 1.
+    # 1. Neither joint 1 nor the prismatic joint moves the center along axis 1.
     reach = subtracted(terms, centre, a3.p)
     q3 = work.step(
         [a3],
@@ -106,7 +107,7 @@ def turn_slide_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> None
             work.sign(),
         ),
     )
-    # 2. The slide. 3. The turn.
+    # 2. The prismatic joint. 3. The revolute joint.
     u = subtracted(terms, W, a1.p)
     carried = added(terms, subtracted(terms, a3.p, a1.p), rotated(terms, a3.h, q3, reach))
     length = _to_distance(work, a2, a1, a2.h, carried, u)
@@ -123,7 +124,7 @@ def _is_across(slide: Axis, axis: Axis) -> bool:
 
 
 def _to_height(work: Work, slide: Axis, axis: Axis, point: Vector, goal: Vector) -> sp.Expr:
-    """The slide that gives a point the height of another along an axis."""
+    """Solves the prismatic joint that moves ``point`` to the height of ``goal`` along an axis."""
     terms = work.terms
     return work.slide(
         slide,
@@ -136,15 +137,15 @@ def _to_height(work: Work, slide: Axis, axis: Axis, point: Vector, goal: Vector)
 def _to_distance(
     work: Work, slide: Axis, axis: Axis, way: Vector, point: Vector, goal: Vector
 ) -> sp.Expr:
-    """The slide that gives a point the distance of another from an axis.
+    """Solves the prismatic joint that moves ``point`` to the distance of ``goal`` from an axis.
 
     Args:
-        work: Gathers the step.
-        slide: The slide.
-        axis: The axis.
-        way: The displacement of the point by a unit of the slide.
-        point: Its position relative to the axis.
-        goal: The other point, relative to the axis.
+        work: Records the step.
+        slide: The prismatic joint.
+        axis: The revolute axis.
+        way: The displacement of the point per unit of the prismatic joint.
+        point: The position of the point relative to the axis.
+        goal: The goal point, relative to the axis.
     """
     terms = work.terms
     across, beside, wanted = (perpendicular(terms, axis.h, v) for v in (way, point, goal))

@@ -1,8 +1,7 @@
-"""The slides of an arm with parallel axes: along them, and across two of them.
+"""Prismatic joints of an arm with parallel revolute axes.
 
-A slide across two axes, a telescope, brings a point to its position in the plane with the first of
-them. The sum of the two angles is known, so that a triangle remains of which two sides are given
-and the slide changes the third.
+A lift moves along the axes; a telescope moves perpendicular to two axes. The sum of the two angles
+is known. So the telescope changes one side of a triangle whose other two sides are known.
 """
 
 import sympy as sp
@@ -16,14 +15,14 @@ from .work import Work
 
 
 def lift(work: Work, slide: Axis, first: Axis, hand: Vector, position: Vector) -> None:
-    """Finds a slide along parallel axes, which alone moves the tool along them.
+    """Solves the prismatic joint along parallel axes, the only joint that lifts the tool.
 
     Args:
-        work: Gathers the step.
-        slide: The slide.
+        work: Records the step.
+        slide: The prismatic joint.
         first: The first of the parallel axes.
-        hand: A point that all joints move, in the home pose.
-        position: The wanted position of the point relative to that axis.
+        hand: A point moved by all joints, in the home pose.
+        position: The target position of the point relative to the first axis.
     """
     terms = work.terms
     reach = subtracted(terms, hand, first.p)
@@ -38,15 +37,15 @@ def lift(work: Work, slide: Axis, first: Axis, hand: Vector, position: Vector) -
 def telescope(
     work: Work, axes: tuple[Axis, ...], hand: Vector, position: Vector, total: CosSin
 ) -> None:
-    """Finds the slide and the first of the two turns.
+    """Solves the telescope and the first of the two revolute joints.
 
     Args:
-        work: Gathers the two steps.
-        axes: The two revolute axes and the slide, in the order of the chain.
-        hand: A point that all three move, in the home pose.
-        position: The wanted position of the point relative to the first revolute axis; its part
-            along this axis has no effect.
-        total: The turn by the sum of the revolute joints, counted about the first.
+        work: Records the two steps.
+        axes: The two revolute axes and the telescope, in the order of the chain.
+        hand: A point moved by all three joints, in the home pose.
+        position: The target position of the point relative to the first revolute axis; the
+            component along this axis has no effect.
+        total: The rotation by the sum of the revolute angles, measured about the first axis.
     """
     terms = work.terms
     first, second = (axis for axis in axes if axis.turns)
@@ -57,7 +56,7 @@ def telescope(
     way = perpendicular(terms, first.h, subtracted(terms, position, lever))
     is_between = place == 1
     along = rotated(terms, first.h, total, slide.h) if place == len(axes) - 1 else slide.h
-    # The slide lengthens the side between the axes, else it shortens the way that is left to it.
+    # A telescope between the axes extends that side; otherwise it shortens the distance to reach.
     u = along if is_between else combination(terms, (sp.Integer(-1),), (along,))
     longer, other = (upper, way) if is_between else (way, upper)
     length = work.slide(

@@ -1,7 +1,8 @@
-"""An arm that moves in a plane behind a turntable: the turn of the plane, then the arm in it.
+"""Steps for an arm in a plane on a rotating base: first the plane, then the arm.
 
-The arm has three parallel axes, or two and a slide across them. Four joints give the tool its
-position and its pitch in the plane; a fifth turns it about an axis in that plane.
+The arm has three parallel axes, or two parallel axes and a perpendicular prismatic joint. Four
+joints position the tool and set its pitch in the plane. A fifth joint rotates the tool about an
+axis in that plane.
 """
 
 import sympy as sp
@@ -19,27 +20,27 @@ from .triangle import remaining, triangle
 from .work import Work
 
 ARM = 4
-"""Number of joints up to the last of those that move the tool in the plane of the arm."""
+"""Number of joints including the base and the arm, without the fifth joint."""
 DIGITS = 20
-"""Digits of the arm's length, which serves as a scale."""
+"""Number of digits of the arm length, which is used as a scale."""
 
 
 def turn_to_plane(
     work: Work, first: Axis, second: Axis, carried: Vector, position: Vector, reason: str
 ) -> tuple[Vector, CosSin]:
-    """Finds the first joint's angle where no other joint moves a point along the second axis.
+    """Solves joint 1 if no other joint moves a point along the second axis.
 
     Args:
-        work: Gathers the step.
-        first: The axis of this joint.
+        work: Records the step.
+        first: The axis of joint 1.
         second: The axis along which only the first joint moves the point.
         carried: The point in the home pose.
-        position: The wanted position of the point.
-        reason: Why no other joint moves the point along the second axis, in words.
+        position: The target position of the point.
+        reason: Explains why no other joint moves the point along the second axis.
 
     Returns:
-        The wanted position turned back by the first joint, relative to the second axis, and the
-        joint's turn.
+        The target position, rotated back by joint 1 and relative to the second axis; and the
+        rotation of joint 1.
     """
     terms = work.terms
     V = subtracted(terms, position, first.p)
@@ -61,27 +62,27 @@ def turn_to_direction(
     point: tuple[Vector, Vector],
     direction: tuple[Vector, Vector],
 ) -> tuple[Vector, CosSin]:
-    """:func:`turn_to_plane` where a direction that the tool carries determines joint 1, too.
+    """Like :func:`turn_to_plane`, but a tool-fixed direction also determines joint 1.
 
-    The next joints turn about parallel axes or slide across them, and keep the angle of the
-    direction with these axes.
+    The next joints are revolute with parallel axes, or prismatic and perpendicular to these axes.
+    They keep the angle between the direction and the axes.
 
     Args:
-        work: Gathers the step.
-        lines: The chain, whose first joint this is.
-        second: The axis to which those of the next joints that turn are parallel.
-        point: The point in the home pose, and its wanted position.
-        direction: The direction in the home pose, and the wanted one (unit vectors).
+        work: Records the step.
+        lines: The chain that starts with joint 1.
+        second: The first of the parallel axes.
+        point: The point in the home pose, and its target position.
+        direction: The direction in the home pose, and the target direction (unit vectors).
 
     Returns:
-        As :func:`turn_to_plane`.
+        Like :func:`turn_to_plane`.
     """
     terms, first = work.terms, lines.axes[0]
     (carried, wanted), (before, after) = point, direction
     V = subtracted(terms, wanted, first.p)
     height = dot(terms, second.h, subtracted(terms, carried, first.p))
     k = first.reversed().h
-    # Near the axis, V is a difference of positions as large as the arm.
+    # Near the axis, V is a small difference of positions as large as the arm.
     size2 = terms.let(dot(terms, V, V) + sp.Float(lines.length**2, DIGITS))
     turn = work.step(
         [first],
@@ -99,23 +100,23 @@ def turn_to_direction(
 
 
 def seen_behind(work: Work, first: Axis, second: Axis, V: Vector, turn: CosSin) -> Vector:
-    """A position relative to the first axis, turned back and relative to the second axis."""
+    """Rotates a position back by joint 1 and returns it relative to the second axis."""
     terms = work.terms
     seen = rotated(terms, first.h, turn.back, V)
     return added(terms, seen, subtracted(terms, first.p, second.p))
 
 
 def in_plane(lines: Lines) -> tuple[Axis, ...]:
-    """The parallel axes."""
+    """Returns the parallel axes."""
     return tuple(axis for axis in lines.axes[1:ARM] if axis.turns)
 
 
 def arm_in_plane(work: Work, lines: Lines, target: Target) -> None:
-    """Finds all joints for a pose.
+    """Solves all joints for a pose.
 
     Args:
-        work: Gathers the steps.
-        lines: A turntable, three joints that move in a plane, and perhaps a fifth that turns.
+        work: Records the steps.
+        lines: A rotating base, three joints that move in a plane, and an optional fifth joint.
         target: The displacement of the tool.
     """
     terms = work.terms
@@ -131,14 +132,14 @@ def arm_in_plane(work: Work, lines: Lines, target: Target) -> None:
         U, q1 = turn_to_direction(work, lines, a2, (carried, wanted), (e, after))
     else:
         U, q1 = _turned_with(work, lines, wanted, target)
-    # 2. The parallel axes turn a direction that the last joint does not.
+    # 2. The parallel joints rotate a direction that the last joint does not rotate.
     v = rotated(terms, a1.h, q1.back, target.turned(terms, e))
     total = turned_as_one(
         work, lines, sp1(terms, a2.h, e, v), "the tool's direction in the arm's plane"
     )
     # 3. A triangle.
     reach(work, lines, carried, U, total)
-    # 4. The rest of the rotation.
+    # 4. The remaining rotation.
     for axis in fifth:
         across_it = cross(terms, axis.h, a2.h)
         left = rotated(terms, a1.h, q1.back, target.turned(terms, across_it))
@@ -149,7 +150,7 @@ def arm_in_plane(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _turned_with(work: Work, lines: Lines, wanted: Vector, target: Target) -> tuple[Vector, CosSin]:
-    """:func:`turned_to_plane` where the tool carries axis 2."""
+    """Like :func:`turned_to_plane`, for a tool that keeps its orientation relative to axis 2."""
     terms, a1, a2 = work.terms, lines.axes[0], in_plane(lines)[0]
     q1 = work.step(
         [a1],
@@ -163,19 +164,19 @@ def _turned_with(work: Work, lines: Lines, wanted: Vector, target: Target) -> tu
 def turned_to_plane(
     work: Work, lines: Lines, carried: Vector, position: Vector
 ) -> tuple[Vector, CosSin]:
-    """Turns the plane of the arm to a position; returns it seen from axis 2, and the turn."""
+    """Rotates the arm plane to a position; returns the position from axis 2, and the rotation."""
     a1, a2 = lines.axes[0], in_plane(lines)[0]
     reason = "the other joints move the point in the plane of the arm"
     return turn_to_plane(work, a1, a2, carried, position, reason)
 
 
 def turned_as_one(work: Work, lines: Lines, found: FoundTurn, reason: str) -> CosSin:
-    """Notes the sum of the angles about the parallel axes."""
+    """Records the sum of the angles about the parallel axes."""
     return work.step(in_plane(lines), "subproblem 1", reason, found)
 
 
 def reach(work: Work, lines: Lines, carried: Vector, U: Vector, total: CosSin) -> None:
-    """The joints that move the tool in the plane of the arm, from the sum of their angles."""
+    """Solves the joints in the arm plane from the sum of their angles."""
     terms, turning = work.terms, in_plane(lines)
     if len(turning) < len(lines.axes[1:ARM]):
         telescope(work, lines.axes[1:ARM], carried, U, total)
@@ -187,12 +188,12 @@ def reach(work: Work, lines: Lines, carried: Vector, U: Vector, total: CosSin) -
 
 
 def leave(work: Work, lines: Lines, first: int) -> None:
-    """Leaves joints that the task does not determine at 0."""
+    """Sets joints that the task does not determine to 0."""
     for axis in lines.axes[first:]:
         work.turns[axis.joint] = NO_TURN
 
 
 def _across(lines: Lines) -> Vector:
-    """The part of axis 1 perpendicular to the parallel axes."""
+    """Returns the component of axis 1 perpendicular to the parallel axes."""
     a1, a2 = lines.axes[0], in_plane(lines)[0]
     return perpendicular(lines.terms, a2.h, a1.h)

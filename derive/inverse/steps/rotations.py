@@ -1,4 +1,4 @@
-"""Three revolute joints that make a given rotation: a spherical wrist, a spherical shoulder."""
+"""Three revolute joints that produce a rotation: a spherical wrist or shoulder."""
 
 from collections.abc import Callable
 
@@ -12,13 +12,13 @@ from .work import Work
 
 
 def wrist(work: Work, lines: Lines, first: int, target: Target) -> None:
-    """Finds three revolute joints from the rest of the rotation behind the joints before them.
+    """Solves the three wrist joints from the remaining rotation.
 
     Args:
-        work: Holds the joints before the wrist; gathers the steps.
+        work: Contains the joints before the wrist; records the steps.
         lines: The chain.
         first: Index of the wrist's first joint.
-        target: The displacement that the chain has to make.
+        target: The required displacement of the chain.
     """
     axes = lines.axes[first : first + 3]
     three_turns(
@@ -31,12 +31,13 @@ def wrist(work: Work, lines: Lines, first: int, target: Target) -> None:
 def three_turns(
     work: Work, axes: tuple[Axis, Axis, Axis], wanted: Callable[[Vector], Vector]
 ) -> None:
-    """Finds the three angles of a given rotation, ``R_4 R_5 R_6 = R``.
+    """Solves ``R_4 R_5 R_6 = R`` for three angles.
 
-    ``R_4 R_5 h_6 = R h_6`` is subproblem 2. Any direction other than h_6 then gives the last angle.
+    ``R_4 R_5 h_6 = R h_6`` is subproblem 2. Any direction other than h_6 then determines the last
+    angle.
 
     Args:
-        work: Gathers the steps.
+        work: Records the steps.
         axes: The three axes.
         wanted: Rotates a direction by R.
     """
@@ -70,12 +71,12 @@ def three_turns(
 
 
 def two_turns(work: Work, axes: tuple[Axis, Axis], wanted: Callable[[Vector], Vector]) -> None:
-    """Finds the two angles of a given rotation, ``R_4 R_5 = R``, a solution at most.
+    """Solves ``R_4 R_5 = R`` for two angles; at most one solution.
 
-    ``R_4 h_5 = R h_5`` is subproblem 1, and so is the rest. Neither is ever degenerate.
+    ``R_4 h_5 = R h_5`` and the remaining rotation are subproblems 1. Both are never degenerate.
 
     Args:
-        work: Gathers the steps.
+        work: Records the steps.
         axes: The two axes.
         wanted: Rotates a direction by R.
     """
@@ -93,7 +94,7 @@ def two_turns(work: Work, axes: tuple[Axis, Axis], wanted: Callable[[Vector], Ve
 
 
 def _turned_back(work: Work, lines: Lines, count: int, v: Vector) -> Vector:
-    """A direction in base axes, turned back by the first joints."""
+    """Rotates a direction (in base axes) back by the first ``count`` joints."""
     for axis in lines.axes[:count]:
         if axis.turns:
             v = rotated(work.terms, axis.h, work.turns[axis.joint].back, v)

@@ -1,10 +1,10 @@
-"""The displacement that a chain of joints has to make.
+"""The required displacement of a chain.
 
-A chain of screw motions displaces the body that it carries from the home pose by
+The displacement of the last body from its home pose is a product of screw motions:
 
     G = exp(S_1 theta_1) ... exp(S_n theta_n) = T_0_ee M_0_ee^-1.
 
-Families ask a target for the image of a direction and for the image of a point.
+A target computes the images of directions and points under this displacement.
 """
 
 from collections.abc import Sequence
@@ -19,12 +19,12 @@ from ..subproblems.turns import CosSin, rotated
 
 @dataclass(frozen=True)
 class Target:
-    """A displacement: its rotation, and one point before and after it.
+    """A displacement: its rotation, and one point before and after the displacement.
 
     Attributes:
         axes: The columns of the rotation.
         home: A point before the displacement, in base axes (metre).
-        position: The same point after it.
+        position: The same point after the displacement.
     """
 
     axes: Basis
@@ -32,41 +32,41 @@ class Target:
     position: Vector
 
     def turned(self, terms: Terms, direction: Vector) -> Vector:
-        """A direction of the body that is carried, after the displacement."""
+        """Returns the image of a body-fixed direction."""
         return combination(terms, direction, self.axes)
 
     def point(self, terms: Terms, point: Vector) -> Vector:
-        """A point of the body that is carried, after the displacement.
+        """Returns the image of a body-fixed point.
 
-        Only the vector from ``home`` is turned, so that a wrist's centre near the tool keeps its
-        digits far from the base.
+        Only the vector from ``home`` is rotated. So a wrist center near the tool keeps its accuracy
+        far from the base.
         """
         return added(terms, self.position, self.turned(terms, subtracted(terms, point, self.home)))
 
     def reversed(self) -> "Target":
-        """The inverse displacement, which the chain has to make when it is read from the tool."""
+        """Returns the inverse displacement, the target of the chain numbered from the tool."""
         x, y, z = zip(*self.axes, strict=True)
         return Target((x, y, z), self.position, self.home)
 
     def without_last(self, terms: Terms, k: Vector, p: Vector, turn: CosSin) -> "Target":
-        """The target of the joints before the last: ``G exp(S_n theta_n)^-1``."""
+        """Returns the target of the joints before the last: ``G exp(S_n theta_n)^-1``."""
         kept = tuple(rotated(terms, k, turn.back, e) for e in IDENTITY)
         axes = tuple(self.turned(terms, e) for e in kept)
         lever = rotated(terms, k, turn, subtracted(terms, self.home, p))
         return Target((axes[0], axes[1], axes[2]), added(terms, p, lever), self.position)
 
     def shifted(self, terms: Terms, by: Vector) -> "Target":
-        """The target before a translation: ``G Trans(by)^-1``."""
+        """Returns the target before a translation: ``G Trans(by)^-1``."""
         return Target(self.axes, added(terms, self.home, by), self.position)
 
 
 def of_pose(terms: Terms, pose: Sequence[sp.Expr], home: sp.Matrix) -> Target:
-    """The target of a chain that has to bring its tool to a pose.
+    """Returns the target of a chain for a tool pose.
 
     Args:
-        terms: Names of all terms.
+        terms: Table of named terms.
         pose: The sixteen entries of ``T_0_ee``, row by row.
-        home: ``M_0_ee`` (4, 4), the tool's pose with every joint at zero.
+        home: ``M_0_ee`` (4, 4), the tool pose with all joints at zero.
     """
     columns: Basis = tuple(tuple(pose[4 * i + j] for i in range(3)) for j in range(3))  # type: ignore[assignment]
     rows = [[terms.let(home[i, j]) for j in range(3)] for i in range(3)]

@@ -1,7 +1,7 @@
-"""Three joints that bring a point to a position: the arm in front of a spherical wrist.
+"""Three joints that position a point, such as the arm before a spherical wrist.
 
-``exp(S_1 q_1) exp(S_2 q_2) exp(S_3 q_3) C = W`` is solved by an invariant: the component of a point
-along parallel axes, its distance from the point where axes meet, or both.
+``exp(S_1 q_1) exp(S_2 q_2) exp(S_3 q_3) C = W`` is solved with an invariant: the component of a
+point along parallel axes, its distance from the intersection of axes, or both.
 """
 
 from collections.abc import Callable, Sequence
@@ -34,7 +34,7 @@ from .triangle import triangle
 from .work import Work
 
 Solver = Callable[[Work, Lines, Vector, Vector], None]
-"""Finds the three joints that bring a point of the home pose to the position W."""
+"""Solves the three joints that move a point from the home pose to the position W."""
 
 
 @dataclass(frozen=True)
@@ -42,11 +42,11 @@ class Case:
     """A structure of three joints.
 
     Attributes:
-        kinds: r or p of each joint.
-        title: The structure in words.
-        most_solutions: The maximal number of solutions.
-        requires: Its conditions.
-        solve: Its solution.
+        kinds: One letter per joint: r (revolute) or p (prismatic).
+        title: Description of the structure.
+        most_solutions: The maximum number of solutions.
+        requires: Returns the conditions on the axes.
+        solve: Solves the three joints.
     """
 
     kinds: str
@@ -57,7 +57,7 @@ class Case:
 
 
 def case_of(lines: Lines) -> Case | None:
-    """The first case whose conditions three axes fulfil."""
+    """Returns the first case whose conditions the three axes fulfil."""
     kinds = _kinds(lines)
     for case in CASES:
         if case.kinds == kinds and _worst(case, lines).deviation <= lines.tolerance:
@@ -66,7 +66,7 @@ def case_of(lines: Lines) -> Case | None:
 
 
 def requires(lines: Lines) -> Requirement:
-    """The condition that three joints have a structure: the first that holds, or the nearest."""
+    """Returns the conditions of the first fitting case, or of the nearest case."""
     found = case_of(lines)
     names = ", ".join(axis.name for axis in lines.axes)
     if found is not None:
@@ -86,23 +86,23 @@ def _kinds(lines: Lines) -> str:
 
 
 def _worst(case: Case, lines: Lines) -> Requirement:
-    """The condition that is farthest from holding."""
+    """Returns the condition with the largest deviation."""
     conditions = case.requires(lines)
     return max(conditions, key=lambda c: c.deviation, default=Requirement("", 0.0))
 
 
 def _last_two_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     a1, a2, a3 = lines.axes
-    # 1. Joints 2 and 3 do not move the centre along their common direction.
+    # 1. Joints 2 and 3 do not move the center along their common direction.
     reason = f"{a2.name} and {a3.name} do not move the centre along their axes"
     U, _ = turn_to_plane(work, a1, a2, centre, W, reason)
-    # 2, 3. A triangle across the parallel axes.
+    # 2, 3. A triangle perpendicular to the parallel axes.
     triangle(work, a2, a3, centre, U)
 
 
 def _first_two_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
-    # 1. Joints 1 and 2 do not move the centre along their common direction.
+    # 1. Joints 1 and 2 do not move the center along their common direction.
     fore = subtracted(terms, centre, a3.p)
     d = dot(terms, a1.h, subtracted(terms, W, a3.p))
     q3 = work.step(
@@ -111,7 +111,7 @@ def _first_two_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> 
         f"{a1.name} and {a2.name} do not move the centre along their axes",
         sp4(terms, a1.h, a3.h, fore, d, work.sign()),
     )
-    # 2, 3. A triangle across the parallel axes.
+    # 2, 3. A triangle perpendicular to the parallel axes.
     reached = added(terms, a3.p, rotated(terms, a3.h, q3, fore))
     triangle(work, a1, a2, reached, subtracted(terms, W, a1.p))
 
@@ -119,7 +119,7 @@ def _first_two_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> 
 def _first_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     C = lines.meeting(0, 1)
-    # 1. Joints 1 and 2 keep the distance from the point where their axes meet.
+    # 1. Joints 1 and 2 keep the distance from the intersection of their axes.
     V = subtracted(terms, W, C)
     upper, fore = subtracted(terms, a3.p, C), subtracted(terms, centre, a3.p)
     across2 = squared_across(terms, a3.h, V, (upper, fore))
@@ -129,12 +129,12 @@ def _first_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None
         f"{a1.name} and {a2.name} keep the centre's distance from the point where their axes meet",
         sp3(terms, a3.h, upper, fore, across2, work.sign(), dot(terms, V, V)),
     )
-    # 2, 3. Two turns about one point.
+    # 2, 3. Two rotations about one point.
     _two_about_a_point(work, a1, a2, added(terms, upper, rotated(terms, a3.h, q3, fore)), V)
 
 
 def _two_about_a_point(work: Work, a1: Axis, a2: Axis, p: Vector, v: Vector) -> None:
-    """``R_1 R_2 p = v``."""
+    """Solves ``R_1 R_2 p = v``."""
     first, second = sp2(work.terms, a1.h, a2.h, p, v, work.sign())
     work.step(
         [a1],
@@ -149,8 +149,8 @@ def _two_about_a_point(work: Work, a1: Axis, a2: Axis, p: Vector, v: Vector) -> 
 def _last_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     C = lines.meeting(1, 2)
-    # 1. Joints 2 and 3 keep the centre's distance from the point where their axes meet, which
-    #    joint 1 carries: |R_1^T V - c| is known.
+    # 1. Joints 2 and 3 keep the distance of the center from the intersection of their axes. Joint 1
+    # moves this intersection, so |R_1^T V - c| is known.
     V, c = subtracted(terms, W, a1.p), subtracted(terms, C, a1.p)
     reach = subtracted(terms, centre, C)
     minus_h = negative(a1.h)
@@ -163,14 +163,14 @@ def _last_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
         sp3(terms, minus_h, minus_c, V, across2, work.sign(), dot(terms, reach, reach)),
         "with the centre on the first axis the angle is arbitrary and taken as 0",
     )
-    # 2, 3. Two turns about one point.
+    # 2, 3. Two rotations about one point.
     _two_about_a_point(work, a2, a3, reach, subtracted(terms, rotated(terms, a1.h, q1.back, V), c))
 
 
 def _any(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     # R_1^T (W - p_1) - (p_2 - p_1) = R_2 (p_3 - p_2 + R_3 (C - p_3)): joint 2 keeps the length of
-    # the vector that it turns, and the component along its axis.
+    # the rotated vector and its component along axis 2.
     turns = loop_of_three(
         work,
         (a1, a2, a3),
@@ -186,7 +186,7 @@ def _any(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
 def _meeting_then_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     C = lines.meeting(0, 1)
-    # 1. Joints 1 and 2 keep the distance from the point where their axes meet.
+    # 1. Joints 1 and 2 keep the distance from the intersection of their axes.
     V, reach = subtracted(terms, W, C), subtracted(terms, centre, C)
     r2 = dot(terms, V, V)
     length = work.slide(
@@ -195,31 +195,31 @@ def _meeting_then_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> 
         f"{a1.name} and {a2.name} keep the centre's distance from the point where their axes meet",
         slide_to_sphere(terms, a3.h, reach, r2, work.sign()),
     )
-    # 2, 3. Two turns about one point.
+    # 2, 3. Two rotations about one point.
     extended = combination(terms, (sp.Integer(1), length), (reach, a3.h))
     _two_about_a_point(work, a1, a2, extended, V)
 
 
 def _parallel_then_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
-    # 1. The slide alone moves the centre along the parallel axes.
+    # 1. Only the prismatic joint moves the center along the parallel axes.
     length = work.slide(
         a3,
         "a line meets a plane",
         f"{a1.name} and {a2.name} do not move the centre along their axes",
         slide_to_plane(terms, a1.h, a3.h, centre, dot(terms, a1.h, W)),
     )
-    # 2, 3. A triangle across the parallel axes.
+    # 2, 3. A triangle perpendicular to the parallel axes.
     extended = combination(terms, (sp.Integer(1), length), (centre, a3.h))
     triangle(work, a1, a2, extended, subtracted(terms, W, a1.p))
 
 
 def _turn_across_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
-    # 1. Neither joint 2 nor the slide, which lies across its axis, moves the centre along it.
+    # 1. Neither joint 2 nor the perpendicular prismatic joint moves the center along axis 2.
     reason = f"{a2.name} and {a3.name} do not move the centre along axis {a2.name}"
     U, _ = turn_to_plane(work, a1, a2, centre, W, reason)
-    # 2. Joint 2 keeps the centre's distance from its axis.
+    # 2. Joint 2 keeps the distance of the center from its axis.
     A = perpendicular(terms, a2.h, U)
     reach = perpendicular(terms, a2.h, subtracted(terms, centre, a2.p))
     length = work.slide(
@@ -228,7 +228,7 @@ def _turn_across_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> N
         f"{a2.name} keeps the centre's distance from its axis",
         slide_to_sphere(terms, a3.h, reach, dot(terms, A, A), work.sign()),
     )
-    # 3. The extended arm points to the centre.
+    # 3. The extended arm points to the center.
     extended = combination(terms, (sp.Integer(1), length), (reach, a3.h))
     work.step(
         [a2], "subproblem 1", "the extended arm points to the centre", sp1(terms, a2.h, extended, A)
@@ -240,13 +240,13 @@ def _three_slides(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
 
 
 def slides(work: Work, axes: Sequence[Axis], way: Vector, carried: str) -> None:
-    """Finds one to three slides that move a point by a vector, or by its part along the slides.
+    """Solves one to three prismatic joints that move a point by a vector.
 
     Args:
-        work: Gathers the steps.
-        axes: The slides, none along the others.
-        way: The vector.
-        carried: The point in words.
+        work: Records the steps.
+        axes: The prismatic joints, with independent directions.
+        way: The displacement; only its component in the span of the axes is reached.
+        carried: Description of the point.
     """
     terms = work.terms
     if len(axes) == 2:  # noqa: PLR2004 - the other slide determines the plane
@@ -274,14 +274,14 @@ def _across(terms: Terms, a: Vector, b: Vector) -> Vector:
 
 def _slide_then_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
-    # 1. The slide alone moves the centre along the parallel axes.
+    # 1. Only the prismatic joint moves the center along the parallel axes.
     length = work.slide(
         a1,
         "a line meets a plane",
         f"{a2.name} and {a3.name} do not move the centre along their axes",
         slide_to_plane(terms, a2.h, a1.h, centre, dot(terms, a2.h, W)),
     )
-    # 2, 3. A triangle across the parallel axes.
+    # 2, 3. A triangle perpendicular to the parallel axes.
     A = combination(terms, (sp.Integer(1), sp.Integer(-1), -length), (W, a2.p, a1.h))
     triangle(work, a2, a3, centre, A)
 
@@ -289,7 +289,7 @@ def _slide_then_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) ->
 def _slide_then_meeting(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
     C = lines.meeting(1, 2)
-    # 1. Joints 2 and 3 keep the centre's distance from the point where their axes meet.
+    # 1. Joints 2 and 3 keep the distance of the center from the intersection of their axes.
     reach, V = subtracted(terms, centre, C), subtracted(terms, W, C)
     minus_h = negative(a1.h)
     length = work.slide(
@@ -298,14 +298,14 @@ def _slide_then_meeting(work: Work, lines: Lines, centre: Vector, W: Vector) -> 
         f"{a2.name} and {a3.name} keep the centre's distance from the point where their axes meet",
         slide_to_sphere(terms, minus_h, V, dot(terms, reach, reach), work.sign()),
     )
-    # 2, 3. Two turns about one point.
+    # 2, 3. Two rotations about one point.
     left = combination(terms, (sp.Integer(1), length), (V, minus_h))
     _two_about_a_point(work, a2, a3, reach, left)
 
 
 def _slides_then_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     terms, (a1, a2, a3) = work.terms, lines.axes
-    # 1. Neither slide moves the centre across both; the turn alone does.
+    # 1. Only the revolute joint moves the center normal to both prismatic joints.
     normal = _across(terms, a1.h, a2.h)
     reach = subtracted(terms, centre, a3.p)
     d = dot(terms, normal, subtracted(terms, W, a3.p))
@@ -315,14 +315,14 @@ def _slides_then_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> No
         f"{a1.name} and {a2.name} move the centre in a plane",
         sp4(terms, normal, a3.h, reach, d, work.sign()),
     )
-    # 2, 3. Two slides in their plane.
+    # 2, 3. Two prismatic joints in their plane.
     reached = added(terms, a3.p, rotated(terms, a3.h, q3, reach))
     way = subtracted(terms, W, reached)
     two_slides(work, a1, a2, way)
 
 
 def two_slides(work: Work, first: Axis, second: Axis, way: Vector) -> None:
-    """Finds two slides that move a point by a given vector in their plane."""
+    """Solves two prismatic joints that move a point by a vector in their plane."""
     terms = work.terms
     for axis, other in ((first, second), (second, first)):
         n = perpendicular(terms, other.h, axis.h)

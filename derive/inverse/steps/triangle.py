@@ -1,6 +1,6 @@
-"""Two parallel axes that bring a point to a position in the plane normal to them.
+"""Two parallel revolute joints that position a point in the plane normal to their axes.
 
-Shoulder, elbow and hand are the corners of a triangle in this plane.
+Shoulder, elbow and wrist are the corners of a triangle in this plane.
 """
 
 from ...terms.vectors import Vector, added, dot, subtracted
@@ -12,15 +12,15 @@ from .work import Sum, Work
 
 
 def triangle(work: Work, first: Axis, second: Axis, hand: Vector, position: Vector) -> None:
-    """Finds two joints from the triangle's sides: the elbow, then the direction of the bent arm.
+    """Solves two joints from the sides of the triangle: first the elbow, then the shoulder.
 
     Args:
-        work: Gathers the two steps.
-        first: The shoulder's axis.
-        second: The elbow's axis, parallel to it.
-        hand: A point that both joints move, in the home pose.
-        position: The wanted position of the point relative to the shoulder's axis; its part along
-            the axis has no effect.
+        work: Records the two steps.
+        first: The shoulder axis.
+        second: The elbow axis, parallel to the shoulder axis.
+        hand: A point moved by both joints, in the home pose.
+        position: The target position of the point relative to the shoulder axis; the component
+            along the axis has no effect.
     """
     terms = work.terms
     upper = perpendicular(terms, first.h, subtracted(terms, second.p, first.p))
@@ -43,12 +43,12 @@ def triangle(work: Work, first: Axis, second: Axis, hand: Vector, position: Vect
 
 
 def remaining(work: Work, axes: tuple[Axis, ...], total: CosSin) -> None:
-    """Finds the last of several parallel joints from the sum of all and the other angles.
+    """Solves the last of several parallel joints from the sum of all angles.
 
     Args:
-        work: Holds the other joints; receives the last.
+        work: Contains the other joints; receives the last joint.
         axes: The parallel axes.
-        total: The turn by the sum, counted about the first axis.
+        total: The rotation by the angle sum, measured about the first axis.
     """
     first, *others, last = axes
     before = work.turns[first.joint]

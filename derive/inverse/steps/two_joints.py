@@ -1,8 +1,7 @@
-"""Two joints that bring a point to a position: an arm whose first joint stays where it is.
+"""Two joints that position a point.
 
-Two joints cannot reach every position; for one that they reach the steps give the joints, for any
-other a position nearby. Of the two conditions that the second joint has to meet, the one is taken
-that determines it better.
+Two joints cannot reach every position. For an unreachable position, the steps return a nearby one.
+The second joint has to satisfy two equations; the better conditioned equation determines it.
 """
 
 import sympy as sp
@@ -19,14 +18,14 @@ from .work import Work
 
 
 def two_joints(work: Work, first: Axis, second: Axis, point: Vector, position: Vector) -> None:
-    """Finds two joints with ``exp(S_1 q_1) exp(S_2 q_2) point = position``.
+    """Solves ``exp(S_1 q_1) exp(S_2 q_2) point = position`` for two joints.
 
     Args:
-        work: Gathers the steps.
+        work: Records the steps.
         first: The axis of the first joint.
         second: The axis of the second joint.
         point: The point in the home pose.
-        position: Its wanted position.
+        position: The target position of the point.
     """
     if first.turns and second.turns:
         reach = subtracted(work.terms, point, second.p)
@@ -43,9 +42,9 @@ def two_joints(work: Work, first: Axis, second: Axis, point: Vector, position: V
 def second_turn(
     work: Work, first: Axis, second: Axis, offset: Vector, reach: Vector, wanted: Vector
 ) -> None:
-    """Finds two turns with ``R_1 (offset + R_2 reach) = wanted``.
+    """Solves ``R_1 (offset + R_2 reach) = wanted`` for two rotations.
 
-    The first turn changes neither the component along its axis nor the length.
+    The first rotation changes neither the component along its axis nor the length.
     """
     terms = work.terms
     length2 = dot(terms, offset, offset)
@@ -95,9 +94,9 @@ def _slide_and_turn(work: Work, first: Axis, second: Axis, point: Vector, wanted
 
 
 def _slide_off(work: Work, slide: Axis, turning: Axis, point: Vector, other: Vector) -> sp.Expr:
-    """The slide that gives a point the height along an axis, or the distance from it, of another.
+    """Solves the prismatic joint from the height or the distance relative to a revolute axis.
 
-    Both are positions relative to the axis, which turns the one into the other.
+    The revolute joint rotates ``point`` into ``other``; both are relative to its axis.
     """
     terms = work.terms
     if abs(float(slide.direction @ turning.direction)) > OBLIQUE_AXES:

@@ -1,4 +1,4 @@
-"""The record of a solution in progress: angles, signs, margins, and the steps for the reader."""
+"""Record of a solution in progress: angles, signs, margins, and steps to print."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -17,14 +17,14 @@ Found = TypeVar("Found", FoundTurn, FoundLength)
 
 @dataclass(frozen=True)
 class InverseStep:
-    """A step of a closed-form inverse.
+    """One step of a closed-form inverse.
 
     Attributes:
-        joints: Names of the joints whose sum the step finds.
-        method: The subproblem, "subproblem 4".
-        reason: Why the step holds, in words: which joints its equation does not contain, and why.
-        found: The angle or length, with its equation.
-        degenerate: Where the value is arbitrary, and which is taken.
+        joints: Names of the joints whose sum the step solves.
+        method: The subproblem, for example "subproblem 4".
+        reason: Justification of the step: which joints its equation does not contain, and why.
+        found: The solved angle or length, with its equation.
+        degenerate: Describes where the value is arbitrary, and which value is used.
     """
 
     joints: tuple[str, ...]
@@ -36,13 +36,13 @@ class InverseStep:
 
 @dataclass(frozen=True)
 class NamedVector:
-    """A vector that the steps' words refer to.
+    """A named vector to which the step descriptions refer.
 
     Attributes:
-        letters: LaTeX letters in order of preference; a letter that a parameter has is avoided.
-        meaning: The meaning of the vector, in words.
-        vector: Its components (metre where it is a position), in base axes.
-        after: Number of steps before it, on which it depends.
+        letters: LaTeX letters in order of preference; letters of parameters are avoided.
+        meaning: Description of the vector.
+        vector: The components (metre for a position), in base axes.
+        after: Number of preceding steps on which the vector depends.
     """
 
     letters: tuple[str, ...]
@@ -53,10 +53,10 @@ class NamedVector:
 
 @dataclass(frozen=True)
 class Remainder:
-    """A joint whose angle follows from a sum that a step found and the other joints of it.
+    """A joint whose angle follows from a solved angle sum and the other joints of the sum.
 
     Attributes:
-        joints: Names of the joints whose sum the step found, in its order.
+        joints: Names of the joints in the sum, in the order of the step.
         last: Name of the remaining joint.
     """
 
@@ -66,12 +66,11 @@ class Remainder:
 
 @dataclass(frozen=True)
 class Sum:
-    """Parallel joints whose sum of angles was found before their own.
+    """Parallel joints whose angle sum is solved before the single angles.
 
     Attributes:
-        senses: Index of each joint, with 1 or -1 for the sense in which its angle counts about the
-            first of the axes.
-        turn: Cosine and sine of the sum.
+        senses: Index of each joint, with 1 or -1 for the sense of its angle about the first axis.
+        turn: Cosine and sine of the angle sum.
     """
 
     senses: tuple[tuple[int, int], ...]
@@ -80,20 +79,20 @@ class Sum:
 
 @dataclass
 class Work:
-    """The state of a derivation, which a family fills step by step.
+    """State of a derivation, filled step by step by a family.
 
     Attributes:
-        terms: Names of all terms.
-        turns: Cosine and sine of each joint's angle, by the joint's index.
-        sums: Parallel joints; a value follows from the sum of all, which saves an atan2.
-        remainders: Joints that follow from a sum, for the reader.
-        lengths: The value of each prismatic joint.
-        signs: The symbols that stand for 1 or -1, in the order of the slots.
-        settled: The choices, by their number, that make no difference: the first solution is taken.
-        choices: Number of choices so far.
-        sides: For choices in loops, the loop's name and the names of its sides by the sign.
+        terms: Table of named terms.
+        turns: Cosine and sine of each joint angle, keyed by joint index.
+        sums: Angle sums of parallel joints; computing a joint from the sum saves an atan2.
+        remainders: Joints that follow from an angle sum, for the printed explanation.
+        lengths: The value of each prismatic joint, keyed by joint index.
+        signs: The sign symbols (1 or -1), in the order of the slots.
+        settled: Indices of redundant sign choices, which always use the sign 1.
+        choices: Number of sign choices so far.
+        sides: For signs of loop branches, the loop name and the branch names keyed by sign.
         steps: The steps in order.
-        vectors: Vectors that the steps' words refer to.
+        vectors: Named vectors to which the step descriptions refer.
     """
 
     terms: Terms
@@ -109,7 +108,7 @@ class Work:
     vectors: list[NamedVector] = field(default_factory=list)
 
     def sign(self) -> sp.Expr:
-        """A new symbol for a choice between two solutions; 1 where the choice is settled."""
+        """Returns a new symbol that selects one of two solutions; 1 for a settled choice."""
         self.choices += 1
         if self.choices - 1 in self.settled:
             return sp.Integer(1)
@@ -117,7 +116,7 @@ class Work:
         return self.signs[-1]
 
     def name_vector(self, letters: tuple[str, ...], meaning: str, vector: Vector) -> Vector:
-        """Gives a vector a name for the article; returns the vector."""
+        """Names a vector for the article; returns the vector."""
         self.vectors.append(NamedVector(letters, meaning, vector, len(self.steps)))
         return vector
 
@@ -129,7 +128,7 @@ class Work:
         found: FoundTurn,
         degenerate: str = "",
     ) -> CosSin:
-        """Notes a step; an angle about one axis alone is that joint's angle."""
+        """Records a step; with a single axis, the angle is the joint angle."""
         found = _settled(found)
         self.steps.append(
             InverseStep(tuple(axis.name for axis in axes), method, reason, found, degenerate)
@@ -139,35 +138,35 @@ class Work:
         return found.turn
 
     def slide(self, axis: Axis, method: str, reason: str, found: FoundLength) -> sp.Expr:
-        """Notes the step that finds the length of a slide."""
+        """Records the step that solves a prismatic joint."""
         self.steps.append(InverseStep((axis.name,), method, reason, _settled(found)))
         self.lengths[axis.joint] = found.length
         return found.length
 
     def note(self, names: Sequence[str], method: str, reason: str, found: FoundTurn) -> CosSin:
-        """Notes the step that finds an angle of no joint of the chain."""
+        """Records a step that solves an angle outside the chain."""
         self.steps.append(InverseStep(tuple(names), method, reason, _settled(found)))
         return found.turn
 
     def note_length(
         self, names: Sequence[str], method: str, reason: str, found: FoundLength
     ) -> sp.Expr:
-        """Notes the step that finds a length of no slide of the chain."""
+        """Records a step that solves a length outside the chain."""
         self.steps.append(InverseStep(tuple(names), method, reason, _settled(found)))
         return found.length
 
     def remainder(self, axes: Sequence[Axis]) -> None:
-        """Notes that the last of these joints follows from the sum of all, which a step found."""
+        """Records that the last of these joints follows from the solved sum."""
         names = tuple(axis.name for axis in axes)
         self.remainders.append(Remainder(names, names[-1]))
 
     def margins(self) -> list[sp.Expr]:
-        """The margins of all steps that can fail."""
+        """Returns the margins of all steps that can fail."""
         return [step.found.margin for step in self.steps if step.found.margin is not None]
 
 
 def _settled(found: Found) -> Found:
-    """The result of a step; without a sign and a boundary where its choice is settled."""
+    """Returns the result of a step, without sign and margin if its choice is settled."""
     if found.sign is None or found.sign.is_Symbol:
         return found
     return replace(found, sign=None, margin=None)

@@ -1,9 +1,9 @@
-"""The angles of an arm that its wrist's centre leaves undetermined.
+"""Arm angles that the position of the wrist center does not determine.
 
-Where the centre lies on the axis of a joint, this joint does not move it. A wrist whose
-neighbouring axes are at right angles can turn the tool in any way, and any angle serves. Other
-wrists reach a part of all orientations: axis 4 and axis 6 keep an angle within limits. The angle is
-then chosen that brings it to the middle of these, or nearest.
+A joint does not move a wrist center on its axis, so its angle is arbitrary. A wrist with
+perpendicular consecutive axes reaches every orientation, and any angle works. Other wrists reach
+only some orientations: the angle between axes 4 and 6 has limits. Then the arm angle is selected
+that brings this angle to the middle of its range, or nearest to it.
 """
 
 import sympy as sp
@@ -22,19 +22,19 @@ from .work import Work
 def with_wrist_in_reach(
     work: Work, lines: Lines, centre: Vector, position: Vector, target: Target
 ) -> None:
-    """Changes angles of joints 1 to 3 that the position of the wrist's centre does not determine.
+    """Selects the angles of joints 1 to 3 that the wrist-center position does not determine.
 
     Args:
-        work: Holds joints 1 to 3.
-        lines: The chain of six joints, the last three of which are the wrist.
-        centre: The wrist's centre in the home pose.
-        position: Its wanted position.
-        target: The displacement that the chain has to make.
+        work: Contains joints 1 to 3.
+        lines: The six-joint chain; the last three joints are the wrist.
+        centre: The wrist center in the home pose.
+        position: The target position of the wrist center.
+        target: The required displacement of the chain.
     """
     a1, a2, a3, a4, a5, a6 = lines.axes
     terms = work.terms
     if a6.stays:
-        # Axis 5 and axis 4 keep their angle.
+        # The angle between axes 5 and 4 is constant.
         wanted, cosine, sign = target.turned(terms, a5.h), dot(terms, a4.h, a5.h), work.sign()
     elif is_straight(a4, a5) and is_straight(a5, a6):
         return
@@ -58,12 +58,12 @@ def with_wrist_in_reach(
 
 
 def _choose(work: Work, axis: Axis, lever: Vector, best: CosSin) -> None:
-    """Takes the better angle where the lever lies along the axis."""
+    """Uses the better angle if the lever is parallel to the axis."""
     work.turns[axis.joint] = where_free(work.terms, axis.h, lever, work.turns[axis.joint], best)
 
 
 def where_free(terms: Terms, k: Vector, lever: Vector, found: CosSin, best: CosSin) -> CosSin:
-    """The better turn where the lever lies along its axis k and stays, else the one found."""
+    """Returns ``best`` if the lever is parallel to the axis k, otherwise ``found``."""
     if all(map(terms.is_constant, lever)):
         return found
     across = perpendicular(terms, k, lever)
@@ -72,14 +72,14 @@ def where_free(terms: Terms, k: Vector, lever: Vector, found: CosSin, best: CosS
 
 
 def is_straight(one: Axis, other: Axis) -> bool:
-    """Whether axes are at right angles."""
+    """Whether two axes are perpendicular."""
     return abs(float(one.direction @ other.direction)) <= EXACT_STRUCTURE
 
 
 def _turned(
     terms: Terms, work: Work, axes: tuple[Axis, ...], v: Vector, *, back: bool = False
 ) -> Vector:
-    """A direction turned by joints from the last to the first, or turned back by them."""
+    """Rotates a direction by joints from last to first; with ``back``, by the inverses."""
     for axis in axes if back else axes[::-1]:
         if axis.turns:
             turn = work.turns[axis.joint]
@@ -88,7 +88,7 @@ def _turned(
 
 
 def _moved(terms: Terms, work: Work, axis: Axis, point: Vector) -> Vector:
-    """A point moved by a joint."""
+    """Returns a point moved by a joint."""
     if not axis.turns:
         return combination(terms, (sp.Integer(1), work.lengths[axis.joint]), (point, axis.h))
     lever = subtracted(terms, point, axis.p)

@@ -1,1 +1,1 @@
-"""The relative position of a chain's axes, and the closed form that it allows."""
+"""Relative positions of the axes of a chain, which decide the closed form."""

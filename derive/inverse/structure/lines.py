@@ -1,7 +1,7 @@
-"""The axes of a chain as lines in its home pose, and their relative positions.
+"""Axes of a chain as lines in its home pose, and their relative positions.
 
-A chain is solvable where some of its axes are parallel or meet. This is judged in numbers at the
-default values of all parameters; the inverse is then derived in exact expressions.
+A chain is solvable if some axes are parallel or intersect. This test is numeric, at the default
+values of all parameters; the inverse is then derived in exact expressions.
 """
 
 from collections.abc import Iterable, Sequence
@@ -32,15 +32,15 @@ Frame = tuple[Basis, Vector]
 
 
 MOST_ADDENDS = 16
-"""Addends of a constant in parameters up to which it is written out to let equal ones cancel."""
+"""Maximum number of addends of a symbolic constant that is expanded to cancel terms."""
 TOOL_AXIS, ADDED_AXIS = "tool_axis", "added_axis"
-"""The name of a further joint, about the tool's axis and about another."""
+"""Names of an added joint: about the tool axis, and about another axis."""
 SOME_SLIDE = 0.6180339887
-"""A slide (metre) in general position: axes that meet at this length meet at any."""
+"""Generic prismatic value (metre): axes that intersect at this value intersect at any value."""
 SOME_TURN = 0.7548776662
-"""A turn (radian) in general position."""
+"""Generic revolute value (radian)."""
 APART = 0.5698402910
-"""Sets the values of different joints apart, so that opposite motions do not cancel."""
+"""Offset between the generic values of different joints; avoids cancelling motions."""
 
 
 @dataclass(frozen=True)
@@ -49,13 +49,13 @@ class Axis:
 
     Attributes:
         joint: Index of the moving joint.
-        name: Its name.
+        name: Name of the joint.
         kind: Revolute or prismatic.
-        h: Its direction (unit vector), in base axes.
-        p: A point on it (metre); of a prismatic joint of no meaning.
-        direction: h in numbers.
-        origin: p in numbers.
-        stays: Whether the joint is none of the arm's, and its angle is 0.
+        h: Direction of the axis (unit vector), in base axes.
+        p: A point on the axis (metre); meaningless for a prismatic joint.
+        direction: Numeric value of h.
+        origin: Numeric value of p.
+        stays: Whether the joint is an added joint that stays at 0.
     """
 
     joint: int
@@ -74,26 +74,26 @@ class Axis:
 
     @property
     def some_motion(self) -> float:
-        """A value of the joint (radian or metre) in general position, one of its own."""
+        """A generic joint value (radian or metre), different for each joint."""
         some = SOME_TURN if self.turns else SOME_SLIDE
         return some * (1 + self.joint * APART % 1)
 
     def is_along(self, other: "Axis") -> bool:
-        """Whether the axis has the direction of another one, or the opposite."""
+        """Whether the axis has the same or the opposite direction as another axis."""
         return bool(np.linalg.norm(np.cross(self.direction, other.direction)) <= EXACT_STRUCTURE)
 
     def reversed(self) -> "Axis":
-        """The axis as one sees it from the tool: it turns the other way."""
+        """Returns the axis for numbering from the tool, with the opposite direction."""
         x, y, z = self.h
         return replace(self, h=(-x, -y, -z), direction=-self.direction)
 
     def moved(self, p: Vector, origin: NDArray[np.float64]) -> "Axis":
-        """The same axis with another point of it as origin."""
+        """Returns the axis through another point."""
         return replace(self, p=p, origin=origin)
 
 
 def axes_of(robot: SerialRobot, terms: Terms) -> tuple[Axis, ...]:
-    """The axes of a serial robot's moving joints in its home pose, from the base."""
+    """Returns the axes of the moving joints in the home pose, ordered from the base."""
     frames, _ = _home_frames(robot, terms)
     return tuple(
         _axis(terms, k, joint, basis[2], origin)
@@ -102,7 +102,7 @@ def axes_of(robot: SerialRobot, terms: Terms) -> tuple[Axis, ...]:
 
 
 def home_of(robot: SerialRobot, terms: Terms) -> sp.Matrix:
-    """``M_0_ee`` (4, 4), the tool's pose with every joint at zero."""
+    """Returns ``M_0_ee`` (4, 4), the tool pose with all joints at zero."""
     _, (basis, origin) = _home_frames(robot, terms)
     T = sp.eye(4)
     for j, column in enumerate((*basis, origin)):
@@ -111,12 +111,12 @@ def home_of(robot: SerialRobot, terms: Terms) -> sp.Matrix:
 
 
 def with_tool_axis(robot: SerialRobot, lines: "Lines", *, stays: bool) -> "Lines":
-    """The chain with a further joint, which turns the tool about its own third axis.
+    """Returns the chain with an added joint about the third axis of the tool.
 
     Args:
         robot: The description.
-        lines: Its axes.
-        stays: Whether the angle of the further joint is 0, or whatever the task leaves.
+        lines: The axes of the robot.
+        stays: Whether the added angle is 0; otherwise the task determines it.
     """
     terms = lines.terms
     _, ((_, _, h), origin) = _home_frames(robot, terms)
@@ -126,7 +126,7 @@ def with_tool_axis(robot: SerialRobot, lines: "Lines", *, stays: bool) -> "Lines
 
 
 def _home_frames(robot: SerialRobot, terms: Terms) -> tuple[list[Frame], Frame]:
-    """The frames of the moving joints in the home pose, and the tool's."""
+    """Returns the frames of the moving joints and of the tool in the home pose."""
     frames = []
     frame = _placed(terms, (IDENTITY, ORIGIN), robot.base)
     for joint in robot.joints:
@@ -138,7 +138,7 @@ def _home_frames(robot: SerialRobot, terms: Terms) -> tuple[list[Frame], Frame]:
 
 
 def _placed(terms: Terms, frame: Frame, placement: Placement) -> Frame:
-    """A frame moved by a constant placement, with named components."""
+    """Returns a frame moved by a constant placement, with named components."""
     basis, origin = frame
     for motion in placement:
         if isinstance(motion, Rotation):
@@ -156,7 +156,7 @@ def _placed(terms: Terms, frame: Frame, placement: Placement) -> Frame:
 
 
 def _axis(terms: Terms, k: int, joint: Joint, h: Vector, p: Vector) -> Axis:
-    """The axis through p, named by its point nearest to the base's origin."""
+    """Returns the axis through p; its stored point is the nearest to the base origin."""
     h = named(terms, (_short(terms, component) for component in h))
     written = [_short(terms, component) for component in p]
     along = _tidied(terms, sum((a * b for a, b in zip(h, written, strict=True)), sp.Integer(0)))
@@ -166,36 +166,36 @@ def _axis(terms: Terms, k: int, joint: Joint, h: Vector, p: Vector) -> Axis:
 
 
 def _short(terms: Terms, component: sp.Expr) -> sp.Expr:
-    """A constant in parameters, so that equal terms cancel; numbers and long ones keep names."""
+    """Expands a constant so that terms cancel; numbers and long constants keep their names."""
     if terms.is_number(component) or terms.addends(component) > MOST_ADDENDS:
         return component
     return sp.expand(terms.spelled(component))
 
 
 def _tidied(terms: Terms, component: sp.Expr) -> sp.Expr:
-    """A constant expanded, so that equal terms cancel, or by name where that would be long."""
+    """Expands a constant so that terms cancel, or names it if the expansion is long."""
     return sp.expand(component) if addends(component) <= MOST_ADDENDS else terms.let(component)
 
 
 def numbers(terms: Terms, vector: Iterable[sp.Expr]) -> NDArray[np.float64]:
-    """A constant vector in numbers."""
+    """Returns the numeric value of a constant vector."""
     return np.array([float(terms.value(component)) for component in vector])
 
 
 def rotation(k: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
-    """The rotation matrix about a unit vector (Rodrigues)."""
+    """Returns the rotation matrix about a unit vector (Rodrigues)."""
     K = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
     return np.asarray(np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K)
 
 
 @dataclass(frozen=True)
 class Lines:
-    """The axes of a chain, and the tolerance up to which they count as parallel or as meeting.
+    """The axes of a chain, with the tolerance for parallel and intersecting axes.
 
     Attributes:
-        terms: Names of all terms.
-        axes: From the base, or from the tool where the chain is read backwards.
-        tolerance: Radian, or parts of the arm's length.
+        terms: Table of named terms.
+        axes: The axes, ordered from the base or from the tool.
+        tolerance: Maximum deviation (radian, or relative to the arm length).
     """
 
     terms: Terms
@@ -204,23 +204,23 @@ class Lines:
 
     @property
     def added(self) -> tuple[Axis, ...]:
-        """The axes that are none of the arm's joints."""
+        """The added axes, which are not joints of the arm."""
         return tuple(axis for axis in self.axes if axis.name in (TOOL_AXIS, ADDED_AXIS))
 
     @cached_property
     def length(self) -> float:
-        """The sum of the distances between the origins of neighbouring axes (metre)."""
+        """Sum of the distances between the origins of consecutive axes (metre)."""
         points = [axis.origin for axis in self.axes if axis.turns]
         return sum(float(np.linalg.norm(b - a)) for a, b in pairwise(points))
 
     def reversed(self) -> "Lines":
-        """The axes numbered from the tool, each with the opposite direction."""
+        """Returns the axes numbered from the tool, with opposite directions."""
         return replace(self, axes=tuple(axis.reversed() for axis in self.axes[::-1]))
 
     def at_generic(self, given: Sequence[int]) -> "Lines":
-        """The axes of joints that are not given, after given joints in general position.
+        """Returns the axes of the free joints, with the fixed joints at generic values.
 
-        It serves to judge the structure, not to solve it.
+        The result is used only to test the structure, not to solve it.
         """
         R, t = np.eye(3), np.zeros(3)
         kept = []
@@ -237,26 +237,26 @@ class Lines:
         return replace(self, axes=tuple(kept))
 
     def parallel(self, *indices: int) -> bool:
-        """Whether axes have one direction or the opposite one."""
+        """Whether axes are parallel or antiparallel."""
         return self.angular_deviation(indices) <= self.tolerance
 
     def angular_deviation(self, indices: Sequence[int]) -> float:
-        """The largest sine of the angle between axes and the first of them."""
+        """Returns the largest sine of the angles between the first axis and the others."""
         first, *others = (self.axes[k].direction for k in indices)
         return max(float(np.linalg.norm(np.cross(first, other))) for other in others)
 
     def perpendicular(self, i: int, j: int) -> bool:
-        """Whether the directions of two axes are at right angles."""
+        """Whether the directions of two axes are perpendicular."""
         return abs(float(self.axes[i].direction @ self.axes[j].direction)) <= self.tolerance
 
     def meet(self, *indices: int) -> bool:
-        """Whether revolute axes, no two of them parallel, pass through one point."""
+        """Whether pairwise nonparallel revolute axes intersect in one point."""
         return self.meeting_deviation(indices) <= self.tolerance
 
     def meeting_deviation(self, indices: Sequence[int]) -> float:
-        """The largest distance of axes from the point nearest to all, in parts of the arm's length.
+        """Returns the largest distance of axes from their nearest point, relative to arm length.
 
-        Infinite where neighbouring axes are parallel: a point at infinity is no centre.
+        Infinite if consecutive axes are parallel, because their intersection is at infinity.
         """
         axes = [self.axes[k] for k in indices]
         if any(
@@ -276,7 +276,7 @@ class Lines:
         return max(distances) / (self.length or 1.0)
 
     def meeting(self, i: int, j: int) -> Vector:
-        """The point of axis i that is nearest to axis j, in exact expressions."""
+        """Returns the exact point of axis i that is nearest to axis j."""
         a, b = self.axes[i], self.axes[j]
         h_i, h_j = (sp.Matrix(axis.h) for axis in (a, b))
         p_i, p_j = (sp.Matrix([_short(self.terms, e) for e in axis.p]) for axis in (a, b))
@@ -287,5 +287,5 @@ class Lines:
         return named(self.terms, (p_i + along * h_i).applyfunc(tidied))
 
     def sense(self, i: int, j: int) -> int:
-        """1 where axis j has the direction of axis i, -1 where it has the opposite one."""
+        """Returns 1 if axes i and j have the same direction, -1 if opposite."""
         return 1 if float(self.axes[i].direction @ self.axes[j].direction) > 0 else -1

@@ -1,4 +1,4 @@
-"""An arm in numbers: poses and Jacobians at configurations by which a decision is made."""
+"""Numeric model of an arm: poses and Jacobians for numeric tests."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,16 +15,16 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class NumericArm:
-    """An arm in numbers.
+    """Numeric model of an arm.
 
     Attributes:
-        directions: (n, 3) of the axes in the home pose.
-        points: (n, 3) on the axes.
-        turns: (n,) whether a joint is revolute.
-        senses: (n,) 1 or -1, the sense of a coordinate.
-        home: (4, 4) the tool's pose at zero.
-        length: The arm's length (metre).
-        offsets: The displacements (metre) that its description places joints and tool by.
+        directions: (n, 3) directions of the axes in the home pose.
+        points: (n, 3) points on the axes.
+        turns: (n,) whether each joint is revolute.
+        senses: (n,) sign (1 or -1) of each coordinate.
+        home: (4, 4) tool pose with all joints at zero.
+        length: Arm length (metre).
+        offsets: Components (metre) of all translations in the description.
     """
 
     directions: FloatArray
@@ -37,7 +37,7 @@ class NumericArm:
 
     @classmethod
     def of(cls, robot: SerialRobot, lines: Lines) -> "NumericArm":
-        """The arm of a description; a further axis that no joint turns is left out."""
+        """Builds the model of a robot; added axes are omitted."""
         home = numbers(lines.terms, home_of(robot, lines.terms)).reshape(4, 4)
         axes = [axis for axis in lines.axes if axis.joint < len(robot.moving)]
         return cls(
@@ -51,7 +51,7 @@ class NumericArm:
         )
 
     def pose_jacobian(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Poses (N, 4, 4) and Jacobians (N, 6, n) at the tip in base axes, at q (N, n)."""
+        """Returns poses (N, 4, 4) and mixed Jacobians (N, 6, n) at q (N, n)."""
         R, p = np.broadcast_to(np.eye(3), (len(q), 3, 3)), np.zeros((len(q), 3))
         axes = []
         for h, point, turns, sense, value in zip(
@@ -78,7 +78,7 @@ class NumericArm:
 
 
 def _offsets(robot: SerialRobot) -> Iterator[sp.Expr]:
-    """The components of all translations between the robot's frames."""
+    """Yields the components of all translations between the robot frames."""
     placements = [placement for joint in robot.joints for placement in (joint.before, joint.after)]
     for placement in (robot.base, *placements, robot.tool):
         for motion in placement:

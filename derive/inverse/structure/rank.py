@@ -1,4 +1,4 @@
-"""The number of freedoms that a chain gives its tool: the rank of its Jacobian."""
+"""Degrees of freedom of the tool: the rank of the Jacobian."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,12 +10,12 @@ _POSTURES = 3
 
 
 def of_chain(lines: Lines) -> int:
-    """The largest rank of the Jacobian over random postures."""
+    """Returns the largest rank of the Jacobian over random configurations."""
     return max(int(np.linalg.matrix_rank(J, tol=JACOBIAN_RANK)) for J in jacobians(lines))
 
 
 def jacobians(lines: Lines) -> list[NDArray[np.float64]]:
-    """The Jacobians (6, n) in random configurations; lengths are parts of the arm's."""
+    """Returns Jacobians (6, n) in random configurations; lengths are relative to arm length."""
     return [_jacobian(lines, q)[0] for q in _random_postures(lines)]
 
 
@@ -44,9 +44,9 @@ def _random_postures(lines: Lines) -> NDArray[np.float64]:
 def _jacobian(
     lines: Lines, q: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Screws (v; omega) of the axes in a posture, and the displacement (R, t) of the last link.
+    """Returns axis screws (v; omega) and the displacement (R, t) of the last link.
 
-    Lengths are parts of the arm's.
+    Lengths are relative to the arm length.
     """
     R, t = np.eye(3), np.zeros(3)
     size = lines.length or 1.0

@@ -10,7 +10,7 @@ from ...model.tolerances import MEASURED_STRUCTURE
 from .lines import Lines
 
 SMALL_ANGLE = 0.1
-"""Radian, below which an angle is said in milliradians, else in degrees."""
+"""Angles below this value (radian) are printed in milliradians, others in degrees."""
 _MILLI = 1e3
 
 
@@ -19,14 +19,14 @@ class Requirement:
     """A condition on the axes.
 
     Attributes:
-        text: The condition in words.
-        deviation: 0 where it holds, else how far the axes are from it: the sine of an angle, or
-            parts of the arm's length; infinite where no small change of the arm would make it hold.
-        is_length: Whether the deviation is in parts of the arm's length.
-        parallel: The axes that must be parallel, where the condition is this.
-        meeting: The axes that must meet, where the condition is this.
-        across: The two axes that must be at right angles, where the condition is this.
-        parts: The conditions that it sums up, if any.
+        text: Description of the condition.
+        deviation: Deviation of the axes: the sine of an angle, or a distance relative to the arm
+            length. 0 if the condition holds, infinite if no small change of the arm can fulfil it.
+        is_length: Whether the deviation is a distance relative to the arm length.
+        parallel: Axes that must be parallel; () for other conditions.
+        meeting: Axes that must intersect; () for other conditions.
+        across: The two axes that must be perpendicular; () for other conditions.
+        parts: The conditions that this condition summarizes, if any.
     """
 
     text: str
@@ -38,7 +38,7 @@ class Requirement:
     parts: tuple["Requirement", ...] = ()
 
     def in_units(self, length: float) -> str:
-        """The finite deviation of an arm of this length [m], in mm, mrad or degrees."""
+        """Formats the finite deviation in mm, mrad or degrees; ``length`` is the arm length [m]."""
         if self.is_length:
             return f"{_MILLI * self.deviation * (length or 1.0):.3g} mm"
         angle = math.asin(min(self.deviation, 1.0))
@@ -48,7 +48,7 @@ class Requirement:
 
 
 def revolute(lines: Lines, indices: Iterable[int]) -> Requirement:
-    """Joints that must turn."""
+    """Requires revolute joints."""
     asked = tuple(indices)
     slides = [lines.axes[k].name for k in asked if not lines.axes[k].turns]
     verb = "slides" if len(slides) == 1 else "slide"
@@ -59,7 +59,7 @@ def revolute(lines: Lines, indices: Iterable[int]) -> Requirement:
 
 
 def parallel(lines: Lines, *indices: int) -> Requirement:
-    """Axes that must be parallel."""
+    """Requires parallel axes."""
     return Requirement(
         f"axes {_names(lines, indices)} are parallel",
         lines.angular_deviation(indices),
@@ -68,21 +68,21 @@ def parallel(lines: Lines, *indices: int) -> Requirement:
 
 
 def meeting(lines: Lines, *indices: int) -> Requirement:
-    """Axes that must pass through one point."""
+    """Requires axes through one point."""
     verb = "pass through one point" if len(indices) > 2 else "intersect"  # noqa: PLR2004
     text = f"axes {_names(lines, indices)} {verb}"
     return Requirement(text, lines.meeting_deviation(indices), is_length=True, meeting=indices)
 
 
 def across(lines: Lines, i: int, j: int) -> Requirement:
-    """Axes that must be at right angles."""
+    """Requires two perpendicular axes."""
     a, b = lines.axes[i], lines.axes[j]
     deviation = abs(float(a.direction @ b.direction))
     return Requirement(f"axes {a.name} and {b.name} are at right angles", deviation, across=(i, j))
 
 
 def askew(lines: Lines, i: int, j: int) -> Requirement:
-    """Axes that must not be parallel."""
+    """Requires two nonparallel axes."""
     text = f"axes {lines.axes[i].name} and {lines.axes[j].name} are not parallel"
     return Requirement(
         text, np.inf if lines.angular_deviation((i, j)) < MEASURED_STRUCTURE else 0.0

@@ -1,4 +1,4 @@
-"""Arms that are singular in every configuration, and the joints that move without their tool."""
+"""Arms that are singular in every configuration, and their self-motion joints."""
 
 from collections.abc import Sequence
 
@@ -14,14 +14,14 @@ PAIR = 2
 
 
 def self_motion(lines: Lines, given: Sequence[int] = ()) -> str:
-    """State which joints can move in every configuration while the tool stands still.
+    """Describes the joints that can move without moving the tool, in every configuration.
 
     Args:
         lines: The axes of all joints.
         given: Indices of the joints with fixed values.
 
     Returns:
-        A clause such as "the tool depends on joint5 + joint6 alone"; empty if none can.
+        A clause such as "the tool depends on joint5 + joint6 alone"; empty for other arms.
     """
     left = lines.at_generic(given)
     motions = [_null_space(J) for J in rank.jacobians(left)]
@@ -36,25 +36,25 @@ def self_motion(lines: Lines, given: Sequence[int] = ()) -> str:
 
 
 def joints_of_self_motion(lines: Lines) -> tuple[int, ...]:
-    """Return the joints that can move in every configuration while the tool stands still."""
+    """Returns the joints that can move without moving the tool, in every configuration."""
     return tuple(_moving([_null_space(J) for J in rank.jacobians(lines)]).tolist())
 
 
 def _moving(motions: Sequence[NDArray[np.float64]]) -> NDArray[np.intp]:
-    """The joints that move in the null spaces (k, n) of random configurations."""
+    """Returns the joints that move in the null spaces (k, n) of random configurations."""
     if min(map(len, motions)) == 0:
         return np.array([], dtype=np.intp)
     return np.flatnonzero(np.max([np.abs(m).max(0) for m in motions], axis=0) > JACOBIAN_RANK)
 
 
 def _null_space(J: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Joint rates (k, n) that do not move the tool."""
+    """Returns joint rates (k, n) that do not move the tool."""
     _, sizes, V = np.linalg.svd(J)
     return V[int((sizes > JACOBIAN_RANK).sum()) :]
 
 
 def _constant_sign(motions: Sequence[NDArray[np.float64]], joints: NDArray[np.intp]) -> float:
-    """The rate of the second of two joints in parts of the first, if it is 1 or -1; else 0."""
+    """Returns the rate ratio of two joints if it is always 1 or -1, else 0."""
     if len(joints) != PAIR or any(len(motion) > 1 for motion in motions):
         return 0.0
     ratios = np.array([motion[0, joints[1]] / motion[0, joints[0]] for motion in motions])

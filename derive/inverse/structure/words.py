@@ -1,8 +1,8 @@
-"""Names in sentences."""
+"""Lists of names in sentences."""
 
 from collections.abc import Sequence
 
 
 def listed(names: Sequence[str]) -> str:
-    """Names in a sentence: ``a, b and c``."""
+    """Joins names for a sentence: ``a, b and c``."""
     return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))

@@ -222,7 +222,7 @@ def test_fixed_joint_is_absorbed_into_a_placement():
 def test_helical_joint_is_rejected_with_the_robot_name():
     robot = of("jaco2")
     screw = replace(robot.joints[2], kind="helical", pitch=sp.Rational(1, 10))
-    with pytest.raises(RobotError, match="jaco2 is no chain of joints that turn or slide"):
+    with pytest.raises(RobotError, match="jaco2 needs revolute or prismatic joints"):
         placements(replace(robot, joints=(*robot.joints[:2], screw, *robot.joints[3:])))
 
 
