@@ -1,7 +1,7 @@
 """Checks whether a robot's generated folder is up to date, without SymPy, in milliseconds.
 
-A stamp in the folder, never committed, holds the hash of all sources of the files and of the files
-themselves.
+A stamp file in the folder, never committed, contains a hash of all sources and of the generated
+files.
 """
 
 import hashlib
@@ -26,20 +26,20 @@ class Job:
     """One robot to derive.
 
     Attributes:
-        file: Its description.
+        file: The description file.
         to: The folder that receives the robot's own folder.
         base: Base link of a URDF or an MJCF model.
         tip: Tip link of a URDF or an MJCF model.
-        functions: The functions to derive; all functions if empty.
+        functions: The functions to derive; empty for all functions.
         arguments: Values of a xacro file's arguments, each as ``name:=value``.
-        suffix: End of the robot's name, where one file gives several robots.
-        calibration: File of the factory calibration of a UR arm.
-        exact: Whether the numbers of the description are taken as they are written.
-        give: Names of the joints whose values ``ik`` takes; those that it needs if empty.
+        suffix: Suffix of the robot's name if one file describes several robots.
+        calibration: Factory calibration file of a UR arm.
+        exact: Whether values keep exactly the digits written in the file.
+        give: Names of the joints with fixed values in ``ik``; empty for the default choice.
         parametric: Whether the parametric functions are derived too.
-        detail: How much the article tells: full, brief or none.
-        limit: Seconds that the derivation may take; 0 is no limit.
-        languages: Further languages, which are written on demand.
+        detail: Level of detail of the article: full, brief or none.
+        limit: Time limit of the derivation (second); 0 is no limit.
+        languages: Additional languages, generated on demand.
     """
 
     file: Path
@@ -59,13 +59,13 @@ class Job:
 
 
 def is_up_to_date(job: Job) -> bool:
-    """Whether a folder of the job's target was made from this job's sources and is unchanged."""
+    """Whether a target folder was generated from this job's sources and is unchanged."""
     recipe = _recipe(job)
     stamped = {
         path.parent: path.read_text(encoding="ascii").splitlines()
         for path in job.to.glob(f"*/{STAMP}")
     }
-    # The files of a folder are read only if its stamp has the hash of these sources.
+    # The files of a folder are read only if its stamp contains the hash of these sources.
     return any(
         lines[:1] == [recipe] and lines[1:] == [_contents(folder)]
         for folder, lines in stamped.items()
@@ -97,17 +97,17 @@ def _recipe(job: Job) -> str:
 
 
 def _description(job: Job) -> list[bytes]:
-    """The bytes of a description and of the files that it includes, extends or names as nominal."""
+    """Returns the bytes of a description, including its extended, included and nominal files."""
     file = job.file
     ending = file.suffix.lower()
     if ending == ".xacro":
-        # Conditions and arguments decide which files it includes.
+        # Conditions and arguments decide which files are included.
         from ..description.importers.xacro_file import expanded  # noqa: PLC0415
 
         try:
             return [expanded(file, job.arguments).encode()]
         except RobotError:
-            # The reader of the description reports a wrong file.
+            # The reader of the description reports an invalid file.
             return [file.read_bytes()]
     if ending == ".xml":
         return _included(file, file.parent, {})
@@ -115,14 +115,14 @@ def _description(job: Job) -> list[bytes]:
 
 
 def _named_along(file: Path, seen: dict[Path, bytes]) -> dict[Path, bytes]:
-    """The bytes of a robot file and of the files that it extends or names as nominal, by path."""
+    """Returns the bytes of a robot file and of its extended and nominal files, by path."""
     if not file.is_file() or file.resolve() in seen:
         return seen
     seen[file.resolve()] = content = file.read_bytes()
     try:
         table = tomllib.loads(content.decode("utf-8-sig"))
     except ValueError:
-        # The reader of the description reports a wrong file.
+        # The reader of the description reports an invalid file.
         return seen
     extended, nominal = table.get("extends"), table.get("nominal")
     if isinstance(extended, str):
@@ -133,9 +133,9 @@ def _named_along(file: Path, seen: dict[Path, bytes]) -> dict[Path, bytes]:
 
 
 def _included(file: Path, folder: Path, seen: dict[Path, bytes]) -> list[bytes]:
-    """The bytes of an MJCF file and of the files that it includes, relative to the first's folder.
+    """Returns the bytes of an MJCF file and of its included files, relative to its folder.
 
-    A file that is missing is left to the reader of the description, which reports it.
+    The reader of the description reports a missing file.
     """
     if file.is_file() and file not in seen:
         seen[file] = file.read_bytes()
@@ -146,7 +146,7 @@ def _included(file: Path, folder: Path, seen: dict[Path, bytes]) -> list[bytes]:
 
 @cache
 def _compiler() -> str:
-    """Hash of the compiler: its code, and the versions of the libraries that it uses."""
+    """Returns the hash of the compiler: its code, and the versions of its libraries."""
     digest = hashlib.sha256()
     for path in sorted([*ROOM.rglob("*.py"), *ROOM.rglob("*.h")]):
         digest.update(path.read_bytes() + b"\0")

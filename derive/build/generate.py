@@ -1,4 +1,4 @@
-"""From a robot to its generated folder: all files are made in memory, then written together."""
+"""Generates a robot's folder: creates all files in memory, then writes them together."""
 
 import gc
 import json
@@ -66,10 +66,10 @@ def _texts(
 
 @contextmanager
 def without_search_for_cycles() -> Iterator[None]:
-    """Leaves out Python's search for unreachable cycles of objects.
+    """Disables Python's cyclic garbage collector.
 
-    A derivation makes millions of objects that live to its end, and the search through them, again
-    and again, takes a sixth of the time and finds nothing.
+    A derivation creates millions of objects that live until its end. Repeated garbage collection
+    takes a sixth of the time and frees nothing.
     """
     was_enabled = gc.isenabled()
     gc.disable()
@@ -105,9 +105,9 @@ def write(
     parametric: bool = False,
     languages: Sequence[str | Emitter] = LANGUAGES,
 ) -> list[Path]:
-    """Derives a robot and writes its folder, to be loaded by ``chasles.load(folder)``.
+    """Derives a robot and writes its folder, which ``chasles.load(folder)`` loads.
 
-    Generated files of an earlier run that this run does not make are removed; other files stay.
+    Files that only an earlier run generated are removed; other files stay.
 
     Args:
         description: The robot, from :func:`~chasles.derive.read` or built in Python.
@@ -130,12 +130,12 @@ def write(
 
 
 def put(texts: Mapping[str, str], folder: Path, *, shares: bool = False) -> list[Path]:
-    """Writes files into a folder, each one whole or not at all, the manifest last.
+    """Writes files into a folder atomically, the manifest last.
 
     Args:
         texts: The texts of the generated files by path.
         folder: The robot's own folder.
-        shares: Whether support headers go to the folder that robots next to it share.
+        shares: Whether support headers go to a folder shared by neighboring robots.
     """
     paths = paths_of(texts, folder, shares=shares)
     for name in sorted(_listed(folder) | texts.keys()):
@@ -158,7 +158,7 @@ def paths_of(names: Iterable[str], folder: Path, *, shares: bool) -> dict[str, P
 
 
 def strays(names: Collection[str], folder: Path) -> list[str]:
-    """Files in a folder that end like generated files and are not among the given files."""
+    """Returns files with a generated file's suffix that are not among the given files."""
     endings = {Path(name).suffix for name in names}
     there = {
         path.relative_to(folder).as_posix()
@@ -169,7 +169,7 @@ def strays(names: Collection[str], folder: Path) -> list[str]:
 
 
 def _merged(written: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
-    """The files of all languages in one folder."""
+    """Merges the files of all languages into one folder."""
     merged: dict[str, str] = {}
     for language, texts in written.items():
         if twice := sorted(merged.keys() & texts.keys()):
@@ -179,7 +179,7 @@ def _merged(written: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
 
 
 def _listed(folder: Path) -> set[str]:
-    """The files that the manifest of an earlier run lists; none if there is no such manifest."""
+    """Returns the files listed in the manifest of an earlier run; empty without a manifest."""
     try:
         found = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
     except (OSError, ValueError):

@@ -1,4 +1,4 @@
-"""Jobs: all descriptions are read, then derived in parallel, then written or compared."""
+"""Jobs: reads all descriptions, derives them in parallel, then writes or compares files."""
 
 import json
 import time
@@ -35,7 +35,7 @@ from .time_limit import at_most
 
 @dataclass(frozen=True)
 class Report:
-    """The outcome of a job: whether it succeeded, a line for the user, and a warning if any."""
+    """The outcome of a job: success, a line for the user, and an optional warning."""
 
     good: bool
     line: str
@@ -43,10 +43,10 @@ class Report:
 
 
 def read(job: Job) -> Described:
-    """The robot that a job describes.
+    """Returns the robot described by a job.
 
     Raises:
-        RobotError: The description is wrong.
+        RobotError: The description is invalid.
     """
     robot = _as_written(job)
     robot = robot if job.exact else cleaned(robot)
@@ -62,16 +62,16 @@ def _as_written(job: Job) -> Described:
 
 
 def robots_of(job: Job, tips: Sequence[str], groups: Sequence[str], srdf: Path | None) -> list[Job]:
-    """The jobs for the robots of one file: one for each tip, each group or each arm.
+    """Returns the jobs for the robots of one file: one per tip, group or arm.
 
     Args:
         job: The job for the file.
-        tips: Tip links; where there are none, groups or the file's tree decide.
-        groups: Names of groups of an SRDF.
-        srdf: The SRDF; by default the one beside the file.
+        tips: Tip links; if empty, the groups or the file's tree decide.
+        groups: Names of SRDF groups.
+        srdf: The SRDF file; None uses the SRDF next to the file.
 
     Raises:
-        RobotError: The description is wrong.
+        RobotError: The description is invalid.
     """
     if tips:
         several = len(tips) > 1
@@ -85,7 +85,7 @@ def robots_of(job: Job, tips: Sequence[str], groups: Sequence[str], srdf: Path |
 
 
 def problems(jobs: Sequence[Job]) -> list[str]:
-    """The errors of descriptions, found before any of them is derived."""
+    """Returns the errors of all descriptions, before any is derived."""
     found = []
     files: dict[str, Path] = {}
     for job in jobs:
@@ -102,27 +102,27 @@ def problems(jobs: Sequence[Job]) -> list[str]:
 
 
 def derived(jobs: Sequence[Job], workers: int) -> Iterator[Report]:
-    """Derives robots and writes their folders; yields the report of each when it is done."""
+    """Derives robots and writes their folders; yields each report when it is complete."""
     return _each(_derive, jobs, workers)
 
 
 def compared(jobs: Sequence[Job], workers: int) -> Iterator[Report]:
-    """Derives robots and compares the files, byte by byte, with the files in their folders."""
+    """Derives robots and compares the files with their folders, byte by byte."""
     return _each(_compare, jobs, workers)
 
 
 def explained(jobs: Sequence[Job]) -> Iterator[Report]:
-    """Explains the inverse of each robot, after the notes of its reader."""
+    """Explains each robot's inverse kinematics, after the reader's notes."""
     return (_attempt(_explain, job) for job in jobs)
 
 
 def judged(jobs: Sequence[Job]) -> Iterator[Report]:
-    """Judges the model of each robot for calibration, after the notes of its reader."""
+    """Evaluates each robot's model for calibration, after the reader's notes."""
     return (_attempt(_judge, job) for job in jobs)
 
 
 def orphans(jobs: Sequence[Job], to: Path) -> list[str]:
-    """Generated folders that belong to no description."""
+    """Returns generated folders without a description."""
     names = {read(job).name for job in jobs}
     return sorted(
         path.parent.name for path in to.glob(f"*/{MANIFEST}") if path.parent.name not in names
@@ -143,7 +143,7 @@ def _attempt(work: Callable[[Job], Report], job: Job) -> Report:
             return work(job)
     except RobotError as error:
         return Report(False, f"{job.file}: {error}")
-    except Exception:  # A defect of the compiler ends the derivation of one robot, not of all.
+    except Exception:  # A compiler defect ends the derivation of one robot, not of all.
         told = "chasles fails on this file; please report the file with these lines"
         return Report(False, f"{job.file}: {told}\n{traceback.format_exc()}")
 
@@ -180,7 +180,7 @@ def _derive(job: Job) -> Report:
 
 
 def _warning(job: Job, robot: Described) -> str:
-    """A warning about the robot of a job; empty where there is none."""
+    """Returns a warning about the robot of a job; empty if there is none."""
     return robot.cleaning.warning and f"warning: {job.file}: {robot.cleaning.warning}"
 
 

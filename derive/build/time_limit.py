@@ -1,4 +1,4 @@
-"""A limit on the time of a derivation, and the place where it was when the time was over."""
+"""A time limit for a derivation, with a report of where the time ran out."""
 
 import signal
 from collections.abc import Iterator
@@ -10,25 +10,25 @@ from ..model.errors import RobotError
 
 ROOM = Path(__file__).resolve().parents[1]
 REPEATED = 1.0
-"""Seconds until the signal comes again, where a library has caught it."""
+"""Seconds until the timer fires again if a library has swallowed the signal."""
 
 
 class OutOfTime(RobotError):
-    """A derivation took longer than its limit; the message says where it was."""
+    """A derivation exceeded its time limit; the message states where it was interrupted."""
 
 
 class _Alarm(BaseException):
-    """The signal of the timer; no library that catches errors of its own catches it."""
+    """The timer signal, which libraries do not catch because it is not an Exception."""
 
 
 class at_most:  # noqa: N801
-    """Ends the work in its body when the time is over.
+    """Interrupts its body when the time limit is reached.
 
     Args:
-        seconds: The limit; 0 is none.
+        seconds: The limit; 0 is no limit.
 
     Raises:
-        OutOfTime: The body took longer.
+        OutOfTime: The body exceeded the limit.
 
     It works in the main thread of a process, on systems that have an interval timer.
     """
@@ -52,7 +52,7 @@ class at_most:  # noqa: N801
             raise OutOfTime(_message(self.seconds, self._places[0])) from None
 
     def _ring(self, _: int, frame: FrameType | None) -> None:
-        """Stops the body, but not the way into it or out of it, nor itself."""
+        """Interrupts the body, but not the context manager itself."""
         own = [way.__code__ for way in (at_most.__enter__, at_most.__exit__, at_most._ring)]
         if not any(inner.f_code in own for inner in _frames(frame)):
             self._places.append(_place(frame))
@@ -60,7 +60,7 @@ class at_most:  # noqa: N801
 
 
 def _frames(frame: FrameType | None) -> Iterator[FrameType]:
-    """A frame and those that called it, the innermost first."""
+    """Yields a stack frame and its callers, innermost first."""
     while frame is not None:
         yield frame
         frame = frame.f_back
@@ -74,7 +74,7 @@ def _message(seconds: float, place: str) -> str:
 
 
 def _place(frame: FrameType | None) -> str:
-    """The innermost function of the compiler in which a frame is."""
+    """Returns the innermost compiler function of a stack frame."""
     for inner in _frames(frame):
         file = Path(inner.f_code.co_filename)
         if ROOM in file.parents and file.parent.name != "build":

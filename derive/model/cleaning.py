@@ -1,4 +1,4 @@
-"""The numbers of a file that were taken for exact ones, and the pose error that this may cause."""
+"""Numbers of a file that were replaced by exact values, and the resulting pose error."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -12,18 +12,18 @@ from .tolerances import LARGE_CLEANING, NOISE
 CleanedUnit = Literal["m", "rad", "1"]
 _UPWARDS = Context(prec=2, rounding=ROUND_CEILING)
 _PLACES = 6
-"""Places after which zeros of a small number are written as a power of ten."""
+"""Number of leading zeros beyond which small numbers are written with an exponent."""
 
 
 @dataclass(frozen=True)
 class CleanedNumber:
-    """A number of a description that was not taken as it is written.
+    """A value of a description that was replaced by an exact value.
 
     Attributes:
-        at: The joint, "base", "tool" or the parameter that has it.
-        field: The field's or the component's name, such as alpha, x or roll; "" for a parameter.
-        found: The number as written (metre, radian or 1), exact.
-        taken: The number that the robot has instead.
+        at: Name of the joint or parameter, or "base" or "tool".
+        field: Name of the field or component, such as alpha, x or roll; "" for a parameter.
+        found: The value as written (metre, radian or 1), exact.
+        taken: The exact value that the robot uses.
         unit: m, rad, or 1 for a component of a direction.
     """
 
@@ -35,21 +35,21 @@ class CleanedNumber:
 
     @property
     def change(self) -> float:
-        """The number taken minus the number found (metre, radian or 1)."""
+        """The used value minus the written value (metre, radian or 1)."""
         return float(sp.N(self.taken - self.found))
 
 
 @dataclass(frozen=True)
 class Cleaning:
-    """All numbers of a description that were cleaned, and their effect together.
+    """All cleaned values of a description, and their combined effect.
 
     Attributes:
-        numbers: In order from the base.
-        position: Bound of the distance (metre) between the tool's positions as described and as
-            taken, at any joint values within the limits.
-        orientation: Bound of the angle (radian) between the tool's orientations.
-        samples: Of a robot with loops, the number of random configurations at which the distance
-            and the angle were the largest; 0 where they are bounds everywhere.
+        numbers: The cleaned values in order from the base.
+        position: Upper bound of the distance (metre) between the tool positions with written and
+            used values, at any joint values within the limits.
+        orientation: Upper bound of the angle (radian) between the tool's orientations.
+        samples: For a robot with loops, the number of random configurations behind these maxima; 0
+            for bounds that hold everywhere.
     """
 
     numbers: tuple[CleanedNumber, ...] = ()
@@ -59,14 +59,14 @@ class Cleaning:
 
     @property
     def bound(self) -> str:
-        """The bounds in words; an angle that cannot change is left out."""
+        """The bounds as text; an angle of 0 is omitted."""
         turned = f" and {rounded_up(self.orientation)} rad" if self.orientation else ""
         drawn = f" at {self.samples} random configurations" if self.samples else ""
         return f"{rounded_up(self.position)} m{turned}{drawn}"
 
     @property
     def line(self) -> str:
-        """The number of cleaned numbers with the bounds; empty where there is none."""
+        """The number of cleaned values with the bounds; empty if there are none."""
         count = len(self.numbers)
         if not count:
             return ""
@@ -74,7 +74,7 @@ class Cleaning:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """The numbers that were changed by more than noise, each value with all its places."""
+        """The values that changed by more than noise, with all their digits."""
         rounded: dict[tuple[sp.Expr, sp.Expr], list[CleanedNumber]] = {}
         for number in self.numbers:
             if abs(number.change) > NOISE:
@@ -86,7 +86,7 @@ class Cleaning:
 
     @property
     def warning(self) -> str:
-        """The change in words if it moves the tool by more than ``LARGE_CLEANING``, else empty."""
+        """Describes the change if it moves the tool by more than ``LARGE_CLEANING``, else empty."""
         if self.position <= LARGE_CLEANING:
             return ""
         numbers = "; ".join(self.sentences) or f"{len(self.numbers)} numbers without their noise"
@@ -97,7 +97,7 @@ class Cleaning:
 
 
 def places(numbers: Iterable[CleanedNumber]) -> str:
-    """Fields with their owners, ``alpha, theta of joint2; x of tool``."""
+    """Lists fields with their owners, such as ``alpha, theta of joint2; x of tool``."""
     fields: dict[str, list[str]] = {}
     for number in numbers:
         fields.setdefault(number.at, []).append(number.field)
@@ -107,12 +107,12 @@ def places(numbers: Iterable[CleanedNumber]) -> str:
 
 
 def rounded_up(bound: float) -> str:
-    """A bound to two digits, never below itself."""
+    """Rounds a bound up to two digits."""
     return f"{float(_UPWARDS.create_decimal(repr(bound))):.2g}"
 
 
 def decimal_places(value: sp.Expr) -> int | None:
-    """Places after the point that a finite decimal needs; None for another number."""
+    """Returns the number of decimal places of a finite decimal; None for other values."""
     if not value.is_Rational:
         return None
     places, rest = 0, value.q
@@ -125,7 +125,7 @@ def decimal_places(value: sp.Expr) -> int | None:
 
 
 def written(value: sp.Expr) -> str:
-    """A number as files write it: decimals in full, angles of rational degrees in degrees."""
+    """Formats a number as in files: decimals in full, rational multiples of a degree in degrees."""
     places = decimal_places(value)
     if places is not None:
         digits = str(value.p * 10**places // value.q)

@@ -1,9 +1,9 @@
-"""A modelling convention as one object: fields of a joint, their placements, their printed form.
+"""A modeling convention as one object: joint fields, their placements and printed form.
 
-A robot file names the fields, the compiler uses the placements alone, and the article of a robot
-prints a table with one column a field and the link transform. The shipped conventions are in
-:data:`chasles.derive.description.conventions.CONVENTIONS`; another one is an object like them,
-handed to :func:`chasles.derive.read`.
+A robot file uses the fields, the compiler uses the placements, and the article prints one table
+column per field. The shipped conventions are in
+:data:`chasles.derive.description.conventions.CONVENTIONS`. Custom conventions are objects of the
+same kind.
 """
 
 from collections.abc import Callable, Mapping
@@ -20,11 +20,11 @@ from .kinds import JointKind
 from .placements import Placement, Rotation, Translation, Vector, rotation, translation
 
 FieldKind = Literal["length", "angle", "lengths", "angles", "direction"]
-"""A scalar (metre or radian), or a vector of lengths, of angles, or of a direction (unitless)."""
+"""A scalar (metre or radian), or a vector of lengths, angles, or a direction (unitless)."""
 Placements = tuple[Placement, Placement]
 """The placements before and after a joint's motion, see :class:`chasles.derive.Joint`."""
 Numbers = tuple[mpmath.mpf, mpmath.mpf, mpmath.mpf]
-"""Components of a vector to :data:`~chasles.derive.model.tolerances.EVALUATION_DIGITS` digits."""
+"""Vector components with :data:`~chasles.derive.model.tolerances.EVALUATION_DIGITS` digits."""
 _SCALARS = ("length", "angle")
 _AXES = "xyz"
 
@@ -35,13 +35,12 @@ class Field:
 
     Attributes:
         name: Name in robot files.
-        kind: Kind of the value, which decides its unit.
-        headings: LaTeX of the components of a vector, over the columns of a printed table; a scalar
-            is printed by its name.
-        default: Value where a file leaves the field out: zero, or this.
-        needed_to: Meaning of a field that a moving joint must give, for the error where it is
-            missing; empty where the field may be left out.
-        is_of_motion: Whether the field describes the motion, so that fixed joints ignore it.
+        kind: Kind of the value, which determines its unit.
+        headings: LaTeX of the vector components in table headings; a scalar uses its name.
+        default: Value if a file omits the field; None for zero.
+        needed_to: Meaning of a field that a moving joint requires, for the error message; empty for
+            optional fields.
+        is_of_motion: Whether the field describes the motion. Fixed joints ignore such fields.
     """
 
     name: str
@@ -53,16 +52,16 @@ class Field:
 
     @property
     def is_vector(self) -> bool:
-        """Whether the field holds three components."""
+        """Whether the field has three components."""
         return self.kind not in _SCALARS
 
     @property
     def components(self) -> tuple[str, ...]:
-        """Names of the scalars that the field holds: its own, or ``<name>_x`` and so on."""
+        """Names of the scalars in the field: its own name, or ``<name>_x`` and so on."""
         return tuple(f"{self.name}_{axis}" for axis in _AXES) if self.is_vector else (self.name,)
 
     def value(self, given: Mapping[str, object]) -> sp.Expr | Vector:
-        """The exact given value of the field, or its default (metre, radian or 1)."""
+        """Returns the exact value of the field, or its default (metre, radian or 1)."""
         if self.name not in given:
             return self.default or ((sp.S.Zero,) * 3 if self.is_vector else sp.S.Zero)
         value = given[self.name]
@@ -71,11 +70,11 @@ class Field:
 
 @dataclass(frozen=True)
 class AxisLine:
-    """The axis of a joint, seen from the axis before it: the z axis of the frame of reference.
+    """The axis of a joint relative to the previous axis, the z axis of the reference frame.
 
     Attributes:
-        direction: Its direction, a unit vector.
-        point: A point on it (metre).
+        direction: The unit direction vector.
+        point: A point on the axis (metre).
     """
 
     direction: Numbers
@@ -84,12 +83,12 @@ class AxisLine:
 
 @dataclass(frozen=True)
 class Fitted:
-    """An axis in a convention: Rz(turn) Tz(shift), which is the axis before's, then the fields.
+    """An axis in a convention: Rz(turn) Tz(shift) along the previous axis, then the fields.
 
     Attributes:
-        turn: Turn about the axis before (radian).
-        shift: Shift along it (metre).
-        values: Values of the fields by name; the others are zero.
+        turn: Rotation about the previous axis (radian).
+        shift: Translation along the previous axis (metre).
+        values: Values of the fields by name; other fields are zero.
     """
 
     turn: sp.Expr
@@ -101,25 +100,25 @@ class Fitted:
 class Convention:
     """A way to describe a joint and the link that it carries.
 
-    A convention is called like a function, ``before, after = dh("revolute", a="0.3", d="d1")``: it
-    turns values of its fields into the placements of a :class:`chasles.derive.Joint`.
+    A convention is callable, ``before, after = dh("revolute", a="0.3", d="d1")``. The call converts
+    field values into the placements of a :class:`chasles.derive.Joint`.
 
     Attributes:
         name: Name in robot files.
         fields: The fields, in the order in which they are read.
-        place: Function of the joint's kind and of every field, by name, to the placements.
+        place: Function from the joint's kind and every field, by name, to the placements.
         source: Publication that defines the convention.
-        words: Its name in a sentence of the article; where there is no ``transform``, words for the
-            fields, to which "and their variables" is added.
-        transform: The link transform as a product of elementary motions in the fields' symbols, the
-            joint's motion left out; empty where the convention is no such product.
-        turning: Field to which a turning joint adds its variable; empty where none does.
-        sliding: Field to which a sliding joint adds its variable; empty where none does.
-        second_part: Field with which the second part of a table begins that is too wide.
-        numbers: Function of a joint's kind to the product of elementary motions in the numbers that
-            a calibration corrects, where this is not the link transform.
-        fit: Function of a joint's axis, as the axis before sees it, to the fields that place it;
-            its result is None where the convention has no values for the axis.
+        words: Its name in a sentence of the article. Without a ``transform``, a phrase for the
+            fields, to which "and their variables" is appended.
+        transform: The link transform as a product of elementary motions in the field symbols,
+            without the joint's motion; empty if there is no such product.
+        turning: Field to which a revolute joint adds its variable; empty if there is none.
+        sliding: Field to which a prismatic joint adds its variable; empty if there is none.
+        second_part: First field of the second table if one table is too wide.
+        numbers: Function from a joint's kind to the product of elementary motions in the values
+            that a calibration corrects; None to use the link transform.
+        fit: Function from a joint's axis, relative to the previous axis, to the fields that place
+            it. It returns None if the convention has no values for the axis.
     """
 
     name: str
@@ -135,20 +134,20 @@ class Convention:
     fit: Callable[[AxisLine], Fitted | None] | None = None
 
     def __repr__(self) -> str:
-        """The name: a robot's repr is hashed, and a function's repr differs in each process."""
+        """Returns the name, because a robot's repr is hashed and function reprs are not stable."""
         return repr(self.name)
 
     def __call__(self, kind: JointKind, **given: object) -> Placements:
-        """The placements before and after a joint's motion about or along z.
+        """Returns the placements before and after a joint's motion about or along z.
 
         Args:
             kind: Kind of the joint.
-            given: Values of fields by name (metre, radian or 1), exact; the others have their
+            given: Exact values of fields by name (metre, radian or 1); other fields use their
                 defaults.
 
         Raises:
-            RobotError: A name is no field, a value is not exact, or a direction is zero or contains
-                a parameter.
+            RobotError: A name is not a field, a value is not exact, or a direction is zero or
+                contains a parameter.
         """
         unknown = given.keys() - {field.name for field in self.fields}
         if unknown:
@@ -160,7 +159,7 @@ class Convention:
         return self.place(kind, **{field.name: field.value(given) for field in self.fields})
 
     def scalars(self, given: Mapping[str, sp.Expr | Vector]) -> tuple[tuple[str, sp.Expr], ...]:
-        """Values of fields as named scalars, vectors by component, for the printed table."""
+        """Returns field values as named scalars, vectors by component, for the printed table."""
         scalars: list[tuple[str, sp.Expr]] = []
         for field in self.fields:
             value = given[field.name]
@@ -172,7 +171,7 @@ class Convention:
     def columns(self) -> tuple[tuple[Field, str, str], ...]:
         """Columns of a printed table: the field, the scalar's name, and its LaTeX or ''.
 
-        The columns are in the order of the link transform; without one, of the fields.
+        The columns follow the order of the link transform, else the order of the fields.
         """
         order = [str(symbol) for motion in self.transform for symbol in _arguments(motion)]
         fields = sorted(self.fields, key=lambda field: _position(order, field.name))
@@ -185,7 +184,7 @@ class Convention:
         )
 
     def variable(self, kind: JointKind) -> str:
-        """The field to which a joint of a kind adds its variable; empty where none does."""
+        """Returns the field to which a joint adds its variable; empty if there is none."""
         return {"fixed": "", "prismatic": self.sliding}.get(kind, self.turning)
 
 
@@ -200,21 +199,22 @@ def of_transform(
     sliding: str = "",
     fit: Callable[[AxisLine], Fitted | None] | None = None,
 ) -> Convention:
-    """A convention whose link transform is a product of elementary motions in its fields.
+    """Returns a convention with a link transform of elementary motions in its fields.
 
     Args:
         name: Name in robot files.
         fields: The fields.
-        transform: The product, in symbols called as the fields.
+        transform: The product, in symbols named like the fields.
         source: Publication that defines the convention.
         words: Its name in a sentence of the article.
-        turning: Field to which a turning joint adds its variable.
-        sliding: Field to which a sliding joint adds its variable; a joint without one slides along
-            the z axis that it would turn about.
+        turning: Field to which a revolute joint adds its variable.
+        sliding: Field to which a prismatic joint adds its variable. Without it, a prismatic joint
+            slides along the z axis of a revolute joint.
         fit: See :class:`Convention`.
 
     Raises:
-        RobotError: The variable of a joint is no turn about z or no shift with a z component.
+        RobotError: The variable of a joint is not a rotation about z or a translation with a z
+            component.
     """
     place = partial(_placed, transform, turning, sliding)
     convention = Convention(
@@ -226,14 +226,16 @@ def of_transform(
 
 
 def motions_before(transform: Placement, variable: str) -> int:
-    """The number of motions in a link transform before the joint's own motion about or along z.
+    """Returns the number of motions in a link transform before the joint's own motion.
 
-    The joint moves right after the factor that holds its variable, and after the turns about z and
-    shifts along z next to that, which commute with it.
+    The joint moves right after the factor with its variable, and after adjacent rotations about z
+    and translations along z, which commute with it.
     """
     held = [k for k, motion in enumerate(transform) if variable in map(str, _arguments(motion))]
     if not held or not _is_along_z(transform[held[0]], variable):
-        raise RobotError(f"{variable!r} is neither a turn about z nor a shift along z of the link")
+        raise RobotError(
+            f"{variable!r} is neither a rotation about z nor a translation along z of the link"
+        )
     count = held[0] + 1
     while count < len(transform) and _commutes_with_z(transform[count]):
         count += 1
@@ -250,7 +252,7 @@ def _placed(
 
 
 def _filled(motions: Placement, values: Mapping[sp.Symbol, sp.Expr]) -> Placement:
-    """Elementary motions with values for their symbols; those that become zero are left out."""
+    """Substitutes values into elementary motions; motions that become zero are omitted."""
     filled: Placement = ()
     for motion in motions:
         if isinstance(motion, Rotation):
@@ -261,7 +263,7 @@ def _filled(motions: Placement, values: Mapping[sp.Symbol, sp.Expr]) -> Placemen
 
 
 def _arguments(motion: Rotation | Translation) -> tuple[sp.Expr, ...]:
-    """The symbols of an elementary motion in the order of its axes."""
+    """Returns the symbols of an elementary motion in the order of its axes."""
     if isinstance(motion, Rotation):
         return (motion.angle,)
     return tuple(component for component in motion.vector if component != 0)

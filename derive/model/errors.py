@@ -1,7 +1,7 @@
-"""The root of the compiler's errors."""
+"""The base class of the compiler's errors."""
 
 from chasles.contract import ChaslesError
 
 
 class RobotError(ChaslesError, ValueError):
-    """A description that is no robot, or that cannot be compiled; the message gives the reason."""
+    """An invalid description, or one that cannot be compiled; the message gives the reason."""

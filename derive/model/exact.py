@@ -1,7 +1,7 @@
 """Exact numbers: text from a file becomes a SymPy expression and is never executed.
 
-The reader walks Python's syntax tree of the text. It knows numbers, ``pi``, parameters, the four
-operations, small powers and a few functions; an error names any other part of the text.
+The reader traverses the Python syntax tree of the text. It accepts numbers, ``pi``, parameters, the
+four operations, small powers and a few functions. An error message names anything else.
 """
 
 import ast
@@ -23,14 +23,14 @@ from .values import NoValue, Values
 
 LONGEST_TEXT = 200
 MOST_NESTED = 8
-"""Functions and powers inside each other: what SymPy asks of each doubles with every level."""
+"""Maximum nesting of functions and powers; each level doubles SymPy's work."""
 MOST_ADDENDS = 200
-"""Addends of a text once its products are written out."""
+"""Maximum number of terms after expansion of products."""
 LARGEST_EXPONENT = 12
 LARGEST_MAGNITUDE = 30
-"""Digits before the decimal point that a number may have: ``1e999999999`` is refused."""
+"""Maximum number of digits before the decimal point, which rejects ``1e999999999``."""
 SMALLEST_MAGNITUDE = 400
-"""Digits after the decimal point: exporters write ``1.2246467991473532e-16`` and smaller."""
+"""Maximum number of decimal places: exporters write ``1.2246467991473532e-16`` and smaller."""
 _FUNCTIONS: dict[str, tuple[Callable[..., sp.Expr], int]] = {
     "sqrt": (root, 1),
     "sin": (sp.sin, 1),
@@ -46,7 +46,7 @@ _OPERATIONS: dict[type[ast.operator], Callable[[sp.Expr, sp.Expr], sp.Expr]] = {
 }
 _OF_ANGLES = frozenset({"sin", "cos", "tan"})
 _TO_ANGLES = frozenset({"atan", "atan2"})
-_KINDS = {dict: "a table", type(None): "nothing"}
+_KINDS = {dict: "a table", type(None): "None"}
 KNOWN = "numbers, pi, parameters, + - * / **, " + ", ".join(_FUNCTIONS)
 _WITH_UNIT = re.compile(r"[-+]?[0-9.]+ *(m|cm|mm|in|inch|rad|deg|degrees)")
 EXPECTED = f"a number or an expression of {KNOWN}"
@@ -55,7 +55,7 @@ RESERVED = frozenset({"pi", *_FUNCTIONS})
 
 
 class NotExact(RobotError):
-    """Text or a value that is no exact real number; the caller adds the file and the line."""
+    """Text or a value that is not an exact real number; the caller adds file and line."""
 
 
 def read(
@@ -63,29 +63,30 @@ def read(
     names: Mapping[str, sp.Symbol] | None = None,
     angle_unit: sp.Expr = sp.S.One,
 ) -> sp.Expr:
-    """The exact value of a number or of a text such as ``"pi/2"``, ``"0.1625"``, ``"sqrt(2)/2"``.
+    """Returns the exact value of a number or text, such as ``"pi/2"`` or ``"sqrt(2)/2"``.
 
     Args:
         value: int, Decimal (both exact), or text of at most 200 characters.
-        names: The parameters that the text may name.
-        angle_unit: The unit (radian) of the arguments of sin, cos, tan and of the values of atan,
+        names: The parameters that the text may contain.
+        angle_unit: The unit (radian) of the arguments of sin, cos, tan and of the results of atan,
             atan2.
 
     Returns:
         A SymPy expression of Rationals, pi and the named symbols.
 
     Raises:
-        NotExact: The value is of another type, not finite, not real, too large, or not understood.
+        NotExact: The value has another type, or is not finite, not real, too large, or not
+            understood.
     """
     if isinstance(value, bool):
-        raise NotExact("a truth value is no exact number")
+        raise NotExact("a truth value is not an exact number")
     if isinstance(value, int):
         return _number(str(value)) if abs(value) <= 10**LARGEST_MAGNITUDE else _number("1e999")
     if isinstance(value, Decimal):
         return _number(str(value))
     if not isinstance(value, str):
         kind = _KINDS.get(type(value), f"a {type(value).__name__}")
-        raise NotExact(f"{kind} is no exact number")
+        raise NotExact(f"{kind} is not an exact number")
     try:
         return checked(_Reader(value, names or {}, angle_unit).read())
     except NoValue as error:
@@ -93,10 +94,10 @@ def read(
 
 
 def exact(value: object) -> sp.Expr:
-    """A value given in Python as an exact number: an expression, int, Fraction, Decimal or text.
+    """Converts a Python value (expression, int, Fraction, Decimal or text) to an exact number.
 
     Raises:
-        NotExact: The value is a float or of another type.
+        NotExact: The value is a float or has another type.
     """
     if isinstance(value, sp.Expr) and not value.has(sp.Float):
         return checked(value)
@@ -108,7 +109,7 @@ def exact(value: object) -> sp.Expr:
 
 
 def exact_vector(values: object) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
-    """Three exact numbers from a sequence of three values.
+    """Converts a sequence of three values to exact numbers.
 
     Raises:
         NotExact: There are not three values, or a value is not exact.
@@ -120,7 +121,7 @@ def exact_vector(values: object) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
 
 
 def snap_angle(value: sp.Expr) -> sp.Expr:
-    """The multiple of pi/12 within ``ANGLE_SNAP`` of an angle (radian), else the angle itself."""
+    """Snaps an angle (radian) to a multiple of pi/12 within ``ANGLE_SNAP``."""
     twelfths = round(float(value) * 12 / math.pi)
     multiple = sp.pi * sp.Rational(twelfths, 12)
     return multiple if abs(float(value) - float(multiple)) <= ANGLE_SNAP else value
@@ -129,7 +130,7 @@ def snap_angle(value: sp.Expr) -> sp.Expr:
 def is_zero(expression: sp.Expr) -> bool:
     """Whether a constant without parameters is zero to 40 digits.
 
-    An expression with parameters is zero only where SymPy already has it as 0.
+    An expression with parameters counts as zero only if SymPy has reduced it to 0.
     """
     if expression.is_Rational or expression.free_symbols:
         return bool(expression == 0)
@@ -137,7 +138,7 @@ def is_zero(expression: sp.Expr) -> bool:
 
 
 def checked(expression: sp.Expr) -> sp.Expr:
-    """The expression itself, if it is finite, real and, without parameters, not too large.
+    """Returns the expression if it is finite, real and, without parameters, not too large.
 
     Raises:
         NotExact: The expression is infinite, complex or too large.
@@ -160,7 +161,7 @@ def _number(text: str) -> sp.Rational:
     try:
         number = Decimal(text)
     except InvalidOperation as error:
-        raise NotExact("an exponent of too many digits") from error
+        raise NotExact("an exponent with too many digits") from error
     if not number.is_finite():
         raise NotExact("not a finite number")
     _, digits, exponent = number.as_tuple()
@@ -174,7 +175,7 @@ def _number(text: str) -> sp.Rational:
 
 
 class _Reader:
-    """One text, the parameters that it may name, and the unit of its angles."""
+    """Reader of one text, with its parameters and angle unit."""
 
     def __init__(self, text: str, names: Mapping[str, sp.Symbol], angle_unit: sp.Expr) -> None:
         self.text = text.strip()
@@ -195,10 +196,10 @@ class _Reader:
                 raise NotExact("a number with a unit; the file's field 'units' names it") from error
             raise NotExact(f"not {EXPECTED}") from error
         if _nesting(tree.body) > MOST_NESTED:
-            raise NotExact(f"more than {MOST_NESTED} functions and powers inside each other")
+            raise NotExact(f"more than {MOST_NESTED} nested functions and powers")
         expression = self._expression(tree.body)
         if addends(expression) > MOST_ADDENDS:
-            raise NotExact(f"more than {MOST_ADDENDS} addends once its products are written out")
+            raise NotExact(f"more than {MOST_ADDENDS} terms after expansion of products")
         return expression
 
     def _expression(self, node: ast.expr) -> sp.Expr:
@@ -220,13 +221,13 @@ class _Reader:
             case ast.Call(func=ast.Name(id=name), args=args, keywords=[]) if name in _FUNCTIONS:
                 return self._call(name, args)
         written = ast.get_source_segment(self.text, node)
-        raise NotExact(f"{written!r} is not understood; there are {KNOWN}")
+        raise NotExact(f"{written!r} is not understood; expected {KNOWN}")
 
     def _constant(self, node: ast.Constant) -> sp.Expr:
-        # The digits as written, not the float into which Python rounds them.
+        # Uses the digits as written, because Python rounds the constant to a float.
         written = ast.get_source_segment(self.text, node) or ""
         if type(node.value) not in (int, float) or not re.fullmatch(r"[0-9.eE+_-]+", written):
-            raise NotExact(f"{written!r} is no decimal number")
+            raise NotExact(f"{written!r} is not a decimal number")
         return _number(written.replace("_", ""))
 
     def _name(self, name: str) -> sp.Expr:
@@ -263,7 +264,7 @@ class _Reader:
 
 
 def _nesting(node: ast.expr) -> int:
-    """The largest number of functions and powers inside each other."""
+    """Returns the maximum nesting depth of functions and powers."""
     deepest = max(map(_nesting, _operands(node)), default=0)
     is_power = isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow)
     return deepest + (is_power or isinstance(node, ast.Call))

@@ -1,22 +1,22 @@
-"""The geometry of a serial robot as variables: every number that a calibration may correct.
+"""Variable geometry of a serial robot: every value that a calibration may correct.
 
 The pose of the tool is a product of elementary motions in the coordinates q and the parameters p:
 
     T_base_tool = B(p) base  prod_k before_k(p) motion_k(value_k(q, p)) after_k(p)  tool E(p)
 
-The parameters of a joint are the fields of its own convention, except directions, and corrections
-of its axis: two tilts and, where it turns, two shifts. B and E correct the frames at both ends.
-Corrections are 0 in the nominal robot. Those of all axes and of the tool are a complete and minimal
-model of any chain, with 4 parameters a turning and 2 a sliding joint and 6 for the tool. The value
-of a joint is
+The parameters of a joint are the fields of its own convention, except directions, and the
+corrections of its axis. These are two tilts and, for a revolute joint, two shifts. B and E correct
+the frames at both ends. Corrections are 0 in the nominal robot. The axis and tool corrections are a
+complete and minimal model of any chain: 4 parameters per revolute joint, 2 per prismatic joint, and
+6 for the tool. The value of a joint is
 
-    value = gain q + offset + sin1 sin q + cos1 cos q + sin2 sin 2q + cos2 cos 2q + compliance tau,
+    value = gain q + offset + sin1 sin q + cos1 cos q + sin2 sin 2q + cos2 cos 2q + compliance tau.
 
-of which a sliding joint has no waves; they stand for eccentric encoders and gears. Where the robot
-has a load, tau is the torque of gravity on the coordinate, or the force on a slide, in the nominal
-arm at q: the joint gives way as a spring does. The torque's own change by the sag is left out, a
-product of two small numbers. Fixed joints
-keep their numbers, since the joint behind them, or the tool, has parameters in the same place.
+The sine and cosine waves model eccentric encoders and gears; prismatic joints have none. If the
+robot has a load, tau is the gravity torque (or force) on the coordinate in the nominal arm at q,
+and the joint deflects like a spring. The change of the torque caused by the deflection is a product
+of two small values and is neglected. Fixed joints keep their values, because the next joint, or the
+tool, has parameters at the same place.
 
 Source:
     K. Schroeer, S. Albright, M. Grethlein, Complete, minimal and model-continuous kinematic models
@@ -35,9 +35,9 @@ from .placements import Placement, Rotation, Translation, inverse, rotation, tra
 from .robot import Joint, SerialRobot
 
 Part = Literal["joint", "offset", "axis", "transmission", "compliance", "loop", "base", "tool"]
-"""A joint's own numbers, of which the offset of its coordinate; corrections of its axis; gain and
-waves of its drive; its spring under gravity; places of the ends of closures and struts, and lengths
-of struts; corrections of the frames at both ends."""
+"""Groups of parameters: values and coordinate offset of a joint; corrections of its axis; gain and
+waves of its drive; its compliance under gravity; end positions and strut lengths of loops;
+corrections of the base and tool frames."""
 _UNITS = {"length": "m", "lengths": "m", "angle": "rad", "angles": "rad", "direction": "rad"}
 _CORRECTION = (
     ("x", "m", "shift along x"),
@@ -60,16 +60,16 @@ _WAVES = (
 
 @dataclass(frozen=True)
 class GeometryParameter:
-    """A number of a robot's geometry, an input of its parametric functions.
+    """A geometric parameter, an input of the parametric functions.
 
     Attributes:
-        name: Unique: a joint, "base" or "tool", and the number, such as ``elbow_alpha``.
-        symbol: Its symbol in the equations.
-        value: Its nominal value (metre, radian or 1).
-        unit: "m", "rad", or "1" of a gain.
+        name: Unique name: a joint, "base" or "tool", and the quantity, such as ``elbow_alpha``.
+        symbol: The symbol in the equations.
+        value: The nominal value (metre, radian or 1).
+        unit: "m", "rad", or "1" for a gain.
         of: The joint, "base" or "tool".
-        part: The part of the model to which it belongs.
-        meaning: Its meaning in a few words.
+        part: The group of the parameter.
+        meaning: A description in a few words.
     """
 
     name: str
@@ -88,8 +88,8 @@ class Geometry:
     Attributes:
         q: The symbols of the coordinates.
         parameters: The parameters p from the base to the tool.
-        motions: The pose of the tool in the base frame, elementary motions in q, p and torques.
-        torques: A symbol of the torque of gravity on each coordinate; () where nothing sags.
+        motions: The pose of the tool in the base frame, as elementary motions in q, p and torques.
+        torques: A symbol for the gravity torque on each coordinate; () for rigid joints.
     """
 
     q: tuple[sp.Symbol, ...]
@@ -99,7 +99,7 @@ class Geometry:
 
 
 def geometry(robot: SerialRobot, q: Sequence[sp.Symbol]) -> Geometry:
-    """The geometry of a serial robot in any conventions, its named parameters at their values.
+    """Returns the geometry of a serial robot, its named parameters replaced by their values.
 
     Args:
         robot: The description.
@@ -120,14 +120,14 @@ def geometry(robot: SerialRobot, q: Sequence[sp.Symbol]) -> Geometry:
 
 
 class Parameters:
-    """The parameters made so far.
+    """The parameters created so far.
 
     Attributes:
-        parameters: They in order.
+        parameters: The parameters in order.
     """
 
     def __init__(self, robot: Described) -> None:
-        """Begins without any.
+        """Starts without parameters.
 
         Args:
             robot: The description, whose named parameters keep their values.
@@ -144,7 +144,7 @@ class Parameters:
         value: sp.Expr = sp.S.Zero,
         part: Part = "joint",
     ) -> sp.Symbol:
-        """The symbol of one more parameter of a joint or another part of the robot."""
+        """Creates a parameter of a joint or another part of the robot, and returns its symbol."""
         symbol = sp.Symbol(f"p{len(self.parameters) + 1}", real=True)
         nominal = self.at_value(value)
         found = GeometryParameter(f"{of}_{name}", symbol, nominal, unit, of, part, meaning)
@@ -152,11 +152,11 @@ class Parameters:
         return symbol
 
     def at_value(self, value: sp.Expr) -> sp.Expr:
-        """A number with the values of the robot's named parameters."""
+        """Substitutes the values of the robot's named parameters into an expression."""
         return value.xreplace(self._named)
 
     def at_values(self, placement: Placement) -> Placement:
-        """A placement with the values of the robot's named parameters."""
+        """Substitutes the values of the robot's named parameters into a placement."""
         return tuple(
             Rotation(motion.axis, self.at_value(motion.angle))
             if isinstance(motion, Rotation)
@@ -165,7 +165,7 @@ class Parameters:
         )
 
     def corrected(self, of: str, part: Part) -> Placement:
-        """A small motion in all six directions, as T(x, y, z) Rz(yaw) Ry(pitch) Rx(roll)."""
+        """Returns a small correction with six parameters: T(x, y, z) Rz(yaw) Ry(pitch) Rx(roll)."""
         x, y, z, roll, pitch, yaw = (
             self.new(of, name, unit, f"correction: {meaning}", part=part)
             for name, unit, meaning in _CORRECTION
@@ -175,11 +175,11 @@ class Parameters:
         )
 
     def placed(self, joint: Joint, tilts: str = "xy") -> Placements:
-        """The placements of a moving joint with a symbol for each of its numbers.
+        """Returns the placements of a moving joint with a symbol for each of its values.
 
         Args:
             joint: The joint.
-            tilts: The axes of its frame about which its own axis may tilt.
+            tilts: The axes of the joint frame about which the joint axis may tilt.
         """
         before, after = joint.before, joint.after
         if joint.convention:
@@ -195,7 +195,7 @@ class Parameters:
         return before + off, inverse(off) + after
 
     def _axis(self, joint: Joint, tilts: str) -> Placement:
-        """The correction of a joint's axis; shifts of a sliding joint's axis change nothing."""
+        """Returns the correction of a joint's axis; a prismatic axis has no shifts."""
 
         def new(name: str, unit: str, meaning: str) -> sp.Symbol:
             return self.new(joint.name, name, unit, f"correction: {meaning}", part="axis")
@@ -226,7 +226,7 @@ class Parameters:
 def _values(
     robot: SerialRobot, made: Parameters, q: Sequence[sp.Symbol], torques: Sequence[sp.Symbol]
 ) -> dict[str, sp.Expr]:
-    """The value of each moving joint in q and p; a mimic joint follows its leader's value."""
+    """Returns the value of each moving joint in q and p; mimic joints follow their leader."""
     leaders = {
         joint.name: driven(joint, coordinate, made)
         for joint, coordinate in zip(robot.coordinates, q, strict=True)
@@ -245,7 +245,7 @@ def _values(
 
 
 def driven(joint: Joint | Coordinate, coordinate: sp.Symbol, made: Parameters) -> sp.Expr:
-    """The value of a joint or motor by its drive, before its direction and offset."""
+    """Returns the drive's output for a joint or motor, before direction and offset."""
     of, part = joint.name, _DRIVE
     value = made.new(of, "gain", "1", "gain of the drive", sp.S.One, part) * coordinate
     for name, words, wave in _WAVES if joint.unit == "rad" else ():
@@ -254,13 +254,13 @@ def driven(joint: Joint | Coordinate, coordinate: sp.Symbol, made: Parameters) -
 
 
 def _compliance(joint: Joint, made: Parameters) -> sp.Symbol:
-    """The joint's turn per torque, or its shift per force."""
+    """Returns the compliance symbol: rotation per torque, or translation per force."""
     unit = "m/N" if joint.unit == "m" else "rad/(N m)"
     return made.new(joint.name, "compliance", unit, "yield to gravity", part="compliance")
 
 
 def moved(joint: Joint, value: sp.Expr, made: Parameters) -> Placement:
-    """The motion of a joint along or about the z axis of its frame."""
+    """Returns the motion of a joint along or about the z axis of its frame."""
     if joint.kind == "prismatic":
         return translation(sp.S.Zero, sp.S.Zero, value)
     if joint.kind == "helical":

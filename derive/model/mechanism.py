@@ -1,9 +1,8 @@
 """A robot with loops as plain data: a tree of joints, closures, struts and drives.
 
-Bodies are named by the joints that carry them; the base is a body too. The joints form a tree;
-every closure and every strut between two bodies closes a loop. The main chain is the path of joints
-from the base to the body that carries the tool: a serial robot, whose coordinates the loops
-determine.
+Bodies are named by the joints that carry them; the base is a body too. The joints form a tree.
+Every closure and every strut between two bodies closes a loop. The main chain is the path of joints
+from the base to the tool body. It is a serial robot whose coordinates the loops determine.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -31,19 +30,19 @@ from .robot import (
 )
 
 ClosureMode = Literal["exact", "least squares"]
-"""How loops close: exactly, or as well as they can where they are overconstrained."""
+"""How loops close: exactly, or in the least-squares sense if they are overconstrained."""
 ClosureKind = Literal["pin", "slider", "ball", "weld"]
 EndKind = Literal["pin", "ball"]
 DriveKind = Literal["gear", "rack", "belt", "chain"]
 FREEDOM: Mapping[str, int] = {"pin": 1, "slider": 1, "ball": 3, "weld": 0}
-"""Degrees of freedom that a closure leaves."""
+"""Degrees of freedom of each kind of closure."""
 
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame that is fixed on a body: the body's name and the frame's pose in the body's frame.
+    """A body-fixed frame: the body's name and the frame's pose in the body's frame.
 
-    ``assumed`` tells that the source of the description does not state the pose.
+    ``assumed`` means that the source of the description does not state the pose.
     """
 
     body: str
@@ -53,12 +52,12 @@ class Frame:
 
 @dataclass(frozen=True)
 class Closure:
-    """A joint that closes a loop: it holds two frames on two bodies together.
+    """A joint that closes a loop between two frames on two bodies.
 
     Attributes:
-        name: Unique among joints, closures and struts.
-        kind: ``pin`` turns about the frames' common z axis, ``slider`` moves along it, ``ball``
-            keeps their origins together, ``weld`` keeps the frames together.
+        name: Unique name among joints, closures and struts.
+        kind: ``pin`` rotates about the common z axis, ``slider`` moves along it, ``ball`` keeps the
+            origins together, ``weld`` keeps the frames together.
         a: The frame on the first body.
         b: The frame on the second body.
     """
@@ -78,15 +77,16 @@ class Strut:
     """A straight member between two bodies: a rod of constant length, or a cylinder.
 
     Attributes:
-        name: Unique among joints, closures and struts; a cylinder's coordinate has its name.
-        a: The frame at whose origin it begins.
-        b: The frame at whose origin it ends.
+        name: Unique name among joints, closures and struts; also the name of a cylinder's
+            coordinate.
+        a: The frame at the first end.
+        b: The frame at the second end.
         length: Length of a rod, or of a cylinder at coordinate zero (metre).
         is_cylinder: Whether the length is a coordinate.
-        ends: Whether pins or balls hold its ends.
-        swing: Name of its passive angle, measured on the body at its beginning.
+        ends: Whether the ends are pins or balls.
+        swing: Name of the passive angle, measured on the body at the first end.
         limits: Lowest and highest value of a cylinder's coordinate (metre).
-        assumed: What the source of the description does not state: ``length`` or ``limits``.
+        assumed: Fields that the source of the description does not state: ``length`` or ``limits``.
     """
 
     name: str
@@ -108,7 +108,7 @@ class Strut:
 
     @property
     def swing_name(self) -> str:
-        """Name of its passive angle."""
+        """Name of the passive angle."""
         return self.swing or f"{self.name}_swing"
 
 
@@ -116,14 +116,14 @@ class Strut:
 class Drive:
     """A motor that moves a joint through a gear, a rack, a belt or a chain.
 
-    A drive that is not actuated follows: its motor's angle is a passive coordinate. So does the
-    second of two motors on one slide.
+    A drive that is not actuated follows its joint, and its motor angle is a passive coordinate. An
+    example is the second of two motors on one slide.
 
     Attributes:
         name: Name of the motor's coordinate.
-        joint: The joint or cylinder that it moves.
+        joint: The joint or cylinder that the motor moves.
         ratio: Advance of the joint per radian of the motor: a radius (metre) or a ratio (1).
-        kind: What is between the motor and the joint.
+        kind: The transmission between motor and joint.
         assumed: Whether the source of the description does not state the ratio.
     """
 
@@ -144,12 +144,12 @@ class Coordinate:
     """An actuated coordinate, an element of ``q``.
 
     Attributes:
-        name: Name of the joint, the cylinder or the motor.
+        name: Name of the joint, cylinder or motor.
         kind: ``revolute`` or ``prismatic``.
-        limits: Lowest and highest value (radian or metre), None where unbounded.
-        moves: The joint or cylinder that it moves.
+        limits: Lowest and highest value (radian or metre), None if unbounded.
+        moves: The joint or cylinder that the coordinate moves.
         ratio: Advance of the joint or cylinder per unit of the coordinate.
-        assumed: Whether the limits are assumed: the source of the description does not state them.
+        assumed: Whether the limits are assumed because the source does not state them.
     """
 
     name: str
@@ -161,42 +161,40 @@ class Coordinate:
 
     @property
     def unit(self) -> str:
-        """Unit of the coordinate: m for a slider or cylinder, rad for the rest."""
+        """Unit of the coordinate: m for a slider or cylinder, else rad."""
         return "m" if self.kind == "prismatic" else "rad"
 
 
 @dataclass(frozen=True)
 class Mechanism:
-    """A robot with loops, or a robot whose motors act through gears.
+    """A robot with loops, or with motors behind gears.
 
     Attributes:
-        name: A C identifier; the prefix of everything generated.
+        name: A C identifier; the prefix of all generated names.
         joints: The tree; each joint's ``parent`` is the body that carries it.
         actuated: Names of joints, cylinders and drives in the order of ``q``.
         closures: Joints that close loops.
         struts: Rods and cylinders.
         drives: Motors behind gears.
         tool_body: The body that carries the tool.
-        title: The robot's name for a reader.
-        source: Where the numbers come from.
+        title: The robot's name for readers.
+        source: Source of the dimensions.
         base: The base body's frame in the base frame.
         tool: The tool frame in its body's frame.
         base_frame: Name of the base frame, and of the base body.
         tool_frame: Name of the tool frame.
         parameters: The named lengths and angles that the placements use.
-        reference: Values of coordinates and joints at the configuration that selects the branch,
-            zero where none is given, and for a cylinder with both limits, or a joint whose limits
-            exclude zero, the middle of them. Those of passive joints need only be near.
-        notes: Changes and assumptions made while the description was read.
-        transmissions: The laws of coordinates whose drives do not run true.
-        closure: Whether loops of pins that are not quite in a plane are closed in least squares.
-        nominal: The robot as designed, with the same members, where this one is as built; None
-            where it is not described.
-        springs: Passive joints that springs hold in the description. They count as free joints.
-        cleaning: The numbers of the description that were not taken as they are written; bounds
-            of their effect follow when the loops are solved.
-        as_written: The robot in the numbers of its description, where some of them were not taken
-            as they are written.
+        reference: Coordinate and joint values of the configuration that selects the branch. The
+            default is the middle of the limits for a cylinder, or for a joint whose limits exclude
+            zero, else zero. Values of passive joints may be approximate.
+        notes: Changes and assumptions made by the reader.
+        transmissions: The transmission errors of coordinates with imperfect drives.
+        closure: Whether loops with slightly misaligned pins are closed in least squares.
+        nominal: The robot as designed, with the same members, if this robot is as built; else None.
+        springs: Passive joints with springs in the description. They count as free joints.
+        cleaning: The values of the description that were replaced by exact values. Bounds of their
+            effect follow when the loops are solved.
+        as_written: The robot with the values as written, if some were replaced by exact values.
 
     Raises:
         RobotError: Names clash, a body or joint is unknown, or a body has two parents.
@@ -250,12 +248,12 @@ class Mechanism:
 
     @property
     def closers(self) -> tuple[Closure | Strut, ...]:
-        """Closures and struts: each closes a loop."""
+        """Closures and struts, each of which closes a loop."""
         return (*self.closures, *self.struts)
 
     @property
     def placed(self) -> Iterator[tuple[str, Placement]]:
-        """The placement of each joint and of each frame of a closer, with the body it is on."""
+        """The placement of each joint and of each closer frame, with its body."""
         for joint in self.joints:
             yield joint.parent, joint.before
         for closer in self.closers:
@@ -269,18 +267,18 @@ class Mechanism:
 
     @cached_property
     def joint_of(self) -> Mapping[str, Joint]:
-        """The tree joint that carries each body but the base."""
+        """The tree joint that carries each body except the base."""
         return {joint.link: joint for joint in self.joints}
 
     @cached_property
     def members(self) -> Mapping[str, Joint | Strut]:
-        """Joints that move and cylinders, by name: a coordinate may move each of them."""
+        """Moving joints and cylinders by name, which a coordinate may move."""
         joints = {joint.name: joint for joint in self.joints if joint.kind != "fixed"}
         return joints | {strut.name: strut for strut in self.struts if strut.is_cylinder}
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
-        """The actuated coordinates: the order of ``q``."""
+        """The actuated coordinates, in the order of ``q``."""
         drives = {drive.name: drive for drive in self.drives}
         found = []
         for name in self.actuated:
@@ -299,7 +297,7 @@ class Mechanism:
         return tuple(found)
 
     def way(self, body: str) -> list[Joint]:
-        """The joints from the base to a body."""
+        """Returns the joints from the base to a body."""
         way: list[Joint] = []
         while body != self.base_frame:
             way.append(self.joint_of[body])
@@ -325,7 +323,7 @@ class Mechanism:
     def passive(self) -> tuple[str, ...]:
         """Names of the joints and swings that are neither actuated nor in the main chain.
 
-        The drives that follow come last.
+        Following drives come last.
         """
         taken = {c.moves for c in self.coordinates}
         taken |= {joint.name for joint in self.main_chain.moving}
@@ -351,7 +349,7 @@ class Mechanism:
 
     @property
     def placements(self) -> tuple[Placement, ...]:
-        """All constant placements: of the base, the joints, the closures, the struts, the tool."""
+        """All constant placements: base, joints, closures, struts and tool."""
         of_joints = [part for joint in self.joints for part in (joint.before, joint.after)]
         of_closers = [frame.placement for c in self.closers for frame in (c.a, c.b)]
         return (self.base, *of_joints, *of_closers, self.tool)
@@ -366,13 +364,13 @@ class Mechanism:
         return {strut.swing_name for strut in self.struts}
 
     def reference_of(self, name: str) -> sp.Expr:
-        """The reference value of a coordinate, joint or swing."""
+        """Returns the reference value of a coordinate, joint or swing."""
         return dict(self.reference).get(name, sp.S.Zero)
 
     def _middles(self) -> Iterator[tuple[str, sp.Expr]]:
-        """The middle of the limits of each cylinder that the reference leaves out.
+        """Yields default reference values at the middle of the limits.
 
-        Joints have it too where their limits exclude zero.
+        This applies to cylinders, and to joints whose limits exclude zero.
         """
         given = {name for name, _ in self.reference}
         given |= {drive.joint for drive in self.drives if drive.name in given}
@@ -432,7 +430,7 @@ class Mechanism:
 
 
 def _outline(member: Joint | Closure | Strut | Drive) -> tuple[str, ...]:
-    """What a member is and which bodies it holds, without its numbers."""
+    """Returns a member's kind and bodies, without its dimensions."""
     if isinstance(member, Joint):
         return member.name, member.kind, member.link, member.parent
     if isinstance(member, Drive):

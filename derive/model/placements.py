@@ -1,7 +1,7 @@
 """Constant poses as products of elementary motions, in exact numbers.
 
-Lengths are in metres, angles in radians. Each motion is made in the frame that the motions to its
-left have reached, so that a placement reads from left to right like the product of its matrices.
+Lengths are in metres, angles in radians. Each motion acts in the frame reached by the motions on
+its left, so a placement reads like the product of its matrices.
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ _ORIGIN: Vector = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
 
 @dataclass(frozen=True)
 class Rotation:
-    """Turn by ``angle`` (radian) about the current frame's own ``axis``."""
+    """Rotation by ``angle`` (radian) about an axis of the current frame."""
 
     axis: Literal["x", "y", "z"]
     angle: sp.Expr
@@ -33,7 +33,7 @@ class Rotation:
 
 @dataclass(frozen=True)
 class Translation:
-    """Move by ``vector`` (metre) along the current frame's own axes."""
+    """Translation by ``vector`` (metre) along the axes of the current frame."""
 
     vector: Vector
 
@@ -42,23 +42,23 @@ class Translation:
 
 
 Placement = tuple[Rotation | Translation, ...]
-"""A constant pose, written as elementary motions from left to right."""
+"""A constant pose as elementary motions from left to right."""
 
 
 def rotation(axis: Literal["x", "y", "z"], angle: sp.Expr) -> Placement:
-    """The placement that turns about one axis (radian); empty where the angle is zero."""
+    """Returns the rotation about one axis (radian); empty if the angle is zero."""
     turn = Rotation(axis, angle)
     return () if turn.angle == 0 else (turn,)
 
 
 def translation(x: sp.Expr, y: sp.Expr, z: sp.Expr) -> Placement:
-    """The placement that moves along the three axes (metre); empty where the vector is zero."""
+    """Returns the translation along the three axes (metre); empty if the vector is zero."""
     shift = Translation((x, y, z))
     return () if shift.vector == _ORIGIN else (shift,)
 
 
 def from_xyz_rpy(xyz: Vector, rpy: Vector) -> Placement:
-    """The placement T(xyz) Rz(yaw) Ry(pitch) Rx(roll) of an origin as URDF writes it.
+    """Returns the placement T(xyz) Rz(yaw) Ry(pitch) Rx(roll) of a URDF origin.
 
     Args:
         xyz: Position of the frame in its parent frame (metre).
@@ -74,10 +74,9 @@ def from_xyz_rpy(xyz: Vector, rpy: Vector) -> Placement:
 
 
 def align_z(axis: Vector) -> Placement:
-    """The rotations Rz(azimuth) Rx(tilt) that carry the z axis onto a direction of any length.
+    """Returns the rotations Rz(azimuth) Rx(tilt) from the z axis to a direction of any length.
 
-    Where the ratios of its components have many digits, the angles are decimals
-    of ``AXIS_DIGITS`` digits.
+    If the component ratios have many digits, the angles are decimals with ``AXIS_DIGITS`` digits.
 
     Raises:
         RobotError: The direction is zero or contains a parameter.
@@ -94,7 +93,7 @@ def align_z(axis: Vector) -> Placement:
 
 
 def _azimuth_and_tilt(axis: Vector) -> tuple[sp.Expr, sp.Expr]:
-    """The angles of a direction that is not along z, exact where they have a short form."""
+    """Returns the angles of a direction off z, exact if they have a short form."""
     x, y, z = axis
     if not all(component.is_Rational for component in axis) or _is_short(axis):
         azimuth, tilt = angle_of(x, -y), angle_of(root(x**2 + y**2), z)
@@ -108,21 +107,21 @@ def _azimuth_and_tilt(axis: Vector) -> tuple[sp.Expr, sp.Expr]:
 
 
 def _is_short(axis: Vector) -> bool:
-    """Whether a direction of fractions has the proportions of small whole numbers."""
+    """Whether a rational direction is proportional to small integers."""
     x, y, z = axis
     whole = [component * sp.ilcm(x.q, y.q, z.q) for component in axis]
     return bool(max(map(abs, whole)) <= SHORT_PROPORTION * sp.igcd(*whole))
 
 
 def _twelfths(angle: sp.Expr) -> sp.Expr:
-    """An angle that is a multiple of pi/12, as such a multiple; else the angle itself."""
+    """Returns an exact multiple of pi/12 if the angle equals one, else the angle."""
     twelfths = (12 * angle / sp.pi).evalf(EVALUATION_DIGITS)
     nearest = sp.Integer(round(twelfths))
     return sp.pi * nearest / 12 if abs(twelfths - nearest) < ROUNDING else angle
 
 
 def inverse(placement: Placement) -> Placement:
-    """The inverse pose: the inverse of each motion, in reverse order."""
+    """Returns the inverse pose: the inverse of each motion, in reverse order."""
     return tuple(
         Rotation(motion.axis, -motion.angle)
         if isinstance(motion, Rotation)
@@ -132,7 +131,7 @@ def inverse(placement: Placement) -> Placement:
 
 
 def symbols_of(placement: Placement) -> set[sp.Symbol]:
-    """The parameters in a placement."""
+    """Returns the parameters in a placement."""
     found: set[sp.Symbol] = set()
     for motion in placement:
         values = (motion.angle,) if isinstance(motion, Rotation) else motion.vector

@@ -1,10 +1,10 @@
 """A robot as plain data: joints with constant placements, limits, frames and parameters.
 
-Every convention and every file format is read into this form. The pose of link i in link i-1 is
+All conventions and file formats are converted to this form. The pose of link i in link i-1 is
 
     T_prev_link = before * motion(q) * after
 
-where ``motion`` turns about or slides along the z axis of the joint's own frame, and ``before``
+Here ``motion`` is a rotation about or a translation along the z axis of the joint frame. ``before``
 and ``after`` are products of elementary motions. All numbers are exact; lengths are in metres and
 angles in radians.
 """
@@ -25,7 +25,7 @@ from .placements import Placement, Rotation, Translation, Vector, symbols_of
 from .tolerances import MOST_WAVES
 
 OWN_PREFIX = "chasles_"
-"""The start of the names of C files that are generated along for every robot."""
+"""Prefix of the C files that are shared by all robots."""
 
 __all__ = [
     "UNITS",
@@ -53,7 +53,7 @@ Vector4 = tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr]
 class Parameter:
     """A named length, angle or ratio with its default value (metre, radian, 1).
 
-    ``assumed`` tells that the source of the description does not state the value.
+    ``assumed`` means that the source of the description does not state the value.
     """
 
     name: str
@@ -98,14 +98,13 @@ class Joint:
         link: Name of the link's frame.
         parent: Name of the body that carries the joint, in a robot with loops; empty in a serial
             robot.
-        limits: Lowest and highest value of the coordinate (radian or metre); None where unbounded.
+        limits: Lowest and highest value of the coordinate (radian or metre); None if unbounded.
         pitch: Advance of a helical joint per radian (metre).
-        direction: 1, or -1 where the joint turns or slides against its coordinate.
+        direction: 1, or -1 if the joint moves against its coordinate.
         mimic: The law by which the joint follows another; None where it has its own coordinate.
-        convention: The convention in which it is described; None where it is described by its
-            placements alone.
-        given: Values of the convention's fields as described, vectors by component, for the
-            printed table.
+        convention: The convention of the description; None for plain placements.
+        given: Values of the convention's fields as described, vectors by component, for the printed
+            table.
         assumed: Names of the fields that the source of the description does not state.
     """
 
@@ -133,18 +132,18 @@ class Joint:
 
     @property
     def unit(self) -> str:
-        """Unit of the coordinate: m of a prismatic joint, rad of all others."""
+        """Unit of the coordinate: m for a prismatic joint, else rad."""
         return "m" if self.kind == "prismatic" else "rad"
 
 
 @dataclass(frozen=True)
 class PointMass:
-    """A mass in a point of a link.
+    """A point mass on a link.
 
     Attributes:
         link: Name of the link.
         mass: The mass (kilogram).
-        at: Its place in the link's frame (metre).
+        at: Its position in the link's frame (metre).
     """
 
     link: str
@@ -158,11 +157,11 @@ class PointMass:
 
 @dataclass(frozen=True)
 class Load:
-    """The weights that bend a robot's joints.
+    """The weights that deflect a robot's joints.
 
     Attributes:
-        masses: The masses of the links, that of a held body among them.
-        gravity: Acceleration of free fall in the base frame (m/s^2).
+        masses: The masses of the links, including a payload.
+        gravity: Gravitational acceleration in the base frame (m/s^2).
     """
 
     masses: tuple[PointMass, ...]
@@ -174,13 +173,13 @@ class Load:
 
 @dataclass(frozen=True)
 class Transmission:
-    """The equation between the reading of a controller for a coordinate and its true value.
+    """The transmission error between a controller's reading and the true coordinate.
 
-    With r the reading,
+    For a controller reading r,
 
-        q = gain r + sin1 sin r + cos1 cos r + sin2 sin 2r + cos2 cos 2r,
+        q = gain r + sin1 sin r + cos1 cos r + sin2 sin 2r + cos2 cos 2r.
 
-    where the waves stand for eccentric encoders and gears; sliding coordinates have none.
+    The waves model eccentric encoders and gears; prismatic coordinates have none.
 
     Attributes:
         of: Name of the coordinate.
@@ -188,7 +187,7 @@ class Transmission:
         waves: sin1, cos1, sin2 and cos2 (radian).
 
     Raises:
-        RobotError: The waves are so large that q might not grow with the gain.
+        RobotError: The waves are so large that q may not be monotonic in r.
     """
 
     of: str
@@ -202,24 +201,24 @@ class Transmission:
         largest = MOST_WAVES * abs(float(self.gain))
         if self.gain == 0 or sum(sizes) + sum(sizes[2:]) > largest:
             raise RobotError(
-                f"transmission of {self.of!r}: expected a gain other than 0 and waves of at most "
-                f"{MOST_WAVES} of it, counted twice where they come twice a turn"
+                f"transmission of {self.of!r}: expected a nonzero gain and waves of at most "
+                f"{MOST_WAVES} times the gain (sin2 and cos2 count twice)"
             )
 
 
 @dataclass(frozen=True)
 class Spring:
-    """The spring of a coordinate's joint, and the link by whose weight it yields.
+    """The compliance of a coordinate's joint, and the link weight that deflects it.
 
-    The joint's line and the link are those of the nominal arm at coordinates 0 in the base frame.
+    Joint axis and link refer to the nominal arm at zero coordinates, in the base frame.
 
     Attributes:
         of: Name of the coordinate.
-        compliance: Its turn per torque (rad/(N m)), of a slide its shift per force (m/N).
+        compliance: Rotation per torque (rad/(N m)), or translation per force (m/N).
         axis: Direction of the joint's axis.
         point: A point on the axis (metre).
-        mass: Mass of the link behind the joint (kilogram).
-        centre: The link's center of mass (metre).
+        mass: Mass carried by the joint (kilogram).
+        centre: Center of mass of the link (metre).
     """
 
     of: str
@@ -238,17 +237,17 @@ class Spring:
 
 @dataclass(frozen=True)
 class Springs:
-    """The springs by which the joints of an arm yield to gravity.
+    """The joint springs of an arm, which deflect under gravity.
 
-    With r the readings of the controller, the coordinates are the values of the drives at r plus
+    For controller readings r, the true coordinates are the drive outputs at r plus
 
-        compliance_k tau_k(r),
+        compliance_k tau_k(r).
 
-    where tau is the torque of gravity on the chain of the springs' own axes and links.
+    Here tau is the gravity torque on the chain of the springs' own axes and links.
 
     Attributes:
-        rows: A spring for each coordinate, in their order.
-        gravity: Acceleration of free fall in the base frame (m/s^2).
+        rows: One spring per coordinate, in coordinate order.
+        gravity: Gravitational acceleration in the base frame (m/s^2).
     """
 
     rows: tuple[Spring, ...]
@@ -263,26 +262,26 @@ class SerialRobot:
     """A serial chain from a base frame to a tool frame.
 
     Attributes:
-        name: A C identifier; the prefix of everything generated.
+        name: A C identifier; the prefix of all generated names.
         joints: In order from the base.
-        title: The robot's name for a reader.
-        source: Publication or data sheet of the numbers.
+        title: The robot's name for readers.
+        source: Publication or data sheet with the dimensions.
         base: The chain's first frame in the base frame.
         tool: The tool frame in the last link's frame.
         base_frame: Name of the base frame in ``T_<base>_<tool>``.
         tool_frame: Name of the tool frame.
         parameters: The named lengths and angles that the placements use.
-        notes: Changes and assumptions made while reading, such as snapped angles.
-        cleaning: The numbers of the description that were not taken as they are written; it is
-            no part of the robot's identity.
-        load: The weights under which its joints sag; None where they are rigid.
-        transmissions: The laws of coordinates whose drives do not run true.
-        springs: The springs between the readings of the controller and the true coordinates;
-            None where the joints are rigid.
+        notes: Changes and assumptions made by the reader, such as snapped angles.
+        cleaning: The values that were replaced by exact values; they do not affect equality of
+            robots.
+        load: The weights that deflect its joints; None for rigid joints.
+        transmissions: The transmission errors of coordinates with imperfect drives.
+        springs: The springs between controller readings and true coordinates; None for rigid
+            joints.
 
     Raises:
-        RobotError: Names clash, a mimic joint has no leader, a symbol is no parameter, or no joint
-            has a coordinate of its own.
+        RobotError: Names clash, a mimic joint has no leader, a symbol is not a parameter, or no
+            joint has its own coordinate.
     """
 
     name: str
@@ -308,15 +307,15 @@ class SerialRobot:
         check_unique("link", [joint.link for joint in self.joints if joint.link])
         check_unique("parameter", [parameter.name for parameter in self.parameters])
         if not self.coordinates:
-            raise RobotError(f"robot {self.name!r} has no joint with a coordinate of its own")
+            raise RobotError(f"robot {self.name!r} has no joint with its own coordinate")
         check_transmissions(self.transmissions, [joint.name for joint in self.coordinates])
         self._check_springs()
         leaders = {joint.name for joint in self.coordinates}
         for joint in self.joints:
             if joint.mimic and joint.mimic.leader not in leaders:
                 raise RobotError(
-                    f"joint {joint.name!r} mimics {joint.mimic.leader!r}, which is no joint with a "
-                    f"coordinate of its own (there are: {', '.join(sorted(leaders))})"
+                    f"joint {joint.name!r} mimics {joint.mimic.leader!r}, which has no coordinate "
+                    f"of its own (expected one of {', '.join(sorted(leaders))})"
                 )
 
     def _check_symbols(self) -> None:
@@ -354,26 +353,26 @@ class SerialRobot:
 
     @property
     def moving(self) -> tuple[Joint, ...]:
-        """The joints that move, mimic joints included, in order from the base."""
+        """The moving joints, including mimic joints, in order from the base."""
         return tuple(joint for joint in self.joints if joint.kind != "fixed")
 
     @property
     def placements(self) -> tuple[Placement, ...]:
-        """The constant placements from the base to the tool, which is the last."""
+        """The constant placements from the base to the tool."""
         return (self.base, *(p for j in self.joints for p in (j.before, j.after)), self.tool)
 
     @property
     def coordinates(self) -> tuple[Joint, ...]:
-        """The joints with a coordinate of their own: the order of ``q``."""
+        """The joints with their own coordinate, in the order of ``q``."""
         return tuple(joint for joint in self.moving if joint.mimic is None)
 
     @property
     def link_names(self) -> tuple[str, ...]:
-        """Name of each joint's link; ``link1`` and so on where the description gives none."""
+        """Name of each joint's link; ``link1`` and so on by default."""
         return tuple(joint.link or f"link{k}" for k, joint in enumerate(self.joints, 1))
 
     def joint_values(self, q: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-        """The values of all moving joints at coordinates q, by mimic laws and directions."""
+        """Returns the values of all moving joints at q, with mimic equations and directions."""
         index = {joint.name: k for k, joint in enumerate(self.coordinates)}
         values = []
         for joint in self.moving:
@@ -386,13 +385,13 @@ class SerialRobot:
         return tuple(values)
 
     def joint_values_D_q(self) -> sp.ImmutableMatrix:
-        """Constant derivative of the moving joints' values by q, shape (moving, n)."""
+        """Returns the constant derivative of the joint values with respect to q, (moving, n)."""
         q = sp.symbols(f"q1:{len(self.coordinates) + 1}")
         return sp.ImmutableMatrix(sp.Matrix(self.joint_values(q)).jacobian(sp.Matrix(q)))
 
 
 def check_unique(what: str, names: Sequence[str]) -> None:
-    """Raises RobotError where two names are equal."""
+    """Raises RobotError if two names are equal."""
     known: set[str] = set()
     for name in names:
         if name in known:
@@ -401,22 +400,22 @@ def check_unique(what: str, names: Sequence[str]) -> None:
 
 
 def check_transmissions(transmissions: Sequence[Transmission], coordinates: Sequence[str]) -> None:
-    """Raises RobotError where a law is of no coordinate, or two are of one."""
+    """Raises RobotError if a transmission has no coordinate, or a coordinate has two."""
     check_unique("transmission", [law.of for law in transmissions])
     for law in transmissions:
         check_choice("transmission of", law.of, law.of, coordinates)
 
 
 def check_name(what: str, name: object) -> None:
-    """Raises RobotError where a name is no identifier."""
+    """Raises RobotError if a name is not an identifier."""
     if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name):
         raise RobotError(f"{what} {name!r}: expected a name of letters, digits and _")
 
 
 def check_robot_name(name: object) -> None:
-    """Raises RobotError where a name cannot be the prefix of generated names.
+    """Raises RobotError if a name cannot be the prefix of generated names.
 
-    CasADi names no function with two underscores in a row, and an underscore follows the prefix.
+    CasADi does not allow two consecutive underscores, and an underscore follows the prefix.
     """
     check_name("robot", name)
     if "__" in f"{name}_":
@@ -427,7 +426,7 @@ def check_robot_name(name: object) -> None:
 
 
 def check_choice(what: str, name: str, value: object, choices: Sequence[object]) -> None:
-    """Raises RobotError where a value is none of the choices."""
+    """Raises RobotError if a value is not among the choices."""
     if value not in choices:
         expected = ", ".join(map(str, choices))
         raise RobotError(f"{what} {name!r}: {value!r} is none of {expected}")

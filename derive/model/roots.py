@@ -1,7 +1,7 @@
-"""Roots of numbers and angles of directions: exact for short numbers, decimals for long ones.
+"""Roots and angles of numbers: exact for short numbers, decimals for long numbers.
 
-A long decimal was rounded when it was written, so that an exact root of it says no more than a
-decimal does. SymPy would factor it, and its search for factors may take long or fail.
+A long decimal was rounded when it was written, so an exact root of it is no better than a decimal
+root. SymPy would factor the number, which may take long or fail.
 """
 
 from collections.abc import Mapping
@@ -12,19 +12,19 @@ from .tolerances import WORKING_DIGITS
 from .values import Values
 
 LONGEST_EXACT = 10**15
-"""Numerator and denominator up to which a fraction is short: the digits of a double.
+"""Maximum numerator and denominator of a short fraction: the digits of a double.
 
 The square of a short square root has no factors that SymPy's search leaves unfinished.
 """
 
 
 def is_short(expression: sp.Expr) -> bool:
-    """Whether an expression is a fraction of small numbers, see ``LONGEST_EXACT``."""
+    """Whether an expression is a fraction of small integers, see ``LONGEST_EXACT``."""
     return bool(expression.is_Rational and max(abs(expression.p), expression.q) <= LONGEST_EXACT)
 
 
 def power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
-    """A power with a fraction as exponent; a root of a number that is not short is a decimal.
+    """Returns a power with a rational exponent; roots of long numbers become decimals.
 
     Raises:
         NoValue: The root of a long number is not real.
@@ -34,12 +34,12 @@ def power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
 
 
 def root(square: sp.Expr) -> sp.Expr:
-    """The square root of an expression; of a number that is not short it is a decimal."""
+    """Returns the square root of an expression; roots of long numbers become decimals."""
     return power(square, sp.Rational(1, 2))
 
 
 def drawn_out(expression: sp.Expr) -> sp.Expr:
-    """An expression with squares drawn out of its roots: sqrt(4 a + 4 b) is 2 sqrt(a + b)."""
+    """Extracts square factors from roots: sqrt(4 a + 4 b) becomes 2 sqrt(a + b)."""
     return expression.replace(_is_root_of_sum, _drawn_out)
 
 
@@ -54,10 +54,10 @@ def _drawn_out(whole: sp.Expr) -> sp.Expr:
 
 
 def angle_of(y: sp.Expr, x: sp.Expr) -> sp.Expr:
-    """atan2(y, x); where a square of the two numbers is not short, it is a decimal.
+    """Returns atan2(y, x), as a decimal if the square of an argument is not short.
 
-    It is one too where SymPy would search long for the signs of sines and cosines, and where, not
-    sure that the numbers are real, it would give a complex logarithm.
+    It is also a decimal if SymPy would need long for the signs of sines and cosines, or would
+    return a complex logarithm.
     """
     angle = sp.atan2(y, x, evaluate=False)
     if y.free_symbols | x.free_symbols or y == 0 or x == 0:
@@ -69,7 +69,7 @@ def angle_of(y: sp.Expr, x: sp.Expr) -> sp.Expr:
 
 
 def at(expression: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-    """An expression with numbers for its symbols; roots and angles are as those of this module.
+    """Substitutes numbers for symbols; roots and angles follow the rules of this module.
 
     Raises:
         NoValue: A root of a long number is not real.

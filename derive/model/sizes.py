@@ -7,16 +7,16 @@ from types import MappingProxyType
 import sympy as sp
 
 MANY = 10_000
-"""Number up to which parts of expressions are counted."""
+"""Maximum of all counts."""
 _NONE: Mapping[sp.Symbol, int] = MappingProxyType({})
 
 
 def addends(expression: sp.Expr, known: Mapping[sp.Symbol, int] = _NONE) -> int:
-    """The most addends that an expression may have once it is expanded, or ``MANY``.
+    """Returns an upper bound of the number of terms after expansion, at most ``MANY``.
 
     Args:
         expression: An expression.
-        known: The number of addends of symbols that stand for sums.
+        known: The term counts of symbols that stand for sums.
     """
     if expression.is_Symbol:
         return known.get(expression, 1)
@@ -32,7 +32,7 @@ def addends(expression: sp.Expr, known: Mapping[sp.Symbol, int] = _NONE) -> int:
 
 
 def size(expression: sp.Expr, known: Mapping[sp.Symbol, int]) -> int:
-    """The number of symbols and numbers in an expression, or ``MANY``.
+    """Returns the number of symbols and numbers in an expression, at most ``MANY``.
 
     Args:
         expression: An expression.

@@ -1,7 +1,7 @@
-"""Values of constant expressions: every operation once, to 60 digits.
+"""Values of constant expressions to 60 digits, each operation evaluated once.
 
-SymPy's own evaluation raises its precision until a difference shows its digits, which takes long
-where the exact difference is zero. Here a sum that loses nearly all of its digits is zero.
+SymPy's own evaluation increases its precision until a difference has nonzero digits, which is slow
+for an exact zero. Here a sum that loses nearly all digits to cancellation is zero.
 """
 
 from collections.abc import Callable, Mapping
@@ -15,34 +15,34 @@ from .errors import RobotError
 from .tolerances import EVALUATION_DIGITS, ROUNDING, WORKING_DIGITS
 
 MOST_OPERATIONS = 30
-"""Most operations in a number that is spelled: a design's has fewer, measured ones have
-hundreds."""
+"""Maximum operation count of a number that stays inline. Designed values have fewer operations,
+measured values have hundreds."""
 
 
 class NoValue(RobotError):
-    """An expression that is no finite real number: a division by zero or an even root below 0."""
+    """An expression without a finite real value: division by zero or an even root below 0."""
 
 
 class Values:
-    """The values of symbols, and of all expressions in them that were asked for.
+    """The values of symbols, with a cache of all evaluated expressions.
 
-    A value of 0 is exact: rounding that cancellation leaves, less than ``ROUNDING`` of the largest
-    addend, counts as 0.
+    A value of 0 is exact: a cancellation residue below ``ROUNDING`` times the largest term counts
+    as 0.
     """
 
     def __init__(self) -> None:
-        """Knows no symbol."""
+        """Starts without known symbols."""
         self._known: dict[sp.Basic, mpmath.mpf] = {}
 
     def know(self, symbol: sp.Symbol, value: mpmath.mpf) -> None:
-        """Gives a symbol its value."""
+        """Assigns a value to a symbol."""
         self._known[symbol] = value
 
     def of(self, expression: sp.Expr) -> mpmath.mpf:
-        """The value of an expression of numbers and known symbols.
+        """Returns the value of an expression of numbers and known symbols.
 
         Raises:
-            NoValue: It is not finite or not real, or contains another symbol.
+            NoValue: The value is not finite or not real, or a symbol is unknown.
         """
         with mpmath.workdps(WORKING_DIGITS):
             return self._of(expression)
@@ -74,7 +74,7 @@ class Values:
         return rule(*(self._of(argument) for argument in expression.args))
 
     def _choice(self, expression: sp.Piecewise) -> mpmath.mpf:
-        """The value of the first condition that holds; the others may have none."""
+        """Returns the value of the first condition that holds; other values may be undefined."""
         for value, condition in expression.args:
             if self._holds(condition):
                 return self._of(value)
@@ -91,10 +91,10 @@ class Values:
 
 
 def value_at(expression: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> mpmath.mpf:
-    """The value of an expression with numbers for its symbols.
+    """Substitutes numbers for the symbols of an expression, and returns its value.
 
     Raises:
-        NoValue: It is not finite or not real, or contains another symbol.
+        NoValue: The value is not finite or not real, or a symbol is unknown.
     """
     values = Values()
     for symbol, number in numbers.items():
@@ -103,12 +103,12 @@ def value_at(expression: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> mpmat
 
 
 def shortened(expression: sp.Expr) -> sp.Expr:
-    """A number in few operations: one that takes many is evaluated to 40 digits.
+    """Evaluates a number with many operations to 40 digits; keeps a short number.
 
-    Products of measured turns have no form that is worth keeping, and are the longest there are.
+    Products of measured rotations are the longest numbers and have no useful exact form.
 
     Args:
-        expression: Any expression; one with symbols is returned as it is.
+        expression: Any expression; an expression with symbols is returned unchanged.
     """
     if expression.free_symbols or int(sp.count_ops(expression)) <= MOST_OPERATIONS:
         return expression
@@ -116,7 +116,7 @@ def shortened(expression: sp.Expr) -> sp.Expr:
 
 
 def to_digits(value: mpmath.mpf) -> sp.Expr:
-    """A value as a number of SymPy, to 40 digits; 0 is the integer."""
+    """Converts a value to a 40-digit SymPy number; 0 becomes the integer."""
     return sp.Float(value, EVALUATION_DIGITS) if value else sp.Integer(0)
 
 

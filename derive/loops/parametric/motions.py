@@ -3,7 +3,7 @@
 Elementary motions with values v(q, u, p) lead from the base to a body. With the unit screw S_m of
 motion m and a wrench W on the body, the power of the wrench is
 
-    W . V = sum_m (W . S_m) dv_m/dt,
+    W . V = sum_m (W . S_m) dv_m/dt.
 
 One such sum gives the derivative of a loop equation, or of the tool pose, with respect to each
 variable.

@@ -176,7 +176,7 @@ def test_expressions_are_never_evaluated_as_code() -> None:
     [
         ("d2", "unknown parameter 'd2'; declared are a, b, d1"),
         ("zz", "unknown parameter 'zz'; declared are a, b, d1"),
-        ("a.real", "'a.real' is not understood; there are numbers, pi, parameters"),
+        ("a.real", "'a.real' is not understood; expected numbers, pi, parameters"),
         ("1 +", "not a number or an expression of numbers, pi, parameters"),
         ("120 mm", "a number with a unit; the file's field 'units' names it"),
         ("1/0", "division by zero"),
@@ -184,7 +184,7 @@ def test_expressions_are_never_evaluated_as_code() -> None:
         ("9**99", "an exponent must be a fraction of numbers up to 12"),
         ("sqrt(1, 2)", "sqrt takes 1 argument"),
         ("atan2(1)", "atan2 takes 2 arguments"),
-        ("0x1F", "'0x1F' is no decimal number"),
+        ("0x1F", "'0x1F' is not a decimal number"),
         ("1e77", "larger than 1e30"),
         ("π", "letters other than ASCII"),
         ("1" * 300, "more than 200 characters"),

@@ -34,7 +34,7 @@ def test_exact_number_types_are_accepted():
     [
         (lambda: turning(a=0.25), "0.25 is a float, which is not exact: write '0.25'"),
         (lambda: Parameter("a", 0.3), "0.3 is a float"),
-        (lambda: turning(a=None), "nothing is no exact number"),
+        (lambda: turning(a=None), "None is not an exact number"),
         (lambda: turning(a="a1"), "a1"),
         (lambda: Joint("j", "rotary"), "joint 'j': 'rotary' is none of revolute, prismatic"),
         (lambda: Joint("j", "revolute", direction=2), "2 is none of 1, -1"),
@@ -47,7 +47,7 @@ def test_exact_number_types_are_accepted():
             "'r' uses a: expected symbols of its",
         ),
         (lambda: SerialRobot("r", (turning(), turning())), "two joints are called 'j'"),
-        (lambda: SerialRobot("r", (Joint("j", "fixed"),)), "no joint with a coordinate of its own"),
+        (lambda: SerialRobot("r", (Joint("j", "fixed"),)), "no joint with its own coordinate"),
         (lambda: urdf("revolute", xyz=(0, 0), rpy=(0, 0, 0), axis=(0, 0, 1)), "three numbers"),
         (lambda: poe("revolute", axis=(0, 0, 0), point=(0, 0, 0)), "zero vector"),
     ],

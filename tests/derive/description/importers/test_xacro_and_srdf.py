@@ -108,7 +108,7 @@ def test_each_arm_or_requested_tip_becomes_a_robot(arm, tmp_path):
 
 def test_inferred_tip_is_reported_in_output_and_manifest(arm, tmp_path):
     done = run(arm, "--to", tmp_path / "out", "--base", "left_link", "--explain")
-    assert "has no joint with a coordinate of its own" in done.output
+    assert "has no joint with its own coordinate" in done.output
     text = arm.read_text().replace('<xacro:turn side="right"', '<link name="camera"/><!--')
     text = text.replace(
         '"${-half}"/>',
