@@ -16,7 +16,7 @@ from .serial_inverse import MOST_FREE, Inverses, inverses
 from .structure import rank
 
 MOST_TRIED = 60
-"""Sets of joints that are tried for an error message: a second or two."""
+"""Maximum number of joint sets tried for an error message (1 to 2 seconds)."""
 MOST_NAMED = 12
 """Maximum number of joint sets listed in an error message."""
 
@@ -24,13 +24,13 @@ MOST_NAMED = 12
 def inverses_for_fixed(
     robot: SerialRobot, terms: Terms, families: Sequence[Family], fixed: str | Sequence[str]
 ) -> Inverses:
-    """The inverses of a serial robot with some joints fixed.
+    """Derives the inverses of a serial robot with some joints fixed.
 
     Args:
         robot: The description.
         terms: Table of named terms.
         families: The families to try, in order.
-        fixed: Names of these joints; () for the joints that a redundant robot needs.
+        fixed: Names of the fixed joints; () lets the structure of a redundant robot select them.
 
     Raises:
         RobotError: A joint name is unknown, or the other joints have no closed form.
@@ -48,12 +48,12 @@ def hybrid_inverses_for_fixed(
     fixed: str | Sequence[str],
     closure: LoopClosure | None = None,
 ) -> Inverses:
-    """The inverses of a robot with loops with some joints of its main chain fixed.
+    """Derives the inverses of a robot with loops and some fixed main-chain joints.
 
     Args:
         hybrid: The robot.
         families: The families to try, in order.
-        fixed: Names of these joints; () for the joints that the main chain needs.
+        fixed: Names of the fixed joints; () lets the structure of the main chain select them.
         closure: Closure equations of loops without a closed form; None if all loops have one.
 
     Raises:
@@ -89,7 +89,7 @@ def _indices(robot: SerialRobot, fixed: str | Sequence[str]) -> tuple[int, ...]:
 def _nothing_left(
     robot: SerialRobot, families: Sequence[Family], chosen: tuple[int, ...], found: Inverses
 ) -> RobotError:
-    """The error that names joints that leave a closed form if they are fixed."""
+    """Returns the error for fixed joints without a closed form; lists suitable joint sets."""
     names = [joint.name for joint in robot.moving]
     surplus = len(names) - rank.of_chain(found.classification.lines)
     others = list(_offered(robot, families, chosen, max(len(chosen), surplus)))[:MOST_NAMED]

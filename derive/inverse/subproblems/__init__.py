@@ -1,1 +1,1 @@
-"""The subproblems into which closed-form inverses fall, one file each."""
+"""Subproblems of closed-form inverses, one file per subproblem."""

@@ -1,7 +1,7 @@
-"""The equations that subproblems solve, as data: coefficients and solutions.
+"""Equations of the subproblems as data: coefficients and solutions.
 
-A step carries its equation for the reader. The article prints its coefficients, relation and
-solution, and a test puts numbers into these.
+Each solution step stores its equation. The article prints its coefficients, relation and solution;
+a test evaluates them numerically.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ Rows = tuple[Pair, Pair]
 
 @dataclass(frozen=True)
 class Linear:
-    """The equation ``a cos(theta) + b sin(theta) = d``, two angles up to a boundary."""
+    """The equation ``a cos(theta) + b sin(theta) = d``; up to two solutions."""
 
     a: sp.Expr
     b: sp.Expr
@@ -26,22 +26,22 @@ class Linear:
 
     @property
     def coefficients(self) -> tuple[sp.Expr, ...]:
-        """a, b and d."""
+        """Coefficients a, b and d."""
         return self.a, self.b, self.d
 
     def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
-        """The equation with other coefficients."""
+        """Returns the equation with other coefficients."""
         return type(self)(*values)
 
     @property
     def mirrored(self) -> Self:
-        """The equation of the opposite angle."""
+        """Returns the equation of the opposite angle."""
         return type(self)(self.a, -self.b, self.d)
 
     def solution(self, sign: sp.Expr) -> tuple[sp.Expr, ...]:
-        """The terms whose sum is the angle; the sign, 1 or -1, chooses one of two.
+        """Returns the terms whose sum is the angle; the sign (1 or -1) selects a solution.
 
-        An angle that the equation does not contain is taken as 0.
+        The angle is 0 if the equation does not contain it.
         """
         if self.a == self.b == 0:
             return (sp.Integer(0),)
@@ -54,79 +54,79 @@ class Linear:
 
 @dataclass(frozen=True)
 class Direction:
-    """The equations ``cos(theta) : sin(theta) = a : b``, one angle."""
+    """The equation ``cos(theta) : sin(theta) = a : b``; one solution."""
 
     a: sp.Expr
     b: sp.Expr
 
     @property
     def coefficients(self) -> tuple[sp.Expr, ...]:
-        """A and b."""
+        """Coefficients a and b."""
         return self.a, self.b
 
     def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
-        """The equations with other coefficients."""
+        """Returns the equations with other coefficients."""
         return type(self)(*values)
 
     @property
     def mirrored(self) -> Self:
-        """The equations of the opposite angle."""
+        """Returns the equation of the opposite angle."""
         return type(self)(self.a, -self.b)
 
     def solution(self, _: sp.Expr) -> tuple[sp.Expr, ...]:
-        """The angle."""
+        """Returns the angle."""
         return (sp.atan2(self.b, self.a, evaluate=False),)
 
 
 @dataclass(frozen=True)
 class LineAndPlane:
-    """The equation ``rate t + rest = 0`` of a slide's length t."""
+    """The equation ``rate t + rest = 0`` for the displacement t of a prismatic joint."""
 
     rate: sp.Expr
     rest: sp.Expr
 
     @property
     def coefficients(self) -> tuple[sp.Expr, ...]:
-        """The rate and the rest."""
+        """Coefficients ``rate`` and ``rest``."""
         return self.rate, self.rest
 
     def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
-        """The equation with other coefficients."""
+        """Returns the equation with other coefficients."""
         return type(self)(*values)
 
     @property
     def mirrored(self) -> Self:
-        """The equation of the opposite length."""
+        """Returns the equation of the opposite displacement."""
         return type(self)(-self.rate, self.rest)
 
     def solution(self, _: sp.Expr) -> tuple[sp.Expr, ...]:
-        """The terms whose sum is the length."""
+        """Returns the terms whose sum is the displacement."""
         return tuple(sp.Add.make_args(-self.rest / self.rate))
 
 
 @dataclass(frozen=True)
 class LineAndSphere:
-    """The equation ``t^2 + linear t + constant = 0`` of a slide's length t."""
+    """The equation ``t^2 + linear t + constant = 0`` for a prismatic displacement t."""
 
     linear: sp.Expr
     constant: sp.Expr
 
     @property
     def coefficients(self) -> tuple[sp.Expr, ...]:
-        """The linear and the constant coefficient."""
+        """Linear and constant coefficients."""
         return self.linear, self.constant
 
     def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
-        """The equation with other coefficients."""
+        """Returns the equation with other coefficients."""
         return type(self)(*values)
 
     @property
     def mirrored(self) -> Self:
-        """The equation of the opposite length."""
+        """Returns the equation of the opposite displacement."""
         return type(self)(-self.linear, self.constant)
 
     def solution(self, sign: sp.Expr) -> tuple[sp.Expr, ...]:
-        """The terms whose sum is the length; the sign, 1 or -1, chooses one of two."""
+        """Returns the terms whose sum is the displacement; the sign selects a solution."""
         half = self.linear / 2
         root = sign * sp.sqrt(half**2 - self.constant)
         return (root,) if half == 0 else (-half, root)
@@ -136,7 +136,7 @@ class LineAndSphere:
 class LoopOfThree:
     """The equation ``p0 + R(k1, theta1) p1 = R(k2, theta2) (p2 + R(k3, theta3) p3)``.
 
-    Three angles at once, as subproblem 5 finds them.
+    Subproblem 5 solves all three angles together.
     """
 
     p0: Vector
@@ -149,12 +149,12 @@ class LoopOfThree:
 
     @property
     def coefficients(self) -> tuple[sp.Expr, ...]:
-        """The components of all vectors, in the order of the fields."""
+        """Components of all vectors, in the order of the fields."""
         vectors = (self.p0, self.k1, self.p1, self.k2, self.p2, self.k3, self.p3)
         return tuple(component for vector in vectors for component in vector)
 
     def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
-        """The equation with other vectors."""
+        """Returns the equation with other vectors."""
         vectors = [(values[k], values[k + 1], values[k + 2]) for k in range(0, len(values), 3)]
         return type(self)(*vectors)
 
@@ -163,10 +163,10 @@ class LoopOfThree:
 class TwoEllipses:
     """The equations ``A1 (sin, cos)(theta1) + A2 (sin, cos)(theta2) = b``.
 
-    Two angles at once, as subproblem 6 finds them.
+    Subproblem 6 solves both angles together.
 
     Attributes:
-        first: A1, an equation a row.
+        first: A1, one row per equation.
         second: A2.
         right: b.
     """
@@ -177,19 +177,19 @@ class TwoEllipses:
 
     @property
     def coefficients(self) -> tuple[sp.Expr, ...]:
-        """A1 and A2 row by row, and b."""
+        """Entries of A1 and A2 (row by row) and b."""
         rows = (*self.first, *self.second, self.right)
         return tuple(entry for row in rows for entry in row)
 
     def with_coefficients(self, values: Sequence[sp.Expr]) -> Self:
-        """The equations with other coefficients."""
+        """Returns the equations with other coefficients."""
         a, b, c, d, e = ((values[k], values[k + 1]) for k in range(0, len(values), 2))
         return type(self)((a, b), (c, d), e)
 
 
 AngleEquation = Linear | Direction
-"""Equations of one angle."""
+"""Equation for one angle."""
 LengthEquation = LineAndPlane | LineAndSphere
-"""Equations of the length of a slide."""
+"""Equation for the displacement of a prismatic joint."""
 JointEquation = LoopOfThree | TwoEllipses
-"""Equations of several angles at once, which a quartic solves."""
+"""Equations for several angles, solved together by a quartic."""

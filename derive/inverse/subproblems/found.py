@@ -1,4 +1,4 @@
-"""The result of a subproblem: a turn or a length, its margin, and the equation that it solves."""
+"""Result of a subproblem: an angle or a displacement, its margin, and the solved equation."""
 
 from dataclasses import dataclass
 
@@ -10,14 +10,15 @@ from .turns import CosSin
 
 @dataclass(frozen=True)
 class FoundTurn:
-    """An angle that a subproblem gives.
+    """An angle solved by a subproblem.
 
     Attributes:
-        turn: Its cosine and sine.
-        equation: The equation that it solves.
-        sign: The symbol that stands for 1 or -1 and chooses among two solutions, if there are two.
-        margin: sin^2 of half the angle between the two solutions: 0 where they meet, negative out
-            of reach, where the turn is the least-squares answer; None where it always exists.
+        turn: Cosine and sine of the angle.
+        equation: The solved equation.
+        sign: Symbol (1 or -1) that selects one of two solutions; None for a single solution.
+        margin: sin^2 of half the angle between the two solutions. 0 for a double solution; negative
+            out of reach, where the angle is the least-squares solution. None if a solution always
+            exists.
     """
 
     turn: CosSin
@@ -28,14 +29,14 @@ class FoundTurn:
 
 @dataclass(frozen=True)
 class FoundLength:
-    """The length of a slide that a subproblem gives.
+    """The displacement of a prismatic joint, solved by a subproblem.
 
     Attributes:
-        length: Its value (metre).
-        equation: The equation that it solves.
-        sign: The symbol that chooses among two solutions, if there are two.
-        margin: 0 where the two solutions meet, negative out of reach, relative to the squares of
-            the lengths that enter; None where the length always exists.
+        length: The displacement (metre).
+        equation: The solved equation.
+        sign: Symbol (1 or -1) that selects one of two solutions; None for a single solution.
+        margin: 0 for a double solution, negative out of reach; relative to the squared input
+            lengths. None if a solution always exists.
     """
 
     length: sp.Expr

@@ -1,44 +1,44 @@
-"""The roots of a trigonometric polynomial of degree 2, a quartic, as points of the unit circle.
+"""Roots of a trigonometric polynomial of degree 2 (a quartic), as points on the unit circle.
 
 Statement: ``a0 + a1 c + b1 s + a2 cos(2 phi) + b2 sin(2 phi) = 0``, (c, s) = (cos, sin)(phi).
 
-Derivation: turned by half the angle of (a2, b2), the polynomial is the conic
+Derivation: after a rotation by half the angle of (a2, b2), the polynomial is the conic
 
     g (x^2 - y^2) + p x + q y + r = 0,   g = |(a2, b2)|,
 
-which meets the circle in the roots. A multiple lambda of x^2 + y^2 - 1 may be added to it: where
-lambda = g tau solves the cubic resolvent
+whose intersections with the circle are the roots. A multiple lambda of x^2 + y^2 - 1 may be added
+to the conic. If lambda = g tau solves the cubic resolvent
 
     (tau^2 - 1)(tau - r') + P (tau - 1) + Q (tau + 1) = 0,   r' = r/g, P = (p/2g)^2, Q = (q/2g)^2,
 
-the conic falls into two lines, and into real ones where -1 <= tau <= 1. The cubic is -2 P at -1 and
-2 Q at 1, so that it always has such a root: no complex number is ever needed. Each line meets
-the circle in two points, or misses it: its two roots are then complex.
+the conic is a pair of lines, which are real for -1 <= tau <= 1. The cubic is -2 P at -1 and 2 Q at
+1, so it always has such a root, and no complex arithmetic is needed. A line intersects the circle
+in two points, or misses the circle and has two complex roots.
 
-Among several roots tau the one farthest from the others is taken: two roots of the quartic that
-meet then lie on one line, where they are found without loss of digits, and a double root tau, known
-to 1e-8 only, is never used. It comes from Newton's method, which converges monotonically on the
-depressed cubic's outer side. Where no real line pair belongs to it, the circle is missed
-altogether; the others follow from a quadratic.
+Among several roots tau, the root farthest from the others is used. Two coinciding roots of the
+quartic then lie on one line, where they are computed without loss of accuracy. A double root tau,
+accurate only to 1e-8, is never used. Newton's method computes tau; it converges monotonically on
+the outer side of the depressed cubic. If the outer root has no real line pair, the circle has no
+intersections; the other two roots tau follow from a quadratic.
 
-Exchanging x and y where tau > 0 leaves t = 1 + tau in [0, 1]; t is polished in the cubic of t,
+Exchanging x and y for tau > 0 gives t = 1 + tau in [0, 1]; t is refined in the cubic
 
     t^3 - (3 + r') t^2 + (2 + 2 r' + P + Q) t - 2 P = 0,
 
-to all its digits, however small. With alpha^2 = g t and beta^2 = g (2 - t) the lines are
+to full relative accuracy, even for small t. With alpha^2 = g t and beta^2 = g (2 - t) the lines are
 ``alpha x + beta y + m`` and ``alpha x - beta y + n`` with
 
     alpha (m + n) = p,   beta (n - m) = q,   m n = r + g - g t,
 
-three equations for two numbers. The second always serves, the first where alpha^2 > |p|, the third
-elsewhere; so a relative error of t is an error of p, q, r relative to the greatest of them. Where p
-is rounding alone, t = 0 is exact, as a fourfold root needs.
+three equations for two unknowns. The second equation is always used, with the first for alpha^2 >
+|p| and the third otherwise. So a relative error of t is an error of p, q, r relative to the largest
+of them. If p is only rounding error, t = 0 is exact, as a fourfold root requires.
 
-Degenerate: for g = 0 (a single line) the second line is far away; the same formulas hold with
-g = 1e-20. Where all coefficients are 0 the points are arbitrary.
+Degenerate: for g = 0 (a single line) the second line is far away; the same formulas hold with g =
+1e-20. If all coefficients are 0, the points are arbitrary.
 
 Source: the pencil of two conics (Ferrari 1545; Richter-Gebert, Perspectives on Projective Geometry,
-11.4); the choice of lambda and the forms without cancellation are ours.
+11.4); the choice of lambda and the forms without cancellation are original.
 """
 
 from dataclasses import dataclass
@@ -63,7 +63,7 @@ from .turns import CosSin, composed, direction
 
 ZERO, ONE, HALF = sp.Integer(0), sp.Integer(1), sp.Rational(1, 2)
 STEPS = 5
-"""From a start that is wrong by 30 percent to 12 digits."""
+"""Number of Newton steps; reaches 12 digits from a start value with 30 % error."""
 POLISHING_STEPS = 2
 
 
@@ -72,9 +72,9 @@ class CirclePoint:
     """A root of a trigonometric polynomial.
 
     Attributes:
-        turn: Its cosine and sine.
-        margin: In units of the polynomial; 0 where the root is double, negative where it is not
-            real and the turn is the point of the circle nearest to a line of the pair.
+        turn: Cosine and sine of the root angle.
+        margin: In units of the polynomial; 0 for a double root. Negative for a complex root; the
+            turn is then the circle point nearest to a line of the pair.
     """
 
     turn: CosSin
@@ -83,7 +83,7 @@ class CirclePoint:
 
 @dataclass(frozen=True)
 class Conic:
-    """``g (x^2 - y^2) + p x + q y + r``."""
+    """The conic ``g (x^2 - y^2) + p x + q y + r``."""
 
     g: sp.Expr
     p: sp.Expr
@@ -93,11 +93,11 @@ class Conic:
 
 @dataclass(frozen=True)
 class Reference:
-    """What the labels of roots refer to where the polynomial's own circle turns or is mirrored.
+    """Reference for root labels if the circle of the polynomial may rotate or be mirrored.
 
     Attributes:
-        along: A direction of the circle's plane; the roots on its side have the sign 1.
-        orientation: 1 or -1, the sense in which the angle phi counts.
+        along: A direction in the plane of the circle; roots on this side have the sign 1.
+        orientation: Sense (1 or -1) of the angle phi.
     """
 
     along: tuple[sp.Expr, sp.Expr]
@@ -105,7 +105,7 @@ class Reference:
 
 
 def select(terms: Terms, condition: Boolean, one: sp.Expr, other: sp.Expr) -> sp.Expr:
-    """The first value, as a named term, where a condition holds; the second elsewhere."""
+    """Returns a named term: ``one`` if the condition holds, else ``other``."""
     if one == other:
         return terms.let(one)
     return terms.let(sp.Piecewise((one, condition), (other, True), evaluate=False))
@@ -120,20 +120,21 @@ def circle_roots(
     separation: sp.Expr = ZERO,
     reference: Reference | None = None,
 ) -> CirclePoint:
-    """A root of ``a0 + first . (c, s) + second . (cos(2 phi), sin(2 phi))``.
+    """Returns a root of ``a0 + first . (c, s) + second . (cos(2 phi), sin(2 phi))``.
 
     Args:
-        terms: Names of all terms.
+        terms: Table of named terms.
         a0: Constant coefficient.
         first: Coefficients of cos(phi) and sin(phi).
         second: Coefficients of cos(2 phi) and sin(2 phi).
-        signs: Two symbols that stand for 1 or -1; all four choices together give all roots. The
-            second is opposite to the sign of the polynomial's derivative by the angle, and changes
-            for a root only where it meets another. The first tells two such roots apart, by their
-            side of the conic's axis.
-        separation: The angle from their common point at which two roots are returned that are one
-            up to rounding.
-        reference: A direction and a sense for the signs, where the circle's own ones jump.
+        signs: Two symbols (1 or -1); the four combinations give all roots. The second is opposite
+            to the sign of the polynomial's derivative with respect to the angle, and changes only
+            at double roots. The first distinguishes two roots with equal second sign by their side
+            of the conic axis.
+        separation: If two roots agree up to rounding error, they are returned at this angle on
+            either side of their common point.
+        reference: Reference direction and sense of the signs, if those of the circle are
+            discontinuous.
     """
     conic, axis = _turned(terms, a0, first, second)
     t, slope, swap = _resolvent(terms, conic)
@@ -155,7 +156,7 @@ def circle_roots(
 def _turned(
     terms: Terms, a0: sp.Expr, first: tuple[sp.Expr, sp.Expr], second: tuple[sp.Expr, sp.Expr]
 ) -> tuple[Conic, CosSin]:
-    """The conic in its own axes, and their angle, half the angle of ``second``."""
+    """Returns the conic in its own axes, and the axis angle (half the angle of ``second``)."""
     let = terms.let
     (a1, b1), (a2, b2) = first, second
     length = let(sp.sqrt(let(a2**2 + b2**2)))
@@ -169,7 +170,7 @@ def _turned(
 
 
 def _resolvent(terms: Terms, conic: Conic) -> tuple[sp.Expr, sp.Expr, Boolean]:
-    """The root t, the cubic's slope at 0, and whether x and y are exchanged for it."""
+    """Returns the root t, the slope of the cubic at 0, and whether x and y are exchanged."""
     let = terms.let
     inverse = let(1 / conic.g)
     r = let(conic.r * inverse)
@@ -189,7 +190,7 @@ def _resolvent(terms: Terms, conic: Conic) -> tuple[sp.Expr, sp.Expr, Boolean]:
 
 
 def _outer_root(terms: Terms, r: sp.Expr, P: sp.Expr, Q: sp.Expr) -> sp.Expr:
-    """The root tau farthest from the others; a root in [-1, 1] where this is outside."""
+    """Returns the root tau farthest from the others, or a root in [-1, 1] if it is outside."""
     let = terms.let
     middle = let(r / 3)
     total = let(P + Q)
@@ -214,9 +215,9 @@ def _outer_root(terms: Terms, r: sp.Expr, P: sp.Expr, Q: sp.Expr) -> sp.Expr:
 
 
 def _start(terms: Terms, k: sp.Expr, size: sp.Expr) -> sp.Expr:
-    """A start for the positive root of ``y^3 - k y = size``, above it for k > 0."""
+    """Returns a start value for the positive root of ``y^3 - k y = size``; above it for k > 0."""
     let = terms.let
-    # size^(1/4 + 1/16) and a Halley step give the cube root to some percent.
+    # size^(1/4 + 1/16) and a Halley step give the cube root to a few percent.
     fourth = let(sp.sqrt(let(sp.sqrt(size))))
     b = let(fourth * let(sp.sqrt(let(sp.sqrt(fourth)))))
     b3 = let(b**3)
@@ -234,7 +235,7 @@ def _on_lines(
     signs: tuple[sp.Expr, sp.Expr],
     separation: sp.Expr,
 ) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
-    """The point where a line of the pair meets the circle, and its margin."""
+    """Returns the intersection of one line of the pair with the circle, and its margin."""
     let = terms.let
     g, p, q = conic.g, conic.p, conic.q
     alpha2 = let(g * t)
@@ -250,7 +251,7 @@ def _on_lines(
         let(size / let(alpha + DIRECTION_FLOOR)),
         by_product,
     )
-    # The greater offset has the sign of p, and its line is alpha x - side beta y.
+    # The larger offset has the sign of p, and its line is alpha x - side beta y.
     positive = p >= 0
     of_p = select(terms, positive, ONE, -ONE)
     of_q = select(terms, difference >= 0, ONE, -ONE)
@@ -261,8 +262,8 @@ def _on_lines(
     near = select(
         terms, far > w, let(product / let(far + DIRECTION_FLOOR)), let(HALF * let(total - spread))
     )
-    # The lines meet outside the circle, and one of them is above the other within it, or beside the
-    # other. Which it is decides whether x or y of a root tells its line.
+    # The lines intersect outside the circle. Within the circle, either y or x separates the lines;
+    # this coordinate of a root identifies its line.
     above = let(size * let(2 - t)) >= let(sp.Abs(q) * t)
     by_y = select(terms, swap, select(terms, above, ONE, ZERO), select(terms, above, ZERO, ONE))
     label = select(terms, by_y > HALF, let(signs[0] * signs[1]), signs[0])
@@ -271,7 +272,7 @@ def _on_lines(
     offset, other = select(terms, is_near, near, far), select(terms, is_near, far, near)
     u = alpha
     v = let(label * side * beta)
-    # The polynomial is the product of both lines, and changes its sign at a root as they do.
+    # The polynomial is the product of both line equations and changes sign with them at a root.
     beyond = let(of_p * let(other + offset * let(1 - t)))
     sense = let(signs[1] * select(terms, beyond >= 0, ONE, -ONE))
     other = let(sp.Abs(other))

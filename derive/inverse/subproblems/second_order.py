@@ -1,12 +1,13 @@
-"""A step to the common root of two equations for two angles, to second order.
+"""Second-order step to the common root of two equations for two angles.
 
 Statement: ``g + n . x + x . G x / 2 = 0`` and ``h + m . x + x . H x / 2 = 0`` for the small step x
-of two angles, each of which enters the equations in terms of its own: G and H are diagonal.
+of two angles. No term of the equations contains both angles, so G and H are diagonal.
 
-Derivation: call the equation of the greater gradient g. On the parabola
-``x = -(g + tau^2 d . G d / 2) n/|n|^2 + tau d`` with ``d = (-n2, n1)/|n|`` it vanishes to second
-order, and h is a quadratic in tau, whose root nearer to 0 is taken. Where the second gradient
-vanishes, as at a double root, Newton's method only halves the error; this step does not.
+Derivation: let g be the equation with the larger gradient. On the parabola
+``x = -(g + tau^2 d . G d / 2) n/|n|^2 + tau d`` with ``d = (-n2, n1)/|n|`` g vanishes to second
+order, and h is a quadratic in tau, of which the root nearer to 0 is used. If the second gradient
+vanishes, as at a double root, Newton's method only halves the error per step; this step still
+converges quickly.
 
 Source: elementary.
 """
@@ -22,7 +23,7 @@ from .turns import direction
 
 
 class Expansion(NamedTuple):
-    """The value of an equation, its first and its second derivatives by two angles."""
+    """Value of an equation, with first and second derivatives with respect to two angles."""
 
     value: sp.Expr
     first: sp.Expr
@@ -34,7 +35,7 @@ class Expansion(NamedTuple):
 def step_on_parabola(
     terms: Terms, equations: tuple[Expansion, Expansion]
 ) -> tuple[sp.Expr, sp.Expr]:
-    """The step of both angles."""
+    """Returns the step of both angles."""
     let = terms.let
     sizes = [let(e.first**2 + e.second**2) for e in equations]
     swap = sizes[1] > sizes[0]
@@ -56,7 +57,7 @@ def step_on_parabola(
 
 
 def _nearer_root(terms: Terms, A: sp.Expr, B: sp.Expr, C: sp.Expr) -> sp.Expr:
-    """The root of ``A tau^2 / 2 + B tau + C`` nearer to 0; both roots' mean if not real."""
+    """Returns the root of ``A tau^2 / 2 + B tau + C`` nearer to 0; the mean of complex roots."""
     let = terms.let
     square = let(B**2 - 2 * A * C)
     root = let(sp.sqrt(sp.Max(ZERO, square, evaluate=False)))

@@ -1,13 +1,13 @@
-"""Subproblems of slides: a translation that brings a point into a plane or onto a sphere.
+"""Prismatic subproblems: a translation moves a point into a plane or onto a sphere.
 
-Plane: ``h . (p + t u) = d``, so ``t = (d - h . p) / (h . u)``, one solution; u must not lie in the
-plane.
+Plane: ``h . (p + t u) = d``, so ``t = (d - h . p) / (h . u)``; one solution. The direction u must
+not lie in the plane.
 
 Sphere: ``|p + t u| = r`` with a unit vector u: ``t = -u . p +- sqrt(r^2 - |p'|^2)`` with p' the
-part of p across u. Out of reach the root is taken as 0: the point of the line
-nearest to the sphere.
+component of p perpendicular to u. Out of reach, the root is set to 0, which gives the point of the
+line nearest to the sphere.
 
-Source: Elias and Wen 2022 have no slides; the formulas are elementary.
+Source: elementary; Elias and Wen 2022 treat no prismatic joints.
 """
 
 import sympy as sp
@@ -22,7 +22,7 @@ from .turns import perpendicular
 
 
 def slide_to_plane(terms: Terms, h: Vector, u: Vector, p: Vector, d: sp.Expr) -> FoundLength:
-    """The slide along u that gives a point the component d along h."""
+    """Solves the displacement along u that gives a point the component d along h."""
     rate, rest = dot(terms, h, u), terms.let(d - dot(terms, h, p))
     return FoundLength(terms.let(rest / rate), LineAndPlane(rate, -rest))
 
@@ -30,12 +30,12 @@ def slide_to_plane(terms: Terms, h: Vector, u: Vector, p: Vector, d: sp.Expr) ->
 def slide_to_sphere(
     terms: Terms, u: Vector, p: Vector, r2: sp.Expr, sign: sp.Symbol
 ) -> FoundLength:
-    """The slide along the unit vector u after which p has the squared length r2."""
+    """Solves the displacement along the unit vector u that gives p the squared length r2."""
     along, across = dot(terms, u, p), perpendicular(terms, u, p)
     across2 = dot(terms, across, across)
     xi2 = terms.let(r2 - across2)
     size = terms.let(r2 + across2)
-    # As in subproblem 4: two solutions that differ by rounding alone are one.
+    # As in subproblem 4, two solutions that differ only by rounding error are merged.
     xi = terms.let(
         sp.Piecewise(
             (sp.sqrt(xi2), xi2 > terms.let(MEETING_SOLUTIONS * size)),

@@ -1,19 +1,19 @@
-"""Subproblem 2: two rotations about intersecting axes that carry a vector to another.
+"""Subproblem 2: two rotations about intersecting axes that map one vector to another.
 
 Statement: ``R(k1, theta1) R(k2, theta2) p = v``.
 
 Derivation: ``z = R(k1, theta1)^T v = R(k2, theta2) p`` has the component ``k2 . p`` along k2, so
-that subproblem 4 gives theta1, up to a sign; the second angle follows from the first by subproblem
-1. In this order the two angles belong together, also where the first is arbitrary.
+subproblem 4 gives theta1 up to a sign. Subproblem 1 then gives theta2 for this theta1. In this
+order the two angles match, even if theta1 is arbitrary.
 
-Where p is nearly along k2, the two solutions are nearly equal, and the expression of subproblem 4,
-``xi^2 = |v x k1|^2 s^2 - (k2 . p - c k1 . v)^2`` with ``c = k1 . k2``, ``s^2 = 1 - c^2``, is the
-small difference of large numbers. As p and v are of equal length it equals
-``|p x k2|^2 s^2 - (k1 . v - c k2 . p)^2``, whose terms are small themselves: the expression with
-the smaller terms is taken.
+If p is nearly parallel to k2, the two solutions are nearly equal, and the expression of subproblem
+4, ``xi^2 = |v x k1|^2 s^2 - (k2 . p - c k1 . v)^2`` with ``c = k1 . k2``, ``s^2 = 1 - c^2``, is a
+small difference of large terms. Because p and v have equal length, it equals
+``|p x k2|^2 s^2 - (k1 . v - c k2 . p)^2``, whose terms are small. The expression with the smaller
+terms is used.
 
-Degenerate: where v lies along k1, theta1 is arbitrary and taken as 0. Where p lies along k2,
-theta2 is arbitrary.
+Degenerate: if v is parallel to k1, theta1 is arbitrary and set to 0. If p is parallel to k2, theta2
+is arbitrary.
 
 Source: Paden 1986; Elias and Wen 2022, subproblem 2.
 """
@@ -31,14 +31,14 @@ from .turns import perpendicular, rotated
 def sp2(
     terms: Terms, k1: Vector, k2: Vector, p: Vector, v: Vector, sign: sp.Symbol
 ) -> tuple[FoundTurn, FoundTurn]:
-    """The turns about the unit vectors k1 and k2 with ``R(k1) R(k2) p = v``."""
+    """Returns the rotations about the unit vectors k1 and k2 with ``R(k1) R(k2) p = v``."""
     across = perpendicular(terms, k2, p)
     r2 = dot(terms, across, across)
     if terms.is_constant(r2):
         first = sp4(terms, v, k1, k2, dot(terms, k2, p), sign)
     else:
         first = _first(terms, k1, k2, p, v, r2, sign)
-    # Where the first angle always exists, the vector turned back by it is as far from k2 as p is.
+    # If theta1 always exists, v rotated back by theta1 has the same distance from k2 as p.
     sure = terms.is_constant(r2) and first.margin is None
     return first, sp1(terms, k2, p, rotated(terms, k1, first.turn.back, v), sure=sure)
 
@@ -46,7 +46,7 @@ def sp2(
 def _first(
     terms: Terms, k1: Vector, k2: Vector, p: Vector, v: Vector, r2: sp.Expr, sign: sp.Symbol
 ) -> FoundTurn:
-    """Subproblem 4 with xi^2 from the smaller of two triangles."""
+    """Solves subproblem 4 with xi^2 from the expression with the smaller terms."""
     c = dot(terms, k1, k2)
     s2 = terms.let(1 - c**2)
     along_v, along_p = dot(terms, k1, v), dot(terms, k2, p)

@@ -1,23 +1,25 @@
-"""Subproblem 3: the angles at which the sum of a rotated and a fixed vector has a given length.
+"""Subproblem 3: the angles for which the sum of a rotated and a fixed vector has a known length.
 
-Statement: ``|p0 + R(k, theta) p| = D``: the bend of an elbow from the distance D of its ends.
+Statement: ``|p0 + R(k, theta) p| = D``: the elbow angle from the distance D between shoulder and
+wrist.
 
-Derivation: only the parts perpendicular to k, of lengths P and Q, contribute by the angle phi
-between them: with ``D'^2 = D^2 - (k . p0 + k . p)^2``,
+Derivation: the length depends only on the components perpendicular to k, with lengths P and Q and
+the angle phi between them. With ``D'^2 = D^2 - (k . p0 + k . p)^2``,
 
     2 P Q cos(phi) = D'^2 - P^2 - Q^2,
     4 P^2 Q^2 sin^2(phi) = (D'^2 - (P - Q)^2) ((P + Q)^2 - D'^2)        (Heron),
 
-a line for subproblem 4. Heron's form keeps the digits where the elbow is folded and P = Q; the
-cosine alone gives an elbow folded to 1e-10 with an error of 1e-8. Two solutions near each other are
-one where rounding of D'^2 or of (P + Q)^2 hides their difference. An elbow nearly folded, with its
-ends close together, has two: D' is small, and known to its own digits.
+which is a line for subproblem 4. Heron's form stays accurate for a folded elbow with P = Q; the
+cosine alone gives an elbow folded to 1e-10 with an error of 1e-8. Two close solutions are merged if
+rounding errors of D'^2 or (P + Q)^2 exceed their difference. A nearly folded elbow with close ends
+keeps both solutions, because D' is small and has full relative accuracy.
 
-Boundary: stretched at D' = P + Q, folded at D' = |P - Q|; beyond them the nearest of these.
+Boundary: stretched at D' = P + Q, folded at D' = |P - Q|; beyond these, the nearest boundary is
+used.
 
-Degenerate: where P or Q is 0 the distance does not depend on the angle, which is taken as 0.
+Degenerate: if P or Q is 0, the distance does not depend on the angle, which is set to 0.
 
-Source: Elias and Wen 2022, subproblem 3, whose cosine is the same.
+Source: Elias and Wen 2022, subproblem 3 (same cosine).
 """
 
 import sympy as sp
@@ -39,18 +41,18 @@ def sp3(
     sign: sp.Symbol,
     whole: sp.Expr | None = None,
 ) -> FoundTurn:
-    """The turn about the unit vector k after which ``p0 + R p`` has a given length.
+    """Returns the rotation about the unit vector k for which ``p0 + R p`` has a known length.
 
     Args:
-        terms: Names of all terms.
+        terms: Table of named terms.
         k: The axis.
-        p0: The vector that stays.
-        p: The vector that turns.
-        across2: ``D'^2``, the square of the length of the sum's part perpendicular to k; see
+        p0: The fixed vector.
+        p: The rotated vector.
+        across2: ``D'^2``, the squared length of the sum's component perpendicular to k; see
             :func:`squared_across`.
-        sign: Chooses among the two angles: the sign of sin(phi).
-        whole: The term whose rounding across2 has, ``D^2`` where across2 is a difference; across2
-            itself if None.
+        sign: Selects one of the two angles: the sign of sin(phi).
+        whole: The term that determines the rounding error of across2: ``D^2`` if across2 is a
+            difference; across2 itself if None.
     """
     (P2, Q2), (a, b, e) = _line(terms, k, p0, p, across2)
     is_constant = terms.is_constant(P2) and terms.is_constant(Q2)
@@ -60,7 +62,7 @@ def sp3(
     xi2 = terms.let(above * below)
     if is_constant and least != 0:
         return on_line(terms, a, b, e, sign, xi2)
-    # Where the ends of the elbow may meet, their distance is known to its own digits.
+    # If shoulder and wrist may coincide, their distance has full relative accuracy.
     opening = terms.let(
         above - terms.let(MEETING_SOLUTIONS * (across2 if whole is None else whole))
     )
@@ -68,17 +70,17 @@ def sp3(
     are_two = terms.let(sp.Min(opening, bend, evaluate=False)) > 0
     if is_constant:
         return on_line(terms, a, b, e, sign, xi2, are_two)
-    # Where P is rounding alone, a^2 + b^2 differs from 4 P^2 Q^2: cosine and sine are divided by
-    # their own length.
+    # If P is only rounding error, a^2 + b^2 differs from 4 P^2 Q^2, so cosine and sine are
+    # normalized by their own length.
     return near_line(terms, a, b, e, sign, xi2, terms.let(4 * P2 * Q2), are_two)
 
 
 def by_cosine(
     terms: Terms, k: Vector, p0: Vector, p: Vector, across2: sp.Expr, sign: sp.Symbol
 ) -> CosSin:
-    """The turn of :func:`sp3` to half of the digits where the elbow is nearly folded or stretched.
+    """Like :func:`sp3`, with half the digits if the elbow is nearly folded or stretched.
 
-    It costs less, where any angle serves and this one is preferred.
+    It needs fewer operations; used if any angle is valid and this one is preferred.
     """
     _, (a, b, e) = _line(terms, k, p0, p, across2)
     return on_line(terms, a, b, e, sign, terms.let(terms.let(a**2 + b**2) - e**2)).turn
@@ -87,7 +89,7 @@ def by_cosine(
 def _line(
     terms: Terms, k: Vector, p0: Vector, p: Vector, across2: sp.Expr
 ) -> tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, sp.Expr, sp.Expr]]:
-    """P^2 and Q^2, and the line ``a cos + b sin = e``."""
+    """Returns P^2 and Q^2, and the coefficients of the line ``a cos + b sin = e``."""
     p0_across, p_across = perpendicular(terms, k, p0), perpendicular(terms, k, p)
     P2, Q2 = dot(terms, p0_across, p0_across), dot(terms, p_across, p_across)
     a = terms.let(2 * dot(terms, p0_across, p_across))
@@ -97,10 +99,10 @@ def _line(
 
 
 def squared_across(terms: Terms, k: Vector, total: Vector, parts: tuple[Vector, ...]) -> sp.Expr:
-    """``D'^2`` of a sum with the length of a known vector, in an unknown orientation.
+    """Returns ``D'^2`` of a sum that is as long as a known vector, in unknown orientation.
 
     Args:
-        terms: Names of all terms.
+        terms: Table of named terms.
         k: The axis of the subproblem.
         total: A vector as long as the sum.
         parts: The two vectors of the sum; their components along k do not depend on the angle.

@@ -1,22 +1,22 @@
-"""Subproblem 4: the angles at which a rotated vector has a given component along another.
+"""Subproblem 4: the angles for which a rotated vector has a known component along another.
 
 Statement: ``h . R(k, theta) p = d``.
 
 Derivation: the left side is ``a cos + b sin + (h . k)(k . p)`` with ``a = h . p'``,
 ``p' = p - k (k . p)`` and ``b = h . (k x p)``. With ``e = d - (h . k)(k . p)`` the line
-``a x + b y = e`` meets the unit circle where
+``a x + b y = e`` intersects the unit circle at
 
     (x, y) (a^2 + b^2) = e (a, b) +- xi (-b, a),    xi^2 = a^2 + b^2 - e^2.
 
-Out of reach xi is 0 and (x, y) points along e (a, b), the nearest that the circle comes.
+Out of reach, xi is set to 0, and (x, y) along e (a, b) is the circle point nearest to the line.
 
-Boundary: at xi = 0 both solutions meet. Rounding alone moves xi^2 by some 1e-16 (a^2 + b^2), so
-that below MEETING_SOLUTIONS of it the two are one: a solution that rounding has moved off its
-singular position by 1e-8 would hide the singularity from the steps behind it, and to meet the line
-to 4e-15 of its length costs nothing.
+Boundary: at xi = 0 both solutions coincide. The rounding error of xi^2 is about 1e-16 (a^2 + b^2).
+So below MEETING_SOLUTIONS (a^2 + b^2), the two solutions are merged. Otherwise rounding would move
+a solution off its singular position by 1e-8 and hide the singularity from later steps. Merging
+changes the component only by the fraction 4e-15.
 
-Degenerate: where a = b = 0 the angle is arbitrary and taken as 0; where they vanish by the robot's
-dimensions, for every target, e tells whether it can be reached at all, and is no margin.
+Degenerate: if a = b = 0, the angle is arbitrary and set to 0. If the robot's dimensions make a = b
+= 0 for every target, e decides whether the target is reachable, and there is no margin.
 
 Source: Elias and Wen 2022, subproblem 4.
 """
@@ -32,7 +32,7 @@ from .turns import NO_TURN, CosSin, composed, direction, direction_of, perpendic
 
 
 def sp4(terms: Terms, h: Vector, k: Vector, p: Vector, d: sp.Expr, sign: sp.Symbol) -> FoundTurn:
-    """The turn about the unit vector k after which p has the component d along h (h . R p = d)."""
+    """Returns the rotation R about the unit vector k with ``h . R p = d``."""
     a = dot(terms, h, perpendicular(terms, k, p))
     b = dot(terms, h, cross(terms, k, p))
     e = terms.let(d - terms.let(dot(terms, h, k) * dot(terms, k, p)))
@@ -49,16 +49,16 @@ def on_line(
     xi2: sp.Expr,
     are_two: sp.Basic | None = None,
 ) -> FoundTurn:
-    """The intersections of the line ``a cos + b sin = e`` with the unit circle.
+    """Returns an intersection of the line ``a cos + b sin = e`` with the unit circle.
 
     Args:
-        terms: Names of all terms.
-        a: Its coefficient of the cosine.
-        b: Its coefficient of the sine.
-        e: The right side.
-        sign: Chooses among the two points: the sign of the turn from (a, b) to the point.
-        xi2: ``a^2 + b^2 - e^2``, in the form that loses the fewest digits.
-        are_two: Whether the points are apart; None where xi2 against a^2 + b^2 tells.
+        terms: Table of named terms.
+        a: Coefficient of the cosine.
+        b: Coefficient of the sine.
+        e: The right-hand side.
+        sign: Selects one of the two points: the sign of the rotation from (a, b) to the point.
+        xi2: ``a^2 + b^2 - e^2``, in its most accurate form.
+        are_two: Whether the points are distinct; None to compare xi2 with a^2 + b^2.
     """
     if a == b == 0:
         return FoundTurn(NO_TURN, Linear(a, b, e), sign)
@@ -67,7 +67,7 @@ def on_line(
     middle, rho2, inverse = direction_of(terms, a, b)
     if are_two is None:
         are_two = xi2 > terms.let(MEETING_SOLUTIONS * rho2)
-    # As the turn from (a, b): the divisor is known before the root is.
+    # Written as a rotation from (a, b), so the divisor does not depend on the root.
     half = terms.let(sp.sqrt(xi2) * inverse)
     sine = terms.let(sp.Piecewise((half, are_two), (sp.Integer(0), True), evaluate=False))
     nearest = sp.Piecewise((sp.Integer(-1), e < 0), (sp.Integer(1), True), evaluate=False)
@@ -88,17 +88,17 @@ def near_line(
     scale: sp.Expr,
     are_two: sp.Basic | None = None,
 ) -> FoundTurn:
-    """:func:`on_line` where xi^2 does not come from a and b.
+    """Like :func:`on_line`, with xi^2 computed independently of a and b.
 
     Args:
-        terms: Names of all terms.
+        terms: Table of named terms.
         a: Coefficient of the cosine.
         b: Coefficient of the sine.
-        e: The right side.
-        sign: Chooses among the two points.
-        xi2: ``a^2 + b^2 - e^2`` but for rounding.
-        scale: The size of the terms whose difference xi^2 is.
-        are_two: Whether the points are apart; None where xi2 against the scale tells.
+        e: The right-hand side.
+        sign: Selects one of the two points.
+        xi2: ``a^2 + b^2 - e^2`` up to rounding error.
+        scale: The magnitude of the terms whose difference is xi^2.
+        are_two: Whether the points are distinct; None to compare xi2 with the scale.
     """
     if a == b == 0:
         return FoundTurn(NO_TURN, Linear(a, b, e), sign)
@@ -113,14 +113,14 @@ def near_line(
 
 
 def _through_centre(terms: Terms, a: sp.Expr, b: sp.Expr, sign: sp.Symbol) -> FoundTurn:
-    """The two points of a line through the centre, which are opposite and always exist."""
+    """Returns a point of a line through the center; its two points are opposite."""
     half = direction(terms, -b, a)
     turn = CosSin(terms.let(sign * half.c), terms.let(sign * half.s))
     return FoundTurn(turn, Linear(a, b, sp.Integer(0)), sign)
 
 
 def ratio(terms: Terms, part: sp.Expr, whole: sp.Expr) -> sp.Expr:
-    """The quotient of a part and a whole that is not negative; 0 where both are 0."""
+    """Returns ``part / whole`` for a nonnegative ``whole``; 0 if both are 0."""
     if terms.is_never_zero(whole):
         return terms.let(part * terms.let(1 / whole))
     return terms.let(part / terms.let(whole + DIVISOR_FLOOR))

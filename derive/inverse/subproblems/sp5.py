@@ -2,25 +2,25 @@
 
 Statement: ``p0 + R(k1, theta1) p1 = R(k2, theta2) (p2 + R(k3, theta3) p3)``.
 
-Derivation: call the left side v and the right side ``R(k2, theta2) w``. The second rotation changes
-neither the length of w nor its part along k2:
+Derivation: write the left side as v and the right side as ``R(k2, theta2) w``. The second rotation
+changes neither the length of w nor its component along k2:
 
     |v|^2 = |w|^2,   k2 . v = k2 . w,
 
-two equations that are linear in cosine and sine of theta1 and of theta3, which is subproblem 6 with
-up to four solutions. The turn from w to v about k2 is theta2.
+These two equations are linear in the cosine and sine of theta1 and of theta3: subproblem 6 with up
+to four solutions. The rotation from w to v about k2 is theta2.
 
-Where v and w lie almost along k2, as at a shoulder's singularity, their squares tell their parts
-v' and w' normal to k2 to 1e-8 only. The digits are recovered from v' and w' themselves: two
-solutions that the squares do not separate start on either side of their common point, and move to
-the nearer root of the equations' expansion to second order. Damped Newton steps on
-``v - R2 w = 0`` in all three angles follow, for data whose first derivatives vanish. A step is
-taken only if it makes the gap smaller.
+If v and w are almost parallel to k2, as at a shoulder singularity, their squares determine their
+components v' and w' normal to k2 only to 1e-8. Two solutions that the squares do not separate
+therefore start on either side of their common point. Each moves to the nearer root of the
+second-order expansion in v' and w', which restores the accuracy. Damped Newton steps on
+``v - R2 w = 0`` in all three angles follow, for data with vanishing first derivatives. A step is
+used only if it reduces the gap.
 
-Boundary: where two of the solutions meet, the determinant of the Jacobian vanishes.
+Boundary: at a double solution, the determinant of the Jacobian vanishes.
 
-Degenerate: where v and w lie along k2, theta2 is arbitrary and taken as 0; where the two equations
-are dependent, see subproblem 6.
+Degenerate: if v and w are parallel to k2, theta2 is arbitrary and set to 0. For dependent
+equations, see subproblem 6.
 
 Source: Elias and Wen 2022, subproblem 5.
 """
@@ -49,13 +49,13 @@ STEPS = 2
 
 @dataclass(frozen=True)
 class ThreeAngles:
-    """Three angles.
+    """Three angles and their margin.
 
     Attributes:
         first: Cosine and sine of theta1.
         second: Cosine and sine of theta2.
         third: Cosine and sine of theta3.
-        margin: As in subproblem 6.
+        margin: Defined as in subproblem 6.
     """
 
     first: CosSin
@@ -75,18 +75,18 @@ def sp5(
     p3: Vector,
     signs: Signs,
 ) -> ThreeAngles:
-    """The angles with ``p0 + R(k1, theta1) p1 = R(k2, theta2) (p2 + R(k3, theta3) p3)``.
+    """Solves ``p0 + R(k1, theta1) p1 = R(k2, theta2) (p2 + R(k3, theta3) p3)``.
 
     Args:
-        terms: Names of all terms.
-        p0: The fixed vector on the left.
+        terms: Table of named terms.
+        p0: The fixed vector on the left side.
         k1: Unit vector of the first axis.
-        p1: The vector that turns about it.
+        p1: The vector rotated about the first axis.
         k2: Unit vector of the second axis.
-        p2: The vector that turns about this axis alone.
+        p2: The vector rotated only about the second axis.
         k3: Unit vector of the third axis.
-        p3: The vector that turns about the third and the second axis.
-        signs: Two symbols that stand for 1 or -1; the four choices give all solutions.
+        p3: The vector rotated about the third and the second axis.
+        signs: Two symbols (1 or -1); the four combinations give all solutions.
     """
     let = terms.let
     loop = _Loop(_Arm.of(terms, p0, k1, p1), k2, _Arm.of(terms, p2, k3, p3))
@@ -104,7 +104,7 @@ def sp5(
 
 @dataclass(frozen=True)
 class _Arm:
-    """``still + cos across + sin turned``: the sum of a fixed and a turning vector."""
+    """Sum of a fixed and a rotated vector: ``still + cos across + sin turned``."""
 
     still: Vector
     across: Vector
@@ -125,7 +125,7 @@ class _Arm:
 
 @dataclass(frozen=True)
 class _State:
-    """Three angles, ``R2 w`` at them, and the gap ``v - R2 w``."""
+    """Three angles, with the vectors ``R2 w`` and ``v - R2 w`` (the gap)."""
 
     turns: tuple[CosSin, CosSin, CosSin]
     image: Vector
@@ -134,14 +134,14 @@ class _State:
 
 @dataclass(frozen=True)
 class _Loop:
-    """The two sides of the equation and the axis between them."""
+    """The two sides of the equation, and the second axis."""
 
     v: _Arm
     k2: Vector
     w: _Arm
 
     def equations(self, terms: Terms, inverse: sp.Expr) -> tuple[Rows, Rows, Pair]:
-        """``|v|^2 = |w|^2`` over 2 L^2 and ``k2 . v = k2 . w`` over L, as subproblem 6."""
+        """Returns ``|v|^2 = |w|^2`` / 2 L^2 and ``k2 . v = k2 . w`` / L for subproblem 6."""
         let = terms.let
         v, w = self.v, self.w
         inverse2 = let(inverse**2 / 2)
@@ -167,7 +167,7 @@ class _Loop:
         )
 
     def closed(self, terms: Terms, first: CosSin, third: CosSin) -> _State:
-        """The second angle, given the others."""
+        """Solves the second angle from the other two angles."""
         v, w = (
             perpendicular(terms, self.k2, arm.at(terms, turn))
             for arm, turn in ((self.v, first), (self.w, third))
@@ -181,10 +181,11 @@ class _Loop:
         return _State(turns, image, subtracted(terms, self.v.at(terms, first), image))
 
     def on_parabola(self, terms: Terms, state: _State, exists: Boolean, inverse: sp.Expr) -> _State:
-        """The nearer root of both equations to second order, if it makes the gap smaller.
+        """Moves to the nearer root of both second-order equations, if that reduces the gap.
 
-        With the parts v' and w' normal to k2 the equations are ``k2 . (v - w) = 0`` and ``(|v'|^2 -
-        |w'|^2) / (2 L) = 0``, whose digits are those of v' and w'.
+        With the components v' and w' normal to k2, the equations are ``k2 . (v - w) = 0`` and
+        ``(|v'|^2 -
+        |w'|^2) / (2 L) = 0``, which are as accurate as v' and w'.
         """
         let = terms.let
         first, _, third = state.turns
@@ -206,7 +207,7 @@ class _Loop:
     def _expansion(
         self, terms: Terms, across: Vector, arm: _Arm, turn: CosSin, inverse: sp.Expr
     ) -> tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, sp.Expr]]:
-        """First and second derivatives of ``k2 . v`` and ``|v'|^2 / (2 L)`` by an arm's angle."""
+        """Returns angle derivatives (first and second) of ``k2 . v`` and ``|v'|^2 / (2 L)``."""
         rate = arm.rate(terms, turn)
         arrow = subtracted(terms, arm.at(terms, turn), arm.still)
         rate_across = perpendicular(terms, self.k2, rate)
@@ -217,9 +218,10 @@ class _Loop:
         )
 
     def improved(self, terms: Terms, state: _State, exists: Boolean) -> _State:
-        """A damped Newton step on the gap in all angles, if it makes the gap smaller.
+        """Applies a damped Newton step in all angles, if it reduces the gap.
 
-        The step ``-(J^T J + mu)^-1 J^T e`` in the adjugate, in which squaring J costs no digits:
+        The step ``-(J^T J + mu)^-1 J^T e`` is written with the adjugate, so squaring J costs no
+        accuracy:
 
             -(det J adj(J) e + mu (tr M + mu - M) J^T e) / (det^2 + mu |adj J|^2 + mu^2 tr M + mu^3)
 
@@ -258,7 +260,7 @@ class _Loop:
 
 
 def _smaller(terms: Terms, exists: Boolean, new: _State, old: _State) -> _State:
-    """The state with the smaller gap; the old one where there is no solution."""
+    """Returns the state with the smaller gap; the old state without a solution."""
     better = sp.And(exists, dot(terms, new.gap, new.gap) < dot(terms, old.gap, old.gap))
     first, second, third = (
         chosen(terms, better, a, b) for a, b in zip(new.turns, old.turns, strict=True)

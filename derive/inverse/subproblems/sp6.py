@@ -1,31 +1,33 @@
 """Subproblem 6: two angles from two equations that are linear in their cosines and sines.
 
-Statement: ``A1 x1 + A2 x2 = b`` with ``x_j = (sin, cos)(theta_j)``: two ellipses meet, in up to
-four points. It is ``h_i . R(k_i, theta1) p_i + h'_i . R(k'_i, theta2) p'_i = d_i`` for i = 1, 2.
+Statement: ``A1 x1 + A2 x2 = b`` with ``x_j = (sin, cos)(theta_j)``: two ellipses intersect in up to
+four points. The statement is equivalent to
+``h_i . R(k_i, theta1) p_i + h'_i . R(k'_i, theta2) p'_i = d_i`` for i = 1, 2.
 
-Derivation: the two equations leave a plane of the space of (x1, x2), ``X + N z`` with X its point
-nearest to 0 and N two orthonormal columns. As ``|x1|^2 + |x2|^2 = 2``, z lies on a circle,
+Derivation: the solutions of the two equations are a plane ``X + N z`` in the space of (x1, x2),
+where X is the point nearest to 0 and N has two orthonormal columns. As ``|x1|^2 + |x2|^2 = 2``, z
+lies on a circle,
 
     z = rho (cos phi, sin phi),   rho^2 = 2 - |X|^2,
 
 and ``|x1|^2 - |x2|^2 = 0`` is a trigonometric polynomial of degree 2 in phi: a quartic, see
-:mod:`..quartic`. Neither side is eliminated: it does not matter whether A1 or A2 or both are
-singular, only that ``[A1 A2]`` has rank 2. X and N come from two of Householder's reflections.
-Newton steps on the angles themselves follow, damped where the Jacobian is singular, each taken only
-if it makes the equations' error smaller.
+:mod:`..quartic`. Neither angle is eliminated, so A1 and A2 may be singular; only ``[A1 A2]`` must
+have rank 2. X and N follow from two Householder reflections. Newton steps on the angles follow. The
+steps are damped near singular Jacobians, and each is used only if it reduces the error of the
+equations.
 
-Labels: the second sign is that of the Jacobian's determinant, so that a solution keeps it until it
-meets another one. The first tells apart the two solutions with equal second sign. A cut cannot be
-avoided there, as a closed path may exchange these two; it changes on the cut alone.
+Labels: the second sign is the sign of the Jacobian determinant, so it changes only at double
+solutions. The first sign distinguishes two solutions with equal second sign. A closed path may
+exchange these two solutions, so the first sign changes on an unavoidable cut.
 
-Boundary: where two of the solutions meet, the determinant of the Jacobian vanishes.
+Boundary: at a double solution, the determinant of the Jacobian vanishes.
 
-Degenerate: where the rank of ``[A1 A2]`` is 1 there is a curve of solutions; those with
-``a1 . x1 / |a1| = a2 . x2 / |a2|`` are taken, which exist wherever any do. Where the rank is 0 the
-angles are arbitrary.
+Degenerate: if the rank of ``[A1 A2]`` is 1, there is a curve of solutions. The solutions with
+``a1 . x1 / |a1| = a2 . x2 / |a2|`` are selected, which exist if any solution exists. If the rank is
+0, the angles are arbitrary.
 
-Source: Elias and Wen 2022, subproblem 6, for the statement; they eliminate one side. The
-circle in the plane of solutions is ours.
+Source: Elias and Wen 2022, subproblem 6, for the statement; their derivation eliminates one angle.
+The circle in the plane of solutions is original.
 """
 
 from dataclasses import dataclass
@@ -52,13 +54,13 @@ STEPS = 2
 
 @dataclass(frozen=True)
 class TwoAngles:
-    """Two angles.
+    """Two angles and their margin.
 
     Attributes:
         first: Cosine and sine of theta1.
         second: Cosine and sine of theta2.
-        margin: 0 where two solutions meet, positive where this solution is real, negative where it
-            is not and the angles are near the least-squares answer.
+        margin: Positive for a real solution, 0 for a double solution. Negative without a real
+            solution; the angles are then near the least-squares solution.
     """
 
     first: CosSin
@@ -67,14 +69,14 @@ class TwoAngles:
 
 
 def sp6(terms: Terms, A1: Rows, A2: Rows, b: Pair, signs: Signs) -> TwoAngles:
-    """The angles with ``A1 (sin, cos)(theta1) + A2 (sin, cos)(theta2) = b``.
+    """Solves ``A1 (sin, cos)(theta1) + A2 (sin, cos)(theta2) = b``.
 
     Args:
-        terms: Names of all terms.
-        A1: Coefficients of sin and cos of theta1, an equation a row.
+        terms: Table of named terms.
+        A1: Coefficients of sin and cos of theta1, one row per equation.
         A2: Coefficients of sin and cos of theta2.
-        b: Right sides.
-        signs: Two symbols that stand for 1 or -1; the four choices give all solutions.
+        b: Right-hand sides.
+        signs: Two symbols (1 or -1); the four combinations give all solutions.
     """
     found = algebraic(terms, A1, A2, b, signs)
     angles = found.first, found.second
@@ -89,9 +91,10 @@ def sp6(terms: Terms, A1: Rows, A2: Rows, b: Pair, signs: Signs) -> TwoAngles:
 def algebraic(
     terms: Terms, A1: Rows, A2: Rows, b: Pair, signs: Signs, separation: sp.Expr = ZERO
 ) -> TwoAngles:
-    """The angles of :func:`sp6` as the quartic gives them, not polished.
+    """Solves :func:`sp6` by the quartic alone, without Newton refinement.
 
-    Solutions that are one up to rounding are returned at the angle ``separation`` from it.
+    Solutions that agree up to rounding error are returned at the angle ``separation`` from their
+    common point.
     """
     let = terms.let
     X, N, orientation = _plane(
@@ -99,12 +102,12 @@ def algebraic(
     )
     rho2 = let(2 - _dot(terms, X, X))
     rho = select(terms, rho2 > MEETING_ROOTS, sp.sqrt(rho2), separation)
-    # Differences of squares of the first and of the second half of the columns.
+    # Differences of squares between the first and second halves of the columns.
     n, m = N
     X_X, X_n, X_m = (_difference(terms, X, column) for column in (X, n, m))
     n_n, n_m, m_m = _difference(terms, n, n), _difference(terms, n, m), _difference(terms, m, m)
     half = let(let(rho**2) / 2)
-    # This direction turns with the data, as the solutions do.
+    # This direction rotates with the data, as the solutions do.
     beside = -A1[0][1], A1[0][0], ZERO, ZERO
     along = tuple(_dot(terms, beside, column) for column in N)
     root = circle_roots(
@@ -126,9 +129,9 @@ Row = tuple[sp.Expr, ...]
 
 
 def _plane(terms: Terms, rows: tuple[Row, ...], b: Pair) -> tuple[Row, tuple[Row, Row], sp.Expr]:
-    """The plane ``rows . (x1, x2) = b``: its point nearest to 0, a basis, and the basis's sense.
+    """Returns nearest point to 0, basis and orientation of the plane ``rows . (x1, x2) = b``.
 
-    The sense is the sign of the determinant of the two rows and the two orthonormal vectors.
+    The orientation is the sign of the determinant of the two rows and the two basis vectors.
     """
     let = terms.let
     squares = tuple(_dot(terms, row, row) for row in rows)
@@ -143,7 +146,7 @@ def _plane(terms: Terms, rows: tuple[Row, ...], b: Pair) -> tuple[Row, tuple[Row
     y = _clipped(terms, let(b_long / first.image))
     head, *left = first.applied(terms, short)
     rest = let(b_short - head * y)
-    # Where the rows are dependent another row takes the place of the shorter.
+    # If the rows are dependent, another row replaces the shorter row.
     own = terms.let(sum((x * x for x in left), ZERO))
     dependent = own <= let(DEPENDENT_ROWS**2 * _dot(terms, long, long))
     a1, a2 = (direction(terms, *long[k : k + 2]) for k in (0, 2))
@@ -171,7 +174,7 @@ def _clipped(terms: Terms, value: sp.Expr) -> sp.Expr:
 
 @dataclass(frozen=True)
 class _Reflection:
-    """Householder's reflection ``I - v v^T / kappa`` of a vector to (image, 0, 0, ...)."""
+    """Householder reflection ``I - v v^T / kappa`` that maps a vector to (image, 0, 0, ...)."""
 
     v: Row
     inverse: sp.Expr
@@ -198,9 +201,10 @@ def _improved(
     error: Row,
     exists: Boolean,
 ) -> tuple[tuple[CosSin, CosSin], Row]:
-    """A damped Newton step on both angles and the error there, if that is smaller.
+    """Applies a damped Newton step to both angles, if it reduces the error.
 
-    The step ``-(J^T J + mu)^-1 J^T e`` in the adjugate, in which squaring J costs no digits:
+    The step ``-(J^T J + mu)^-1 J^T e`` is written with the adjugate, so squaring J costs no
+    accuracy:
 
         -(det J adj(J) e + mu J^T e) / (det^2 + mu |J|^2 + mu^2)
     """
@@ -226,13 +230,13 @@ def _improved(
 
 
 def advanced(terms: Terms, turn: CosSin, step: sp.Expr) -> CosSin:
-    """The turn increased by the angle whose tangent is the step."""
+    """Returns the rotation increased by the angle whose tangent is the step."""
     let = terms.let
     return direction(terms, let(turn.c - step * turn.s), let(turn.s + step * turn.c))
 
 
 def chosen(terms: Terms, condition: Boolean, one: CosSin, other: CosSin) -> CosSin:
-    """The first turn where a condition holds, the second elsewhere."""
+    """Returns ``one`` if the condition holds, else ``other``."""
     return CosSin(
         select(terms, condition, one.c, other.c), select(terms, condition, one.s, other.s)
     )
@@ -249,5 +253,5 @@ def _dot(terms: Terms, a: Row, b: Row) -> sp.Expr:
 
 
 def _difference(terms: Terms, a: Row, b: Row) -> sp.Expr:
-    """``a1 . b1 - a2 . b2`` of the halves of two columns."""
+    """Returns ``a1 . b1 - a2 . b2`` for the halves of two columns."""
     return terms.let(a[0] * b[0] + a[1] * b[1] - a[2] * b[2] - a[3] * b[3])

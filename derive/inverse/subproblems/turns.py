@@ -1,7 +1,7 @@
-"""Rotations about known axes as pairs of cosine and sine.
+"""Rotations about known axes, stored as pairs of cosine and sine.
 
-No angle is computed in between: it would cost an atan2 that only the result needs, and its cosine
-and sine would be rounded twice more.
+Intermediate angles are not computed: each would need an atan2, and its cosine and sine would add
+two rounding errors.
 """
 
 from dataclasses import dataclass
@@ -15,18 +15,18 @@ from ...terms.vectors import Vector, combination, cross, dot
 
 @dataclass(frozen=True)
 class CosSin:
-    """Cosine and sine of an angle, both named terms."""
+    """Cosine and sine of an angle, as named terms."""
 
     c: sp.Expr
     s: sp.Expr
 
     @property
     def back(self) -> "CosSin":
-        """The opposite turn."""
+        """The opposite rotation."""
         return CosSin(self.c, -self.s)
 
     def counted(self, sign: int) -> "CosSin":
-        """The same rotation counted about the opposite axis where the sign is -1."""
+        """Returns the rotation measured about the axis times ``sign``."""
         return self if sign == 1 else self.back
 
 
@@ -34,16 +34,16 @@ NO_TURN = CosSin(sp.Integer(1), sp.Integer(0))
 
 
 def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, sure: bool = False) -> CosSin:
-    """The turn by the angle of the vector (x, y), divided by the vector's own length.
+    """Returns the rotation by the angle of the vector (x, y).
 
-    A length computed in another way would not normalise the pair where x and y are small
-    differences. The direction of (0, 0) is the angle 0.
+    The vector is divided by its own length: another expression for the length would not normalize a
+    pair of small differences. The vector (0, 0) gives the angle 0.
 
     Args:
-        terms: Names of all terms.
+        terms: Table of named terms.
         x: First component.
         y: Second component.
-        sure: Whether the vector is never 0. Opposite vectors then share all terms but the sign.
+        sure: Whether the vector is never 0. Opposite vectors then share all terms except the sign.
     """
     if y == 0 and x == 1:
         return NO_TURN
@@ -53,9 +53,9 @@ def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, sure: bool = False) -> Co
 def direction_of(
     terms: Terms, x: sp.Expr, y: sp.Expr, *, sure: bool = False
 ) -> tuple[CosSin, sp.Expr, sp.Expr]:
-    """:func:`direction`, the square of the vector's length and the inverse of the length."""
+    """Like :func:`direction`; also returns the squared length and the inverse length."""
     x, y = (terms.let(entry) for entry in (x, y))
-    # Squares of noise would vanish from a sum that is divided by.
+    # Squares of rounding noise would vanish from the sum used as divisor.
     x, y = (sp.S.Zero if terms.is_noise(entry) else entry for entry in (x, y))
     if not sure and not (terms.is_never_zero(x) or terms.is_never_zero(y)):
         x = terms.let(x + DIRECTION_FLOOR)
@@ -65,7 +65,7 @@ def direction_of(
 
 
 def composed(terms: Terms, a: CosSin, b: CosSin) -> CosSin:
-    """The turn by the sum of two angles."""
+    """Returns the rotation by the sum of two angles."""
     if a == NO_TURN:
         return b
     if b == NO_TURN:
@@ -74,7 +74,7 @@ def composed(terms: Terms, a: CosSin, b: CosSin) -> CosSin:
 
 
 def rotated(terms: Terms, k: Vector, turn: CosSin, v: Vector) -> Vector:
-    """``R(k, theta) v`` by Rodrigues' formula, which turns the part normal to k."""
+    """Returns ``R(k, theta) v`` by Rodrigues' formula."""
     if turn == NO_TURN:
         return v
     across = perpendicular(terms, k, v)
@@ -85,12 +85,12 @@ def rotated(terms: Terms, k: Vector, turn: CosSin, v: Vector) -> Vector:
 
 
 def perpendicular(terms: Terms, k: Vector, v: Vector) -> Vector:
-    """The part of a vector that is perpendicular to a unit vector."""
+    """Returns the component of ``v`` perpendicular to the unit vector ``k``."""
     return combination(terms, (sp.Integer(1), -dot(terms, k, v)), (v, k))
 
 
 def any_across(terms: Terms, k: Vector) -> Vector:
-    """A unit vector perpendicular to a unit vector; a constant one to a constant vector.
+    """Returns a unit vector perpendicular to ``k``; it is constant for a constant ``k``.
 
     Source: Duff et al. 2017, Building an orthonormal basis, revisited, for vectors of the input.
     """

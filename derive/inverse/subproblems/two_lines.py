@@ -1,17 +1,17 @@
 """One angle from two equations that are linear in its cosine and sine.
 
-Statement: ``a cos + b sin = e`` and ``a' cos + b' sin = e'``, where an angle is asked for that
-meets both: a chain with fewer joints than the task has conditions.
+Statement: ``a cos + b sin = e`` and ``a' cos + b' sin = e'``, with one angle that satisfies both
+equations, for a chain with fewer joints than task equations.
 
-Derivation: each equation is subproblem 4 and gives two angles, of which the wanted one is common.
-An equation's two angles are known to ``rounding / sin(half their difference)``, to the root of the
-rounding where they are one, and not at all where a = b = 0. So the equation is taken whose angles
-lie farther apart, measured by its terms: where they are one, the longer equation. The angles of the
-second equation are named by those of the first: the sign 1 belongs to the one that is nearer to the
-first equation's angle of the sign 1.
+Derivation: each equation is subproblem 4 with two angles; the solution is their common angle. The
+accuracy of these angles is ``rounding / sin(half their difference)``. It drops to the square root
+of the rounding error for a double angle, and to nothing for a = b = 0. So the equation with the
+larger angle difference, relative to its terms, is used; for double angles, the equation with the
+larger coefficients. The sign 1 of the second equation belongs to the angle nearer to the sign-1
+angle of the first equation.
 
-Degenerate: where both equations have a double solution it is known to 1e-8 only, and where all
-coefficients are 0 the angle is arbitrary and taken as 0.
+Degenerate: if both equations have a double solution, its accuracy is 1e-8. If all coefficients are
+0, the angle is arbitrary and set to 0.
 
 Source: elementary.
 """
@@ -30,12 +30,12 @@ from .sp4 import on_line
 from .turns import CosSin, perpendicular
 
 EQUATIONS = "two equations for one angle"
-"""The subproblem in the words of a step."""
+"""Name of the subproblem in the description of a step."""
 
 
 @dataclass(frozen=True)
 class Line:
-    """``a cos + b sin = e``, with the squared size of the terms that e is made of."""
+    """The equation ``a cos + b sin = e``, with the squared magnitude of the terms of e."""
 
     a: sp.Expr
     b: sp.Expr
@@ -51,15 +51,15 @@ class Line:
 def component(
     terms: Terms, h: Vector, k: Vector, p: Vector, d: sp.Expr, size2: sp.Expr | None = None
 ) -> Line:
-    """The equation ``h . R(k, theta) p = d`` of subproblem 4.
+    """Returns the equation ``h . R(k, theta) p = d`` of subproblem 4.
 
     Args:
-        terms: Names of all terms.
+        terms: Table of named terms.
         h: The direction.
         k: The axis.
-        p: The vector that turns.
-        d: Its component.
-        size2: The squared size of the terms that p is a difference of; by default that of p.
+        p: The rotated vector.
+        d: The component of the rotated vector along h.
+        size2: Squared magnitude of the terms whose difference is p; by default the square of p.
     """
     along = terms.let(dot(terms, h, k) * dot(terms, k, p))
     size2 = dot(terms, p, p) if size2 is None else size2
@@ -69,13 +69,13 @@ def component(
 
 
 def of_two_lines(terms: Terms, one: Line, two: Line, sign: sp.Symbol) -> FoundTurn:
-    """The angle that meets both equations, from the one that determines it better.
+    """Solves the common angle of two equations from the better conditioned equation.
 
     Args:
-        terms: Names of all terms.
+        terms: Table of named terms.
         one: The first equation.
-        two: The second.
-        sign: Chooses among the two angles of an equation.
+        two: The second equation.
+        sign: Selects one of the two angles of an equation.
     """
     if one.is_empty or two.is_empty:
         return _alone(terms, one if two.is_empty else two, sign)
@@ -98,14 +98,14 @@ def of_two_lines(terms: Terms, one: Line, two: Line, sign: sp.Symbol) -> FoundTu
 
 
 def _apart2(terms: Terms, line: Line) -> sp.Expr:
-    """The squared sine of half the difference of a line's two angles, times ``a^2 + b^2``."""
+    """Returns ``a^2 + b^2`` times the squared sine of half the difference of the two angles."""
     rho2 = terms.let(line.a**2 + line.b**2)
     least = terms.let(MEETING_SOLUTIONS * rho2)
     return terms.let(sp.Max(terms.let(rho2 - line.e**2), least, evaluate=False))
 
 
 def _alone(terms: Terms, line: Line, sign: sp.Expr) -> FoundTurn:
-    """Subproblem 4 of one of the equations."""
+    """Solves subproblem 4 for a single equation."""
     xi2 = terms.let(line.a**2 + line.b**2 - line.e**2)
     found = on_line(terms, line.a, line.b, line.e, sign, xi2)
     return FoundTurn(found.turn, Linear(line.a, line.b, line.e), sign, found.margin)

@@ -1,1 +1,1 @@
-"""Tasks of an inverse, and the functions over all solutions that are generated for them."""
+"""Tasks of an inverse, and their generated functions over all solutions."""

@@ -1,4 +1,4 @@
-"""Tasks of arms that cannot reach every pose: position, position and pitch or direction."""
+"""Partial-pose tasks: position, position with pitch, position with direction."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -23,11 +23,11 @@ from .task import InputLetter, Solved, Task, TaskInput
 
 X, Y, Z, PITCH = sp.symbols("_x _y _z _pitch", real=True)
 DIRECTION = sp.symbols("_u1 _u2 _u3", real=True)
-"""The wanted direction of the tool's third axis (a vector of any length), in base axes."""
+"""Target direction of the third tool axis (a vector of any length), in base axes."""
 POSITION: Vector = (X, Y, Z)
-"""The wanted position of the tool's origin in the base frame (metre)."""
+"""Target position of the tool origin in the base frame (metre)."""
 POSITION_ENTRIES = (POSE_SYMBOLS[3], POSE_SYMBOLS[7], POSE_SYMBOLS[11])
-"""The entries of a pose that hold the position."""
+"""The position entries of a pose."""
 _DIRECTION_LETTERS = tuple(
     InputLetter(("u", r"\upsilon", r"\mathrm{u}"), component) for component in range(3)
 )
@@ -35,12 +35,12 @@ _PITCH_LETTER = InputLetter((r"\lambda", r"\nu", r"\Lambda"))
 
 
 def tool_origin(robot: SerialRobot, terms: Terms) -> Vector:
-    """The tool's origin in the home pose (metre), in base axes."""
+    """Returns the tool origin in the home pose (metre), in base axes."""
     return _column(terms, home_of(robot, terms), 3)
 
 
 def tool_axis(robot: SerialRobot, terms: Terms) -> Vector:
-    """The tool's third axis in the home pose (unit vector), in base axes."""
+    """Returns the third tool axis in the home pose (unit vector), in base axes."""
     return _column(terms, home_of(robot, terms), 2)
 
 
@@ -57,17 +57,18 @@ def partial_pose(
     identity: str,
     aims: tuple[Aim, ...] = (),
 ) -> Solved:
-    """The task that asks for part of a pose, from the joints that were found for it.
+    """Returns a partial-pose task from the solved joints.
 
     Args:
         name: Name of the generated function.
         robot: The description.
-        work: Holds the joints that were found.
-        task_input: The part of the pose that the task prescribes.
-        residual: The deviation of the tool's pose from it (metre or radian).
-        identity: The identity that the function satisfies, in one line.
-        aims: The parts of the pose for the runtime, in the order of the input's entries; without
-            them it does not refine the task near singularities.
+        work: Contains the solved joints.
+        task_input: The prescribed pose components.
+        residual: Returns the deviation of a tool pose from the prescribed components (metre or
+            radian).
+        identity: One-line identity satisfied by the function.
+        aims: Names of the pose components for the runtime, in the order of the input entries.
+            Without names, the runtime does not refine solutions near singularities.
     """
     values = values_of(work, robot, {})
     deviation = residual(tool_of(work.terms, robot, values))
@@ -82,7 +83,7 @@ def _squared_distance(terms: Terms, pose: Pose) -> sp.Expr:
 
 
 def _by_three_joints(robot: SerialRobot, lines: Lines) -> Solved:
-    """The position by the first three joints; the others stay at 0."""
+    """Solves the position with the first three joints; the other joints stay at 0."""
     terms = lines.terms
     work = Work(terms)
     arm = Lines(terms, lines.axes[:3], lines.tolerance)
@@ -95,7 +96,7 @@ def _by_three_joints(robot: SerialRobot, lines: Lines) -> Solved:
 
 
 def _move_in_space(robot: SerialRobot, lines: Lines) -> bool:
-    """Whether the first three joints move the tool's origin in three directions."""
+    """Whether the first three joints move the tool origin in three directions."""
     column = home_of(robot, lines.terms)[:3, 3]
     return moves_in_space(replace(lines, axes=lines.axes[:3]), numbers(lines.terms, column))
 
@@ -104,7 +105,7 @@ POSITION_TASK = Task("ik_position", _by_three_joints, _move_in_space)
 
 
 def position(robot: SerialRobot, work: Work) -> Solved:
-    """The task of position, from the joints found for it."""
+    """Returns the position task from the solved joints."""
     terms = work.terms
     meaning = "position of the tool in the base frame"
     return partial_pose(
@@ -119,13 +120,13 @@ def position(robot: SerialRobot, work: Work) -> Solved:
 
 
 def position_pitch(robot: SerialRobot, work: Work, up: Vector, pitch: CosSin) -> Solved:
-    """The task of position and elevation of the tool's axis, from the joints found for it.
+    """Returns the task for position and tool-axis elevation from the solved joints.
 
     Args:
         robot: The description.
-        work: Holds the joints that were found.
-        up: The direction from whose normal plane the elevation counts (unit vector), in base axes.
-        pitch: The elevation.
+        work: Contains the solved joints.
+        up: The vertical direction (unit vector), in base axes; elevation 0 is normal to it.
+        pitch: The elevation angle.
     """
     terms = work.terms
 
@@ -134,7 +135,7 @@ def position_pitch(robot: SerialRobot, work: Work, up: Vector, pitch: CosSin) ->
         rise = terms.let(sum((a * b for a, b in zip(up, z, strict=True)), sp.Integer(0)))
         level = combination(terms, (sp.Integer(1), -rise), (z, up))
         length = terms.let(sp.sqrt(squares(terms, level)))
-        # A pitch beyond a right angle is the elevation of an axis that leans backwards.
+        # A pitch beyond 90 degrees is the elevation of a backward-leaning axis.
         outward = terms.let(sp.Abs(pitch.c))
         return larger(
             terms,
@@ -159,7 +160,7 @@ def position_pitch(robot: SerialRobot, work: Work, up: Vector, pitch: CosSin) ->
 
 
 def position_direction(robot: SerialRobot, work: Work) -> Solved:
-    """The task of position and direction of the tool's axis, from the joints found for it."""
+    """Returns the task for position and tool-axis direction from the solved joints."""
     terms = work.terms
     wanted = unit_direction(terms)
 
@@ -187,23 +188,23 @@ def position_direction(robot: SerialRobot, work: Work) -> Solved:
 
 
 def unit_direction(terms: Terms) -> Vector:
-    """Return the wanted direction as a unit vector, in base axes; NaN for a zero vector."""
+    """Returns the target direction as a unit vector, in base axes; NaN for a zero vector."""
     scale = terms.let(1 / terms.let(sp.sqrt(squares(terms, DIRECTION))))
     x, y, z = (terms.let(scale * component) for component in DIRECTION)
     return x, y, z
 
 
 def name_direction(work: Work) -> Vector:
-    """Return the wanted direction as a unit vector, which the article names."""
+    """Returns the target direction as a unit vector, named for the article."""
     meaning = "the direction as a unit vector"
     return work.name_vector(("e", r"\epsilon", "E"), meaning, unit_direction(work.terms))
 
 
 def target_of_direction(robot: SerialRobot, work: Work) -> Target:
-    """A pose with the wanted position and the wanted third axis; its other axes are arbitrary.
+    """Returns a pose with the target position and third axis; the other axes are arbitrary.
 
     Source: Duff et al. 2017, Building an orthonormal basis, revisited: two perpendicular axes
-    without cancellation in any direction.
+    without cancellation, for any direction.
     """
     terms = work.terms
     direction = name_direction(work)

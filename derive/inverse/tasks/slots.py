@@ -1,4 +1,4 @@
-"""From a solved chain to the function that is generated: all slots with residuals and margins."""
+"""Builds the generated function of a solved chain: all slots, residuals and margins."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
@@ -23,17 +23,17 @@ POSE_SYMBOLS = tuple(
         *("_r31", "_r32", "_r33", "_p3", "_r41", "_r42", "_r43", "_p4"),
     )
 )
-"""The entries of a pose, row by row; names in robot files cannot begin with an underscore."""
+"""Symbols of the pose entries, row by row; names in robot files never start with "_"."""
 
 
 def pose_argument(robot: SerialRobot) -> Argument:
-    """The argument ``T``: the wanted pose of the tool."""
+    """Returns the argument ``T``, the target pose of the tool."""
     meaning = f"pose of the tool, T_{robot.base_frame}_{robot.tool_frame}"
     return Argument("T", POSE_SYMBOLS, (4, 4), "1, m", meaning)
 
 
 def values_of(work: Work, robot: SerialRobot, given: Mapping[int, sp.Expr]) -> list[sp.Expr]:
-    """The value of every moving joint: an atan2 where it turns."""
+    """Returns the value of every moving joint; angles are atan2 expressions."""
     values = [_value(work, k, given) for k in range(len(robot.moving))]
     for known in work.sums:
         *others, (last, _) = known.senses
@@ -45,9 +45,9 @@ def values_of(work: Work, robot: SerialRobot, given: Mapping[int, sp.Expr]) -> l
 
 
 def _rest(work: Work, known: Sum, values: Sequence[sp.Expr]) -> sp.Expr:
-    """The last of parallel joints' angles, from their sum and the other angles.
+    """Returns the last angle of parallel joints from their sum and the other angles.
 
-    Several solutions share a sum, so that it takes fewer atan2 than the last angle itself.
+    Several solutions share a sum, so this needs fewer atan2 calls.
     """
     *others, (last, sense) = known.senses
     before = sum((sign * values[k] for k, sign in others), sp.Integer(0))
@@ -66,44 +66,44 @@ def _value(work: Work, joint: int, given: Mapping[int, sp.Expr]) -> sp.Expr:
 
 
 def tool_of(terms: Terms, robot: SerialRobot, values: Sequence[sp.Expr]) -> Pose:
-    """The pose of the tool at these joint values: forward kinematics on cosines and sines."""
+    """Returns the tool pose at the joint values, from their cosines and sines."""
     return Forward(terms, groups(robot, terms, values)).tool_pose()
 
 
 def pose_residual(terms: Terms, pose: Pose, wanted: Sequence[sp.Expr]) -> sp.Expr:
-    """The deviation of a pose from the wanted pose: distance (metre) or angle (radian), the larger.
+    """Returns the larger of position error (metre) and orientation error (radian).
 
-    The distance of two rotation matrices in the Frobenius norm is sqrt(8) sin(angle / 2), for small
-    angles sqrt(2) of the angle between them.
+    The Frobenius distance between two rotation matrices is sqrt(8) sin(angle / 2), which is sqrt(2)
+    times the angle for small angles.
     """
     moved, turned = pose_errors(pose, wanted)
     return larger(terms, squares(terms, moved), terms.let(squares(terms, turned) / 2))
 
 
 def pose_errors(pose: Pose, wanted: Sequence[sp.Expr]) -> tuple[list[sp.Expr], list[sp.Expr]]:
-    """Differences of positions (metre) and of the entries of rotations from the wanted pose."""
+    """Returns differences from the target pose: position (metre) and rotation entries."""
     axes, origin = pose
     moved = [origin[i] - wanted[4 * i + 3] for i in range(3)]
     return moved, [axes[j][i] - wanted[4 * i + j] for i in range(3) for j in range(3)]
 
 
 def squares(terms: Terms, values: Iterable[sp.Expr]) -> sp.Expr:
-    """The named sum of squares."""
+    """Returns the sum of squares as a named term."""
     return terms.let(sum((terms.let(value) ** 2 for value in values), sp.Integer(0)))
 
 
 def larger(terms: Terms, distance2: sp.Expr, angle2: sp.Expr) -> sp.Expr:
-    """The residual from the squares of distance and angle, NaN where one of these is NaN.
+    """Returns the residual from squared distance and squared angle; NaN propagates.
 
-    C's fmax ignores NaN, and would call a pose solved at which a loop does not close. SymPy takes
-    the order of real numbers for complete and would drop the comparison with NaN.
+    fmax of C ignores NaN, so a pose with open loops would count as solved. A SymPy comparison would
+    be simplified for real numbers and also lose NaN.
     """
     twice = terms.let(distance2 + angle2) + terms.let(sp.Abs(terms.let(distance2 - angle2)))
     return terms.let(sp.sqrt(terms.let(terms.let(twice) / 2)))
 
 
 def margin_of(work: Work, loops: Sequence[sp.Expr] = ()) -> sp.Expr:
-    """The smallest margin of all steps, those of loops too; 1 where no step can fail."""
+    """Returns the smallest margin of all steps and loops; 1 if no step can fail."""
     margins = [*work.margins(), *loops]
     if not margins:
         return sp.Integer(1)
@@ -120,13 +120,13 @@ def of_pose_task(
     given: Mapping[int, sp.Expr],
     inputs: tuple[TaskInput, ...] = (),
 ) -> Solved:
-    """The task ``ik``, which asks for the tool's pose, from the joints that were found for it.
+    """Returns the task ``ik`` for the tool pose from the solved joints.
 
     Args:
         robot: The description.
         work: Holds the joints that were found.
-        arguments: The values of given joints as inputs.
-        given: The same values by the joints' indices.
+        arguments: The input arguments for fixed joint values.
+        given: The fixed joint values, keyed by joint index.
         inputs: Further inputs of the family.
     """
     terms = work.terms
@@ -148,7 +148,7 @@ def branches(
     given: Iterable[int] = (),
     inputs: tuple[TaskInput, ...] = (),
 ) -> Solved:
-    """The task of a serial robot over all slots, from the values of its joints."""
+    """Returns the task of a serial robot over all slots, from its joint values."""
     asked = (*arguments, *(task_input.argument for task_input in inputs))
     q = tuple(
         joint.direction * value for joint, value in zip(robot.coordinates, values, strict=True)
@@ -170,10 +170,10 @@ def function_of(
     given: Iterable[int] = (),
     loops: Sequence[sp.Expr] = (),
 ) -> SymbolicFunction:
-    """The function of a task over all slots, from one slot's entries.
+    """Returns the function of a task over all slots, from the entries of one slot.
 
-    The coordinates ``given``, by their indices in q, follow from inputs other than the first;
-    ``loops`` are the margins of the loops that the coordinates close.
+    The coordinates with the indices ``given`` are inputs or depend only on inputs after the first.
+    ``loops`` contains the margins of the closed loops.
     """
     k = 2 ** len(work.signs)
     domain = "pose" if inputs[0].symbols == POSE_SYMBOLS else "task"
@@ -196,11 +196,11 @@ def function_of(
 
 
 def _labels(work: Work) -> tuple[str, ...]:
-    """The branch in each slot: the joints that each choice finds, and its sign."""
+    """Returns the branch label of each slot: the joints of each sign choice, and its sign."""
     joints = {step.found.sign: "+".join(step.joints) for step in work.steps if step.found.sign}
     parts: list[str] = []
     for sign in work.signs:
-        # Two choices of one step follow each other, and the step names the first.
+        # A step with two sign choices stores the first; the second follows directly.
         loop = work.sides[sign][0] if sign in work.sides else ""
         parts.append(loop or joints.get(sign) or (parts[-1] if parts else sign.name.lstrip("_")))
     return tuple(
@@ -215,5 +215,5 @@ def _labels(work: Work) -> tuple[str, ...]:
 
 
 def _side(work: Work, symbol: sp.Symbol, sign: int) -> str:
-    """The side of a choice: that of the loop that it belongs to, or its sign."""
+    """Returns the name of a branch: from its loop, or from the sign."""
     return work.sides[symbol][1][sign] if symbol in work.sides else side_of(sign)

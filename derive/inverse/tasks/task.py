@@ -1,4 +1,4 @@
-"""Tasks of an inverse: the function, its inputs, and how the article prints them."""
+"""Tasks of an inverse: function, inputs, and the printed form of inputs in the article."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -13,11 +13,11 @@ from ..structure.lines import Lines
 
 @dataclass(frozen=True)
 class InputLetter:
-    """The form in which the article prints an input's symbol.
+    """Printed form of an input symbol in the article.
 
     Attributes:
-        letters: LaTeX letters in order of preference; a letter that a parameter has is avoided.
-        component: The component, 0 to 2, of an input that is a vector.
+        letters: LaTeX letters in order of preference; letters of parameters are avoided.
+        component: Component index (0 to 2) of a vector input; None for a scalar.
     """
 
     letters: tuple[str, ...]
@@ -29,9 +29,8 @@ class TaskInput:
     """An input of a task.
 
     Attributes:
-        argument: Its symbols, shape, unit and meaning.
-        printed: The printed form of each symbol: a letter, or the entry of the tool's pose
-            that it equals.
+        argument: Symbols, shape, unit and meaning of the input.
+        printed: The printed form of each symbol: a letter, or the equal entry of the tool pose.
     """
 
     argument: Argument
@@ -43,10 +42,10 @@ class Solved:
     """A solved task.
 
     Attributes:
-        function: The function that is generated.
-        work: The joints and the steps that found them.
-        given: Names of the joints whose values are given.
-        inputs: The inputs beside a pose and given joints, with the letters of the article.
+        function: The generated function.
+        work: The solved joints and their steps.
+        given: Names of the fixed joints.
+        inputs: Further inputs in addition to pose and fixed joints, with their printed letters.
     """
 
     function: SymbolicFunction
@@ -56,11 +55,11 @@ class Solved:
 
     @property
     def is_known(self) -> bool:
-        """Whether the function's role says what the task asks of the tool's pose."""
+        """Whether the role of the function specifies the prescribed pose components."""
         return self.function.role.domain == "pose" or bool(self.function.role.aims)
 
     def searching(self) -> "Solved":
-        """The same task, whose function says that the runtime has to search for lost poses."""
+        """Returns the task with a mark that the runtime must search for missed poses."""
         role = replace(self.function.role, searches=True)
         return replace(self, function=replace(self.function, role=role))
 
@@ -71,12 +70,12 @@ def _always(_robot: SerialRobot, _lines: Lines) -> bool:
 
 @dataclass(frozen=True)
 class Task:
-    """A task beside the tool's pose that a family solves for a chain as the file describes it.
+    """A task other than the tool pose that a family solves for an unmodified chain.
 
     Attributes:
-        name: The name of the generated function, ``ik_position``.
-        solved: Solves it for a robot and its axes.
-        applies: Whether a robot with the family's structure has the task.
+        name: The name of the generated function, for example ``ik_position``.
+        solved: Solves the task for a robot and its axes.
+        applies: Returns whether the task applies to a robot of the family.
     """
 
     name: str

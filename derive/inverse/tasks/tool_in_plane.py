@@ -1,4 +1,4 @@
-"""Parts of a pose for a turntable with an arm in a plane: position and pitch, or a direction."""
+"""Partial-pose tasks for a planar arm on a rotating base: pitch or direction."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,9 +33,9 @@ from .task import Solved, Task
 
 
 def _has_pitch(robot: SerialRobot, lines: Lines) -> bool:
-    """Whether axis 1 is the base's third axis, above whose normal plane the elevation counts.
+    """Whether axis 1 is the third base axis, so that the elevation is defined.
 
-    The tool's axis has to move in the plane of the arm, and about itself with a fifth joint.
+    The tool axis must also move in the arm plane; a fifth joint must rotate about the tool axis.
     """
     if abs(float(lines.axes[0].direction[2])) < 1 - TOOL_ON_AXIS:
         return False
@@ -45,14 +45,14 @@ def _has_pitch(robot: SerialRobot, lines: Lines) -> bool:
 
 
 def _has_direction(robot: SerialRobot, lines: Lines) -> bool:
-    """Whether the parallel joints turn the tool's axis, which a fifth joint turns about itself."""
+    """Whether the parallel joints rotate the tool axis and a fifth joint is about this axis."""
     if len(lines.axes) > ARM:
         return max(off_axis(robot, lines, ARM)) < TOOL_ON_AXIS
     return off_axis(robot, lines, lines.axes.index(in_plane(lines)[0]))[1] > OBLIQUE_AXES
 
 
 def off_axis(robot: SerialRobot, lines: Lines, k: int) -> tuple[float, float]:
-    """The distance of the tool's origin from an axis, and the sine of its axis's angle with it."""
+    """Returns the distance of the tool origin from an axis, and the sine of the tilt angle."""
     axis, home = lines.axes[k], _home(robot, lines)
     lever = np.cross(axis.direction, home[:3, 3] - axis.origin)
     tilt = np.cross(axis.direction, home[:3, 2])
@@ -64,13 +64,13 @@ def _home(robot: SerialRobot, lines: Lines) -> NDArray[np.float64]:
 
 
 def _with_pitch(robot: SerialRobot, lines: Lines) -> Solved:
-    """Position and elevation of the tool's axis over the base's x-y plane."""
+    """Derives the task for position and tool-axis elevation over the base x-y plane."""
     terms, a2 = lines.terms, in_plane(lines)[0]
     work = Work(terms)
     tool, axis = tool_origin(robot, terms), tool_axis(robot, terms)
     pitch = CosSin(*terms.cos_sin(PITCH))
     U, _ = turned_to_plane(work, lines, tool, POSITION)
-    # The tool may point away from axis 1 or towards it.
+    # The tool may point away from axis 1 or towards axis 1.
     sign = work.sign()
     _, _, up = IDENTITY
     outward = cross(terms, a2.h, up)
@@ -84,7 +84,7 @@ def _with_pitch(robot: SerialRobot, lines: Lines) -> Solved:
 
 
 def _with_direction(robot: SerialRobot, lines: Lines) -> Solved:
-    """Position and direction of the tool's axis."""
+    """Derives the task for position and tool-axis direction."""
     terms, a1, a2 = lines.terms, lines.axes[0], in_plane(lines)[0]
     work = Work(terms)
     tool, axis = tool_origin(robot, terms), tool_axis(robot, terms)
