@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt
 
 import chasles
 from chasles.derive import explain, read
-from chasles.view import html_page
+from chasles.view import write_html
 
 ROOT = Path(__file__).parent.parent
 OUTPUT = ROOT / "build" / "gallery"
@@ -53,7 +53,7 @@ def main() -> int:
     for name in names:
         robot = chasles.load(name)
         page = OUTPUT / f"{name}.html"
-        page.write_text(html_page(robot), encoding="utf-8")
+        write_html(robot, page)
         _draw(robot, page.with_suffix(".svg"))
         cards["Robots with loops" if robot.loops else "Arms"].append(_card(robot))
         print(page.relative_to(ROOT))

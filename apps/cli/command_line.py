@@ -158,18 +158,19 @@ def _write_report(found: Calibration, file: Path, held_back: Mapping[str, float]
 
 def _view(options: argparse.Namespace) -> int:
     # The other commands need no drawings.
-    from chasles.view import LiveView, html_page, read_recording  # noqa: PLC0415
+    from chasles.study.motion import Trajectory  # noqa: PLC0415
+    from chasles.view import LiveView, write_html  # noqa: PLC0415
 
     robot = load(options.robot)
     if options.html and (options.play or options.port):
         raise InputValueError("--play and --port are for the live view; a page has sliders alone")
     if options.html:
-        options.html.write_text(html_page(robot), encoding="utf-8")
+        write_html(robot, options.html)
         print(f"written: {options.html}")
         return 0
-    recording = read_recording(options.play, robot) if options.play else None
+    trajectory = Trajectory.load(options.play, robot) if options.play else None
     file = Path(options.robot) if is_description(Path(options.robot)) else None
-    shown = LiveView(robot, port=options.port, description=file, recording=recording)
+    shown = LiveView(robot, port=options.port, urdf=file, trajectory=trajectory)
     print(f"{robot.name}: {shown.address} (ctrl-c ends it)", flush=True)
     try:
         shown.wait()

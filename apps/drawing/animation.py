@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -26,43 +27,53 @@ _DOTS = 200
 
 def animate(
     robot: Robot,
-    motion: Any,
+    trajectory: Any,
     file: str | os.PathLike[str],
     *,
     views: Sequence[str] | None = None,
-    rate: float = 20.0,
+    fps: float = 20.0,
 ) -> Path:
-    """Writes a moving drawing of a robot, with the path of its tool so far.
+    """Write a moving drawing of a robot, with the path of its tool so far.
 
     Args:
         robot: The robot.
-        motion: (k, n) postures [rad or m], one a picture; or a motion, which is sampled at the rate
-            of the pictures.
+        trajectory: A `Trajectory`, a `Motion` or a `MotionSequence`, shown in real time; or
+            configurations (k, n) [rad or m], one per frame.
         file: The file to write, .gif or .mp4. A film needs ffmpeg: the one that is installed, or
             that of `pip install 'chasles[film]'`.
         views: As of `draw`; None: the robot's plane, or else from aside.
-        rate: Pictures per second.
+        fps: Frames per second.
 
     Returns:
         The file.
 
     Raises:
-        InputValueError: If the file has another ending, or the motion is that of another robot.
+        InputValueError: If the file has another ending, or the trajectory belongs to another robot.
         ChaslesError: If ffmpeg is needed and absent, or fails.
-        OutOfReachError: If loops do not close in a posture.
+        OutOfReachError: If loops do not close in a configuration.
         ImportError: If matplotlib or Pillow is absent: `pip install 'chasles[draw]'`.
     """
     target = Path(file)
     if target.suffix not in (".gif", ".mp4"):
         raise InputValueError(f"animate: file: got {target.name!r}, expected .gif or .mp4")
     ffmpeg = _ffmpeg(target) if target.suffix == ".mp4" else ""
-    sampled = motion.sample(rate) if hasattr(motion, "sample") else motion
-    pictures = list(_pictures(robot, rows_of(robot, sampled, "animate: motion"), views))
+    rows = rows_of(robot, _frames(trajectory, fps), "animate: trajectory")
+    pictures = list(_pictures(robot, rows, views))
     if ffmpeg:
-        _write_film(ffmpeg, target, pictures, rate)
+        _write_film(ffmpeg, target, pictures, fps)
     else:
-        _write_gif(target, pictures, rate)
+        _write_gif(target, pictures, fps)
     return target
+
+
+def _frames(trajectory: Any, fps: float) -> Any:
+    """The configurations of all frames, from a trajectory or a motion at its times."""
+    sampled = trajectory.sample(fps) if hasattr(trajectory, "sample") else trajectory
+    if not hasattr(sampled, "q_at"):
+        return sampled
+    t_start, t_end = sampled.t[0], sampled.t[-1]
+    n_frames = 1 + max(round(fps * (t_end - t_start)), 1)
+    return replace(sampled, q=sampled.q_at(np.linspace(t_start, t_end, n_frames)))
 
 
 def _pictures(
@@ -73,7 +84,7 @@ def _pictures(
     poses = bodies.poses(rows)
     for k in np.flatnonzero(~np.isfinite(poses).all(axis=(1, 2, 3)))[:1]:
         bodies.poses(rows[k])
-        raise InputValueError(f"animate: motion: posture {k} has no finite pose")
+        raise InputValueError(f"animate: trajectory: configuration {k} has no finite pose")
     every = [_scenes(bodies, poses[: k + 1], poses, views) for k in range(len(rows))]
     boxes = [_around([moment[j] for moment in every]) for j in range(len(every[0]))]
     for moment in every:
@@ -118,10 +129,10 @@ def _ffmpeg(target: Path) -> str:
         ) from error
 
 
-def _write_film(ffmpeg: str, target: Path, pictures: list[NDArray[np.uint8]], rate: float) -> None:
+def _write_film(ffmpeg: str, target: Path, pictures: list[NDArray[np.uint8]], fps: float) -> None:
     height, width = pictures[0].shape[:2]
     command = [ffmpeg, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"]
-    command += ["-s", f"{width}x{height}", "-r", f"{rate:g}", "-i", "-", "-c:v", "libx264"]
+    command += ["-s", f"{width}x{height}", "-r", f"{fps:g}", "-i", "-", "-c:v", "libx264"]
     command += ["-pix_fmt", "yuv420p", "-f", "mp4", str(target)]
     data = b"".join(picture.tobytes() for picture in pictures)
     done = subprocess.run(command, input=data, capture_output=True, check=False)
@@ -129,11 +140,11 @@ def _write_film(ffmpeg: str, target: Path, pictures: list[NDArray[np.uint8]], ra
         raise ChaslesError(f"animate: {target}: ffmpeg: {done.stderr.decode().strip()}")
 
 
-def _write_gif(target: Path, pictures: list[NDArray[np.uint8]], rate: float) -> None:
+def _write_gif(target: Path, pictures: list[NDArray[np.uint8]], fps: float) -> None:
     from PIL import Image  # noqa: PLC0415
 
     images = [Image.fromarray(picture) for picture in pictures]
     # One palette for all pictures, or colours would flicker from one to the next.
     palette = images[0].quantize(128)
     first, *rest = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
-    first.save(target, save_all=True, append_images=rest, duration=round(1000 / rate), loop=0)
+    first.save(target, save_all=True, append_images=rest, duration=round(1000 / fps), loop=0)

@@ -86,8 +86,8 @@ def _closed(robot: Robot, z: FloatArray, legs: list[int]) -> FloatArray | None:
 
 def others(modes: AssemblyModes, z: FloatArray, bodies: Skeleton) -> AssemblyModes:
     """The modes but the one in which the robot is, by the place of the tool."""
-    tips = bodies.tip_poses(bodies.poses_at(modes.z))
-    tip = bodies.tip_poses(bodies.poses_at(z))
+    tips = bodies.tip_poses(bodies.poses_from_configuration(modes.z))
+    tip = bodies.tip_poses(bodies.poses_from_configuration(z))
     size = np.where(np.arange(4) == 3, bodies.size, 1.0)  # noqa: PLR2004 - lengths
     is_other = np.abs((tips - tip) / size).max((-1, -2)) > SAME_SOLUTION
     return AssemblyModes(modes.z[is_other], modes.margin[is_other])

@@ -83,7 +83,8 @@ def draw(
         ghosts: Further postures, drawn pale: True for all other inverses of the same pose, "modes"
             for all other assembly modes at the same actuators, the solutions of an inverse at one
             pose, or (g, n) coordinates.
-        path: Postures (k, n) or a sampled motion, whose tool's path is drawn.
+        path: A `Trajectory`, a `Motion`, a `Plan` or configurations (k, n), whose tool path is
+            drawn.
         views: Some of "front", "side", "top", "axonometric" and, of planar robots, "plane".
         ax: matplotlib axes for a single view: the robot's plane, or else from aside, where no view
             is named; None: a new figure.
@@ -129,7 +130,7 @@ def _row(robot: Robot, q: ArrayLike) -> FloatArray:
 
 
 def rows_of(robot: Robot, postures: Any, name: str) -> FloatArray:
-    """(k, n) coordinates of postures, or of a sampled motion.
+    """(k, n) coordinates of configurations, a plan, a trajectory or a motion.
 
     Raises:
         ShapeError: If they are no rows of n coordinates.
@@ -172,7 +173,7 @@ def _modes(bodies: Skeleton, q: FloatArray, word: str) -> FloatArray:
     if not has_modes(bodies.robot):
         raise InputValueError(f"draw: ghosts: the modes of {bodies.robot.name} are not known")
     z = bodies.robot.configuration(q)
-    return bodies.poses_at(others(assembly_modes(bodies, q, z), z, bodies).z)
+    return bodies.poses_from_configuration(others(assembly_modes(bodies, q, z), z, bodies).z)
 
 
 def other_inverses(robot: Robot, q: FloatArray) -> Solutions:

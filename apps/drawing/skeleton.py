@@ -76,13 +76,13 @@ class Skeleton:
             self, self.robot.name, f"{len(self.bodies)} bodies: {names}", methods="poses(q)"
         )
 
-    def poses(self, q: ArrayLike, seed: ArrayLike | None = None) -> FloatArray:
-        """The pose of every body in the base frame.
+    def poses(self, q: ArrayLike, z_seed: ArrayLike | None = None) -> FloatArray:
+        """Return the pose of every body in the base frame.
 
         Args:
             q: (..., n) actuated coordinates [rad or m].
-            seed: (..., n_z) configurations nearby, which choose the branch of a robot whose loops
-                are solved by iteration; without them, it is the branch of the reference.
+            z_seed: (..., n_z) nearby configurations, which select the branch of loops that are
+                solved by iteration; None: the branch of the reference.
 
         Returns:
             (..., bodies, 4, 4): `poses(q)[..., tip, :, :] @ tip_placement` is `robot.fk(q)`. NaN
@@ -92,13 +92,13 @@ class Skeleton:
             OutOfReachError: If loops do not close at a single q.
         """
         if not self.robot.configuration_variables:
-            return self.poses_at(q)
-        if seed is None:
-            return self.poses_at(self.robot.configuration(q))
-        return self.poses_at(self.robot.configuration_near(q, seed))
+            return self.poses_from_configuration(q)
+        if z_seed is None:
+            return self.poses_from_configuration(self.robot.configuration(q))
+        return self.poses_from_configuration(self.robot.configuration_near(q, z_seed))
 
-    def poses_at(self, z: ArrayLike) -> FloatArray:
-        """The pose of every body in the base frame at a configuration.
+    def poses_from_configuration(self, z: ArrayLike) -> FloatArray:
+        """Return the pose of every body in the base frame at a configuration.
 
         Args:
             z: (..., n_z) configurations, in the order of `robot.configuration_variables`; of a

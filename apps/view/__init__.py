@@ -2,11 +2,10 @@
 
 robot = chasles.load("ur5e")
 LiveView(robot).wait()  # needs viser, pip install 'chasles[view]'
-html_page(robot)    # the text of a page that needs no network
+write_html(robot, "ur5e.html")  # a page that needs no network
 """
 
 from .live import LiveView
-from .mailed_page import html_page
-from .playback import Recording, read_recording
+from .mailed_page import write_html
 
-__all__ = ["LiveView", "Recording", "html_page", "read_recording"]
+__all__ = ["LiveView", "write_html"]

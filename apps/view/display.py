@@ -195,7 +195,11 @@ class Display:
 
     def _placed(self, z: FloatArray, shown: Sequence[Colour], count: int) -> Ghosts:
         """Configurations (g, n_z) with their colours in a number of places."""
-        found, places, poses = self.no_ghosts(count), slice(0, len(z)), self.skeleton.poses_at(z)
+        found, places, poses = (
+            self.no_ghosts(count),
+            slice(0, len(z)),
+            self.skeleton.poses_from_configuration(z),
+        )
         found.positions[places], found.scales[places] = poses[:, :, :3, 3], 1.0
         found.wxyzs[places] = quaternions(poses)
         found.colours[places] = np.reshape(shown, (-1, 3))
@@ -252,7 +256,7 @@ class Display:
         return self._posture(q, self._configurations(q[None], np.array(self.robot.reference.z))[0])
 
     def _posture(self, q: FloatArray, z: FloatArray, *, closes: bool = True) -> Posture:
-        bodies = self.skeleton.poses_at(z)
+        bodies = self.skeleton.poses_from_configuration(z)
         return Posture(q, z, bodies, self.skeleton.tip_poses(bodies), closes)
 
     def _followed(self, q: FloatArray, last: Posture) -> Posture:

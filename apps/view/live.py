@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
+import os
 import socket
 import threading
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, Robot
 
 from .display import COLOURS, Display, Ghosts, Posture, quaternions
 from .meshes import BodyMesh, body_meshes
-from .playback import Recording
 from .slider_units import SliderUnit, slider_units
 from .solids import BLUE
 from .triangles import joined
+
+if TYPE_CHECKING:
+    from chasles.study.motion import Trajectory
 
 FloatArray = NDArray[np.float64]
 
@@ -43,7 +46,7 @@ class LiveView:
 
     The page has a slider for each coordinate, in degrees or millimetres; a frame at the tool that
     can be dragged; the branches of the inverse as ghosts; the workspace as points; and, with a
-    recording, its time.
+    trajectory, its time.
 
     Attributes:
         address: The address of the page, http://localhost:... .
@@ -62,16 +65,16 @@ class LiveView:
         robot: Robot,
         *,
         port: int | None = None,
-        description: Path | None = None,
-        recording: Recording | None = None,
+        urdf: str | os.PathLike[str] | None = None,
+        trajectory: Trajectory | None = None,
     ) -> None:
         """Starts the server; it listens to this machine alone.
 
         Args:
             robot: The robot.
             port: The port to listen at; a free one if None.
-            description: The URDF that the robot was read from, for its meshes.
-            recording: A motion to be played.
+            urdf: The URDF of the robot, for its meshes.
+            trajectory: A motion to be played.
 
         Raises:
             InputValueError: viser is not installed, or the port is not free.
@@ -80,9 +83,9 @@ class LiveView:
         viser = _viser()
         self._display = Display(robot)
         self._lock = threading.RLock()
-        self._recording, self._begin = recording, 0.0
+        self._trajectory, self._begin = trajectory, 0.0
         self._units = slider_units(robot, self._display.start.q)
-        meshes = body_meshes(description, self._display.skeleton) if description else ()
+        meshes = body_meshes(Path(urdf), self._display.skeleton) if urdf else ()
         number = _free_port(port)
         self._server = viser.ViserServer("127.0.0.1", number, label=robot.name, verbose=False)
         self.address = f"http://localhost:{number}"
@@ -102,28 +105,27 @@ class LiveView:
         self._server.stop()
 
     def wait(self) -> NoReturn:
-        """Plays the recording, if there is one, until the process is interrupted."""
+        """Play the trajectory, if there is one, until the process is interrupted."""
         while True:
             time.sleep(_RATE)
             self.step()
 
     def step(self) -> None:
-        """Shows the recording at the present time, again from its start when it has ended."""
-        if self._recording is None or not self._playing.value:
+        """Show the trajectory at the present time, again from its start when it has ended."""
+        if self._trajectory is None or not self._playing.value:
             return
-        now = (time.monotonic() - self._begin) % max(float(self._recording.t[-1]), _RATE)
-        self._time.value = now
-        self.move_to(self._recording.at(now))
+        self._time.value = (time.monotonic() - self._begin) % self._duration
+        self._show_time(self._time.value)
 
-    def move_to(self, q: FloatArray) -> None:
-        """Shows the posture of coordinates (n,) [rad or m]; the last one where no loop closes."""
+    def set_q(self, q: ArrayLike) -> None:
+        """Show coordinates (n,) [rad or m]; if a loop does not close, the robot does not move."""
         with self._lock:
-            self._take(self._display.at(q, self.posture))
+            self._take(self._display.at(np.asarray(q, dtype=np.float64), self.posture))
 
-    def drag_to(self, T: FloatArray) -> None:
-        """Shows the posture that follows the tool to a pose (4, 4), measured in the base frame."""
+    def set_target(self, T: ArrayLike) -> None:
+        """Let the robot follow a target pose (4, 4) of its tool in the base frame."""
         with self._lock:
-            self._take(self._display.reaching(T, self.posture))
+            self._take(self._display.reaching(np.asarray(T, dtype=np.float64), self.posture))
 
     # --- what the page shows ---
 
@@ -221,8 +223,8 @@ class LiveView:
             self._meshes_shown = gui.add_checkbox("meshes", True)
             self._meshes_shown.on_update(self._on_meshes)
         gui.add_markdown(_LEGEND + (_MODES if display.most_modes else ""))
-        if self._recording is not None:
-            end = max(float(self._recording.t[-1]), _RATE)
+        if self._trajectory is not None:
+            end = self._duration
             self._playing = gui.add_checkbox("play", True)
             self._playing.on_update(self._on_play)
             self._time = gui.add_slider("time [s]", 0.0, end, end / 1000, 0.0)
@@ -239,7 +241,7 @@ class LiveView:
             if event.client_id is not None:
                 q = self.posture.q.copy()
                 q[k] = event.target.value / unit.factor
-                self.move_to(q)
+                self.set_q(q)
 
         slider.on_update(on_update)
         return slider
@@ -252,7 +254,7 @@ class LiveView:
             with self._lock:
                 self._show()
             return
-        self.drag_to(_pose(event.target.wxyz, event.target.position))
+        self.set_target(_pose(event.target.wxyz, event.target.position))
 
     async def _on_ghosts(self, _event: Any) -> None:
         with self._lock:
@@ -279,11 +281,22 @@ class LiveView:
         self._begin = time.monotonic() - self._time.value
 
     def _on_time(self, event: Any) -> None:
-        if event.client_id is not None and self._recording is not None:
+        if event.client_id is not None:
             self._begin = time.monotonic() - event.target.value
-            self.move_to(self._recording.at(event.target.value))
+            self._show_time(event.target.value)
 
     # --- from a posture to the page ---
+
+    @property
+    def _duration(self) -> float:
+        """Seconds from the first to the last sample of the trajectory, at least one frame."""
+        t = np.zeros(1) if self._trajectory is None else self._trajectory.t
+        return max(float(t[-1] - t[0]), _RATE)
+
+    def _show_time(self, seconds: float) -> None:
+        """Shows the trajectory some seconds after its start."""
+        if self._trajectory is not None:
+            self.set_q(self._trajectory.q_at(self._trajectory.t[0] + seconds))
 
     def _take(self, posture: Posture) -> None:
         self.posture = posture

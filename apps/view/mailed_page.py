@@ -6,6 +6,7 @@ import base64
 import html
 import json
 import math
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from string import Template
@@ -36,8 +37,8 @@ _PARTS = {
 }
 
 
-def html_page(robot: Robot) -> str:
-    """The text of a page with the moving robot and its sliders, which needs no network.
+def write_html(robot: Robot, path: str | os.PathLike[str]) -> None:
+    """Write a page with the moving robot and its sliders, which needs no network.
 
     The page moves the bodies by the product of their joints' motions. It closes the loops by Gauss
     and Newton's iteration from the posture before, so that it stays on a branch; where a loop does
@@ -45,6 +46,7 @@ def html_page(robot: Robot) -> str:
 
     Args:
         robot: The robot.
+        path: The file to write.
 
     Raises:
         ManifestError: The robot was derived by a version without skeletons.
@@ -54,7 +56,8 @@ def html_page(robot: Robot) -> str:
     data = json.dumps(page_data(robot), separators=(",", ":")).replace("</", "<\\/")
     page = Template((_HERE / "page/page.html").read_text(encoding="utf-8"))
     title, source = html.escape(robot.title), html.escape(robot.source)
-    return page.substitute(parts, title=title, source=source, robot=data)
+    text = page.substitute(parts, title=title, source=source, robot=data)
+    Path(path).write_text(text, encoding="utf-8")
 
 
 def page_data(robot: Robot) -> dict[str, Any]:

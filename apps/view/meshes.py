@@ -49,7 +49,7 @@ def body_meshes(file: Path, skeleton: Skeleton) -> tuple[BodyMesh, ...]:
         return ()
     urdf = _read(file)
     q = np.zeros(len(skeleton.robot.configuration_variables) or skeleton.robot.n)
-    poses = skeleton.poses_at(q)
+    poses = skeleton.poses_from_configuration(q)
     index = {body.name: k for k, body in enumerate(skeleton.bodies)}
     parents = {joint.child: joint.parent for joint in urdf.robot.joints}
     found = []

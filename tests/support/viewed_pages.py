@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 
-from chasles.view import html_page
+from chasles.view import write_html
 from chasles.view.display import Display
 from chasles.view.mailed_page import page_data
 from chasles.view.slider_units import slider_units
@@ -27,7 +27,7 @@ def walk(display: Display, steps: int, seed: int, part: float = 0.1) -> list:
 def opened(browser, folder, robot):
     """Opens the page of a robot; returns its file."""
     file = folder / f"{robot.name}.html"
-    file.write_text(html_page(robot), encoding="utf-8")
+    write_html(robot, file)
     browser.open(file.as_uri())
     return file
 

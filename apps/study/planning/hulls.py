@@ -85,7 +85,7 @@ class Hulls:
 
     def corners(self, z: FloatArray) -> list[FloatArray]:
         """The corners (corners, 3) of each shape at a configuration (n_z,), in the base frame."""
-        return np.split(self._corners(self.skeleton.poses_at(z)), self._ends[:-1])
+        return np.split(self._corners(self.skeleton.poses_from_configuration(z)), self._ends[:-1])
 
     def shapes(self, radii: FloatArray) -> list[Any]:
         """The shape of each hull in coal, rounded by radii (hulls,); None of a strut's."""
@@ -111,7 +111,7 @@ class Hulls:
             (m, hulls, 4, 4) poses of the shapes in the base frame, and (m, hulls) lengths of struts
             [m], 0 of other shapes.
         """
-        T = self.skeleton.poses_at(z)
+        T = self.skeleton.poses_from_configuration(z)
         found, lengths = T[:, self._first] @ self._placements, np.zeros((len(z), len(self.hulls)))
         if len(self._struts):
             a, b = (self._corners(T)[:, ends].reshape(-1, 3) for ends in self._strut_corners)
@@ -132,7 +132,7 @@ class Hulls:
             leaves out the joints up to that of body k: what moves all that it carries does not
             bring two shapes on it nearer to each other.
         """
-        T = self.skeleton.poses_at(z)
+        T = self.skeleton.poses_from_configuration(z)
         points, joints = self._corners(T), self._joints
         at, axes = (T[self._moving] @ joints.lines)[..., :3, :].transpose(2, 0, 1)
         levers = np.linalg.norm(np.cross(points - at[:, None], axes[:, None]), axis=-1)

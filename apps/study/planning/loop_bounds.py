@@ -214,7 +214,7 @@ def _given(
 
 def _distances(bones: Skeleton, z: FloatArray) -> FloatArray:
     """(struts, m) distances between the ends of rods and cylinders at configurations (m, z) [m]."""
-    T = bones.poses_at(z)
+    T = bones.poses_from_configuration(z)
     spans = [body.span for body in bones.bodies if body.span and not body.span.from_end]
     ends = [
         [T[:, k, :3, :3] @ np.array(end) + T[:, k, :3, 3] for k, end in pairs]

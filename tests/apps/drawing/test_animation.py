@@ -11,6 +11,7 @@ import pytest
 
 import chasles
 from chasles.errors import ChaslesError, InputValueError, ShapeError
+from chasles.study.motion import Motion, joint_line, time_scaling
 
 image = pytest.importorskip("PIL.Image")
 pytest.importorskip("matplotlib")
@@ -29,7 +30,7 @@ def pictures(file):
 
 def test_gif_has_changing_frame_for_each_configuration(tmp_path):
     robot = chasles.load("four_bar")
-    file = chasles.animate(robot, motion(robot, 3), tmp_path / "turn.gif", rate=10)
+    file = chasles.animate(robot, motion(robot, 3), tmp_path / "turn.gif", fps=10)
     with image.open(file) as found:
         assert found.n_frames == 3
         assert found.info["duration"] == 100
@@ -42,15 +43,31 @@ def test_gif_has_changing_frame_for_each_configuration(tmp_path):
     assert still.mean() > 0.8
 
 
+def test_gif_shows_trajectory_at_its_times(tmp_path):
+    robot = chasles.load("four_bar")
+    q = np.array(robot.reference.q)
+    curve = joint_line(q, q + 0.2)
+    scaling = time_scaling("quintic", curve.length, duration=0.4)
+    moved = Motion(robot, curve, scaling, q)
+    rows = moved.sample(10).q
+    assert len(rows) == 5
+    shown = [
+        list(pictures(chasles.animate(robot, motion, tmp_path / "move.gif", fps=10)))
+        for motion in (rows, moved, moved.sample(1000))
+    ]
+    for frames in shown:
+        assert np.abs(np.array(frames) - shown[0]).mean() < 0.01
+
+
 def test_mp4_has_frame_for_each_configuration(tmp_path, monkeypatch):
     """Written by the wheel's ffmpeg, and read back by it."""
     imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
     robot = chasles.load("four_bar")
     monkeypatch.setattr(shutil, "which", lambda _: None)
-    file = chasles.animate(robot, motion(robot, 2), tmp_path / "turn.mp4", rate=10)
+    file = chasles.animate(robot, motion(robot, 2), tmp_path / "turn.mp4", fps=10)
     assert imageio_ffmpeg.count_frames_and_secs(file) == (2, pytest.approx(0.2))
     # Each picture is that of the GIF but for the film's coarser colours.
-    gif = list(pictures(chasles.animate(robot, motion(robot, 2), tmp_path / "turn.gif", rate=10)))
+    gif = list(pictures(chasles.animate(robot, motion(robot, 2), tmp_path / "turn.gif", fps=10)))
     read = [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-i", file, "-f", "rawvideo"]
     data = subprocess.run([*read, "-pix_fmt", "rgb24", "-"], capture_output=True, check=True).stdout
     film = np.frombuffer(data, np.uint8).reshape(-1, *gif[0].shape).astype(int)
@@ -78,7 +95,7 @@ def test_invalid_animation_arguments_are_rejected(tmp_path):
     robot = chasles.load("four_bar")
     with pytest.raises(InputValueError, match=r"'turn\.avi', expected \.gif or \.mp4"):
         chasles.animate(robot, motion(robot, 2), tmp_path / "turn.avi")
-    with pytest.raises(ShapeError, match="animate: motion"):
+    with pytest.raises(ShapeError, match="animate: trajectory"):
         chasles.animate(robot, robot.reference.q, tmp_path / "turn.gif")
     other = SimpleNamespace(robot="five_bar", q=motion(robot, 2))
     with pytest.raises(InputValueError, match="a motion of five_bar, expected one of four_bar"):

@@ -69,7 +69,10 @@ def test_assembly_mode_ghosts_match_platform_poses(name):
     for q in near_reference(robot, 4):
         z = robot.configuration(q)
         modes = assembly_modes(bodies, q, z)
-        poses, own = bodies.poses_at(modes.z), bodies.poses_at(z)[None]
+        poses, own = (
+            bodies.poses_from_configuration(modes.z),
+            bodies.poses_from_configuration(z)[None],
+        )
         expected = tools(robot, q)
         assert np.abs(bodies.tip_poses(poses) - expected).max() < TRUE
         for body in bodies.bodies:
@@ -100,7 +103,7 @@ def test_link_legs_close_in_every_assembly_mode(tmp_path):
         modes = assembly_modes(bodies, q, z)
         assert len(modes.z) == rods.fk_planar_all(q).valid.sum()
         (pin,) = bodies.closures
-        poses = bodies.poses_at(modes.z)
+        poses = bodies.poses_from_configuration(modes.z)
         held = [
             poses[:, k] @ np.vstack([frame, [0, 0, 0, 1]])
             for k, frame in zip(pin.bodies, pin.frames, strict=True)

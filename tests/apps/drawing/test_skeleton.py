@@ -135,9 +135,9 @@ def test_skeleton_poses_accept_batches_and_seeds():
     poses = bodies.poses(q.reshape(2, 3, robot.n))
     assert poses.shape == (2, 3, len(bodies.bodies), 4, 4)
     assert poses.reshape(6, -1, 4, 4) == pytest.approx(bodies.poses(q))
-    seeded = bodies.poses(q, seed=robot.configuration(q))
+    seeded = bodies.poses(q, z_seed=robot.configuration(q))
     assert seeded == pytest.approx(bodies.poses(q), abs=CLOSED)
-    assert bodies.poses_at(robot.configuration(q)) == pytest.approx(bodies.poses(q))
+    assert bodies.poses_from_configuration(robot.configuration(q)) == pytest.approx(bodies.poses(q))
 
 
 @pytest.mark.parametrize("name", ["ur5e", "excavator", "stewart_gough", "board_installer"])

@@ -7,7 +7,8 @@ import pytest
 
 import chasles
 from chasles.errors import InputValueError
-from chasles.view import LiveView, Recording
+from chasles.study.motion import Trajectory
+from chasles.view import LiveView
 from chasles.view.display import Display
 from tests.support.waiting import until
 
@@ -15,21 +16,21 @@ viser = pytest.importorskip("viser", reason="viser is not installed")
 OF_VISER = ("THREE.Clock", "Detected chrome", "WebGL", "Performance")
 """What viser's own page says, whatever is shown."""
 ROUTE = np.array([0.4, 0.05, 0.05, 0.05, -0.1, 0.1])
-"""The recording leads this far from the start [rad]."""
+"""The trajectory leads this far from the start [rad]."""
 GRIP = 0.8
 """Part of the length of the handle's arrow at which the mouse takes it."""
 
 
 @pytest.fixture(scope="module")
-def arm_view(browser):
-    """A view of an arm with a recording, opened in the browser once for all tests.
+def arm_view(browser, tmp_path_factory):
+    """A view of an arm with a trajectory, opened in the browser once for all tests.
 
     Shadows, the lights of surroundings and the ground take most of the time of software rendering.
     """
     arm = chasles.load("ur5e")
     q = Display(arm).start.q
-    recording = Recording(np.array([0.0, 2.0]), np.array([q, q + ROUTE]))
-    view = LiveView(arm, recording=recording)
+    trajectory = straight(tmp_path_factory.mktemp("view"), arm, q, q + ROUTE)
+    view = LiveView(arm, trajectory=trajectory)
     scene = view._server.scene
     scene.configure_default_lights(enabled=True, cast_shadow=False)
     scene.configure_environment_map(None)
@@ -46,8 +47,14 @@ def arm_view(browser):
 @pytest.fixture
 def view(arm_view):
     """The view of the arm, at the configuration in which it starts."""
-    arm_view.move_to(arm_view._display.start.q)
+    arm_view.set_q(arm_view._display.start.q)
     return arm_view
+
+
+def straight(folder, robot, q_start, q_end):
+    """A trajectory of two seconds between two configurations, whose time starts at 1."""
+    np.savez(folder / "motion.npz", t=[1.0, 3.0], q=[q_start, q_end])
+    return Trajectory.load(folder / "motion.npz", robot)
 
 
 def looks_at_the_robot(view):
@@ -125,7 +132,7 @@ def test_dragged_arrow_moves_tool_along_axis_on_nearest_branch(view, browser):
     assert complaints(browser) == []
 
 
-def test_recording_is_played_back(view, browser):
+def test_trajectory_is_played_back(view, browser):
     q = view.posture.q.copy()
     view.step()
     first = view.posture.q[0]
@@ -138,15 +145,15 @@ def test_recording_is_played_back(view, browser):
 
 
 @pytest.mark.parametrize("name", ["planar_3rrr", "excavator"])
-def test_view_of_loops_follows_drag_target_and_recording(name):
+def test_view_of_loops_follows_target_and_trajectory(name, tmp_path):
     """The server alone: no page is open."""
     robot = chasles.load(name)
     start = Display(robot).start
     there = Display(robot).at(start.q + 0.02, start)
-    recording = Recording(np.array([0.0, 2.0]), np.array([start.q, there.q]))
-    view = LiveView(robot, recording=recording)
+    trajectory = straight(tmp_path, robot, start.q, there.q)
+    view = LiveView(robot, trajectory=trajectory)
     try:
-        view.drag_to(there.tool)
+        view.set_target(there.tool)
         np.testing.assert_allclose(view.posture.tool, there.tool, atol=1e-7)
         shown = [T[:3, 3] for T in view.posture.bodies]
         np.testing.assert_allclose([body.position for body in view._bodies], shown, atol=1e-12)

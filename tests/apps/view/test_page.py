@@ -7,7 +7,7 @@ import pytest
 
 import chasles
 from chasles.derive import read
-from chasles.view import html_page
+from chasles.view import write_html
 from chasles.view.display import Display
 from tests.support.compiling import compiled
 from tests.support.viewed_pages import asked, coordinates, message, on_page, opened, walk
@@ -139,7 +139,8 @@ class Renamed:
 def test_page_reports_missing_webgl(browser, tmp_path):
     blind = "<body><script>HTMLCanvasElement.prototype.getContext = () => null;</script>"
     file = tmp_path / "blind.html"
-    text = html_page(chasles.load("four_bar"))
+    write_html(chasles.load("four_bar"), file)
+    text = file.read_text(encoding="utf-8")
     file.write_text(text.replace("<body>", blind), encoding="utf-8")
     browser.open(file.as_uri())
     assert "no WebGL" in message(browser)

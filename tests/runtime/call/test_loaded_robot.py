@@ -266,7 +266,7 @@ def test_missing_file_is_reported_without_traceback(
     monkeypatch.chdir(tmp_path)
     if arguments[0] == "calibrate":
         monkeypatch.setattr("chasles.cli.command_line.load", lambda *_, **__: None)
-    monkeypatch.setattr("chasles.view.html_page", lambda _: "page")
+    monkeypatch.setattr("chasles.view.write_html", lambda _, path: path.write_text("page"))
     assert main(arguments) == 1
     told = capsys.readouterr().err
     assert told.startswith("chasles: ")
