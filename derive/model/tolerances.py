@@ -1,439 +1,440 @@
-"""Every tolerance of the compiler: name, value, unit and reason, by the room that uses it.
+"""Every tolerance of the compiler with name, value, unit and reason, grouped by folder.
 
-Lengths are parts of the robot's characteristic length unless another unit is given. A number
-that a formula needs for other reasons (a count of steps, a size of a page) is no tolerance and
-stays where it is used.
+Lengths are relative to the robot's characteristic length unless a unit is given. Constants with
+other purposes (a step count, a page size) are not tolerances and stay where they are used.
 """
 
 import sympy as sp
 
-# --- every room: numbers to many digits ---
+# --- all folders: high-precision numbers ---
 
 EVALUATION_DIGITS = 40
-"""Decimal digits to which constants are evaluated: more than twice the 16 digits of a double, so
-that rounding does not decide comparisons with integers and multiples of pi."""
+"""Decimal digits of evaluated constants: more than twice the 16 digits of a double, so that
+rounding does not affect comparisons with integers and multiples of pi."""
 WORKING_DIGITS = EVALUATION_DIGITS + 20
-"""Decimal digits with which constants are computed: chains of named constants lose a few, so that
-the 40 digits of each are right."""
+"""Decimal digits of intermediate results. Chains of named constants lose a few digits, so all 40
+digits of a constant are correct."""
 RELIABLE_DIGITS = EVALUATION_DIGITS - 8
-"""Decimal digits of such a constant that are correct: rounding of the operations in it and
-cancellation between them may spoil the last eight."""
+"""Correct decimal digits of such a constant; rounding and cancellation may spoil the last eight."""
 ROUNDING = 10.0**-RELIABLE_DIGITS
-"""Difference (no unit) below which a constant of order 1 equals an integer: 1e-32, the last of the
-reliable digits."""
+"""Difference (no unit) below which a constant of order 1 equals an integer: 1e-32, the last
+reliable digit."""
 
 MOST_WAVES = 0.05
-"""Amplitude of a drive's waves (radian) in parts of its gain up to which three steps of Newton's
-iteration invert its law to rounding: each squares the error, which a quarter of this bounds first.
-Real ones stay below 0.001."""
+"""Maximum amplitude of a drive's waves (radian), relative to its gain. Up to this value, three
+Newton steps invert the drive equation to rounding error. Real drives stay below 0.001."""
 MOST_SAG = 0.05
-"""Change of a joint's sag by the coordinates, in parts of their own change, up to which twelve
-rounds invert the law of springs to rounding: each reduces the error by this part."""
+"""Maximum derivative of a joint's deflection with respect to the coordinates. Each fixed-point step
+reduces the error by this factor, so twelve steps invert the spring equation to rounding error."""
 
 # --- description: rounding in files ---
 
 NOISE = 1e-9
-"""Difference between a number of a file and a short decimal that is noise: part of the robot's
-longest length, radian, or part of a direction's largest component. Exporters compose poses in
-floats and round to nine places or more, and 1e-9 rad moves a tool at 1 m by 1 nm."""
+"""Maximum difference between a file value and a short decimal that counts as noise. It is relative
+to the robot's longest length or a direction's largest component, or in radian. Exporters round
+poses to nine or more decimal places, and 1e-9 rad moves a tool at 1 m by 1 nm."""
 LARGE_CLEANING = 5e-4
-"""Change of the tool's position (metre) by noise removal from which a warning names it: more than
-an arm repeats its poses by."""
+"""Tool position change (metre) caused by noise removal above which a warning is printed; it exceeds
+the repeatability of an arm."""
 NOISE_GAP = 1000
-"""Ratio of a decimal's last place to a difference that is noise (no unit): three zeros or nines
-follow the decimal, as they do in one of 500 numbers that are meant."""
+"""Minimum ratio between a decimal's last place and a noise difference (no unit): three zeros or
+nines follow the decimal. One in 500 intended values has them by chance."""
 CONTINUOUS_MODEL = 0.02
-"""Least displacement of an axis, in parts of the arm's length and radian, that numbers of norm 1 in
-the same units must give: where it is less, a number of the convention moves fifty times as far as
-the axis, so that an error of assembly of 1 mrad takes 50 mrad of it. A common normal of axes 6 mrad
-from parallel, as a factory calibration leaves them, gives less than 1e-4."""
+"""Minimum displacement of an axis caused by parameters of norm 1 (relative to the arm's length, or
+radian). Below it, a parameter changes fifty times as much as the axis: an assembly error of 1 mrad
+needs 50 mrad. Axes 6 mrad from parallel, as in a factory calibration, give less than 1e-4 through
+their common normal."""
 DOUBLE = 1e-15
-"""Relative difference of a decimal from a double that it is written for (no unit): 15 digits. One
-number of 10^7 is as close to a number of single precision by chance."""
+"""Maximum relative difference between a decimal and its double (no unit): 15 digits. One number in
+10^7 is as close to a single-precision number by chance."""
 SINGLE = 2.0**-23
-"""Relative difference of a number of single precision from the number that it is rounded from (no
-unit): one unit in its last place, for a computation that rounds twice."""
+"""Maximum relative rounding error of a single-precision number (no unit): one unit in the last
+place, for a computation that rounds twice."""
 ANGLE_SNAP = NOISE
-"""Difference (radian) within which an angle of a file becomes a multiple of pi/12, however many
+"""Difference (radian) within which an angle in a file snaps to a multiple of pi/12, however many
 digits are written."""
 CHANCE = 0.01
-"""Part of all angles that may be taken for a multiple of a step by their few digits: the ratio of
-the last place to the step. 1.57 is a right angle; 0.79 is not 45 degrees, and 0.785 is."""
+"""Maximum fraction of angles that match a multiple of the step by chance: the ratio of the last
+decimal place to the step. 1.57 is a right angle, 0.785 is 45 degrees, but 0.79 is not."""
 LONGEST_LENGTH = 20.0
-"""Length (metre) above which the unit must be stated: links of arms are shorter than 10 m, and
-an arm in millimetres has a link above 20."""
+"""Length (metre) above which the unit must be stated. Links of arms are shorter than 10 m, and an
+arm in millimetres has a link above 20."""
 SHORTEST_ARM = 1e-3
-"""Length (metre) below which a whole arm is questioned: arms of a desk are some 0.1 m long."""
+"""Length (metre) below which the size of a whole arm is implausible; desktop arms are about 0.1 m
+long."""
 LARGEST_ANGLE = 6.5
-"""Angle (radian) above which the unit must be stated: a turn and its rounding, 6.2832 or 6.3."""
+"""Angle (radian) above which the unit must be stated: a full turn with rounding, 6.2832 or 6.3."""
 MOST_TURNED = 45.0
-"""Limit of a joint (radian) from which it may be meant in degrees: seven turns, which joints that
-turn on and on seldom have."""
+"""Joint limit (radian) above which the value may be in degrees: seven turns, more than most
+continuous joints have."""
 UNLIMITED = 10_000
-"""Width of a joint's range (radian or metre) from which the file means a joint without limits:
-exporters write 1e4 to 1e16 where a field must not be empty, and no axis turns 1,600 times."""
+"""Width of a joint range (radian or metre) from which a joint counts as unlimited. Exporters write
+1e4 to 1e16 in required fields, and no axis rotates 1,600 turns."""
 AXIS_DIGITS = 25
-"""Digits of the angles of an axis without a short exact form: 1e-25 rad is far below the rounding
-of doubles, and roots of long fractions, which SymPy would factorize, are avoided."""
+"""Digits of axis angles without a short exact form: 1e-25 rad is far below double rounding.
+Decimals avoid roots of long fractions, which SymPy would factorize."""
 SHORT_PROPORTION = 1000
-"""Greatest whole number in the proportions of a direction with a short exact form."""
+"""Largest integer in the proportions of a direction with a short exact form."""
 GIMBAL_LOCK = 1e-14
-"""Part of a quaternion (no unit) below which roll and yaw turn about one axis: rounding of doubles
-leaves 1e-16 there, and the direction of so small a part would be mostly rounding."""
+"""Fraction of a quaternion (no unit) below which roll and yaw share one axis. Double rounding
+leaves 1e-16, and the direction of such a small component would be mostly rounding."""
 COMPILED_DECIMALS = 14
-"""Decimals (metre, radian) of numbers that another program computed from a file's: rounding leaves
-1e-16 of a metre or two, and nobody writes more than 13 decimals."""
+"""Decimal places (metre, radian) of values computed by another program: rounding leaves 1e-16 for a
+metre or two, and nobody writes more than 13 decimal places."""
 COMPILED_ANGLE = 1e-13
-"""Difference (radian) of such an angle from the file's: a few roundings of an angle of some pi."""
+"""Difference (radian) between such an angle and the file's angle: a few roundings of an angle near
+pi."""
 CALIBRATED_TOOL = 0.05
-"""Metre, and norm of a difference of rotations: the farthest that a factory calibration moves the
-tool of an arm at zero. Calibrations move it by millimetres, another type by 80 mm or more."""
+"""Maximum tool displacement of a factory calibration at zero: metre, and norm of a difference of
+rotations. Calibrations move the tool by millimetres; another robot type by 80 mm or more."""
 LENGTH_SCALING = 1e-10
-"""Deviation (m or rad, at lengths of about 1 m) from a linear or a constant function above which an
-expression does not scale with the file's lengths: at 15 digits, rounding gives about 1e-14, and
-a wrong expression by about its own value."""
+"""Maximum deviation (m or rad, at lengths near 1 m) from a linear or constant function of the
+file's lengths. With 15 digits, rounding gives about 1e-14, and a wrong expression about its own
+value."""
 
-# --- terms, chain: numbers that are integers ---
+# --- terms, chain: numbers that equal integers ---
 
 MEANT = 1e-100
-"""Magnitude (no unit) below which a constant other than 0 keeps its value: rounding of numbers of
-order 1 leaves no less than about 1e-40, so that a constant of 1e-150 comes from the file itself."""
+"""Magnitude (no unit) below which a nonzero constant keeps its value. Rounding of numbers of order
+1 leaves at least 1e-40, so a constant of 1e-150 comes from the file itself."""
 UNIT_VECTOR = 1e-12
-"""Difference of a unit vector's squared length from 1 (no unit): rounding of its components leaves
-about 1e-15. A vector of exact numbers must be of length 1 exactly."""
+"""Maximum difference between a unit vector's squared length and 1 (no unit): rounding leaves about
+1e-15. An exact vector must have length 1 exactly."""
 
 # --- loops: closures, ranks, branches ---
 
 BRANCHES_APART = 1e-6
-"""Two branches whose distances from the reference differ by less are not told apart.
+"""Distance difference below which two branches are equally near to the reference.
 
-Root of a sum of squared radians and parts of the mechanism's size. The distances come from doubles
-through a few roots, which leaves about 1e-8 near a dead point; a reference is given by hand, to
-three digits.
+Root of a sum of squares in radian or relative to the mechanism size. Double precision leaves about
+1e-8 near a dead point; references are written with three digits.
 """
 OFF_BRANCH = 1e-6
-"""Gap of a joint (parts of the mechanism's size, radian) above which a branch does not exist.
+"""Joint gap (relative to the mechanism size, or radian) above which a branch does not exist.
 
-Doubles through a few roots leave about 1e-8 near a dead point; a joint that does not fit is off by
-about its own length.
+Double precision leaves about 1e-8 near a dead point; an incompatible joint has a gap of about its
+own length.
 """
 LOOPS_AGREE = 1e-6
-"""What loops may leave (parts of the mechanism's size, entries of axes) of joints given together.
+"""Maximum loop residual of joint values that are given together (relative, or direction cosine).
 
-More joints of the main chain than freedoms are known to 1e-8 near a dead point; joints that do not
-belong together are off by more than a person can set.
+If the main chain has more joints than freedoms, consistent values leave 1e-8 near a dead point.
+Inconsistent values leave more than anyone can set by hand.
 """
 OFF_AXIS = 1e-12
-"""Square metre, from which on a point at the reference is not on an axis."""
+"""Squared distance (square metre) from which a point at the reference is off an axis."""
 ZERO_COMPONENT = 1e-25
-"""Components of vectors below this are zero (pure number, or metre where points are compared).
+"""Vector components below this value are zero (no unit, or metre between points).
 
-They are computed to 40 digits: 15 of them remain for rounding, and nothing that a description means
-to be different from zero is as small.
+Components have 40 digits, of which 15 remain for rounding. No intended nonzero value is as small.
 """
 CLOSED_LOOP = 1e-12
 """Residual below which a loop is closed in double precision (metre, or sine of an angle)."""
 NEARLY_DEAD = 1e-3
-"""sin^2 of a transmission angle at the reference up to which another ring of pins is solved first:
-two degrees from a dead point, a tenth of a millimetre moves joints by milliradians."""
+"""sin^2 of a transmission angle at the reference below which another ring of pins is solved first.
+Two degrees from a dead point, a tenth of a millimetre moves joints by milliradians."""
 CLEAR_LEG = 0.25
-"""sin^2 of a transmission angle at the reference below which a leg waits for one that gives the
-same joint and is farther from its dead point: 30 degrees, by which joints turn in use."""
+"""sin^2 of a transmission angle at the reference below which a clearer leg for the same joint is
+preferred: 30 degrees, a typical joint motion in use."""
 VANISHED = 1e-12
-"""Part of the longest of some vectors up to which a vector may be the zero that exact arithmetic
-finds: rounding leaves 1e-16 of it, and more only makes the exact test run."""
+"""Length relative to the longest vector below which a vector may be exactly zero. Rounding leaves
+1e-16; a false positive only triggers the exact test."""
 FOUND_LOOP = 1e-10
-"""Residual (metre, or sine of an angle) above which an implicit function of CasADi found no closed
-loop: its last step is 1e-14, and where equations repeat each other it iterates on their squares."""
+"""Residual (metre, or sine of an angle) above which a CasADi implicit function has failed. Its last
+step is 1e-14; with redundant equations it iterates on their squares."""
 ZERO_SINGULAR_VALUE = 1e-9
-"""Singular values below this part of the largest are zero (pure number).
+"""Singular values below this fraction of the largest are zero (no unit).
 
-Far above the rounding of a Jacobian at a closed configuration (1e-15), far below the smallest
-singular value away from singularities (1e-3).
+The value is far above the rounding of a Jacobian at a closed configuration (1e-15), and far below
+the smallest singular value away from singularities (1e-3).
 """
 REPEATED_EQUATION = 1e-4
-"""Singular values of equations that repeat others near closure, as parts of the largest.
+"""Singular values of redundant equations near closure, relative to the largest.
 
-A residual of 1e-12 may be 1e-6 away from closure there, and such equations still look independent.
+A residual of 1e-12 may be 1e-6 away from closure, where such equations still look independent.
 """
 REPEATED_AS_BUILT = 0.02
-"""The same of a robot as built, whose equations that repeat others look independent by the tilt of
-its axes: ten times what axes 2 mrad out of parallel were seen to leave."""
+"""The same limit for as-built robots, whose tilted axes make redundant equations look independent:
+ten times the value observed for axes 2 mrad out of parallel."""
 WORTHWHILE_STEP = 0.9
-"""A step of Newton's method that leaves more than this part of the residual is shortened."""
+"""A Newton step is shortened if more than this fraction of the residual remains."""
 SAMPLED_RANGE = 0.3
-"""Distance of random configurations from the reference: radian, and part of the mechanism's size.
+"""Distance of random configurations from the reference (radian, or relative to the size).
 
 Large enough to leave a singular reference, small enough for Newton's method to close the loops.
 """
 NEIGHBOURHOOD = 0.02
-"""Distance within which closed configurations are the reference's: radian, or part of the size.
+"""Distance of closed configurations in the reference's neighborhood (radian, or relative to size).
 
-Farther off, Newton's method may end in another assembly, which has other freedoms. Large enough for
-singular values that vanish at the reference to show (4e-4 where they grow as the square).
+Farther away, Newton's method may find another assembly mode with other freedoms. The distance is
+large enough to detect singular values that vanish at the reference (4e-4 if they grow
+quadratically).
 """
 GAP = 1e-7
-"""Gap up to which a loop counts as closed in a search in numbers: part of the mechanism's size, or
-radian. A search by differences ends some 1e-10 from closure, and at a dead point, where the gap
-grows by the square of the motion, an angle is then right to 3e-4 rad."""
+"""Gap up to which a loop counts as closed in a numerical search (relative to the size, or radian).
+Finite differences end about 1e-10 from closure. At a dead point the gap grows quadratically with
+the motion, so angles are then accurate to 3e-4 rad."""
 DIFFERENCE_STEP = 1e-6
-"""Step of central differences in such a search: radian, or part of the mechanism's size. Its square
-and the rounding of a double over it are both below 1e-9."""
+"""Step of central differences in such a search (radian, or relative to the mechanism size). Its
+square and the relative rounding of a double are both below 1e-9."""
 WORTHWHILE_GAIN = 1e-5
-"""Part of the squared gap (no unit) by which iterations must lower it that seek the smallest."""
+"""Minimum relative decrease of the squared gap (no unit) per iteration while minimizing it."""
 CLOSING_GAIN = 3e-3
-"""The same in a search for closed loops (no unit): with less, eighty iterations would leave three
-quarters of the squared gap, where closing takes fourteen orders of magnitude."""
+"""The same minimum while closing loops (no unit). With less, three quarters of the squared gap
+would remain after eighty iterations; closing needs fourteen orders of magnitude."""
 SAME_POINT = 1e-9
-"""Points of a drawing closer than this are one (metre), and so are directions (pure number).
+"""Distance below which two points of a drawing coincide (metre), also for directions (no unit).
 
-Closed loops in doubles leave 1e-12; the eye sees no less than 1e-4 of a robot's size.
+Closed loops in double precision leave 1e-12; the eye resolves 1e-4 of a robot's size.
 """
 MOVED_REFERENCE = 0.3
-"""A described value this far from the closed reference is told: radian, or part of the size.
+"""Distance of a described value from the closed reference that is reported (radian, or relative).
 
-Values written by eye are some 10 degrees off; another assembly is mostly farther away.
+Values estimated by eye are about 10 degrees off; another assembly mode is usually farther away.
 """
 PIN_ACROSS = 0.1
-"""Cosine of the angle between a pin and its strut up to which the pin is across it (no unit).
+"""Cosine of the angle between a pin and its strut up to which the pin is perpendicular (no unit).
 
-Pins as built tilt by hundredths; a frame that gives the point of an end alone may lie anyhow.
+As-built pins tilt by hundredths. A frame that only locates the point of an end may have any
+orientation.
 """
 SAME_VIEW = 1e-6
-"""Directions of a solved configuration are parallel to this angle in a drawing (radian).
+"""Angle up to which directions of a solved configuration are parallel in a drawing (radian).
 
-A configuration that closes overconstrained loops is known to about 1e-7.
+A configuration that closes overconstrained loops is accurate to about 1e-7.
 """
 LAYOUT_TIE = 1e-5
-"""Numbers this close to the middle between two tenths of a millimetre are rounded up (0.1 mm).
+"""Distance from the middle between two tenths of a millimetre below which values round up (0.1 mm).
 
-Machines differ in the last digits of these numbers; the bytes of a drawing must not.
+Machines differ in the last digits of these values; the bytes of a drawing must not differ.
 """
 DRAWN_AS_ONE = 1e-6
-"""Points of a body nearer than this part of the robot's size are drawn as one.
+"""Distance below which points of a body are drawn as one, relative to the robot's size.
 
-The eye sees a hundred times as much, and exact placements in doubles leave 1e-15.
+The eye resolves a hundred times as much, and exact placements in double precision leave 1e-15.
 """
 DRAWN_DIGITS = 9
-"""Decimal digits of a drawn point in parts of the robot's size, and of a drawn direction (no unit).
+"""Decimal places of a drawn point relative to the robot's size, and of a direction (no unit).
 
-The eye sees four; five more leave out what machines differ in, and hold whole micrometres.
+The eye resolves four decimal places. Five more places exclude differences between machines and
+still resolve micrometres.
 """
 
-# --- loops: paths of complex poses, of length 1 in Study's coordinates ---
+# --- loops: paths of complex unit poses in Study's coordinates ---
 
 PATH_NEAR = 1e-4
-"""First Newton correction behind a step along a path; above it another path may be as near."""
+"""Maximum first Newton correction after a path step; beyond it another path may be equally near."""
 PATH_ON = 1e-7
-"""Second correction: of the order of the square of the first."""
+"""Maximum second Newton correction, about the square of the first."""
 SHORTEST_PATH_STEP = 1e-9
-"""Part of a path below which a step is given up: its end is singular, or at infinity."""
+"""Step length below which a path ends: its end point is singular, or at infinity."""
 POSES_ARE_ONE = 1e-8
-"""1 - |<x, y>| of two poses that are one: each is known to 1e-12, its square is what counts."""
+"""1 - |<x, y>| of two equal poses; each is accurate to 1e-12, and the square matters here."""
 SINGULAR_POSE = 1e11
-"""Condition number at which a pose counts as singular for generic rods; those that are not have
-some 1e4."""
+"""Condition number from which a pose counts as singular for generic rods; regular poses have about
+1e4."""
 POSE_AT_INFINITY = 1e-10
-"""|e.e| of a pose at infinity: no rotation has e.e = 0."""
+"""|e.e| of a pose at infinity; a rotation never has e.e = 0."""
 NO_FRAME = 1e-9
-"""Metres below which a middle of points counts as the origin."""
+"""Distance (metre) below which a centroid counts as the origin."""
 RODS_SPAN = 1e-9
-"""Singular value, in parts of the greatest, below which rods do not move in a direction."""
+"""Relative singular value below which rods do not move in a direction."""
 
 # --- inverse: structures, boundaries of subproblems, determinants ---
 
 EXACT_STRUCTURE = 1e-9
-"""Radian, or parts of the arm's length: axes that miss a structure by no more have it.
+"""Deviation up to which axes have a structure exactly (radian, or relative to the arm's length).
 
-A file's decimals are read exactly, so that only rounding of the judgement in floats is bridged.
+Decimals in a file are read exactly, so only the rounding of the numerical test remains.
 """
 MEASURED_STRUCTURE = 5e-3
-"""Radian, or parts of the arm's length: axes that miss a structure by no more are meant to have it.
+"""Deviation up to which a structure is intended (radian, or relative to the arm's length).
 
-It bounds the errors of a measured arm: some millimetres a metre, some milliradians.
+It bounds the errors of a measured arm: a few millimetres per metre and a few milliradians.
 """
 NEARLY_STRUCTURE = 3e-2
-"""Radian, or parts of the arm's length: deviations up to which a structure is tried on an arm that
-misses it. Newton's iteration leads from the nominal arm to the true one or does not, and that
-decides; from farther away it rarely does."""
+"""Deviation up to which a structure is tried for an arm without it (radian, or relative to the
+arm's length). The test is whether Newton's iteration converges from the nominal arm to the true
+arm, which is rare from farther away."""
 LED = 0.9
-"""Share of random configurations, to which a nominal arm has to lead: about one in ten is near a
-singularity, where the displacement between two arms moves solutions anywhere."""
+"""Fraction of random configurations that must be recovered from a nominal arm. About one in ten is
+near a singularity, where a small difference between arms moves solutions anywhere."""
 LED_UNLIKELY = 0.85
 LED_CLEARLY = 0.95
-"""Shares to which the nominal configurations beside them lead, between which that of all nominal
-solutions is asked for: on 70 arms it was less than 0.03 smaller and at most 0.05 larger."""
+"""Between these fractions of recovery from the nearest nominal solution, the fraction from all
+nominal solutions is computed, too. On 70 arms the latter was at most 0.03 smaller and 0.05
+larger."""
 LED_BESIDE = 0.5
-"""Share of random configurations beside which a nominal arm has a branch: of arms that lead, nearly
-all; of an arm whose nominal inverse takes other postures, none."""
+"""Fraction of random configurations with a nearby nominal branch: nearly all for suitable nominal
+arms, none if the nominal inverse has other configurations."""
 LED_BACK = 1e-6
-"""Radian, or parts of the arm's length, up to which the iteration is back at a configuration: eight
-steps leave 1e-14 off singularities."""
+"""Distance (radian, or relative to the arm's length) at which the iteration has recovered a
+configuration; eight steps leave 1e-14 away from singularities."""
 LED_STEP = 0.3
-"""Metres or radians that a coordinate may move in such a step: further away lies another branch."""
+"""Maximum move of a coordinate per step (metre or radian); farther away lies another branch."""
 LOST = 1e-5
-"""Radian, or metre for arms of a metre and more, from which a reachable pose is lost: the runtime's
-refinement begins up to there, where rounding may have spoilt a solution."""
+"""Error (radian, or metre for arms of at least a metre) from which a reachable pose counts as
+missed. Refinement at run time starts below it, where rounding may have spoiled a solution."""
 JACOBIAN_RANK = 1e-9
-"""A singular value of the Jacobian, lengths in parts of the arm's, that is 0 but for rounding."""
+"""A singular value of the Jacobian that is 0 up to rounding, lengths relative to the arm's."""
 OBLIQUE_AXES = 1e-3
-"""Sine of an angle between axes below which a slide does not determine the point it moves."""
+"""Sine of an angle between axes below which a slide does not determine the point that it moves."""
 TOOL_ON_AXIS = EXACT_STRUCTURE
-"""Metre and sine up to which the tool lies on the axis of its joint, or in the base's plane."""
+"""Distance (metre) and sine up to which the tool lies on its joint axis, or in the base plane."""
 INDEPENDENT_SLIDES = EXACT_STRUCTURE
-"""A singular value of unit directions up to which they are linearly dependent."""
+"""Singular value of unit directions up to which they are linearly dependent."""
 UNDETERMINED_SUM = sp.Float("5e-10", 20)
-"""Sine of the angle between axis 6 and axes 2 to 4 up to which they are taken for parallel.
+"""Sine of the angle between axis 6 and axes 2 to 4 up to which they count as parallel.
 
-The sum of the angles 2 to 4 is then chosen to bring the elbow within reach, at the cost of an
-orientation error of no more than this.
+The sum of angles 2 to 4 is then chosen to bring the elbow within reach, with an orientation error
+of at most this value.
 """
 UNDETERMINED_TURN = sp.Float("2e-10", 20)
-"""Metre: distance of a point from an axis up to which a turn about it counts as not moving it.
+"""Distance (metre) of a point from an axis up to which a rotation does not move the point.
 
-The turn is then chosen for the joints behind it, which moves the point by twice this at most.
+The rotation angle is then chosen for the later joints, which moves the point by at most twice this
+value.
 """
 DIRECTION_FLOOR = sp.Float("1e-150", 20)
-"""Added to the first of two numbers whose direction is computed, and to divisors that may be 0.
+"""Added to the first component of a computed direction, and to divisors that may be 0.
 
-It changes no number above 1e-134, its square does not underflow, and the direction of (0, 0) is the
-angle 0 instead of 0/0.
+It does not change numbers above 1e-134, its square does not underflow, and the direction of (0, 0)
+becomes the angle 0 instead of 0/0.
 """
 VECTOR_FLOOR = sp.Float("1e-140", 20)
-"""Part of a second vector that is added to one that may be 0; it changes no other vector."""
+"""Fraction of a second vector added to a vector that may be 0; other vectors stay unchanged."""
 GREATEST_NUMBER = 1e300
-"""Sums of magnitudes of inputs (metre or pure number) above it count as infinite."""
+"""Sum of input magnitudes (metre or no unit) above which an input counts as infinite."""
 DIVISOR_FLOOR = sp.Float("1e-300", 20)
 """Added to a divisor that is a sum of squares and may be 0."""
 ARTICLE_ZERO = 1e-100
-"""Numbers below it are such floors, which the article leaves out."""
+"""Magnitude below which the article omits a number: the floors above."""
 MEETING_SOLUTIONS = sp.Float("4e-15", 20)
-"""sin^2 of half the angle between two solutions that are one.
+"""sin^2 of half the angle between two solutions that coincide.
 
-Rounding moves it by some 1e-16 of its terms. A solution moved off its singular place by 1e-8 would
-leave nothing of the singularity to the steps behind it, and to meet the equation to 4e-15 costs
-nothing.
+Rounding changes it by about 1e-16 of its terms. Moving a solution off its singular position by 1e-8
+would hide the singularity from later steps. An error of 4e-15 in the equation is harmless.
 """
 LEAST_CONIC = sp.Rational(1, 10**20)
-"""The least g of a trigonometric polynomial whose coefficients are about 1, rounded to 1e-16."""
+"""Smallest g of a trigonometric polynomial with coefficients near 1, rounded to 1e-16."""
 NEARLY_LINEAR = sp.Integer(10) ** 10
 """P + Q above which the resolvent is linear to 1e-5, and its closed form loses digits."""
 OUTERMOST_ROOT = 1 + sp.Rational(1, 10**9)
-"""A root tau up to here has been moved out of [-1, 1] by rounding."""
+"""Upper bound of a root tau that rounding has moved out of [-1, 1]."""
 MEETING_ROOTS = sp.Rational(1, 10**14)
-"""sin^2 of half the angle between two roots that are one: rounding separates a double root so."""
+"""sin^2 of half the angle between two coinciding roots, which rounding of a double root
+separates."""
 EVEN_CONIC = sp.Rational(4, 10**15)
-"""A coefficient p up to here is rounding, and the conic is even in x: t = 0."""
+"""Maximum coefficient p that counts as rounding; the conic is then even in x, and t = 0."""
 REAL_LINES = sp.Rational(1, 10**13)
-"""Negative slope of the cubic at 0 down to which the lines of t = 0 are real but for rounding."""
+"""Most negative slope of the cubic at 0 for which the lines at t = 0 are real up to rounding."""
 LEAST_SLOPE = sp.Rational(1, 10**10)
-"""Slopes of the cubic below it belong to a triple root that rounding has separated."""
+"""Slope of the cubic below which roots belong to a triple root that rounding has separated."""
 GREATEST_T = sp.Rational(3, 2)
 """Bound of t, which is at most 1, after a step from a triple root."""
 LEAST_T = sp.Rational(1, 10**8)
-"""Below this t, alpha is too small a divisor of p."""
+"""Value of t below which alpha is too small a divisor of p."""
 DEPENDENT_ROWS = sp.Rational(1, 10**13)
-"""Sine of the angle between rows that are linearly dependent but for rounding."""
+"""Sine of the angle between rows that are linearly dependent up to rounding."""
 FARTHEST_POINT = sp.Integer(10) ** 6
 """Bound of the point X of subproblem 6; beyond sqrt(2) there is no solution."""
 ELLIPSES_DAMPING = sp.Rational(1, 10**14)
-"""Least square of the singular values' ratio at which Newton steps on two angles are not damped."""
+"""Minimum squared ratio of singular values at which Newton steps on two angles are undamped."""
 LOOP_DAMPING = sp.Rational(1, 10**10)
-"""The same of three angles; less would drown in rounding where the Jacobian has rank 1."""
+"""The same minimum for three angles; less would drown in rounding for a Jacobian of rank 1."""
 NEARLY_REAL = sp.Rational(1, 10**7)
-"""A negative margin down to which solutions are refined; Newton would find others beyond."""
+"""Most negative margin at which solutions are refined; beyond it Newton finds other solutions."""
 SOLUTION_SEPARATION = sp.Rational(1, 10**7)
-"""Radian from their common point at which solutions start that squares of lengths do not separate.
+"""Start distance (radian) from their common point, for solutions with equal squared lengths.
 
-Squares give an angle to 1e-8.
+Squared lengths determine an angle to 1e-8.
 """
 PARABOLA_STEP = sp.Rational(1, 10**5)
-"""Radian: bound of a step on the parabola of second order, a hundred times that separation."""
+"""Maximum step (radian) on the second-order parabola, a hundred times that distance."""
 NEARLY_SOLVED = sp.Rational(1, 10**5)
-"""Radian and part of the arm's length: an error from which all conditions are met at once.
+"""Error (radian, or relative to the arm's length) below which all conditions are solved together.
 
-A step loses at most half of the digits, so that a solution is off by some 1e-8.
+A step loses at most half of the digits, so a solution is accurate to about 1e-8.
 """
 POSE_DAMPING = sp.Rational(1, 10**12)
-"""Least square of the singular values' ratio at which steps on a pose are not damped; the normal
-equations are rounded to 1e-16."""
+"""Minimum squared ratio of singular values at which pose steps are undamped; rounding of the normal
+equations is 1e-16."""
 DETERMINANT_TAIL = 1e-9
-"""Relative size up to which degrees above 8 of a determinant are 0: rounding leaves 1e-15."""
+"""Relative size up to which coefficients above degree 8 of a determinant are 0; rounding leaves
+1e-15."""
 SINGLE_SOLUTION = 1e-12
-"""Ratio of the second smallest singular value to the greatest, below which it is 0.
+"""Ratio of the second smallest to the largest singular value, below which it is 0.
 
-The six equations do not single out a solution then.
+The six equations then do not determine a unique solution.
 """
 POOR_SEPARATION = 1e-5
-"""Separation of a choice of splits (:attr:`.Choice.separation`) below which other joints are rather
-given: arms whose slide leaves six others regular have 1e-4 and more, one with a slide along two of
-the axes 7e-7."""
+"""Separation of splits (:attr:`.Choice.separation`) below which other joints are fixed instead.
+Arms whose slide leaves six regular joints have 1e-4 and more; an arm with a slide along two axes
+has 7e-7."""
 ASKED_SEPARATION = 5e-3
-"""Separation of a choice of splits (:attr:`.Choice.separation`) above which its solver is quick and
-sure enough to be asked at every pose of an arm that nearly has a structure.
+"""Separation of splits (:attr:`.Choice.separation`) from which the general solver is practical.
 
-A calibrated Panda with a given joint has 2e-2. An iiwa has 2e-3 and less, where the solver takes
-five times as long.
+For an arm that nearly has a structure, the solver may then run at every pose. A calibrated Panda
+with a fixed joint has 2e-2. An iiwa has at most 2e-3, and its solver takes five times as long.
 """
 ASKED_MOVE = 0.05
-"""Radian: median move of the joints from a nominal solution to its true one, above which the
-general solver is asked at every pose, if its separation allows.
+"""Median joint move (radian) from nominal to true solutions that calls for the general solver.
 
-Near a wrist's singularity such an arm has solutions that no branch of the nominal arm shows: of a
-wrist that is 13 mm off (0.06), 1 of 9 configurations at right angles was missed. An IRB 120 with
-errors of 3.6 mm and mrad has 0.02, other arms with up to 3 mm and mrad less.
+Above it, the solver runs at every pose, if its separation allows. Near a wrist singularity such an
+arm has solutions on no nominal branch. With a wrist offset of 13 mm (0.06), 1 of 9 right-angled
+configurations was missed. An IRB 120 with errors of 3.6 mm and mrad has 0.02; other arms with up to
+3 mm and mrad have less.
 """
 SEPARATE = 1e-2
-"""Radian: solutions that are further apart in a joint are told apart by its roots.
+"""Joint difference (radian) above which the roots distinguish two solutions.
 
-Ten times as far as two roots that may have the vectors of each other.
+It is ten times the difference of two roots that may exchange their vectors.
 """
 NOMINAL_GUARD_DIGITS = 8
-"""Decimal digits of an exact evaluation that an angle may lose before it is no right angle."""
+"""Maximum loss of decimal digits in an exact evaluation that still identifies a right angle."""
 
-# --- latex: digits that are printed ---
+# --- latex: printed digits ---
 
 PRINTED_DIGITS = 10
-"""Digits of a number without a short exact form in an article; dots follow where digits are cut."""
+"""Digits of a number without a short exact form in an article; dots mark omitted digits."""
 GIVEN_DIGITS = 17
-"""Most digits of a number that a file gives, which an article prints in full: a double has 17."""
+"""Maximum digits of a file value that an article prints in full; a double has 17."""
 FEW_PRINTED_DIGITS = 6
-"""Digits of such a number where a line has no room for ``PRINTED_DIGITS``."""
+"""Digits of such a number if a line has no room for ``PRINTED_DIGITS``."""
 
 # --- emit: tolerances that the runtime reads from the manifest ---
 
 DEAD_POINT = 1e-12
-"""Margin, a pure number, up to which a loop counts as at its dead point: sin^2 of a millionth of a
-radian."""
+"""Margin (no unit) up to which a loop counts as at its dead point: sin^2 of a microradian."""
 
-# --- chain: singular configurations in numbers ---
+# --- chain: numerical singular configurations ---
 
 FACTORS_VANISH = 1e-9
-"""Value of factors of minors up to which they are 0 (no unit, or metre beside lengths of about a
-metre): ten thousand times the rounding of their sums."""
+"""Value of minor factors up to which they are 0 (no unit, or metre for lengths near a metre): ten
+thousand times the rounding of their sums."""
 NO_WORK = 1e-12
-"""Length of J^T y or J x, with y or x of length 1 and lengths in parts of the arm's, up to which a
-posture is singular: a thousand times the rounding of a Jacobian's entries."""
+"""Length of J^T y or J x for unit y or x, up to which a configuration is singular; lengths are
+relative to the arm's. It is a thousand times the rounding of a Jacobian."""
 LAST_STEP = 1e-9
-"""Length of the last of Newton's steps (radian, parts of the arm's length) to a singular posture:
-its printed digits, 1e-5, are then sure. Where two singularities cross, J^T y is short long before q
-is known."""
+"""Length of the last Newton step (radian, or relative to the arm's length) to a singular
+configuration, so that the printed digits (1e-5) are correct. If two singularities cross, J^T y is
+small long before q is accurate."""
 OTHER_POSTURE = 0.02
-"""Distance (radian, parts of the arm's length) between postures that count as different: about a
-degree, which a reader sees."""
+"""Distance (radian, or relative to the arm's length) between different configurations: about a
+degree, which a reader notices."""
 RANK_LOST = 1e-6
-"""Singular value of a Jacobian, lengths in parts of the arm's, below which it has lost rank: at
-drawn postures an arm of full rank has more than 1e-3, one without it rounding."""
+"""Singular value of a Jacobian below which it has lost rank; lengths are relative to the arm's. At
+drawn configurations a full-rank arm has more than 1e-3, a rank-deficient arm only rounding."""
 
-# --- inverse: solutions of a general arm in numbers ---
+# --- inverse: numerical solutions of a general arm ---
 
 ALMOST_REAL = 1e-3
-"""Imaginary part of the tangent of half an angle, in parts of 1 + |t|^2, up to which a root is
-tried as a real one: double roots split by the root of rounding, 1e-8, times their condition.
-Newton's iteration on the pose rejects the others."""
+"""Imaginary part of a half-angle tangent, relative to 1 + |t|^2, up to which a root is tried as
+real. Double roots split by the square root of rounding, 1e-8, times their condition number.
+Newton's iteration on the pose rejects wrong roots."""
 SOLVED_POSE = 1e-13
-"""Difference of a pose from the target (no unit, parts of the arm's length) of a solution: a
-hundred times the rounding of six products of matrices."""
+"""Pose error of a solution (no unit, or relative to the arm's length): a hundred times the rounding
+of six matrix products."""
 DISTINCT_SOLUTION = 1e-5
-"""Difference of a joint (radian, parts of the arm's length) from which two solutions are different
-ones: their printed decimals differ from 1e-4 rad on."""
+"""Joint difference (radian, or relative to the arm's length) above which two solutions differ;
+their printed decimals differ from 1e-4 rad on."""

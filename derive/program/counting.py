@@ -36,6 +36,6 @@ class Operations:
 
 
 def count_operations(program: Program) -> Operations:
-    """Counts a program's operations by kind; reading, storing and constants are free."""
+    """Counts a program's operations by kind; loads, stores and constants are free."""
     kinds = (_KINDS.get(statement.operation, "other") for statement in program.computed)
     return Operations(**Counter(kinds))

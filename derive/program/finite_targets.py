@@ -1,7 +1,7 @@
-"""Makes the residual of an inverse not finite where its target is not finite.
+"""Makes the residual of an inverse non-finite if its target is not finite.
 
-The residual of a slide along an axis of the base is x - x, which simplifies to 0 for every x. A
-target with NaN as x would count as solved.
+The residual of a slide along a base axis is x - x, which simplifies to 0 for every x. Without this
+step, a target with x = NaN would count as solved.
 """
 
 import itertools
@@ -12,17 +12,17 @@ from ..model.tolerances import GREATEST_NUMBER
 from .operations import Compute, Constant, Input, Operand, Operation, Program, Store, Variable
 
 COORDINATES, RESIDUAL = 0, 1
-"""Outputs of every inverse."""
+"""Output indices of every inverse."""
 
 
 def seeing_its_inputs(program: Program) -> Program:
-    """Makes the residual not finite where an input of the coordinates is not finite.
+    """Makes the residual non-finite if an input of the coordinates is not finite.
 
     Args:
-        program: The program of an inverse, of all its slots or of a single slot.
+        program: The program of an inverse, for all slots or for a single slot.
 
     Returns:
-        The program, whose residual depends on every input on which the coordinates depend.
+        The program, with a residual that depends on every input of the coordinates.
     """
     inputs = _inputs_behind(program)
     unseen = inputs[COORDINATES] - inputs[RESIDUAL]
@@ -47,7 +47,7 @@ def seeing_its_inputs(program: Program) -> Program:
 def _total_size(
     entries: Sequence[Input], unused: Iterator[Variable]
 ) -> tuple[Variable, list[Compute]]:
-    """The sum of the absolute values of inputs, and the statements that compute it."""
+    """Returns the sum of the inputs' absolute values, and the statements that compute it."""
     sizes = [Compute(next(unused), Operation.ABS, (entry,)) for entry in entries]
     total, computed = sizes[0].result, [*sizes]
     for size in sizes[1:]:
@@ -57,7 +57,7 @@ def _total_size(
 
 
 def _inputs_behind(program: Program) -> dict[int, set[Input]]:
-    """The inputs on which each output depends."""
+    """Returns the inputs on which each output depends."""
     behind: dict[Operand, set[Input]] = {entry: {entry} for entry in program.inputs}
     outputs: dict[int, set[Input]] = {}
     for statement in program.statements:

@@ -1,7 +1,7 @@
 """The typed program of a function: inputs, and statements that compute or store one value each.
 
 A :class:`Program` is in single assignment form: each :class:`Variable` is computed once, before its
-use. Statements hold no text of any language; the printer of a language gives them their text.
+use. Statements are independent of any language; a printer converts them to text.
 """
 
 from collections.abc import Iterator, Sequence
@@ -10,7 +10,7 @@ from enum import Enum, auto
 
 
 class Operation(Enum):
-    """An operation on operands; a condition is 1 or 0 in scalar code, and a mask on lanes."""
+    """An operation on operands. A condition is 1 or 0 in scalar code, and a mask in lanes."""
 
     ADD = auto()
     SUBTRACT = auto()
@@ -26,7 +26,7 @@ class Operation(Enum):
     ATAN2 = auto()
     ABS = auto()
     SIGN = auto()
-    """-1, 1, or the operand itself where it is 0 or NaN."""
+    """Returns -1 or 1; returns the operand itself if it is 0 or NaN."""
     MIN = auto()
     MAX = auto()
     LESS = auto()
@@ -37,12 +37,13 @@ class Operation(Enum):
     AND = auto()
     OR = auto()
     SELECT = auto()
-    """``SELECT(condition, x, y)`` is x if the condition holds, else y; the other has no effect."""
+    """``SELECT(condition, x, y)`` is x if the condition holds, else y; the unused value has no
+    effect."""
     RECIPROCAL_SQRT = auto()
-    """1 / sqrt(x); strength reduction alone introduces it."""
+    """1 / sqrt(x), introduced only by strength reduction."""
     SUPPLEMENT = auto()
-    """``SUPPLEMENT(a, y)``: the angle of absolute value pi - |a| with the sign of y; strength
-    reduction alone introduces it."""
+    """``SUPPLEMENT(a, y)`` is the angle of magnitude pi - |a| with the sign of y, introduced only
+    by strength reduction."""
 
 
 COMPARISONS = frozenset(
@@ -50,14 +51,14 @@ COMPARISONS = frozenset(
 )
 LOGIC = frozenset({Operation.NOT, Operation.AND, Operation.OR})
 CONDITIONS = COMPARISONS | LOGIC
-"""Operations whose result is true or false."""
+"""Operations with a Boolean result."""
 CALLS = frozenset({Operation.SIN, Operation.COS, Operation.TAN, Operation.ATAN, Operation.ATAN2})
 """Operations that call the mathematical library on every machine."""
 
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """A number; -0.0 and 0.0 are different constants."""
+    """A constant; -0.0 and 0.0 are different constants."""
 
     value: float
 
@@ -78,7 +79,7 @@ class Input:
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """The result of a statement, by its number in the program."""
+    """The result of a statement, identified by its number in the program."""
 
     number: int
 
@@ -91,7 +92,7 @@ Operand = Constant | Input | Variable
 
 @dataclass(frozen=True, slots=True)
 class Compute:
-    """``result = operation(operands)``."""
+    """A statement ``result = operation(operands)``."""
 
     result: Variable
     operation: Operation
@@ -103,13 +104,13 @@ class Compute:
 
     @property
     def is_condition(self) -> bool:
-        """Whether the result is true or false."""
+        """Whether the result is Boolean."""
         return self.operation in CONDITIONS
 
 
 @dataclass(frozen=True, slots=True)
 class Store:
-    """``output[entry] = value``."""
+    """A statement ``output[entry] = value``."""
 
     output: int
     entry: int
@@ -117,7 +118,7 @@ class Store:
 
     @property
     def operands(self) -> tuple[Operand, ...]:
-        """The stored value, in the form in which a :class:`Compute` holds its operands."""
+        """The stored value as a tuple, like the operands of :class:`Compute`."""
         return (self.value,)
 
 
@@ -126,7 +127,7 @@ Statement = Compute | Store
 
 @dataclass(frozen=True)
 class Program:
-    """One function as statements.
+    """One function as a list of statements.
 
     Attributes:
         name: The function's name with the robot's prefix.
@@ -144,12 +145,12 @@ class Program:
 
     @property
     def computed(self) -> list[Compute]:
-        """The statements that compute."""
+        """The computing statements."""
         return [statement for statement in self.statements if isinstance(statement, Compute)]
 
     @property
     def stored(self) -> list[Store]:
-        """The statements that store."""
+        """The storing statements."""
         return [statement for statement in self.statements if isinstance(statement, Store)]
 
     def has(self, operation: Operation) -> bool:
@@ -158,5 +159,5 @@ class Program:
 
 
 def variables(operands: Sequence[Operand]) -> Iterator[Variable]:
-    """The variables among operands."""
+    """Returns the variables among operands."""
     return (operand for operand in operands if isinstance(operand, Variable))

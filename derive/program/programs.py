@@ -1,4 +1,4 @@
-"""The programs of all functions of a derivation, from which every language is printed."""
+"""The programs of all functions of a derivation, the source for every language."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,22 +17,22 @@ class Programs:
     """The programs of a robot's functions.
 
     Attributes:
-        whole: The program of each function, by the function's name; the program of a function
-            with branches computes all branches, one after the other.
-        branch: The program of a single branch for each function with branches; its last argument
-            ``choice`` holds the signs.
+        whole: The program of each function by name. For a function with branches, it computes all
+            branches in order.
+        branch: The single-branch program of each function with branches; its last argument
+            ``choice`` contains the signs.
     """
 
     whole: Mapping[str, Program]
     branch: Mapping[str, Program]
 
     def alone(self, function: SymbolicFunction) -> Program:
-        """The program of a single branch, or of the whole function if it has no branches."""
+        """Returns the single-branch program; the whole program for a function without branches."""
         return self.branch.get(function.name) or self.whole[function.name]
 
 
 NO_PROGRAMS = Programs({}, {})
-"""For languages that print the equations themselves."""
+"""Empty programs, for languages that print equations."""
 
 
 def programs(functions: Sequence[SymbolicFunction], prefix: str) -> Programs:
@@ -40,7 +40,7 @@ def programs(functions: Sequence[SymbolicFunction], prefix: str) -> Programs:
 
     Args:
         functions: Functions over the same terms.
-        prefix: The robot's name, with which the programs' names begin.
+        prefix: The robot's name, the prefix of the program names.
 
     Raises:
         LoweringError: An expression or an operation has no rule.

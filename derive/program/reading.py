@@ -1,8 +1,8 @@
-"""From the C of CasADi's code generator to typed programs; no other file reads C.
+"""Converts C from CasADi's code generator to typed programs; no other file parses C.
 
-The arithmetic of CasADi's C is kept operation by operation. Its exports of sparsities, work vectors
-and memory are dropped, since dense functions without state do not need them. An unknown line or
-expression raises an error that shows it.
+The arithmetic of CasADi's C is preserved operation by operation. Its sparsity exports, work vectors
+and memory are dropped, because dense stateless functions do not need them. An unknown line or
+expression raises an error that quotes it.
 """
 
 import itertools
@@ -69,7 +69,7 @@ _FUNCTIONS = {
 
 
 def programs(lowered: Sequence[ca.Function]) -> list[Program]:
-    """The typed programs of lowered functions, as CasADi's code generator writes them.
+    """Returns the typed programs of lowered functions, from CasADi's generated code.
 
     Raises:
         LoweringError: An output is not dense, or an operation is unknown.
@@ -87,7 +87,7 @@ def programs(lowered: Sequence[ca.Function]) -> list[Program]:
 
 
 def _program(function: ca.Function, text: str) -> Program:
-    """The program of a function: selections joined, unused statements dropped, calls first."""
+    """Returns the program of a function, with joined selections and calls first."""
     reader = _Reader(function.name())
     for line in text.splitlines():
         reader.read(line)
@@ -105,18 +105,18 @@ def _program(function: ca.Function, text: str) -> Program:
 
 
 class _Reader:
-    """Reads the lines of one function."""
+    """Parser of one function."""
 
     def __init__(self, name: str) -> None:
         self.name = name
         self.inputs: set[Input] = set()
         self.statements: list[Statement] = []
-        # CasADi assigns its variables repeatedly: the current operand of each.
+        # CasADi reuses its variables, so this maps each variable to its current operand.
         self._now: dict[str, Operand] = {}
         self._numbers = itertools.count(1)
 
     def read(self, line: str) -> None:
-        """Reads one line."""
+        """Parses one line."""
         if load := _LOAD.fullmatch(line):
             entry = Input(int(load[2]), int(load[3]))
             self.inputs.add(entry)
@@ -159,7 +159,7 @@ def _with_choices(statements: Sequence[Statement]) -> list[Statement]:
     computed: dict[Operand, Compute] = {s.result: s for s in statements if isinstance(s, Compute)}
 
     def half(operand: Operand) -> Compute | None:
-        """The statement that computes an operand, if it selects between a value and 0."""
+        """Returns the statement of an operand if it selects between a value and 0."""
         statement = computed.get(operand)
         if statement is None or statement.operation is not Operation.SELECT:
             return None

@@ -1,4 +1,4 @@
-"""The order of a program's statements: scheduling, removal of unused statements, numbering."""
+"""The order of a program's statements: scheduling, removal of unused code, numbering."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -7,16 +7,16 @@ from .operations import CALLS, Compute, Operand, Program, Statement, Store, Vari
 
 
 def by_depth(program: Program) -> Program:
-    """Reorders a program: each statement stands as early as its operands allow.
+    """Reorders a program so that each statement is as early as its operands allow.
 
-    CasADi's order finishes a sum before it begins the next. In a long chain these sums are further
-    apart than a processor looks ahead, so that it would wait for one product after the other.
+    CasADi finishes one sum before it starts the next. In a long chain these sums are too far apart
+    for a processor's look-ahead, so it would wait for one product after another.
     """
     return _numbered(program, [s for level in levels(program) for s in level])
 
 
 def levels(program: Program) -> list[list[Statement]]:
-    """The statements of a program by depth, the length of the longest chain that each waits for."""
+    """Returns the statements by depth, the length of the longest dependency chain before each."""
     depth: dict[Variable, int] = {}
     found: dict[int, list[Statement]] = {}
     for statement in program.statements:
@@ -28,7 +28,7 @@ def levels(program: Program) -> list[list[Statement]]:
 
 
 def needed_only(program: Program) -> Program:
-    """Drops the statements whose results are not used; variables keep their numbers."""
+    """Drops statements with unused results; variables keep their numbers."""
     needed: set[Variable] = set()
     kept: list[Statement] = []
     for statement in reversed(program.statements):
@@ -39,10 +39,10 @@ def needed_only(program: Program) -> Program:
 
 
 def calls_first(program: Program) -> Program:
-    """Moves calls of the library, and the statements that they need, to the front.
+    """Moves library calls, and the statements that they need, to the front.
 
-    A call invalidates the vector registers, so that the arithmetic is best kept in one piece behind
-    the calls.
+    A call invalidates the vector registers, so the arithmetic is best kept together after the
+    calls.
     """
     needed: set[Variable] = set()
     early: set[Variable] = set()
@@ -56,7 +56,7 @@ def calls_first(program: Program) -> Program:
 
 
 def _numbered(program: Program, statements: Sequence[Statement]) -> Program:
-    """A program of these statements, with the variables numbered in their order."""
+    """Returns a program of these statements, with variables renumbered in order."""
     names: dict[Variable, Variable] = {}
 
     def renamed(operand: Operand) -> Operand:

@@ -1,7 +1,7 @@
-"""Strength reduction: replaces expensive operations by operations that are cheap on vectors.
+"""Strength reduction: replaces expensive operations by cheap vector operations.
 
-Square roots, divisions and arc tangents are most of the cost of an inverse. The results differ from
-the original ones by roundings.
+Square roots, divisions and arc tangents dominate the cost of an inverse. The results differ from
+the original results by rounding.
 """
 
 import itertools
@@ -23,23 +23,24 @@ from .schedule import by_depth, needed_only
 
 
 def reduced(program: Program, sign: Input | None = None) -> Program:
-    """Reduces the strength of a program's operations.
+    """Replaces expensive operations of a program.
 
-    Lengths that only divide become reciprocal square roots, and points that are equal up to sign
-    share an arc tangent. An angle does not wait for the length that its point is divided by.
+    Square roots that are only divisors become reciprocal square roots. Points that are equal up to
+    sign share an arc tangent. Angles are computed from points before normalization, so they do not
+    wait for lengths.
 
-    Satisfies: atan2(-y, x) = -atan2(y, x), and atan2(y, -x) = pi - atan2(y, x) where y > 0.
+    Satisfies: atan2(-y, x) = -atan2(y, x), and atan2(y, -x) = pi - atan2(y, x) for y > 0.
 
     Args:
         program: The program.
-        sign: An input that is 1 or -1; as few angles as possible depend on it in the result.
+        sign: An input that is 1 or -1; the result minimizes the number of angles that depend on it.
     """
     program = _angles_before_lengths(_angles_of_opposites(_reciprocal_roots(program)))
     return by_depth(needed_only(_angles_before_sign(program, sign) if sign else program))
 
 
 def _reciprocal_roots(program: Program) -> Program:
-    """Replaces square roots that are used only as divisors by 1 / sqrt(x)."""
+    """Replaces square roots that are only divisors by 1 / sqrt(x)."""
     roots = {
         s.result: s.operands[0]
         for s in program.computed
@@ -63,11 +64,11 @@ def _reciprocal_roots(program: Program) -> Program:
 
 
 def _angles_of_opposites(program: Program) -> Program:
-    """Computes a single arc tangent for points that are equal up to the signs of coordinates."""
+    """Shares one arc tangent between points that are equal up to coordinate signs."""
     negatives = _negatives(program)
 
     def signed(operand: Operand) -> tuple[Operand, bool]:
-        """The operand without its negations, and whether the given operand is its negative."""
+        """Returns the operand without negations, and whether it was negated."""
         negative = False
         while operand in negatives:
             operand, negative = negatives[operand], not negative
@@ -109,7 +110,7 @@ def _angles_before_lengths(program: Program) -> Program:
 
 
 def _angles_before_sign(program: Program, sign: Input) -> Program:
-    """Computes the angle of a point that has a sign as factor from the angle without the sign."""
+    """Computes the angle of a point with a sign factor from the angle without the sign."""
     rewriting = _Rewriting(program)
     for statement in program.statements:
         if _is_angle(statement):
@@ -122,7 +123,7 @@ def _angles_before_sign(program: Program, sign: Input) -> Program:
 def _before_sign(
     rewriting: "_Rewriting", angle: Compute, sign: Input
 ) -> tuple[Operation, tuple[Operand, ...]]:
-    """Operation and operands of an angle whose point may have coordinates with a sign as factor."""
+    """Returns operation and operands of an angle whose point may have a sign factor."""
     y, x = angle.operands
     bare_y, bare_x = rewriting.without(y, sign), rewriting.without(x, sign)
     point = (bare_y or y, bare_x or x)
@@ -137,7 +138,7 @@ def _before_sign(
 
 
 class _Rewriting:
-    """Rewrites a program and takes factors out of products."""
+    """Rewrites a program and removes factors from products."""
 
     def __init__(self, program: Program) -> None:
         self._program = program
@@ -146,17 +147,17 @@ class _Rewriting:
         self.statements: list[Statement] = []
 
     def program(self) -> Program:
-        """The program of the statements written so far."""
+        """Returns the program of the statements written so far."""
         return replace(self._program, statements=tuple(self.statements))
 
     def named(self, operation: Operation, operands: tuple[Operand, ...]) -> Variable:
-        """A new variable for the result of an operation."""
+        """Returns a new variable for the result of an operation."""
         result = Variable(next(self._numbers))
         self.statements.append(Compute(result, operation, operands))
         return result
 
     def without(self, product: Operand, factor: Operand) -> Operand | None:
-        """The product without a factor, or None if it does not have this factor."""
+        """Returns a product without a factor; None if the factor is not in it."""
         statement = self._computed.get(product) if isinstance(product, Variable) else None
         if statement is None:
             return None
@@ -176,7 +177,7 @@ class _Rewriting:
 
 
 def _negatives(program: Program) -> dict[Operand, Operand]:
-    """The negated operand of each variable that a negation computes."""
+    """Returns the negated operand of each variable computed by a negation."""
     return {
         s.result: s.operands[0]
         for s in program.computed

@@ -1,8 +1,8 @@
-"""Unrolls the program of one branch over all signs; terms that branches share are computed once.
+"""Unrolls a single-branch program over all signs, computing shared terms once.
 
-The signs of each branch are substituted into the program of one branch and carried through it: a
-value and its negative share a variable. Every step is exact in floating point: (-a) b = -(a b),
-a + (-b) = a - b, atan2(-y, x) = -atan2(y, x).
+The signs of each branch are substituted and propagated, so that a value and its negative share a
+variable. Every step is exact in floating point: (-a) b = -(a b), a + (-b) = a - b, atan2(-y, x) =
+-atan2(y, x).
 """
 
 import itertools
@@ -45,19 +45,19 @@ _FOLDED: Mapping[Operation, Callable[..., float]] = {
     Operation.AND: lambda x, y: bool(x and y),
     Operation.OR: lambda x, y: bool(x or y),
 }
-"""Operations that are evaluated on constants here, with the result that the C would give."""
+"""Operations evaluated here on constants, with the same result as in C."""
 _OPPOSITE = {Operation.MIN: Operation.MAX, Operation.MAX: Operation.MIN}
 
 
 def unrolled(branch: Program, signs: Iterable[Sequence[int]], name: str) -> Program:
-    """The program of all branches of a function, one after the other.
+    """Returns the program of all branches of a function, in order.
 
     Satisfies: entry i of branch b of an output is entry i of the output of ``branch`` with the
     signs of branch b as its last argument.
 
     Args:
-        branch: The program of one branch, whose last argument holds the signs.
-        signs: 1 or -1 for each entry of that argument, for each branch.
+        branch: The single-branch program, whose last argument contains the signs.
+        signs: The signs (1 or -1) of each branch.
         name: The name of the program.
     """
     choice = len(branch.arguments) - 1
@@ -92,18 +92,18 @@ def unrolled(branch: Program, signs: Iterable[Sequence[int]], name: str) -> Prog
 
 @dataclass(frozen=True)
 class _Signed:
-    """A value that is an operand or the negative of an operand."""
+    """An operand or its negative."""
 
     operand: Operand
     negative: bool
 
     def times(self, negative: bool) -> "_Signed":
-        """The value, or its negative."""
+        """Returns the value, negated on request."""
         return replace(self, negative=self.negative != negative)
 
 
 def _number(value: _Signed) -> float | None:
-    """The number of a constant value; None for other values."""
+    """Returns the number of a constant value; None for other values."""
     if not isinstance(value.operand, Constant):
         return None
     return -value.operand.value if value.negative else value.operand.value
@@ -119,7 +119,7 @@ _MINUS_ONE = Constant(-1.0)
 
 
 class _Writer:
-    """Writes statements; never writes a statement twice, nor its negative."""
+    """Writes each statement once, also up to sign."""
 
     def __init__(self) -> None:
         self.statements: list[Statement] = []
@@ -129,7 +129,7 @@ class _Writer:
         self._count = 0
 
     def value(self, operation: Operation, operands: Sequence[_Signed]) -> _Signed:
-        """The result of an operation."""
+        """Returns the result of an operation."""
         operands = [self._kept(operand) for operand in operands]
         numbers = [number for number in map(_number, operands) if number is not None]
         if operation in _FOLDED and len(numbers) == len(operands):
@@ -161,7 +161,7 @@ class _Writer:
         return _Signed(self._named(operation, *map(self.plain, operands)), False)
 
     def plain(self, value: _Signed) -> Operand:
-        """The operand of a value, negated if the value is its negative."""
+        """Returns the operand of a value, negated if needed."""
         if not value.negative:
             return value.operand
         if isinstance(value.operand, Constant):
@@ -198,7 +198,7 @@ class _Writer:
         )
 
     def _opposite(self, value: _Signed) -> _Signed:
-        """The negative of a value; the differences in a sum change their order."""
+        """Returns the negative of a value; differences in a sum change their order."""
         opposite = None if value.negative else self._turned(value.operand)
         if opposite is None or opposite in self._opposites:
             return value.times(True)
@@ -206,7 +206,7 @@ class _Writer:
         return _Signed(opposite, False)
 
     def _turned(self, operand: Operand) -> Operand | None:
-        """The negative of a difference or sum: b - a for a - b, (b - a) - c for (a - b) + c."""
+        """Returns the negative of a difference or sum: b - a, or (b - a) - c for (a - b) + c."""
         statement = self._computed.get(operand)
         if statement is None:
             return None
@@ -223,12 +223,12 @@ class _Writer:
         return None
 
     def _kept(self, value: _Signed) -> _Signed:
-        """A value expressed by the variable of its negative, if :meth:`_opposite` made one."""
+        """Expresses a value by the variable of its negative, if :meth:`_opposite` made one."""
         opposite = self._opposites.get(value.operand)
         return value if opposite is None else _Signed(opposite, not value.negative)
 
     def _named(self, operation: Operation, *operands: Operand) -> Variable:
-        """The variable of an operation on operands; writes the statement if it is new."""
+        """Returns the variable of an operation; writes the statement if it is new."""
         key = (operation, operands)
         if key not in self._known and operation in _COMMUTING:
             key = (operation, operands[::-1])

@@ -1,7 +1,8 @@
-"""det(D^T D) of a convention's link, symbolically: where it vanishes the model jumps.
+"""Symbolic det(D^T D) of a convention's link, which vanishes where the model is discontinuous.
 
-D is the derivative of the link's homogeneous matrix by the numbers of the link. A shift of a metre
-counts 1 in D^T D, a turn of a radian 2, by the squares of the matrix' entries.
+D is the derivative of the link's homogeneous matrix with respect to its parameters. In D^T D, a
+metre of translation has weight 1 and a radian of rotation has weight 2, from the squared matrix
+entries.
 
 Source:
     Closed chain cascade manipulator with an improved kinematic model, Mathematical Problems in
@@ -29,18 +30,19 @@ _Pair = tuple[sp.Symbol, sp.Symbol]
 
 @cache
 def determinant(convention: Convention, kind: JointKind) -> sp.Expr:
-    """det(D^T D) by the convention's own numbers (metre to the power of the numbers' lengths)."""
+    """Returns det(D^T D) for the convention's own parameters (power of metre)."""
     found = axis_map(convention, kind)
     return _simplified(_gram(twists(numbers_of(convention, kind), found.own)))
 
 
 @cache
 def completed_determinant(convention: Convention, kind: JointKind) -> sp.Expr:
-    """det(D^T D) by the numbers that make the link a whole pose.
+    """Returns det(D^T D) for the parameters that extend the link to a full pose.
 
-    These are the convention's own and turns about and shifts along the axes at both ends, which the
-    neighboring joints have. Of a sliding joint's frame the orientation alone is taken, because its
-    place moves with the joint. 0 where more numbers than a pose has repeat each other.
+    These are the convention's parameters, with rotations about and translations along the axes at
+    both ends, which belong to the neighboring joints. For a prismatic joint only the orientation
+    counts, because its position moves. The result is 0 if parameters beyond the six of a pose are
+    redundant.
     """
     found = axis_map(convention, kind)
     if kind == "prismatic":
@@ -52,12 +54,13 @@ def completed_determinant(convention: Convention, kind: JointKind) -> sp.Expr:
 
 
 def _turns(found: AxisMap) -> sp.Matrix:
-    """The columns that turn the frame, without shifts; three of them where there are two tilts."""
+    """Returns the rotation columns of a prismatic joint; three columns if there are two tilts."""
     columns = dict(zip(found.symbols, found.columns[3:, :].T.tolist(), strict=True))
     turning = {symbol: column for symbol, column in columns.items() if any(column)}
     first = found.product[0]
     if len(turning) > _TURNS and isinstance(first, Rotation):
-        # Two tilts and the turn about the joint's own axis make the turn about the axis before.
+        # Two tilts and the rotation about the joint axis generate the rotation about the previous
+        # axis.
         turning.pop(first.angle, None)
     return sp.Matrix([[0, 0, 0, *column] for column in turning.values()]).T
 
@@ -67,9 +70,9 @@ def _gram(columns: sp.Matrix) -> sp.Matrix:
 
 
 def _simplified(matrix: sp.Matrix, *, squared: bool = False) -> sp.Expr:
-    """The determinant of a matrix in cosines and sines, its shortest form as a product.
+    """Returns a determinant of cosines and sines in its shortest factored form.
 
-    Cosines and sines become unknowns, so that each step is one of polynomials.
+    Cosines and sines become unknowns, so that each step only handles polynomials.
     """
     angles = sorted({f.args[0] for f in matrix.atoms(sp.sin, sp.cos)}, key=str)
     pairs = [sp.symbols(f"c_{k} s_{k}") for k in range(len(angles))]
@@ -92,7 +95,7 @@ def _determinant(matrix: sp.Matrix) -> sp.Expr:
 
 
 def _reduced(polynomial: sp.Expr, pairs: Sequence[_Pair], away: Sequence[sp.Symbol]) -> sp.Expr:
-    """A polynomial in which one of the cosine and the sine of each angle has no square."""
+    """Reduces a polynomial so that the cosine or the sine of each angle has no square."""
     for (c, s), letter in zip(pairs, away, strict=True):
         circle = c**2 + s**2 - 1
         polynomial = sp.rem(polynomial, circle, letter)

@@ -1,4 +1,4 @@
-"""The displacements of an axis that numbers cannot give, in words."""
+"""Describes axis displacements that the parameters of a model cannot represent."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,14 +6,14 @@ from numpy.typing import NDArray
 from ..model.tolerances import ZERO_SINGULAR_VALUE
 
 _SHOWN = 1e-3
-"""Least part of a displacement that is named beside its largest."""
+"""Smallest reported component of a displacement, relative to its largest."""
 
 
 def missed(rows: NDArray[np.float64], words: tuple[str, ...]) -> tuple[str, ...]:
-    """The displacements outside the span of some columns, a sentence each.
+    """Describes the displacements outside the span of the columns, one sentence each.
 
     Args:
-        rows: (d, k) displacements by each of k numbers.
+        rows: (d, k) displacements for each of k parameters.
         words: Name of each row.
     """
     U, values, _ = np.linalg.svd(rows, full_matrices=True)
@@ -22,7 +22,7 @@ def missed(rows: NDArray[np.float64], words: tuple[str, ...]) -> tuple[str, ...]
 
 
 def _sparse(directions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The same space by directions with as many zeros as possible: reduced rows."""
+    """Returns a basis of the same space with as many zeros as possible (reduced rows)."""
     found = directions.copy()
     taken: list[int] = []
     for k in range(len(found)):

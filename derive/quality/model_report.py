@@ -1,7 +1,8 @@
-"""The quality of a robot's model for calibration: complete, continuous, minimal.
+"""Quality of a robot's model for calibration: complete, continuous, minimal.
 
-A model is complete where its numbers displace every axis in every direction, continuous where small
-displacements take small changes of the numbers, and minimal where no number repeats others.
+A model is complete if its parameters can displace every axis in every direction. It is continuous
+if small displacements need only small parameter changes. It is minimal if no parameter is
+redundant.
 
 Source:
     K. Schroeer, S. Albright, M. Grethlein, Complete, minimal and model-continuous kinematic models
@@ -34,7 +35,7 @@ from .own_numbers import own_displacements
 from .quality_report import ConventionQuality, JointQuality, ModelReport
 
 POSES = 60
-"""Random poses over which the rank is taken."""
+"""Number of random configurations for the rank."""
 
 
 def model_report(
@@ -43,12 +44,13 @@ def model_report(
     conventions: Sequence[Convention] = CONVENTIONS,
     rng: int | np.random.Generator | None = 0,
 ) -> ModelReport:
-    """Which conventions describe each joint of a robot completely, continuously and minimally.
+    """Reports which conventions describe each joint completely, continuously and minimally.
 
     Args:
-        description: A serial robot; of a robot with loops, the main chain is judged.
-        conventions: The conventions to compare; those that cannot place an axis are left out.
-        rng: The random configurations of the rank: a seed, a generator, or None for fresh entropy.
+        description: A serial robot, or a robot with loops, whose main chain is evaluated.
+        conventions: The conventions to compare; conventions that cannot place an axis are omitted.
+        rng: Random numbers for the configurations of the rank: a seed, a generator, or None for
+            fresh entropy.
 
     Raises:
         RobotError: Legs carry the tool instead of a chain of joints.
@@ -129,7 +131,7 @@ def _quality(pair: Neighbours, convention: Convention) -> ConventionQuality:
 
 
 def _rank(robot: SerialRobot, rng: int | np.random.Generator | None) -> tuple[int, int]:
-    """How many numbers the robot's own model has, and its rank over random postures."""
+    """Returns the number of parameters of the robot's own model, and their rank."""
     q = sp.symbols(f"q1:{len(robot.coordinates) + 1}", real=True)
     found = geometry(robot, q)
     own = [
@@ -147,7 +149,7 @@ def _rank(robot: SerialRobot, rng: int | np.random.Generator | None) -> tuple[in
 
 def _rank_of(J: NDArray[np.float64]) -> int:
     size = np.linalg.norm(J, axis=0)
-    # Rounding of a number without effect is no effect.
+    # A parameter without effect may still show rounding.
     moving = size > ZERO_SINGULAR_VALUE * size.max()
     values = np.linalg.svd(J[:, moving] / size[moving], compute_uv=False)
     return int(np.sum(values > ZERO_SINGULAR_VALUE * values[0]))

@@ -1,4 +1,4 @@
-"""The robot's own numbers between two axes, as its file gives them."""
+"""The robot's own parameters between two axes, as in its file."""
 
 import numpy as np
 import sympy as sp
@@ -14,15 +14,15 @@ _Numbers = dict[sp.Symbol, sp.Expr]
 
 
 def own_displacements(robot: SerialRobot, pair: Neighbours) -> NDArray[np.float64]:
-    """(d, k) displacement of a joint's axis by the robot's numbers that act between both axes.
+    """Returns the displacements (d, k) of a joint's axis per parameter between both axes.
 
-    These are the fields of the joint before that act behind its motion or commute with it, the
-    offset of its coordinate, and the fields of the joint that act before its motion. The place of a
-    sliding joint before is free.
+    The parameters are the fields of the previous joint that act after its motion or commute with
+    it, its coordinate offset, and the fields of this joint before its motion. The position of a
+    previous prismatic joint is free.
 
     Args:
         robot: The robot.
-        pair: The joint and the one before.
+        pair: The joint and its predecessor.
     """
     numbers: _Numbers = {parameter.symbol: parameter.value for parameter in robot.parameters}
     offset = sp.Symbol("_offset", real=True)
@@ -32,7 +32,7 @@ def own_displacements(robot: SerialRobot, pair: Neighbours) -> NDArray[np.float6
         before, after = _in_symbols(pair.before, named)
         turn = () if pair.before.kind == "prismatic" else rotation("z", offset)
         along = _moving_along(before)
-        # The axis is seen from the joint's frame, which is behind these motions.
+        # The axis is expressed in the joint's frame, which follows these motions.
         nominal = tuple(_at(motion, named) for motion in along)
         product = inverse(nominal) + along + turn + after
     product += _between(robot, pair) + _in_symbols(pair.joint, named)[0]
@@ -43,7 +43,7 @@ def own_displacements(robot: SerialRobot, pair: Neighbours) -> NDArray[np.float6
 
 
 def _between(robot: SerialRobot, pair: Neighbours) -> Placement:
-    """The fixed joints between the joint and the moving one before."""
+    """Returns the fixed joints between the joint and its moving predecessor."""
     joints = list(robot.joints)
     last = joints.index(pair.joint)
     first = joints.index(pair.before) + 1 if pair.before else 0
@@ -51,7 +51,7 @@ def _between(robot: SerialRobot, pair: Neighbours) -> Placement:
 
 
 def _in_symbols(joint: Joint, named: _Numbers) -> Placements:
-    """The placements of a joint with a symbol for each of its numbers, which are added to named."""
+    """Returns the placements of a joint with symbols for its values, and records the symbols."""
     if joint.convention is None:
         return joint.before, joint.after
     given = dict(joint.given)
@@ -67,7 +67,7 @@ def _in_symbols(joint: Joint, named: _Numbers) -> Placements:
 
 
 def _moving_along(before: Placement) -> Placement:
-    """The last motions before a joint's own that commute with it: along and about its axis."""
+    """Returns the last motions before a joint's own motion that commute with it."""
     count = len(before)
     while count and _is_along_z(before[count - 1]):
         count -= 1

@@ -1,4 +1,4 @@
-"""A report on the quality of a robot's model: the findings, and their text."""
+"""Report on the quality of a robot's model: findings and text."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -10,25 +10,25 @@ from ..model.kinds import JointKind
 from ..model.tolerances import CONTINUOUS_MODEL, ZERO_SINGULAR_VALUE
 
 _GAP = 2
-"""Blanks between the columns of a table."""
+"""Number of spaces between table columns."""
 
 
 @dataclass(frozen=True)
 class ConventionQuality:
-    """A convention between two axes.
+    """The quality of a convention between two axes.
 
     Attributes:
-        convention: Its name.
-        numbers: Names of its numbers.
-        needed: How many an axis of the joint's kind needs: 4 a line, 2 a direction.
-        determinant: det(D^T D) by its own numbers.
-        completed: det(D^T D) by the numbers of a whole pose, with turns about and shifts along the
-            neighboring axes; it vanishes where the model jumps.
-        value: Value of ``completed`` at the robot (lengths in metres); None where the convention
-            has no numbers for the axis.
-        least: The least displacement of the axis by numbers of norm 1, lengths in parts of the
+        convention: The convention's name.
+        numbers: Names of the convention's parameters.
+        needed: Number of parameters that the axis needs: 4 for a line, 2 for a direction.
+        determinant: det(D^T D) of the convention's own parameters.
+        completed: det(D^T D) of the full-pose parameters, with rotations about and translations
+            along the neighboring axes. It vanishes where the model is discontinuous.
+        value: Value of ``completed`` for the robot (lengths in metres); None if the convention
+            cannot represent the axis.
+        least: The smallest axis displacement for parameters of norm 1; lengths are relative to the
             arm's.
-        misses: The displacements of the axis that its numbers cannot give.
+        misses: The axis displacements that the parameters cannot represent.
     """
 
     convention: str
@@ -42,24 +42,24 @@ class ConventionQuality:
 
     @property
     def is_complete(self) -> bool:
-        """Whether its numbers displace the axis in every direction."""
+        """Whether the parameters can displace the axis in every direction."""
         return self.value is not None and not self.misses
 
     @property
     def is_continuous(self) -> bool:
-        """Whether no number moves much farther than the axis, and the determinant is not 0."""
+        """Whether no parameter changes much more than the axis, and the determinant is nonzero."""
         if not self.is_complete or self.value is None:
             return False
         return self.least > CONTINUOUS_MODEL and self.value > ZERO_SINGULAR_VALUE
 
     @property
     def is_minimal(self) -> bool:
-        """Whether it is complete with as many numbers as the axis needs."""
+        """Whether it is complete with the minimum number of parameters."""
         return self.is_complete and len(self.numbers) == self.needed
 
     @property
     def verdict(self) -> str:
-        """Its qualities, or the displacements that it misses, in words."""
+        """Its qualities, or the displacements that it cannot represent, as text."""
         if self.value is None:
             return "has no numbers for this axis"
         if not self.is_complete:
@@ -70,17 +70,17 @@ class ConventionQuality:
 
 @dataclass(frozen=True)
 class JointQuality:
-    """The conventions between the axis of a joint and the axis before.
+    """The conventions between the axis of a joint and the previous axis.
 
     Attributes:
         joint: Name of the joint.
-        kind: Its kind.
-        before: Name of the joint before.
+        kind: Kind of the joint.
+        before: Name of the previous joint.
         angle: Angle between both axes (radian).
-        distance: Their distance (metre); 0 where one is a direction alone.
-        own: Names of the conventions in which the robot describes the link between both.
-        misses: The displacements of the axis that the robot's own numbers cannot give.
-        conventions: Every convention.
+        distance: Distance between both axes (metre); 0 if one axis has only a direction.
+        own: Names of the conventions of the robot's own description between both axes.
+        misses: The axis displacements that the robot's own parameters cannot represent.
+        conventions: The quality of every convention.
         suitable: The convention that suits the joint.
     """
 
@@ -97,16 +97,16 @@ class JointQuality:
 
 @dataclass(frozen=True)
 class ModelReport:
-    """The quality of a robot's model: ``print(model_report(robot))``.
+    """Quality of a robot's model; ``print(model_report(robot))`` prints it.
 
     Attributes:
         robot: The robot's title.
-        joints: Every joint behind the first, whose axis the six numbers of the base frame place.
-        revolute: r, turning joints, helical ones included.
-        prismatic: t, sliding joints.
-        helical: Helical joints, each of which has a pitch.
-        numbers: How many numbers the robot's own conventions, the base and the tool have.
-        rank: Rank of the tool's poses by these numbers, over random postures.
+        joints: Every joint after the first, whose axis the base frame determines.
+        revolute: r, the number of revolute joints, including helical joints.
+        prismatic: t, the number of prismatic joints.
+        helical: Number of helical joints, each with a pitch.
+        numbers: Number of parameters of the robot's own conventions, the base and the tool.
+        rank: Rank of the tool poses with respect to these parameters, over random configurations.
         suitable_numbers: How many numbers there are in the conventions that suit the joints.
         suitable_rank: Rank of the tool's poses by those.
     """
@@ -123,36 +123,36 @@ class ModelReport:
 
     @property
     def identifiable(self) -> int:
-        """4 r + 2 t + 6, and the pitches of helical joints: all that poses of the tool can tell."""
+        """4 r + 2 t + 6, plus the pitches of helical joints: the identifiable parameters."""
         return 4 * self.revolute + 2 * self.prismatic + 6 + self.helical
 
     @property
     def is_complete(self) -> bool:
-        """Whether the robot's own numbers explain every error of assembly."""
+        """Whether the robot's own parameters can represent every assembly error."""
         return self.rank == self.identifiable
 
     @property
     def is_minimal(self) -> bool:
-        """Whether no number of the robot's own model repeats others."""
+        """Whether no parameter of the robot's own model is redundant."""
         return self.numbers == self.rank
 
     def __str__(self) -> str:
-        """The report to read."""
+        """Returns the report as text."""
         return "\n".join(_lines(self))
 
     def conventions_of(self, *, slides: bool) -> tuple[ConventionQuality, ...]:
-        """The conventions at turning or sliding joints; () where the robot has none of them."""
+        """Returns the conventions at revolute or prismatic joints; () if there are none."""
         found = (joint for joint in self.joints if (joint.kind == "prismatic") == slides)
         return next((joint.conventions for joint in found), ())
 
 
 def plain(expression: sp.Expr) -> str:
-    """An expression as people write it."""
+    """Formats an expression in ordinary notation."""
     return str(expression).replace("**", "^").replace("*", " ")
 
 
 def ranked(model: str, numbers: int, rank: int, identifiable: int) -> str:
-    """A sentence on the numbers of a model and their rank."""
+    """Returns a sentence on the number of parameters and their rank."""
     found = "complete"
     if rank < identifiable:
         found = f"misses {identifiable - rank} of {identifiable} displacements"

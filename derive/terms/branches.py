@@ -1,4 +1,4 @@
-"""The branches of a function: the signs of each, and a single branch as a function of its signs."""
+"""Branches of a function: the sign patterns, and a single branch as a function of its signs."""
 
 import itertools
 from collections.abc import Iterator
@@ -8,12 +8,12 @@ from .symbolic_function import Argument, SymbolicFunction
 
 
 def patterns(function: SymbolicFunction) -> Iterator[tuple[int, ...]]:
-    """The signs of each branch, in the order of the branches."""
+    """Returns the signs of each branch, in branch order."""
     return itertools.product((1, -1), repeat=len(function.signs))
 
 
 def branch(function: SymbolicFunction) -> SymbolicFunction:
-    """A single branch as a function, whose last input ``choice`` holds the signs."""
+    """Returns a single branch as a function, whose last input ``choice`` contains the signs."""
     meaning = "1 or -1 for each choice"
     signs = Argument("choice", function.signs, (len(function.signs),), "1", meaning)
     return replace(

@@ -1,8 +1,8 @@
-"""From SymPy to CasADi: the terms of a derivation become a shared graph, divided into functions.
+"""Lowers SymPy terms of a derivation to a shared CasADi graph, split into functions.
 
-The visitor has rules for +, *, integer and half powers, sin, cos, tan, atan, atan2, Abs, sign, Min,
-Max and Piecewise with comparisons, and for no others. Parameters take their default values here,
-and exact numbers become floats: each is evaluated at 40 digits and rounded once.
+The visitor supports +, *, integer and half powers, sin, cos, tan, atan, atan2, Abs, sign, Min, Max
+and Piecewise with comparisons. Parameters are replaced by their default values, and exact numbers
+by floats, evaluated at 40 digits and rounded once.
 """
 
 import operator
@@ -24,19 +24,19 @@ from .terms import Terms
 
 
 class LoweringError(RobotError):
-    """No rule lowers a part of an expression; the message names this part."""
+    """No rule lowers a part of an expression; the message quotes this part."""
 
 
 def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Function]:
-    """CasADi functions named ``<prefix>_<name>``; outputs are dense vectors in row-major order.
+    """Lowers functions to CasADi, with names ``<prefix>_<name>`` and dense row-major outputs.
 
-    The outputs of calls are further inputs.
+    Outputs of calls become additional inputs.
 
     A function with signs is lowered as a single branch, ``<prefix>_<name>_branch``, whose last
-    input ``choice`` holds the signs.
+    input ``choice`` contains the signs.
 
     Args:
-        functions: Functions over the same terms; terms that functions without signs share are
+        functions: Functions over the same terms; shared terms of functions without signs are
             lowered once.
         prefix: The robot's name.
 
@@ -53,9 +53,9 @@ def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Functio
 
 
 def values_at(function: ca.Function, arguments: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The results (m, k) of a function of one argument at m arguments (m, n).
+    """Returns the results (m, k) of a one-argument function at m arguments (m, n).
 
-    CasADi reads and writes the arrays themselves, which takes a tenth of the time of its matrices.
+    CasADi reads and writes the arrays directly, ten times faster than its own matrices.
     """
     arguments = np.ascontiguousarray(arguments)
     results = np.empty((len(arguments), function.numel_out(0)))
@@ -69,10 +69,10 @@ def values_at(function: ca.Function, arguments: NDArray[np.float64]) -> NDArray[
 
 
 def whole(functions: Sequence[SymbolicFunction], name: str) -> ca.Function:
-    """Joins functions with one output each to a single CasADi function, for optimal control.
+    """Joins functions with one output each into a single CasADi function, for optimal control.
 
-    It has the arguments of all functions; each output has the name of its function, such as
-    ``fk``. An output of more than two dimensions is flattened behind its first dimension.
+    It has the arguments of all functions. Each output has the name of its function, such as ``fk``;
+    dimensions after the first are flattened.
     """
     visitor = _Visitor(functions[0].terms)
     arguments = {argument.name: argument for f in functions for argument in f.arguments}
@@ -113,7 +113,7 @@ class _Visitor:
             ca.densify(ca.vertcat(*(self.node(entry) for entry in result.entries)))
             for result in function.outputs
         ]
-        # Equal terms have one name already; parts of longer sums are still to be shared.
+        # Equal terms already share a name; parts of longer sums still need sharing.
         with _as_written():
             return ca.cse(nodes)
 
@@ -188,7 +188,7 @@ class _Visitor:
         return power if exponent > 0 else 1 / power
 
     def _angle(self, y: sp.Expr, x: sp.Expr) -> ca.SX:
-        """The angle of a point; it is odd in y, so that one call serves both signs of y."""
+        """Returns the angle of a point; it is odd in y, so one call serves both signs of y."""
         if y.as_coeff_Mul()[0].is_negative:
             return -self._angle(-y, x)
         factors = sp.Mul.make_args(self.terms.definitions.get(y, y))
@@ -199,7 +199,7 @@ class _Visitor:
         return reduce(operator.mul, signs) * self._angle(sp.Mul(*rest), x)
 
     def _choice(self, expression: sp.Piecewise) -> ca.SX:
-        """The value of the first condition that holds; NaN in another value has no effect."""
+        """Returns the value of the first true condition; NaN in other values has no effect."""
         *cases, (value, last) = expression.args
         if last != sp.true:
             raise LoweringError(f"no value where no condition holds: {expression}")
@@ -221,7 +221,7 @@ class _Visitor:
 
 @contextmanager
 def _as_written() -> Iterator[None]:
-    """Turns off CasADi's simplification, which would make a product of (c ? x : 0) * y."""
+    """Disables CasADi's simplification, which would create the product (c ? x : 0) * y."""
     ca.GlobalOptions.setSimplificationOnTheFly(False)
     try:
         yield
@@ -237,7 +237,7 @@ def _chosen(condition: ca.SX, this: ca.SX, other: ca.SX) -> ca.SX:
 
 
 def _folded(operation: Callable[[ca.SX, ca.SX], ca.SX]) -> Callable[..., ca.SX]:
-    """Extends a function of two arguments to one or more, applied from left to right."""
+    """Extends a binary function to one or more arguments, applied from left to right."""
     return lambda *nodes: reduce(operation, nodes)
 
 

@@ -4,10 +4,10 @@ Conventions. A twist is the column (v, omega), linear part first, as in Murray, 
 `T_a_b` is the pose of frame b in frame a, a 4x4 matrix [[R, p], [0, 1]]. Lengths are in metres and
 angles in radians. `swap_twist_order` converts to and from the order (omega, v).
 
-Exactness. Matrices of exact numbers give exact numbers, matrices of symbols give expressions, and
-no result is passed through `simplify`. One `Float` makes every number of its matrix a `Float`, at
-the precision of the most precise one. SymPy must be able to decide whether an exact number is zero;
-otherwise a ValueError names the number.
+Exactness. Exact numbers give exact results, symbols give expressions, and no result is simplified.
+A single `Float` converts every number of its matrix to `Float`, at the highest precision present.
+SymPy must be able to decide whether an exact number is zero; otherwise a ValueError names the
+number.
 
 Source:
     R. M. Murray, Z. Li, S. S. Sastry, A Mathematical Introduction to Robotic Manipulation, 1994.
@@ -43,7 +43,7 @@ Matrix: TypeAlias = ImmutableDenseMatrix
 
 
 def hat_so3(omega: Matrix) -> Matrix:
-    """Skew-symmetric matrix of a vector: `hat_so3(a) b` is the cross product of a and b.
+    """Returns the skew-symmetric matrix of a vector: `hat_so3(a) b` is the cross product a x b.
 
     Args:
         omega: (3, 1) vector.
@@ -61,9 +61,9 @@ def hat_so3(omega: Matrix) -> Matrix:
 
 
 def swap_twist_order(twists: Matrix) -> Matrix:
-    """Twists (v, omega) as (omega, v), or back: the permutation is its own inverse.
+    """Converts twists (v, omega) to (omega, v), or back: the permutation is its own inverse.
 
-    An operator on twists, such as `adjoint(T)`, changes order on both sides:
+    For an operator on twists, such as `adjoint(T)`, both sides change:
     `swap_twist_order(swap_twist_order(A).T).T`.
 
     Args:
@@ -73,7 +73,7 @@ def swap_twist_order(twists: Matrix) -> Matrix:
         (6, n) matrix with the upper and lower three rows exchanged.
 
     Raises:
-        ValueError: There are not six rows.
+        ValueError: The number of rows is not six.
     """
     twists = checked(twists, (6, twists.cols), "twists")
     return twist(twists[3:, :], twists[:3, :])
@@ -144,9 +144,9 @@ def inverse_se3(T: Matrix) -> Matrix:
 
 
 def adjoint(T: Matrix) -> Matrix:
-    """Adjoint Ad = [[R, hat(p) R], [0, R]] of a pose: takes twists of frame b to frame a.
+    """Returns the adjoint Ad = [[R, hat(p) R], [0, R]], which maps twists of frame b to frame a.
 
-    `T hat(x) T^-1 = hat(Ad x)`, and Ad of a product is the product of the Ad. Its inverse is
+    `T hat(x) T^-1 = hat(Ad x)`, and Ad of a product is the product of the adjoints. The inverse is
     `adjoint(inverse_se3(T))`.
 
     Args:
@@ -168,16 +168,17 @@ def screw_axis(direction: Matrix, point: Matrix, pitch: Expr = S.Zero) -> Matrix
     """Unit twist of a screw: v = point x direction + pitch direction, omega = direction.
 
     Args:
-        direction: (3, 1) unit vector along the axis; symbols are taken to be of unit length.
+        direction: (3, 1) unit vector along the axis; symbols are assumed to have unit length.
         point: (3, 1) any point of the axis, metre, in the same frame.
-        pitch: Advance per turned angle, metre per radian: 0 for a revolute joint, `sympy.oo` for a
-            prismatic one, whose twist is (direction, 0).
+        pitch: Advance per angle, metre per radian: 0 for a revolute joint, `sympy.oo` for a
+            prismatic joint, whose twist is (direction, 0).
 
     Returns:
         (6, 1) twist (v, omega) of unit speed, in the frame of `direction`.
 
     Raises:
-        ValueError: A shape is wrong, or `direction` is a number vector that is not of unit length.
+        ValueError: A shape is wrong, or `direction` is a numerical vector that is not of unit
+            length.
 
     Source: Murray, Li and Sastry, chapter 2, section 3.
     """
@@ -189,13 +190,13 @@ def screw_axis(direction: Matrix, point: Matrix, pitch: Expr = S.Zero) -> Matrix
     return twist(point.cross(direction) + pitch * direction, direction)
 
 
-# --- parts ----------------------------------------------------------------------------------------
+# --- helpers --------------------------------------------------------------------------------------
 
 
 def norm(a: Matrix) -> Expr:
-    """Length of a vector; where that is |e| for a symbolic e, the e itself.
+    """Returns the length of a vector; for a length |e| with symbolic e, returns e itself.
 
-    Only even functions of a length are used here, and they spare the expressions an Abs.
+    Only even functions of lengths occur here, so omitting the Abs is safe.
     """
     square = sum((e**2 for e in a), S.Zero)
     length = sqrt(square)
@@ -204,7 +205,7 @@ def norm(a: Matrix) -> Expr:
 
 
 def is_zero(e: Expr) -> bool:
-    """Whether a number is zero, decided exactly; False for a symbol that SymPy cannot decide."""
+    """Whether a number is exactly zero; False for a symbol that SymPy cannot decide."""
     if e.is_zero is not None:
         return bool(e.is_zero)
     if not e.is_number:
@@ -217,7 +218,7 @@ def is_zero(e: Expr) -> bool:
 
 
 def require_unit(a: Matrix, name: str) -> None:
-    """Raise ValueError if a is a number vector that is not of unit length."""
+    """Raises ValueError if a is a numerical vector that is not of unit length."""
     excess = a.dot(a) - 1
     if not excess.is_number:
         return
@@ -227,7 +228,7 @@ def require_unit(a: Matrix, name: str) -> None:
 
 
 def checked(M: Matrix, shape: tuple[int, int], name: str) -> Matrix:
-    """M, immutable, of the expected shape, and with every number a Float if one of them is."""
+    """Returns an immutable M of the expected shape; one Float converts all its numbers."""
     if M.shape != shape:
         msg = f"{name} has shape {M.shape}: expected {shape}"
         raise ValueError(msg)
@@ -239,15 +240,15 @@ def checked(M: Matrix, shape: tuple[int, int], name: str) -> Matrix:
 
 
 def twist(v: Matrix, omega: Matrix) -> Matrix:
-    """The columns (v, omega)."""
+    """Returns the stacked columns (v, omega)."""
     return Matrix.vstack(Matrix(v), Matrix(omega))
 
 
 def stack(A: Matrix, b: Matrix, last: int) -> Matrix:
-    """The matrix [[A, b], [0, last]]."""
+    """Returns the matrix [[A, b], [0, last]]."""
     return Matrix.vstack(Matrix.hstack(A, b), Matrix([[0, 0, 0, last]]))
 
 
 def triangular(A: Matrix, B: Matrix) -> Matrix:
-    """The matrix [[A, B], [0, A]]."""
+    """Returns the matrix [[A, B], [0, A]]."""
     return Matrix([[A, B], [zeros(3, 3), A]])

@@ -8,16 +8,16 @@ from chasles import contract
 
 @dataclass(frozen=True)
 class Role(contract.Role):
-    """The role of a function, with questions that only the compiler asks."""
+    """The role of a function, with properties that only the compiler needs."""
 
     @property
     def finds_coordinates(self) -> bool:
-        """Whether the function computes coordinates, of this robot or of a nominal one."""
+        """Whether the function computes coordinates of this robot or of a nominal robot."""
         return self.is_inverse or self.is_start
 
     @property
     def is_start(self) -> bool:
-        """Whether the function computes start configurations for another, pose by pose."""
+        """Whether the function computes start configurations for another function, pose by pose."""
         return self.name == "nominal inverse"
 
 
@@ -25,14 +25,14 @@ OTHER = Role("other")
 
 
 def branch_label(choices: Sequence[tuple[str, str]]) -> str:
-    """The label of a branch, "coupler_1 left, coupler_2 right".
+    """Returns the label of a branch, such as "coupler_1 left, coupler_2 right".
 
     Args:
-        choices: For each choice between two solutions the parts that it mirrors, and the side.
+        choices: For each choice between two solutions, the mirrored parts and the side.
     """
     return ", ".join(f"{part} {side}" for part, side in choices) or "the only one"
 
 
 def side_of(sign: int) -> str:
-    """The side of a choice that has no better name than its sign."""
+    """Returns the name of a side by its sign, if it has no better name."""
     return "+" if sign > 0 else "-"

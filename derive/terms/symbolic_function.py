@@ -1,4 +1,4 @@
-"""A named function of a robot, from which LaTeX is printed and C is generated."""
+"""A named function of a robot, the source of its LaTeX and C."""
 
 import math
 from collections.abc import Iterable
@@ -30,8 +30,8 @@ class Argument:
 class Result:
     """An output: its entries in row-major order, shape, unit and one-line meaning.
 
-    A function with branches has the entries of a single branch, in the function's signs; the shape
-    covers all branches, which the first dimension counts.
+    A function with branches lists the entries of a single branch, in terms of the signs. The shape
+    covers all branches in its first dimension.
     """
 
     name: str
@@ -51,12 +51,12 @@ class Signature:
     """Name, meaning, inputs and outputs of a function.
 
     Attributes:
-        name: The function's name without the robot's.
-        summary: The quantity that the function computes, in one line.
-        identity: The identity that the function satisfies, in one line.
-        inputs: Arguments in order.
-        outputs: Results in order.
-        role: Its role, for the runtime.
+        name: The function's name without the robot's prefix.
+        summary: One line on the computed quantity.
+        identity: One line with the identity that the function satisfies.
+        inputs: The arguments in order.
+        outputs: The results in order.
+        role: The role, for the runtime.
     """
 
     name: str
@@ -68,21 +68,21 @@ class Signature:
 
 
 Table = float | tuple["Table", ...]
-"""A number, or an array as nested rows; whole numbers stay ints."""
+"""A number, or an array as nested rows; integers stay ints."""
 
 
 @dataclass(frozen=True)
 class WrittenFunction(Signature):
-    """A function that a solver written by hand computes from tables; its results have no entries.
+    """A function with a handwritten solver and numerical tables; its results have no entries.
 
     Attributes:
-        solver: Name of the solver, the same for every robot; each language has its files.
-        tables: The robot's numbers, in the order in which the solver takes them.
-        calls: Names of the functions that the solver calls, in the order in which it takes them.
-        branches: Number of slots that it fills.
-        operations: About how many operations it takes, by which a batch is divided over threads.
-        margin: Name of the function that tells why its results are NaN; empty where none does.
-        steps: Names of the loops, one an entry, where the function gives margins.
+        solver: Name of the solver, equal for all robots; each language has its own files.
+        tables: The robot's values, in the order that the solver expects.
+        calls: Names of the functions that the solver calls, in the expected order.
+        branches: Number of output slots.
+        operations: Approximate operation count, used to divide a batch over threads.
+        margin: Name of the function that explains NaN results; empty if there is none.
+        steps: Names of the loops, one per entry, if the function returns margins.
     """
 
     solver: str
@@ -96,14 +96,14 @@ class WrittenFunction(Signature):
 
 @dataclass(frozen=True)
 class Call:
-    """A call of an iterative solver that precedes the statements of a function.
+    """A call of an iterative solver before the statements of a function.
 
     Attributes:
-        system: Name of the equations that the solver solves; its C is in a file of that name.
-        entry: Name of the entry of the solver.
-        inputs: Names of inputs of the function, or of outputs of earlier calls.
-        outputs: Arrays that the call fills. Their symbols are arguments of the statements.
-        operations: About how many operations the call takes.
+        system: Name of the solved equations, and of their C file.
+        entry: Name of the solver's entry point.
+        inputs: Names of function inputs, or of outputs of earlier calls.
+        outputs: Arrays filled by the call. Their symbols are arguments of the statements.
+        operations: Approximate operation count of the call.
     """
 
     system: str
@@ -115,17 +115,17 @@ class Call:
 
 @dataclass(frozen=True)
 class SymbolicFunction(Signature):
-    """A function over shared terms, which the entries of its results name.
+    """A function over shared terms, in which the entries of its results are written.
 
     Attributes:
         terms: The terms and constants on which the entries depend.
-        margin: Name of the function that gives the distance of the loops in the function from
-            their dead points; empty where no loop is in the function.
-        steps: Names of the loops, one an entry, where the function gives margins.
-        signs: Symbols that are 1 or -1, one for each two-way choice of a function with branches.
-            Branch b has the i-th of n signs at -1 where bit n - 1 - i of b is set, else at 1, so
-            that the first sign varies slowest.
-        calls: Calls of solvers before the statements, in order.
+        margin: Name of the function that returns the distance of its loops from dead points; empty
+            without loops.
+        steps: Names of the loops, one per entry, if the function returns margins.
+        signs: Symbols that are 1 or -1, one per two-way choice of a function with branches. In
+            branch b, the i-th of n signs is -1 if bit n - 1 - i of b is set, else 1. The first sign
+            varies slowest.
+        calls: Solver calls before the statements, in order.
     """
 
     terms: Terms
@@ -141,18 +141,18 @@ class SymbolicFunction(Signature):
 
     @property
     def branches(self) -> int:
-        """Number of branches; 1 where the function has no signs."""
+        """Number of branches; 1 without signs."""
         return int(2 ** len(self.signs))
 
     def definitions(self) -> list[tuple[sp.Symbol, sp.Expr]]:
-        """The shared terms on which the outputs depend, each after the terms in its definition."""
+        """Returns the shared terms of the outputs, each after the terms in its definition."""
         needed = self.terms.needed(entry for result in self.outputs for entry in result.entries)
         return [(symbol, self.terms.definitions[symbol]) for symbol in needed]
 
     def expanded(self) -> tuple[tuple[sp.Expr, ...], ...]:
-        """Each output's entries in inputs, parameters and numbers alone, without shared terms.
+        """Returns each output's entries without shared terms, in inputs, parameters and numbers.
 
-        The size of the result grows exponentially with the chain.
+        The size of the result grows exponentially with the chain length.
         """
         definitions: dict[sp.Symbol, sp.Expr] = {}
         for symbol, constant in self.terms.constants.items():
@@ -166,11 +166,11 @@ class SymbolicFunction(Signature):
 
 
 def matrix_entries(columns: Iterable[Iterable[sp.Expr]]) -> tuple[sp.Expr, ...]:
-    """Row-major entries of a matrix given by columns."""
+    """Returns the row-major entries of a matrix given by columns."""
     return tuple(entry for row in zip(*columns, strict=True) for entry in row)
 
 
 def systems_of(functions: Iterable[SymbolicFunction]) -> list[str]:
-    """Names of the equations that functions solve, in order."""
+    """Returns the names of the equations that functions solve, in order."""
     systems = (call.system for function in functions for call in function.calls)
     return list(dict.fromkeys(filter(None, systems)))

@@ -1,10 +1,9 @@
-"""Derivatives through named terms along given rates of the coordinates.
+"""Derivatives of named terms along given coordinate rates.
 
-A :class:`Tangent` carries given rates of the coordinates through named terms by the chain
-rule, one named term at a time. At the angle of a loop's solution it differentiates the loop's
-equation instead of the solution: the rate of that equation is linear in the angle's rate (implicit
-function theorem). The terms of cosine and sine of such an angle have the derivatives of cosine and
-sine.
+A :class:`Tangent` propagates coordinate rates through named terms by the chain rule, one term at a
+time. For a solved angle of a loop, it differentiates the loop's equation instead of the solution:
+this equation is linear in the angle's rate (implicit function theorem). The cosine and sine terms
+of such an angle use the derivatives of cosine and sine.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -15,11 +14,11 @@ from .terms import Terms
 
 ZERO = sp.Integer(0)
 LoopRate = Callable[["Tangent"], sp.Expr]
-"""The rate of a solved angle from the rates of the quantities in its loop's equation."""
+"""Returns the rate of a solved angle from the rates in its loop's equation."""
 
 
 class Tangent:
-    """The rates of all named terms at given rates of the coordinates."""
+    """The rates of all named terms at given coordinate rates."""
 
     def __init__(
         self,
@@ -27,12 +26,12 @@ class Tangent:
         rates: Mapping[sp.Symbol, sp.Expr],
         loops: Mapping[sp.Symbol, LoopRate] | None = None,
     ) -> None:
-        """Fixes the rates of the coordinates.
+        """Sets the rates of the coordinates.
 
         Args:
             terms: Names of all terms.
             rates: Rate of each coordinate; other symbols without a definition are constant.
-            loops: Solution of the loop's rate equation for each solved angle.
+            loops: Solution of the loop's rate equation, by solved angle.
         """
         self.terms = terms
         self.loops = loops or {}
@@ -40,7 +39,7 @@ class Tangent:
         self._solving: set[sp.Symbol] = set()
 
     def of(self, expression: sp.Expr) -> sp.Expr:
-        """The named rate of an expression."""
+        """Returns the rate of an expression as a named term."""
         parts = []
         for symbol in sorted(expression.free_symbols, key=_by_name):
             rate = self._of_symbol(symbol)
@@ -49,7 +48,7 @@ class Tangent:
         return self.terms.let(sp.Add(*parts))
 
     def of_each(self, expressions: Sequence[sp.Expr]) -> list[sp.Expr]:
-        """The named rates of expressions."""
+        """Returns the rates of expressions as named terms."""
         return [self.of(expression) for expression in expressions]
 
     def _of_symbol(self, symbol: sp.Symbol) -> sp.Expr:
@@ -64,7 +63,8 @@ class Tangent:
             self._solving.remove(symbol)
             return rate
         angle, derivative = self.terms.turning.get(symbol, (ZERO, ZERO))
-        # A quantity in a loop's equation may be the cosine or sine of the angle that it gives.
+        # A quantity in a loop's equation may be the cosine or sine of the angle solved by the
+        # equation.
         if angle != 0 and self._solving.isdisjoint(angle.free_symbols):
             return self.terms.let(derivative * self.of(angle))
         definition = self.terms.definitions.get(symbol)
@@ -78,13 +78,13 @@ def derivative_columns(
     loops: Mapping[sp.Symbol, LoopRate] | None = None,
     factor: int = 1,
 ) -> list[list[sp.Expr]]:
-    """The named derivatives of expressions by coordinates, one column a coordinate.
+    """Returns the derivatives of expressions with respect to coordinates, one column each.
 
     Args:
         terms: Names of all terms.
         expressions: The entries of a column.
         symbols: The coordinates.
-        loops: For solved angles, the solution of their loop's rate equation.
+        loops: Solution of the loop's rate equation, by solved angle.
         factor: Multiplies every derivative.
     """
     rate = sp.Integer(factor)

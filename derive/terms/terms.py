@@ -1,7 +1,7 @@
-"""Named shared terms: every intermediate result has one name, so that nothing is computed twice.
+"""Named shared terms: every intermediate result has one name and is computed once.
 
-Expressions built through a :class:`Terms` stay a few symbols long, however long the chain is. Equal
-terms get the same name, also up to sign, which is common subexpression elimination by construction.
+Expressions built through a :class:`Terms` stay a few symbols long, regardless of the chain length.
+Equal terms get the same name, also up to sign (common subexpression elimination by construction).
 """
 
 from collections.abc import Callable, Hashable, Iterable, Mapping
@@ -17,19 +17,19 @@ from ..model.values import Values, to_digits
 TERM = "_t"
 CONSTANT = "_k"
 Result = TypeVar("Result")
-"""First letters of the names of terms and of constants; no name in a robot file has them."""
+"""Prefixes of the names of terms and constants; robot files cannot use them."""
 
 
 class Terms:
-    """The terms and constants of one derivation, in the order in which they depend on each other.
+    """The terms and constants of one derivation, in dependency order.
 
     Attributes:
         parameters: The exact default value of every parameter.
         definitions: Definition of each named term in coordinates, constants and earlier terms.
         constants: Definition of each named constant in parameters and earlier constants.
-        solved: Cosine and sine of each angle that is a loop's solution.
-        turning: Angle of each named cosine or sine that a solution gives as a term instead of a
-            function of the angle, and its derivative by the angle.
+        solved: Cosine and sine of each solved loop angle.
+        turning: For each named cosine or sine that a solution returns as a term: its angle, and its
+            derivative with respect to the angle.
     """
 
     def __init__(self, parameters: Mapping[sp.Symbol, sp.Expr]) -> None:
@@ -51,12 +51,12 @@ class Terms:
             self._values.know(symbol, self._values.of(value))
 
     def let(self, expression: sp.Expr) -> sp.Expr:
-        """The name of an expression or the negative of a name; fractions and symbols are unnamed.
+        """Returns the name of an expression, up to sign; short fractions and symbols stay unnamed.
 
         An expression of numbers and parameters becomes a named constant. A number that equals 0, 1
-        or -1 to 32 digits becomes that integer, which shows the structure of the chain; a constant
-        that depends on a parameter stays a constant. A fraction of many digits becomes a constant
-        too, so that products of products do not grow.
+        or -1 to 32 digits becomes that integer, which reveals the structure of the chain. A
+        constant that depends on a parameter stays a constant. A long fraction also becomes a
+        constant, so that products of products do not grow.
 
         Raises:
             NoValue: A constant is not finite or not real.
@@ -77,7 +77,7 @@ class Terms:
         return self._name(expression)
 
     def partial(self, expression: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
-        """The named derivative of an expression by a symbol, its named terms held."""
+        """Returns the derivative with respect to a symbol, treating named terms as constants."""
         key = expression, symbol
         if key not in self._partials:
             parts = (_derivative(part, symbol) for part in sp.Add.make_args(expression))
@@ -85,21 +85,21 @@ class Terms:
         return self._partials[key]
 
     def once(self, key: Hashable, made: Callable[[], Result]) -> Result:
-        """A result over these terms that is asked for again and again, such as a body's pose.
+        """Caches a result over these terms that is needed repeatedly, such as a body's pose.
 
         Args:
-            key: All that the result depends on.
-            made: Makes it.
+            key: Everything that the result depends on.
+            made: Computes the result.
         """
         if key not in self._made:
             self._made[key] = made()
         return cast("Result", self._made[key])
 
     def value(self, expression: sp.Expr) -> sp.Expr:
-        """The value, to 40 digits, of an expression of parameters (at defaults) and constants.
+        """Returns the 40-digit value of an expression of parameters (at defaults) and constants.
 
         Raises:
-            NoValue: It is not finite or not real, or contains other symbols.
+            NoValue: The value is not finite or not real, or the expression contains other symbols.
         """
         return to_digits(self._values.of(expression))
 
@@ -108,22 +108,22 @@ class Terms:
         return bool(expression.free_symbols <= self._constant_symbols)
 
     def is_number(self, expression: sp.Expr) -> bool:
-        """Whether an expression is a number that no parameter changes."""
+        """Whether an expression is a number that does not depend on parameters."""
         return bool(expression.free_symbols <= self._numbers)
 
     def is_never_zero(self, expression: sp.Expr) -> bool:
-        """Whether an expression is a constant other than 0, at the default of every parameter."""
+        """Whether an expression is a nonzero constant at the default parameters."""
         return self.is_constant(expression) and self.value(expression) != 0
 
     def is_noise(self, expression: sp.Expr) -> bool:
-        """Whether an expression is a constant other than 0 whose square counts as 0."""
+        """Whether an expression is a nonzero constant whose square counts as 0."""
         return self.is_never_zero(expression) and bool(self.value(expression) ** 2 <= ROUNDING)
 
     def cos_sin(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-        """Named cosine and sine of an angle; right angles in a sum are taken out exactly.
+        """Returns named cosine and sine of an angle; right angles in a sum are handled exactly.
 
-        The cosine and sine of a sum with solved angles follow from those of its addends by the
-        addition theorem, without a trigonometric function.
+        For a sum with solved angles, they follow from the addition theorem, without a trigonometric
+        function.
         """
         if not self.is_solved(angle):
             return self.let(sp.cos(angle)), self.let(sp.sin(angle))
@@ -134,7 +134,7 @@ class Terms:
         return self._composed[angle]
 
     def solved_angle(self, c: sp.Expr, s: sp.Expr) -> sp.Expr:
-        """The name of an angle whose cosine and sine are known; its value takes one atan2."""
+        """Returns the name of an angle with known cosine and sine; its value needs one atan2."""
         c, s = self.let(c), self.let(s)
         definition = sp.atan2(s, c, evaluate=False)
         angle = self._names.get(definition) or self._name(definition)
@@ -143,7 +143,7 @@ class Terms:
         return angle
 
     def solved_rest(self, angle: sp.Expr, c: sp.Expr, s: sp.Expr) -> sp.Expr:
-        """The name of a sum of solved angles, wrapped to one turn without an atan2.
+        """Returns the name of a sum of solved angles, wrapped to one turn without an atan2.
 
         Args:
             angle: The sum, between -3 pi and 3 pi.
@@ -158,33 +158,33 @@ class Terms:
         return name
 
     def know_sum(self, angle: sp.Expr, c: sp.Expr, s: sp.Expr) -> None:
-        """Records cosine and sine of a sum of solved angles that is solved before its addends."""
+        """Records cosine and sine of a sum of angles that is solved before its terms."""
         self._composed[sp.expand(angle)] = self.let(c), self.let(s)
 
     def is_solved(self, angle: sp.Expr) -> bool:
-        """Whether an angle contains the angle of a loop's solution."""
+        """Whether an angle contains a solved loop angle."""
         return not self.solved.keys().isdisjoint(angle.free_symbols)
 
     def spelled(self, expression: sp.Expr) -> sp.Expr:
-        """An expression with its named constants written out in numbers and parameters."""
+        """Replaces named constants in an expression by numbers and parameters."""
         while not self.constants.keys().isdisjoint(expression.free_symbols):
             expression = expression.xreplace(self.constants)
         return expression
 
     def addends(self, expression: sp.Expr) -> int:
-        """The most addends that an expression may have, spelled and expanded; at most 10000."""
+        """Returns an upper bound of the number of terms after full expansion, at most 10000."""
         return self._counted(expression, addends, self._addends)
 
     def size(self, expression: sp.Expr) -> int:
-        """The number of symbols and numbers in a spelled expression; at most 10000."""
+        """Returns the number of symbols and numbers with constants expanded, at most 10000."""
         return self._counted(expression, size, self._sizes)
 
     def constants_in(self, expression: sp.Expr) -> list[sp.Symbol]:
-        """The constants on which an expression depends, in the order of their definition."""
+        """Returns the constants of an expression, in the order of their definition."""
         return _below(self.constants, [expression])
 
     def needed(self, expressions: Iterable[sp.Expr]) -> list[sp.Symbol]:
-        """The terms on which expressions depend, in the order of their definition."""
+        """Returns the terms on which expressions depend, in the order of their definition."""
         return _below(self.definitions, expressions)
 
     def _counted(
@@ -193,7 +193,7 @@ class Terms:
         count: Callable[[sp.Expr, Mapping[sp.Symbol, int]], int],
         known: dict[sp.Symbol, int],
     ) -> int:
-        """A count of the parts of an expression, from those of its constants."""
+        """Counts the parts of an expression from the counts of its constants."""
         if not (expression.free_symbols & self.constants.keys()) <= known.keys():
             for symbol in self.constants_in(expression):
                 if symbol not in known:
@@ -201,7 +201,7 @@ class Terms:
         return count(expression, known)
 
     def _known_sum(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr] | None:
-        """Cosine and sine of a sum, from a known sum that differs by a constant or a sign."""
+        """Returns cosine and sine of a sum from a known sum, up to a constant or a sign."""
         constant, moving = sp.expand(angle).as_independent(*self.solved, as_Add=True)
         for sign in (1, -1):
             known = self._composed.get(sign * moving)
@@ -211,7 +211,7 @@ class Terms:
         return None
 
     def _product_of_turns(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-        """exp(i (a + b)) = exp(i a) exp(i b), where b is the solved angle that was named last."""
+        """Applies exp(i (a + b)) = exp(i a) exp(i b) with the solved angle b named last."""
         if angle in self.solved:
             return self.solved[angle]
         if -angle in self.solved:
@@ -233,9 +233,9 @@ class Terms:
         return c, s
 
     def _register(self, angle: sp.Expr, c: sp.Expr, s: sp.Expr) -> None:
-        """Records the derivatives of the named cosine and sine of an angle by the angle."""
+        """Records the derivatives of an angle's named cosine and sine with respect to the angle."""
         for value, derivative in ((c, -s), (s, c)):
-            # The cosine of a link of length 1 may be a coordinate itself, whose rate is given.
+            # The cosine of a link of length 1 may itself be a coordinate with a given rate.
             if value in self.definitions:
                 self.turning.setdefault(value, (angle, derivative))
             elif -value in self.definitions:
@@ -268,7 +268,7 @@ class Terms:
 def _below(
     definitions: Mapping[sp.Symbol, sp.Expr], expressions: Iterable[sp.Expr]
 ) -> list[sp.Symbol]:
-    """The defined symbols on which expressions depend, in the order of their definition."""
+    """Returns the defined symbols on which expressions depend, in the order of their definition."""
     found: set[sp.Symbol] = set()
     waiting = [symbol for e in expressions for symbol in e.free_symbols]
     while waiting:
@@ -280,7 +280,7 @@ def _below(
 
 
 def _derivative(addend: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
-    """The derivative of an addend; products, which most are, without SymPy's general way."""
+    """Returns the derivative of a summand; avoids SymPy's general method for products."""
     if symbol not in addend.free_symbols:
         return sp.S.Zero
     others = [factor for factor in sp.Mul.make_args(addend) if factor != symbol]

@@ -1,6 +1,6 @@
 """Vectors and axes of frames whose components are named terms.
 
-A component that is zero by structure stays zero and takes no operation in the generated C.
+Structural zeros stay zero and need no operation in the generated C.
 """
 
 from collections.abc import Iterable, Sequence
@@ -11,7 +11,7 @@ from .terms import Terms
 
 Vector = tuple[sp.Expr, sp.Expr, sp.Expr]
 Basis = tuple[Vector, Vector, Vector]
-"""Three column vectors: the axes of one frame in another, a rotation matrix by columns."""
+"""Three column vectors: the axes of one frame in another (a rotation matrix by columns)."""
 
 ZERO, ONE = sp.Integer(0), sp.Integer(1)
 ORIGIN: Vector = (ZERO, ZERO, ZERO)
@@ -19,25 +19,25 @@ IDENTITY: Basis = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
 
 
 def named(terms: Terms, components: Iterable[sp.Expr]) -> Vector:
-    """The vector of three components, each named."""
+    """Returns the vector of three components as named terms."""
     x, y, z = (terms.let(component) for component in components)
     return x, y, z
 
 
 def turned_about_z(terms: Terms, basis: Basis, c: sp.Expr, s: sp.Expr) -> Basis:
-    """``R Rz(angle)`` for an angle of cosine c and sine s."""
+    """Returns ``R Rz(angle)`` for an angle with cosine c and sine s."""
     x, y, z = basis
     return combination(terms, (c, s), (x, y)), combination(terms, (c, -s), (y, x)), z
 
 
 def turned_about_x(terms: Terms, basis: Basis, c: sp.Expr, s: sp.Expr) -> Basis:
-    """``R Rx(angle)`` for an angle of cosine c and sine s."""
+    """Returns ``R Rx(angle)`` for an angle with cosine c and sine s."""
     x, y, z = basis
     return x, combination(terms, (c, s), (y, z)), combination(terms, (c, -s), (z, y))
 
 
 def combination(terms: Terms, weights: Sequence[sp.Expr], vectors: Sequence[Vector]) -> Vector:
-    """The named sum of weighted vectors."""
+    """Returns the sum of weighted vectors."""
     return named(
         terms,
         (sum((w * v[k] for w, v in zip(weights, vectors, strict=True)), ZERO) for k in range(3)),
@@ -45,32 +45,32 @@ def combination(terms: Terms, weights: Sequence[sp.Expr], vectors: Sequence[Vect
 
 
 def added(terms: Terms, a: Vector, b: Vector) -> Vector:
-    """The named sum of two vectors."""
+    """Returns the sum of two vectors."""
     return named(terms, (u + v for u, v in zip(a, b, strict=True)))
 
 
 def subtracted(terms: Terms, a: Vector, b: Vector) -> Vector:
-    """The named difference of two vectors."""
+    """Returns the difference of two vectors."""
     return named(terms, (u - v for u, v in zip(a, b, strict=True)))
 
 
 def cross(terms: Terms, a: Vector, b: Vector) -> Vector:
-    """The named cross product of two vectors."""
+    """Returns the cross product of two vectors."""
     return named(terms, (a[k - 2] * b[k - 1] - a[k - 1] * b[k - 2] for k in range(3)))
 
 
 def rotated_z(terms: Terms, vector: Vector, c: sp.Expr, s: sp.Expr) -> Vector:
-    """``Rz(angle) v`` for an angle of cosine c and sine s."""
+    """Returns ``Rz(angle) v`` for an angle with cosine c and sine s."""
     x, y, z = vector
     return terms.let(c * x - s * y), terms.let(s * x + c * y), z
 
 
 def rotated_x(terms: Terms, vector: Vector, c: sp.Expr, s: sp.Expr) -> Vector:
-    """``Rx(angle) v`` for an angle of cosine c and sine s."""
+    """Returns ``Rx(angle) v`` for an angle with cosine c and sine s."""
     x, y, z = vector
     return x, terms.let(c * y - s * z), terms.let(s * y + c * z)
 
 
 def dot(terms: Terms, a: Vector, b: Vector) -> sp.Expr:
-    """The named scalar product of two vectors."""
+    """Returns the scalar product of two vectors."""
     return terms.let(sum((u * v for u, v in zip(a, b, strict=True)), ZERO))
