@@ -1,4 +1,4 @@
-"""The manifest of a generated robot: plain dataclasses, their reader and their writer."""
+"""The manifest of a generated robot: plain dataclasses with a reader and a writer."""
 
 from .bodies import Body, BodyJoint, HeldFrames, PlacedTip, Shape, SkeletonFacts, Span
 from .errors import ChaslesError, ManifestError, SourceMismatchError, UnknownRobotError

@@ -19,18 +19,18 @@ ShapeKind = Annotated[str, one_of(_SHAPE_KINDS)]
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """A line, a plate or the symbol of a joint on a body.
+    """A line, a plate or a joint symbol on a body.
 
     Attributes:
-        kind: "link" (a line through points) or "plate" (the hull of points); a joint's symbol at
-            its one point: "revolute", "helical", "universal", "ball"; "pin", "ball" or "weld" of
-            the joint that closes a loop; "guide" (from end to end) and the "carriage" on it, or
-            "sleeve" and the "ram" in it (to its end), of a slide; "barrel", "piston" and "rod" of a
-            strut, from end to end.
-        name: The joint, closure or strut; the body of a link or plate.
+        kind: "link" (a line through points) or "plate" (the hull of points). Joint symbols at one
+            point are "revolute", "helical", "universal" and "ball"; a joint that closes a loop is
+            "pin", "ball" or "weld". A prismatic joint has a "guide" (end to end) with a "carriage",
+            or a "sleeve" with a "ram" (to its end). A strut has "barrel", "piston" or "rod" (end to
+            end).
+        name: The joint, closure or strut; for a link or plate, the body.
         points: The points in the body's frame, (points, 3) [m].
-        axis: The direction of the joint's axis in the body's frame; () without one.
-        ends: "pin" or "ball" at the ends of a strut, else "".
+        axis: The direction of the joint's axis in the body's frame; () if there is none.
+        ends: "pin" or "ball" for the ends of a strut, else "".
     """
 
     kind: ShapeKind
@@ -45,14 +45,14 @@ class BodyJoint:
     """The joint that carries a body; its value is ``ratio * z[coordinate] + offset``.
 
     Attributes:
-        name: Its name.
+        name: Name of the joint.
         kind: "revolute", "prismatic", "helical" or "fixed".
-        at: A point of its axis in the body's frame [m].
-        axis: The direction of its axis there, of length 1.
-        coordinate: Index of its coordinate in the configuration z, of a serial robot in q; -1 of
-            a fixed joint.
+        at: A point of the axis in the body's frame [m].
+        axis: The unit direction of the axis in the body's frame.
+        coordinate: Index of the coordinate in the configuration z, or in q for a serial robot; -1
+            for a fixed joint.
         ratio: Value of the joint per unit of the coordinate.
-        offset: Value of the joint where the coordinate is 0 [rad or m].
+        offset: Value of the joint at coordinate 0 [rad or m].
         advance: Advance of a helical joint along its axis [m/rad].
     """
 
@@ -68,15 +68,15 @@ class BodyJoint:
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """The two points between which a strut lies: a rod, or one half of a cylinder.
+    """The two end points of a strut body: a rod, or one half of a cylinder.
 
     Attributes:
         name: Name of the strut.
-        bodies: The bodies at its beginning and its end, by index.
-        ends: These points in the frames of those bodies [m].
-        across: A direction in the frame of the first body: the strut's y axis is the part of it at
-            right angles to the strut.
-        from_end: Whether the body's frame is at the strut's end instead of its beginning.
+        bodies: Indices of the bodies at the first and the second end.
+        ends: The end points in the frames of these bodies [m].
+        across: A direction in the frame of the first body. Its component normal to the strut is the
+            strut's y axis.
+        from_end: Whether the body's frame is at the second end instead of the first.
     """
 
     name: str
@@ -88,13 +88,13 @@ class Span:
 
 @dataclass(frozen=True, slots=True)
 class HeldFrames:
-    """A joint that closes a loop: it holds two frames on two bodies together.
+    """A joint that closes a loop between two frames on two bodies.
 
     Attributes:
-        name: Its name.
-        kind: "pin" (their origins and z axes meet), "slider" (it slides along both z axes), "ball"
-            (their origins meet) or "weld".
-        bodies: The two bodies, by index.
+        name: Name of the closure.
+        kind: "pin" (origins and z axes coincide), "slider" (translation along the common z axis),
+            "ball" (origins coincide) or "weld".
+        bodies: Indices of the two bodies.
         frames: The first three rows of the frames' poses in those bodies.
     """
 
@@ -109,13 +109,14 @@ class Body:
     """A rigid body.
 
     Attributes:
-        name: Its name.
-        parent: Index of the body that carries its joint; None for the ground and for struts.
-        placement: The first three rows of its pose in the parent where its joint's value is 0.
-        joint: The joint that carries it; None for the ground and for struts.
-        span: The points between which a strut lies; None for all other bodies.
-        shapes: Its shapes, in its own frame. Bodies that are fixed to each other have theirs on the
-            first of them.
+        name: Name of the body.
+        parent: Index of the body that carries this body's joint; None for the ground and for
+            struts.
+        placement: The first three rows of the pose in the parent, at joint value 0.
+        joint: The joint that carries the body; None for the ground and for struts.
+        span: The end points of a strut; None for other bodies.
+        shapes: The shapes in the body's own frame. Among bodies fixed to each other, the first has
+            all shapes.
     """
 
     name: str
@@ -128,7 +129,7 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class PlacedTip:
-    """The frame of the tip: the body that carries it, and its pose in that body's frame."""
+    """The frame of the tip: its body, and its pose in that body's frame."""
 
     body: int
     placement: PoseRows
@@ -136,14 +137,14 @@ class PlacedTip:
 
 @dataclass(frozen=True, slots=True)
 class SkeletonFacts:
-    """The bodies: the ground in the base frame first, and a parent before its children.
+    """The bodies: the ground in the base frame first, and parents before children.
 
     Attributes:
-        size: The diagonal of the box around the robot at its reference [m].
+        size: The diagonal of the robot's bounding box at the reference [m].
         tip: The frame of the tip.
         bodies: The bodies.
-        posture: The q at which a serial robot is drawn by default; () with loops.
-        closures: The joints that close its loops, besides its struts.
+        posture: The default q of drawings of a serial robot; () with loops.
+        closures: The joints that close loops, in addition to struts.
     """
 
     size: float
@@ -154,11 +155,11 @@ class SkeletonFacts:
 
 
 def check_bodies(found: SkeletonFacts, coordinates: int, place: Place) -> None:
-    """Checks what the annotations cannot say: indices, and the joint or span of each body.
+    """Checks conditions beyond the annotations: indices, and the joint or span of each body.
 
     Args:
         found: The bodies.
-        coordinates: The number of entries of the configuration, or of q.
+        coordinates: The number of entries of z, or of q for a serial robot.
         place: The field of the manifest.
 
     Raises:

@@ -1,17 +1,17 @@
-"""The root of all exceptions of chasles, and the exceptions of reading a manifest."""
+"""The base class of all chasles exceptions, and the exceptions of the manifest reader."""
 
 
 class ChaslesError(Exception):
-    """Root of every error that chasles itself raises."""
+    """Base class of every error that chasles raises."""
 
 
 class UnknownRobotError(ChaslesError, LookupError):
-    """No robot has this name, or the path leads to none."""
+    """No robot has this name, or the path does not lead to a robot."""
 
 
 class ManifestError(ChaslesError, ValueError):
-    """A `manifest.json` is not of the form that this version reads; names file, field and value."""
+    """A `manifest.json` has an unsupported form; the message names file, field and value."""
 
 
 class SourceMismatchError(ChaslesError):
-    """The SHA-256 of a generated file, or of a whole robot, is not the recorded one."""
+    """The SHA-256 of a generated file, or of a whole robot, differs from the recorded hash."""

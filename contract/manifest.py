@@ -1,6 +1,6 @@
 """The manifest of a generated robot: every fact that the runtime needs, as plain data.
 
-The compiler writes these records, and the runtime reads them; both use their annotations.
+The compiler writes these records and the runtime reads them; both use the annotations.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from .records import INLINE, NOT_STORED, Digest, Name, Sizes, one_of
 from .roles import Kind, Role
 
 SUPPORT = "support"
-"""The folder of the C headers that the robots next to it share."""
+"""The folder of the C headers shared by neighboring robots."""
 FORMAT = 2
-"""The version of the manifest, the value of its field `chasles`."""
+"""The format version of the manifest, stored in its field `chasles`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,11 +27,11 @@ class Coordinate:
     """An actuated coordinate: a joint, motor, slider or cylinder.
 
     Attributes:
-        name: As in the robot's description.
+        name: Name in the robot's description.
         kind: "revolute" or "prismatic".
         unit: "rad" or "m".
-        lower: Lower limit in that unit, None if there is none.
-        upper: Upper limit in that unit, None if there is none.
+        lower: Lower limit in that unit; None if unlimited.
+        upper: Upper limit in that unit; None if unlimited.
         assumed: Whether the limits are assumed rather than published.
     """
 
@@ -45,7 +45,7 @@ class Coordinate:
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """A passive joint, or an element of a robot's configuration: its name and unit."""
+    """A passive joint or an entry of z: its name and unit."""
 
     name: str
     unit: str
@@ -69,7 +69,7 @@ class ActuatedVariable:
 
 @dataclass(frozen=True, slots=True)
 class Frames:
-    """The names of the frames: the base, the tip, and the links between."""
+    """The names of the base frame, the tip frame, and the link frames between them."""
 
     base: str
     tip: str
@@ -78,15 +78,15 @@ class Frames:
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A number of the robot's geometry, as a float and as the exact text it came from.
+    """A named dimension of the robot, as a float and as its exact text.
 
     Attributes:
-        name: Its name.
-        value: Its value.
-        exact: Its exact value, such as "pi/2".
-        unit: Its unit.
-        meaning: Its meaning in a few words.
-        assumed: Whether the number is assumed rather than published.
+        name: Name of the parameter.
+        value: Value as a float.
+        exact: Exact value, such as "pi/2".
+        unit: Unit of the value.
+        meaning: A description in a few words.
+        assumed: Whether the value is assumed rather than published.
     """
 
     name: str
@@ -102,15 +102,16 @@ class GeometryParameter:
     """An element of the vector p of parametric functions.
 
     Attributes:
-        name: A joint, closure or strut, "base" or "tool", and the number, such as "elbow_alpha".
-        value: Its nominal value.
-        unit: "m", "rad", "m/rad" of a pitch, "rad/(N m)" or "m/N" of a spring, or "1" of a gain.
+        name: A joint, closure or strut, "base" or "tool", and the quantity, such as "elbow_alpha".
+        value: Nominal value.
+        unit: "m", "rad", "m/rad" for a pitch, "rad/(N m)" or "m/N" for a compliance, or "1" for a
+            gain.
         of: The joint, closure or strut, "base" or "tool".
-        part: "joint": a number of the joint's own description; "offset": the one of its coordinate;
-            "axis": a correction of its axis; "transmission": gain and waves of its drive;
-            "compliance": its spring under gravity; "loop": ends of closures and struts, and lengths
-            of struts; "base" or "tool": corrections of the frames at both ends.
-        meaning: Its meaning in a few words.
+        part: The group: "joint" for the joint's own description, "offset" for its coordinate
+            offset, "axis" for axis corrections, "transmission" for gain and waves of its drive,
+            "compliance" for deflection under gravity, "loop" for end positions and strut lengths,
+            "base" or "tool" for corrections of these frames.
+        meaning: A description in a few words.
     """
 
     name: Name
@@ -123,7 +124,7 @@ class GeometryParameter:
 
 @dataclass(frozen=True, slots=True)
 class Argument:
-    """An input or output of a function: dense row-major float64 of one shape."""
+    """An input or output of a function: a dense row-major float64 array."""
 
     name: Name
     shape: Sizes
@@ -136,17 +137,17 @@ class FunctionInfo:
     """A generated C function.
 
     Attributes:
-        name: Its name in Python.
-        symbol: Its name in C.
-        summary: Its meaning, in one line.
-        identity: The identity it satisfies, "" if none is stated.
-        role: Its role.
-        inputs: In the order of the C arguments.
-        outputs: In the order of the C arguments.
-        operations: Floating-point operations of one pose, by kind, and their total.
-        margin: The guard: the function of the same first input whose result is the distance of
-            each loop from not closing; "" if no loop can fail to close.
-        steps: The loop of each entry of a guard's result.
+        name: Name in Python.
+        symbol: Name in C.
+        summary: One line on the result.
+        identity: The identity that the function satisfies; "" if none is stated.
+        role: The role of the function.
+        inputs: The inputs in the order of the C arguments.
+        outputs: The outputs in the order of the C arguments.
+        operations: Floating-point operations per pose, by kind and in total.
+        margin: Name of the margin function, which has the same first input and returns the distance
+            of each loop from not closing; "" if every loop always closes.
+        steps: The loop of each entry of a margin function's result.
     """
 
     name: Name
@@ -163,13 +164,12 @@ class FunctionInfo:
 
 @dataclass(frozen=True, slots=True)
 class InverseFacts:
-    """The inverse as a whole.
+    """The status of the robot's inverse kinematics.
 
     Attributes:
-        tier: "exact" where it is a closed form; "snapped" where it starts from the closed form of
-            a nominal arm nearby and iterates; "general" where it takes the roots of a determinant;
-            "none" where there is none.
-        missing: Why there is none; "" where there is one or the manifest states no reason.
+        tier: "exact" for a closed form. "snapped" for iteration from the closed form of a nearby
+            nominal arm. "general" for the roots of a determinant. "none" if there is no inverse.
+        missing: Why there is no inverse; "" if there is one or no reason is stated.
     """
 
     tier: Annotated[str, one_of(("exact", "snapped", "general", "none"))] = "exact"
@@ -178,13 +178,13 @@ class InverseFacts:
 
 @dataclass(frozen=True, slots=True)
 class CleanedNumber:
-    """A number of the description that was not taken as it is written.
+    """A value of the description that was replaced by an exact value.
 
     Attributes:
-        at: The joint, "base", "tool" or the parameter that has it.
-        field: Its field there, such as "alpha" or "roll"; "" for a parameter.
-        found: The number as written.
-        taken: The exact number that the robot has instead, such as "pi/2".
+        at: Name of the joint or parameter, or "base" or "tool".
+        field: Name of the field, such as "alpha" or "roll"; "" for a parameter.
+        found: The value as written.
+        taken: The exact value that the robot uses, such as "pi/2".
     """
 
     at: str
@@ -195,14 +195,15 @@ class CleanedNumber:
 
 @dataclass(frozen=True, slots=True)
 class Cleaning:
-    """The effect of all cleaned numbers together.
+    """The combined effect of all cleaned values.
 
     Attributes:
-        position: Bound of the distance (m) between the tool's positions as described and as
-            computed, at joint values within the limits; 0.0 where no number was cleaned.
-        orientation: Bound of the angle (rad) between the tool's orientations. Of a robot with
-            loops, both are the largest values at random configurations; the notes state how many.
-        numbers: The cleaned numbers, in order from the base.
+        position: Upper bound of the distance (m) between the tool positions with written and used
+            values, within the joint limits; 0.0 without cleaned values.
+        orientation: Upper bound of the angle (rad) between the tool's orientations. For a robot
+            with loops, both bounds are maxima over random configurations; the notes state their
+            number.
+        numbers: The cleaned values, in order from the base.
     """
 
     position: float = 0.0
@@ -212,14 +213,14 @@ class Cleaning:
 
 @dataclass(frozen=True, slots=True)
 class LoopFacts:
-    """The loops of a robot; all fields are empty for a serial one.
+    """The loops of a robot; all fields are empty for a serial robot.
 
     Attributes:
         chain: The joints of the main chain, in the order of `theta`.
         passive: The joints that are neither actuated nor in the main chain.
         configuration: All variables of the loops, the vector `z`.
-        names: Their names.
-        reference: The reference configuration, None if the manifest states none.
+        names: Names of the loops.
+        reference: The reference configuration; None if the manifest states none.
         actuated_in_z: The variable in `z` that each actuated coordinate moves.
         solution: "closed form", "newton", or "" without loops.
     """
@@ -250,29 +251,30 @@ class Manifest:
 
     Attributes:
         name: The robot's name, a C and Python identifier.
-        title: The robot's name for people.
+        title: The robot's name for readers.
         kind: One of :data:`chasles.contract.KINDS`.
-        source: The origin of the description.
+        source: The source of the description.
         coordinates: The actuated coordinates, in the order of `q`.
         frames: The names of the frames.
-        parameters: The named numbers of its description.
-        functions: Its functions.
+        parameters: The named dimensions of the description.
+        functions: The generated functions.
         tolerances: Tolerances of the generated code.
         files: SHA-256 of each generated file.
-        loops: Its loops.
-        format: The version of the manifest.
-        notes: Remarks, such as numbers that were snapped.
-        cleaning: The numbers of the description that were not taken as written, and their effect.
+        loops: Facts about the loops.
+        format: The format version of the manifest.
+        notes: Remarks, such as snapped values.
+        cleaning: The values of the description that were replaced by exact values, and their
+            effect.
         geometry: The vector p of its parametric functions; () without them.
-        robot_file: With loops, the text of its robot file with places for the numbers of another
-            geometry; for an arm with masses, the springs of that file; "" otherwise.
-        inverse: The tier of its inverse, or the reason why there is none.
-        skeleton: Its rigid bodies.
+        robot_file: For a robot with loops, a robot file template for other geometries. For an arm
+            with masses, the springs section of that file. Otherwise "".
+        inverse: The tier of the inverse, or the reason why there is none.
+        skeleton: The rigid bodies.
         description_sha256: SHA-256 of the description.
         languages: The generated files by language.
         versions: The versions of the libraries that derived it.
-        folder: The folder that holds the manifest; not stored.
-        digest: SHA-256 of the manifest, which holds the hashes of the files; not stored.
+        folder: The folder of the manifest; not stored.
+        digest: SHA-256 of the manifest, which covers the hashes of all files; not stored.
     """
 
     format: int = field(metadata={"key": "chasles"})
@@ -305,29 +307,29 @@ class Manifest:
         return self.kind in ("platform", "iterated")
 
     def with_role(self, role: str, domain: str, codomain: str = "") -> FunctionInfo | None:
-        """The function of a role.
+        """Returns the first function with a role, domain and codomain.
 
         Args:
-            role: Its role.
-            domain: The vector it takes first.
-            codomain: The vector it returns, of maps and branches.
+            role: Name of the role.
+            domain: The vector of the first input.
+            codomain: The vector that maps and branches return.
 
         Returns:
-            The first one in the manifest, None where the robot has none.
+            The first match in the manifest; None if there is none.
         """
         wanted = (role, domain, codomain)
         return next((f for f in self.functions if f.role.key == wanted), None)
 
     @property
     def batch_file(self) -> str:
-        """Name of the C file for batches of poses, which a robot may lack."""
+        """Name of the C file for pose batches, which is optional."""
         return f"{self.name}_batch.c"
 
     @property
     def wraps(self) -> tuple[bool, ...]:
         """Whether a full turn of each coordinate leaves the pose unchanged.
 
-        It does not for a motor behind a gear or one that drives a spindle.
+        This is false for geared motors and for motors that drive a spindle.
         """
         ratios = [item.ratio for item in self.loops.actuated_in_z] or [1.0] * len(self.coordinates)
         return tuple(
@@ -341,26 +343,26 @@ class Manifest:
         return tuple(file for file in self.files if file.endswith((".c", ".h")))
 
     def path_of(self, file: str) -> Path:
-        """The path of a generated file.
+        """Returns the path of a generated file.
 
-        The robots that are installed with chasles share their support headers: these lie in the
-        folder `support` next to the folders of the robots.
+        Robots installed with chasles share their support headers, in the folder `support` next to
+        the robots' folders.
         """
         own, shared = self.folder / file, self.folder.parent / SUPPORT / file
         return shared if shared.is_file() and not own.exists() else own
 
     def sources(self) -> dict[str, str]:
-        """The text of every C file and header, by name; raises as `read_source`."""
+        """Returns the text of every C file and header by name; raises like `read_source`."""
         return {file: self.read_source(file).decode() for file in self.c_files}
 
     def read_source(self, file: str) -> bytes:
-        """The bytes of a generated file, refused unless their hash is the hash in the manifest.
+        """Returns the bytes of a generated file after checking its hash against the manifest.
 
         Args:
-            file: Its name, such as "ur5e.c".
+            file: File name, such as "ur5e.c".
 
         Raises:
-            SourceMismatchError: If the file is absent or its SHA-256 differs.
+            SourceMismatchError: The file is absent or its SHA-256 differs.
         """
         path = self.path_of(file)
         try:

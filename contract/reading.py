@@ -1,6 +1,6 @@
-"""Reads, checks and writes `manifest.json`, the contract between the compiler and the runtime.
+"""Reads, checks and writes `manifest.json`, the contract between compiler and runtime.
 
-A manifest is checked completely when it is read, so that the runtime can rely on it.
+Reading includes all checks, so that the runtime can rely on a manifest.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from .roles import AIMS, SOLUTIONS
 
 
 def manifest_entries(manifest: Manifest) -> dict[str, Any]:
-    """The manifest as plain JSON data."""
+    """Returns the manifest as plain JSON data."""
     return write(Manifest, manifest)
 
 
@@ -28,14 +28,14 @@ def read_manifest(folder: Path) -> Manifest:
     """Reads and checks the manifest of a generated robot.
 
     Args:
-        folder: The robot's folder, which holds `manifest.json`.
+        folder: The robot's folder, which contains `manifest.json`.
 
     Returns:
         The manifest.
 
     Raises:
-        UnknownRobotError: If there is no manifest in the folder.
-        ManifestError: If it does not have the form that this version reads.
+        UnknownRobotError: The folder has no manifest.
+        ManifestError: The manifest has a form that this version does not support.
     """
     file = folder / "manifest.json"
     try:
@@ -96,7 +96,7 @@ def _check_functions(manifest: Manifest, place: Place) -> None:
     for k, function in enumerate(manifest.functions):
         if not function.inputs or not function.outputs:
             place[k].fail(function.name, "at least one input and one output")
-        # "out" and "threads" are keywords of every call.
+        # "out" and "threads" are keyword arguments of every call.
         names = [argument.name for argument in function.inputs]
         _check_unique([*names, "out", "threads"], place[k]["inputs"])
         _check_margin(function, functions.get(function.margin), place[k])
@@ -110,7 +110,7 @@ def _check_unique(names: Sequence[str], place: Place) -> None:
 
 
 def _check_margin(function: FunctionInfo, margin: FunctionInfo | None, place: Place) -> None:
-    """Checks that a guard takes the same input and has a loop for each entry."""
+    """Checks that a margin function has the same first input and one entry per loop."""
     first = replace(function.inputs[0], unit="", meaning="")
     if function.margin:
         inputs = [replace(a, unit="", meaning="") for a in margin.inputs] if margin else []

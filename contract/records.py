@@ -1,8 +1,8 @@
-"""Records: frozen dataclasses that are read from JSON objects and written to them.
+"""Records: frozen dataclasses that are converted from and to JSON objects.
 
 The annotations of a dataclass are its schema: `str`, `bool`, `float`, `int` (a count or an index),
 tuples, mappings, other records and unions with None. `Annotated[kind, Check(...)]` adds a
-condition. A field with a default may be absent, and is written only if its value differs.
+condition. A field with a default is optional and is written only if its value differs.
 """
 
 from __future__ import annotations
@@ -31,45 +31,45 @@ from .errors import ManifestError
 Record = TypeVar("Record")
 _SPACE = 3
 INLINE = MappingProxyType({"inline": True})
-"""Metadata of a record field whose own fields stand in the enclosing JSON object."""
+"""Metadata of a record field whose own fields are stored in the enclosing JSON object."""
 NOT_STORED = MappingProxyType({"stored": False})
-"""Metadata of a field that is no part of the JSON object."""
+"""Metadata of a field that is not stored in JSON."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """A condition on a value: what is expected, and a test that the value passes."""
+    """A condition on a value: its description, and a test."""
 
     expected: str
     passes: Callable[[Any], bool]
 
 
 def one_of(choices: Collection[str]) -> Check:
-    """The check that a text is one of some choices."""
+    """Returns the check that a text is one of several choices."""
     return Check(" or ".join(f'"{choice}"' for choice in choices), lambda text: text in choices)
 
 
 @dataclass(frozen=True)
 class Place:
-    """The place of a value: its file, and its field in there."""
+    """The location of a value: a file, and a field in it."""
 
     file: Path
     field: str = ""
 
     def __getitem__(self, key: str | int) -> Place:
-        """The place of an entry of an object or of a list."""
+        """Returns the location of an entry of an object or list."""
         if isinstance(key, int):
             return Place(self.file, f"{self.field}[{key}]")
         return Place(self.file, f"{self.field}.{key}" if self.field else key)
 
     def fail(self, value: object, expected: str) -> NoReturn:
-        """Raises a ManifestError that names file, field, value and the expected form."""
+        """Raises a ManifestError with file, field, value and expected form."""
         field = f"{self.field}: " if self.field else ""
         raise ManifestError(f"{self.file}: {field}got {value!r}, expected {expected}")
 
 
 def _is_name(text: str) -> bool:
-    # A name goes into generated C as it stands, so nothing else may pass.
+    # Names are copied into generated C, so they must be identifiers.
     return bool(re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", text)) and not iskeyword(text)
 
 
@@ -88,7 +88,7 @@ PoseRows = Annotated[
 
 @dataclass(frozen=True)
 class _Item:
-    """A field of a record: its name, its key in JSON, its kind and its default."""
+    """A field of a record: its name, JSON key, type and default."""
 
     name: str
     key: str
@@ -123,12 +123,12 @@ def read(record: type[Record], value: object, place: Place, **not_stored: Any) -
     Args:
         record: The dataclass.
         value: A JSON object as a dictionary.
-        place: The place of the value, for errors.
-        not_stored: The fields of the record that are no part of the object.
+        place: The location of the value, for error messages.
+        not_stored: Values of the record's fields that are not stored in JSON.
 
     Raises:
-        ManifestError: If a key is unknown, or absent without a default, or a value has another
-            form than its annotation says; names file, field, value and the expected form.
+        ManifestError: A key is unknown or missing, or a value does not match its annotation. The
+            message names file, field, value and expected form.
     """
     kind: Any = record
     try:
@@ -156,7 +156,7 @@ def _keys(record: Any) -> set[str]:
 
 
 class _MismatchError(Exception):
-    """A value of the wrong form; each level adds its key on the way out."""
+    """A value of the wrong form; each enclosing level adds its key."""
 
     def __init__(self, value: object, expected: str) -> None:
         self.value, self.expected = value, expected
@@ -168,7 +168,7 @@ class _MismatchError(Exception):
 
 
 class _AbsentError(_MismatchError):
-    """A key is absent that has no default."""
+    """A required key is missing."""
 
     def __init__(self, key: str) -> None:
         super().__init__(key, "a value")
@@ -179,7 +179,7 @@ Reader = Callable[[Any], Any]
 
 @functools.cache
 def _reader(kind: Any) -> Reader:
-    """The reader of a kind of value, made once."""
+    """Returns the reader of a type, created once."""
     origin, parts = get_origin(kind), get_args(kind)
     if is_dataclass(kind):
         assert isinstance(kind, type)
@@ -212,7 +212,7 @@ def _record_reader(record: Any) -> Reader:
 
 
 def _fields_reader(record: Any) -> Reader:
-    """The reader of the fields of a record from an object that may hold other keys."""
+    """Returns the reader of a record's fields, from an object that may have other keys."""
     items = [
         (item, _fields_reader(item.kind) if item.inline else _reader(item.kind))
         for item in _items(record)
@@ -241,7 +241,7 @@ def _checked_reader(inner: Reader, checks: Sequence[Check], is_name: bool) -> Re
         for check in checks:
             if not check.passes(found):
                 raise _MismatchError(value, check.expected)
-        # Attributes are found fastest by the very strings that the interpreter has for them.
+        # Interned strings make attribute lookup fastest.
         return sys.intern(found) if is_name else found
 
     return read_checked
@@ -313,8 +313,8 @@ def write(record: Any, value: Any) -> dict[str, Any]:
     """Writes a record as plain JSON data.
 
     Args:
-        record: The dataclass; of a subclass only the fields of this class are written.
-        value: An object of it.
+        record: The dataclass; for a subclass, only the fields of this class are written.
+        value: An instance of the dataclass.
     """
     found: dict[str, Any] = {}
     for item in _items(record):
@@ -343,5 +343,5 @@ def _write(kind: Any, value: Any) -> Any:
         return [_write(k, item) for k, item in zip(kinds, value, strict=True)]
     if origin is Mapping:
         return {key: _write(get_args(kind)[1], item) for key, item in value.items()}
-    # No -0.0, whose sign depends on the order of additions.
+    # Avoids -0.0, whose sign depends on the order of additions.
     return float(value) + 0.0 if kind is float else value

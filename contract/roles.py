@@ -1,7 +1,7 @@
-"""The meaning of robots, functions, vectors and tasks, stated once.
+"""Definitions of robot kinds, function roles, vectors and task components.
 
-A role says what a function computes. Neither the compiler nor the runtime infers a meaning from the
-name of a function.
+A role states what a function computes. Neither the compiler nor the runtime infers this from the
+function's name.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ KINDS = {
     "chain in closed form.",
     "iterated": "The loops are solved by iteration in both directions.",
 }
-"""The kinds of robots: how the tool's pose follows from the actuated coordinates."""
+"""The kinds of robots: how the tool pose follows from the actuated coordinates."""
 
 SOLUTIONS = {
     "serial": "",
@@ -26,7 +26,7 @@ SOLUTIONS = {
     "platform": "newton",
     "iterated": "newton",
 }
-"""The method that solves the loops, by the kind of the robot."""
+"""The solution method of the loops for each kind of robot."""
 
 VECTORS = {
     "actuators": "actuated coordinates q",
@@ -37,7 +37,7 @@ VECTORS = {
     "task": "a part of the tool's pose",
     "": "none of these",
 }
-"""The vectors that functions take first or return: domain and codomain of a role."""
+"""The vectors that functions receive first or return: domain and codomain of a role."""
 
 ROLES = {
     "pose": "pose of the tool",
@@ -75,12 +75,12 @@ ROLES = {
     "identification jacobian": "derivative of the pose with respect to the geometry p",
     "other": "no meaning beyond its summary",
 }
-"""The roles of functions, and what each computes."""
+"""The roles of functions with the result of each."""
 
 AIMS = {"position": 3, "plane": 2, "direction": 3, "pitch": 1, "heading": 1}
-"""The components of a task and the number of entries of each: the tool's position, its first two
-coordinates, the direction of the tool's third axis, the elevation of this axis above the base's
-x-y plane, and the angle of the tool's first axis in this plane."""
+"""The components of a task with their number of entries. "position" is the tool position, "plane"
+its first two coordinates, and "direction" the tool's third axis. "pitch" is the elevation of this
+axis above the base's x-y plane. "heading" is the angle of the tool's first axis in this plane."""
 
 
 Kind = Annotated[str, one_of(KINDS)]
@@ -96,18 +96,18 @@ class Role:
 
     Attributes:
         name: One of :data:`ROLES`.
-        domain: The vector that its first input is, one of :data:`VECTORS`.
+        domain: The vector of its first input, one of :data:`VECTORS`.
         codomain: The vector that a map, its derivatives or its branches return.
-        given: The coordinates that the further inputs of an inverse determine, by index in q: they
-            keep their values when a solution is refined.
-        labels: The branch in each slot of an inverse or of branches of loops.
-        directions: The components of the twist (v, omega), 0 to 5, in the columns of a velocity
-            relation's first matrix.
-        aims: The components of the task that the first input of an inverse prescribes, in the order
-            of its entries, each one of :data:`AIMS`; () for a whole pose.
-        held: The coordinates that an inverse leaves at 0, by index in q.
-        searches: Whether the closed form loses poses where joints are at right angles, so that the
-            runtime searches from its least-squares answers.
+        given: Indices in q of the coordinates that the other inputs of an inverse determine. They
+            keep their values during refinement.
+        labels: The branch label of each slot, for an inverse or for branches of loops.
+        directions: The twist components (v, omega), 0 to 5, of the columns of the first matrix in a
+            velocity relation.
+        aims: The task components that the first input of an inverse prescribes, in the order of its
+            entries, each one of :data:`AIMS`; () for a full pose.
+        held: Indices in q of the coordinates that an inverse sets to 0.
+        searches: Whether the closed form misses poses with joints at right angles. The runtime then
+            searches from the least-squares solutions.
     """
 
     name: RoleName = field(metadata={"key": "role"})
@@ -122,12 +122,12 @@ class Role:
 
     @property
     def key(self) -> tuple[str, str, str]:
-        """Name, domain and codomain, by which the runtime finds a function."""
+        """Name, domain and codomain, the key by which the runtime finds a function."""
         return self.name, self.domain, self.codomain
 
     @property
     def is_inverse(self) -> bool:
-        """Whether the function returns solutions in slots, each with residual and margin."""
+        """Whether the function returns solutions in slots with residual and margin."""
         return self.name == "inverse"
 
     @property

@@ -130,7 +130,7 @@ DRAWN = [
     ids=[f"{c.name}-{'turns' if kinds is TURNS else 'mixed'}" for c, kinds in DRAWN],
 )
 def test_random_chains_are_incomplete_only_in_poe_and_s_model(convention, kinds):
-    report = model_report(drawn_chain(convention, np.random.default_rng(1), kinds), ())
+    report = model_report(drawn_chain(convention, np.random.default_rng(1), kinds), conventions=())
     missing = sum(len(joint.misses) for joint in report.joints)
     assert report.identifiable - report.rank == missing
     assert (missing > 0) == (kinds in INCOMPLETE.get(convention.name, ()))
