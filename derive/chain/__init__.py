@@ -1,1 +1,1 @@
-"""Kinematics of a chain of joints: its groups, poses, Jacobians and their derivatives."""
+"""Kinematics of a serial chain: groups of parallel axes, poses, Jacobians, derivatives."""

@@ -1,7 +1,7 @@
-"""The shapes by which a robot's bodies are drawn: lines, plates and the symbols of joints.
+"""Shapes for drawing the bodies of a robot: lines, plates and joint symbols.
 
-All points are in the frame of the body that carries the shape. Bodies that are fixed to each other
-are drawn as one, in the frame of the first of them.
+All points are in the frame of the body that carries the shape. Rigidly connected bodies are drawn
+as one body, in the frame of the first body.
 """
 
 import math
@@ -19,30 +19,29 @@ from .posture import posture
 from .rigid_bodies import Array, CarryingJoint, HeldFrames, RigidBodies, Span, TreeBody
 
 BARREL = 0.85
-"""The part of a retracted cylinder's length that is its barrel."""
+"""Barrel length as a fraction of the retracted cylinder length."""
 INSIDE = 0.15
-"""The part of that length by which the rod stays in the barrel."""
+"""Minimum rod length inside the barrel, as a fraction of the retracted cylinder length."""
 WITHOUT_LENGTH = 0.55
-"""The barrel's part of a cylinder at the reference, where its retracted length is 0."""
+"""Barrel fraction of the reference length, for cylinders with retracted length 0."""
 DETOUR = 1.6
-"""A link goes along the common normal of its axes where its way is at most this times as long as
-the straight one."""
+"""Maximum length ratio of a link drawn along the common normal to a straight link."""
 APART = 0.08
-"""The most by which a symbol gives way to another, in parts of the robot's size."""
+"""Maximum shift of a symbol that overlaps another, relative to the robot size."""
 
 
 @dataclass(frozen=True)
 class Skeleton:
-    """A robot's bodies with their shapes.
+    """The bodies of a robot with their shapes.
 
     Attributes:
-        bodies: The ground, a body for each joint, then the parts of struts.
+        bodies: The ground, one body per joint, then the bodies of struts.
         shapes: The shapes of each body.
         tip: Index of the body that carries the tip.
-        tip_placement: The tip's frame in that body's frame (4, 4).
-        posture: The q at which a serial robot is drawn where nobody chooses one; () with loops.
+        tip_placement: The tip frame in the frame of the tip body (4, 4).
+        posture: The default configuration q for drawing a serial robot; () with loops.
         size: Diagonal of the box around frames, joints and tip at the reference (metre).
-        closures: The frames that joints hold together where they close loops.
+        closures: The frame pairs connected by loop-closing joints.
     """
 
     bodies: tuple[TreeBody, ...]
@@ -55,21 +54,21 @@ class Skeleton:
 
 
 def skeleton(rigid: RigidBodies, actuated: Sequence[str] = ()) -> Skeleton:
-    """The bodies with their shapes.
+    """Returns the bodies with their shapes.
 
-    Joints in a row without an actuator and without a body of any size between them are one symbol:
-    two turns are ``universal``, three a ``ball``; such a row with more than one slide only places a
-    platform and has no symbol.
+    Consecutive passive joints without an extended body between them share one symbol: two revolute
+    joints are ``universal``, three are ``ball``. A row with more than one prismatic joint only
+    places a platform and has no symbol.
 
     Args:
         rigid: The bodies on joints.
-        actuated: Names of the joints and cylinders that actuators move.
+        actuated: Names of the actuated joints and cylinders.
     """
     return _Shapes(rigid, set(actuated)).all()
 
 
 def rows_of_joints(rigid: RigidBodies, actuated: set[str]) -> list[list[int]]:
-    """Passive joints one after the other, without a body of any size between them, by body."""
+    """Returns rows of consecutive passive joints without extended bodies, as body indices."""
     rows: list[list[int]] = []
     for k, body in enumerate(rigid.bodies):
         joint = body.joint
@@ -89,7 +88,7 @@ def _slides(rigid: RigidBodies, row: Sequence[int]) -> int:
 
 
 def _is_bare(rigid: RigidBodies, inner: int, outer: int) -> bool:
-    """Whether the body between two joints carries nothing else and has no size."""
+    """Whether the body between two joints has no extent and carries nothing else."""
     carried = [k for k, body in enumerate(rigid.bodies) if body.parent == inner]
     joint, placement = rigid.bodies[inner].joint, rigid.bodies[outer].placement
     if carried != [outer] or inner in _held(rigid) or inner == rigid.tip or joint is None:
@@ -101,7 +100,7 @@ def _is_bare(rigid: RigidBodies, inner: int, outer: int) -> bool:
 
 
 def _held(rigid: RigidBodies) -> set[int]:
-    """The bodies that closures and struts hold."""
+    """Returns the bodies attached to closures and struts."""
     if not isinstance(rigid.robot, Mechanism):
         return set()
     frames = [frame for closer in rigid.robot.closers for frame in (closer.a, closer.b)]
@@ -110,7 +109,7 @@ def _held(rigid: RigidBodies) -> set[int]:
 
 @dataclass
 class _Attached:
-    """The points of a rigid group of bodies at which it meets others."""
+    """Connection points of a rigid group of bodies, with their axes."""
 
     points: list[Array] = field(default_factory=list)
     axes: list[Array | None] = field(default_factory=list)
@@ -121,7 +120,7 @@ class _Attached:
 
 
 class _Shapes:
-    """Shapes of all bodies, one member of the description at a time."""
+    """Builds the shapes of all bodies, one member of the description at a time."""
 
     def __init__(self, rigid: RigidBodies, actuated: set[str]) -> None:
         self.rigid, self.actuated = rigid, actuated
@@ -158,7 +157,7 @@ class _Shapes:
         )
 
     def _groups(self) -> tuple[list[int], list[Array]]:
-        """For each body the first body that it is fixed to, and its frame in that body's."""
+        """Returns the root of each rigid group per body, and the body frame in the root frame."""
         root, frames = [0], [np.eye(4)]
         for k, body in enumerate(self.bodies[1:], 1):
             is_fixed = body.joint is not None and body.joint.kind == "fixed"
@@ -197,7 +196,7 @@ class _Shapes:
         joint, row = body.joint, self.row_of.get(k, [k])
         if joint is None or joint.kind == "fixed" or row[0] != k or _slides(self.rigid, row) > 1:
             return
-        # A row of turns is one joint between the first body's parent and the last body.
+        # A row of revolute joints is one joint from the parent of the first body to the last body.
         first = body.placement
         at_parent = first[:3, :3] @ joint.at + first[:3, 3]
         axis_on_parent = first[:3, :3] @ joint.axis
@@ -215,7 +214,7 @@ class _Shapes:
             self._put(k, joint.kind, joint.name, [joint.at], joint.axis)
 
     def _slide(self, k: int, joint: CarryingJoint, start: Array, axis: Array) -> None:
-        """A carriage on a guide; where the carrier turns, a ram in its sleeve."""
+        """Adds a carriage on a guide, or a ram in a sleeve on a rotating carrier."""
         parent = self.bodies[k].parent
         carrier = self.bodies[self.root[parent]].joint
         low, high = self._travel(joint)
@@ -227,7 +226,7 @@ class _Shapes:
         self._put(k, "ram", joint.name, [joint.at - high * joint.axis, joint.at], joint.axis)
 
     def _travel(self, joint: CarryingJoint) -> tuple[float, float]:
-        """The least and the greatest value of a slide; without limits 0.4 of the size."""
+        """Returns the value range of a prismatic joint; 0.4 of the robot size without limits."""
         low, high = joint.limits
         if low is None or high is None:
             z = self.rigid.reference[self.rigid.names[joint.coordinate]]
@@ -271,7 +270,7 @@ class _Shapes:
         self._part(self.rigid.span(strut, from_end=True), strut, "piston", (-piston, 0.0))
 
     def _part(self, span: Span, strut: Strut, kind: str, along: tuple[float, float]) -> None:
-        """A body of its own for a part of a strut."""
+        """Adds a separate body for a barrel, rod or other section of a strut."""
         name = strut.name if kind == "rod" else f"{strut.name}_{kind}"
         k = len(self.bodies)
         self.bodies.append(TreeBody(name, -1, np.eye(4), span=span))
@@ -281,10 +280,10 @@ class _Shapes:
         points = [np.array([0.0, 0.0, z]) for z in along]
         self._put(k, kind, strut.name, points, ends=strut.ends)
 
-    # --- symbols apart ---
+    # --- overlapping symbols ---
 
     def _part_from_next(self, k: int) -> None:
-        """Moves the symbol of a turn along its axis where that of the next turn would cover it."""
+        """Moves a revolute symbol along its axis if the next symbol would cover it."""
         for c, body in enumerate(self.rigid.bodies):
             if body.parent != k or not (self._is_turn(k) and self._is_turn(c)):
                 continue
@@ -307,7 +306,7 @@ class _Shapes:
         return any(shape.kind == "revolute" for shape in self.shapes[k])
 
     def _along(self, k: int, axis: Array, end: int) -> float:
-        """The way along an axis at one end of a body's line; 0 where the line leaves the axis."""
+        """Returns the signed length along an axis at one end of a line; 0 off the axis."""
         lines = [shape.points for shape in self.shapes[k] if shape.kind == "link"]
         if not lines:
             return 0.0
@@ -319,7 +318,7 @@ class _Shapes:
         return math.copysign(min(length / 2, APART * self.size), float(way @ axis))
 
     def _stub(self, k: int, joint: CarryingJoint) -> None:
-        """Gives a body without a size a short line along its axis, with its symbol at the end."""
+        """Adds a short line along the axis of a point-like body, with the symbol at its end."""
         ends = [joint.at, joint.at + APART * self.size / 2 * joint.axis]
         points = tuple(self._rounded(point, self.digits) for point in ends)
         self.shapes[k].insert(0, Shape("link", self.bodies[k].name, points))
@@ -334,7 +333,7 @@ class _Shapes:
     # --- bodies ---
 
     def _body(self, k: int) -> None:
-        """The line or the plate between a body's joints, beneath their symbols."""
+        """Adds the line or plate between the joints of a body, below their symbols."""
         if self.root[k] != k:
             return
         own = self.attached[k]
@@ -369,13 +368,13 @@ class _Shapes:
 
     @staticmethod
     def _in_order(points: Sequence[Array]) -> list[Array]:
-        """Points of a line from one end to the other."""
+        """Sorts collinear points from one end to the other."""
         ways = np.array(points) - points[0]
         along = ways[int(np.argmax(np.linalg.norm(ways, axis=1)))]
         return [points[k] for k in np.argsort(np.round(ways @ along, 12), kind="stable")]
 
     def _along_axes(self, own: _Attached) -> list[Array]:
-        """The way between two joints: along the first axis, the common normal, the second axis."""
+        """Returns the path between two joints along first axis, common normal and second axis."""
         (p, q), (u, v) = own.points, own.axes
         feet = [p, q]
         if u is not None and v is not None:
@@ -388,7 +387,7 @@ class _Shapes:
 
 
 def _feet(p: Array, u: Array, q: Array, v: Array) -> list[Array]:
-    """The feet of the common normal of two lines; of parallel ones that through q."""
+    """Returns the end points of the common normal of two lines; for parallel lines, through q."""
     c = float(u @ v)
     s2 = 1 - c * c
     if s2 < SAME_VIEW:

@@ -1,4 +1,4 @@
-"""The motion of a chain's joints as functions of the coordinates of its robot."""
+"""Joint motions of a chain as functions of the robot coordinates."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,11 +11,11 @@ from ..terms.tangents import LoopRate, Tangent
 from ..terms.terms import Terms
 
 Matrix = Sequence[Sequence[sp.Expr]]
-"""Rows by moving joints, columns by coordinates."""
+"""Matrix with one row per moving joint and one column per coordinate."""
 
 
 class Motion(Protocol):
-    """Values of the moving joints of a chain and their derivatives.
+    """Values and derivatives of the moving joints of a chain.
 
     Attributes:
         values: Values of all moving joints (radian or metre).
@@ -24,47 +24,47 @@ class Motion(Protocol):
     values: tuple[sp.Expr, ...]
 
     def D_q(self) -> Matrix:
-        """The values' derivatives by the coordinates."""
+        """Returns the derivatives of the values with respect to the coordinates."""
         ...
 
     def D_q_dot(self, qd: Sequence[sp.Symbol]) -> Matrix | None:
-        """Time derivative of ``D_q``; None where it is constant."""
+        """Returns the time derivative of ``D_q``; None if ``D_q`` is constant."""
         ...
 
     def D_q_q(self) -> Sequence[Matrix] | None:
-        """Derivatives of ``D_q`` by each coordinate; None where it is constant."""
+        """Returns the derivative of ``D_q`` with respect to each coordinate; None if constant."""
         ...
 
     def speeds(self, qd: Sequence[sp.Symbol]) -> list[sp.Expr]:
-        """Rates of the values."""
+        """Returns the rates of the values."""
         ...
 
     def accelerations(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> list[sp.Expr]:
-        """Second time derivatives of the values."""
+        """Returns the second time derivatives of the values."""
         ...
 
 
 class InProportion:
-    """The motion of a serial robot: each joint has a coordinate or follows another joint."""
+    """Joint motion of a serial robot: each joint has its own coordinate or is a mimic joint."""
 
     def __init__(self, robot: SerialRobot, terms: Terms, q: Sequence[sp.Symbol]) -> None:
-        """Takes the values from the robot's coordinates and mimic laws."""
+        """Computes the values from the coordinates and mimic equations."""
         self.terms = terms
         self.values = robot.joint_values(q)
         self._D_q = robot.joint_values_D_q()
 
     def D_q(self) -> Matrix:
-        """The constant derivative: 1, -1 or a multiplier for each coordinate."""
+        """Returns the constant derivatives: 1, -1 or mimic multipliers."""
         return [list(self._D_q.row(j)) for j in range(self._D_q.rows)]
 
     def D_q_dot(self, qd: Sequence[sp.Symbol]) -> None:
-        """None: ``D_q`` is constant."""
+        """Returns None, because ``D_q`` is constant."""
 
     def D_q_q(self) -> None:
-        """None: ``D_q`` is constant."""
+        """Returns None, because ``D_q`` is constant."""
 
     def speeds(self, qd: Sequence[sp.Symbol]) -> list[sp.Expr]:
-        """``D_q qd``."""
+        """Returns ``D_q qd``."""
         return [self.terms.let(entry) for entry in self._D_q * sp.Matrix(qd)]
 
     def accelerations(
@@ -72,33 +72,33 @@ class InProportion:
         qd: Sequence[sp.Symbol],  # noqa: ARG002
         qdd: Sequence[sp.Symbol],
     ) -> list[sp.Expr]:
-        """``D_q qdd``."""
+        """Returns ``D_q qdd``."""
         return self.speeds(qdd)
 
 
 class LoopRates(Protocol):
-    """The rates of all terms through closed loops, by the rates of the coordinates."""
+    """Rates of all terms that depend on the coordinates through closed loops."""
 
     def units(self) -> Sequence[Tangent]:
-        """The rates where one coordinate moves by one unit per second, for each coordinate."""
+        """Returns, for each coordinate, the rates at unit speed of this coordinate."""
         ...
 
     def along(self, qd: Sequence[sp.Symbol]) -> Tangent:
-        """The rates at rates qd of the coordinates."""
+        """Returns the rates at coordinate rates qd."""
         ...
 
     def twice(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> Tangent:
-        """The rates of terms of coordinates and their rates, at accelerations qdd."""
+        """Returns the rates of terms in q and qd, at coordinate accelerations qdd."""
         ...
 
 
 @dataclass(frozen=True)
 class SolvedRates:
-    """The rates through loops that are solved in closed form.
+    """Rates through loops with a closed-form solution.
 
     Attributes:
-        terms: Names of all terms.
-        loops: Rates of the solved angles; the caller may add angles.
+        terms: Table of named terms.
+        loops: Rates of the solved angles; callers may add angles.
         q: The coordinates.
     """
 
@@ -107,15 +107,15 @@ class SolvedRates:
     q: tuple[sp.Symbol, ...]
 
     def units(self) -> list[Tangent]:
-        """The rates where one coordinate moves, for each coordinate."""
+        """Returns, for each coordinate, the rates at unit speed of this coordinate."""
         return [self._of({symbol: sp.Integer(1)}) for symbol in self.q]
 
     def along(self, qd: Sequence[sp.Symbol]) -> Tangent:
-        """The rates at rates qd of the coordinates."""
+        """Returns the rates at coordinate rates qd."""
         return self._of(dict(zip(self.q, qd, strict=True)))
 
     def twice(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> Tangent:
-        """The rates of terms of coordinates and their rates, at accelerations qdd."""
+        """Returns the rates of terms in q and qd, at coordinate accelerations qdd."""
         pairs = (*zip(self.q, qd, strict=True), *zip(qd, qdd, strict=True))
         return self._of(dict(pairs))
 
@@ -124,7 +124,7 @@ class SolvedRates:
 
 
 class ThroughLoops:
-    """The motion of joints that depend on the coordinates through closed loops."""
+    """Motion of joints that depend on the coordinates through closed loops."""
 
     def __init__(self, values: Sequence[sp.Expr], rates: LoopRates) -> None:
         """Stores the values and the rates through the loops.
@@ -138,24 +138,24 @@ class ThroughLoops:
         self._D_q: list[list[sp.Expr]] | None = None
 
     def D_q(self) -> Matrix:
-        """The derivatives from the loops' equations (implicit function theorem)."""
+        """Returns the derivatives from the loop equations (implicit function theorem)."""
         if self._D_q is None:
             self._D_q = [[unit.of(value) for unit in self._units] for value in self.values]
         return self._D_q
 
     def D_q_dot(self, qd: Sequence[sp.Symbol]) -> Matrix:
-        """The entries of ``D_q``, differentiated along the motion."""
+        """Returns the time derivative of ``D_q``."""
         along = self._rates.along(qd)
         return [along.of_each(row) for row in self.D_q()]
 
     def D_q_q(self) -> Sequence[Matrix]:
-        """Second derivatives, one matrix a coordinate."""
+        """Returns the second derivatives, one matrix per coordinate."""
         return [[unit.of_each(row) for row in self.D_q()] for unit in self._units]
 
     def speeds(self, qd: Sequence[sp.Symbol]) -> list[sp.Expr]:
-        """Rates at given rates of the coordinates, without ``D_q``."""
+        """Returns the rates of the values directly, without ``D_q``."""
         return self._rates.along(qd).of_each(self.values)
 
     def accelerations(self, qd: Sequence[sp.Symbol], qdd: Sequence[sp.Symbol]) -> list[sp.Expr]:
-        """Second time derivatives at rates qd and accelerations qdd."""
+        """Returns the second time derivatives at rates qd and accelerations qdd."""
         return self._rates.twice(qd, qdd).of_each(self.speeds(qd))

@@ -1,7 +1,7 @@
-"""Jacobians, their rates, the Hessian, twists and accelerations, all from screw theory.
+"""Jacobians, Jacobian rates, Hessian, twists and accelerations from screw theory.
 
-With omega_j the axis of joint j and v_j the velocity of the observed point at unit rate of joint j,
-column j of a Jacobian is (v_j; omega_j). The three Jacobians differ by the observed point and by
+Column j of a Jacobian is (v_j; omega_j): omega_j is the axis of joint j, and v_j is the velocity of
+the observed point at unit rate of joint j. The three Jacobians differ in the observed point and in
 the axes in which a column is expressed:
 
 | Jacobian | observed point        | axes        |
@@ -10,7 +10,7 @@ the axes in which a column is expressed:
 | `mixed`  | the tool's origin     | base frame  |
 | `body`   | the tool's origin     | tool frame  |
 
-A turning joint moves a point at position r, in the joint's axes, by z x r = (-r_y, r_x, 0).
+A revolute joint moves a point at position r (in joint axes) with z x r = (-r_y, r_x, 0).
 """
 
 from collections.abc import Callable, Sequence
@@ -40,7 +40,7 @@ Representation = Literal["space", "body", "mixed"]
 
 @dataclass(frozen=True)
 class Twist:
-    """Linear and angular velocity, or a column of a Jacobian, or an acceleration."""
+    """A twist, a Jacobian column or an acceleration: linear and angular part."""
 
     v: Vector
     omega: Vector
@@ -55,7 +55,7 @@ NO_TWIST = Twist(ORIGIN, ORIGIN)
 
 
 def columns(forward: Forward, representation: Representation) -> list[Twist]:
-    """The columns of the Jacobian, one for each moving joint, in the order of the chain."""
+    """Returns the Jacobian columns, one per moving joint, in the order of the chain."""
     if representation == "body":
         axes, end_axes = forward.axes_in_tool()
     else:
@@ -85,7 +85,7 @@ def columns(forward: Forward, representation: Representation) -> list[Twist]:
 def rates(
     terms: Terms, representation: Representation, screws: Sequence[Twist], speeds: Sequence[sp.Expr]
 ) -> list[Twist]:
-    """Time derivative of a Jacobian's columns at joint speeds.
+    """Returns the time derivatives of Jacobian columns at joint speeds.
 
     space: J_j' = ad(V_(j-1)) J_j with V_(j-1) the twist of the links before joint j.
     body: J_j' = ad(J_j) (V - V_j), where V - V_j is the twist due to the joints after j.
@@ -112,10 +112,10 @@ def rates(
 
 
 def hessian(terms: Terms, screws: Sequence[Twist]) -> list[list[Twist]]:
-    """Derivatives of the mixed Jacobian: entry [j][k] is the derivative of column j by joint k.
+    """Returns the derivatives of the mixed Jacobian: entry [j][k] is d(column j)/d(joint k).
 
-    v_j by k is omega_i x v_l with i the smaller and l the larger of j and k; omega_j by k is
-    omega_k x omega_j for k before j and zero otherwise.
+    With i the smaller and l the larger of j and k, dv_j/dq_k = omega_i x v_l. For k before j,
+    domega_j/dq_k = omega_k x omega_j; otherwise the derivative is zero.
     """
     count = range(len(screws))
     return [
@@ -131,13 +131,13 @@ def hessian(terms: Terms, screws: Sequence[Twist]) -> list[list[Twist]]:
 
 
 def weighted(terms: Terms, screws: Sequence[Twist], weights: Sequence[sp.Expr]) -> Twist:
-    """The sum J w of columns times weights."""
+    """Returns J w, the weighted sum of columns."""
     parts = [_scaled(terms, screw, weight) for screw, weight in zip(screws, weights, strict=True)]
     return _total(terms, parts)
 
 
 def summed(terms: Terms, *twists: Twist) -> Twist:
-    """The sum of twists."""
+    """Returns the sum of twists."""
     return _total(terms, twists)
 
 
@@ -145,7 +145,7 @@ def _turning(terms: Terms, station: Station, choices: Sequence[tuple[Basis, Vect
     sign = sp.Integer(station.sign)
     _, _, z = choices[0][0]
     omega = named(terms, (sign * component for component in z))
-    # z x lever, in the axes in which it takes the fewest products.
+    # z x lever, in the axes that need the fewest products.
     spun = [(axes, (-sign * y, sign * x, ZERO)) for axes, (x, y, _) in choices]
     v = _cheapest(terms, spun)
     if station.pitch != 0:
@@ -184,7 +184,7 @@ def _total(terms: Terms, twists: Sequence[Twist]) -> Twist:
 
 
 def _partial_sums(terms: Terms, twists: Sequence[Twist]) -> list[Twist]:
-    """For each twist the sum of the twists before it."""
+    """Returns, for each twist, the sum of the preceding twists."""
     sums = [NO_TWIST]
     for twist in twists[:-1]:
         sums.append(_total(terms, (sums[-1], twist)))
@@ -192,7 +192,7 @@ def _partial_sums(terms: Terms, twists: Sequence[Twist]) -> list[Twist]:
 
 
 def _bracket(terms: Terms, a: Twist, b: Twist) -> Twist:
-    """ad(a) b = (Omega_a x v_b + v_a x omega_b, Omega_a x omega_b)."""
+    """Returns ad(a) b = (Omega_a x v_b + v_a x omega_b, Omega_a x omega_b)."""
     return Twist(
         added(terms, cross(terms, a.omega, b.v), cross(terms, a.v, b.omega)),
         cross(terms, a.omega, b.omega),

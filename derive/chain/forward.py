@@ -1,12 +1,12 @@
-"""Forward kinematics of a chain: axes of every group, poses of every link, levers of every joint.
+"""Forward kinematics of a chain: group axes, link poses and joint levers.
 
-With the groups of :mod:`chasles.derive.chain.groups`, the axes of group g+1 are those of group g
-turned by the group's last angle and tilted. A point p is carried from the tool to the base by
-Horner's scheme. In the axes of group g,
+With the groups of :mod:`chasles.derive.chain.groups`, the axes of group g+1 are the axes of group g
+after the last rotation and the tilt of group g. A point p is transformed from the tool to the base
+with Horner's scheme. In the axes of group g,
 
     lever_k = Rz(phi_k) reach_k + lever_(k+1),    lever_last = Rz(phi_last) (reach + Rx(alpha) p').
 
-Every lever is the position of the tool relative to one joint's axis, from which a Jacobian follows.
+Each lever is the tool position relative to one joint axis. The Jacobian follows from the levers.
 """
 
 from collections.abc import Sequence
@@ -31,16 +31,16 @@ from ..terms.vectors import (
 from .groups import Group, Station
 
 Pose = tuple[Basis, Vector]
-"""Axes and origin of a frame in another."""
+"""Axes and origin of a frame, expressed in another frame."""
 
 
 @dataclass(frozen=True)
 class Levers:
-    """Positions of one point relative to every station of one group.
+    """Position of one point relative to every station of a group.
 
     Attributes:
-        from_axis: Position relative to each station's axis, in the group's axes.
-        turned: Position relative to the last station's axis, in that station's own axes.
+        from_axis: Position relative to the axis of each station, in group axes.
+        turned: Position relative to the axis of the last station, in station axes.
     """
 
     from_axis: tuple[Vector, ...]
@@ -48,13 +48,13 @@ class Levers:
 
 
 class Forward:
-    """The forward kinematics of a chain, computed once and shared by all functions.
+    """Forward kinematics of a chain, computed once and shared by all functions.
 
     Attributes:
-        terms: Names of all terms.
+        terms: Table of named terms.
         groups: The chain.
         axes: Axes of each group in the base frame.
-        end_axes: Axes of each group's last station in the base frame.
+        end_axes: Axes of the last station of each group in the base frame.
     """
 
     def __init__(self, terms: Terms, groups: Sequence[Group]) -> None:
@@ -70,13 +70,13 @@ class Forward:
             self.axes.append(turned_about_x(terms, self.end_axes[-1], *group.tilt))
 
     def tool_pose(self) -> Pose:
-        """Pose of the tool in the base frame."""
+        """Returns the tool pose in the base frame."""
         tool = self.groups[-1].stations[-1].frames[-1]
         orientation = self._product(self.end_axes[-1], tool.orientation)
         return orientation, self.levers_of_tool()[0].from_axis[0]
 
     def link_poses(self) -> list[Pose]:
-        """Pose of every link's frame in the base frame, in order from the base."""
+        """Returns the pose of every link frame in the base frame, ordered from the base."""
         poses: list[Pose] = []
         origin = ORIGIN
         for axes, group, angles in zip(self.axes, self.groups, self.trigonometry, strict=False):
@@ -89,7 +89,7 @@ class Forward:
         return poses[:-1]
 
     def levers_of_tool(self) -> list[Levers]:
-        """Positions of the tool's origin relative to every axis, the base first, group by group."""
+        """Returns the tool-origin position relative to every axis, per group, from the base."""
         levers: list[Levers] = []
         point = ORIGIN
         for group, angles in zip(self.groups[::-1], self.trigonometry[::-1], strict=True):
@@ -105,7 +105,7 @@ class Forward:
         return levers[::-1]
 
     def levers_of_base(self) -> list[Levers]:
-        """Positions of the base frame's origin relative to every axis, group by group."""
+        """Returns the base-origin position relative to every axis, per group."""
         levers: list[Levers] = []
         point = ORIGIN
         for group, angles in zip(self.groups, self.trigonometry, strict=True):
@@ -123,7 +123,7 @@ class Forward:
         return levers
 
     def axes_in_tool(self) -> tuple[list[Basis], list[Basis]]:
-        """Axes of each group, and of each group's last station, in the tool's frame."""
+        """Returns the axes of each group and of its last station, in the tool frame."""
         tool = self.groups[-1].stations[-1].frames[-1]
         end_axes = [_transposed(tool.orientation)]
         axes: list[Basis] = []
@@ -136,7 +136,7 @@ class Forward:
         return axes[::-1], end_axes[::-1]
 
     def stations(self) -> list[tuple[int, int, Station]]:
-        """Every station with the index of its group and its index in the group."""
+        """Returns every station with its group index and its index in the group."""
         return [
             (g, k, station)
             for g, group in enumerate(self.groups)

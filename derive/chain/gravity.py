@@ -1,12 +1,12 @@
-"""The torques of gravity on the coordinates of a chain with point masses, and their derivatives.
+"""Gravity torques on the coordinates of a chain with point masses, and their derivatives.
 
-With M_k the mass beyond joint k, c_k its first moment about the base's origin, and (v_k; omega_k)
-the joint's screw in the base frame, the weight does work against the joint by
+Let M_k be the mass beyond joint k, c_k the first moment of this mass about the base origin, and
+(v_k; omega_k) the joint screw in the base frame. The gravity torque of joint k is
 
     w_k = M_k v_k + omega_k x c_k,    tau_k = g . w_k,
 
-and the derivative of tau_k by a joint j beyond it is (g x omega_k) . w_j, which is symmetric in k
-and j since the torques have a potential.
+The derivative of tau_k with respect to a joint j beyond k is (g x omega_k) . w_j. It is symmetric
+in j and k because the torques have a potential.
 """
 
 from collections.abc import Sequence
@@ -27,11 +27,11 @@ from .poe import placement_matrix
 
 @dataclass(frozen=True)
 class GravityTorques:
-    """The torques of gravity on the coordinates.
+    """Gravity torques on the coordinates.
 
     Attributes:
         values: The torque on each coordinate (N m), or the force (N).
-        D_q: Their derivatives by the coordinates, a row a torque.
+        D_q: Derivatives of the torques with respect to the coordinates, one row per torque.
     """
 
     values: tuple[sp.Expr, ...]
@@ -41,11 +41,11 @@ class GravityTorques:
 def gravity_torques(
     robot: SerialRobot, load: Load, terms: Terms, q: Sequence[sp.Symbol]
 ) -> GravityTorques:
-    """The torques of a robot's load at coordinates q.
+    """Returns the gravity torques of a robot's load at coordinates q.
 
     Args:
         robot: The robot.
-        load: Its masses and gravity.
+        load: The masses and the gravity vector.
         terms: Receives the terms.
         q: Symbols of the coordinates.
     """
@@ -66,7 +66,7 @@ def gravity_torques(
     derivatives = sp.Matrix(
         [[dot(terms, turned[min(j, k)], works[max(j, k)]) for j in count] for k in count]
     )
-    # Joints that mimic a leader act on its coordinate.
+    # The torque of a mimic joint acts on the coordinate of its leader.
     by_q = robot.joint_values_D_q()
     of_q = by_q.T * sp.Matrix(torques)
     D_q = by_q.T * derivatives * by_q
@@ -77,17 +77,18 @@ def gravity_torques(
 
 
 def most_stiffness(robot: SerialRobot, load: Load) -> list[float]:
-    """Bounds of sum_j |d tau_k / d q_j| at all coordinates within the limits of slides.
+    """Returns bounds of sum_j |d tau_k / d q_j| over all coordinates within limits.
 
     Args:
-        robot: A chain whose joints turn or slide, each link's frame the base frame at zero.
-        load: Its masses, one for each link, and gravity.
+        robot: A chain of revolute and prismatic joints; at zero, all link frames equal the base
+            frame.
+        load: One mass per link, and the gravity vector.
 
     Returns:
-        A bound for each joint k (N m/rad, N/m), by the length of the chain stretched out.
+        One bound per joint k (N m/rad or N/m), computed from the stretched chain length.
 
     Raises:
-        RobotError: A slide has no limits.
+        RobotError: A prismatic joint has no limits.
     """
     gravity = float(sp.sqrt(sum(g**2 for g in load.gravity)))
     work = []
@@ -101,7 +102,7 @@ def most_stiffness(robot: SerialRobot, load: Load) -> list[float]:
 
 
 def _reaches(robot: SerialRobot, load: Load, first: int) -> list[float]:
-    """The largest distance of each further link's mass from a turning joint."""
+    """Returns the largest distance of each following link mass from a revolute joint."""
     reaches, way = [], 0.0
     at = np.zeros(3)
     for k, joint in enumerate(robot.joints[first:], first):
@@ -119,12 +120,12 @@ def _reaches(robot: SerialRobot, load: Load, first: int) -> list[float]:
 def _stroke(joint: Joint) -> float:
     low, high = joint.limits
     if low is None or high is None:
-        raise RobotError(f"slide {joint.name!r} has no limits, which springs need")
+        raise RobotError(f"prismatic joint {joint.name!r} has no limits; springs need limits")
     return max(abs(float(low)), abs(float(high)))
 
 
 def _beyond(robot: SerialRobot, load: Load, forward: Forward) -> list[tuple[sp.Expr, Vector]]:
-    """The mass beyond each moving joint and its first moment about the base's origin."""
+    """Returns the mass beyond each moving joint, with its first moment about the base origin."""
     terms = forward.terms
     placed = {
         name: (axes, origin)

@@ -1,15 +1,15 @@
-"""The chain in its smallest form, from which the equations of a serial robot are built.
+"""Minimal form of a chain, from which the equations of a serial robot are built.
 
-A chain of placements and joints is a product of rotations about z (constant or by a joint), tilts
-about x (constant) and translations. Neighbouring rotations about z are one rotation by the sum of
-their angles, so that consecutive parallel axes share one angle in every convention:
+A chain is a product of z rotations (constant or by a joint), constant x rotations (tilts) and
+translations. Adjacent z rotations are merged into one rotation by the angle sum, so consecutive
+parallel axes share one angle in every convention:
 
     R_0_ee = Rz(phi_1) Rx(alpha_1) Rz(phi_2) Rx(alpha_2) ...
 
-A *group* is the run of parallel axes between two tilts. All its axes point along the z axis of the
-group's frame. Its *stations* are the successive angles phi, one for each joint, each with the
-translation (*reach*) that turns with it. Antiparallel axes (a tilt of pi) stay in their group and
-turn against it. Constant right angles are exact permutations and take no operations.
+A *group* is a run of parallel axes between two tilts. All its axes are along the z axis of the
+group frame. The *stations* of a group are the successive angles phi, one per joint; each has a
+translation (*reach*) that rotates with the station. Antiparallel axes (a tilt of pi) stay in their
+group with the sign -1. Constant right angles are exact permutations and need no operations.
 """
 
 from collections.abc import Sequence
@@ -37,12 +37,12 @@ from ..terms.vectors import (
 )
 
 ANGLE_FRACTIONS = 24
-"""Constant angles are compared with multiples of pi / 24."""
+"""Constant angles are snapped to multiples of pi divided by this number."""
 
 
 @dataclass(frozen=True)
 class SlidingJoint:
-    """A prismatic joint: the index of the moving joint and its direction in its station's axes."""
+    """A prismatic joint: index among the moving joints, and direction in station axes."""
 
     joint: int
     direction: Vector
@@ -50,7 +50,7 @@ class SlidingJoint:
 
 @dataclass(frozen=True)
 class LinkFrame:
-    """A link's or tool's frame: constant orientation and origin in its station's axes."""
+    """A link or tool frame: constant orientation and origin in station axes."""
 
     name: str
     orientation: Basis
@@ -59,14 +59,14 @@ class LinkFrame:
 
 @dataclass(frozen=True)
 class Station:
-    """An angle of a group, with the slides and frames that turn with it.
+    """One angle of a group, with the prismatic joints and frames that rotate with it.
 
     Attributes:
-        joint: Index of the joint that turns here; None at the start of a group.
-        sign: 1 where the joint's axis is the group's z axis, -1 where it is opposite to it.
+        joint: Index of the revolute joint of the station; None at the start of a group.
+        sign: 1 if the joint axis is the z axis of the group, -1 if opposite.
         pitch: Advance of a helical joint along its axis per radian.
-        angle: Angle of the station's axes in the group's frame.
-        reach: Vector from this axis to the next station's, in the station's axes.
+        angle: Angle of the station axes in the group frame.
+        reach: Vector from this axis to the axis of the next station, in station axes.
         slides: The prismatic joints between the two axes.
         frames: The link frames between the two axes.
     """
@@ -81,21 +81,21 @@ class Station:
 
     @property
     def joints(self) -> tuple[int, ...]:
-        """Indices of the joints that move here, in order."""
+        """Indices of the moving joints of the station, in order."""
         turning = () if self.joint is None else (self.joint,)
         return (*turning, *(slide.joint for slide in self.slides))
 
 
 @dataclass(frozen=True)
 class Group:
-    """A run of parallel axes, and cosine and sine of the tilt about x to the next group."""
+    """A run of parallel axes, with cosine and sine of the tilt about x to the next group."""
 
     stations: tuple[Station, ...]
     tilt: tuple[sp.Expr, sp.Expr] = (ONE, ZERO)
 
 
 class _Turn(NamedTuple):
-    """A constant rotation about x or z; factoring may give an angle of 40 digits."""
+    """A constant rotation about x or z; factoring may produce a 40-digit angle."""
 
     axis: str
     angle: sp.Expr
@@ -103,7 +103,7 @@ class _Turn(NamedTuple):
 
 @dataclass
 class _Stretch:
-    """The constant part between two turning joints, in the axes at its start."""
+    """The constant section between two revolute joints, in the axes at its start."""
 
     rotations: list[_Turn] = field(default_factory=list)
     reach: Vector = ORIGIN
@@ -112,7 +112,7 @@ class _Stretch:
 
 
 def groups(robot: SerialRobot, terms: Terms, values: Sequence[sp.Expr]) -> tuple[Group, ...]:
-    """The groups of parallel axes of a robot.
+    """Returns the groups of parallel axes of a robot.
 
     Args:
         robot: The description.
@@ -120,7 +120,7 @@ def groups(robot: SerialRobot, terms: Terms, values: Sequence[sp.Expr]) -> tuple
         values: The value of every moving joint (radian or metre).
 
     Returns:
-        The groups from the base to the tool; the tool's frame is the last frame of the last.
+        The groups from base to tool; the tool frame is the last frame of the last group.
     """
     stretches, turning = _stretches(robot, terms, values)
     builder = _Builder(terms)
@@ -181,7 +181,7 @@ def _about_x_and_z(motion: Rotation) -> tuple[_Turn, ...]:
 
 
 def _reduced(rotations: Sequence[_Turn]) -> list[_Turn]:
-    """Neighbouring turns about the same axis as one turn, full turns left out."""
+    """Merges adjacent rotations about the same axis and removes full turns."""
     reduced: list[_Turn] = []
     for rotation in rotations:
         angle = rotation.angle
@@ -193,7 +193,7 @@ def _reduced(rotations: Sequence[_Turn]) -> list[_Turn]:
 
 
 def _factored(terms: Terms, rotations: Sequence[_Turn]) -> list[_Turn]:
-    """Constant rotations as Rz Rx Rz where they are numbers, else unchanged."""
+    """Rewrites numeric rotations as Rz Rx Rz; symbolic rotations are unchanged."""
     reduced = _reduced(rotations)
     if sum(rotation.axis == "x" for rotation in reduced) <= 1 or not all(
         terms.is_number(rotation.angle) for rotation in reduced
@@ -236,10 +236,10 @@ class _Builder:
     Attributes:
         groups: The finished groups.
         stations: The stations of the open group.
-        turned: Sum of the open group's joint values, where joints of opposite axes count negative.
-        offset: Sum of the open group's constant angles.
-        unsettled: Part of the offset that the last station's axes do not contain yet.
-        sign: -1 while the axes are opposite to the group's, else 1.
+        turned: Signed sum of the joint values in the open group; opposite axes count negative.
+        offset: Sum of the constant angles in the open group.
+        unsettled: Portion of the offset that is not yet in the axes of the last station.
+        sign: -1 while the axes are opposite to the group axes, else 1.
     """
 
     stations: list[Station]
@@ -254,14 +254,14 @@ class _Builder:
         self._open_group()
 
     def joint(self, joint: int, value: sp.Expr, pitch: sp.Expr) -> None:
-        """Adds a turning joint, whose value adds to the group's angle."""
+        """Adds a revolute joint, whose value is added to the group angle."""
         turned = self.turned + self.sign * value
-        # Sums of solved angles stay unnamed, so that angles which a loop adds and subtracts cancel.
+        # Sums of solved angles stay unnamed, so that angles added and subtracted by a loop cancel.
         self.turned = sp.expand(turned) if self.terms.solved else self.terms.let(turned)
         self.stations.append(Station(joint, self.sign, pitch, self._angle()))
 
     def stretch(self, stretch: _Stretch) -> None:
-        """Adds the constant part after a joint; it ends the group unless the axes stay parallel."""
+        """Adds the constant section after a joint; ends the group if the axes are not parallel."""
         self._fill(stretch)
         for rotation in _factored(self.terms, stretch.rotations):
             if rotation.axis == "z":
@@ -273,7 +273,7 @@ class _Builder:
                 self._close_group(rotation.angle)
 
     def finish(self, tool: str) -> tuple[Group, ...]:
-        """All groups; the tool's frame is the last frame of the last station."""
+        """Returns all groups; the tool frame is the last frame of the last station."""
         self._settle()
         last = self.stations[-1]
         frame = LinkFrame(tool, _flipped_basis(self.sign, IDENTITY), last.reach)
@@ -288,7 +288,7 @@ class _Builder:
 
     def _close_group(self, tilt: sp.Expr) -> None:
         self._settle()
-        # Axes that are still opposite add a tilt of pi.
+        # Antiparallel axes at the end of the group add a tilt of pi.
         total = tilt if self.sign == 1 else tilt + sp.pi
         self.groups.append(Group(tuple(self.stations), self.terms.cos_sin(total)))
         self._open_group()
@@ -313,9 +313,9 @@ class _Builder:
         )
 
     def _settle(self) -> None:
-        """Turns the last station's axes to the end of its stretch.
+        """Rotates the axes of the last station to the end of its section.
 
-        The end of the group and the translation before it then share one angle.
+        The end of the group and the preceding translation then share one angle.
         """
         c, s = self.terms.cos_sin(-self.unsettled)
         station = self.stations[-1]
@@ -348,7 +348,7 @@ def _rotated_basis(terms: Terms, basis: Basis, c: sp.Expr, s: sp.Expr) -> Basis:
 
 
 def _flipped(sign: int, vector: Vector) -> Vector:
-    """``Rx(pi) v`` where the axes are opposite to the group's."""
+    """Returns ``Rx(pi) v`` for opposite axes (sign -1), else ``v``."""
     x, y, z = vector
     return x, sign * y, sign * z
 

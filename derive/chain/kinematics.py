@@ -1,8 +1,7 @@
-"""The functions of a chain: poses, Jacobians, their rates, Hessian, twists and accelerations.
+"""Functions of a chain: poses, Jacobians, Jacobian rates, Hessian, twists, accelerations.
 
-The coordinates need not be the joints. A :class:`~chasles.derive.chain.coordinates.Motion` gives
-the joints as functions of the coordinates: in proportion in a serial robot, through closed loops in
-other robots.
+The coordinates may differ from the joints. A :class:`~chasles.derive.chain.coordinates.Motion` maps
+coordinates to joints: linearly in a serial robot, through closed loops in other robots.
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -35,7 +34,7 @@ FUNCTIONS = (
     *(f"twist_{representation}" for representation in REPRESENTATIONS),
     *(f"acceleration_{representation}" for representation in REPRESENTATIONS),
 )
-"""Every function of a chain, in the order in which it is derived and written."""
+"""Names of all functions of a chain, in the order of derivation and output."""
 ROLES = {
     "fk": "pose",
     "link_poses": "link poses",
@@ -46,22 +45,22 @@ ROLES = {
     **{f"twist_{representation}": "twist" for representation in REPRESENTATIONS},
     **{f"acceleration_{representation}": "acceleration" for representation in REPRESENTATIONS},
 }
-"""Their roles."""
+"""Role of each function."""
 TWIST_UNIT = "m/s, rad/s"
 BOTTOM_ROW = (sp.Integer(0), sp.Integer(0), sp.Integer(0), sp.Integer(1))
 
 
 @dataclass(frozen=True)
 class Kinematics:
-    """A chain and the terms over which its functions are derived.
+    """A chain with the named terms of its functions.
 
     Attributes:
-        robot: The chain, for its names.
-        terms: Names of all terms.
-        motion: The motion of the chain's joints with the coordinates.
-        arguments: ``q``, ``qd`` and ``qdd``.
-        forward: Forward kinematics of the chain in its smallest form.
-        links: Forward kinematics of the chain with all its links.
+        robot: The description of the chain, used for names.
+        terms: Table of named terms.
+        motion: The joint motion as a function of the coordinates.
+        arguments: The arguments ``q``, ``qd`` and ``qdd``.
+        forward: Forward kinematics of the chain in its minimal form.
+        links: Forward kinematics of the chain with all links.
     """
 
     robot: SerialRobot
@@ -81,34 +80,34 @@ class Kinematics:
         arguments: Mapping[str, Argument],
         links: Forward | None = None,
     ) -> "Kinematics":
-        """Names the axes of a chain.
+        """Builds the forward kinematics and names the axes of a chain.
 
         Args:
-            robot: The chain, for its names.
-            terms: Names of all terms.
-            groups: The chain in its smallest form.
-            motion: The motion of the chain's joints with the coordinates.
-            arguments: ``q``, ``qd`` and ``qdd``.
-            links: The chain with all its links, where ``groups`` lack some.
+            robot: The description of the chain, used for names.
+            terms: Table of named terms.
+            groups: The chain in its minimal form.
+            motion: The joint motion as a function of the coordinates.
+            arguments: The arguments ``q``, ``qd`` and ``qdd``.
+            links: The chain with all links, if ``groups`` omits some.
         """
         forward = Forward(terms, groups)
         return cls(robot, terms, motion, arguments, forward, links or forward)
 
     def functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
-        """The functions of some names, derived in the order of :data:`FUNCTIONS`.
+        """Derives the named functions in the order of :data:`FUNCTIONS`.
 
-        The names of terms follow that order, not the order of ``names``.
+        Term names depend on this order, not on the order of ``names``.
         """
         derivation = _Derivation(self)
         return {name: derivation.function(name) for name in FUNCTIONS if name in names}
 
     def function(self, name: str) -> SymbolicFunction:
-        """The function with a name in :data:`FUNCTIONS`."""
+        """Derives one function of :data:`FUNCTIONS`."""
         return self.functions([name])[name]
 
 
 class _Derivation:
-    """A pass over the functions of a chain; the functions share the columns of the Jacobians."""
+    """One derivation pass over the functions of a chain, with shared Jacobian columns."""
 
     def __init__(self, chain: Kinematics) -> None:
         self.robot, self.terms, self.motion = chain.robot, chain.terms, chain.motion
@@ -119,7 +118,7 @@ class _Derivation:
         self._columns_dot: dict[Representation, list[Twist]] = {}
 
     def function(self, name: str) -> SymbolicFunction:
-        """The function with a name; callers follow the order of :data:`FUNCTIONS`."""
+        """Derives one function; callers follow the order of :data:`FUNCTIONS`."""
         for representation in REPRESENTATIONS:
             if name == f"jacobian_{representation}":
                 return self._jacobian(representation)
@@ -138,13 +137,13 @@ class _Derivation:
         return others[name]()
 
     def _joints(self, representation: Representation) -> list[Twist]:
-        """Columns of a Jacobian by moving joints."""
+        """Returns the Jacobian columns, one per moving joint."""
         if representation not in self._columns:
             self._columns[representation] = columns(self.forward, representation)
         return self._columns[representation]
 
     def _rates(self, representation: Representation) -> list[Twist]:
-        """Time derivatives of these columns."""
+        """Returns the time derivatives of the Jacobian columns."""
         if representation not in self._columns_dot:
             joints, speeds = self._joints(representation), self.motion.speeds(self.qd)
             self._columns_dot[representation] = rates(self.terms, representation, joints, speeds)
@@ -211,7 +210,7 @@ class _Derivation:
         table = hessian(self.terms, self._joints("mixed"))
         count = range(len(self.q))
         D_q = self.motion.D_q()
-        # From joints to coordinates, first in the direction of the derivative, then in the columns.
+        # Converts joints to coordinates: first the derivative index, then the column index.
         by_coordinate = [[self._combined(row, D_q, k) for row in table] for k in count]
         entries = [[self._combined(row, D_q, j) for row in by_coordinate] for j in count]
         bend = self.motion.D_q_q()
@@ -282,7 +281,7 @@ class _Derivation:
         return Result("J", entries, (6, len(self.q)), "m, 1", f"{representation} Jacobian")
 
     def _by_coordinates(self, joints: list[Twist], D_q: Matrix) -> list[Twist]:
-        """The columns by coordinates from the columns by moving joints."""
+        """Converts columns per moving joint to columns per coordinate."""
         return [self._combined(joints, D_q, k) for k in range(len(self.q))]
 
     def _combined(self, joints: list[Twist], D_q: Matrix, coordinate: int) -> Twist:
@@ -294,16 +293,16 @@ class _Derivation:
 
 
 def coordinates(name: str, count: int) -> tuple[sp.Symbol, ...]:
-    """The symbols of a vector of coordinates, ``q1`` and so on."""
+    """Returns the symbols of a coordinate vector: ``q1``, ``q2``, ..."""
     return tuple(sp.Symbol(f"{name}{k}", real=True) for k in range(1, count + 1))
 
 
 def arguments_of(units: Sequence[str], what: str = "joint") -> dict[str, Argument]:
-    """The arguments ``q``, ``qd`` and ``qdd`` of a robot.
+    """Returns the arguments ``q``, ``qd`` and ``qdd`` of a robot.
 
     Args:
         units: Unit of each coordinate.
-        what: The part that a coordinate moves: a joint, or an actuator.
+        what: Noun for the moved component: joint or actuator.
     """
     unit, shape = common_unit(units), (len(units),)
     q, qd, qdd = (coordinates(name, len(units)) for name in ("q", "qd", "qdd"))
@@ -315,17 +314,17 @@ def arguments_of(units: Sequence[str], what: str = "joint") -> dict[str, Argumen
 
 
 def common_unit(units: Iterable[str]) -> str:
-    """The unit of a vector whose entries have these units."""
+    """Returns the unit of a vector from the units of its entries."""
     found = set(units)
     return found.pop() if len(found) == 1 else "rad or m"
 
 
 def _entries(twists: Iterable[Twist]) -> tuple[sp.Expr, ...]:
-    """Row-major entries of columns."""
+    """Returns the row-major entries of a matrix of columns."""
     return matrix_entries(twist.entries for twist in twists)
 
 
 def pose_entries(pose: Pose) -> tuple[sp.Expr, ...]:
-    """Row-major entries of a pose as a matrix of four rows."""
+    """Returns the row-major entries of a pose as a 4x4 matrix."""
     axes, origin = pose
     return (*matrix_entries((*axes, origin)), *BOTTOM_ROW)

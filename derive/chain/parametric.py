@@ -1,17 +1,17 @@
-"""The parametric functions of a serial robot: its geometry is an input beside its coordinates.
+"""Parametric functions of a serial robot, with geometry and coordinates as inputs.
 
-Each elementary motion of the chain that depends on q or on a parameter is a joint of a longer
-chain, so that the Jacobian of that chain holds the screw of every motion. With v_m the value of
-motion m and S_m its screw,
+Each elementary motion that depends on q or on a parameter becomes a joint of an extended chain. So
+the Jacobian of the extended chain contains the screw of every motion. With v_m the value of motion
+m and S_m its screw,
 
     J_q = sum_m S_m dv_m/dq,    J_p = sum_m S_m dv_m/dp,
 
-which is exact for any law v_m(q, p).
+which is exact for any function v_m(q, p).
 
 Source:
     I.-W. Park, B.-J. Lee, S.-H. Cho, Y.-D. Hong, J.-H. Kim, Laser-based kinematic calibration of
     robot manipulator using differential kinematics, IEEE/ASME Transactions on Mechatronics 17
-    (2012), for the columns of parameters as screws.
+    (2012), for parameter columns as screws.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -39,7 +39,7 @@ PARAMETRIC = (
     "identification_jacobian_space",
     "identification_jacobian_body",
 )
-"""Every parametric function, in the order in which it is derived and written."""
+"""Names of all parametric functions, in the order of derivation and output."""
 REPRESENTATION: dict[str, Representation] = {
     "identification_jacobian": "mixed",
     "identification_jacobian_space": "space",
@@ -55,20 +55,20 @@ _TO_Z: dict[str, Placement] = {
     "y": rotation("x", -sp.pi / 2),
     "z": (),
 }
-"""Turns that carry the z axis onto each axis."""
+"""Rotations that map the z axis to each axis."""
 
 
 @dataclass(frozen=True)
 class Parametric:
-    """The longer chain of a serial robot, over which its parametric functions are derived.
+    """The extended chain of a serial robot, from which its parametric functions are derived.
 
     Attributes:
-        geometry: The robot's geometry as variables.
-        arguments: ``q`` and ``p``.
-        values: The value of each motion of the longer chain, in q, p and torques.
-        forward: Forward kinematics of the longer chain.
-        pose: Name of the tool's pose.
-        torques: The torques of gravity; None where nothing sags.
+        geometry: The robot geometry as variables.
+        arguments: The arguments ``q`` and ``p``.
+        values: The value of each motion of the extended chain, as a function of q, p and torques.
+        forward: Forward kinematics of the extended chain.
+        pose: Name of the tool pose.
+        torques: The gravity torques; None without compliance.
     """
 
     geometry: Geometry
@@ -80,7 +80,7 @@ class Parametric:
 
     @classmethod
     def of(cls, robot: SerialRobot, terms: Terms) -> "Parametric":
-        """Makes the longer chain of a robot.
+        """Builds the extended chain of a robot.
 
         Args:
             robot: The description.
@@ -96,7 +96,7 @@ class Parametric:
         return cls(found, {"q": q, "p": _argument(found)}, values, forward, pose, torques)
 
     def functions(self, names: Collection[str]) -> dict[str, SymbolicFunction]:
-        """The functions of some names, derived in the order of :data:`PARAMETRIC`."""
+        """Derives the named functions in the order of :data:`PARAMETRIC`."""
         return {name: self._function(name) for name in PARAMETRIC if name in names}
 
     def _function(self, name: str) -> SymbolicFunction:
@@ -138,7 +138,7 @@ class Parametric:
         )
 
     def _column(self, screws: Sequence[Twist], variable: sp.Symbol) -> Twist:
-        """sum_m S_m dv_m/dx for one coordinate or parameter x."""
+        """Returns sum_m S_m dv_m/dx for one coordinate or parameter x."""
         rates = [self._rate(value, variable) for value in self.values]
         moved = [(screw, rate) for screw, rate in zip(screws, rates, strict=True) if rate != 0]
         return weighted(
@@ -148,7 +148,7 @@ class Parametric:
         )
 
     def _rate(self, value: sp.Expr, variable: sp.Symbol) -> sp.Expr:
-        """dv_m/dx, through the torques where x is a coordinate."""
+        """Returns dv_m/dx, including the gravity torques if x is a coordinate."""
         rate = sp.diff(value, variable)
         if self.torques is None:
             return rate
@@ -173,7 +173,7 @@ def _argument(found: Geometry) -> Argument:
 
 
 def _lengthened(robot: SerialRobot, motions: Placement) -> tuple[SerialRobot, tuple[sp.Expr, ...]]:
-    """A chain with a joint for each motion that is no constant, and the joints' values."""
+    """Returns a chain with one joint per variable motion, and the joint values."""
     joints: list[Joint] = []
     values: list[sp.Expr] = []
     waiting: Placement = ()

@@ -1,4 +1,4 @@
-"""Product of exponentials: screw axes and home pose of any robot, in exact numbers."""
+"""Product of exponentials: exact screw axes and home pose of any robot."""
 
 from functools import lru_cache
 
@@ -8,7 +8,7 @@ from ..model.robot import Placement, Rotation, SerialRobot
 from ..model.values import shortened
 
 PLACEMENTS = 1024
-"""Placements whose matrices are kept: more than a robot has, of which each is asked for often."""
+"""Cache size for placement matrices; larger than the number of placements of a robot."""
 
 
 def product_of_exponentials(
@@ -17,15 +17,15 @@ def product_of_exponentials(
     """Screw axes and home pose of a robot in any convention.
 
     ``T_0_ee(q) = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee`` with theta the values of the moving
-    joints: q itself where no joint follows another and every direction is 1.
+    joints. Without mimic joints and with all directions 1, theta is q.
 
     Args:
         description: A serial robot.
 
     Returns:
-        ``S_space`` (6, moving joints), one screw (v; omega) in each column, expressed in the base
-        frame, and the home pose ``M_0_ee`` (4, 4) of the tool in the base frame with every joint at
-        zero. The home pose does not contain the offsets of mimic joints.
+        ``S_space`` (6, moving joints) with one screw (v; omega) per column, in the base frame; and
+        the home pose ``M_0_ee`` (4, 4) of the tool with all joints at zero. The home pose excludes
+        the offsets of mimic joints.
 
     Source:
         Brockett 1984; Lynch and Park, Modern Robotics, 4.1.
@@ -47,7 +47,7 @@ def product_of_exponentials(
 
 
 def placement_matrix(placement: Placement) -> sp.Matrix:
-    """A constant placement as a homogeneous matrix (4, 4)."""
+    """Returns a constant placement as a homogeneous matrix (4, 4)."""
     return _matrix_of(placement).as_mutable()
 
 

@@ -1,4 +1,4 @@
-"""The posture in which a serial robot is drawn: its links apart from each other on the picture."""
+"""Default configuration for drawing a serial robot, with well-separated links."""
 
 import itertools
 import math
@@ -9,46 +9,46 @@ from ..model.mechanism import Mechanism
 from .rigid_bodies import Array, RigidBodies, motions
 
 ANGLES = (0, 30, -30, 60, -60, 90, -90, 45, -45, 120, -120)
-"""The angles that are tried (degrees)."""
+"""Candidate joint angles (degrees)."""
 SLIDES = (0.5, 0.7, 0.9)
-"""The parts of a slide's travel that are tried."""
+"""Candidate positions of prismatic joints, as fractions of the travel."""
 TRIED = 2000
 AZIMUTH, ELEVATION = math.radians(-56), math.radians(22)
-"""Direction of the eye of a drawing in space: not in line with legs 60 degrees apart."""
+"""View direction of spatial drawings; not aligned with legs spaced by 60 degrees."""
 _AREA = 4.0
-"""Worth of the spread of the joints in both directions of the picture, in parts of the size."""
+"""Reward for the spread of the joints in both image directions, relative to the robot size."""
 _BENDS = 0.02
-"""What a bend of a joint by a right angle costs, in parts of the robot's size."""
+"""Cost of a joint angle of 90 degrees, relative to the robot size."""
 _BELOW = 0.5
-"""What a joint below the base costs, per depth."""
+"""Cost of a joint below the base, per unit of depth."""
 _SHORT = 0.02
-"""Links shorter than this part of the robot's size have one end."""
+"""Links shorter than this fraction of the robot size are drawn as one point."""
 
 
 def from_aside() -> Array:
-    """The directions to the right, up and towards the eye of a drawing in space, as rows (3, 3)."""
+    """Returns the right, up and viewer directions of a spatial drawing, as rows (3, 3)."""
     (ca, sa), (ce, se) = ((math.cos(v), math.sin(v)) for v in (AZIMUTH, ELEVATION))
     return np.array([[-sa, ca, 0.0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]])
 
 
 def posture(rigid: RigidBodies) -> tuple[float, ...]:
-    """Coordinates within the limits at which the joints are apart, seen from above and aside.
+    """Returns coordinates within the limits that separate the joints in the default view.
 
-    The best of up to two thousand postures of round angles: the least distance between two joints
-    on the picture counts, and the spread of all; a joint below the base and bends cost. The same on
-    any machine.
+    Selects the best of up to two thousand configurations with round angles. The score is the
+    smallest image distance between two joints plus the overall spread; joints below the base and
+    bent joints cost. The result is the same on every machine.
 
     Args:
         rigid: The bodies of a serial robot.
 
     Returns:
-        A value for each coordinate (radian or metre); () of a robot with loops, whose posture is
-        its reference.
+        One value per coordinate (radian or metre); () for a robot with loops, which is drawn at its
+        reference.
     """
     if isinstance(rigid.robot, Mechanism):
         return ()
     tried = np.array(_tried([_choices(rigid, k) for k in range(len(rigid.names))]))
-    # Equal costs may differ in their last digits between machines.
+    # The last digits of equal costs may differ between machines.
     best = tried[int(np.argmin(np.round(_costs(rigid, tried), 6)))]
     return tuple(map(float, best))
 
@@ -68,10 +68,10 @@ def _choices(rigid: RigidBodies, k: int) -> list[float]:
 
 
 def _tried(choices: list[list[float]]) -> list[tuple[float, ...]]:
-    """All combinations, or evenly spread ones where they are many."""
+    """Returns all combinations, or an evenly spread sample of many combinations."""
     if math.prod(map(len, choices)) <= TRIED:
         return list(itertools.product(*choices))
-    # Multiples of roots of primes fill a cube evenly, and equal on any machine.
+    # Multiples of square roots of primes fill a cube evenly, and identically on every machine.
     steps = [math.sqrt(prime) % 1 for prime in (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)]
     return [
         tuple(
@@ -83,7 +83,7 @@ def _tried(choices: list[list[float]]) -> list[tuple[float, ...]]:
 
 
 def _costs(rigid: RigidBodies, q: Array) -> Array:
-    """The cost of each posture (m, n), in parts of the robot's size."""
+    """Returns the cost of each configuration (m, n), relative to the robot size."""
     points = _points(rigid, q)
     seen = points @ from_aside()[:2].T
     away = seen - seen.mean(1, keepdims=True)
@@ -101,7 +101,7 @@ def _costs(rigid: RigidBodies, q: Array) -> Array:
 
 
 def _points(rigid: RigidBodies, q: Array) -> Array:
-    """The ends (m, k, 3) of the links that have a length, from the first joint to the tip."""
+    """Returns the end points (m, k, 3) of links with nonzero length, from first joint to tip."""
     poses, points = [np.tile(np.eye(4), (len(q), 1, 1))], []
     for body in rigid.bodies[1:]:
         assert body.joint is not None

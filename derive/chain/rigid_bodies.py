@@ -1,12 +1,12 @@
-"""A robot's rigid bodies as a tree in numbers: their joints, their struts and the tip's frame.
+"""Numeric tree of a robot's rigid bodies: joints, struts and tip frame.
 
-A body on a joint has the pose
+The pose of a body on a joint is
 
     T_0_body = T_0_parent * placement * motion(ratio * z[coordinate] + offset)
 
-where z is the full configuration of a robot with loops, and q of a serial one. The motion turns
-about, or slides along, the joint's axis in the body's own frame. A strut lies between two bodies:
-its parts have their z axes along it.
+where z is the full configuration of a robot with loops, or q of a serial robot. The motion rotates
+about or translates along the joint axis in the body frame. A strut connects two bodies; the z axes
+of its sections are along the strut.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,18 +27,18 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class CarryingJoint:
-    """The joint that carries a body.
+    """The joint that moves a body.
 
     Attributes:
         name: Name of the joint.
         kind: ``revolute``, ``prismatic``, ``helical`` or ``fixed``.
-        at: A point of its axis in the body's frame (metre).
-        axis: The direction of its axis there, of length 1.
-        coordinate: Index of its coordinate in z, or in q of a serial robot; -1 of a fixed joint.
+        at: A point of the axis in the body frame (metre).
+        axis: Unit direction of the axis in the body frame.
+        coordinate: Index of the coordinate in z (in q for a serial robot); -1 for a fixed joint.
         ratio: Value of the joint per unit of the coordinate.
-        offset: Value of the joint where the coordinate is 0.
+        offset: Value of the joint at coordinate 0.
         advance: Advance of a helical joint along its axis (metre per radian).
-        limits: Lowest and highest value of the coordinate, None where unbounded.
+        limits: Minimum and maximum of the coordinate; None if unbounded.
     """
 
     name: str
@@ -54,15 +54,15 @@ class CarryingJoint:
 
 @dataclass(frozen=True)
 class Span:
-    """The two points between which a strut lies.
+    """The two end points of a strut.
 
     Attributes:
         name: Name of the strut.
-        bodies: The bodies of its beginning and its end, by index.
-        ends: Beginning and end in the frames of these bodies (metre).
-        across: A direction in the frame of the first body; the strut's y axis is the part of it
-            that is at right angles to the strut.
-        from_end: Whether the part's frame is at the strut's end instead of its beginning.
+        bodies: Indices of the bodies at the start and at the end.
+        ends: Start and end points in the frames of these bodies (metre).
+        across: A direction in the frame of the first body; its component perpendicular to the strut
+            is the y axis of the strut.
+        from_end: Whether the section frame is at the end of the strut instead of the start.
     """
 
     name: str
@@ -74,14 +74,14 @@ class Span:
 
 @dataclass(frozen=True)
 class TreeBody:
-    """A body: on a joint, or part of a strut.
+    """A body on a joint, or a section of a strut.
 
     Attributes:
-        name: Its name, unique.
-        parent: Index of the body that carries its joint; -1 for the ground and parts of struts.
-        placement: Its frame in the parent's where its joint's value is 0 (4, 4).
-        joint: The joint; None for the ground and for parts of struts.
-        span: The strut's points; None for all other bodies.
+        name: Unique name of the body.
+        parent: Index of the body that carries the joint; -1 for the ground and strut sections.
+        placement: The body frame in the parent frame at joint value 0 (4, 4).
+        joint: The joint; None for the ground and strut sections.
+        span: The end points of the strut; None for all other bodies.
     """
 
     name: str
@@ -93,13 +93,14 @@ class TreeBody:
 
 @dataclass(frozen=True)
 class HeldFrames:
-    """A joint that closes a loop: it holds two frames on two bodies together.
+    """A joint that closes a loop by connecting two frames on two bodies.
 
     Attributes:
         name: Name of the closure.
-        kind: ``pin``, ``slider``, ``ball`` or ``weld``; the joint's axis is the frames' z axis.
-        bodies: The two bodies, by index.
-        frames: The frames in the frames of these bodies (4, 4).
+        kind: ``pin``, ``slider``, ``ball`` or ``weld``; the joint axis is the z axis of both
+            frames.
+        bodies: Indices of the two bodies.
+        frames: The two frames, expressed in the frames of the bodies (4, 4).
     """
 
     name: str
@@ -109,16 +110,16 @@ class HeldFrames:
 
 
 class RigidBodies:
-    """The bodies of a description: the ground, one a joint, then the parts of struts.
+    """The bodies of a description: the ground, one body per joint, then the strut sections.
 
     Attributes:
         robot: The description.
-        bodies: The bodies; a parent comes before the bodies on it.
-        index: The index of a body by the name that the description gives it.
-        names: The names of the coordinates that move them.
-        poses: The pose of each body on a joint at the reference, in the base frame (4, 4).
+        bodies: The bodies; each parent precedes its children.
+        index: The index of each body, keyed by its name in the description.
+        names: The names of the coordinates that move the bodies.
+        poses: The reference pose of each body on a joint, in the base frame (4, 4).
         tip: Index of the body that carries the tip.
-        tip_placement: The tip's frame in that body's frame (4, 4).
+        tip_placement: The tip frame in the frame of the tip body (4, 4).
         size: Diagonal of the box around frames, joints and tip at the reference (metre).
     """
 
@@ -127,9 +128,9 @@ class RigidBodies:
 
         Args:
             robot: A serial robot or a mechanism.
-            terms: The parameters at their defaults.
-            reference: Values of coordinates: every entry of z, in its order; of a serial robot
-                those of q, in its order (radian or metre).
+            terms: Table of named terms, with default parameter values.
+            reference: Coordinate values in order (radian or metre): all entries of z, or of q for a
+                serial robot.
         """
         self.robot, self.terms, self.reference = robot, terms, reference
         self.names = tuple(reference)
@@ -192,25 +193,25 @@ class RigidBodies:
         return any(j.coordinate == index and j.kind != "prismatic" for j in joints)
 
     def end(self, frame: Frame) -> tuple[int, Array]:
-        """The body of a frame by index, and the frame in that body's frame (4, 4)."""
+        """Returns the body index of a frame, and the frame in body coordinates (4, 4)."""
         k = self.index[frame.body]
         return k, self._on(k, frame.placement)
 
     def _on(self, body: int, placement: Placement) -> Array:
-        """A placement on a body in the body's frame; the ground's frame is the base frame."""
+        """Returns a placement in the frame of its body; the ground frame is the base frame."""
         return placed(self.terms, (*self.robot.base, *placement) if body == 0 else placement)
 
     def held(self, closure: Closure) -> HeldFrames:
-        """The two frames that a closure holds together."""
+        """Returns the two frames connected by a closure."""
         (a, A), (b, B) = self.end(closure.a), self.end(closure.b)
         return HeldFrames(closure.name, closure.kind, (a, b), (A, B))
 
     def span(self, strut: Strut, *, from_end: bool = False) -> Span:
-        """The points of a strut; pins hold its y axis along theirs."""
+        """Returns the end points of a strut; pins align the y axis of the strut with their axis."""
         (a, A), (b, B) = self.end(strut.a), self.end(strut.b)
         way = (self.poses[b] @ B)[:3, 3] - (self.poses[a] @ A)[:3, 3]
         parts = np.abs(self.poses[a][:3, :3].T @ way)
-        # In a plane, the frame of an end may give its point alone, with z in the plane.
+        # In planar mechanisms, an end frame may define only a point, with z in the plane.
         length = max(float(np.linalg.norm(way)), 1e-300)
         along = abs(way @ self.poses[a][:3, :3] @ A[:3, 2]) / length
         is_pin = strut.ends == "pin" and along < PIN_ACROSS
@@ -219,25 +220,25 @@ class RigidBodies:
 
     @staticmethod
     def _aside(parts: Array) -> Array:
-        """The axis of the frame in which a strut has these parts that is farthest from it."""
-        # Equal parts may differ in their last digits between machines.
+        """Returns the frame axis with the smallest strut component."""
+        # The last digits of equal components may differ between machines.
         found: Array = np.eye(3)[int(np.argmin(np.round(parts / max(parts.max(), 1e-300), 6)))]
         return found
 
 
 def placed(terms: Terms, placement: Placement) -> Array:
-    """A constant placement in numbers, each rounded once from many digits (4, 4)."""
+    """Returns a constant placement as floats (4, 4), each rounded once from many digits."""
     exact = placement_matrix(placement)
     rows = [[float(terms.value(entry)) for entry in row] for row in exact.tolist()]
     return np.array(rows) + 0.0
 
 
 def motions(joint: CarryingJoint, coordinates: Array) -> Array:
-    """The motions of a joint in its body's frame (m, 4, 4).
+    """Returns the motions of a joint in the body frame (m, 4, 4).
 
     Args:
         joint: The joint.
-        coordinates: (m, n) the coordinates that move the bodies (radian or metre).
+        coordinates: Coordinates (m, n) that move the bodies (radian or metre).
     """
     T = np.tile(np.eye(4), (len(coordinates), 1, 1))
     if joint.kind == "fixed":
@@ -253,11 +254,11 @@ def motions(joint: CarryingJoint, coordinates: Array) -> Array:
 
 
 def tree_poses(bodies: Sequence[TreeBody], values: Sequence[float]) -> list[Array]:
-    """The poses of the ground and of all bodies on joints, in the base frame, each (4, 4).
+    """Returns the poses of the ground and of all bodies on joints, in the base frame (4, 4).
 
     Args:
-        bodies: The bodies; parts of struts are left out.
-        values: The coordinates that move them: z, or q of a serial robot (radian or metre).
+        bodies: The bodies; strut sections are skipped.
+        values: The coordinates: z, or q of a serial robot (radian or metre).
     """
     poses, row = [np.eye(4)], np.array([values])
     for body in bodies[1:]:
@@ -267,13 +268,13 @@ def tree_poses(bodies: Sequence[TreeBody], values: Sequence[float]) -> list[Arra
 
 
 def skew(w: Array) -> Array:
-    """The matrix of the cross product with a vector (3, 3)."""
+    """Returns the cross-product matrix (3, 3) of a vector."""
     x, y, z = w
     return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
 
 
 def _links(robot: Described) -> Sequence[str]:
-    """The names of the bodies on all joints, in the order of the joints."""
+    """Returns the names of the bodies on all joints, in joint order."""
     if isinstance(robot, Mechanism):
         return [joint.link for joint in robot.joints]
     return robot.link_names

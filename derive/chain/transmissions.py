@@ -1,14 +1,15 @@
-"""Equations between the readings of a controller and the true coordinates, in both directions.
+"""Conversion between controller readings and true coordinates, in both directions.
 
-A calibration finds gains and waves of drives, and springs that yield to gravity, along with the
-geometry. All other functions take the true coordinates q; these two convert between q and the
-readings r of the controller, so that
+A calibration identifies drive gains, periodic drive errors and joint compliance under gravity
+together with the geometry. All other functions use the true coordinates q. These two functions
+convert between q and the controller readings r, so that
 
     T = fk(coordinates_from_readings(r))
     r = readings_from_coordinates(q), q one of ik(T).
 
-The inverse is Newton's iteration from r = q / gain for each drive alone; its steps square the
-error. Springs couple the coordinates, and each round takes the sag at the r of the round before.
+The inverse uses Newton's method per drive, starting from r = q / gain, with quadratic convergence.
+Springs couple the coordinates; each fixed-point round uses the deflection at r of the preceding
+round.
 """
 
 from collections.abc import Sequence
@@ -27,13 +28,13 @@ from .gravity import gravity_torques, most_stiffness
 from .kinematics import coordinates
 
 TRANSMISSIONS = ("coordinates_from_readings", "readings_from_coordinates")
-"""The functions of robots with transmissions or springs."""
+"""Names of the functions for robots with transmissions or springs."""
 _STEPS = 3
 _ROUNDS = 12
 
 
 def transmissions(robot: Described, terms: Terms, q: Argument) -> dict[str, SymbolicFunction]:
-    """Both functions by name; none where all drives run true and all joints are rigid.
+    """Returns both functions keyed by name; empty for ideal drives and rigid joints.
 
     Args:
         robot: The description.
@@ -41,7 +42,7 @@ def transmissions(robot: Described, terms: Terms, q: Argument) -> dict[str, Symb
         q: The true coordinates.
 
     Raises:
-        RobotError: Springs are so soft that their law might have no inverse.
+        RobotError: A spring is so compliant that the conversion may not be invertible.
     """
     springs = robot.springs if isinstance(robot, SerialRobot) else None
     if not robot.transmissions and springs is None:
@@ -73,7 +74,7 @@ def transmissions(robot: Described, terms: Terms, q: Argument) -> dict[str, Symb
 
 @dataclass(frozen=True)
 class _Sag:
-    """Springs, and the chain with masses by whose weight they yield."""
+    """Springs, and the chain with the masses that load them."""
 
     springs: Springs
     chain: SerialRobot
@@ -89,12 +90,12 @@ class _Sag:
                 raise RobotError(
                     f"spring of {row.of!r}: expected a compliance of at most "
                     f"{MOST_SAG / most:.3g}, got {float(row.compliance):.3g}; beyond it the joint "
-                    "might give way faster than its weight moves"
+                    "may deflect faster than its load moves"
                 )
         return cls(springs, chain)
 
     def at(self, terms: Terms, r: Sequence[sp.Expr]) -> list[sp.Expr]:
-        """How far each joint gives way."""
+        """Returns the deflection of each joint."""
         load = self.chain.load
         if load is None:
             return [sp.S.Zero for _ in r]
@@ -105,14 +106,14 @@ class _Sag:
 
 @dataclass(frozen=True)
 class _Laws:
-    """The laws of all coordinates."""
+    """Conversion functions of all coordinates."""
 
     terms: Terms
     laws: Sequence[Transmission]
     sag: _Sag | None
 
     def true(self, r: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-        """The named true values at r."""
+        """Returns the true coordinates at readings r, as named terms."""
         driven = [_value(self.terms, law, s) for law, s in zip(self.laws, r, strict=True)]
         if self.sag is None:
             return tuple(driven)
@@ -120,7 +121,7 @@ class _Laws:
         return tuple(self.terms.let(a + b) for a, b in zip(driven, sags, strict=True))
 
     def shown(self, q: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-        """The named values r of true ones."""
+        """Returns the readings r at true coordinates, as named terms."""
         r = self._driven_back(q)
         if self.sag is None:
             return r
@@ -134,7 +135,7 @@ class _Laws:
 
 
 def _chain(robot: SerialRobot, springs: Springs) -> tuple[SerialRobot, Load]:
-    """The chain of the springs' axes, each link's frame the base frame at coordinates 0."""
+    """Returns the chain of spring axes; at coordinates 0, all link frames equal the base frame."""
     joints, masses = [], []
     for row, joint in zip(springs.rows, robot.coordinates, strict=True):
         to_axis = translation(*row.point) + align_z(row.axis)
@@ -147,7 +148,7 @@ def _chain(robot: SerialRobot, springs: Springs) -> tuple[SerialRobot, Load]:
 
 
 def _value(terms: Terms, law: Transmission, r: sp.Expr) -> sp.Expr:
-    """The named value of a drive at r."""
+    """Returns the output of a drive at reading r, as a named term."""
     sin1, cos1, sin2, cos2 = law.waves
     if not any(law.waves):
         return terms.let(law.gain * r)
@@ -157,7 +158,7 @@ def _value(terms: Terms, law: Transmission, r: sp.Expr) -> sp.Expr:
 
 
 def _rate(terms: Terms, law: Transmission, r: sp.Expr) -> sp.Expr:
-    """The named derivative of a drive's value by r."""
+    """Returns the derivative of a drive output with respect to r, as a named term."""
     sin1, cos1, sin2, cos2 = law.waves
     c, s = terms.cos_sin(r)
     double = 2 * sin2 * (c**2 - s**2) - 4 * cos2 * s * c
@@ -165,7 +166,7 @@ def _rate(terms: Terms, law: Transmission, r: sp.Expr) -> sp.Expr:
 
 
 def _inverted(terms: Terms, law: Transmission, q: sp.Expr) -> sp.Expr:
-    """The named r of a drive's value."""
+    """Returns the reading r for a drive output, as a named term."""
     r = terms.let(q / law.gain)
     for _ in range(_STEPS if any(law.waves) else 0):
         r = terms.let(r - (_value(terms, law, r) - q) / _rate(terms, law, r))

@@ -1,1 +1,1 @@
-"""Singular configurations of serial arms: a determinant in factors, with words for each."""
+"""Singular configurations of serial arms: determinant factors and their descriptions."""

@@ -1,7 +1,7 @@
-"""The conditions under which an arm is singular: factors of its Jacobian's minors that are 0.
+"""Singularity conditions of an arm: factors of the Jacobian minors that must be 0.
 
-All minors are 0 where a factor is 0 that is common to them, or where several factors are 0 at once,
-one of each minor. Each condition is such a set of factors, none of which can be left out.
+All minors are 0 if a common factor is 0, or if one factor of each minor is 0 at the same time. Each
+condition is a minimal set of such factors.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,9 +14,9 @@ from ...model.tolerances import FACTORS_VANISH
 from .factors import Factored
 
 Condition = tuple[sp.Expr, ...]
-"""Factors that are 0 at once."""
+"""Factors that are 0 at the same time."""
 MOST_TOGETHER = 3
-"""Most factors of a condition: singular configurations of more are rarer than points."""
+"""Maximum number of factors in a condition; more factors rarely have a common zero."""
 STARTS = 12
 STEPS = 60
 SEED = 40
@@ -25,12 +25,12 @@ SEED = 40
 def conditions(
     minors: Sequence[Factored], q: Sequence[sp.Symbol], values: dict[sp.Symbol, sp.Expr]
 ) -> tuple[Condition, ...]:
-    """The sets of factors that make all minors 0, in configurations that exist.
+    """Returns the sets of factors that make all minors 0 in existing configurations.
 
     Args:
-        minors: The largest minors of a Jacobian, none of which is always 0.
+        minors: The largest minors of a Jacobian, excluding minors that are always 0.
         q: The coordinates.
-        values: The values of the other symbols.
+        values: The values of all other symbols.
     """
     products = [tuple(factor for factor, _ in minor.factors) for minor in minors]
     found: list[Condition] = []
@@ -44,7 +44,7 @@ def conditions(
 
 
 def _vanishing(products: Sequence[Condition], chosen: Condition) -> Iterator[Condition]:
-    """The sets of factors, one from each product; a chosen one simplifies the products left."""
+    """Yields sets with one factor per product; each selected factor simplifies the rest."""
     if not products:
         yield tuple(sorted(chosen, key=str))
         return
@@ -58,7 +58,7 @@ def _vanishing(products: Sequence[Condition], chosen: Condition) -> Iterator[Con
 
 
 def _where_zero(factor: sp.Expr, product: Condition) -> Condition | None:
-    """What is left of a product where a factor is 0; None where the product is 0 too."""
+    """Returns a product simplified for ``factor`` = 0; None if the product is 0 too."""
     if factor in product:
         return None
     if not isinstance(factor, sp.cos | sp.sin):
@@ -69,26 +69,26 @@ def _where_zero(factor: sp.Expr, product: Condition) -> Condition | None:
     if any(part == 0 for part in zero):
         return None
     parts = chain.from_iterable(_parts(part) for part in zero)
-    # The cosine is 1 or -1 where the sine is 0.
+    # The cosine is 1 or -1 if the sine is 0.
     return tuple(dict.fromkeys(part for part in parts if part != other))
 
 
 def _parts(expression: sp.Expr) -> list[sp.Expr]:
-    """The factors of an expression that are not numbers or parameters alone."""
+    """Returns the factors of an expression that depend on coordinates."""
     factors = sp.factor_terms(sp.expand(expression)).as_ordered_factors()
     bases = [f.base if f.is_Pow and f.exp.is_Integer else f for f in factors]
     return [base for base in bases if base.has(sp.cos, sp.sin) or base.is_Add]
 
 
 def _exists(factors: Sequence[sp.Expr], q: Sequence[sp.Symbol]) -> bool:
-    """Whether factors are 0 at once somewhere, by Newton's steps of least length."""
+    """Whether factors have a common zero, found by minimum-norm Newton steps."""
     return next(roots(factors, q, STARTS), None) is not None
 
 
 def roots(
     factors: Sequence[sp.Expr], q: Sequence[sp.Symbol], starts: int
 ) -> Iterator[np.ndarray[tuple[int], np.dtype[np.float64]]]:
-    """Configurations where factors in numbers are 0 at once, each near a start at random."""
+    """Yields common zeros of numeric factors, found from random start configurations."""
     function = sp.lambdify([list(q)], list(factors), "numpy")
     slopes = sp.lambdify([list(q)], sp.Matrix(factors).jacobian(list(q)), "numpy")
     for start in np.random.default_rng(SEED).uniform(-3, 3, (starts, len(q))):

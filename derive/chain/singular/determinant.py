@@ -1,8 +1,8 @@
-"""The minors of an arm's Jacobian in factors: the arm is singular where all of them are 0.
+"""Factored minors of an arm's Jacobian; the arm is singular where all minors are 0.
 
-A square Jacobian has one, its determinant. The twist of the tool by the joints is written in the
-view in which the minor falls into the smallest blocks (:mod:`.views`), and is the product of the
-determinants of these blocks.
+A square Jacobian has one such minor, its determinant. The Jacobian is written in the frame and at
+the point (:mod:`.views`) that give the minor the smallest blocks. The minor is then the product of
+the block determinants.
 """
 
 import math
@@ -17,47 +17,46 @@ from .screw_polynomials import Polynomial, ScrewRing
 from .views import Minor, minors
 
 MOST_JOINTS = 7
-"""Joints of which all minors are written out."""
+"""Maximum joint count for which all minors are expanded."""
 LARGEST_BLOCK = 4
-"""Most joints of a block whose determinant is written out."""
+"""Maximum block size for which the determinant is expanded."""
 LARGEST_OF_SEVERAL = 3
-"""The same where there are several minors."""
+"""Maximum block size with several minors."""
 
 MOST_OBLIQUE = 4
-"""Most constant turns that are no quarter turns: each doubles the terms of what it turns."""
+"""Maximum number of constant rotations other than quarter turns; each doubles the terms."""
 LONGEST_ENTRY = 40
-"""Most terms of an entry of a Jacobian."""
+"""Maximum number of terms of a Jacobian entry."""
 MOST_PRODUCTS = 10_000
-"""Most products of entries' terms in the determinant of a block."""
+"""Maximum number of term products in a block determinant."""
 
 
 def determinant(robot: SerialRobot, q: Sequence[sp.Symbol]) -> Factored | None:
-    """The determinant of the Jacobian of the coordinates that a robot's tool can move in.
+    """Returns the determinant of the nonzero rows of a robot's Jacobian.
 
     Args:
-        robot: A serial robot, whose joints each have a coordinate.
-        q: Its coordinates.
+        robot: A serial robot without mimic joints.
+        q: The coordinates.
 
     Returns:
-        The determinant of the rows that are not 0 in the frame where it is written, up to sign;
-        None where these are not as many as the joints, or as :func:`factored_minors`.
+        The determinant of the nonzero rows, up to sign. None if the number of nonzero rows differs
+        from the joint count, and in the cases listed in :func:`factored_minors`.
     """
     found = factored_minors(robot, q)
     return found[0] if found and len(found) == 1 else None
 
 
 def factored_minors(robot: SerialRobot, q: Sequence[sp.Symbol]) -> tuple[Factored, ...] | None:
-    """The largest minors of the Jacobian, those that are always 0 left out.
+    """Returns the largest minors of the Jacobian, without minors that are always 0.
 
     Args:
-        robot: A serial robot, whose joints each have a coordinate.
-        q: Its coordinates.
+        robot: A serial robot without mimic joints.
+        q: The coordinates.
 
     Returns:
-        The minors in factors, up to their signs. The robot is singular where all are 0; () where
-        all are 0 in every configuration. None where a joint follows another or advances as it
-        turns, where the description has decimals that are not exact, or where a minor does not
-        fall into small blocks.
+        The factored minors, up to sign. The robot is singular where all minors are 0. () if all
+        minors are 0 in every configuration. None for mimic or helical joints, for inexact decimal
+        numbers in the description, or if a minor has no small blocks.
     """
     joints = robot.moving
     if len(q) != len(joints) or any(j.mimic or j.kind == "helical" for j in joints):
@@ -87,7 +86,7 @@ def factored_minors(robot: SerialRobot, q: Sequence[sp.Symbol]) -> tuple[Factore
 
 
 def _oblique(robot: SerialRobot) -> int:
-    """The number of constant turns between the joints that are no quarter turns."""
+    """Counts the constant rotations between joints that are not quarter turns."""
     return sum(
         not (2 * motion.angle / sp.pi).is_Integer
         for placement in robot.placements[:-1]
@@ -112,7 +111,7 @@ def _is_exact(S: sp.Matrix) -> bool:
 
 
 def _product(ring: ScrewRing, minor: Minor, columns: list[list[Polynomial]]) -> Factored | None:
-    """A minor as the product of its blocks' determinants; the constant 0 where one is always 0."""
+    """Returns a minor as the product of its block determinants; 0 if one is always 0."""
     constant, factors = sp.S.One, dict[sp.Expr, int]()
     for rows, numbers in minor.blocks:
         block = [[columns[k][row] for row in rows] for k in numbers]

@@ -1,8 +1,8 @@
-"""Factors of a polynomial in cosines and sines: by the tangents of half the angles, and back.
+"""Factors polynomials in cosines and sines by half-angle tangents.
 
-A polynomial in tangents factors uniquely; its factors are turned back to cosines and sines of sums
-of coordinates. A polynomial that does not factor keeps its form, in sums of the angles of parallel
-axes where they make it shorter.
+A polynomial in tangents factors uniquely. The factors are converted back to cosines and sines of
+coordinate sums. A polynomial without factors keeps its form, except that angle sums of parallel
+axes are used if they shorten it.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,18 +14,18 @@ from sympy.simplify.fu import TR8, TR10i
 from .screw_polynomials import Polynomial, ScrewRing
 
 MOST_SUMMED = 12
-"""Most terms of a polynomial that is written in sums of all its angles."""
+"""Maximum number of terms of a polynomial rewritten in sums of all its angles."""
 MOST_TERMS = 100
-"""Most terms of a polynomial that is factored: a second at most."""
+"""Maximum number of terms of a polynomial to factor; takes at most one second."""
 
 
 @dataclass(frozen=True)
 class Factored:
-    """A polynomial as a product.
+    """A polynomial as a product of factors.
 
     Attributes:
-        constant: The factor without coordinates, in the robot's parameters.
-        factors: The factors in cosines and sines of the coordinates, each with its power.
+        constant: The factor without coordinates, a function of the robot parameters.
+        factors: The factors in cosines and sines of the coordinates, each with its exponent.
     """
 
     constant: sp.Expr
@@ -33,7 +33,7 @@ class Factored:
 
 
 def factored(ring: ScrewRing, polynomial: Polynomial) -> Factored | None:
-    """The factors of a polynomial; None where it is 0, too long, or its factors are no such."""
+    """Returns the factors; None for a zero, too long or unconvertible polynomial."""
     if polynomial == 0 or len(polynomial) > MOST_TERMS:
         return None
     parts = _Tangents(ring, polynomial).parts()
@@ -53,11 +53,11 @@ def factored(ring: ScrewRing, polynomial: Polynomial) -> Factored | None:
 
 
 class _Tangents:
-    """A polynomial in cosines and sines by the tangents of half the angles.
+    """A polynomial in cosines and sines, rewritten in half-angle tangents.
 
     Attributes:
-        budget: The power of 1 + t^2 in the denominator, for each coordinate.
-        factors: The factors of the numerator in tangents, parameters and slides.
+        budget: The exponent of 1 + t^2 in the denominator, per coordinate.
+        factors: The factors of the numerator in tangents, parameters and prismatic coordinates.
     """
 
     def __init__(self, ring: ScrewRing, polynomial: Polynomial) -> None:
@@ -88,7 +88,7 @@ class _Tangents:
         self.factors = [f.as_expr() for f, power in found for _ in range(power)]
 
     def parts(self) -> list[tuple[sp.Expr, int]] | None:
-        """The factors in cosines and sines, each with its power."""
+        """Returns the factors in cosines and sines, each with its exponent."""
         moving = [f for f in self.factors if f.free_symbols & {*self.t, *self.source.slides}]
         if len(moving) == 1 and len(self.polynomial) > 1:
             return self._whole()
@@ -108,7 +108,7 @@ class _Tangents:
         return [(part, found.count(part)) for part in dict.fromkeys(found)]
 
     def _whole(self) -> list[tuple[sp.Expr, int]]:
-        """A polynomial whose only factors are constants."""
+        """Returns the factors of a polynomial that splits off only constants."""
         source = self.source
         constants = [f for f in self.factors if not f.free_symbols & {*self.t, *source.slides}]
         left = self.polynomial
@@ -118,7 +118,7 @@ class _Tangents:
         return [(whole, 1), *((f.xreplace(source.meanings), 1) for f in constants)]
 
     def _turned_back(self, factor: sp.Expr, degrees: Sequence[int]) -> sp.Expr:
-        """A factor over powers of 1 + t^2 in cosines and sines of sums of coordinates."""
+        """Converts a factor to cosines and sines of coordinate sums."""
         source = self.source
         for t, q, half in zip(self.t, source.q, degrees, strict=True):
             if half == 0:
@@ -142,7 +142,7 @@ class _Tangents:
 
 
 def _shortest(ring: ScrewRing, polynomial: Polynomial) -> sp.Expr:
-    """A polynomial in the coordinates with the fewest terms: in sums of two or of all angles."""
+    """Returns the form with the fewest terms, using sums of two or all angles."""
     forms = [sp.expand(ring.expression(polynomial, {}))]
     if len(polynomial) <= MOST_SUMMED:
         forms += [sp.expand(TR8(forms[0])), *map(TR10i, (forms[0], ring.in_sines(polynomial)))]
@@ -154,7 +154,7 @@ def _shortest(ring: ScrewRing, polynomial: Polynomial) -> sp.Expr:
 
 
 def _in_sums(ring: ScrewRing, polynomial: Polynomial) -> Iterator[tuple[int, sp.Expr, Polynomial]]:
-    """Forms in which a sum or difference of neighbouring angles replaces one of them."""
+    """Yields forms with one angle replaced by a sum or difference of adjacent angles."""
     places = {symbol: k for k, symbol in enumerate(ring.ring.symbols)}
     gens = ring.ring.gens
     pairs = [(k, k + step) for k in range(len(ring.q)) for step in (-1, 1)]
@@ -175,9 +175,9 @@ def _half(degree: int) -> int:
 
 
 def _paired(factors: list[sp.Expr], t: sp.Symbol, budget: int) -> list[sp.Expr]:
-    """The factors with those of odd degree in a tangent multiplied in pairs, as far as needed.
+    """Multiplies factors of odd degree in a tangent in pairs, as far as needed.
 
-    The tangent alone is half a sine by itself.
+    The tangent alone converts to half a sine.
     """
     odd = [f for f in factors if sp.degree(f, t) % 2 and f != t]
     alone = [f for f in factors if f == t]
@@ -190,6 +190,6 @@ def _paired(factors: list[sp.Expr], t: sp.Symbol, budget: int) -> list[sp.Expr]:
         alone = alone[2:]
         used -= 1
     if used > budget and alone and single:
-        # Both contain half the angle, and their product does not.
+        # Each factor contains the half angle, but their product does not.
         return [*even, *pairs, sp.expand(single[0] * alone[0]), *alone[1:]]
     return [*even, *pairs, *single, *alone]

@@ -1,8 +1,8 @@
-"""Singular postures found in numbers, for arms whose minors have no short factors.
+"""Numerical search for singular configurations, for arms without short minor factors.
 
-A posture is singular where a wrench y exists on which no joint works, J^T y = 0, or of fewer joints
-than rows where rates x exist that do not move the tool, J x = 0. Newton's steps of least length on
-q and y, or x, lead from a posture to a singular one nearby.
+A configuration is singular if a wrench y does no work on any joint (J^T y = 0). With fewer joints
+than rows, it is singular if joint rates x do not move the tool (J x = 0). Minimum-norm Newton steps
+on q and y (or x) converge to a nearby singular configuration.
 """
 
 import math
@@ -17,11 +17,11 @@ from ..rigid_bodies import placed
 from .views import FloatArray, seen_screws
 
 DRAWS = 4
-"""Postures at random, each of which is in general position."""
+"""Number of random (generic) configurations."""
 SEED = 50
 STEPS = 40
 STARTS = 24
-"""Starts of which those that end within the limits count."""
+"""Number of start configurations; only results within the limits are used."""
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 WHOLE = 6
 
@@ -29,17 +29,16 @@ WHOLE = 6
 def nearest_singular(
     robot: SerialRobot, start: Sequence[float], most: int
 ) -> tuple[FloatArray, ...]:
-    """Singular postures near a posture and near others drawn evenly from the joints' ranges.
+    """Finds singular configurations near a configuration and near others in the joint ranges.
 
     Args:
         robot: A serial robot.
-        start: The first posture (radian, metre).
-        most: Number of postures wanted.
+        start: The first start configuration (radian, metre).
+        most: Maximum number of results.
 
     Returns:
-        Up to so many postures (n,) within the limits; () where a joint follows another or advances
-        as it turns, of more than twelve joints, or where the Jacobian has no full rank in general
-        position.
+        Up to ``most`` configurations (n,) within the limits. () with mimic or helical joints, with
+        more than twelve joints, or if the Jacobian never has full rank.
     """
     joints = robot.moving
     is_plain = all(not j.mimic and j.kind != "helical" for j in joints)
@@ -49,7 +48,7 @@ def nearest_singular(
     scale = np.array([1.0 if j.kind == "revolute" else length for j in joints])
     low, high = _ranges(robot, length)
     found: list[FloatArray] = []
-    # Multiples of roots of primes fill a cube evenly, and equal on any machine.
+    # Multiples of square roots of primes fill a cube evenly, and identically on every machine.
     roots = np.sqrt(np.array(PRIMES[: len(joints)])) % 1
     drawn = [low + (k * roots) % 1 * (high - low) for k in range(1, STARTS)]
     if _smallest(S, drawn[0], scale) < RANK_LOST:
@@ -65,10 +64,10 @@ def nearest_singular(
 
 
 def general_rank(robot: SerialRobot) -> int:
-    """The rank of the Jacobian in general position, the largest that it has.
+    """Returns the generic (maximum) rank of the Jacobian.
 
     Args:
-        robot: A serial robot, none of whose joints follows another or advances as it turns.
+        robot: A serial robot without mimic and helical joints.
     """
     S, _ = _screws(robot)
     drawn = np.random.default_rng(SEED).uniform(-3, 3, (DRAWS, S.shape[1]))
@@ -77,7 +76,7 @@ def general_rank(robot: SerialRobot) -> int:
 
 
 def _screws(robot: SerialRobot) -> tuple[FloatArray, float]:
-    """The screws in the base frame, lengths in parts of the arm's, and this length (m)."""
+    """Returns base-frame screws with lengths relative to the arm length, and this length (m)."""
     terms = Terms({parameter.symbol: parameter.value for parameter in robot.parameters})
     T, columns, points = placed(terms, robot.base), [], []
     for joint in robot.joints:
@@ -97,7 +96,7 @@ def _screws(robot: SerialRobot) -> tuple[FloatArray, float]:
 
 
 def _ranges(robot: SerialRobot, length: float) -> tuple[FloatArray, FloatArray]:
-    """The limits, a turn of joints that have none."""
+    """Returns the joint limits; unlimited joints get half a turn or one arm length either way."""
     limits = []
     for joint in robot.moving:
         half = math.pi if joint.kind == "revolute" else length
@@ -116,9 +115,9 @@ def _smallest(S: FloatArray, q: FloatArray, scale: FloatArray) -> float:
 
 
 def _led(S: FloatArray, q: FloatArray, scale: FloatArray) -> FloatArray:
-    """The singular postures (k, n) that Newton's steps lead postures (m, n) to, in their order.
+    """Returns the singular configurations (k, n) reached from start configurations (m, n).
 
-    Those whose steps do not end are left out.
+    Start configurations without convergence are omitted.
     """
     is_tall = S.shape[1] < WHOLE
     J = _jacobian(S, q, scale)
@@ -142,7 +141,7 @@ def _led(S: FloatArray, q: FloatArray, scale: FloatArray) -> FloatArray:
 
 
 def _equations(J: FloatArray, y: FloatArray, *, is_tall: bool) -> tuple[FloatArray, FloatArray]:
-    """The values (m, e) that are 0 at singular postures, y of unit length, and their slopes."""
+    """Returns equations (m, e) that vanish at singularities, and their derivatives."""
     D = _slopes(J)
     if is_tall:
         value, turned = np.einsum("mai,mi->ma", J, y), J
@@ -157,9 +156,9 @@ def _equations(J: FloatArray, y: FloatArray, *, is_tall: bool) -> tuple[FloatArr
 
 
 def _least_step(slope: FloatArray, value: FloatArray) -> FloatArray:
-    """The steps (m, n) of least length that solve slope * step = value in least squares."""
+    """Returns minimum-norm least-squares solutions (m, n) of slope * step = value."""
     U, sizes, Vt = np.linalg.svd(slope, full_matrices=False)
-    # Smaller singular values are rounding, which would lead every machine elsewhere.
+    # Smaller singular values are rounding errors, which differ between machines.
     kept = sizes > RANK_LOST * sizes[:, :1]
     inverse = np.where(kept, 1 / np.where(kept, sizes, 1.0), 0.0)
     step: FloatArray = np.einsum("mki,mk->mi", Vt, inverse * np.einsum("mek,me->mk", U, value))
@@ -167,10 +166,10 @@ def _least_step(slope: FloatArray, value: FloatArray) -> FloatArray:
 
 
 def _slopes(J: FloatArray) -> FloatArray:
-    """The derivatives (m, 6, n, n) of the Jacobians' columns by coordinates, as Lie brackets."""
+    """Returns derivatives (m, 6, n, n) of Jacobian columns with respect to coordinates."""
     moved, by = np.moveaxis(J, 1, 0)[..., :, None], np.moveaxis(J, 1, 0)[..., None, :]
     linear = np.cross(by[3:], moved[:3], axis=0) + np.cross(by[:3], moved[3:], axis=0)
     angular = np.cross(by[3:], moved[3:], axis=0)
-    # A joint moves the screws of those behind it. The order in memory is that of sums over it.
+    # A joint moves the screws of the joints behind it. The memory order suits later sums.
     slopes = np.tril(np.concatenate([linear, angular]), -1)
     return np.ascontiguousarray(np.moveaxis(slopes, 0, 1))

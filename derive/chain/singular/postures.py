@@ -1,7 +1,7 @@
-"""Words for factors of the Jacobian's minors: how the axes stand where they are 0.
+"""Describes factors of Jacobian minors by the axis arrangement at their zeros.
 
-The relations are tried on postures in numbers: a relation is said where it holds at all sampled
-roots of the factor and not at postures in general position.
+Relations are tested numerically. A relation describes a factor if it holds at all sampled zeros of
+the factor but not at generic configurations.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -20,44 +20,44 @@ from .views import seen_screws
 
 FloatArray = NDArray[np.float64]
 DRAWS = 4
-"""Draws of the coordinates that are not solved for."""
+"""Number of random samples of the coordinates that are not solved."""
 GRID = 181
-"""Values of a coordinate between which roots are looked for."""
+"""Number of grid values of a coordinate for bracketing roots."""
 HALVINGS = 60
 HOLDS = 1e-6
-"""Sine of an angle, or distance in parts of the arm's length, up to which a relation holds."""
+"""Tolerance of a relation: sine of an angle, or distance relative to the arm length."""
 SEED = 30
 
 
 @dataclass(frozen=True)
 class _Posture:
-    """The axes of all joints in the base frame, slides without points."""
+    """Joint axes in the base frame; prismatic joints have no points."""
 
     directions: FloatArray
     points: FloatArray
     size: float
 
     def off_parallel(self, i: int, j: int) -> float:
-        """The sine of the angle between two axes."""
+        """Returns the sine of the angle between two axes."""
         return float(np.linalg.norm(np.cross(self.directions[i], self.directions[j])))
 
     def off_right_angle(self, i: int, j: int) -> float:
-        """The cosine of the angle between two axes."""
+        """Returns the absolute cosine of the angle between two axes."""
         return abs(float(self.directions[i] @ self.directions[j]))
 
     def off_line(self, point: FloatArray, i: int) -> float:
-        """The distance of a point from an axis, in parts of the size."""
+        """Returns the distance of a point from an axis, relative to the size."""
         across = np.cross(point - self.points[i], self.directions[i])
         return float(np.linalg.norm(across)) / self.size
 
     def off_plane(self, point: FloatArray, i: int, other: FloatArray) -> float:
-        """The distance of a point from the plane of an axis and a further direction."""
+        """Returns the relative distance of a point from the plane of an axis and a direction."""
         normal = np.cross(self.directions[i], other)
         away = abs(float((point - self.points[i]) @ normal))
         return away / (self.size * max(float(np.linalg.norm(normal)), HOLDS))
 
     def meeting(self, axes: Sequence[int]) -> FloatArray | None:
-        """The point where axes meet; None where they do not, or are all parallel."""
+        """Returns the intersection of axes, or None."""
         M, b = np.zeros((3, 3)), np.zeros(3)
         for k in axes:
             h = self.directions[k]
@@ -70,19 +70,19 @@ class _Posture:
 
 
 WHOLE_WRIST = 3
-"""Axes of a wrist that meet in its centre."""
+"""Number of wrist axes that meet in the wrist center."""
 WRIST = "the wrist's centre"
 Relation = Callable[[_Posture], float]
-"""How far a posture is from a relation; 0 where it holds."""
+"""Deviation of a configuration from a relation; 0 if the relation holds."""
 
 
 def words(robot: SerialRobot, q: Sequence[sp.Symbol], condition: Condition) -> str:
-    """How the axes stand where factors of minors are 0 at once; empty where no words fit.
+    """Describes the axes where factors of minors are 0; empty without a matching relation.
 
     Args:
         robot: A serial robot.
-        q: Its coordinates.
-        condition: Factors in these coordinates and the robot's parameters.
+        q: The coordinates.
+        condition: Factors in the coordinates and parameters of the robot.
     """
     each = [_of_factor(robot, q, factor) for factor in condition]
     if all(each):
@@ -95,7 +95,7 @@ def words(robot: SerialRobot, q: Sequence[sp.Symbol], condition: Condition) -> s
 
 
 def _in_general(robot: SerialRobot, q: Sequence[sp.Symbol]) -> tuple[FloatArray, list[_Posture]]:
-    """The screws of a robot in numbers, and postures in general position."""
+    """Returns numeric screws of a robot, and generic configurations."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     S, _ = product_of_exponentials(robot)
     S = S * sp.diag(*(joint.direction for joint in robot.moving))
@@ -109,7 +109,7 @@ def _first_that_holds(
     found: Sequence[_Posture],
     general: Sequence[_Posture],
 ) -> str:
-    """The words of the first relation that singular postures have and general ones have not."""
+    """Returns the description of the first relation that holds only at singular configurations."""
     for text, relation in relations if found else ():
         if all(relation(p) <= HOLDS for p in found) and min(map(relation, general)) > HOLDS:
             return text
@@ -126,7 +126,7 @@ def _off_axis(i: int, j: int, posture: _Posture) -> float:
 
 
 def _of_factor(robot: SerialRobot, q: Sequence[sp.Symbol], factor: sp.Expr) -> str:
-    """How the axes stand where a factor is 0; empty where no words fit."""
+    """Describes the axes at the zeros of a factor; empty without a matching relation."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     screws, general = _in_general(robot, q)
     rng = np.random.default_rng(SEED + 1)
@@ -146,7 +146,7 @@ def _posture(S: FloatArray, q: FloatArray) -> _Posture:
 def _roots(
     factor: sp.Expr, q: Sequence[sp.Symbol], rng: np.random.Generator
 ) -> Iterator[FloatArray]:
-    """Coordinates at which a factor is 0, the others in general position."""
+    """Yields zeros of a factor; the other coordinates have random values."""
     own = [k for k, symbol in enumerate(q) if factor.has(symbol)]
     function = sp.lambdify(list(q), factor, "numpy")
     for _ in range(DRAWS):
@@ -178,7 +178,7 @@ def _halved(
 
 
 def _relations(general: _Posture, own: Sequence[int]) -> Iterator[tuple[str, Relation]]:
-    """The relations that are tried, in this order, with their words; joints count from 1."""
+    """Yields the relations to test with their descriptions; joint numbers start at 1."""
     count = len(general.directions)
     if len(own) == 1 and 0 < own[0] < count - 1:
         i, j = own[0] - 1, own[0] + 1
@@ -205,14 +205,14 @@ def _point(k: int, posture: _Posture) -> FloatArray:
 
 
 def _in_plane(k: int, point: Callable[[_Posture], FloatArray]) -> Relation:
-    """How far a point is from the plane of two neighbouring parallel axes."""
+    """Returns the relation "a point lies in the plane of two adjacent parallel axes"."""
     return lambda p: p.off_plane(point(p), k, p.points[k + 1] - p.points[k])
 
 
 def _of_centre(
     axes: Sequence[int], named: str, parallel: Sequence[int]
 ) -> Iterator[tuple[str, Relation]]:
-    """Relations of the point where the last axes meet."""
+    """Yields relations of the intersection of the last axes."""
 
     def centre(p: _Posture) -> FloatArray:
         found = p.meeting(axes)

@@ -1,8 +1,7 @@
-"""Screws of a chain as polynomials in lengths and the cosines and sines of all its angles.
+"""Screws of a chain as polynomials in lengths and in cosines and sines of all angles.
 
-Cosines and sines of constant angles, and roots of whole numbers, are generators of their own, so
-that a result holds for any such angle. Every polynomial is reduced by the square of each sine and
-root.
+Cosines and sines of constant angles, and roots of integers, are generators of the ring, so a result
+holds for any such angle. Every polynomial is reduced by the squares of sines and roots.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,7 +13,7 @@ import sympy as sp
 from .views import View
 
 Polynomial = Any
-"""An element of a ring of polynomials, for which SymPy has no type."""
+"""An element of a polynomial ring; SymPy has no type for it."""
 
 
 class ScrewRing:
@@ -22,18 +21,18 @@ class ScrewRing:
 
     Attributes:
         q: The coordinates.
-        constants: Symbols of the parameters, and in place of functions of constants.
-        meanings: The function of constants that a symbol stands for.
-        cosines: Symbols in place of the coordinates' cosines.
-        sines: Symbols in place of their sines.
-        slides: Symbols in place of the coordinates themselves.
-        ring: The ring of polynomials in all these.
+        constants: Symbols of the parameters, and symbols that replace functions of constants.
+        meanings: The function of constants that each symbol replaces.
+        cosines: Symbols for the cosines of the coordinates.
+        sines: Symbols for the sines of the coordinates.
+        slides: Symbols for the coordinates themselves (prismatic joints).
+        ring: The ring of polynomials in all these symbols.
     """
 
     def __init__(
         self, S: sp.Matrix, q: Sequence[sp.Symbol], points: Sequence[sp.Matrix] = ()
     ) -> None:
-        """Takes the screws (6, n), the coordinates, and points (3,) from which they are seen."""
+        """Builds the ring for screws (6, n), coordinates, and reference points (3,)."""
         known = sp.Matrix([*S, *(entry for point in points for entry in point)])
         self.q = tuple(q)
         angles = enumerate(_angles(known))
@@ -55,7 +54,7 @@ class ScrewRing:
         self.S = [self.vector(S[:, k]) for k in range(S.shape[1])]
 
     def _squares(self) -> list[tuple[int, Polynomial]]:
-        """The square of each sine and root, with its place among the generators."""
+        """Returns the square of each sine and root, with the index of its generator."""
         places = {symbol: k for k, symbol in enumerate(self.ring.symbols)}
         pairs = [*zip(self.cosines, self.sines, strict=True), *((c, s) for c, s, _ in self.turns)]
         found = [(places[s], 1 - self.ring.gens[places[c]] ** 2) for c, s in pairs]
@@ -63,14 +62,14 @@ class ScrewRing:
         return found + [(places[s], self.ring.ground_new(int(root.base))) for s, root in roots]
 
     def vector(self, column: sp.Matrix) -> list[Polynomial]:
-        """A vector of polynomials in constants."""
+        """Returns a constant vector as polynomials."""
         return [
             self.reduced(self.ring.from_expr(sp.expand(entry.xreplace(self.symbols_of))))
             for entry in column
         ]
 
     def matrix(self, view: View, longest: int) -> list[list[Polynomial]] | None:
-        """The Jacobian's columns in a view; None where an entry has more terms than ``longest``."""
+        """Returns the Jacobian columns in a view; None if an entry exceeds ``longest`` terms."""
         point = self.vector(view.point)
         columns = []
         for i, screw in enumerate(self.S):
@@ -85,7 +84,7 @@ class ScrewRing:
         return columns
 
     def _carried(self, k: int, sense: int, screw: list[Polynomial]) -> list[Polynomial]:
-        """A screw that a joint carries along, or back where the sense is -1."""
+        """Returns a screw displaced by joint k, or displaced back for sense -1."""
         v, w = self.S[k][:3], self.S[k][3:]
         ring, zero = self.ring, self.ring.zero
         if all(x == zero for x in w):
@@ -108,7 +107,7 @@ class ScrewRing:
         return [*map(add, turned(screw[:3]), _cross(moved, h)), *h]
 
     def reduced(self, polynomial: Polynomial) -> Polynomial:
-        """A polynomial without the squares of sines and roots."""
+        """Replaces the squares of sines and roots in a polynomial."""
         for place, square in self.squares:
             if all(powers[place] < 2 for powers in polynomial):  # noqa: PLR2004 - a square
                 continue
@@ -122,7 +121,7 @@ class ScrewRing:
         return polynomial
 
     def block(self, columns: list[list[Polynomial]], rows: Sequence[int]) -> Polynomial:
-        """The determinant of some rows of as many columns."""
+        """Returns the determinant of the listed rows of the columns."""
         if len(rows) == 1:
             return columns[0][rows[0]]
         total = self.ring.zero
@@ -133,16 +132,16 @@ class ScrewRing:
         return self.reduced(total)
 
     def in_sines(self, polynomial: Polynomial) -> sp.Expr:
-        """A polynomial in the coordinates without the squares of cosines."""
+        """Returns a polynomial as an expression without squares of cosines."""
         squares = {sp.cos(q) ** 2: 1 - sp.sin(q) ** 2 for q in self.q}
         return sp.expand(sp.expand(self.expression(polynomial, {})).subs(squares))
 
     def expression(self, polynomial: Polynomial, sums: Mapping[int, sp.Expr]) -> sp.Expr:
-        """A polynomial in the coordinates and constants themselves.
+        """Returns a polynomial as an expression in coordinates and constants.
 
         Args:
             polynomial: An element of the ring.
-            sums: The angle that the cosine and sine of a coordinate stand for, where it is a sum.
+            sums: The angle sums represented by cosine and sine symbols, keyed by coordinate index.
         """
         known = dict(self.meanings)
         for k, q in enumerate(self.q):
@@ -153,7 +152,7 @@ class ScrewRing:
 
 
 def _angles(S: sp.Matrix) -> list[sp.Expr]:
-    """The constant angles of whose cosines and sines the screws are made."""
+    """Returns the constant angles whose cosines and sines occur in the screws."""
     return sorted({f.args[0] for f in S.atoms(sp.cos, sp.sin)}, key=str)
 
 

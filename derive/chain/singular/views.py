@@ -1,8 +1,8 @@
-"""Where an arm's Jacobian is written so that most of its entries are 0: a body and a point of it.
+"""Selects the body frame and reference point that give the Jacobian the most zeros.
 
-The rank of the Jacobian, and the determinant of as many columns as it has rows, do not depend on
-frame and point (Murray, Li and Sastry 1994, 3.4). As seen by a body in the middle of the chain and
-at a point where axes meet, rows and columns fall into small blocks.
+The rank of the Jacobian, and its determinant if it is square, do not depend on frame and point
+(Murray, Li and Sastry 1994, 3.4). In the frame of a middle body, at a point where axes meet, the
+Jacobian has small blocks.
 """
 
 import math
@@ -21,22 +21,22 @@ from ..poe import placement_matrix
 FloatArray = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Block = tuple[tuple[int, ...], tuple[int, ...]]
-"""Rows and columns of a block on the diagonal."""
+"""Row indices and column indices of a diagonal block."""
 NOTHING = 1e-9
-"""Entry of a Jacobian, beside lengths of about a metre, below which it counts as 0."""
+"""Jacobian entries below this value count as 0, for lengths of about one metre."""
 SEED = 20
 TRIES = 3
-"""Configurations in general position at which an entry has to be 0."""
+"""Number of generic configurations at which a zero entry must be 0."""
 
 
 @dataclass(frozen=True)
 class View:
-    """Where the Jacobian is written.
+    """The frame and reference point of a Jacobian.
 
     Attributes:
-        body: The number of joints before the body that sees it.
-        point: The point of the body, in the base frame with every joint at 0.
-        filled: The entries (6, n) that are not 0 in general position.
+        body: The number of joints before the body whose frame is used.
+        point: The reference point, in the base frame with all joints at 0.
+        filled: Mask (6, n) of the entries that are not always 0.
     """
 
     body: int
@@ -45,22 +45,22 @@ class View:
 
     @property
     def key(self) -> tuple[int, sp.Matrix]:
-        """What tells this view from others."""
+        """Identity of this view."""
         return self.body, self.point
 
     @property
     def rows(self) -> tuple[int, ...]:
-        """The rows that are not 0."""
+        """The nonzero rows."""
         return tuple(np.flatnonzero(self.filled.any(axis=1)).tolist())
 
 
 @dataclass(frozen=True)
 class Minor:
-    """A square part of the Jacobian in a view.
+    """A square submatrix of the Jacobian in a view.
 
     Attributes:
-        view: Where the Jacobian is written.
-        blocks: The part's blocks on its diagonal; beside them it is triangular.
+        view: The frame and reference point of the Jacobian.
+        blocks: The diagonal blocks of the block-triangular submatrix.
     """
 
     view: View
@@ -68,28 +68,28 @@ class Minor:
 
     @property
     def size(self) -> int:
-        """The joints of the largest block."""
+        """Number of joints in the largest block."""
         return max(len(columns) for _, columns in self.blocks)
 
     @property
     def cost(self) -> tuple[int, int]:
-        """The largest block first, then the entries that are not 0."""
+        """Sort key: size of the largest block, then number of nonzero entries."""
         return self.size, int(self.view.filled.sum())
 
 
 def minors(
     robot: SerialRobot, S: sp.Matrix, values: Mapping[sp.Symbol, sp.Expr | float]
 ) -> tuple[Minor, ...]:
-    """The largest square parts of a Jacobian, each in the view with the smallest blocks.
+    """Returns the largest square submatrices of a Jacobian, in views with the smallest blocks.
 
-    There is one part where the rows that are not 0 are as many as the joints. Of more joints, each
-    part leaves joints out and may have a view of its own. Of fewer joints, each part leaves rows
-    out, and all have the view in which the parts together are the simplest. Parts whose determinant
-    is 0 by their pattern of zeros are left out.
+    If the number of nonzero rows equals the joint count, there is one submatrix. With more joints,
+    each submatrix omits joints and may have its own view. With fewer joints, each submatrix omits
+    rows, and all share the view that is simplest in total. Structurally singular submatrices are
+    omitted.
 
     Args:
         robot: A serial robot.
-        S: Its screws in the base frame (6, n).
+        S: The robot screws in the base frame (6, n).
         values: The values of the symbols in the screws.
     """
     views = list(_views(robot, S, values))
@@ -104,7 +104,7 @@ def minors(
 
 
 def _best(views: Sequence[View], columns: Sequence[int]) -> Minor | None:
-    """The determinant of some columns, in the view where its blocks are smallest."""
+    """Returns the submatrix of some columns in the view with the smallest blocks."""
     found = [
         Minor(view, blocks)
         for view in views
@@ -114,7 +114,7 @@ def _best(views: Sequence[View], columns: Sequence[int]) -> Minor | None:
 
 
 def _without_rows(view: View, count: int) -> tuple[Minor, ...]:
-    """The determinants of all columns in as many rows of one view."""
+    """Returns the square submatrices of all columns in one view."""
     found = (_blocks(view.filled, rows, range(count)) for rows in combinations(view.rows, count))
     return tuple(Minor(view, blocks) for blocks in found if blocks)
 
@@ -134,7 +134,7 @@ def _views(
 
 
 def _points(robot: SerialRobot) -> list[sp.Matrix]:
-    """The origins of all frames of the chain, with every joint at 0."""
+    """Returns the origins of all frames of the chain, with all joints at 0."""
     T = placement_matrix(robot.base)
     found = [T[:3, 3]]
     for joint in robot.joints:
@@ -145,14 +145,14 @@ def _points(robot: SerialRobot) -> list[sp.Matrix]:
 
 
 def seen_screws(S: FloatArray, q: FloatArray, body: int) -> FloatArray:
-    """The screws of all joints (..., 6, n) as the body behind so many joints sees them.
+    """Returns the screws of all joints (..., 6, n) in the frame of a body.
 
     Args:
-        S: The screws in the base frame (6, n), axes of unit length.
-        q: Postures (..., n).
+        S: The screws in the base frame (6, n), with unit axes.
+        q: Configurations (..., n).
         body: Number of joints before the body.
     """
-    # Components come first, so that the cross product of all screws is one of rows.
+    # With components first, the cross products of all screws are operations on rows.
     seen = np.repeat(S[:, None], math.prod(q.shape[:-1]), axis=1)
     angles = q.reshape(-1, q.shape[-1], 1)
     for k in range(body):
@@ -163,7 +163,7 @@ def seen_screws(S: FloatArray, q: FloatArray, body: int) -> FloatArray:
 
 
 def _carried(axis: FloatArray, angle: FloatArray, screws: FloatArray) -> FloatArray:
-    """Screws (6, m, k) that a joint carries along, turned by an angle (m, 1)."""
+    """Returns screws (6, m, k) displaced by a joint with value (m, 1)."""
     v, w = axis[:3], axis[3:]
     linear, angular = screws[:3], screws[3:]
     if not w.any():
@@ -176,20 +176,20 @@ def _carried(axis: FloatArray, angle: FloatArray, screws: FloatArray) -> FloatAr
 
 
 def _rotated(w: FloatArray, c: FloatArray, s: FloatArray, vectors: FloatArray) -> FloatArray:
-    """Vectors (3, m, k) turned about a unit vector, by Rodrigues' formula."""
+    """Returns vectors (3, m, k) rotated about a unit vector (Rodrigues)."""
     across = _cross(w, vectors)
     turned: FloatArray = vectors + s * across + (1 - c) * _cross(w, across)
     return turned
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """The cross products of vectors (3, ...), several times as fast as NumPy's own."""
+    """Returns cross products of vectors (3, ...); several times faster than np.cross."""
     (a1, a2, a3), (b1, b2, b3) = a, b
     return np.stack([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1])
 
 
 def _blocks(filled: Flags, rows: Sequence[int], columns: Sequence[int]) -> tuple[Block, ...] | None:
-    """The blocks of a square part; None where its zeros make it singular."""
+    """Returns the blocks of a square submatrix; None if it is structurally singular."""
     row_of: dict[int, int] = {}
     for column in columns:
         if not _matched(filled, rows, column, row_of, set()):
@@ -205,7 +205,7 @@ def _blocks(filled: Flags, rows: Sequence[int], columns: Sequence[int]) -> tuple
 def _matched(
     filled: Flags, rows: Sequence[int], column: int, row_of: dict[int, int], seen: set[int]
 ) -> bool:
-    """Whether a column finds a row of its own, others making room (an augmenting path)."""
+    """Whether a column can be matched to a row by an augmenting path."""
     for row in rows:
         if filled[row, column] and row not in seen:
             seen.add(row)
