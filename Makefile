@@ -31,7 +31,7 @@ campaign: .venv/dev ## random trials: SECONDS=300 SEED=7 ONLY=losses,field; TRIA
 check: format lint types check-generated test ## everything that a change must pass
 
 check-generated: .venv/dev ## derive again and compare every byte with generated/
-	@$(ELSEWHERE) $(BIN)/chasles-derive --check
+	@$(ELSEWHERE) $(BIN)/chasles-derive --up-to-date
 
 format: .venv/dev ## fail where a formatter would change something
 	@$(BIN)/ruff format --check .

@@ -4,7 +4,6 @@ import os
 import time
 from collections.abc import Iterable
 from dataclasses import replace
-from difflib import get_close_matches
 from enum import StrEnum
 from itertools import chain
 from pathlib import Path
@@ -15,15 +14,14 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from .build.freshness import GENERATED, Job, is_up_to_date
-from .description.shipped_files import ROBOTS, SHELF, robot_names, shipped_file
+from .description.shipped_files import ROBOTS, SHELF, located, robot_names
+from .model.errors import RobotError
 
 if TYPE_CHECKING:
     from .build.jobs import Report
 
 LIMIT = 300.0
 """Seconds for one robot: some sixty times what a six-axis arm takes on one core."""
-NAMED = "robot:"
-"""What stands before a name of the package robot_descriptions."""
 
 
 class Detail(StrEnum):
@@ -32,12 +30,6 @@ class Detail(StrEnum):
     FULL = "full"
     BRIEF = "brief"
     NONE = "none"
-
-
-class Language(StrEnum):
-    """A language that is written on demand."""
-
-    CASADI_C = "casadi_c"
 
 
 app = typer.Typer(pretty_exceptions_enable=False)
@@ -61,16 +53,17 @@ def derive(
         typer.Option(help="Folder that receives one folder a robot; shipped ones have theirs."),
     ] = None,
     shelf: Annotated[
-        bool, typer.Option("--shelf", help="All arms of the shelf; with --to, --explain, --model.")
+        bool,
+        typer.Option("--shelf", help="All arms of the shelf; with --to, --explain, --conventions."),
     ] = False,
     functions: Annotated[
-        str, typer.Option(help="Functions wanted, with commas between. Default: all.")
+        str, typer.Option(help="Functions to derive, separated by commas. Default: all.")
     ] = "",
-    give: Annotated[
+    fixed: Annotated[
         str,
         typer.Option(
-            help="Joints whose values ik takes beside the pose, with commas between. "
-            "Default: those that a redundant robot needs."
+            help="Joints whose values ik takes after the pose, separated by commas. "
+            "Default: the joints that a redundant robot needs."
         ),
     ] = "",
     base: Annotated[
@@ -91,7 +84,7 @@ def derive(
         typer.Option(
             exists=True,
             dir_okay=False,
-            help="File with the groups. Default: the one beside the robot's.",
+            help="File with the groups. Default: the SRDF next to the robot's file.",
         ),
     ] = None,
     calibration: Annotated[
@@ -105,7 +98,9 @@ def derive(
     ] = None,
     exact: Annotated[
         bool,
-        typer.Option("--exact", help="Take all numbers as written: no noise dropped, no 1.5708."),
+        typer.Option(
+            "--exact", help="Take all numbers as written, without snapping to exact values."
+        ),
     ] = False,
     parametric: Annotated[
         bool,
@@ -120,64 +115,76 @@ def derive(
             help="The article: full, brief without screws, examples, singularities, or none."
         ),
     ] = Detail.FULL,
-    language: Annotated[
-        list[Language] | None,
-        typer.Option(help="A further language: casadi_c, CasADi's own C for casadi.external."),
-    ] = None,
+    languages: Annotated[
+        str,
+        typer.Option(
+            help="Languages to write, separated by commas; casadi_c is CasADi's own C. "
+            "Default: c,casadi,python,latex."
+        ),
+    ] = "",
     jobs: Annotated[int, typer.Option(min=1, help="Robots at once.")] = os.cpu_count() or 1,
-    limit: Annotated[
+    time_limit: Annotated[
         float,
-        typer.Option(min=0, help="Seconds that one robot may take before it fails; 0: no limit."),
+        typer.Option(
+            min=0, help="Seconds after which the derivation of a robot fails; 0: no limit."
+        ),
     ] = LIMIT,
-    check: Annotated[
-        bool, typer.Option("--check", help="Write nothing, compare, fail where files differ.")
+    up_to_date: Annotated[
+        bool,
+        typer.Option("--up-to-date", help="Write nothing; fail if generated files differ."),
     ] = False,
     explain: Annotated[
         bool,
-        typer.Option("--explain", help="Write nothing, say which inverse each robot has and why."),
-    ] = False,
-    model: Annotated[
-        bool,
         typer.Option(
-            "--model",
-            help="Write nothing, say which convention suits each joint's calibration and why.",
+            "--explain", help="Write nothing; report the structure and the inverse of each robot."
         ),
     ] = False,
+    conventions: Annotated[
+        bool,
+        typer.Option(
+            "--conventions",
+            help="Write nothing; report the convention that suits the calibration of each joint.",
+        ),
+    ] = False,
+    no_progress: Annotated[bool, typer.Option("--no-progress", help="No progress bar.")] = False,
 ) -> None:
     """Derives robots: equations, LaTeX, C and a Python package each.
 
     Skips robots that are up to date. A wrong description stops the run before a file is written.
     """
     started = time.perf_counter()
-    wanted, given = _listed(functions), _listed(give)
     if group and (base or tip):
         _stop("--group chooses base and tip: give a group, or --base and --tip")
     named = [*(robots or []), *(robot_names(SHELF) if shelf else [])]
     files = _files(named or robot_names(ROBOTS))
-    says = explain or model
-    folder = GENERATED if says else _target([file for file, _ in files], to, calibration or give)
+    says = explain or conventions
+    folder = (
+        GENERATED
+        if says
+        else _target([file for file, _ in files], to, calibration or fixed or languages)
+    )
     asked = [
         Job(
             file,
             folder,
             base,
-            functions=wanted,
+            functions=_listed(functions),
             arguments=words,
             calibration=calibration,
             exact=exact,
-            give=given,
+            fixed=_listed(fixed),
             parametric=parametric,
             detail=detail.value,
-            limit=limit,
-            languages=tuple(item.value for item in language or ()),
+            time_limit=time_limit,
+            languages=_listed(languages),
         )
         for file, words in files
     ]
     due = list(dict.fromkeys(_each_robot(asked, tip or [], group or [], srdf)))
     if says:
-        _say(due, inverse=explain, model=model)
+        _say(due, inverse=explain, conventions=conventions)
         return
-    if not check:
+    if not up_to_date:
         due = [job for job in due if not is_up_to_date(job)]
     if not due:
         out.print("nothing to derive: all is up to date")
@@ -192,17 +199,17 @@ def derive(
     if len(due) > 1 and not out.is_terminal:
         # Without a bar, a reader of the pipe would hear nothing until the first robot is done.
         out.print(f"deriving {_counted(due)}")
-    results = work.compared(due, jobs) if check else work.derived(due, jobs)
-    good = _show(results, len(due))
-    orphans = work.orphans(due, folder) if check and not named else []
+    results = work.compared(due, jobs) if up_to_date else work.derived(due, jobs)
+    good = _show(results, len(due), shows_bar=out.is_terminal and not no_progress)
+    orphans = work.orphans(due, folder) if up_to_date and not named else []
     if orphans:
         _stop(f"{folder}: no description for {', '.join(orphans)}")
     if not good:
-        if len(due) == 1 and not check:
+        if len(due) == 1 and not up_to_date:
             # Its own error has said why.
             raise typer.Exit(1)
-        _stop("derive again what is out of date" if check else "some robots failed")
-    done = "compared" if check else f"written to {folder}"
+        _stop("derive again what is out of date" if up_to_date else "some robots failed")
+    done = "compared" if up_to_date else f"written to {folder}"
     out.print(f"{_counted(due)} {done}, {time.perf_counter() - started:.1f} s")
 
 
@@ -215,14 +222,14 @@ def _counted(jobs: list[Job]) -> str:
     return f"{len(jobs)} robot{'s' if len(jobs) > 1 else ''}"
 
 
-def _say(asked: list[Job], *, inverse: bool, model: bool) -> None:
+def _say(asked: list[Job], *, inverse: bool, conventions: bool) -> None:
     from .build import jobs as work  # noqa: PLC0415
 
     problems = work.problems(asked)
     if problems:
         _stop("\n".join(problems))
     explained = work.explained(asked) if inverse else ()
-    for report in chain(explained, work.judged(asked) if model else ()):
+    for report in chain(explained, work.judged(asked) if conventions else ()):
         if not report.good:
             _stop(report.line)
         out.print(report.line, end="\n\n", markup=False)
@@ -237,7 +244,7 @@ def _target(files: list[Path], to: Path | None, changed: object) -> Path:
     """The folder to write into: the package's own folder for shipped robots as they are."""
     own = [file for file in files if file.parent != ROBOTS or changed]
     if to is None and own:
-        _stop(f"{own[0]}: say where the robots shall go, with --to FOLDER")
+        _stop(f"{own[0]}: --to FOLDER is required, except for shipped robots as they are")
     return to or GENERATED
 
 
@@ -262,29 +269,13 @@ def _files(words: Iterable[str]) -> list[tuple[Path, tuple[str, ...]]]:
 
 
 def _file(robot: str) -> tuple[Path, tuple[str, ...]]:
-    shipped = shipped_file(robot)
-    if shipped is not None:
-        return shipped, ()
-    if robot.startswith(NAMED):
-        return _named(robot.removeprefix(NAMED))
-    if not Path(robot).is_file():
-        if Path(robot).suffix or os.sep in robot:
-            _stop(f"{robot}: no such file")
-        known = [*robot_names(ROBOTS), *robot_names(SHELF)]
-        close = get_close_matches(robot, known, n=1)
-        hint = f" (did you mean {close[0]}?)" if close else ""
-        _stop(f"{robot}: expected a robot file, or one of {', '.join(known)}{hint}")
-    return Path(robot), ()
-
-
-def _named(name: str) -> tuple[Path, tuple[str, ...]]:
-    from .description.importers.named_robots import described  # noqa: PLC0415
-    from .model.errors import RobotError  # noqa: PLC0415
-
     try:
-        return described(name)
+        file, arguments = located(robot)
     except RobotError as error:
         _stop(str(error))
+    if not file.is_file():
+        _stop(f"{robot}: no such file")
+    return file, arguments
 
 
 def _each_robot(
@@ -294,7 +285,6 @@ def _each_robot(
     if not groups and all(job.file.suffix.lower() == ".toml" for job in jobs):
         return [replace(job, tip=tips[0] if tips else None) for job in jobs]
     from .build.jobs import robots_of  # noqa: PLC0415
-    from .model.errors import RobotError  # noqa: PLC0415
 
     found: list[Job] = []
     problems = []
@@ -308,10 +298,10 @@ def _each_robot(
     return found
 
 
-def _show(results: Iterable["Report"], total: int) -> bool:
+def _show(results: Iterable["Report"], total: int, *, shows_bar: bool) -> bool:
     good = True
     columns = (TextColumn("deriving"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=out, transient=True, disable=not out.is_terminal) as progress:
+    with Progress(*columns, console=out, transient=True, disable=not shows_bar) as progress:
         bar = progress.add_task("deriving", total=total)
         for report in results:
             good &= report.good

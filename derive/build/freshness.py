@@ -35,11 +35,11 @@ class Job:
         suffix: Suffix of the robot's name if one file describes several robots.
         calibration: Factory calibration file of a UR arm.
         exact: Whether values keep exactly the digits written in the file.
-        give: Names of the joints with fixed values in ``ik``; empty for the default choice.
+        fixed: Names of the joints with fixed values in ``ik``; empty for the default choice.
         parametric: Whether the parametric functions are derived too.
         detail: Level of detail of the article: full, brief or none.
-        limit: Time limit of the derivation (second); 0 is no limit.
-        languages: Additional languages, generated on demand.
+        time_limit: Time limit of the derivation (second); 0 is no limit.
+        languages: The languages to write; empty for the default languages.
     """
 
     file: Path
@@ -51,10 +51,10 @@ class Job:
     suffix: str = ""
     calibration: Path | None = None
     exact: bool = False
-    give: tuple[str, ...] = ()
+    fixed: tuple[str, ...] = ()
     parametric: bool = False
     detail: str = "full"
-    limit: float = 0
+    time_limit: float = 0
     languages: tuple[str, ...] = ()
 
 
@@ -85,7 +85,7 @@ def _recipe(job: Job) -> str:
         job.functions,
         job.suffix,
         job.exact,
-        job.give,
+        job.fixed,
         job.parametric,
         job.detail,
         job.languages,

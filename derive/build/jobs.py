@@ -16,7 +16,7 @@ from ..description.importers.identifiers import identifier, prefix
 from ..description.importers.ur_calibration import apply_calibration
 from ..description.robot_files import read as read_file
 from ..emit.emitter import Emitter
-from ..emit.languages import DETAILS, ON_DEMAND
+from ..emit.languages import LANGUAGES, emitters_of, with_detail
 from ..inverse.explanation import explain, explanation
 from ..model.errors import RobotError
 from ..model.mechanism import Described
@@ -90,7 +90,8 @@ def problems(jobs: Sequence[Job]) -> list[str]:
     files: dict[str, Path] = {}
     for job in jobs:
         try:
-            with at_most(job.limit):
+            _emitters(job)
+            with at_most(job.time_limit):
                 name = read(job).name
         except RobotError as error:
             found.append(str(error))
@@ -139,7 +140,7 @@ def _each(work: Callable[[Job], Report], jobs: Sequence[Job], workers: int) -> I
 
 def _attempt(work: Callable[[Job], Report], job: Job) -> Report:
     try:
-        with at_most(job.limit), without_search_for_cycles():
+        with at_most(job.time_limit), without_search_for_cycles():
             return work(job)
     except RobotError as error:
         return Report(False, f"{job.file}: {error}")
@@ -150,7 +151,7 @@ def _attempt(work: Callable[[Job], Report], job: Job) -> Report:
 
 def _explain(job: Job) -> Report:
     robot = read(job)
-    lines = [*robot.notes, str(explain(robot, fixed=job.give))]
+    lines = [*robot.notes, str(explain(robot, fixed=job.fixed))]
     return Report(True, "\n".join(lines), _warning(job, robot))
 
 
@@ -185,11 +186,13 @@ def _warning(job: Job, robot: Described) -> str:
 
 
 def _derivation(job: Job, robot: Described) -> Derivation:
-    return derive(robot, functions=job.functions or None, fixed=job.give, parametric=job.parametric)
+    return derive(
+        robot, functions=job.functions or None, fixed=job.fixed, parametric=job.parametric
+    )
 
 
 def _emitters(job: Job) -> tuple[Emitter, ...]:
-    return (*DETAILS[job.detail], *(ON_DEMAND[language] for language in job.languages))
+    return with_detail(emitters_of(job.languages or LANGUAGES), job.detail)
 
 
 def _compare(job: Job) -> Report:

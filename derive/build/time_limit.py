@@ -69,7 +69,8 @@ def _frames(frame: FrameType | None) -> Iterator[FrameType]:
 def _message(seconds: float, place: str) -> str:
     return (
         f"the derivation takes longer than {seconds:g} s; when it was stopped it was in {place}. "
-        "Fewer named parameters or decimals of fewer digits take less time; --limit sets the limit"
+        "Fewer named parameters or decimals of fewer digits take less time; --time-limit sets the "
+        "limit"
     )
 
 

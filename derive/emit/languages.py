@@ -1,6 +1,7 @@
 """The list of languages: a new language is a folder or a file with ``files``, and a line here."""
 
 from collections.abc import Iterable
+from itertools import chain
 
 from .. import latex
 from ..model.errors import RobotError
@@ -18,12 +19,8 @@ LANGUAGES = tuple(emitter.language for emitter in EMITTERS)
 """The names of the languages that are written by default."""
 ON_DEMAND = {"casadi_c": Emitter("casadi_c", casadi_c.files)}
 """Languages that are written if they are asked for, by their names."""
-DETAILS = {
-    "full": EMITTERS,
-    "brief": (*EMITTERS[:-1], Emitter("latex", latex.brief_files, prints_equations=True)),
-    "none": EMITTERS[:-1],
-}
-"""The languages by how much the article tells."""
+BRIEF = Emitter("latex", latex.brief_files, prints_equations=True)
+"""The article without screws, examples and singularities."""
 
 
 def emitters_of(languages: Iterable[str | Emitter]) -> tuple[Emitter, ...]:
@@ -39,3 +36,11 @@ def emitters_of(languages: Iterable[str | Emitter]) -> tuple[Emitter, ...]:
             raise RobotError(f"no language {language!r}; the languages are {', '.join(known)}")
         found.append(known[language] if isinstance(language, str) else language)
     return tuple(found)
+
+
+def with_detail(emitters: Iterable[Emitter], detail: str) -> tuple[Emitter, ...]:
+    """The emitters with the article of a level of detail: "full", "brief", or "none" for none."""
+    if detail == "full":
+        return tuple(emitters)
+    article = (BRIEF,) if detail == "brief" else ()
+    return tuple(chain.from_iterable(article if e.prints_equations else (e,) for e in emitters))

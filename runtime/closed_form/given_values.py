@@ -197,7 +197,7 @@ class GivenValues:
             chosen = ",".join(names)
             raise DerivationError(
                 f"{self._label}: the description of this robot is not known, since it was loaded "
-                f"from a folder; chasles-derive FILE --give {chosen} --to FOLDER derives ik for "
+                f"from a folder; chasles-derive FILE --fixed {chosen} --to FOLDER derives ik for "
                 f"given {chosen}"
             )
         digest = _description_digest(self.manifest.folder)

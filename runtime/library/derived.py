@@ -28,8 +28,8 @@ PARAMETRIC = ("--parametric",)
 """The options by which the folder has functions of the robot's geometry."""
 _WARNING = "warning: "
 """The beginning of the lines by which the compiler warns."""
-_GIVE = "--give"
-_FUNCTIONS_OF_GIVEN = ("fk", "fk_jacobian_mixed", "ik")
+_FIXED = "--fixed"
+_FUNCTIONS_OF_FIXEDN = ("fk", "fk_jacobian_mixed", "ik")
 """What is derived of a robot for chosen given joints: its inverse, and what refines it."""
 
 
@@ -56,7 +56,7 @@ def is_description(path: Path) -> bool:
 
 def giving(names: Sequence[str]) -> tuple[str, ...]:
     """The options by which the folder has `ik` for given joints, and what that needs."""
-    return (_GIVE, ",".join(names), "--functions", ",".join(_FUNCTIONS_OF_GIVEN))
+    return (_FIXED, ",".join(names), "--functions", ",".join(_FUNCTIONS_OF_FIXEDN))
 
 
 def derived_folder(description: Path, options: Sequence[str] = ()) -> Path:
@@ -208,8 +208,8 @@ def _derive(description: Path, home: Path, options: Sequence[str]) -> None:
 
 def _in_words(options: Sequence[str]) -> str:
     """The part of a message that tells how a robot is derived, by the compiler's options."""
-    if _GIVE in options:
-        names = options[options.index(_GIVE) + 1]
+    if _FIXED in options:
+        names = options[options.index(_FIXED) + 1]
         return f" for given {names.replace(',', ', ')}"
     return " with parametric functions" if set(PARAMETRIC) <= set(options) else ""
 

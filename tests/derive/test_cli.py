@@ -65,7 +65,7 @@ def test_functions_option_limits_output_and_rejects_unknown_names(arm, tmp_path)
     header = (to / "arm" / "arm.h").read_text()
     assert "arm_fk(" in header
     assert "arm_twist_mixed(" not in header
-    for check in ((), ("--check",)):
+    for check in ((), ("--up-to-date",)):
         unknown = run(arm, "--to", to, "--functions", "fkk", *check)
         assert isinstance(unknown.exception, SystemExit)
         assert "arm has no function fkk" in unknown.output
@@ -132,18 +132,18 @@ def test_check_reports_changed_missing_and_stale_files(arm, tmp_path):
     to = tmp_path / "out"
     words = (arm, "--to", to, "--functions", "fk")
     assert run(*words).exit_code == 0
-    assert run(*words, "--check").exit_code == 0
+    assert run(*words, "--up-to-date").exit_code == 0
     source = to / "arm" / "arm.c"
     text = source.read_text()
     source.write_text(text + "\n")
-    assert "out of date: arm.c" in run(*words, "--check").output
+    assert "out of date: arm.c" in run(*words, "--up-to-date").output
     source.unlink()
-    done = run(*words, "--check")
+    done = run(*words, "--up-to-date")
     assert done.exit_code == 1
     assert "out of date: arm.c" in done.output
     source.write_text(text)
     (to / "arm" / "latex" / "old.tex").write_text("old")
-    assert "out of date: latex/old.tex" in run(*words, "--check").output
+    assert "out of date: latex/old.tex" in run(*words, "--up-to-date").output
 
 
 def test_check_names_folders_without_a_description(arm, tmp_path, monkeypatch):
@@ -154,7 +154,7 @@ def test_check_names_folders_without_a_description(arm, tmp_path, monkeypatch):
     for name in ("arm", "gone"):
         (to / name).mkdir(parents=True)
         (to / name / "manifest.json").write_text("{}")
-    done = run("--to", to, "--check", "--functions", "fk")
+    done = run("--to", to, "--up-to-date", "--functions", "fk")
     assert done.exit_code == 1
     assert "no description for gone\n" in done.output
 
@@ -174,7 +174,7 @@ def test_shipped_file_names_equal_robot_names():
 def test_unshipped_robot_requires_an_output_folder(arm):
     done = run(arm)
     assert done.exit_code == 1
-    assert "say where the robots shall go, with --to FOLDER" in done.output
+    assert "--to FOLDER is required, except for shipped robots as they are" in done.output
 
 
 def test_shelf_robots_require_and_use_the_output_folder(tmp_path):
@@ -184,7 +184,10 @@ def test_shelf_robots_require_and_use_the_output_folder(tmp_path):
     assert [path.name for path in to.iterdir()] == ["ur10e"]
     everything = run("--shelf")
     assert everything.exit_code == 1
-    assert "shelf/cr5.toml: say where the robots shall go, with --to FOLDER" in everything.output
+    assert (
+        "shelf/cr5.toml: --to FOLDER is required, except for shipped robots as they are"
+        in everything.output
+    )
 
 
 def test_unwritable_output_folder_is_rejected(arm):
@@ -196,7 +199,7 @@ def test_unwritable_output_folder_is_rejected(arm):
 def test_base_option_is_rejected_for_toml_files(arm, tmp_path):
     done = run(arm, "--to", tmp_path / "out", "--base", "world")
     assert done.exit_code == 1
-    assert "--base, --tip and arguments belong to URDF, xacro and MJCF files" in done.output
+    assert "base: expected none; it applies to files that end in .urdf" in done.output
 
 
 def test_misspelled_robot_name_gets_a_suggestion():
@@ -235,21 +238,21 @@ def test_cli_snaps_and_reports_rounded_numbers_unless_exact(arm, tmp_path):
 
 
 def test_model_option_prints_report_and_rejects_platforms():
-    done = run("four_bar", "--model")
+    done = run("four_bar", "--conventions")
     assert done.exit_code == 0, done.output
     assert "as described: 26 numbers with base and tool, rank 14: complete" in done.output
     assert "det(D^T D)" in done.output
-    platform = run("delta", "--model")
+    platform = run("delta", "--conventions")
     assert platform.exit_code == 1
     assert "legs carry its tool" in platform.output
 
 
 @pytest.mark.parametrize("options", [(), ("--explain",)], ids=["derive", "explain"])
 def test_time_limit_error_states_where_derivation_stopped(arm, tmp_path, options):
-    done = run(arm, "--to", tmp_path / "out", "--limit", "0.001", *options)
+    done = run(arm, "--to", tmp_path / "out", "--time-limit", "0.001", *options)
     assert done.exit_code == 1
     assert "takes longer than 0.001 s; when it was stopped it was in " in done.output
-    assert "--limit sets the limit" in done.output
+    assert "--time-limit sets the limit" in done.output
     assert not list(tmp_path.glob("out/*/*"))
 
 
@@ -293,10 +296,10 @@ def test_invalid_toml_names_are_rejected_and_urdf_names_adapted(arm, tmp_path):
 
 
 def test_fixed_joints_are_selected_on_the_command_line(tmp_path):
-    wanted = ("panda", "--functions", "ik,fk", "--detail", "none", "--give", "joint4")
+    wanted = ("panda", "--functions", "ik,fk", "--detail", "none", "--fixed", "joint4")
     own = run(*wanted)
     assert own.exit_code == 1
-    assert "say where the robots shall go, with --to FOLDER" in own.output
+    assert "--to FOLDER is required, except for shipped robots as they are" in own.output
     to = tmp_path / "out"
     done = run(*wanted, "--to", to)
     assert done.exit_code == 0, done.output
@@ -304,8 +307,22 @@ def test_fixed_joints_are_selected_on_the_command_line(tmp_path):
     inverse = next(f for f in manifest["functions"] if f["role"] == "inverse")
     assert [item["name"] for item in inverse["inputs"]] == ["T", "q4"]
     assert "nothing to derive" in run(*wanted, "--to", to).output
-    wrong = run("panda", "--give", "elbow", "--to", to)
+    wrong = run("panda", "--fixed", "elbow", "--to", to)
     assert wrong.exit_code == 1
-    assert "panda has no joint elbow to be given; its joints are joint1, joint2" in wrong.output
-    explained = run("photo_robot", "--explain", "--give", "theta2, r4")
+    assert "panda has no joint elbow to be fixed; its joints are joint1, joint2" in wrong.output
+    explained = run("photo_robot", "--explain", "--fixed", "theta2, r4")
     assert "Structure: spherical wrist, for given theta2 and r4." in explained.output
+
+
+def test_languages_and_detail_are_selected_on_the_command_line(tmp_path):
+    to = tmp_path / "out"
+    words = ("scara", "--functions", "fk", "--to", to)
+    assert run(*words, "--languages", "c, casadi_c", "--no-progress").exit_code == 0
+    assert (to / "scara" / "scara_casadi.c").is_file()
+    assert not (to / "scara" / "latex").exists()
+    assert run(*words, "--languages", "c,latex", "--detail", "brief").exit_code == 0
+    assert (to / "scara" / "latex").is_dir()
+    wrong = run(*words, "--languages", "c,fortran")
+    assert wrong.exit_code == 1
+    assert "no language 'fortran'; the languages are c, casadi, python, latex" in wrong.output
+    assert "--to FOLDER is required" in run("scara", "--languages", "c").output

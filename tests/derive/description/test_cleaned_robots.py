@@ -105,7 +105,7 @@ def test_small_effect_of_noise_removal_is_a_note(tmp_path, angle, length):
     assert f"{angle} taken as pi/2: roll of turn" in robot.notes
 
 
-@pytest.mark.parametrize("option", ["--explain", "--model", "--to"])
+@pytest.mark.parametrize("option", ["--explain", "--conventions", "--to"])
 def test_command_line_warns_on_standard_error(tmp_path, option):
     path = tmp_path / "long.urdf"
     path.write_text(LONG.format(angle="1.57", length=2))

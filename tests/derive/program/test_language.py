@@ -11,7 +11,7 @@ import chasles
 from chasles.derive import RobotError, read, write
 from chasles.derive.build.generate import files
 from chasles.derive.emit.emitter import Emitter
-from chasles.derive.emit.languages import DETAILS, EMITTERS
+from chasles.derive.emit.languages import EMITTERS, with_detail
 from chasles.derive.program.operations import Compute, Constant, Input, Operation
 from tests.support.compiling import loaded
 from tests.support.derivations import ROBOTS, derivation, made
@@ -170,7 +170,9 @@ def test_two_languages_may_not_write_the_same_file(tmp_path):
 
 def test_omitting_the_article_changes_no_other_file():
     robot = read(ROBOTS / "four_bar.toml")
-    whole, plain = (files(robot, languages=DETAILS[detail]) for detail in ("full", "none"))
+    whole, plain = (
+        files(robot, languages=with_detail(EMITTERS, detail)) for detail in ("full", "none")
+    )
     assert {name for name in whole if name.endswith(".tex")} == whole.keys() - plain.keys()
     facts = [json.loads(made.pop("manifest.json")) for made in (whole, plain)]
     assert plain.items() <= whole.items()

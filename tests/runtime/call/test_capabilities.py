@@ -197,5 +197,5 @@ def test_missing_attribute_error_names_reason_and_substitute(robot, name, words)
 def test_ik_with_fixed_joints_without_inverse_names_substitute(robot):
     with pytest.raises(AttributeError, match=r"ik_numeric, .* with lock= keeps given joints at"):
         chasles.load("planar_3rrr").ik(np.eye(4), given={"x": 0.1})
-    with pytest.raises(AttributeError, match="chasles-derive FILE --give JOINTS"):
+    with pytest.raises(AttributeError, match="chasles-derive FILE --fixed JOINTS"):
         robot.ik(np.eye(4), given={robot.coordinates[0].name: 0.1})

@@ -194,7 +194,7 @@ def test_fixed_joints_at_right_angles_miss_no_pose(tmp_path):
     lost = int(np.flatnonzero(~plain.valid.any(-1))[0])
     one = arm.ik(T[lost], given={"j2": q[lost, 1], "j3": q[lost, 2]})
     np.testing.assert_array_equal(one.valid, found.valid[lost])
-    with pytest.raises(chasles.DerivationError, match="chasles-derive FILE --give j1 --to FOLDER"):
+    with pytest.raises(chasles.DerivationError, match="chasles-derive FILE --fixed j1 --to FOLDER"):
         arm.ik(T[0], given={"j1": 0.2})
 
 
@@ -218,8 +218,8 @@ def test_invalid_fixed_joint_arguments_are_explained(shipped, panda):
         panda.fk(np.zeros(7), given={"joint4": 0.0})
     arm = shipped["ur5e"]
     message = (
-        "where elbow, wrist_1 are given: nearest is .* can be given: elbow, wrist_2; .*; "
-        "ik_numeric with lock finds"
+        "if elbow, wrist_1 are fixed: nearest is .* can be fixed: elbow, wrist_2; .*; "
+        "ik_numeric with fixed= finds"
     )
     with pytest.raises(chasles.DerivationError, match=message):
         arm.ik(arm.fk(np.zeros(6)), given={"elbow": 0.3, "wrist_1": 0.2})
