@@ -273,7 +273,7 @@ class ClosedLoops:
             residual, _, _ = self.evaluated(trial)
             name, _ = self._widest(residual)
             raise RobotError(
-                f"robot {self.mechanism.name!r}: the loop of {name!r} leaves its branch on the way"
+                f"robot {self.mechanism.name!r}: the loop of {name!r} changes its branch on the way"
             )
 
     def rank(self) -> int:
@@ -341,7 +341,7 @@ class ClosedLoops:
         why = (
             f"{1000 * left:.3g} mm remain"
             if left > CLOSED_LOOP
-            else "it closes with a frame turned over"
+            else "it closes only with a flipped frame"
         )
         if left <= CLOSED_LOOP:
             name = self._turned_over(facing)

@@ -161,10 +161,10 @@ class Hybrid:
         found, is_all = every_solution(self.loops, own, given, MOST_BRANCHES)
         whole = [solution for solution in found if set(solution.open) <= set(own.open)]
         if not is_all:
-            self.missing[name] = f"{name} holds {len(whole)} branches of more than {MOST_BRANCHES}"
+            self.missing[name] = f"{name} has {len(whole)} of more than {MOST_BRANCHES} branches"
         elif len(whole) < len(found):
             left = len(found) - len(whole)
-            self.missing[name] = f"{name} leaves out {left} branches without a closed form"
+            self.missing[name] = f"{name} omits {left} branches without a closed form"
         return whole
 
     @cached_property

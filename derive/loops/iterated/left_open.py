@@ -42,11 +42,11 @@ class LeftOpen:
         """Returns text on the redundant constraints and their gaps."""
         open_ = ", ".join(f"{name!r} {gap}" for name, gap in self.gaps.items())
         many = "1 constraint is" if self.repeated == 1 else f"{self.repeated} constraints are"
-        told = f"{many} redundant, and at best there stay open {open_}"
+        told = f"{many} redundant; smallest achievable gaps: {open_}"
         if not self.spare:
             return told
         spare = " or ".join(map(repr, self.spare))
-        return f"{told}; without {spare} the others hold the mechanism"
+        return f"{told}; omitting {spare} adds no freedom"
 
 
 def left_open(mechanism: Mechanism) -> LeftOpen | None:
@@ -111,8 +111,8 @@ def _told(
         if gap.distance > GAP * bodies.size:
             parts.append(f"{_distance(bodies, closer, at)}")
         if gap.turn > GAP:
-            parts.append(f"{1e3 * gap.turn:.3g} mrad out of direction")
-        found[closer.name] = "by " + " and ".join(parts)
+            parts.append(f"{1e3 * gap.turn:.3g} mrad of misalignment")
+        found[closer.name] = " and ".join(parts)
     return found
 
 
@@ -120,7 +120,7 @@ def _distance(bodies: BodiesInNumbers, closer: Closure | Strut, at: Mapping[str,
     """Describes a distance; a pin's is split along and across its axis."""
     gap = bodies.gaps(at)[closer.name].distance
     if isinstance(closer, Strut):
-        return f"{1e3 * gap:.3g} mm of its length"
+        return f"{1e3 * gap:.3g} mm in length"
     if closer.kind != "pin":
         return f"{1e3 * gap:.3g} mm"
     A, _, d = bodies.ends(closer, at)

@@ -52,7 +52,7 @@ class Tilt:
         return (
             f"the axis of {self.joint!r} is {1e3 * self.angle:.3g} mrad out of parallel with the"
             f" others, and the ends of {self.closer!r} are {1e3 * self.offset:.3g} mm apart along"
-            " them"
+            " the axes"
         )
 
 
@@ -80,7 +80,7 @@ def what_holds_it_open(mechanism: Mechanism) -> str:
         if isinstance(loop.closer, Closure) and loop.closer.kind in ("pin", "ball") and turning:
             tilt = tilt_of(mechanism, terms, loop)
             if tilt.is_small:
-                found += f"\n    Its loop is nearly plane: {tilt}."
+                found += f"\n    Its loop is nearly planar: {tilt}."
     redundant = left_open(mechanism)
     if redundant is not None:
         return (
@@ -89,8 +89,8 @@ def what_holds_it_open(mechanism: Mechanism) -> str:
         )
     if mechanism.closure == "least squares":
         found += (
-            '\n    closure = "least squares" applies to constraints that repeat others and miss '
-            "them by what the errors of a robot as built leave"
+            '\n    closure = "least squares" applies to redundant constraints with gaps '
+            "within as-built errors"
         )
     return found
 
@@ -112,7 +112,7 @@ def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
             'expected parallel axes, or ends = "ball"'
             if far
             else 'expected parallel axes, ends = "ball", or closure = "least squares" at the top of'
-            " the file for pins whose play takes that up"
+            " the file if the play of the pins absorbs the tilt"
         )
         raise RobotError(
             f"robot {mechanism.name!r}: pins hold the ends of {tilt.closer!r} in a plane, and its"

@@ -185,7 +185,7 @@ def test_the_loop_that_does_not_close_is_named():
 def test_flipped_frames_do_not_count_as_closed():
     m = mechanisms.welded()
     over = replace(m, reference=near(("j1", 1), ("j2", -1), ("j3", "-7/5"), ("j4", "17/10")))
-    with pytest.raises(RobotError, match="'weld' does not close: it closes with a frame turned"):
+    with pytest.raises(RobotError, match="it closes only with a flipped frame"):
         closed_configuration(over)
 
 

@@ -52,7 +52,7 @@ def test_branches_beyond_the_maximum_are_cut_and_noted(monkeypatch):
     content = json.loads(made["manifest.json"])
     (function,) = [f for f in content["functions"] if f["name"] == "chain_all"]
     assert function["outputs"][0]["shape"] == [4, 3]
-    assert "chain_all holds 4 branches of more than 4" in content["notes"]
+    assert "chain_all has 4 of more than 4 branches" in content["notes"]
 
 
 def test_cylinder_length_adds_no_branch():

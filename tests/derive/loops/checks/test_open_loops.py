@@ -393,8 +393,8 @@ def test_error_reports_nonparallel_axes_and_redundant_constraints(kind):
     assert "'far' does not close" in told
     assert "the axis of 'rocker' is 0.873 mrad out of parallel" in told
     count = {"pin": "3 constraints are", "ball": "1 constraint is"}[kind]
-    assert f"{count} redundant, and at best there stay open 'far' by 1.72 mm" in told
-    assert ("0.873 mrad out of direction" in told) == (kind == "pin")
+    assert f"{count} redundant; smallest achievable gaps: 'far' 1.72 mm" in told
+    assert ("0.873 mrad of misalignment" in told) == (kind == "pin")
     assert 'closure = "least squares" at the top of the file' in told
     assert message(with_a_tilted_rocker(kind, "least squares")) == ""
 
@@ -422,8 +422,8 @@ def test_error_names_the_redundant_third_crank():
     assert "0.2 mm too long" in told
     assert "1 constraint is redundant" in told
     # The directions of the gaps are (1, -2): the rod's lever about the crank is twice the third's.
-    assert "'third' by 0.16 mm of its length, 'rod' by 0.08 mm of its length" in told
-    assert "without 'rod' or 'third' the others hold the mechanism" in told
+    assert "'third' 0.16 mm in length, 'rod' 0.08 mm in length" in told
+    assert "omitting 'rod' or 'third' adds no freedom" in told
     (note,) = Hybrid(with_a_third_crank("least squares")).mechanism.notes
     assert note.startswith("closed in least squares: 1 constraint is redundant")
 
@@ -431,7 +431,7 @@ def test_error_names_the_redundant_third_crank():
 def test_least_squares_closure_rejects_large_gaps():
     told = message(with_a_third_crank("least squares", "0.1"))
     assert "'third' does not close" in told
-    assert 'closure = "least squares" applies to constraints that repeat others' in told
+    assert 'closure = "least squares" applies to redundant constraints' in told
 
 
 def test_least_squares_closure_rejects_unreachable_loops():
