@@ -1,1 +1,1 @@
-"""From robot files to generated folders: jobs, freshness, files written."""
+"""Jobs from robot files to generated folders, with freshness checks."""

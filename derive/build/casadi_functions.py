@@ -13,22 +13,22 @@ from .freshness import GENERATED
 
 
 def casadi_function(robot: str | Path | Described, name: str) -> ca.Function:
-    """One function of a robot as a ``casadi.Function``, to be used in an optimisation.
+    """Returns one function of a robot as a ``casadi.Function``, for use in an optimization.
 
     Args:
-        robot: The name of a robot that is installed with chasles, a generated folder, any file that
-            :func:`~chasles.derive.read` reads, or a description. Files and descriptions are
-            derived, which takes seconds.
+        robot: The name of an installed robot, a generated folder, any file that
+            :func:`~chasles.derive.read` supports, or a description. Deriving a file or a
+            description takes seconds.
         name: A function of positions, such as ``"fk"`` or ``"chain"``.
             Jacobians and rates follow by ``casadi.jacobian`` and ``casadi.jtimes``.
 
     Returns:
-        A function of the arguments that it needs, for example q, with one matrix output.
+        A function with one matrix output and only the required arguments, for example q.
 
     Raises:
-        FileNotFoundError: The folder holds no ``.casadi`` file.
+        FileNotFoundError: The folder has no ``.casadi`` file.
         KeyError: The robot has no such function of positions.
-        RobotError: The description is wrong, or the robot has no function of that name.
+        RobotError: The description is invalid, or the robot has no function of that name.
     """
     folder = _folder(robot)
     if folder is not None:

@@ -35,7 +35,7 @@ def files(
     Args:
         description: The robot, from :func:`~chasles.derive.read` or built in Python.
         functions: The functions to derive; all by default.
-        fixed: The joints whose values ``ik`` takes; () for the joints that it needs.
+        fixed: The joints with fixed values in ``ik``; () for the default choice.
         parametric: Whether functions of the geometry, such as ``fk_p``, are derived too.
         languages: The languages to write, see :func:`write`.
 
@@ -113,7 +113,7 @@ def write(
         description: The robot, from :func:`~chasles.derive.read` or built in Python.
         folder: The robot's own folder, created if it does not exist; usually named as the robot.
         functions: The functions to derive; all by default.
-        fixed: The joints whose values ``ik`` takes; () for the joints that it needs.
+        fixed: The joints with fixed values in ``ik``; () for the default choice.
         parametric: Whether functions of the geometry, such as ``fk_p``, are derived too.
         languages: The languages to write: "c", "casadi", "python", "latex" and "casadi_c", or an
             :class:`~chasles.derive.emit.emitter.Emitter`. Python calls the C.

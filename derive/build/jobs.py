@@ -131,7 +131,7 @@ def orphans(jobs: Sequence[Job], to: Path) -> list[str]:
 
 
 def _each(work: Callable[[Job], Report], jobs: Sequence[Job], workers: int) -> Iterator[Report]:
-    # Forked, so that workers start with SymPy and CasADi already loaded.
+    # Forking gives the workers SymPy and CasADi already loaded.
     context = get_context("fork")
     with ProcessPoolExecutor(min(workers, len(jobs)), mp_context=context) as pool:
         for done in as_completed([pool.submit(_attempt, work, job) for job in jobs]):

@@ -1,7 +1,7 @@
 """Loop closure conditions on main-chain joints, for chains with more joints than freedoms.
 
-A solution from the main-chain joints may leave some of them unused. The loop equations that no step
-has solved check the unused joints.
+A solution from the main-chain joints may not use all of them. The unsolved loop equations check the
+unused joints.
 """
 
 from collections.abc import Sequence

@@ -1,1 +1,1 @@
-"""A robot as plain data: joints, mechanisms, and the exact numbers that they hold."""
+"""Robots as plain data: joints, mechanisms and exact numbers."""

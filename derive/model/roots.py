@@ -14,7 +14,7 @@ from .values import Values
 LONGEST_EXACT = 10**15
 """Maximum numerator and denominator of a short fraction: the digits of a double.
 
-The square of a short square root has no factors that SymPy's search leaves unfinished.
+SymPy's factor search always completes on the square of a short square root.
 """
 
 

@@ -54,7 +54,7 @@ ANGLE_SNAP = NOISE
 """Difference (radian) within which an angle in a file snaps to a multiple of pi/12, however many
 digits are written."""
 CHANCE = 0.01
-"""Maximum fraction of angles that match a multiple of the step by chance: the ratio of the last
+"""Maximum probability that an angle matches a multiple of the step by chance: the ratio of the last
 decimal place to the step. 1.57 is a right angle, 0.785 is 45 degrees, but 0.79 is not."""
 LONGEST_LENGTH = 20.0
 """Length (metre) above which the unit must be stated. Links of arms are shorter than 10 m, and an
@@ -89,8 +89,8 @@ CALIBRATED_TOOL = 0.05
 rotations. Calibrations move the tool by millimetres; another robot type by 80 mm or more."""
 LENGTH_SCALING = 1e-10
 """Maximum deviation (m or rad, at lengths near 1 m) from a linear or constant function of the
-file's lengths. With 15 digits, rounding gives about 1e-14, and a wrong expression about its own
-value."""
+file's lengths. With 15 digits, rounding gives about 1e-14; a wrong expression deviates by about its
+own value."""
 
 # --- terms, chain: numbers that equal integers ---
 
@@ -161,7 +161,8 @@ WORTHWHILE_STEP = 0.9
 SAMPLED_RANGE = 0.3
 """Distance of random configurations from the reference (radian, or relative to the size).
 
-Large enough to leave a singular reference, small enough for Newton's method to close the loops.
+The distance is large enough to leave a singular reference, and small enough for Newton's method to
+close the loops.
 """
 NEIGHBOURHOOD = 0.02
 """Distance of closed configurations in the reference's neighborhood (radian, or relative to size).
@@ -278,7 +279,7 @@ missed. Refinement at run time starts below it, where rounding may have spoiled 
 JACOBIAN_RANK = 1e-9
 """A singular value of the Jacobian that is 0 up to rounding, lengths relative to the arm's."""
 OBLIQUE_AXES = 1e-3
-"""Sine of an angle between axes below which a slide does not determine the point that it moves."""
+"""Sine of an angle between axes below which a prismatic joint does not determine its point."""
 TOOL_ON_AXIS = EXACT_STRUCTURE
 """Distance (metre) and sine up to which the tool lies on its joint axis, or in the base plane."""
 INDEPENDENT_SLIDES = EXACT_STRUCTURE

@@ -1,1 +1,1 @@
-"""The quality of models for calibration: which convention suits which joint, and why."""
+"""Quality of models for calibration: which convention suits each joint, and why."""

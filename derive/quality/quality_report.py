@@ -107,8 +107,8 @@ class ModelReport:
         helical: Number of helical joints, each with a pitch.
         numbers: Number of parameters of the robot's own conventions, the base and the tool.
         rank: Rank of the tool poses with respect to these parameters, over random configurations.
-        suitable_numbers: How many numbers there are in the conventions that suit the joints.
-        suitable_rank: Rank of the tool's poses by those.
+        suitable_numbers: Number of parameters in the conventions that suit the joints.
+        suitable_rank: Rank of the tool poses with respect to the suitable parameters.
     """
 
     robot: str

@@ -1,1 +1,1 @@
-"""Named shared terms, vectors, tangents and functions over them, and Lie groups."""
+"""Named shared terms, with vectors, tangents and functions over them, and Lie groups."""

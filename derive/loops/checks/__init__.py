@@ -1,1 +1,1 @@
-"""Questions that a description raises before its loops are solved, answered in numbers."""
+"""Numerical checks of a description before its loops are solved."""

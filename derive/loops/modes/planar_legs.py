@@ -4,10 +4,9 @@ With its actuator fixed, a three-joint leg is one body between two passive joint
 equation in the platform's position p and rotation R. A is a fixed point and b is a point of the
 platform:
 
-    both joints turn                       |p + R b - A| = L      a rod of length L
-    one slides apart from the platform     n . (p + R b - A) = 0  b moves on a line
-    one slides on the platform             R n . (p + R b - A) = 0  a line of the platform goes
-                                                                  through A
+    two revolute joints                    |p + R b - A| = L        a rod of length L
+    a prismatic joint on the fixed side    n . (p + R b - A) = 0    b moves on a fixed line
+    a prismatic joint on the platform      R n . (p + R b - A) = 0  a platform line contains A
 
 Two passive prismatic joints only fix the platform's angle; such legs are not supported.
 """

@@ -1,1 +1,1 @@
-"""Loops whose geometry is an input: parameters, equations and the functions of q and p."""
+"""Loops with variable geometry: parameters, equations and the functions of q and p."""

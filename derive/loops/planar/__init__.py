@@ -1,1 +1,1 @@
-"""Planar loops in closed form: points as sums of turning vectors, triangles, platforms on rods."""
+"""Planar loops in closed form: sums of rotated vectors, triangles, platforms on rods."""

@@ -1,1 +1,1 @@
-"""Spatial loops that have a closed form: legs on balls."""
+"""Spatial loops with a closed form: ball-ended legs."""
