@@ -1,1 +1,1 @@
-"""From text to data: robot files, URDF, and the modelling conventions of both."""
+"""Readers for robot files and URDF, and their modelling conventions."""

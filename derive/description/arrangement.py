@@ -1,10 +1,10 @@
-"""Symmetric arrangements whose points a file rounds.
+"""Restores symmetric point arrangements that a file rounds.
 
-The legs of a platform are copies of each other, turned by 120 degrees, say. A file writes
-(200, 0, 0), and (-100, 173.2050807569, 0) for its copy. Of the points of one body that are turned
-into each other about an axis of its frame by multiples of 15 degrees, the point with the fewest
-places stays, and each other one becomes its exact copy. A distance between two points of a body
-that a file rounds, such as the length of a rod in a parallelogram, becomes the exact root.
+For example, the legs of a platform may be copies of each other, rotated by 120 degrees. A file then
+contains (200, 0, 0) and the rounded copy (-100, 173.2050807569, 0). Points of one body are grouped
+if rotations by multiples of 15 degrees about a frame axis map them to each other. The point with
+the fewest decimal places is kept, and the other points become its exact copies. A rounded distance
+between two points of a body, such as a rod length in a parallelogram, becomes an exact root.
 """
 
 import math
@@ -20,23 +20,23 @@ from ..model.tolerances import CHANCE, NOISE_GAP
 
 _STEP = math.pi / 12
 _RIGHT_ANGLE = 6
-"""Steps of a right angle."""
+"""Number of steps in a right angle."""
 _AXES = (2, 0, 1)
-"""Axes about which copies are turned, z first: legs mostly stand around it."""
+"""Rotation axes of the copies; z first, because legs are usually arranged about z."""
 _LAST_PLACES = 1.5
-"""Difference of a rounded component from the copy of a rounded point, in units of the last place:
-half of one each, the second half turned by up to 45 degrees."""
+"""Maximum difference between a rounded component and the copy of a rounded point, in units of the
+last decimal place: half a unit from each rounding, the second rotated by up to 45 degrees."""
 
 
 def arranged(bodies: Iterable[Iterable[Vector]], noise: float) -> dict[Vector, Vector]:
-    """Exact points for the points that are rounded copies of others on their body.
+    """Returns exact points for points that are rounded copies of other points on their body.
 
     Args:
-        bodies: The points of each body, decimals without noise (metre).
-        noise: Least difference that counts as rounding (metre).
+        bodies: The points of each body, as decimals without noise (metre).
+        noise: Minimum difference that counts as rounding (metre).
 
     Returns:
-        An exact point for each copy. The same point has the same exact point on every body.
+        An exact point for each copy. Equal points have equal exact points on every body.
     """
     found: dict[Vector, Vector] = {}
     for points in bodies:
@@ -55,7 +55,7 @@ def arranged(bodies: Iterable[Iterable[Vector]], noise: float) -> dict[Vector, V
 
 
 def _places(point: Vector) -> int | None:
-    """The places of a point that an arrangement may hold; None for any other point."""
+    """Returns the decimal places of a point; None if the point cannot be in an arrangement."""
     places = [decimal_places(component) for component in point]
     if any(count is None for count in places) or not any(point):
         return None
@@ -65,9 +65,9 @@ def _places(point: Vector) -> int | None:
 def _copy(
     point: Vector, originals: Sequence[Vector], rounding: float, noise: float
 ) -> Vector | None:
-    """The exact copy of one of some points that a point agrees with to its rounding.
+    """Returns the exact copy of an original that agrees with a point within rounding.
 
-    A copy at a right angle has the decimals of its original, so that no rounding parts them.
+    Rotations by right angles keep the decimals of the original, so they are skipped.
     """
     here = tuple(map(float, point))
     for original in originals:
@@ -91,7 +91,7 @@ def _copy(
 
 
 def _turned(point: Vector, axis: int, steps: int) -> Vector:
-    """A point turned about an axis of its frame by a number of steps of 15 degrees."""
+    """Returns a point rotated about a frame axis by a number of 15-degree steps."""
     i, j = (axis + 1) % 3, (axis + 2) % 3
     c, s = (f(steps * sp.pi / 12) for f in (sp.cos, sp.sin))
     turned = list(point)
@@ -102,21 +102,21 @@ def _turned(point: Vector, axis: int, steps: int) -> Vector:
 
 
 class Distances:
-    """Distances between points of one body that a file has to round."""
+    """Irrational distances between points of one body, which a file must round."""
 
     def __init__(self, bodies: Iterable[Iterable[Vector]], noise: float) -> None:
-        """Notes the distances.
+        """Collects the distances.
 
         Args:
-            bodies: The points of each body, exact (metre).
-            noise: Least difference that counts as rounding (metre).
+            bodies: The exact points of each body (metre).
+            noise: Minimum difference that counts as rounding (metre).
         """
         self._noise = noise
         squares = {square for points in bodies for square in _squares(points)}
         self._roots = {square: math.sqrt(square) for square in sorted(squares)}
 
     def exact(self, length: sp.Expr) -> sp.Expr:
-        """The distance that a positive length stands for, else the length itself."""
+        """Returns the exact distance that matches a positive length, else the length."""
         places = decimal_places(length)
         if places is None:
             return length
@@ -129,7 +129,7 @@ class Distances:
 
 
 def _squares(points: Iterable[Vector]) -> Iterator[sp.Rational]:
-    """The squared distances between points of numbers whose roots are no fractions."""
+    """Yields squared distances between numeric points whose roots are irrational."""
     numbers = [point for point in points if not any(c.free_symbols for c in point)]
     for a, b in combinations(dict.fromkeys(numbers), 2):
         square = sp.expand(sum((p - q) ** 2 for p, q in zip(a, b, strict=True)))

@@ -1,4 +1,4 @@
-"""What a description assumes, in a sentence: limits and sizes that its source does not state."""
+"""Note about assumed values: limits and dimensions that the source does not state."""
 
 from collections.abc import Iterable, Iterator, Sequence
 
@@ -12,13 +12,13 @@ def assumption(
     closers: Sequence[Closure | Strut] = (),
     drives: Sequence[Drive] = (),
 ) -> tuple[str, ...]:
-    """A note that names all assumed limits and dimensions; none where the source states all.
+    """Returns a note that lists all assumed limits and dimensions; () if there are none.
 
     Args:
         parameters: Named lengths, angles and ratios.
         joints: All joints.
         closers: Closures, rods and cylinders.
-        drives: Motors behind gears.
+        drives: Motors with gears.
     """
     struts = [closer for closer in closers if isinstance(closer, Strut)]
     named: dict[str, list[str]] = {}

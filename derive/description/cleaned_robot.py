@@ -1,10 +1,10 @@
-"""Robots as files describe them become robots in exact numbers; every changed number is listed.
+"""Snaps the numbers of a described robot to exact values and lists every change.
 
-Each number is judged by itself, by the rules of :mod:`~chasles.derive.description.noise`: lengths
-lose noise, angles and directions that were rounded become exact. The same number becomes the same
-exact number at every joint, so that axes that were parallel stay parallel. Of a robot with loops,
-the points of a body are judged together too (:mod:`~chasles.derive.description.arrangement`), and
-so are the frames on a base that stands at an angle (:mod:`~.turned_base`).
+Each number is treated separately by the rules of :mod:`~chasles.derive.description.noise`. Lengths
+lose noise; rounded angles and directions become exact. Equal numbers become equal exact numbers at
+every joint, so parallel axes stay parallel. In a robot with loops, the points of a body are also
+treated together (:mod:`~chasles.derive.description.arrangement`), as are the frames on a rotated
+base (:mod:`~.turned_base`).
 """
 
 import warnings
@@ -29,15 +29,15 @@ def cleaned(robot: SerialRobot) -> SerialRobot: ...
 @overload
 def cleaned(robot: Mechanism) -> Mechanism: ...
 def cleaned(robot: Described) -> Described:
-    """The robot in exact numbers, with the list of all numbers that were changed.
+    """Returns the robot with exact numbers and a list of all changed numbers.
 
     Args:
         robot: A robot with the numbers of its file.
 
     Returns:
-        The robot on placements of its conventions with cleaned fields; its ``cleaning`` lists the
-        changes. That of a serial robot has a bound of their effect, and ``notes`` say it in words;
-        a robot with loops keeps itself in the numbers of its file, for a later comparison.
+        The robot with cleaned fields; ``cleaning`` lists the changes. For a serial robot,
+        ``cleaning`` and ``notes`` also state a bound of the resulting pose change. A robot with
+        loops keeps a copy with the numbers of its file for a later comparison.
     """
     return _mechanism(robot) if isinstance(robot, Mechanism) else _serial(robot)
 
@@ -62,7 +62,7 @@ def cleaned_with_warning(robot: SerialRobot, file: str) -> SerialRobot: ...
 @overload
 def cleaned_with_warning(robot: Mechanism, file: str) -> Mechanism: ...
 def cleaned_with_warning(robot: Described, file: str) -> Described:
-    """Return the robot in exact numbers; warn if noise removal moves its tool far.
+    """Returns the robot with exact numbers; warns if noise removal moves the tool far.
 
     Args:
         robot: A robot with the numbers of its file.
@@ -75,7 +75,7 @@ def cleaned_with_warning(robot: Described, file: str) -> Described:
 
 
 def _noise(robot: Described) -> Fraction:
-    """The noise of a robot's lengths (metre)."""
+    """Returns the length noise of a robot (metre)."""
     return Fraction(NOISE * (robot_size(robot) or 1.0))
 
 
@@ -129,7 +129,7 @@ def _frame(work: ExactNumbers, closer: Closure | Strut, end: str) -> Frame:
 
 
 def _points(mechanism: Mechanism) -> Mapping[str, list[Vector]]:
-    """The points on each body at which joints, closures and struts are."""
+    """Returns the points on each body with joints, closures or struts."""
     found: dict[str, list[Vector]] = {body: [] for body in mechanism.bodies}
     for body, placement in mechanism.placed:
         if placement and isinstance(placement[0], Translation):

@@ -1,4 +1,4 @@
-"""The numbers of a description taken for exact ones, and the list of those that changed."""
+"""Replaces the numbers of a description by exact values and lists the changes."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -21,12 +21,12 @@ _ABOUT = {"x": "roll", "y": "pitch", "z": "yaw"}
 
 @dataclass
 class ExactNumbers:
-    """Exact numbers in place of those of a description.
+    """Exact values for the numbers of a description.
 
     Attributes:
-        tolerance: Noise of lengths (metre).
-        points: Exact points for points without noise that belong to an arrangement.
-        numbers: The numbers that changed so far.
+        tolerance: Length noise (metre).
+        points: Exact points of arrangements, keyed by the points without noise.
+        numbers: The numbers changed so far.
     """
 
     tolerance: Fraction
@@ -34,14 +34,14 @@ class ExactNumbers:
     numbers: list[CleanedNumber] = field(default_factory=list)
 
     def parameter(self, parameter: Parameter) -> Parameter:
-        """A parameter with an exact value; a ratio keeps its own."""
+        """Returns a parameter with an exact value; ratios are unchanged."""
         if parameter.kind == "ratio":
             return parameter
         at = f"parameter {parameter.name}"
         return replace(parameter, value=self.scalar(at, "", parameter.kind, parameter.value))
 
     def joint(self, joint: Joint) -> Joint:
-        """A joint with exact numbers in the fields of its convention, or in its placements."""
+        """Returns a joint with exact numbers in its convention fields or placements."""
         convention = joint.convention
         if convention is None or not joint.given:
             before = self.placement(joint.name, joint.before)
@@ -60,7 +60,7 @@ class ExactNumbers:
         return replace(joint, before=before, after=after, given=convention.scalars(given))
 
     def of_field(self, at: str, each: Field, values: Sequence[sp.Expr]) -> sp.Expr | Vector:
-        """The exact value of a field of a convention, from the values of its components."""
+        """Returns the exact value of a convention field from the values of its components."""
         kind = each.kind.removesuffix("s")
         if kind == "direction":
             x, y, z = values
@@ -74,7 +74,7 @@ class ExactNumbers:
         return _held(each, [self.scalar(at, name, kind, value) for name, value in pairs])
 
     def point(self, at: str, vector: Vector, names: Sequence[str] = "xyz") -> Vector:
-        """A point without noise, or the point of an arrangement that it stands for."""
+        """Returns a point without noise, or the matching exact point of an arrangement."""
         without = self.without_noise(vector)
         x, y, z = (
             self.noted(at, name, "length", found, taken)
@@ -85,7 +85,7 @@ class ExactNumbers:
         return x, y, z
 
     def without_noise(self, vector: Vector) -> Vector:
-        """A vector of lengths without noise; components with parameters stay."""
+        """Returns a length vector without noise; symbolic components are unchanged."""
         x, y, z = (
             length if length == 0 or length.free_symbols else without_noise(length, self.tolerance)
             for length in vector
@@ -93,7 +93,7 @@ class ExactNumbers:
         return x, y, z
 
     def placement(self, at: str, placement: Placement) -> Placement:
-        """A placement of exact motions."""
+        """Returns a placement with exact numbers."""
         cleaned: Placement = ()
         for motion in placement:
             if isinstance(motion, Rotation):
@@ -104,14 +104,14 @@ class ExactNumbers:
         return cleaned
 
     def length(self, at: str, value: sp.Expr, distances: Distances) -> sp.Expr:
-        """A strut's length without noise, or the distance of two points that it stands for."""
+        """Returns a strut length without noise, or the matching exact point distance."""
         if value == 0 or value.free_symbols:
             return value
         taken = distances.exact(without_noise(value, self.tolerance))
         return self.noted(at, "length", "length", value, taken)
 
     def scalar(self, at: str, name: str, kind: str, value: sp.Expr) -> sp.Expr:
-        """An exact length or angle."""
+        """Returns an exact length or angle."""
         if value == 0 or value.free_symbols:
             return value
         is_angle = kind == "angle"
@@ -119,19 +119,19 @@ class ExactNumbers:
         return self.noted(at, name, kind, value, taken)
 
     def noted(self, at: str, name: str, kind: str, found: sp.Expr, taken: sp.Expr) -> sp.Expr:
-        """The number that is taken; a change is listed."""
+        """Returns the exact number and records a change."""
         if found != taken:
             self.numbers.append(CleanedNumber(at, name, found, taken, _UNITS[kind]))
         return taken
 
 
 def _called(each: Field) -> tuple[str, ...]:
-    """Names of a field's components for a reader: roll, x, e_x."""
+    """Returns printable names of the field components: roll, x, e_x."""
     return tuple(_UPRIGHT.sub(r"\1", name) for name in each.headings or each.components)
 
 
 def _held(each: Field, values: Sequence[sp.Expr]) -> sp.Expr | Vector:
-    """Values of a field's components in the form that its convention takes."""
+    """Returns component values as the scalar or vector that the convention expects."""
     if not each.is_vector:
         return values[0]
     x, y, z = values

@@ -1,15 +1,15 @@
-"""The text of description files, bounded in size, in the encoding that they have."""
+"""Reads the text of description files, with a size limit and a declared encoding."""
 
 from pathlib import Path
 
 from .toml_file import DescriptionError
 
 LONGEST_FILE = 1_000_000
-"""Bytes."""
+"""Maximum file size in bytes."""
 
 
 def text_of(path: str | Path) -> str:
-    """The text of a description file.
+    """Returns the text of a description file.
 
     Raises:
         DescriptionError: The file cannot be read, is too long, or is not UTF-8.
@@ -18,7 +18,7 @@ def text_of(path: str | Path) -> str:
 
 
 def read_bytes(path: str | Path) -> bytes:
-    """The content of a description file.
+    """Returns the content of a description file in bytes.
 
     Raises:
         DescriptionError: The file cannot be read, or is too long.
@@ -36,15 +36,15 @@ def read_bytes(path: str | Path) -> bytes:
 
 
 def decoded(file: str, content: bytes, encoding: str) -> str:
-    """The content of a file as text.
+    """Decodes the content of a file.
 
     Args:
-        file: Name of the file in errors.
-        content: Its bytes.
+        file: Name of the file in error messages.
+        content: The bytes of the file.
         encoding: Name of the encoding.
 
     Raises:
-        DescriptionError: The content is not in this encoding, or there is no such encoding.
+        DescriptionError: The content is not in this encoding, or the encoding is unknown.
     """
     name = encoding.upper().removesuffix("-SIG")
     try:

@@ -1,4 +1,4 @@
-"""Robots with loops in robot files: a tree of joints, and the members that close its loops."""
+"""Reads robots with loops from robot files: a joint tree and the loop-closing members."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -57,11 +57,11 @@ PLATFORMS: Mapping[str, tuple[tuple[str, JointKind, Vector], ...]] = {
         ("roll", "revolute", _X),
     ),
 }
-"""Unconstrained joints of platforms, each as a series of joints with one freedom."""
+"""Unconstrained joints of platforms, each as a series of one-DOF joints."""
 
 
 def has_loops(table: Mapping[str, object]) -> bool:
-    """Whether a file's table describes a robot with loops, not a serial robot."""
+    """Whether a file table describes a robot with loops instead of a serial robot."""
     joints = table.get("joints")
     listed_joints = joints if isinstance(joints, list) else []
     has_parent = any(isinstance(joint, Mapping) and "parent" in joint for joint in listed_joints)
@@ -142,7 +142,7 @@ class MechanismFile(RobotFile):
         return tuple(joints)
 
     def _platform(self, keys: Keys, kind: str, parent: str) -> Iterator[Joint]:
-        """An unconstrained joint as a chain of joints with one freedom each."""
+        """Yields an unconstrained joint as a chain of one-DOF joints."""
         self.check_fields(keys, self.table_at(keys), PLATFORM_FIELDS)
         freedoms = PLATFORMS[kind]
         name = self.name((*keys, "name"), kind)
@@ -243,7 +243,7 @@ class MechanismFile(RobotFile):
     def _advance(
         self, keys: Keys, table: Mapping[str, object], joint: str, slides: bool
     ) -> sp.Expr:
-        """The advance of a joint per radian of its motor."""
+        """Returns the joint motion per radian of its motor."""
         field, others = (
             ("radius", ("ratio",)) if slides else ("ratio", ("radius", "teeth", "pitch"))
         )
@@ -263,7 +263,7 @@ class MechanismFile(RobotFile):
         return ratio
 
     def _of_teeth(self, keys: Keys, table: Mapping[str, object]) -> sp.Expr:
-        """The radius at which a wheel moves a belt, a chain or a rack."""
+        """Returns the effective radius of a wheel on a belt, chain or rack."""
         if "radius" in table:
             self.fail((*keys, "radius"), "either a radius, or teeth and pitch")
         teeth = self.number((*keys, "teeth"), "ratio")
@@ -311,6 +311,6 @@ class MechanismFile(RobotFile):
 
 
 def _moving(joints: Sequence[Joint], struts: Sequence[Strut]) -> dict[str, JointKind]:
-    """Kinds of the joints and cylinders that coordinates may move, by name."""
+    """Returns the types of movable joints and cylinders, keyed by name."""
     kinds: dict[str, JointKind] = {j.name: j.kind for j in joints if j.kind != "fixed"}
     return kinds | {strut.name: "prismatic" for strut in struts if strut.is_cylinder}

@@ -1,11 +1,11 @@
-"""Numbers that files round or blur, taken for the exact numbers behind them.
+"""Recognizes the exact numbers behind rounded or noisy numbers in files.
 
-Three things are told apart by the digits that are written. *Noise* is a short decimal with foreign
-digits far behind it: 0.20249999999999999, or 6.1e-17 beside lengths of a metre. A *rounded angle*
-is a multiple of 15 degrees to the places that are written, 1.5708, or the same part of a rounded
-pi, 1.570796325 = 3.14159265 / 2. A *rounded direction* is a unit vector whose components are
-cosines of such angles, (0.7071068, 0.7071068, 0), or a diagonal of a cube. A number that is exact
-already, pi/2 or sqrt(2)/2 or 0.2025, stays.
+The written digits distinguish three cases. *Noise* is a short decimal with stray distant digits:
+0.20249999999999999, or 6.1e-17 next to lengths of a metre. A *rounded angle* is a multiple of 15
+degrees rounded to the written decimal places, such as 1.5708, or a fraction of a rounded pi, such
+as 1.570796325 = 3.14159265 / 2. A *rounded direction* is a unit vector of cosines of such angles,
+such as (0.7071068, 0.7071068, 0), or a cube diagonal. Exact numbers such as pi/2, sqrt(2)/2 or
+0.2025 are kept.
 """
 
 import math
@@ -27,11 +27,11 @@ Number = TypeVar("Number", float, sp.Expr)
 
 _PI = Fraction(str(sp.N(sp.pi, EVALUATION_DIGITS)))
 _STEPS = (sp.pi / 12, sp.pi / 2)
-"""Steps of the angles that files round, the finer first."""
+"""Angle steps of rounded angles, finer first."""
 _PLACES_OF_PI = 4
-"""Least places of a rounded pi that was divided: 3.14 is further off than joints are assembled."""
+"""Minimum decimal places of a divided rounded pi; 3.14 is too inaccurate for a real joint."""
 _LEAST_PLACES = 3
-"""Places from which the components of a direction tell a rounded one from a rough one."""
+"""Minimum decimal places with which rounded directions are distinguished from rough ones."""
 _PI_AS_WRITTEN = (
     _PI,
     *(
@@ -40,9 +40,9 @@ _PI_AS_WRITTEN = (
         for to_whole in (round, math.floor)
     ),
 )
-"""Pi, then rounded and cut off to places that increase up to a double's."""
+"""Pi, then pi rounded and truncated to an increasing number of decimal places."""
 _QUARTER = 6
-"""Steps of 15 degrees in a right angle."""
+"""Number of 15-degree steps in a right angle."""
 _FIRST_SINES = (
     *(0.0, (math.sqrt(6) - math.sqrt(2)) / 4, 0.5, math.sqrt(0.5)),
     *(math.sqrt(3) / 2, (math.sqrt(6) + math.sqrt(2)) / 4),
@@ -50,25 +50,25 @@ _FIRST_SINES = (
 _FALLING = (1.0, *_FIRST_SINES[:0:-1])
 _HALF = (*_FIRST_SINES, *_FALLING)
 _SINES = (*_HALF, *(-sine if sine else 0.0 for sine in _HALF), *_HALF)
-"""Sines of multiples of 15 degrees, from 0 on, with exact zeros."""
+"""Sines of multiples of 15 degrees, starting at 0, with exact zeros."""
 _THIRD = math.sqrt(3) / 3
 _FEWEST_DIGITS = 13
-"""Digits above which a number may be one of single precision: exact binary fractions have fewer."""
+"""Minimum digit count of a written single-precision number; exact binary fractions have fewer."""
 _SINGLE_PLACES = 7
-"""Places that single precision has of a component of a unit vector."""
+"""Decimal places of a unit-vector component in single precision."""
 
 
 def without_noise(value: sp.Expr, tolerance: Fraction) -> sp.Expr:
-    """The short decimal that a decimal differs from by noise, else the decimal itself.
+    """Returns the short decimal behind a noisy decimal, else the decimal itself.
 
-    A number of single precision that is written with the digits of a double, 0.20000000298023224,
-    is its shortest decimal in that precision first. A decimal d of k places is meant if the
-    difference is at most ``tolerance`` and ``NOISE_GAP`` times smaller than the last place of d:
-    three zeros or nines follow it.
+    A single-precision number written with the digits of a double, such as 0.20000000298023224, is
+    first replaced by its shortest single-precision decimal. A decimal d with k places is selected
+    if the difference is at most ``tolerance`` and at least ``NOISE_GAP`` times smaller than the
+    last place of d, so three zeros or nines follow d.
 
     Args:
-        value: A number; one that is no finite decimal is returned as it is.
-        tolerance: Greatest difference that is noise, in the unit of the value.
+        value: A number; returned unchanged unless it is a finite decimal.
+        tolerance: Maximum noise, in the unit of the value.
     """
     places = decimal_places(value)
     if not places:
@@ -82,9 +82,9 @@ def without_noise(value: sp.Expr, tolerance: Fraction) -> sp.Expr:
 
 
 def single_precision(number: Fraction) -> Fraction:
-    """The shortest decimal of a number of single precision in metres or millimetres, if it is one.
+    """Returns the shortest decimal of a single-precision number in metres or millimetres.
 
-    Any other number is returned as it is, also one that is written with few digits.
+    Other numbers, and numbers with few written digits, are returned unchanged.
     """
     places = decimal_places(sp.Rational(number.numerator, number.denominator)) or 0
     if abs(number) * 10**places < 10**_FEWEST_DIGITS:
@@ -97,13 +97,13 @@ def single_precision(number: Fraction) -> Fraction:
 
 
 def exact_angle(value: sp.Expr) -> sp.Expr:
-    """The exact angle (radian) that an angle of a file stands for, else the angle without noise.
+    """Returns the exact angle (radian) behind an angle in a file, else the angle without noise.
 
-    A decimal stands for a multiple of pi/12 if it is that multiple rounded or cut off to its
-    places, and has so many places that no more than ``CHANCE`` of all angles are written like
-    it: three places, or two for right angles. The pi of the multiple may be rounded or cut off
-    before, to as many places or fewer, but at least four: 0.7853975 is 3.14159 / 4. A zero at the
-    end is no place, so that 2.880 stays, and zero is written as zero.
+    A decimal is replaced by a multiple of pi/12 if it equals this multiple rounded or truncated to
+    its decimal places. It needs so many decimal places that at most the fraction ``CHANCE`` of all
+    angles match by chance: three places, or two for right angles. Pi itself may have been rounded
+    or truncated before, to at most as many places but at least four: 0.7853975 is 3.14159 / 4. A
+    trailing zero does not count as a place, so 2.880 is kept. Zero must be written as zero.
     """
     degrees = value * 180 / sp.pi
     if degrees.is_Rational:
@@ -128,10 +128,10 @@ def exact_angle(value: sp.Expr) -> sp.Expr:
 
 
 def radians_meant(value: sp.Expr) -> sp.Expr | None:
-    """The multiple of pi that a decimal of a file in degrees stands for in radians, if it does.
+    """Returns the multiple of pi if a decimal in a degree file looks like radians, else None.
 
-    It is at most one turn. Right angles are told by two places, 1.57; other multiples of pi/12 by
-    four, 0.7854.
+    The angle is at most one turn. Right angles need two decimal places (1.57), other multiples of
+    pi/12 need four (0.7854).
     """
     places = decimal_places(value) or 0
     multiple = exact_angle(value) / sp.pi
@@ -142,7 +142,7 @@ def radians_meant(value: sp.Expr) -> sp.Expr | None:
 
 
 def _is_rounded(angle: sp.Expr, part: Fraction, step: Fraction) -> bool:
-    """Whether the magnitude of a decimal is a part of pi, rounded or cut off, as pi may be."""
+    """Whether a decimal is a rounded or truncated fraction of pi or of a rounded pi."""
     number, places = abs(Fraction(angle.p, angle.q)), decimal_places(angle) or 0
     last_place = Fraction(1, 10**places)
     if last_place > Fraction(CHANCE) * step:
@@ -155,14 +155,14 @@ def _is_rounded(angle: sp.Expr, part: Fraction, step: Fraction) -> bool:
 
 
 def exact_direction(vector: Vector) -> Vector:
-    """The exact direction that a direction of a file stands for, else the vector without noise.
+    """Returns the exact direction behind a direction in a file, else the vector without noise.
 
-    A vector of decimals of any length stands for a unit vector of :func:`exact_directions`,
-    scaled to its length, if each component agrees to one unit of the last place that is written or
-    to ``NOISE`` of the length, and is zero where the unit vector has zeros.
+    A decimal vector of any length is replaced by a unit vector of :func:`exact_directions` if,
+    after scaling, each component agrees within one unit of the last written place or within
+    ``NOISE`` of the length. Zeros must match exactly.
 
     Returns:
-        A unit vector of roots, or decimals in the proportions of the file.
+        A unit vector of exact roots, or the decimals of the file.
     """
     if any(decimal_places(component) is None for component in vector):
         return vector
@@ -187,7 +187,7 @@ def exact_direction(vector: Vector) -> Vector:
 
 @dataclass(frozen=True)
 class _Turned:
-    """A direction turned from an axis, and then about another, by multiples of 15 degrees."""
+    """A direction rotated from one axis and then about another by multiples of 15 degrees."""
 
     azimuth: int
     tilt: int
@@ -225,7 +225,7 @@ class _Diagonal:
 
 @cache
 def exact_directions() -> tuple[tuple[_Turned | _Diagonal, tuple[float, float, float]], ...]:
-    """Unit vectors that files round, with their numbers; each is made exact when it is found."""
+    """Returns candidate unit vectors with numeric values; the exact form is computed on demand."""
     found: dict[tuple[float, ...], tuple[_Turned | _Diagonal, tuple[float, float, float]]] = {}
     directions: list[_Turned | _Diagonal] = []
     directions += [_Turned(*at) for at in product(range(24), range(13), range(3))]
@@ -237,6 +237,6 @@ def exact_directions() -> tuple[tuple[_Turned | _Diagonal, tuple[float, float, f
 
 
 def _shifted(vector: tuple[Number, Number, Number], by: int) -> tuple[Number, Number, Number]:
-    """The components, moved on cyclically."""
+    """Returns the components in cyclic permutation."""
     x, y, z = (vector[(k - by) % 3] for k in range(3))
     return x, y, z

@@ -1,7 +1,7 @@
-"""Doubts about units: numbers that fit another unit better than the one that they are read in.
+"""Unit checks: finds numbers that fit another unit better than the assumed unit.
 
-A file that can state its units is refused where it does not and a number is implausible. A file
-that cannot, such as a URDF, is read with a note. A stated unit is believed.
+A file format with units raises an error for an implausible number without a stated unit. A format
+without units, such as URDF, is read with a note. A stated unit is always accepted.
 """
 
 from ..model.cleaning import written
@@ -12,12 +12,12 @@ from ..model.tolerances import LARGEST_ANGLE, LONGEST_LENGTH, MOST_TURNED, SHORT
 from .pose_error import lengths, robot_size
 
 LARGEST: dict[ParameterKind, float] = {"length": LONGEST_LENGTH, "angle": LARGEST_ANGLE}
-"""The largest magnitude (metre, radian) that needs no stated unit."""
+"""Largest magnitude (metre, radian) that needs no stated unit."""
 _DEFAULTS: dict[ParameterKind, tuple[str, str]] = {"length": ("m", "mm"), "angle": ("rad", "deg")}
 
 
 def statement_of(kind: ParameterKind) -> str:
-    """The words of an error that asks for the unit of a large length or angle."""
+    """Returns the error text that requests the unit of a large length or angle."""
     default, other = _DEFAULTS[kind]
     return (
         f"{'a length' if kind == 'length' else 'an angle'} of at most {LARGEST[kind]:g} {default}, "
@@ -27,7 +27,7 @@ def statement_of(kind: ParameterKind) -> str:
 
 
 def questioned(robot: SerialRobot) -> tuple[str, ...]:
-    """Notes on the numbers of a robot whose unit is doubtful."""
+    """Returns notes about numbers of a robot with doubtful units."""
     asked = [question for joint in robot.joints for question in _questioned_angles(joint)]
     asked += filter(None, map(_questioned_limits, robot.joints))
     longest = robot_size(robot)
@@ -40,7 +40,7 @@ def questioned(robot: SerialRobot) -> tuple[str, ...]:
 
 
 def _questioned_limits(joint: Joint) -> str:
-    """A doubt about the limits of a joint that turns; empty where there is none."""
+    """Returns a note about doubtful limits of a revolute joint, or an empty text."""
     limits = [limit for limit in joint.limits if limit is not None]
     if joint.kind != "revolute" or not any(abs(float(limit)) >= MOST_TURNED for limit in limits):
         return ""

@@ -1,9 +1,9 @@
-"""A bound of the difference between the poses of two robots with the same joints.
+"""Bound of the pose difference between two robots with the same joints.
 
-Each link moves by ``T = before * motion(q) * after``, which is ``T = exp([S] q) M`` with the screw
-axis S of its joint and its pose M at zero. Either form gives bounds of the shift and the turn
-between the links of two robots. The smaller ones are added up, each turn multiplied by the greatest
-distance from there to the tool. The sums hold at all joint values within the limits.
+The pose of a link is ``T = before * motion(q) * after``, or ``T = exp([S] q) M`` with the screw
+axis S of its joint and its zero pose M. Both forms give bounds of the translation and rotation
+between corresponding links, and the smaller bounds are summed. Each rotation is multiplied by the
+largest distance from its link to the tool. The sums hold for all joint values within the limits.
 """
 
 from collections.abc import Iterator, Mapping
@@ -19,22 +19,22 @@ from ..model.robot import Joint, SerialRobot
 from ..model.tolerances import EVALUATION_DIGITS, ROUNDING
 
 TRAVEL = 1.0
-"""Displacement (metre) that is assumed for slides without limits."""
+"""Assumed travel (metre) of prismatic joints without limits."""
 _PLANES = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}
 _Matrix: TypeAlias = Any
-"""A matrix of mpmath, which declares no types."""
+"""An mpmath matrix (mpmath has no type hints)."""
 _Values = Mapping[sp.Symbol, sp.Expr]
 
 
 @dataclass(frozen=True)
 class _Link:
-    """A link's motion in the previous link.
+    """Motion of a link relative to the previous link.
 
     Attributes:
-        before: Pose (4, 4) of the joint's frame, whose z axis is the joint's axis.
-        after: Pose (4, 4) of the link's frame in the joint's frame after its motion.
-        turns: Whether the joint turns the link.
-        travel: The greatest displacement along the axis (metre).
+        before: Pose (4, 4) of the joint frame; its z axis is the joint axis.
+        after: Pose (4, 4) of the link frame in the moved joint frame.
+        turns: Whether the joint rotates the link.
+        travel: Maximum displacement along the axis (metre).
     """
 
     before: _Matrix
@@ -44,28 +44,28 @@ class _Link:
 
     @property
     def home(self) -> _Matrix:
-        """The link's pose (4, 4) at zero."""
+        """Pose (4, 4) of the link at joint value 0."""
         return self.before * self.after
 
     @property
     def reach(self) -> mpmath.mpf:
-        """The greatest distance of the link's frame from the previous link's (metre)."""
+        """Maximum distance between this link frame and the previous link frame (metre)."""
         if not self.turns:
             return mpmath.norm(self.home[:3, 3]) + self.travel
         return mpmath.norm(self.before[:3, 3]) + mpmath.norm(self.after[:3, 3]) + self.travel
 
 
 def pose_error(one: SerialRobot, other: SerialRobot) -> tuple[float, float]:
-    """Bounds of the distance (metre) and the angle (radian) between the tools of two robots.
+    """Returns bounds of the distance (metre) and angle (radian) between two robots' tools.
 
     Args:
         one: A robot.
-        other: The same joints, limits and names of parameters, on placements that may differ. Each
-            robot has its parameters' default values.
+        other: A robot with equal joints, limits and parameter names, but different placements. Both
+            robots use their default parameter values.
     """
     with mpmath.workdps(EVALUATION_DIGITS):
         position = orientation = beyond = mpmath.mpf(0)
-        # From the tool to the base, so that the distance to the tool is known at each link.
+        # From tool to base, so that the distance to the tool is known at each link.
         for link, same in reversed(list(zip(_links(one), _links(other), strict=True))):
             shift, turn = _difference(link, same)
             position += shift + turn * beyond
@@ -75,12 +75,12 @@ def pose_error(one: SerialRobot, other: SerialRobot) -> tuple[float, float]:
 
 
 def robot_size(robot: Described) -> float:
-    """The robot's longest length (metre) at the default values of its parameters, 0 if none."""
+    """Returns the longest robot dimension (metre) at default parameter values, or 0."""
     return max((float(length) for length in lengths(robot)), default=0.0)
 
 
 def lengths(robot: Described) -> Iterator[sp.Expr]:
-    """The magnitudes of all components of translations (metre) at the parameters' values."""
+    """Yields the magnitudes (metre) of all translation components at default values."""
     values = _values(robot)
     for placement in robot.placements:
         for motion in placement:
@@ -89,13 +89,13 @@ def lengths(robot: Described) -> Iterator[sp.Expr]:
 
 
 def _difference(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
-    """Bounds of the shift of a link's origin and of the turn between two links' motions."""
+    """Returns bounds of translation and rotation between two link motions."""
     (shift, turn), (other_shift, other_turn) = _of_screws(link, same), _of_frames(link, same)
     return min(shift, other_shift), min(turn, other_turn)
 
 
 def _of_frames(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
-    """The bounds by the frames before and after the motion."""
+    """Returns the bounds from the frames before and after the motion."""
     tilt = _angle(link.before, same.before)
     arm = mpmath.norm(link.after[:3, 3]) + link.travel
     shift = _distance(link.before, same.before) + tilt * arm + _distance(link.after, same.after)
@@ -103,10 +103,10 @@ def _of_frames(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
 
 
 def _of_screws(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
-    """The bounds by the screws and the poses at zero, in which a frame's turn about z is free.
+    """Returns the bounds from screws and zero poses, for which frame rotations about z are free.
 
-    Turns about two axes differ by the displacement that carries one axis onto the other, made at
-    both ends of the turn.
+    Rotations about two axes differ by the displacement between the axes, applied before and after
+    the rotation.
     """
     tilt = _angle_between(link.before[:3, 2], same.before[:3, 2])
     shift = _distance(link.home, same.home) + tilt * link.travel
@@ -118,7 +118,7 @@ def _of_screws(link: _Link, same: _Link) -> tuple[mpmath.mpf, mpmath.mpf]:
 
 
 def _distance(one: _Matrix, other: _Matrix) -> mpmath.mpf:
-    """The distance between the origins of two poses (metre)."""
+    """Returns the distance between the origins of two poses (metre)."""
     return mpmath.norm(one[:3, 3] - other[:3, 3])
 
 
@@ -148,7 +148,7 @@ def _travel(joint: Joint, values: _Values) -> mpmath.mpf:
 
 
 def pose_in_digits(placement: Placement, values: _Values) -> _Matrix:
-    """A placement as a matrix, with the precision that mpmath has."""
+    """Returns a placement as an mpmath matrix in the current precision."""
     T = mpmath.eye(4)
     for motion in placement:
         step = mpmath.eye(4)
@@ -165,12 +165,12 @@ def pose_in_digits(placement: Placement, values: _Values) -> _Matrix:
 
 
 def _angle_between(a: _Matrix, b: _Matrix) -> mpmath.mpf:
-    """The angle between two unit vectors, accurate where it is small."""
+    """Returns the angle between two unit vectors, accurate for small angles."""
     return 2 * mpmath.asin(min(mpmath.mpf(1), mpmath.norm(a - b) / 2))
 
 
 def _angle(one: _Matrix, other: _Matrix) -> mpmath.mpf:
-    """The angle of the rotation from one pose to another, accurate where it is small."""
+    """Returns the rotation angle between two poses, accurate for small angles."""
     distance = mpmath.sqrt(sum(abs(x) ** 2 for x in one[:3, :3] - other[:3, :3]))
     return 2 * mpmath.asin(min(mpmath.mpf(1), distance / mpmath.sqrt(8)))
 
@@ -187,5 +187,5 @@ def _number(expression: sp.Expr, values: _Values) -> mpmath.mpf:
 
 
 def _rounded(bound: mpmath.mpf) -> float:
-    """A bound in doubles; the rounding of this computation itself is no difference."""
+    """Returns a bound as float; rounding errors of the computation become 0."""
     return float(bound) if bound > ROUNDING else 0.0

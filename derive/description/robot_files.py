@@ -1,6 +1,6 @@
-"""Robot files: a file becomes a robot, or an error that names its line.
+"""Reads robot files; errors state the line.
 
-A robot file holds the numbers of a data sheet::
+A robot file contains the numbers of a data sheet::
 
     name = "ur5e"
     title = "Universal Robots UR5e"
@@ -17,14 +17,14 @@ A robot file holds the numbers of a data sheet::
     alpha = "pi/2"
     limits = ["-2*pi", "2*pi"]
 
-Every number is exact: an integer, a decimal, or a text that :mod:`chasles.derive.model.exact`
-reads.
+Every number is exact: an integer, a decimal, or an expression for
+:mod:`chasles.derive.model.exact`.
 
-The file of a robot with loops lists its joints as a tree, by ``parent``, and the members that close
-the loops: ``[[closures]]``, ``[[rods]]`` and ``[[cylinders]]``; ``actuated`` names the coordinates.
-A file may extend another file with other values of its parameters. The file of a robot as built may
-name the robot as designed (``nominal``), by its file or as a robot that is installed with chasles:
-from it the inverse is led.
+The file of a robot with loops lists a joint tree (``parent``) and the members that close the loops:
+``[[closures]]``, ``[[rods]]`` and ``[[cylinders]]``. ``actuated`` lists the coordinates. A file may
+extend another file and change its parameter values. The file of a robot as built may specify the
+robot as designed (``nominal``), by file or by the name of an installed robot: from it the inverse
+is led.
 """
 
 from collections.abc import Sequence
@@ -62,31 +62,30 @@ def read(
     conventions: Sequence[Convention] = CONVENTIONS,
     exact: bool = False,
 ) -> Described:
-    """Reads a robot from any file that chasles knows; the ending determines the format.
+    """Reads a robot from any supported file; the suffix determines the format.
 
     Args:
-        source: A robot file (.toml), a URDF (.urdf), a xacro file (.xacro) or an MJCF model (.xml);
-            as text also the name of a robot that is installed with chasles, or ``robot:NAME`` of
-            the package robot_descriptions.
-        base: The link whose frame is the base frame, in a tree of links; by default the root.
-        tip: The link whose frame is the tool frame; by default the end of the longest chain.
-        group: A group of an SRDF next to the file, instead of base and tip.
-        name: The robot's name; by default the file's own.
-        arguments: Values of a xacro file's arguments, each as ``name:=value``.
-        conventions: The conventions that a robot file may name; the shipped ones by default.
-        exact: Whether every number is taken as it is written. Otherwise numbers lose noise, and
-            rounded angles, directions and arrangements become exact; ``cleaning`` of the robot
-            lists them.
+        source: A robot file (.toml), URDF (.urdf), xacro file (.xacro) or MJCF model (.xml); or the
+            name of a robot installed with chasles, or ``robot:NAME`` from the package
+            robot_descriptions.
+        base: The link whose frame is the base frame, for files with a link tree; default: the root.
+        tip: The link whose frame is the tool frame; default: the end of the longest chain.
+        group: A group of an SRDF file next to the file, instead of base and tip.
+        name: Name of the robot; default: the name in the file.
+        arguments: Argument values of a xacro file, each as ``name:=value``.
+        conventions: The conventions allowed in a robot file; default: all shipped conventions.
+        exact: Whether numbers are used as written. Otherwise noise is removed, and rounded angles,
+            directions and arrangements become exact; ``cleaning`` of the robot lists the changes.
 
     Returns:
-        The robot, in metres and radians: a Mechanism if the file closes loops, names actuated
-        joints, or names the body that carries a joint; else a SerialRobot. ``notes`` name the
-        chosen tip if the file has others.
+        The robot, in metres and radians. A Mechanism if the file has closed loops, actuated joints
+        or parent bodies; otherwise a SerialRobot. ``notes`` states the selected tip if the file has
+        several.
 
     Raises:
-        DescriptionError: The file, or a file that it extends, cannot be read or is wrong, has
-            another ending, has no such chain, or holds several arms.
-        RobotError: There is no robot of that name.
+        DescriptionError: The file or its parent file cannot be read or is invalid, has another
+            suffix, has no such chain, or contains several arms.
+        RobotError: The robot name is unknown.
     """
     file, words = located(source)
     words = (*words, *arguments)
@@ -115,17 +114,17 @@ def read_text(
     """Reads a robot from text.
 
     Args:
-        text: The text of a robot file, or of a URDF.
-        format: "toml" or "urdf". A xacro file or an MJCF model is read as a file.
-        file: The name of the file in errors; a file that it extends is searched in its folder.
-        conventions: The conventions that a robot file may name; the shipped ones by default.
-        exact: Whether every number is taken as it is written, see :func:`read`.
+        text: The text of a robot file or URDF.
+        format: "toml" or "urdf". Xacro files and MJCF models can only be read from a file.
+        file: File name in error messages; its folder is searched for a file to extend.
+        conventions: The conventions allowed in a robot file; default: all shipped conventions.
+        exact: Whether numbers are used as written, see :func:`read`.
 
     Returns:
         The robot, see :func:`read`.
 
     Raises:
-        DescriptionError: The text, or a file that it extends, is wrong, or the format is unknown.
+        DescriptionError: The text or its parent file is invalid, or the format is unknown.
     """
     if format == "urdf":
         robot = UrdfFile(file, text).robot(None, None, None)
@@ -145,7 +144,7 @@ def _chain(
     *,
     exact: bool,
 ) -> Described:
-    """The chain between two links, or of a group, of a file of linked bodies."""
+    """Reads the chain between two links, or of a group, from a file with a link tree."""
     if group:
         if base or tip:
             expected = "either a group, or base and tip"
@@ -161,7 +160,7 @@ def _chain(
 
 
 def _of_toml(text: str, file: str, conventions: Sequence[Convention], exact: bool) -> Described:
-    """The robot of a robot file's text."""
+    """Reads a robot from the text of a robot file."""
     written = TomlFile(file, text)
     heir = written if "extends" in written.table else None
     source = written if heir is None else _extended(heir)
@@ -176,7 +175,7 @@ def _of_toml(text: str, file: str, conventions: Sequence[Convention], exact: boo
 
 
 def _with_nominal(file: TomlFile, robot: Mechanism, conventions: Sequence[Convention]) -> Mechanism:
-    """The robot with the nominal robot that its file names."""
+    """Adds the nominal robot specified in the file."""
     keys = ("nominal",)
     path = nominal_file(Path(file.file), file.string(keys, ""))
     try:
@@ -194,7 +193,7 @@ def _with_nominal(file: TomlFile, robot: Mechanism, conventions: Sequence[Conven
 
 
 def _extended(heir: TomlFile) -> TomlFile:
-    """The file that another file extends."""
+    """Returns the parent file that another file extends."""
     keys = ("extends",)
     path = Path(heir.file).parent / heir.string(keys, "")
     try:

@@ -1,4 +1,4 @@
-"""Serial robots in robot files: joints in order from the base to the tool."""
+"""Reads serial robots from robot files: joints in order from base to tool."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -26,7 +26,7 @@ from .toml_file import FRAME, DescriptionError, Keys, TomlFile, Word, dotted, li
 
 MOST_JOINTS = 256
 AUTO = "auto"
-"""The convention of a file whose joints, given as lines, get the conventions that suit them."""
+"""Convention name of a file with joint axes as lines; suitable conventions are selected."""
 ROBOT_FIELDS = (
     "name",
     "title",
@@ -52,7 +52,7 @@ IN_SERIES: Mapping[str, str] = {
     "ball": f"three {_TURNS}",
     "cylindrical": "a prismatic and a revolute joint in series, on one axis",
 }
-"""Joints of several freedoms, and the joints of one freedom that they are in a file."""
+"""Multi-DOF joint types, and the equivalent one-DOF joints to write in a file."""
 
 
 class RobotFile(TomlFile):
@@ -60,7 +60,7 @@ class RobotFile(TomlFile):
 
     joint_fields: ClassVar = (*JOINT_FIELDS, "mimic")
     of_lines: ClassVar[Mapping[str, Convention]] = {AUTO: poe}
-    """Words for a file's convention that joints are rewritten to, and the one they are read in."""
+    """Special convention names, and the convention in which their joints are read."""
 
     def __init__(
         self,
@@ -72,10 +72,10 @@ class RobotFile(TomlFile):
         """Reads the text, see :class:`TomlFile`.
 
         Args:
-            file: The name of the file in errors.
-            text: TOML.
+            file: File name in error messages.
+            text: TOML text.
             heir: A file that extends this one.
-            conventions: The conventions that the file may name.
+            conventions: The conventions allowed in the file.
         """
         super().__init__(file, text, heir)
         self._conventions = {convention.name: convention for convention in conventions}
@@ -119,7 +119,7 @@ class RobotFile(TomlFile):
             self.fail(("joints",), f"a robot ({error})", shown=None)
 
     def _transmissions(self) -> tuple[Transmission, ...]:
-        """The laws of drives that do not run true."""
+        """Reads the error models of imperfect drives."""
         listed_ = self.table.get("transmissions", [])
         if not isinstance(listed_, list):
             self.fail(("transmissions",), "a list of transmissions")
@@ -138,7 +138,7 @@ class RobotFile(TomlFile):
             self.fail((*keys, "gain"), f"a law that can be inverted ({error})", shown=None)
 
     def _load(self) -> Load | None:
-        """The masses of the links and the direction of gravity in the base frame."""
+        """Reads the link masses and the gravity vector in the base frame."""
         masses = self.table.get("masses")
         if masses is None:
             if "gravity" in self.table and "springs" not in self.table:
@@ -152,7 +152,7 @@ class RobotFile(TomlFile):
         return Load(found, self.vector(("gravity",), "ratio"))
 
     def _springs(self) -> Springs | None:
-        """The springs of the joints, with the links whose weight they bear."""
+        """Reads the joint springs, with the masses that load them."""
         springs = self.table.get("springs")
         if springs is None:
             return None
@@ -212,7 +212,7 @@ class RobotFile(TomlFile):
         return tuple(self._led(k, joint, leaders) for k, joint in enumerate(read))
 
     def joint_type(self, keys: Keys, kinds: Iterable[Word]) -> Word:
-        """The type of a joint, which must be among the kinds."""
+        """Reads the type of a joint, which must be one of ``kinds``."""
         series = IN_SERIES.get(str(self.at(keys)))
         if series is not None:
             self.fail(keys, f"one of {listed(kinds)} (this joint is {series})")
@@ -246,7 +246,7 @@ class RobotFile(TomlFile):
         )
 
     def _new(self, keys: Keys, default: str | None = None, what: str = "name") -> str:
-        """A name that no other joint, link or member of the file has."""
+        """Reads a name that must be unique in the file."""
         name = self.name(keys, default)
         first = self._taken.setdefault((what, name), keys)
         if first != keys:
@@ -254,7 +254,7 @@ class RobotFile(TomlFile):
         return name
 
     def _convention(self, keys: Keys, table: Mapping[str, object]) -> Convention:
-        """The convention that a joint names, or else the file."""
+        """Returns the convention of a joint, by default the convention of the file."""
         at: Keys = (*keys, "convention") if "convention" in table else ("convention",)
         words = self.of_lines if len(at) == 1 else {}
         chosen = self.option(at, (*self._conventions, *words), "")
@@ -263,7 +263,7 @@ class RobotFile(TomlFile):
     def _given(
         self, keys: Keys, table: Mapping[str, object], convention: Convention, kind: JointKind
     ) -> dict[str, sp.Expr | Vector]:
-        """Values of the fields of a joint's convention, defaults for missing fields."""
+        """Reads the convention fields of a joint; missing fields have default values."""
         given = {
             field.name: self._value((*keys, field.name), field.kind) for field in convention.fields
         }
@@ -277,7 +277,7 @@ class RobotFile(TomlFile):
     def _fail_of_convention(
         self, keys: Keys, convention: Convention, error: RobotError
     ) -> NoReturn:
-        """Raises DescriptionError about values from which a convention makes no placements."""
+        """Raises DescriptionError for field values that define no placement."""
         for field in convention.fields:
             if field.kind == "direction":
                 self.fail((*keys, field.name), f"a direction: {error}")
@@ -322,7 +322,7 @@ class RobotFile(TomlFile):
         )
 
     def _led(self, k: int, joint: Joint, leaders: Mapping[str, JointKind]) -> Joint:
-        """A mimic joint with its multiplier converted from the file's units to metre and radian."""
+        """Returns a mimic joint with its multiplier converted to metre and radian."""
         if joint.mimic is None:
             return joint
         leader = joint.mimic.leader

@@ -1,4 +1,4 @@
-"""The files of robots: by path, or by the name of a robot that is installed with chasles."""
+"""Finds robot files by path or by the name of a robot installed with chasles."""
 
 import os
 import re
@@ -9,18 +9,18 @@ from ..model.errors import RobotError
 
 ROBOTS = Path(__file__).parents[1] / "robots"
 SHELF = ROBOTS / "shelf"
-"""Well-known arms, derived where they are asked for; their generated folders are not committed."""
+"""Folder of further arms; derived on demand, their generated code is not committed."""
 NAMED = "robot:"
-"""The prefix of a name of the package robot_descriptions."""
+"""Prefix of a robot name from the package robot_descriptions."""
 
 
 def robot_names(folder: Path) -> list[str]:
-    """The names of the robots of a folder, in order."""
+    """Returns the sorted names of the robots in a folder."""
     return sorted(path.stem for path in folder.glob("*.toml"))
 
 
 def shipped_file(name: str) -> Path | None:
-    """The file of a robot that is installed with chasles; None for other names."""
+    """Returns the file of a robot installed with chasles; None for other names."""
     for folder in (ROBOTS, SHELF):
         if name in robot_names(folder):
             return folder / f"{name}.toml"
@@ -28,14 +28,14 @@ def shipped_file(name: str) -> Path | None:
 
 
 def located(source: str | Path) -> tuple[Path, tuple[str, ...]]:
-    """The file of a robot, and the arguments of a xacro file.
+    """Returns the file of a robot, and the arguments of a xacro file.
 
     Args:
-        source: A path; or the name of a robot that is installed with chasles, or ``robot:NAME``
-            with a name of the package robot_descriptions.
+        source: A path, the name of a robot installed with chasles, or ``robot:NAME`` from the
+            package robot_descriptions.
 
     Raises:
-        RobotError: There is no such robot or file.
+        RobotError: No such robot or file exists.
     """
     name = str(source)
     shipped = shipped_file(name) if isinstance(source, str) else None
@@ -54,12 +54,12 @@ def located(source: str | Path) -> tuple[Path, tuple[str, ...]]:
 
 
 def _nearest(name: str, known: list[str]) -> str:
-    """The known name that is meant, by its letters and digits; empty if none is near."""
+    """Returns the known name with the most similar letters and digits, or an empty text."""
     plain = {re.sub(r"[^a-z0-9]", "", other): other for other in known}
     close = get_close_matches(re.sub(r"[^a-z0-9]", "", name.lower()), plain, n=1)
     return plain[close[0]] if close else ""
 
 
 def nominal_file(file: Path, nominal: str) -> Path:
-    """The file of the robot that a robot file names as nominal: a shipped robot, or one beside."""
+    """Returns the file of a nominal robot: a shipped robot, or a file in the same folder."""
     return shipped_file(nominal) or file.parent / nominal

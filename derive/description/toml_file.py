@@ -1,6 +1,6 @@
-"""TOML with exact numbers, units and parameters; errors name the file and the line.
+"""Reads TOML with exact numbers, units and parameters; errors state file and line.
 
-:class:`TomlFile` knows values and their lines, and nothing of robots.
+:class:`TomlFile` handles values and lines but has no knowledge of robots.
 """
 
 import difflib
@@ -25,10 +25,10 @@ from .plausibility import LARGEST, statement_of
 from .toml_lines import first_line, is_unreadable, table_of
 
 Keys = tuple[str | int, ...]
-"""The path to a value in the file's table: names of tables and fields, indices in lists."""
+"""Path to a value in the file: names of tables and fields, and list indices."""
 Word = TypeVar("Word", bound=str)
 OWN_FIELDS = ("name", "title", "source")
-"""Fields, besides parameters, that a file replaces in the file that it extends."""
+"""Fields, in addition to parameters, that replace the fields of the extended file."""
 HEIR_FIELDS = ("extends", *OWN_FIELDS, "parameters")
 LENGTHS = {
     "m": sp.Integer(1),
@@ -65,21 +65,21 @@ SAME_MEANING: Mapping[str, tuple[str, ...]] = {
     "weld": ("fixed",),
     "floating": ("free",),
 }
-"""Words of other tables and of other programs for what a field or a choice is called here."""
+"""Field names of other formats and programs, and the corresponding names here."""
 
 
 _DECIMAL = re.compile(r"[+-]?[0-9]*\.[0-9]+")
 
 
 class DescriptionError(RobotError):
-    """An error in a robot file: its file, line and field, the value found and the value expected.
+    """An error in a robot file, with file, line, field, found value and expected value.
 
     Attributes:
-        file: Name of the file as the caller gave it.
-        line: Line number from 1, None where the file has no such line.
+        file: Name of the file as passed by the caller.
+        line: Line number, starting at 1; None without a line.
         field: Dotted path of the field; empty for the file as a whole.
-        value: The value found; None where there is none.
-        expected: Description of a right value.
+        value: The value found; None without a value.
+        expected: Description of a valid value.
     """
 
     def __init__(
@@ -94,19 +94,19 @@ class DescriptionError(RobotError):
 
 
 class TomlFile:
-    """A robot file: its table, its units, its parameters, and errors that name their line."""
+    """A robot file with table, units and parameters; errors state their line."""
 
     def __init__(self, file: str, text: str, heir: "TomlFile | None" = None) -> None:
-        """Reads the text.
+        """Parses the text.
 
         Args:
-            file: Name of the file in errors.
-            text: TOML.
-            heir: A file that extends this one: its name, title, source and values of parameters
-                replace those of this file. Errors in its own lines name the heir.
+            file: File name in error messages.
+            text: TOML text.
+            heir: A file that extends this file and replaces its name, title, source and parameter
+                values. Errors in its lines state the heir.
 
         Raises:
-            DescriptionError: The text is no TOML or is empty, or the heir has other fields.
+            DescriptionError: The text is empty or not valid TOML, or the heir has other fields.
         """
         self.file, self.text = file, text
         self.heir: TomlFile | None = None
@@ -150,7 +150,7 @@ class TomlFile:
         self.heir = heir
 
     def _new_value(self, keys: Keys) -> object:
-        """The value that an heir gives a parameter, alone or in a table with no other field."""
+        """Returns the parameter value set by an heir: a number or a table with ``value``."""
         value = self.at(keys)
         if not isinstance(value, Mapping):
             return value
@@ -160,7 +160,7 @@ class TomlFile:
         return value["value"]
 
     def declare_units(self) -> None:
-        """Reads the units of the file's numbers."""
+        """Reads the units of the file."""
         units = self.table_at(("units",), {})
         self.check_fields(("units",), units, ("length", "angle"))
         self.stated = frozenset(units)
@@ -168,7 +168,7 @@ class TomlFile:
         self.scale["angle"] = self.choice(("units", "angle"), ANGLES, "rad")
 
     def declare_parameters(self) -> None:
-        """Reads the parameters' names and units; without a unit, the first use decides the kind."""
+        """Reads parameter names and units; without a unit, the first use determines the kind."""
         for name, value in self.table_at(("parameters",), {}).items():
             keys: Keys = ("parameters", name)
             if not is_name(name) or name in RESERVED or COORDINATE.fullmatch(name):
@@ -182,7 +182,7 @@ class TomlFile:
                     self.kinds[name] = _kind_of_unit(str(value["unit"]))
 
     def parameter(self, name: str) -> Parameter:
-        """A declared parameter with its value in metres, radians or as a ratio."""
+        """Returns a declared parameter with its value in metre, radian or as a ratio."""
         keys: Keys = ("parameters", name)
         kind = self.kinds.get(name, "length")
         given = self.at(keys)
@@ -198,7 +198,7 @@ class TomlFile:
         return Parameter(name, value, kind, self.string((*keys, "meaning"), ""), assumed)
 
     def assumed(self, keys: Keys, fields: Sequence[str]) -> tuple[str, ...]:
-        """The fields of a table that its source does not state: all (``true``), or some by name."""
+        """Returns the assumed fields of a table: all (``true``), or a list of names."""
         at: Keys = (*keys, "assumed")
         value = self.at(at)
         given = tuple(field for field in fields if self.at((*keys, field)) is not None)
@@ -211,13 +211,13 @@ class TomlFile:
         return tuple(self.option((*at, k), given, "") for k in range(len(value)))
 
     def _sized(self, keys: Keys, value: sp.Expr, kind: ParameterKind) -> sp.Expr:
-        """A number in metres or radians, refused if it is too large for a unit nobody stated."""
+        """Converts a number to metre or radian; a large number needs a stated unit."""
         if kind in LARGEST and kind not in self.stated and abs(float(value)) > LARGEST[kind]:
             self.fail(keys, statement_of(kind))
         return value * self.scale[kind]
 
     def vector(self, keys: Keys, kind: ParameterKind) -> Vector:
-        """A list of three numbers; zeros where the field is missing."""
+        """Reads a list of three numbers; zeros for a missing field."""
         value = self.at(keys)
         if value is not None and (not isinstance(value, list) or len(value) != 3):  # noqa: PLR2004
             self.fail(keys, "a list of three numbers")
@@ -225,7 +225,7 @@ class TomlFile:
         return x, y, z
 
     def number(self, keys: Keys, kind: ParameterKind) -> sp.Expr:
-        """A field's expression, with its parameters, in metres or radians; zero where missing."""
+        """Reads an expression with parameters, in metre or radian; zero for a missing field."""
         value = self.at(keys)
         if value is None:
             return sp.Integer(0)
@@ -260,12 +260,12 @@ class TomlFile:
         return sp.expand_mul(expression)
 
     def at_defaults(self, expression: sp.Expr) -> sp.Expr:
-        """An expression at the default values of the parameters."""
+        """Evaluates an expression at the default parameter values."""
         symbols = sorted(expression.free_symbols, key=str)
         return at(expression, {s: self.parameter(s.name).value for s in symbols})
 
     def check_degrees(self, keys: Keys, value: object, kind: ParameterKind) -> None:
-        """Refuses pi in an angle in degrees, and decimals that are radians: pi/2, 1.5708."""
+        """Rejects angles that look like radians in a file in degrees: pi/2, 1.5708."""
         if kind != "angle" or self.scale["angle"] == 1:
             return
         for text in map(str, _parts(value)):
@@ -282,7 +282,7 @@ class TomlFile:
                 )
 
     def _scales(self, expression: sp.Expr, kind: ParameterKind) -> bool:
-        """Whether a length is linear in the lengths, and an angle a function of their ratios."""
+        """Whether a length scales with all lengths, and an angle depends only on length ratios."""
         lengths = [s for s in expression.free_symbols if self.kinds[s.name] == "length"]
         if not lengths:
             return True
@@ -301,7 +301,7 @@ class TomlFile:
         return bool(abs(excess) < LENGTH_SCALING)
 
     def literal(self, keys: Keys, default: int | None = None) -> sp.Expr:
-        """A number without parameters, in the file's own units."""
+        """Reads a number without parameters, in the units of the file."""
         value = self.at(keys)
         if value is None and default is not None:
             return sp.Integer(default)
@@ -311,7 +311,7 @@ class TomlFile:
             self.fail(keys, f"a number without parameters ({error})")
 
     def name(self, keys: Keys, default: str | None = None) -> str:
-        """A C name."""
+        """Reads a valid C name."""
         value = self.at(keys)
         if value is None and default is not None:
             return default
@@ -320,7 +320,7 @@ class TomlFile:
         return value
 
     def robot_name(self) -> str:
-        """The robot's name, the prefix of all generated names."""
+        """Reads the robot name, the prefix of all generated names."""
         name = self.name(("name",))
         try:
             check_robot_name(name)
@@ -329,7 +329,7 @@ class TomlFile:
         return name
 
     def string(self, keys: Keys, default: str) -> str:
-        """One line of text."""
+        """Reads one line of text."""
         value = self.at(keys)
         if value is None:
             return default
@@ -338,7 +338,7 @@ class TomlFile:
         return value
 
     def option(self, keys: Keys, options: Iterable[Word], default: str) -> Word:
-        """The word in a field, which must be among the options."""
+        """Reads a word that must be one of the options."""
         value = self.at(keys)
         chosen = (
             value if isinstance(value, str) else default if value is None else shown_value(value)
@@ -351,11 +351,11 @@ class TomlFile:
         return found
 
     def choice(self, keys: Keys, options: Mapping[str, sp.Expr], default: str) -> sp.Expr:
-        """The factor that the word of a field stands for."""
+        """Reads a word and returns its factor."""
         return options[self.option(keys, options, default)]
 
     def table_at(self, keys: Keys, default: dict[str, object] | None = None) -> dict[str, object]:
-        """A table."""
+        """Reads a table."""
         value = self.at(keys)
         if value is None and default is not None:
             return default
@@ -364,23 +364,23 @@ class TomlFile:
         return value
 
     def check_fields(self, keys: Keys, table: Mapping[str, object], known: Iterable[str]) -> None:
-        """Raises DescriptionError where a table has an unknown field."""
+        """Raises DescriptionError if a table has an unknown field."""
         for field in table:
             if field not in known:
                 expected = f"one of the fields {listed(known)}{hint(field, known)}"
                 self.fail((*keys, field), expected, shown=field)
 
     def at(self, keys: Keys) -> object:
-        """A value of the file's table; None where it is missing."""
+        """Returns a value of the file, or None if it is missing."""
         return _follow(self.table, keys)
 
     def fail(self, keys: Keys, expected: str, shown: object = ...) -> NoReturn:
-        """Raises DescriptionError about a value, or about the table that lacks it.
+        """Raises DescriptionError for a value, or for a table without the value.
 
         Args:
             keys: The path to the value.
-            expected: Description of a right value.
-            shown: The value to print, where it is not the value at the path.
+            expected: Description of a valid value.
+            shown: The value to print, if it differs from the value at the path.
         """
         value = self.at(keys) if shown is ... else shown
         if value is None and shown is ...:
@@ -391,13 +391,13 @@ class TomlFile:
         ) from None
 
     def _writer(self, keys: Keys) -> "TomlFile":
-        """The file that holds a value: this file or its heir."""
+        """Returns the file that contains a value: this file or its heir."""
         if self.heir is None or keys[2:] not in ((), ("value",)):
             return self
         return self.heir if keys == ("name",) or self.heir.at(keys[:2]) is not None else self
 
     def _line(self, keys: Keys) -> int | None:
-        """The line of a value, or of the table that lacks it."""
+        """Returns the line of a value, or of the table without the value."""
         while keys and self.at(keys) is None:
             keys = keys[:-1]
         if not keys:
@@ -417,7 +417,7 @@ def _follow(value: object, keys: Keys) -> object:
 
 
 def dotted(keys: Keys) -> str:
-    """``joints[2].alpha``, lists counted from 1 as a reader counts."""
+    """Returns a dotted path such as ``joints[2].alpha``, with list indices from 1."""
     text = ""
     for key in keys:
         text += f"[{key + 1}]" if isinstance(key, int) else f".{key}" if text else key
@@ -425,12 +425,12 @@ def dotted(keys: Keys) -> str:
 
 
 def is_name(text: str) -> bool:
-    """Whether a text is a name that robot files allow."""
+    """Whether a text is a valid name in robot files."""
     return bool(NAME.fullmatch(text)) and not keyword.iskeyword(text)
 
 
 def _revalued(parameter: object, value: object) -> object:
-    """A parameter of the file with another value; its unit and its meaning stay."""
+    """Returns a parameter with another value; unit and meaning are kept."""
     return {**parameter, "value": value} if isinstance(parameter, Mapping) else value
 
 
@@ -439,7 +439,7 @@ def _parts(value: object) -> list[object]:
 
 
 def _use(symbol: sp.Symbol, expression: sp.Expr, kind: ParameterKind) -> ParameterKind:
-    """The kind of a parameter, from its use in an expression of a kind."""
+    """Returns the kind of a parameter from its use in an expression."""
     if any(symbol in part.free_symbols for part in expression.atoms(sp.atan, sp.atan2)):
         return "length"
     if any(symbol in part.free_symbols for part in expression.atoms(sp.sin, sp.cos, sp.tan)):
@@ -454,7 +454,7 @@ def _kind_of_unit(unit: str) -> ParameterKind:
 
 
 def hint(word: str, known: Iterable[str]) -> str:
-    """The known word nearest to a word, as the end of an error; empty where none is near."""
+    """Returns a suffix for error messages that suggests a similar known word, or empty."""
     words = list(known)
     close = [other for other in SAME_MEANING.get(word, ()) if other in words]
     close = close or difflib.get_close_matches(word, words, n=1)
@@ -462,15 +462,15 @@ def hint(word: str, known: Iterable[str]) -> str:
 
 
 def listed(words: Iterable[str]) -> str:
-    """Words with commas between."""
+    """Joins words with commas."""
     return ", ".join(sorted(words) if isinstance(words, frozenset) else words)
 
 
 def shown_value(value: object) -> str:
-    """A value as the file writes it, cut where it is long."""
+    """Formats a value as in the file; long values are truncated."""
     try:
         text = repr(value) if isinstance(value, str | list | dict) else str(value)
-    except ValueError:  # Python writes no integer of thousands of digits.
+    except ValueError:  # Python does not print integers with thousands of digits.
         return "a very large integer"
     if isinstance(value, bool):
         text = text.lower()

@@ -1,4 +1,4 @@
-"""The lines of values in a TOML text, which Python's parser does not keep."""
+"""Finds the lines of values in a TOML text; Python's parser stores no positions."""
 
 import bisect
 import re
@@ -20,14 +20,14 @@ _TOKEN = re.compile(
 
 
 def table_of(text: str) -> dict[str, object]:
-    """A TOML text as a table, its decimals exact."""
+    """Parses a TOML text to a table with exact decimals."""
     return tomllib.loads(text, parse_float=Decimal)
 
 
 def first_line(text: str, holds: Callable[[str], bool]) -> int:
-    """The first line up to which the text, its brackets closed, has a property.
+    """Returns the first line up to which the text (with closed brackets) has a property.
 
-    The parser keeps no positions, so that beginnings of the text are parsed one by one.
+    Because the parser stores no positions, beginnings of the text are parsed.
     """
     lines = text.split("\n")
 
@@ -41,7 +41,7 @@ def first_line(text: str, holds: Callable[[str], bool]) -> int:
 
 
 def _closed(text: str) -> str:
-    """The beginning of a file, its open strings and brackets closed."""
+    """Closes open strings and brackets at the end of a truncated text."""
     open_brackets: list[str] = []
     string = ""
     for match in _TOKEN.finditer(text):
@@ -57,7 +57,7 @@ def _closed(text: str) -> str:
 
 
 def is_unreadable(text: str) -> bool:
-    """Whether the parser fails at a number or at brackets, and not at the text's form."""
+    """Whether parsing fails because of a number or nested brackets, not because of syntax."""
     try:
         table_of(text)
     except tomllib.TOMLDecodeError:

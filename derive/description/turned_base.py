@@ -1,10 +1,9 @@
-"""A robot whose base stands at an angle, so that its file rounds every frame on the base.
+"""Restores exact angles on a rotated base, for which a file rounds every base frame.
 
-Axes that are parallel, or at right angles, look like any others where the whole robot is turned.
-The frames on the base are taken in axes that are turned with one of them: relative angles that are
-multiples of 15 degrees become exact, and any other number becomes a number of another body, or the
-shortest decimal, within what the rounded angles and positions leave open. The turn itself stays as
-it is written.
+If the whole robot is rotated, parallel and perpendicular axes have arbitrary rounded angles. So the
+base frames are expressed in axes rotated with one of the frames. Relative angles that are multiples
+of 15 degrees become exact. Any other number becomes a number of another body or the shortest
+decimal, within the rounding of angles and positions. The rotation itself is kept as written.
 """
 
 import math
@@ -26,27 +25,28 @@ from .pose_error import pose_in_digits
 
 _STEP = math.pi / 12
 _ROUNDED_ANGLES = 3
-"""Rounding of a relative rotation in last places: half of one from each of six angles."""
+"""Rounding of a relative rotation in units of the last place: half a unit from each of six
+angles."""
 _FINE = 10**20
-"""Parts of a radian in which an angle in turned axes is first written."""
+"""Resolution (1/radian) of an angle in rotated axes before simplification."""
 _UPRIGHT = 1e-3
-"""Cosine of the pitch below which roll and yaw turn about one axis."""
+"""Cosine of the pitch below which roll and yaw rotate about the same axis."""
 _GUARD = 2
-"""Places beyond the rounding to which a coordinate in turned axes is listed."""
+"""Decimal places beyond the rounding of a listed coordinate in rotated axes."""
 
 
 @dataclass(frozen=True)
 class TurnedBase:
-    """The axes of a base that stands at an angle.
+    """The axes of a rotated base.
 
     Attributes:
-        owner: The joint or closure with whose frame the axes are turned.
+        owner: The joint or closure whose frame defines the rotation.
         turn: The rotation of the axes.
-        matrix: The same (4, 4).
+        matrix: The rotation as a matrix (4, 4).
         angle: Rounding of relative angles (radian).
         length: Rounding of coordinates in the axes (metre).
-        lengths: Lengths of other bodies and of rods, which a coordinate may repeat.
-        angles: Angles of other bodies, likewise.
+        lengths: Lengths of other bodies and of rods; a coordinate may equal one of them.
+        angles: Angles of other bodies; a base angle may equal one of them.
     """
 
     owner: str
@@ -59,14 +59,14 @@ class TurnedBase:
 
 
 def turned_base(mechanism: Mechanism, noise: float) -> TurnedBase | None:
-    """The axes in which the frames on a robot's base have exact angles.
+    """Returns the axes in which the base frames have the most exact angles.
 
     Args:
         mechanism: A robot with the numbers of its file.
         noise: Least difference that counts as rounding (metre).
 
     Returns:
-        The axes; None where no other axes give more exact angles than the base's own.
+        The axes; None if no rotated axes give more exact angles than the base frame.
     """
     oriented = dict(_oriented(mechanism))
     placements = [place for body, place in mechanism.placed if body == mechanism.base_frame]
@@ -87,21 +87,21 @@ def turned_base(mechanism: Mechanism, noise: float) -> TurnedBase | None:
 
 
 def _turned_with(own: TurnedBase, owner: str, placement: Placement) -> TurnedBase:
-    """Axes that are turned with a frame."""
+    """Returns axes rotated with a frame."""
     turn = tuple(motion for motion in placement if isinstance(motion, Rotation))
     with mpmath.workdps(EVALUATION_DIGITS):
         return replace(own, owner=owner, turn=turn, matrix=pose_in_digits(turn, {}))
 
 
 def _rough(base: TurnedBase, placement: Placement) -> int:
-    """The number of a frame's angles that are no multiples of 15 degrees in some axes."""
+    """Counts the frame angles that are not multiples of 15 degrees in the rotated axes."""
     with mpmath.workdps(EVALUATION_DIGITS):
         T = _turned_back(base, placement)
         return sum(not (angle * 12 / sp.pi).is_Integer for angle in _angles(T, base))
 
 
 def on_turned_base(mechanism: Mechanism, base: TurnedBase, work: ExactNumbers) -> Mechanism:
-    """The same robot with the frames on its base in turned axes.
+    """Returns the robot with its base frames in rotated axes.
 
     Args:
         mechanism: A robot with the numbers of its file.
@@ -144,7 +144,7 @@ def on_turned_base(mechanism: Mechanism, base: TurnedBase, work: ExactNumbers) -
 def _listed(
     work: ExactNumbers, at: str, name: str, coordinate: mpmath.mpf, base: TurnedBase
 ) -> sp.Expr:
-    """The exact coordinate; the list has the coordinate to a little more than its rounding."""
+    """Returns the exact coordinate and records the rounded coordinate in the list of changes."""
     places = _GUARD - round(float(mpmath.log10(base.length)))
     found = Fraction(int(mpmath.nint(coordinate * 10**places)), 10**places)
     taken = _meant(found, base.lengths, base.length)
@@ -152,7 +152,7 @@ def _listed(
 
 
 def _meant(number: Fraction, others: Sequence[Fraction], rounding: float) -> Fraction:
-    """Zero, another number up to its sign, or the shortest decimal within a number's rounding."""
+    """Returns zero, a known number up to sign, or the shortest decimal within the rounding."""
     for other in (Fraction(0), *others):
         if abs(abs(number) - other) <= rounding:
             return other if number > 0 else -other
@@ -163,7 +163,7 @@ def _meant(number: Fraction, others: Sequence[Fraction], rounding: float) -> Fra
 
 
 def _oriented(mechanism: Mechanism) -> Iterator[tuple[str, Placement]]:
-    """The frames on the base whose angles count, by the names of their joints and closures."""
+    """Yields the base frames whose angles matter, with joint or closure names."""
     for joint in mechanism.joints:
         if joint.parent == mechanism.base_frame:
             yield joint.name, joint.before
@@ -174,7 +174,7 @@ def _oriented(mechanism: Mechanism) -> Iterator[tuple[str, Placement]]:
 
 
 def _others(mechanism: Mechanism) -> tuple[list[Fraction], list[Fraction]]:
-    """Magnitudes of the decimals of other bodies: lengths, those of rods too, and angles."""
+    """Returns magnitudes of lengths (including rods) and angles of the other bodies."""
     placements = [place for body, place in mechanism.placed if body != mechanism.base_frame]
     lengths = [strut.length for strut in mechanism.struts]
     lengths += [x for placement in placements for x in _lengths(placement)]
@@ -197,7 +197,7 @@ def _numbers(placement: Placement) -> Iterator[sp.Expr]:
 
 
 def _places(placements: Iterable[Placement]) -> int:
-    """The most places of the coordinates."""
+    """Returns the maximum number of decimal places of the coordinates."""
     return max(
         (decimal_places(x) or 0 for placement in placements for x in _lengths(placement)),
         default=0,
@@ -214,12 +214,12 @@ def _shift(placement: Placement) -> float:
 
 
 def _turned_back(base: TurnedBase, placement: Placement) -> mpmath.matrix:
-    """The pose (4, 4) of a frame on the base in the turned axes."""
+    """Returns the pose (4, 4) of a base frame in the rotated axes."""
     return base.matrix.T * pose_in_digits(placement, {})
 
 
 def _angles(T: mpmath.matrix, base: TurnedBase) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
-    """Roll, pitch and yaw of a pose, in multiples of 15 degrees where they are as near."""
+    """Returns roll, pitch and yaw of a pose, snapped to multiples of 15 degrees if close."""
     level = mpmath.hypot(T[0, 0], T[1, 0])
     pitch = mpmath.atan2(-T[2, 0], level)
     roll, yaw = mpmath.atan2(T[2, 1], T[2, 2]), mpmath.atan2(T[1, 0], T[0, 0])

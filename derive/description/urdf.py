@@ -1,6 +1,6 @@
-"""URDF import: the chain between two links of a URDF becomes a robot in exact numbers.
+"""URDF import: reads the chain between two links with exact numbers.
 
-Decimals are read as written, then cleaned (:mod:`~chasles.derive.description.cleaned_robot`).
+Decimals are read as written, then snapped (:mod:`~chasles.derive.description.cleaned_robot`).
 """
 
 import re
@@ -31,9 +31,9 @@ from .toml_file import DescriptionError
 
 DECIMAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 LIMITED_KINDS = ("revolute", "prismatic")
-"""Joints that must state limits."""
+"""Joint types that require limits."""
 FREE_KINDS = ("floating", "planar")
-"""Joints of several freedoms: a chain begins behind them."""
+"""Multi-DOF joint types; a chain starts behind them."""
 KINDS: dict[str, JointKind] = {
     "revolute": "revolute",
     "continuous": "revolute",
@@ -43,7 +43,7 @@ KINDS: dict[str, JointKind] = {
 
 
 def _states_no_range(limit: etree._Element | None) -> bool:
-    """Whether a joint's limits are missing or both 0, as exporters write them for unknown ones."""
+    """Whether limits are missing or both 0; exporters write 0 for unknown limits."""
     if limit is None:
         return True
     bounds = [limit.get(name, "0") for name in ("lower", "upper")]
@@ -54,17 +54,17 @@ def _states_no_range(limit: etree._Element | None) -> bool:
 
 
 class UrdfFile:
-    """A URDF: its joints by the link that they carry."""
+    """A parsed URDF, with joints keyed by child link."""
 
     def __init__(self, file: str, text: str) -> None:
         """Reads the tree of links and joints.
 
         Args:
-            file: The name of the file in errors.
-            text: URDF.
+            file: File name in error messages.
+            text: URDF text.
 
         Raises:
-            DescriptionError: The text is no URDF, or its joints do not join its links.
+            DescriptionError: The text is not a valid URDF, or joints refer to unknown links.
         """
         self.file = file
         self.root = parsed(file, text)
@@ -81,7 +81,7 @@ class UrdfFile:
         self._refuse_circles()
 
     def _refuse_circles(self) -> None:
-        """Refuses joints that carry themselves: no way from a base leads through them."""
+        """Raises an error for cyclic joints, which are not connected to the base."""
         based: set[str] = set()
         for child in self.joint_to:
             way: list[str] = []
@@ -94,7 +94,7 @@ class UrdfFile:
             based.update(way)
 
     def _circle(self, links: list[str]) -> NoReturn:
-        """Refuses the joints that carry these links."""
+        """Raises the error for a cycle of the parent joints of these links."""
         joints = [self.joint_to[link] for link in links]
         names = " and ".join(str(joint.get("name")) for joint in reversed(joints))
         expected = f"a link that is not carried by the joint itself; in a circle: {names}"
@@ -104,17 +104,18 @@ class UrdfFile:
         """The chain between two links.
 
         Args:
-            base: The link whose frame is the base frame; by default the root, see
+            base: The link whose frame is the base frame; default: the root, see
                 :mod:`~chasles.derive.description.importers.tool_links`.
-            tip: The link whose frame is the tool frame; by default the end of the longest chain.
-            name: The robot's name; by default the URDF's.
+            tip: The link whose frame is the tool frame; default: the end of the longest chain.
+            name: Name of the robot; default: the name in the URDF.
 
         Returns:
-            Frames, joints and links as in the URDF (characters that C names cannot hold become _);
-            ``notes`` name doubtful units, and the chosen tip if the file has others.
+            The robot with the frames, joints and links of the URDF; characters not allowed in C
+            names become "_". ``notes`` lists doubtful units, and the selected tip if there are
+            several.
 
         Raises:
-            DescriptionError: There is no such chain, or there are several longest chains.
+            DescriptionError: No such chain exists, or several chains are equally long.
         """
         try:
             ends = only_chain(self.tree, base, tip)
@@ -150,7 +151,7 @@ class UrdfFile:
 
     @cached_property
     def tree(self) -> KinematicTree:
-        """Links and joints by name."""
+        """Returns the tree of links and joints."""
         joints = (
             TreeJoint(
                 str(joint.get("name")),
@@ -177,10 +178,10 @@ class UrdfFile:
         return "moving" if joint.find("mimic") is None else "follower"
 
     def ends(self, base: str | None, tip: str | None) -> tuple[Ends, ...]:
-        """The chains between the given links; where one is not given, those that are meant.
+        """Returns the chains between base and tip; missing ends are inferred.
 
         Raises:
-            DescriptionError: A link is none of the file, or there is no chain.
+            DescriptionError: A link is unknown, or no chain exists.
         """
         try:
             return chosen_ends(self.tree, base, tip)
@@ -188,7 +189,7 @@ class UrdfFile:
             self._no_chain(error)
 
     def _no_chain(self, error: NoChain) -> NoReturn:
-        """Refuses a choice of links; they may stand in macros that nobody has expanded."""
+        """Raises the error for links without a chain; suggests xacro for unexpanded macros."""
         elements = self.root.iterchildren(tag=etree.Element)
         macro = next((element for element in elements if element.prefix == "xacro"), None)
         name = f"<xacro:{etree.QName(macro).localname}>" if macro is not None else ""
@@ -236,7 +237,7 @@ class UrdfFile:
         return lower, upper
 
     def _mimic(self, element: etree._Element) -> Mimic | None:
-        """The law by which a joint follows a joint with its own coordinate, other laws resolved."""
+        """Returns the mimic relation of a joint to a joint with its own coordinate."""
         multiplier, offset = sp.Integer(1), sp.Integer(0)
         laws, leader = self._followed(element)
         for mimic in laws:
@@ -247,7 +248,7 @@ class UrdfFile:
         return Mimic(_identifier(self._attribute(leader, "name")), multiplier, offset)
 
     def _followed(self, element: etree._Element) -> tuple[list[etree._Element], etree._Element]:
-        """The <mimic> of a joint, that of its leader, and so on, and the last leader."""
+        """Returns the chain of <mimic> elements of a joint, and the last leader."""
         laws, followed = [], [element]
         while (mimic := followed[-1].find("mimic")) is not None:
             name = self._attribute(mimic, "joint")
@@ -259,7 +260,7 @@ class UrdfFile:
         return laws, followed[-1]
 
     def _check_leaders(self, elements: Sequence[etree._Element], ends: Ends) -> None:
-        """Refuses a follower in a chain whose leader is not in it."""
+        """Raises an error if a mimic joint of a chain has its leader outside the chain."""
         for element in (e for e in elements if e.get("type") != "fixed"):
             _, leader = self._followed(element)
             if leader not in elements:
