@@ -1,8 +1,8 @@
-"""Modelling conventions: each turns named parameters of a joint into its placements.
+"""Modelling conventions: each maps the named parameters of a joint to its placements.
 
-:data:`CONVENTIONS` is the only list of them. A convention is one object of
-:class:`~chasles.derive.model.convention.Convention` in a file of this folder; robot files and the
-articles of robots use that object and know no convention by its name.
+:data:`CONVENTIONS` lists all conventions. A convention is one
+:class:`~chasles.derive.model.convention.Convention` object in a file of this folder; robot files
+and articles use only this object, never its name.
 
 | name      | link transform, the joint's variable in brackets    | file                     |
 |-----------|-----------------------------------------------------|--------------------------|

@@ -1,8 +1,10 @@
-"""Axes in conventions: the fields that place a joint's axis as the axis before it sees it.
+"""Fits convention fields to a joint axis, expressed relative to the preceding axis.
 
-The frame of reference has its z axis along the axis before. The x axis of the links below is turned
-to the common normal of both axes, or, for Hayati's tilts, to the point in which the joint's axis
-meets the plane across the axis before.
+The z axis of the reference frame is along the preceding axis. In the conventions below, the x axis
+of the link points along the common normal of both axes. For Hayati's tilts, it points to the
+intersection of the joint axis with the plane normal to the preceding axis. The x axis of the links
+below is turned to the common normal of both axes, or, for Hayati's tilts, to the point in which the
+joint's axis meets the plane across the axis before.
 """
 
 from collections.abc import Mapping
@@ -16,26 +18,26 @@ from ...model.tolerances import AXIS_DIGITS, EVALUATION_DIGITS, ROUNDING, ZERO_C
 
 
 def angle_between(line: AxisLine) -> mpmath.mpf:
-    """The angle from the axis before to the axis (radian), 0 to pi."""
+    """Returns the angle between the preceding axis and the axis (radian), from 0 to pi."""
     x, y, z = line.direction
     return mpmath.atan2(mpmath.hypot(x, y), z)
 
 
 def is_parallel(line: AxisLine) -> bool:
-    """Whether both axes are parallel, to all digits."""
+    """Whether both axes are parallel to full accuracy."""
     x, y, _ = line.direction
     return bool(mpmath.hypot(x, y) <= ZERO_COMPONENT)
 
 
 def distance_between(line: AxisLine) -> mpmath.mpf:
-    """The distance of both axes (metre)."""
+    """Returns the distance between both axes (metre)."""
     return mpmath.hypot(*line.point[:2]) if is_parallel(line) else abs(_of_normal(line)[2])
 
 
 def common_normal(line: AxisLine) -> Fitted:
-    """Turn and shift to the common normal, and a, alpha along and about it.
+    """Returns rotation and shift to the common normal, and a, alpha along and about the normal.
 
-    Parallel axes have many; the one through the origin is taken, and where the axes coincide, x.
+    For parallel axes, the normal through the origin is used; for coinciding axes, the x axis.
     """
     with mpmath.workdps(EVALUATION_DIGITS):
         if is_parallel(line):
@@ -49,7 +51,7 @@ def common_normal(line: AxisLine) -> Fitted:
 
 
 def _of_normal(line: AxisLine) -> tuple[mpmath.mpf, mpmath.mpf, mpmath.mpf]:
-    """Turn to the common normal of axes that are not parallel, shift to its foot, its length."""
+    """Returns rotation and shift to the common normal of nonparallel axes, and its length."""
     (x, y, z), (p_x, p_y, p_z) = line.direction, line.point
     sine = mpmath.hypot(x, y)
     n_x, n_y = -y / sine, x / sine
@@ -58,9 +60,9 @@ def _of_normal(line: AxisLine) -> tuple[mpmath.mpf, mpmath.mpf, mpmath.mpf]:
 
 
 def tilts(line: AxisLine) -> Fitted | None:
-    """Turn to the axis in the plane z = 0, and a, alpha, beta with Tx(a) Rx(alpha) Ry(beta).
+    """Returns the rotation to the axis in the plane z = 0, and the fields a, alpha, beta.
 
-    None where the axis lies in a plane across the axis before.
+    The fields define Tx(a) Rx(alpha) Ry(beta). None if both axes are perpendicular.
     """
     with mpmath.workdps(EVALUATION_DIGITS):
         (x, y, z), (p_x, p_y, p_z) = line.direction, line.point
@@ -80,7 +82,7 @@ def tilts(line: AxisLine) -> Fitted | None:
 
 
 def origin_and_turns(line: AxisLine) -> tuple[Vector, sp.Expr, sp.Expr]:
-    """The axis' point, and beta, alpha with Ry(beta) Rx(alpha) z along the axis."""
+    """Returns the axis point, and beta, alpha for which Ry(beta) Rx(alpha) z is along the axis."""
     with mpmath.workdps(EVALUATION_DIGITS):
         x, y, z = line.direction
         p_x, p_y, p_z = (length(component) for component in line.point)
@@ -89,7 +91,7 @@ def origin_and_turns(line: AxisLine) -> tuple[Vector, sp.Expr, sp.Expr]:
 
 
 def in_turned_frame(line: AxisLine) -> Vector:
-    """The axis' point in the frame turned by Ry(beta) Rx(alpha)."""
+    """Returns the axis point in the frame rotated by Ry(beta) Rx(alpha)."""
     with mpmath.workdps(EVALUATION_DIGITS):
         (x, y, z), p = line.direction, line.point
         in_plane = mpmath.hypot(x, z)
@@ -103,24 +105,24 @@ def in_turned_frame(line: AxisLine) -> Vector:
 
 
 def fitted(values: Mapping[str, sp.Expr | Vector]) -> Fitted:
-    """An axis whose fields alone place it."""
+    """Returns a fit without extra rotation and shift."""
     return Fitted(sp.S.Zero, sp.S.Zero, values)
 
 
 def into_fields(found: Fitted) -> Fitted:
-    """Turn and shift in the fields theta and d of a distal convention."""
+    """Moves rotation and shift into the fields theta and d of a distal convention."""
     return fitted({"theta": found.turn, "d": found.shift, **found.values})
 
 
 def angle(value: mpmath.mpf) -> sp.Expr:
-    """An angle (radian): a multiple of pi/12, or a decimal of ``AXIS_DIGITS`` digits."""
+    """Returns an angle (radian) as a multiple of pi/12 or with ``AXIS_DIGITS`` digits."""
     twelfths = 12 * value / mpmath.pi
     nearest = int(mpmath.nint(twelfths))
     return sp.pi * nearest / 12 if abs(twelfths - nearest) < ROUNDING else length(value)
 
 
 def length(value: mpmath.mpf) -> sp.Expr:
-    """A length (metre) as a decimal of ``AXIS_DIGITS`` digits; 0 where only rounding is left."""
+    """Returns a length (metre) with ``AXIS_DIGITS`` digits; rounding errors become 0."""
     if abs(value) <= ZERO_COMPONENT:
         return sp.S.Zero
     return sp.Rational(mpmath.nstr(value, AXIS_DIGITS))

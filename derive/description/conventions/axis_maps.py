@@ -1,8 +1,8 @@
-"""The displacement of a joint's axis by the numbers of a convention.
+"""Displacement of a joint axis caused by changes of its convention parameters.
 
-A turning joint's axis is a line: a shift along it and a turn about it displace nothing, four
-directions are left. The axis of a sliding joint is a direction, of which two tilts are left. The
-numbers of a convention place the axis anywhere near where they span these directions.
+A revolute axis is a line with four displacements: shifts along the line and rotations about the
+line change nothing. A prismatic axis is a direction with two tilts. A convention can represent
+every nearby axis if its parameters span these displacements.
 
 Source:
     K. Schroeer, S. Albright, M. Grethlein, Complete, minimal and model-continuous kinematic models
@@ -22,26 +22,26 @@ from ...model.kinds import JointKind
 from ...model.placements import Placement, Rotation, Translation, rotation, translation
 
 FREE = {"prismatic": (3, 4)}
-"""Components of (v, omega) that displace the axis of a joint of a kind."""
+"""Components of (v, omega) that displace the axis, keyed by joint type."""
 OF_A_LINE = (0, 1, 3, 4)
-"""Those of all other kinds: shifts along x and y, turns about x and y of the joint's frame."""
+"""Default components: shifts along x, y and rotations about x, y of the joint frame."""
 POSE = 6
-"""Numbers of a pose."""
+"""Number of parameters of a pose."""
 _BEFORE = sp.symbols("theta_before d_before", real=True)
 _AFTER = sp.symbols("theta_after d_after", real=True)
 
 
 @dataclass(frozen=True)
 class AxisMap:
-    """The link between two axes in a convention, completed to all numbers of a pose.
+    """The transform between two axes in a convention, completed to six pose parameters.
 
     Attributes:
-        product: The pose of the joint's frame as the axis before sees it, elementary motions.
-        own: Symbols of the convention's numbers.
-        added: Symbols of the turns about and shifts along both axes that complete them.
-        columns: (6, own and added) twists (v; omega) of the joint's frame in its own axes, by the
-            rate of each number.
-        free: Components of these twists that displace the axis.
+        product: Pose of the joint frame relative to the preceding axis, as elementary motions.
+        own: Symbols of the convention parameters.
+        added: Symbols of the added rotations about and shifts along both axes.
+        columns: (6, own and added) twists (v; omega) of the joint frame per parameter rate, in
+            joint-frame axes.
+        free: Twist components that displace the axis.
     """
 
     product: Placement
@@ -52,21 +52,22 @@ class AxisMap:
 
     @property
     def symbols(self) -> tuple[sp.Symbol, ...]:
-        """All numbers, in the order of the columns."""
+        """All parameter symbols, in column order."""
         return (*self.own, *self.added)
 
 
 def free_of(kind: JointKind) -> tuple[int, ...]:
-    """Components (v, omega) of the displacement of a joint's frame that displace its axis."""
+    """Returns the components of (v, omega) of a joint frame that displace its axis."""
     return FREE.get(kind, OF_A_LINE)
 
 
 @cache
 def axis_map(convention: Convention, kind: JointKind) -> AxisMap:
-    """The link between two axes in a convention.
+    """Returns the transform between two axes in a convention.
 
-    A link that begins with a turn about the axis before is completed after the joint's axis, by a
-    turn about it and a shift along it; one that ends so, before, by the offset of the axis before.
+    A transform that starts with a rotation about the preceding axis is completed by a rotation
+    about and a shift along the joint axis. A transform that ends with a rotation about the joint
+    axis is completed by an offset of the preceding axis.
     """
     product = numbers_of(convention, kind)
     own = symbols_in(product)
@@ -83,19 +84,19 @@ def axis_map(convention: Convention, kind: JointKind) -> AxisMap:
 
 
 def numbers_of(convention: Convention, kind: JointKind) -> Placement:
-    """The product of elementary motions in the numbers of a convention."""
+    """Returns the elementary motions as functions of the convention parameters."""
     return convention.numbers(kind) if convention.numbers else convention.transform
 
 
 def symbols_in(product: Placement) -> tuple[sp.Symbol, ...]:
-    """The symbols of a product of elementary motions, in order."""
+    """Returns the symbols of elementary motions, in order."""
     arguments = (argument for motion in product for _, _, argument in _steps(motion))
     found = (symbol for a in arguments for symbol in sorted(a.free_symbols, key=str))
     return tuple(dict.fromkeys(found))
 
 
 def twists(product: Placement, symbols: Sequence[sp.Symbol]) -> sp.ImmutableMatrix:
-    """(6, k) twists (v; omega) of the last frame in its own axes by the rate of each symbol."""
+    """Returns twists (6, k) of the last frame per symbol rate, in its own axes."""
     found = {symbol: sp.zeros(6, 1) for symbol in symbols}
     R, p = sp.eye(3), sp.zeros(3, 1)
     for motion in reversed(product):
@@ -111,15 +112,15 @@ def twists(product: Placement, symbols: Sequence[sp.Symbol]) -> sp.ImmutableMatr
 
 
 class Motions:
-    """A product of elementary motions in numbers: its orientation, and its twists.
+    """Numeric orientation and twists of a product of elementary motions.
 
     Args:
-        product: The product, its arguments any expressions of some symbols.
-        symbols: These symbols.
+        product: The product; its arguments are expressions in the symbols.
+        symbols: The symbols.
     """
 
     def __init__(self, product: Placement, symbols: Sequence[sp.Symbol]) -> None:
-        """Prepares the arguments and their derivatives."""
+        """Prepares numeric functions for arguments and derivatives."""
         steps = [step for motion in product for step in _steps(motion)]
         self._axes = [(turns, axis) for turns, axis, _ in steps]
         arguments = [argument for _, _, argument in steps]
@@ -134,10 +135,10 @@ class Motions:
         self._count = len(symbols)
 
     def __call__(self, values: Sequence[float]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(6, k) twists (v; omega) of the last frame in its own axes, and its orientation (3, 3).
+        """Returns twists (6, k) of the last frame in its own axes, and its orientation (3, 3).
 
         Args:
-            values: A value for each symbol.
+            values: One value per symbol.
         """
         arguments, rates = self._evaluated(values)
         of_motions = np.zeros((6, len(arguments)))
@@ -159,7 +160,7 @@ class Motions:
 
 
 def _steps(motion: Rotation | Translation) -> list[tuple[bool, int, sp.Expr]]:
-    """Whether a motion turns, about or along which axis, and how far; without steps of zero."""
+    """Returns (is rotation, axis index, amount) for each nonzero step of a motion."""
     if isinstance(motion, Rotation):
         return [(True, "xyz".index(motion.axis), motion.angle)]
     return [(False, k, part) for k, part in enumerate(motion.vector) if part != 0]
@@ -175,7 +176,7 @@ def _turn(axis: int, angle: float) -> NDArray[np.float64]:
 
 
 def field_values(found: Fitted) -> dict[str, sp.Expr]:
-    """Values of fields, vectors by component, by the names of their symbols."""
+    """Returns field values (vectors per component), keyed by symbol name."""
     values: dict[str, sp.Expr] = {}
     for name, value in found.values.items():
         if isinstance(value, tuple):
@@ -186,7 +187,7 @@ def field_values(found: Fitted) -> dict[str, sp.Expr]:
 
 
 def _coordinates(motion: Rotation | Translation) -> list[tuple[sp.Symbol, sp.Matrix]]:
-    """The symbols of an elementary motion with the twist that each gives."""
+    """Returns the symbols of an elementary motion with their twists."""
     if isinstance(motion, Rotation):
         arguments = [(motion.angle, 3 + "xyz".index(motion.axis))]
     else:
@@ -207,7 +208,7 @@ def _turns_about_z(motion: Rotation | Translation) -> bool:
 
 
 def _ends_with_turn(product: Placement) -> bool:
-    """Whether a turn about z is last, but for shifts along z."""
+    """Whether the last motion is a z rotation, apart from z shifts."""
     for motion in reversed(product):
         if isinstance(motion, Rotation):
             return motion.axis == "z"

@@ -1,4 +1,4 @@
-"""Denavit and Hartenberg's four parameters, distal and proximal.
+"""Denavit-Hartenberg parameters, distal and proximal.
 
 Source:
     J. Denavit, R. S. Hartenberg, A kinematic notation for lower-pair mechanisms based on matrices,
@@ -23,7 +23,7 @@ _FIELDS = (
 
 
 def _distal(line: AxisLine) -> Fitted:
-    """All four fields belong to the joint whose link carries the axis."""
+    """Assigns all four fields to the joint of the preceding link."""
     return into_fields(common_normal(line))
 
 

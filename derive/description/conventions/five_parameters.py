@@ -1,4 +1,4 @@
-"""Five parameters a joint, complete and without jumps, for axes that are not or are parallel.
+"""Five-parameter conventions, complete and continuous, for parallel and nonparallel axes.
 
 Source:
     Closed chain cascade manipulator with an improved kinematic model, Mathematical Problems in
@@ -17,7 +17,7 @@ alpha, beta, theta = sp.symbols("alpha beta theta", real=True)
 
 
 def _at_the_normal(line: AxisLine) -> Fitted:
-    """The frame at the foot of the common normal: b is zero."""
+    """Places the frame at the foot of the common normal, so b is zero."""
     found = common_normal(line)
     return Fitted(found.turn, sp.S.Zero, {**found.values, "c": found.shift})
 
@@ -37,7 +37,7 @@ mdh5 = of_transform(
     turning="theta",
     fit=_at_the_normal,
 )
-"""T(a, b, c) Rx(alpha) Rz(theta); a sliding joint moves along z right after Rz(theta)."""
+"""T(a, b, c) Rx(alpha) Rz(theta); a prismatic joint moves along z after Rz(theta)."""
 hayati5 = of_transform(
     "hayati5",
     (

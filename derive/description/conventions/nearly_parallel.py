@@ -1,7 +1,7 @@
-"""Hayati and Mirmirani's four parameters for axes that are nearly parallel.
+"""Four parameters of Hayati and Mirmirani for nearly parallel axes.
 
-Denavit and Hartenberg's d jumps where two axes become parallel; here a tilt beta about y takes its
-place.
+The Denavit-Hartenberg parameter d is discontinuous at parallel axes; a tilt beta about y replaces
+it.
 
 Source:
     S. Hayati, M. Mirmirani, Improving the absolute positioning accuracy of robot manipulators,
@@ -18,7 +18,7 @@ a, alpha, beta, theta = sp.symbols("a alpha beta theta", real=True)
 
 
 def _distal(line: AxisLine) -> Fitted | None:
-    """All four fields belong to the joint whose link carries the axis; the tilts need no d."""
+    """Assigns all four fields to the joint of the preceding link; d is not needed."""
     found = tilts(line)
     return found and fitted({"theta": found.turn, **found.values})
 
@@ -40,4 +40,4 @@ hayati = of_transform(
     turning="theta",
     fit=_distal,
 )
-"""Rz(theta) Tx(a) Rx(alpha) Ry(beta); a sliding joint moves along z right after Rz(theta)."""
+"""Rz(theta) Tx(a) Rx(alpha) Ry(beta); a prismatic joint moves along z after Rz(theta)."""

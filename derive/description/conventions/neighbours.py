@@ -1,4 +1,4 @@
-"""Neighbouring axes of a chain at zero: each seen from the one before."""
+"""Consecutive axes of a chain at zero, each relative to the preceding axis."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -19,20 +19,20 @@ from .axis_lines import angle_between, distance_between, is_parallel
 from .axis_maps import Motions, axis_map, field_values
 
 _PLACE: tuple[sp.Symbol, sp.Symbol] = sp.symbols("place_x place_y", real=True)
-"""Shifts of a sliding joint's frame across its slide."""
+"""Shifts of a prismatic joint frame perpendicular to the joint direction."""
 
 
 @dataclass(frozen=True, eq=False)
 class Neighbours:
-    """The axis of a moving joint, and the axis before.
+    """The axis of a moving joint relative to the preceding axis.
 
     Attributes:
         joint: The joint.
-        before: The moving joint before; None where the z axis of the base frame takes its place.
-        line: The axis in the frame of the joint before.
-        frame: (4, 4) pose of the joint's frame there, in many digits.
-        size: Length of the arm, the sum of the distances between neighbouring turning axes (metre);
-            1 where that is zero.
+        before: The preceding moving joint; None for the z axis of the base frame.
+        line: The axis in the frame of the preceding joint.
+        frame: (4, 4) multi-digit pose of the joint frame in the frame of the preceding joint.
+        size: Arm length: the sum of the distances between consecutive revolute axes (metre), or 1
+            if the sum is zero.
     """
 
     joint: Joint
@@ -43,12 +43,12 @@ class Neighbours:
 
     @property
     def is_of_lines(self) -> bool:
-        """Whether both axes are lines: neither joint slides, and neither is the base."""
+        """Whether both axes are lines, that is, not prismatic and not the base."""
         return self.before is not None and "prismatic" not in (self.joint.kind, self.before.kind)
 
     @cached_property
     def angle(self) -> float:
-        """The angle between both axes (radian), 0 to pi."""
+        """The angle between both axes (radian), from 0 to pi."""
         return float(angle_between(self.line))
 
     @cached_property
@@ -62,16 +62,16 @@ class Neighbours:
         return is_parallel(self.line)
 
     def fit(self, convention: Convention) -> Fitted | None:
-        """The numbers of a convention that place the axis; None where there are none."""
+        """Returns the convention parameters of the axis, or None."""
         return convention.fit(self.line) if convention.fit else None
 
     def displacements(self, convention: Convention) -> NDArray[np.float64] | None:
-        """(4, k) or (2, k) displacement of the axis by each number of a convention, without units.
+        """Returns the normalized axis displacements (4, k) or (2, k) per convention parameter.
 
-        Rows are shifts along the common normal and its perpendicular, in parts of the arm's length,
-        and turns about both; the axis of a sliding joint has turns alone. The place of a sliding
-        joint before is free, and its shifts across the slide count as numbers. None where the
-        convention has no numbers for the axis.
+        Rows are shifts along the common normal and its perpendicular, relative to the arm length,
+        and rotations about both. A prismatic axis has only the rotations. The position of a
+        preceding prismatic axis is free, so its perpendicular shifts count as parameters. None if
+        the convention cannot represent the axis.
         """
         found = self.fit(convention)
         if found is None:
@@ -84,7 +84,7 @@ class Neighbours:
     def by_numbers(
         self, product: Placement, symbols: Sequence[sp.Symbol], values: Sequence[float]
     ) -> NDArray[np.float64]:
-        """The same for the numbers of any product of motions from the axis before to the axis."""
+        """Returns the displacements for any product of motions between the two axes."""
         if self.before is not None and self.before.kind == "prismatic":
             product = translation(_PLACE[0], _PLACE[1], sp.S.Zero) + product
             symbols, values = (*symbols, *_PLACE), (*values, 0.0, 0.0)
@@ -101,7 +101,7 @@ class Neighbours:
 
     @property
     def normal(self) -> NDArray[np.float64]:
-        """The direction of the common normal as the axis before sees it; 0 where axes coincide."""
+        """Direction of the common normal in the preceding frame; 0 for coinciding axes."""
         if self.is_parallel:
             across = np.array([float(x) for x in self.line.point[:2]] + [0.0])
         else:
@@ -112,7 +112,7 @@ class Neighbours:
 
     @property
     def words(self) -> tuple[str, ...]:
-        """Name of each row of :meth:`displacements`."""
+        """Names of the rows of :meth:`displacements`."""
         along, across = "the common normal", "the perpendicular of axis and common normal"
         if not self.normal.any():
             along, across = "the link's x axis", "the link's y axis"
@@ -123,14 +123,14 @@ class Neighbours:
 
 
 def least_singular_value(rows: NDArray[np.float64] | None) -> float:
-    """The least displacement by numbers of norm 1, over all directions; 0 without numbers."""
+    """Returns the smallest displacement over all directions per unit parameter change, or 0."""
     if rows is None or rows.shape[1] < rows.shape[0]:
         return 0.0
     return float(np.linalg.svd(rows, compute_uv=False)[-1])
 
 
 def neighbours(robot: SerialRobot) -> tuple[Neighbours, ...]:
-    """All moving joints of a robot, each with its axis seen from the one before."""
+    """Returns all moving joints of a robot, each with its axis relative to the preceding axis."""
     with mpmath.workdps(EVALUATION_DIGITS):
         found = list(_pairs(robot))
         size = sum(pair.distance for pair in found if pair.is_of_lines)

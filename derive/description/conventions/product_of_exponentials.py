@@ -1,4 +1,4 @@
-"""Product of exponentials: each joint by the screw axis that it moves about or along.
+"""Product-of-exponentials convention: each joint has a screw axis.
 
 Source:
     R. W. Brockett, Robotic manipulators and the product of exponentials formula, MTNS 1983 (1984).
@@ -14,20 +14,20 @@ from .urdf_origin import AXIS
 
 
 def _around_the_screw(kind: JointKind, *, axis: Vector, point: Vector) -> Placements:  # noqa: ARG001
-    """The frame of the screw and back: every link frame coincides with the base frame at zero."""
+    """Moves to the screw frame and back, so all link frames equal the base frame at zero."""
     z_to_axis, to_point = align_z(axis), translation(*point)
     return to_point + z_to_axis, inverse(z_to_axis) + inverse(to_point)
 
 
 def _corrections(kind: JointKind) -> Placement:
-    """Two shifts of an axis, unless it slides, and two tilts: a direction has no free numbers."""
+    """Returns two tilts, and two shifts for non-prismatic axes, as correction parameters."""
     x, y, tilt_x, tilt_y = sp.symbols("shift_x shift_y tilt_x tilt_y", real=True)
     shifts = () if kind == "prismatic" else translation(x, y, sp.S.Zero)
     return shifts + rotation("x", tilt_x) + rotation("y", tilt_y)
 
 
 def _uncorrected(line: AxisLine) -> Fitted:  # noqa: ARG001
-    """Any axis: its corrections are zero."""
+    """Fits any axis, with zero corrections."""
     return fitted({})
 
 
@@ -42,6 +42,6 @@ poe = Convention(
 )
 """The screw along ``axis`` through ``point``.
 
-Both are given in the previous link's frame at zero, which for a chain of `poe` joints alone is the
-base frame.
+Both are expressed in the frame of the previous link at zero. In a chain with only `poe` joints,
+this is the base frame.
 """

@@ -1,4 +1,4 @@
-"""The S-model: six parameters, a full pose, for each link.
+"""The S-model: six parameters (a full pose) per link.
 
 Source:
     Xie, Miao, Wang and Zhang, Kinematic Model Analysis of an 8-DOF Photographic Robot, 2018,
@@ -16,7 +16,7 @@ x, y, z = sp.symbols("x y z", real=True)
 
 
 def _turned_then_moved(line: AxisLine) -> Fitted:
-    """The axis by beta and alpha, and the point in the turned frame."""
+    """Fits beta and alpha to the axis direction, and the point in the rotated frame."""
     _, beta, alpha = origin_and_turns(line)
     p_x, p_y, p_z = in_turned_frame(line)
     return fitted({"beta": beta, "alpha": alpha, "x": p_x, "y": p_y, "z": p_z})
@@ -39,4 +39,4 @@ s_model = of_transform(
     sliding="z",
     fit=_turned_then_moved,
 )
-"""Rz(theta) Ry(beta) Rx(alpha) T(x, y, z): a joint turns by theta or slides by z."""
+"""Rz(theta) Ry(beta) Rx(alpha) T(x, y, z), with joint variable theta or z."""

@@ -1,9 +1,8 @@
-"""Each joint in the convention that suits its calibration: complete, continuous, few numbers.
+"""Selects a suitable calibration convention per joint: complete, continuous, few parameters.
 
-Neighbouring axes that are not parallel have a common normal, and Denavit and Hartenberg's proximal
-numbers are complete and minimal. Where they are nearly parallel the normal jumps, and Hayati's
-tilts take its place, with one number more. Where both fail, for axes that nearly coincide, the
-joint has a whole pose.
+For nonparallel consecutive axes, the proximal Denavit-Hartenberg parameters are complete and
+minimal. For nearly parallel axes, the common normal is discontinuous, so Hayati's tilts are used,
+with one more parameter. For nearly coinciding axes, both fail and the joint has a full pose.
 """
 
 from collections.abc import Sequence
@@ -26,12 +25,12 @@ from .neighbours import Neighbours, least_singular_value, neighbours
 from .urdf_origin import urdf
 
 SUITED = (mdh, hayati5, urdf)
-"""Conventions whose fields place the joint's own axis, so that they mix; few numbers first."""
+"""Conventions that can be mixed because their fields place the joint's own axis."""
 _ORIGIN = (mpmath.mpf(0),) * 3
 
 
 def suitable_convention(pair: Neighbours) -> Convention:
-    """The first of :data:`SUITED` that is continuous at a joint; the last is so everywhere."""
+    """Returns the first continuous convention of :data:`SUITED`; the last always is."""
     for convention in SUITED[:-1]:
         if least_singular_value(pair.displacements(convention)) > CONTINUOUS_MODEL:
             return convention
@@ -39,9 +38,10 @@ def suitable_convention(pair: Neighbours) -> Convention:
 
 
 def suitable_conventions(robot: SerialRobot) -> tuple[tuple[Neighbours, Convention], ...]:
-    """Each moving joint with the convention that suits it.
+    """Returns each moving joint with its suitable convention.
 
-    The place of a sliding joint is free, and here it passes through the origin of the link before.
+    A prismatic axis is moved through the origin of the preceding link, because its position is
+    free.
     """
     with mpmath.workdps(EVALUATION_DIGITS):
         placed, _ = _placed(neighbours(robot))
@@ -49,22 +49,22 @@ def suitable_conventions(robot: SerialRobot) -> tuple[tuple[Neighbours, Conventi
 
 
 def with_suitable_conventions(robot: SerialRobot) -> SerialRobot:
-    """The same robot, with each joint in the convention that suits it.
+    """Returns the robot with each joint in a suitable convention.
 
-    The pose of the tool stays, and so do coordinates, limits and mimic laws. Frames of links are
-    those of the conventions, and fixed joints become part of the links. Numbers are exact where
-    they are multiples of 15 degrees or have fewer than 25 digits.
+    The tool pose, coordinates, limits and mimic relations do not change. Link frames follow the
+    conventions, and fixed joints are merged into the links. Multiples of 15 degrees and numbers
+    with fewer than 25 digits are exact.
 
     Args:
-        robot: A serial robot in any conventions; its named parameters take their values.
+        robot: A serial robot in any conventions; named parameters are replaced by their values.
 
     Raises:
-        RobotError: The robot has masses, whose places are in the frames of its links.
+        RobotError: The robot has masses, which are positioned in link frames.
     """
     if robot.load is not None:
         raise RobotError(
-            f"{robot.name}: its masses are placed in the frames of its links, which change with "
-            "the conventions; name the conventions of its joints"
+            f"{robot.name}: masses are positioned in link frames, which change with "
+            "the conventions; set the convention of each joint"
         )
     with mpmath.workdps(EVALUATION_DIGITS):
         pairs = neighbours(robot)
@@ -83,15 +83,15 @@ def with_suitable_conventions(robot: SerialRobot) -> SerialRobot:
 
 @dataclass
 class _Placed:
-    """A joint on the way into its convention.
+    """A joint during its conversion to a convention.
 
     Attributes:
-        pair: The joint as it was described, and the one before.
-        convention: The convention that suits it.
-        fitted: Its fields.
-        before: (4, 4) frame of the axis before, with the turn and shift that the fields need.
-        turn: Turn of the joint's own frame about its axis, which the next joint needs (radian).
-        shift: Shift along its axis, likewise (metre).
+        pair: The described joint and the preceding joint.
+        convention: The suitable convention.
+        fitted: The fitted convention fields.
+        before: (4, 4) frame of the preceding axis, with the rotation and shift of the fit.
+        turn: Rotation of the joint frame about its axis, required by the next joint (radian).
+        shift: Shift of the joint frame along its axis, required by the next joint (metre).
     """
 
     pair: Neighbours
@@ -102,14 +102,14 @@ class _Placed:
     shift: sp.Expr = sp.S.Zero
 
     def fields(self) -> dict[str, sp.Expr | Vector]:
-        """The values of all fields, turn and shift included."""
+        """Returns the values of all fields, including rotation and shift."""
         fields = dict(self.fitted.values)
         if self.convention.turning:
             return fields | {
                 self.convention.turning: self.turn,
                 self.convention.sliding: self.shift,
             }
-        # A whole pose takes turn and shift into its roll, pitch and yaw.
+        # A full pose includes rotation and shift in its position, roll, pitch and yaw.
         T = pose_in_digits(self._own() + _along_z(self.turn, self.shift), {})
         xyz, rpy = _xyz_rpy(T)
         return fields | {"xyz": xyz, "rpy": rpy}
@@ -118,11 +118,11 @@ class _Placed:
         return self.convention(self.pair.joint.kind, **self.fitted.values)[0]
 
     def after(self) -> Any:
-        """(4, 4) the joint's frame without turn and shift."""
+        """Returns the joint frame (4, 4) without rotation and shift."""
         return self.before * pose_in_digits(self._own(), {})
 
     def as_joint(self) -> Joint:
-        """The joint in its convention."""
+        """Returns the joint in its convention."""
         given = self.convention.scalars(
             {f.name: f.value(self.fields()) for f in self.convention.fields}
         )
@@ -138,9 +138,9 @@ class _Placed:
 
 
 def _placed(pairs: Sequence[Neighbours]) -> tuple[list[_Placed], Any]:
-    """The joints in their conventions, and the frame of the last one."""
+    """Returns the joints in their conventions, and the frame of the last joint."""
     first = pairs[0]
-    # The base frame's six numbers place the first axis.
+    # The six parameters of the base frame place the first axis.
     placed = [_Placed(first, SUITED[0], fitted({}), first.frame)]
     frame = original = first.frame
     for pair in pairs[1:]:
@@ -158,7 +158,7 @@ def _placed(pairs: Sequence[Neighbours]) -> tuple[list[_Placed], Any]:
 
 
 def _line(relative: Any, joint: Joint) -> AxisLine:
-    """The axis of a joint; a sliding one's is moved to the origin, since its place is free."""
+    """Returns the axis of a joint; a prismatic axis is moved to the origin."""
     point = _ORIGIN if joint.kind == "prismatic" else tuple(relative[:3, 3])
     return AxisLine(tuple(relative[:3, 2]), point)
 
@@ -168,7 +168,7 @@ def _along_z(turn: sp.Expr, shift: sp.Expr) -> Placement:
 
 
 def _home(robot: SerialRobot, values: dict[sp.Symbol, sp.Expr]) -> Any:
-    """(4, 4) pose of the tool with every moving joint at zero."""
+    """Returns the tool pose (4, 4) with all moving joints at zero."""
     return pose_in_digits(tuple(motion for p in robot.placements for motion in p), values)
 
 
@@ -177,11 +177,11 @@ def _placement(T: Any) -> Placement:
 
 
 def _xyz_rpy(T: Any) -> tuple[Vector, Vector]:
-    """Position, and roll, pitch and yaw with R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    """Returns position, and roll, pitch, yaw with R = Rz(yaw) Ry(pitch) Rx(roll)."""
     pitch = mpmath.atan2(-T[2, 0], mpmath.hypot(T[0, 0], T[1, 0]))
     is_locked = mpmath.hypot(T[0, 0], T[1, 0]) <= ZERO_COMPONENT
     yaw = mpmath.mpf(0) if is_locked else mpmath.atan2(T[1, 0], T[0, 0])
-    # Where the x axis is vertical, roll and yaw are one turn, and the yaw is zero.
+    # If the x axis is vertical, roll and yaw rotate about the same axis, and yaw is set to 0.
     c, s = mpmath.cos(yaw), mpmath.sin(yaw)
     roll = mpmath.atan2(s * T[0, 2] - c * T[1, 2], c * T[1, 1] - s * T[0, 1])
     x, y, z = (length(T[k, 3]) for k in range(3))
@@ -189,6 +189,6 @@ def _xyz_rpy(T: Any) -> tuple[Vector, Vector]:
 
 
 def _used(robot: SerialRobot, joints: Sequence[Joint]) -> tuple[Parameter, ...]:
-    """The parameters that pitches name."""
+    """Returns the parameters used by screw pitches."""
     used = {symbol for joint in joints for symbol in joint.pitch.free_symbols}
     return tuple(parameter for parameter in robot.parameters if parameter.symbol in used)

@@ -1,4 +1,4 @@
-"""URDF's description of a joint: an origin by position and roll, pitch, yaw, and an axis.
+"""URDF joint convention: an origin (position and roll, pitch, yaw) and an axis.
 
 Source:
     The URDF specification of <joint>: <origin xyz rpy> and <axis xyz>.
@@ -36,7 +36,7 @@ def _origin(kind: JointKind) -> Placement:  # noqa: ARG001
 
 
 def _at_the_axis(line: AxisLine) -> Fitted:
-    """The origin on the axis, whose direction is z."""
+    """Fits an origin on the axis, with z along the axis."""
     xyz, beta, alpha = origin_and_turns(line)
     return fitted({"xyz": xyz, "rpy": (alpha, beta, sp.S.Zero), "axis": AXIS.default or xyz})
 
@@ -55,4 +55,4 @@ urdf = Convention(
     numbers=_origin,
     fit=_at_the_axis,
 )
-"""T(xyz) Rz(yaw) Ry(pitch) Rx(roll), then the motion about or along ``axis`` of that frame."""
+"""T(xyz) Rz(yaw) Ry(pitch) Rx(roll), then the motion about or along ``axis`` in this frame."""

@@ -1,1 +1,1 @@
-"""Files that other programs write: trees of links, xacro, SRDF, MJCF, calibrations."""
+"""Importers for files of other programs: URDF, xacro, SRDF, MJCF and calibrations."""

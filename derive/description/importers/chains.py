@@ -1,4 +1,4 @@
-"""Files of linked bodies by their endings, and the chains that a user or a tree chooses there."""
+"""Opens link-tree files by suffix and finds their chains."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,37 +18,37 @@ from .xacro_file import expanded, is_xacro
 
 SUFFIXES = (".urdf", ".xacro", ".xml")
 Chain = tuple[str | None, str | None, str]
-"""Base and tip links, None where the tree decides, and the end of the robot's name."""
+"""Base link, tip link (None to infer) and suffix of the robot name."""
 
 
 class LinkedBodies(Protocol):
-    """A file that describes a tree of links: a URDF or an MJCF model."""
+    """A file with a link tree: a URDF or an MJCF model."""
 
     @property
     def tree(self) -> KinematicTree:
-        """Links and joints by name."""
+        """The tree of links and joints."""
 
     def ends(self, base: str | None, tip: str | None) -> tuple[Ends, ...]:
-        """The chains between the given links; where one is not given, those that are meant."""
+        """Returns the chains between base and tip; missing ends are inferred."""
 
     def robot(self, base: str | None, tip: str | None, name: str | None) -> Described:
         """The chain between two links, with the loops that its joints are part of."""
 
 
 def is_imported(file: Path) -> bool:
-    """Whether a file's ending is that of a URDF, a xacro file or an MJCF model."""
+    """Whether the file suffix is .urdf, .xacro or .xml."""
     return file.suffix.lower() in SUFFIXES
 
 
 def opened(file: Path, arguments: Sequence[str] = ()) -> LinkedBodies:
-    """A file of linked bodies, read.
+    """Reads a link-tree file.
 
     Args:
-        file: A URDF, a xacro file that makes one, or an MJCF model.
-        arguments: Values of a xacro file's arguments, each as ``name:=value``.
+        file: A URDF, a xacro file that expands to URDF, or an MJCF model.
+        arguments: Argument values of a xacro file, each as ``name:=value``.
 
     Raises:
-        DescriptionError: The file is wrong, or is no xacro file and arguments are given.
+        DescriptionError: The file is invalid, or it has arguments but is not a xacro file.
     """
     if is_xacro(file):
         return UrdfFile(f"{file} (expanded)", expanded(file, arguments))
@@ -67,20 +67,20 @@ def chains(
     groups: Sequence[str],
     srdf: Path | None,
 ) -> tuple[Chain, ...]:
-    """The chains of a file: those of groups of an SRDF, or else those that its tree means.
+    """Returns the chains of a file, from SRDF groups or inferred from the tree.
 
     Args:
-        file: A file of linked bodies.
+        file: A link-tree file.
         arguments: Arguments of a xacro file.
-        base: The base link; by default the root.
-        groups: Names of groups.
-        srdf: The file with the groups; by default the one beside.
+        base: The base link; default: the root.
+        groups: Names of SRDF groups.
+        srdf: The SRDF file; default: the SRDF file in the same folder.
 
     Returns:
-        Base, tip and an end of the robot's name for each; the end is empty where there is one.
+        Base, tip and robot-name suffix per chain; the suffix of a single chain is empty.
 
     Raises:
-        RobotError: A file is wrong, or there is no such group.
+        RobotError: A file is invalid, or the group is unknown.
     """
     source = opened(file, arguments)
     found: list[Chain] = [
@@ -89,7 +89,7 @@ def chains(
     if not groups:
         found = [(base, end.tip, end.tip) for end in source.ends(base, None)]
         if len(found) == 1:
-            # The tip is left to the reader, whose notes name the other ends.
+            # The file reader selects the tip and notes the other ends.
             return ((base, None, ""),)
     if len(found) == 1:
         return ((*found[0][:2], ""),)
@@ -97,9 +97,11 @@ def chains(
 
 
 def _of_group(source: LinkedBodies, file: Path, group: str, srdf: Path | None) -> list[Chain]:
-    """The chains of a group; each is named by the group, or by its tip where there are several."""
+    """Returns the chains of a group, named after the group or, for several, after the tips."""
     groups = srdf or srdf_beside(file)
     if groups is None:
-        raise RobotError(f"{file}: expected an SRDF of that name beside it, or --srdf FILE")
+        raise RobotError(
+            f"{file}: expected an SRDF file with the same name in the same folder, or --srdf FILE"
+        )
     pairs = group_ends(groups, source.tree, group)
     return [(base, tip, group if len(pairs) == 1 else tip) for base, tip in pairs]

@@ -1,14 +1,14 @@
-"""Parts at the ends of an arm that are not part of it: fingers, wheels, branches, ball joints.
+"""Finds end parts that do not belong to an arm: fingers, wheels, branches, ball joints.
 
-- A finger is a joint with one of ``FINGER_WORDS`` in its name. So are all branches on the link of a
-  finger behind ``JOINTS_OF_AN_ARM`` joints. Behind another joint, it is also a joint on a link with
-  such a name, and one of several last joints on one link that slide, or of which one follows the
-  other, unless they carry a tool frame.
-- Several branches of at most ``LONGEST_FINGER`` joints on one link behind ``JOINTS_OF_AN_ARM``
-  joints are short branches, the fingers of most hands.
-- A wheel is a joint that is called so or carries a link that is called so. On the base, a joint
-  that carries nothing but wheels is part of them.
-- A ball joint that carries no joint is the end of a rod or a rope.
+- A finger is a joint with one of ``FINGER_WORDS`` in its name. All branches on the same link also
+  count as fingers behind ``JOINTS_OF_AN_ARM`` joints. Behind a moving joint, two more cases are
+  fingers: joints on a link with such a name, and end joints on the same link that are prismatic or
+  coupled, unless they carry a tool frame.
+- Several branches with at most ``LONGEST_FINGER`` joints on one link behind ``JOINTS_OF_AN_ARM``
+  joints are short branches, as in most hands.
+- A wheel is a joint whose own name or child-link name says so. A joint on the base that carries
+  only wheels also counts as a wheel.
+- A ball joint without further joints is the end of a rod or rope.
 """
 
 import re
@@ -20,9 +20,9 @@ from typing import Literal
 from .kinematic_tree import KinematicTree, TreeJoint
 
 FINGER_WORDS = ("finger", "thumb", "knuckle", "gripper", "jaw", "claw")
-"""A moving joint with such a word in its name belongs to a hand."""
+"""Words in the names of hand joints."""
 WHEEL = re.compile(r"wheel(?!chair|[ _-]?base)|cast[eo]r", re.IGNORECASE)
-"""A joint or link with such a word in its name is a wheel."""
+"""Pattern for names of wheel joints and wheel links."""
 TOOL_NAMES = (
     "tool0",
     "tcp",
@@ -44,7 +44,7 @@ TOOL_NAMES = (
     "hand",
     "palm",
 )
-"""Names of tool frames, the most usual first; a prefix such as ``left_`` may stand before them."""
+"""Names of tool frames, most common first; a prefix such as ``left_`` is allowed."""
 LONGEST_FINGER = 4
 JOINTS_OF_AN_ARM = 4
 FREEDOMS_OF_A_BALL = 3
@@ -54,7 +54,7 @@ EndPartKind = Literal["fingers", "wheels", "short branches", "ball joints"]
 
 @dataclass(frozen=True)
 class EndPart:
-    """A joint that an arm leaves out, with all that it carries."""
+    """A joint excluded from an arm, with all links behind it."""
 
     kind: EndPartKind
     joint: TreeJoint
@@ -62,14 +62,14 @@ class EndPart:
 
 @dataclass(frozen=True)
 class Arms:
-    """Chains of moving joints from a link outwards, and the parts that they leave out."""
+    """Chains of moving joints from a base link, and the excluded end parts."""
 
     ways: tuple[Way, ...]
     left_out: tuple[EndPart, ...]
 
 
 def arms_of(tree: KinematicTree, base: str) -> Arms:
-    """Return the ways of all moving joints from a link outwards, end parts left out."""
+    """Returns the chains of moving joints from a base link, without end parts."""
     heights = _heights(tree, base)
     ways: list[Way] = []
     left_out: list[EndPart] = []
@@ -88,19 +88,19 @@ def arms_of(tree: KinematicTree, base: str) -> Arms:
 
 
 def freedom(way: Sequence[TreeJoint]) -> int:
-    """Return the number of own coordinates on a way, behind the last floating or planar joint."""
+    """Returns the coordinate count of a chain behind its last floating or planar joint."""
     behind = takewhile(lambda joint: joint.kind != "free", reversed(way))
     counts = {"moving": 1, "ball": FREEDOMS_OF_A_BALL}
     return sum(counts.get(joint.kind, 0) for joint in behind)
 
 
 def has_a_word(name: str, words: Iterable[str]) -> bool:
-    """Return whether a name has one of some words in it."""
+    """Whether a name contains one of the words."""
     return any(word in name.lower() for word in words)
 
 
 def tool_rank(link: str) -> int | None:
-    """Return the place of a link's name in ``TOOL_NAMES``; None where it is not there."""
+    """Returns the index of a link name in ``TOOL_NAMES``, or None."""
     words = link.lower()
     for rank, name in enumerate(TOOL_NAMES):
         if re.fullmatch(rf"(.*[^a-z0-9])?{name}", words):
@@ -115,7 +115,7 @@ def _end_part(
     way: Way,
     heights: Mapping[str, int],
 ) -> EndPartKind | None:
-    """The kind of the end part that a joint begins; None for a joint of an arm."""
+    """Returns the kind of end part that starts at a joint; None for an arm joint."""
     if joint.kind == "ball" and not heights[joint.child]:
         return "ball joints"
     if _is_wheel(joint) or (not freedom(way) and _steers_wheels(tree, joint)):
@@ -134,7 +134,7 @@ def _end_part(
 def _is_jaw(
     tree: KinematicTree, joint: TreeJoint, moved: Sequence[TreeJoint], heights: Mapping[str, int]
 ) -> bool:
-    """Whether a last joint slides next to another, or shares its coordinate with another."""
+    """Whether an end joint is one of several prismatic or coupled end joints."""
     ends = [other for other in moved if not heights[other.child] and not _has_a_tool(tree, other)]
     return joint in ends and any(
         (joint.is_prismatic and other.is_prismatic) or _leader(joint) == _leader(other)
@@ -148,12 +148,12 @@ def _has_a_tool(tree: KinematicTree, joint: TreeJoint) -> bool:
 
 
 def _leader(joint: TreeJoint) -> str:
-    """The joint that has the coordinate of a joint: its leader, or itself."""
+    """Returns the name of the joint with the coordinate: the leader, or the joint itself."""
     return joint.leader or joint.name
 
 
 def _heights(tree: KinematicTree, base: str) -> dict[str, int]:
-    """The greatest number of moving joints in series further out, of each link."""
+    """Returns, per link, the maximum number of moving joints in series behind it."""
     found: dict[str, int] = {}
     for link in reversed(list(tree.outwards(base))):
         lengths = (found[j.child] + (j.kind != "fixed") for j in tree.below[link])
@@ -170,13 +170,13 @@ def _is_wheel(joint: TreeJoint) -> bool:
 
 
 def _steers_wheels(tree: KinematicTree, joint: TreeJoint) -> bool:
-    """Whether a joint of one freedom carries wheels and no other joint."""
+    """Whether a one-DOF joint carries only wheels."""
     carried = tree.moved(joint.child)
     return joint.kind == "moving" and bool(carried) and all(map(_is_wheel, carried))
 
 
 def named_parts(left_out: Iterable[EndPart]) -> Iterator[tuple[EndPartKind, list[str]]]:
-    """Yield each kind of end part with the names of its joints; followers are left out."""
+    """Yields each kind of end part with its joint names, excluding mimic joints."""
     names: dict[EndPartKind, list[str]] = {}
     for part in left_out:
         if part.joint.kind != "follower":

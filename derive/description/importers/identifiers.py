@@ -1,4 +1,4 @@
-"""Names of links, joints and robots of other programs as names that C and Python allow."""
+"""Converts names from other programs to valid C and Python names."""
 
 import keyword
 import re
@@ -7,9 +7,9 @@ LONGEST_NAME = 60
 
 
 def identifier(name: str) -> str:
-    """A name that C and Python allow, short enough for the name of a file.
+    """Returns a valid C and Python name that is short enough for a file name.
 
-    Characters that such names cannot hold become _; a name that begins with a digit gets an x.
+    Invalid characters become "_"; a name that starts with a digit gets the prefix "x".
     """
     allowed = re.sub(r"[^A-Za-z0-9_]", "_", name)[:LONGEST_NAME]
     if keyword.iskeyword(allowed):
@@ -18,6 +18,6 @@ def identifier(name: str) -> str:
 
 
 def prefix(name: str) -> str:
-    """An identifier with single underscores between its parts: the name of a robot."""
+    """Returns a robot name: an identifier without double or trailing underscores."""
     found = re.sub("__+", "_", identifier(name)).rstrip("_")
     return f"x{found}" if keyword.iskeyword(found) else found

@@ -1,4 +1,4 @@
-"""The tree of links and joints of a file, by names alone: which way leads from a base to a tip."""
+"""Named tree of links and joints of a file, used to find the path from base to tip."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -6,8 +6,8 @@ from functools import cached_property
 from typing import Literal
 
 TreeJointKind = Literal["moving", "follower", "fixed", "free", "ball"]
-"""A joint with a coordinate of its own, one that follows another joint, one that does not move, a
-floating or planar joint, behind which a chain begins, and a ball joint, which no chain holds."""
+"""Joint with its own coordinate; mimic joint; fixed joint; floating or planar joint, behind which a
+chain starts; ball joint, which cannot be in a chain."""
 
 
 @dataclass(frozen=True)
@@ -15,12 +15,12 @@ class TreeJoint:
     """A joint between two links.
 
     Attributes:
-        name: Its name.
-        kind: Its kind.
-        parent: The link that carries it.
-        child: The link that it carries.
-        leader: The joint that a follower follows.
-        is_prismatic: Whether it slides.
+        name: Name of the joint.
+        kind: Kind of the joint.
+        parent: The parent link.
+        child: The child link.
+        leader: The leader of a mimic joint.
+        is_prismatic: Whether the joint is prismatic.
     """
 
     name: str
@@ -37,7 +37,7 @@ class KinematicTree:
 
     Attributes:
         links: Names of all links.
-        joints: The joints; each link is the child of one joint at most.
+        joints: The joints; each link is the child of at most one joint.
     """
 
     links: tuple[str, ...]
@@ -45,12 +45,12 @@ class KinematicTree:
 
     @cached_property
     def joint_to(self) -> Mapping[str, TreeJoint]:
-        """The joint that carries each link but the roots."""
+        """The parent joint of each non-root link."""
         return {joint.child: joint for joint in self.joints}
 
     @cached_property
     def below(self) -> Mapping[str, tuple[TreeJoint, ...]]:
-        """The joints that each link carries."""
+        """The child joints of each link."""
         found: dict[str, list[TreeJoint]] = {link: [] for link in self.links}
         for joint in self.joints:
             found[joint.parent].append(joint)
@@ -58,11 +58,11 @@ class KinematicTree:
 
     @property
     def roots(self) -> tuple[str, ...]:
-        """The links that no joint carries."""
+        """The links without a parent joint."""
         return tuple(link for link in self.links if link not in self.joint_to)
 
     def way(self, base: str, tip: str) -> tuple[TreeJoint, ...] | None:
-        """The joints from one link to another below it; None where the second is not below."""
+        """Returns the joints from a link to a descendant; None if tip is not a descendant."""
         joints: list[TreeJoint] = []
         link = tip
         while link != base:
@@ -73,7 +73,7 @@ class KinematicTree:
         return tuple(joints[::-1])
 
     def root_of(self, link: str) -> str:
-        """The link above which there is none; the link itself where joints form a circle."""
+        """Returns the root above a link; for cyclic joints, the link itself."""
         start = link
         for _ in self.links:
             if link not in self.joint_to:
@@ -82,7 +82,7 @@ class KinematicTree:
         return start
 
     def outwards(self, link: str) -> Iterator[str]:
-        """A link and all links further out, each before those that it carries."""
+        """Yields a link and all its descendants, parents first."""
         waiting = [link]
         while waiting:
             reached = waiting.pop()
@@ -90,7 +90,7 @@ class KinematicTree:
             waiting += [joint.child for joint in reversed(self.below[reached])]
 
     def rigid(self, link: str) -> Iterator[str]:
-        """A link and all links that are fixed to it further out."""
+        """Yields a link and all descendants rigidly connected to it."""
         waiting = [link]
         while waiting:
             reached = waiting.pop()
@@ -99,7 +99,7 @@ class KinematicTree:
             waiting += [joint.child for joint in reversed(fixed)]
 
     def moved(self, link: str) -> tuple[TreeJoint, ...]:
-        """The joints that move a next link, on a link and the links that are fixed to it."""
+        """Returns the moving child joints of a link and of its rigidly connected links."""
         return tuple(
             joint
             for part in self.rigid(link)

@@ -1,4 +1,4 @@
-"""A note on joints whose limits a file does not state."""
+"""Note on joints without limits in a file."""
 
 from collections.abc import Sequence
 
@@ -6,10 +6,10 @@ from ..toml_file import listed
 
 
 def without_limits(joints: Sequence[str]) -> tuple[str, ...]:
-    """Return a note on joints that state no limits, or 0 and 0; none without such joints.
+    """Returns a note on joints without limits or with limits 0 and 0; () if there are none.
 
     Args:
-        joints: Their names.
+        joints: Names of the joints without limits.
     """
     if not joints:
         return ()

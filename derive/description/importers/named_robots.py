@@ -1,4 +1,4 @@
-"""Robots of the package robot_descriptions, by name."""
+"""Finds robots of the package robot_descriptions by name."""
 
 from difflib import get_close_matches
 from importlib import import_module
@@ -12,17 +12,17 @@ MOST_SHOWN = 5
 
 
 def described(name: str) -> tuple[Path, tuple[str, ...]]:
-    """The file of a robot of robot_descriptions, which downloads it by git at its first use.
+    """Returns the file of a robot_descriptions robot; first use downloads the file with git.
 
     Args:
-        name: The package's name of a description, such as ``ur5e_description``; its ending may be
-            left out, where a URDF or xacro file is preferred to an MJCF model.
+        name: Name of a description in the package, such as ``ur5e_description``. Without the
+            suffix, a URDF or xacro file is preferred to an MJCF model.
 
     Returns:
         The file, and the arguments of a xacro file, each as ``name:=value``.
 
     Raises:
-        RobotError: The package is not installed, has no such robot, or cannot download it.
+        RobotError: The package is not installed, the robot is unknown, or the download failed.
     """
     try:
         from git.exc import GitError  # noqa: PLC0415

@@ -1,4 +1,4 @@
-"""XML of robots: parsed without entities, so that no file can read another or fill the memory."""
+"""Safe XML parser: without entities, a file cannot read other files or exhaust memory."""
 
 import re
 from pathlib import Path
@@ -12,14 +12,14 @@ ROOT = "robot"
 _FIRST_TAG = re.compile(r"<([A-Za-z][\w:.-]*)")
 _DECLARED = re.compile(rb"""<\?xml[^>]*\bencoding\s*=\s*["']([\w.:-]+)["']""")
 _UTF_16 = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"<\0": "utf-16-le", b"\0<": "utf-16-be"}
-"""Encodings by the first two bytes: a byte order mark, or the first character without one."""
+"""Encodings keyed by the first two bytes (byte order mark or first character)."""
 
 
 def read_xml(path: str | Path) -> str:
-    """The text of an XML file, in the encoding of its byte order mark, or that it declares.
+    """Reads an XML file in the encoding of its byte order mark or declaration.
 
     Raises:
-        DescriptionError: The file cannot be read, is too long, or is not in its encoding.
+        DescriptionError: The file cannot be read, is too long, or violates its encoding.
     """
     content = read_bytes(path)
     declared = _DECLARED.match(content)
@@ -30,7 +30,7 @@ def read_xml(path: str | Path) -> str:
 
 
 def is_urdf(text: str) -> bool:
-    """Whether the first element of an XML text is that of a URDF."""
+    """Whether the first element of an XML text is <robot>."""
     without_comments = re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)
     first = _FIRST_TAG.search(without_comments)
     return first is not None and first[1].rpartition(":")[2] == ROOT
@@ -47,22 +47,22 @@ def _parser(*, recover: bool = False) -> etree.XMLParser:
 
 
 def parsed(file: str, text: str, root: str = ROOT) -> etree._Element:
-    """The root element of an XML text, the namespace of which is dropped from all its elements.
+    """Parses an XML text; returns the root element without its namespace.
 
     Args:
-        file: Name of the file in errors.
-        text: XML.
-        root: The name that the root element must have.
+        file: File name in error messages.
+        text: XML text.
+        root: Required name of the root element.
 
     Raises:
-        DescriptionError: The text is no XML, has a document type, or has another root.
+        DescriptionError: The text is not valid XML, has a document type, or has another root.
     """
     parser = _parser()
     try:
         element = etree.fromstring(text.encode(), parser)
     except etree.XMLSyntaxError as error:
-        # Exporters write prefixes, such as drake:, that no xmlns declares. The log of the error
-        # itself may hold those of other texts.
+        # Some exporters write undeclared prefixes such as drake:. The log of the error itself may
+        # include entries of other texts.
         if any(entry.domain != etree.ErrorDomains.NAMESPACE for entry in parser.error_log):
             reason = f"well-formed XML ({error.msg})"
             raise DescriptionError(file, error.lineno, "", None, reason) from error
@@ -79,7 +79,7 @@ def parsed(file: str, text: str, root: str = ROOT) -> etree._Element:
 
 
 def _drop_namespace(root: etree._Element) -> None:
-    """Drops the namespace of the root, a default one mostly, from the names of its elements."""
+    """Removes the namespace of the root from all element names."""
     namespace = etree.QName(root).namespace
     for element in root.iter(f"{{{namespace}}}*") if namespace else ():
         element.tag = etree.QName(element).localname

@@ -1,8 +1,9 @@
-"""Roll, pitch and yaw of a rotation, to all the digits of its numbers, at gimbal lock too.
+"""Roll, pitch and yaw of a rotation, with full accuracy also near gimbal lock.
 
-With half angles, w + y, x - z, w - y and x + z of the unit quaternion of Rz(yaw) Ry(pitch) Rx(roll)
-are cosine and sine of (roll - yaw)/2, times cos(pitch/2) + sin(pitch/2), and of (roll + yaw)/2,
-times cos(pitch/2) - sin(pitch/2). No root of a small difference is taken.
+Let w, x, y, z be the unit quaternion of Rz(yaw) Ry(pitch) Rx(roll). Then w + y and x - z are cosine
+and sine of (roll - yaw)/2 times cos(pitch/2) + sin(pitch/2). Likewise, w - y and x + z are cosine
+and sine of (roll + yaw)/2 times cos(pitch/2) - sin(pitch/2). No square root of a small difference
+is needed.
 """
 
 from typing import Any
@@ -12,13 +13,13 @@ import mpmath as mp
 from ...model.tolerances import GIMBAL_LOCK
 
 Angles = tuple[mp.mpf, mp.mpf, mp.mpf]
-"""Roll, pitch, yaw (radian), roll and yaw in (-pi, pi], pitch in [-pi/2, pi/2]."""
+"""Roll, pitch, yaw (radian): roll and yaw in (-pi, pi], pitch in [-pi/2, pi/2]."""
 
 
 def of_quaternion(w: Any, x: Any, y: Any, z: Any) -> Angles:
-    """The angles of a quaternion of any length, scalar first.
+    """Returns the angles of a scalar-first quaternion of any length.
 
-    At gimbal lock, where only the sum or the difference of roll and yaw matters, yaw is 0.
+    At gimbal lock, only the sum or difference of roll and yaw is defined, and yaw is 0.
     """
     up, down = mp.hypot(w + y, x - z), mp.hypot(w - y, x + z)
     difference, total = 2 * mp.atan2(x - z, w + y), 2 * mp.atan2(x + z, w - y)
@@ -32,12 +33,12 @@ def of_quaternion(w: Any, x: Any, y: Any, z: Any) -> Angles:
 
 
 def of_matrix(pose: mp.matrix) -> Angles:
-    """The angles of the rotation in the upper left of a matrix."""
+    """Returns the angles of the upper-left 3x3 rotation of a matrix."""
     return of_quaternion(*_quaternion(pose))
 
 
 def _quaternion(R: mp.matrix) -> list[mp.mpf]:
-    """A quaternion of the rotation, not of unit length: the largest of four that are parallel."""
+    """Returns an unnormalized quaternion: the largest of four parallel candidates."""
     xx, yy, zz = R[0, 0], R[1, 1], R[2, 2]
     x, y, z = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
     xy, yz, zx = R[1, 0] + R[0, 1], R[2, 1] + R[1, 2], R[0, 2] + R[2, 0]

@@ -1,4 +1,4 @@
-"""SRDF: the groups of joints that a motion planner's file names, as ends of chains.
+"""Reads joint groups of SRDF files as base and tip links.
 
 Source:
     The SRDF specification of <group>: <chain>, <link>, <joint> and <group> inside it.
@@ -19,24 +19,24 @@ MOST_NESTED = 16
 
 
 def group_ends(file: Path, tree: KinematicTree, group: str) -> tuple[tuple[str, str], ...]:
-    """The base and tip links of a group, one pair for each chain in it.
+    """Returns the base and tip links of each chain in a group.
 
     Args:
-        file: An SRDF file, or a xacro file that makes one.
-        tree: The links and joints that the group is of.
-        group: The group's name.
+        file: An SRDF file, or a xacro file that expands to SRDF.
+        tree: The tree of links and joints.
+        group: Name of the group.
 
     Returns:
-        One pair where the group is a chain; one for each group inside where it is made of several.
+        One pair for a chain; one pair per subgroup for a group of groups.
 
     Raises:
-        DescriptionError: The file is no SRDF, or the group is none of it or no chain.
+        DescriptionError: The file is not a valid SRDF, or the group is unknown or not a chain.
     """
     return tuple(_Srdf(file, tree).ends(group, 0))
 
 
 def srdf_beside(file: Path) -> Path | None:
-    """The SRDF of a robot's file: the one of the same name in its folder, or the only one there."""
+    """Returns the SRDF file with the same name, or the only SRDF file, in the same folder."""
     stem = file.name.split(".")[0]
     there = sorted(path for path in file.parent.glob("*.srdf*") if path.is_file())
     of_the_name = [path for path in there if path.name.split(".")[0] == stem]
@@ -66,7 +66,7 @@ class _Srdf:
             yield self._own(element)
 
     def _own(self, element: etree._Element) -> tuple[str, str]:
-        """The ends of a group that names a chain, joints or links itself."""
+        """Returns base and tip of a group defined by a chain, joints or links."""
         chains = element.findall("chain")
         if len(chains) == 1:
             base, tip = str(chains[0].get("base_link")), str(chains[0].get("tip_link"))
@@ -81,7 +81,7 @@ class _Srdf:
         return self._base(tips[0], links), tips[0]
 
     def _check_joints(self, element: etree._Element, pairs: list[tuple[str, str]]) -> None:
-        """Refuses joints of a group that move and belong to none of its chains."""
+        """Raises an error for moving joints of a group outside its chains."""
         ways = [joint for base, tip in pairs for joint in self.tree.way(base, tip) or ()]
         kinds = {joint.name: joint.kind for joint in self.tree.joints if joint not in ways}
         for joint in element.findall("joint"):
@@ -90,7 +90,7 @@ class _Srdf:
                 self._fail(joint, joint.get("name"), expected)
 
     def _links(self, element: etree._Element) -> list[str]:
-        """The links that the joints of a group carry; those of its links that joints carry."""
+        """Returns the child links of the group's joints, and its links with a parent joint."""
         carried = {joint.name: joint.child for joint in self.tree.joints}
         for joint in element.findall("joint"):
             if joint.get("name") not in carried:

@@ -1,13 +1,11 @@
-"""The chain that is meant where nobody names its ends, by rules that a user can read.
+"""Rules that infer the chain if base or tip is not specified.
 
-1. Fingers and wheels end the arm (:mod:`~chasles.derive.description.importers.end_parts`), and so
-   does a ball joint that carries no joint.
-2. The arm is the longest chain of joints with a coordinate of their own. Arms of equal length that
-   end in different joints are several robots.
-3. Among the links that are fixed to the last joint, the tip is the first with a well-known name, in
-   the order of ``TOOL_NAMES``; else the only end that is no sensor; else the link that the last
-   joint carries.
-4. The base is the root of the tree, or the link that the last floating or planar joint carries.
+1. The arm ends before fingers, wheels (:mod:`~chasles.derive.description.importers.end_parts`) and
+ball joints without further joints. 2. The arm is the chain with the most joints with own
+coordinates. Arms of equal length with different last joints are separate robots. 3. The tip is one
+of the links rigidly connected to the last joint: the first link with a name in ``TOOL_NAMES``, else
+the only end link that is not a sensor, else the child link of the last joint. 4. The base is the
+root of the tree, or the child link of the last floating or planar joint.
 """
 
 import difflib
@@ -20,20 +18,20 @@ from .end_parts import EndPart, Way, arms_of, freedom, has_a_word, named_parts, 
 from .kinematic_tree import KinematicTree, TreeJoint
 
 SENSOR_WORDS = ("camera", "optical", "sensor", "imu", "laser", "lidar", "collision")
-"""A link with such a word in its name is no tool."""
+"""Words in the names of links that are not tools."""
 MOST_LINKS = 500
-"""Links of a tree in which a tip may be guessed: a bound of the work that a file can cause."""
+"""Maximum number of links for which the tip is inferred; bounds the computing time."""
 MOST_OTHERS = 6
-"""Other ends that a note names."""
+"""Maximum number of other ends listed in a note."""
 
 
 class NoChain(RobotError):
-    """No chain between the links asked for; the caller adds the file.
+    """Error for links without a chain; the caller adds the file.
 
     Attributes:
-        field: What was asked for: ``base``, ``tip`` or ``link``.
-        value: The value found; None where there is none.
-        expected: Description of a right value.
+        field: The wrong argument: ``base``, ``tip`` or ``link``.
+        value: The value found; None without a value.
+        expected: Description of a valid value.
     """
 
     def __init__(self, field: str, value: str | None, expected: str) -> None:
@@ -43,14 +41,14 @@ class NoChain(RobotError):
 
 @dataclass(frozen=True)
 class Ends:
-    """The ends of a chain, and what their choice leaves out.
+    """The ends of a chain, and the alternatives and excluded parts.
 
     Attributes:
         base: The base link.
         tip: The tip link.
-        others: The ends that were not chosen.
-        before: The joints before a base that was not given, the floating or planar joint last.
-        left_out: Fingers and other end parts that are not part of the arm.
+        others: The alternative tip links.
+        before: The joints before an inferred base; the last is the floating or planar joint.
+        left_out: Fingers and other end parts excluded from the arm.
     """
 
     base: str
@@ -61,7 +59,7 @@ class Ends:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """The choices as notes; none where both ends were given."""
+        """Notes on inferred ends; () if the caller specified both ends."""
         return tuple(filter(None, (self._of_tip, self._of_base, self._of_end_parts)))
 
     @property
@@ -90,7 +88,7 @@ class Ends:
 
 
 def _few(names: Sequence[str]) -> str:
-    """Names with commas between, a long list cut."""
+    """Joins names with commas; long lists are truncated."""
     more = len(names) - MOST_OTHERS
     return f"{', '.join(names[:MOST_OTHERS])}{f' and {more} more' if more > 0 else ''}"
 
@@ -99,15 +97,15 @@ def chosen_ends(tree: KinematicTree, base: str | None, tip: str | None) -> tuple
     """The chain between two links; where one is not given, those that are meant.
 
     Args:
-        tree: Links and joints.
+        tree: The tree of links and joints.
         base: The base link.
         tip: The tip link.
 
     Returns:
-        The ends of one chain, or of one for each arm of equal length, in the order of the file.
+        The ends of one chain, or of each arm of equal length, in the order of the file.
 
     Raises:
-        NoChain: A link is none of the tree, there is no chain, or the tree has several roots.
+        NoChain: A link is unknown, no chain exists, or the tree has several roots.
     """
     for link in (base, tip):
         if link is not None and link not in tree.links:
@@ -125,10 +123,10 @@ def chosen_ends(tree: KinematicTree, base: str | None, tip: str | None) -> tuple
 
 
 def only_chain(tree: KinematicTree, base: str | None, tip: str | None) -> Ends:
-    """The ends of the only chain between two links, see :func:`chosen_ends`.
+    """Returns the ends of the only chain between two links, see :func:`chosen_ends`.
 
     Raises:
-        NoChain: There is none, or there are several.
+        NoChain: No chain or several chains exist.
     """
     found = chosen_ends(tree, base, tip)
     if len(found) > 1:
@@ -141,10 +139,10 @@ def only_chain(tree: KinematicTree, base: str | None, tip: str | None) -> Ends:
 
 
 def _check_joints(way: Sequence[TreeJoint]) -> None:
-    """Refuses joints of several freedoms between base and tip.
+    """Raises an error for multi-DOF joints between base and tip.
 
     Raises:
-        NoChain: There is one; the message says how to choose the ends around it.
+        NoChain: The chain has a multi-DOF joint; the message suggests other ends.
     """
     for joint in way:
         if joint.kind in ("ball", "free"):
@@ -158,7 +156,7 @@ def _check_joints(way: Sequence[TreeJoint]) -> None:
 
 
 def leader_between(follower: str, ends: Ends) -> str:
-    """Return the words of an error about a follower whose leader is not in the chain."""
+    """Returns the error text for a mimic joint whose leader is outside the chain."""
     return (
         f"a joint between {ends.base} and {ends.tip} that {follower} follows; without the "
         f"coupling, {follower} has a coordinate of its own"
@@ -175,7 +173,7 @@ def _only_root(tree: KinematicTree) -> str:
 
 
 def _guessed_ends(tree: KinematicTree, base: str | None) -> tuple[Ends, ...]:
-    """The chains that are meant below a link: one, or one for each arm of equal length."""
+    """Returns the inferred chains below a link: the longest arm, or all of equal length."""
     root = base or _only_root(tree)
     if tree.root_of(root) in tree.joint_to or len(tree.links) > MOST_LINKS:
         raise NoChain("tip", None, f"a tip link: this is no tree of at most {MOST_LINKS} links")
@@ -196,7 +194,7 @@ def _guessed_ends(tree: KinematicTree, base: str | None) -> tuple[Ends, ...]:
 
 
 def _without_motion(base: str, leaves: Sequence[str], left_out: Sequence[EndPart]) -> Ends:
-    """The only end of a tree in which no joint of an arm has a coordinate: its reader says why."""
+    """Returns the only end of a tree without movable arm joints, or raises an error."""
     if leaves == [base]:
         raise NoChain("tip", base, "a link other than the base, and a joint that moves it")
     if len(leaves) == 1:
@@ -208,7 +206,7 @@ def _without_motion(base: str, leaves: Sequence[str], left_out: Sequence[EndPart
 
 
 def _ends(way: Sequence[TreeJoint], base: str | None, root: str, tip: str) -> Ends:
-    """The ends of a chain: without a base, it begins behind the last floating or planar joint."""
+    """Returns the ends of a chain; by default it starts behind a floating or planar joint."""
     free = [k for k, joint in enumerate(way) if joint.kind == "free"]
     if base is not None or not free:
         return Ends(root, tip)
@@ -217,9 +215,9 @@ def _ends(way: Sequence[TreeJoint], base: str | None, root: str, tip: str) -> En
 
 
 def _longest(ways: Sequence[Way]) -> list[Way]:
-    """The ways with most coordinates, one for each last joint with a coordinate of its own.
+    """Returns the chains with the most coordinates, one per last joint with its own coordinate.
 
-    Followers behind that joint belong to the way unless they branch.
+    Mimic joints behind the last joint are included unless they branch.
     """
     most = max(map(freedom, ways), default=0)
     by_last: dict[str, list[Way]] = {}
@@ -234,7 +232,7 @@ def _longest(ways: Sequence[Way]) -> list[Way]:
 
 
 def _tip(tree: KinematicTree, link: str) -> str:
-    """The tool frame among the links that are fixed to the last link."""
+    """Returns the tool frame among the links rigidly connected to the last link."""
     links = list(tree.rigid(link))
     named = [part for part in links if tool_rank(part) is not None]
     if named:

@@ -1,10 +1,10 @@
-"""The factory calibration of a UR arm, put into the arm's own description.
+"""Applies the factory calibration of a UR arm to its description.
 
-A controller keeps deviations of the six rows of DH parameters (``calibration.conf``: delta_theta,
-delta_a, delta_d, delta_alpha). Axes 2, 3 and 4 are nearly parallel, so that their common normals
-lie anywhere along them, and delta_d is often many metres. The ROS driver moves these frames along
-their axes and writes the pose of each link in the link before it (``kinematics:`` in YAML: x, y, z,
-roll, pitch, yaw). Both become this second form here.
+The controller stores deviations of the six DH parameter rows (``calibration.conf``: delta_theta,
+delta_a, delta_d, delta_alpha). Axes 2, 3 and 4 are nearly parallel, so their common normals are
+ill-defined and delta_d is often many metres. The ROS driver moves these frames along their axes and
+writes the pose of each link relative to the preceding link (``kinematics:`` in YAML: x, y, z, roll,
+pitch, yaw). Both formats are converted to this second form.
 
 Source:
     Universal Robots, ROS driver, package ur_calibration: page "algorithm" of its documentation, and
@@ -36,35 +36,35 @@ if TYPE_CHECKING:
     from yaml import Node
 
 LINKS = ("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3")
-"""The links by their names in the YAML, each with the pose of its joint in the link before."""
+"""Link names in the YAML file; each entry is the pose of a joint in the preceding link."""
 COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw")
 DELTAS = ("theta", "d", "a", "alpha")
 NEARLY_PARALLEL = (1, 2)
-"""Rows of the upper arm and the forearm: their joints' axes and the next are nearly parallel."""
+"""Row indices of upper arm and forearm, whose axes are nearly parallel to the next axis."""
 WRITTEN_DIGITS = 20
-"""Digits of the computed placements: more than a double holds, so that rounding costs nothing."""
+"""Number of digits of the computed placements; more than double precision."""
 
 
 @dataclass(frozen=True)
 class LinkPose:
-    """The pose of a joint in the link before it: metre, and roll, pitch, yaw in radian."""
+    """Pose of a joint in the preceding link: position (metre) and roll, pitch, yaw (radian)."""
 
     xyz: Vector
     rpy: Vector
 
 
 def apply_calibration(description: Described, path: str | Path) -> SerialRobot:
-    """An arm with the measured geometry of one robot instead of the data sheet's.
+    """Returns a UR arm with the measured geometry of one robot instead of nominal values.
 
-    Names, limits, base and tool frames stay. Joints are described by URDF origins afterwards.
+    Names, limits, base and tool frames are kept. The resulting joints are in the URDF convention.
 
     Args:
-        description: A UR arm: six revolute joints in DH parameters, or in URDF origins with axes z.
-        path: The controller's ``calibration.conf``, or the ``.yaml`` that the ROS driver extracts.
+        description: A UR arm: six revolute joints in DH parameters, or URDF origins with z axes.
+        path: ``calibration.conf`` of the controller, or the ``.yaml`` file from the ROS driver.
 
     Raises:
-        RobotError: The file is no calibration, the robot is no such arm, or the calibration is that
-            of another type of arm: tools at zero differ by more than ``CALIBRATED_TOOL``.
+        RobotError: The file is not a calibration, the robot is not a UR arm, or the calibration
+            belongs to another arm type (tools at zero differ by more than ``CALIBRATED_TOOL``).
     """
     file = Path(path)
     with mp.workdps(EVALUATION_DIGITS):
@@ -90,7 +90,7 @@ def _measured(arm: SerialRobot, calibration: "_File", file: Path) -> SerialRobot
 
 
 def _arm(robot: Described, file: Path) -> SerialRobot:
-    """The robot, if it is a chain of six turning joints one right after another."""
+    """Returns the robot if it is a chain of six consecutive revolute joints."""
     if isinstance(robot, SerialRobot):
         names = [joint.name for joint in robot.joints]
         moving = robot.moving
@@ -119,7 +119,7 @@ def _placed(joint: Joint, pose: LinkPose) -> Joint:
 
 
 class _File:
-    """A calibration file: poses as such, or deviations of DH parameters."""
+    """A calibration file with link poses or DH parameter deviations."""
 
     def __init__(self, file: Path) -> None:
         self.file = file
@@ -166,7 +166,7 @@ class _File:
         return LinkPose((x, y, z), (roll, pitch, yaw))
 
     def _rows(self, robot: SerialRobot) -> list[list[mp.mpf]]:
-        """Rows theta, d, a, alpha of the arm: those of its description plus the deviations."""
+        """Returns the rows theta, d, a, alpha of the arm, including the deviations."""
         deltas = {name: self._deltas(f"delta_{name}") for name in DELTAS}
         defaults = {parameter.symbol: parameter.value for parameter in robot.parameters}
         rows = []
@@ -212,7 +212,7 @@ class _File:
 
 
 def _entries(node: "Node | None") -> dict[str, "Node"]:
-    """The entries of a YAML table; none where the node is no table."""
+    """Returns the entries of a YAML table; empty for other nodes."""
     pairs = node.value if node is not None and node.id == "mapping" else []
     return {str(key.value): value for key, value in pairs}
 
@@ -221,11 +221,11 @@ def _entries(node: "Node | None") -> dict[str, "Node"]:
 
 
 def _without_large_offsets(rows: Sequence[Sequence[mp.mpf]]) -> tuple[LinkPose, ...]:
-    """The pose of each joint in the link before it, from DH rows theta, d, a, alpha.
+    """Converts DH rows theta, d, a, alpha to the pose of each joint in the preceding link.
 
-    An origin may lie anywhere on its joint's axis. The origin of the joint behind a row of
-    ``NEARLY_PARALLEL`` goes to the point of its axis in the plane across the axis before, and the x
-    axis before it points there. No pose of the tool changes.
+    The origin of a joint may lie anywhere on its axis. After a row of ``NEARLY_PARALLEL``, the
+    origin is moved to the intersection of the axis with the plane normal to the preceding axis. The
+    preceding x axis is rotated towards this point. Tool poses do not change.
     """
     turns = [_turn("z", theta) * _shift(0, 0, d) for theta, d, _, _ in rows]
     arms = [_shift(a, 0, 0) * _turn("x", alpha) for _, _, a, alpha in rows]
@@ -273,7 +273,7 @@ def _evaluated(value: sp.Expr) -> mp.mpf:
 
 
 def _tool_at_zero(robot: SerialRobot) -> mp.matrix:
-    """The pose of the tool at q = 0."""
+    """Returns the tool pose at q = 0."""
     defaults = {parameter.symbol: parameter.value for parameter in robot.parameters}
     pose = mp.eye(4)
     for motion in (motion for placement in robot.placements for motion in placement):

@@ -1,4 +1,4 @@
-"""Xacro: macros, properties, includes and arguments are expanded to the XML that they stand for."""
+"""Expands the macros, properties, includes and arguments of xacro files."""
 
 import io
 import re
@@ -15,35 +15,35 @@ from .xacro_hints import incomplete, missing
 
 ARGUMENT = re.compile(r"([A-Za-z_]\w*):=(.*)", re.DOTALL)
 CLASS = re.compile(r"<class '[\w.]+'>: ")
-"""The name of an error's class, which xacro puts before its words."""
+"""Error class name that xacro prints before its message."""
 TWICE = re.compile(r"(?<!\S)(\S.{7,}) \1(?!\S)")
-"""The words of an error that xacro has wrapped in another."""
+"""Duplicate message of a nested xacro error."""
 PACKAGE_FILE = "package.xml"
 PACKAGE_ENDINGS = ("_description", "_support")
 FOLDERS_UP = 5
-"""Folders above a file in which and beside which the packages that it names are looked for."""
+"""Number of parent folders searched for packages, including their subfolders."""
 NEEDS_XACRO = "the package xacro, to expand it (pip install 'chasles[files]')"
 
 
 def is_xacro(file: Path) -> bool:
-    """Whether a file's name says that it is xacro."""
+    """Whether the file suffix is .xacro."""
     return file.suffix.lower() == ".xacro"
 
 
 def expanded(file: Path, arguments: Sequence[str]) -> str:
-    """The XML that a xacro file stands for.
+    """Expands a xacro file to XML.
 
-    ``$(find package)`` is looked for in the folders above the file and beside them, then in ROS: a
-    package is a folder with a package.xml of that name, or a folder of that name, where endings of
-    ``PACKAGE_ENDINGS`` do not count.
+    ``$(find package)`` is resolved in the parent folders of the file and their subfolders, then in
+    ROS. A package is a folder whose package.xml has this name, or a folder with this name. Suffixes
+    of ``PACKAGE_ENDINGS`` are ignored.
 
     Args:
         file: A xacro file.
-        arguments: Values of its arguments, each as ``name:=value``.
+        arguments: Argument values, each as ``name:=value``.
 
     Raises:
-        DescriptionError: The file cannot be expanded, or is no robot but a part of one; the error
-            has xacro's reason, and says what is missing.
+        DescriptionError: The file cannot be expanded or is an incomplete robot. The error states
+            the reason from xacro and the missing part.
     """
     try:
         import xacro  # noqa: PLC0415
@@ -62,7 +62,7 @@ def expanded(file: Path, arguments: Sequence[str]) -> str:
         ):
             document = xacro.process_file(str(file), mappings=values)
     except Exception as error:
-        # The file's own expressions may raise any error, and xacro raises several of its own.
+        # Expressions in the file may raise any error, in addition to the errors of xacro.
         known = isinstance(error, xacro.XacroException | substitution_args.SubstitutionException)
         reason = str(error) if known and str(error) else f"{type(error).__name__}: {error}"
         raise _refused(file, reason, xacro.filestack) from error
@@ -73,10 +73,10 @@ def expanded(file: Path, arguments: Sequence[str]) -> str:
 
 
 def arguments_of(file: Path, arguments: Sequence[str]) -> dict[str, str]:
-    """The names and values of ``name:=value`` words.
+    """Parses ``name:=value`` words.
 
     Raises:
-        DescriptionError: A word is none.
+        DescriptionError: A word has another form.
     """
     found = {}
     for word in arguments:
@@ -88,7 +88,7 @@ def arguments_of(file: Path, arguments: Sequence[str]) -> dict[str, str]:
 
 
 def _refused(file: Path, reason: str, stack: Sequence[str | None] | None) -> DescriptionError:
-    """The error that names the file in which the expansion stopped, and the line if it is known."""
+    """Returns the error with the file and, if known, the line where the expansion stopped."""
     inner = next((name for name in reversed(stack or []) if name), str(file))
     line = re.search(r"line (\d+)", reason)
     within = "" if inner == str(file) else f", included by {file}"
@@ -100,9 +100,9 @@ def _refused(file: Path, reason: str, stack: Sequence[str | None] | None) -> Des
 
 @contextmanager
 def _packages_found(substitution_args: Any, file: Path) -> Iterator[None]:
-    """Lets ``$(find package)`` find packages around a file while it is expanded.
+    """Resolves ``$(find package)`` in folders around a file during its expansion.
 
-    xacro has no argument for it: it asks the index of an installed ROS alone.
+    Xacro has no option for this: it only queries the index of an installed ROS.
     """
     of_ros = substitution_args._eval_find
     around = _Packages(file.resolve())
@@ -114,7 +114,7 @@ def _packages_found(substitution_args: Any, file: Path) -> Iterator[None]:
         try:
             return str(of_ros(name))
         except Exception as error:
-            # Where there is no ROS, or where another package has put its own finder in its place.
+            # ROS is missing, or another package has replaced its package finder.
             raise substitution_args.SubstitutionException(around.missed(name)) from error
 
     substitution_args._eval_find = substitution_args._eval_dict["find"] = found
@@ -125,13 +125,13 @@ def _packages_found(substitution_args: Any, file: Path) -> Iterator[None]:
 
 
 class _Packages:
-    """The packages around a file, by name."""
+    """Finds packages around a file by name."""
 
     def __init__(self, file: Path) -> None:
         self.above = list(file.parents)[:FOLDERS_UP]
 
     def folder(self, name: str) -> Path | None:
-        """The folder of a package; None where it is not around the file."""
+        """Returns the folder of a package, or None."""
         stem = _stem(name)
         rules = ((self._declared, name), (self._named, name), (self._named_nearly, stem))
         for known, sought in rules:
@@ -141,14 +141,14 @@ class _Packages:
         return None
 
     def missed(self, name: str) -> str:
-        """Where a package was looked for, in words."""
+        """Returns an error text with the searched folders."""
         return (
             f"no package {name!r} in {self.above[0]} and {FOLDERS_UP - 1} folders above it, nor in "
             f"ROS: put the package there, as a folder {name}"
         )
 
     def _declared(self, folder: Path) -> Mapping[str, Path]:
-        """The packages that declare their name: the folder itself and those in it."""
+        """Returns the packages with a package.xml in a folder or its subfolders."""
         files = [folder / PACKAGE_FILE, *sorted(folder.glob(f"*/{PACKAGE_FILE}"))]
         return {_package_name(file): file.parent for file in files if file.is_file()}
 

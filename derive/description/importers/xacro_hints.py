@@ -1,6 +1,6 @@
-"""What a xacro file lacks, in words: an argument, a property, a macro, a call, or the whole robot.
+"""Hints on what a xacro file lacks: an argument, property, macro, macro call or link.
 
-Other xacro files near it are searched, so that the words can name the one that helps.
+Nearby xacro files are searched for a file that defines the missing part.
 """
 
 import re
@@ -12,18 +12,17 @@ from xml.dom import minidom
 from xml.parsers.expat import ExpatError
 
 MOST_FILES = 300
-"""Files of a place that are searched: a bound of the work that a folder can cause."""
+"""Maximum number of searched files; bounds the computing time."""
 MOST_NAMES = 3
 NEARBY = ((0, "*.xacro"), (1, "*.xacro"), (1, "*/*.xacro"), (2, "*/*/*.xacro"))
-"""Files beside a file, above it, and in the folders beside its folder and its package: the number
-of folders up, and the pattern from there."""
+"""Search locations near a file: number of folders up, and file pattern from there."""
 DEFINED = r"<{kind}\b[^>]*\bname\s*=\s*[\"'](xacro:)?{name}[\"']"
 INCLUDED = r"<xacro:include\b[^>]*[\"'/]{name}[\"']"
 
 
 @dataclass(frozen=True)
 class _Macro:
-    """A macro: its name, parameters without a default, blocks, and whether it makes links."""
+    """A macro: name, parameters without default, blocks, and whether it creates links."""
 
     name: str
     parameters: tuple[str, ...]
@@ -38,10 +37,10 @@ class _Macro:
 
 
 def missing(reason: str, file: Path) -> str:
-    """What would let the expansion of a file go on, after its reason; empty where nobody knows.
+    """Returns a hint on how to fix a failed expansion; empty if unknown.
 
     Args:
-        reason: xacro's reason.
+        reason: The error message of xacro.
         file: The file in which the expansion stopped.
     """
     argument = re.search(r"Undefined substitution argument (\w+)", reason)
@@ -76,12 +75,12 @@ def _undefined(kind: str, name: str, file: Path) -> str:
 
 
 def incomplete(root: minidom.Element, file: Path, includes: Sequence[str]) -> str:
-    """Why expanded XML is no robot, as what is expected instead; empty where it may be one.
+    """Returns what expanded XML lacks to be a robot; empty if it may be complete.
 
     Args:
-        root: The expanded file's root.
+        root: The root element of the expanded file.
         file: The file.
-        includes: The files that it included.
+        includes: The included files.
     """
     links = {link.getAttribute("name") for link in _children(root, "link")}
     if not links:
@@ -113,7 +112,7 @@ def _without_links(file: Path, includes: Sequence[str]) -> str:
 
 
 def _macros(file: Path) -> list[_Macro]:
-    """The macros of a file; those that make links alone, if some do."""
+    """Returns the macros of a file that create links; without any, all macros."""
     try:
         elements = minidom.parse(str(file)).getElementsByTagName("xacro:macro")
     except (ExpatError, OSError):
@@ -136,7 +135,7 @@ def _children(element: minidom.Element, tag: str) -> list[minidom.Element]:
 
 
 def _with(pattern: str, file: Path) -> list[Path]:
-    """The files nearest to a file whose text has a pattern."""
+    """Returns the nearest files whose text matches a pattern."""
     sought = re.compile(pattern, re.DOTALL)
     folder = file.resolve().parent
     for up, paths in NEARBY:

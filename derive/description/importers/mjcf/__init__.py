@@ -1,1 +1,1 @@
-"""MJCF, the model files of MuJoCo: compiled by MuJoCo, read as bodies, joints and loops."""
+"""Importer for MJCF, the model format of MuJoCo."""

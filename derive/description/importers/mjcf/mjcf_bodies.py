@@ -1,9 +1,9 @@
-"""Bodies of a compiled MJCF model as links and joints with one freedom each.
+"""Converts bodies of a compiled MJCF model to links and one-DOF joints.
 
-MuJoCo places a body by its pose in its parent's frame, then moves it by its joints one after
-another: joint k turns about or slides along an axis through its anchor, by its coordinate less its
-reference. Here each joint's link has its origin in the anchor; where the last anchor is not the
-body's origin, a fixed joint leads back to it, so that links called as bodies have their poses.
+MuJoCo places a body by its pose in the parent frame and then applies its joints in order. Joint k
+rotates about or translates along an axis through its anchor, by its coordinate minus its reference
+value. Here the link of each joint has its origin at the anchor. If the last anchor is not the body
+origin, a fixed joint is added, so that links named after bodies have the body poses.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -26,7 +26,7 @@ from .mjcf_model import CompiledModel, angle, direction, length, lengths, roll_p
 
 WORLD = "world"
 FREE, BALL, SLIDE, HINGE = range(4)
-"""MuJoCo's numbers of its kinds of joints."""
+"""Joint type codes of MuJoCo."""
 FREE_WORDS: Mapping[int, Literal["free", "ball"]] = {FREE: "free", BALL: "ball"}
 KINDS: Mapping[int, JointKind] = {SLIDE: "prismatic", HINGE: "revolute"}
 ORIGIN = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
@@ -38,17 +38,17 @@ class BodyJoint:
     """A joint between two links of a model.
 
     Attributes:
-        name: Its name, or one made of the body's.
-        parent: The link that carries it.
-        child: The link that it carries.
-        kind: Revolute, prismatic, fixed, or MuJoCo's word for a joint of several freedoms.
-        xyz: Origin in the parent's frame (metre).
+        name: Name of the joint, or a name derived from the body.
+        parent: The parent link.
+        child: The child link.
+        kind: Joint type: revolute, prismatic, fixed, or the MuJoCo name of a multi-DOF joint.
+        xyz: Origin in the parent frame (metre).
         rpy: Roll, pitch, yaw of the origin (radian).
-        axis: Direction of the motion in the origin's frame.
-        limits: Lowest and highest coordinate (radian or metre).
-        mimic: The law by which it follows another joint.
-        leader: The name of this other joint in the model.
-        notes: Angles that became multiples of pi/12.
+        axis: Direction of the motion in the origin frame.
+        limits: Minimum and maximum coordinate (radian or metre).
+        mimic: Linear relation to a leader joint; None without a leader.
+        leader: Name of the leader joint in the model.
+        notes: Notes on angles snapped to multiples of pi/12.
     """
 
     name: str
@@ -64,10 +64,10 @@ class BodyJoint:
     notes: tuple[str, ...] = ()
 
     def joint(self, is_in_a_tree: bool) -> Joint:
-        """The joint of a robot; in a tree of a robot with loops, with the link that carries it.
+        """Returns the robot joint; in a tree (robot with loops), including its parent link.
 
         Raises:
-            RobotError: The joint has several freedoms.
+            RobotError: The joint has several degrees of freedom.
         """
         if self.kind == "free" or self.kind == "ball":  # noqa: PLR1714
             raise RobotError(
@@ -91,7 +91,7 @@ class BodyJoint:
 
     @property
     def in_tree(self) -> TreeJoint:
-        """The joint by its names."""
+        """The joint as an entry of the named tree."""
         if self.kind == "fixed":
             return TreeJoint(self.name, "fixed", self.parent, self.child)
         if self.kind == "free" or self.kind == "ball":  # noqa: PLR1714
@@ -102,7 +102,7 @@ class BodyJoint:
 
     @property
     def is_unlimited(self) -> bool:
-        """Whether it moves by a coordinate of its own, for which the model states no limits."""
+        """Whether the joint has its own coordinate without limits."""
         return self.kind in KINDS.values() and self.mimic is None and self.limits == (None, None)
 
 
@@ -110,9 +110,9 @@ class Bodies:
     """All links and joints of a model.
 
     Attributes:
-        names: The link of each body, by its number.
-        sites: The link of each named site, by its number.
-        joints: The joints, each behind those that carry it.
+        names: Link name of each body, keyed by body index.
+        sites: Link name of each named site, keyed by site index.
+        joints: The joints; parents precede children.
     """
 
     def __init__(self, model: CompiledModel) -> None:
@@ -135,7 +135,7 @@ class Bodies:
         )
 
     def joint_name(self, k: int) -> str:
-        """The name of a joint, or one made of its body's."""
+        """Returns the name of a joint, or a name derived from its body."""
         body = int(self.arrays.jnt_bodyid[k])
         place = k - int(self.arrays.body_jntadr[body])
         return self.model.named("mjOBJ_JOINT", k) or f"{self.names[body]}_joint{place + 1}"
@@ -149,7 +149,7 @@ class Bodies:
             yield _mounted(parent, name, at, turned)
 
     def _of_body(self, body: int, laws: Mapping[int, "_Law"]) -> Iterator[BodyJoint]:
-        """The joints that move a body, and a fixed joint where they do not end at its frame."""
+        """Yields the joints of a body, and a fixed joint if the last anchor is not its origin."""
         name, arrays = self.names[body], self.arrays
         first, count = int(arrays.body_jntadr[body]), int(arrays.body_jntnum[body])
         link = self.names[int(arrays.body_parentid[body])]
@@ -209,9 +209,9 @@ class Bodies:
         return lower, upper
 
     def _mimic(self, k: int, laws: Mapping[int, "_Law"]) -> tuple[Mimic | None, str]:
-        """The law of a joint that an equality couples to another, laws of leaders resolved.
+        """Returns the mimic relation of a joint and its leader name.
 
-        The name of the leader in the model comes second.
+        Relations of the leader itself are resolved.
         """
         multiplier, offset, leader = sp.S.One, sp.S.Zero, k
         for _ in laws:
@@ -227,7 +227,7 @@ class Bodies:
 
 
 def _mounted(parent: str, child: str, at: np.ndarray, turned: Sequence[float]) -> BodyJoint:
-    """A link that is fixed to another."""
+    """Returns a link rigidly mounted on another link."""
     name = f"{child}_mount"
     rpy, notes = snapped(roll_pitch_yaw(turned))
     return BodyJoint(name, parent, child, "fixed", lengths(at), rpy, notes=_of_joint(name, notes))
@@ -239,7 +239,7 @@ def _of_joint(name: str, notes: Iterable[str]) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class _Law:
-    """A joint's value as ``multiplier * leader + offset``."""
+    """Joint coupling ``multiplier * leader + offset``."""
 
     leader: int
     multiplier: sp.Expr
@@ -247,7 +247,7 @@ class _Law:
 
 
 def _laws(model: CompiledModel) -> Iterator[tuple[int, _Law]]:
-    """The linear laws of active equalities between two joints: y - y0 = a0 + a1 (x - x0)."""
+    """Yields the linear couplings y - y0 = a0 + a1 (x - x0) of active joint equalities."""
     arrays, eq = model.arrays, model.mujoco.mjtEq.mjEQ_JOINT
     start = {k: length(arrays.qpos0[arrays.jnt_qposadr[k]]) for k in range(arrays.njnt)}
     for k in range(arrays.neq):

@@ -1,7 +1,7 @@
-"""Actuators, tendons and springs of an MJCF model, as far as a description has to name them.
+"""Actuators, tendons and springs of an MJCF model, as far as a description needs them.
 
-Actuators of joints say what q of a robot with loops is. Tendons, slider-cranks and springs are not
-modelled: notes name them, and an equality that couples joints by tendons is refused.
+Joint actuators define q for a robot with loops. Tendons, slider-cranks and springs are not
+modelled: they are listed in notes, and a tendon equality between joints raises an error.
 """
 
 from collections.abc import Collection, Iterable, Iterator
@@ -20,12 +20,12 @@ class Tendon:
     """A tendon.
 
     Attributes:
-        name: Its name, or one made of its number.
+        name: Name of the tendon, or a name derived from its index.
         joints: The joints of a fixed tendon.
         bodies: The bodies with the sites of a spatial tendon.
-        is_spring: Whether it has a stiffness.
-        is_driven: Whether an actuator pulls it.
-        is_held: Whether an equality holds its length.
+        is_spring: Whether the tendon has a stiffness.
+        is_driven: Whether an actuator drives the tendon.
+        is_held: Whether an equality fixes the tendon length.
     """
 
     name: str
@@ -36,12 +36,12 @@ class Tendon:
     is_held: bool
 
     def moves(self, joints: Collection[str], bodies: Collection[str]) -> bool:
-        """Return whether it runs over one of some joints or bodies."""
+        """Whether the tendon runs over one of the joints or bodies."""
         return bool({*self.joints} & {*joints} or {*self.bodies} & {*bodies})
 
     @property
     def note(self) -> str:
-        """A sentence that names it as not modelled."""
+        """Note that the tendon is not modelled."""
         over = f"joints {', '.join(self.joints)}" if self.joints else "sites"
         facts = [
             text
@@ -58,13 +58,13 @@ class Tendon:
 
 @dataclass(frozen=True)
 class Drives:
-    """Everything of a model that moves or pulls its joints.
+    """All elements of a model that move or load its joints.
 
     Attributes:
-        joints: The joints that actuators move, in the order of the actuators.
+        joints: The actuated joints, in the order of the actuators.
         tendons: All tendons.
-        cranks: Actuators that move sites by a slider and a crank.
-        springs: The joints with a stiffness.
+        cranks: Slider-crank actuators.
+        springs: The joints with stiffness.
     """
 
     joints: tuple[str, ...]
@@ -73,11 +73,11 @@ class Drives:
     springs: tuple[str, ...]
 
     def notes(self, joints: Collection[str], bodies: Collection[str]) -> Iterator[str]:
-        """Yield a note on each part that moves a robot and is not modelled.
+        """Yields a note on each element of the robot that is not modelled.
 
         Args:
-            joints: Names of the robot's joints.
-            bodies: Names of its links.
+            joints: Names of the robot joints.
+            bodies: Names of the robot links.
         """
         yield from (tendon.note for tendon in self.tendons if tendon.moves(joints, bodies))
         if self.cranks:
@@ -87,10 +87,10 @@ class Drives:
             yield f"springs of joints are not modelled (stiffness of {', '.join(springs)})"
 
     def check_tendons(self, joints: Iterable[str]) -> None:
-        """Refuse an equality of tendons over joints of a robot: it couples them.
+        """Raises an error for a tendon equality that couples robot joints.
 
         Raises:
-            RobotError: There is one.
+            RobotError: Such an equality exists.
         """
         known = {*joints}
         for tendon in self.tendons:
@@ -103,7 +103,7 @@ class Drives:
 
 
 def drives_of(spec: Any, mujoco: Any) -> Drives:
-    """Return what moves the joints of a model, before MuJoCo compiles it."""
+    """Returns the actuators, tendons and springs of an uncompiled model."""
     kinds = [getattr(mujoco.mjtTrn, name) for name in OF_JOINTS]
     driven = {str(a.target) for a in spec.actuators if a.trntype == mujoco.mjtTrn.mjTRN_TENDON}
     equalities = [e for e in spec.equalities if e.type == mujoco.mjtEq.mjEQ_TENDON and e.active]

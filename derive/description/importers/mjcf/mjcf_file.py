@@ -1,4 +1,4 @@
-"""The chain between two bodies of a MuJoCo model, with the loops that its joints belong to."""
+"""Reads the chain between two bodies of a MuJoCo model, including its loops."""
 
 from collections.abc import Iterator, Sequence
 from functools import cached_property
@@ -19,7 +19,7 @@ from .mjcf_model import compiled
 
 
 class MjcfFile:
-    """An MJCF model: its bodies and sites are links, its hinges and slides joints."""
+    """An MJCF model: bodies and sites become links; hinges and slides become joints."""
 
     def __init__(self, file: Path) -> None:
         """Reads the model.
@@ -33,19 +33,19 @@ class MjcfFile:
 
     @property
     def tree(self) -> KinematicTree:
-        """Links and joints by name."""
+        """The tree of links and joints."""
         return self.bodies.tree
 
     @cached_property
     def loops(self) -> ModelLoops:
-        """The closures of the model's equalities."""
+        """The loop closures from the equalities of the model."""
         return ModelLoops(self.model, self.bodies)
 
     def ends(self, base: str | None, tip: str | None) -> tuple[Ends, ...]:
-        """The chains between the given links; where one is not given, those that are meant.
+        """Returns the chains between base and tip; missing ends are inferred.
 
         Raises:
-            DescriptionError: A link is none of the model, or there is no chain.
+            DescriptionError: A link is unknown, or no chain exists.
         """
         try:
             return chosen_ends(self.tree, base, tip)
@@ -56,15 +56,15 @@ class MjcfFile:
         """The chain between two links.
 
         Args:
-            base: A body or a site; by default the world, or the body behind a free joint.
-            tip: A body or a site; by default the end of the longest chain.
-            name: The robot's name; by default the model's.
+            base: A body or site; default: the world, or the body behind a free joint.
+            tip: A body or site; default: the end of the longest chain.
+            name: Name of the robot; default: the model name.
 
         Returns:
-            A SerialRobot; a Mechanism where equalities close loops through joints of the chain.
+            A SerialRobot, or a Mechanism if equalities close loops through joints of the chain.
 
         Raises:
-            DescriptionError: There is no such chain, or it has parts that no robot of chasles has.
+            DescriptionError: No such chain exists, or the chain has unsupported elements.
         """
         try:
             ends = only_chain(self.tree, base, tip)
@@ -118,12 +118,12 @@ class MjcfFile:
         )
 
     def _notes(self, tree: Sequence[BodyJoint], closers: Sequence[object]) -> Iterator[str]:
-        """Notes on the joints of a robot, and on parts of the model that it leaves out."""
+        """Yields notes on the joints of a robot and on omitted parts of the model."""
         yield from self.loops.notes
         yield from (note for joint in tree for note in joint.notes)
         drives = self.model.drives
         yield from drives.notes([j.name for j in tree], [j.child for j in tree])
-        # Passive joints of loops have no limits to state.
+        # Passive loop joints need no limits.
         named = [
             j.name for j in tree if j.is_unlimited and (not closers or j.name in drives.joints)
         ]
@@ -134,10 +134,10 @@ class MjcfFile:
 
 
 def check_leaders(way: Sequence[BodyJoint], ends: Ends) -> None:
-    """Refuse a follower in a chain whose leader is not in it.
+    """Raises an error for a mimic joint whose leader is outside the chain.
 
     Raises:
-        NoChain: There is one.
+        NoChain: Such a joint exists.
     """
     names = {joint.name for joint in way}
     for joint in way:

@@ -1,9 +1,9 @@
 """Loops of a compiled MJCF model: equalities of bodies or sites become closures.
 
-A connect keeps two points together: a ball. Two connects of the same two bodies are a pin along the
-line through their points. A weld keeps two frames together. A connect of a body that nothing but a
-ball joint carries is a rod on balls. Equalities of joints are laws of followers, or couple joints
-in a way that chasles does not know, which is refused where it matters.
+A connect joins two points (ball joint). Two connects of the same two bodies form a pin along the
+line through their points. A weld joins two frames. A connect of a body that is otherwise held only
+by a ball joint is a rod with ball joints. Joint equalities are mimic relations; unsupported
+couplings raise an error if they affect the robot.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -22,12 +22,12 @@ from .mjcf_bodies import ORIGIN, Bodies, BodyJoint
 from .mjcf_model import CompiledModel, length, lengths, roll_pitch_yaw
 
 MOST_CONNECTS = 2
-"""Connects of two bodies: one is a ball, two are a pin."""
+"""Maximum number of connects between two bodies: one is a ball joint, two are a pin."""
 
 
 @dataclass(frozen=True)
 class _Held:
-    """A frame on a link that an equality holds: its position (metre) and angles (radian)."""
+    """A frame of an equality on a link: position (metre) and angles (radian)."""
 
     link: str
     xyz: Vector
@@ -36,7 +36,7 @@ class _Held:
 
 @dataclass(frozen=True)
 class _Equality:
-    """A connect or a weld of two frames, or a rod between their origins."""
+    """A connect or weld of two frames, or a rod between their origins."""
 
     name: str
     kind: Literal["connect", "weld", "rod"]
@@ -49,11 +49,11 @@ class ModelLoops:
     """The closures of a model.
 
     Attributes:
-        notes: Equalities that are left out, and why.
+        notes: Omitted equalities, with reasons.
     """
 
     def __init__(self, model: CompiledModel, bodies: Bodies) -> None:
-        """Reads the equalities; says nothing of those that no chain needs."""
+        """Reads the equalities."""
         self.model, self.bodies, self.arrays = model, bodies, model.arrays
         self.carried = {joint.child: joint for joint in bodies.joints}
         read = tuple(self._read())
@@ -61,10 +61,10 @@ class ModelLoops:
         self.notes: list[str] = []
 
     def through(self, way: Sequence[BodyJoint], base: str) -> tuple[Closure | Strut, ...]:
-        """The closures of all loops that share a moving joint with a chain, or with such a loop.
+        """Returns the closures of all loops connected to a chain by shared moving joints.
 
         Raises:
-            RobotError: Such a loop leaves the bodies below the base, or is none that chasles has.
+            RobotError: A loop includes bodies not below the base, or is not supported.
         """
         moving = {joint.name for joint in way if joint.kind != "fixed"}
         found: list[_Equality] = []
@@ -85,16 +85,16 @@ class ModelLoops:
         return tuple(_closures(found))
 
     def links(self, closers: Iterable[Closure | Strut]) -> set[str]:
-        """The links that closures and rods hold."""
+        """Returns the links attached to closures and rods."""
         names = {closer.name for closer in closers}
         held = [e for e in self.equalities if e.name in names]
         return {frame.link for equality in held for frame in (equality.a, equality.b)}
 
     def check_laws(self, joints: Iterable[BodyJoint], is_in_a_tree: bool) -> None:
-        """Refuse an equality that couples joints in a way that the robot has not.
+        """Raises an error for unsupported joint couplings.
 
         Raises:
-            RobotError: There is one.
+            RobotError: Such a coupling exists.
         """
         by_name = {joint.name: joint for joint in joints}
         self.model.drives.check_tendons(by_name)
@@ -116,10 +116,10 @@ class ModelLoops:
                 raise RobotError(f"joint {joint.name!r} is coupled{to} by {equality}; {reason}")
 
     def actuated(self, tree: Sequence[BodyJoint]) -> tuple[str, ...]:
-        """The joints that actuators move, in the order of the actuators.
+        """Returns the actuated joints, in the order of the actuators.
 
         Raises:
-            RobotError: There are none.
+            RobotError: No joint is actuated.
         """
         names = [joint.name for joint in tree if joint.kind != "fixed"]
         drives = self.model.drives
@@ -134,13 +134,13 @@ class ModelLoops:
         return tuple(map(identifier, moved))
 
     def springs(self, tree: Sequence[BodyJoint]) -> tuple[str, ...]:
-        """The joints of a tree that have springs and no actuator."""
+        """Returns the joints of a tree with springs but no actuator."""
         drives = self.model.drives
         free = [name for name in drives.springs if name not in drives.joints]
         return tuple(identifier(joint.name) for joint in tree if joint.name in free)
 
     def reference(self, tree: Sequence[BodyJoint]) -> tuple[tuple[str, sp.Expr], ...]:
-        """The model's own configuration: the values of joints that are not 0 there."""
+        """Returns the nonzero joint values of the model's reference configuration."""
         names = {joint.name for joint in tree}
         found = []
         for k in range(self.arrays.njnt):
@@ -151,7 +151,7 @@ class ModelLoops:
         return tuple(found)
 
     def _around(self, equality: _Equality) -> list[BodyJoint]:
-        """The joints of the tree between the two bodies that an equality holds."""
+        """Returns the tree joints between the two bodies of an equality."""
         to_a, to_b = (self._way(held.link) for held in (equality.a, equality.b))
         return [j for j in (*to_a, *to_b) if (j in to_a) != (j in to_b) and j.kind != "fixed"]
 
@@ -165,7 +165,7 @@ class ModelLoops:
     # --- rods ---
 
     def _as_rod(self, equality: _Equality, others: Sequence[_Equality]) -> _Equality:
-        """A connect whose one body is a rod on a ball joint, as a rod; other equalities as such."""
+        """Converts a connect of a body on a ball joint to a rod; returns others unchanged."""
         if equality.kind == "connect":
             for rod, end in ((equality.a, equality.b), (equality.b, equality.a)):
                 ball = next((j for j in self._way(rod.link) if j.kind != "fixed"), None)
@@ -177,13 +177,13 @@ class ModelLoops:
         return equality
 
     def _is_rod(self, ball: BodyJoint, equality: _Equality, others: Sequence[_Equality]) -> bool:
-        """Whether a ball joint carries nothing that moves or that another equality holds."""
+        """Whether a ball joint carries no moving body and no other equality."""
         links = set(self.bodies.tree.rigid(ball.child))
         held = [e for e in others if {e.a.link, e.b.link} & links]
         return ball.kind == "ball" and held == [equality] and not self.bodies.tree.moved(ball.child)
 
     def _from_ball(self, ball: BodyJoint, point: _Held) -> Vector:
-        """A point on a rod, from the centre of its ball joint."""
+        """Returns a point on a rod relative to the center of its ball joint."""
         x, y, z = point.xyz
         for joint in self._way(point.link):
             if joint is ball:
@@ -206,7 +206,7 @@ class ModelLoops:
                 yield _Equality(identifier(name), "weld" if is_weld else "connect", a, b)
 
     def _leads_by_hand(self, k: int) -> bool:
-        """Whether an equality holds a body to one that the program moves, which is no loop."""
+        """Whether an equality attaches a body to a mocap body, which is not a loop."""
         ids = [int(numbers[k]) for numbers in (self.arrays.eq_obj1id, self.arrays.eq_obj2id)]
         bodies = [self.arrays.site_bodyid[i] for i in ids] if self._is_of_sites(k) else ids
         return any(self.arrays.body_mocapid[body] >= 0 for body in bodies)
@@ -227,10 +227,10 @@ class ModelLoops:
         return _Held(link, lengths(self.arrays.site_pos[site]), rpy)
 
     def _of_bodies(self, k: int, is_weld: bool) -> tuple[_Held, _Held]:
-        """A connect's points on both bodies; a weld's frame on the first, its point on the second.
+        """Returns the points of a connect on both bodies, or frame and point of a weld.
 
-        A weld lists the point on the second body first, then that on the first and the orientation
-        of the second in the first.
+        MuJoCo stores for a weld first the point on the second body, then the point on the first
+        body and the relative orientation.
         """
         ids = (self.arrays.eq_obj1id, self.arrays.eq_obj2id)
         first, second = (self.bodies.names[int(numbers[k])] for numbers in ids)
@@ -242,7 +242,7 @@ class ModelLoops:
 
 
 def _closures(equalities: Sequence[_Equality]) -> Iterator[Closure | Strut]:
-    """The closers of equalities; connects of the same two bodies are one closure."""
+    """Yields the closures of equalities; connects of the same two bodies are merged."""
     for equality in equalities:
         if equality.kind == "weld":
             yield _closure(equality.name, "weld", equality.a, equality.b)
@@ -261,7 +261,7 @@ def _closures(equalities: Sequence[_Equality]) -> Iterator[Closure | Strut]:
 
 
 def _pin(first: _Equality, others: Sequence[_Equality]) -> Closure:
-    """The pin of two connects: its axis goes through both points on each body."""
+    """Returns the pin of two connects, with its axis through both points of each body."""
     if len(others) + 1 > MOST_CONNECTS:
         raise RobotError(
             f"{len(others) + 1} connects hold {first.a.link!r} and {first.b.link!r}: expected one, "

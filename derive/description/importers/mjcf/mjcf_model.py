@@ -1,8 +1,8 @@
-"""MJCF compiled by MuJoCo, without the parts that kinematics does not need.
+"""Compiles MJCF with MuJoCo, without elements that kinematics does not need.
 
-Meshes may be missing: shapes, materials, sensors, cameras and all that refers to them is removed
-before MuJoCo compiles the model. Defaults, includes, frames, angle units and orientations of every
-form are resolved by MuJoCo, and positions and quaternions are its doubles.
+Meshes may be missing: shapes, materials, sensors, cameras and their references are removed before
+the compilation. MuJoCo resolves defaults, includes, frames, angle units and orientations; positions
+and quaternions are double precision.
 """
 
 import re
@@ -25,9 +25,9 @@ from .mjcf_drives import Drives, drives_of
 
 NEEDED = "the package mujoco, to read MJCF (pip install 'chasles[files]')"
 NAMES = ("name", "class", "childclass", "model", "joint", "body", "site", "file")
-"""Attributes that hold words, not numbers."""
+"""Attributes with text instead of numbers."""
 UNNAMED = "MuJoCo Model"
-"""The name that MuJoCo gives a model without one."""
+"""Default model name of MuJoCo."""
 REMOVED = (
     "keys",
     "sensors",
@@ -49,12 +49,12 @@ REMOVED = (
     "texts",
     "plugins",
 )
-"""Lists of a model's elements that no pose depends on; those that refer to others come first."""
+"""Element lists that do not affect poses; lists with references come first."""
 MEANT_EQUALITIES = ("mjEQ_CONNECT", "mjEQ_WELD", "mjEQ_JOINT")
 
 
 class CompiledModel(NamedTuple):
-    """A model: MuJoCo's arrays, axes as written, and what moves its joints."""
+    """A compiled model: MuJoCo arrays, axes as written, and drives."""
 
     name: str
     arrays: Any
@@ -63,16 +63,16 @@ class CompiledModel(NamedTuple):
     drives: Drives
 
     def named(self, kind: str, index: int) -> str:
-        """The name of a body, joint, site or equality; empty where the file gives none."""
+        """Returns the name of a body, joint, site or equality; empty if unnamed."""
         found = self.mujoco.mj_id2name(self.arrays, getattr(self.mujoco.mjtObj, kind), index)
         return str(found or "")
 
 
 def compiled(file: Path) -> CompiledModel:
-    """The model of an MJCF file.
+    """Compiles an MJCF file.
 
     Raises:
-        DescriptionError: The package mujoco is not installed, or cannot read the file.
+        DescriptionError: The package mujoco is not installed or cannot read the file.
     """
     try:
         import mujoco  # noqa: PLC0415
@@ -84,7 +84,7 @@ def compiled(file: Path) -> CompiledModel:
         drives = drives_of(spec, mujoco)
         _remove_shapes(spec, mujoco)
         with warnings.catch_warnings():
-            # Of masses and the like, on which no pose depends.
+            # Warnings about masses and other properties that do not affect poses.
             warnings.simplefilter("ignore")
             arrays = spec.compile()
     except (ValueError, mujoco.FatalError) as error:
@@ -104,7 +104,7 @@ def _remove_shapes(spec: Any, mujoco: Any) -> None:
     for equality in list(spec.equalities):
         if equality.type not in meant:
             spec.delete(equality)
-    # Bodies whose mass came from their shapes have none now, and MuJoCo asks for some.
+    # Bodies lose masses defined by their shapes, but MuJoCo requires a mass.
     spec.compiler.boundmass = spec.compiler.boundinertia = 1
     spec.compiler.balanceinertia = 1
     for joint in spec.joints:
@@ -115,7 +115,7 @@ def _remove_shapes(spec: Any, mujoco: Any) -> None:
 
 
 def _check_text(file: Path, text: str) -> None:
-    """Refuses numbers in the file that are not finite; MuJoCo would warn in a file of logs."""
+    """Raises an error for nonfinite numbers; MuJoCo would only write a log file."""
     try:
         root = parsed(str(file), text, "mujoco")
     except DescriptionError:
@@ -130,7 +130,7 @@ def _check_text(file: Path, text: str) -> None:
 
 
 def _check_model(file: Path, arrays: Any, mujoco: Any) -> None:
-    """Refuses numbers of included files that are not finite, and on which a pose depends."""
+    """Raises an error for nonfinite pose data from included files."""
     kinds = {
         "body": ("mjOBJ_BODY", ("body_pos", "body_quat")),
         "joint": ("mjOBJ_JOINT", ("jnt_pos", "jnt_axis", "jnt_range")),
@@ -158,32 +158,32 @@ def _refused(file: Path, reason: str) -> DescriptionError:
 
 
 def length(value: float) -> sp.Expr:
-    """A compiled length (metre) without the rounding that compiling leaves."""
+    """Returns a compiled length (metre) without rounding noise."""
     return read(repr(round(float(value), COMPILED_DECIMALS)))
 
 
 def lengths(values: Any) -> Vector:
-    """A compiled vector (metre), component by component as :func:`length`."""
+    """Returns a compiled vector (metre) without rounding noise."""
     x, y, z = (length(value) for value in values)
     return x, y, z
 
 
 def angle(value: float) -> sp.Expr:
-    """A compiled angle (radian): a multiple of pi/12 where only compiling's rounding is between."""
+    """Returns a compiled angle (radian), snapped to pi/12 within rounding error."""
     exact = length(value)
     multiple = snap_angle(exact)
     return multiple if abs(float(multiple) - float(value)) < COMPILED_ANGLE else exact
 
 
 def roll_pitch_yaw(quaternion: Any) -> Vector:
-    """The angles (radian) of a compiled quaternion, scalar first."""
+    """Returns roll, pitch, yaw (radian) of a compiled scalar-first quaternion."""
     with mp.workdps(EVALUATION_DIGITS):
         roll, pitch, yaw = of_quaternion(*map(mp.mpf, quaternion))
     return angle(roll), angle(pitch), angle(yaw)
 
 
 def snapped(angles: Vector) -> tuple[Vector, list[str]]:
-    """Angles that a file rounds, as multiples of pi/12, and a note of each that changes."""
+    """Snaps rounded angles to multiples of pi/12; returns a note per changed angle."""
     exact = [snap_angle(value) for value in angles]
     notes = [
         f"{which} = {float(value)!r} taken as {taken}"
@@ -195,7 +195,7 @@ def snapped(angles: Vector) -> tuple[Vector, list[str]]:
 
 
 def direction(model: CompiledModel, joint: int) -> Vector:
-    """A joint's axis as the file writes it, where MuJoCo only made its length 1."""
+    """Returns a joint axis as written in the file if MuJoCo only normalized it."""
     unit = [float(value) for value in model.arrays.jnt_axis[joint]]
     written = model.axes[joint]
     size = sum(value**2 for value in written) ** 0.5
