@@ -1,4 +1,4 @@
-"""Gantries, machine tools, cranes and planar arms with a slide: drawn robots lose no pose."""
+"""Gantries, machine tools, cranes and planar arms with a prismatic joint miss no pose."""
 
 import random
 
@@ -15,16 +15,16 @@ PLANE = "parallel axes"
 POSITION = "three joints that position the tool"
 DIRECTIONS = ([1, 0, 0], [0, 1, 0], [0, 0, 1], [0, -1, 0])
 ACROSS = ([1, 0, 0], [0, 0, 1], [1, 0, 1], [2, 0, -1])
-"""Directions across y."""
+"""Directions normal to y."""
 CRANE = "a turntable with two parallel axes and a slide across them"
 ORDERS = ("RRP", "RPR", "PRR")
 BESIDE = ((1, 0, 0), (0, 0, 1), (1, 0, 1), (-1, 0, 0), (2, 0, -1), (0, 0, -1))
-"""Directions across the parallel axes, which lie along y."""
+"""Directions normal to the parallel axes, which are along y."""
 HEAD = 'name = "r"\nconvention = "urdf"\nunits = { length = "mm", angle = "deg" }\n'
 
 
 def robot(kinds, directions, seed, *, meeting=False):
-    """A robot of joints R and P, its lengths round or not, whose turns in a row may meet."""
+    """Returns a robot of joints R and P; lengths may be round, adjacent axes may intersect."""
     draw = random.Random(seed)
 
     def point():
@@ -42,7 +42,7 @@ def robot(kinds, directions, seed, *, meeting=False):
 
 
 def lost_of(cases):
-    """The sets of poses of which an inverse loses some, in words."""
+    """Describes the sets of poses for which an inverse misses solutions."""
     return [str(loss) for case in cases for loss in losses_of(case, 0)]
 
 
@@ -59,7 +59,7 @@ def test_arms_with_decoupled_joints_solve_every_pose(kinds):
         directions = [(turns if kind == "R" else slides).pop() for kind in kinds]
         cases = cases_of(robot(kinds, directions, seed))
         titles = {case.inverses.classification.found.title for case in cases}
-        # Three joints that move the tool's origin everywhere position it.
+        # Three joints that move the tool's origin in all directions determine its position.
         assert titles == {ROW} or (len(kinds) == 3 and titles == {POSITION})
         assert not lost_of(cases)
 
@@ -93,7 +93,7 @@ def test_five_axis_machine_has_position_and_direction_ik():
 
 @pytest.mark.parametrize("kinds", ["RRT", "RTR", "TRR", "RLTR", "LRTR", "TRLR"])
 def test_planar_arms_with_prismatic_joint_solve_every_pose(kinds):
-    """T slides across the axes, and L along them."""
+    """T is a prismatic joint normal to the axes, and L is parallel to them."""
     for seed in range(2):
         draw = random.Random(seed)
         directions = [draw.choice(ACROSS) if kind == "T" else [0, 1, 0] for kind in kinds]
@@ -105,14 +105,14 @@ def test_planar_arms_with_prismatic_joint_solve_every_pose(kinds):
 
 
 def test_rprr_arm_has_no_closed_form_inverse():
-    """Where the first and the third have one direction, the position would have to tell them."""
+    """If the first and third axis are parallel, the position would have to separate them."""
     directions = [[0, 0, 1], [0, 0, 1], [0, 1, 0], [1, 0, 0]]
     found = explain(robot("RPRR", directions, 0))
     assert found.line.startswith("no closed-form inverse")
 
 
 def crane(order, *, hand, round_numbers, seed):
-    """An arm of a random geometry, its tool on the last axis or not."""
+    """Returns an arm of random geometry, its tool on the last axis or not."""
     draw = random.Random(seed)
 
     def length(share):

@@ -1,4 +1,4 @@
-"""Work in a process of its own, beside the work of this one."""
+"""Runs a function in a forked process, in parallel with this process."""
 
 import os
 import signal
@@ -15,7 +15,7 @@ is_forked = pytest.mark.skipif(sys.platform != "linux", reason="forks on Linux a
 
 @pytest.fixture
 def alone(monkeypatch):
-    """As where no other thread runs; the tests' own runner has some that hold no lock."""
+    """Simulates a process without other threads; the threads of the test runner hold no lock."""
     monkeypatch.setattr(threading, "active_count", lambda: 1)
 
 
@@ -72,7 +72,7 @@ def test_error_in_parent_ends_the_fork(alone):
 
     with pytest.raises(ArithmeticError):
         fail_beside()
-    # The other process held the pipe's other end: its end is the end of the pipe.
+    # The other process held the write end of the pipe; after its end, a read returns end of file.
     assert os.read(read, 1) == b""
     os.close(read)
 

@@ -1,4 +1,4 @@
-"""The compiler depends on neither the day, the host nor the directory."""
+"""The compiler does not depend on the date, the host or the directory."""
 
 import ast
 from functools import cache

@@ -1,4 +1,4 @@
-"""The chain in its smallest form: which angles are summed, which axes share a group."""
+"""The chain in its smallest form: summed angles and groups of parallel axes."""
 
 import sympy as sp
 
@@ -13,7 +13,7 @@ ZERO, ONE = sp.Integer(0), sp.Integer(1)
 
 
 def shaped(robot):
-    """The groups, and every angle in terms of q alone."""
+    """Returns the groups, with every angle in terms of q alone."""
     terms = Terms({p.symbol: p.value for p in robot.parameters})
     found = groups(robot, terms, robot.joint_values(q[: len(robot.coordinates)]))
     definitions = {}
@@ -63,7 +63,7 @@ def test_zero_offsets_join_angle_sums_and_full_revolutions_cancel():
 
 
 def test_group_keeps_signs_of_prismatic_and_helical_joints():
-    """Base to tool: turn, slide along the axis, turn back, screw, all parallel or antiparallel."""
+    """Revolute, prismatic, reversed revolute and helical joints on parallel or opposed axes."""
     row = {"a": ONE, "d": ZERO, "theta": ZERO}
     joints = (
         Joint("turn", "revolute", *dh("revolute", alpha=ZERO, **row)),
@@ -105,7 +105,7 @@ def test_prismatic_joint_after_antiparallel_axis_is_reversed():
 
 
 def test_shipped_robots_have_parallel_axis_groups_of_data_sheet():
-    """Joints by runs of parallel axes, read off the drawings."""
+    """Joints by runs of parallel axes, taken from the drawings."""
     runs = {
         "bricklaying_planar": [[0, 1, 2]],
         "iiwa14": [[0], [1], [2], [3], [4], [5], [6]],
@@ -160,7 +160,7 @@ def test_the_groups_multiply_to_the_orientation_of_the_tool():
 
 
 def test_axis_rotated_back_joins_parallel_group():
-    """Two tilts that cancel, in a URDF's detour: the numbers are multiplied, then recognised."""
+    """Two tilts cancel over a URDF detour; their product is recognized."""
     half = sp.pi / 2
     first = urdf("revolute", xyz=(ZERO, ZERO, ZERO), rpy=(half, ZERO, ZERO), axis=(ZERO, ONE, ZERO))
     second = urdf(
@@ -194,7 +194,7 @@ def test_mimic_joint_adds_scaled_leader_angle():
 
 
 def test_tilt_by_named_parameter_separates_groups_even_at_zero():
-    """Its value may change, so its structure may not be read off the value."""
+    """The parameter's value may change, so the structure must not depend on it."""
     alpha = sp.Symbol("alpha", real=True)
     from chasles.derive import Parameter
 

@@ -1,4 +1,4 @@
-"""Chains in which joints follow others: solutions with free joints that obey the laws."""
+"""Chains with mimic joints: solutions of the free chain that satisfy the mimic equations."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ CHAINS = (
 
 
 def followed(chain, laws):
-    """A random chain of a structure in which some joints follow others."""
+    """Returns a random chain of a given structure with mimic joints."""
     robot = robot_of(chain)
     joints = (
         replace(j, mimic=Mimic(*laws[j.name]) if j.name in laws else None) for j in robot.joints
@@ -45,7 +45,7 @@ def test_ik_with_mimic_joints_recovers_generating_configuration(chain, laws):
     reached = np.array(fk.kernel(ca.DM(answers.q[answers.valid].T))).T.reshape(-1, 4, 4)
     wanted = np.repeat(T[:, None], answers.q.shape[1], axis=1)[answers.valid]
     np.testing.assert_allclose(reached, wanted, atol=3e-9)
-    # The laws exclude most solutions of the free chain.
+    # The mimic equations exclude most solutions of the free chain.
     assert not answers.valid.all()
 
 

@@ -1,4 +1,4 @@
-"""Joints that yield to gravity: torques by Pinocchio, derivatives by CasADi, robot files."""
+"""Joints that deflect under gravity: torques from Pinocchio, derivatives from CasADi, files."""
 
 import numpy as np
 import pytest
@@ -64,7 +64,7 @@ def numbers(placement, values):
 
 
 def generalized_gravity(robot, q):
-    """The torques of gravity on the joints by Pinocchio."""
+    """Returns the gravity torques on the joints from Pinocchio."""
     pin = pytest.importorskip("pinocchio", reason="Pinocchio, the oracle, is not there")
     values = {p.symbol: p.value for p in robot.parameters}
     model, parent, before = pin.Model(), 0, numbers(robot.base, values)

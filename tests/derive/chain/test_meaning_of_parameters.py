@@ -1,7 +1,7 @@
-"""Each parameter is the motion that its name says: poses beside products of plain matrices.
+"""Each parameter causes the motion that its name states, compared with matrix products.
 
-Derivatives agree with poses whatever a parameter does. Here the poses of drawn geometries, far from
-the nominal one, are products of NumPy's matrices by the table of the parameters' names.
+Derivatives agree with poses for any meaning of a parameter. Here the poses of random geometries,
+far from the nominal geometry, are products of NumPy matrices, built from the parameters' names.
 """
 
 import numpy as np
@@ -29,7 +29,7 @@ UNITS = {
 
 
 class Numbers(dict):
-    """Values by (part of the robot, number); what is no parameter is 0."""
+    """Values by (part of the robot, quantity); 0 for quantities that are not parameters."""
 
     def __init__(self, parameters, p):
         super().__init__(
@@ -41,7 +41,7 @@ class Numbers(dict):
 
 
 def off_by(random, nominal, size):
-    """Numbers off their nominal values, of nine decimals, which are exact fractions."""
+    """Returns perturbed values with nine decimal places, which are exact fractions."""
     return np.round(nominal + random.uniform(-size, size, len(nominal)), 9)
 
 
@@ -79,7 +79,7 @@ def law(at, name, q):
 
 
 def moved(at, joint, value, robot):
-    """From the frame before a joint to the frame behind it."""
+    """Returns the displacement from the frame before a joint to the frame after it."""
     before, after = joint.before, joint.after
     given = dict(joint.given)
     fields = {n: exact(at[joint.name, n]) for n in given if (joint.name, n) in at}
@@ -99,7 +99,7 @@ def moved(at, joint, value, robot):
 
 
 def of_chain(robot, at, q):
-    """The tool's pose of a serial robot with the numbers `at`."""
+    """Returns the tool pose of a serial robot with the values `at`."""
     T = corrected(at, "base") @ matrix(robot.base, robot)
     laws = {c.name: law(at, c.name, x) for c, x in zip(robot.coordinates, q, strict=True)}
     for joint in robot.joints:
@@ -158,7 +158,7 @@ def test_parametric_fk_matches_numpy_product_far_from_nominal(name):
 
 
 def bodies(loops, at, w):
-    """The frames of all bodies of a mechanism, and the values of its moving members."""
+    """Returns the frames of all bodies of a mechanism, and the values of its moving members."""
     mechanism = loops.hybrid.mechanism
     n, values = len(loops.hybrid.q), {}
     for coordinate, x in zip(mechanism.coordinates, w[:n], strict=True):
@@ -191,7 +191,7 @@ def end(closer, side, at, frames, mechanism):
 WITH_LOOPS = [
     *("four_bar", "slider_crank", "five_bar", "delta", "stewart_gough", "bricklaying_gantry")
 ]
-"""Pins, a slide, a planar platform, rods, cylinders between balls, and rails."""
+"""Mechanisms with pins, a slider, a planar platform, rods, ball-ended cylinders, and rails."""
 
 
 @pytest.mark.parametrize("name", WITH_LOOPS)

@@ -1,4 +1,4 @@
-"""Rates through named terms against SymPy's and CasADi's differentiation, and mpmath's."""
+"""Rates of named terms against SymPy, CasADi and mpmath differentiation."""
 
 import casadi as ca
 import mpmath
@@ -54,7 +54,7 @@ def test_repeated_rates_reuse_named_terms():
 
 
 def test_solved_angle_is_differentiated_through_its_loop_rate():
-    """Its cosine and sine, and those of sums with it, follow; the atan2 is not differentiated."""
+    """Its cosine and sine, and sums with the angle, follow; the atan2 is not differentiated."""
     terms = Terms({})
     angle = terms.solved_angle(
         *(terms.let(part) for part in (a / sp.sqrt(a**2 + b**2), b / sp.sqrt(a**2 + b**2)))
@@ -73,7 +73,7 @@ def test_solved_angle_is_differentiated_through_its_loop_rate():
         assert float(value.subs(point)) == pytest.approx(float(slope.subs(point)), abs=1e-14)
 
 
-# --- through whole loops ---
+# --- complete loops ---
 
 MECHANISMS = {f.__name__: f for f in (four_bar, slider_crank, slotted_rocker, geared)}
 
@@ -115,7 +115,7 @@ def test_first_and_second_loop_derivatives_match_casadi(name):
 
 
 def test_four_bar_derivatives_match_freudenstein_in_mpmath():
-    """The rocker by Freudenstein's half angle, differentiated by mpmath."""
+    """The rocker angle from Freudenstein's half-angle formula, differentiated by mpmath."""
     h = Hybrid(four_bar())
     loops = h.forward.loops
     (q,) = h.q

@@ -1,4 +1,4 @@
-"""Parametric functions: at nominal parameters they are the robot's own; derivatives by CasADi."""
+"""Parametric functions agree with the robot at nominal parameters, derivatives with CasADi."""
 
 from functools import cache
 
@@ -16,9 +16,9 @@ from tests.support.derivations import ROBOTS
 
 RANDOM = np.random.default_rng(5)
 SAMPLE = ("scara", "stanford", "bricklaying_planar")
-"""Parallel axes, a spherical wrist behind a prismatic joint, and a planar arm."""
+"""Parallel axes, a spherical wrist after a prismatic joint, and a planar arm."""
 IN_TOOL_FRAME = ("fk_p", "jacobian_p", "identification_jacobian")
-"""The functions without the two other frames, which cost two thirds of a derivation."""
+"""Functions in one of three frames; the others cost two thirds of a derivation."""
 
 
 def functions_of(robot, parametric=PARAMETRIC):
@@ -37,7 +37,7 @@ def nominal(derived):
 
 
 def by_differentiation(fk_p, q, p, by):
-    """Twists (v, omega) of the tool in base axes from automatic derivatives of its pose."""
+    """Returns tool twists (v, omega) in base axes from automatic derivatives of the pose."""
     symbols = ca.SX.sym("q", len(q)), ca.SX.sym("p", len(p))
     pose = fk_p(*symbols)
     derivative = ca.Function("d", list(symbols), [ca.jacobian(pose, symbols[by])])
@@ -55,7 +55,7 @@ def check(robot, parametric=PARAMETRIC):
 
 
 def check_functions(derived, functions):
-    """Compare all functions that are there."""
+    """Compares all available functions."""
     n, p = len(derived.robot.coordinates), nominal(derived)
     q = RANDOM.uniform(-2, 2, n)
     assert_allclose(np.array(functions["fk_p"](q, p)), np.array(functions["fk"](q)), atol=3e-15)
@@ -84,7 +84,7 @@ def test_parametric_functions_match_nominal_and_casadi_derivatives(name):
 
 
 def drawn(convention, seed):
-    """Three joints of a convention with random numbers; the second slides."""
+    """Returns three joints of a convention with random values; the second is prismatic."""
     random = np.random.default_rng(seed)
     joints = []
     for k, kind in enumerate(("revolute", "prismatic", "helical")):

@@ -1,4 +1,4 @@
-"""The determinant of the Jacobian as a product, beside determinants in numbers."""
+"""Factored determinants of Jacobians against numerical determinants."""
 
 from functools import cache
 from pathlib import Path
@@ -22,13 +22,13 @@ ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 SQUARE = ("ur5e", "irb6640", "puma560", "stanford", "scara")
 ON_SHELF = ("gp7", "m0609", "crx10ia")
 SEVERAL = ("iiwa14", "lynxmotion", "xarm5")
-"""Arms of seven and five joints, with several minors."""
+"""Arms with seven and five joints, which have several minors."""
 TEN_DIGITS = 1e-10
 POSTURES = 200
 LOST = 1e-8
-"""Singular value (m, rad) of a Jacobian that has lost rank: the roots are found to 1e-9."""
+"""Singular value (m, rad) of a rank-deficient Jacobian; the roots are accurate to 1e-9."""
 FULL = 1e-4
-"""Singular value (m, rad) that a posture at random exceeds."""
+"""Singular value (m, rad) that a random configuration exceeds."""
 
 
 @cache
@@ -42,7 +42,7 @@ def coordinates(robot):
 
 
 def in_numbers(robot, expression):
-    """A function of the coordinates, at the parameters' values."""
+    """Returns a numerical function of the coordinates, at the parameters' values."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     return sp.lambdify([list(coordinates(robot))], expression.xreplace(values), "numpy")
 
@@ -54,7 +54,7 @@ def minors(name):
 
 @cache
 def found_conditions(name):
-    """The conditions of an arm, at the parameters' values."""
+    """Returns the singularity conditions of an arm, at the parameters' values."""
     robot = loaded(name)
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     return conditions(minors(name), coordinates(robot), values)
@@ -77,7 +77,7 @@ def jacobian(robot):
 
 
 def volume(J):
-    """The absolute determinant of a Jacobian, or of its part that is not 0."""
+    """Returns the absolute determinant of a Jacobian, or of its nonzero submatrix."""
     return np.sqrt(abs(np.linalg.det(J.T @ J)))
 
 
@@ -178,7 +178,7 @@ def test_iiwa14_has_four_textbook_singularity_conditions():
 
 
 def on_conditions(robot, found):
-    """Postures at random on each condition."""
+    """Returns random configurations on each condition."""
     q = coordinates(robot)
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     for condition in found:
@@ -199,7 +199,7 @@ def test_jacobian_loses_rank_only_on_singularity_conditions(name):
 
 @pytest.mark.parametrize("name", SEVERAL)
 def test_numerically_found_singularities_satisfy_a_condition(name):
-    """Newton's iteration finds no singular posture that the conditions miss."""
+    """Newton's iteration finds no singular configuration that the conditions miss."""
     robot = loaded(name)
     q = coordinates(robot)
     found = found_conditions(name)
@@ -227,7 +227,7 @@ def test_arms_without_short_factors_print_singular_configurations(name):
 
 @pytest.mark.parametrize("name", ["panda", "xarm7"])
 def test_determinant_with_last_joint_fixed_matches_six_columns(name):
-    """Of the other six columns, in numbers; one of its factors has half the angle in both parts."""
+    """The numerical determinant of the other six columns; one factor has half the angle twice."""
     robot = loaded(name)
     page = Page.of(chasles.derive.derive(robot, functions=["ik"]))
     found, notation = page.singular, page.equations.notation
@@ -245,9 +245,9 @@ def test_determinant_with_last_joint_fixed_matches_six_columns(name):
 
 
 RANK_LOST = (94041, 94048, 94092, 94138)
-"""Arms drawn at random, of two to five joints, that are singular in every configuration."""
+"""Random arms with two to five joints that are singular in every configuration."""
 FULL_RANK = (94002, 94004, 94007, 94008)
-"""Arms drawn at random, of two and three joints, that are not."""
+"""Random arms with two and three joints that have full rank."""
 
 
 @pytest.mark.parametrize("seed", RANK_LOST)
@@ -283,7 +283,7 @@ units = { length = "mm", angle = "deg" }
 
 
 def test_a_mill_is_nowhere_singular():
-    """Three slides across each other, and two turns at right angles."""
+    """Three perpendicular prismatic joints, and two revolute joints at right angles."""
     axes = ([1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 1, 0], [0, 0, 1])
     kinds = ["prismatic"] * 3 + ["revolute"] * 2
     joints = [
@@ -307,7 +307,7 @@ def test_arms_with_singularities_are_not_reported_as_regular(name):
 def test_singularity_text_numbers_axes_of_the_whole_arm():
     page = Page.of(chasles.derive.derive(loaded("photo_robot"), functions=["ik"]))
     assert [k for k, q in enumerate(page.equations.notation.q) if q in page.singular.held] == [0, 3]
-    # The slides 1 and 4 are held: the first turn is axis 2, the wrist has axes 6, 7 and 8.
+    # Joints 1 and 4 are fixed: the first revolute joint is axis 2, the wrist has axes 6, 7 and 8.
     assert {condition.words for condition in page.singular.conditions} == {
         "the wrist's centre is on axis 2",
         "the wrist's centre is in the plane of axes 3 and 5; the arm is stretched or folded",
@@ -316,7 +316,7 @@ def test_singularity_text_numbers_axes_of_the_whole_arm():
 
 
 def test_conditions_of_arm_without_spherical_wrist_are_singular():
-    """Without the turn of A5 no axes of the wrist meet, and only the tool has the length d7."""
+    """Without the offset angle of A5 no wrist axes intersect; only the tool has the length d7."""
     text = (Path(chasles.derive.__file__).parent / "robots" / "iiwa14.toml").read_text()
     turned = 'd = "d5"\nalpha = -90\n'
     assert turned in text

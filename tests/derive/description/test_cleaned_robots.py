@@ -1,4 +1,4 @@
-"""Robots from files with rounded numbers: the list of changes, its bound, doubts about units."""
+"""Robots from files with rounded values: the change list, its bound, and unit warnings."""
 
 import random
 
@@ -145,7 +145,7 @@ AXES = ("[0, 0, 1]", '[0, "2e-10", 1]', '["0.866", 0, "0.5"]', '["0.707", "-0.5"
 
 
 def random_file(dice):
-    """An arm of two to six joints in mixed conventions with rounded numbers."""
+    """Returns an arm with two to six joints in mixed conventions and rounded values."""
     parts = ['name = "random"', 'convention = "dh"']
     for _ in range(dice.randint(2, 6)):
         convention = dice.choice(CONVENTIONS)
@@ -165,7 +165,7 @@ def random_file(dice):
 
 
 def pose(robot, q):
-    """The tool's pose (4, 4) from the placements, at 30 digits."""
+    """Returns the tool pose (4, 4) from the placements, at 30 digits."""
     T = mpmath.eye(4)
     values = iter(q)
     for joint in robot.joints:
@@ -228,7 +228,7 @@ def test_pose_error_bound_holds_and_is_tight_in_every_convention():
             conventions |= {joint.convention.name for joint in robot.joints}
     assert len(shares) > 12
     assert conventions == {convention.name for convention in CONVENTIONS}
-    # Errors of several numbers rarely point the same way, but the bound is of their order.
+    # Several errors rarely add up in one direction, but the bound has the right order.
     assert np.median(shares) > 0.2
 
 

@@ -1,4 +1,4 @@
-"""Every convention against the matrices that its source prints."""
+"""Every convention against the matrices printed in its source."""
 
 import pytest
 import sympy as sp
@@ -56,8 +56,8 @@ def test_s_model_matches_equation_2_of_photo_robot_paper():
             cb * st,
             st * sa * sb + ca * ct,
             -sa * ct + ca * sb * st,
-            # The paper prints cos(alpha) cos(beta) where its own second column, the entry to the
-            # left, has cos(alpha) cos(theta): a translation by R (x, y, z) has the latter.
+            # The paper prints cos(alpha) cos(beta), but its own second column, the entry to the
+            # left, has cos(alpha) cos(theta). A translation by R (x, y, z) has the latter.
             -z * (sa * ct - ca * sb * st) + y * (ca * ct + st * sa * sb) + x * cb * st,
         ],
         [-sb, cb * sa, ca * cb, z * ca * cb - x * sb + y * cb * sa],
@@ -89,7 +89,7 @@ def test_hayati_matches_product_of_rotations_in_its_source():
 
 
 def test_photo_robot_fk_equals_product_of_printed_matrices():
-    """The shipped robot is the product of the printed matrices, A0 included; (11) turns back."""
+    """The shipped robot is the product of the printed matrices, including A0; (11) rotates back."""
     q = sp.symbols("q1:9", real=True)
     r10, r2, l3, r40, r6 = (p.symbol for p in read(ROBOTS / "photo_robot.toml").parameters)
 
@@ -141,7 +141,7 @@ def test_urdf_origin_and_axis_follow_specification():
 
 
 def test_poe_joint_matches_rodrigues_formula():
-    """A turn about any axis through any point: Rodrigues' formula, Lynch and Park, 3.2."""
+    """A rotation about any axis through any point: Rodrigues' formula, Lynch and Park, 3.2."""
     theta = sp.Symbol("theta", real=True)
     checked = 0
     for axis in ((1, 0, 0), (0, -1, 0), (0, 0, -1), (0, 0, 1), (1, 2, 2), (-3, 0, 4), (1, 1, 1)):
@@ -159,7 +159,7 @@ def test_poe_joint_matches_rodrigues_formula():
 
 @pytest.mark.parametrize("convention", BY_NAME)
 def test_prismatic_joint_translates_along_axis_of_its_convention(convention):
-    """With all angles general: the derivative by the coordinate is the slot's own axis."""
+    """For generic angles, the derivative with respect to the coordinate is the joint axis."""
     angles = iter(sp.symbols("u v w", real=True))
     fields = BY_NAME[convention].fields
     given = {field.name: next(angles) for field in fields if field.kind == "angle"}

@@ -1,4 +1,4 @@
-"""Every convention against every other on one mechanism, and against the matrices of its source."""
+"""All conventions agree on one mechanism, and with the matrices of their sources."""
 
 from itertools import combinations
 
@@ -20,8 +20,8 @@ def fixed(convention, **given):
     return joint(convention, "end", "fixed", **given)
 
 
-# One mechanism in every convention: turn about z; at distance a, turn about a parallel axis; tilted
-# by a right angle and d along, a slider; the tool e further along the slider.
+# One mechanism in every convention: a revolute joint about z, a parallel revolute joint at distance
+# a, and a slider tilted by a right angle at d. The tool is at e along the slider.
 MECHANISM = {
     "dh": (
         joint("dh", "j1", a=a),
@@ -101,7 +101,7 @@ def test_mixed_conventions_give_the_same_fk():
 
 
 def test_derived_fk_equals_product_with_symbolic_tilts():
-    """Tilts that are symbols: no structure to find, and still the same product."""
+    """With symbolic tilts there is no structure, and the product is unchanged."""
     alpha, beta = sp.symbols("alpha beta", real=True)
     angles = (Parameter("alpha", HALF / 3, "angle"), Parameter("beta", HALF / 5, "angle"))
     chain = (
@@ -115,7 +115,7 @@ def test_derived_fk_equals_product_with_symbolic_tilts():
     assert max(abs(entry.xreplace(numbers).evalf(30)) for entry in difference) < sp.Float("1e-28")
 
 
-# --- a second mechanism, written as files: two parallel axes, tilted by 60 degrees to the first ---
+# --- a second mechanism in files: two parallel axes, tilted by 60 degrees to the first axis ---
 
 SPATIAL = {
     "dh": """
@@ -262,7 +262,7 @@ d2 = 40
 
 
 def spatial(described, kind):
-    """The mechanism from its file; its second joint turns or slides."""
+    """Returns the mechanism from its file; its second joint is revolute or prismatic."""
     text = FILE.format(convention=described.split()[0], joints=SPATIAL[described])
     numbers = [k for k, one in enumerate(read_text(text).joints) if one.kind == "revolute"]
     before, *joints = text.split("[[joints]]")
@@ -282,7 +282,7 @@ def test_conventions_agree_on_spatial_mechanism(kind):
         name: product_of_exponentials(described)
         for name, described in found.items()
         if name != "urdf"
-    }  # One joint of `urdf` counts backwards: its screw is the negative one.
+    }  # One joint of `urdf` has the opposite sense, so its screw is negated.
     compared = 0
     for one, other in combinations(found, 2):
         assert equal(products[one], products[other]), (one, other)
@@ -328,7 +328,7 @@ def test_product_of_exponentials_with_helical_joint_equals_pose():
 
 
 def test_screw_axis_at_zero_matches_hand_calculation():
-    """By hand: the second axis of the mechanism, through (a1, 0, d1) along (0, -sin, cos)."""
+    """Hand calculation of the second axis, through (a1, 0, d1) along (0, -sin, cos)."""
     S, _ = product_of_exponentials(spatial("dh", "revolute"))
     a1, d1 = sp.symbols("a1 d1", real=True)
     direction = sp.Matrix([0, -sp.sqrt(3) / 2, sp.Rational(1, 2)])
@@ -337,7 +337,7 @@ def test_screw_axis_at_zero_matches_hand_calculation():
 
 
 def test_conventions_agree_with_symbolic_tilt_parameter():
-    """The axes of `poe` are numbers; all others take the tilt of the mechanism as a symbol."""
+    """The axes of `poe` are numerical; other conventions use a symbolic tilt."""
     found = {}
     for name, joints in SPATIAL.items():
         if name in BY_NAME and name != "poe":
@@ -356,7 +356,7 @@ def test_conventions_agree_with_symbolic_tilt_parameter():
 
 @pytest.mark.parametrize("name", ["puma560", "lynxmotion", "scara", "photo_robot"])
 def test_derived_fk_of_shipped_robots_equals_product(name):
-    """The product of elementary matrices, at random exact numbers and 30 digits."""
+    """The product of elementary matrices, at random exact values and 30 digits."""
     described = read(ROBOTS / f"{name}.toml")
     (entries,) = derivation(name).function("fk").expanded()
     joints = sp.symbols(f"q1:{len(described.coordinates) + 1}", real=True)

@@ -1,4 +1,4 @@
-"""Robot files: what they may say, and what is said of those that are wrong."""
+"""Robot files: valid content, and error messages for invalid content."""
 
 import pytest
 import sympy as sp
@@ -93,8 +93,7 @@ def test_byte_order_mark_and_windows_line_endings_are_accepted(tmp_path):
     assert read(path) == read_text(text)
 
 
-# The line of the file to be replaced, what stands there instead, the field that is complained of,
-# and words of the complaint.
+# The replaced line of the file, its replacement, the field in the error, and words of the error.
 WRONG = [
     (1, 'name = "2nd"', "name", "a letter"),
     (1, "name = 5", "name", "found 5"),
@@ -167,7 +166,7 @@ def test_invalid_field_error_names_line_and_field(line, text, field, words):
     if not text:
         assert (error.line, str(error)[:15]) == (None, "arm.toml: name:")
         return
-    # A field that is missing is looked for in the table that should hold it.
+    # A missing field is reported at the table that should contain it.
     expected = 21 if "advance per radian" in words else line
     assert error.line == expected
     assert str(error).startswith(f"arm.toml:{expected}: {field}")
@@ -335,7 +334,7 @@ def test_unit_check_rarely_divides_by_zero():
 
 
 MAX_CALLS_A_CHARACTER = 80
-"""Twice what the densest of these files takes."""
+"""Twice the maximum over the densest of these files."""
 
 
 def test_long_files_are_refused_in_linear_time():

@@ -1,4 +1,4 @@
-"""Belts and chains, motors that follow, bodies on two rails, and numbers that no source states."""
+"""Belts and chains, following motors, bodies on two rails, and assumed values."""
 
 import numpy as np
 import pytest
@@ -133,7 +133,7 @@ def test_bridge_on_two_rails_matches_numeric_closure(floating, base):
             at = model.values(q, model.closed(q, model.u))
             assert z == pytest.approx([at[name] for name in names], abs=1e-11)
         told = dict(zip(robot.passive, np.array(kernels["passive"](q)).ravel(), strict=True))
-        # The second motor turns by more than a turn, and its angle is not wrapped.
+        # The second motor rotates by more than a turn, and its angle is not wrapped.
         travel = radius * q[robot.actuated.index("motor")]
         assert told["other"] == pytest.approx((travel + 0.02 * is_exact) / 0.05, abs=1e-11)
         theta = np.array(kernels["chain"](q)).ravel()
@@ -147,7 +147,7 @@ def test_floating_rail_is_solved_by_a_guides_step():
 
 
 def test_bearings_with_repeated_axis_are_not_guides():
-    # With roll and yaw alone the axes are independent, with two rolls they are not.
+    # The axes are independent for roll and yaw, but not for two rolls.
     twice = FLOATING.replace("axis = [0, 1, 0]", "axis = [1, 0, 0]")
     assert Hybrid(read_text(bridge(twice))).forward.open
 

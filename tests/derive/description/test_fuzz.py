@@ -1,4 +1,4 @@
-"""Malformed robot files: each a clear error, none a traceback, a hang or a written file."""
+"""Malformed robot files give a clear error, without a traceback, a hang or output files."""
 
 import random
 
@@ -49,7 +49,7 @@ JUNK = (
 
 
 def mutated(text: str, dice: random.Random) -> bytes:
-    """A valid file with one to three random mutations."""
+    """Returns a valid file with one to three random mutations."""
     content = text
     for _ in range(dice.randint(1, 3)):
         lines = content.splitlines()
@@ -101,7 +101,7 @@ def test_malformed_files_raise_short_errors_quickly(tmp_path):
             assert "Traceback" not in message
             assert len(message) < 1000
     assert refused == MALFORMED
-    # Wounds that leave a valid robot (a deleted limit, say) prove that not everything is refused.
+    # Mutations that leave a valid robot, such as a deleted limit, show that some files pass.
     assert survived > 0
     assert list(tmp_path.iterdir()) == [path]
 

@@ -1,4 +1,4 @@
-"""Robots with loops in robot files: their fields, their errors, and files that extend others."""
+"""Robot files with loops: their fields, their errors, and files that extend others."""
 
 import numpy as np
 import pytest
@@ -92,7 +92,7 @@ def test_mechanism_file_fields_are_read_with_units():
     assert jack.limits == (sp.Rational(-1, 10), sp.Rational(1, 20))
     motor, extension, slide = robot.coordinates
     assert (motor.kind, motor.moves, motor.unit) == ("revolute", "turn", "rad")
-    # The motor turns against the joint, fifty times as far.
+    # The motor rotates opposite to the joint, fifty times as far.
     assert motor.limits == (-50 * sp.pi / 4, 50 * sp.pi / 2)
     assert (extension.name, extension.unit, slide.unit) == ("jack", "m", "m")
     assert (robot.tool_body, robot.tool_frame, robot.base_frame) == ("arm", "tcp", "ground")
@@ -173,7 +173,7 @@ def test_free_joint_expands_into_six_named_joints():
     assert np.allclose(T, expected, atol=1e-15)
 
 
-# The line of the file to be replaced, what stands there instead, its field, words of the complaint.
+# The replaced line of the file, its replacement, the field in the error, and words of the error.
 WRONG = [
     (4, 'actuated = ["moto", "jack"]', "actuated[1]", "did you mean 'motor'?"),
     (4, 'actuated = ["motor", "turn"]', "actuated[2]", "another joint than motor does"),
@@ -236,7 +236,7 @@ def test_invalid_mechanism_field_error_names_line_and_field(line, text, field, w
     error = caught.value
     assert (error.field, words in str(error)) == (field, True), str(error)
     assert str(error).startswith(f"loop.toml:{error.line}: {field}: expected ")
-    # What is missing is looked for in the table that should hold it.
+    # A missing field is reported at the table that should contain it.
     elsewhere = {"joints[1].link": 16, "drives[1].ratio": line if text else 53}
     assert error.line == elsewhere.get(field, line)
 

@@ -1,4 +1,4 @@
-"""The shipped robots with loops, closed in numbers without the equations of the compiler."""
+"""Shipped robots with loops, closed numerically without the compiler's equations."""
 
 import tomllib
 from functools import cache
@@ -90,7 +90,7 @@ def test_the_reference_is_near_a_closed_configuration(name):
 
 
 def swing(m, strut, q, u):
-    """The angle of a strut on the body at its beginning, about z or, where that is up, about -y."""
+    """Returns the angle of a strut on the body at its first end, about z, or -y if z is up."""
     body, A, B = m.ends(strut, q, u)
     x, y, z = body[:3, :3].T @ (B[:3, 3] - A[:3, 3])
     flat = abs(z) < 1e-9
@@ -100,7 +100,7 @@ def swing(m, strut, q, u):
 
 WITHOUT_LIMITS = {"planar_3rrr", "planar_3rrr_170"}
 HELD_BOX = np.radians([[50, 170, -70], [92, 212, -28]])
-"""Platforms whose source prints no limits, and a box of their cranks in which they are held."""
+"""Platforms without printed limits, and a box for their crank angles."""
 
 
 @pytest.mark.parametrize("name", SHIPPED)
@@ -149,7 +149,7 @@ def test_well_manipulator_passive_joints_match_printed_states(angles, lengths, s
     q = np.array([0, l1, l2, 0, l3, 0, l4])
     u, _ = m.followed(q)
     assert m.unknown == ["theta2", "theta3", "theta5", "theta7"]
-    # Printed to 1e-7 mm and, at dead points' distance, 1e-6 degrees.
+    # Printed to 1e-7 mm and, away from dead points, 1e-6 degrees.
     assert np.degrees(u) == pytest.approx(angles, abs=1e-6)
     found = [np.degrees(swing(m, strut, q, u)) for strut in m.mechanism.struts]
     assert found == pytest.approx(swings, abs=1e-6)
@@ -193,10 +193,10 @@ def test_board_installer_chain_and_tool_match_printed_cases(q, chain, tip):
     u, _ = m.followed(q)
     values = m.values(q, u)
     found = [values[joint.name] for joint in m.mechanism.main_chain.moving]
-    # The cases are printed to nine digits.
+    # The cases have nine printed digits.
     assert found == pytest.approx(chain, abs=5e-9)
     assert m.tip(q, u)[:3, 3] == pytest.approx(tip, abs=5e-9)
-    # The parallelograms keep the plate at the elbow level.
+    # The parallelograms keep the elbow plate level.
     assert values["elbow_plate"] == pytest.approx(-values["shoulder"], abs=1e-9)
 
 
@@ -245,12 +245,12 @@ def test_gantry_motor_angles_give_expected_tool_position():
 
 
 def test_gantry_link_joint_and_freedom_counts_match_paper():
-    """N = 14, j = 15, sum f = 15, two loops: no constraint repeats another, and three freedoms."""
+    """N = 14, j = 15, sum f = 15, two loops: no redundant constraint, and three freedoms."""
     robot, m = mechanism("bricklaying_gantry"), model("bricklaying_gantry")
     bodies, joints = len(robot.bodies), len(robot.joints) + len(robot.closures)
     assert (bodies, joints, joints - bodies + 1) == (14, 15, 2)
     assert kutzbach(bodies, joints, joints) == 3
-    # By an oracle that does not know the equations of the compiler.
+    # The oracle does not use the compiler's equations.
     assert len(m.unknown) == np.linalg.matrix_rank(m.jacobian(m.q, m.u), tol=1e-6) == 10
     counted = mobility(robot)
     assert (counted.kutzbach, counted.by_loops, counted.true) == (3, 3, 3)

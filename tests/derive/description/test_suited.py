@@ -1,4 +1,4 @@
-"""Joints in the conventions that suit them: the kinematics stay, to all digits."""
+"""Converting joints to suitable conventions preserves the kinematics to all digits."""
 
 import numpy as np
 import pytest

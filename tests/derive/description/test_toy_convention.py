@@ -1,7 +1,7 @@
-"""A convention added from outside: no file of the project knows it.
+"""A convention added from outside, unknown to the project.
 
-The toy is Denavit and Hartenberg's link in another order, Rx(alpha) Tx(a) Tz(d) Rz(theta) with
-other names of its fields, so that a formula known by name anywhere would be the wrong one.
+The toy is the Denavit-Hartenberg link in another order, Rx(alpha) Tx(a) Tz(d) Rz(theta), with other
+field names. A formula selected by name would be wrong.
 """
 
 import pytest
@@ -130,7 +130,7 @@ def test_joint_motion_must_be_rotation_or_translation_along_z():
 
 
 def test_custom_convention_with_vector_fields_is_derived_and_printed():
-    """Euler angles z, y, x and a position, then the motion about a direction of numbers."""
+    """Euler angles z, y, x and a position, then the motion along a numerical direction."""
 
     def place(kind, *, at, zyx, along):
         z, y, x = zyx

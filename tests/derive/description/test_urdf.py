@@ -1,4 +1,4 @@
-"""URDF import: random trees against Pinocchio's own reader, and everything that can be wrong."""
+"""URDF import: random trees against Pinocchio's reader, and invalid files."""
 
 import random
 from xml.etree import ElementTree
@@ -22,7 +22,7 @@ RIGHT = (
 AXES = ("1 0 0", "0 1 0", "0 0 1", "0 0 -1", "0.6 0 0.8", "1 2 3", "-0.57735 0.57735 0.57735")
 TYPES = ("revolute", "continuous", "prismatic", "fixed")
 ROBOTS, POSES = (0, 1, 2, 3, 5, 12, 16, 23, 27, 34), 2
-"""Seeds of the random robots; the last six have a follower of a follower."""
+"""Seeds of the random robots; in the last six, a follower follows another follower."""
 
 TWO_LINKS = """\
 <robot name="two-links">
@@ -50,7 +50,7 @@ def vector(dice, digits=3):
 
 
 def random_urdf(dice):
-    """A chain with side branches, fixed joints, followers of followers and axes of all kinds."""
+    """Returns a chain with side branches, fixed joints, nested followers and various axes."""
     count = dice.randint(2, 9)
     parts = ['<robot name="random">', '<link name="l0"/>']
     movers = []
@@ -115,7 +115,7 @@ def test_random_urdf_robots_match_pinocchio_link_poses(tmp_path):
 
 
 def followed(text, values):
-    """The value of every joint, followers of followers too, from the file itself."""
+    """Returns the value of every joint, including nested followers, from the file itself."""
     leaders = {
         joint.get("name"): joint.find("mimic")
         for joint in ElementTree.fromstring(text).findall("joint")
@@ -131,7 +131,7 @@ def followed(text, values):
 
 
 def pinocchio_coordinates(model, values):
-    """All joints of the model, continuous ones as cosine and sine."""
+    """Returns all joint coordinates of the model; continuous joints as cosine and sine."""
     full = np.zeros(model.nq)
     for name, joint in zip(model.names, model.joints, strict=True):
         if name in values:
@@ -159,7 +159,7 @@ def test_urdf_import_keeps_names_and_limits_and_snaps_angles(path):
     assert given["rpy_y"] == sp.pi / 2
     assert dict(robot.joints[1].given)["rpy_z"] == sp.pi / 2
     cleaned, noted = robot.notes
-    # 1.5708 turns the tool, which lies 0.3 m behind it, by 3.7e-6 rad about its own z axis.
+    # 1.5708 rotates the tool by 3.7e-6 rad about its own z axis; the tool is 0.3 m away.
     assert cleaned == "2 numbers cleaned, at most 1.5e-12 m and 3.7e-06 rad"
     assert noted == "1.5708 taken as pi/2: yaw of mount"
     as_written = read(path, exact=True)
@@ -290,7 +290,7 @@ def test_robot_names_are_made_valid_identifiers(path, given, name):
 
 
 def test_byte_order_mark_encoding_and_rounding_noise_are_accepted(path):
-    """Rounding noise, a byte order mark, Windows line ends, another declared encoding."""
+    """Rounding noise, a byte order mark, Windows line ends, and another declared encoding."""
     noisy = TWO_LINKS.replace('"0.1 0 0.2"', '"1.2246467991473532E-16 -6.1e-33 0.2"')
     content = '\ufeff<?xml version="1.0" encoding="ISO-8859-1"?>\n' + noisy.replace("\n", "\r\n")
     path.write_bytes(content.replace("two-links", "Gerät").encode())
@@ -305,7 +305,7 @@ def test_byte_order_mark_encoding_and_rounding_noise_are_accepted(path):
 
 
 def test_missing_urdf_elements_take_their_defaults(path):
-    """No origin, no axis, no limit: the URDF's defaults; an axis of a fixed joint is not read."""
+    """URDF defaults for origin, axis and limit; the axis of a fixed joint is ignored."""
     bare = TWO_LINKS.replace('<origin xyz="0.1 0 0.2" rpy="0 1.57079632679 0"/>', "")
     bare = bare.replace('<axis xyz="0 0 1"/>', "").replace(
         'type="fixed">', 'type="fixed"><axis xyz="0 0 0"/>'
@@ -348,7 +348,7 @@ def test_entities_are_not_expanded(path):
         def attempt(text=text, message=message):
             message.append(wrong(path, text))
 
-        # Expanded, the entity has 10^10 characters.
+        # The expanded entity has 10^10 characters.
         assert calls_of(attempt) < MAX_CALLS
         assert "expected" in message[0]
 

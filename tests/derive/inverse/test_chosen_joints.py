@@ -1,4 +1,4 @@
-"""Inverses for joints that the user gives, turning joints between others among them."""
+"""Inverses with joints fixed by the user, including revolute joints between others."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from tests.support.generators.drawn_arms import cases_for_given, random_arm
 from tests.support.oracles.verdict import judged
 
 SEEDS = (22, 155)
-"""Arms that nobody chose, some with turning joints given in between."""
+"""Random arms, some with fixed revolute joints between others."""
 
 
 def test_ik_with_random_fixed_joints_solves_every_random_pose():
@@ -25,7 +25,7 @@ def test_ik_with_random_fixed_joints_solves_every_random_pose():
             assert (found.missed, found.wrong, found.lost or 0) == (0, 0, 0), case.name
             asked += 1
             between += give not in ways_to_give(lines, len(give))
-            # The given joints have their values to the last bit.
+            # The fixed joints keep their values to the last bit.
             q = np.random.default_rng(seed).uniform(-3, 3, (20, case.robot.n))
             assert (case.found(q).q[..., list(give)] == q[:, None, list(give)]).all()
     assert asked >= 5

@@ -1,4 +1,4 @@
-"""Turntables with errors in every parameter: a nominal arm has the structure and leads to all."""
+"""Turntables with errors in every parameter: a nominal arm recovers all solutions."""
 
 import numpy as np
 
@@ -16,15 +16,15 @@ from tests.support.oracles.pinocchio_fk import pinocchio_fk
 ARM = read(description("so101"))
 SEEDS = range(2)
 TRUE = 1e-8
-"""Error of a pose (metre, or entry of a rotation) above which a solution is wrong."""
+"""Pose error (metre, or entry of a rotation) above which a solution is wrong."""
 SAME = 1e-6
-"""Radian: coordinates that are one solution."""
+"""Difference (radian) below which coordinates are the same solution."""
 REGULAR = 1e-5
-"""Least singular value (metre or radian per radian) at a configuration that is looked for."""
+"""Minimum singular value (metre or radian per radian) of the tested configurations."""
 
 
 def drawn(seed):
-    """An SO-101 with errors of up to 0.1 to 10 mm and mrad."""
+    """Returns an SO-101 with errors of up to 0.1 to 10 mm and mrad."""
     size = float(10 ** np.random.default_rng(seed).uniform(-4, -2))
     return displaced(ARM, size, seed)
 

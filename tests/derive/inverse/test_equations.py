@@ -1,4 +1,4 @@
-"""Equations as data: their solutions solve them, and their mirror images have the opposite ones."""
+"""Equations as data: solutions solve them, and mirror images have opposite solutions."""
 
 import pytest
 import sympy as sp
@@ -24,7 +24,7 @@ EQUATIONS = [
 
 
 def left_side(equation, x):
-    """Zero at a solution."""
+    """Returns the left side, which is zero at a solution."""
     if isinstance(equation, Linear):
         return equation.a * sp.cos(x) + equation.b * sp.sin(x) - equation.d
     if isinstance(equation, Direction):

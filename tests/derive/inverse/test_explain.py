@@ -1,4 +1,4 @@
-"""Explanations of inverses: structure, steps, or the distance of the axes from a structure."""
+"""Explanations of inverses: structure and steps, or the deviation from a structure."""
 
 import re
 from functools import cache
@@ -15,7 +15,7 @@ from chasles.derive.terms.terms import Terms
 from tests.support.derivations import NAMES, ROBOTS
 
 LOOPED = ("slider_crank", "excavator", "planar_3rrr", "stewart_gough")
-"""Mechanisms with and without a structure of the main chain."""
+"""Mechanisms with and without a main-chain structure."""
 
 
 @cache
@@ -24,7 +24,7 @@ def explained(name):
 
 
 def arm(lifts):
-    """Six revolute joints, each above the one before by as much, axes across each other."""
+    """Returns six revolute joints at equal heights above each other, with perpendicular axes."""
     joints = "\n".join(
         f'[[joints]]\nd = "{lift}"\na = "0.1"\nalpha = "{angle}"\n'
         for lift, angle in zip(lifts, (1.1, 0.7, 1.3, 0.9, 1.2, 0.4), strict=True)
@@ -117,7 +117,7 @@ def test_explanation_states_structure_and_solution_count(name, structure, most):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_explanation_has_a_step_for_every_joint(name):
-    """A joint is given, found by a step of its own, or what is left of a sum."""
+    """A joint is fixed, solved by its own step, or the remainder of a sum."""
     found = explained(name)
     if found.inverses.written or not found.inverses.functions:
         return
@@ -152,7 +152,7 @@ def test_explanation_measures_deviation_from_nearest_structure():
 
 
 def test_deviation_of_nearly_meeting_axes_is_a_length():
-    """Axes 5 and 6 are 100 mm apart, each 50 mm from the point that is nearest to both."""
+    """Axes 5 and 6 are 100 mm apart, each 50 mm from the point nearest to both."""
     text = str(explain(arm((0.2, 0.1, 0.3, 0.1, 0.0, 0.1))))
     rows = [line for line in text.splitlines() if line.startswith("  axes joint5 and joint6 ")]
     assert rows
@@ -189,7 +189,7 @@ def test_command_line_explains_and_writes_nothing(tmp_path):
 
 
 def general_arm(last):
-    """An arm without a structure whose axis 6 is ``last`` metres off axis 5, and parallel to it."""
+    """Returns an arm without a structure; axis 6 is ``last`` metres from axis 5 and parallel."""
     rows = [(0.3, 0.1, -90), (0.05, 0.4, 20), (0.02, 0.1, 70), (0.4, 0.05, -60), (0.1, last, 0)]
     joints = "".join(
         f"[[joints]]\nd = {d}\na = {a}\nalpha = {alpha}\n" for d, a, alpha in [*rows, (0.1, 0, 0)]

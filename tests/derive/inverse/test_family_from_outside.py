@@ -1,7 +1,8 @@
-"""A family that the project does not know, added by this file alone: a cylindrical arm.
+"""A family unknown to the project, added by this file alone: a cylindrical arm.
 
-A column that turns, a slide along it, a slide across it and a joint that turns the tool about the
-vertical. It comes before the families of the list, one of which has such axes, too.
+The arm has a revolute column, a prismatic joint along it, a prismatic joint normal to it, and a
+revolute joint of the tool about the vertical. It precedes the listed families, one of which also
+has such axes.
 """
 
 import re
@@ -75,7 +76,7 @@ def requires(lines):
 
 
 def to_position(work, lines, start, wanted):
-    """Lift, boom and column, which bring a point to a position."""
+    """Solves lift, boom and column, which move a point to a position."""
     terms, (column, lift, boom, _) = work.terms, lines.axes
     V, reach = subtracted(terms, wanted, column.p), subtracted(terms, start, column.p)
     height = dot(terms, column.h, V)
@@ -99,7 +100,7 @@ def solve(work, lines, target):
 
 
 def position_yaw(robot, lines):
-    """Position of the tool, with the wrist at a given angle beside the boom."""
+    """Returns the tool position for a given wrist angle relative to the boom."""
     terms, work, wrist = lines.terms, Work(lines.terms), lines.axes[3]
     turn = CosSin(*terms.cos_sin(YAW))
     lever = rotated(terms, wrist.h, turn, subtracted(terms, tool_origin(robot, terms), wrist.p))
@@ -121,7 +122,7 @@ def position_yaw(robot, lines):
 
 
 def functions(robot, lines):
-    """The height of the wrist over the base."""
+    """Builds the function for the wrist height above the base."""
     terms, q = lines.terms, sp.symbols("_h1:5", real=True)
     height = terms.let(lines.axes[3].p[2] + q[1])
     result = Result("height", (height,), (), "m", "height of the lift")
@@ -215,7 +216,7 @@ def test_article_contains_text_and_equations_of_custom_family(derivation):
 
 
 def test_family_with_other_joint_count_is_not_evaluated():
-    """The number of joints is checked before the conditions, which may rely on it."""
+    """The joint count is checked before the conditions, which may rely on it."""
     seen = []
     other = Family("other", (5,), lambda lines: seen.append(lines) or [], solve)
     derive(ARM, families=(other, CYLINDRICAL))
@@ -224,7 +225,7 @@ def test_family_with_other_joint_count_is_not_evaluated():
 
 @pytest.mark.parametrize("given", [True, False])
 def test_family_option_decides_whether_joints_may_be_fixed(given):
-    """A second lift in front is one joint too many; it is given, if the family allows that."""
+    """A second lift is one joint too many; it is fixed if the family allows fixed joints."""
     text = """
 name = "two_lifts"
 convention = "dh"

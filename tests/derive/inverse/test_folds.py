@@ -1,4 +1,4 @@
-"""Calibrated arms near folds, at which two solutions meet: all are found, and none is made up."""
+"""Calibrated arms near folds, where two solutions meet: all are found, none is spurious."""
 
 import numpy as np
 import pytest
@@ -10,19 +10,19 @@ from tests.support.generators.geometric_errors import displaced
 from tests.support.oracles.pinocchio_fk import pinocchio_fk
 
 ERROR = 3e-3
-"""Error (metre, radian) of the arm's calibration."""
+"""Calibration error (metre, radian) of the arm."""
 ELBOW, WRIST = 2, 4
 STARTS, STEPS = 150, 40
-"""Starts for each pose, and steps from each, of the search that the solutions are compared with."""
+"""Number of starts per pose, and of steps per start, in the reference search."""
 TRUE = 1e-8
-"""Error of a pose (metre, or entry of a rotation) above which a solution is wrong."""
+"""Pose error (metre, or entry of a rotation) above which a solution is wrong."""
 KNOWN = 1e-4
-"""Least singular value (metre, radian) down to which the search tells solutions apart."""
+"""Minimum singular value (metre, radian) at which the search separates solutions."""
 
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory):
-    """A calibrated arm, and its forward kinematics by Pinocchio."""
+    """Returns a calibrated arm, and its forward kinematics from Pinocchio."""
     robot = displaced(read(ROBOTS / "ur5e.toml"), ERROR)
     folder = tmp_path_factory.mktemp("folds") / robot.name
     return compiled(robot, folder, ("fk", "fk_jacobian_mixed", "ik")), pinocchio_fk(robot)
@@ -33,7 +33,7 @@ def determinant(arm, q):
 
 
 def at_fold(arm, rng, count):
-    """Configurations whose elbow is where the Jacobian is singular."""
+    """Returns configurations with an elbow at a singularity."""
     found = []
     while len(found) < count:
         q = np.tile(rng.uniform(-np.pi, np.pi, arm.n), (241, 1))
@@ -52,7 +52,7 @@ def at_fold(arm, rng, count):
 
 
 def near_folds(arm, seed, count):
-    """Configurations from 1e-6 to 1e-2 rad beside a fold, on both of its sides."""
+    """Returns configurations 1e-6 to 1e-2 rad away from a fold, on both sides."""
     rng = np.random.default_rng(seed)
     q = at_fold(arm, rng, count)
     q[:, ELBOW] += 10 ** rng.uniform(-6, -2, count) * rng.choice((-1, 1), count)
@@ -64,7 +64,7 @@ def is_among(solutions, q):
 
 
 def searched(arm, T, rng):
-    """Solutions of each pose from many random starts, by damped least squares."""
+    """Returns the solutions of each pose by damped least squares from many random starts."""
     q = rng.uniform(-np.pi, np.pi, (len(T), STARTS, arm.n))
     for _ in range(STEPS):
         e, J = twists(arm, T, q)
@@ -78,7 +78,7 @@ def searched(arm, T, rng):
 
 
 def twists(arm, T, q):
-    """Twists (..., 6) from the tools at q to poses, and the Jacobians."""
+    """Returns twists (..., 6) from the tool poses at q to target poses, and the Jacobians."""
     here, J = arm.fk_jacobian_mixed(q)
     turn = T[:, None, :3, :3] @ np.swapaxes(here[..., :3, :3], -1, -2)
     skew = (turn - np.swapaxes(turn, -1, -2)) / 2
@@ -100,7 +100,7 @@ def test_ik_near_folds_recovers_generating_configuration(case):
 
 
 def test_solution_count_near_folds_is_even(case):
-    """Poses a little to either side of a fold have an even number of solutions, all true."""
+    """Poses on either side of a fold have an even number of solutions, all correct."""
     arm, fk = case
     rng = np.random.default_rng(1)
     q = at_fold(arm, rng, 100)
@@ -133,7 +133,7 @@ def test_random_search_near_folds_finds_no_extra_solutions(case):
 
 
 def test_ik_recovers_configurations_with_nearly_aligned_wrist(case):
-    """The axes of the wrist nearly coincide: no fold tells how many solutions there are."""
+    """The wrist axes nearly coincide, so no fold determines the number of solutions."""
     arm, _ = case
     rng = np.random.default_rng(4)
     q = rng.uniform(-np.pi, np.pi, (300, arm.n))

@@ -1,4 +1,4 @@
-"""Lines of axes: what is parallel and what meets, how nearly; targets without some joints."""
+"""Parallel and intersecting axis lines with tolerances; targets without some joints."""
 
 import numpy as np
 import pytest
@@ -50,7 +50,7 @@ def test_axes_are_parallel_up_to_the_tolerance(by, parallel, sense):
 
 @pytest.mark.parametrize(("by", "meet"), [(0, True), (0.9, True), (1.1, False)])
 def test_axes_meet_up_to_the_tolerance(by, meet):
-    # The middle between two lines is half their distance from both; the arm is about 2 m long.
+    # The midpoint between two lines has half their distance from both; the arm is about 2 m long.
     apart = 2 * by * EXACT_STRUCTURE * 2
     lines = lines_of(((0, 0, 1), (0, 0, 0)), ((1, 0, 0), (0, apart, 2)))
     assert lines.meet(0, 1) == meet
@@ -103,7 +103,7 @@ def test_nearly_spherical_wrists_are_detected(name, meet):
 
 
 def matrix(target):
-    """The displacement (4, 4) of a target of numbers."""
+    """Returns the displacement (4, 4) of a numerical target."""
     T = np.eye(4)
     T[:3, :3] = np.array(target.axes, float).T
     T[:3, 3] = np.array(target.position, float) - T[:3, :3] @ np.array(target.home, float)
@@ -111,7 +111,7 @@ def matrix(target):
 
 
 def displacement(lines, q):
-    """exp(S_1 q_1) ... exp(S_n q_n) in numbers."""
+    """Returns exp(S_1 q_1) ... exp(S_n q_n) numerically."""
     turns = np.array([[a.turns] for a in lines.axes])
     h = np.array([a.direction for a in lines.axes])
     points = np.array([numbers(lines.terms, a.p) for a in lines.axes])

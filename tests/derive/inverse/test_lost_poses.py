@@ -1,6 +1,6 @@
-"""Inverses that lose poses at right angles: told when derived, or replaced by ones that lose none.
+"""Inverses that miss right-angled poses: reported at derivation, or replaced by others.
 
-All arms are drawn by a seed; poses come from the product of exponentials of their screws.
+All arms are random with fixed seeds. Poses come from the product of exponentials of their screws.
 """
 
 from functools import cache
@@ -26,9 +26,9 @@ from tests.support.oracles.verdict import judged
 
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 OTHER_JOINT_GIVEN = {1462: (1,), 5388: (0, 3)}
-"""Arms that lose poses with the first joints that can be given, and none with these."""
+"""Arms that miss poses with the first choice of fixed joints, but none with these."""
 SEARCHED = (4220,)
-"""Arms that lose poses with all joints that can be given."""
+"""Arms that miss poses with every choice of fixed joints."""
 
 
 @cache
@@ -37,7 +37,7 @@ def pose_case(seed):
 
 
 def lost(case, solve, count=400):
-    """The number of poses at right angles that no valid slot reaches."""
+    """Returns the number of right-angled poses that no valid slot reaches."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(losses, "RIGHT", count)
         q = right_angles(case, np.random.default_rng(3))
@@ -74,9 +74,10 @@ def test_numeric_search_keeps_fixed_joint_values(seed):
 
 
 def test_shipped_serial_robots_need_no_numeric_search():
-    """Searching takes time where a pose is out of reach, so that robots that need it not have none.
+    """Robots that need no search have none, because a search is slow for unreachable poses.
 
-    All shipped serial robots, whose poses at right angles ``python -m bench inverse`` asks in full.
+    The test covers all shipped serial robots; ``python -m bench inverse`` tests all their
+    right-angled poses.
     """
     checked = 0
     for file in sorted(ROBOTS.glob("*.toml")):
@@ -104,7 +105,7 @@ def test_numeric_arm_pose_matches_product_of_exponentials():
 
 @pytest.mark.parametrize("seed", SEARCHED)
 def test_estimate_of_unsolved_poses_matches_their_count(seed):
-    """Poses of other code, judged by other code; rounding decides whether some of them are lost."""
+    """Independent code counts the missed poses; rounding decides some of them."""
     case = pose_case(seed)
     arm = NumericArm.of(case.described, case.inverses.classification.lines)
     q = configurations(arm, ())

@@ -1,4 +1,4 @@
-"""A robot with loops as built, whose file names the robot as designed."""
+"""A robot with loops as built, whose file names the designed robot."""
 
 import re
 from dataclasses import replace
@@ -18,7 +18,7 @@ from tests.support.generators.as_built import BOARD_INSTALLER, as_built
 
 TEXT = (ROBOTS / "board_installer.toml").read_text()
 VALUES = {"L1": "1003.37", "L2": "1198.21", "k": "4.53", "r": "161.77", "p": "118.43"}
-"""No round numbers: on no grid do the pantograph's lengths stay in proportion."""
+"""Values off any grid, so the pantograph's lengths are not proportional."""
 
 
 def with_values(values):
@@ -34,7 +34,7 @@ DESIGN = read_text(with_values(VALUES))
 
 
 def built(seed=3):
-    """Lengths off by up to 0.1 mm, and the crank by 0.05 degrees."""
+    """Returns a robot with length errors of up to 0.1 mm and a crank error of 0.05 degrees."""
     spoilt = as_built(DESIGN, BOARD_INSTALLER, 1e-4, np.random.default_rng(seed))
     joints = tuple(
         replace(joint, before=(*joint.before, Rotation("x", sp.pi / 3600)))
@@ -79,7 +79,7 @@ def test_nominal_design_must_have_the_same_members():
 
 @pytest.fixture
 def files(tmp_path):
-    """The file as built beside the design's."""
+    """Writes the as-built file next to the design file."""
     (tmp_path / "design.toml").write_text(with_values(VALUES))
     own = with_values(VALUES | {"r": "161.82"})
     own = own.replace('convention = "urdf"', 'convention = "urdf"\nnominal = "design.toml"', 1)
@@ -98,7 +98,7 @@ def test_nominal_key_accepts_installed_robot_name(files, is_beside):
     text = (files / "built.toml").read_text()
     (files / "built.toml").write_text(text.replace('"design.toml"', '"board_installer"'))
     if is_beside:
-        # As on the command line, the name is the installed robot's.
+        # As on the command line, the name refers to the installed robot.
         (files / "board_installer").write_text("")
     assert read(files / "built.toml").nominal == read(ROBOTS / "board_installer.toml")
 
@@ -136,7 +136,7 @@ def test_change_of_design_file_makes_output_stale(files):
 
 
 def displacement(rng, length=1.27):
-    """A displacement by lengths of this size and quarter turns."""
+    """Returns a displacement with lengths of this size and quarter turns."""
     angles = (sp.pi / 2 * int(k) for k in rng.integers(0, 4, 3))
     shift = Translation(tuple(sp.Rational(f"{x:.6f}") for x in rng.uniform(-length, length, 3)))
     return (shift, *(Rotation(axis, angle) for axis, angle in zip("xyz", angles, strict=True)))
@@ -152,7 +152,7 @@ def inverse(placement):
 
 
 def in_other_frames(mechanism, seed=0):
-    """The same robot: frames of bodies elsewhere, those of joints along and about their axes."""
+    """Returns the same robot with other body frames, and joint frames moved along their axes."""
     rng = np.random.default_rng(seed)
     moved = {joint.link: displacement(rng) for joint in mechanism.joints}
     back = {body: inverse(by) for body, by in moved.items()}
@@ -190,7 +190,7 @@ def test_design_difference_measures_length_errors():
     design = read(ROBOTS / "board_installer.toml")
     spoilt = as_built(design, BOARD_INSTALLER, 5e-4, np.random.default_rng(0))
     moved, turned = apart(spoilt, design)
-    # A place of a body is off by up to 0.5 mm along three axes, and laid on the others as well.
+    # A body position is off by up to 0.5 mm along three axes, and these errors add up.
     assert 2e-4 < moved < 1.2e-3
     assert turned < 1e-3
     again = apart(in_other_frames(spoilt), design)
@@ -210,7 +210,7 @@ def test_design_difference_detects_axis_and_zero_errors():
         )
         return replace(design, joints=joints)
 
-    # The zero of a motor; that of a passive joint is a name.
+    # The zero of a motor matters; the zero of a passive joint is arbitrary.
     assert apart(with_joint("crank", before=off), design)[1] == pytest.approx(2e-3, rel=0.05)
     tilted = with_joint("yaw", before=Rotation("x", sp.Rational(2, 1000)))
     assert 5e-4 < apart(tilted, design)[1] < 3e-3

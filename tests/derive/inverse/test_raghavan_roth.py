@@ -1,4 +1,4 @@
-"""The equations of arms of six joints of any geometry, and the tables behind them."""
+"""Equations of general six-joint arms, and their tables."""
 
 from dataclasses import replace
 from functools import cache
@@ -67,7 +67,7 @@ def of(name):
 
 @cache
 def choice_of(name):
-    """The splits that are chosen for an arm."""
+    """Returns the splits chosen for an arm."""
     return choose(of(name))
 
 
@@ -114,7 +114,7 @@ def test_translation_along_z_expands_in_powers(sign):
 
 
 def factors(value, slides):
-    """What stands for a joint in the equations: 1, cosine and sine, or powers of a slide."""
+    """Returns a joint's factors in the equations: 1, cosine and sine, or powers of a travel."""
     return [1, value, value**2] if slides else [1, np.cos(value), np.sin(value)]
 
 
@@ -236,7 +236,7 @@ def test_equal_robots_give_equal_generated_code(name):
 
 
 def test_crx10_pose_matches_urdf_origins_and_axes():
-    """Origins and axes of fanuc_crx10ia_support/urdf/crx10ial_macro.xacro, joint by joint."""
+    """Origins and axes from fanuc_crx10ia_support/urdf/crx10ial_macro.xacro, joint by joint."""
     origins = [(0, 0, 0.245), (0, 0, 0), (0, 0, 0.71), (0, 0, 0), (0.54, -0.15, 0), (0.16, 0, 0)]
     axes = [(0, 0, 1), (0, 1, 0), (0, -1, 0), (-1, 0, 0), (0, -1, 0), (-1, 0, 0)]
     robot, random = of("crx10"), np.random.default_rng(8)

@@ -1,4 +1,4 @@
-"""All real solutions of a general arm in numbers, beside the C of its inverse."""
+"""All real solutions of a general arm, found numerically and by its compiled inverse."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from tests.support.generators.random_arms import random_arm
 
 POSES = 8
 SAME = 1e-10
-"""Entry of a pose: the solutions are refined to 1e-13 in parts of the arm's length."""
+"""Pose entry tolerance; solutions are refined to 1e-13 relative to the arm's length."""
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""Subproblems 5 and 6: planted solutions, all of them, at double roots and in right angles too."""
+"""Subproblems 5 and 6 find all planted solutions, also at double roots and right angles."""
 
 import itertools
 import subprocess
@@ -24,7 +24,7 @@ NEAR_AXIS = (0.0, 1e-12, 1e-10, 1e-9, 3e-9, 1e-8, 3e-8, 1e-7, 1e-6, 1e-5, 1e-4, 
 
 @pytest.fixture(scope="module")
 def compiled(tmp_path_factory):
-    """Makes values a CasADi function of a vector and two signs, run as C: as CasADi, but faster."""
+    """Compiles values to a function of a vector and two signs, faster than CasADi."""
 
     def compile_values(terms, symbols, values):
         folder = tmp_path_factory.mktemp("sp")
@@ -50,7 +50,7 @@ def compiled(tmp_path_factory):
 
 
 def lowered(terms, symbols, values):
-    """Values as one CasADi function of a vector and two signs."""
+    """Returns values as one CasADi function of a vector and two signs."""
     arguments = (
         Argument("x", tuple(symbols), (len(symbols),), "", ""),
         Argument("signs", SIGNS, (2,), "", ""),
@@ -60,7 +60,7 @@ def lowered(terms, symbols, values):
 
 
 def slots(function, X):
-    """The function's values at each row of X in all four slots: (N, 4, outputs)."""
+    """Returns the function's values for each row of X in all four slots: (N, 4, outputs)."""
     values = [
         np.array(function(ca.DM(X.T), ca.DM(np.tile(np.array([signs]).T, (1, len(X))))))
         for signs in BRANCHES
@@ -69,7 +69,7 @@ def slots(function, X):
 
 
 def angles_of(turns, limit=1e-15):
-    """Angles of pairs of cosine and sine, and that the pairs are unit vectors."""
+    """Returns angles of cosine-sine pairs; checks that the pairs are unit vectors."""
     np.testing.assert_allclose(np.hypot(turns[..., 0], turns[..., 1]), 1, rtol=0, atol=limit)
     return np.arctan2(turns[..., 1], turns[..., 0])
 
@@ -88,7 +88,7 @@ def solve6(compiled):
     function = compiled(terms, v, outputs)
 
     def solve(X):
-        """Angles (N, 4, 2), relative residuals (N, 4) and margins (N, 4)."""
+        """Returns angles (N, 4, 2), relative residuals (N, 4) and margins (N, 4)."""
         Y = slots(function, X)
         angles = np.stack([angles_of(Y[..., 2 * k : 2 * k + 2]) for k in range(2)], -1)
         x = Y[..., [1, 0, 3, 2]]
@@ -99,12 +99,12 @@ def solve6(compiled):
 
 
 def rows_of(X):
-    """Both equations' coefficients (N, 2, 4)."""
+    """Returns both equations' coefficients (N, 2, 4)."""
     return np.stack([X[:, [0, 1, 4, 5]], X[:, [2, 3, 6, 7]]], 1)
 
 
 def planted6(A, angles):
-    """Right sides for given coefficients and angles, appended to the coefficients."""
+    """Appends the right sides for given coefficients and angles."""
     x = np.stack([f(t) for t in angles for f in (np.sin, np.cos)], -1)
     return np.concatenate([A, np.einsum("nij,nj->ni", rows_of(A), x)], 1)
 
@@ -142,7 +142,7 @@ def test_sp6_solution_count_matches_real_roots(solve6):
 
 
 def real_roots(X):
-    """Number of real solutions: theta1 eliminated, roots of a polynomial in exp(i theta2)."""
+    """Counts the real solutions from the roots in exp(i theta2), theta1 eliminated."""
     with mpmath.workdps(30):
         a, b, c, d = (mpmath.mpf(x) for x in X[:4])
         adjugate = mpmath.matrix([[d, -b], [-c, a]])
@@ -160,7 +160,7 @@ def real_roots(X):
 
 
 def singular(A, generator, first, second):
-    """Coefficients whose second rows are multiples of the first, of theta1, of theta2 or both."""
+    """Returns coefficients with dependent rows for theta1, theta2 or both."""
     A = A.copy()
     if first:
         A[:, 2:4] = generator.normal(size=(len(A), 1)) * A[:, :2]
@@ -170,7 +170,7 @@ def singular(A, generator, first, second):
 
 
 def circles(generator, N):
-    """Coefficients of a vector that turns in the plane of the equations."""
+    """Returns coefficients of a vector that rotates in the plane of the equations."""
     radius, angle = generator.uniform(0.1, 2, N), generator.uniform(-np.pi, np.pi, N)
     c, s = radius * np.cos(angle), radius * np.sin(angle)
     return np.stack([c, -s, s, c], 1)
@@ -255,7 +255,7 @@ def roots(compiled):
     function = compiled(terms, v, (root.turn.c, root.turn.s, root.margin))
 
     def solve(X):
-        """Roots (N, 4), the polynomial there (N, 4) and margins (N, 4)."""
+        """Returns roots (N, 4), polynomial values (N, 4) and margins (N, 4)."""
         Y = slots(function, X)
         phi = angles_of(Y, 1e-14)
         a0, a1, b1, a2, b2 = X.T[:, :, None]
@@ -266,10 +266,10 @@ def roots(compiled):
 
 
 def polynomial_of(angles):
-    """Coefficients of a polynomial with four given roots, of greatest coefficient 1.
+    """Returns the coefficients of a polynomial with four given roots, largest coefficient 1.
 
-    The roots r of the polynomial are those of sum(c_k e^(i k phi)), k = -2 ... 2, with
-    c_2 = e^(-i s/2), s their sum.
+    The roots r of the polynomial are the roots of sum(c_k e^(i k phi)), k = -2 ... 2, with c_2 =
+    e^(-i s/2), where s is the sum of the roots.
     """
     coefficients = []
     for row in angles:
@@ -287,7 +287,7 @@ def test_repeated_trigonometric_roots_are_found(roots, equal, near):
     angles = generator.uniform(-np.pi, np.pi, (2000, 4))
     angles[:, :equal] = angles[:, :1]
     phi, value, _ = roots(polynomial_of(angles))
-    # Rounding parts n equal roots by the nth root of 1e-16.
+    # Rounding separates n equal roots by the nth root of 1e-16.
     assert np.abs(value).min(1).max() < 1e-12
     off = wrapped(phi[:, :, None] - angles[:, None, :]).min(1).max()
     assert off < near
@@ -324,7 +324,7 @@ def solve5(compiled):
     function = compiled(terms, v, outputs)
 
     def solve(p0, k1, p1, k2, p2, k3, p3):
-        """Angles (N, 4, 3), gaps over the size of the vectors (N, 4) and margins (N, 4)."""
+        """Returns angles (N, 4, 3), relative gaps (N, 4) and margins (N, 4)."""
         Y = slots(function, np.concatenate([p0, k1, p1, k2, p2, k3, p3], 1))
         angles = np.stack([angles_of(Y[..., 2 * k : 2 * k + 2]) for k in range(3)], -1)
         p0, k1, p1, k2, p2, k3, p3 = (x[:, None] for x in (p0, k1, p1, k2, p2, k3, p3))
@@ -337,7 +337,7 @@ def solve5(compiled):
 
 
 def turned(k, turn, p):
-    """Rodrigues' formula, a turn by cosine and sine."""
+    """Rotates vectors by Rodrigues' formula, from cosine and sine."""
     c, s = turn[..., :1], turn[..., 1:]
     along = k * (k * p).sum(-1, keepdims=True)
     return along + c * (p - along) + s * np.cross(k, p)
@@ -348,7 +348,7 @@ def pair(angle):
 
 
 def closing(t, k1, p1, k2, p2, k3, p3):
-    """The loop's vectors with the p0 that closes it at given angles."""
+    """Returns the loop's vectors with the p0 that closes it at given angles."""
     w = p2 + turned(k3, pair(t[2]), p3)
     return turned(k2, pair(t[1]), w) - turned(k1, pair(t[0]), p1), k1, p1, k2, p2, k3, p3
 
@@ -379,7 +379,7 @@ def test_sp5_is_accurate_near_the_second_axis(solve5, distance):
 
 
 def test_sp5_solves_axes_at_right_angles(solve5):
-    """The whole grid of axes and right angles, with vectors of whole and of any numbers."""
+    """The whole grid of axes and right angles, with integer and arbitrary vectors."""
     axes = np.concatenate([np.eye(3), -np.eye(3)])
     grid = np.array(list(itertools.product(range(3), range(6), range(6), *[range(4)] * 3)))
     k1, k2, k3 = (axes[grid[:, k]] for k in range(3))

@@ -1,4 +1,4 @@
-"""Subproblems 1 to 4 and slides: planted solutions, both signs, and what holds at the boundary."""
+"""Subproblems 1 to 4 and slides: planted solutions, both signs, and boundary behavior."""
 
 import itertools
 
@@ -28,7 +28,7 @@ def symbols(*names):
 
 
 def compiled(terms, inputs, outputs):
-    """Outputs as a function of columns of inputs (M, n) and of a sign: (M, outputs)."""
+    """Returns outputs (M, outputs) as a function of inputs (M, n) and a sign."""
     flat = tuple(x for value in inputs for x in (value if isinstance(value, tuple) else (value,)))
     arguments = (Argument("x", flat, (len(flat),), "", ""), Argument("sign", (SIGN,), (1,), "", ""))
     result = Result("y", tuple(outputs), (len(outputs),), "", "")
@@ -42,7 +42,7 @@ def compiled(terms, inputs, outputs):
 
 
 def turned(k, angle, v):
-    """R(k, angle) v for rows."""
+    """Returns R(k, angle) v, row by row."""
     c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
     along = k * np.sum(k * v, axis=1, keepdims=True)
     return along + c * (v - along) + s * np.cross(k, v)
@@ -67,7 +67,7 @@ def units(rng, count=N):
 
 
 def nearest(distance):
-    """The least of a function of an angle, by a grid."""
+    """Returns the minimum of a function of an angle, from a grid."""
     return np.min([distance(np.full(1, angle)) for angle in ANGLES])
 
 
@@ -233,7 +233,7 @@ def test_sp2_is_accurate_near_the_second_axis(solve2):
 
 def test_sp2_out_of_reach_has_negative_margin(solve2):
     k, m = np.array([[0, 0, 1.0]]), np.array([[1.0, 0, 0]])
-    # The second turn leaves x at 1, the first z at 0: no turn brings x up.
+    # The second rotation keeps x at 1, the first keeps z at 0: no rotation moves x up.
     y = solve2(1, k, m, m, np.array([[0, 0.6, 0.8]]))
     assert y[0, 4] < 0
     assert np.isfinite(y).all()
@@ -258,7 +258,7 @@ def test_sp3_recovers_planted_angle_and_both_signs_solve(solve3):
 
 @pytest.mark.parametrize(("P", "Q"), [("1", "1"), ("2", "1/2")])
 def test_sp3_with_constant_lengths_is_accurate_at_both_ends(P, Q):
-    """Stretched and folded, an elbow comes to its place to rounding, not to its root."""
+    """A stretched or folded elbow is accurate to rounding, not only to its square root."""
     terms, square = Terms({}), sp.Symbol("D", real=True)
     zero, one = sp.Integer(0), sp.Integer(1)
     p0, p = (sp.Rational(P), zero, zero), (sp.Rational(Q), zero, zero)
@@ -286,13 +286,13 @@ def test_sp3_folds_if_squared_distance_rounds_below_zero():
         y = f(1, np.array([D2]))
         np.testing.assert_allclose(y[0, :2], [0, 1], atol=1e-15)
         assert abs(y[0, 2]) < 1e-15
-    # A distance of 1e-9 is no fold.
+    # A distance of 1e-9 is not a fold.
     y = f(1, np.array([1e-18]))
     assert abs(y[0, 0]) == pytest.approx(1e-9, rel=1e-6)
 
 
 def test_sp3_with_variable_lengths_is_accurate_near_fold():
-    """Lengths 1 and 1 + 3e-8 of vectors that are inputs, bent from 1e-7 to 1e-5 off the fold."""
+    """Variable vectors of lengths 1 and 1 + 3e-8, bent 1e-7 to 1e-5 away from the fold."""
     terms, (p0, p) = Terms({}), symbols("a", "b")
     square = sp.Symbol("D", real=True)
     k = (sp.Integer(0), sp.Integer(0), sp.Integer(1))

@@ -1,8 +1,8 @@
-"""``python tests/derive/latex/read_all.py [ARM ...]``: the inverse that each arm's article prints.
+"""``python tests/derive/latex/read_all.py [ARM ...]``: tests the inverse printed in articles.
 
-The text is read back and put into numbers at poses drawn at random, beside the function ``ik``, for
-the arms that are named, or else for all shipped arms and those of the shelf. Prints how many
-solutions agree, or why the text of an arm gives no number.
+The printed text is parsed and evaluated at random poses, and compared with the function ``ik``.
+Default arms are all shipped and shelf arms. The output is the number of agreeing solutions, or why
+an article cannot be evaluated.
 """
 
 import sys
@@ -15,7 +15,7 @@ POSES = 10
 
 
 def told(name):
-    """What came of an arm in words, and whether its text is wrong."""
+    """Returns the result for an arm as text, and whether its article is wrong."""
     from chasles.derive import SerialRobot, derive, read
     from tests.support.derivations import description
     from tests.support.read_back import read_back, without_formula
@@ -35,7 +35,7 @@ def told(name):
 
 
 def main(names):
-    """Reads all; returns how many are wrong."""
+    """Tests all arms; returns the number of wrong articles."""
     from tests.support.derivations import NAMES, ROBOTS
 
     shelf = sorted(path.stem for path in (ROBOTS / "shelf").glob("*.toml"))

@@ -1,4 +1,4 @@
-"""The figure of a serial robot's article stands where its kinematics puts it."""
+"""The figure of a serial robot's article agrees with its kinematics."""
 
 import re
 
@@ -14,11 +14,11 @@ from tests.support.derivations import article, derivation, shaped
 DRAWN = ("ur5e", "scara", "iiwa14", "lynxmotion", "photo_robot", "puma560")
 """Arms with four to seven joints, with and without prismatic joints and limits."""
 TRUE = 1e-8
-"""Drawn points and directions are rounded to nine digits of the robot's size."""
+"""Drawn points and directions have nine digits relative to the robot's size."""
 EDGE = 1
-"""Free edge of a picture on both sides together (mm)."""
+"""Total free margin of a picture on both sides (mm)."""
 LARGEST = 8000
-"""Bytes of a figure: all of generated/ stays under 10 MB."""
+"""Maximum size of a figure (byte): generated/ stays below 10 MB."""
 
 
 def parts(name):

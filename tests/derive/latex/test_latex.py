@@ -1,4 +1,4 @@
-"""What is printed is true, is named without ambiguity, and is the same on every run."""
+"""Printed formulas are correct, have unambiguous names, and repeat on every run."""
 
 import hashlib
 import os
@@ -32,15 +32,15 @@ FILES += ["transforms.tex", "fk.tex", "jacobian.tex", "inverse.tex", "singularit
 FILES += ["workspace.tex", "example.tex", "references.tex"]
 EVALUATED = ("iiwa14", "jaco2", "photo_robot", "awkward", "calibrated", "tilted", "named_wrist")
 EVALUATED += ("fourteen", "random0", "random3")
-"""Robots whose printed formulas are evaluated: of each kind of joint, constant and name."""
+"""Robots whose printed formulas are evaluated: every kind of joint, constant and name."""
 SMALL = tuple(name for name in EVALUATED if name != "fourteen")
 TRUE = 1e-12
-"""Sums of a few dozen products of double precision numbers of order 1."""
+"""Tolerance of sums of a few dozen double-precision products of order 1."""
 R = sp.Rational
 
 
 class Reader:
-    """Puts numbers through printed symbols."""
+    """Evaluates printed symbols numerically."""
 
     def __init__(self, found, notation, q):
         self.known = {s: v.evalf(30) for s, v in found.terms.parameters.items()}
@@ -113,7 +113,7 @@ def test_product_of_exponentials_of_printed_screws_equals_pose(name):
 
 
 def _exponential(screw, theta):
-    """The exponential of a screw of numbers that are unit vectors but for the last digit."""
+    """Returns the exponential of a numerical screw, unit up to the last digit."""
     symbols = sp.Matrix(sp.symbols("v1:4 w1:4", real=True))
     if all(abs(entry) < TRUE for entry in screw[3:]):
         symbols[3:, 0] = sp.zeros(3, 1)
@@ -122,7 +122,7 @@ def _exponential(screw, theta):
 
 
 def texts_of(name):
-    """The fragments of an evaluated robot; of the other shipped robots, the committed files."""
+    """Returns the fragments of evaluated robots, and the committed files of other robots."""
     if name in EVALUATED:
         return printed(name)
     return {path.name: path.read_text() for path in (GENERATED / name / "latex").iterdir()}
@@ -151,13 +151,13 @@ def test_partial_derivation_prints_the_full_article():
 
 
 def digest(name):
-    """The hash of an article and its fragments."""
+    """Returns the hash of an article and its fragments."""
     text = "".join(files(derived(name), NO_PROGRAMS).values())
     return f"{name} {hashlib.sha256(text.encode()).hexdigest()}"
 
 
 def test_article_is_independent_of_hash_seed():
-    """Under this process's own and another."""
+    """The article is equal for this process's hash seed and for another seed."""
     names = ("scara", "awkward")
     program = f"import test_latex\nfor name in {names}:\n    print(test_latex.digest(name))\n"
     here = os.path.dirname(__file__)
@@ -311,7 +311,7 @@ def test_long_words_can_break():
 
 
 def parameters_of(robot):
-    """The table of parameters in a robot's article."""
+    """Returns the parameter table of a robot's article."""
     return parameters(Page.of(derive(robot, functions=["fk"])))
 
 
@@ -334,7 +334,7 @@ def test_two_conventions_are_printed_as_parameter_tables():
 
 
 def urdf(folder, *joints):
-    """A chain of URDF joints, each its name, type, axis, roll and more elements."""
+    """Returns a chain of URDF joints; each has name, type, axis, roll and further elements."""
     parts = ['<robot name="chain"><link name="l0"/>']
     for k, (name, kind, axis, roll, more) in enumerate(joints, 1):
         parts.append(

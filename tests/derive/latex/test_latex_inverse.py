@@ -1,4 +1,4 @@
-"""The printed inverse, evaluated in numbers, agrees with the generated inverse, and reads well."""
+"""The printed inverse evaluates to the generated inverse, and is readable."""
 
 import itertools
 import re
@@ -28,19 +28,19 @@ from tests.support.derivations import (
 from tests.support.printed_robots import named_wrist
 
 TRUE = 1e-10
-"""Printed formulas are those of a textbook, without the forms that keep the last digits."""
+"""Tolerance of textbook formulas, which do not preserve the last digits."""
 INSIDE = 1e-3
-"""Margin from which angles are told to that."""
+"""Margin from which angles have this accuracy."""
 SOLVED = [name for name in NAMES if name != "jaco2"]
 EVALUATED = ("ur5e", "iiwa14", "puma560", "lynxmotion", "photo_robot", "scara")
-"""One arm of each structure; all are read back in ``read_all.py``."""
+"""One arm of each structure; ``read_all.py`` tests all arms."""
 PRINTED = ("ur5e", "jaco2", "lynxmotion", "five_bar", "planar_3rrr", "bricklaying_gantry")
 PRINTED += ("slider_crank", "well_manipulator")
-"""Arms with and without formula, loops with and without an inverse of their own."""
+"""Arms with and without a formula, loops with and without their own inverse."""
 
 
 class Reader:
-    """Puts numbers through the steps of a task, for one choice of signs."""
+    """Evaluates the steps of a task numerically, for one choice of signs."""
 
     def __init__(self, page, task, numbers, signs):
         notation = page.equations.notation
@@ -60,7 +60,7 @@ class Reader:
         return value
 
     def meaning(self, meaning):
-        """The value of a short symbol; an angle may be known only as part of a sum."""
+        """Returns the value of a short symbol; an angle may be known only in a sum."""
         if isinstance(meaning, sp.cos | sp.sin) and meaning.args[0] in self.sums:
             return meaning.func(self.sums[meaning.args[0]])
         return self(meaning)
@@ -76,7 +76,7 @@ class Reader:
         for step in task.steps:
             self.define(step.definitions)
             if not step.solution:
-                # A quartic is solved by no formula that is printed: its equations have to hold.
+                # A quartic has no printed formula, so its equations are checked instead.
                 self.known[step.name] = self.sums[step.unknown] = sp.Float(coordinates[step.name])
                 continue
             value = sum(map(self, step.solution))
@@ -88,7 +88,7 @@ class Reader:
         self.close([step for step in task.steps if not step.solution])
 
     def close(self, steps):
-        """Checks the equation that steps share."""
+        """Checks the equation that several steps share."""
         if not steps:
             return
         equation = steps[0].equation
@@ -105,7 +105,7 @@ class Reader:
 
 
 def target_of(name, function, rng):
-    """Numbers for a task's inputs that the robot can reach: each with its symbol."""
+    """Returns reachable values for a task's inputs, by symbol."""
     q = rng.uniform(-1.2, 1.2, len(derivation(name).robot.moving))
     T = np.array(kernels(name)["fk"](q)).reshape(4, 4)
     p, z = T[:3, 3], T[:3, 2]
@@ -130,13 +130,13 @@ def target_of(name, function, rng):
 
 @cache
 def page_and_tasks(name):
-    """The page of a shipped robot and the printed tasks of its inverse."""
+    """Returns the page of a shipped robot and the printed tasks of its inverse."""
     page = Page.of(derivation(name))
     return page, printed_tasks(page, page.inverse, {})
 
 
 def check(page, tasks, name, function_of, target):
-    """Compares every slot inside the boundary with the generated function; returns how many."""
+    """Compares every slot inside the boundary with the generated function; counts them."""
     compared = 0
     for task in tasks.values():
         function = task.solved.function
@@ -176,7 +176,7 @@ QUARTIC = {
     "ellipses": "{d=0.1, alpha='pi/2'}, {a=0.4}, {a=0.3}, {d=0.1, a=0.05, alpha=1.2}, "
     "{a=0.06, d=0.1, alpha=1.3}, {d=0.1}",
 }
-"""Arms whose first steps are one equation: subproblems 5 and 6."""
+"""Arms whose first steps share one equation: subproblems 5 and 6."""
 
 
 @pytest.mark.parametrize("kind", QUARTIC)
@@ -195,7 +195,7 @@ def test_printed_multi_angle_equations_reproduce_the_inverse(kind):
 
 
 def test_printed_inverse_with_named_tilts_matches_and_stays_short():
-    """Constants of six named tilts are printed by the names of their parts."""
+    """Constants of six named tilts are printed with the names of their parts."""
     found = derive(named_wrist(), functions=["fk", "ik"])
     page = Page.of(found)
     tasks = printed_tasks(page, page.inverse, {})
@@ -232,7 +232,7 @@ def test_committed_inverses_print_no_internal_name(name):
 
 
 def assert_readable(text):
-    """The text of an inverse is short, and has no name or number of the derivation."""
+    """Asserts that the printed inverse is short, and has no internal names or numbers."""
     assert not re.search(r"(?<![\w\\}$])_(sign|[tkrpuc])?\d", text)
     for unwanted in ("zoo", "nan", "sqrt(", "Piecewise", "e-150", "e-300", "_swivel", "_total"):
         assert unwanted not in text
@@ -291,7 +291,7 @@ def test_article_measures_deviation_from_nearest_structure():
 
 
 def test_angle_sums_respect_axis_sense_and_direction():
-    """Sums take each joint with the sense of its axis and of its own counting."""
+    """Sums contain each joint with the sense of its axis and of its coordinate."""
     arm = read_text(
         """name = "arm"
 convention = "dh"

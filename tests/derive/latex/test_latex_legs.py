@@ -1,4 +1,4 @@
-"""Printed eliminations of platforms on legs of all kinds agree with the compiled functions."""
+"""Printed eliminations of platforms on all kinds of legs agree with compiled functions."""
 
 from functools import cache
 
@@ -27,7 +27,7 @@ ANGLES = np.linspace(-3, 3, 7)
 
 
 class Numbers:
-    """Puts numbers through printed symbols."""
+    """Evaluates printed symbols numerically."""
 
     def __init__(self, page, q, phi):
         notation = page.chain.equations.notation
@@ -60,7 +60,7 @@ def printed(name):
 
 
 def vectors_of(found, numbers):
-    """The vectors of products, by the text of their symbols."""
+    """Returns the vectors of products, by the text of their symbols."""
     numbers.name([pair for of in (*found.u, *found.n) for pair in of])
     heads = {"u": range(2, 4), "n": range(4 - len(found.n), 4)}
     parts = {"u": found.u, "n": found.n}
@@ -72,7 +72,7 @@ def vectors_of(found, numbers):
 
 
 def put(expression, vectors, numbers, tex):
-    """The value of an expression with products of vectors."""
+    """Evaluates an expression with vector products."""
     values = {}
     for product in expression.atoms(Dot, Cross):
         a, b = (vectors[tex[symbol]] for symbol in product.args)

@@ -1,4 +1,4 @@
-"""Printed equations of loops, evaluated in numbers, agree with the derived functions."""
+"""Printed loop equations evaluate to the derived functions."""
 
 import re
 from functools import reduce
@@ -23,14 +23,14 @@ SOLVED = [
 ]
 TURNED_BACK = [*SOLVED, "planar_3rrr", "stewart_gough"]
 WRITTEN = ("four_bar", "board_installer", "planar_3rrr")
-"""Mechanisms whose articles are written in these tests; the other articles are committed files."""
+"""Mechanisms whose articles are generated here; other articles are committed files."""
 TRUE = 1e-10
 NEAR = 0.05
-"""Range of random numbers about the reference (radian, metre)."""
+"""Range of random values about the reference (radian, metre)."""
 
 
 class Reader:
-    """Puts numbers through printed symbols."""
+    """Evaluates printed symbols numerically."""
 
     def __init__(self, page):
         notation = page.chain.equations.notation
@@ -50,7 +50,7 @@ class Reader:
         self.known |= {s: sp.Float(x, 25) for s, x in zip(symbols, numbers, strict=True)}
 
     def step(self, printed):
-        """Follows a step, and checks that its loop closes."""
+        """Evaluates a step, and checks that its loop closes."""
         for symbol, value in printed.vectors:
             self.known[symbol] = self(value)
         self.positions |= {
@@ -71,7 +71,7 @@ class Reader:
         assert abs(left - right) < TRUE
 
     def space(self, value):
-        """An expression of vectors in space and numbers; a square is a scalar product."""
+        """Evaluates an expression of spatial vectors and numbers; a square is a scalar product."""
         if value in self.positions:
             return self.positions[value]
         if not value.free_symbols & {*self.positions}:
@@ -95,13 +95,13 @@ class Reader:
         return total
 
     def rates(self, found, printed):
-        """Follows the rates of a step: linear equations between those of its unknowns."""
+        """Evaluates the rates of a step: linear equations between the rates of its unknowns."""
         equations = found.equations(printed)
         for part, symbol in found.inner.items():
             self.known[symbol] = self(found.of(part))
         unknowns = list(dict.fromkeys(s for rate, _ in equations for s, _ in rate.left))
         rows = np.zeros((len(equations), len(unknowns)))
-        # An equation may rest on the rate that the one before it gives.
+        # An equation may use the rate solved by the equation before it.
         for k, (rate, total) in enumerate(equations):
             for symbol, weight in rate.left:
                 rows[k, unknowns.index(symbol)] = float(self(weight))
@@ -118,7 +118,7 @@ def random(count, seed):
 
 
 def some_q(name):
-    """Actuated coordinates near the reference."""
+    """Returns actuated coordinates near the reference."""
     hybrid = derivation(name).hybrid
     at = hybrid.at_reference
     q = [
@@ -206,7 +206,7 @@ def test_printed_rates_match_actuator_rates(name):
     steps = page.backward_steps
     read, thetad = Reader(page), random(len(theta), 7)
     if name == "board_installer":
-        # The chain's rates must be those of closed loops: it has more joints than freedoms.
+        # The chain has more joints than freedoms, so its rates must belong to closed loops.
         thetad = array(name, "chain_rates", some_q(name), random(6, 7))
     read.give(page.theta, theta)
     found = Rates(page, {symbol: k for k, symbol in enumerate(page.theta)})
@@ -379,7 +379,7 @@ def test_loop_fragments_exist_only_for_closed_loops():
 
 
 def geared():
-    """A slider behind a pinion, in a frame that closes a parallelogram."""
+    """Returns a geared slider in a frame that closes a parallelogram."""
     joints = (
         Joint("theta", "revolute", link="one", parent="0"),
         Joint("q_1", "revolute", link="two", parent="0"),
@@ -416,7 +416,7 @@ def test_loop_joints_get_conventional_symbols():
 def test_member_names_are_printed_as_readable_text():
     assert words("cylinder_1.end") == "far end of cylinder 1"
     assert words("boom_cylinder.piston") == "piston of boom cylinder"
-    # Two rods on one pin of a third body, as in the rhombus of Peaucellier's linkage.
+    # Two rods share one pin of a third body, as in the rhombus of Peaucellier's linkage.
     assert words("side_a_swing.side_b_swing") == "pin between side a swing and side b swing"
     assert words("arm_1.rod_2.end") == "pin between arm 1 and far end of rod 2"
     assert [is_symbol(name) for name in ("l_HI", "theta8", "x", "yaw")] == [True, True, True, False]

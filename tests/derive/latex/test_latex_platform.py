@@ -1,4 +1,4 @@
-"""Printed equations of platforms on legs, evaluated in numbers, agree with the functions."""
+"""Printed equations of platforms on legs evaluate to the derived functions."""
 
 from dataclasses import replace
 from functools import cache
@@ -26,7 +26,7 @@ ROUNDING = 1e-9
 
 @cache
 def derived(name):
-    """A shipped robot; or a planar one whose base and tool are turned, on rods of three lengths."""
+    """A shipped robot, or a planar robot with rotated base and tool on three unequal rods."""
     if name != "crooked":
         return derivation(name)
     plain = read(ROBOTS / "planar_3rrr.toml")
@@ -44,7 +44,7 @@ def functions(name):
 
 
 def called(name, function, *arguments):
-    """Every output of a function, in its shape."""
+    """Returns every output of a function in its shape."""
     results = functions(name)[function](*arguments)
     results = results if isinstance(results, tuple) else (results,)
     outputs = derived(name).function(function).outputs
@@ -57,7 +57,7 @@ def printed(name):
 
 
 class Numbers:
-    """Puts numbers through printed symbols."""
+    """Evaluates printed symbols numerically."""
 
     def __init__(self, name, theta, q):
         page = printed(name).page
@@ -107,7 +107,7 @@ def test_printed_pins_are_constant_in_platform_frame(name):
     numbers, found = Numbers(name, theta, q), printed(name)
     b, pins = (numbers.array([getattr(rod, of) for rod in found.rods]) for of in ("b", "pin"))
     p = numbers.array([found.tool])
-    # A rotation of that position, and the same at another pose: pins are constant.
+    # A rotation of that position, equal at another pose because the pins are constant.
     gram = (b - p) @ (b - p).T
     np.testing.assert_allclose(pins @ pins.T, gram, rtol=0, atol=TRUE)
     other = Numbers(name, *somewhere(name, seed=1))
@@ -129,7 +129,7 @@ def test_printed_velocity_relation_matches_function(name):
 
 
 def eliminated(numbers, triad, length, phi):
-    """Both sides of the printed equation, and the first rod, at an angle."""
+    """Returns both sides of the printed equation, and the first rod, at an angle."""
     numbers.give([triad.phi], [phi])
     (rod,) = triad.equations.polynomial[1].free_symbols - triad.equations.solution.free_symbols
     numbers.give([rod], [length])
@@ -149,7 +149,7 @@ def eliminated(numbers, triad, length, phi):
     solution = triad.equations.solution
     vectors = solution.atoms(Cross).pop().args
     axes = (dict(zip(vectors, (u2[k], u3[k]), strict=True)) for k in (0, 1))
-    # J in the formula is the quarter turn; as a number it is 1, and the turn follows.
+    # J in the formula is the quarter turn; as a number it is 1, and the rotation follows.
     one = {next(s for s in solution.free_symbols if str(s) == "J"): 1}
     cross = dict.fromkeys(solution.atoms(Cross), area)
     x, y = (numbers(solution.xreplace(cross).xreplace(one | axis)) for axis in axes)

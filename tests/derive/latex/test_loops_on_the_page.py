@@ -1,4 +1,4 @@
-"""Articles of drawn mechanisms: examples that close, and matrices that fit."""
+"""Articles of random mechanisms: examples close, and matrix sizes fit."""
 
 import re
 
@@ -17,7 +17,7 @@ from tests.support.loops.mechanisms import BASE, at, near, pin
 
 
 def test_worked_example_uses_a_closed_configuration():
-    """A tenth of the range from its reference the loops of this mechanism are open."""
+    """The loops of this mechanism are open a tenth of the range from the reference."""
     found = derive(drawn_mechanism(2).mechanism, functions=["fk", "chain", "ik"])
     example = worked_example_of_loops(LoopPage.of(found))
     assert "the pose of the tool is" in example

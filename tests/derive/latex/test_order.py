@@ -1,4 +1,4 @@
-"""Names do not depend on the order of asking: of functions, of their terms, of short symbols."""
+"""Names do not depend on the order in which functions, terms or symbols are requested."""
 
 import random
 from itertools import permutations
@@ -36,7 +36,7 @@ WRITERS = {
 
 
 def told(function):
-    """Everything that is told of a function, the names and the order of its terms too."""
+    """Returns the full text of a function, including names and order of its terms."""
     return function.name, function.outputs, function.definitions(), function.margin
 
 
@@ -44,15 +44,15 @@ def told(function):
 def test_fragments_written_in_any_order_are_the_same(name):
     found = derived(name)
     expected = dict(printed(name))
-    # The pictures follow from the description alone.
+    # The pictures depend on the description alone.
     for picture in ("drawing.tex", "workspace.tex"):
         expected.pop(picture, None)
-    # Another order for each robot.
+    # Uses a different order for each robot.
     names = list(WRITERS)
     random.Random(name).shuffle(names)
     page = Page.of(found)
     written = {file: WRITERS[file](page) for file in names}
-    # The table of symbols lists those of all other fragments.
+    # The symbol table lists the symbols of all other fragments.
     written["symbols.tex"] = symbols(page)
     written["references.tex"] = references(written.values())
     assert {file: text for file, text in written.items() if text} == expected, names
@@ -86,7 +86,7 @@ def test_term_names_are_independent_of_request_order():
 
     asked = ("fk", "jacobian_space", "jacobian_mixed_dot", "hessian_mixed")
     expected = named(asked)
-    # Every fourth of the 24 orders: each function comes first at least once.
+    # Every fourth of the 24 orders, so that each function comes first at least once.
     for order in [*permutations(asked)][3::4]:
         assert named(order) == expected
 

@@ -1,4 +1,4 @@
-"""Articles of robots with parametric functions, and reports on models: they compile and agree."""
+"""Articles of robots with parametric functions, and model reports, compile and agree."""
 
 import re
 import subprocess
@@ -30,7 +30,7 @@ def sagging():
 
 @pytest.fixture(scope="module")
 def written(sagging):
-    """The article of the sagging arm and its fragments, by path."""
+    """Returns the article of the sagging arm and its fragments, by path."""
     return files(sagging, NO_PROGRAMS)
 
 
@@ -84,7 +84,7 @@ TOKEN = re.compile(r"([RT])_\{?([xyz])\}?\(([^()]*)\)|(T)\(([^()]*)\)")
 
 
 def test_printed_parametric_product_equals_the_pose(sagging, written):
-    """The printed factors, read back, give the pose of the nominal robot and of others."""
+    """The parsed factors give the pose of the nominal robot and of other geometries."""
     text = written[f"{FOLDER}/parametric.tex"]
     random = np.random.default_rng(4)
     q = random.uniform(-2, 2, 6)

@@ -1,4 +1,4 @@
-"""The LaTeX of inverses, read back from its text alone and evaluated, is the generated inverse."""
+"""The LaTeX text of an inverse, parsed and evaluated, equals the generated inverse."""
 
 import numpy as np
 import pytest
@@ -11,13 +11,13 @@ from tests.support.printed_latex import Formula, PrintedInverse
 from tests.support.read_back import POSES, read_back, without_formula
 
 SHIPPED = ("ur5e", "puma560", "iiwa14", "lynxmotion")
-"""One arm of each structure; ``python tests/derive/latex/read_all.py`` reads all arms."""
+"""One arm of each structure; ``python tests/derive/latex/read_all.py`` tests all arms."""
 CHAINS = ("R=R/R/RxrxR", "R/RLP/RxrxR")
-"""Random arms with a structure and right angles: their articles print no constant in decimals."""
+"""Random arms with a structure and right angles, whose articles have no decimal constants."""
 
 
 def count_read_back(found, texts):
-    """The number of solutions that agree, for an article whose inverse has a formula."""
+    """Returns the number of agreeing solutions of an article with a formula."""
     assert not without_formula(found, texts)
     return read_back(found, texts=texts)
 

@@ -1,4 +1,4 @@
-"""Shorter forms have the value of the long ones."""
+"""Shorter forms have the same value as the long forms."""
 
 import pytest
 import sympy as sp

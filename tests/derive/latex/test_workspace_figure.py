@@ -1,4 +1,4 @@
-"""The outline of a reachable region: known areas, samples inside, the same bytes again."""
+"""Outline of the workspace: known areas, inside samples, and repeatable bytes."""
 
 import math
 import re
@@ -21,14 +21,14 @@ from tests.support.derivations import derivation
 from tests.support.printed_robots import derived
 
 AREA = 0.02
-"""Relative error of an area: the outline is within a fraction of one of ninety cells."""
+"""Relative error of an area; the outline is accurate to a fraction of one of ninety cells."""
 CELL = 0.011
-"""Side of a cell, in parts of the region's longer side."""
+"""Side of a cell, relative to the region's longer side."""
 ALMOST = 0.998
-"""Least part of random postures inside the outline to a cell; its corners are rounded."""
+"""Minimum fraction of random configurations inside the outline, which rounds its corners."""
 MOST_BYTES = 3000
 SMALL_FIGURES = ("ur5e", "iiwa14", "bricklaying_planar", "awkward", "tilted", "random3")
-"""Upright and lying arms, redundant arms, prismatic joints and odd angles."""
+"""Upright and horizontal arms, redundant arms, prismatic joints and odd angles."""
 
 
 def bodies_of(robot):
@@ -37,7 +37,7 @@ def bodies_of(robot):
 
 
 def arm(lengths, bounds, *, upright):
-    """Parallel axes with links between; with an upright axis below, across it."""
+    """Returns an arm of parallel axes, optionally on an upright axis below."""
     x = [Translation((sp.Rational(str(length)), 0, 0)) for length in lengths]
     joints = []
     if upright:
@@ -66,7 +66,7 @@ def test_two_link_arms_reach_rings_and_half_rings():
 
 
 def test_joint_limits_reduce_the_area_to_a_ring_sector():
-    # The elbow's angle gives the distance, the shoulder turns an arc of it: a sector of a ring.
+    # The elbow angle sets the distance, the shoulder sweeps an arc: a sector of a ring.
     rng = np.random.default_rng(2)
     for _ in range(3):
         low, bend, turn = (
@@ -80,7 +80,7 @@ def test_joint_limits_reduce_the_area_to_a_ring_sector():
 
 
 def inside(loops, points):
-    """Whether points lie in polygons, by the edges that a ray to the right crosses."""
+    """Whether points lie in polygons, from the edges that a ray to the right crosses."""
     count = np.zeros(len(points), dtype=int)
     x, y = points.T
     for loop in loops:
@@ -161,7 +161,7 @@ def test_random_positions_of_mechanisms_lie_inside_the_outline(name):
 
 
 def test_five_bar_area_equals_integral_of_determinant():
-    """Its map is one to one within the limits, which stay on one side of its dead points."""
+    """The map is injective within the limits, which exclude dead points."""
     low, high = bounds_of("five_bar").T
     cells, step = 100, 1e-5
     grid = np.stack(np.meshgrid(*(np.arange(cells) + 0.5,) * 2), -1).reshape(-1, 2) / cells
@@ -178,7 +178,7 @@ def test_five_bar_area_equals_integral_of_determinant():
 
 
 def test_configurations_without_position_are_excluded():
-    """Two links whose tool has no position below the x axis: the upper half of a ring."""
+    """Two links without a solution below the x axis: the upper half of a ring."""
 
     def at(q):
         angle = np.cumsum(q, axis=1)

@@ -1,4 +1,4 @@
-"""A kind of step from outside: one class in a list, which is solved and printed as the others."""
+"""A step kind from outside: one class in a list, solved and printed like the others."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -36,7 +36,7 @@ HALF = sp.Rational(1, 2)
 
 @dataclass(frozen=True, kw_only=True)
 class Isosceles(PlanarStep):
-    """Three pins whose arms have the same constant length: C = D/2 + k J D, J the quarter turn."""
+    """Three pins with arms of equal constant length: C = D/2 + k J D, J the quarter turn."""
 
     base: Arm
     arms: tuple[Arm, Arm]
@@ -68,7 +68,7 @@ class Isosceles(PlanarStep):
                 relation=relation,
                 turned=d.angle,
                 solved=(first, second),
-                # sin^2 of the angle between the arms, as of three pins.
+                # sin^2 of the angle between the arms, as for three pins.
                 margin=terms.let(inside * d.square**2 / v.square**2),
                 sign=sign,
                 base=d,
@@ -111,13 +111,13 @@ class Isosceles(PlanarStep):
 
 
 def above(terms, D, half, k):
-    """The vector from an end of D to the far pin."""
+    """Returns the vector from an end of D to the far pin."""
     x, y = D
     return terms.let(half * x - k * y), terms.let(half * y + k * x)
 
 
 def rate(d, there, half, k):
-    """The rate of an arm's turn."""
+    """Returns the rate of an arm's rotation."""
 
     def loop(tangent):
         terms, (x, y) = tangent.terms, d.vector
@@ -131,7 +131,7 @@ def rate(d, there, half, k):
 
 
 def rocker():
-    """A crank and a rocker; the rod between them is as long as the rocker."""
+    """Returns a crank and a rocker; the rod between them is as long as the rocker."""
     a, b, g = (Parameter(n, x) for n, x in (("a", "1/2"), ("b", "6/5"), ("g", "7/5")))
     return Mechanism(
         "rocker",
@@ -155,7 +155,7 @@ FUNCTIONS = ["configuration", "chain", "chain_rates", "margin", "chain_all"]
 
 
 def numbers():
-    """The functions' results at some coordinates, one row a function and coordinate."""
+    """Returns the functions' results at some coordinates, one row per function and coordinate."""
     found = []
     for f in lower(derive(rocker(), functions=FUNCTIONS).functions, "test"):
         for q in np.linspace(-1.5, 1.5, 31):

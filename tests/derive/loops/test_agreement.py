@@ -1,4 +1,4 @@
-"""More joints of the main chain than freedoms: the function of all branches tells which agree."""
+"""More main-chain joints than freedoms: the all-branch function reports which values agree."""
 
 import numpy as np
 import pytest
@@ -11,12 +11,12 @@ from tests.support.loops.mechanisms import delta, rsur
 from tests.support.oracles.multi_start import Multistart
 
 OFF = 1e-4
-"""Radian, or parts of the size: off by less than anyone would see, by more than rounding."""
+"""Deviation (radian, or relative to the size) above rounding, but too small to notice."""
 FAMILIES = {"four-bar": 0, "Watt": 2, "parallelograms": 7}
 
 
 def every_actuator(mechanism):
-    """The function of all branches of actuators."""
+    """Returns the all-branch function of the actuators."""
     (function,) = derive(mechanism, functions=["actuators_all"]).functions
     (kernel,) = lower([function], mechanism.name)
     shape = function.outputs[0].shape

@@ -1,4 +1,4 @@
-"""Planar loops group by group: closed on the branch that is meant, in as few roots as there are."""
+"""Planar loops by Assur groups: closed on the intended branch with a minimum of roots."""
 
 from dataclasses import replace
 from functools import cache
@@ -47,7 +47,7 @@ UP = ("x", sp.pi / 2)
 
 
 def oldham():
-    """Two sliders across each other on a turning block: a pin and two slides."""
+    """Two perpendicular sliders on a rotating block: a pin and two slides."""
     return Mechanism(
         "oldham",
         (
@@ -78,7 +78,7 @@ def crank_slider_offset():
 
 
 def cylinder_and_rod():
-    """A cylinder on a rocker that a rod ties to a lever, as on an excavator's bucket."""
+    """A cylinder on a rocker that a rod connects to a lever, as on an excavator's bucket."""
     return Mechanism(
         "bucket",
         (pin("rocker", BASE, "rocker", -1), pin("bucket", BASE, "bucket")),
@@ -97,7 +97,7 @@ def cylinder_and_rod():
 
 
 def backwards():
-    """A four-bar with joints that count the other way and an axis that is turned over."""
+    """A four-bar with reversed joints and a flipped axis."""
     whole = four_bar()
     crank, elbow, rocker = whole.joints
     over = (*rocker.before, Rotation("x", sp.pi))
@@ -193,7 +193,7 @@ def test_solved_configurations_close_all_loops(name):
 
 @pytest.mark.parametrize("name", BUILDERS)
 def test_newton_from_reference_converges_to_the_solved_branch(name):
-    """From the configuration as described, Newton's method comes to the same."""
+    """From the described configuration, Newton's method converges to the same solution."""
     h = hybrid(name)
     given = dict(h.mechanism.reference)
     model = Model(BUILDERS[name]())
@@ -245,7 +245,7 @@ def test_slider_crank_branches_are_named_far_and_near():
 
 
 def test_slotted_rocker_with_unit_crank_inverts_and_differentiates():
-    """The offset from the line is then itself the sine of the angle that is solved."""
+    """The offset from the line is then itself the sine of the solved angle."""
     derived = derive(slotted_rocker(), functions=["chain", "actuators", "actuators_D_chain"])
     chain, actuators, slope = lower(derived.functions, "test")
     for q in (0.3, 0.5, 0.9):
@@ -258,7 +258,7 @@ def test_slotted_rocker_with_unit_crank_inverts_and_differentiates():
         )
 
 
-# --- what is not clear, or not there ---
+# --- ambiguous or missing branches ---
 
 
 def test_reference_between_two_branches_is_rejected():
@@ -321,14 +321,14 @@ def test_class_iii_mechanism_has_only_a_closed_form_inverse():
     h = made.hybrid
     assert {"x", "y", "roll", "pitch", "yaw"} & set(h.forward.open)
     assert not set(h.backward.open) & {c.moves for c in mechanism.coordinates}
-    # The chain is iterated: its statements follow a call of the solver.
+    # The chain is iterated, so its statements follow a call of the solver.
     called = {f.name: [call.entry for call in f.calls] for f in made.functions}
     assert called["chain"] == ["at"]
     assert {called[name] == [] for name in INVERSE} == {True}
 
 
 def test_undriven_parts_stay_open_without_blocking_other_loops():
-    """A pendulum on the coupler that nothing drives stays open; it is named."""
+    """An undriven pendulum on the coupler stays open, and the report names it."""
     whole = four_bar()
     loose = Joint("loose", "revolute", before=at("1/2"), link="pendulum", parent="coupler")
     second = Joint("second", "revolute", before=at("1/2"), link="bob", parent="pendulum")
@@ -348,7 +348,7 @@ def test_reference_is_converted_through_drive_with_named_radius():
 
 
 def test_parallelogram_angles_are_solved_without_square_root():
-    """Equal and parallel arms are told by their vectors, whatever the parameters are worth."""
+    """Vectors identify equal and parallel arms, for all parameter values."""
     L, M = (Parameter(name, value) for name, value in (("L", "6/5"), ("M", "1/2")))
     l, m = L.symbol, M.symbol  # noqa: E741
     mechanism = Mechanism(
@@ -364,7 +364,7 @@ def test_parallelogram_angles_are_solved_without_square_root():
     assert type(step) is Parallelogram
     assert sp.expand(h.forward.values["shade"] + h.q[0]) == 0
     assert h.forward.values["stay_swing"] == h.q[0]
-    # The crossed assembly is another branch, without a root too.
+    # The crossed assembly is another branch, also without a root.
     crossed = replace(
         mechanism, reference=near(("arm", 1), ("shade", "-14/5"), ("stay_swing", "1/3"))
     )

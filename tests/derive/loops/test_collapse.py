@@ -1,4 +1,4 @@
-"""Chains whose turns cancel become translations, found from the loops and nowhere typed in."""
+"""Chains whose rotations cancel become translations, detected from the loops."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ def stations(h):
 
 
 def solved_terms(h, expressions):
-    """Terms among those that expressions rest on that a loop's solution gave."""
+    """Returns the solved terms on which expressions depend."""
     needed = h.terms.needed(expressions)
     roots = [
         s
@@ -39,7 +39,7 @@ def test_board_installer_collapse_leaves_a_single_solved_angle(board):
     full = [s for group in board.groups for s in group.stations]
     solved = [s for s in full if board.terms.is_solved(s.angle)]
     kept = [s for s in stations(board) if board.terms.is_solved(s.angle)]
-    # Those of shoulder and elbow go, and that of the pitch is left; the wrist makes up for both.
+    # The shoulder and elbow terms vanish, the pitch term remains; the wrist compensates both.
     assert len(solved) == 3
     assert len(kept) == 1
     (push_rod,) = kept
@@ -48,12 +48,12 @@ def test_board_installer_collapse_leaves_a_single_solved_angle(board):
 
 
 def test_board_installer_translation_matches_crank_formula(board):
-    """Trans(k r (cos q3 - 1) - (k - 1) q2, 0, k r sin q3), but for where it begins."""
+    """Trans(k r (cos q3 - 1) - (k - 1) q2, 0, k r sin q3), up to its origin."""
     q2, q3 = board.q[1], board.q[2]
     values = board.kinematics.motion.values
     named = [v for v in values if v.free_symbols <= board.terms.definitions.keys()]
     translations = [v for v in named if not board.terms.is_solved(v)]
-    # What makes them NaN where the loops do not close is 0 where they do.
+    # The term that makes them NaN for open loops is 0 for closed loops.
     closed = dict.fromkeys(board.forward.loops.keys() - board.terms.solved.keys(), 0)
     found = []
     for value in translations:
@@ -69,13 +69,13 @@ def test_board_installer_translation_matches_crank_formula(board):
     for value in found:
         rest = [sp.expand(value - sign * e) for e in expected for sign in (1, -1)]
         assert any(not e.free_symbols for e in rest)
-    # Nothing in them was solved.
+    # They contain no solved terms.
     for value in translations:
         assert not solved_terms(board, [board.terms.definitions[value].xreplace(closed)])
 
 
 def test_collapsed_chain_matches_full_chain_pose_and_rates(board):
-    """The collapsed chain and the open main chain at the same joints, with all derivatives."""
+    """The collapsed chain and the open main chain at equal joints, with all derivatives."""
     kinds = ["fk", "jacobian_mixed", "twist_mixed"]
     short = derive(
         read(ROBOTS / "board_installer.toml"), functions=[*kinds, "chain", "chain_rates"]
@@ -117,7 +117,7 @@ def test_four_bar_is_not_collapsed_to_a_translation():
 
 
 def test_jacobian_rates_with_wrist_after_parallelogram_are_correct():
-    """A wrist behind a parallelogram: rates of Jacobians see the joints in the chain's order."""
+    """A wrist after a parallelogram: Jacobian rates use the joints in chain order."""
     linkage = parallelogram(2)
     wrist = pin("wrist", "coupler", "hand", "1/2")
     mechanism = Mechanism(
@@ -138,13 +138,13 @@ def test_jacobian_rates_with_wrist_after_parallelogram_are_correct():
     np.testing.assert_allclose(np.array(J_dot(q, qd)), rate, atol=1e-9)
     by_rate = np.array(H(q)).reshape(6, 2, 2) @ qd
     np.testing.assert_allclose(by_rate.ravel(), rate.ravel(), atol=1e-9)
-    # The wrist's lever alone is in the angular part's column; the crank's translates.
+    # The angular column contains only the wrist's lever; the crank only translates.
     columns = np.array(J(q)).reshape(6, 2)
     np.testing.assert_allclose(columns[5], [0, 1], atol=1e-15)
 
 
 def test_parallelogram_on_turntable_translates_in_turntable_axes():
-    """The translation is that of the turntable's axes, not of the base's."""
+    """The translation is in the turntable's axes, not in the base's axes."""
     table = pin("table", BASE, "table", "1/3")
     cranks = [
         replace(j, parent="table") if j.parent == BASE else j for j in parallelogram(2).joints
@@ -166,7 +166,7 @@ def test_parallelogram_on_turntable_translates_in_turntable_axes():
 
 
 def test_consecutive_parallelograms_keep_tool_orientation():
-    """Two linkages of different arms: the second stands on the coupler of the first."""
+    """Two linkages of different arms: the second is mounted on the coupler of the first."""
     joints = (
         pin("a0", BASE, "lower"),
         pin("plate", "lower", "middle", 2),

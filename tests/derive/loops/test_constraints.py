@@ -1,4 +1,4 @@
-"""Equations of loops: what they say in space, as a textbook prints them, and their derivatives."""
+"""Loop equations: their spatial meaning, their textbook form, and their derivatives."""
 
 from dataclasses import replace
 from functools import cache
@@ -25,7 +25,7 @@ from tests.support.loops.mechanisms import BASE, at, body_poses, pin
 from tests.support.tolerances import DERIVATIVES
 
 CLOSED = 1e-11
-"""Residuals of configurations known by a formula: rounding, and a square root."""
+"""Residual tolerance of configurations from a formula: rounding, and a square root."""
 
 
 class Case:
@@ -43,7 +43,7 @@ class Case:
         self.functions = {}
 
     def function(self, name):
-        """The CasADi function with a name, lowered at its first use."""
+        """Returns a CasADi function by name, lowered at its first use."""
         if name not in self.functions:
             self.functions[name] = self._lowered(name, self._entries(name))
         return self.functions[name]
@@ -73,7 +73,7 @@ class Case:
         return np.array(self.function(name)(z, zd)).ravel()
 
     def printed(self, entry):
-        """An expression with all names replaced by what they stand for."""
+        """Returns an expression with all names replaced by their definitions."""
         while True:
             wider = entry.xreplace(self.terms.definitions).xreplace(self.terms.constants)
             if wider == entry:
@@ -103,7 +103,7 @@ BUILT = {
     "stewart": mechanisms.stewart,
 }
 WITHOUT_DELTA = [name for name in BUILT if name != "delta"]
-"""The delta's loops are rods on balls, as in ``rssr`` and ``stewart``."""
+"""The delta's loops are ball-ended rods, as in ``rssr`` and ``stewart``."""
 PLANAR = (
     *("four_bar", "four_bar_rod", "slider_crank", "five_bar", "arm", "parallelogram", "trammel"),
     *("slotted_rocker", "welded", "planar_3rrr"),
@@ -123,7 +123,7 @@ def closed(name):
 
 
 def _welded_pose(mechanism):
-    """The rail's frame less the body's, as the angles of Rz Ry Rx."""
+    """Returns the pose difference of rail and body, as the angles of Rz Ry Rx."""
     (weld,) = mechanism.closures
     T = _matrix(weld.a.placement) @ np.linalg.inv(_matrix(weld.b.placement))
     yaw, roll = np.arctan2(T[1, 0], T[0, 0]), np.arctan2(T[2, 1], T[2, 2])
@@ -137,7 +137,7 @@ def _matrix(placement, mechanism=None):
     return mechanisms.matrix(placement, {p.symbol: p.value for p in parameters})
 
 
-# --- what is printed ---
+# --- printed equations ---
 
 
 def test_four_bar_residual_matches_textbook_equations():
@@ -214,7 +214,7 @@ def test_identically_satisfied_equations_are_omitted():
 
 
 def test_equations_satisfied_by_cancellation_are_omitted():
-    """A screw and a slider on one skew axis: that they are parallel is cos^2 + sin^2 - 1 = 0."""
+    """A screw and a slider on one skew axis: their parallelism is cos^2 + sin^2 - 1 = 0."""
     skew = (1, 2, 3, ("z", sp.Rational(1, 3)), ("x", sp.Rational(2, 7)))
     screw = replace(pin("screw", BASE, "nut", *skew), kind="helical", pitch="1/100")
     ram = replace(pin("ram", BASE, "rod", *skew), kind="prismatic")
@@ -238,11 +238,11 @@ def test_equations_satisfied_by_cancellation_are_omitted():
     assert loop.units == ("m", "m", "m", "1", "1")
 
 
-# --- what is true in space ---
+# --- spatial meaning ---
 
 
 def open_ends(c, loop, z, poses):
-    """Gap between the two frames that a closer joins, from the poses of the bodies alone."""
+    """Returns the gap between the frames of a closer, from the body poses alone."""
     closer = loop.loop.closer
     T_a, T_b = (poses[p.body] @ _matrix(p.placement, c.mechanism) for p in (closer.a, closer.b))
     T = np.linalg.inv(T_a) @ T_b
@@ -250,7 +250,7 @@ def open_ends(c, loop, z, poses):
         given = {p.symbol: p.value for p in c.mechanism.parameters}
         length = float(closer.length.subs(given)) + z.get(closer.name, 0)
         return abs(np.linalg.norm(T[:3, 3]) - length)
-    # In a plane a pin may be between opposed axes.
+    # In a plane a pin may join opposite axes.
     turn = abs(abs(T[2, 2]) - 1) if loop.kind == "planar" else np.linalg.norm(T[:2, 2])
     return {
         "pin": np.linalg.norm(T[:3, 3]) + turn,
@@ -277,7 +277,7 @@ def test_residuals_vanish_only_at_closed_configurations(name):
             own = residual[offset : offset + len(loop.residual)]
             offset += len(own)
             gap = open_ends(c, loop, off, poses)
-            # A swing can be wrong while the ends are right, never the other way round.
+            # A swing can be wrong while the ends are correct, but not the other way round.
             assert np.linalg.norm(own) > gap / 20
             assert np.linalg.norm(own) > 1e-6
 
@@ -336,7 +336,7 @@ def test_planar_3rrr_residual_vanishes_at_published_inverse(cranks):
         out = np.exp(1j * np.radians(leg))
         rod = 0.020 + 0.050j + 0.13 * out - (0.29 * out + 0.17 * np.exp(1j * crank))
         z |= {f"crank{k}": crank, f"rod{k}_swing": np.angle(rod) - crank}
-    # Printed with eight decimals of a degree.
+    # Printed with eight decimal places of a degree.
     assert np.max(np.abs(c.at("residual", z))) < 1e-10
 
 
@@ -348,7 +348,7 @@ def cross_matrix(w):
 
 
 def exponential(screw, value):
-    """Rodrigues' formula for a screw of unit speed."""
+    """Returns Rodrigues' formula for a unit screw."""
     v, w = screw[:3], screw[3:]
     T = np.eye(4)
     if not np.any(w):
@@ -361,7 +361,7 @@ def exponential(screw, value):
 
 
 def value_along(screw, T):
-    """The value at which a turning or sliding screw would come nearest to a motion."""
+    """Returns the value at which a revolute or prismatic screw is nearest to a motion."""
     v, w = screw[:3], screw[3:]
     if not np.any(w):
         return v @ T[:3, 3]
@@ -371,7 +371,7 @@ def value_along(screw, T):
 
 
 def across_closer(c, loop, z):
-    """The motion that the closer is left to make, from the exponentials of both branches."""
+    """Returns the remaining motion of the closer, from the exponentials of both branches."""
     given = {p.symbol: p.value for p in c.mechanism.parameters}
     spelled = lambda M: sp.Matrix(M).applyfunc(c.terms.spelled)  # noqa: E731
     numeric = lambda M: np.array(spelled(M).subs(given).evalf(), dtype=float)  # noqa: E731
@@ -386,7 +386,7 @@ def across_closer(c, loop, z):
 
 
 def centre(screws):
-    """The point in which turning axes meet: v = p x omega for all."""
+    """Returns the point in which revolute axes meet: v = p x omega for all."""
     A = np.vstack([-cross_matrix(screw[3:]) for screw in screws])
     return np.linalg.lstsq(A, np.concatenate([screw[:3] for screw in screws]), rcond=None)[0]
 
@@ -398,7 +398,7 @@ def test_loop_product_of_exponentials_is_identity(name):
         rest, free = across_closer(c, loop, z)
         turning = [screw for _, screw in free if np.any(screw[3:])]
         if len(turning) >= 3:
-            # One ball keeps its centre; two balls keep their distance, or the cylinder's length.
+            # One ball keeps its center; two balls keep their distance, or the cylinder's length.
             begin, end = centre(turning[:3]), centre(turning[-3:])
             moved = rest[:3, :3] @ end + rest[:3, 3]
             length = np.linalg.norm(end - begin) + z.get(loop.name, 0)
@@ -454,7 +454,7 @@ def test_constraint_jacobian_and_rate_match_finite_differences(name):
     np.testing.assert_allclose(c.at("J_dot", z, rates), differences("J", rates), atol=1e-8)
 
 
-# --- what is refused ---
+# --- rejected loops ---
 
 
 def test_pin_ended_rod_in_spatial_loop_is_rejected():

@@ -1,4 +1,4 @@
-"""Functions through iterated loops: statements behind the calls of the solver that they need."""
+"""Functions through iterated loops: statements after the required solver calls."""
 
 import pytest
 
@@ -22,9 +22,9 @@ CALLED = {
     "actuators": [],
     "chain_fk": [],
 }
-"""The twist takes one linear system, the Jacobian a system for each coordinate."""
+"""The twist needs one linear system, the Jacobian one system per coordinate."""
 COUNTED = {"fk": 25, "jacobian_mixed": 54, "jacobian_space_dot": 379, "twist_mixed": 14}
-"""Operations behind the calls; dense products with Jacobians would take 440 and 983."""
+"""Operations after the calls; dense products with Jacobians would need 440 and 983."""
 
 
 @pytest.mark.parametrize("name", CALLED)

@@ -1,4 +1,4 @@
-"""Linkages whose motion is known in closed form, described from scratch."""
+"""Linkages with a known closed-form motion, described from scratch."""
 
 import numpy as np
 import pytest
@@ -94,7 +94,7 @@ JANSEN = (
 
 
 def tool_of(text):
-    """A linkage's hybrid and its pose of the tool (4, 4) by the actuated coordinate."""
+    """Returns a linkage's hybrid, and its tool pose (4, 4) as a function of the coordinate."""
     derivation = derive(read_text(text), functions=["fk"])
     (kernel,) = lower(derivation.functions, derivation.robot.name)
     return derivation.hybrid, lambda q: np.array(kernel(q)).reshape(4, 4)

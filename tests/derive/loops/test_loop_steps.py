@@ -1,4 +1,4 @@
-"""Every kind of step: the equations that it carries are those that it solves."""
+"""Every kind of step solves the equations that it prints."""
 
 from dataclasses import replace
 from functools import cache, reduce
@@ -39,7 +39,7 @@ TRUE = 1e-10
 
 
 def crossed():
-    """A parallelogram's bars, assembled crosswise."""
+    """Returns a parallelogram's bars in crossed assembly."""
     return Mechanism(
         "crossed",
         (pin("crank", BASE, "arm"), pin("bar", "arm", "coupler", 1)),
@@ -51,7 +51,7 @@ def crossed():
 
 
 def pushed():
-    """A slider-crank whose slider is driven and whose rod carries the tool."""
+    """Returns a slider-crank with a driven slider and the tool on its rod."""
     whole = slider_crank()
     return replace(whole, name="pushed", actuated=("cross",), tool_body="rod")
 
@@ -64,7 +64,7 @@ BUILDERS = (
 
 
 def flat_legs():
-    """A platform on a telescope, a slider and a crank, each before a hinge or behind it."""
+    """A platform on a telescope, a slider and a crank, each before or after a hinge."""
     return drawn(1, ("RPS", "PRS", "RRS"))
 
 
@@ -78,14 +78,14 @@ def hybrid(build):
 
 
 def steps():
-    """Every step of the mechanisms, with the solution it is from."""
+    """Returns every step of the mechanisms, with its solution."""
     forward = [hybrid(build).forward for build in BUILDERS]
     backward = [hybrid(build).backward for build in (*PLATFORMS, slider_crank, delta, pushed)]
     return [(solution, step) for solution in (*forward, *backward) for step in solution.steps]
 
 
 class Numbers:
-    """The quantities of a step in numbers, vectors in space included."""
+    """Numerical quantities of a step, including spatial vectors."""
 
     def __init__(self, solution, equations):
         self.of = solution.reference.of
@@ -178,13 +178,13 @@ def hybrid_of(solution):
 
 
 def numbers_in(solution):
-    """The coordinates from which a solution follows."""
+    """Returns the coordinates of a solution."""
     h = hybrid_of(solution)
     return h.q if solution is h.forward else h.theta
 
 
 def terms_of(equations):
-    """The named term that a quantity stands for."""
+    """Returns the named term of a quantity."""
     found = {**equations.scalars, **equations.unknowns}
     for letter, vector in equations.vectors.items():
         found |= zip(components(letter, "xyz"[: len(vector)]), vector, strict=True)
@@ -200,5 +200,5 @@ def test_step_without_equations_states_a_reason():
 def test_two_branch_steps_have_a_name_and_a_remark():
     for _, step in steps():
         assert bool(step.branch) is step.is_choice
-        # A step that needs no equations says it in their place.
+        # A step without equations has a sentence in their place.
         assert bool(step.remark) is bool(step.branch and step.equations().vectors)

@@ -1,4 +1,4 @@
-"""Loops that do not lead to the tool: where one of them stands open, every function tells."""
+"""Loops outside the main chain: if one of them is open, every function returns NaN."""
 
 import numpy as np
 import pytest
@@ -40,9 +40,8 @@ brace_u = 55
 brace_l = -21
 """
 OPEN = 0.184935
-"""Stroke [m] within the limits at which the brace is too short: 400 starts of Newton's iteration
-find the other posture of the leg alone.
-"""
+"""Stroke [m] within the limits at which the brace is too short. From 400 starts, Newton's iteration
+only finds the other configuration of the leg."""
 FUNCTIONS = ("fk", "link_poses", "jacobian_mixed", "chain", "chain_D_q", "passive", "margin", "ik")
 
 
@@ -81,7 +80,7 @@ def test_finite_poses_are_exactly_those_that_newton_closes(gear, description):
     assert np.array_equal(finite, gear.valid(q))
     for k in np.flatnonzero(finite):
         assert min(abs(mode["leg"] - theta[k, 0]) for mode in modes[k]) < 1e-9
-    # On the reference's side of the leg nothing closes there.
+    # On the reference's side of the leg the loop never closes there.
     leg = np.arccos(gear.fk(q)[:, 2, 2])
     for k in np.flatnonzero(~finite):
         assert np.isnan(leg[k])

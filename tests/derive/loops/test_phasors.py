@@ -1,4 +1,4 @@
-"""Sums of turning vectors, beside complex numbers."""
+"""Sums of rotated vectors against complex numbers."""
 
 import cmath
 import random
@@ -75,7 +75,7 @@ def test_phasor_sums_add_rotate_and_scale_like_complex_numbers():
 def test_cancelling_phasors_are_removed():
     rod = PhasorSum.of((L, sp.S.Zero), A)
     assert (rod - rod).terms == {}
-    # Angles that are the same sum are one, and vectors that are one another's negative are none.
+    # Equal angle sums merge, and opposite vectors cancel.
     there = PhasorSum.of((L, sp.S.One), A + B) + PhasorSum.of((-L, -sp.S.One), B + A)
     assert there.terms == {}
     left = PhasorSum.of((L**2 / L - L, sp.sqrt(2) * sp.sqrt(3) - sp.sqrt(6)), A)
@@ -101,14 +101,14 @@ def test_phasor_coordinates_match_complex_sum():
 
 
 def test_loop_relation_shortens_phasor_sum():
-    """Round a four-bar, the coupler is what the other three leave."""
+    """Around a four-bar, the coupler is the sum of the other three vectors."""
     loop = PhasorSum.of((sp.S.One, sp.S.Zero), A) + PhasorSum.of((L, sp.S.Zero), B)
     loop = loop - PhasorSum.of((sp.S(2), sp.S.Zero)) - PhasorSum.of((sp.S(3), sp.S.Zero), A + B)
     long = PhasorSum.of((sp.S(2), sp.S.Zero), A) + PhasorSum.of((2 * L, sp.S.Zero), B)
     long = long - PhasorSum.of((sp.S(6), sp.S.Zero), A + B)
     short = long.reduced([loop], lambda s: len(s.terms))
     assert short.terms == {sp.S.Zero: (sp.S(4), sp.S.Zero)}
-    # The same where the relation holds, elsewhere not.
+    # The sums are equal if the relation holds, but not otherwise.
     assert total(long) - total(short) == pytest.approx(2 * total(loop))
     nothing_to_gain = PhasorSum.of((L, sp.S.Zero), A)
     assert nothing_to_gain.reduced([loop], lambda s: len(s.terms)) == nothing_to_gain

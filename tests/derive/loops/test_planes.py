@@ -1,4 +1,4 @@
-"""Which loops are planar, and whether a linkage's edges say what the bodies do in space."""
+"""Which loops are planar, and whether a linkage's edges agree with spatial poses."""
 
 from dataclasses import replace
 
@@ -59,7 +59,7 @@ class InSpace:
         return self.poses[body][:3, 3] + self.direction(body, value)
 
     def along(self, body, vector):
-        """A vector of the base frame in a body's axes of the plane, and its height above it."""
+        """Returns a base-frame vector in a body's planar axes, and its height above the plane."""
         x, y, n = (self.poses[body][:3, :3] @ self.axes[body]).T
         return complex(vector @ x, vector @ y), vector @ n
 

@@ -1,4 +1,4 @@
-"""Loops of space in closed form: legs on balls, and platforms that three spheres hold."""
+"""Spatial loops in closed form: ball-ended legs, and platforms on three spheres."""
 
 from dataclasses import replace
 from functools import cache
@@ -23,7 +23,7 @@ CLOSED = 1e-12
 
 
 def crank_and_slider():
-    """A crank about z and a slider along a skew line, with a rod on balls between them."""
+    """A crank about z and a slider along a skew line, connected by a ball-ended rod."""
     return Mechanism(
         "rssp",
         (
@@ -40,7 +40,7 @@ def crank_and_slider():
 
 
 def lift():
-    """A cylinder on balls that turns a lever about a skew axis."""
+    """A ball-ended cylinder that rotates a lever about a skew axis."""
     return Mechanism(
         "lift",
         (pin("lever", BASE, "lever", 1, 0, 0, ("x", sp.Rational(4, 5))),),
@@ -60,7 +60,7 @@ def lift():
 
 
 def from_the_platform():
-    """A delta whose rods are described from the platform to the arms, one arm counting down."""
+    """A delta whose rods are described from the platform to the arms, one arm reversed."""
     whole = delta()
     rods = tuple(replace(rod, a=rod.b, b=rod.a) for rod in whole.struts)
     joints = tuple(replace(j, direction=-1) if j.name == "arm1" else j for j in whole.joints)
@@ -69,7 +69,7 @@ def from_the_platform():
 
 
 def tripod():
-    """A platform on three sliders, and three cylinders on balls below it."""
+    """A platform on three sliders, with three ball-ended cylinders below it."""
     legs = [
         Strut(f"leg{k}", Frame(BASE, at(*foot)), Frame("platform", at()), 1, True, "ball")
         for k, foot in enumerate(((1, 0, 0), (-1, 1, 0), (-1, -1, "1/5")))
@@ -98,7 +98,7 @@ def test_negative_cylinder_lengths_give_nan_and_negative_margin(build, step):
     assert np.isfinite(np.array(chain(own))).all()
     for k in range(len(own)):
         q = own.copy()
-        # The same length, below zero.
+        # The same length with a negative sign.
         q[k] = -2 - own[k]
         assert np.isnan(np.array(chain(q))).all()
         assert (np.array(margin(q)) < 0).all()
@@ -238,7 +238,7 @@ def test_actuators_and_their_rates_invert_the_chain(name):
 
 
 def test_delta_pose_beyond_rod_length_has_negative_margin():
-    """Beside the plane of the arm farther than the rod is long: the margin is below zero."""
+    """Farther from the plane of the arm than the rod is long: the margin is negative."""
     f = kernels("delta")
     for y in (0.9, 1.5, 4.0):
         theta = np.array([0.0, y, -0.3, 0, 0, 0])

@@ -36,7 +36,7 @@ b = {{ body = "{b}", xyz = [{y}, 0, 0] }}
 
 
 def scissor_lift(sign, ram):
-    """A lift of two pairs of crossed bars, of 1.2 m each, that a ram between two of them opens."""
+    """A lift with two pairs of crossed bars, 1.2 m each, opened by a ram between two of them."""
     text = 'name = "lift"\nconvention = "urdf"\nactuated = ["ram"]\nunits = { angle = "deg" }\n'
     way = (("a0", "0", 0), ("b0", "a0", 0.6), ("a1", "b0", 0.6), ("b1", "a1", 0.6))
     text += "".join(BAR.format(name=name, parent=parent, x=x) for name, parent, x in way)
@@ -52,7 +52,7 @@ def scissor_lift(sign, ram):
 
 
 def ram_length(ram, angle):
-    """Distance of the ram's ends where the first bar is at an angle (radian)."""
+    """Returns the distance of the ram's ends at an angle of the first bar (radian)."""
     middle = {"a0": 0.6 * cmath.exp(1j * angle)}
     middle["b1"] = complex(middle["a0"].real, 3 * middle["a0"].imag)
     points = {
@@ -66,7 +66,7 @@ def ram_length(ram, angle):
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("ram", [(("a0", 0.2), ("b1", -0.2)), (("b1", 0.1), ("a0", 0.3))])
 def test_reference_selects_branch_of_ring_without_stated_joint(ram, sign):
-    """The ring of ram, a0 and b1 holds the ram's swing and closures, and no joint of the tree."""
+    """The ring of ram, a0 and b1 contains the ram's swing and closures, but no tree joint."""
     hybrid = Hybrid(scissor_lift(sign, ram))
     assert not hybrid.forward.open
     chain = hybrid.forward.values
@@ -76,7 +76,7 @@ def test_reference_selects_branch_of_ring_without_stated_joint(ram, sign):
 
 
 def lower_values(hybrid, entries, length):
-    """Numbers of terms in the actuated coordinate."""
+    """Returns numerical values of terms in the actuated coordinate."""
     result = Result("values", tuple(entries), (len(entries),), "rad", "joints")
     q = hybrid.arguments["q"]
     function = SymbolicFunction("values", "Values.", "", (q,), (result,), hybrid.terms)

@@ -1,4 +1,4 @@
-"""The three triangles of planar loops against 30-digit numbers, near dead points too."""
+"""The three triangles of planar loops against 30-digit numbers, also near dead points."""
 
 import math
 import random
@@ -26,7 +26,7 @@ x1, x2, x3, x4, x5, x6 = X = sp.symbols("x1:7", real=True)
 
 
 def compiled(terms, symbols, *values):
-    """Values as one CasADi function of a vector, a graph of doubles."""
+    """Returns values as one CasADi function of a vector, a graph of doubles."""
     argument = Argument("x", tuple(symbols), (len(symbols),), "", "")
     result = Result("y", tuple(sp.sympify(value) for value in values), (len(values),), "", "")
     (function,) = lower([SymbolicFunction("f", "F.", "", (argument,), (result,), terms)], "test")
@@ -34,12 +34,12 @@ def compiled(terms, symbols, *values):
 
 
 def moving(terms, x, y):
-    """A vector on a body whose components are coordinates."""
+    """Returns a body-fixed vector whose components are coordinates."""
     return Arm((x, y), ZERO, terms.let(x * x + y * y))
 
 
 def circles(v, w, d, sign):
-    """Both pins of two circles' meeting by complex numbers at 30 digits."""
+    """Returns both intersections of two circles from 30-digit complex numbers."""
     v, w, d = (mpmath.mpc(*map(mpmath.mpf, pair)) for pair in (v, w, d))
     a, b, c = abs(v), abs(w), abs(d)
     along = (c**2 + a**2 - b**2) / (2 * c)
@@ -71,13 +71,13 @@ def test_two_circles_intersection_matches_mpmath(sign):
         expected = [part for z in (C, W, turn_v, turn_w) for part in (z.real, z.imag)]
         expected = np.array([float(part) for part in (*expected, height, margin)])
         result = np.array(f([*v, *w, *d])).ravel()
-        # Thin triangles lose the digits that their height lacks, and short bases or arms some more.
+        # Thin triangles lose as many digits as their height, short bases or arms a few more.
         thin = 1 / min(1.0, *(math.hypot(*pair) for pair in (v, w, d))) ** 3
         assert np.abs(result - expected).max() < 50 * EPS * thin / math.sqrt(float(margin))
 
 
 def area(kind):
-    """The height over sides of which one varies, as it is derived."""
+    """Returns the height from three sides, one of them variable, in its derived form."""
     terms = Terms({})
     a, b = sp.Rational(3, 10), sp.Rational(7, 10)
     fixed = [arm(terms, PhasorSum.of((length, ZERO))) for length in (a, b)]
@@ -100,7 +100,7 @@ def test_triangle_height_is_accurate_near_dead_points(kind, dead):
             a, b, c = mpmath.mpf(3) / 10, mpmath.mpf(7) / 10, mpmath.mpf(x)
             s = (a + b + c) / 2
             height = 2 * mpmath.sqrt(s * (s - a) * (s - b) * (s - c))
-            # The lengths 3/10 and 7/10 are rounded to doubles, as far away as 1e-16 is.
+            # The lengths 3/10 and 7/10 are rounded to doubles, an error of 1e-16.
             away = abs(x - dead)
             assert float(f([x])[2]) == pytest.approx(
                 float(height), rel=8 * EPS / away + 8 * EPS, abs=0
@@ -125,7 +125,7 @@ def test_out_of_reach_is_nan_with_a_negative_margin():
 
 
 def derivatives(terms, given, values, loops, angles):
-    """Rates by the loops' equations, and automatic differentiation of the values, in doubles."""
+    """Returns rates from the loop equations, and automatic derivatives of the values."""
     symbols = X[: len(given)]
     rates = sp.symbols("r1:7", real=True)[: len(given)]
     tangent = Tangent(terms, dict(zip(symbols, rates, strict=True)), loops)

@@ -1,4 +1,4 @@
-"""Branches of maps: which exist, how they are named, and what is said where some are left out."""
+"""Branches of maps: their existence, their names, and notes on omitted branches."""
 
 import json
 from dataclasses import replace
@@ -14,7 +14,7 @@ from tests.support.loops.mechanisms import BASE, at, excavator_arm, near, parall
 
 
 def in_a_row(count):
-    """Four-bars, each on the rocker of the one before."""
+    """Returns four-bars in series, each on the previous rocker."""
     joints, closures, reference, on = [], [], [], BASE
     for k in range(count):
         joints += [
@@ -61,7 +61,7 @@ def test_cylinder_length_adds_no_branch():
 
 
 def uneven(count):
-    """A parallelogram of unequal sides on cranks."""
+    """Returns a parallelogram with unequal sides on cranks."""
     others = [
         Strut(f"rod{k}", Frame(BASE, at(k)), Frame("coupler", at(k)), 1)
         for k in range(2, count + 1)
@@ -108,7 +108,7 @@ def test_loops_that_do_not_move_the_tool_add_no_branch():
 
 
 def scissor_lift():
-    """Two pairs of crossed bars; a crank holds the first, and its other foot slides."""
+    """Two pairs of crossed bars; a crank moves the first bar, and its other foot slides."""
     along_x = ("y", sp.pi / 2)
     joints = (
         pin("crank", BASE, "right"),
@@ -140,7 +140,7 @@ def scissor_lift():
 
 
 def test_folded_scissor_lift_has_no_branch():
-    """With both feet in one point the upper bars hang on one point, and may turn together."""
+    """If both feet coincide, the upper bars share one point and may rotate together."""
     assert labels(scissor_lift(), "chain_all") == (
         "cross far, upper right",
         "cross far, upper left",

@@ -1,4 +1,4 @@
-"""Exact numbers: what is read, to the last digit, and all that is refused, at once."""
+"""Exact numbers: accepted text is read to the last digit, other text is rejected quickly."""
 
 from decimal import Decimal
 from itertools import pairwise
@@ -14,7 +14,7 @@ from tests.support.counting import calls_of
 NAMES = {name: sp.Symbol(name, real=True) for name in ("a", "b", "d1")}
 A, B = NAMES["a"], NAMES["b"]
 MAX_CALLS = 50_000
-"""Seconds for one refusal, however nasty; the slowest takes a few hundredths."""
+"""Maximum number of Python calls to reject a text, however malformed."""
 
 READ = {
     "pi/2": sp.pi / 2,

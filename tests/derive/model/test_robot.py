@@ -1,4 +1,4 @@
-"""The same model built in Python: what goes in is made exact, or refused where it enters."""
+"""Models built in Python: inputs become exact, or are rejected on entry."""
 
 from decimal import Decimal
 from fractions import Fraction

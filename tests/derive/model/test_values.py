@@ -1,4 +1,4 @@
-"""Values of constants: against SymPy's own evaluation, at exact zeros, and where there is none."""
+"""Values of constants against SymPy's evaluation, at exact zeros, and without a value."""
 
 import math
 import random
@@ -16,7 +16,7 @@ SYMBOLS = {sp.Symbol("a", real=True): "0.0892", sp.Symbol("b", real=True): "1.57
 
 
 def expression(dice: random.Random, depth: int) -> sp.Expr:
-    """A random expression of numbers and symbols that is real and finite."""
+    """Returns a random real and finite expression of numbers and symbols."""
     if depth == 0:
         return dice.choice((*PARTS, *SYMBOLS))
     one, two = (expression(dice, depth - 1) for _ in range(2))
@@ -113,7 +113,7 @@ def test_angle_is_real_if_sympy_cannot_decide():
 
 
 def test_roots_and_angles_of_long_numbers_are_unfactored_decimals():
-    # SymPy's limited search for factors fails on squares of such a product of two primes.
+    # SymPy's limited factor search fails on squares of such a product of two primes.
     long = sp.Rational("0.9999999999996000000000000011") * 10**7 * sp.Integer(32771 * 32779)
     for made, exact in (
         (root(long**2 * 2), sp.sqrt(2) * long),
@@ -125,7 +125,7 @@ def test_roots_and_angles_of_long_numbers_are_unfactored_decimals():
 
 
 def test_named_constants_stay_short_and_keep_their_value():
-    """A product of hundreds of long decimals is named again and again, and keeps its value."""
+    """A product of hundreds of long decimals is named repeatedly, and keeps its value."""
     dice, terms, product, expected = random.Random(5), Terms({}), sp.Integer(1), sp.Float(1, 60)
     for _ in range(200):
         factor = sp.Rational(f"{dice.uniform(0.5, 2):.17f}")
@@ -139,6 +139,6 @@ def test_negated_constant_reuses_the_negated_name():
     x, terms = sp.Rational("0.08241032710889370320000001"), Terms({})
     assert terms.let(-sp.sin(x)) == -terms.let(sp.sin(x))
     assert terms.let(-x) == -terms.let(x)
-    # A sum whose exact value is zero has no sign, and must not be looked for under both.
+    # A sum that is exactly zero has no sign, so it must not be searched under both signs.
     one = sp.sin(x) * sp.cos(2 * x) + sp.cos(x) * sp.sin(2 * x) - sp.sin(3 * x)
     assert terms.let(one) == terms.let(-one) == 0

@@ -1,4 +1,4 @@
-"""CasADi's own C of a robot: casadi.external loads it, and it computes what the robot does."""
+"""CasADi's own C of a robot: casadi.external loads it, and its results equal the robot's."""
 
 import ctypes
 import subprocess
@@ -14,7 +14,7 @@ from tests.support.derivations import derivation
 
 @pytest.fixture(scope="module", params=["scara", "four_bar", "planar_3rrr"])
 def loaded(request, tmp_path_factory):
-    """A robot, and the path of the library of its C."""
+    """A robot, and the path of the compiled library."""
     folder = tmp_path_factory.mktemp(request.param)
     ((name, text),) = ON_DEMAND["casadi_c"].files(derivation(request.param), None).items()
     (folder / name).write_text(text, encoding="ascii")
@@ -26,7 +26,7 @@ def loaded(request, tmp_path_factory):
 
 
 def values(robot, rng, function):
-    """Inputs near the middle of the limits, at which loops close."""
+    """Returns inputs near the middle of the limits, at which the loops close."""
     middle = np.array(robot.reference.q) if robot.reference else np.full(robot.n, 0.4)
     if function.inputs[0].name == "theta":
         middle = robot.chain(middle)

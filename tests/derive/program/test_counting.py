@@ -1,4 +1,4 @@
-"""Operations are counted by kind."""
+"""Operation counts by kind."""
 
 from chasles.derive.program.counting import count_operations
 from chasles.derive.program.operations import Compute, Input, Operation, Program, Store, Variable

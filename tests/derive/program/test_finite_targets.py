@@ -1,4 +1,4 @@
-"""An inverse whose residual loses an input by cancellation does not call NaN solved."""
+"""An inverse whose residual loses an input by cancellation does not accept NaN."""
 
 import numpy as np
 import pytest

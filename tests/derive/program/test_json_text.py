@@ -1,4 +1,4 @@
-"""The text of manifests: the same data, in lines that can be read."""
+"""The text of manifests: unchanged data in readable lines."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""A language from outside: plain Python with ``math``, written, run, and compared with the C."""
+"""A language from outside: plain Python with ``math``, written, run, and compared with C."""
 
 import json
 import runpy
@@ -55,7 +55,7 @@ def text(program, operand):
 
 
 def printed(name, program):
-    """One function of Python: flat sequences in, flat lists out."""
+    """Returns one Python function with flat input and output sequences."""
     sizes = [
         1 + max(s.entry for s in program.stored if s.output == k)
         for k in range(len(program.results))
@@ -79,7 +79,7 @@ def plain_python(derivation, programs):
 
 EMITTER = Emitter("plain python", plain_python)
 RUN = ("c", "python")
-"""The languages that run; the others take most of the time of a derivation."""
+"""The executable languages; the others take most of the time of a derivation."""
 
 
 @cache
@@ -92,7 +92,7 @@ def plain_functions(name):
 
 
 def assert_same_values(robot, plain, q):
-    """Compares each function of q, its rates and the pose with the C; returns their number."""
+    """Compares each function of q, its rates and the pose with C; returns their number."""
     rng = np.random.default_rng(3)
     given = {"q": q, "qd": rng.uniform(-1, 1, robot.n), "qdd": rng.uniform(-1, 1, robot.n)}
     given["T"] = robot.fk(q)

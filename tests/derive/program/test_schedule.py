@@ -26,7 +26,7 @@ def program(*statements):
 
 
 def depths(found: Program) -> list[int]:
-    """How many statements must be done before each, one after the other."""
+    """Returns the length of the longest dependency chain before each statement."""
     depth: dict[Variable, int] = {}
     told = []
     for statement in found.statements:
@@ -37,7 +37,7 @@ def depths(found: Program) -> list[int]:
 
 
 def kinds(found: Program) -> Counter:
-    """Statements by what is left of them without the names of variables."""
+    """Returns statements without the names of variables."""
     return Counter(
         (
             getattr(s, "operation", None) or (s.output, s.entry),

@@ -17,6 +17,6 @@ def test_stub_of_ik_takes_fixed_joints(name, further):
     inverse, pose = found["ik"].args, found["fk"].args
     assert [argument.arg for argument in inverse.kwonlyargs] == ["out", "threads", "given"]
     assert [argument.arg for argument in pose.kwonlyargs] == ["out", "threads"]
-    # A further input is left out where joints are given by name.
+    # Additional inputs are absent if joints are fixed by name.
     assert (len(inverse.args), len(inverse.defaults)) == (1 + further, further)
     assert "from collections.abc import Mapping" in text

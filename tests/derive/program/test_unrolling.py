@@ -1,4 +1,4 @@
-"""All branches side by side: each is bit for bit the branch alone, and shares what it can."""
+"""All branches in one program equal the single branches bit for bit, and share terms."""
 
 import re
 
@@ -53,16 +53,16 @@ SIGNED = [
         rf"^static void {name}_(\w+)_branch\(", (GENERATED / name / f"{name}.c").read_text(), re.M
     )
 ]
-"""Functions with signs, read from the C: deriving all robots would slow every collection."""
+"""Functions with signs, taken from the C because deriving all robots is slow."""
 SAMPLE = ("ur5e", "iiwa14", "lynxmotion", "five_bar", "slider_crank")
-"""Arms whose inverse has branches, a redundant arm, tasks of positions, and planar loops."""
+"""Arms with branches, a redundant arm, position tasks, and planar loops."""
 SAMPLED = [pair for pair in SIGNED if pair[0] in SAMPLE]
 X, Y, S = Input(0, 0), Input(0, 1), Input(1, 0)
 A, B, C, D = map(Variable, range(1, 5))
 
 
 def run(program, arguments):
-    """The outputs of a program, (entries, poses) each, at arguments of shape (entries, poses)."""
+    """Returns the outputs of a program, (entries, poses) each, at arguments (entries, poses)."""
     values = {}
 
     def value(operand):
@@ -215,7 +215,7 @@ def test_reversed_difference_keeps_its_value():
 
 
 def random_branch(rng):
-    """A branch of random operations on two numbers and two signs."""
+    """Returns a branch of random operations on two numbers and two signs."""
     logic = {Operation.NOT, Operation.AND, Operation.OR}
     numbers = [X, Y, S, Input(1, 1), *map(Constant, (0.0, 1.0, -1.0, 0.5, -2.0))]
     conditions, statements = [], []

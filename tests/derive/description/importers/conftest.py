@@ -1,4 +1,4 @@
-"""A cache of the package robot_descriptions, laid out as its own."""
+"""A cache of the package robot_descriptions with its original layout."""
 
 import subprocess
 import sys
@@ -39,7 +39,7 @@ TREES = {
 
 @pytest.fixture
 def cache(tmp_path, monkeypatch):
-    """A cache of robot_descriptions with three small repositories; nothing can be downloaded."""
+    """A cache of robot_descriptions with three small repositories and no download."""
     monkeypatch.setenv("ROBOT_DESCRIPTIONS_CACHE", str(tmp_path))
     monkeypatch.setenv("ROBOT_DESCRIPTION_COMMIT", BRANCH)
     monkeypatch.setenv("GIT_CONFIG_COUNT", "1")

@@ -1,4 +1,4 @@
-"""The commands of the page about files of other programs run."""
+"""The commands of the page on imported files run."""
 
 import re
 import shlex
@@ -45,7 +45,7 @@ UR5E = (
     (0, -0.0997, 0, 1.5707963267948966, 0, 0),
     (0, 0.0996, 0, 1.5707963267948966, 3.141592653589793, 3.141592653589793),
 )
-"""The nominal UR5e as the ROS driver writes it."""
+"""The nominal UR5e in the format of the ROS driver."""
 
 
 def kinematics():
@@ -58,7 +58,7 @@ def kinematics():
 
 @pytest.fixture
 def files(cache, monkeypatch):
-    """A folder with the files that the page names."""
+    """A folder with the files mentioned on the page."""
     for name, content in {
         "arm.urdf": ARM.format(name="arm", reach=1),
         "arm.urdf.xacro": XACRO,

@@ -1,4 +1,4 @@
-"""One function reads every kind of file, by its ending in any case of letters."""
+"""One function reads every file format, by its suffix in upper or lower case."""
 
 import pytest
 

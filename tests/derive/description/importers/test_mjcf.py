@@ -1,4 +1,4 @@
-"""MJCF import: random models against MuJoCo's own kinematics, and everything that can be wrong."""
+"""MJCF import: random models against MuJoCo's kinematics, and invalid models."""
 
 import random
 
@@ -22,7 +22,7 @@ def path(tmp_path):
 
 
 def compare(path, seed):
-    """Poses of all links of a random model, beside MuJoCo's; the number of them."""
+    """Compares the link poses of a random model with MuJoCo; returns their number."""
     dice = random.Random(seed)
     text, count = random_model(dice)
     robot = read_model(path, text, "world", f"s{count}")

@@ -1,4 +1,4 @@
-"""Parts of MJCF models that chasles does not model: notes name them, or an error refuses them."""
+"""MJCF elements that chasles does not model: a note names them, or an error rejects them."""
 
 import pytest
 

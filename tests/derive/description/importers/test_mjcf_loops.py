@@ -1,4 +1,4 @@
-"""Loops of MJCF models: linkages, spatial loops and delta robots beside MuJoCo's solutions."""
+"""Loops of MJCF models: linkages, spatial loops and delta robots against MuJoCo's solutions."""
 
 import random
 
@@ -22,7 +22,7 @@ from tests.support.mjcf_models import (
 
 POSES, LOOPS = 2, (0, 1, 4, 5)
 LINKAGES = (5, 0, 1, 4)
-"""Linkages that are closed at bodies, at sites, by a weld and by two connects."""
+"""Linkages closed at bodies, at sites, by a weld, and by two connects."""
 
 
 @pytest.fixture
@@ -31,15 +31,15 @@ def path(tmp_path):
 
 
 def test_linkage_in_any_plane_writes_latex_rates(path):
-    """Coefficients of its inverse and vectors of its loop stand in one product."""
+    """The product contains coefficients of the inverse and vectors of the loop."""
     robot = read_model(path, random_linkage(random.Random(3)), "world", "tool")
     assert "latex/rates.tex" in files(robot)
 
 
 def satisfied(model, crank):
-    """MuJoCo's data where its equalities are satisfied, by Newton's method from its own pose.
+    """Solves MuJoCo's equality constraints by Newton's method from the initial pose.
 
-    None where the loops do not close there.
+    Returns MuJoCo's data; None if the loops do not close.
     """
     data = mujoco.MjData(model)
     at = model.joint("crank").qposadr[0]
@@ -57,12 +57,12 @@ def satisfied(model, crank):
 
 
 def at_solutions(path, text, tip, cranks):
-    """A mechanism's functions by name, and MuJoCo's coordinates where its loops are closed."""
+    """Returns a mechanism's functions by name, and MuJoCo's coordinates with closed loops."""
     robot = read_model(path, text, "world", tip)
     if tip == "tool":
         made = derive(robot, functions=("fk", "constraint")).functions
     else:
-        # Loops drawn at random may have more freedoms than motors, which derive() refuses.
+        # Random loops may have more freedoms than motors, which derive() rejects.
         hybrid = Hybrid(robot)
         made = (constraint_functions.makers(hybrid)["constraint"](hybrid),)
     kernels = lower(made, "r")
@@ -80,7 +80,7 @@ def at_solutions(path, text, tip, cranks):
 
 
 def compare_linkage(path, seed):
-    """Residuals and poses of a linkage at MuJoCo's solution."""
+    """Compares residuals and poses of a linkage at MuJoCo's solution."""
     dice = random.Random(seed)
     text = random_linkage(dice)
     cranks = [0.0, *(dice.uniform(-0.2, 0.2) for _ in range(POSES))]
@@ -94,7 +94,7 @@ def compare_linkage(path, seed):
 
 
 def compare_loop(path, seed):
-    """Residuals of a spatial loop at MuJoCo's solution, and beside it."""
+    """Compares residuals of a spatial loop at MuJoCo's solution, and near it."""
     dice = random.Random(seed)
     text = random_spatial_loop(dice)
     robot, functions, _, found = at_solutions(path, text, "b1", [0.0, 0.02, -0.03])
@@ -118,7 +118,7 @@ def test_linkage_residuals_and_poses_match_mujoco(path):
 
 
 def compare_delta(path, seed):
-    """The platform's pose beside MuJoCo's solution for the same motors."""
+    """Compares the platform's pose with MuJoCo's solution for equal motor values."""
     dice = random.Random(seed)
     text = random_delta(dice)
     robot = read_model(path, text, "world", "tool")
@@ -163,7 +163,7 @@ def test_three_connects_between_two_bodies_are_rejected(path):
 
 
 def test_ball_joint_of_rod_with_extra_connect_is_rejected(path):
-    """A second connect of the same body: its ball joint is refused then."""
+    """The same body has a second connect, so its ball joint is rejected."""
     text = random_delta(random.Random(0)).replace(
         "</equality>", '<connect body1="rod0" body2="arm1" anchor="0 0 0"/></equality>'
     )

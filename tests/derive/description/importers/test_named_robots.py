@@ -1,4 +1,4 @@
-"""Names of robot_descriptions, from folders laid out as its own cache is."""
+"""Names of robot_descriptions, from folders with its cache layout."""
 
 import importlib
 

@@ -1,4 +1,4 @@
-"""Roll, pitch and yaw: products of turns as oracle, and exact numbers at right angles."""
+"""Roll, pitch and yaw: products of rotations as oracle, and exact values at right angles."""
 
 import itertools
 import random
@@ -28,7 +28,7 @@ def rotation(roll, pitch, yaw):
 
 
 def quaternion(roll, pitch, yaw):
-    """The product of the quaternions of the three turns."""
+    """Returns the product of the quaternions of the three rotations."""
     product = np.array([1.0, 0, 0, 0])
     for k, angle in ((3, yaw), (2, pitch), (1, roll)):
         w, x, y, z = product
@@ -71,7 +71,7 @@ def test_rpy_reproduces_rotation_matrices_and_quaternions():
 
 @pytest.mark.parametrize("step", [1, 6])
 def test_rpy_is_exact_at_multiples_of_fifteen_degrees(step):
-    """Of products in doubles; at gimbal lock yaw is 0."""
+    """The products are in double precision; at gimbal lock yaw is 0."""
     turns = range(-12, 13, step) if step > 1 else random.Random(1).choices(range(-12, 13), k=6)
     for angles in itertools.product(turns, repeat=3):
         found = roll_pitch_yaw(quaternion(*(k * np.pi / 12 for k in angles)))

@@ -1,4 +1,4 @@
-"""Base and tip where nobody names them: trees as robots have them, and random ones."""
+"""Inferred base and tip links: realistic trees and random trees."""
 
 import random
 from itertools import pairwise
@@ -17,10 +17,10 @@ TREES = 200
 
 
 def tree(text):
-    """A tree from words ``parent>child``, ``m`` or another kind behind: ``a>b:m``.
+    """Builds a tree from words ``parent>child``; a suffix such as ``m`` is the kind: ``a>b:m``.
 
-    A joint is called ``<child>_joint`` unless a name follows: ``a>b:m:name``; ``s`` is prismatic,
-    and the leader of a follower comes last, ``a>b:c:name:leader``.
+    The default joint name is ``<child>_joint``; ``a>b:m:name`` sets it. The kind ``s`` is
+    prismatic. The leader of a follower comes last, ``a>b:c:name:leader``.
     """
     links, joints = [], []
     for word in text.split():
@@ -34,7 +34,7 @@ def tree(text):
 
 
 def arm(prefix, count, start):
-    """A chain of moving joints from a link to ``<prefix><count>``."""
+    """Returns a chain of moving joints from a link to ``<prefix><count>``."""
     links = [start, *(f"{prefix}{k}" for k in range(1, count + 1))]
     return " ".join(f"{a}>{b}:m" for a, b in pairwise(links))
 
@@ -228,7 +228,7 @@ def test_missing_end_is_inferred_and_invalid_ends_are_rejected():
 
 
 def random_tree(dice):
-    """An arm with a tool among distractions; the base and the tip that are meant."""
+    """Returns an arm with a tool among other branches, and its intended base and tip."""
     count = dice.randint(4, 7)
     words = [arm("j", count, "base")]
     tool = dice.choice(("tool0", "my_tcp", "left_ee_link", "flange", "gripper/tool_frame"))

@@ -1,4 +1,4 @@
-"""Factory calibrations of UR arms: plain DH products and Pinocchio's URDF reader as oracles."""
+"""Factory calibrations of UR arms, against plain DH products and Pinocchio's URDF reader."""
 
 import random
 from dataclasses import replace
@@ -39,7 +39,7 @@ DRIVER = {
     "alpha": "0.000211987863869334, -0.0072553625957652995, -0.013483226769541364, "
     "0.0013495820227329425, -0.001263136163679901, 0",
 }
-"""The arm in a test of Universal Robots' ROS driver, ur_calibration/test/calibration_test.cpp."""
+"""The arm of a test in Universal Robots' ROS driver, ur_calibration/test/calibration_test.cpp."""
 FACTORY = """\
 kinematics:
   shoulder: {x: 0, y: 0, z: 0.08920113858084797, roll: 0, pitch: 0, yaw: 1.5413963267648517e-05}
@@ -80,7 +80,7 @@ kinematics:
     yaw: -3.14158677108863
   hash: calib_1234
 """
-"""The numbers of one UR5, as the ROS driver writes them."""
+"""The calibration of one UR5 in the format of the ROS driver."""
 UR5 = {"d1": "0.089159", "a2": "-0.425", "a3": "-0.39225", "d4": "0.10915", "d5": "0.09465"}
 UR5 |= {"d6": "0.0823"}
 UR10 = {"d1": "0.1273", "a2": "-0.612", "a3": "-0.5723", "d4": "0.163941", "d5": "0.1157"}
@@ -88,7 +88,7 @@ UR10 |= {"d6": "0.0922"}
 
 
 def arm(sizes=None):
-    """The shipped UR5e, or an arm of its structure in other sizes."""
+    """Returns the shipped UR5e, or an arm with its structure and other dimensions."""
     robot = read(ROBOTS / "ur5e.toml")
     if sizes is None:
         return robot
@@ -103,7 +103,7 @@ def rows(robot, deltas):
 
 
 def plain_dh(table, q):
-    """The product of DH transforms."""
+    """Returns the product of DH transforms."""
     pose = np.eye(4)
     for (theta, d, a, alpha), value in zip(table, q, strict=True):
         c, s, ca, sa = *(f(theta + value) for f in (np.cos, np.sin)), np.cos(alpha), np.sin(alpha)
@@ -119,7 +119,7 @@ def forward(robot):
 
 
 def random_deltas(dice):
-    """Deviations as controllers have them: rows 2 to 4 far along their nearly parallel axes."""
+    """Returns realistic deviations: rows 2 to 4 move far along their nearly parallel axes."""
     theta, d, a, alpha = ([dice.gauss(0, 2e-4) for _ in LINKS] for _ in DELTAS)
     a[-1] = alpha[-1] = 0.0
     d[1], d[2] = dice.uniform(-20, 20), dice.uniform(-60, 60)
@@ -139,7 +139,7 @@ def compare(path, robot, deltas, dice):
     fk, table = forward(measured), rows(robot, deltas)
     for _ in range(POSES):
         q = [dice.uniform(-np.pi, np.pi) for _ in LINKS]
-        # Products of offsets of 90 m lose four digits more than those of the moved frames.
+        # Products with offsets of 90 m lose four more digits than the moved frames.
         far = 1 + np.abs(table[:, 1]).max()
         assert np.abs(fk(q) - plain_dh(table, q)).max() <= ORACLE * far
     return measured
@@ -162,7 +162,7 @@ def test_random_calibration_matches_plain_dh_product(tmp_path):
 
 
 def urdf_of(kinematics):
-    """The URDF that ur_description makes of the numbers, with its fixed frames at both ends."""
+    """Returns the URDF that ur_description generates, with fixed frames at both ends."""
     rows = [
         ("base_link-base_link_inertia", "base_link", "inertia", "0 0 0", "0 0 3.141592653589793")
     ]
@@ -213,7 +213,7 @@ def factory(tmp_path):
 
 
 def test_driver_calibration_matches_pinocchio_pose_of_urdf(factory):
-    """In the frame of the controller's base, which DH parameters use, and in that of the URDF."""
+    """The pose agrees in the controller's base frame (DH parameters) and in the URDF's frame."""
     text = urdf_of(yaml.safe_load(FACTORY)["kinematics"])
     nominal = factory.with_name("ur.urdf")
     nominal.write_text(text.replace("0.08920113858084797", "0.089159"))

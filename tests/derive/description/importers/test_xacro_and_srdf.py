@@ -1,4 +1,4 @@
-"""Xacro files and groups of an SRDF, and what the command line makes of them."""
+"""Xacro files and SRDF groups, and their use on the command line."""
 
 import json
 from pathlib import Path
@@ -64,7 +64,7 @@ SRDF = """\
 
 @pytest.fixture
 def arm(tmp_path):
-    """A package with the robot, beside one with its parts."""
+    """A package with the robot, next to a package with its parts."""
     for path, text in {
         "duo/package.xml": "<package><name>duo</name></package>",
         "duo/urdf/duo.urdf.xacro": ARM,

@@ -1,4 +1,4 @@
-"""What is missing in xacro files as they are passed on, said in a sentence."""
+"""Error messages state what is missing in shared xacro files."""
 
 import pytest
 
@@ -23,7 +23,7 @@ JOINT = """
 
 
 def written(folder, package="arm", **texts):
-    """A folder of a package with a xacro file of each name."""
+    """Creates a package folder with a xacro file for each name."""
     folder = folder / "src" / package / "urdf"
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in texts.items():
@@ -32,7 +32,7 @@ def written(folder, package="arm", **texts):
 
 
 def refusal(file, *arguments):
-    """The error of a file in one line."""
+    """Returns the error of a file in one line."""
     with pytest.raises(DescriptionError) as caught:
         expanded(file, arguments)
     message = str(caught.value)

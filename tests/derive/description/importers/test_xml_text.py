@@ -1,4 +1,4 @@
-"""URDF files as they are written: their encodings, and limits that they do not state."""
+"""URDF files with various encodings, and with missing limits."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Robots whose loops have no closed form forward: the actuators at a pose, leg by leg."""
+"""Robots without a closed-form forward solution: actuators at a pose, leg by leg."""
 
 from functools import cache
 from itertools import product
@@ -78,7 +78,7 @@ b = {{ body = "platform", xyz = ["200*cos({at})", "200*sin({at})", 0] }}
 
 
 def tripod():
-    """A tube that three cylinders tilt and push, none of them like another."""
+    """Returns a tube tilted and pushed by three unequal cylinders."""
     sizes = enumerate(((520, 0, 10), (480, 128, -20), (505, 236, 35)))
     return read_text(
         TRIPOD.format(
@@ -89,7 +89,7 @@ def tripod():
 
 
 def hexa():
-    """A platform on six arms, three pairs of which stand 120 degrees apart."""
+    """Returns a platform on six arms, in three pairs 120 degrees apart."""
     legs = []
     for k in range(6):
         middle, side = 120 * (k // 2), 2 * (k % 2) - 1
@@ -102,7 +102,7 @@ def hexa():
 
 
 def twisted_delta():
-    """A delta whose second pair of rods is wider at the platform than at the arm."""
+    """Returns a delta whose second pair of rods is wider at the platform than at the arm."""
     text = (ROBOTS / "delta.toml").read_text(encoding="utf-8")
     wide = text.replace("cos(120) - w*sin(120)", "cos(120) - w*sin(130)")
     return read_text(
@@ -112,7 +112,7 @@ def twisted_delta():
 
 @cache
 def solved(make):
-    """The arms (k, N, n) and residuals (k, N) of all slots, as a function of poses (N, 4, 4)."""
+    """Returns actuators (k, N, n) and residuals (k, N) of all slots at poses (N, 4, 4)."""
     mechanism = make()
     ik = derive(mechanism, functions=["ik_legs"]).function("ik_legs")
     (kernel,) = lower([ik], "arms")
@@ -128,7 +128,7 @@ def solved(make):
 
 
 def poses_at(mechanism, q):
-    """The platform's poses (m, 4, 4) at coordinates (n,), by Newton's iteration on all joints."""
+    """Returns the platform's poses (m, 4, 4) at coordinates (n,), by Newton's iteration."""
     numbers = Multistart(mechanism)
     (modes,) = numbers.modes(q[None], numbers.actuated)
     return np.array([body_poses(mechanism, mode)["platform"] for mode in modes])

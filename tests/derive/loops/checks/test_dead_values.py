@@ -1,4 +1,4 @@
-"""Dead points of loops in numbers, beside the triangle of the three pins."""
+"""Numerical dead points of loops against the triangle of the three pins."""
 
 import math
 
@@ -12,7 +12,7 @@ from tests.support.derivations import ROBOTS
 
 
 def drawn_four_bar(rng):
-    """Lengths (mm) of a linkage that closes with its crank at right angles to the ground."""
+    """Returns lengths (mm) of a linkage that closes with its crank normal to the ground."""
     while True:
         a, b, c, d = rng.integers(50, 500, 4)
         if abs(b - c) + 5 < math.hypot(a, d) < b + c - 5:

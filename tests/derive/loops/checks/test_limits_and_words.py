@@ -1,4 +1,4 @@
-"""Limits at which loops stand open, and mechanisms in words."""
+"""Limits at which loops stay open, and text reports on mechanisms."""
 
 import re
 from dataclasses import replace
@@ -15,7 +15,7 @@ from tests.support.derivations import ROBOTS
 
 
 def limited(name, **limits):
-    """A shipped robot with other limits (radian or metre)."""
+    """Returns a shipped robot with other limits (radian or metre)."""
     robot = read(ROBOTS / f"{name}.toml")
     exact = {key: tuple(map(sp.nsimplify, pair)) for key, pair in limits.items()}
     return replace(
@@ -31,7 +31,7 @@ def test_reachable_limits_give_no_note():
 
 
 def test_note_on_unreachable_limits_states_closing_range():
-    # Stretched, the cylinder is as long as both of its pins are far from the boom's pin.
+    # The stretched cylinder is as long as the sum of its pins' distances from the boom's pin.
     reach = 1000 * (np.hypot(0.55, 0.65) + np.hypot(2.6, 0.85)) - 1980
     (told,) = limits_of(Hybrid(limited("excavator", boom_cylinder=("0", "3"))))
     found = re.fullmatch(
@@ -57,7 +57,7 @@ def test_note_states_share_of_limits_in_which_loops_close():
     )
     told = limits_of(Hybrid(replace(robot, parameters=short)))
     part = float(re.match(r"limits: the loops close in (\d+) % of 500 random", told[0]).group(1))
-    # The elbows may be both couplers apart, 360 mm: counted on a grid.
+    # The elbows are at most both couplers apart, 360 mm: counted on a grid.
     left, right = np.meshgrid(np.linspace(1.9, 3.1, 400), np.linspace(0, 1.25, 400))
     apart = 0.2 + 0.2 * np.exp(1j * right) - 0.2 * np.exp(1j * left)
     assert part < 50
@@ -93,7 +93,7 @@ def test_explanation_of_underactuated_mechanism_raises_error():
         str(explain(replace(robot, actuated=("left",))))
 
 
-# --- given numbers ---
+# --- given counts ---
 
 
 def test_kutzbach_matches_textbook_counts():

@@ -1,8 +1,8 @@
-"""Errors of mechanisms that nobody could build: what they say, and whether it is true.
+"""Error messages for impossible mechanisms are complete and correct.
 
-Each shipped robot with loops is spoilt in ways that a description can go wrong. Where the message
-offers a length or a coordinate with a range, the middle of that range must close the loops, by an
-oracle that does not know the equations of the compiler.
+Each shipped robot with loops is corrupted in typical ways. If the message proposes a range for a
+length or coordinate, the middle of the range must close the loops. The oracle does not use the
+compiler's equations.
 """
 
 import math
@@ -43,7 +43,7 @@ def with_parameter(robot, name, value):
 
 
 def message(robot):
-    """The error of a robot's loops and actuators; "" where there is none."""
+    """Returns the error of a robot's loops and actuators; "" if there is none."""
     try:
         hybrid = Hybrid(robot)
         assert hybrid.forward is not None
@@ -55,11 +55,11 @@ def message(robot):
 
 @cache
 def spoilt_message(name, parameter, value):
-    """The error of a shipped robot whose parameter has another value."""
+    """Returns the error of a shipped robot with a changed parameter."""
     return message(with_parameter(mechanism(name), parameter, value))
 
 
-# --- gaps, and what closes them ---
+# --- gaps and remedies ---
 
 OFFER = re.compile(
     r"^    (\w+).*, now \S+ (?:mm|deg): (\S+)(?: to (\S+))? (mm|deg)( or more)?$", re.M
@@ -67,7 +67,7 @@ OFFER = re.compile(
 
 
 def offers(text):
-    """Name, lowest and highest value of each offer, in metres and radians."""
+    """Returns name, lowest and highest value of each remedy, in metres and radians."""
     for name, low, high, unit, or_more in OFFER.findall(text):
         factor = 1e-3 if unit == "mm" else np.pi / 180
         bottom = float(low) * factor
@@ -76,7 +76,7 @@ def offers(text):
 
 
 def closes(robot, name, value):
-    """Whether the oracle closes the loops where a parameter or a coordinate has a value."""
+    """Whether the oracle closes the loops at a value of a parameter or coordinate."""
     if name in robot.actuated:
         reference = dict(robot.reference) | {name: sp.nsimplify(round(value, 9))}
         robot = replace(robot, reference=tuple(reference.items()))
@@ -102,9 +102,9 @@ SPOILT = [
 
 @pytest.mark.parametrize(("name", "parameter", "value"), SPOILT)
 def test_proposed_parameter_values_close_the_loop(name, parameter, value):
-    """A length that does not fit is not reported as swapped ends of a rod either."""
+    """A wrong length is also not reported as swapped ends of a rod."""
     whole = mechanism(name)
-    # The reference as numbers: that of a platform follows from its parameters.
+    # The reference as numerical values; a platform's reference depends on its parameters.
     robot = with_parameter(whole, parameter, value)
     text = spoilt_message(name, parameter, value)
     assert "swapped" not in text
@@ -168,7 +168,7 @@ def test_ambiguous_reference_error_proposes_a_configuration():
     text = message(replace(mechanism("five_bar"), reference=level))
     assert "The loops close at left_elbow = " in text
     assert "write values close to these in [reference]" in text
-    # In the middle of their limits these close.
+    # These loops close in the middle of the limits.
     for name in ("slider_crank", "five_bar"):
         assert message(replace(mechanism(name), reference=())) == ""
 
@@ -212,7 +212,7 @@ gas_strut = 20
 
 def test_default_swing_angle_points_along_its_strut():
     robot = read_text(BONNET)
-    # The joints at zero leave the strut 1.8 mm too short; it stands upright, far from a zero swing.
+    # At zero joints the strut is 1.8 mm too short; it is upright, far from a zero swing.
     assert message(robot) == ""
     z = closed_configuration(robot)
     assert max(abs(z[name]) for name in ("front", "hinge", "rear")) < 0.1
@@ -271,7 +271,7 @@ def test_error_on_pin_with_wrong_axis_proposes_a_rotation():
 
 
 def spoilt_actuation():
-    """Each robot with an actuator less, with each further joint actuated, and without a member."""
+    """Yields robots with an actuator removed, with each other joint actuated, or less a member."""
     for name in LOOPED:
         robot = mechanism(name)
         taken = {c.moves for c in robot.coordinates}
@@ -302,12 +302,12 @@ CASES = list(spoilt_actuation())[::2]
 def test_error_states_mismatch_of_actuators_and_freedoms(robot, words):
     text = message(robot)
     model = Model(robot)
-    # What is told are the unknown joints that the oracle's Jacobian leaves free.
+    # The message lists the unknown joints that the oracle's Jacobian leaves free.
     assert f"robot {robot.name!r} has " in text
     assert f"{len(robot.actuated)} actuated coordinate" in text
     assert words in text
     passive_cylinder = any(s.is_cylinder and s.name not in robot.actuated for s in robot.struts)
-    # The oracle gives no freedom to cylinders that nothing moves.
+    # The oracle assigns no freedom to unconnected cylinders.
     if words == "can still move" and not passive_cylinder:
         free = len(model.unknown) - np.linalg.matrix_rank(
             model.jacobian(model.q, model.u), tol=1e-6
@@ -340,7 +340,7 @@ def test_dependent_actuators_are_rejected():
 
 
 def swapped(rod):
-    """A rod with the places of its ends exchanged between their bodies."""
+    """Returns a rod with its end placements exchanged between the bodies."""
     a, b = rod.a, rod.b
     return replace(rod, a=replace(a, placement=b.placement), b=replace(b, placement=a.placement))
 
@@ -350,7 +350,7 @@ def test_rod_with_swapped_ends_is_named(k):
     robot = mechanism("delta")
     struts = tuple(swapped(s) if i == k else s for i, s in enumerate(robot.struts))
     spoilt = replace(robot, struts=struts)
-    # The rods of the second and third arm still close, with the platform turned by 5 degrees.
+    # The second and third arm's rods still close, with the platform rotated by 5 degrees.
     text = message(spoilt) if k < 2 else doubtful_ends(spoilt, closed_configuration(spoilt))
     assert f"the ends of rod {robot.struts[k].name!r} seem swapped" in text
     assert text.count("rod_") == (2 if k < 2 else 1)
@@ -371,7 +371,7 @@ def test_shipped_mechanisms_have_no_swapped_rod_diagnostics():
 
 
 def with_a_tilted_rocker(kind, closure):
-    """A four-bar whose rocker turns about an axis 0.05 degrees out of parallel."""
+    """Returns a four-bar whose rocker axis is 0.05 degrees out of parallel."""
     tilt = ("x", sp.pi / 3600)
     return Mechanism(
         "tilted",
@@ -400,7 +400,7 @@ def test_error_reports_nonparallel_axes_and_redundant_constraints(kind):
 
 
 def with_a_third_crank(closure, miss="0.0002"):
-    """A parallelogram whose third crank, in the middle, is off its length (metre)."""
+    """Returns a parallelogram whose third crank, in the middle, has a length error (metre)."""
     lengths = (("rod", 2, 1), ("third", 1, 1 + sp.Rational(miss)))
     rods = tuple(
         Strut(name, Frame(BASE, at(x)), Frame("coupler", at(x)), length)
@@ -421,7 +421,7 @@ def test_error_names_the_redundant_third_crank():
     told = message(with_a_third_crank("exact"))
     assert "0.2 mm too long" in told
     assert "1 constraint is redundant" in told
-    # The directions of the gaps are (1, -2): the rod's lever about the crank is twice the third's.
+    # The gap directions are (1, -2): the rod's lever about the crank is twice the third's lever.
     assert "'third' 0.16 mm in length, 'rod' 0.08 mm in length" in told
     assert "omitting 'rod' or 'third' adds no freedom" in told
     (note,) = Hybrid(with_a_third_crank("least squares")).mechanism.notes

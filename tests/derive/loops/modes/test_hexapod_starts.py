@@ -1,4 +1,4 @@
-"""Complex poses of platforms on six rods: the table, and the starts for robots of any kind."""
+"""Complex poses of platforms on six rods: the table, and the starts for any robot."""
 
 import numpy as np
 import pytest
@@ -66,7 +66,8 @@ def test_the_table_has_forty_different_poses():
 
 
 COUNTS = {"6-6": 40, "flat": 40, "6-3": 16, "3-3": 16}
-"""Of generic platforms of a kind: Raghavan 1993 for 6-6, Nanua, Waldron and Murthy 1990 for 3-3."""
+"""Number of poses of generic platforms: Raghavan 1993 (6-6), Nanua, Waldron and Murthy 1990
+(3-3)."""
 
 
 @pytest.mark.parametrize("kind", COUNTS)
@@ -81,7 +82,7 @@ def test_complex_pose_count_matches_known_number(kind):
 
 
 def test_monodromy_paths_permute_the_found_poses():
-    """Paths to other rods of the family and back permute the poses."""
+    """Path loops through other rods of the family permute the poses."""
     generator = np.random.default_rng(2)
     a, b = points("3-3", generator)
     found = family(a, b, generator)
@@ -98,7 +99,7 @@ def test_monodromy_paths_permute_the_found_poses():
 
 
 def test_start_poses_are_independent_of_rounding(monkeypatch):
-    """The same bytes where the paths end with other errors, in another order."""
+    """The bytes are equal if the paths end with other errors, in another order."""
     from chasles.derive.loops.modes import hexapod_starts
 
     generator = np.random.default_rng(3)
@@ -117,7 +118,7 @@ def test_start_poses_are_independent_of_rounding(monkeypatch):
 
 
 def test_architecturally_singular_platform_has_no_start_pose():
-    """Equal hexagons on a circle: the platform can move while the lengths stay (Husty 2000)."""
+    """Equal hexagons on a circle: the platform moves at constant lengths (Husty 2000)."""
     generator = np.random.default_rng(5)
     angles = generator.uniform(0, 6, 6)
     a = np.stack([np.cos(angles), np.sin(angles), 0 * angles], 1)

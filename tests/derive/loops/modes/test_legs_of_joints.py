@@ -1,7 +1,7 @@
-"""Platforms on drawn legs of joints before a ball: RPS, PRS, RRS in threes, UPS, PUS, RUS in sixes.
+"""Platforms on random legs with a ball: three RPS, PRS, RRS legs, six UPS, PUS, RUS legs.
 
-A leg of two joints before its ball keeps the ball in a plane; three of them leave the platform
-three freedoms, and six legs of three joints all six.
+A leg with two joints before its ball keeps the ball in a plane. Three such legs leave the platform
+three freedoms. Six legs with three joints leave all six freedoms.
 """
 
 from dataclasses import replace
@@ -20,16 +20,16 @@ from tests.support.loops.legs_of_joints import agile_eye, drawn, led_by_a_leg
 
 POSES = 12
 KINDS = {1: ("RPS", "PRS", "RRS"), 10: ("UPS", "PUS", "UPS", "RUS", "UPS", "UPS")}
-"""Seeds of platforms, and the kinds of their legs: in planes, then in space."""
+"""Platform seeds with the kinds of their legs: planar legs, then spatial legs."""
 SLOTS = 4
-"""Two sides of a rail and two of an arm: lengths keep their sign, and no coordinate depends on the
+"""Two sides of a rail and two of an arm. Lengths keep their sign, and no coordinate depends on the
 side of a fork."""
 FOUND = 1e-8
 MAPS = ("actuators", "actuator_rates")
 
 
 def closed_configurations(mechanism, seed):
-    """Configurations (N, n_z) around the reference at which the loops close."""
+    """Returns configurations (N, n_z) near the reference with closed loops."""
     model, rng = Model(mechanism), np.random.default_rng(seed)
     at = dict(mechanism.reference)
     start = np.array([float(at.get(name, 0)) for name in model.names])
@@ -42,7 +42,7 @@ def closed_configurations(mechanism, seed):
 
 
 def inverse_at(ik, model, z):
-    """Actuators (k, N, n) and residuals (k, N) of all slots of ``ik``, and the actuators of z."""
+    """Returns actuators (k, N, n) and residuals (k, N) of all ``ik`` slots, and actuators of z."""
     (kernel,) = lower([ik], "drawn")
     T, slots = model.tip(z).reshape(-1, 16).T, []
     for signs in product((1.0, -1.0), repeat=len(ik.signs)):
@@ -53,7 +53,7 @@ def inverse_at(ik, model, z):
 
 
 def turned_apart(one, other):
-    """The largest difference of coordinates, up to whole turns."""
+    """Returns the largest coordinate difference, up to full turns."""
     return np.abs(np.remainder(one - other + np.pi, 2 * np.pi) - np.pi).max(-1)
 
 
@@ -67,7 +67,7 @@ def test_leg_inverse_recovers_actuators_and_their_rates(seed, kinds):
     assert len(arms) == SLOTS
     assert ((turned_apart(arms, q) < FOUND) & (residual < FOUND)).any(0).all()
     maps, rates = lower([derivation.function(name) for name in MAPS], "drawn")
-    # The reference's branch is one of them, and its rates are its derivative.
+    # The reference's branch is among the slots, and its rates are the slot's derivative.
     theta = z[:, model.chain]
     own = np.array(maps(theta.T)).T
     assert (turned_apart(arms, own) < FOUND).any(0).all()
@@ -79,7 +79,7 @@ def test_leg_inverse_recovers_actuators_and_their_rates(seed, kinds):
 
 
 def test_legs_with_tilted_hinge_have_no_closed_form_inverse():
-    """Two lengths of the crank's angle would close the sphere, and one of them not the loop."""
+    """Two crank angles satisfy the length, but one of them does not close the loop."""
     flat = drawn(3, ("RRS", "RRS", "PRS"))
     angle = sp.Rational(3, 10)
     joints = tuple(

@@ -1,4 +1,4 @@
-"""Planar platforms on legs of all kinds: modes of derived robots beside Newton's iteration."""
+"""Planar platforms on all kinds of legs: modes against Newton's iteration."""
 
 import sys
 
@@ -61,7 +61,7 @@ def reference(pose, ends, pins, q):
 
 
 def newton(ends, pins, lengths, generator, count=400):
-    """The poses of three circles, from random starts."""
+    """Returns the poses of three circles from random starts."""
     size = np.abs(pins).max() + np.max(lengths)
     x = generator.uniform([-size, -size, -np.pi], [size, size, np.pi], (count, 3))
     for _ in range(60):
@@ -89,7 +89,7 @@ def cylinders(tmp_path_factory):
         CYLINDER.format(k=k, a=a, b=b) for k, (a, b) in enumerate(zip(BASE, PINS, strict=True), 1)
     )
     text += reference([-8.7253, 12.1766, -0.9871], BASE, PINS, LENGTHS)
-    # Cylinders leave no choice between branches.
+    # Cylinders have only one branch.
     functions = [name for name in FUNCTIONS if name not in ("actuators_all", "actuator_margin")]
     return compiled(read_text(text), tmp_path_factory.mktemp("rpr") / "planar_3rpr", functions)
 
@@ -155,12 +155,12 @@ def test_assembly_modes_of_3prr_platform_match_newton(tmp_path):
 
 
 MAX_QUERIES = 5_000
-"""Bound on SymPy's searches for the sign of an expression; a platform takes 300 to 1,000."""
+"""Bound on SymPy's sign queries; a platform needs 300 to 1,000."""
 
 
 @pytest.fixture
 def queries(monkeypatch):
-    """Counts the searches of SymPy for properties of expressions, such as their sign."""
+    """Counts SymPy's queries for properties of expressions, such as their sign."""
     assumptions = sys.modules["sympy.core.assumptions"]
     search, counted = assumptions._ask, []
 
@@ -176,7 +176,7 @@ def queries(monkeypatch):
 def test_legs_with_prismatic_joints_are_derived_quickly_with_long_decimals(
     first, monkeypatch, queries
 ):
-    """SymPy does not search for the signs of the products of sines between prismatic joints."""
+    """SymPy does not query the signs of products of sines between prismatic joints."""
     monkeypatch.setattr(planar_platforms, "_rounded", lambda place: tuple(map(float, place)))
     platform = drawn_platform(np.random.default_rng(first), LEGS[first : first + 3])
     names = {

@@ -1,4 +1,4 @@
-"""The polynomial of a platform on three rods: the elimination, its degree, and its zeros."""
+"""The polynomial of a platform on three rods: elimination, degree and zeros."""
 
 import numpy as np
 import pytest
@@ -12,13 +12,13 @@ from chasles.derive.terms.terms import Terms
 C, S = sp.symbols("c s", real=True)
 NAMES = sp.symbols("x1 y1 x2 y2 x3 y3", real=True)
 POINTS = tuple(zip(NAMES[::2], NAMES[1::2], strict=True))
-# No symmetry in it, and rods of three lengths.
+# Asymmetric pins and three unequal rods.
 PINS = ((sp.Rational(1, 10), sp.Rational(-1, 5)), (sp.Rational(1, 3), 0), (0, sp.Rational(2, 7)))
 RODS = (sp.Rational(1, 2), sp.Rational(3, 5), sp.Rational(2, 5))
 
 
 def harmonics(coefficients, c, s):
-    """The trigonometric polynomial in cosine and sine of the angle."""
+    """Returns the trigonometric polynomial in cosine and sine of the angle."""
     double = c**2 - s**2, 2 * c * s
     triple = double[0] * c - double[1] * s, double[0] * s + double[1] * c
     a0, *rest = coefficients
@@ -27,7 +27,7 @@ def harmonics(coefficients, c, s):
 
 
 def expanded(terms, expressions):
-    """Expressions in points and parameters alone."""
+    """Returns expressions in points and parameters alone."""
     argument = Argument("p", NAMES, (6,), "m", "points")
     result = Result("y", tuple(expressions), (len(expressions),), "1", "")
     return SymbolicFunction("f", "", "", (argument,), (result,), terms).expanded()[0]
@@ -36,7 +36,7 @@ def expanded(terms, expressions):
 def test_triad_polynomial_equals_elimination_of_the_position():
     terms = Terms({})
     found = harmonics(expanded(terms, triad_polynomial(terms, POINTS, PINS, RODS)), C, S)
-    # Three circles about A_i - R b_i: the first from the others, Cramer's rule, and back.
+    # Three circles about A_i - R b_i: subtract the first, apply Cramer's rule, and substitute.
     x, y = sp.symbols("x y", real=True)
     circles = [
         sp.expand((x + C * bx - S * by - ax) ** 2 + (y + S * bx + C * by - ay) ** 2 - rod**2)
@@ -52,7 +52,7 @@ def test_triad_polynomial_equals_elimination_of_the_position():
         one.coeff(x, 1).subs(y, 0) * X + one.coeff(y, 1).subs(x, 0) * Y
     )
     left += D**2 * one.subs({x: 0, y: 0})
-    # They agree up to a constant factor, for all points, wherever c^2 + s^2 = 1.
+    # They agree up to a constant factor for all points, if c^2 + s^2 = 1.
     ratio = None
     rng = np.random.default_rng(0)
     for _ in range(6):
@@ -65,7 +65,7 @@ def test_triad_polynomial_equals_elimination_of_the_position():
 
 
 def test_the_fourth_harmonic_cancels():
-    # |k_3 u_2 - k_2 u_3|^2 has factors of degree 2; with z = exp(i phi) its z^4 has no term.
+    # |k_3 u_2 - k_2 u_3|^2 has factors of degree 2; in z = exp(i phi) its z^4 has no term.
     z, k0, l0 = sp.symbols("z k0 l0")
     k1, l1, b2, b3, a2, a3 = sp.symbols("k1 l1 b2 b3 a2 a3")
     k1c, l1c, b2c, b3c, a2c, a3c = sp.symbols("k1c l1c b2c b3c a2c a3c")
@@ -80,7 +80,7 @@ def test_the_fourth_harmonic_cancels():
 
 @pytest.fixture(scope="module")
 def compiled():
-    """Polynomial, position and mirror image as functions of the points and the angle."""
+    """Returns polynomial, position and mirror image as functions of the points and the angle."""
     terms = Terms({})
     phi = sp.Symbol("phi", real=True)
     cs = terms.cos_sin(phi)
@@ -105,7 +105,7 @@ def compiled():
 
 
 def held(pose, directions):
-    """Ends of rods, which point in the given directions from the platform's pins."""
+    """Returns rod ends in the given directions from the platform's pins."""
     pins = np.array(PINS, float) @ np.array(
         [[np.cos(pose[2]), np.sin(pose[2])], [-np.sin(pose[2]), np.cos(pose[2])]]
     )
@@ -128,7 +128,7 @@ def test_every_pose_is_a_root_and_its_position_is_recovered(compiled):
 def test_collinear_centers_give_double_root_and_both_positions(compiled):
     polynomial, position, mirror = compiled
     pose = np.array([0.3, -0.2, 0.7])
-    # The centres A_i - R b_i are on the platform's x axis, all rods reach the same point of it.
+    # The centers A_i - R b_i are on the platform's x axis; all rods reach the same point of it.
     heights = np.arcsin(0.25 / np.array(RODS, float))
     p = held(pose, heights)
     a = polynomial(p)
@@ -147,6 +147,6 @@ def test_polynomial_has_double_root_where_rods_stay_parallel(compiled):
     a = triad_polynomial(terms, POINTS, PINS, rods)
     place = dict(zip(NAMES, (v for pin in PINS for v in pin), strict=True))
     found = harmonics(expanded(terms, a), C, S).subs(place)
-    # At the angle 0 the platform's pins are where the rods begin.
+    # At the angle 0 the platform's pins coincide with the first ends of the rods.
     assert found.subs({C: 1, S: 0}) == 0
     assert sp.diff(found, S).subs({C: 1, S: 0}) == 0

@@ -1,4 +1,4 @@
-"""Loops whose geometry is an input: equations against derived robots, derivatives by CasADi."""
+"""Loops with variable geometry: equations against derived robots, derivatives by CasADi."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ from tests.support.loops.parametric import EVERY, RODS, loops_of, nominal, refer
 
 
 def closed(loops, functions, w, p):
-    """The unknown variables of w by Newton's iteration."""
+    """Solves the unknown variables of w by Newton's iteration."""
     w, n = w.copy(), len(loops.hybrid.q)
     for _ in range(20):
         c, D = (np.array(part) for part in functions["closure_p"](w, p))
