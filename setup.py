@@ -59,7 +59,7 @@ setup(
         *packages_under("generated"),
     ],
     package_data={
-        "chasles": ["py.typed", "*/*.pyi", "library/_kernel.h"],
+        "chasles": ["py.typed", "*.pyi", "*/*.pyi", "call/hints.toml", "library/_kernel.h"],
         "chasles.contract": ["*.h"],
         "chasles.view": ["page/*", "three/*"],
         "chasles.derive": [

@@ -1,16 +1,17 @@
-"""The coordinates that a caller fixes, by the names or indices of coordinates and joints."""
+"""The joints that a caller fixes: `fixed=` of inverses, with values, and of rates, without."""
 
 from __future__ import annotations
 
 import functools
-import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from .call.validation import real_array
 from .contract import Coordinate, Reference
-from .errors import InputTypeError, InputValueError
+from .errors import InputTypeError, InputValueError, ShapeError
 from .facts import RobotFacts
 from .size import configurations
 
@@ -18,6 +19,29 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 Fixed = str | int | Iterable[str | int]
 """Coordinates or joints: a name or an index in q, or several."""
+
+
+def read_fixed(label: str, fixed: Any) -> dict[str | int, ArrayLike | None]:
+    """The values of fixed joints by name or index, None where the value at `q_seed` is kept.
+
+    Raises:
+        InputTypeError: If it is neither a mapping nor names.
+    """
+    if fixed is None:
+        return {}
+    items: dict[Any, Any]
+    if isinstance(fixed, Mapping):
+        items = dict(fixed)
+    elif isinstance(fixed, Iterable) and not isinstance(fixed, str):
+        items = dict.fromkeys(fixed)
+    else:
+        items = {fixed: None}
+    for n in items:
+        if not isinstance(n, str | int | np.integer) or isinstance(n, bool):
+            raise InputTypeError(
+                f"{label}: fixed takes names and indices of coordinates, got {fixed!r}"
+            )
+    return {name if isinstance(name, str) else int(name): items[name] for name in items}
 
 
 def fixed_coordinates(robot: RobotFacts, method: str, fixed: Fixed | None) -> BoolArray:
@@ -37,30 +61,106 @@ def fixed_coordinates(robot: RobotFacts, method: str, fixed: Fixed | None) -> Bo
         InputValueError: If there is no such coordinate or joint, if several coordinates move a
             joint, or if no coordinate is left to move.
     """
+    label = f"{robot.name}.{method}"
     is_fixed = np.zeros(robot.n, np.bool_)
-    if fixed is None:
-        return is_fixed
-    items: Iterable[object] = [fixed]
-    if isinstance(fixed, Iterable) and not isinstance(fixed, str | Mapping):
-        items = fixed
-    for item in items:
-        is_fixed[_coordinate(robot, f"{robot.name}.{method}", item)] = True
-    if is_fixed.all():
+    for item, value in read_fixed(label, fixed).items():
+        if value is not None:
+            raise InputTypeError(
+                f"{label}: fixed takes names and indices of coordinates, without values; got "
+                f"{fixed!r}"
+            )
+        is_fixed[_coordinate(robot, label, item)] = True
+    if fixed is not None and is_fixed.all():
         raise InputValueError(
-            f"{robot.name}.{method}: every coordinate is fixed, so that nothing is left to move"
+            f"{label}: every coordinate is fixed, so that nothing is left to move"
         )
     return is_fixed
 
 
-def _coordinate(robot: RobotFacts, caller: str, item: object) -> int:
+def fixed_values(
+    robot: RobotFacts, label: str, task: str, fixed: Any, q_seed: FloatArray
+) -> dict[str, FloatArray]:
+    """The values (N,) of fixed joints and redundancy parameters by name, for seeds (N, n).
+
+    Raises:
+        InputTypeError: If `fixed` is neither a mapping nor names.
+        InputValueError: If there is no such joint, it is fixed twice, or the task is not "pose".
+        ShapeError: If values do not broadcast.
+    """
+    items = read_fixed(label, fixed)
+    if items and task != "pose":
+        raise InputValueError(f'{label}: fixed= takes task="pose" alone, got task={task!r}')
+    values: dict[str, FloatArray] = {}
+    for item, given in items.items():
+        name = _name(robot, label, item)
+        if name in values:
+            raise InputValueError(f"{label}: {item!r} is fixed twice")
+        if given is None:
+            values[name] = values_at(robot, name, q_seed)
+            continue
+        value = real_array(label, str(item), given)
+        try:
+            values[name] = np.ascontiguousarray(np.broadcast_to(value.reshape(-1), len(q_seed)))
+        except ValueError:
+            raise ShapeError(
+                f"{label}: the values of {name} have shape {value.shape}, which does not "
+                "broadcast with T and q_seed"
+            ) from None
+    return values
+
+
+def parameter_values(
+    robot: RobotFacts, fixed: Mapping[str, FloatArray], q_seed: FloatArray
+) -> tuple[FloatArray, ...]:
+    """The values (N,) of all redundancy parameters: the fixed ones, others as at seeds (N, n)."""
+    return tuple(
+        fixed[item.name] if item.name in fixed else values_at(robot, item.name, q_seed)
+        for item in robot.redundancy
+    )
+
+
+def is_own(robot: RobotFacts, fixed: Mapping[str, FloatArray]) -> bool:
+    """Whether only redundancy parameters of the robot are fixed, so that `ik` takes them."""
+    return fixed.keys() <= {item.name for item in robot.redundancy}
+
+
+def values_at(robot: RobotFacts, name: str, q_seed: FloatArray) -> FloatArray:
+    """The values (N,) of a redundancy parameter, joint or coordinate at seeds (N, n)."""
+    names, joints = robot.coordinate_names, robot.joint_names
+    is_parameter = is_own(robot, {name: q_seed})
+    swivel = robot._roles.get(("redundancy", "actuators", ""))
+    if swivel is not None and name == swivel.__name__:
+        return np.ascontiguousarray(swivel(q_seed))
+    if robot.loops and name in joints and (is_parameter or name not in names):
+        return np.ascontiguousarray(robot.chain(q_seed)[:, joints.index(name)])
+    return np.ascontiguousarray(q_seed[:, names.index(name)])
+
+
+def _name(robot: RobotFacts, label: str, item: str | int) -> str:
+    """The name of a redundancy parameter, joint or coordinate; an index stands for a coordinate."""
+    if isinstance(item, int):
+        return robot.coordinate_names[_coordinate(robot, label, item)]
+    parameters = [own.name for own in robot.redundancy]
+    known = dict.fromkeys((*parameters, *robot.joint_names, *robot.coordinate_names))
+    if item not in known:
+        raise InputValueError(
+            f"{label}: there is no joint {item!r} to fix; there are {', '.join(known)}"
+        )
+    return item
+
+
+def _coordinate(robot: RobotFacts, caller: str, item: str | int) -> int:
     """The index of the coordinate that a name or an index stands for."""
-    if not isinstance(item, str):
-        return _index(robot, caller, item)
-    names = [coordinate.name for coordinate in robot.coordinates]
+    names, joints = robot.coordinate_names, robot.joint_names
+    if isinstance(item, int):
+        if not -robot.n <= item < robot.n:
+            raise InputValueError(
+                f"{caller}: there is no coordinate {item}; {robot.n} coordinates, from 0"
+            )
+        return item % int(robot.n)
     if item in names:
         return names.index(item)
-    joints = [joint.name for joint in robot.chain_joints]
-    if item not in joints or robot.solution != "closed form":
+    if item not in joints or robot.loop_solution != "closed form":
         chain = ", ".join(joint for joint in joints if joint not in names)
         more = f"; joints of the chain: {chain}" if chain and item not in joints else ""
         why = "its loops are solved by iteration; " if item in joints else ""
@@ -75,20 +175,6 @@ def _coordinate(robot: RobotFacts, caller: str, item: object) -> int:
             f"{caller}: {item} follows {several}: fix coordinates instead, by their names"
         )
     return int(movers[0])
-
-
-def _index(robot: RobotFacts, caller: str, item: object) -> int:
-    try:
-        index = operator.index("" if isinstance(item, bool | np.bool_) else item)  # type: ignore[arg-type]
-    except TypeError:
-        raise InputTypeError(
-            f"{caller}: fixed takes names and indices of coordinates, without values; got {item!r}"
-        ) from None
-    if not -robot.n <= index < robot.n:
-        raise InputValueError(
-            f"{caller}: there is no coordinate {index}; {robot.n} coordinates, from 0"
-        )
-    return index % int(robot.n)
 
 
 @functools.lru_cache(maxsize=64)

@@ -9,10 +9,11 @@ from typing import Any
 
 from .call._call import NEARLY_RIGID, Function
 from .call.guard import Guard
-from .closed_form.given_values import GivenValues
+from .closed_form.fixed_joints import FixedJoints, direct_parameters
 from .closed_form.refinement import refinement_of
 from .closed_form.solutions import solutions_of
 from .contract import Argument, FunctionInfo, Manifest
+from .facts import redundancy_of
 from .library.cache import open_library
 from .size import unit_length
 from .tolerances import SOLVED
@@ -58,7 +59,7 @@ def load_functions(
             info.outputs,
             label=f"{manifest.name}.{info.name}",
             doc=write_doc(info, unit, manifest if info == inverse else None),
-            signature=_signature(info, with_given=info == inverse),
+            signature=_signature(info, is_of_poses=info == inverse),
             operations=info.operations,
             reduced=reduced(info.name),
             guard=_guard(manifest, info, functions) if info.margin else None,
@@ -74,7 +75,8 @@ def load_functions(
             poses=_poses(manifest, info),
             fk=pose.name if pose else None,
             unit=unit,
-            chosen=GivenValues(manifest, functions, robot_of) if info == inverse else None,
+            general=FixedJoints(manifest, functions, robot_of) if info == inverse else None,
+            parameters=direct_parameters(manifest) if info == inverse else (),
         )
     return {info.name: functions[info.name] for info in manifest.functions}
 
@@ -108,24 +110,24 @@ def _solves_poses(info: FunctionInfo) -> bool:
     return info.role.is_inverse and info.inputs[0].shape == _POSE
 
 
-def write_doc(info: FunctionInfo, unit: float = 1.0, chooses: Manifest | None = None) -> str:
+def write_doc(info: FunctionInfo, unit: float = 1.0, fixes: Manifest | None = None) -> str:
     """The help text of a function.
 
     Args:
         info: The function.
         unit: The robot's unit of length [m], for inverses.
-        chooses: The robot's manifest, if the caller may choose the joints that are given.
+        fixes: The robot's manifest, if the caller may fix joints.
     """
     lines = [info.summary, ""]
     if info.identity:
         lines += [*textwrap.wrap(info.identity, _WIDTH), ""]
     lines += ["Args:"]
-    lines += [f"    {_describe(item)}" for item in info.inputs]
+    lines += [f"    {_describe(item)}" for item in (info.inputs[:1] if fixes else info.inputs)]
+    lines += _about_fixed(fixes) if fixes else []
     out = "array" if len(info.outputs) == 1 else "tuple of arrays (None for a new one)"
     lines += [f"    out: The {out} to write into; float64, of the shape of the result."]
     lines += [
         "    threads: The number of threads for a large batch; 'all' is one per core.",
-        *(_about_given(chooses) if chooses else ()),
         "",
     ]
     lines += ["Returns:", *(f"    {_describe(item)}" for item in info.outputs)]
@@ -156,12 +158,14 @@ def write_doc(info: FunctionInfo, unit: float = 1.0, chooses: Manifest | None = 
     return "\n".join(lines)
 
 
-def _about_given(manifest: Manifest) -> list[str]:
+def _about_fixed(manifest: Manifest) -> list[str]:
     joints = ", ".join(joint.name for joint in manifest.loops.chain or manifest.coordinates)
+    own = ", ".join(f"{item.name} [{item.unit}]" for item in redundancy_of(manifest))
     return [
-        '    given: {"joint": value (...)}, the values of joints [rad or m] instead of any further',
-        "        inputs. The inverse for these joints is derived on first use, in seconds; where",
-        "        they leave no closed form, the error names joints that do.",
+        '    fixed: {"name": value (...)}, the values of fixed joints [rad or m].',
+        *([f"{_IN}Mandatory: {own}, or as many other joints."] if own else []),
+        "        The inverse for other joints is derived on first use, in seconds; if they leave",
+        "        no closed form, the error names joints that do.",
         *textwrap.wrap(f"Joints: {joints}.", _WIDTH, initial_indent=_IN, subsequent_indent=_IN),
     ]
 
@@ -171,10 +175,10 @@ def _describe(argument: Argument) -> str:
     return f"{argument.name}: ({shape}) [{argument.unit}] {argument.meaning}"
 
 
-def _signature(info: FunctionInfo, with_given: bool) -> inspect.Signature:
+def _signature(info: FunctionInfo, is_of_poses: bool) -> inspect.Signature:
     kind = inspect.Parameter
     inputs = [kind(item.name, kind.POSITIONAL_OR_KEYWORD) for item in info.inputs]
-    options = [kind("out", kind.KEYWORD_ONLY, default=None)]
+    options = [kind("fixed", kind.KEYWORD_ONLY, default=None)] if is_of_poses else []
+    options += [kind("out", kind.KEYWORD_ONLY, default=None)]
     options += [kind("threads", kind.KEYWORD_ONLY, default=1)]
-    options += [kind("given", kind.KEYWORD_ONLY, default=None)] if with_given else []
-    return inspect.Signature([*inputs, *options])
+    return inspect.Signature([*(inputs[:1] if is_of_poses else inputs), *options])

@@ -8,27 +8,17 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NoReturn
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
-from .call._call import Function
-from .call.capabilities import generated, lacks
+from .call.capabilities import lacks
 from .closed_form.assembly_modes import PlatformMethods
 from .closed_form.nearest import NearestMethods, nearest_function
 from .closed_form.paths import InverseMethods
-from .closed_form.slot_facts import within
-from .closed_form.solutions import Solutions
 from .contract import Manifest, SourceMismatchError, read_manifest
-from .errors import ShapeError
 from .iterative.numeric_inverse import NumericMethods
 from .library import find_folder, is_of_shelf, shipped_folders
 from .loading import load_functions
 from .velocity.rates import VelocityMethods
 from .velocity.singular_ways import SingularWayMethods
 from .velocity.track import TrackMethods
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 class Robot(
@@ -64,7 +54,14 @@ class Robot(
         coordinates: The coordinates, in the order of `q`.
         lower: (n,) lower limits [rad or m], -inf where there is none.
         upper: (n,) upper limits [rad or m], inf where there is none.
-        frames: The names of base, tip and links.
+        dof: Number of freedoms, below n only for robots with more actuators than freedoms.
+        limits: (n, 2) lower and upper limits of q.
+        joint_limits: (n_theta, 2) lower and upper limits of `theta`, the joints of the main chain.
+        coordinate_names: The names of the coordinates, in the order of `q`.
+        joint_names: The names of the joints of the main chain, in the order of `theta`.
+        base_frame: The name of the base frame.
+        tip_frame: The name of the tool frame.
+        link_names: The names of the links, in the order of `link_poses`.
         parameters: The named numbers of its description, by name.
         geometry: The numbers that its parametric functions take as `p`, in order; () where it was
             derived without them.
@@ -72,15 +69,14 @@ class Robot(
         cleaning: The numbers of its description that were not taken as written, with bounds of
             their effect on the tool's pose: `cleaning.position` [m], `cleaning.orientation` [rad].
         functions: Its functions by name.
-        labels: The branch in each slot, of every function with slots, by its name:
-            `robot.labels["ik"]`, `robot.labels["chain_all"]`.
-        redundancy: The inputs of `ik` beside the pose, which choose one of infinitely many
-            inverses: name, unit and meaning of each; () where the pose suffices, or without `ik`.
-        given: The coordinates that these inputs give, by index in q; () where they are no
-            coordinates, such as a swivel angle.
-        held: The coordinates that an inverse leaves at 0, by index in q, by its name.
+        labels: The branch in each slot, by the name of the function or method with slots:
+            `robot.labels["ik"]`, `robot.labels["chain_branches"]`.
+        redundancy: The parameters that choose one of infinitely many inverses, for `fixed=`:
+            name, index in q (None for a swivel angle), unit and meaning of each.
+        free_coordinates: The names of the coordinates that a task leaves at 0, by task:
+            `robot.free_coordinates["position"]`.
         loops: The names of its loops; () for a serial robot.
-        solution: The solution of its loops: "closed form", "newton", or "" without loops.
+        loop_solution: The solution of its loops: "closed form", "newton", or "" without loops.
         chain_joints: The joints of its main chain, in the order of `theta`; the coordinates for a
             serial robot.
         passive_joints: Its joints that are neither actuated nor in the main chain.
@@ -90,17 +86,6 @@ class Robot(
         folder: The folder it was loaded from.
         digest: SHA-256 of its manifest, and so of all its equations.
     """
-
-    ik: Function[Solutions] = generated()
-    ik_position: Function[Solutions] = generated()
-    ik_position_pitch: Function[Solutions] = generated()
-    ik_position_direction: Function[Solutions] = generated()
-
-    jacobian: NoReturn = generated()
-    jacobian_dot: NoReturn = generated()
-    hessian: NoReturn = generated()
-    twist: NoReturn = generated()
-    acceleration: NoReturn = generated()
 
     def __init__(self, manifest: Manifest) -> None:
         """Makes the robot of a manifest, and compiles its functions if the cache lacks them.
@@ -117,28 +102,6 @@ class Robot(
         vars(self).update(functions, manifest=manifest, functions=MappingProxyType(functions))
         nearest = nearest_function(self, pickler("ik_nearest"))
         vars(self).update({} if nearest is None else {"ik_nearest": nearest})
-
-    def is_within_limits(self, q: ArrayLike) -> BoolArray:
-        """Whether coordinates are within the robot's limits, up to rounding.
-
-        Args:
-            q: (..., n) coordinates [rad or m].
-
-        Returns:
-            (...,) whether every coordinate is within its limits, or beyond one by at most 1e-12
-            (rad, or 1e-12 `unit_length`). False for NaN.
-
-        Raises:
-            ShapeError: If q does not have n columns.
-        """
-        units = np.array([self.unit_length if c.unit == "m" else 1.0 for c in self.coordinates])
-        values = np.asarray(q, dtype=np.float64)
-        if values.shape[-1:] != (self.n,):
-            raise ShapeError(
-                f"{self.name}.is_within_limits: q: expected shape (..., {self.n}), got "
-                f"{values.shape}"
-            )
-        return np.asarray(within(values, self.lower, self.upper, units).all(-1))
 
     def __dir__(self) -> list[str]:
         """The attributes that this robot has."""

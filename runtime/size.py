@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 
 from .contract import Coordinate, Reference
 from .sampling import low_discrepancy
-from .tolerances import LEAST_SIZE
+from .tolerances import AT_LIMIT, LEAST_SIZE
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 _SAMPLES = 256
 """Configurations that stand for all; with more, a length changes by a percent."""
@@ -47,6 +48,19 @@ def limits_of(coordinates: Sequence[Coordinate]) -> tuple[FloatArray, FloatArray
     """(n,) lower and upper limits, infinite where there are none."""
     lower = np.array([-np.inf if c.lower is None else c.lower for c in coordinates])
     return lower, np.array([np.inf if c.upper is None else c.upper for c in coordinates])
+
+
+def within(q: FloatArray, lower: FloatArray, upper: FloatArray, units: FloatArray) -> BoolArray:
+    """Whether coordinates are within limits, up to rounding.
+
+    Args:
+        q: (..., n) coordinates.
+        lower: (n,) lower limits.
+        upper: (n,) upper limits.
+        units: (n,) the robot's unit of length for slides, 1 for coordinates that turn.
+    """
+    rounding = AT_LIMIT * units
+    return np.asarray((q >= lower - rounding) & (q <= upper + rounding))
 
 
 def configurations(coordinates: Sequence[Coordinate], reference: Reference | None) -> FloatArray:

@@ -176,12 +176,20 @@ def _modes(bodies: Skeleton, q: FloatArray, word: str) -> FloatArray:
     return bodies.poses_from_configuration(others(assembly_modes(bodies, q, z), z, bodies).z)
 
 
+def redundancy_at(robot: Robot, q: FloatArray) -> dict[str, float]:
+    """The values of the redundancy parameters at q (n,), for `ik(T, fixed=...)`."""
+    # With loops they are joints of the main chain, which cylinders may move.
+    theta = robot.chain(q) if robot.loops else q
+    names = [joint.name for joint in robot.chain_joints]
+    return {
+        item.name: float(robot.swivel(q) if item.index is None else theta[names.index(item.name)])
+        for item in robot.redundancy
+    }
+
+
 def other_inverses(robot: Robot, q: FloatArray) -> Solutions:
-    """The distinct inverses of the pose at q but q itself, the given coordinates as in q."""
-    given = [q[k] for k in robot.given]
-    if robot.redundancy and not given:
-        given = list(np.atleast_1d(robot.swivel(q)))
-    found: Solutions = robot.ik(robot.fk(q), *given).distinct()
+    """The distinct inverses of the pose at q except q itself, the redundancy parameters as in q."""
+    found: Solutions = robot.ik(robot.fk(q), fixed=redundancy_at(robot, q)).distinct()
     apart = found.q - q
     turns = np.array(found.wraps)
     apart = np.where(turns, np.remainder(apart + np.pi, 2 * np.pi) - np.pi, apart)

@@ -136,8 +136,8 @@ def _scene(
     frames = [
         _frame(name, T, view, unit)
         for name, T in (
-            (skeleton.robot.frames.base, np.eye(4)),
-            (skeleton.robot.frames.tip, skeleton.tip_poses(poses)),
+            (skeleton.robot.base_frame, np.eye(4)),
+            (skeleton.robot.tip_frame, skeleton.tip_poses(poses)),
         )
     ]
     return Scene(

@@ -268,11 +268,10 @@ def _asked(
 def _given_values(robot: Robot, count: int) -> FloatArray:
     """(k, r) values of the given joints of `ik`; one row without columns where there are none."""
     values = []
-    for k, item in enumerate(robot.redundancy):
-        if k < len(robot.given):
+    for item in robot.redundancy:
+        if item.index is not None:
             lower, upper = box_of(robot)
-            j = robot.given[k]
-            values.append(np.linspace(lower[j], upper[j], count))
+            values.append(np.linspace(lower[item.index], upper[item.index], count))
         elif item.unit == "rad":
             values.append(np.arange(count) * (_TURN / count) - math.pi)
         else:
@@ -322,7 +321,11 @@ class _Asking:
             place, turn = np.divmod(np.arange(some.start, some.stop), len(self.turns))
             T = self.poses[place]
             T[:, :3, :3] = T[:, :3, :3] @ self.turns[turn]
-            answers = [_answers(self.robot, self.robot.ik(T, *values)) for values in self.given]
+            names = [item.name for item in self.robot.redundancy]
+            answers = [
+                _answers(self.robot, self.robot.ik(T, fixed=dict(zip(names, row, strict=True))))
+                for row in self.given
+            ]
             solutions, stopped = (np.array(column) for column in zip(*answers, strict=True))
             tally.solutions[some] = np.minimum(solutions.sum(0), _MOST)
             # The largest code is the most hopeful one: a limit stands before "out of reach".

@@ -154,7 +154,7 @@ class Display:
             The posture. Where the loops do not close, the one before; of loops that are iterated,
             the last one on the straight way in q that closes.
         """
-        if self.robot.solution == "newton":
+        if self.robot.loop_solution == "newton":
             return self._followed(q, last)
         z = self._configurations(q[None], last.z)[0]
         return (
@@ -275,7 +275,7 @@ class Display:
         """(k, n_z) configurations at coordinates (k, n); NaN where the loops do not close."""
         if not self.robot.configuration_variables:
             return q
-        if self.robot.solution == "newton":
+        if self.robot.loop_solution == "newton":
             return np.asarray(self.robot.configuration_near(q, near))
         return np.asarray(self.robot.configuration(q))
 

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from chasles import Robot, Solutions
 
+from ..drawing.figure import redundancy_at
+
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
@@ -55,9 +57,9 @@ def branches(robot: Robot, T: FloatArray, last: FloatArray) -> Branches:
         moves = np.abs((q - last) / units).max(-1)
         followed = q[np.argmin(np.where(inside, moves, np.inf))]
         return Branches(q, inside, margin, followed, reached=True)
-    found = robot.ik_numeric(T, last, budget=_LEAST_ERROR_BUDGET)
+    found = robot.ik_numeric(T, last, max_evaluations=_LEAST_ERROR_BUDGET)
     followed = found.q if np.isfinite(found.q).all() else last
-    return Branches(q, inside, margin, followed, reached=bool(found.success))
+    return Branches(q, inside, margin, followed, reached=bool(found.valid))
 
 
 def _all(robot: Robot, T: FloatArray, last: FloatArray) -> tuple[FloatArray, BoolArray, FloatArray]:
@@ -76,25 +78,13 @@ def _all(robot: Robot, T: FloatArray, last: FloatArray) -> tuple[FloatArray, Boo
 def _in_closed_form(
     robot: Robot, T: FloatArray, last: FloatArray
 ) -> tuple[FloatArray, BoolArray, FloatArray]:
-    solutions: Solutions = robot.ik(T, *_free_values(robot, last))
+    solutions: Solutions = robot.ik(T, fixed=redundancy_at(robot, last))
     near = last + solutions.moves_from(last)
     moved = solutions.within_limits(windings=False)
     here = robot.is_within_limits(near)
     q = np.where(here[:, None] | ~moved.valid[:, None], near, moved.q)
     kept = solutions.distinct().valid
     return q[kept], (here | moved.valid)[kept], solutions.margin[kept]
-
-
-def _free_values(robot: Robot, last: FloatArray) -> list[float]:
-    """The inputs of the inverse beside the pose, at their values of the last posture."""
-    if not robot.given:
-        return [float(robot.swivel(last))] if robot.redundancy else []
-    if not robot.loops:
-        return [float(last[k]) for k in robot.given]
-    # With loops they are joints of the main chain, which cylinders may move.
-    theta = robot.chain(last)
-    names = [joint.name for joint in robot.chain_joints]
-    return [float(theta[names.index(item.name)]) for item in robot.redundancy]
 
 
 def _unwound(robot: Robot, q: FloatArray, last: FloatArray) -> FloatArray:

@@ -59,17 +59,13 @@ def times(robot: SerialRobot, number: int, bar: float | None) -> tuple[object, .
     with TemporaryDirectory() as folder:
         arm = loaded(robot, Path(folder))
     q, _ = configurations(robot, BATCH, 0, np.random.default_rng(number))
-    inputs = (arm.fk(q), *Judged(robot, arm).given(q))
+    T, fixed = arm.fk(q), Judged(robot, arm).fixed(q)
+    rows = [(T[k], {name: value[k] for name, value in fixed.items()}) for k in range(SINGLES)]
     single, p99 = np.percentile(
-        [
-            min(seconds(partial(arm.ik, *row)) for _ in range(ROUNDS))
-            for row in zip(*(values[:SINGLES] for values in inputs), strict=True)
-        ],
+        [min(seconds(partial(arm.ik, pose, fixed=at)) for _ in range(ROUNDS)) for pose, at in rows],
         (50, 99),
     )
-    batch = min(
-        seconds(partial(arm.ik, *inputs, threads=1), time.process_time) for _ in range(ROUNDS)
-    )
+    batch = min(seconds(partial(arm.ik, T, fixed=fixed), time.process_time) for _ in range(ROUNDS))
     mark = "MISSED" if bar is not None and MICRO * p99 > bar else ""
     has_nominal = "yes" if "ik_nominal" in arm.functions else ""
     cells = (MICRO * single, MICRO * p99, MICRO * batch / BATCH)

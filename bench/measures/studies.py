@@ -88,7 +88,7 @@ def process(robot: chasles.Robot) -> MotionSequence:
     middle[2, 3], low[2, 3] = 1.02 - 2.166, 1.02 - 4.332
     rest = ("theta1", "l_HI", "l_MN")
     near = robot.actuators(np.radians([0, 88.79, -11.3, 0, -129.8, 0, -35.6]))
-    at_25 = robot.chain(robot.ik_numeric(ready, near, lock=("theta2", *rest)).q)
+    at_25 = robot.chain(robot.ik_numeric(ready, near, fixed=("theta2", *rest)).q)
     return (
         MotionSequence(robot, robot.actuators(initial))
         .move(turned, "constant", space="chain", duration=5)

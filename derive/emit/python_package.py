@@ -25,7 +25,7 @@ from chasles import {imported}
 
 robot: Robot
 '''
-_GIVEN = "    given: Mapping[str, ArrayLike] | None = None,\n"
+_FIXED = "fixed: Mapping[str, ArrayLike] | None = None,\n    "
 
 
 def files(derivation: Derivation, _: Programs) -> dict[str, str]:
@@ -44,14 +44,14 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
 
 
 def _is_of_poses(function: Signature) -> bool:
-    """Whether it is the inverse of whole poses, which takes values of chosen joints too."""
+    """Whether it is the inverse of whole poses, which takes fixed joints by name."""
     return function.role.is_inverse and function.role.domain == "pose"
 
 
-def _stub(function: Signature, takes_given: bool) -> str:
-    # Where joints are given by name, no further input is.
-    first, *more = (f"{argument.name}: ArrayLike" for argument in function.inputs)
-    inputs = ", ".join([first, *(f"{text} = ..." if takes_given else text for text in more)])
+def _stub(function: Signature, is_of_poses: bool) -> str:
+    arguments = function.inputs[:1] if is_of_poses else function.inputs
+    inputs = ", ".join(f"{argument.name}: ArrayLike" for argument in arguments)
+    fixed = _FIXED if is_of_poses else ""
     array = "NDArray[np.float64]"
     count = len(function.outputs)
     result = array if count == 1 else f"tuple[{', '.join([array] * count)}]"
@@ -59,19 +59,20 @@ def _stub(function: Signature, takes_given: bool) -> str:
         result = "Solutions"
     out = array if count == 1 else f"tuple[{', '.join([f'{array} | None'] * count)}]"
     return (
-        f"def {function.name}(\n    {inputs}, *, out: {out} | None = None,\n"
-        f'    threads: int | Literal["all"] | None = 1,\n{_GIVEN if takes_given else ""}'
-        f") -> {result}:\n{textwrap.indent(_docstring(function, takes_given), '    ')}"
+        f"def {function.name}(\n    {inputs}, *, {fixed}out: {out} | None = None,\n"
+        f'    threads: int | Literal["all"] | None = 1,\n'
+        f") -> {result}:\n{textwrap.indent(_docstring(function, is_of_poses), '    ')}"
     )
 
 
-def _docstring(function: Signature, takes_given: bool) -> str:
+def _docstring(function: Signature, is_of_poses: bool) -> str:
     lines = [f'"""{function.summary}', "", function.identity, "", "Args:"]
-    lines += [f"    {_line(argument)}" for argument in function.inputs]
+    arguments = function.inputs[:1] if is_of_poses else function.inputs
+    lines += [f"    {_line(argument)}" for argument in arguments]
+    if is_of_poses:
+        lines += ["    fixed: The values of fixed joints by name."]
     lines += ["    out: The array to write into, or a tuple of them."]
     lines += ["    threads: How many share a large batch."]
-    if takes_given:
-        lines += ["    given: Values of chosen joints by name, instead of further inputs."]
     lines += ["", "Returns:", *(f"    {_line(result)}" for result in function.outputs), '"""']
     return "\n".join(lines)
 

@@ -147,7 +147,7 @@ def triangle(extension: float) -> tuple[FloatArray, FloatArray]:
     value = parameters()
     q = np.zeros(6)
     q[4] = extension
-    T = dict(zip(robot().frames.links, robot().link_poses(q), strict=True))
+    T = dict(zip(robot().link_names, robot().link_poses(q), strict=True))
     a, gamma0 = value["a"], value["gamma0"]
     upper = (value["e4"] - a * np.cos(gamma0), 0, a * np.sin(gamma0) - value["h4"], 1)
     M, N = T["four_axis_reducer"] @ upper, T["pitch_bracket"] @ (-value["b"], 0, 0, 1)

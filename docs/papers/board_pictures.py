@@ -68,7 +68,7 @@ def skeleton(q: FloatArray) -> Skeleton:
     """Where the pins are: of the main chain by its poses, of crank and plates by their lengths."""
     robot = chasles.load("board_installer")
     size = {name: parameter.value for name, parameter in robot.parameters.items()}
-    T = dict(zip(robot.frames.links, robot.link_poses(q), strict=True))
+    T = dict(zip(robot.link_names, robot.link_poses(q), strict=True))
     k, p, a, gamma0 = size["k"], size["p"], size["a"], size["gamma0"]
 
     def at(link: str, x: float = 0.0, z: float = 0.0) -> FloatArray:

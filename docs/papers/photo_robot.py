@@ -67,7 +67,7 @@ def structure(printed: dict[str, Printed], robot: Any) -> list[Row]:
     wrist = robot.link_poses(POSTURE)[6:, :3, 3]
     meet = "S" if np.ptp(wrist, axis=0).max() < ROUNDING else "RRR"
     rank = np.linalg.matrix_rank(robot.jacobian_mixed(POSTURE))
-    reached = robot.ik(robot.fk(POSTURE), POSTURE[0], POSTURE[3])
+    reached = robot.ik(robot.fk(POSTURE), fixed={"r1": POSTURE[0], "r4": POSTURE[3]})
     return [
         consistent(printed["freedoms"], robot.n),
         agrees(printed["kinds"], f"{letters[:5]}-{meet}", "the last three axes meet in a point"),

@@ -191,7 +191,7 @@ def equation_rows(printed: dict[str, Printed]) -> list[Row]:
     """(25), (33) and (36) against the poses of the links."""
     well = robot()
     poses = well.link_poses(well.actuators(initial() + EXTENDED))
-    T = dict(zip(well.frames.links, poses, strict=True))
+    T = dict(zip(well.link_names, poses, strict=True))
     value = {name: parameter.value for name, parameter in well.parameters.items()}
     own, l_MN = T["arm_7"][:3, 3], EXTENDED[5]
     four, five = T["arm_5"][:3, 0], T["arm_6"][:3, 0]

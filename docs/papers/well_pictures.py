@@ -132,7 +132,7 @@ def side(q: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Joints of the arm (8, 2) and ends of the cylinders (4, 2, 2) in the plane of x and z [m]."""
     well = chasles.load("well_manipulator")
     value = {name: parameter.value for name, parameter in well.parameters.items()}
-    T = dict(zip(well.frames.links, well.link_poses(q), strict=True))
+    T = dict(zip(well.link_names, well.link_poses(q), strict=True))
 
     def pin(link: str, x: float, y: float = 0.0, z: float = 0.0) -> FloatArray:
         return np.asarray((T[link] @ (x, y, z, 1))[[0, 2]])
@@ -140,7 +140,7 @@ def side(q: FloatArray) -> tuple[FloatArray, FloatArray]:
     def named(link: str, name: str) -> FloatArray:
         return pin(link, value[f"{name}_x"], value[f"{name}_y"])
 
-    arms = [pin(link, 0) for link in well.frames.links]
+    arms = [pin(link, 0) for link in well.link_names]
     ends = [
         ("arm_2", "E", "arm_3", "F"),
         ("arm_4", "J", "arm_5", "K"),

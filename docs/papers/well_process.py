@@ -83,7 +83,7 @@ def process() -> Process:
     q_object = q_start.copy()
     q_object[0] = np.radians(30)
     retracted = dict.fromkeys(TELESCOPES, 0.0)
-    prepared = well.ik(OVER_THE_WELL, given={"theta2": start[1], **retracted})
+    prepared = well.ik(OVER_THE_WELL, fixed={"theta2": start[1], **retracted})
     q_prepared = prepared.within_limits().nearest(q_start)
     narrow = line(over_the_well(0), over_the_well(DESCENT))
     moves = (

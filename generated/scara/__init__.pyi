@@ -296,9 +296,9 @@ def acceleration_mixed(
     """
 
 def ik(
-    T: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    T: ArrayLike, *, fixed: Mapping[str, ArrayLike] | None = None,
+    out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
-    given: Mapping[str, ArrayLike] | None = None,
 ) -> Solutions:
     """Every solution of the inverse kinematics, in 2 slots.
 
@@ -306,9 +306,9 @@ def ik(
 
     Args:
         T (..., 4, 4): pose of the tool, T_0_ee (1, m).
+        fixed: The values of fixed joints by name.
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
-        given: Values of chosen joints by name, instead of further inputs.
 
     Returns:
         q (..., 2, 4): joint coordinates, one solution a row (rad or m).

@@ -594,9 +594,9 @@ def constraint_D_z_dot(
     """
 
 def ik(
-    T: ArrayLike, l_HI: ArrayLike = ..., l_MN: ArrayLike = ..., theta7: ArrayLike = ..., *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    T: ArrayLike, *, fixed: Mapping[str, ArrayLike] | None = None,
+    out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
-    given: Mapping[str, ArrayLike] | None = None,
 ) -> Solutions:
     """Every solution of the inverse kinematics, in 2 slots.
 
@@ -604,12 +604,9 @@ def ik(
 
     Args:
         T (..., 4, 4): pose of the tool, T_0_R (1, m).
-        l_HI (...): the value of l_HI, which is given (m).
-        l_MN (...): the value of l_MN, which is given (m).
-        theta7 (...): the value of theta7, which is given (rad).
+        fixed: The values of fixed joints by name.
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
-        given: Values of chosen joints by name, instead of further inputs.
 
     Returns:
         q (..., 2, 7): joint coordinates, one solution a row (rad or m).

@@ -13,7 +13,7 @@
 #include "numerics/_rigid.h"
 
 PyObject *ShapeError, *InputError, *LibraryMismatchError;
-PyObject *str_out, *str_threads, *str_given, *str_name, *str_shape, *str_array_ufunc;
+PyObject *str_out, *str_threads, *str_fixed, *str_name, *str_shape, *str_array_ufunc;
 PyObject *ndarray_array_ufunc;
 
 /* Methods of Library; they are set here since the library's file knows nothing of Functions. */
@@ -88,12 +88,12 @@ static int import_names(void)
     Py_DECREF(errors);
     str_out = PyUnicode_InternFromString("out");
     str_threads = PyUnicode_InternFromString("threads");
-    str_given = PyUnicode_InternFromString("given");
+    str_fixed = PyUnicode_InternFromString("fixed");
     str_name = PyUnicode_InternFromString("name");
     str_shape = PyUnicode_InternFromString("shape");
     str_array_ufunc = PyUnicode_InternFromString("__array_ufunc__");
     if (!ShapeError || !InputError || !LibraryMismatchError || !str_out || !str_threads ||
-        !str_given || !str_name || !str_shape || !str_array_ufunc) {
+        !str_fixed || !str_name || !str_shape || !str_array_ufunc) {
         return -1;
     }
     ndarray_array_ufunc = PyObject_GetAttr((PyObject *)&PyArray_Type, str_array_ufunc);

@@ -49,7 +49,7 @@ class Function(Generic[R_co]):
         *inputs: ArrayLike,
         out: NDArray[np.float64] | tuple[NDArray[np.float64] | None, ...] | None = None,
         threads: int | Literal["all"] | None = 1,
-        given: Mapping[str, ArrayLike] | None = ...,
+        fixed: Mapping[str, ArrayLike] | tuple[ArrayLike, ...] | None = ...,
         **named_inputs: ArrayLike,
     ) -> R_co: ...
     @property
@@ -100,7 +100,8 @@ class Library:
         poses: int,
         fk: str | None,
         unit: float,
-        chosen: Callable[..., Any] | None,
+        general: Callable[..., Any] | None,
+        parameters: tuple[str, ...],
     ) -> Function[Any]: ...
 
 def nearest_rows(

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any, Protocol, TypeVar
 
 from ..errors import MissingFunctionError
-from .substitutes import explain
+from .hints import explain
 
 T = TypeVar("T")
 Condition = Callable[[Any], bool]
@@ -77,11 +77,6 @@ def needs(*functions: str, when: Condition | None = None) -> _Mark:
         return marked
 
     return mark
-
-
-def generated() -> Any:
-    """A generated function that a robot may lack; its name is that of the attribute."""
-    return Capability(None)
 
 
 def lacks(robot: Any, name: str) -> bool:

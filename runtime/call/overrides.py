@@ -104,7 +104,8 @@ def _apply(dask: Any, function: Function[Any], arrays: Sequence[Any]) -> Any:
 
 def _plain(function: Function[Any], *inputs: Any) -> tuple[Any, ...]:
     """The fields of an inverse's Solutions."""
-    return tuple(function(*inputs))
+    first, *more = inputs
+    return tuple(function(first, fixed=tuple(more)) if more else function(first))
 
 
 def _broadcast(

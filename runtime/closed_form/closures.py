@@ -148,7 +148,7 @@ class LoopMethods(NewtonMethods):
 
         Returns:
             `theta (..., k, n_theta)`, `valid (..., k)`, `margin`; a slot keeps its branch from pose
-            to pose, and `labels["chain_all"]` names the branch in each slot.
+            to pose, and `labels["chain_branches"]` names the branch in each slot.
         """
         theta, margin = self.chain_all(q)
         return ChainBranches(theta, _branch_closes(theta, margin), margin)
@@ -164,7 +164,7 @@ class LoopMethods(NewtonMethods):
 
         Returns:
             `q (..., k, n)`, `valid (..., k)`, `margin`; a slot keeps its branch from pose to pose,
-            and `labels["actuators_all"]` names the branch in each slot.
+            and `labels["actuator_branches"]` names the branch in each slot.
         """
         q, margin = self.actuators_all(theta)
         closes = _branch_closes(q, margin)

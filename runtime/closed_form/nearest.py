@@ -23,7 +23,8 @@ from ..call.capabilities import needs
 from ..call.validation import real_array
 from ..contract import FunctionInfo
 from ..errors import InputTypeError, InputValueError, ShapeError
-from ..facts import RobotFacts
+from ..facts import Redundancy, RobotFacts
+from ..fixed import fixed_values, is_own, parameter_values
 from ..se3 import project, refuse
 from .aims import Task, TaskName, inverse_for
 from .nearest_solution import (
@@ -31,7 +32,6 @@ from .nearest_solution import (
     NearestSolution,
     limited_type,
     nearest_type,
-    read_fixed,
     read_limits,
     read_weights,
 )
@@ -167,8 +167,8 @@ class NearestMethods(RobotFacts):
         target, seeds, batch = self._rows(label, task, info, T, q_seed)
         moves = self._moves(label, info, limits, weights)
         n_threads = splitting.read_threads(label, threads)
-        held = self._fixed_values(label, task, info, fixed, seeds)
-        if held and not held.keys() <= {item.name for item in info.inputs[1:]}:
+        held = fixed_values(self, label, task, fixed, seeds)
+        if held and not is_own(self, held):
             if redundancy != "fixed":
                 raise InputValueError(
                     f"{label}: redundancy={redundancy!r} moves the robot's own redundancy "
@@ -177,7 +177,7 @@ class NearestMethods(RobotFacts):
             found, limited = self._with_joints_fixed(info, inverse, moves, target, seeds, held)
         else:
             make = partial(self._chosen, info, inverse, moves, n_threads)
-            free = [item.name for item in info.inputs[1:] if item.name not in held]
+            free = [item.name for item in self._parameters(info) if item.name not in held]
             if redundancy != "fixed" and free:
                 objective = self._objective(redundancy, moves)
                 held = best_parameters(self, make, objective, (target, seeds), held, free)
@@ -228,72 +228,6 @@ class NearestMethods(RobotFacts):
         moves = Moves(lower, upper, scale / facts.units, facts.turn)
         return moves.with_fixed(info.role.held)
 
-    def _fixed_values(
-        self, label: str, task: TaskName, info: FunctionInfo, fixed: Any, seeds: FloatArray
-    ) -> dict[str, FloatArray]:
-        """The values (N,) of fixed joints, by the names of parameters or joints."""
-        held = read_fixed(label, fixed)
-        if held and task != "pose":
-            raise InputValueError(f'{label}: fixed= takes task="pose" alone, got task={task!r}')
-        values: dict[str, FloatArray] = {}
-        for item, value in held.items():
-            name = self._fixed_name(label, info, item)
-            if name in values:
-                raise InputValueError(f"{label}: {item!r} is fixed twice")
-            given = None if value is None else real_array(label, str(item), value)
-            values[name] = self._value(label, name, given, seeds)
-        return values
-
-    def _fixed_name(self, label: str, info: FunctionInfo, item: str | int) -> str:
-        """The parameter of an inverse that a name stands for, else the joint or coordinate."""
-        coordinates = [c.name for c in self.coordinates]
-        if isinstance(item, int):
-            if not -self.n <= item < self.n:
-                raise InputValueError(
-                    f"{label}: fixed index {item} is not in q, which has {self.n} elements"
-                )
-            item = coordinates[item]
-        parameters = [argument.name for argument in info.inputs[1:]]
-        if item in parameters:
-            return item
-        joints = [joint.name for joint in self.chain_joints]
-        if item not in (*joints, *coordinates):
-            known = ", ".join(dict.fromkeys((*parameters, *joints, *coordinates)))
-            raise InputValueError(f"{label}: there is no joint {item!r} to fix; there are {known}")
-        if not self.manifest.loops.chain and coordinates.index(item) in info.role.given:
-            return parameters[info.role.given.index(coordinates.index(item))]
-        return item
-
-    def _value(
-        self, label: str, name: str, given: FloatArray | None, seeds: FloatArray
-    ) -> FloatArray:
-        """The values (N,) of a fixed joint or parameter; those at the seeds if none are given."""
-        if given is not None:
-            try:
-                return np.ascontiguousarray(np.broadcast_to(given.reshape(-1), len(seeds)))
-            except ValueError:
-                raise ShapeError(
-                    f"{label}: the values of {name} have shape {given.shape}, which does not "
-                    "broadcast with T and q_seed"
-                ) from None
-        return self._at_seeds(name, seeds)
-
-    def _at_seeds(self, name: str, seeds: FloatArray) -> FloatArray:
-        """The values (N,) of a redundancy parameter, joint or coordinate at seeds (N, n)."""
-        own = self.manifest.with_role("inverse", "pose")
-        parameters = [argument.name for argument in own.inputs[1:]] if own else []
-        names = [c.name for c in self.coordinates]
-        joints = [joint.name for joint in self.manifest.loops.chain]
-        redundancy = self._roles.get(("redundancy", "actuators", ""))
-        if redundancy is not None and name == redundancy.__name__:
-            return np.ascontiguousarray(redundancy(seeds))
-        if name in joints and (name in parameters or name not in names):
-            return np.ascontiguousarray(self.chain(seeds)[:, joints.index(name)])
-        if name in names and name not in parameters:
-            return np.ascontiguousarray(seeds[:, names.index(name)])
-        assert own is not None
-        return np.ascontiguousarray(seeds[:, own.role.given[parameters.index(name)]])
-
     def _chosen(
         self,
         info: FunctionInfo,
@@ -306,18 +240,14 @@ class NearestMethods(RobotFacts):
         free: bool = False,
     ) -> Chosen:
         """The inverse with its parameters: those that are fixed, the others as at the seeds."""
-        names = [argument.name for argument in info.inputs[1:]]
-        parameters = tuple(
-            held[name] if name in held else self._at_seeds(name, seeds) for name in names
-        )
+        own = self._parameters(info)
+        parameters = parameter_values(self, held, seeds) if own else ()
         exact: dict[int, FloatArray] = {}
-        if len(info.role.given) == len(names):
-            is_chain = bool(self.manifest.loops.chain)
-            for k, name in zip(info.role.given, names, strict=True):
-                if not is_chain:
-                    exact[k] = parameters[names.index(name)]
-                elif name not in held:
-                    exact[k] = seeds[:, k]
+        for item, value in zip(own, parameters, strict=True):
+            if item.index is not None and not self.manifest.loops.chain:
+                exact[item.index] = value
+            elif item.index is not None and item.name not in held:
+                exact[item.index] = seeds[:, item.index]
         return Chosen(
             info, inverse, moves.with_fixed(info.role.given, free=free), parameters, exact, threads
         )
@@ -332,7 +262,7 @@ class NearestMethods(RobotFacts):
         held: Mapping[str, FloatArray],
     ) -> tuple[Rows, Any]:
         """The nearest solutions where other joints are fixed than the robot's own parameters."""
-        solutions = inverse(target, given=held)
+        solutions = inverse(target, fixed=held)
         coordinates = [c.name for c in self.coordinates]
         exact = {coordinates.index(name): held[name] for name in held if name in coordinates}
         fixed = moves.with_fixed(tuple(exact))
@@ -340,6 +270,10 @@ class NearestMethods(RobotFacts):
         found = chosen.of_slots(solutions, seeds)
         _set_exact(found, exact)
         return found, solutions.valid.any(-1) & (found[3] < 0)
+
+    def _parameters(self, info: FunctionInfo) -> tuple[Redundancy, ...]:
+        """The redundancy parameters that an inverse takes."""
+        return self.redundancy if len(info.inputs) > 1 else ()
 
     def _objective(self, redundancy: NearestRedundancy, moves: Moves) -> Objective:
         if redundancy == "nearest":
@@ -364,7 +298,7 @@ def nearest_function(robot: NearestMethods, pickled: tuple[Any, ...]) -> Nearest
     label = f"{robot.name}.ik_nearest"
     method = NearestMethods.ik_nearest
     moves = robot._moves(label, own).with_fixed(own.role.given)
-    names = [argument.name for argument in own.inputs[1:]]
+    names = [item.name for item in robot.redundancy]
     parameters: Any = () if robot.manifest.loops.chain else own.role.given
     redundancy = robot._roles.get(("redundancy", "actuators", ""))
     if redundancy is not None and names == [redundancy.__name__]:
@@ -394,8 +328,8 @@ def _settled(chosen: Chosen, target: FloatArray, seeds: FloatArray) -> tuple[Row
     again = np.flatnonzero((slot < 0) & (residual <= chosen.inverse.near))
     limited: Any = False
     if len(again):
-        inputs = (target[again], *(value[again] for value in chosen.parameters))
-        solutions = chosen.inverse(*inputs)
+        values = {"fixed": tuple(value[again] for value in chosen.parameters)}
+        solutions = chosen.inverse(target[again], **(values if chosen.parameters else {}))
         rows = chosen.of_slots(solutions, seeds[again])
         for k in range(len(found)):
             found[k][again] = rows[k]

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..call.validation import real_array
 from ..contract import Coordinate
-from ..errors import InputTypeError, InputValueError, ShapeError
+from ..errors import InputValueError, ShapeError
 from ..size import limits_of
 from ..tolerances import SOLVED
 from .slot_facts import check_ascending
@@ -154,27 +154,3 @@ def read_weights(n: int, label: str, weights: ArrayLike) -> FloatArray:
             f"{array.tolist()}"
         )
     return array
-
-
-def read_fixed(label: str, fixed: Any) -> dict[str | int, ArrayLike | None]:
-    """The values of fixed joints by name or index, None where the value at the seed is kept.
-
-    Raises:
-        InputTypeError: If it is neither a mapping nor names.
-    """
-    if fixed is None:
-        return {}
-    if isinstance(fixed, (str, int, np.integer)) and not isinstance(fixed, bool):
-        return {fixed if isinstance(fixed, str) else int(fixed): None}
-    if hasattr(fixed, "items"):
-        return dict(fixed.items())
-    try:
-        names = list(fixed)
-    except TypeError:
-        names = [None]
-    if not all(isinstance(n, (str, int, np.integer)) and not isinstance(n, bool) for n in names):
-        raise InputTypeError(
-            f"{label}: fixed must hold names or indices of joints, or map them to values, got "
-            f"{fixed!r}"
-        )
-    return {name if isinstance(name, str) else int(name): None for name in names}

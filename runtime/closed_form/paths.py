@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,11 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 from ..call.capabilities import needs
 from ..errors import InputValueError, ShapeError
 from ..facts import RobotFacts
+from ..fixed import fixed_values, is_own, parameter_values
 from ..se3 import project
+from ..size import within
 from ..tolerances import JUMP
 from .aims import Task, TaskName, inverse_for, inverses_of
 from .refinement import Refinement
-from .slot_facts import within
 from .solutions import Solutions
 
 FloatArray = NDArray[np.float64]
@@ -28,8 +29,8 @@ _BLOCK = 8
 
 
 @dataclass(frozen=True, slots=True)
-class Path:
-    """A path of poses, as far as it was followed on one branch.
+class JointPath:
+    """The coordinates along a path of poses, as far as it was followed on one branch.
 
     Attributes:
         q: (reached, n) coordinates [rad or m]; turning joints continue beyond a turn without a
@@ -39,32 +40,32 @@ class Path:
         reason: "" if complete; "no solution": no branch reaches that pose; "jump": branches reach
             it, but the nearest is further than a joint may move; "limit": the branch continues
             beyond a limit.
-        joint: The coordinate that would jump or pass its limit, "" for other reasons.
-        would_be: The value that this coordinate would take, NaN for other reasons.
-        smallest_margin: The smallest margin on the path, 0 at the border of reach (a stretched
-            elbow, not a wrist in line); NaN if no pose was reached.
-        smallest_margin_at: The index of that pose, -1 if no pose was reached.
-        largest_step: (n,) the largest move of each coordinate between successive poses.
+        coordinate: The coordinate that would jump or pass its limit, "" for other reasons.
+        next_value: The value that this coordinate would take, NaN for other reasons.
+        min_margin: The smallest margin on the path, 0 at the border of reach (a stretched elbow,
+            not a wrist in line); NaN if no pose was reached.
+        min_margin_index: The index of that pose, -1 if no pose was reached.
+        max_step: (n,) the largest move of each coordinate between successive poses.
     """
 
     q: FloatArray
     complete: bool
     ended_at: int
     reason: Reason
-    joint: str
-    would_be: float
-    smallest_margin: float
-    smallest_margin_at: int
-    largest_step: FloatArray
+    coordinate: str
+    next_value: float
+    min_margin: float
+    min_margin_index: int
+    max_step: FloatArray
 
     def __str__(self) -> str:
         """In a sentence."""
         if self.complete:
-            return f"all {len(self.q)} poses on one branch, margin {self.smallest_margin:.3g}"
+            return f"all {len(self.q)} poses on one branch, margin {self.min_margin:.3g}"
         why = {
             "no solution": "no branch reaches it",
-            "jump": f"{self.joint} would jump to {self.would_be:.4g}",
-            "limit": f"{self.joint} would go to {self.would_be:.4g}, beyond its limit",
+            "jump": f"{self.coordinate} would jump to {self.next_value:.4g}",
+            "limit": f"{self.coordinate} would go to {self.next_value:.4g}, beyond its limit",
         }
         return f"ended at pose {self.ended_at}: {why[self.reason]}"
 
@@ -92,12 +93,13 @@ class InverseMethods(RobotFacts):
     def ik_path(
         self,
         T: ArrayLike,
-        seed: ArrayLike,
-        *given: ArrayLike,
+        q_seed: ArrayLike,
+        *,
         task: TaskName = "pose",
-        jump: float | None = None,
-    ) -> Path:
-        """Follows one branch along a path of poses, from the solution nearest to a seed.
+        fixed: Any = None,
+        max_step: float | None = None,
+    ) -> JointPath:
+        """Follows one branch along a path of poses, from the solution nearest to `q_seed`.
 
         Each step takes the solution that moves the joints least from the pose before, turns
         included. So the path follows the branch itself rather than its slot: at a singularity
@@ -114,43 +116,50 @@ class InverseMethods(RobotFacts):
             T: (m, 4, 4) poses of the tool measured and expressed in the base frame, close to each
                 other; the nearest rigid pose is taken where one is off by at most
                 `se3.NEARLY_RIGID`. For a part of a pose also (m, k), the input of that inverse.
-            seed: (n,) coordinates [rad or m] near the start: the path begins at the nearest
+            q_seed: (n,) coordinates [rad or m] near the start: the path begins at the nearest
                 solution within the limits.
-            given: The further inputs of `ik` (`redundancy`), each () or (m,).
             task: The part of each pose that counts: "pose", "position", "position_pitch" (the
                 elevation of the tool's third axis above the base's x-y plane),
                 "position_direction" (of the third axis) or "planar" (x, y and the angle of the
                 first axis in that plane).
-            jump: Largest move of a joint between successive poses [rad or m]; None: 0.5 rad, and
-                for slides 0.5 of the robot's unit of length.
+            fixed: Joints that keep their values along the path: names or indices keep the values
+                at `q_seed`, a mapping sets values () or (m,). The parameters of a redundant robot
+                (`redundancy`) keep their values at `q_seed` unless they are named. Other joints
+                need an inverse that is derived on first use.
+            max_step: Largest move of a joint between successive poses [rad or m]; None: 0.5 rad,
+                for prismatic joints 0.5 `unit_length`.
 
         Returns:
             The coordinates as far as the path was followed, and the reason for its end.
 
         Raises:
-            ShapeError: If T is not a list of poses, or the seed not n values.
-            InputValueError: If the robot has no inverse for that part of a pose, if jump is not
-                positive, or a pose not nearly rigid, with the reason.
+            ShapeError: If T is not a list of poses, or `q_seed` not n values.
+            InputValueError: If the robot has no inverse for that part of a pose, if `max_step` is
+                not positive, or a pose not nearly rigid, with the reason.
+            DerivationError: If fixed joints leave no closed form.
         """
+        label = f"{self.name}.ik_path"
         info = inverse_for(self.manifest, "ik_path", task)
         inverse, part = self.functions[info.name], Task(info.role.aims)
-        poses, start = np.asarray(T, np.float64), np.asarray(seed, np.float64)
+        poses, start = np.asarray(T, np.float64), np.asarray(q_seed, np.float64)
         is_part = bool(part.aims) and poses.ndim == 2 and poses.shape[1:] == part.shape  # noqa: PLR2004
         if start.shape != (self.n,) or not (is_part or poses.ndim == 3):  # noqa: PLR2004
             also = f" or (m, {part.shape[0]})" if part.aims else ""
             raise ShapeError(
-                f"{self.name}.ik_path: expected T (m, 4, 4){also} and seed ({self.n},), got shapes "
+                f"{label}: expected T (m, 4, 4){also} and q_seed ({self.n},), got shapes "
                 f"{poses.shape} and {start.shape}"
             )
-        if jump is not None and not jump > 0:
-            raise InputValueError(f"{self.name}.ik_path: jump must be positive, got {jump!r}")
+        if max_step is not None and not max_step > 0:
+            raise InputValueError(f"{label}: max_step must be positive, got {max_step!r}")
         # The inverse of a whole pose takes poses as they come, and allows for their rounding.
-        rigid = poses if is_part else project(poses, caller=f"{self.name}.ik_path")
-        asked = poses if is_part or not part.aims else part.of(rigid)
-        solutions = inverse(asked, *given)
-        if solutions.q.shape[:-2] != poses.shape[:1]:
-            raise ShapeError(f"{self.name}.ik_path: inputs beside the pose must be () or (m,)")
-        most = JUMP * solutions.units() if jump is None else np.full(self.n, float(jump))
+        rigid = poses if is_part else project(poses, caller=label)
+        target = poses if is_part or not part.aims else part.of(rigid)
+        seeds = np.broadcast_to(start, (len(poses), self.n))
+        values: Any = fixed_values(self, label, task, fixed, seeds)
+        if is_own(self, values) and len(info.inputs) > 1:
+            values = parameter_values(self, values, seeds)
+        solutions = inverse(target, fixed=values) if values else inverse(target)
+        largest = JUMP * solutions.units() if max_step is None else np.full(self.n, float(max_step))
         if not len(poses):
             return self._report(np.empty((0, self.n)), np.empty(0), None)
         q, margin = np.empty((len(poses), self.n)), np.empty(len(poses))
@@ -159,24 +168,24 @@ class InverseMethods(RobotFacts):
             q[index], margin[index], index = step.q, step.margin, index + 1
             if step.slot is not None:
                 end = min(index + block, len(poses))
-                kept = self._kept(solutions, index, end, step.slot, step.q, most)
+                kept = self._kept(solutions, index, end, step.slot, step.q, largest)
                 stays = slice(index, index + len(kept))
                 q[stays], margin[stays] = kept, solutions.margin[stays, step.slot]
                 block, index = 2 * block if stays.stop == end else _BLOCK, stays.stop
             if index == len(poses):
                 return self._report(q, margin, None)
             whole = poses[index] if task == "pose" else None
-            step = self._next(solutions.at(index), whole, q[index - 1], most)
+            step = self._next(solutions.at(index), whole, q[index - 1], largest)
         return self._report(q[:index], margin[:index], step)
 
-    def _first(self, slots: Solutions, seed: FloatArray) -> _Step:
+    def _first(self, slots: Solutions, q_seed: FloatArray) -> _Step:
         if not slots.valid.any():
-            return _Step(seed, np.nan, "no solution")
+            return _Step(q_seed, np.nan, "no solution")
         inside = slots.within_limits(self.lower, self.upper)
         allowed = inside if inside.valid.any() else slots
-        moves = allowed.moves_from(seed)
+        moves = allowed.moves_from(q_seed)
         best = _least(moves / slots.units(), allowed.valid)
-        q, margin = seed + moves[best], float(allowed.margin[best])
+        q, margin = q_seed + moves[best], float(allowed.margin[best])
         if allowed is inside:
             # The slots of `inside` list turns separately: the path starts in none of `slots`.
             return _Step(q, margin)
@@ -184,17 +193,17 @@ class InverseMethods(RobotFacts):
         return _Step(q, margin, "limit", int(np.argmax(outside)))
 
     def _next(
-        self, slots: Solutions, pose: FloatArray | None, here: FloatArray, jump: FloatArray
+        self, slots: Solutions, pose: FloatArray | None, here: FloatArray, max_step: FloatArray
     ) -> _Step:
         if not slots.valid.any():
             return _Step(here, np.nan, "no solution")
         moves = slots.moves_from(here)
         best = _least(moves / slots.units(), slots.valid)
         move, margin = moves[best], float(slots.margin[best])
-        if (np.abs(move) > jump).any():
+        if (np.abs(move) > max_step).any():
             nearby = self._nearby(pose, here, slots.unit)
-            if nearby is None or (np.abs(nearby - here) > jump).any():
-                return _Step(here + move, margin, "jump", int(np.argmax(np.abs(move) / jump)))
+            if nearby is None or (np.abs(nearby - here) > max_step).any():
+                return _Step(here + move, margin, "jump", int(np.argmax(np.abs(move) / max_step)))
             return self._inside(nearby, slots, margin, None)
         return self._inside(here + move, slots, margin, best)
 
@@ -212,7 +221,7 @@ class InverseMethods(RobotFacts):
         end: int,
         slot: int,
         here: FloatArray,
-        jump: FloatArray,
+        max_step: FloatArray,
     ) -> FloatArray:
         """(k, n) coordinates at the poses from `first` on at which the path stays in a slot.
 
@@ -230,7 +239,7 @@ class InverseMethods(RobotFacts):
             turns = _TURN * np.round((turns + here - own[0]) / _TURN)
             q = own[1:] + np.where(solutions.wraps, turns, 0.0)
             stays = (best == slot) & slots.valid[:, slot]
-            stays &= (np.abs(moves[:, slot]) <= jump).all(-1)
+            stays &= (np.abs(moves[:, slot]) <= max_step).all(-1)
             stays &= within(q, self.lower, self.upper, units).all(-1)
         return q[: len(q) if stays.all() else int(np.argmin(stays))]
 
@@ -247,19 +256,19 @@ class InverseMethods(RobotFacts):
         (q,), (residual,) = refinement.led(rigid, here[None])
         return q if residual <= refinement.enough(pose[None])[0] else None
 
-    def _report(self, q: FloatArray, margins: FloatArray, end: _Step | None) -> Path:
+    def _report(self, q: FloatArray, margins: FloatArray, end: _Step | None) -> JointPath:
         least = int(np.argmin(margins)) if len(q) else -1
         blamed = end is not None and end.reason != "no solution"
-        return Path(
+        return JointPath(
             q=q,
             complete=end is None,
             ended_at=len(q),
             reason=end.reason if end else "",
-            joint=self.coordinates[end.joint].name if end and blamed else "",
-            would_be=float(end.q[end.joint]) if end and blamed else np.nan,
-            smallest_margin=float(margins[least]) if len(q) else np.nan,
-            smallest_margin_at=least,
-            largest_step=np.abs(np.diff(q, axis=0)).max(0, initial=0.0),
+            coordinate=self.coordinates[end.joint].name if end and blamed else "",
+            next_value=float(end.q[end.joint]) if end and blamed else np.nan,
+            min_margin=float(margins[least]) if len(q) else np.nan,
+            min_margin_index=least,
+            max_step=np.abs(np.diff(q, axis=0)).max(0, initial=0.0),
         )
 
 

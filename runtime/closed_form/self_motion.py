@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..fixed import values_at
 from ..size import limits_of
 from ..tolerances import SELF_MOTION_STEP
 
@@ -104,20 +105,18 @@ class _Search:
     def _ranges(self, free: Sequence[str]) -> tuple[FloatArray, FloatArray, FloatArray]:
         """The values at the seeds (N, p), and the ranges (N, p) in which they are varied."""
         robot, moves = self.robot, self.make(self.seeds, {}).moves
-        own = robot.manifest.with_role("inverse", "pose")
-        names = [argument.name for argument in own.inputs[1:]]
-        start = np.stack([robot._at_seeds(name, self.seeds) for name in free], -1)
+        own = {item.name: item for item in robot.redundancy}
+        start = np.stack([values_at(robot, name, self.seeds) for name in free], -1)
         low, high = np.empty_like(start), np.empty_like(start)
         joints = robot.manifest.loops.chain
         for k, name in enumerate(free):
-            index = names.index(name)
-            bounds = (-np.inf, np.inf)
+            index, bounds = own[name].index, (-np.inf, np.inf)
             if joints:
                 at = [joint.name for joint in joints].index(name)
                 bounds = tuple(limit[at] for limit in limits_of(joints))
-            elif len(own.role.given) == len(names):
-                bounds = moves.lower[own.role.given[index]], moves.upper[own.role.given[index]]
-            half = np.pi if own.inputs[1 + index].unit == "rad" else robot.unit_length
+            elif index is not None:
+                bounds = moves.lower[index], moves.upper[index]
+            half = np.pi if own[name].unit == "rad" else robot.unit_length
             center = np.clip(start[:, k], *bounds)
             low[:, k] = np.maximum(center - half, bounds[0])
             high[:, k] = np.minimum(center + half, bounds[1])

@@ -68,19 +68,6 @@ def windings_of(low: FloatArray, high: FloatArray, wraps: BoolArray) -> IntArray
     return np.where(wraps & np.isfinite(turns), np.maximum(turns, 1), 1).astype(np.intp)
 
 
-def within(q: FloatArray, lower: FloatArray, upper: FloatArray, units: FloatArray) -> BoolArray:
-    """Whether coordinates are within limits, up to rounding.
-
-    Args:
-        q: (..., n) coordinates.
-        lower: (n,) lower limits.
-        upper: (n,) upper limits.
-        units: (n,) the robot's unit of length for slides, 1 for coordinates that turn.
-    """
-    rounding = AT_LIMIT * units
-    return np.asarray((q >= lower - rounding) & (q <= upper + rounding))
-
-
 def check_ascending(
     label: str, coordinates: Sequence[Coordinate], low: FloatArray, high: FloatArray
 ) -> tuple[FloatArray, FloatArray]:

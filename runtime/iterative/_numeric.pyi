@@ -69,6 +69,6 @@ class Solver:
             locked: (n,) coordinates that keep the values of their seeds, also beyond a limit.
 
         Returns:
-            Coordinates (..., n) [rad or m], and over the batch: residual [m], success,
-            ending (an index: converged, limits, stalled, budget, no pose), evaluations, restarts.
+            Coordinates (..., n) [rad or m], and over the batch: residual [m], validity, ending (an
+            index: solved, limits, stalled, evaluations spent, not a pose), evaluations, restarts.
         """

@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import functools
 import operator
-from collections.abc import Sequence
-from typing import Literal, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,7 +23,7 @@ from ..call.validation import real_array
 from ..contract import Manifest
 from ..errors import InputValueError, ShapeError
 from ..facts import RobotFacts
-from ..fixed import Fixed, fixed_coordinates
+from ..fixed import fixed_coordinates, read_fixed
 from ..sampling import low_discrepancy
 from ..size import ranges
 from ..tolerances import SOLVED
@@ -31,16 +31,16 @@ from ._numeric import Solver
 
 FloatArray = NDArray[np.float64]
 
-REASONS = ("converged", "limits", "stalled", "budget", "no pose")
+REASONS = ("", "limits", "stalled", "max_evaluations", "not a pose")
 _WHOLE = np.ones(6)
 _TOOL = ("fk_jacobian_mixed", "hessian_mixed")
 """The generated functions that a solver for the tool calls."""
 _STARTS = 256
 _FEWEST = 32
 """Fewest starts at which the loops close; sampling goes on until so many are found."""
-_MOST_SOLVERS = 64
-"""Solvers kept for a robot, one for each tip and key; the next one clears them."""
-_MOST_BUDGET = 2**31 - 1
+_MAX_SOLVERS = 64
+"""Solvers kept for a robot, one for each tip and set of starts; the next one clears them."""
+_MAX_EVALUATIONS = 2**31 - 1
 
 
 class NumericSolution(NamedTuple):
@@ -50,7 +50,7 @@ class NumericSolution(NamedTuple):
         q: (..., n) coordinates [rad or m], within the limits; NaN where a pose is not finite.
         residual: (...,) the larger of the distance [m] from the pose and of the angle times the
             robot's `unit_length`, in the components that have a weight.
-        success: (...,) whether the residual is at most the tolerance, or is the least one and at
+        valid: (...,) whether the residual is at most the tolerance, or is the least one and at
             most, of a pose that rounding has moved off a rigid one, 10 `unit_length` times its
             `se3.deviation`, or half a unit of the last decimal of its rotation if that is more.
         ending: (...,) reason for the end, as an index into `REASONS`; see `reason`.
@@ -60,31 +60,32 @@ class NumericSolution(NamedTuple):
 
     q: FloatArray
     residual: FloatArray
-    success: NDArray[np.bool_]
+    valid: NDArray[np.bool_]
     ending: NDArray[np.int8]
     iterations: NDArray[np.int32]
     restarts: NDArray[np.int32]
 
     @property
-    def reason(self) -> NDArray[np.str_]:
-        """The reason for the end.
+    def reason(self) -> Any:
+        """Why there is no solution: a str for a single pose, else an array of them (...,).
 
-        "converged": a success. "limits": at a local minimum of the residual at which limits hold
-        some coordinates. "stalled": at a local minimum within the limits. "budget": the budget was
-        spent before. "no pose": the matrix is not finite, or off a rigid pose by more than
+        "": there is one. "limits": a local minimum of the residual with coordinates at their
+        limits. "stalled": a local minimum within the limits. "max_evaluations": all evaluations
+        were spent before. "not a pose": the matrix is not finite, or off a rigid pose by more than
         `se3.NEARLY_RIGID`; `se3.project` names the reason.
         """
-        return np.array(REASONS)[self.ending]
+        reasons = np.array(REASONS)[self.ending]
+        return reasons if reasons.ndim else str(reasons)
 
     def __str__(self) -> str:
         """The result in a sentence."""
-        if self.success.ndim == 0:
+        if self.valid.ndim == 0:
             steps = f"{self.iterations} iteration{'' if self.iterations == 1 else 's'}"
-            return f"{self.reason} after {steps}, residual {self.residual:.3g}"
+            return f"{self.reason or 'solved'} after {steps}, residual {self.residual:.3g}"
         counts = np.bincount(self.ending.reshape(-1), minlength=len(REASONS))
-        of = [f"{n} {name}" for n, name in zip(counts, REASONS, strict=True) if n]
+        of = [f"{n} {name or 'solved'}" for n, name in zip(counts, REASONS, strict=True) if n]
         worst = np.nanmax(self.residual, initial=0.0)
-        return f"{self.success.size} poses: {', '.join(of)}; largest residual {worst:.3g}"
+        return f"{self.valid.size} poses: {', '.join(of)}; largest residual {worst:.3g}"
 
 
 def _can_reach_links(robot: RobotFacts) -> bool:
@@ -97,22 +98,22 @@ class NumericMethods(RobotFacts):
 
     @functools.cached_property
     def _solvers(self) -> dict[tuple[str | None, int], Solver]:
-        """The solvers that were made, by tip and key."""
+        """The solvers that were made, by tip and number of the set of starts."""
         return {}
 
     @needs("fk", *_TOOL)
     def ik_numeric(
         self,
         T: ArrayLike,
-        seed: ArrayLike | None = None,
+        q_seed: ArrayLike | None = None,
         *,
         tip: str | None = None,
-        weights: Sequence[float] | None = None,
-        axes: Literal["tool", "base"] = "tool",
-        lock: Fixed | None = None,
+        task_weights: Sequence[float] | None = None,
+        frame: Literal["tool", "base"] = "tool",
+        fixed: Any = None,
         tolerance: float | None = None,
-        budget: int = 10_000,
-        rng: int | np.random.Generator = 0,
+        max_evaluations: int = 10_000,
+        rng: int | np.random.Generator | None = 0,
         threads: int | Literal["all"] = 1,
     ) -> NumericSolution:
         """Coordinates within the limits at which the tip is at a pose, or nearest to it.
@@ -120,89 +121,127 @@ class NumericMethods(RobotFacts):
         Levenberg-Marquardt with lambda proportional to the squared error; the factor falls after
         each step that reduces the error and rises after each step that does not; no step passes a
         limit. If a start ends at another pose, further starts follow. For a pose out of reach the
-        result is the nearest pose found, at its least error, with `success` False.
+        result is the nearest pose found, at its least error, with `valid` False.
 
         Args:
             T: (..., 4, 4) poses of the tip measured and expressed in the base frame. The rigid pose
                 nearest to T is taken where T is off by at most `se3.NEARLY_RIGID`; a matrix
                 further off gives NaN.
-            seed: (..., n) coordinates at the start [rad or m]; leading dimensions broadcast. Values
-                beyond a limit are moved to it. Without a seed, the start with the nearest pose
-                comes first.
-            tip: The link to be moved to the pose, one of `frames.links`; the tool by default.
-                Robots derived without `link_poses` accept the tool alone.
-            weights: Six factors on the components of the error (v, omega), 0 for a free component:
-                (1, 1, 1, 0, 0, 0) for a position alone. All 1 by default, so that `unit_length`
-                (1 m for robots of 0.03 m to 30 m) counts as much as a radian.
-            axes: Whether these components are expressed in the axes of the tip or of the base.
-            lock: Coordinates that keep their values of the seed exactly, also beyond a limit, by
-                names or indexes; a joint of the main chain stands for the coordinate that moves it.
-            tolerance: Largest residual of a success [m]; 1e-9 `unit_length` if None.
-            budget: Greatest number of evaluations of forward kinematics for a pose, about 0.4
-                microseconds each for an arm with six joints.
-            rng: Selects the starts: a key, or a generator that gives a key. The same key gives the
-                same results for every number of threads.
+            q_seed: (..., n) coordinates at the start [rad or m]; leading dimensions broadcast.
+                Values beyond a limit are moved to it. Without `q_seed`, the start with the nearest
+                pose comes first.
+            tip: The link to be moved to the pose, one of `link_names`; the tool by default. Robots
+                derived without `link_poses` accept the tool alone.
+            task_weights: Six factors on the components of the error (v, omega), 0 for a free
+                component: (1, 1, 1, 0, 0, 0) for a position alone. All 1 by default, so that
+                `unit_length` (1 m for robots of 0.03 m to 30 m) counts as much as a radian.
+            frame: Whether these components are expressed in the axes of the "tool" (the tip) or of
+                the "base".
+            fixed: Coordinates that keep their values exactly, also beyond a limit: names or indices
+                keep the values at `q_seed`, a mapping sets values (...). A joint of the main chain
+                stands for the coordinate that moves it.
+            tolerance: Largest residual of a solution [m]; 1e-9 `unit_length` if None.
+            max_evaluations: Greatest number of evaluations of forward kinematics for a pose, about
+                0.4 microseconds each for an arm with six joints.
+            rng: Selects the starts: a number, a generator, or None for other starts in each call.
+                A number gives the same results for every number of threads.
             threads: The number of threads over which poses are split, "all": one per core.
 
         Returns:
-            `q (..., n)`, `residual`, `success`, `ending`, `iterations` and `restarts (...,)`;
-            `fk(q)` is within `residual` of T.
+            `q (..., n)`, `residual`, `valid`, `ending`, `iterations` and `restarts (...,)`, with
+            `reason`; `fk(q)` is within `residual` of T.
 
         Raises:
             ShapeError: If a shape is wrong, or the leading dimensions do not broadcast.
+            InputTypeError: If `fixed` is neither a mapping nor names.
             InputValueError: If there is no such link or coordinate, a weight is negative, all
-                weights are 0, a lock comes without a seed, or an option is unknown.
+                weights are 0, fixed names come without `q_seed`, or an option is unknown.
         """
         method = f"{self.name}.ik_numeric"
-        if axes not in ("tool", "base"):
-            raise InputValueError(f'{method}: expected axes "tool" or "base", got {axes!r}')
+        if frame not in ("tool", "base"):
+            raise InputValueError(f'{method}: expected frame "tool" or "base", got {frame!r}')
         unit = self.unit_length
         tolerance = SOLVED * unit if tolerance is None else tolerance
         if not (isinstance(tolerance, int | float) and tolerance > 0):
             raise InputValueError(f"{method}: expected a tolerance above 0, got {tolerance!r}")
-        most = _whole_number(method, "budget", budget, 1, _MOST_BUDGET)
-        given = count_cores() if threads == "all" else threads
-        count = _whole_number(method, "threads", given, 1, None)
-        key = int(rng.integers(2**63)) if isinstance(rng, np.random.Generator) else rng
-        key = _whole_number(method, "rng", key, 0, None)
-        solver = self._solvers.get((tip, key)) or self._new_solver(tip, key)
+        evaluations = _whole_number(method, "max_evaluations", max_evaluations, 1, _MAX_EVALUATIONS)
+        n_threads = count_cores() if threads == "all" else threads
+        count = _whole_number(method, "threads", n_threads, 1, None)
+        if rng is None or isinstance(rng, np.random.Generator):
+            rng = int(np.random.default_rng(rng).integers(2**63))
+        start_set = _whole_number(method, "rng", rng, 0, None)
+        solver = self._solvers.get((tip, start_set)) or self._new_solver(tip, start_set)
         poses = real_array(method, "T", T)
         if poses.shape[-2:] != (4, 4):
             raise ShapeError(f"{method}: expected poses T (..., 4, 4), got shape {poses.shape}")
-        locked, begin = fixed_coordinates(self, "ik_numeric", lock), None
-        if seed is not None:
-            poses, begin = self._with_seeds(poses, seed, locked)
-        elif locked.any():
-            raise InputValueError(
-                f"{method}: lock needs a seed, which holds the values of the locked coordinates"
-            )
-        task = _WHOLE if weights is None else _weights(method, weights)
-        # With equal weights in all directions the axes make no difference.
-        turned = axes == "tool" and task is not _WHOLE
+        items, begin = read_fixed(method, fixed), None
+        locked = fixed_coordinates(self, "ik_numeric", list(items) or None)
+        if items:
+            q_seed = self._with_fixed(method, items, q_seed)
+        if q_seed is not None:
+            poses, begin = self._with_seeds(poses, q_seed, locked)
+        task = _WHOLE if task_weights is None else _weights(method, task_weights)
+        # With equal weights in all directions the frame makes no difference.
+        in_tool_axes = frame == "tool" and task is not _WHOLE
         return NumericSolution._make(
-            solver.solve(poses, begin, task, turned, tolerance, unit, most, count, locked)
+            solver.solve(
+                poses, begin, task, in_tool_axes, tolerance, unit, evaluations, count, locked
+            )
         )
 
-    def _new_solver(self, tip: str | None, key: int) -> Solver:
+    def _with_fixed(
+        self, method: str, items: Mapping[str | int, ArrayLike | None], q_seed: ArrayLike | None
+    ) -> FloatArray:
+        """The seeds (..., n) with the values of fixed coordinates and joints."""
+        if q_seed is None and None in items.values():
+            raise InputValueError(
+                f"{method}: fixed names keep their values at q_seed; pass q_seed, or map the names "
+                "to values"
+            )
+        begin = real_array(method, "q_seed", self.q_reference if q_seed is None else q_seed)
+        names = [coordinate.name for coordinate in self.coordinates]
+        for item, given in items.items():
+            if given is None:
+                continue
+            value = real_array(method, str(item), given)
+            try:
+                batch = np.broadcast_shapes(value.shape, begin.shape[:-1])
+            except ValueError:
+                raise ShapeError(
+                    f"{method}: the values of {item} have shape {value.shape}, which does not "
+                    f"broadcast with {begin.shape[:-1]}"
+                ) from None
+            begin = np.array(np.broadcast_to(begin, (*batch, self.n)))
+            if not isinstance(item, str) or item in names:
+                begin[..., item if not isinstance(item, str) else names.index(item)] = value
+                continue
+            index = [joint.name for joint in self.chain_joints].index(item)
+            moving = np.flatnonzero(fixed_coordinates(self, "ik_numeric", item))
+            theta = self.chain(begin)
+            theta[..., index] = value
+            begin[..., moving] = self.actuators(theta)[..., moving]
+        return begin
+
+    def _new_solver(self, tip: str | None, start_set: int) -> Solver:
         """Makes the solver once: its table takes as long as a thousand poses."""
-        if len(self._solvers) >= _MOST_SOLVERS:
+        if len(self._solvers) >= _MAX_SOLVERS:
             self._solvers.clear()
-        return self._solvers.setdefault((tip, key), _solver(self, tip, key))
+        return self._solvers.setdefault((tip, start_set), _solver(self, tip, start_set))
 
     def _with_seeds(
-        self, poses: FloatArray, seed: ArrayLike, locked: NDArray[np.bool_]
+        self, poses: FloatArray, q_seed: ArrayLike, locked: NDArray[np.bool_]
     ) -> tuple[FloatArray, FloatArray]:
         """As many poses as seeds, and as many seeds as poses."""
         method = f"{self.name}.ik_numeric"
-        begin = real_array(method, "seed", seed)
+        begin = real_array(method, "q_seed", q_seed)
         if begin.shape[-1:] != (self.n,):
-            raise ShapeError(f"{method}: expected a seed (..., {self.n}), got shape {begin.shape}")
+            raise ShapeError(f"{method}: expected q_seed (..., {self.n}), got shape {begin.shape}")
         try:
             batch = np.broadcast_shapes(poses.shape[:-2], begin.shape[:-1])
         except ValueError:
             raise ShapeError(
                 f"{method}: leading dimensions do not broadcast: {poses.shape[:-2]} of T and "
-                f"{begin.shape[:-1]} of seed"
+                f"{begin.shape[:-1]} of q_seed"
             ) from None
         poses = np.broadcast_to(poses, (*batch, 4, 4))
         inside = np.where(locked, begin, np.clip(begin, self.lower, self.upper))
@@ -224,29 +263,29 @@ def _whole_number(method: str, name: str, given: object, least: int, most: int |
 
 
 def _weights(method: str, given: Sequence[float]) -> FloatArray:
-    weights = real_array(method, "weights", given)
+    weights = real_array(method, "task_weights", given)
     if weights.shape != (6,):
-        raise ShapeError(f"{method}: expected six weights, got shape {weights.shape}")
+        raise ShapeError(f"{method}: expected six task_weights, got shape {weights.shape}")
     if not (weights >= 0).all() or not weights.any() or not np.isfinite(weights).all():
         raise InputValueError(
-            f"{method}: expected weights that are not negative, and some that are not 0, got "
+            f"{method}: expected task_weights that are not negative, and some that are not 0, got "
             f"{weights.tolist()}"
         )
     return weights
 
 
-def _solver(robot: RobotFacts, tip: str | None, key: int) -> Solver:
+def _solver(robot: RobotFacts, tip: str | None, start_set: int) -> Solver:
     """The solver of a robot."""
-    limits, q = (robot.lower, robot.upper), starts(robot, key)
-    if tip is None or tip == robot.frames.tip:
+    limits, q = (robot.lower, robot.upper), starts(robot, start_set)
+    if tip is None or tip == robot.tip_frame:
         return Solver(_kernels(robot, _TOOL), *limits, q, _entries(robot.fk(q)))
-    offered = robot.frames.links if _can_reach_links(robot) else ()
+    offered = robot.link_names if _can_reach_links(robot) else ()
     if tip not in offered:
-        links = ", ".join((robot.frames.tip, *offered))
+        links = ", ".join((robot.tip_frame, *offered))
         raise InputValueError(
             f"{robot.name}.ik_numeric: no link {tip!r} for a tip; there are: {links}"
         )
-    link = robot.frames.links.index(tip)
+    link = robot.link_names.index(tip)
     kernels = _kernels(robot, ["link_poses", *(["chain_D_q"] if robot.loops else [])])
     poses = _entries(robot.link_poses(q)[:, link])
     return Solver(kernels, *limits, q, poses, link, screws_up_to(robot.manifest, link))
@@ -261,10 +300,10 @@ def _entries(T: FloatArray) -> FloatArray:
     return np.ascontiguousarray(T[:, :3].reshape(-1, 12).T)
 
 
-def starts(robot: RobotFacts, key: int) -> FloatArray:
-    """(m, n) coordinates that fill the limits, at which the loops close; the key selects them."""
+def starts(robot: RobotFacts, start_set: int) -> FloatArray:
+    """(m, n) coordinates that fill the limits and close the loops; the number selects them."""
     lower, upper = ranges(robot.coordinates, robot.reference)
-    first = np.random.default_rng(key).random(robot.n)
+    first = np.random.default_rng(start_set).random(robot.n)
     found = np.empty((0, robot.n))
     for k in range(_STARTS // _FEWEST):
         points = low_discrepancy(k * _STARTS, (k + 1) * _STARTS, robot.n, first)

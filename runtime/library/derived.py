@@ -29,7 +29,7 @@ PARAMETRIC = ("--parametric",)
 _WARNING = "warning: "
 """The beginning of the lines by which the compiler warns."""
 _FIXED = "--fixed"
-_FUNCTIONS_OF_FIXEDN = ("fk", "fk_jacobian_mixed", "ik")
+_FUNCTIONS_OF_FIXED = ("fk", "fk_jacobian_mixed", "ik")
 """What is derived of a robot for chosen given joints: its inverse, and what refines it."""
 
 
@@ -56,7 +56,7 @@ def is_description(path: Path) -> bool:
 
 def giving(names: Sequence[str]) -> tuple[str, ...]:
     """The options by which the folder has `ik` for given joints, and what that needs."""
-    return (_FIXED, ",".join(names), "--functions", ",".join(_FUNCTIONS_OF_FIXEDN))
+    return (_FIXED, ",".join(names), "--functions", ",".join(_FUNCTIONS_OF_FIXED))
 
 
 def derived_folder(description: Path, options: Sequence[str] = ()) -> Path:

@@ -114,9 +114,9 @@ def repeated_and_missing(judged: Judged, q: np.ndarray) -> tuple[int, int]:
     """Count solutions in a second slot, and regular configurations without a slot."""
     arm, slides = judged.arm, slides_of(judged.robot)
     T, J = arm.fk_jacobian_mixed(q)
-    found = arm.ik(T, *judged.given(q))
+    found = arm.ik(T, fixed=judged.fixed(q))
     there = (found.valid & (apart(found.q, q[:, None], slides) < SAME)).any(-1)
-    free = [k for k in range(q.shape[1]) if not judged.is_given(k)]
+    free = [k for k in range(q.shape[1]) if not judged.is_fixed(k)]
     regular = np.linalg.svd(J[..., free], compute_uv=False)[:, -1] > CLEARLY_REGULAR
     return int((found.count - found.distinct().count).sum()), int((regular & ~there).sum())
 
@@ -124,8 +124,8 @@ def repeated_and_missing(judged: Judged, q: np.ndarray) -> tuple[int, int]:
 def fewer_than_newton(judged: Judged, q: np.ndarray) -> int:
     """Count the regular solutions of the pose at q that only Newton's method finds."""
     arm, T = judged.arm, judged.arm.fk(q)
-    own = arm.ik(T, *judged.given(q)).array()
-    fixed = {k: q[k] for k in range(len(q)) if judged.is_given(k)}
+    own = arm.ik(T, fixed=judged.fixed(q)).array()
+    fixed = {k: q[k] for k in range(len(q)) if judged.is_fixed(k)}
     others = regular_solutions(arm, T, fixed)
     return sum(not (apart(own, other) < SAME).any() for other in others)
 

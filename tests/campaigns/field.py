@@ -11,6 +11,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from tests.support.fixed import fixed_values
 from tests.support.generators.field_arms import FieldArm, FieldCase, arms, derived
 from tests.support.generators.poses import PoseSet
 from tests.support.oracles.verdict import judged
@@ -71,7 +72,7 @@ def judgement(arm: FieldArm, folder: Path, random: int, right: int, seed: int) -
 
 def own(case: FieldCase, q: np.ndarray) -> Answers:
     """Solve the poses of configurations (m, n) with the inverse of chasles."""
-    found = case.robot.ik(case.pose(q), *case.others(q))
+    found = case.robot.ik(case.pose(q), fixed=fixed_values(case.robot, case.others(q)))
     return Answers(found.q, found.valid)
 
 

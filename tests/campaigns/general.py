@@ -21,6 +21,7 @@ from chasles.derive.build.generate import files_of, put
 from chasles.derive.emit.languages import emitters_of
 from chasles.derive.inverse.general.raghavan_roth import numbers
 from chasles.derive.inverse.general.split_choice import slides_of
+from tests.support.fixed import fixed_at
 from tests.support.generators.random_arms import long_arm, random_arm
 
 from .campaign import Campaign, Outcome
@@ -62,11 +63,9 @@ class Judged:
     robot: SerialRobot
     arm: chasles.Robot
 
-    def given(self, q: np.ndarray) -> list[np.ndarray]:
+    def fixed(self, q: np.ndarray) -> dict[str, np.ndarray]:
         """Return the fixed joint values that ``ik`` needs at configurations (m, n)."""
-        names = [joint.name for joint in self.robot.coordinates]
-        wanted = [a.meaning for a in self.arm.redundancy]
-        return [q[..., k] for k, name in enumerate(names) if f"of {name}," in " ".join(wanted)]
+        return fixed_at(self.arm, q)
 
     def true_poses(self, q: np.ndarray) -> np.ndarray:
         """Return poses (..., 4, 4) in extended precision, from the placements alone."""
@@ -93,24 +92,23 @@ class Judged:
 
     def _lost(self, q: np.ndarray) -> list[int]:
         T, J = self.arm.fk_jacobian_mixed(q)
-        solutions = self.arm.ik(T, *self.given(q))
+        solutions = self.arm.ik(T, fixed=self.fixed(q))
         there = solutions.valid & (apart(solutions.q, q[:, None], slides_of(self.robot)) < SAME)
-        left = np.delete(J, [k for k in range(q.shape[1]) if self.is_given(k)], axis=2)
+        left = np.delete(J, [k for k in range(q.shape[1]) if self.is_fixed(k)], axis=2)
         regular = np.linalg.svd(left, compute_uv=False)[:, -1] > REGULAR
         off = np.abs(self.true_poses(solutions.q) - T[:, None]).max((-1, -2))
         wrong = solutions.valid & ~(off <= WRONG)
         marks = (regular, ~there.any(-1) & regular, solutions.count == 0, wrong)
         return [mark.sum() for mark in marks]
 
-    def is_given(self, joint: int) -> bool:
+    def is_fixed(self, joint: int) -> bool:
         """Return whether ``ik`` takes the value of a joint."""
-        name = self.robot.coordinates[joint].name
-        return any(f"of {name}," in argument.meaning for argument in self.arm.redundancy)
+        return any(joint == item.index for item in self.arm.redundancy)
 
     def elsewhere(self, q: np.ndarray, random: np.random.Generator) -> np.ndarray:
         """Return other configurations of the same poses, from iterations with random starts."""
         found = self.arm.ik_numeric(self.arm.fk(q), random.uniform(-np.pi, np.pi, q.shape))
-        return np.asarray(found.q[found.success])
+        return np.asarray(found.q[found.valid])
 
     def counts(self, T: np.ndarray, q: np.ndarray, random: np.random.Generator) -> int:
         """Count the poses for which Newton's iteration finds another number of solutions.
@@ -120,7 +118,7 @@ class Judged:
             q: Configurations (m, n) that supply the fixed joint values.
             random: Random numbers of the starts.
         """
-        own = self.arm.ik(T, *self.given(q)).count
+        own = self.arm.ik(T, fixed=self.fixed(q)).count
         others = [len(self.everywhere(*one, random)) for one in zip(T, q, strict=True)]
         return int((own != others).sum())
 
@@ -129,7 +127,7 @@ class Judged:
     ) -> list[np.ndarray]:
         """Solve a pose by Newton's iteration from random configurations."""
         n = len(at)
-        free = [k for k in range(n) if not self.is_given(k)]
+        free = [k for k in range(n) if not self.is_fixed(k)]
         q = np.tile(at, (STARTS, 1))
         q[:, free] = random.uniform(-np.pi, np.pi, (STARTS, len(free)))
         moving = np.arange(STARTS)

@@ -44,7 +44,7 @@ def trial(number: int) -> Outcome:
 def judged(mechanism: Mechanism, rng: np.random.Generator) -> tuple[int, int, float]:
     """Number of closed configurations, number of wrong configurations, and the largest gap."""
     robot, numbers = chasles.load(mechanism.name), Multistart(mechanism)
-    is_map = robot.solution == "closed form"
+    is_map = robot.loop_solution == "closed form"
     closed, wrong, largest = 0, 0, 0.0
     for _ in range(BLOCKS):
         values, valid, finite = _configurations(robot, numbers, rng, is_map)

@@ -107,7 +107,7 @@ def _compare(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, inpu
     rng = np.random.default_rng(verdict.seed)
     q = np.vstack([drawn.q, numbers.random_q(rng, inputs - 1)])
     modes = numbers.modes(q, numbers.actuated)
-    if robot.solution != "closed form":
+    if robot.loop_solution != "closed form":
         verdict.open = True
         reached = np.isfinite(robot.fk(q)).all((1, 2))
         closed = np.array([len(of) > 0 for of in modes])
@@ -116,7 +116,7 @@ def _compare(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, inpu
         _slots(verdict, robot, drawn, q[reached])
         return
     found = robot.chain_branches(q)
-    labels = robot.labels["chain_all"]
+    labels = robot.labels["chain_branches"]
     _count(verdict, numbers, (numbers.actuated, q), (numbers.chain, found), labels, modes)
     _reference(verdict, numbers, drawn, robot)
     first = np.isclose(robot.chain(q), found[0][:, 0], rtol=0, atol=SAME * numbers.size)
@@ -134,7 +134,7 @@ def _compare(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, inpu
         theta[::4] += 0.1 * numbers.scales(numbers.chain) * rng.uniform(-1, 1, theta[::4].shape)
     back = numbers.modes(theta, numbers.chain)
     found = robot.actuator_branches(theta)
-    labels = robot.labels["actuators_all"]
+    labels = robot.labels["actuator_branches"]
     _count(verdict, numbers, (numbers.chain, theta), (numbers.actuated, found), labels, back)
     _valid(verdict, numbers, robot, theta)
     if len(numbers.chain) == len(numbers.actuated):
@@ -182,7 +182,7 @@ def _silent(
 
 def _slots(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, q: np.ndarray) -> None:
     """Count faults of the inverse at the poses of configurations (N, n)."""
-    if hasattr(robot, "ik") and not robot.given and len(q):
+    if hasattr(robot, "ik") and not robot.redundancy and len(q):
         verdict.faults.update(slot_faults(robot, drawn.mechanism, q))
 
 

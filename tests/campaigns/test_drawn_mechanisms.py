@@ -105,7 +105,7 @@ def test_offset_universal_joint_closes_by_newton(tmp_path):
     mechanism = replace(plain, joints=joints)
     write(mechanism, tmp_path / "aside", functions=["configuration", "fk"], languages=C_ALONE)
     robot = chasles.load(tmp_path / "aside")
-    assert robot.solution == "newton"
+    assert robot.loop_solution == "newton"
     q = robot.reference.q + np.random.default_rng(0).uniform(-0.1, 0.1, (200, robot.n))
     z = robot.configuration(q)
     names = [variable.name for variable in robot.configuration_variables]

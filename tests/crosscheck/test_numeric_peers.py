@@ -33,7 +33,7 @@ def test_ik_numeric_solves_every_reachable_pose(name):
     task = numeric_task(name, POSES)
     assert len(task.T) == POSES
     found = task.solve(task.T)
-    assert found.success.all()
+    assert found.valid.all()
     assert ((found.q >= task.robot.lower) & (found.q <= task.robot.upper)).all()
     assert missed(task) == 0
 
@@ -57,7 +57,7 @@ def test_peer_model_has_same_kinematics_and_limits(name):
     for row, T in zip(q, robot.fk(q), strict=True):
         assert np.abs(elements.eval(row) - T).max() <= AGREEMENT
         found = inverse(T)
-        assert found.success
+        assert found.valid
         assert np.abs(robot.fk(found.q) - T).max() <= 1e-6
 
 
@@ -87,8 +87,8 @@ def scipys(error, robot, q, jac="2-point"):
 def test_unreachable_position_is_as_near_as_scipy(name):
     robot = chasles.load(name)
     T = reach_beyond(robot, 1)
-    found = robot.ik_numeric(T, weights=POSITION)
-    assert not found.success.any()
+    found = robot.ik_numeric(T, task_weights=POSITION)
+    assert not found.valid.any()
     assert found.iterations.max() <= 10_000
     for residual, pose in zip(found.residual, T, strict=True):
 
@@ -107,7 +107,7 @@ def test_unreachable_pose_error_is_as_small_as_scipy(name):
     robot = chasles.load(name)
     T = reach_beyond(robot, 1)
     found = robot.ik_numeric(T)
-    assert not found.success.any()
+    assert not found.valid.any()
     for q, pose in zip(found.q, T, strict=True):
 
         def error(x, pose=pose):

@@ -350,7 +350,7 @@ def test_every_parallelogram_assembly_is_a_branch():
     theta, valid, _ = r.chain_branches(q)
     assert valid.all()
     assert theta.shape[1] == 32
-    labels = r.labels["chain_all"]
+    labels = r.labels["chain_branches"]
     assert sum("crossed" not in label for label in labels) == 4
     # Only with both rods parallel does the wrist stay level.
     level = np.abs(wrapped(theta[..., 2:5].sum(-1) - theta[:, :1, 2:5].sum(-1))) < 1e-9

@@ -156,7 +156,8 @@ class Motion:
     @property
     def _locked(self) -> Fixed | None:
         """Coordinates that do not move: the locked ones, and those that the inverse is given."""
-        return self.robot.given or None if self.lock is None else self.lock
+        held = [item.index for item in self.robot.redundancy if item.index is not None]
+        return held or None if self.lock is None else self.lock
 
     def _followed(self, s: FloatArray, task: Any) -> FloatArray:
         """Coordinates on the branch of q_seed; more samples where a joint moves far between two."""
@@ -164,7 +165,9 @@ class Motion:
             parts = 2**halvings
             finer = np.interp(np.arange((len(s) - 1) * parts + 1) / parts, np.arange(len(s)), s)
             target = self.curve.at(finer)[0]
-            path = self.robot.ik_path(target, self.q_seed, *self.given, task=task)
+            names = [item.name for item in self.robot.redundancy]
+            fixed = dict(zip(names, self.given, strict=False))
+            path = self.robot.ik_path(target, self.q_seed, task=task, fixed=fixed)
             if path.complete:
                 return np.asarray(path.q[::parts])
             if path.reason != "jump" or len(s) == 1:
@@ -181,9 +184,9 @@ class Motion:
         q, q_seed = np.empty((len(T), self.robot.n)), self.q_seed
         for k, pose in enumerate(T):
             found = self.robot.ik_numeric(
-                pose, q_seed, lock=self.lock, tolerance=ON_CURVE * self.robot.unit_length
+                pose, q_seed, fixed=self.lock, tolerance=ON_CURVE * self.robot.unit_length
             )
-            if not found.success:
+            if not found.valid:
                 raise OutOfReachError(
                     f"{self.robot.name}: at {self._part(s[k])} the motion cannot go on: with "
                     f"{self.lock} locked the tool misses the curve by {found.residual:.3g} m"

@@ -45,7 +45,8 @@ def task_rates(
     Raises:
         InputValueError: More joints move than the task has coordinates.
     """
-    held = list(robot.held.get(f"ik_{task}", ()))
+    names = robot.free_coordinates.get(task, ())
+    held = [robot.coordinate_names.index(name) for name in names]
     if robot.n - len(held) != by_s.shape[1]:
         raise InputValueError(
             f"{robot.name}: {robot.n - len(held)} joints move for the {by_s.shape[1]} coordinates "

@@ -4,62 +4,82 @@
 
 /* ------------------------------------------------------------------ names */
 
-/* Returns "q, qd", for messages. */
-static PyObject *input_names(const Kernel *kernel)
+/* Returns the name of a slot: an input, out, threads or fixed; NULL where a call takes none. */
+static PyObject *slot_name(const Kernel *kernel, int takes_fixed, int slot)
 {
-    PyObject *text = PyUnicode_FromString("");
-    for (int i = 0; text && i < kernel->n_inputs; i++) {
-        Py_SETREF(text,
-                  PyUnicode_FromFormat("%U%s%U", text, i ? ", " : "", kernel->operands[i].name));
+    if (slot < kernel->n_inputs) {
+        return slot && takes_fixed ? NULL : kernel->operands[slot].name;
     }
-    return text;
+    PyObject *options[] = {str_out, str_threads, takes_fixed ? str_fixed : NULL};
+    return options[slot - kernel->n_inputs];
 }
 
 /* Sets the error for a wrong number of inputs; returns -1. */
-static int set_count_error(const Kernel *kernel, Py_ssize_t n_given)
+static int set_count_error(const Kernel *kernel, int takes_fixed, Py_ssize_t n_given)
 {
-    PyObject *names = input_names(kernel);
+    int wanted = takes_fixed ? 1 : kernel->n_inputs;
+    PyObject *names = PyUnicode_FromString("");
+    for (int i = 0; names && i < wanted; i++) {
+        Py_SETREF(names,
+                  PyUnicode_FromFormat("%U%s%U", names, i ? ", " : "", kernel->operands[i].name));
+    }
     if (names) {
-        PyErr_Format(InputError, "%U: takes %d input%s (%U), got %zd", kernel->label,
-                     kernel->n_inputs, kernel->n_inputs == 1 ? "" : "s", names, n_given);
+        PyErr_Format(InputError, "%U: takes %d input%s (%U), got %zd%s", kernel->label, wanted,
+                     wanted == 1 ? "" : "s", names, n_given,
+                     takes_fixed && n_given > 1 ? "; fixed= takes the values of joints by name"
+                                                : "");
         Py_DECREF(names);
     }
     return -1;
 }
 
-/* Returns the slot of a keyword: the index of the input, n_inputs for out, then threads; -1 with an
- * error set. */
-static int find_keyword(const Kernel *kernel, PyObject *keyword)
+/* Sets the error for an unknown keyword, with a hint; returns -1. */
+static int set_keyword_error(const Kernel *kernel, int takes_fixed, PyObject *keyword)
+{
+    PyObject *names = PyList_New(0), *hints = PyImport_ImportModule("chasles.call.hints");
+    for (int i = 0; names && hints && i < kernel->n_inputs + N_OPTIONS; i++) {
+        PyObject *name = slot_name(kernel, takes_fixed, i);
+        if (name && PyList_Append(names, name) < 0) {
+            Py_CLEAR(names);
+        }
+    }
+    PyObject *text = names && hints ? PyObject_CallMethod(hints, "unknown_keyword", "OOO",
+                                                          kernel->label, keyword, names)
+                                    : NULL;
+    if (text) {
+        PyErr_SetObject(InputError, text);
+    }
+    Py_XDECREF(text);
+    Py_XDECREF(names);
+    Py_XDECREF(hints);
+    return -1;
+}
+
+/* Returns the slot of a keyword; -1 with an error set. */
+static int find_keyword(const Kernel *kernel, int takes_fixed, PyObject *keyword)
 {
     for (int i = 0; i < kernel->n_inputs + N_OPTIONS; i++) {
-        PyObject *name = i < kernel->n_inputs    ? kernel->operands[i].name
-                         : i == kernel->n_inputs ? str_out
-                                                 : str_threads;
-        int equal = PyObject_RichCompareBool(keyword, name, Py_EQ);
+        PyObject *name = slot_name(kernel, takes_fixed, i);
+        int equal = name ? PyObject_RichCompareBool(keyword, name, Py_EQ) : 0;
         if (equal != 0) {
             return equal < 0 ? -1 : i;
         }
     }
-    PyObject *names = input_names(kernel);
-    if (names) {
-        PyErr_Format(InputError, "%U: unknown argument %R; it takes %U, out and threads",
-                     kernel->label, keyword, names);
-        Py_DECREF(names);
-    }
-    return -1;
+    return set_keyword_error(kernel, takes_fixed, keyword);
 }
 
-int bind_arguments(const Kernel *kernel, PyObject *const *args, Py_ssize_t n_args,
+int bind_arguments(const Kernel *kernel, int takes_fixed, PyObject *const *args, Py_ssize_t n_args,
                    PyObject *keywords, PyObject **slots)
 {
     Py_ssize_t n_keywords = keywords ? PyTuple_GET_SIZE(keywords) : 0, n_given = n_args;
-    if (n_args > kernel->n_inputs) {
-        return set_count_error(kernel, n_args);
+    int wanted = takes_fixed ? 1 : kernel->n_inputs;
+    if (n_args > wanted) {
+        return set_count_error(kernel, takes_fixed, n_args);
     }
     memcpy(slots, args, n_args * sizeof(PyObject *));
     memset(slots + n_args, 0, (kernel->n_inputs + N_OPTIONS - n_args) * sizeof(PyObject *));
     for (Py_ssize_t k = 0; k < n_keywords; k++) {
-        int slot = find_keyword(kernel, PyTuple_GET_ITEM(keywords, k));
+        int slot = find_keyword(kernel, takes_fixed, PyTuple_GET_ITEM(keywords, k));
         if (slot < 0) {
             return -1;
         }
@@ -71,7 +91,30 @@ int bind_arguments(const Kernel *kernel, PyObject *const *args, Py_ssize_t n_arg
         slots[slot] = args[n_args + k];
         n_given += slot < kernel->n_inputs;
     }
-    return n_given == kernel->n_inputs ? 0 : set_count_error(kernel, n_given);
+    return n_given == wanted ? 0 : set_count_error(kernel, takes_fixed, n_given);
+}
+
+int spread_fixed(const Kernel *kernel, PyObject *parameters, PyObject *fixed, PyObject **slots)
+{
+    int n_more = kernel->n_inputs - 1, is_tuple = fixed && PyTuple_CheckExact(fixed);
+    if (is_tuple ? PyTuple_GET_SIZE(fixed) != n_more
+                 : !fixed || !PyDict_CheckExact(fixed) || PyDict_GET_SIZE(fixed) != n_more ||
+                       PyTuple_GET_SIZE(parameters) != n_more) {
+        return 0;
+    }
+    for (int i = 0; i < n_more; i++) {
+        PyObject *value = is_tuple
+                              ? PyTuple_GET_ITEM(fixed, i)
+                              : PyDict_GetItemWithError(fixed, PyTuple_GET_ITEM(parameters, i));
+        if (!value) {
+            while (i-- > 0) {
+                Py_DECREF(slots[1 + i]);
+            }
+            return PyErr_Occurred() ? -1 : 0;
+        }
+        slots[1 + i] = Py_NewRef(value);
+    }
+    return 1;
 }
 
 int read_out(const Kernel *kernel, PyObject **out, PyObject *const **outs)

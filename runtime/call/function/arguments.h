@@ -4,7 +4,7 @@
 
 #include "call/kernel/operands.h"
 
-#define N_OPTIONS 2   /* keywords beside the inputs: out, threads */
+#define N_OPTIONS 3   /* keywords after the inputs: out, threads, fixed */
 #define ALL_THREADS 0 /* the number of threads="all" */
 
 /* The shape of the leading dimensions, to which all inputs broadcast. */
@@ -13,10 +13,16 @@ typedef struct {
     npy_intp dims[NPY_MAXDIMS];
 } LeadingShape;
 
-/* Sorts the arguments into slots: one for each input, then out and threads; NULL where none is
- * given. Returns -1 with an error set. */
-int bind_arguments(const Kernel *kernel, PyObject *const *args, Py_ssize_t n_args,
+/* Sorts the arguments into slots: one for each input, then out, threads and fixed; NULL where none
+ * is given. A function that takes fixed= has one input by position or name. Returns -1 with an
+ * error set. */
+int bind_arguments(const Kernel *kernel, int takes_fixed, PyObject *const *args, Py_ssize_t n_args,
                    PyObject *keywords, PyObject **slots);
+
+/* Fills the slots of the inputs after the first if `fixed` maps the names in `parameters` to them,
+ * or is a tuple of them (the form of calls within this package). Returns 1 with new references, 0
+ * for other values, -1 with an error set. */
+int spread_fixed(const Kernel *kernel, PyObject *parameters, PyObject *fixed, PyObject **slots);
 
 /* Sets *outs to the arrays to write into, one for each output, with None where a new array is
  * wanted, or to NULL where no array is given at all. Returns -1 with an error set. */

@@ -7,7 +7,8 @@
  *                  leading dimensions. With threads= it is called on parts of the batch
  *                  (threads.py); arguments with a ufunc protocol of their own go to overrides.py.
  *
- * A call with given= is passed on to the inverse for the chosen joints. */
+ * An inverse of poses takes its further inputs by name in fixed=; Python takes other fixed joints.
+ */
 #include <string.h>
 
 #include "call/function/arguments.h"
@@ -331,32 +332,11 @@ static PyObject *call_general(Function *self, PyObject *const *inputs, PyObject 
 
 /* ------------------------------------------------------------------ vectorcall */
 
-PyObject *function_vectorcall(PyObject *object, PyObject *const *args, size_t n_flagged,
-                              PyObject *keywords)
+/* Calls the kernel with one object for each input, in the cheapest of the three ways. */
+static PyObject *call_bound(Function *self, PyObject *const *inputs, PyObject *const *outs,
+                            long threads)
 {
-    Function *self = (Function *)object;
     const Kernel *kernel = self->kernel;
-    PyObject *slots[MAX_OPERANDS + N_OPTIONS];
-    PyObject *const *inputs = args;
-    PyObject *const *outs = NULL;
-    long threads = 1;
-
-    if (keywords && self->chosen) {
-        int with_given = PySequence_Contains(keywords, str_given);
-        if (with_given != 0) {
-            return with_given < 0 ? NULL
-                                  : PyObject_Vectorcall(self->chosen, args, n_flagged, keywords);
-        }
-    }
-    Py_ssize_t n_args = PyVectorcall_NARGS(n_flagged);
-    if (keywords || n_args != kernel->n_inputs) {
-        if (bind_arguments(kernel, args, n_args, keywords, slots) < 0 ||
-            read_out(kernel, &slots[kernel->n_inputs], &outs) < 0 ||
-            (threads = read_threads(kernel, slots[kernel->n_inputs + 1])) < 0) {
-            return NULL;
-        }
-        inputs = slots;
-    }
     for (int i = 0; i < kernel->n_inputs; i++) {
         if (!is_core_array(inputs[i], &kernel->operands[i])) {
             int ndim = 0;
@@ -370,4 +350,58 @@ PyObject *function_vectorcall(PyObject *object, PyObject *const *args, size_t n_
         return call_general(self, inputs, outs, threads);
     }
     return call_single(self, inputs, outs);
+}
+
+/* Calls an inverse of poses with fixed joints, whose arguments are in slots. */
+static PyObject *call_fixed(Function *self, PyObject **slots)
+{
+    const Kernel *kernel = self->kernel;
+    PyObject **options = slots + kernel->n_inputs, *const *outs = NULL, *result = NULL;
+    long threads;
+    int found = spread_fixed(kernel, self->parameters, options[2], slots);
+    if (found <= 0) {
+        for (int i = 0; i < N_OPTIONS; i++) {
+            options[i] = options[i] ? options[i] : Py_None;
+        }
+        return found < 0 ? NULL
+                         : PyObject_CallFunctionObjArgs(self->general, slots[0], options[2],
+                                                        options[0], options[1], NULL);
+    }
+    if (read_out(kernel, options, &outs) == 0 &&
+        (threads = read_threads(kernel, options[1])) >= 0) {
+        result = call_bound(self, slots, outs, threads);
+    }
+    for (int i = 1; i < kernel->n_inputs; i++) {
+        Py_DECREF(slots[i]);
+    }
+    return result;
+}
+
+PyObject *function_vectorcall(PyObject *object, PyObject *const *args, size_t n_flagged,
+                              PyObject *keywords)
+{
+    Function *self = (Function *)object;
+    const Kernel *kernel = self->kernel;
+    PyObject *slots[MAX_OPERANDS + N_OPTIONS];
+    PyObject *const *inputs = args;
+    PyObject *const *outs = NULL;
+    long threads = 1;
+
+    Py_ssize_t n_args = PyVectorcall_NARGS(n_flagged);
+    int takes_fixed = self->general != NULL;
+    if (keywords || n_args != kernel->n_inputs || (takes_fixed && n_args > 1)) {
+        PyObject **options = slots + kernel->n_inputs;
+        if (bind_arguments(kernel, takes_fixed, args, n_args, keywords, slots) < 0) {
+            return NULL;
+        }
+        if (takes_fixed && (kernel->n_inputs > 1 || (options[2] && options[2] != Py_None))) {
+            return call_fixed(self, slots);
+        }
+        if (read_out(kernel, options, &outs) < 0 ||
+            (threads = read_threads(kernel, options[1])) < 0) {
+            return NULL;
+        }
+        inputs = slots;
+    }
+    return call_bound(self, inputs, outs, threads);
 }

@@ -13,7 +13,7 @@ static const size_t OWNED[] = {
     offsetof(Function, doc),     offsetof(Function, signature),  offsetof(Function, inputs),
     offsetof(Function, outputs), offsetof(Function, operations), offsetof(Function, reduced),
     offsetof(Function, guard),   offsetof(Function, solutions),  offsetof(Function, refinement),
-    offsetof(Function, chosen)};
+    offsetof(Function, general), offsetof(Function, parameters)};
 
 static int function_traverse(Function *self, visitproc visit, void *arg)
 {
@@ -113,18 +113,20 @@ PyTypeObject FunctionType = {
 
 PyObject *function_new(PyObject *library, PyObject *args, PyObject *kwargs)
 {
-    static char *keywords[] = {
-        "name",  "inputs",    "outputs", "label", "doc", "signature", "operations", "reduced",
-        "guard", "solutions", "rescue",  "poses", "fk",  "unit",      "chosen",     NULL};
+    static char *keywords[] = {"name",       "inputs",     "outputs", "label", "doc",
+                               "signature",  "operations", "reduced", "guard", "solutions",
+                               "rescue",     "poses",      "fk",      "unit",  "general",
+                               "parameters", NULL};
     PyObject *name, *inputs, *outputs, *label, *doc, *signature, *operations, *reduced, *guard,
-        *solutions, *rescue, *chosen;
+        *solutions, *rescue, *general, *parameters;
     int poses;
     const char *fk_name;
     double unit;
-    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "UO!O!$UUOOO!OOOizdO:function", keywords, &name,
-                                     &PyTuple_Type, &inputs, &PyTuple_Type, &outputs, &label, &doc,
-                                     &signature, &operations, &PyTuple_Type, &reduced, &guard,
-                                     &solutions, &rescue, &poses, &fk_name, &unit, &chosen)) {
+    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "UO!O!$UUOOO!OOOizdOO!:function", keywords,
+                                     &name, &PyTuple_Type, &inputs, &PyTuple_Type, &outputs, &label,
+                                     &doc, &signature, &operations, &PyTuple_Type, &reduced, &guard,
+                                     &solutions, &rescue, &poses, &fk_name, &unit, &general,
+                                     &PyTuple_Type, &parameters)) {
         return NULL;
     }
     const char *utf8 = PyUnicode_AsUTF8(name);
@@ -160,7 +162,8 @@ PyObject *function_new(PyObject *library, PyObject *args, PyObject *kwargs)
     function->operations = Py_NewRef(operations);
     function->reduced = Py_NewRef(reduced);
     function->guard = guard == Py_None ? NULL : Py_NewRef(guard);
-    function->chosen = chosen == Py_None ? NULL : Py_NewRef(chosen);
+    function->general = general == Py_None ? NULL : Py_NewRef(general);
+    function->parameters = Py_NewRef(parameters);
     if (set_solutions(function, solutions) < 0 || set_refinement(function, rescue) < 0) {
         Py_CLEAR(function);
     }

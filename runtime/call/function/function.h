@@ -18,7 +18,8 @@ typedef struct {
     double tolerance;        /* greatest residual of a valid branch */
     PyObject *refinement;    /* of branches that are nearly valid; NULL where there is none */
     double near;             /* greatest residual of a branch that is refined */
-    PyObject *chosen;        /* takes calls with given=, of an inverse; NULL for other functions */
+    PyObject *general;    /* takes other calls of ik(T, *, fixed, ...); NULL for other functions */
+    PyObject *parameters; /* the keys of fixed= that stand for the further inputs; may be NULL */
 } Function;
 
 extern PyTypeObject FunctionType;

@@ -21,7 +21,7 @@
 extern PyObject *ShapeError, *InputError, *LibraryMismatchError;
 
 /* Interned strings. */
-extern PyObject *str_out, *str_threads, *str_given, *str_name, *str_shape, *str_array_ufunc;
+extern PyObject *str_out, *str_threads, *str_fixed, *str_name, *str_shape, *str_array_ufunc;
 
 /* __array_ufunc__ of NumPy's own arrays. */
 extern PyObject *ndarray_array_ufunc;

@@ -369,7 +369,7 @@ def test_built_delta_ik_position_and_ik_path_recover_motors(built_delta):
     assert_allclose(reached, np.repeat(p, found.valid.sum(1), 0), atol=1e-12)
     assert not built_delta.ik_position([0.0, 0.0, 0.5]).valid.any()
     way = np.linspace(q[0], q[0] + 0.1, 20)
-    path = built_delta.ik_path(built_delta.fk(way), seed=q[0], task="position")
+    path = built_delta.ik_path(built_delta.fk(way), q_seed=q[0], task="position")
     assert_allclose(path.q, way, atol=SAME)
 
 

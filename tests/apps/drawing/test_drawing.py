@@ -19,6 +19,7 @@ from chasles.errors import InputValueError, ShapeError
 from tests.support.chains import random_chain
 from tests.support.derivations import NAMES as SERIAL
 from tests.support.derivations import description
+from tests.support.fixed import fixed_at
 from tests.support.skeletons import described_skeleton
 
 pytest.importorskip("matplotlib")
@@ -80,7 +81,7 @@ def test_link_ends_match_fk_joint_positions(name):
     q = generator.uniform(-1, 1, robot.n)
     links = robot.link_poses(q)
     _, found = shown(bodies, ("front", "side", "top", "axonometric"), q)
-    index = {link: k for k, link in enumerate(robot.frames.links)}
+    index = {link: k for k, link in enumerate(robot.link_names)}
     checked = 0
     for scene in found:
         for body in bodies.bodies[1:]:
@@ -152,8 +153,7 @@ def test_ghosts_show_every_other_ik_solution(name):
         near = bodies.posture if robot.reference else generator.uniform(-1, 1, robot.n)
         q = near + 0.02 * generator.uniform(-1, 1, robot.n)
         others = other_inverses(robot, q)
-        given = [q[k] for k in robot.given]
-        every = robot.ik(robot.fk(q), *given).distinct()
+        every = robot.ik(robot.fk(q), fixed=fixed_at(robot, q)).distinct()
         assert others.count == every.count - 1
         ghosts = others.array()
         views = ("front", "axonometric")

@@ -51,7 +51,7 @@ def test_skeleton_poses_match_fk_and_link_poses(name):
     assert np.abs(bodies.tip_poses(poses) - T)[closed].max() < TRUE
     names = [body.name for body in bodies.bodies]
     links = robot.link_poses(q)
-    for k, link in enumerate(robot.frames.links):
+    for k, link in enumerate(robot.link_names):
         own = poses[:, names.index(link)]
         assert np.abs(own - links[:, k])[closed].max() < TRUE, link
 

@@ -93,7 +93,10 @@ def test_reach_sums_solutions_over_fixed_joint_values():
     T = robot.fk(np.random.default_rng(5).uniform(robot.lower, robot.upper, (20, 7)))
     found = reach(robot, T, given=5)
     values = np.linspace(lower, upper, 5)
-    counts = [robot.ik(T, value).within_limits(windings=False).valid.sum(-1) for value in values]
+    counts = [
+        robot.ik(T, fixed={"joint7": value}).within_limits(windings=False).valid.sum(-1)
+        for value in values
+    ]
     assert np.array_equal(found.solutions[:, 0], np.sum(counts, 0))
 
 
@@ -158,11 +161,11 @@ def test_limit_reason_precedes_out_of_reach_for_fixed_joint_values():
     found = reach(robot, places, evenly(2), given=given)
     T = np.tile(np.eye(4), (300, 2, 1, 1))
     T[..., :3, :3], T[..., :3, 3] = evenly(2), places[:, None]
-    j = robot.given[0]
+    j = robot.redundancy[0].index
     values = np.linspace(robot.lower[j], robot.upper[j], given)
-    some = np.any([robot.ik(T, value).valid.any(-1) for value in values], axis=0)
+    some = np.any([robot.ik(T, fixed={"joint7": value}).valid.any(-1) for value in values], axis=0)
     stopped = found.stopped
     assert (stopped[some] != OUT_OF_REACH).all()
     assert (stopped[~some] == OUT_OF_REACH).all()
-    every = np.all([robot.ik(T, value).valid.any(-1) for value in values], axis=0)
+    every = np.all([robot.ik(T, fixed={"joint7": value}).valid.any(-1) for value in values], axis=0)
     assert ((stopped >= 0) & ~every).sum() > 10

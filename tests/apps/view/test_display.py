@@ -49,7 +49,7 @@ def test_displayed_tool_matches_fk(name):
     np.testing.assert_allclose(display.start.tool, robot.fk(display.start.q), atol=1e-9)
     for posture in drawn(display, np.random.default_rng(5)):
         assert posture.reached
-        if robot.solution != "newton":
+        if robot.loop_solution != "newton":
             np.testing.assert_allclose(posture.tool, robot.fk(posture.q), atol=1e-12)
         if robot.loops:
             assert np.abs(robot.constraint(posture.z)).max() < 1e-9
@@ -94,7 +94,7 @@ def test_dragged_tool_stays_on_its_branch(name):
     for posture in drawn(display, np.random.default_rng(11)):
         # Away from the limits; what the inverse is given stays, as it does in a drag.
         way = 1e-3 * np.where(posture.q < middle, 1.0, -1.0)
-        way[list(robot.given)] = 0
+        way[[item.index for item in robot.redundancy if item.index is not None]] = 0
         there = display.at(posture.q + way, posture)
         if not there.closes:
             continue

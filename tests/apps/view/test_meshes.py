@@ -60,7 +60,7 @@ def test_mesh_poses_match_yourdfpy(meshed):
     q = np.array([0.7, -0.4, 0.2])
     poses = bodies.poses(q)
     urdf.update_cfg(dict(zip([c.name for c in robot.coordinates], q, strict=True)))
-    base = urdf.get_transform(robot.frames.base, urdf.base_link)
+    base = urdf.get_transform(robot.base_frame, urdf.base_link)
     expected = []
     for node in urdf.scene.graph.nodes_geometry:
         T, name = urdf.scene.graph.get(node)

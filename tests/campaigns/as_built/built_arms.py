@@ -12,6 +12,7 @@ import numpy as np
 
 import chasles
 from chasles.derive import Mechanism, RobotError, write
+from tests.support.fixed import fixed_at
 from tests.support.generators.driven_arms import built_arm
 
 from ..bars import barred
@@ -73,15 +74,8 @@ def judged_arm(arm: Mechanism, number: int) -> Judged:
         T = robot.fk(q)
         closed = np.isfinite(T).all((1, 2))
         q, T = q[closed], T[closed]
-        found = robot.ik(T, *_given(robot, q))
+        found = robot.ik(T, fixed=fixed_at(robot, q))
         apart = np.abs(np.remainder(found.q - q[:, None] + np.pi, 2 * np.pi) - np.pi).max(-1)
         is_back = (np.where(found.valid, apart, np.inf) < FOUND).any(-1)
         again = robot.fk(found.q[found.valid]) - np.repeat(T, found.valid.sum(-1), 0)
         return Judged(0.0, float(1 - is_back.mean()), float(np.abs(again).max(initial=0.0)))
-
-
-def _given(robot: chasles.Robot, q: np.ndarray) -> list[np.ndarray]:
-    """The values (N,) of the fixed joints that the inverse takes."""
-    names = [joint.name for joint in robot.chain_joints]
-    given = robot.functions["ik"].inputs[1:]
-    return [robot.chain(q)[:, names.index(joint.name)] for joint in given]

@@ -13,6 +13,7 @@ import numpy as np
 
 import chasles
 from chasles.derive import Mechanism, RobotError, write
+from tests.support.fixed import fixed_at
 from tests.support.generators.as_built import single_errors
 from tests.support.oracles.least_gaps import LeastGaps
 from tests.support.oracles.multi_start import Multistart
@@ -143,14 +144,6 @@ def _lost(robot: chasles.Robot, q: np.ndarray) -> float:
     if "ik" not in robot.functions:
         return np.inf
     T = robot.fk(q)
-    given = {name: robot.chain(q)[:, k] for k, name in _given(robot)}
-    found = robot.ik(T, given=given) if given else robot.ik(T)
+    found = robot.ik(T, fixed=fixed_at(robot, q))
     apart = np.abs(np.remainder(found.q - q[:, None] + np.pi, 2 * np.pi) - np.pi)
     return int((np.where(found.valid[..., None], apart, np.inf).max(-1).min(-1) > 1e-8).sum())
-
-
-def _given(robot: chasles.Robot) -> list[tuple[int, str]]:
-    """Index and name of each fixed joint of the main chain that ``ik`` takes."""
-    fixed = robot.functions["ik"].inputs[1:]
-    names = [joint.name for joint in robot.chain_joints]
-    return [(names.index(argument.name), argument.name) for argument in fixed]

@@ -309,7 +309,7 @@ def _read_only():
         (lambda r: r.fk(Q, q=Q), "tiny.fk: q is given twice"),
         (
             lambda r: r.fk(Q, where=True),
-            "tiny.fk: unknown argument 'where'; it takes q, out and threads",
+            "tiny.fk: unknown argument 'where'; it takes q, out, threads",
         ),
         (lambda r: r.fk(Q, out=[1.0]), "tiny.fk: out for T must be a NumPy array, got list"),
         (

@@ -85,12 +85,12 @@ def test_wrong_types_and_wrong_values_raise_distinct_errors():
     for error in (chasles.InputTypeError, chasles.InputValueError):
         assert issubclass(error, chasles.InputError)
     assert not issubclass(chasles.InputValueError, TypeError)
-    with pytest.raises(ValueError, match="rows must be"):
+    with pytest.raises(ValueError, match="components must be"):
         arm.manipulability(q, components="none")
-    with pytest.raises(ValueError, match="budget"):
-        arm.ik_numeric(np.eye(4), budget=0)
-    with pytest.raises(ValueError, match="jump"):
-        arm.ik_path([np.eye(4)], q, jump=0)
+    with pytest.raises(ValueError, match="max_evaluations"):
+        arm.ik_numeric(np.eye(4), max_evaluations=0)
+    with pytest.raises(ValueError, match="max_step"):
+        arm.ik_path([np.eye(4)], q, max_step=0)
     with pytest.raises(TypeError, match="previous and dt"):
         arm.joint_rates(q, q, acceleration_limits=1.0)
     with pytest.raises(TypeError, match="real numbers"):
@@ -132,11 +132,15 @@ def test_labels_follow_slots_through_solution_filters():
 
 
 @pytest.mark.parametrize(
-    ("name", "function"), [("excavator", "chain_all"), ("delta", "actuators_all")]
+    ("name", "function", "method"),
+    [
+        ("excavator", "chain_all", "chain_branches"),
+        ("delta", "actuators_all", "actuator_branches"),
+    ],
 )
-def test_branches_of_loops_have_labels(name, function):
+def test_branches_of_loops_have_labels(name, function, method):
     robot = chasles.load(name)
-    labels = robot.labels[function]
+    labels = robot.labels[method]
     assert len(labels) == len(set(labels)) == robot.functions[function].outputs[0].shape[0]
     first = labels[0].split(", ")
     # The last choice varies fastest: the second slot mirrors that part and no other.
@@ -195,7 +199,7 @@ def test_missing_attribute_error_names_reason_and_substitute(robot, name, words)
 
 
 def test_ik_with_fixed_joints_without_inverse_names_substitute(robot):
-    with pytest.raises(AttributeError, match=r"ik_numeric, .* with lock= keeps given joints at"):
-        chasles.load("planar_3rrr").ik(np.eye(4), given={"x": 0.1})
+    with pytest.raises(AttributeError, match=r"ik_numeric, .* with fixed= keeps joints at"):
+        chasles.load("planar_3rrr").ik(np.eye(4), fixed={"x": 0.1})
     with pytest.raises(AttributeError, match="chasles-derive FILE --fixed JOINTS"):
-        robot.ik(np.eye(4), given={robot.coordinates[0].name: 0.1})
+        robot.ik(np.eye(4), fixed={robot.coordinates[0].name: 0.1})

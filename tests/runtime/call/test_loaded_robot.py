@@ -32,7 +32,7 @@ def test_loaded_robot_exposes_manifest_facts(robot):
     assert [c.name for c in robot.coordinates] == ["pan", "lift"]
     np.testing.assert_array_equal(robot.lower, [-3, -np.inf])
     np.testing.assert_array_equal(robot.upper, [3, np.inf])
-    assert robot.frames.links == ("link1", "link2")
+    assert robot.link_names == ("link1", "link2")
     assert robot.parameters["d1"].exact == "13/80"
     assert robot.notes == ("Not to be built.",)
     assert list(robot.functions) == ["fk", "blend", "fused", "distance", "wide"]

@@ -18,6 +18,7 @@ from chasles.derive.model.tolerances import LED
 from chasles.derive.terms.terms import Terms
 from tests.support.compiling import compiled
 from tests.support.derivations import ROBOTS
+from tests.support.fixed import fixed_at
 from tests.support.generators.drawn_arms import random_arm
 from tests.support.generators.geometric_errors import displaced
 from tests.support.oracles.pinocchio_fk import pinocchio_fk
@@ -42,10 +43,9 @@ def case(request, displaced_robot, tmp_path_factory):
     return compiled(robot, folder, FUNCTIONS, ["c", "casadi"]), pinocchio_fk(robot)
 
 
-def asked(arm, q):
-    """What `ik` takes for configurations: the pose, and the joints that are given."""
-    names = [c.name for c in arm.ik.inputs[1:]]
-    return arm.fk(q), *(q[..., int(name.removeprefix("q")) - 1] for name in names)
+def inputs_of(arm, q):
+    """Return the poses and the redundancy parameters of configurations."""
+    return arm.fk(q), fixed_at(arm, q)
 
 
 def found(arm, solutions, q):
@@ -65,7 +65,7 @@ def right_angles(n, count, seed=1):
 def test_valid_solutions_reach_pose_and_configurations_are_found(case):
     arm, fk = case
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (300, arm.n))
-    solutions = arm.ik(*asked(arm, q))
+    solutions = arm.ik(arm.fk(q), fixed=fixed_at(arm, q))
     assert (solutions.count > 0).all()
     assert found(arm, solutions, q).mean() > 0.99
     wanted = np.broadcast_to(arm.fk(q)[:, None], (*solutions.valid.shape, 4, 4))
@@ -76,8 +76,8 @@ def test_valid_solutions_reach_pose_and_configurations_are_found(case):
 def test_right_angle_poses_are_solved(case):
     arm, fk = case
     q = right_angles(arm.n, 200)
-    T, *given = asked(arm, q)
-    solutions = arm.ik(T, *given)
+    T, fixed = inputs_of(arm, q)
+    solutions = arm.ik(T, fixed=fixed)
     assert (solutions.count > 0).all()
     for k in range(0, 200, 10):
         for row in solutions.array() if solutions.valid.ndim == 1 else solutions.at(k).array():
@@ -87,9 +87,9 @@ def test_right_angle_poses_are_solved(case):
 def test_residual_is_pose_error_of_calibrated_arm(case):
     arm, fk = case
     q = np.random.default_rng(2).uniform(-1, 1, (20, arm.n))
-    T, *given = asked(arm, q)
+    T, fixed = inputs_of(arm, q)
     T[:, :3, 3] *= 1.2
-    solutions = arm.ik(T, *given)
+    solutions = arm.ik(T, fixed=fixed)
     checked = 0
     for k, residuals in enumerate(solutions.residual):
         for slot, residual in enumerate(residuals):
@@ -105,14 +105,14 @@ def test_residual_is_pose_error_of_calibrated_arm(case):
 def test_invalid_poses_have_no_solution(case):
     arm, _ = case
     q = np.random.default_rng(3).uniform(-1, 1, (10, arm.n))
-    T, *given = asked(arm, q)
-    assert arm.ik(T.astype(np.float32), *given).valid.any(-1).all()
+    T, fixed = inputs_of(arm, q)
+    assert arm.ik(T.astype(np.float32), fixed=fixed).valid.any(-1).all()
     off = T.copy()
     off[:, 0, 0] += 1e-3
     with pytest.raises(chasles.InputValueError, match="off by"):
-        arm.ik(off, *given)
+        arm.ik(off, fixed=fixed)
     T[0], T[1, 0, 3] = np.nan, 100.0
-    solutions = arm.ik(T, *given)
+    solutions = arm.ik(T, fixed=fixed)
     assert np.isnan(solutions.residual[0]).all()
     assert not solutions.valid[:2].any()
     assert np.isfinite(solutions.q[1, 0]).all()
@@ -122,10 +122,10 @@ def test_invalid_poses_have_no_solution(case):
 def test_batch_equals_single_pose_calls(case):
     arm, _ = case
     q = np.random.default_rng(4).uniform(-np.pi, np.pi, (40, arm.n))
-    T, *given = asked(arm, q)
-    batch = arm.ik(T, *given, threads=2)
+    T, fixed = inputs_of(arm, q)
+    batch = arm.ik(T, fixed=fixed, threads=2)
     for k in range(40):
-        one = arm.ik(T[k], *(value[k] for value in given))
+        one = arm.ik(T[k], fixed={name: value[k] for name, value in fixed.items()})
         np.testing.assert_array_equal(one.q, batch.q[k])
         np.testing.assert_array_equal(one.valid, batch.valid[k])
 

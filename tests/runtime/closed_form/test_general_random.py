@@ -9,6 +9,7 @@ import pytest
 from chasles.derive import explain, read_text
 from tests.campaigns.general import DERIVED, Judged
 from tests.support.compiling import compiled
+from tests.support.fixed import fixed_values
 from tests.support.generators.drawn_arms import random_arm as drawn_arm
 from tests.support.generators.geometric_errors import displaced
 from tests.support.generators.random_arms import random_arm
@@ -59,10 +60,10 @@ def test_solution_count_matches_multi_start_newton(judged):
 
 
 def test_fixed_joints_keep_their_values(judged):
-    given = [k for k in range(len(judged.robot.moving)) if judged.is_given(k)]
+    given = [k for k in range(len(judged.robot.moving)) if judged.is_fixed(k)]
     assert len(given) == len(judged.robot.moving) - 6
     q = uniform(judged, 50, 5)
-    solutions = judged.arm.ik(judged.arm.fk(q), *judged.given(q))
+    solutions = judged.arm.ik(judged.arm.fk(q), fixed=judged.fixed(q))
     for k in given:
         assert (solutions.q[..., k] == q[:, None, k]).all()
 
@@ -154,7 +155,7 @@ def test_collinear_axes_have_all_solutions_at_any_value_of_one_joint(tmp_path, n
     rng, (first, second) = np.random.default_rng(6), pair
     q = np.concatenate([rng.uniform(-3, 3, (100, 6)), rng.integers(0, 4, (100, 6)) * np.pi / 2])
     value = rng.uniform(-3, 3, len(q))
-    solutions = arm.ik(arm.fk(q), value)
+    solutions = arm.ik(arm.fk(q), fixed=fixed_values(arm, [value]))
     assert (solutions.q[..., second] == value[:, None]).all()
     # The tool depends on the sum of both angles.
     q[:, first] += q[:, second] - value

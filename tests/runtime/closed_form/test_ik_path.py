@@ -28,12 +28,12 @@ def test_ik_path_recovers_joint_path(arm):
     q = line([-2.0, 0.3, 0.0, 5.0], [2.0, 2.0, 0.4, 30.0], 400)
     path = arm.ik_path(arm.fk(q), q[0] + 0.05)
     assert path.complete
-    assert (path.ended_at, path.reason, path.joint) == (400, "", "")
+    assert (path.ended_at, path.reason, path.coordinate) == (400, "", "")
     np.testing.assert_allclose(path.q, q, atol=1e-11)
-    np.testing.assert_allclose(path.largest_step, np.abs(q[1] - q[0]), atol=1e-9)
+    np.testing.assert_allclose(path.max_step, np.abs(q[1] - q[0]), atol=1e-9)
     margin = arm.ik(arm.fk(q)).margin[:, 0]
-    assert path.smallest_margin == margin.min()
-    assert path.smallest_margin_at == margin.argmin()
+    assert path.min_margin == margin.min()
+    assert path.min_margin_index == margin.argmin()
     assert str(path).startswith("all 400 poses on one branch, margin 0.0")
 
 
@@ -53,10 +53,10 @@ def test_path_continues_through_singularity_without_jump(arm):
     path = arm.ik_path(arm.fk(q), q[0])
     assert path.complete
     # Through the stretched arm both branches go on; it may take either, but may not jump.
-    assert path.largest_step.max() < 0.05
+    assert path.max_step.max() < 0.05
     np.testing.assert_allclose(np.abs(path.q[:, 1]), np.abs(q[:, 1]), atol=1e-7)
-    assert path.smallest_margin_at == 100
-    assert abs(path.smallest_margin) < 1e-12
+    assert path.min_margin_index == 100
+    assert abs(path.min_margin) < 1e-12
 
 
 def test_path_ends_at_first_unreachable_pose(arm):
@@ -76,17 +76,17 @@ def test_path_ends_at_first_unreachable_pose(arm):
 def test_path_ends_at_joint_limit(arm):
     q = line([0.0, 1.0, 0.0, 0.0], [8.0, 1.0, 0.0, 0.0])
     path = arm.ik_path(arm.fk(q), q[0])
-    assert (path.reason, path.joint, path.complete) == ("limit", "shoulder", False)
+    assert (path.reason, path.coordinate, path.complete) == ("limit", "shoulder", False)
     assert path.ended_at == np.argmax(q[:, 0] > 6.5)
-    assert path.would_be == pytest.approx(q[path.ended_at, 0])
+    assert path.next_value == pytest.approx(q[path.ended_at, 0])
     np.testing.assert_allclose(path.q, q[: path.ended_at], atol=1e-11)
     assert "shoulder would go to 6.5" in str(path)
     # At once, where no solution of the first pose is within limits.
     low = arm.ik_path(arm.fk(q + np.array([0, 0, 20, 0])), q[0])
-    assert (low.ended_at, low.reason, low.joint, low.q.shape) == (0, "limit", "lift", (0, 4))
-    assert np.isnan(low.smallest_margin)
-    assert low.smallest_margin_at == -1
-    assert (low.largest_step == 0).all()
+    assert (low.ended_at, low.reason, low.coordinate, low.q.shape) == (0, "limit", "lift", (0, 4))
+    assert np.isnan(low.min_margin)
+    assert low.min_margin_index == -1
+    assert (low.max_step == 0).all()
 
 
 def test_path_starts_within_joint_limits(arm):
@@ -103,11 +103,11 @@ def test_path_ends_before_joint_jump(arm):
     q = np.concatenate([line([0, 1, 0, 0], [0.5, 1, 0, 0], 20), line([1.5, 1, 0, 0], [2, 1, 0, 0])])
     T = arm.fk(q)
     path = arm.ik_path(T, q[0])
-    assert (path.ended_at, path.reason, path.joint) == (20, "jump", "shoulder")
-    assert path.would_be == pytest.approx(1.5)
+    assert (path.ended_at, path.reason, path.coordinate) == (20, "jump", "shoulder")
+    assert path.next_value == pytest.approx(1.5)
     assert str(path) == "ended at pose 20: shoulder would jump to 1.5"
-    assert arm.ik_path(T, q[0], jump=1.1).complete
-    assert arm.ik_path(T, q[0], jump=0.01).ended_at == 1
+    assert arm.ik_path(T, q[0], max_step=1.1).complete
+    assert arm.ik_path(T, q[0], max_step=0.01).ended_at == 1
 
 
 def test_path_stays_near_along_solution_continuum(arm, monkeypatch):
@@ -130,12 +130,17 @@ def test_path_stays_near_along_solution_continuum(arm, monkeypatch):
 @pytest.mark.parametrize(
     ("T", "seed", "more", "message"),
     [
-        (np.eye(4), np.zeros(4), {}, r"expected T \(m, 4, 4\) and seed \(4,\), got shapes"),
-        (np.zeros((3, 4, 4)), np.zeros(3), {}, r"seed \(4,\)"),
-        (np.zeros((3, 4, 4)), np.zeros(4), {"jump": 0}, "jump must be positive, got 0"),
-        (np.zeros((3, 4, 4)), np.zeros(4), {"jump": np.nan}, "jump must be positive, got nan"),
+        (np.eye(4), np.zeros(4), {}, r"expected T \(m, 4, 4\) and q_seed \(4,\), got shapes"),
+        (np.zeros((3, 4, 4)), np.zeros(3), {}, r"q_seed \(4,\)"),
+        (np.zeros((3, 4, 4)), np.zeros(4), {"max_step": 0}, "max_step must be positive, got 0"),
+        (
+            np.zeros((3, 4, 4)),
+            np.zeros(4),
+            {"max_step": np.nan},
+            "must be positive, got nan",
+        ),
     ],
-    ids=["single pose", "short seed", "zero jump", "nan jump"],
+    ids=["single pose", "short seed", "zero step", "nan step"],
 )
 def test_wrong_arguments_are_rejected(arm, T, seed, more, message):
     with pytest.raises(chasles.ChaslesError, match=message):
@@ -172,12 +177,12 @@ def test_further_inverse_inputs_vary_along_path(tmp_path, cache, monkeypatch):
     folder.write(source, header)
     arm = load(folder, monkeypatch)
     q = line([0.0, 1.0, 0.0, 0.3], [0.5, 1.2, 0.0, 0.9], 30)
-    path = arm.ik_path(arm.fk(q), q[0], q[:, [0, 1, 3]].sum(-1))
+    path = arm.ik_path(arm.fk(q), q[0], fixed={"phi": q[:, [0, 1, 3]].sum(-1)})
     np.testing.assert_allclose(path.q, q, atol=1e-12)
-    fixed = arm.ik_path(arm.fk(q), q[0], 1.3)
+    fixed = arm.ik_path(arm.fk(q), q[0], fixed={"phi": 1.3})
     np.testing.assert_allclose(fixed.q[:, [0, 1, 3]].sum(-1), 1.3)
-    with pytest.raises(chasles.ShapeError, match=r"must be \(\) or \(m,\)"):
-        arm.ik_path(arm.fk(q), q[0], np.zeros((2, 1)))
+    with pytest.raises(chasles.ShapeError, match="phi have shape"):
+        arm.ik_path(arm.fk(q), q[0], fixed={"phi": np.zeros(2)})
 
 
 def test_missing_inverse_error_states_reason(tmp_path, cache, monkeypatch):
@@ -222,7 +227,7 @@ def test_path_passes_wrist_singularity_without_jump(name):
     assert abs(q[200, 4]) < 1e-15
     path = arm.ik_path(arm.fk(q), q[0])
     assert path.complete, str(path)
-    assert path.largest_step.max() < 0.5
+    assert path.max_step.max() < 0.5
     assert np.abs(arm.fk(path.q) - arm.fk(q)).max() < 1e-9
     np.testing.assert_allclose(path.q[[0, 100]], q[[0, 100]], atol=1e-9)
 
@@ -236,7 +241,7 @@ def test_path_follows_windings_beyond_full_turn():
     np.testing.assert_allclose(path.q, q, atol=1e-10)
     beyond = start + np.linspace(0, 1, 500)[:, None] * [-2.0, 0, 0, 0, 0, 0]
     ended = arm.ik_path(arm.fk(beyond), beyond[0])
-    assert (ended.reason, ended.joint) == ("limit", arm.coordinates[0].name)
+    assert (ended.reason, ended.coordinate) == ("limit", arm.coordinates[0].name)
     assert ended.ended_at == np.argmax(beyond[:, 0] < arm.lower[0])
 
 
@@ -244,7 +249,7 @@ def test_path_of_seven_joint_arm_follows_fixed_joint_values():
     arm = chasles.load("panda")
     start = np.array([0.1, 0.2, 0.3, -1.5, 0.4, 1.6, 0.5])
     q = start + np.linspace(0, 1, 100)[:, None] * [0.3, 0.2, -0.1, 0.3, 0.2, 0.1, 0.4]
-    path = arm.ik_path(arm.fk(q), q[0], q[:, 6])
+    path = arm.ik_path(arm.fk(q), q[0], fixed={"joint7": q[:, 6]})
     assert path.complete
     np.testing.assert_allclose(path.q, q, atol=1e-9)
 
@@ -277,7 +282,7 @@ def test_task_paths_recover_random_joint_paths(name):
             if task != "position":
                 np.testing.assert_allclose(there[:, 2, 2], T[:, 2, 2], atol=1e-9)
             # Only where branches meet may the path go on by another one.
-            if path.smallest_margin > 1e-3:
+            if path.min_margin > 1e-3:
                 np.testing.assert_allclose(path.q, q, atol=1e-7)
                 kept += 1
     assert kept >= 45 * len(TASKS[name])
@@ -296,7 +301,7 @@ def test_five_axis_arm_follows_line_at_constant_pitch():
     there = robot.fk(path.q)
     np.testing.assert_allclose(there[:, :3, 3], T[:, :3, 3], atol=1e-12)
     np.testing.assert_allclose(there[:, 2, 2], start[2, 2], atol=1e-12)
-    assert path.largest_step.max() < 0.01
+    assert path.max_step.max() < 0.01
     # The same from the input of ik_position_pitch itself.
     pitch = np.arctan2(start[2, 2], np.hypot(*start[:2, 2]))
     x = np.column_stack([T[:, :3, 3], np.full(300, pitch)])
@@ -312,7 +317,7 @@ def test_task_without_inverse_is_rejected_by_name():
         chasles.InputValueError, match="no inverse for task 'position'; it has pose"
     ):
         chasles.load("ur5e").ik_path(np.eye(4)[None], np.zeros(6), task="position")
-    with pytest.raises(chasles.ShapeError, match=r"T \(m, 4, 4\) or \(m, 4\) and seed \(5,\)"):
+    with pytest.raises(chasles.ShapeError, match=r"T \(m, 4, 4\) or \(m, 4\) and q_seed \(5,\)"):
         robot.ik_path(np.zeros((3, 5)), np.zeros(5), task="position_pitch")
 
 
@@ -336,7 +341,7 @@ def test_batched_path_equals_sequential_steps(name):
                 break
             found = robot.ik_path(pair, here[-1])
             if not found.complete:
-                assert (found.reason, found.joint) == (path.reason, path.joint)
+                assert (found.reason, found.coordinate) == (path.reason, path.coordinate)
                 break
             here = np.vstack([here, found.q[1]])
         np.testing.assert_allclose(path.q, here, atol=1e-11)

@@ -39,7 +39,7 @@ def test_one_solution_page_examples_run_as_documented(capsys):
 
 def test_redundant_arms_page_examples_run():
     names = run("how-to/redundant-arms.md")
-    assert [item.name for item in names["panda"].redundancy] == ["q7"]
+    assert [item.name for item in names["panda"].redundancy] == ["joint7"]
 
 
 def test_calibrated_arms_page_examples_run():

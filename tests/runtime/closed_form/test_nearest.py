@@ -265,7 +265,7 @@ def test_own_parameter_keeps_its_value_to_the_last_bit(panda):
     T = panda.fk(Q7)
     seed = Q7 + 0.013
     assert panda.ik_nearest(T, seed).q[6] == seed[6]
-    for fixed in ({"joint7": 0.31}, {"q7": 0.31}, {6: 0.31}):
+    for fixed in ({"joint7": 0.31}, {"joint7": 0.31}, {6: 0.31}):
         found = panda.ik_nearest(T, seed, fixed=fixed)
         assert found.q[6] == 0.31
         assert np.abs(panda.fk(found.q) - T).max() < CLOSURE
@@ -316,7 +316,7 @@ def test_two_surplus_freedoms_reach_the_best_value_of_a_dense_scan():
     q = rng.uniform(-1, 1, photo.n)
     T, seed = photo.fk(q), q + rng.uniform(-0.1, 0.1, photo.n)
     values = np.stack(np.meshgrid(*(seed[k] + np.linspace(-1, 1, 51) for k in (0, 3))), -1)
-    fixed = {"q1": values[..., 0], "q4": values[..., 1]}
+    fixed = {"r1": values[..., 0], "r4": values[..., 1]}
     scan = photo.ik_nearest(np.broadcast_to(T, (51, 51, 4, 4)), seed, fixed=fixed)
     assert scan.valid.sum() > 1000
     objectives = {

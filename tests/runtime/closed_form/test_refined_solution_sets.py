@@ -69,7 +69,7 @@ def test_solution_beside_an_exact_pose_is_none(tmp_path):
     arm = compiled(read(description("gen3")), tmp_path / "gen3", FUNCTIONS, ["c"])
     q = np.array([1, 1, 0, 0, 1, -1, 1]) * (np.pi / 2)
     T = arm.fk(q)
-    solutions = arm.ik(T, q[6])
+    solutions = arm.ik(T, fixed={"joint7": q[6]})
     assert solutions.count >= 1
     assert solutions.residual[solutions.valid].max() < 1e-9
     assert np.abs(arm.fk(solutions.array()) - T).max() < 2e-9

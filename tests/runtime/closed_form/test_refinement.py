@@ -10,6 +10,7 @@ import chasles.call.threads
 from chasles.closed_form.refinement import Refinement, refinement_of
 from chasles.contract import read_manifest
 from chasles.tolerances import REFINED, SOLVED
+from tests.support.fixed import fixed_values
 from tests.support.handwritten import scara
 from tests.support.optional import OptionalPackage
 
@@ -154,15 +155,15 @@ def test_panda_is_solved_at_double_singularity():
     q = np.tile(PANDA, (5, 1))
     q[[0, 2, 4]] = np.random.default_rng(1).uniform(-2, 2, (3, 7))
     T = arm.fk(q)
-    solutions = arm.ik(T, q[:, 6])
+    solutions = arm.ik(T, fixed={"joint7": q[:, 6]})
     assert solutions.valid.any(-1).all()
     assert (solutions.residual[solutions.valid] < 1e-13).all()
     assert (
         np.abs(arm.fk(solutions.q) - T[:, None]).max(axis=(-1, -2))[solutions.valid].max() < 1e-13
     )
-    assert arm.ik(T[1], q[1, 6]).valid.any()
+    assert arm.ik(T[1], fixed={"joint7": q[1, 6]}).valid.any()
     # One pose for many values: only those of the given joint are looked for.
-    several = arm.ik(T[1], np.array([q[1, 6], 2.5]))
+    several = arm.ik(T[1], fixed={"joint7": np.array([q[1, 6], 2.5])})
     np.testing.assert_array_equal(several.valid.any(-1)[0], True)
     np.testing.assert_array_equal(several.q[0, :, 6], q[1, 6])
 
@@ -206,7 +207,7 @@ def test_only_wrist_singularity_fixes_a_joint():
 def spoilt_slots(robot, q, *given):
     """All slots of an inverse a little off, and what the robot's last resort makes of them."""
     T = robot.fk(q)
-    solutions = robot.ik(T, *given)
+    solutions = robot.ik(T, fixed=fixed_values(robot, given))
     refinement = refinement_for(robot)
     free = [i for i in range(robot.n) if i not in refinement.fixed]
     moved = solutions.q.copy()

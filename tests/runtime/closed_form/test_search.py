@@ -12,6 +12,7 @@ import pytest
 import chasles
 from chasles.contract import read_manifest
 from tests.support.compiling import compiled, loaded
+from tests.support.fixed import fixed_at
 from tests.support.generators.drawn_arms import random_arm
 from tests.support.oracles.screws import screws_of
 
@@ -59,7 +60,7 @@ def test_bare_closed_form_misses_right_angle_poses(arm, q, T):
 
 
 def test_search_finds_every_missed_pose(arm, q, T):
-    found = arm.ik(T, q[:, 0], q[:, 5])
+    found = arm.ik(T, fixed=fixed_at(arm, q))
     assert found.valid.any(axis=1).all()
     apart = SCREWS.fk(found.q) - T[:, None]
     assert np.abs(apart).max(axis=(-1, -2))[found.valid].max() < 1e-9
@@ -71,7 +72,7 @@ def test_search_works_for_single_poses(arm, q, T):
     lost = np.flatnonzero(residual.min(axis=1) > 1e-3)
     assert len(lost) > 20
     for i in lost[:10]:
-        solutions = arm.ik(T[i], q[i, 0], q[i, 5]).array()
+        solutions = arm.ik(T[i], fixed=fixed_at(arm, q[i])).array()
         assert len(solutions)
         assert np.abs(SCREWS.fk(solutions) - T[i]).max() < 1e-9
 
@@ -84,7 +85,7 @@ def test_search_keeps_unreachable_poses_unchanged(arm):
     T = SCREWS.fk(q)
     away = rng.normal(size=(400, 3))
     T[:, :3, 3] = rng.uniform(2.5, 5, (400, 1)) * away / np.linalg.norm(away, axis=1, keepdims=True)
-    found = arm.ik(T, q[:, 0], q[:, 5])
+    found = arm.ik(T, fixed=fixed_at(arm, q))
     q_bare, residual, _ = arm.ik.ufunc(T, q[:, 0], q[:, 5])
     assert not found.valid.any()
     np.testing.assert_array_equal(found.q, q_bare)
@@ -98,7 +99,7 @@ def test_valid_flag_matches_pose_error(arm):
     q[:, 5] = rng.uniform(-0.4, 0.4, 400)
     T = SCREWS.fk(q)
     T[:, :3, 3] += rng.normal(scale=0.3, size=(400, 3))
-    found = arm.ik(T, q[:, 0], q[:, 5])
+    found = arm.ik(T, fixed=fixed_at(arm, q))
     apart = np.abs(SCREWS.fk(found.q) - T[:, None]).max(axis=(-1, -2))
     assert 50 < found.valid.any(axis=1).sum() < 350
     assert apart[found.valid].max() < 2e-9

@@ -121,7 +121,7 @@ def test_ik_numeric_converges_at_every_scale(family):
     T = family[1].fk(np.clip(q, family[1].lower, family[1].upper))
     for factor, arm in family.items():
         found = arm.ik_numeric(resized(T, factor))
-        assert found.success.all()
+        assert found.valid.all()
         off = resized(arm.fk(found.q) - resized(T, factor), 1 / arm.unit_length)
         assert np.abs(off).max() < 2e-9
 

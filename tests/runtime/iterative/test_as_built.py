@@ -154,7 +154,7 @@ def test_fixed_joints_keep_their_values(tmp_path):
     q = coordinates(robot)
     T, theta = robot.fk(q), robot.chain(q)
     places = {"l_HI": 3, "l_MN": 5, "theta7": 6}
-    found = robot.ik(T, given={name: theta[:, k] for name, k in places.items()})
+    found = robot.ik(T, fixed={name: theta[:, k] for name, k in places.items()})
     apart = np.where(found.valid[..., None], np.abs(found.q - q[:, None]), np.inf).max(-1)
     assert apart.min(-1).max() < 1e-9
     of, slot = np.nonzero(found.valid)

@@ -150,7 +150,7 @@ def test_closable_loops_keep_closed_form_solution(tmp_path):
     robot = compiled(
         replace(parallelogram(), closure="least squares"), tmp_path, ["fk", "constraint"], ["c"]
     )
-    assert robot.solution == "closed form"
+    assert robot.loop_solution == "closed form"
 
 
 def test_ik_refined_from_nominal_recovers_configuration(tmp_path):
@@ -200,7 +200,7 @@ wrist = 0.2
     path.write_text(text)
     functions = ["fk", "fk_jacobian_mixed", "margin", "ik", "constraint"]
     robot = compiled(read(path), tmp_path, functions, ["c"])
-    assert robot.solution == "newton"
+    assert robot.loop_solution == "newton"
     q = robot.reference.q + np.random.default_rng(8).uniform(-0.5, 0.5, (200, 3))
     found = robot.ik(robot.fk(q))
     apart = np.where(found.valid[..., None], np.abs(found.q - q[:, None]), np.inf).max(-1)

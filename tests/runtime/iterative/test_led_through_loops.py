@@ -136,7 +136,7 @@ def test_ik_recovers_configuration_with_offset_universal_joints(tmp_path, seed, 
     """
     built = replace(drawn_arm(seed, 5e-4, wrist), nominal=drawn_arm(seed, 0, wrist))
     robot = compiled(built, tmp_path, NAMES, ["c"])
-    assert robot.solution == "newton"
+    assert robot.loop_solution == "newton"
     judged(robot, built, 0.3)
 
 

@@ -68,7 +68,7 @@ def test_loop_kinematics_are_scale_invariant(pair):
     np.testing.assert_allclose(resized[..., :3], T[..., :3], atol=SAME)
     np.testing.assert_allclose(resized[:, :3, 3], T[:, :3, 3], atol=SAME * factor)
     found = other.ik_numeric(T[closed])
-    assert found.success.all()
+    assert found.valid.all()
     assert found.residual.max() <= 1e-9 * other.unit_length
 
 

@@ -148,7 +148,7 @@ SOLVED = {"tool": 5 * 24, "link": 5 * 24, "box": 400}
 def screws_for(name):
     """The screws between the base and the last link but one, as the driver reads them."""
     robot = chasles.load(name)
-    screws = screws_up_to(robot.manifest, len(robot.frames.links) - 2)
+    screws = screws_up_to(robot.manifest, len(robot.link_names) - 2)
     return "\n".join([str(len(screws)), *(" ".join(map(repr, row)) for row in screws.tolist())])
 
 

@@ -33,23 +33,23 @@ def test_ik_numeric_solves_for_every_link_as_tip(name):
     robot = chasles.load(name)
     poses = robot.link_poses(configurations(robot, 40))
     checked = 0
-    for k, link in enumerate(robot.frames.links):
+    for k, link in enumerate(robot.link_names):
         found = robot.ik_numeric(poses[:, k], tip=link)
-        assert found.success.all(), link
+        assert found.valid.all(), link
         assert within(robot, found.q)
-        assert robot.ik_numeric(poses[:, k], found.q, tip=link).success.all(), link
+        assert robot.ik_numeric(poses[:, k], found.q, tip=link).valid.all(), link
         reached = robot.link_poses(found.q)[:, k]
         unit = robot.unit_length
         assert away(reached, poses[:, k], unit).max() <= TOLERANCE * unit + ROUNDING
         far = poses[:, k].copy()
         far[:, :3, 3] += 100
-        found = robot.ik_numeric(far[:3], tip=link, weights=POSITION, budget=500)
+        found = robot.ik_numeric(far[:3], tip=link, task_weights=POSITION, max_evaluations=500)
         gap = distance(robot.link_poses(found.q)[:, k], far[:3])
         np.testing.assert_allclose(gap, found.residual, rtol=1e-12)
         checked += 1
-    assert checked == len(robot.frames.links)
+    assert checked == len(robot.link_names)
     assert same(
-        robot.ik_numeric(robot.fk(configurations(robot, 5)), tip=robot.frames.tip),
+        robot.ik_numeric(robot.fk(configurations(robot, 5)), tip=robot.tip_frame),
         robot.ik_numeric(robot.fk(configurations(robot, 5))),
     )
 
@@ -58,7 +58,7 @@ def test_tool_is_only_tip_without_link_poses(tmp_path):
     wanted = ["fk", *numeric_inverse._TOOL]
     arm = compiled(read(description("scara")), tmp_path / "scara", wanted, ["c"])
     T = arm.fk(np.full(arm.n, 0.1))
-    assert arm.ik_numeric(T, tip="ee").success
+    assert arm.ik_numeric(T, tip="ee").valid
     with pytest.raises(chasles.InputError, match=r"no link 'link1' for a tip; there are: ee$"):
         arm.ik_numeric(T, tip="link1")
 
@@ -93,7 +93,7 @@ def check_screws(robot):
     around = q + step * np.concatenate([np.eye(n), -np.eye(n)])
     rates = robot.chain_D_q(q) if robot.loops else np.eye(n)
     poses, here = robot.link_poses(around), robot.link_poses(q)
-    for link in range(len(robot.frames.links)):
+    for link in range(len(robot.link_names)):
         expected = moves(poses[:, link], step)
         found = np.zeros((n, 6))
         for frame, joint, *axis in numeric_inverse.screws_up_to(robot.manifest, link):

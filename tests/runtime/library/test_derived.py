@@ -151,7 +151,7 @@ def test_robot_file_and_urdf_load_from_path_strings(arm, tmp_path, monkeypatch):
     (tmp_path / "door.urdf").write_text(URDF)
     monkeypatch.chdir(tmp_path)
     assert chasles.load("elbow_arm.toml").name == chasles.load(arm).name == "elbow_arm"
-    assert chasles.load("door.urdf").frames.tip == "lid"
+    assert chasles.load("door.urdf").tip_frame == "lid"
 
 
 @pytest.mark.usefixtures("few")

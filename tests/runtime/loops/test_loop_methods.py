@@ -22,7 +22,7 @@ def test_loop_robot_exposes_manifest_facts(robot):
     assert [joint.name for joint in robot.chain_joints] == ["theta1", "theta2"]
     assert [(joint.name, joint.unit) for joint in robot.passive_joints] == [("swing", "rad")]
     assert robot.loops == ("boom_cylinder",)
-    assert robot.solution == "closed form"
+    assert robot.loop_solution == "closed form"
     assert robot.reference.q == (0, 1)
     assert [v.name for v in robot.configuration_variables] == ["theta1", "theta2", "boom_cylinder"]
 
@@ -36,7 +36,7 @@ def test_info_command_lists_loops_and_passive_joints(tmp_path, cache, capsys):
 
 def test_serial_robots_have_no_loops():
     robot = chasles.load("ur5e")
-    assert (robot.loops, robot.solution, robot.passive_joints) == ((), "", ())
+    assert (robot.loops, robot.loop_solution, robot.passive_joints) == ((), "", ())
     assert robot.chain_joints == robot.coordinates
     for name in ("valid", "chain_branches", "fk_planar_all", "ik_planar", "singularity"):
         assert not hasattr(robot, name)

@@ -14,7 +14,7 @@ import numpy as np
 import sympy as sp
 
 from chasles.closed_form.aims import Task
-from chasles.closed_form.given_values import Aside
+from chasles.closed_form.fixed_joints import PerturbedInverse
 from chasles.closed_form.refinement import Refinement
 from chasles.closed_form.solutions import Solutions
 from chasles.derive import Joint, SerialRobot
@@ -170,8 +170,14 @@ class Derived(Case):
         if self.inverses.classification.give:
             slots = Solutions(found.q, found.residual, found.margin, valid)
             inverse = self.robot.functions["ik"]
-            aside = Aside((), inverse, refine.fk_jacobian_mixed, role.given)
-            aside.complete(slots, self.targets(q), list(self.others(q)))
+            fixed = dict(zip(self.given, self.others(q), strict=True))
+            perturbed = PerturbedInverse(
+                self.given,
+                lambda T, fixed: inverse(T, *fixed.values()),
+                refine.fk_jacobian_mixed,
+                role.given,
+            )
+            perturbed.complete(slots, self.targets(q), fixed)
         return Answers(found.q, valid)
 
     @property

@@ -40,7 +40,7 @@ class NumericTask:
 
     def solve(self, T: np.ndarray, threads: int = 1):
         """Solve a single pose or a batch of poses."""
-        return self.robot.ik_numeric(T, weights=self.weights, threads=threads)
+        return self.robot.ik_numeric(T, task_weights=self.weights, threads=threads)
 
 
 def numeric_task(name: str, count: int) -> NumericTask:
@@ -61,7 +61,7 @@ def errors(task: NumericTask, results: Sequence[Any]) -> np.ndarray:
     """Errors (m,) of the poses [m or rad]; NaN without a claimed success or beyond a limit."""
     robot = task.robot
     q = np.array([result.q for result in results])
-    claimed = np.array([bool(result.success) for result in results])
+    claimed = np.array([bool(result.valid) for result in results])
     within = ((q >= robot.lower) & (q <= robot.upper)).all(axis=1)
     return np.where(claimed & within, pose_error(task, robot.fk(q)), np.nan)
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from tests.support.fixed import fixed_values
 from tests.support.generators.poses import Case
 from tests.support.peers.interface import Answers, answers
 
@@ -13,7 +14,9 @@ MAX_JOINTS = 6
 
 def own_answers(case: Case, q: np.ndarray) -> Answers:
     """Return the solutions of chasles for the targets at q (m, n)."""
-    found = getattr(case.robot, case.function)(case.targets(q), *case.others(q))
+    fixed = fixed_values(case.robot, case.others(q)) if case.given else {}
+    solve = getattr(case.robot, case.function)
+    found = solve(case.targets(q), **({"fixed": fixed} if fixed else {}))
     return Answers(found.q, found.valid)
 
 

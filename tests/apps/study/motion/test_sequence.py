@@ -35,7 +35,7 @@ def process(robot):
     minimum norm from the posture at 37 s give the amplitudes that it prints.
     """
     turned = INITIAL + np.radians(30) * np.eye(7)[0]
-    ready = robot.ik_numeric(T_READY, robot.actuators(READY), lock=("theta2", *HELD)).q
+    ready = robot.ik_numeric(T_READY, robot.actuators(READY), fixed=("theta2", *HELD)).q
     middle, end = lowered(T_READY, DESCENT), lowered(T_READY, 2 * DESCENT)
     return (
         MotionSequence(robot, robot.actuators(INITIAL))

@@ -1,7 +1,8 @@
-"""`ik(T, given={...})`: inverses for joints that the caller chooses, derived on first use."""
+"""`ik(T, fixed={...})`: inverses for fixed joints, derived on first use."""
 
 import inspect
 import subprocess
+from types import MappingProxyType
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from scipy.optimize import root
 
 import chasles
 from chasles import screws
-from chasles.closed_form import given_values
+from chasles.closed_form import fixed_joints
 from chasles.derive import write
 from tests.support.generators.drawn_arms import random_arm
 
@@ -26,7 +27,7 @@ def shipped():
 @pytest.fixture(scope="module", autouse=True)
 def cache(shipped, tmp_path_factory, compiler_in_process):
     """One cache for this file, nothing kept of other files, and a quick compiler."""
-    given_values._inverse_of.cache_clear()
+    fixed_joints._inverse_of.cache_clear()
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CHASLES_CACHE", str(tmp_path_factory.mktemp("given")))
         patch.setenv("CHASLES_CFLAGS", "-O0")
@@ -66,7 +67,7 @@ def stages(well):
 
 def test_well_manipulator_follows_paper_with_fixed_theta2(well, capfd):
     t, T, theta1, theta2 = stages(well)
-    found = well.ik(T, given={"theta2": theta2, "l_HI": 0.0, "l_MN": 0.0})
+    found = well.ik(T, fixed={"theta2": theta2, "l_HI": 0.0, "l_MN": 0.0})
     assert "deriving well_manipulator for given theta2, l_HI, l_MN once" in capfd.readouterr().err
     valid = found.valid.any(-1)
     assert valid[t <= 39].all()
@@ -86,45 +87,44 @@ def test_well_manipulator_follows_paper_with_fixed_theta2(well, capfd):
     # By iteration, from configurations 5 cm of each cylinder away.
     seed = q[::20] + 0.02
     seed[:, locked] = q[::20][:, locked]
-    numeric = well.ik_numeric(T[valid][::20], seed, lock=["theta2", "l_HI", "l_MN"])
+    numeric = well.ik_numeric(T[valid][::20], seed, fixed=["theta2", "l_HI", "l_MN"])
     assert (numeric.q[:, locked] == q[::20][:, locked]).all()
-    assert numeric.success.mean() > 0.9
+    assert numeric.valid.mean() > 0.9
 
 
 def test_fixed_cylinder_equals_fixed_joint_that_it_drives(well):
     q = np.array(well.reference.q)
     theta = well.chain(q)
     others = {"l_HI": theta[3], "l_MN": theta[5]}
-    by_joint = well.ik(well.fk(q), given={"theta2": theta[1], **others})
-    by_cylinder = well.ik(well.fk(q), given={"cylinder_1": q[1], **others})
+    by_joint = well.ik(well.fk(q), fixed={"theta2": theta[1], **others})
+    by_cylinder = well.ik(well.fk(q), fixed={"cylinder_1": q[1], **others})
     np.testing.assert_allclose(by_cylinder.q, by_joint.q, atol=1e-14)
     np.testing.assert_allclose(by_joint.nearest(q), q, atol=1e-12)
     nearest = well.ik_nearest(well.fk(q), q, fixed={"theta2": theta[1], **others})
     np.testing.assert_allclose(nearest.q, q, atol=1e-12)
     # A length at which the loop does not close: NaN in a batch, an error by itself.
-    assert not well.ik(well.fk(q), given={"cylinder_1": [9.0], **others}).valid.any()
+    assert not well.ik(well.fk(q), fixed={"cylinder_1": [9.0], **others}).valid.any()
     with pytest.raises(chasles.OutOfReachError, match="cylinder_1 does not close"):
-        well.ik(well.fk(q), given={"cylinder_1": 9.0, **others})
+        well.ik(well.fk(q), fixed={"cylinder_1": 9.0, **others})
     installer = chasles.load("board_installer")
-    message = "crank moves no joint of the main chain alone: give the values of joints, among waist"
+    message = "crank moves no joint of the main chain alone: fix joints, among waist"
     with pytest.raises(chasles.InputValueError, match=message):
-        installer.ik(np.eye(4), given={"crank": 0.1})
+        installer.ik(np.eye(4), fixed={"crank": 0.1})
 
 
 def test_fixing_default_redundant_joints_needs_no_derivation(panda, well, capfd):
     q = np.random.default_rng(0).uniform(-1, 1, (20, 7))
     T = panda.fk(q)
-    for found, wanted in zip(
-        panda.ik(T, given={"joint7": q[:, 6]}), panda.ik(T, q[:, 6]), strict=True
-    ):
-        np.testing.assert_array_equal(found, wanted)
-    np.testing.assert_array_equal(panda.ik(T, q[:, 6], given=None).q, panda.ik(T, q[:, 6]).q)
+    found = panda.ik(T, fixed={"joint7": q[:, 6]})
+    wanted = panda.ik.ufunc(T, q[:, 6])
+    for own, expected in zip(found, wanted, strict=False):
+        np.testing.assert_array_equal(own, expected)
     theta = well.chain(well.reference.q)
     T = well.fk(well.reference.q)
     # In any order.
     chosen = {"theta7": theta[6], "l_HI": theta[3], "l_MN": theta[5]}
-    wanted = well.ik(T, theta[3], theta[5], theta[6])
-    np.testing.assert_array_equal(well.ik(T, given=chosen).q, wanted.q)
+    wanted, _, _ = well.ik.ufunc(T, theta[3], theta[5], theta[6])
+    np.testing.assert_array_equal(well.ik(T, fixed=chosen).q, wanted)
     assert "for given" not in capfd.readouterr().err
 
 
@@ -132,7 +132,7 @@ def test_seven_joint_ik_with_fixed_elbow_recovers_configuration(panda):
     rng = np.random.default_rng(1)
     q = panda.lower + rng.uniform(size=(500, 7)) * (panda.upper - panda.lower)
     T = panda.fk(q)
-    found = panda.ik(T, given={"joint4": q[:, 3]})
+    found = panda.ik(T, fixed={"joint4": q[:, 3]})
     assert found.valid.any(-1).all()
     rows = np.nonzero(found.valid)[0]
     np.testing.assert_allclose(panda.fk(found.q[found.valid]), T[rows], atol=1e-8)
@@ -140,11 +140,11 @@ def test_seven_joint_ik_with_fixed_elbow_recovers_configuration(panda):
     away = np.where(found.valid[..., None], found.moves_from(q), np.inf)
     assert np.abs(away).max(-1).min(-1).max() < 1e-6
     # Values and poses broadcast, out and threads are as in every call.
-    one = panda.ik(T[0], given={"joint4": q[:3, 3]}, threads=2)
+    one = panda.ik(T[0], fixed={"joint4": q[:3, 3]}, threads=2)
     assert one.q.shape == (3, 8, 7)
     out = tuple(np.empty(shape) for shape in ((8, 7), (8,), (8,)))
-    assert panda.ik(T=T[0], given={"joint4": q[0, 3]}, out=out).q is out[0]
-    again = panda.ik(T[0], given={"joint4": q[0, 3]})
+    assert panda.ik(T=T[0], fixed={"joint4": q[0, 3]}, out=out).q is out[0]
+    again = panda.ik(T[0], fixed={"joint4": q[0, 3]})
     np.testing.assert_array_equal(out[0], again.q)
     np.testing.assert_allclose(out[0], one.q[0], atol=1e-12)
     # The nearest of them keeps the value to the last bit.
@@ -160,7 +160,7 @@ def test_fixed_joint_ik_contains_all_scipy_solutions(panda):
     free, searched = [0, 1, 2, 4, 5, 6], 0
     for q in rng.uniform(-1.2, 1.2, (3, 7)):
         T = panda.fk(q)
-        found = panda.ik(T, given={"joint4": q[3]})
+        found = panda.ik(T, fixed={"joint4": q[3]})
 
         def error(x, q=q, T=T):
             there = panda.fk(np.insert(x, 3, q[3]))
@@ -177,57 +177,76 @@ def test_fixed_joint_ik_contains_all_scipy_solutions(panda):
 
 
 def test_fixed_joints_at_right_angles_miss_no_pose(tmp_path):
-    """Given joints in between at right angles: the arm around them has another structure there."""
+    """Fixed joints in between at right angles: the arm around them has another structure there."""
     robot, names = random_arm(332), ("j2", "j3")
     functions = ("fk", "fk_jacobian_mixed", "ik")
     write(robot, tmp_path / "arm", functions=functions, fixed=names, languages=("c",))
     arm = chasles.load(tmp_path / "arm")
     q = np.random.default_rng(0).integers(-1, 3, (200, arm.n)) * np.pi / 2
     T = arm.fk(q)
-    plain = arm.ik(T, q[:, 1], q[:, 2])
-    found = arm.ik(T, given={"j3": q[:, 2], "j2": q[:, 1]})
-    assert not plain.valid.any(-1).all()
+    _, residual, _ = arm.ik.ufunc(T, q[:, 1], q[:, 2])
+    lost = np.flatnonzero((residual > 1e-9).all(-1))
+    found = arm.ik(T, fixed={"j3": q[:, 2], "j2": q[:, 1]})
+    assert len(lost)
     assert found.valid.any(-1).all()
     rows = np.nonzero(found.valid)[0]
     np.testing.assert_allclose(arm.fk(found.q[found.valid]), T[rows], atol=1e-8)
     assert (found.q[found.valid][:, [1, 2]] == q[rows][:, [1, 2]]).all()
-    lost = int(np.flatnonzero(~plain.valid.any(-1))[0])
-    one = arm.ik(T[lost], given={"j2": q[lost, 1], "j3": q[lost, 2]})
-    np.testing.assert_array_equal(one.valid, found.valid[lost])
+    k = lost[0]
+    one = arm.ik(T[k], fixed={"j2": q[k, 1], "j3": q[k, 2]})
+    np.testing.assert_array_equal(one.valid, found.valid[k])
     with pytest.raises(chasles.DerivationError, match="chasles-derive FILE --fixed j1 --to FOLDER"):
-        arm.ik(T[0], given={"j1": 0.2})
+        arm.ik(T[0], fixed={"j1": 0.2})
 
 
 def test_invalid_fixed_joint_arguments_are_explained(shipped, panda):
     T, wanted = np.eye(4), {"joint4": 0.0}
-    with pytest.raises(
-        chasles.InputValueError, match="no joint 'joint8' to be given; there are joi"
-    ):
-        panda.ik(T, given={"joint8": 0.0})
-    with pytest.raises(chasles.InputTypeError, match=r'expected given=\{"joint7": value\}'):
-        panda.ik(T, given=0.3)
-    message = "takes T alone beside given=, which stands for q7"
-    for more in (lambda: panda.ik(T, 0.3, given=wanted), lambda: panda.ik(T, q7=1, given=wanted)):
-        with pytest.raises(chasles.InputTypeError, match=message):
-            more()
-    with pytest.raises(chasles.InputTypeError, match="takes T beside given=, got none"):
-        panda.ik(given=wanted)
-    with pytest.raises(chasles.InputTypeError, match="unknown argument 'fast'; it takes T, q4"):
-        panda.ik(T, given=wanted, fast=True)
-    with pytest.raises(chasles.InputTypeError, match="unknown argument 'given'"):
-        panda.fk(np.zeros(7), given={"joint4": 0.0})
+    with pytest.raises(chasles.InputValueError, match="no joint 'joint8' to fix; there are joint1"):
+        panda.ik(T, fixed={"joint8": 0.0})
+    for wrong in (0.3, "joint7", ["joint7"]):
+        with pytest.raises(chasles.InputTypeError, match=r'expected fixed=\{"joint7": value\}'):
+            panda.ik(T, fixed=wrong)
+    for call in (lambda: panda.ik(T, 0.3), lambda: panda.ik(T, 0.3, fixed=wanted)):
+        with pytest.raises(
+            chasles.InputTypeError, match=r"takes 1 input \(T\), got 2; fixed= takes"
+        ):
+            call()
+    with pytest.raises(chasles.InputTypeError, match=r"takes 1 input \(T\), got 0"):
+        panda.ik(fixed=wanted)
+    with pytest.raises(chasles.InputTypeError, match="unknown argument 'fast'; it takes T, out"):
+        panda.ik(T, fixed=wanted, fast=True)
+    with pytest.raises(chasles.InputTypeError, match="unknown argument 'given'; pass fixed=;"):
+        panda.ik(T, **{"given": wanted})
+    with pytest.raises(chasles.InputTypeError, match="unknown argument 'fixed'"):
+        panda.fk(np.zeros(7), fixed={"joint4": 0.0})
     arm = shipped["ur5e"]
     message = (
         "if elbow, wrist_1 are fixed: nearest is .* can be fixed: elbow, wrist_2; .*; "
         "ik_numeric with fixed= finds"
     )
     with pytest.raises(chasles.DerivationError, match=message):
-        arm.ik(arm.fk(np.zeros(6)), given={"elbow": 0.3, "wrist_1": 0.2})
+        arm.ik(arm.fk(np.zeros(6)), fixed={"elbow": 0.3, "wrist_1": 0.2})
+
+
+def test_redundant_ik_without_fixed_joints_names_parameters_and_ik_nearest(panda, well):
+    for robot, names in ((panda, ["joint7"]), (well, ["l_HI", "l_MN", "theta7"])):
+        expected = ", ".join(f'"{name}": value' for name in names)
+        for options in ({}, {"fixed": None}, {"fixed": {}}, {"threads": 2}):
+            with pytest.raises(chasles.InputTypeError) as caught:
+                robot.ik(np.eye(4), **options)
+            assert f"pass fixed={{{expected}}}, or call ik_nearest(T, q_seed)" in str(caught.value)
+
+
+def test_mapping_that_is_no_dict_gives_the_same_solutions(panda):
+    q = np.array([0.1, 0.2, 0.3, -1.5, 0.4, 1.6, 0.5])
+    T = panda.fk(q)
+    found = panda.ik(T, fixed=MappingProxyType({"joint7": q[6]}))
+    np.testing.assert_array_equal(found.q, panda.ik(T, fixed={"joint7": q[6]}).q)
 
 
 def test_help_lists_joints_that_can_be_fixed(panda):
-    assert "given" in inspect.signature(panda.ik).parameters
-    assert "given" not in inspect.signature(panda.fk).parameters
+    assert "fixed" in inspect.signature(panda.ik).parameters
+    assert "fixed" not in inspect.signature(panda.fk).parameters
     doc = panda.ik.__doc__
     assert "Joints: joint1, joint2, joint3, joint4, joint5, joint6, joint7." in doc
 
@@ -236,9 +255,9 @@ def test_help_lists_joints_that_can_be_fixed(panda):
 def test_coupled_loop_joints_are_rejected_without_derivation(shipped, name, capfd):
     robot = shipped[name]
     T = robot.fk(robot.reference.q)
-    told = "no other joint can be given: loops couple .*; ik_numeric.* some of "
+    told = "no other joint can be fixed: loops couple .*; ik_numeric.* some of "
     with pytest.raises(chasles.DerivationError, match=told + robot.coordinates[0].name):
-        robot.ik(T, given={robot.chain_joints[0].name: 0.1})
+        robot.ik(T, fixed={robot.chain_joints[0].name: 0.1})
     assert capfd.readouterr().err == ""
 
 
@@ -249,7 +268,7 @@ def test_nearest_solution_keeps_other_fixed_joints_to_the_last_bit(panda):
     assert found.valid
     assert found.q[3] == q[3]
     np.testing.assert_allclose(panda.fk(found.q), T, atol=1e-9)
-    solutions = panda.ik(T, given={"joint4": q[3]}).within_limits()
+    solutions = panda.ik(T, fixed={"joint4": q[3]}).within_limits()
     assert np.abs(found.q - seed).max() <= np.abs(solutions.nearest(seed) - seed).max() + 1e-12
     kept = panda.ik_nearest(T, np.where(np.arange(7) == 3, q, seed), fixed="joint4")
     np.testing.assert_allclose(kept.q, found.q, atol=1e-9)

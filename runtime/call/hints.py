@@ -1,0 +1,129 @@
+"""Hints for attributes and keywords that do not exist: a reason, a substitute, or the name here.
+
+The tables are in `hints.toml`, which is read for an error alone.
+"""
+
+from __future__ import annotations
+
+import functools
+import tomllib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, Protocol
+
+from ..contract import Manifest
+
+_OF_LOOPS = "its q are its joints, since it has no loops"
+_ITERATED = "its loops are solved by iteration"
+_ALWAYS_CLOSED = "its loops close everywhere, in one way"
+_NO_PASSIVE = "all its joints are in the main chain"
+_CLOSED_FORM = "it has a closed form, which needs no seed"
+_NOT_PLANAR = "it is no planar platform"
+_NO_PLATFORM = "it is no platform on legs"
+_ON_DEMAND = "it is derived by chasles.load(..., parametric=True)"
+_TWO_BRANCHES = "its actuators follow from the main chain in one way"
+_REPRESENTATIONS = ("space", "body", "mixed")
+
+
+@functools.cache
+def _tables() -> dict[str, Any]:
+    return tomllib.loads((Path(__file__).parent / "hints.toml").read_text(encoding="utf-8"))
+
+
+def missing_attribute(owner: str, name: str, table: str) -> str:
+    """The error for an attribute that does not exist, with a hint if another library has it.
+
+    Args:
+        owner: The robot or module, for the error.
+        name: The attribute.
+        table: "robot" or "module".
+    """
+    row: dict[str, str] = next((r for r in _tables()[table] if name in r["names"]), {})
+    library = f" ({row['library']})" if "library" in row else ""
+    return f"{owner} has no {name!r}{library}" + (f"; {row['hint']}" if row else "")
+
+
+def unknown_keyword(caller: str, name: str, known: Iterable[str]) -> str:
+    """The error for a keyword that a function does not take."""
+    names, hint = [*known], _tables()["keywords"].get(name)
+    here = f"; pass {hint}=" if hint in names else ""
+    return f"{caller}: unknown argument {name!r}{here}; it takes {', '.join(names)}"
+
+
+class Described(Protocol):
+    """A robot, as far as the reasons need it."""
+
+    @property
+    def manifest(self) -> Manifest:
+        """Its manifest."""
+
+    @property
+    def functions(self) -> Mapping[str, Any]:
+        """Its functions by name."""
+
+
+def explain(robot: Described, name: str) -> tuple[str, str]:
+    """The reason why a robot lacks a function or method, and what it has instead.
+
+    Args:
+        robot: The robot.
+        name: The missing attribute.
+
+    Returns:
+        The reason, "" if there is none to state; and the substitutes, "" if there are none.
+    """
+    if name in ("ik", "ik_path", "ik_nearest", *_tables()["tasks"]):
+        return _no_inverse(robot)
+    stem, _, suffix = name.partition("_")
+    if stem in ("jacobian", "hessian", "twist", "acceleration") and suffix in ("", "dot"):
+        named = ["_".join(filter(None, (stem, kind, suffix))) for kind in _REPRESENTATIONS]
+        found = ", ".join(item for item in named if item in robot.functions)
+        return "the representation must be named", found
+    return _reason(robot, name), ", ".join(i for i in _instead(name) if i in dir(robot))
+
+
+def _instead(name: str) -> list[str]:
+    """The attributes that solve the same problem, the nearest first."""
+    stem, _, rest = name.partition("_")
+    others = [rest] if stem == "chain" else []
+    if stem in ("jacobian", "hessian", "twist", "acceleration"):
+        others = [f"jacobian_{rest.removesuffix('_dot')}"]
+    found: list[str] = _tables()["instead"].get(name, others)
+    return found
+
+
+def _no_inverse(robot: Described) -> tuple[str, str]:
+    """The reason that the manifest states, and the methods that solve the same problem."""
+    tasks, solvers = _tables()["tasks"], _tables()["solvers"]
+    found = [f"{name}, which takes {tasks[name]}" for name in robot.functions if name in tasks]
+    found += [text for name, text in solvers.items() if name in dir(robot)]
+    if robot.manifest.kind == "serial":
+        found.append(
+            "chasles-derive FILE --fixed JOINTS, which writes an ik of given joints where they "
+            "leave a closed form"
+        )
+    missing = robot.manifest.inverse.missing
+    return _ITERATED if robot.manifest.is_iterated else missing, "; ".join(found)
+
+
+def _reason(robot: Described, name: str) -> str:
+    manifest, groups = robot.manifest, _tables()["groups"]
+    if name in groups["parametric"]:
+        return _ON_DEMAND
+    if name in groups["platforms"] and robot.functions.keys().isdisjoint(("rods", "legs")):
+        return _NO_PLATFORM
+    if name == "singularity_curves":
+        return _NOT_PLANAR
+    if name in groups["iterated"]:
+        return _CLOSED_FORM
+    if name in groups["loops"] and manifest.kind == "serial":
+        return _OF_LOOPS
+    if name in ("passive", "passive_D_q") and not manifest.loops.passive:
+        return _NO_PASSIVE
+    if manifest.is_iterated and name != "swivel":
+        return _ITERATED
+    if name in ("margin", "chain_all", "chain_branches"):
+        return _ALWAYS_CLOSED
+    if name in ("actuators_all", "actuator_branches", "actuator_margin", "actuators_valid"):
+        return _TWO_BRANCHES
+    return ""

@@ -1,0 +1,278 @@
+"""Inverses with fixed joints: `ik(T, fixed={"elbow": 1.2})`.
+
+The generated inverse of a robot fixes its redundancy parameters, if it has any. The inverse for
+other fixed joints is derived on first use and kept in the cache, in the same way as a robot from
+its description.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..call._call import Function
+from ..call.validation import real_array
+from ..contract import FunctionInfo, Manifest, read_manifest
+from ..errors import DerivationError, InputTypeError, InputValueError
+from ..facts import redundancy_of
+from ..fixed import following
+from ..library.derived import derived_folder, description_of, giving
+from ..se3 import project
+from ..tolerances import GIVEN_ASIDE, GIVEN_NEAR, SOLVED
+from .refinement import Refinement
+from .solutions import Solutions
+
+FloatArray = NDArray[np.float64]
+_MAX_KEPT = 256
+"""Inverses that stay loaded."""
+
+
+@dataclass(frozen=True, eq=False)
+class FixedJoints:
+    """Takes the calls of `ik` that its C does not read.
+
+    Attributes:
+        manifest: The robot's manifest.
+        functions: Its functions.
+        robot_of: The robot of a manifest.
+    """
+
+    manifest: Manifest
+    functions: Mapping[str, Function[Any]]
+    robot_of: Callable[[Manifest], Any]
+
+    def __call__(self, T: ArrayLike, fixed: Any, out: Any, threads: Any) -> Solutions:
+        """Every solution of poses at which the fixed joints have their values.
+
+        Args:
+            T: The poses (..., 4, 4).
+            fixed: The value (...) of each fixed joint [rad or m], by its name: a redundancy
+                parameter, a joint of the main chain, or a coordinate that moves one joint alone.
+            out: The option of every call.
+            threads: The option of every call.
+
+        Raises:
+            InputTypeError: If `fixed` is not a mapping, or lacks a redundancy parameter.
+            InputValueError: If there is no joint of a name.
+            DerivationError: If the fixed joints leave no closed form; names joints that do.
+        """
+        options = {"out": out, "threads": threads}
+        if not self._parameters and isinstance(fixed, Mapping) and not fixed:
+            return self._own(T, **options)
+        if not isinstance(fixed, Mapping) or not fixed:
+            raise self._not_fixed(fixed)
+        values = dict(self._of_joint(name, value) for name, value in fixed.items())
+        if len(values) < len(fixed):
+            raise InputValueError(f"{self._label}: fixed={sorted(fixed)}: a joint is fixed twice")
+        inverse = self._inverses.get(tuple(values)) or self._inverse_for(tuple(values))
+        result: Solutions = inverse.solve(T, fixed=values, **options)
+        # The solutions of dask arrays are lazy.
+        if inverse.fixed and isinstance(result.valid, np.ndarray):
+            inverse.complete(result, T, values)
+        return result
+
+    @functools.cached_property
+    def _inverses(self) -> dict[tuple[str, ...], PerturbedInverse]:
+        """The inverses that were used, by the names of the fixed joints as they came."""
+        return {}
+
+    def _inverse_for(self, fixed: tuple[str, ...]) -> PerturbedInverse:
+        names = tuple(joint for joint in self._joints if joint in fixed)
+        is_own = set(names) == set(self._parameters)
+        solve = self._with_parameters if is_own else self._derived(names)
+        indices: tuple[int, ...] = ()
+        if not self.manifest.loops.chain:
+            indices = tuple(self._joints.index(name) for name in names)
+        fk_jacobian = self._with_role("pose and jacobian", "actuators")
+        inverse = PerturbedInverse(names, solve, fk_jacobian, indices)
+        return self._inverses.setdefault(fixed, inverse)
+
+    @functools.cached_property
+    def _info(self) -> FunctionInfo:
+        info = self.manifest.with_role("inverse", "pose")
+        assert info is not None
+        return info
+
+    @property
+    def _own(self) -> Function[Solutions]:
+        """The generated inverse, with the robot's redundancy parameters fixed."""
+        return self.functions[self._info.name]
+
+    def _with_parameters(
+        self, T: ArrayLike, fixed: Mapping[str, ArrayLike], **options: Any
+    ) -> Solutions:
+        return self._own(T, fixed=tuple(fixed[name] for name in self._parameters), **options)
+
+    @functools.cached_property
+    def _parameters(self) -> tuple[str, ...]:
+        return tuple(item.name for item in redundancy_of(self.manifest))
+
+    def _with_role(self, *role: str) -> Function[Any] | None:
+        info = self.manifest.with_role(*role)
+        return self.functions[info.name] if info else None
+
+    @functools.cached_property
+    def _joints(self) -> tuple[str, ...]:
+        """The joints of the chain, which are the coordinates of a serial robot."""
+        return tuple(j.name for j in self.manifest.loops.chain or self.manifest.coordinates)
+
+    @property
+    def _label(self) -> str:
+        return f"{self.manifest.name}.{self._info.name}"
+
+    def _not_fixed(self, fixed: object) -> InputTypeError:
+        if fixed:
+            expected = f'{{"{self._joints[-1]}": value}}'
+            return InputTypeError(
+                f"{self._label}: expected fixed={expected}, the values of joints by name, got "
+                f"{fixed!r}"
+            )
+        values = ", ".join(f'"{name}": value' for name in self._parameters)
+        return InputTypeError(
+            f"{self._label}: infinitely many solutions reach a pose; pass fixed={{{values}}}, or "
+            "call ik_nearest(T, q_seed) for the solution nearest to a configuration"
+        )
+
+    def _of_joint(self, name: str, value: ArrayLike) -> tuple[str, ArrayLike]:
+        """The joint that a name stands for, and its value."""
+        if name in self._joints:
+            return name, value
+        coordinates = [c.name for c in self.manifest.coordinates]
+        if name not in coordinates:
+            known = ", ".join(dict.fromkeys((*self._joints, *coordinates)))
+            raise InputValueError(
+                f"{self._label}: there is no joint {name!r} to fix; there are {known}"
+            )
+        index, reference = coordinates.index(name), self.manifest.loops.reference
+        chain, moved = self._with_role("map", "actuators", "chain"), self._moved_alone(index)
+        if reference is None or chain is None or moved is None:
+            raise InputValueError(
+                f"{self._label}: {name} moves no joint of the main chain alone: fix joints, among "
+                f"{', '.join(self._joints)}"
+            )
+        given = real_array(self._label, name, value)
+        q = np.array(np.broadcast_to(reference.q, (*given.shape, len(coordinates))))
+        q[..., index] = given
+        # A batch holds NaN where a loop does not close; a single value raises.
+        return self._joints[moved], chain(q)[..., moved]
+
+    def _moved_alone(self, coordinate: int) -> int | None:
+        """The joint that follows this coordinate and no other one."""
+        reference = self.manifest.loops.reference
+        D = self._with_role("map derivative", "actuators", "chain")
+        if reference is None or D is None or self.manifest.is_iterated:
+            return None
+        follows = following(self.manifest.coordinates, reference, D)
+        alone = np.flatnonzero(follows[:, coordinate] & (follows.sum(1) == 1))
+        return int(alone[0]) if len(alone) == 1 else None
+
+    def _derived(self, names: tuple[str, ...]) -> Function[Solutions]:
+        """The inverse for fixed joints, derived first if the cache has none."""
+        coordinates = [c.name for c in self.manifest.coordinates]
+        if self.manifest.loops.chain and len(coordinates) < len(self._joints):
+            own = f"; ik fixes {', '.join(self._parameters)}" if self._parameters else ""
+            raise DerivationError(
+                f"{self._label}: no other joint can be fixed: loops couple the joints of the main "
+                f"chain{own}; ik_numeric(T, q_seed, fixed=...) finds a solution in which some of "
+                f"{', '.join(coordinates)} keep their values"
+            )
+        description = description_of(self.manifest.folder)
+        if description is None:
+            chosen = ",".join(names)
+            raise DerivationError(
+                f"{self._label}: the description of this robot is not known, since it was loaded "
+                f"from a folder; chasles-derive FILE --fixed {chosen} --to FOLDER derives ik with "
+                f"fixed {chosen}"
+            )
+        digest = _description_digest(self.manifest.folder)
+        return _inverse_of(self.robot_of, description, digest, names)
+
+
+def direct_parameters(manifest: Manifest) -> tuple[str, ...]:
+    """The redundancy parameters if C may call the inverse alone, else ().
+
+    The first and the last joints of an arm only move the base or the tool. With fixed joints in
+    between, other joints may degenerate; see `PerturbedInverse`.
+    """
+    fixed = {item.index for item in redundancy_of(manifest)}
+    free = [k for k in range(len(manifest.coordinates)) if k not in fixed]
+    is_outer = None in fixed or len(free) == free[-1] - free[0] + 1
+    names = tuple(item.name for item in redundancy_of(manifest))
+    return names if is_outer or manifest.loops.chain else ()
+
+
+@dataclass(frozen=True)
+class PerturbedInverse:
+    """An inverse for fixed joints that also solves poses at which the other joints degenerate.
+
+    With a fixed joint at a right angle, two axes next to it may become parallel, and formulas for
+    oblique axes lose the solutions. Newton's method finds them from the solutions at a slightly
+    different value of the joint.
+
+    Attributes:
+        names: The fixed joints.
+        solve: The inverse, `solve(T, fixed={...})`.
+        fk_jacobian_mixed: The function of a serial robot.
+        fixed: Indices of these joints in q, () for a robot with loops.
+    """
+
+    names: tuple[str, ...]
+    solve: Callable[..., Any]
+    fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]] | None
+    fixed: tuple[int, ...]
+
+    def complete(self, solutions: Solutions, T: ArrayLike, values: Mapping[str, ArrayLike]) -> None:
+        """Fills slots of poses that have no solution, in place.
+
+        Args:
+            solutions: The solutions (..., k, n).
+            T: (..., 4, 4) the poses.
+            values: The value (...) of each fixed joint.
+        """
+        if solutions.valid.any(-1).all():
+            return
+        assert self.fk_jacobian_mixed is not None
+        # One pose is a batch of one.
+        lead = (None,) if solutions.valid.ndim == 1 else ()
+        unit = solutions.unit
+        q, residual, margin, valid = (field[lead] for field in solutions)
+        missed = ~valid.any(-1) & np.isfinite(residual).all(-1)
+        if not missed.any():
+            return
+        poses = project(np.broadcast_to(T, (*missed.shape, 4, 4))[missed], caller="ik")
+        at = {name: np.broadcast_to(values[name], missed.shape)[missed] for name in self.names}
+        near = self.solve(poses, fixed={name: at[name] + GIVEN_ASIDE for name in at})
+        rows, slots = np.nonzero(near.residual <= GIVEN_NEAR * unit)
+        start = near.q[rows, slots]
+        start[:, self.fixed] = np.stack([*at.values()], -1)[rows]
+        refine = Refinement(self.fk_jacobian_mixed, self.fixed, unit)
+        found, left = refine.led(poses[rows], start)
+        solved = left <= SOLVED * unit
+        filled = (*(index[rows[solved]] for index in np.nonzero(missed)), slots[solved])
+        q[filled], residual[filled], valid[filled] = found[solved], left[solved], True
+        margin[filled] = near.margin[rows[solved], slots[solved]]
+
+
+@functools.lru_cache(maxsize=_MAX_KEPT)
+def _inverse_of(
+    robot_of: Callable[[Manifest], Any], description: Path, digest: str, names: tuple[str, ...]
+) -> Function[Solutions]:
+    folder = derived_folder(description, giving(names))
+    if _description_digest(folder) != digest:
+        raise DerivationError(
+            f"{description}: has changed since the robot was derived from it; load it again"
+        )
+    inverse: Function[Solutions] = robot_of(read_manifest(folder)).ik
+    return inverse
+
+
+@functools.lru_cache(maxsize=_MAX_KEPT)
+def _description_digest(folder: Path) -> str:
+    """The hash of the description that the robot in a folder was derived from."""
+    return read_manifest(folder).description_sha256
