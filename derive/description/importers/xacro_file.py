@@ -11,6 +11,7 @@ from xml.parsers.expat import ExpatError
 
 from ..toml_file import DescriptionError
 from .robot_xml import read_xml
+from .xacro_expressions import expression_evaluator, replaced, substitution_evaluator
 from .xacro_hints import incomplete, missing
 
 ARGUMENT = re.compile(r"([A-Za-z_]\w*):=(.*)", re.DOTALL)
@@ -59,6 +60,8 @@ def expanded(file: Path, arguments: Sequence[str]) -> str:
             redirect_stdout(said),
             redirect_stderr(said),
             _packages_found(substitution_args, file),
+            replaced(xacro, safe_eval=expression_evaluator(xacro._global_symbols)),
+            replaced(substitution_args, _eval=substitution_evaluator(substitution_args)),
         ):
             document = xacro.process_file(str(file), mappings=values)
     except Exception as error:
@@ -117,11 +120,9 @@ def _packages_found(substitution_args: Any, file: Path) -> Iterator[None]:
             # ROS is missing, or another package has replaced its package finder.
             raise substitution_args.SubstitutionException(around.missed(name)) from error
 
-    substitution_args._eval_find = substitution_args._eval_dict["find"] = found
-    try:
+    functions = {**substitution_args._eval_dict, "find": found}
+    with replaced(substitution_args, _eval_find=found, _eval_dict=functions):
         yield
-    finally:
-        substitution_args._eval_find = substitution_args._eval_dict["find"] = of_ros
 
 
 class _Packages:

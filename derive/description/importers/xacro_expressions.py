@@ -1,0 +1,334 @@
+"""Expressions of xacro files, evaluated without Python's ``eval``: a file cannot run commands.
+
+xacro passes ``${...}`` and ``$(eval ...)`` to ``eval``, through which a file can reach any Python
+function. Here Python only parses an expression. The evaluator below knows numbers, strings, lists,
+tuples, dictionaries, operators, comprehensions and the functions that xacro documents. It refuses
+names that start with an underscore, ``lambda``, ``type``, ``vars`` and ``str.format``.
+"""
+
+import ast
+import operator
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+MAX_STEPS = 1_000_000
+"""Nodes that one expression may evaluate."""
+MAX_SIZE = 1_000_000
+"""Items of a repeated sequence, and bits of a power or a shifted number."""
+REFUSED_FUNCTIONS = ("type", "vars", "complex", "issubclass", "hash")
+"""Functions of xacro that only serve to look into Python's objects."""
+METHODS: Mapping[type, Collection[str]] = {
+    str: (
+        *("capitalize", "count", "endswith", "find", "index", "isalnum", "isalpha", "isdigit"),
+        *("join", "lower", "lstrip", "partition", "removeprefix", "removesuffix", "replace"),
+        *("rfind", "rpartition", "rsplit", "rstrip", "split", "splitlines", "startswith", "strip"),
+        *("title", "upper"),
+    ),
+    dict: ("copy", "get", "items", "keys", "values"),
+    list: ("append", "copy", "count", "extend", "index", "insert", "pop", "remove", "reverse"),
+    tuple: ("count", "index"),
+    set: ("add", "union", "intersection", "difference", "issubset"),
+    frozenset: ("union", "intersection", "difference", "issubset"),
+}
+"""Methods that an expression may call, by the type of the value."""
+BINARY: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.FloorDiv: operator.floordiv,
+    ast.Mod: operator.mod,
+    ast.Pow: operator.pow,
+    ast.LShift: operator.lshift,
+    ast.RShift: operator.rshift,
+    ast.BitAnd: operator.and_,
+    ast.BitOr: operator.or_,
+    ast.BitXor: operator.xor,
+}
+UNARY: Mapping[type[ast.unaryop], Callable[[Any], Any]] = {
+    ast.UAdd: operator.pos,
+    ast.USub: operator.neg,
+    ast.Not: operator.not_,
+    ast.Invert: operator.invert,
+}
+COMPARISONS: Mapping[type[ast.cmpop], Callable[[Any, Any], bool]] = {
+    ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
+    ast.Is: operator.is_,
+    ast.IsNot: operator.is_not,
+    ast.In: lambda item, items: item in items,
+    ast.NotIn: lambda item, items: item not in items,
+}
+
+
+class RefusedExpressionError(ValueError):
+    """An expression uses what xacro's documentation does not offer, or is too large."""
+
+
+@contextmanager
+def replaced(module: Any, **values: Any) -> Iterator[None]:
+    """Gives attributes of a module other values while its body runs."""
+    before = {name: getattr(module, name) for name in values}
+    try:
+        for name, value in values.items():
+            setattr(module, name, value)
+        yield
+    finally:
+        for name, value in before.items():
+            setattr(module, name, value)
+
+
+def expression_evaluator(symbols: Mapping[str, Any]) -> Callable[..., Any]:
+    """Returns what takes the place of xacro's evaluator of ``${...}``.
+
+    Args:
+        symbols: xacro's own symbols: functions, constants, and mappings of more of both.
+    """
+    functions = set(_functions(symbols))
+
+    def evaluated(text: str, known: Any, _: Any = None) -> Any:
+        return evaluate(text, known, functions)
+
+    return evaluated
+
+
+def substitution_evaluator(substitution_args: Any) -> Callable[..., str]:
+    """Returns what takes the place of xacro's evaluator of ``$(eval ...)``."""
+    convert, read_argument = substitution_args.convert_value, substitution_args._eval_arg
+
+    def evaluated(text: str, context: dict[str, Any]) -> str:
+        arguments = context.setdefault("arg", {})
+
+        def arg(name: str) -> Any:
+            return convert(read_argument(name, args=arguments), "auto")
+
+        def dirname() -> Any:
+            return substitution_args._eval_dirname(context["filename"])
+
+        builtins = {kind.__name__: kind for kind in (list, dict, map, str, float, int)}
+        own = {**builtins, **substitution_args._eval_dict, "arg": arg, "dirname": dirname}
+        known = {name: convert(str(value), "auto") for name, value in arguments.items()}
+        return str(evaluate(text, {**known, **own}, set(_functions(own))))
+
+    return evaluated
+
+
+def _functions(symbols: Mapping[str, Any]) -> Iterator[Callable[..., Any]]:
+    for name, value in symbols.items():
+        if isinstance(value, Mapping):
+            yield from _functions(value)
+        elif callable(value) and name not in REFUSED_FUNCTIONS and not name.startswith("_"):
+            yield value
+
+
+def evaluate(text: str, symbols: Any, functions: Collection[Callable[..., Any]]) -> Any:
+    """Returns the value of an expression.
+
+    Args:
+        text: A Python expression, of the documented subset.
+        symbols: Values by name: a mapping, or an object with ``__getitem__``.
+        functions: The functions that the expression may call.
+
+    Raises:
+        RefusedExpressionError: The expression is outside the subset, or too large.
+        NameError: A name has no value.
+        SyntaxError: The text is no expression.
+    """
+    return _Evaluator(symbols, frozenset(functions)).value(ast.parse(text.strip(), mode="eval"))
+
+
+class _Evaluator:
+    """Evaluates the nodes of one expression; ``scopes`` holds the variables of comprehensions."""
+
+    def __init__(self, symbols: Any, functions: Collection[Callable[..., Any]]) -> None:
+        self.symbols = symbols
+        self.functions = functions
+        self.scopes: list[dict[str, Any]] = []
+        self.steps = 0
+
+    def value(self, node: ast.AST) -> Any:
+        self.steps += 1
+        if self.steps > MAX_STEPS:
+            raise RefusedExpressionError(f"an expression takes more than {MAX_STEPS} steps")
+        evaluator = getattr(self, f"_{type(node).__name__.lower()}", None)
+        if evaluator is None:
+            raise RefusedExpressionError(f"{type(node).__name__} is not allowed in an expression")
+        return evaluator(node)
+
+    def _expression(self, node: ast.Expression) -> Any:
+        return self.value(node.body)
+
+    def _constant(self, node: ast.Constant) -> Any:
+        return node.value
+
+    def _name(self, node: ast.Name) -> Any:
+        for scope in reversed(self.scopes):
+            if node.id in scope:
+                return scope[node.id]
+        _check_name(node.id)
+        try:
+            found = self.symbols[node.id]
+        except KeyError:
+            raise NameError(f"name {node.id!r} is not defined") from None
+        return self._checked(node.id, found)
+
+    def _checked(self, name: str, found: Any) -> Any:
+        """A symbol's value; a function must be one of those allowed."""
+        if callable(found) and not (_is_hashable(found) and found in self.functions):
+            raise RefusedExpressionError(f"the function {name!r} is not allowed in an expression")
+        return found
+
+    def _attribute(self, node: ast.Attribute) -> Any:
+        _check_name(node.attr)
+        owner = self.value(node.value)
+        if isinstance(owner, dict) and node.attr not in METHODS[dict]:
+            # Dotted access to namespaces, and to dictionaries of YAML files.
+            return self._checked(node.attr, getattr(owner, node.attr))
+        allowed = next((names for kind, names in METHODS.items() if isinstance(owner, kind)), ())
+        if node.attr not in allowed:
+            raise RefusedExpressionError(f"the attribute {node.attr!r} is not allowed")
+        return getattr(owner, node.attr)
+
+    def _call(self, node: ast.Call) -> Any:
+        function = self.value(node.func)
+        if not callable(function):
+            raise TypeError(f"{ast.unparse(node.func)} is not a function")
+        if any(keyword.arg is None for keyword in node.keywords):
+            raise RefusedExpressionError("** is not allowed in a call")
+        named = {str(keyword.arg): self.value(keyword.value) for keyword in node.keywords}
+        return function(*self._items(node.args), **named)
+
+    def _items(self, nodes: list[ast.expr]) -> Iterator[Any]:
+        for node in nodes:
+            if isinstance(node, ast.Starred):
+                yield from self.value(node.value)
+            else:
+                yield self.value(node)
+
+    def _list(self, node: ast.List) -> list[Any]:
+        return list(self._items(node.elts))
+
+    def _tuple(self, node: ast.Tuple) -> tuple[Any, ...]:
+        return tuple(self._items(node.elts))
+
+    def _set(self, node: ast.Set) -> set[Any]:
+        return set(self._items(node.elts))
+
+    def _dict(self, node: ast.Dict) -> dict[Any, Any]:
+        if None in node.keys:
+            raise RefusedExpressionError("** is not allowed in a dictionary")
+        keys = [self.value(key) for key in node.keys if key is not None]
+        return dict(zip(keys, map(self.value, node.values), strict=True))
+
+    def _unaryop(self, node: ast.UnaryOp) -> Any:
+        return UNARY[type(node.op)](self.value(node.operand))
+
+    def _binop(self, node: ast.BinOp) -> Any:
+        compute = BINARY.get(type(node.op))
+        if compute is None:
+            raise RefusedExpressionError(f"{type(node.op).__name__} is not allowed")
+        left, right = self.value(node.left), self.value(node.right)
+        _check_size(node.op, left, right)
+        return compute(left, right)
+
+    def _boolop(self, node: ast.BoolOp) -> Any:
+        stops = isinstance(node.op, ast.Or)
+        found = None
+        for part in node.values:
+            found = self.value(part)
+            if bool(found) is stops:
+                break
+        return found
+
+    def _compare(self, node: ast.Compare) -> bool:
+        left = self.value(node.left)
+        for kind, part in zip(node.ops, node.comparators, strict=True):
+            right = self.value(part)
+            if not COMPARISONS[type(kind)](left, right):
+                return False
+            left = right
+        return True
+
+    def _ifexp(self, node: ast.IfExp) -> Any:
+        return self.value(node.body if self.value(node.test) else node.orelse)
+
+    def _subscript(self, node: ast.Subscript) -> Any:
+        return self.value(node.value)[self.value(node.slice)]
+
+    def _slice(self, node: ast.Slice) -> slice:
+        ends = (node.lower, node.upper, node.step)
+        return slice(*(None if end is None else self.value(end) for end in ends))
+
+    def _joinedstr(self, node: ast.JoinedStr) -> str:
+        return "".join(str(self.value(part)) for part in node.values)
+
+    def _formattedvalue(self, node: ast.FormattedValue) -> str:
+        value = self.value(node.value)
+        if not isinstance(value, str | int | float):
+            value = str(value)
+        shown = {114: repr, 97: ascii}.get(node.conversion, lambda same: same)(value)
+        return format(shown, "" if node.format_spec is None else self.value(node.format_spec))
+
+    def _listcomp(self, node: ast.ListComp) -> list[Any]:
+        return list(self._produced(node.elt, node.generators))
+
+    def _setcomp(self, node: ast.SetComp) -> set[Any]:
+        return set(self._produced(node.elt, node.generators))
+
+    def _generatorexp(self, node: ast.GeneratorExp) -> list[Any]:
+        return list(self._produced(node.elt, node.generators))
+
+    def _dictcomp(self, node: ast.DictComp) -> dict[Any, Any]:
+        pair = ast.Tuple([node.key, node.value], ast.Load())
+        return dict(self._produced(pair, node.generators))
+
+    def _produced(self, item: ast.expr, generators: list[ast.comprehension]) -> Iterator[Any]:
+        if not generators:
+            yield self.value(item)
+            return
+        first, *rest = generators
+        for element in self.value(first.iter):
+            self.scopes.append(_assigned(first.target, element))
+            if all(self.value(condition) for condition in first.ifs):
+                yield from self._produced(item, rest)
+            self.scopes.pop()
+
+
+def _assigned(target: ast.expr, element: Any) -> dict[str, Any]:
+    """The variables of a comprehension's target."""
+    if isinstance(target, ast.Name):
+        _check_name(target.id)
+        return {target.id: element}
+    if not isinstance(target, ast.Tuple | ast.List):
+        raise RefusedExpressionError("a comprehension assigns to names only")
+    pairs = zip(target.elts, element, strict=True)
+    return {name: value for part, item in pairs for name, value in _assigned(part, item).items()}
+
+
+def _check_name(name: str) -> None:
+    if name.startswith("_"):
+        raise RefusedExpressionError(f"the name {name!r} starts with an underscore")
+
+
+def _is_hashable(found: Any) -> bool:
+    return type(found).__hash__ is not None
+
+
+def _check_size(kind: ast.operator, left: Any, right: Any) -> None:
+    """Refuses a power, a shift, a repetition or a format whose result would fill the memory."""
+    size = 0
+    if isinstance(kind, ast.Pow) and isinstance(left, int) and isinstance(right, int):
+        size = left.bit_length() * right
+    elif isinstance(kind, ast.LShift) and isinstance(right, int):
+        size = right
+    elif isinstance(kind, ast.Mult):
+        lengths = [len(side) for side in (left, right) if isinstance(side, str | list | tuple)]
+        counts = [side for side in (left, right) if isinstance(side, int)]
+        size = lengths[0] * counts[0] if lengths and counts else 0
+    if size > MAX_SIZE:
+        raise RefusedExpressionError(f"a result is larger than {MAX_SIZE}")
