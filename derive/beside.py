@@ -33,7 +33,7 @@ def beside(work: Callable[[], Result]) -> Iterator[Callable[[], Result]]:
         return
     context = get_context("fork")
     receiver, sender = context.Pipe(duplex=False)
-    process = context.Process(target=_send, args=(work, sender))
+    process = context.Process(target=send, args=(work, sender))
     process.start()
     sender.close()
     try:
@@ -44,12 +44,29 @@ def beside(work: Callable[[], Result]) -> Iterator[Callable[[], Result]]:
         receiver.close()
 
 
-def _send(work: Callable[[], object], sender: Connection) -> None:
+def send(work: Callable[[], object], sender: Connection) -> None:
+    """Does work and sends its outcome."""
+    sender.send(outcome_of(work))
+
+
+def outcome_of(work: Callable[[], object]) -> tuple[bool, object]:
+    """Whether work ends without an error; its result, or else the error."""
     try:
-        outcome = True, work()
+        return True, work()
     except BaseException as error:
-        outcome = False, _picklable(error)
-    sender.send(outcome)
+        return False, _picklable(error)
+
+
+def received(receiver: Connection) -> Any:
+    """The result that a process sends; an error of its work is raised.
+
+    Raises:
+        EOFError: The process ended before.
+    """
+    is_done, outcome = receiver.recv()
+    if not is_done:
+        raise outcome
+    return outcome
 
 
 def _picklable(error: BaseException) -> BaseException:
@@ -63,9 +80,6 @@ def _picklable(error: BaseException) -> BaseException:
 
 def _wait(receiver: Connection) -> Any:
     try:
-        is_done, outcome = receiver.recv()
+        return received(receiver)
     except EOFError:
         raise RuntimeError("a process beside this one was ended by the system") from None
-    if not is_done:
-        raise outcome
-    return outcome

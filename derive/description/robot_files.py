@@ -38,7 +38,7 @@ from .cleaned_robot import cleaned_with_warning
 from .conventions import CONVENTIONS
 from .conventions.suited import with_suitable_conventions
 from .file_text import text_of
-from .importers.chains import SUFFIXES, chains, is_imported, opened
+from .importers.chains import SUFFIXES, chains, imported, is_imported
 from .importers.identifiers import prefix
 from .mechanism_file import MechanismFile, has_loops
 from .serial_file import AUTO, RobotFile
@@ -155,7 +155,7 @@ def _chain(
             expected = f"a group of one chain; this one ends at {tips}: choose a tip"
             raise DescriptionError(str(file), None, "group", group, expected)
         base, tip, _ = found[0]
-    robot = opened(file, arguments).robot(base, tip, name)
+    robot = imported(file, arguments, base, tip, name)
     return robot if exact else cleaned_with_warning(robot, str(file))
 
 

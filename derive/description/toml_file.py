@@ -8,7 +8,7 @@ import keyword
 import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
-from typing import NoReturn, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 import sympy as sp
 
@@ -91,6 +91,10 @@ class DescriptionError(RobotError):
         about = f"{field}: " if field else ""
         found = "" if value is None else f", found {shown_value(value)}"
         super().__init__(f"{position}: {about}expected {expected}{found}")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickles the fields: the process that reads a file sends its errors."""
+        return type(self), (self.file, self.line, self.field, self.value, self.expected)
 
 
 class TomlFile:

@@ -1,9 +1,11 @@
 """Opens link-tree files by suffix and finds their chains."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, TypeVar
 
+from ...isolation import IsolatedWorkError, Limits, isolated
 from ...model.errors import RobotError
 from ...model.mechanism import Described
 from ..toml_file import DescriptionError
@@ -17,6 +19,9 @@ from .tool_links import Ends
 from .xacro_file import expanded, is_xacro
 
 SUFFIXES = (".urdf", ".xacro", ".xml")
+READING = Limits()
+"""Limits on time and memory for reading one file."""
+Result = TypeVar("Result")
 Chain = tuple[str | None, str | None, str]
 """Base link, tip link (None to infer) and suffix of the robot name."""
 
@@ -38,6 +43,43 @@ class LinkedBodies(Protocol):
 def is_imported(file: Path) -> bool:
     """Whether the file suffix is .urdf, .xacro or .xml."""
     return file.suffix.lower() in SUFFIXES
+
+
+def imported(
+    file: Path,
+    arguments: Sequence[str] = (),
+    base: str | None = None,
+    tip: str | None = None,
+    name: str | None = None,
+) -> Described:
+    """The chain between two links of a file, with its numbers as written.
+
+    Args:
+        file: A URDF, a xacro file or an MJCF model.
+        arguments: Values of a xacro file's arguments, each as ``name:=value``.
+        base: The link whose frame is the base frame; by default the root.
+        tip: The link whose frame is the tool frame; by default the end of the longest chain.
+        name: The robot's name; by default the file's own.
+
+    Raises:
+        DescriptionError: The file is wrong, has no such chain, or exceeds a limit.
+    """
+    return _isolated(file, partial(_robot, file, arguments, base, tip, name))
+
+
+def _robot(
+    file: Path, arguments: Sequence[str], base: str | None, tip: str | None, name: str | None
+) -> Described:
+    return opened(file, arguments).robot(base, tip, name)
+
+
+def _isolated(file: Path, work: Callable[[], Result]) -> Result:
+    """Reads a file in a separate process, with limits on its time and memory."""
+    try:
+        return isolated(work, READING)
+    except IsolatedWorkError as error:
+        expected = f"a file that can be read: {error}"
+        raise DescriptionError(str(file), None, "", None, expected) from None
 
 
 def opened(file: Path, arguments: Sequence[str] = ()) -> LinkedBodies:
@@ -82,6 +124,16 @@ def chains(
     Raises:
         RobotError: A file is invalid, or the group is unknown.
     """
+    return _isolated(file, partial(_chains, file, arguments, base, groups, srdf))
+
+
+def _chains(
+    file: Path,
+    arguments: Sequence[str],
+    base: str | None,
+    groups: Sequence[str],
+    srdf: Path | None,
+) -> tuple[Chain, ...]:
     source = opened(file, arguments)
     found: list[Chain] = [
         chain for group in groups for chain in _of_group(source, file, group, srdf)

@@ -87,7 +87,7 @@ def compiled(file: Path) -> CompiledModel:
             # Warnings about masses and other properties that do not affect poses.
             warnings.simplefilter("ignore")
             arrays = spec.compile()
-    except (ValueError, mujoco.FatalError) as error:
+    except (ValueError, RuntimeError, mujoco.FatalError) as error:
         raise _refused(file, str(error)) from error
     _check_model(file, arrays, mujoco)
     axes = {joint.id: tuple(float(value) for value in joint.axis) for joint in spec.joints}

@@ -1,0 +1,136 @@
+"""Work in a separate process that has limits on time and memory and can write no file."""
+
+import os
+import pickle
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import TypeVar
+
+from .beside import outcome_of, received, send
+
+if sys.platform != "win32":
+    import resource
+
+Result = TypeVar("Result")
+STATUS = Path("/proc/self/statm")
+"""Its first entry is the size of the process in pages (Linux)."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits of an isolated process.
+
+    Attributes:
+        seconds: Wall-clock time.
+        memory: Bytes, in addition to those of this process. Windows has no such limit.
+    """
+
+    seconds: float = 60.0
+    memory: int = 4 << 30
+
+
+class IsolatedWorkError(RuntimeError):
+    """Isolated work has exceeded a limit, or its process has crashed."""
+
+
+def isolated(work: Callable[[], Result], limits: Limits = Limits()) -> Result:
+    """Returns the result of work that another process does; the process can write no file.
+
+    The process is a fork of this one. If another thread runs, a fork could inherit its locks, so a
+    new interpreter starts instead: a second slower, and ``work`` must be picklable.
+
+    Args:
+        work: Computes plain data.
+        limits: Limits of the process.
+
+    Raises:
+        IsolatedWorkError: The work exceeded a limit, or crashed. Errors of the work itself are
+            raised as they are.
+    """
+    is_alone = threading.active_count() == 1
+    run = _forked if sys.platform == "linux" and is_alone else _started
+    try:
+        return run(work, limits)
+    except MemoryError:
+        text = f"it needs more than {limits.memory / 2**30:g} GiB of memory"
+        raise IsolatedWorkError(text) from None
+
+
+def _forked(work: Callable[[], Result], limits: Limits) -> Result:
+    context = get_context("fork")
+    receiver, sender = context.Pipe(duplex=False)
+    process = context.Process(target=send, args=(lambda: _limited(work, limits), sender))
+    process.start()
+    sender.close()
+    try:
+        if not receiver.poll(limits.seconds):
+            raise _late(limits)
+        outcome: Result = received(receiver)
+        return outcome
+    except EOFError:
+        raise _crashed() from None
+    finally:
+        process.kill()
+        process.join()
+        receiver.close()
+
+
+def _started(work: Callable[[], Result], limits: Limits) -> Result:
+    code = "from chasles.derive.isolation import main; main()"
+    try:
+        finished = subprocess.run(
+            [sys.executable, "-c", code],
+            input=pickle.dumps((work, limits)),
+            stdout=subprocess.PIPE,
+            timeout=limits.seconds,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        raise _late(limits) from None
+    if finished.returncode:
+        raise _crashed()
+    is_done, found = pickle.loads(finished.stdout)
+    if not is_done:
+        raise found
+    outcome: Result = found
+    return outcome
+
+
+def main() -> None:
+    """Reads work from standard input, does it, and writes its outcome to standard output."""
+    work, limits = pickle.loads(sys.stdin.buffer.read())
+    output = os.fdopen(os.dup(1), "wb")
+    # What a library prints must not mix with the outcome.
+    os.dup2(2, 1)
+    with output:
+        output.write(pickle.dumps(outcome_of(lambda: _limited(work, limits))))
+
+
+def _limited(work: Callable[[], Result], limits: Limits) -> Result:
+    if sys.platform != "win32":
+        pages = int(STATUS.read_text().split()[0]) if STATUS.exists() else 0
+        _lower(resource.RLIMIT_AS, pages * resource.getpagesize() + limits.memory)
+        _lower(resource.RLIMIT_FSIZE, 0)
+        _lower(resource.RLIMIT_CORE, 0)
+    return work()
+
+
+def _lower(kind: int, limit: int) -> None:
+    """Sets a limit of this process, unless a lower one holds already."""
+    _, hard = resource.getrlimit(kind)
+    limit = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
+    resource.setrlimit(kind, (limit, limit))
+
+
+def _late(limits: Limits) -> IsolatedWorkError:
+    return IsolatedWorkError(f"it takes longer than {limits.seconds:g} s")
+
+
+def _crashed() -> IsolatedWorkError:
+    return IsolatedWorkError("its process has crashed")
