@@ -8,7 +8,6 @@
 It needs SciPy, `pip install 'chasles[calibration]'`.
 """
 
-from .calibrated_file import robot_file
 from .design import Design, optimal_design
 from .identify import identify
 from .measurements.circles import CirclePoints, MeasuredAxis
@@ -50,6 +49,5 @@ __all__ = [
     "monte_carlo",
     "optimal_design",
     "read_measurements",
-    "robot_file",
     "select_model",
 ]

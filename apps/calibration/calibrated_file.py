@@ -17,8 +17,8 @@ from chasles.contract import Coordinate
 
 from .calibrated_mechanism import mechanism_text
 from .drives import springs_text, transmissions_text
-from .frame_numbers import roll_pitch_yaw
 from .parameters import nominal as nominal_of
+from .shown_numbers import roll_pitch_yaw
 
 FloatArray = NDArray[np.float64]
 

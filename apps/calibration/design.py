@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from chasles import InputValueError, Robot
 from chasles.summaries import short_repr
 
+from ..study.results import StudyResult
 from .fitting.problem import in_one_thread, problem_at
 from .measurements.tool_measurements import SMALL, Measurements, Poses, Positions, Start
 from .parameters import GEOMETRY
@@ -39,7 +40,7 @@ _NEXT = 10
 
 
 @dataclass(frozen=True, eq=False)
-class Design:
+class Design(StudyResult):
     """Selected configurations and how well they determine the parameters.
 
     Attributes:

@@ -11,7 +11,7 @@ Source:
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -110,7 +110,8 @@ def select_model(
     good = EQUAL * min(errors.values())
     model = next(model for model in models if errors[model.name] <= good)
     check_result(found[model.name], model.vary)
-    return ModelSelection(model, found[model.name], errors)
+    calibration = replace(found[model.name], model_errors=tuple(errors.items()))
+    return ModelSelection(model, calibration, errors)
 
 
 @in_one_thread

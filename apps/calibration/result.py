@@ -1,30 +1,36 @@
-"""The result of an identification, and its report."""
+"""The result of an identification, its report and its files."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import csv
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, ClassVar, Self, cast
 
 import numpy as np
 import scipy.special
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import Robot
+from chasles import InputValueError, Robot, load
 from chasles.screws import inverse
 from chasles.summaries import summary_repr
 
+from ..study.results import StudyResult, by_suffix
+from .calibrated_file import robot_file
 from .fitting.identifiable import Unidentifiable
-from .frame_numbers import shown_numbers
-from .measurements.tool_measurements import Measurements, Poses
+from .measurements.circles import CirclePoints
+from .measurements.contacts import Distances, PlaneContacts, SphereContacts
+from .measurements.stations import StationPositions
+from .measurements.tool_measurements import Measurements, Poses, Positions
+from .shown_numbers import SHOWN, shown_numbers
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-SHOWN = {"m": (1e3, "mm"), "rad": (1e3, "mrad"), "1": (1e3, "‰"), "m/rad": (1e3, "mm/rad")}
-"""Factor and unit in which a number of a unit is shown to people."""
-
 
 @dataclass(frozen=True, eq=False)
-class Calibration:
+class Calibration(StudyResult):
     """Identified parameters, and how well they are known.
 
     Attributes:
@@ -46,6 +52,7 @@ class Calibration:
         q: (N, n) coordinates at which the tool was measured [rad or m].
         robot: The nominal robot.
         warnings: Suspicious facts, one sentence each: exchanged targets, joints that do not move.
+        model_errors: Name and median held-back error [m] of each model that `select_model` tried.
     """
 
     names: tuple[str, ...]
@@ -66,6 +73,18 @@ class Calibration:
     q: FloatArray
     robot: Robot
     warnings: tuple[str, ...] = ()
+    model_errors: tuple[tuple[str, float], ...] = ()
+
+    _parts: ClassVar[tuple[type, ...]] = (
+        CirclePoints,
+        Distances,
+        PlaneContacts,
+        Poses,
+        Positions,
+        SphereContacts,
+        StationPositions,
+        Unidentifiable,
+    )
 
     def __repr__(self) -> str:
         """In words, with the figures that matter."""
@@ -79,7 +98,7 @@ class Calibration:
             if self.unidentifiable
             else "",
             f"{len(self.warnings)} warnings" if self.warnings else "",
-            methods="print() it for the report; values, confidence_intervals, poses(q)",
+            methods="print() it for the report; poses(q), plot(), save(path)",
         )
 
     @property
@@ -142,6 +161,115 @@ class Calibration:
     def __str__(self) -> str:
         """A report for people."""
         return _report(self)
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the errors before and after over the configurations [mm].
+
+        Args:
+            ax: matplotlib axes; None: a new figure 8 cm wide.
+
+        Returns:
+            The axes.
+        """
+        from .report.plots import plot_residuals  # noqa: PLC0415 - Matplotlib is an extra
+
+        return plot_residuals(self, ax)
+
+    def plot_parameters(self, ax: Any = None) -> Any:
+        """Draw the clearest changes of parameters with their 95 % intervals [mm, mrad].
+
+        Args:
+            ax: matplotlib axes; None: a new figure 8 cm wide.
+
+        Returns:
+            The axes.
+        """
+        from .report.plots import plot_parameters  # noqa: PLC0415 - Matplotlib is an extra
+
+        return plot_parameters(self, ax)
+
+    def save(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        name: str | None = None,
+        source: str = "",
+        nominal: str | None = None,
+    ) -> None:
+        """Write a file in the format of its suffix.
+
+        .toml is the robot file of the calibrated robot, .html and .tex are reports of one page,
+        .csv is the table of parameters, and .npz holds all data, for `load`.
+
+        Args:
+            path: The file. Plots of a .tex report are PDF files next to it.
+            name: Name of the calibrated robot in a .toml; None: the stem of the path.
+            source: Origin of the numbers in a .toml; "": the source of the nominal robot.
+            nominal: Name or file of the nominal robot in a .toml, from whose solutions the inverse
+                of a robot with loops is refined; None: round lengths are tried instead.
+
+        Raises:
+            InputValueError: The suffix is not supported, or a coordinate moves several joints, so
+                that a .toml cannot hold the robot.
+        """
+
+        def write_toml(path: Path) -> None:
+            origin = source or self.robot.source
+            text = robot_file(self.robot, self.p, name or path.stem, origin, nominal or "")
+            path.write_text(text, encoding="utf-8")
+
+        def write_report(path: Path) -> None:
+            from .report import page, tex_page  # noqa: PLC0415 - Matplotlib is an extra
+
+            if path.suffix == ".tex":
+                tex_page.write_tex(self, path)
+            else:
+                path.write_text(page.html_page(self), encoding="utf-8")
+
+        writers = {
+            ".toml": write_toml,
+            ".html": write_report,
+            ".tex": write_report,
+            ".csv": self.to_csv,
+            ".npz": self.to_npz,
+        }
+        by_suffix(path, writers)(Path(path))
+
+    def to_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write a row per parameter: nominal value, change, value, bounds of the interval."""
+        head = ("nominal", "change", "value", "lower", "upper")
+        nominal = self.values - self.deviations
+        rows = np.column_stack([nominal, self.deviations, self.values, self.confidence_intervals])
+        units = {item.name: item.unit for item in self.robot.geometry}
+        with Path(path).open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(["parameter", "unit", *head])
+            for own, row in zip(self.names, rows.tolist(), strict=True):
+                writer.writerow([own, units.get(own, "m"), *map(repr, row)])
+
+    def to_npz(self, path: str | os.PathLike[str]) -> None:
+        """Write all data to a compressed file that `load` and NumPy read."""
+        # The robot is stored by its name.
+        StudyResult.to_npz(replace(self, robot=cast(Any, self.robot.name)), path)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str], robot: Robot | None = None) -> Self:
+        """Return the calibration that `to_npz` wrote.
+
+        Args:
+            path: The .npz file.
+            robot: The nominal robot with parametric functions; None: it is loaded by its name.
+
+        Raises:
+            InputValueError: The suffix is not .npz, the file holds something else, or it belongs
+                to another robot.
+            UnknownRobotError: No robot has the name in the file; pass the robot.
+        """
+        found = super().load(path)
+        name = str(found.robot)
+        if robot is not None and robot.name != name:
+            raise InputValueError(f"{path}: a calibration of {name}, got robot {robot.name}")
+        return replace(found, robot=robot or load(name, parametric=True))
 
     @property
     def correlations(self) -> FloatArray:

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from chasles import Robot
 from chasles.summaries import short_repr
 
+from ..study.results import StudyResult
 from .parameters import deviations, nominal
 
 FloatArray = NDArray[np.float64]
@@ -28,7 +29,7 @@ QUANTILES = (0.5, 0.95, 0.99, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
-class FirstOrderErrors:
+class FirstOrderErrors(StudyResult):
     """Errors of the tool to first order.
 
     Attributes:
@@ -56,7 +57,7 @@ class FirstOrderErrors:
 
 
 @dataclass(frozen=True, eq=False)
-class MonteCarloErrors:
+class MonteCarloErrors(StudyResult):
     """Errors of random arms.
 
     Attributes:

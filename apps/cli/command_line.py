@@ -8,7 +8,7 @@ import os
 import sys
 import time
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +19,7 @@ from chasles.contract import Argument, Manifest, read_manifest
 from chasles.library import build, find_folder, is_description, shelf, shipped_folders
 
 if TYPE_CHECKING:
-    from chasles.calibration import Calibration
+    pass
 
 _AT_ONCE = 2
 USAGE = 2
@@ -123,37 +123,26 @@ def _calibrate(options: argparse.Namespace) -> int:
     for sentence in measured.assumptions:
         print(f"{options.measurements}: {sentence}")
     q, measurements = measured.q, measured.measurements
-    held_back: Mapping[str, float] = {}
     if options.vary:
         found = calibration.identify(robot, q, measurements, vary=options.vary)
     else:
         chosen = calibration.select_model(robot, q, measurements)
-        found, held_back = chosen.calibration, chosen.errors
+        found = chosen.calibration
         print(f"model: {chosen.model.name}")
     print(found)
     if options.report:
-        _write_report(found, options.report, held_back)
+        found.save(options.report)
+        print(f"\nwritten: {options.report}")
     if options.to:
         source = f"{robot.source}; identified from {options.measurements.name}"
         design = Path(options.robot)
         nominal = str(design.resolve()) if design.is_file() else options.robot
-        text = calibration.robot_file(robot, found.p, options.to.stem, source, nominal)
-        options.to.write_text(text, encoding="utf-8")
+        found.save(options.to, source=source, nominal=nominal)
         print(f"\nwritten: {options.to}")
-        if "[[transmissions]]" in text:
+        is_robot = options.to.suffix == ".toml"
+        if is_robot and "[[transmissions]]" in options.to.read_text(encoding="utf-8"):
             print("its functions take true coordinates, coordinates_from_readings(r)")
     return 0
-
-
-def _write_report(found: Calibration, file: Path, held_back: Mapping[str, float]) -> None:
-    # Matplotlib is an extra, and takes a second to import.
-    from chasles.calibration import report  # noqa: PLC0415
-
-    if file.suffix == ".tex":
-        report.tex_page(found, file, held_back)
-    else:
-        file.write_text(report.html_page(found, held_back), encoding="utf-8")
-    print(f"\nwritten: {file}")
 
 
 def _view(options: argparse.Namespace) -> int:

@@ -1,15 +1,17 @@
-"""What a report says, as plain data: the same in HTML and in LaTeX."""
+"""Contents of a report as plain data: the same in HTML and in LaTeX."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..frame_numbers import shown_numbers
-from ..result import SHOWN, Calibration
+from ..shown_numbers import SHOWN, shown_numbers
+
+if TYPE_CHECKING:
+    from chasles.calibration import Calibration
 
 FloatArray = NDArray[np.float64]
 
@@ -37,7 +39,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Contents:
-    """All that a page says beside its plots.
+    """All text and tables of a page.
 
     Attributes:
         title: The robot.
@@ -54,13 +56,8 @@ class Contents:
     notes: tuple[str, ...]
 
 
-def contents(found: Calibration, held_back: Mapping[str, float] | None = None) -> Contents:
-    """The contents of a report.
-
-    Args:
-        found: A calibration.
-        held_back: Median error of models on held-back configurations [m].
-    """
+def contents(found: Calibration) -> Contents:
+    """Return the contents of a report."""
     before, after = lengths(found)
     used = found.used
     summary = (
@@ -73,9 +70,9 @@ def contents(found: Calibration, held_back: Mapping[str, float] | None = None) -
         f"{found.measurements.stated}.",
     )
     tables = [_of_targets(found, before, after), _of_frames(found)]
-    if held_back:
-        rows = tuple((name, f"{MM * error:.3f}") for name, error in held_back.items())
-        tables.append(Table("Held back, median error", ("model", "error [mm]"), rows))
+    if found.model_errors:
+        rows = tuple((name, f"{MM * error:.3f}") for name, error in found.model_errors)
+        tables.append(Table("Models, held-back error", ("model", "median [mm]"), rows))
     if strong := _correlated(found):
         tables.append(Table("Strong correlations", ("parameters", "", "r"), strong))
     return Contents(

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import html
 import io
-from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import matplotlib
-from matplotlib.figure import Figure
 
-from ..result import Calibration
 from .contents import Table, contents
-from .plots import parameter_plot, residual_plot
+from .plots import plot_parameters, plot_residuals
+
+if TYPE_CHECKING:
+    from chasles.calibration import Calibration
 
 _STYLE = """
 @page { size: A4; margin: 12mm }
@@ -22,29 +23,27 @@ th, td { padding: .02em .5em; text-align: right; white-space: nowrap }
 th { border-bottom: 1px solid #000; font-weight: normal } th:first-child, td:first-child
 { text-align: left } .plots { display: flex; flex-wrap: wrap; gap: 1cm }
 .plots svg { width: 8cm; height: auto } .two { display: flex; flex-wrap: wrap; gap: 0 2em }
+.blocks { display: grid; grid-template-columns: 1fr 1fr; gap: 0 2em; align-items: start }
+.blocks table { table-layout: fixed; width: 100% } .blocks th:first-child { width: 40% }
 """
-_COLUMNS = 3
+BLOCKS = 2
+"""Blocks of the table of parameters, next to each other."""
 
 
-def html_page(found: Calibration, held_back: Mapping[str, float] | None = None) -> str:
-    """A report of one page, with plots in it.
-
-    Args:
-        found: A calibration.
-        held_back: Median error of models on held-back configurations [m].
-    """
-    said = contents(found, held_back)
+def html_page(found: Calibration) -> str:
+    """Return a report of one page with its plots."""
+    said = contents(found)
     parts = [
         f"<h1>{html.escape(said.title)}</h1>",
         *(f"<p>{html.escape(sentence)}</p>" for sentence in said.summary),
-        f'<div class="plots">{_svg(residual_plot(found))}{_svg(parameter_plot(found))}</div>',
+        f'<div class="plots">{_svg(plot_residuals(found))}{_svg(plot_parameters(found))}</div>',
         '<div class="two">',
         *(f"<div>{_heading(table)}{_table(table)}</div>" for table in said.tables),
         "</div>",
         *(f"<p>{html.escape(note)}</p>" for note in said.notes),
         _heading(said.parameters),
-        '<div class="two">',
-        *(_table(part) for part in split(said.parameters, _COLUMNS)),
+        '<div class="blocks">',
+        *(_table(part) for part in split(said.parameters, BLOCKS)),
         "</div>",
     ]
     return (
@@ -72,10 +71,10 @@ def _table(table: Table) -> str:
     return f"<table><tr>{head}</tr>{''.join(rows)}</table>"
 
 
-def _svg(figure: Figure) -> str:
+def _svg(ax: Any) -> str:
     stream = io.StringIO()
     # Without its date and with fixed names the same calibration gives the same page.
     with matplotlib.rc_context({"svg.hashsalt": "chasles"}):
-        figure.savefig(stream, format="svg", metadata={"Date": None})
+        ax.figure.savefig(stream, format="svg", metadata={"Date": None})
     text = stream.getvalue()
     return text[text.index("<svg") :]

@@ -1,14 +1,16 @@
-"""The report as LaTeX, with its plots as PDF files beside it."""
+"""The report as LaTeX, with its plots in PDF files."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from ..result import Calibration
 from .contents import Table, contents
-from .page import split
-from .plots import parameter_plot, residual_plot
+from .page import BLOCKS, split
+from .plots import plot_parameters, plot_residuals
+
+if TYPE_CHECKING:
+    from chasles.calibration import Calibration
 
 _SPECIAL = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
 _SPECIAL |= {mark: f"\\{mark}" for mark in "&%$#_{}"} | {"±": r"$\pm$", "‰": r"\textperthousand{}"}
@@ -23,21 +25,13 @@ _PREAMBLE = r"""\documentclass[9pt,a4paper]{extarticle}
 """
 
 
-def tex_page(
-    found: Calibration, file: str | Path, held_back: Mapping[str, float] | None = None
-) -> None:
-    """Writes a report of one page, and its plots beside it.
-
-    Args:
-        found: A calibration.
-        file: The LaTeX file to write; plots are called like it.
-        held_back: Median error of models on held-back configurations [m].
-    """
-    path, said = Path(file), contents(found, held_back)
+def write_tex(found: Calibration, path: Path) -> None:
+    """Write a report of one page, and its plots as PDF files named after it."""
+    said = contents(found)
     names = []
-    for plot in (residual_plot, parameter_plot):
-        names.append(f"{path.stem}_{plot.__name__}.pdf")
-        plot(found).savefig(path.with_name(names[-1]), metadata={"CreationDate": None})
+    for part, plot in (("residuals", plot_residuals), ("parameters", plot_parameters)):
+        names.append(f"{path.stem}_{part}.pdf")
+        plot(found).figure.savefig(path.with_name(names[-1]), metadata={"CreationDate": None})
     parts = [
         _PREAMBLE + r"\begin{document}",
         rf"{{\large\bfseries {_tex(said.title)}}}\par\medskip",
@@ -45,18 +39,29 @@ def tex_page(
         r"\hfill".join(rf"\includegraphics[width=80mm]{{{name}}}" for name in names) + r"\par",
         r"\par\medskip ".join(_table(table) for table in said.tables),
         r"\par\medskip " + r"\par ".join(_tex(note) for note in said.notes),
-        r"\par\medskip " + r"\hfill ".join(_table(part) for part in split(said.parameters, 2)),
+        r"\par\medskip " + r"\hfill ".join(_block(part) for part in split(said.parameters, BLOCKS)),
         r"\end{document}",
     ]
     path.write_text("\n".join(parts) + "\n", encoding="utf-8")
 
 
 def _table(table: Table) -> str:
+    return rf"{{\scriptsize\begin{{tabular}}[t]{{@{{}}{_lines(table)}\end{{tabular}}}}\quad"
+
+
+def _block(table: Table) -> str:
+    """A part of a table, as wide as the other part."""
+    width = r"\begin{tabular*}{0.48\linewidth}[t]{@{\extracolsep{\fill}}"
+    return rf"{{\scriptsize{width}{_lines(table)}\end{{tabular*}}}}"
+
+
+def _lines(table: Table) -> str:
+    """The columns and the lines of a table."""
     columns = "l" + "r" * (len(table.heading) - 1)
     rows = [" & ".join(map(_tex, row)) + r" \\" for row in table.rows]
     head = " & ".join(map(_tex, table.heading)) + r" \\"
     lines = "\n".join([r"\toprule", head, r"\midrule", *rows, r"\bottomrule"])
-    return rf"{{\scriptsize\begin{{tabular}}[t]{{@{{}}{columns}@{{}}}}{lines}\end{{tabular}}}}\quad"
+    return rf"{columns}@{{}}}}{lines}"
 
 
 def _tex(text: str) -> str:

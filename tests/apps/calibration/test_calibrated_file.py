@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from chasles.calibration import robot_file
+from chasles.calibration.calibrated_file import robot_file
 from chasles.cli import main
 from chasles.derive import RobotError, read
 from tests.support.compiling import compiled

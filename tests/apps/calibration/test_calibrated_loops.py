@@ -22,8 +22,8 @@ from chasles.calibration import (
     first_order_errors,
     identify,
     monte_carlo,
-    robot_file,
 )
+from chasles.calibration.calibrated_file import robot_file
 from chasles.calibration.fitting.noise import OUTLYING
 from chasles.calibration.fitting.problem import Fit, problem_at
 from chasles.derive import RobotError, casadi_function, derive, read, read_text

@@ -5,7 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from chasles import screws
-from chasles.calibration import Positions, identify, robot_file
+from chasles.calibration import Positions, identify
+from chasles.calibration.calibrated_file import robot_file
 from chasles.derive import RobotError, derive, read_text
 from chasles.errors import InputValueError
 from tests.support.compiling import compiled

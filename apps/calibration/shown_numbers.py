@@ -1,4 +1,4 @@
-"""Frames as numbers for people: positions, and roll, pitch and yaw."""
+"""Numbers for people: units, and positions with roll, pitch and yaw of frames."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+
+SHOWN = {"m": (1e3, "mm"), "rad": (1e3, "mrad"), "1": (1e3, "‰"), "m/rad": (1e3, "mm/rad")}
+"""Factor and unit in which a number of a unit is shown to people."""
 
 
 def roll_pitch_yaw(R: FloatArray) -> FloatArray:
