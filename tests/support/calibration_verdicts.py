@@ -1,4 +1,4 @@
-"""What an identification says of simulated measurements: nothing, a warning, or an error."""
+"""Outcome of an identification on simulated measurements: clean, warnings or an error."""
 
 from dataclasses import dataclass
 
@@ -11,23 +11,23 @@ ACCUSING = (
     *("another robot", "contradict", "is its zero another", "may be wrong", "exchanged", "are off"),
     "times the stated noise",
 )
-"""Words of warnings about the robot or the measurements; other warnings are about their number."""
+"""Phrases in warnings about the robot or the measurements; other warnings are about the count."""
 TOO_FEW = "do not determine"
 MOST_NOISE = 3.0
-"""Noise of correct measurements, in parts of the stated one: chance exceeds it with a probability
-below 1e-6 for two surplus numbers, and one surplus number is not judged."""
+"""Maximum noise of correct measurements relative to the stated noise; exceeded with a probability
+below 1e-6 for two surplus values. A single surplus value is not tested."""
 LEAST_SURPLUS = 2
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What is said.
+    """Messages of an identification.
 
     Attributes:
-        accusations: The error, or the warnings about the robot or the measurements.
-        warnings: All warnings, also that the numbers are few.
-        is_too_few: Whether the numbers are fewer than the variables.
-        unexplained: What a correct robot would not have: rows left out, or more noise than stated.
+        accusations: The error, or warnings about the robot or the measurements.
+        warnings: All warnings, including warnings about too few values.
+        is_too_few: Whether there are fewer values than variables.
+        unexplained: Facts unexpected for a correct robot: outlier rows, or more noise than stated.
     """
 
     accusations: tuple[str, ...]
@@ -37,26 +37,26 @@ class Verdict:
 
     @property
     def is_clean(self) -> bool:
-        """Whether the robot explains the measurements to the noise, without an accusation."""
+        """Whether the robot explains the measurements within noise, without such warnings."""
         return not (self.accusations or self.unexplained)
 
     @property
     def is_answered(self) -> bool:
-        """Whether the measurements get a warning or an error.
+        """Whether the measurements cause a warning or an error.
 
-        A few numbers of another robot may fit, with zeros degrees away; the warning then is about
-        their number.
+        A few measurements of another robot may fit with zero offsets of several degrees. The
+        warning is then about the measurement count.
         """
         return bool(self.accusations or self.warnings)
 
     @property
     def text(self) -> str:
-        """All in a line."""
+        """All messages in one line."""
         return "; ".join((*self.accusations, *self.unexplained))
 
 
 def verdict(robot, draw: Simulated) -> Verdict:
-    """What an identification says of a draw."""
+    """Returns the verdict of an identification on simulated measurements."""
     try:
         found = identify(
             robot, draw.q, draw.measurements, vary=draw.vary, parameter_std=draw.parameter_std

@@ -1,4 +1,4 @@
-"""Random chains of every joint type, for the compiler and, joint by joint, for Pinocchio."""
+"""Random chains with every joint type, for the compiler and for Pinocchio."""
 
 import random
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ PITCH = sp.Rational(1, 10)
 
 @dataclass(frozen=True)
 class Link:
-    """One joint as numbers that both sides are built from."""
+    """Numbers of one joint, shared by the compiler and Pinocchio models."""
 
     kind: str
     xyz: tuple
@@ -28,13 +28,13 @@ class Link:
 
 @dataclass(frozen=True)
 class Chain:
-    """A random chain: its links and its tool's origin."""
+    """A random chain: links and tool origin."""
 
     links: tuple[Link, ...]
     tool: Link
 
     def robot(self) -> SerialRobot:
-        """The chain for the compiler."""
+        """Returns the chain for the compiler."""
         joints = []
         for k, link in enumerate(self.links):
             before, after = urdf(link.kind, xyz=link.xyz, rpy=link.rpy, axis=link.axis)
@@ -45,7 +45,7 @@ class Chain:
         return SerialRobot("chain", tuple(joints), tool=tool)
 
     def pinocchio(self):
-        """The chain for Pinocchio: model, the frame of every link, then of the tool."""
+        """Returns the Pinocchio model, and the frame indices of all links and the tool."""
         import pinocchio as pin
 
         model, parent, frames = pin.Model(), 0, []
@@ -65,7 +65,7 @@ class Chain:
 
 
 def random_chain(generator: random.Random, joints: int) -> Chain:
-    """A chain of so many joints, at least one of which moves by itself."""
+    """Returns a random chain with at least one independent moving joint."""
     links: list[Link] = []
     for k in range(joints):
         kind = generator.choice(KINDS) if k else "revolute"

@@ -1,4 +1,4 @@
-"""A Chromium without a window, led by its own protocol over a socket on this machine."""
+"""Headless Chromium, controlled by the DevTools protocol over a local socket."""
 
 import base64
 import ctypes
@@ -22,10 +22,10 @@ FLAGS = (
     "--disable-dev-shm-usage",
     "--no-first-run",
     "--disable-background-networking",
-    # A click that comes before the first picture, which takes long on a busy machine, counts.
+    # Accepts clicks before the first frame, which takes long on a busy machine.
     "--allow-pre-commit-input",
     "--window-size=760,520",
-    "--force-device-scale-factor=0.25",  # drawing in software takes most of the time
+    "--force-device-scale-factor=0.25",  # software rendering dominates the run time
     "--remote-debugging-port=0",
     "--remote-allow-origins=*",
 )
@@ -33,18 +33,18 @@ LOUD = ("error", "warning", "assert")
 
 
 class Chromium:
-    """A browser with one page; `close` ends it.
+    """A browser with one page; `close` terminates the browser.
 
     Attributes:
-        said: What the page's console has said since it was opened: (level, text).
+        said: Console messages of the page since it was opened: (level, text).
     """
 
     def __init__(self, program: str, folder: Path) -> None:
-        """Starts it with a profile of its own in a folder."""
+        """Starts the browser with a separate profile in a folder."""
         command = [program, *FLAGS, f"--user-data-dir={folder}", "about:blank"]
         quiet = subprocess.DEVNULL
         self._process = subprocess.Popen(
-            # The function takes no lock, so threads of this process do no harm.
+            # The function acquires no lock, so other threads of this process cannot block it.
             command,
             stdout=quiet,
             stderr=quiet,
@@ -65,7 +65,7 @@ class Chromium:
             self._ask(f"{domain}.enable")
 
     def close(self) -> None:
-        """Ends the browser."""
+        """Terminates the browser."""
         self._session = None
         self._ask("Browser.close")
         self._socket.close()
@@ -78,7 +78,7 @@ class Chromium:
         until(lambda: self.run("document.readyState === 'complete' && !window.isOld"))
 
     def run(self, script: str):
-        """The value of an expression on the page."""
+        """Returns the value of an expression on the page."""
         answer = self._ask(
             "Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True
         )
@@ -87,7 +87,7 @@ class Chromium:
         return answer["result"].get("value")
 
     def processor_time(self, script: str) -> float:
-        """Seconds of the processor that an expression takes on the page."""
+        """Returns the processor time (seconds) of an expression on the page."""
         self._ask("Performance.enable", timeDomain="threadTicks")
         times = []
         for expression in ("0", script, "0"):
@@ -97,7 +97,7 @@ class Chromium:
         return times[1] - times[0]
 
     def drag(self, start, end) -> None:
-        """Presses the mouse at a point of the page, moves it to another in steps, and lets go."""
+        """Drags the mouse in steps between two points of the page."""
         self._mouse("mouseMoved", start)
         time.sleep(0.1)
         self._mouse("mousePressed", start)
@@ -112,25 +112,25 @@ class Chromium:
             self._mouse(kind, point)
 
     def write(self, text: str) -> None:
-        """Writes into what has the focus, and presses Enter."""
+        """Types text into the focused element and presses Enter."""
         self._ask("Input.insertText", text=text)
         key = {"key": "Enter", "code": "Enter", "windowsVirtualKeyCode": 13, "text": "\r"}
         self._ask("Input.dispatchKeyEvent", type="keyDown", **key)
         self._ask("Input.dispatchKeyEvent", type="keyUp", **key)
 
     def middle(self, element: str) -> tuple[float, float]:
-        """The middle of an element, which is given by an expression and scrolled to."""
+        """Scrolls to an element (JavaScript expression) and returns its center."""
         self.run(f"{element}.scrollIntoView({{ block: 'nearest' }})")
         box = self.run(f"{element}.getBoundingClientRect().toJSON()")
         return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
     def picture(self, file: Path) -> None:
-        """Saves the page as PNG."""
+        """Saves a screenshot of the page as PNG."""
         data = self._ask("Page.captureScreenshot", format="png")["data"]
         file.write_bytes(base64.b64decode(data))
 
     def complaints(self) -> list[str]:
-        """The errors and warnings of the page's console."""
+        """Returns the errors and warnings of the page console."""
         self.run("0")
         return [text for level, text in self.said if level in LOUD]
 
@@ -166,7 +166,7 @@ class Chromium:
 
 
 def _end_with_parent() -> None:
-    """Lets Linux end this process when its parent ends, even if the parent is killed."""
+    """Makes Linux kill this process when its parent dies, even by a signal."""
     if sys.platform == "linux":
         set_parent_death_signal = 1
         ctypes.CDLL(None).prctl(set_parent_death_signal, signal.SIGKILL)

@@ -1,4 +1,4 @@
-"""Check a commit message: ``area: imperative summary``, then a blank line and the reason."""
+"""Checks a commit message: ``area: imperative summary``, a blank line, the reason."""
 
 import re
 import sys
@@ -8,7 +8,7 @@ MAX_SUBJECT = 72
 
 
 def faults(message: str) -> list[str]:
-    """Return the faults of a commit message, as sentences; lines that start with # are comments."""
+    """Returns the faults of a commit message as sentences; lines starting with # are ignored."""
     lines = [line for line in message.splitlines() if not line.startswith("#")]
     subject = lines[0] if lines else ""
     found = []

@@ -1,4 +1,4 @@
-"""Robots that tests derive themselves: derived and compiled once for all workers of a run."""
+"""Derives and compiles test robots once for all workers of a run."""
 
 import hashlib
 import shutil
@@ -21,25 +21,25 @@ from tests.support.derivations import GENERATED
 from tests.support.locking import locked
 
 CALLED = ("c", "casadi", "python")
-"""The languages that are called; the article is a third of the time of a derivation."""
+"""Callable output languages; excludes the article, a third of the derivation time."""
 BUILD = Path(__file__).parents[2] / "build" / "tests"
-"""Derived folders and compiled libraries of all tests, by content, for all workers and runs."""
+"""Cache of derived folders and compiled libraries, keyed by content, for all runs."""
 BOARD = BUILD / "board_installer"
-"""A lock for `chasles.load("board_installer", parametric=True)`, which derives it for 12 s."""
+"""Lock for `chasles.load("board_installer", parametric=True)`; the derivation takes 12 s."""
 
 QUICK, FAST = "-O0", "-O1"
-"""Flags: QUICK compiles a calibrated arm in 2.5 s instead of the 11 s of users' -O3. FAST takes
-5 s, and is for tests with tens of thousands of poses.
+"""Compiler flags: QUICK compiles a calibrated arm in 2.5 s (-O3: 11 s). FAST takes 5 s and is used
+by tests with tens of thousands of poses.
 """
 COMPILER = shutil.which("clang") and "clang"
-"""Clang compiles in a third of GCC's time at -O0. GCC compiles the shipped robots."""
+"""Clang if available: at -O0 three times faster than GCC, which compiles shipped robots."""
 
 
 @contextmanager
 def compiled_quickly(flags: str = QUICK) -> Iterator[None]:
-    """In its body, robots are compiled with some flags into a cache of the tests.
+    """Context in which robots are compiled with ``flags`` into the test cache.
 
-    Shipped robots are not loaded in it: tests call them as users have them.
+    Do not load shipped robots in this context: tests call them as installed.
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CHASLES_CACHE", str(BUILD))
@@ -52,7 +52,7 @@ def compiled_quickly(flags: str = QUICK) -> Iterator[None]:
 
 @contextmanager
 def own_robots_compiled_quickly() -> Iterator[None]:
-    """In its body, robots that are not shipped are compiled as by `compiled_quickly`."""
+    """Context in which robots that are not shipped are compiled as in `compiled_quickly`."""
     make_recipe = cache_module.make_recipe
 
     def make(manifest: Manifest) -> Recipe:
@@ -73,16 +73,16 @@ def compiled(
     languages: Sequence[str] = CALLED,
     flags: str = QUICK,
 ) -> chasles.Robot:
-    """A robot that is derived, put into a folder, compiled and loaded.
+    """Derives, compiles and loads a robot.
 
-    Each robot is derived once: a test that needs it while another derives it waits.
+    Each robot is derived once; concurrent tests wait for the first derivation.
 
     Args:
         robot: The description.
-        folder: The robot's own folder.
-        functions: The functions to derive, all by default.
-        languages: The languages to write, by default the ones that are called.
-        flags: The compiler's flags.
+        folder: Output folder of the robot.
+        functions: The functions to derive; all by default.
+        languages: The output languages; the callable languages by default.
+        flags: Compiler flags.
     """
     words = (description_text(robot), repr(functions), repr(sorted(languages)), _compiler_digest())
     key = hashlib.sha256("\0".join(words).encode()).hexdigest()
@@ -98,7 +98,7 @@ def compiled(
 
 
 def loaded(folder: Path, flags: str = QUICK) -> chasles.Robot:
-    """The robot of a folder, compiled once for all tests."""
+    """Loads the robot of a folder, compiled once for all tests."""
     recipe = (folder / "manifest.json").read_bytes() + f"{COMPILER} {flags}".encode()
     digest = hashlib.sha256(recipe).hexdigest()
     with compiled_quickly(flags), locked(BUILD / "libraries" / digest):
@@ -107,7 +107,7 @@ def loaded(folder: Path, flags: str = QUICK) -> chasles.Robot:
 
 @cache
 def _compiler_digest() -> str:
-    """SHA-256 of the sources of the compiler: a change of it derives all robots again."""
+    """Returns the SHA-256 of the compiler sources; a change forces new derivations."""
     root = Path(chasles.derive.__file__).parent
     files = sorted(p for p in root.rglob("*") if p.suffix in (".py", ".h"))
     return hashlib.sha256(b"\0".join(file.read_bytes() for file in files)).hexdigest()

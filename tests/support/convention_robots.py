@@ -1,4 +1,4 @@
-"""Robots in a convention, and their forward kinematics as the plain product of matrices."""
+"""Robots in a convention, and their forward kinematics as a plain matrix product."""
 
 import sympy as sp
 
@@ -18,7 +18,7 @@ def joint(convention, name, kind="revolute", **given):
 
 
 def robot(*joints):
-    """A robot of joints, every symbol in them a parameter."""
+    """Returns a robot whose symbols are all parameters."""
     placements = [part for joint in joints for part in (*joint.before, *joint.after)]
     values = [v for part in placements for v in getattr(part, "vector", None) or (part.angle,)]
     symbols = {symbol for value in values for symbol in value.free_symbols}
@@ -27,7 +27,7 @@ def robot(*joints):
 
 
 def product(described, coordinates=q):
-    """Forward kinematics as the plain product of elementary matrices."""
+    """Returns forward kinematics as the plain product of elementary matrices."""
     T = placement_matrix(described.base)
     values = iter(described.joint_values(coordinates[: len(described.coordinates)]))
     for part in described.joints:
@@ -49,7 +49,7 @@ def derived_fk(described):
 
 
 def equal(A, B):
-    """Equality as polynomials in cosines and sines of the separate angles."""
+    """Whether matrices are equal as polynomials in cosines and sines of single angles."""
     difference = (sp.Matrix(A) - sp.Matrix(B)).applyfunc(lambda x: sp.expand(x, trig=True))
     return difference.applyfunc(lambda x: sp.expand(sp.trigsimp(x))) == sp.zeros(*difference.shape)
 
@@ -60,7 +60,7 @@ def motion_matrix(convention, variable, kind="revolute", **given):
 
 
 def drawn_chain(convention, random, kinds):
-    """A chain of joints of some kinds in a convention, with random numbers."""
+    """Returns a chain in a convention with random numbers."""
     joints = []
     for k, kind in enumerate(kinds):
         given = {}
@@ -95,7 +95,7 @@ m_held = { value = 4500, unit = "g", meaning = "held body and wrist" }
 
 
 def sagging_ur5e(gravity='[0, 0, "-9.81"]'):
-    """The text of a robot file."""
+    """Returns the text of a robot file with link masses."""
     text = (ROBOTS / "ur5e.toml").read_text().replace("[parameters]", f"[parameters]{NAMED}")
     text = text.replace('convention = "dh"', f'convention = "dh"\ngravity = {gravity}')
     for joint, link in (

@@ -1,14 +1,14 @@
-"""Counts of the work that a call takes, which are the same on every machine and under any load."""
+"""Counts the work of a call, independent of machine and load."""
 
 import sys
 from collections.abc import Callable
 
 
 def calls_of(work: Callable[[], object]) -> int:
-    """Number of Python and C functions that a call enters.
+    """Returns the number of Python and C function calls made by ``work``.
 
-    Bounds on this number stand for bounds on time: the number does not depend on the processor or
-    on other processes. An exception of the call ends the count and is passed on.
+    Bounds of this count replace bounds of time: the count does not depend on the processor or on
+    other processes. Exceptions of the call propagate.
     """
     count = 0
 

@@ -1,4 +1,4 @@
-"""The shipped robots, read and derived once for all tests that need their equations."""
+"""Reads and derives the shipped robots once for all tests."""
 
 import tomllib
 from collections.abc import Mapping
@@ -18,48 +18,48 @@ from chasles.derive.terms.casadi_graph import lower
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 GENERATED = Path(chasles.derive.__file__).parent.parent / "generated"
 ALL = sorted(path.stem for path in ROBOTS.glob("*.toml"))
-"""Every shipped robot."""
+"""Names of all shipped robots."""
 MECHANISMS = [
     name for name in ALL if has_loops(tomllib.loads((ROBOTS / f"{name}.toml").read_text()))
 ]
-"""The shipped robots with loops."""
+"""Names of the shipped robots with loops."""
 NAMES = [name for name in ALL if name not in MECHANISMS]
-"""The serial ones."""
+"""Names of the shipped serial robots."""
 SAMPLE = (
     *("ur5e", "jaco2", "iiwa14", "lynxmotion", "bricklaying_planar"),
     *("five_bar", "well_manipulator", "planar_3rrr", "stewart_gough"),
 )
-"""Shipped robots of every kind; together they have every function that any shipped robot has."""
+"""Shipped robots of every kind that together have every function of any shipped robot."""
 
 
 def description(name: str) -> Path:
-    """The file of a shipped robot or of one on the shelf."""
+    """Returns the file of a shipped robot or of a robot on the shelf."""
     own = ROBOTS / f"{name}.toml"
     return own if own.is_file() else ROBOTS / "shelf" / own.name
 
 
 @cache
 def derivation(name: str) -> Derivation:
-    """All functions of a shipped robot."""
+    """Derives all functions of a shipped robot."""
     return derive(read(description(name)))
 
 
 @cache
 def article(name: str) -> Mapping[str, str]:
-    """The fragments of a shipped robot's article, by file."""
+    """Returns the article fragments of a shipped robot, keyed by file."""
     return fragments(derivation(name))
 
 
 @cache
 def kernels(name: str) -> dict:
-    """The CasADi functions of a shipped robot, by name."""
+    """Returns the CasADi functions of a shipped robot, keyed by name."""
     derived = derivation(name)
     names = [function.name for function in derived.functions]
     return dict(zip(names, lower(derived.functions, name), strict=True))
 
 
 def every_branch(function, kernel, *arguments) -> list[np.ndarray]:
-    """The flat outputs of a function's CasADi kernel; of all its branches, where it has some."""
+    """Returns the flat outputs of a CasADi kernel, for all branches if it has branches."""
     if not function.signs:
         return [np.array(output).ravel() for output in kernel(*arguments)]
     found = [kernel(*arguments, signs) for signs in patterns(function)]
@@ -68,11 +68,11 @@ def every_branch(function, kernel, *arguments) -> list[np.ndarray]:
 
 @cache
 def made(name: str) -> Programs:
-    """The programs of a shipped robot's functions."""
+    """Returns the programs of the functions of a shipped robot."""
     return programs(derivation(name).functions, name)
 
 
 def shaped(name: str, function: str, *arguments) -> np.ndarray:
-    """The only output of a CasADi function, in its shape."""
+    """Returns the only output of a CasADi function, reshaped."""
     (result,) = derivation(name).function(function).outputs
     return np.array(kernels(name)[function](*arguments)).reshape(result.shape)

@@ -1,16 +1,16 @@
-"""An arm with errors, of which some poses have up to sixteen solutions."""
+"""An arm with geometric errors; some poses have up to sixteen solutions."""
 
 import numpy as np
 
 SIZE, SEED = 3.6465829651e-3, 203
-"""Errors (metre, radian) of the arm, and the seed of the errors."""
+"""Maximum error (metre, radian) of the arm, and the seed of the errors."""
 WRIST = 4
 FAR = 0.25
-"""Radian: how far from its singularity the wrist is bent."""
+"""Maximum wrist angle (radian) from its singularity."""
 
 
 def near_wrist(count, seed):
-    """Configurations near the wrist's singularity."""
+    """Returns configurations near the wrist singularity."""
     rng = np.random.default_rng(seed)
     q = rng.uniform(-np.pi, np.pi, (count, 6))
     q[:, WRIST] = rng.uniform(-FAR, FAR, count) + np.pi * rng.integers(0, 2, count)

@@ -1,4 +1,4 @@
-"""Configurations and pose errors for tests of iterated inverses."""
+"""Configurations and pose errors for tests of iterative inverses."""
 
 import numpy as np
 
@@ -7,13 +7,13 @@ from tests.support.rate_inputs import span
 
 TOLERANCE = 1e-9
 ROUNDING = 1e-13
-"""By which a residual that is computed again may differ, in metres and radians."""
+"""Tolerance of a recomputed residual (metre, radian)."""
 POSITION = (1, 1, 1, 0, 0, 0)
 PLATFORMS = ("stewart_gough", "planar_3rrr")
 
 
 def configurations(robot, count, seed=3):
-    """Random ones within the limits at which loops close."""
+    """Returns random configurations within the limits with closed loops."""
     reach = np.array([np.pi if c.unit == "rad" else 1.0 for c in robot.coordinates])
     q = np.random.default_rng(seed).uniform(*span(robot, reach), (50 * count, robot.n))
     q = q[np.isfinite(robot.fk(q)).all((1, 2))][:count]
@@ -30,13 +30,13 @@ def distance(A, B):
 
 
 def away(A, B, unit=1.0):
-    """The larger of the distance and of the angle times the robot's unit of length."""
+    """Returns the larger of distance and angle times the unit length of the robot."""
     turn = screws.log(screws.inverse(A) @ B)[..., 3:]
     return np.maximum(distance(A, B), unit * np.linalg.norm(turn, axis=-1))
 
 
 def same(a, b):
-    """To the last bit, NaN like NaN."""
+    """Whether arrays are equal bit by bit, including NaN."""
     return all(
         np.array_equal(x, y, equal_nan=x.dtype.kind == "f") for x, y in zip(a, b, strict=True)
     )

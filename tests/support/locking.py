@@ -1,4 +1,4 @@
-"""A lock that the workers of a run share."""
+"""A file lock shared by the workers of a run."""
 
 import fcntl
 from collections.abc import Iterator
@@ -8,7 +8,7 @@ from pathlib import Path
 
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
-    """Holds the lock of a path against other processes."""
+    """Context that locks a path against other processes."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.with_suffix(".lock").open("w") as file:
         fcntl.flock(file, fcntl.LOCK_EX)

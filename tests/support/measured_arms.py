@@ -1,4 +1,4 @@
-"""Arms as drawn by chance near a nominal one, and what a device measures of them."""
+"""Random arms near a nominal arm, and their simulated measurements."""
 
 from typing import NamedTuple
 
@@ -8,7 +8,7 @@ from chasles import screws
 
 
 class Truth(NamedTuple):
-    """A drawn arm, the device's frame and the targets on the tool."""
+    """A random arm, the frame of the device and the targets on the tool."""
 
     p: np.ndarray
     T_W_base: np.ndarray
@@ -25,7 +25,7 @@ class Truth(NamedTuple):
 
 
 def drawn(arm, seed, zero=0.0, count=60):
-    """An arm with axes and tool off by 1 mm and 1 mrad, and zeros of turning joints by `zero`."""
+    """Returns an arm with 1 mm and 1 mrad errors, and zero-offset errors up to `zero`."""
     random = np.random.default_rng(seed)
     p = np.array([g.value for g in arm.geometry])
     off = np.array([g.part in ("axis", "tool") for g in arm.geometry])

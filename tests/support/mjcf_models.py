@@ -1,4 +1,4 @@
-"""Models in MJCF for tests: random ones, and MuJoCo's own poses of them."""
+"""Random MJCF models for tests, and their poses from MuJoCo."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def numbers(dice, low=-1.0, high=1.0, digits=3):
 
 
 def orientation(dice):
-    """One of MJCF's forms of an orientation."""
+    """Returns a random orientation in one of the MJCF formats."""
     right = " ".join(str(dice.choice(RIGHT)) for _ in range(3))
     return dice.choice(
         (
@@ -43,7 +43,7 @@ def random_joint(dice, name):
 
 
 def random_model(dice):
-    """A chain of bodies with none to three joints each, side branches, frames and sites."""
+    """Returns a body chain with 0 to 3 joints per body, side branches, frames and sites."""
     count = dice.randint(2, 6)
     degree = dice.choice(("degree", "degree", "radian"))
     opened, closed, names = [], [], 0
@@ -77,7 +77,7 @@ def random_model(dice):
 
 
 def oracle(text):
-    """MuJoCo's model, without the meshes that are missing."""
+    """Returns the MuJoCo model without missing meshes."""
     return mujoco.MjModel.from_xml_string(
         text.replace('<mesh name="missing" file="missing.stl"/>', "").replace(
             'type="mesh" mesh="missing"', 'size="0.1"'
@@ -86,7 +86,7 @@ def oracle(text):
 
 
 def poses_of(model, values):
-    """The pose of every body and site at values of joints."""
+    """Returns the pose of every body and site at joint values."""
     data = mujoco.MjData(model)
     for name, value in values.items():
         data.qpos[model.joint(name).qposadr[0]] = value
@@ -109,7 +109,7 @@ def read_model(path, text, base=None, tip=None):
 
 
 def random_linkage(dice):
-    """A four-bar linkage in a tilted plane, closed by one of MJCF's ways to do so."""
+    """Returns a four-bar linkage in a tilted plane with one of the MJCF closure types."""
     A, D = np.zeros(2), np.array([dice.uniform(0.3, 0.4), dice.uniform(-0.1, 0.1)])
     B = np.array([dice.uniform(-0.05, 0.05), dice.uniform(0.08, 0.12)])
     C = D + np.array([dice.uniform(-0.1, 0.1), dice.uniform(0.2, 0.3)])
@@ -151,7 +151,7 @@ def random_linkage(dice):
 
 
 def random_spatial_loop(dice):
-    """A loop of hinges in space: four closed by a connect, or seven closed by a weld."""
+    """Returns a spatial hinge loop: four hinges with a connect, or seven with a weld."""
     is_weld = dice.random() < 0.5
     count = 7 if is_weld else 4
     split = dice.randint(2, count - 1)
@@ -177,7 +177,7 @@ def random_spatial_loop(dice):
 
 
 def random_delta(dice):
-    """A platform that slides along x, y, z on three rods between balls, moved by three arms."""
+    """Returns a delta: a translating platform on three rods with ball joints and three arms."""
     sizes = [dice.uniform(*bounds) for bounds in ((0.15, 0.25), (0.15, 0.25), (0.04, 0.06))]
     radius, arm, edge = (round(size, 3) for size in sizes)
     height = round(dice.uniform(0.35, 0.45), 3)

@@ -1,4 +1,4 @@
-"""Packages that only some tests need, imported when a test first uses them."""
+"""Optional packages, imported when a test first uses them."""
 
 from importlib.util import find_spec
 
@@ -6,26 +6,25 @@ import pytest
 
 
 class OptionalPackage:
-    """Stands for a package; its first use imports it, or skips the test where it is missing.
+    """Proxy of a package: the first use imports it, or skips the test if it is missing.
 
-    Each process that runs tests imports all test files. A package that takes seconds to import is
-    then paid for by the tests that use it alone.
+    Every worker imports all test files. So only tests that use a slow package pay its import time.
     """
 
     def __init__(self, name: str) -> None:
-        """Remembers the name of the package, which pip may know by another name."""
+        """Stores the import name of the package, which may differ from its pip name."""
         self._name = name
 
     def __getattr__(self, attribute: str):
-        """An attribute of the package."""
+        """Returns an attribute of the package."""
         return getattr(pytest.importorskip(self._name, reason=reason(self._name)), attribute)
 
 
 def reason(name: str) -> str:
-    """The reason of a test that is skipped because a package is missing."""
+    """Returns the skip reason for a missing package."""
     return f"missing package: {name} (make test installs it)"
 
 
 def requires(name: str) -> pytest.MarkDecorator:
-    """Mark of a test, or of all tests of a file, that needs a package."""
+    """Returns the pytest mark of tests that need a package."""
     return pytest.mark.skipif(find_spec(name) is None, reason=reason(name))

@@ -1,8 +1,8 @@
-r"""Reads the LaTeX of an article's inverse back as a reader would: with nothing but the text.
+r"""Evaluates the printed inverse of an article from its LaTeX text alone.
 
-The displays of ``inverse.tex`` are definitions ``name &= formula``; ``symbols.tex`` says what the
-short symbols stand for. A formula is evaluated in numbers by recursive descent; a product is a run
-of factors without a sign between them.
+The displays of ``inverse.tex`` are definitions ``name &= formula``; ``symbols.tex`` defines the
+short symbols. A recursive-descent parser evaluates a formula numerically; adjacent factors form a
+product.
 """
 
 import math
@@ -15,15 +15,15 @@ ACCENTS = {"\\hat", "\\tilde", "\\check", "\\breve", "\\bar", "\\mathcal", "\\ma
 
 
 class UnknownSymbolError(KeyError):
-    """A symbol is printed that no text before it defines."""
+    """A printed symbol is not defined before its use."""
 
 
 class Formula:
-    """A formula that is evaluated from left to right.
+    """A formula evaluated from left to right.
 
     Args:
-        tex: Its LaTeX.
-        known: Values of symbols by their LaTeX without spaces.
+        tex: LaTeX text of the formula.
+        known: Values of symbols, keyed by LaTeX without spaces.
     """
 
     def __init__(self, tex, known):
@@ -31,7 +31,7 @@ class Formula:
         self.known, self.at = known, 0
 
     def value(self):
-        """The value of the whole formula."""
+        """Returns the value of the whole formula."""
         found = self.sum()
         assert self.at == len(self.tokens), self.tokens[self.at :]
         return found
@@ -77,7 +77,7 @@ class Formula:
         return base
 
     def group(self):
-        """What stands in braces, or one token."""
+        """Evaluates a braced group or a single factor."""
         if self.peek() != "{":
             return self.factor()
         self.take("{")
@@ -111,7 +111,7 @@ class Formula:
             return self.group() / self.group()
         if token == "\\sqrt":
             self.take()
-            # A root is 0 beyond the boundary, as the article says.
+            # As stated in the article, a root is 0 beyond the boundary.
             return math.sqrt(max(self.group(), 0.0))
         if token == "\\pi":
             self.take()
@@ -153,7 +153,7 @@ class Formula:
         return f(self.symbol()) ** power
 
     def symbol(self):
-        """A letter with its accent and index."""
+        """Evaluates a letter with accent and index."""
         name = self.letter()
         if self.peek() == "'":
             name += self.take()
@@ -171,7 +171,7 @@ class Formula:
         return token
 
     def index(self):
-        """The text of an index in its braces."""
+        """Returns the text of a braced index."""
         depth, parts = 0, []
         while True:
             token = self.take()
@@ -182,12 +182,12 @@ class Formula:
 
 
 def spelled(tex):
-    """The name of a symbol without spaces."""
+    """Returns the name of a symbol without spaces."""
     return "".join(t for t in TOKEN.findall(tex.replace("{}", " ")) if t not in SILENT)
 
 
 def displays(text):
-    """Left and right side of each equation in the displays of a fragment, in order."""
+    """Returns the left and right side of each displayed equation, in order."""
     found = []
     for display in re.findall(r"\\begin\{align\*\}(.*?)\\end\{align\*\}", text, re.DOTALL):
         body = re.sub(r"\\\\\*?\s*&\\quad", " ", display)
@@ -201,7 +201,7 @@ def displays(text):
 
 
 def angles(text):
-    """The angle of each cosine and sine in the table of symbols, by their names."""
+    """Returns (cosine name, sine name, angle) for each entry of the symbol table."""
     found = []
     for row in re.findall(r"^(\$.*?) \\\\$", text, re.MULTILINE):
         cells = [cell.strip() for cell in row.split("&")]
@@ -212,11 +212,11 @@ def angles(text):
 
 
 class Known(dict):
-    """Values of symbols, those of cosines and sines by their angle where it is known by then.
+    """Symbol values; cosines and sines are evaluated on demand from their angle.
 
     Attributes:
-        angles: The angle's LaTeX and the function of each short symbol.
-        sums: Names of sums of angles by their LaTeX, as the steps give them.
+        angles: LaTeX of the angle and function, keyed by short symbol.
+        sums: Names of angle sums from the steps, keyed by LaTeX.
     """
 
     def __init__(self, values, angles, sums):
@@ -238,11 +238,11 @@ class Known(dict):
 
 
 class PrintedInverse:
-    """The steps of a pose's inverse, read from the fragments of an article.
+    """Solution steps of a pose inverse, parsed from article fragments.
 
     Attributes:
-        is_whole: Whether every step has a formula and every number all its digits.
-        signs: The names of the signs, in the order of the slots.
+        is_whole: Whether every step has a formula and every number has full precision.
+        signs: Names of the sign symbols, in the order of the slots.
     """
 
     def __init__(self, fragments):
@@ -265,7 +265,7 @@ class PrintedInverse:
             self.sums[spelled(total)] = spelled(name)
 
     def constants(self):
-        """Parameters and named constants."""
+        """Returns the parameter values."""
         known = {}
         table = self.parameters.partition("parameter & value")[2]
         for row in re.findall(r"^(\$.*?) \\\\$", table, re.MULTILINE):
@@ -275,7 +275,7 @@ class PrintedInverse:
         return known
 
     def solve(self, T, given, signs):
-        """The values of all symbols for a pose (4, 4), given symbols and a choice of signs."""
+        """Returns all symbol values for a pose (4, 4), input symbols and signs."""
         rotation, position = self.letters
         known = self.constants() | given | dict(zip(self.signs, map(float, signs), strict=True))
         for i in range(3):
@@ -301,7 +301,7 @@ class PrintedInverse:
 
 
 def chosen(formula, values):
-    """A formula, or one of two by a condition."""
+    """Evaluates a formula, or a conditional with two formulas."""
     parts = re.fullmatch(r"(.*?) \\text\{ if \} (.*?) \\ge 0, \\text\{ else \} (.*)", formula)
     if parts is None:
         return Formula(formula, values).value()

@@ -1,4 +1,4 @@
-"""Serial robots whose articles are tested: the shipped ones, and ones that are hard to print."""
+"""Serial robots for article tests: shipped robots and robots that are hard to print."""
 
 import random
 from functools import cache
@@ -18,7 +18,7 @@ BY_NAME = {convention.name: convention for convention in CONVENTIONS}
 
 
 def joint(name, convention, kind="revolute", *, pitch=0, direction=1, mimic=None, **given):
-    """A joint with its convention's fields, zero where not given."""
+    """Returns a joint in a convention; unspecified fields are zero."""
     convention = BY_NAME[convention]
     fields = {f.name: sp.sympify(given.get(f.name, 0)) for f in convention.fields}
     before, after = convention(kind, **fields)
@@ -36,7 +36,7 @@ def joint(name, convention, kind="revolute", *, pitch=0, direction=1, mimic=None
 
 
 def awkward():
-    """Every kind of joint, three conventions, odd angles, and names that clash with c, s, t, p."""
+    """Robot with all joint types, three conventions, odd angles and clashing names."""
     h, c1, s_1, t1, p_1 = sp.symbols("h c1 s_1 t1 p_1", real=True)
     alpha_2 = sp.Symbol("alpha_2", real=True)
     joints = (
@@ -58,7 +58,7 @@ def awkward():
 
 
 def calibrated():
-    """Four joints with every Denavit-Hartenberg parameter a symbol."""
+    """Robot with four joints and only symbolic Denavit-Hartenberg parameters."""
     parameters, joints = [], []
     for k in range(1, 5):
         kinds = {"a": "length", "d": "length", "alpha": "angle", "theta": "angle"}
@@ -70,7 +70,7 @@ def calibrated():
 
 
 def parallel(count):
-    """A chain in groups of three parallel axes."""
+    """Robot with groups of three parallel axes."""
     lengths = [sp.Symbol(f"a{k}", real=True) for k in range(1, count + 1)]
     joints = tuple(
         joint(f"j{k}", "dh", a=a, alpha=0 if k % 3 else sp.pi / 2) for k, a in enumerate(lengths, 1)
@@ -81,7 +81,7 @@ def parallel(count):
 
 
 def tilted():
-    """A chain whose screw axes and whose inverse both name constants, on a base at an angle."""
+    """Robot on a tilted base, with named constants in its screw axes and inverse."""
     tilt, rises = sp.Symbol("tilt", real=True), sp.symbols("d1:10", real=True)
     joints = (
         joint("j1", "dh", d=sum(rises), alpha=sp.pi / 2),
@@ -94,7 +94,7 @@ def tilted():
 
 
 def named_wrist():
-    """An arm with a wrist whose every angle and length has a name: constants that grow long."""
+    """Robot with symbolic wrist angles and lengths, which produce long constants."""
     angles = {"alpha1": "-1.5708", "theta2": "-1.5708", "alpha3": "-1.5708", "alpha4": "1.5708"}
     angles |= {"alpha5": "-1.5708", "theta6": "3.14159"}
     lengths = {"d1": "0.29", "a2": "0.27", "a3": "0.07", "d4": "0.302", "d6": "0.072"}
@@ -117,12 +117,12 @@ BUILT = {
 }
 ROBOTS = [*NAMES, *BUILT]
 FUNCTIONS = ("fk", "jacobian_mixed", "jacobian_space")
-"""The functions that an article prints; it is the same without the others."""
+"""The functions printed in an article; other functions do not change the article."""
 
 
 @cache
 def derived(name):
-    """A serial robot, or the main chain of one with loops."""
+    """Derives a serial robot, or the main chain of a robot with loops."""
     if name in BUILT:
         return derive(BUILT[name](), functions=FUNCTIONS)
     robot = derivation(name).robot
@@ -131,5 +131,5 @@ def derived(name):
 
 @cache
 def printed(name):
-    """The fragments of the article of such a robot, by file."""
+    """Returns the article fragments of a robot, keyed by file."""
     return article(name) if name in NAMES else fragments(derived(name))

@@ -1,4 +1,4 @@
-"""Features of this processor, such as avx2."""
+"""Features of the current processor, such as avx2."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -7,7 +7,7 @@ import pytest
 
 
 def features() -> set[str]:
-    """The features of the processor, as Linux lists them; none on other systems."""
+    """Returns the processor features listed by Linux; empty on other systems."""
     path = Path("/proc/cpuinfo")
     return set(path.read_text(encoding="utf-8").split()) if path.exists() else set()
 

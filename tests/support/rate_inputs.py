@@ -1,14 +1,14 @@
-"""Ranges of coordinates, coordinates and twists at random, and what rates make of them."""
+"""Random coordinates and twists for tests of joint rates."""
 
 import numpy as np
 
 from chasles import Robot
 
 CLOSURE = 1e-12
-"""J qd against V, relative to the size of V: rounding by the condition of J."""
+"""Tolerance of J qd - V relative to |V|: rounding error scaled by the condition of J."""
 HELD = np.radians([[50, 170, -70], [92, 212, -28]])
-"""Lowest and highest angles of the cranks at which the platform of planar_3rrr is held everywhere,
-with couplers of 130 and of 170 mm."""
+"""Minimum and maximum crank angles between which planar_3rrr is never singular, with couplers of
+130 mm and 170 mm."""
 WITH_RATES = [
     "board_installer",
     "bricklaying_gantry",
@@ -27,18 +27,18 @@ WITH_RATES = [
     "ur5e",
     "well_manipulator",
 ]
-"""Robots with Jacobians, which have joint rates."""
+"""Names of robots with Jacobians and joint rates."""
 
 
 def held(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
-    """The limits (n,), or for three cranks without limits `HELD`."""
+    """Returns the limits (n,), or `HELD` for three cranks without limits."""
     if np.isfinite(robot.lower).all() and np.isfinite(robot.upper).all():
         return robot.lower, robot.upper
     return HELD[0], HELD[1]
 
 
 def span(robot: Robot, reach: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The limits (n,); without limits, the reach to both sides of the reference or of 0."""
+    """Returns the limits (n,); unlimited coordinates get reference (or 0) plus/minus reach."""
     centre = np.zeros(robot.n) if robot.reference is None else np.array(robot.reference.q)
     lower = np.where(np.isfinite(robot.lower), robot.lower, centre - reach)
     upper = np.where(np.isfinite(robot.upper), robot.upper, centre + reach)
@@ -46,7 +46,7 @@ def span(robot: Robot, reach: float | np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def inside(robot, count, seed=0, margin=0.1):
-    """Configurations within the limits, or within a turn, where loops close."""
+    """Returns configurations within limits (or one turn) with closed loops."""
     rng = np.random.default_rng(seed)
     lower = np.where(np.isfinite(robot.lower), robot.lower, -np.pi)
     upper = np.where(np.isfinite(robot.upper), robot.upper, np.pi)
@@ -60,7 +60,7 @@ def twists(count, seed=1):
 
 
 def pure(robot, q, length=None):
-    """The Jacobian in pure numbers, and the units of the coordinates."""
+    """Returns the dimensionless Jacobian, and the row and coordinate scales."""
     length = robot.characteristic_length if length is None else length
     unit = np.where([c.kind == "revolute" for c in robot.coordinates], 1.0, length)
     row = np.repeat([1 / length, 1.0], 3)

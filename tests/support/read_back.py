@@ -1,4 +1,4 @@
-"""The inverse that an article prints, put into numbers beside the function ``ik``."""
+"""Compares the printed inverse of an article numerically with the function ``ik``."""
 
 import itertools
 
@@ -10,18 +10,18 @@ from tests.support.derivations import every_branch
 from tests.support.printed_latex import PrintedInverse
 
 SAME = 1e-9
-"""Radian or metre: printed formulas lose digits near the boundary."""
+"""Tolerance (radian or metre); printed formulas are less accurate near the boundary."""
 INSIDE = 1e-3
-"""Margin from which slots are compared."""
+"""Minimum margin of compared slots."""
 POSES = 3
 
 
 def without_formula(found, texts=None):
-    """Why the text of an inverse cannot be put into numbers; empty where it can.
+    """Returns why a printed inverse cannot be evaluated numerically; empty if it can.
 
     Args:
         found: The derivation.
-        texts: The fragments of its article, if they are already written.
+        texts: The article fragments, if already generated.
     """
     inverse = found.inverse
     if inverse.general is not None:
@@ -35,12 +35,12 @@ def without_formula(found, texts=None):
 
 
 def read_back(found, poses=POSES, texts=None):
-    """How many slots of poses within reach have the solution that the text gives.
+    """Counts the slots of reachable poses whose solution equals the printed solution.
 
     Args:
         found: The derivation.
-        poses: The number of poses.
-        texts: The fragments of its article, if they are already written.
+        poses: Number of poses.
+        texts: The article fragments, if already generated.
     """
     inverse, robot = found.inverse.solved["ik"], found.robot
     printed = PrintedInverse(texts or fragments(found))
@@ -64,7 +64,7 @@ def read_back(found, poses=POSES, texts=None):
         slots, residual, margin = every_branch(function, ik, T.ravel(), *map(np.array, values))
         slots = slots.reshape(-1, len(q))
         for slot, signs in enumerate(itertools.product((1, -1), repeat=len(printed.signs))):
-            # A chain of fewer than six joints does not reach the pose by each of its choices.
+            # With fewer than six joints, some sign combinations do not reach the pose.
             if margin[slot] < INSIDE or residual[slot] > SAME:
                 continue
             known = printed.solve(T, given, signs)

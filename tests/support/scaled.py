@@ -1,4 +1,4 @@
-"""Robots made larger or smaller: every length times a factor."""
+"""Scales all lengths of a robot."""
 
 from dataclasses import replace
 
@@ -9,7 +9,7 @@ from chasles.derive.model.placements import Placement, Translation
 
 
 def scaled(robot: SerialRobot, factor: sp.Rational, name: str) -> SerialRobot:
-    """A serial robot with its placements, pitches and limits of slides times a factor."""
+    """Returns a serial robot with scaled placements, pitches and prismatic limits."""
 
     def placed(placement: Placement) -> Placement:
         return tuple(

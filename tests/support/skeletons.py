@@ -1,4 +1,4 @@
-"""Skeletons of robots that are described, but neither derived nor compiled."""
+"""Skeletons of described robots, without derivation and compilation."""
 
 from types import SimpleNamespace
 
@@ -14,7 +14,7 @@ from chasles.drawing import skeleton
 
 
 def described_skeleton(robot):
-    """The skeleton of a description, at the reference of its loops wherever its q is asked."""
+    """Returns the skeleton of a description; loops always stay at the reference."""
     hybrid = Hybrid(robot) if isinstance(robot, Mechanism) else None
     robot = hybrid.mechanism if hybrid else robot
     terms = hybrid.terms if hybrid else Terms({p.symbol: p.value for p in robot.parameters})

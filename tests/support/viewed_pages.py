@@ -1,4 +1,4 @@
-"""Pages in the browser: opened, asked and compared with the robot's own functions."""
+"""Opens robot pages in the browser and evaluates expressions on them."""
 
 import json
 
@@ -11,7 +11,7 @@ from chasles.view.slider_units import slider_units
 
 
 def walk(display: Display, steps: int, seed: int, part: float = 0.1) -> list:
-    """Postures along a random way within the sliders, each a part of their range further."""
+    """Returns configurations along a random path within the slider ranges."""
     units = slider_units(display.robot, display.start.q)
     lower, upper = (np.array([getattr(u, end) for u in units]) for end in ("lower", "upper"))
     rng, found = np.random.default_rng(seed), [display.start]
@@ -25,7 +25,7 @@ def walk(display: Display, steps: int, seed: int, part: float = 0.1) -> list:
 
 
 def opened(browser, folder, robot):
-    """Opens the page of a robot; returns its file."""
+    """Opens the page of a robot; returns the HTML file."""
     file = folder / f"{robot.name}.html"
     write_html(robot, file)
     browser.open(file.as_uri())
@@ -33,14 +33,14 @@ def opened(browser, folder, robot):
 
 
 def asked(browser, display: Display, script: str):
-    """The value of an expression with a robot's kinematics `k` and inverse `inverse`."""
+    """Evaluates an expression with the kinematics `k` and the inverse `inverse` of a robot."""
     data = json.dumps(page_data(display.robot))
     before = f"const k = new Kinematics({data}), inverse = new Inverse(k);"
     return browser.run(f"(() => {{ {before} return {script}; }})()")
 
 
 def on_page(browser) -> np.ndarray:
-    """(bodies, 4, 4) poses of the objects that three.js draws."""
+    """Returns the poses (bodies, 4, 4) of the objects drawn by three.js."""
     columns = np.array(browser.run("bodies.map((body) => body.matrixWorld.elements)"), dtype=float)
     return columns.reshape(-1, 4, 4).transpose(0, 2, 1)
 

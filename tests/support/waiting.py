@@ -1,10 +1,10 @@
-"""Waits for a condition that another process or thread brings about."""
+"""Waits for a condition set by another process or thread."""
 
 import time
 from collections.abc import Callable
 
 SECONDS = 600.0
-"""The longest wait: far above what any condition takes on a busy machine."""
+"""Maximum wait (seconds), far above the time of any condition on a busy machine."""
 
 
 def until(holds: Callable[[], object], pause: float = 0.03) -> None:

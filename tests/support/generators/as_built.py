@@ -1,4 +1,4 @@
-"""Robots with loops as they are built: every length of some loops off by a little."""
+"""Robots with loops as built: small random errors in loop lengths."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -16,13 +16,13 @@ DECIMALS = 9
 def as_built(
     mechanism: Mechanism, members: frozenset[str], error: float, rng: np.random.Generator
 ) -> Mechanism:
-    """A mechanism with every length of some joints and rods off by a random amount.
+    """Returns a mechanism with random length errors of some joints and rods.
 
     Args:
         mechanism: The robot as designed.
-        members: Names of its joints and rods.
-        error: Largest difference of a coordinate of a pin, or of a rod's length (metre).
-        rng: Draws the differences.
+        members: Names of the joints and rods with errors.
+        error: Maximum error of a pin coordinate or rod length (metre).
+        rng: Random generator of the errors.
     """
 
     def off(value: sp.Expr) -> sp.Expr:
@@ -54,25 +54,25 @@ BOARD_INSTALLER = frozenset(
         *("rod_KH", "rod_FH", "greater_rod", "smaller_rod"),
     }
 )
-"""The pantograph and the parallelograms of the board installer."""
+"""Members of the pantograph and parallelograms of the board installer."""
 
 
 UPRIGHT = Rotation("x", sp.pi / 2)
-"""From z to -y, about which the arm of the board installer turns."""
+"""Rotates z to -y, the axis of the arm of the board installer."""
 
 
 LONGER = sp.Rational(2, 10_000)
-"""Metre; a length that is off alone."""
+"""Single length error (metre)."""
 TILT = Rotation("x", sp.pi / 1800)
-"""A tenth of a degree, of an axis that is off alone."""
+"""Single axis error (0.1 degrees)."""
 Value = Callable[[sp.Expr], sp.Expr]
 
 
 def single_errors(mechanism: Mechanism) -> Iterator[tuple[str, Mechanism]]:
-    """A mechanism with each of its errors alone, by name, and at last with all of them.
+    """Yields a mechanism with each single error (and its name), and finally with all errors.
 
-    Each length of a placement or a rod, zeros left out, is longer by 0.2 mm, and each axis of a
-    joint is turned by 0.1 degrees.
+    Each nonzero placement length or rod length is 0.2 mm longer, and each joint axis is rotated by
+    0.1 degrees.
     """
     lengths: list[sp.Expr] = []
 
@@ -87,7 +87,7 @@ def single_errors(mechanism: Mechanism) -> Iterator[tuple[str, Mechanism]]:
     joints = [joint.name for joint in mechanism.joints if joint.kind != "fixed"]
     for name in joints:
         yield f"axis of {name}", _tilted(mechanism, {name})
-    # The errors have both signs, so that parts do not stay in proportion.
+    # The errors have both signs, so that proportions change.
     signs = np.random.default_rng(0).choice((-1, 1), len(lengths)).tolist()
     all_off = {k: s * LONGER for k, (s, x) in enumerate(zip(signs, lengths, strict=True)) if x != 0}
     spoilt = _with_lengths(mechanism, _longer(all_off))
@@ -96,13 +96,13 @@ def single_errors(mechanism: Mechanism) -> Iterator[tuple[str, Mechanism]]:
 
 
 def _longer(off: dict[int, sp.Rational]) -> Value:
-    """Adds to lengths by their number, in the order in which they are met."""
+    """Adds errors to lengths, keyed by the order of occurrence."""
     met = iter(range(10_000))
     return lambda value: value + off.get(next(met), 0)
 
 
 def _with_lengths(mechanism: Mechanism, of: Value) -> Mechanism:
-    """A mechanism with other lengths of placements and rods, each met once."""
+    """Returns a mechanism with transformed placement and rod lengths, each visited once."""
     return replace(
         mechanism,
         joints=tuple(
@@ -123,7 +123,7 @@ def _with_lengths(mechanism: Mechanism, of: Value) -> Mechanism:
 
 
 def _moved(placement: Placement, of: Value) -> Placement:
-    """A placement with other lengths."""
+    """Returns a placement with transformed lengths."""
     return tuple(
         replace(part, vector=tuple(map(of, part.vector))) if isinstance(part, Translation) else part
         for part in placement
@@ -131,12 +131,12 @@ def _moved(placement: Placement, of: Value) -> Placement:
 
 
 def _end(frame: Frame, of: Value) -> Frame:
-    """A frame with other lengths."""
+    """Returns a frame with transformed lengths."""
     return replace(frame, placement=_moved(frame.placement, of))
 
 
 def _tilted(mechanism: Mechanism, names: set[str]) -> Mechanism:
-    """A mechanism with some axes turned."""
+    """Returns a mechanism with tilted axes of some joints."""
     return replace(
         mechanism,
         joints=tuple(
@@ -147,13 +147,13 @@ def _tilted(mechanism: Mechanism, names: set[str]) -> Mechanism:
 
 
 def on_links(mechanism: Mechanism, axis: Placement = ()) -> Mechanism:
-    """A mechanism with links between two pins in place of its rods on pins.
+    """Returns a mechanism with pinned links in place of its rods.
 
-    In numbers it is the same; its loops are those of bodies, whose pins hold all directions.
+    The geometry is the same, but its loops consist of bodies whose pins constrain all directions.
 
     Args:
-        mechanism: The robot; the frames of its rods are parallel to the base's.
-        axis: Turns z to the axis of the pins; none where it is z.
+        mechanism: The robot; its rod frames are parallel to the base frame.
+        axis: Rotation from z to the pin axis; () for z.
     """
     back = tuple(replace(turn, angle=-turn.angle) for turn in reversed(axis))
     rods = [s for s in mechanism.struts if s.ends == "pin" and not s.is_cylinder]
@@ -188,9 +188,9 @@ def on_links(mechanism: Mechanism, axis: Placement = ()) -> Mechanism:
 
 
 def out_of_plane(mechanism: Mechanism, rng: np.random.Generator) -> Mechanism:
-    """A mechanism whose joints and closures are all off their places, closed in least squares.
+    """Returns a mechanism with displaced joints and closures, closed in least squares.
 
-    Each is moved by 0.1 to 0.5 mm and turned by 0.1 to 2 mrad about each axis of its frame.
+    Each frame is shifted by 0.1 to 0.5 mm and rotated by 0.1 to 2 mrad about each axis.
     """
     joints = tuple(replace(j, before=(*j.before, *displaced(rng))) for j in mechanism.joints)
     closures = tuple(
@@ -201,7 +201,7 @@ def out_of_plane(mechanism: Mechanism, rng: np.random.Generator) -> Mechanism:
 
 
 def displaced(rng: np.random.Generator) -> Placement:
-    """A shift of 0.1 to 0.5 mm along, and a turn of 0.1 to 2 mrad about each axis of a frame."""
+    """Returns a shift of 0.1 to 0.5 mm along, and a rotation of 0.1 to 2 mrad about, each axis."""
 
     def drawn(least: float, most: float) -> sp.Rational:
         value = rng.uniform(least, most) * rng.choice((-1, 1))

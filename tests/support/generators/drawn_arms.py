@@ -1,7 +1,7 @@
-"""Serial arms that nobody chose: two to eight joints with round numbers, in every convention.
+"""Random serial arms with two to eight joints and round numbers, in every convention.
 
-Lengths are multiples of 0.1 m, angles of 30 and 45 degrees, and many of both are 0, as in arms that
-people build; each arm is in one convention, and its slides are at any place. A seed is an arm.
+Lengths are multiples of 0.1 m, and angles are multiples of 30 or 45 degrees. Many values are 0, as
+in real arms. Each arm has one convention and random prismatic joints. Each seed determines one arm.
 """
 
 import random
@@ -33,16 +33,16 @@ from tests.support.peers.interface import Answers
 Value = sp.Expr | tuple[sp.Expr, ...]
 MOST_JOINTS = 8
 SETS = 4
-"""Sets of joints that are given by chance, of each arm."""
+"""Number of random sets of fixed joints per arm."""
 SLIDES = 0.2
-"""Part of the joints that slide."""
+"""Fraction of prismatic joints."""
 ZEROS = (0.4, 0.9)
-"""Part of an arm's lengths that are 0: arms of few lengths have a structure more often."""
+"""Range of the fraction of zero lengths per arm; zeros make a structure more likely."""
 LENGTHS = tuple(sp.Rational(k, 10) for k in (-5, -4, -3, -2, -1, 1, 2, 3, 4, 5))
 RIGHT_ANGLES = (0, 0, 90, 90, -90, -90, 180)
 ANGLES = (30, 45, 60, 120, 135, 150, -30, -45, -60, -120, -135, -150)
 OBLIQUE = 0.1
-"""Part of the angles that are no right angles."""
+"""Fraction of angles that are not right angles."""
 DIRECTIONS = (
     *((1, 0, 0), (0, 1, 0), (0, 0, 1), (-1, 0, 0), (0, -1, 0), (0, 0, -1)),
     *((1, 1, 0), (0, 1, -1)),
@@ -51,14 +51,14 @@ DIRECTIONS = (
 
 @dataclass(frozen=True)
 class Drawn:
-    """The convention of an arm, and the kind and the fields of each of its joints."""
+    """The convention of an arm, and the type and fields of each joint."""
 
     convention: Convention
     joints: tuple[tuple[JointKind, dict[str, Value]], ...]
 
 
 def drawn(seed: int, oblique: float = OBLIQUE) -> Drawn:
-    """The arm of a seed, where a part of the angles are no right angles."""
+    """Returns the arm of a seed; ``oblique`` is the fraction of oblique angles."""
     draw = random.Random(seed)
     convention = draw.choice(CONVENTIONS)
     zeros = draw.uniform(*ZEROS)
@@ -71,7 +71,7 @@ def drawn(seed: int, oblique: float = OBLIQUE) -> Drawn:
 
 
 def random_arm(seed: int) -> SerialRobot:
-    """The arm of a seed."""
+    """Returns the arm of a seed."""
     arm = drawn(seed)
     joints = tuple(
         Joint(f"j{k}", kind, *arm.convention(kind, **fields))
@@ -99,25 +99,25 @@ def _angle(draw: random.Random, oblique: float) -> sp.Expr:
 
 
 class PoseAndJacobian:
-    """Pose and Jacobian of a chain by NumPy, in the form of the function of a robot."""
+    """Pose and Jacobian of a chain in NumPy, with the interface of a robot function."""
 
     def __init__(self, screws: Screws) -> None:
-        """Takes the chain."""
+        """Stores the chain."""
         self.screws = screws
         self.inputs = (SimpleNamespace(shape=(len(screws.axes),)),)
 
     def __call__(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(..., 4, 4) and (..., 6, n)."""
+        """Returns pose (..., 4, 4) and Jacobian (..., 6, n)."""
         return self.screws.fk(q), jacobian(self.screws, q)
 
 
 @dataclass(frozen=True)
 class Derived(Case):
-    """A serial robot and one of its inverses in CasADi, as a case of the benchmarks.
+    """A serial robot and one of its inverses in CasADi, as a benchmark case.
 
     Attributes:
         described: The robot.
-        inverses: Its structure and the inverses found for it.
+        inverses: The structure and the derived inverses.
     """
 
     described: SerialRobot | None = None
@@ -125,12 +125,12 @@ class Derived(Case):
 
     @cached_property
     def screws(self) -> Screws:
-        """Its screws, from the placements of its joints alone."""
+        """Screws from the joint placements alone."""
         return screws_of(self.described)
 
     @cached_property
     def robot(self) -> SimpleNamespace:
-        """The interface that the benchmarks expect of a robot."""
+        """Robot interface required by the benchmarks."""
         unlimited = np.full(len(self.described.coordinates), np.inf)
         others = [function.name for function in self.inverses.others]
         return SimpleNamespace(
@@ -147,16 +147,16 @@ class Derived(Case):
         )
 
     def found(self, q: np.ndarray) -> Found:
-        """All slots for the targets at q (m, n)."""
+        """Returns all slots for the targets at q (m, n)."""
         return self.robot.functions[self.function](self.targets(q), *self.others(q))
 
     def answers(self, q: np.ndarray) -> Answers:
-        """The same, as the benchmarks take it."""
+        """Returns the slots in the format of the benchmarks."""
         found = self.found(q)
         return Answers(found.q, found.valid)
 
     def refined(self, q: np.ndarray) -> Answers:
-        """The answers after the refinement of poses without a solution, as a robot gives them."""
+        """Returns the results after the refinement of unsolved poses, as a robot does."""
         found = self.found(q)
         valid = found.valid
         role = self.inverses.functions[self.function].role
@@ -182,16 +182,16 @@ class Derived(Case):
 
     @property
     def still(self) -> tuple[int, ...]:
-        """The joints that the inverse leaves at 0."""
+        """Joints that the inverse sets to 0."""
         q = self.inverses.functions[self.function].outputs[0]
         return tuple(k for k, value in enumerate(q.entries) if value == 0)
 
 
 def cases_for_given(robot: SerialRobot, seed: int) -> list[Derived]:
-    """The inverses of a serial robot for joints that are given by chance, those that there are.
+    """Returns the inverses of a serial robot for random sets of fixed joints.
 
-    As many joints are given as the robot has in surplus, one where it has none; turning joints
-    between others among them.
+    The number of fixed joints is the surplus of the robot, or one without surplus. The sets include
+    inner revolute joints.
     """
     lines = Lines(_terms(robot), axes_of(robot, _terms(robot)))
     count = max(len(lines.axes) - rank.of_chain(lines), 1)
@@ -211,9 +211,9 @@ def _terms(robot: SerialRobot) -> Terms:
 
 
 def cases_of(robot: SerialRobot) -> list[Derived]:
-    """Every inverse of a serial robot that its structure gives, as a case each.
+    """Returns one case per inverse that the structure of a serial robot allows.
 
-    An arm that nearly has a structure is solved by compiled C alone, from its nominal inverse.
+    An arm that nearly has a structure has no case: only compiled C refines its nominal inverse.
     """
     found = inverses(robot, _terms(robot))
     if found.polished is not None:
