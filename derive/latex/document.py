@@ -224,13 +224,13 @@ def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
     robot = derivation.robot
     source = f"Source of the parameters: {escape(robot.source)}." if robot.source else ""
     title = escape(robot.title or robot.name)
+    shown = [item for item in _in_article(derivation) if f"{item[0]}.tex" in parts]
     sections = [
-        _figure(derivation)
-        if name == _DRAWING
-        else f"\\section{{{heading}}}\n\\input{{{FOLDER}/{name}}}"
-        for name, heading in _in_article(derivation)
-        if f"{name}.tex" in parts
+        _figure(derivation) if name == _DRAWING else _section(name, heading)
+        for name, heading in shown
     ]
+    if len(shown) > 1 and shown[-1][0] == _REFERENCES:
+        sections[-2] = sections[-2].replace("\n", f"\n{_KEEP}\n", 1)
     preamble = _PREAMBLE.replace(_BOOKTABS, f"{_BOOKTABS}\n{DRAWING_PREAMBLE}")
     return "\n\n".join(
         [
@@ -243,6 +243,11 @@ def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
             "\\end{document}\n",
         ]
     )
+
+
+def _section(name: str, heading: str) -> str:
+    """A heading and the fragment below it."""
+    return f"\\section{{{heading}}}\n\\input{{{FOLDER}/{name}}}"
 
 
 def _in_article(derivation: Derivation) -> list[tuple[str, str]]:
@@ -266,6 +271,8 @@ def _figure(derivation: Derivation) -> str:
 
 
 _BOOKTABS = r"\usepackage{booktabs}"
+_KEEP = r"\keepwithnext"
+"""Keeps the end of a section on the page of the next one: no page holds references alone."""
 _FIGURE = rf"""\begin{{figure}}[H]
 \centering
 \input{{{FOLDER}/drawing}}
@@ -287,4 +294,6 @@ _PREAMBLE = r"""\providecommand{\paper}{a4paper} % or letterpaper, defined befor
 \renewcommand{\arraystretch}{0.95}
 \makeatletter
 \@beginparpenalty=10000 % a table stays with the words before it
+\clubpenalty=10000 \@clubpenalty=10000 \widowpenalty=10000 \displaywidowpenalty=10000
+\newcommand{\keepwithnext}{\@secpenalty=10000 \@endparpenalty=10000 }
 \makeatother"""

@@ -1,7 +1,7 @@
-r"""The works that an article cites, by author and year, as a list at its end.
+r"""The works that an article cites, as a list at its end.
 
-A fragment names its sources in words, so that it can be read in by any article; this list has the
-works whose names the other fragments of the article contain.
+A fragment cites a work by author and year in its text, so that any article can read it in. The list
+contains each work whose key occurs in another fragment.
 """
 
 from collections.abc import Iterable, Mapping
@@ -20,9 +20,22 @@ WORKS: Mapping[str, str] = {
         r"A. J. Elias and J. T. Wen, IK-Geo: unified robot inverse kinematics using subproblem"
         r" decomposition, 2022."
     ),
+    "Gosselin and Angeles": (
+        r"C. Gosselin and J. Angeles, Singularity analysis of closed-loop kinematic chains,"
+        r" \emph{IEEE Transactions on Robotics and Automation} 6, 1990."
+    ),
+    "Gosselin, Sefrioui and Richard": (
+        r"C. M. Gosselin, J. Sefrioui and M. J. Richard, Solutions polynomiales au probl\`eme de la"
+        r" cin\'ematique directe des manipulateurs parall\`eles plans \`a trois degr\'es de"
+        r" libert\'e, \emph{Mechanism and Machine Theory} 27, 1992."
+    ),
     "Hayati": (
         r"S. Hayati and M. Mirmirani, Improving the absolute positioning accuracy of robot"
         r" manipulators, \emph{Journal of Robotic Systems} 2, 1985."
+    ),
+    "Hunt 1983": (
+        r"K. H. Hunt, Structural kinematics of in-parallel-actuated robot-arms, \emph{Journal of"
+        r" Mechanisms, Transmissions, and Automation in Design} 105, 1983."
     ),
     "Kutzbach": (
         r"K. Kutzbach, Mechanische Leitungsverzweigung, ihre Gesetze und Anwendungen,"
@@ -52,16 +65,27 @@ WORKS: Mapping[str, str] = {
         r"H. W. Stone, \emph{Kinematic Modeling, Identification, and Control of Robotic"
         r" Manipulators}, 1987."
     ),
+    "Wampler": (
+        r"C. W. Wampler, Forward displacement analysis of general six-in-parallel SPS (Stewart)"
+        r" platform manipulators using soma coordinates, \emph{Mechanism and Machine Theory} 31,"
+        r" 1996."
+    ),
 }
 """Each work by the words that cite it, in the order of the list."""
+_LAYOUT = (
+    r"\setlength{\leftmargin}{1.5em}\setlength{\itemindent}{-1.5em}"
+    r"\setlength{\itemsep}{0pt}\setlength{\parsep}{1pt}"
+)
+_UNBROKEN = r"\samepage\small"
+"""Keeps the list on one page."""
 
 
 def references(fragments: Iterable[str]) -> str:
-    """The works that fragments cite, one a line; empty where they cite none."""
+    """List the works that fragments cite; empty if they cite none."""
     text = "\n".join(fragments)
     cited = [entry for words, entry in WORKS.items() if words in text]
     if not cited:
         return ""
     items = "\n".join(rf"\item {entry}" for entry in cited)
-    settings = r"\setlength{\leftmargin}{1.5em}\setlength{\itemindent}{-1.5em}"
-    return f"\\begin{{list}}{{}}{{{settings}}}\n{items}\n\\end{{list}}\n"
+    body = f"\\begin{{list}}{{}}{{{_LAYOUT}}}\n{items}\n\\end{{list}}"
+    return f"{{{_UNBROKEN}\n{body}}}\n"

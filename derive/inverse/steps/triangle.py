@@ -29,7 +29,7 @@ def triangle(work: Work, first: Axis, second: Axis, hand: Vector, position: Vect
     bent = work.step(
         [second],
         "subproblem 3",
-        f"the distance from axis {first.name} determines the bend",
+        f"the distance from axis {first.name} determines the bend by the law of cosines",
         sp3(terms, second.h, upper, fore, dot(terms, way, way), work.sign()),
     )
     arm = added(terms, upper, rotated(terms, second.h, bent, fore))

@@ -196,11 +196,13 @@ class Lines:
         terms: Table of named terms.
         axes: The axes, ordered from the base or from the tool.
         tolerance: Maximum deviation (radian, or relative to the arm length).
+        is_part: Whether other joints of the chain have fixed values.
     """
 
     terms: Terms
     axes: tuple[Axis, ...]
     tolerance: float = EXACT_STRUCTURE
+    is_part: bool = False
 
     @property
     def added(self) -> tuple[Axis, ...]:
@@ -234,7 +236,7 @@ class Lines:
                 R = R @ turn
             elif not axis.turns:
                 t = t + axis.some_motion * (R @ axis.direction)
-        return replace(self, axes=tuple(kept))
+        return replace(self, axes=tuple(kept), is_part=self.is_part or bool(given))
 
     def parallel(self, *indices: int) -> bool:
         """Whether axes are parallel or antiparallel."""

@@ -91,7 +91,7 @@ def askew(lines: Lines, i: int, j: int) -> Requirement:
 
 def _joints(lines: Lines, asked: tuple[int, ...]) -> str:
     if len(asked) == len(lines.axes):
-        return "all joints are"
+        return "all other joints are" if lines.is_part else "all joints are"
     if len(asked) == 1:
         return f"joint {lines.axes[asked[0]].name} is"
     return f"joints {_names(lines, asked)} are"

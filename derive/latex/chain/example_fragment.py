@@ -53,7 +53,8 @@ def worked_example(page: Page) -> str:
         if function.role.name == "redundancy":
             known[name] = float(value_at(function, q).item())
     forward, inverses = page.equations.forward, functions.values()
-    shown = example(forward, inverses, coordinates, symbols, q, known, page.pose)
+    called = dict(zip((s.name for s in page.equations.notation.q), symbols, strict=True))
+    shown = example(forward, inverses, coordinates, symbols, q, known, called, page.pose)
     return text(shown.rstrip(), _in_numbers(page, symbols, q, value_at(forward, q)))
 
 
@@ -82,7 +83,7 @@ def _in_numbers(page: Page, symbols: Sequence[str], q: FloatArray, T: FloatArray
     columns += _columns(symbols, robot.coordinates, found)
     table = tabular(columns, repeated=1)
     held = [f"${symbols[k]}$" for k in given]
-    of_posture = f" and {listed(held)} of this posture" if given else ""
+    of_posture = f" and {listed(held)} of this configuration" if given else ""
     return sentence(
         f"For this pose{of_posture}, the arm has {_count(len(found))}"
         f" ({_measured(robot.coordinates)}), found in numbers by the determinant of Raghavan and"
@@ -99,6 +100,7 @@ def example(
     symbols: Sequence[str],
     q: FloatArray,
     known: Mapping[str, float],
+    called: Mapping[str, str],
     pose: str,
 ) -> str:
     """The pose of the tool by ``fk``, and all solutions of the first inverse for this pose.
@@ -110,6 +112,7 @@ def example(
         symbols: LaTeX of its coordinates.
         q: The values of the coordinates (radian, metre).
         known: The value of every joint that an inverse may take beside the pose, by its name.
+        called: LaTeX of these joints by their names, if it differs from their names.
         pose: LaTeX of the tool's pose.
     """
     T = value_at(fk, q)
@@ -121,7 +124,7 @@ def example(
     backward = ""
     inverse = next((f for f in functions if f.role.is_inverse and _is_known(f, known)), None)
     if inverse is not None:
-        backward = _solutions(inverse, symbols, coordinates, known, T)
+        backward = _solutions(inverse, symbols, coordinates, known, called, T)
     return text(forward, backward)
 
 
@@ -163,6 +166,7 @@ def _solutions(
     symbols: Sequence[str],
     coordinates: Sequence[Joint | Coordinate],
     known: Mapping[str, float],
+    called: Mapping[str, str],
     T: FloatArray,
 ) -> str:
     """The table of all solutions, of which one is the posture itself."""
@@ -182,8 +186,9 @@ def _solutions(
     table = tabular(columns, repeated=1)
     given = ""
     if len(inputs) > 1:
-        names = [f"${parameter(argument.name)}$" for argument in inverse.inputs[1:]]
-        given = f" and {', '.join(names)} of this posture"
+        others = [argument.name for argument in inverse.inputs[1:]]
+        names = [f"${called.get(name) or parameter(name)}$" for name in others]
+        given = f" and {listed(names)} of this configuration"
     name = inverse.name.replace("_", r"\_")
     return sentence(
         rf"For this pose{given}, \texttt{{{name}}} has {_count(len(found))}"

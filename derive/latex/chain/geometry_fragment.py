@@ -11,7 +11,7 @@ from ..setting.page import Page, sentence, text
 from ..setting.screw_displays import home_name
 from ..setting.transforms import factors, labels, placements, transform
 from ..setting.widths import LINE, width
-from .tables import has_fixed
+from .tables import counts_moving
 
 MOST_WRITTEN = 4
 """Factors of a product that are all written out."""
@@ -39,7 +39,7 @@ def screws(page: Page) -> str:
         pairs = zip(joint_values, values, strict=True)
         listed = [_equation(name, page.tex(value)) for name, value in pairs]
         followers = sentence("where the joints' values are", flowed(listed))
-    index = "k" if has_fixed(robot) else "i"
+    index = "k" if counts_moving(robot) else "i"
     axes = rf"$\mathcal{{S}}_{{{index}}} = (v_{{{index}}}; \omega_{{{index}}})$"
     return text(
         sentence(

@@ -1,5 +1,6 @@
 r"""The fragments of the description: joints by convention, parameters, and short symbols."""
 
+import re
 from collections.abc import Sequence
 
 from ...model.cleaning import rounded_up
@@ -56,9 +57,14 @@ def values(page: Page) -> str:
 
 
 def symbols(page: Page) -> str:
-    """The table of short symbols, and the rules of their indices and accents."""
+    """The table of short symbols, and the rules of their indices and accents.
+
+    The fragment is empty if the equations contain no angle and no named constant.
+    """
     notation, printer = page.equations.notation, page.equations.printer
-    table = tables.symbol_table(notation, printer)
+    angles = ""
+    if notation.angles or tables.constant_angles(notation):
+        angles = sentence(" ".join(_rules(page)), tables.symbol_table(notation, printer))
     constants = ""
     if notation.constants:
         table_of_constants = tables.constant_table(notation, printer)
@@ -68,7 +74,7 @@ def symbols(page: Page) -> str:
             table_of_constants,
             sentence("where", aligned(long)) if long else "",
         )
-    return text(sentence(" ".join(_rules(page)), table), constants)
+    return text(angles, constants) if angles or constants else ""
 
 
 def _coordinates(page: Page) -> str:
@@ -84,20 +90,25 @@ def _coordinates(page: Page) -> str:
             parts.append(f"{_listed(names)} {one if len(names) == 1 else many}")
     units = UNITS_OF_TABLES
     subject = "joint coordinates" if " are " in parts[0] else "joint coordinate"
+    if notation.called:
+        vector = ", ".join(notation.tex[q] for q in notation.q)
+        return f"{units} The {subject} are $q = ({vector})$, where {' and '.join(parts)}."
     if len(parts) > 1:
         return f"{units} {subject.capitalize()} {parts[0]}, and {parts[1]}."
     return f"{units} The {subject} {parts[0]}."
 
 
 def _listed(names: Sequence[str]) -> str:
-    if len(names) > FEW:
-        return rf"{names[0]}, \dots, {names[-1]}" if _consecutive(names) else ", ".join(names)
+    if len(names) > FEW and _consecutive(names):
+        return rf"{names[0]}, \dots, {names[-1]}"
     return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
 
 
 def _consecutive(names: Sequence[str]) -> bool:
-    numbers = [int(name.strip("$q_{}")) for name in names]
-    return numbers == list(range(numbers[0], numbers[0] + len(numbers)))
+    first = re.fullmatch(r"\$q_\{(\d+)\}\$", names[0])
+    return first is not None and list(names) == [
+        f"$q_{{{int(first[1]) + k}}}$" for k in range(len(names))
+    ]
 
 
 def _introduced(convention: Convention | None, notation: Notation) -> str:
@@ -123,7 +134,7 @@ def _legend(page: Page) -> str:
         sentences = [f"Type {', '.join(types)}."]
     sentences += _displacements(robot)
     one = "joint"
-    if tables.has_fixed(robot):
+    if tables.counts_moving(robot):
         one = "moving joint"
         sentences.append("The moving joints are counted by $k$, as are the screw axes.")
     count = tables.moving_numbers(robot)
@@ -185,7 +196,7 @@ def _rules(page: Page) -> list[str]:
     rules = []
     if notation.called:
         q = r"\theta"
-        rules = [r"Here $\theta_i$ stands for the $i$-th coordinate of the main chain."]
+        rules = [r"Here $\theta_i$ stands for the coordinate of the $i$-th joint."]
     rules.append(rf"Cosines and sines are written ${c}_i = \cos {q}_i$ and ${s}_i = \sin {q}_i$.")
     angles = notation.angles
     if any(len(angle.free_symbols & set(notation.q)) > 1 for angle in angles):

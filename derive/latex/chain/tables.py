@@ -14,7 +14,7 @@ from ..setting import names
 from ..setting.layout import MARGIN, Equation
 from ..setting.notation import CONSTANT_TRIGONOMETRY, Notation
 from ..setting.printer import Printer, cut, decimal, number
-from ..setting.transforms import factors, placements, transform, turned_back
+from ..setting.transforms import factors, first_number, placements, transform, turned_back
 from ..setting.widths import LINE, width
 
 Column = tuple[str, list[str]]
@@ -23,6 +23,10 @@ Angle = tuple[sp.Expr, tuple[str, str]]
 """An angle, and the pattern and index of its symbols."""
 COLUMN_SEPARATION = 12.0
 BLOCK_GAP = r"@{\hspace{2.5em}}"
+WIDEST_TABLE = 450.0
+"""Width of the article's text (pt), which a table may fill."""
+FRACTION_STRUT = r"\rule[-1.1ex]{0pt}{3.5ex}"
+"""Keeps a fraction apart from the rows above and below it."""
 WIDEST = LINE / 2
 """Width from which a cell is a paragraph (pt)."""
 MOST_BLOCKS, LOWEST_BLOCK = 3, 4
@@ -43,9 +47,9 @@ def joint_tables(
     values = iter(robot.joint_values(notation.q))
     rows = [
         (i, joint, sp.Integer(0) if joint.kind == "fixed" else next(values))
-        for i, joint in enumerate(robot.joints, 1)
+        for i, joint in enumerate(robot.joints, first_number(robot))
     ]
-    numbers = moving_numbers(robot) if has_fixed(robot) else {}
+    numbers = moving_numbers(robot) if counts_moving(robot) else {}
     variable = "variable" if notation.called else "$q$"
     tables = []
     for convention, run in groupby(rows, key=lambda row: row[1].convention):
@@ -59,7 +63,7 @@ def transform_table(robot: SerialRobot, notation: Notation, printer: Printer) ->
     found = placements(robot, notation.q)[1 if robot.base else 0 :]
     shown = [r"\,".join(factors(turned_back(p), printer)) for p in found[: len(robot.joints)]]
     columns: list[Column] = [
-        ("$i$", [str(i) for i, _ in enumerate(robot.joints, 1)]),
+        ("$i$", [str(i) for i, _ in enumerate(robot.joints, first_number(robot))]),
         ("joint", [names.escape(joint.name) for joint in robot.joints]),
         ("type", [TYPES[joint.kind] for joint in robot.joints]),
         (f"${transform('i-1', 'i')}$", [f"${tex}$" if tex else "$I$" for tex in shown]),
@@ -68,9 +72,9 @@ def transform_table(robot: SerialRobot, notation: Notation, printer: Printer) ->
     return tabular(columns, repeated=1)
 
 
-def has_fixed(robot: SerialRobot) -> bool:
-    """Whether the robot has fixed joints, which moving joints do not count."""
-    return len(robot.moving) < len(robot.joints)
+def counts_moving(robot: SerialRobot) -> bool:
+    """Whether fixed joints make the number of a moving joint differ from its number among all."""
+    return len(robot.moving) < len(robot.joints) and first_number(robot) == 1
 
 
 def moving_numbers(robot: SerialRobot) -> dict[str, int]:
@@ -261,7 +265,9 @@ def _is_exact(tex: str) -> bool:
 
 
 def tabular(columns: Sequence[Column], repeated: int, apart: str = "") -> str:
-    """A table, its columns in several parts where a line cannot hold them.
+    """A table; columns that the article's text cannot hold form further parts below it.
+
+    A table wider than a line of the article class is centred on that line.
 
     Args:
         columns: Heading and cells of each column.
@@ -283,14 +289,14 @@ def tabular(columns: Sequence[Column], repeated: int, apart: str = "") -> str:
 
 
 def _parts(columns: Sequence[Column], repeated: int) -> list[list[Column]]:
-    """The columns in parts that fit a line, each with the repeated columns."""
+    """The columns in parts that fit the article's text, each with the repeated columns."""
     parts: list[list[Column]] = []
     left = 0.0
     for column in columns[repeated:]:
         wide = _column_width(column)
         if not parts or wide > left:
             parts.append(list(columns[:repeated]))
-            left = LINE - MARGIN - sum(_column_width(first) for first in columns[:repeated])
+            left = WIDEST_TABLE - MARGIN - sum(_column_width(first) for first in columns[:repeated])
         parts[-1].append(column)
         left -= wide
     return parts
@@ -301,12 +307,18 @@ def _tabular(columns: Sequence[Column], blocks: int = 1) -> str:
     block = len(kinds) // blocks
     kinds = BLOCK_GAP.join(kinds[k : k + block] for k in range(0, len(kinds), block))
     head = " & ".join(heading for heading, _ in columns)
-    body = [
-        " & ".join(map(_boxed, row)) + r" \\" for row in zip(*(c for _, c in columns), strict=True)
-    ]
-    lines = [r"\begin{center}", rf"\begin{{tabular}}{{@{{}}{kinds}@{{}}}}", r"\toprule"]
-    lines += [head + r" \\", r"\midrule", *body, r"\bottomrule", r"\end{tabular}", r"\end{center}"]
-    return "\n".join(lines)
+    body = map(_row, zip(*(c for _, c in columns), strict=True))
+    begin, end = rf"\begin{{tabular}}{{@{{}}{kinds}@{{}}}}", r"\end{tabular}"
+    if sum(map(_column_width, columns)) > LINE:
+        begin, end = rf"\makebox[\linewidth]{{{begin}", f"{end}}}"
+    lines = [r"\begin{center}", begin, r"\toprule", head + r" \\", r"\midrule"]
+    return "\n".join([*lines, *body, r"\bottomrule", end, r"\end{center}"])
+
+
+def _row(cells: Sequence[str]) -> str:
+    """A row, higher if it contains a fraction."""
+    row = " & ".join(map(_boxed, cells))
+    return rf"{FRACTION_STRUT}{row} \\" if r"\frac" in row else rf"{row} \\"
 
 
 def _column_kind(column: Column) -> str:
@@ -331,7 +343,8 @@ def side_by_side(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A long narrow table in as many blocks beside each other as fit a line."""
     columns = [(head, [row[k] for row in rows]) for k, head in enumerate(heading)]
     wide = sum(_column_width(column) for column in columns) + COLUMN_SEPARATION
-    blocks = max(1, min(MOST_BLOCKS, int((LINE - MARGIN) // wide), -(-len(rows) // LOWEST_BLOCK)))
+    fitting = int((WIDEST_TABLE - MARGIN) // wide)
+    blocks = max(1, min(MOST_BLOCKS, fitting, -(-len(rows) // LOWEST_BLOCK)))
     page = blocks * MOST_ROWS
     return "\n".join(
         _block_table(heading, rows[k : k + page], blocks) for k in range(0, len(rows), page)

@@ -4,7 +4,6 @@ import re
 from collections.abc import Sequence
 
 from ...chain.body_shapes import Skeleton
-from ...chain.posture import from_aside
 from ...loops.planar.planes import loops
 from ...model.mechanism import Mechanism
 from ...model.robot import SerialRobot
@@ -14,7 +13,7 @@ from .labels import Label, Obstacles, loop_number, placed
 from .marks import Marks
 from .paper import Paper, Point, at, whole
 from .parts import DrawnMembers, Scene, scene
-from .view import view
+from .view import view, view_of_arm
 
 PREAMBLE = "\\usepackage{tikz}\n\\usetikzlibrary{arrows.meta}"
 """The packages and styles that a document needs for a drawing."""
@@ -98,8 +97,8 @@ def drawing(
 def arm_drawing(robot: SerialRobot, skeleton: Skeleton) -> str:
     r"""A drawing of a serial robot in its posture: links, joints with their axes, both frames.
 
-    It is seen from above and aside, without perspective. Each coordinate has its name at its joint
-    and an arrow in its positive sense.
+    A planar arm is seen along its axes, another one from above and aside, without perspective. Each
+    coordinate has its name at its joint and an arrow in its positive sense.
 
     Args:
         robot: The description.
@@ -113,7 +112,8 @@ def arm_drawing(robot: SerialRobot, skeleton: Skeleton) -> str:
         {name: k for k, name in enumerate(names, 1)}, {j.name for j in robot.joints}
     )
     parts = scene(skeleton, skeleton.posture, members)
-    marks = _marks(parts, Paper.around(from_aside(), parts.points), is_planar=False)
+    directions, is_planar = view_of_arm(skeleton)
+    marks = _marks(parts, Paper.around(directions, parts.points), is_planar=is_planar)
     taken = marks.obstacles
     wanted = [
         _label(*_coordinate(k, joint.name), *marks.anchors[joint.name], "coordinate name")

@@ -34,13 +34,22 @@ def view(
     """
     poses = tree_poses(skeleton.bodies, values)
     normal = _common_normal(mechanism, terms, skeleton, poses)
-    if normal is None:
-        return from_aside(), False
+    return (from_aside(), False) if normal is None else (_along(normal), True)
+
+
+def view_of_arm(skeleton: Skeleton) -> tuple[Array, bool]:
+    """The same of a serial robot: along its axes if all of them are parallel."""
+    normal = _normal_of_tree(skeleton, tree_poses(skeleton.bodies, skeleton.posture))
+    return (from_aside(), False) if normal is None else (_along(normal), True)
+
+
+def _along(normal: Array) -> Array:
+    """The picture's directions for a view along a normal, with the z axis upright in the plane."""
     up = _across(np.array([0.0, 0.0, 1.0]), normal)
     if up is None:
-        return np.eye(3), True
+        return np.eye(3)
     right = np.cross(up, normal)
-    return np.array([right, up, normal]) * _facing(right), True
+    return np.array([right, up, normal]) * _facing(right)
 
 
 def _facing(right: Array) -> Array:

@@ -117,9 +117,9 @@ def _written(page: Page, found: Inverses, actuators: Mapping[str, sp.Symbol]) ->
     if classification.found is None or not found.solved:
         return text(missing_structure(classification))
     if any(joint.mimic for joint in page.robot.moving):
-        return text(structure(classification, classification.found), _FREE, _residual())
+        return text(structure(page, classification, classification.found), _FREE, _residual())
     tasks = list(printed_tasks(page, found, actuators).values())
-    parts = [structure(classification, classification.found), _method(tasks)]
+    parts = [structure(page, classification, classification.found), _method(tasks)]
     for task in tasks:
         parts += _task(page, task, titled=len(tasks) > 1)
     return text(*parts, _together_at_last(found), _residual())
@@ -198,7 +198,7 @@ def _task(page: Page, task: PrintedTask, *, titled: bool) -> Iterable[str]:
             yield _together(page, group)
         else:
             written = (_step(page, step) for step in group)
-            yield sentence(*written, _speaking(task, group[-1].number - first + 1))
+            yield sentence(*written, _speaking(page, task, group[-1].number - first + 1))
     yield sentence(_rest(page, task), _slots(page, task))
 
 
@@ -227,19 +227,19 @@ def _vectors(page: Page, task: PrintedTask) -> str:
         own = [d for d in task.definitions if d[0] in vector.shown]
         shared = [d for d in task.definitions if d not in own]
         if own:
-            blocks.append(f"Then {escape(meaning)} is at ${letter}$, with")
+            blocks.append(f"Then {page.words(meaning)} is at ${letter}$, with")
             blocks.append(aligned(definitions(printer, [*shared, *own])))
         else:
             blocks.append(
-                f"Then {escape(meaning)} is at $({', '.join(map(printer.tex, vector.shown))})$."
+                f"Then {page.words(meaning)} is at $({', '.join(map(printer.tex, vector.shown))})$."
             )
     return sentence(*blocks)
 
 
-def _speaking(task: PrintedTask, after: int) -> str:
+def _speaking(page: Page, task: PrintedTask, after: int) -> str:
     """The vectors that the following steps refer to."""
     own = [vector for vector in task.vectors if vector.vector.after == after]
-    clauses = [f"${vector.letter}$ is {escape(vector.vector.meaning)}" for vector in own]
+    clauses = [f"${vector.letter}$ is {page.words(vector.vector.meaning)}" for vector in own]
     return f"In what follows, {in_words(clauses)}." if clauses else ""
 
 
@@ -250,8 +250,10 @@ def _step(page: Page, printed: PrintedInverseStep) -> str:
     unknown = f"${name}$"
     if printed.name != printed.unknown:
         unknown = f"${name} = {printer.tex(printed.unknown)}$"
-    opening = rf"\textbf{{Step {printed.number}: {unknown}}}, {step.method}: {escape(step.reason)}."
-    degenerate = f"Degenerate: {escape(step.degenerate)}." if step.degenerate else ""
+    opening = (
+        rf"\textbf{{Step {printed.number}: {unknown}}}, {step.method}: {page.words(step.reason)}."
+    )
+    degenerate = f"Degenerate: {page.words(step.degenerate)}." if step.degenerate else ""
     return sentence(opening, solved_step(printed, printer), degenerate)
 
 
@@ -267,7 +269,7 @@ def _together(page: Page, steps: list[PrintedInverseStep]) -> str:
     names = listed(printer.tex(step.name) for step in steps)
     opening = (
         rf"\textbf{{Steps {first.number} to {last.number}: {names}}}, {first.step.method}:"
-        f" {escape(first.step.reason)}."
+        f" {page.words(first.step.reason)}."
     )
     return sentence(opening, solved_together(steps, printer))
 

@@ -7,6 +7,7 @@ from ...inverse.classify import Attempt, Classification
 from ...inverse.explanation import NEVER, missed_by, nearest
 from ...inverse.structure.words import listed as in_words
 from ..setting.names import escape
+from ..setting.page import Page
 
 MOST_MISSED = 3
 """Number of structures that are named where none holds."""
@@ -22,11 +23,14 @@ def missing_structure(classification: Classification) -> str:
     return "\n".join([opening, r"\begin{itemize}", *items, r"\end{itemize}"])
 
 
-def structure(classification: Classification, found: Attempt) -> str:
+def structure(page: Page, classification: Classification, found: Attempt) -> str:
     """The structure, the joints that are given, and how the chain is read."""
     conditions = "; ".join(requirement.text for requirement in found.requirements)
     nearly = "" if classification.tier == "exact" else "nearly "
-    sentences = [rf"The structure is {nearly}\emph{{{escape(found.title)}}}: {escape(conditions)}."]
+    sentences = _undetermined(page, classification, found)
+    sentences.append(
+        rf"The structure is {nearly}\emph{{{escape(found.title)}}}: {page.words(conditions)}."
+    )
     if found.title.startswith("spherical wrist"):
         sentences.append("Pieper (1968) was the first to solve such arms.")
     added = [escape(axis.name) for axis in classification.lines.added]
@@ -35,22 +39,28 @@ def structure(classification: Classification, found: Attempt) -> str:
             f"To the arm's joints {in_words(added)} is added, a joint whose angle is 0 where they"
             f" reach the pose. Axes are counted with it; its angle has the last number."
         )
-    names = [escape(classification.lines.axes[k].name) for k in found.given]
-    if names:
-        more = "one joint" if len(names) == 1 else f"{len(names)} joints"
-        verb = "is" if len(names) == 1 else "are"
-        sentences.append(f"A pose leaves {more} undetermined: {in_words(names)} {verb} given.")
     if found.backwards:
         sentences.append(
             "The chain is read from the tool, which is held fixed while the joints move the base."
         )
     if classification.tier == "snapped":
-        missed = _in_degrees(escape(missed_by(classification)))
+        missed = _in_degrees(page.words(missed_by(classification)))
         sentences.append(
             f"The axes miss it by little ({missed}). The solutions below are those of a nominal arm"
             " that has it exactly; Newton's iteration leads from them to the true arm."
         )
     return " ".join(sentences)
+
+
+def _undetermined(page: Page, classification: Classification, found: Attempt) -> list[str]:
+    """The joints whose values are inputs beside the pose."""
+    names = [page.words(classification.lines.axes[k].name) for k in found.given]
+    if not names:
+        return []
+    more = "one joint" if len(names) == 1 else f"{len(names)} joints"
+    verb = "value is an input" if len(names) == 1 else "values are inputs"
+    whose = f"its {verb}" if len(names) == 1 else f"their {verb}"
+    return [f"A pose leaves {more} undetermined, {in_words(names)}; {whose} beside the pose."]
 
 
 def _lacking(missed: Iterable[tuple[str, str]]) -> str:

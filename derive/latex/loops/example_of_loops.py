@@ -32,7 +32,8 @@ def worked_example_of_loops(page: LoopPage) -> str:
         joints = [joint.name for joint in page.chain.robot.coordinates]
         known = dict(zip(joints, value_at(named["chain"], q), strict=True))
     return example(
-        named["fk"], page.functions, coordinates, page.members.q, q, known, page.chain.pose
+        *(named["fk"], page.functions, coordinates, page.members.q, q, known, page.members.of),
+        page.chain.pose,
     )
 
 

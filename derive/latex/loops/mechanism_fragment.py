@@ -100,7 +100,7 @@ def _others(page: LoopPage) -> str:
     ]
     return sentence(
         "The other joints, each at a point of the body that carries it, are",
-        tabular(columns, repeated=1),
+        tabular(columns, repeated=1, apart="at"),
     )
 
 
@@ -123,7 +123,7 @@ def _closures(page: LoopPage) -> str:
         ("type", [CLOSURES[closure.kind] for closure in closures]),
         *_frames(page, [(closure.a, closure.b) for closure in closures]),
     ]
-    return sentence("Loops are closed by", tabular(columns, repeated=1))
+    return sentence("Loops are closed by", tabular(columns, repeated=1, apart="from"))
 
 
 def _struts(page: LoopPage) -> str:
@@ -144,7 +144,8 @@ def _struts(page: LoopPage) -> str:
         if any(strut.is_cylinder is is_cylinder for strut in struts)
     ]
     begin = "Loops are also closed by" if page.mechanism.closures else "Loops are closed by"
-    return sentence(f"{begin} {' and '.join(kinds)},", tabular(columns, repeated=1))
+    table = tabular(columns, repeated=1, apart="from")
+    return sentence(f"{begin} {' and '.join(kinds)}:", table)
 
 
 def _swing(page: LoopPage, strut: Strut) -> str:

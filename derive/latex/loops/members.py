@@ -4,7 +4,6 @@ Joints of the main chain are theta, actuated coordinates q, the rest psi, each w
 except that a joint whose name is a symbol already, ``theta8`` or ``l_HI``, keeps it.
 """
 
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
@@ -59,13 +58,13 @@ class Members:
 
     def called(self, name: str) -> str:
         """A joint, body or closer in a sentence: its symbol if its name is one, else words."""
-        if is_symbol(name):
+        if names.is_symbol(name):
             return f"${self.of.get(name, names.parameter(name))}$"
         return words(name)
 
     def with_symbol(self, name: str) -> str:
         """A joint in a sentence, its symbol behind its name."""
-        if is_symbol(name) or name not in self.of:
+        if names.is_symbol(name) or name not in self.of:
             return self.called(name)
         return f"{words(name)} ${self.of[name]}$"
 
@@ -93,7 +92,7 @@ class _Chosen:
         for variable in configuration_names(mechanism):
             tex = names.parameter(variable.name)
             is_free = tex not in taken and names.head(tex) != ACTUATED
-            if is_symbol(variable.name) and is_free:
+            if names.is_symbol(variable.name) and is_free:
                 self.own[variable.name] = tex
                 taken.add(tex)
                 self.heads.add(names.head(tex))
@@ -107,12 +106,6 @@ def dotted(tex: str) -> str:
     """A symbol with a dot: the rate of its quantity."""
     letter, bar, index = tex.partition("_")
     return rf"\dot{{{letter}}}{bar}{index}"
-
-
-def is_symbol(name: str) -> bool:
-    """Whether a name is a letter, perhaps with an index."""
-    head = re.findall(r"[A-Za-z]+|[0-9]+", name)[0]
-    return len(head) == 1 or head in names.GREEK
 
 
 def words(name: str) -> str:

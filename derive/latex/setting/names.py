@@ -1,7 +1,9 @@
 """Names as LaTeX: the user's text escaped, parameters and frames as mathematics."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+
+from ...model.robot import Joint, SerialRobot
 
 _LOWER = "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi"
 _LOWER_FROM_PI = "pi rho"
@@ -46,6 +48,8 @@ _ESCAPES = {
         for k, name in enumerate(letters.split())
     },
 }
+_WORDS = ("a", "A", "I")
+"""Names that are words too."""
 _BREAKS = "_/"
 """Characters after which a long word may be broken."""
 _PARTS = re.compile(r"[A-Za-z]+|[0-9]+")
@@ -86,6 +90,43 @@ def parameter(name: str) -> str:
     if not rest:
         return _head(head)
     return f"{_head(head)}_{{{','.join(map(_index, rest))}}}"
+
+
+def is_symbol(name: str) -> bool:
+    """Whether a name is a letter, perhaps with an index."""
+    head = re.findall(r"[A-Za-z]+|[0-9]+", name)[0]
+    return len(head) == 1 or head in GREEK
+
+
+def own_symbols(robot: SerialRobot) -> tuple[str, ...]:
+    """Joint names as LaTeX if they are symbols of an article: Greek angles, lower-case lengths.
+
+    Empty if a joint has another name or a symbol occurs twice.
+    """
+    joints = robot.coordinates
+    found = [parameter(joint.name) for joint in joints]
+    taken = [*found, *(parameter(p.name) for p in robot.parameters)]
+    if len({*taken}) < len(taken) or not all(map(_is_own_symbol, joints)):
+        return ()
+    return tuple(found)
+
+
+def _is_own_symbol(joint: Joint) -> bool:
+    if not is_symbol(joint.name) or joint.name[0] == "q":
+        return False
+    return head(parameter(joint.name)).startswith("\\") or (
+        joint.kind == "prismatic" and joint.name[0].islower()
+    )
+
+
+def in_words(words: str, symbols: Mapping[str, str]) -> str:
+    """Text for a paragraph in which symbols replace the names of joints."""
+    shown = escape(words)
+    for name in sorted(symbols, key=len, reverse=True):
+        if is_symbol(name) and name not in _WORDS:
+            pattern = rf"(?<![\w$\\]){re.escape(escape(name))}(?![\w$])"
+            shown = re.sub(pattern, f"${symbols[name]}$".replace("\\", r"\\"), shown)
+    return shown
 
 
 def head(tex: str) -> str:

@@ -11,7 +11,7 @@ from ...model.geometry import Geometry
 from ...model.robot import SerialRobot
 from . import transforms
 from .layout import Display, named_matrix
-from .names import frame
+from .names import escape, frame, in_words, own_symbols
 from .printed_singularities import PrintedSingularities, printed_singularities
 from .screw_displays import ScrewDisplays, screw_displays
 from .sharing import PrintedEquations, equations
@@ -57,14 +57,15 @@ class Page:
 
         Args:
             derivation: A serial robot with its functions.
-            called: LaTeX of its coordinates, q_1 and so on where none is given.
+            called: LaTeX of its coordinates; without it, the names of its joints if they are
+                symbols, else q_1 and so on.
             coordinates: The number of coordinates that move it, where it is the main chain of a
                 robot with loops.
             ways: The ways to an inverse that the article may print.
         """
         robot = derivation.robot
         assert isinstance(robot, SerialRobot)
-        found = equations(derivation, called)
+        found = equations(derivation, called or own_symbols(robot))
         placements = transforms.placements(robot, found.notation.q)
         links = [transforms.matrix(placement, found.notation) for placement in placements]
         screws = screw_displays(robot, found)
@@ -79,6 +80,14 @@ class Page:
     def tex(self, expression: sp.Expr) -> str:
         """An expression on one line."""
         return self.equations.printer.tex(expression)
+
+    def words(self, text: str) -> str:
+        """A sentence in which the symbols of joints replace their names if these are symbols."""
+        notation = self.equations.notation
+        if not notation.called:
+            return escape(text)
+        joints = zip(self.robot.coordinates, notation.q, strict=True)
+        return in_words(text, {joint.name: notation.tex[q] for joint, q in joints})
 
     @property
     def pose(self) -> str:

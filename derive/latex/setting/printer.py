@@ -93,6 +93,8 @@ class Printer:
             return rf"\left{left}{inner}\right{right}" if "frac{" in inner else left + inner + right
         if factor.is_Pow:
             return self._power(factor)
+        if isinstance(factor, sp.Abs):
+            return f"|{self.tex(factor.args[0])}|"
         inner = ", ".join(self.tex(argument) for argument in factor.args)
         named = _FUNCTIONS | _EXTREMES
         name = named.get(factor.func, rf"\operatorname{{{factor.func.__name__}}}")
@@ -165,11 +167,6 @@ class FractionPrinter(Printer):
             name = _FUNCTIONS[base.func]
             return self._factor(base).replace(name, f"{name}^{{{exponent}}}", 1)
         return super()._power(power)
-
-    def _factor(self, factor: sp.Expr) -> str:
-        if isinstance(factor, sp.Abs):
-            return f"|{self.tex(factor.args[0])}|"
-        return super()._factor(factor)
 
 
 def number(value: sp.Expr) -> str:

@@ -20,13 +20,21 @@ def labels(robot: SerialRobot) -> list[str]:
     placement; the last link's frame is the tool frame where the robot has no tool placement.
     """
     base, tool = names.frame(robot.base_frame), names.frame(robot.tool_frame)
-    links = [str(k) for k in range(len(robot.joints) + 1)]
+    first = first_number(robot)
+    links = [str(k) for k in range(first - 1, len(robot.joints) + first)]
     if not robot.base:
         links[0] = base
     elif base == "0":
         links[0] = "0'"
     before = [base] if robot.base else []
     return [*before, *links, *([tool] if robot.tool else [])]
+
+
+def first_number(robot: SerialRobot) -> int:
+    """The number of the first joint: 0 for a fixed joint before moving joints alone, else 1."""
+    first, *others = robot.joints
+    is_mount = first.kind == "fixed" and all(joint.kind != "fixed" for joint in others)
+    return 0 if is_mount and not robot.base and robot.base_frame != "0" else 1
 
 
 def transform(start: str, end: str) -> str:

@@ -11,8 +11,9 @@ from chasles.derive import Joint, derive, read_text
 from chasles.derive.latex import document, fragments
 from chasles.derive.latex.loops.loop_page import LoopPage
 from chasles.derive.latex.loops.loops_fragment import residual
-from chasles.derive.latex.loops.members import dotted, is_symbol, members, words
+from chasles.derive.latex.loops.members import dotted, members, words
 from chasles.derive.latex.loops.rates_fragment import Rates
+from chasles.derive.latex.setting.names import is_symbol
 from chasles.derive.latex.setting.printer import FractionPrinter
 from chasles.derive.loops.planar.loop_step import Cross
 from chasles.derive.model.mechanism import Closure, Drive, Frame, Mechanism, Strut
