@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from chasles import InputValueError, Robot
 
 from .display import COLOURS, Display, Ghosts, Posture, quaternions
+from .escaping import markdown
 from .meshes import BodyMesh, body_meshes
 from .slider_units import SliderUnit, slider_units
 from .solids import BLUE
@@ -202,7 +203,7 @@ class LiveView:
 
     def _add_panel(self, robot: Robot) -> None:
         gui = self._server.gui
-        gui.add_markdown(f"**{robot.title}**")
+        gui.add_markdown(f"**{markdown(robot.title)}**")
         self._sliders = [
             self._slider(k, unit, q)
             for k, (unit, q) in enumerate(zip(self._units, self.posture.q, strict=True))

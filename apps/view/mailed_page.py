@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import html
-import json
 import math
 import os
 from collections.abc import Mapping
@@ -19,6 +18,7 @@ from chasles import Robot
 
 from ..drawing import Skeleton
 from .display import Display, Posture
+from .escaping import script_json
 from .slider_units import SliderUnit, slider_units
 from .solids import Solid
 
@@ -52,8 +52,7 @@ def write_html(robot: Robot, path: str | os.PathLike[str]) -> None:
         ManifestError: The robot was derived by a version without skeletons.
     """
     parts = {name: (_HERE / file).read_text(encoding="utf-8") for name, file in _PARTS.items()}
-    # "</" would end the script that holds the text.
-    data = json.dumps(page_data(robot), separators=(",", ":")).replace("</", "<\\/")
+    data = script_json(page_data(robot))
     page = Template((_HERE / "page/page.html").read_text(encoding="utf-8"))
     title, source = html.escape(robot.title), html.escape(robot.source)
     text = page.substitute(parts, title=title, source=source, robot=data)
