@@ -2,51 +2,48 @@
 
     robot = chasles.load("ur5e")
     found = workspace(robot, samples=10_000_000)
-    print(found.measure)
+    print(found.size)
     found.plot()
 
 They need SciPy and more, `pip install 'chasles[study]'`.
 """
 
-from .cells import Cells, Measure
+from .grid import Grid, SizeEstimate
 from .planar import (
     ExactWorkspace,
-    OrientationRange,
-    Orientations,
+    OrientationGrid,
+    OrientationRangeWorkspace,
     PlanarRegion,
-    constant_orientation,
-    dexterous,
+    constant_orientation_workspace,
+    dexterous_workspace,
     exact_workspace,
-    orientation_range,
-    orientations,
+    orientation_grid,
+    orientation_range_workspace,
     singular_places,
 )
-from .positions import ReachedPositions, positions
-from .reach import Reach, base_placement, evenly, reach
-from .samples import By, Samples
+from .reach import Reach, base_placement, reach, uniform_orientations
+from .reachable_positions import ReachablePositions, reachable_positions
 from .workspace import Workspace, workspace
 
 __all__ = [
-    "By",
-    "Cells",
     "ExactWorkspace",
-    "Measure",
-    "OrientationRange",
-    "Orientations",
+    "Grid",
+    "OrientationGrid",
+    "OrientationRangeWorkspace",
     "PlanarRegion",
     "Reach",
-    "ReachedPositions",
-    "Samples",
+    "ReachablePositions",
+    "SizeEstimate",
     "Workspace",
     "base_placement",
-    "constant_orientation",
-    "dexterous",
-    "evenly",
+    "constant_orientation_workspace",
+    "dexterous_workspace",
     "exact_workspace",
-    "orientation_range",
-    "orientations",
-    "positions",
+    "orientation_grid",
+    "orientation_range_workspace",
     "reach",
+    "reachable_positions",
     "singular_places",
+    "uniform_orientations",
     "workspace",
 ]

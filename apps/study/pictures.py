@@ -17,7 +17,7 @@ _STYLES = ("-", "--", ":")
 
 
 def plot_workspace(found: Any, ax: Any = None) -> Any:
-    """Draws where a tool's origin was, as the share of postures in each column of cells.
+    """Draws where a tool's origin was, as the fraction of configurations in each column of cells.
 
     Args:
         found: The `Workspace`.
@@ -27,23 +27,22 @@ def plot_workspace(found: Any, ax: Any = None) -> Any:
     Returns:
         The axes, or the array of them.
     """
-    thin = int(np.argmin(found.cells.shape))
+    thin = int(np.argmin(found.grid.shape))
     if ax is not None:
         _view(found, thin, ax)
         return ax
     import matplotlib.pyplot as plt  # noqa: PLC0415
 
-    normals = [thin] if found.cells.dimension < 3 else [2, 1]  # noqa: PLR2004 - a solid has three
+    normals = [thin] if found.grid.dimension < 3 else [2, 1]  # noqa: PLR2004 - a solid has three
     figure, axes = plt.subplots(
         len(normals), 1, squeeze=False, layout="constrained", figsize=(4.2, 3.5 * len(normals))
     )
     most = max(_shares(found.hits.sum(normal)).max() for normal in normals)
     for normal, own in zip(normals, axes[:, 0], strict=True):
         image = _view(found, normal, own, most)
-    measure = found.measure
-    unit = {3: "m³", 2: "m²"}.get(measure.dimension, "m")
-    figure.suptitle(f"{found.robot}: {measure.value:.3g} {unit} ± {measure.error:.1g} {unit}")
-    figure.colorbar(image, ax=axes, label="postures in 1000")
+    size, unit = found.size, found.size.unit.replace("^3", "³").replace("^2", "²")
+    figure.suptitle(f"{found.robot}: {size.value:.3g} {unit} ± {size.error:.1g} {unit}")
+    figure.colorbar(image, ax=axes, label="configurations in 1000")
     return axes[:, 0] if len(normals) > 1 else axes[0, 0]
 
 
@@ -52,7 +51,7 @@ def _view(found: Any, normal: int, ax: Any, most: float | None = None) -> Any:
 
     across, up = (k for k in range(3) if k != normal)
     shares = _shares(found.hits.sum(normal, dtype=np.uint64))
-    lower, upper = found.cells.lower, found.cells.upper
+    lower, upper = found.grid.lower, found.grid.upper
     image = ax.imshow(
         shares.T,
         origin="lower",
@@ -68,7 +67,7 @@ def _view(found: Any, normal: int, ax: Any, most: float | None = None) -> Any:
 
 
 def _shares(hits: NDArray[np.uint64]) -> Any:
-    """Parts of a thousand of all postures; empty columns are masked."""
+    """Parts of a thousand of all configurations; empty columns are masked."""
     return np.ma.masked_equal(hits, 0) * (1000 / max(int(hits.sum()), 1))
 
 
@@ -182,7 +181,7 @@ def plot_region(found: Any, ax: Any = None, singular: Any = None) -> Any:
     for k, own in enumerate(found.pieces[0] if found.pieces else ()):
         for radius in (own.inner, own.outer):
             style = {"fill": False, "linestyle": ":", "linewidth": 0.8}
-            axes.add_patch(Circle(own.centre, radius, edgecolor=_COLOR_BLIND[k], **style))
+            axes.add_patch(Circle(own.center, radius, edgecolor=_COLOR_BLIND[k], **style))
     for arc in found.arcs:
         axes.plot(*arc.points().T, color=_COLOR_BLIND[-1], linewidth=1.6)
     for k, curve in enumerate(singular.type_2 if singular is not None else ()):
@@ -219,7 +218,7 @@ def plot_section(found: Any, ax: Any = None) -> Any:
     axes.set_xlabel("x [m]" if flat else "distance from the first axis [m]")
     axes.set_ylabel("y [m]" if flat else "z [m]")
     size = f"{found.area:.6g} m²" if not found.volume else f"{found.volume:.6g} m³"
-    axes.set_title(f"{found.robot}, {found.of}: {size}")
+    axes.set_title(f"{found.robot}, {found.point}: {size}")
     axes.grid(alpha=0.3)
     return axes
 
@@ -228,7 +227,7 @@ def plot_positions(found: Any, ax: Any = None) -> Any:
     """Draws positions of a tool at one orientation, from above and from the side.
 
     Args:
-        found: The `ReachedPositions`.
+        found: The `ReachablePositions`.
         ax: Two matplotlib axes; None: a new figure.
 
     Returns:
@@ -239,12 +238,12 @@ def plot_positions(found: Any, ax: Any = None) -> Any:
     axes = ax
     if axes is None:
         figure, axes = plt.subplots(2, 1, layout="constrained", figsize=(4.2, 6.4))
-        volume = found.measure
+        volume = found.size
         figure.suptitle(f"{found.robot}: {volume.value:.3g} m³ ± {volume.error:.1g} m³")
-    lower, upper = found.cells.lower, found.cells.upper
+    lower, upper = found.grid.lower, found.grid.upper
     for own, normal in zip(axes, (2, 1), strict=True):
         across, up = (k for k in range(3) if k != normal)
-        thick = found.inside.sum(normal) * found.cells.side
+        thick = found.inside.sum(normal) * found.grid.side
         image = own.imshow(
             np.ma.masked_equal(thick, 0).T,
             origin="lower",
@@ -259,7 +258,7 @@ def plot_positions(found: Any, ax: Any = None) -> Any:
 
 
 def plot_reach(found: Any, ax: Any = None) -> Any:
-    """Draws the part of the orientations that are reached, and what stops the others.
+    """Draw the fraction of the orientations that are reached, and the limit counts.
 
     A view shows the mean over the cells behind each other in which some orientation is reached.
 
@@ -272,12 +271,12 @@ def plot_reach(found: Any, ax: Any = None) -> Any:
     """
     import matplotlib.pyplot as plt  # noqa: PLC0415
 
-    share = np.ma.masked_equal(found.grid(), 0)
+    share = np.ma.masked_equal(found.fraction_grid(), 0)
     axes = ax
     if axes is None:
         figure, axes = plt.subplots(3, 1, layout="constrained", figsize=(4.2, 9.0))
         figure.suptitle(f"{found.robot}: {found.reached.mean():.1%} of the poses are reached")
-    lower, upper = found.cells.lower, found.cells.upper
+    lower, upper = found.grid.lower, found.grid.upper
     for own, normal in zip(axes, (2, 1), strict=False):
         across, up = (k for k in range(3) if k != normal)
         image = own.imshow(
@@ -292,10 +291,58 @@ def plot_reach(found: Any, ax: Any = None) -> Any:
         own.set_xlabel(f"{'xyz'[across]} [m]")
         own.set_ylabel(f"{'xyz'[up]} [m]")
     axes[1].figure.colorbar(image, ax=axes[1], label="orientations reached [%]", shrink=0.8)
-    counts = found.stopped_by()
+    counts = found.limit_counts()
     axes[2].barh(list(counts), list(counts.values()), color=_COLOR_BLIND[0])
     axes[2].invert_yaxis()
-    axes[2].set_xlabel("poses stopped by its limit")
+    axes[2].set_xlabel("poses excluded by its limit")
+    return axes
+
+
+def plot_orientations(found: Any, ax: Any = None) -> Any:
+    """Draw the fraction of angles that are possible in each cell of a plane.
+
+    Args:
+        found: The `OrientationGrid`.
+        ax: matplotlib axes; None: a new figure.
+
+    Returns:
+        The axes.
+    """
+    axes = _axes(ax, (4.2, 3.6))
+    lower, upper = found.grid.lower, found.grid.upper
+    image = axes.imshow(
+        np.ma.masked_equal(100 * found.fraction, 0).T,
+        origin="lower",
+        extent=(lower[0], upper[0], lower[1], upper[1]),
+        cmap=_COLORS,
+        interpolation="nearest",
+        vmin=0,
+        vmax=100,
+    )
+    axes.figure.colorbar(image, ax=axes, label="angles possible [%]")
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
+    return axes
+
+
+def plot_total(found: Any, ax: Any = None) -> Any:
+    """Draw the border of the region where every angle of a range is possible.
+
+    Args:
+        found: The `OrientationRangeWorkspace`.
+        ax: matplotlib axes; None: a new figure.
+
+    Returns:
+        The axes.
+    """
+    axes = _axes(ax, (4.2, 4.2))
+    for arc in found.total.arcs:
+        axes.plot(*arc.points().T, color=_COLOR_BLIND[0], linewidth=1.6)
+    axes.set_aspect("equal")
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
+    axes.set_title(f"{found.robot}, all angles: {found.total.area * 1e6:.6g} mm²")
+    axes.grid(alpha=0.3)
     return axes
 
 

@@ -1,16 +1,14 @@
-"""Reach: the poses that a robot has solutions for, and the limits that stop it elsewhere.
+"""Reach: the poses for which a robot has solutions, and the limits that exclude the others.
 
-Every pose is put through the robot's inverse with all branches, and the solutions are held against
-the limits, each turning joint at every turn. Base placement is the same question with the poses
-seen from other bases.
+Every pose is put through the robot's inverse with all branches. The solutions are compared with the
+limits, each revolute joint at every full turn. Base placement is the same question for poses seen
+from other bases.
 """
 
 from __future__ import annotations
 
 import math
-import os
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,7 +19,8 @@ from chasles.summaries import summary_repr
 from chasles.tolerances import AT_LIMIT
 
 from .arguments import finite, whole
-from .cells import Cells
+from .grid import Grid
+from .results import StudyResult
 from .samples import BLOCK, box_of
 from .streaming import Threads, tallied
 
@@ -32,73 +31,76 @@ IntArray = NDArray[np.intp]
 FREE, OUT_OF_REACH = -1, -2
 _TURN = 2 * math.pi
 _BLOCKS_A_PIECE = 16
-_MOST = 255
-"""The largest count that is kept, in a byte a pose."""
+_MAX_COUNT = 255
+"""The largest count that is stored, in a byte per pose."""
 
 
 @dataclass(frozen=True, eq=False)
-class Reach:
+class Reach(StudyResult):
     """Which poses a robot reaches within its limits.
 
     Attributes:
         robot: The robot's name.
-        joints: The names of its coordinates.
-        solutions: (m, k) number of solutions within limits, for m places and k orientations; turns
-            of a joint are not counted apart.
-        stopped: (m, k) the coordinate whose limit forbids the solution that exceeds its limits
-            least; -1 where the pose is reached, -2 where it is out of reach without limits.
-        cells: The cells whose centres the places are; None where places were given.
+        coordinate_names: The names of its coordinates.
+        n_solutions: (m, k) number of solutions within limits, for m positions and k orientations;
+            full turns of a joint are not counted separately.
+        limiting_coordinate: (m, k) the coordinate whose limit excludes the solution that exceeds
+            its limits least; -1 if the pose is reached, -2 if it is out of reach without limits.
+        grid: The grid whose cell centers are the positions; None if positions or poses were given.
     """
 
+    _parts = (Grid,)
+
     robot: str
-    joints: tuple[str, ...]
-    solutions: NDArray[np.uint8]
-    stopped: NDArray[np.int8]
-    cells: Cells | None = None
+    coordinate_names: tuple[str, ...]
+    n_solutions: NDArray[np.uint8]
+    limiting_coordinate: NDArray[np.int8]
+    grid: Grid | None = None
 
     def __repr__(self) -> str:
-        """In words, with the figures that matter."""
-        places, turns = self.solutions.shape
-        stops = ", ".join(f"{name} ({n:,})" for name, n in self.stopped_by().items())
+        """Summary with the main figures."""
+        m, k = self.n_solutions.shape
+        counts = ", ".join(f"{name} ({n:,})" for name, n in self.limit_counts().items())
         return summary_repr(
             self,
             self.robot,
-            f"{places:,} places x {turns} orientations",
-            f"{self.reached.mean():.1%} of these poses are reached" if self.solutions.size else "",
-            f"the limits of {stops} stop others" if stops else "",
-            methods="share, stopped_by()"
-            + (", grid(), plot()" if self.cells else "")
-            + ", to_npz(path)",
+            f"{m:,} positions x {k} orientations",
+            f"{self.reached.mean():.1%} of these poses are reached" if m * k else "",
+            f"limits of {counts} exclude others" if counts else "",
+            methods="fraction, limit_counts()"
+            + (", fraction_grid(), plot()" if self.grid else "")
+            + ", save(path)",
         )
 
     @property
     def reached(self) -> BoolArray:
         """(m, k) whether there is a solution within limits."""
-        return self.solutions > 0
+        return self.n_solutions > 0
 
     @property
-    def share(self) -> FloatArray:
-        """(m,) part of the orientations that are reached at each place."""
+    def fraction(self) -> FloatArray:
+        """(m,) fraction of the orientations that are reached at each position."""
         return np.asarray(self.reached.mean(-1))
 
-    def stopped_by(self) -> dict[str, int]:
-        """How many poses the limit of each coordinate stops, the most frequent first."""
-        counts = np.bincount(self.stopped[self.stopped >= 0], minlength=len(self.joints))
+    def limit_counts(self) -> dict[str, int]:
+        """Return how many poses the limit of each coordinate excludes, the largest count first."""
+        limiting = self.limiting_coordinate[self.limiting_coordinate >= 0]
+        counts = np.bincount(limiting, minlength=len(self.coordinate_names))
         order = np.argsort(-counts, kind="stable")
-        return {self.joints[j]: int(counts[j]) for j in order if counts[j]}
+        return {self.coordinate_names[j]: int(counts[j]) for j in order if counts[j]}
 
-    def grid(self) -> FloatArray:
-        """(nx, ny, nz) part of the orientations that are reached in each cell.
+    def fraction_grid(self) -> FloatArray:
+        """Return (nx, ny, nz) the fraction of the orientations that are reached in each cell.
 
         Raises:
-            InputValueError: The places are no cells.
+            InputValueError: The targets are not a grid.
         """
-        if self.cells is None:
-            raise InputValueError("Reach.grid: the places were given one by one, not as Cells")
-        return self.share.reshape(self.cells.shape)
+        if self.grid is None:
+            raise InputValueError("Reach.fraction_grid: the targets were no Grid")
+        return self.fraction.reshape(self.grid.shape)
 
     def plot(self, ax: Any = None) -> Any:
-        """Draws the part of the orientations that are reached, and which limits stop the others.
+        """Draw the fraction of the orientations that are reached, and the limit counts.
 
         Args:
             ax: Three matplotlib axes: cells seen from above and from the side, and the limits;
@@ -108,111 +110,100 @@ class Reach:
             The axes.
 
         Raises:
-            InputValueError: The places are no cells.
+            InputValueError: The targets are not a grid.
         """
         from .pictures import plot_reach  # noqa: PLC0415
 
         return plot_reach(self, ax)
 
-    def to_npz(self, path: str | os.PathLike[str]) -> None:
-        """Writes counts and limits to a compressed file that NumPy reads."""
-        arrays: dict[str, Any] = {"solutions": self.solutions, "stopped": self.stopped}
-        if self.cells is not None:
-            arrays |= {
-                "lower": self.cells.lower,
-                "side": self.cells.side,
-                "shape": self.cells.shape,
-            }
-        np.savez_compressed(Path(path), joints=np.array(self.joints), **arrays)
-
 
 def reach(
     robot: Robot,
-    places: Cells | ArrayLike,
+    targets: Grid | ArrayLike,
     orientations: ArrayLike | None = None,
     *,
-    given: int = 16,
+    redundancy_samples: int = 16,
     threads: Threads = "all",
     client: Any = None,
     progress: bool | None = None,
 ) -> Reach:
-    """Which poses have solutions within limits, on all branches.
+    """Return which poses have solutions within limits, on all branches.
 
     Args:
         robot: A robot with `ik`.
-        places: Cells, whose centres are meant; (m, 3) positions of the tool's origin [m]; or
+        targets: A grid, for the centers of its cells; (m, 3) positions of the tool's origin [m]; or
             (m, 4, 4) poses.
-        orientations: (k, 3, 3) rotation matrices that the tool has at every place, `evenly(20)` if
-            None; poses have their own.
-        given: For an inverse with given joints, the number of values of each of them, spread over
-            its limits; solutions are counted for all values.
+        orientations: (k, 3, 3) rotation matrices of the tool at every position,
+            `uniform_orientations(20)` if None; poses have their own.
+        redundancy_samples: Number of values of each redundancy parameter of `ik`, spread over its
+            limits; solutions are counted for all values.
         threads: Threads here, or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
         progress: Whether to draw a bar; None: on a terminal.
 
     Returns:
-        Solutions and the limits that stop the others.
+        Numbers of solutions, and the limits that exclude poses.
 
     Raises:
         AttributeError: The robot has no `ik`; the message says what it has instead.
-        ShapeError: Places or orientations have another shape.
+        ShapeError: Targets or orientations have another shape.
         InputValueError: A number is not finite, or poses come with further orientations.
     """
-    poses, turns = _asked(places, orientations)
-    work = _Asking(robot, poses, turns, _given_values(robot, given))
+    poses, rotations = _poses_and_rotations(targets, orientations)
+    work = _ReachJob(robot, poses, rotations, _redundancy_values(robot, redundancy_samples))
     tally = tallied(
         work, work.pieces, threads=threads, client=client, progress=progress, name=robot.name
     )
-    shape = (len(poses), len(turns))
+    shape = (len(poses), len(rotations))
     return Reach(
         robot.name,
         tuple(coordinate.name for coordinate in robot.coordinates),
-        tally.solutions.reshape(shape),
-        tally.stopped.reshape(shape),
-        places if isinstance(places, Cells) else None,
+        tally.n_solutions.reshape(shape),
+        tally.limiting.reshape(shape),
+        targets if isinstance(targets, Grid) else None,
     )
 
 
 def base_placement(
     robot: Robot,
-    poses: ArrayLike,
-    bases: ArrayLike,
+    T_w_ee: ArrayLike,
+    T_w_0: ArrayLike,
     *,
     threads: Threads = "all",
     client: Any = None,
     progress: bool | None = None,
 ) -> FloatArray:
-    """The part of a set of poses that a robot reaches from each of many places to stand.
+    """Return the fraction of a set of poses that a robot reaches from each of many bases.
 
     Args:
         robot: A robot with `ik`.
-        poses: (k, 4, 4) `T_w_ee`, poses of the tool in the world that shall be reached.
-        bases: (m, 4, 4) `T_w_0`, poses of the robot's base.
+        T_w_ee: (k, 4, 4) required poses of the tool in the world.
+        T_w_0: (m, 4, 4) poses of the robot's base in the world.
         threads: Threads here, or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
         progress: Whether to draw a bar; None: on a terminal.
 
     Returns:
-        (m,) parts of the poses that have a solution within limits; the best base is the argmax.
+        (m,) fractions of the poses that have a solution within limits; the best base is the argmax.
 
     Raises:
         AttributeError: The robot has no `ik`.
         ShapeError: Poses or bases have another shape.
         InputValueError: A number is not finite.
     """
-    T_w_ee, T_w_0 = finite("poses", poses), finite("bases", bases)
-    for name, array in (("poses", T_w_ee), ("bases", T_w_0)):
+    tools, bases = finite("T_w_ee", T_w_ee), finite("T_w_0", T_w_0)
+    for name, array in (("T_w_ee", tools), ("T_w_0", bases)):
         if array.ndim != 3 or array.shape[1:] != (4, 4):  # noqa: PLR2004 - rows of matrices
             raise ShapeError(f"{name}: expected shape (m, 4, 4), got {array.shape}")
-    T_0_ee = np.matmul(screws.inverse(T_w_0)[:, None], T_w_ee)
+    T_0_ee = np.matmul(screws.inverse(bases)[:, None], tools)
     found = reach(
         robot, T_0_ee.reshape(-1, 4, 4), threads=threads, client=client, progress=progress
     )
-    return np.asarray(found.reached.reshape(len(T_w_0), -1).mean(-1))
+    return np.asarray(found.reached.reshape(len(bases), -1).mean(-1))
 
 
-def evenly(count: int) -> FloatArray:
-    """Orientations spread evenly: a spiral of directions for z, turned by the golden angle.
+def uniform_orientations(count: int) -> FloatArray:
+    """Return evenly spread orientations: a spiral of directions for z, rotated by the golden angle.
 
     Args:
         count: Their number, at least 1.
@@ -226,7 +217,7 @@ def evenly(count: int) -> FloatArray:
     Source:
         R. Swinbank, R. J. Purser, Fibonacci grids: a novel approach to global modelling, 2006.
     """
-    k = np.arange(whole("evenly: count", count, 1))
+    k = np.arange(whole("uniform_orientations: count", count, 1))
     golden = np.pi * (3 - math.sqrt(5))
     tilt, azimuth = np.arccos(1 - (2 * k + 1) / count), golden * k
     return np.asarray(_about_z(azimuth) @ _about_y(tilt) @ _about_z(azimuth))
@@ -242,31 +233,32 @@ def _about_y(angle: Any) -> FloatArray:
     return np.moveaxis(np.array([[c, o, s], [o, i, o], [-s, o, c]]), -1, 0)
 
 
-def _asked(
-    places: Cells | ArrayLike, orientations: ArrayLike | None
+def _poses_and_rotations(
+    targets: Grid | ArrayLike, orientations: ArrayLike | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Poses (m, 4, 4) without turns, and the turns (k, 3, 3) that each of them gets."""
-    if isinstance(places, Cells):
-        grid = np.meshgrid(*places.centres(), indexing="ij")
-        at: FloatArray = np.stack(grid, -1).reshape(-1, 3)
+    """Poses (m, 4, 4), and rotations (k, 3, 3) that are applied to each of them."""
+    if isinstance(targets, Grid):
+        mesh = np.meshgrid(*targets.centers(), indexing="ij")
+        at: FloatArray = np.stack(mesh, -1).reshape(-1, 3)
     else:
-        at = finite("places", places)
+        at = finite("targets", targets)
     if at.ndim == 3 and at.shape[1:] == (4, 4):  # noqa: PLR2004 - rows of matrices
         if orientations is not None:
             raise InputValueError("reach: poses have their own orientations; expected positions")
         return at, np.eye(3)[None]
     if at.ndim != 2 or at.shape[1] != 3:  # noqa: PLR2004 - rows of positions
-        raise ShapeError(f"places: expected Cells, (m, 3) or (m, 4, 4), got shape {at.shape}")
-    turns = evenly(20) if orientations is None else finite("orientations", orientations)
-    if turns.ndim != 3 or turns.shape[1:] != (3, 3):  # noqa: PLR2004 - rows of matrices
-        raise ShapeError(f"orientations: expected (k, 3, 3), got shape {turns.shape}")
+        raise ShapeError(f"targets: expected a Grid, (m, 3) or (m, 4, 4), got shape {at.shape}")
+    rotations = uniform_orientations(20) if orientations is None else orientations
+    rotations = finite("orientations", rotations)
+    if rotations.ndim != 3 or rotations.shape[1:] != (3, 3):  # noqa: PLR2004 - rows of matrices
+        raise ShapeError(f"orientations: expected (k, 3, 3), got shape {rotations.shape}")
     poses = np.tile(np.eye(4), (len(at), 1, 1))
     poses[:, :3, 3] = at
-    return poses, turns
+    return poses, rotations
 
 
-def _given_values(robot: Robot, count: int) -> FloatArray:
-    """(k, r) values of the given joints of `ik`; one row without columns where there are none."""
+def _redundancy_values(robot: Robot, count: int) -> FloatArray:
+    """(k, r) values of the redundancy parameters; a row without columns if there are none."""
     values = []
     for item in robot.redundancy:
         if item.index is not None:
@@ -283,67 +275,67 @@ def _given_values(robot: Robot, count: int) -> FloatArray:
     return np.stack(np.meshgrid(*values, indexing="ij"), -1).reshape(-1, len(values))
 
 
-class _Answers:
-    """Answers by pose; every pose is asked once, so that tallies add up."""
+class _Tally:
+    """Results by pose; every pose is solved once, so that tallies add up."""
 
     def __init__(self, count: int) -> None:
-        self.solutions = np.zeros(count, dtype=np.uint8)
-        self.stopped = np.zeros(count, dtype=np.int8)
+        self.n_solutions = np.zeros(count, dtype=np.uint8)
+        self.limiting = np.zeros(count, dtype=np.int8)
 
-    def merge(self, other: _Answers) -> None:
-        self.solutions += other.solutions
-        self.stopped += other.stopped
+    def merge(self, other: _Tally) -> None:
+        self.n_solutions += other.n_solutions
+        self.limiting += other.limiting
 
 
 @dataclass(frozen=True, eq=False)
-class _Asking:
+class _ReachJob:
     robot: Robot
     poses: FloatArray
-    turns: FloatArray
-    given: FloatArray
+    rotations: FloatArray
+    redundancy: FloatArray
 
     @property
     def count(self) -> int:
-        return len(self.poses) * len(self.turns)
+        return len(self.poses) * len(self.rotations)
 
     @property
     def pieces(self) -> int:
         return -(-self.count // (BLOCK * _BLOCKS_A_PIECE))
 
-    def empty(self) -> _Answers:
-        return _Answers(self.count)
+    def empty(self) -> _Tally:
+        return _Tally(self.count)
 
-    def add(self, tally: _Answers, piece: int) -> None:
+    def add(self, tally: _Tally, piece: int) -> None:
         size = BLOCK * _BLOCKS_A_PIECE
         end = min((piece + 1) * size, self.count)
         for begin in range(piece * size, end, BLOCK):
             some = slice(begin, min(begin + BLOCK, end))
-            place, turn = np.divmod(np.arange(some.start, some.stop), len(self.turns))
-            T = self.poses[place]
-            T[:, :3, :3] = T[:, :3, :3] @ self.turns[turn]
+            pose, rotation = np.divmod(np.arange(some.start, some.stop), len(self.rotations))
+            T = self.poses[pose]
+            T[:, :3, :3] = T[:, :3, :3] @ self.rotations[rotation]
             names = [item.name for item in self.robot.redundancy]
-            answers = [
-                _answers(self.robot, self.robot.ik(T, fixed=dict(zip(names, row, strict=True))))
-                for row in self.given
+            found = [
+                _counted(self.robot, self.robot.ik(T, fixed=dict(zip(names, row, strict=True))))
+                for row in self.redundancy
             ]
-            solutions, stopped = (np.array(column) for column in zip(*answers, strict=True))
-            tally.solutions[some] = np.minimum(solutions.sum(0), _MOST)
-            # The largest code is the most hopeful one: a limit stands before "out of reach".
-            tally.stopped[some] = np.where(solutions.any(0), FREE, stopped.max(0))
+            solutions, limiting = (np.array(column) for column in zip(*found, strict=True))
+            tally.n_solutions[some] = np.minimum(solutions.sum(0), _MAX_COUNT)
+            # A limit is a larger code than "out of reach".
+            tally.limiting[some] = np.where(solutions.any(0), FREE, limiting.max(0))
 
 
-def _answers(robot: Robot, found: Any) -> tuple[IntArray, IntArray]:
-    """Solutions within limits of each pose, and what stops it."""
+def _counted(robot: Robot, found: Any) -> tuple[IntArray, IntArray]:
+    """Number of solutions within limits of each pose, and the limiting coordinate."""
     inside = found.valid.copy()
     for j, wraps in enumerate(found.wraps):
         if np.isfinite(_room(robot, j, wraps)):
             inside &= _excess(robot, found.q[..., j], j, wraps) <= AT_LIMIT * found.unit
     count = inside.sum(-1)
-    stopped = np.where(count > 0, FREE, OUT_OF_REACH)
+    limiting = np.where(count > 0, FREE, OUT_OF_REACH)
     exceeding = (count == 0) & found.valid.any(-1)
     if exceeding.any():
-        stopped[exceeding] = _limit(robot, found.q[exceeding], found.valid[exceeding], found.wraps)
-    return count, stopped
+        limiting[exceeding] = _limit(robot, found.q[exceeding], found.valid[exceeding], found.wraps)
+    return count, limiting
 
 
 def _room(robot: Robot, j: int, wraps: bool) -> float:
@@ -353,7 +345,7 @@ def _room(robot: Robot, j: int, wraps: bool) -> float:
 
 
 def _excess(robot: Robot, q: FloatArray, j: int, wraps: bool) -> FloatArray:
-    """How far values are from the range of a coordinate, at the turn that is nearest to it."""
+    """Distances of values from the range of a coordinate, at the full turn nearest to it."""
     lower, upper = robot.lower[j], robot.upper[j]
     if not wraps or not np.isfinite(upper - lower):
         return np.asarray(np.maximum(np.maximum(lower - q, q - upper), 0))
@@ -364,7 +356,7 @@ def _excess(robot: Robot, q: FloatArray, j: int, wraps: bool) -> FloatArray:
 
 
 def _limit(robot: Robot, q: FloatArray, valid: BoolArray, wraps: tuple[bool, ...]) -> IntArray:
-    """The coordinate that exceeds its range most, of the branch where that is least."""
+    """The coordinate that exceeds its range most, on the branch with the smallest excess."""
     parts = np.zeros(q.shape)
     for j, wrap in enumerate(wraps):
         room = _room(robot, j, wrap)

@@ -1,8 +1,8 @@
 """Points that fill the box of a robot's coordinates, in pieces that are computed alone.
 
-A study of a billion postures cannot hold them, and must not depend on who computes which part. So
-a sample set is a sequence of pieces of 2^16 points; each follows from its number and the key alone,
-and the set is the same for any number of threads, processes and machines.
+A study of a billion configurations cannot store them, and must not depend on who computes which
+part. So a sample set is a sequence of pieces of 2^16 points; each follows from its number and the
+key alone, and the set is the same for any number of threads, processes and machines.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from .arguments import whole
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.uint64]
-By = Literal["sobol", "uniform", "grid"]
+Sampling = Literal["sobol", "uniform", "grid"]
 
 PIECE = 1 << 16
 """Points of a piece: enough work for a thread, and a Sobol net that stays in the cache."""
@@ -40,19 +40,19 @@ class Samples:
     """Points of a box.
 
     Attributes:
-        lower: (n,) least coordinates [rad or m].
+        lower: (n,) smallest coordinates [rad or m].
         upper: (n,) largest coordinates [rad or m].
         count: Number of points.
-        by: "sobol": every piece is a Sobol net of its own random digital shift, so that neither a
-            piece nor the set leaves gaps; "uniform": independent and random; "grid": the nodes of
-            a grid that includes both limits, with equal counts along all coordinates.
+        sampling: "sobol": every piece is a Sobol net of its own random digital shift, so that
+            neither a piece nor the set leaves gaps; "uniform": independent and random; "grid": the
+            nodes of a grid that includes both limits, with equal counts along all coordinates.
         key: Chooses the random numbers: the same key gives the same points.
     """
 
     lower: FloatArray
     upper: FloatArray
     count: int
-    by: By
+    sampling: Sampling
     key: int
 
     __repr__ = short_repr
@@ -71,7 +71,7 @@ class Samples:
             piece: Its number, from 0.
         """
         size = min(PIECE, self.count - piece * PIECE)
-        if self.by == "grid":
+        if self.sampling == "grid":
             yield from self._nodes(piece * PIECE, size)
             return
         span = self.upper - self.lower
@@ -93,7 +93,7 @@ class Samples:
         n = len(self.lower)
         digits = np.random.default_rng([self.key, piece + 1])
         block = np.empty((BLOCK, n))
-        if self.by == "uniform":
+        if self.sampling == "uniform":
             for begin in range(0, size, BLOCK):
                 some = block[: min(BLOCK, size - begin)]
                 yield digits.random(out=some)
@@ -107,38 +107,39 @@ class Samples:
             yield np.multiply(shifted[:m], 2.0**-_BITS, out=block[:m])
 
 
-def samples_of(robot: Robot, count: int, by: By, key: int) -> Samples:
-    """Points in the box of a robot's limits; joints without limits turn once.
+def samples_of(robot: Robot, count: int, sampling: Sampling, key: int) -> Samples:
+    """Return points in the box of a robot's limits; joints without limits make one turn.
 
     Args:
         robot: The robot.
         count: Number of points. For a grid of n coordinates, the largest k^n that is no more.
-        by: See `Samples`.
-        key: Chooses the random numbers, at least 0.
+        sampling: As in `Samples`.
+        key: As in `Samples`.
 
     Raises:
-        InputValueError: A sliding coordinate has no limits, the count is less than 1, the name is
-            unknown, or a grid has fewer than two nodes a coordinate.
+        InputValueError: A prismatic coordinate has no limits, the count is less than 1, the name is
+            unknown, or a grid has fewer than two nodes per coordinate.
     """
-    if by not in get_args(By):
-        raise InputValueError(f"by = {by!r}: expected one of {', '.join(get_args(By))}")
+    if sampling not in get_args(Sampling):
+        expected = ", ".join(get_args(Sampling))
+        raise InputValueError(f"sampling = {sampling!r}: expected one of {expected}")
     count = whole("samples", count, 1)
     lower, upper = box_of(robot)
-    if by == "grid":
+    if sampling == "grid":
         side = _side(count, robot.n)
         if side < 2:  # noqa: PLR2004 - a grid has its two ends
             raise InputValueError(
                 f"samples = {count}: a grid of {robot.n} coordinates has at least {2**robot.n}"
             )
         count = side**robot.n
-    return Samples(lower, upper, count, by, key)
+    return Samples(lower, upper, count, sampling, key)
 
 
 def box_of(robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """(n,) least and largest coordinates of a robot; joints without limits turn once.
+    """Return (n,) smallest and largest coordinates; joints without limits make one turn.
 
     Raises:
-        InputValueError: A sliding coordinate has no limits.
+        InputValueError: A prismatic coordinate has no limits.
     """
     lower, upper = robot.lower.copy(), robot.upper.copy()
     for i, coordinate in enumerate(robot.coordinates):
@@ -146,8 +147,8 @@ def box_of(robot: Robot) -> tuple[FloatArray, FloatArray]:
             continue
         if coordinate.unit != "rad":
             raise InputValueError(
-                f"{robot.name}: {coordinate.name} slides without limits, so the workspace has no "
-                "end; give it limits in the robot file"
+                f"{robot.name}: prismatic coordinate {coordinate.name} has no limits, so that the "
+                "workspace has no end; state limits in the robot file"
             )
         lower[i], upper[i] = _one_turn(lower[i], upper[i])
     return lower, upper

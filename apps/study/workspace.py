@@ -1,17 +1,14 @@
-"""Workspace: the places that a tool reaches, in how many ways, and how well.
+"""Workspace: the positions that a tool reaches, in how many configurations, and how well.
 
-Postures that fill the box of the coordinates are put through the robot's forward kinematics; each
-adds to the cell in which the tool's origin lies. Nothing else is kept, so a billion postures need
-no more memory than a thousand.
+Configurations that fill the box of the coordinates are put through the robot's forward kinematics;
+each adds to the cell in which the tool's origin lies. Nothing else is kept, so that a billion
+configurations need no more memory than a thousand.
 """
 
 from __future__ import annotations
 
-import json
-import os
 from collections.abc import Collection
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -20,80 +17,80 @@ from numpy.typing import NDArray
 from chasles import InputValueError, Robot
 from chasles.summaries import ranges, summary_repr
 
-from .arguments import finite
-from .cells import Cells, Measure, cells_of, measure_of
-from .extents import extents_of
-from .samples import By, Samples, samples_of
+from .arguments import Rng, finite, key_of
+from .bounds import bounds_of
+from .grid import Grid, SizeEstimate, indices, size_of
+from .results import StudyResult
+from .samples import Samples, Sampling, samples_of
 from .streaming import Threads, tallied
 
 FloatArray = NDArray[np.float64]
 Quality = Literal["manipulability", "limit_margin", "directions"]
 
-_DIRECTIONS = 64
-"""Directions of the tool's z axis that are told apart: one for each digit of a word."""
 _SIDE = 8
-_FORMAT = 1
+"""Belts and meridians that divide the directions of the tool's z axis into 64 sectors."""
 
 
 @dataclass(frozen=True, eq=False)
-class Workspace:
-    """What a tool reaches.
+class Workspace(StudyResult):
+    """The positions that a tool reaches.
 
     Attributes:
         robot: The robot's name.
-        cells: The box of cells.
-        hits: (nx, ny, nz) number of postures that put the tool's origin into each cell.
+        grid: The cells.
+        hits: (nx, ny, nz) number of configurations that put the tool's origin into each cell.
         manipulability: (nx, ny, nz) the largest smallest singular value of the Jacobian in each
-            cell (`Manipulability.min_singular_value`), 0 in cells without a posture; None if not
+            cell (`Manipulability.min_singular_value`), 0 in cells without hits; None if not
             requested.
         limit_margin: (nx, ny, nz) the largest distance from the nearest limit, in parts of the
-            range of that coordinate: 1/2 in the middle; 0 where no posture lies; None if not asked
-            for.
+            range of that coordinate: 1/2 in the middle, 0 in cells without hits; None if not
+            requested.
         directions: (nx, ny, nz) how many of 64 equal sectors of the sphere the tool's z axis points
-            into; None if not asked for.
-        extents: (2, 3) least and largest coordinates of the tool's origin [m], by optimisation.
-        samples: Number of postures.
-        lost: Number of postures at which loops do not close.
-        by: How the postures fill the box.
-        key: The key of their random numbers.
+            into; None if not requested.
+        bounds: (2, 3) smallest and largest coordinates of the tool's origin [m], by optimization.
+        samples: Number of configurations.
+        n_open: Number of configurations at which loops do not close.
+        sampling: How the configurations fill the box of the coordinates.
+        rng: The int that repeats the configurations.
     """
 
+    _parts = (Grid,)
+
     robot: str
-    cells: Cells
+    grid: Grid
     hits: NDArray[np.uint32]
     manipulability: NDArray[np.float32] | None
     limit_margin: NDArray[np.float32] | None
     directions: NDArray[np.uint8] | None
-    extents: FloatArray
+    bounds: FloatArray
     samples: int
-    lost: int
-    by: By
-    key: int
+    n_open: int
+    sampling: Sampling
+    rng: int
 
     def __repr__(self) -> str:
-        """In words, with the figures that matter."""
-        lost = f"loops open at {self.lost:,}" if self.lost else ""
-        shape = " x ".join(map(str, self.cells.shape))
+        """Summary with the main figures."""
+        shape = " x ".join(map(str, self.grid.shape))
         qualities = [name for name in get_args(Quality) if getattr(self, name) is not None]
         return summary_repr(
             self,
             self.robot,
-            f"{self.samples:,} postures by {self.by}",
-            lost,
-            ranges(self.extents),
-            str(self.measure),
-            f"{shape} cells of {self.cells.side:.4g} m",
+            f"{self.samples:,} configurations by {self.sampling}",
+            f"loops open at {self.n_open:,}" if self.n_open else "",
+            ranges(self.bounds),
+            str(self.size),
+            f"{shape} cells of {self.grid.side:.4g} m",
             f"with {', '.join(qualities)}" if qualities else "",
-            methods="section(axis, at), projection(axis), plot(), to_npz(path)",
+            methods="section(axis, at), projection(axis), plot(), save(path)",
         )
 
     @property
-    def measure(self) -> Measure:
+    def size(self) -> SizeEstimate:
         """Volume [m^3], of a flat workspace area [m^2], of a straight one length [m]."""
-        return measure_of(self.cells, self.hits)
+        return size_of(self.grid, self.hits)
 
     def section(self, axis: Literal["x", "y", "z"], at: float) -> NDArray[np.uint32]:
-        """The hits in the layer of cells at a coordinate.
+        """Return the hits in the layer of cells at a coordinate.
 
         Args:
             axis: The axis normal to the section.
@@ -106,16 +103,16 @@ class Workspace:
             InputValueError: There is no such axis, or the coordinate is outside the cells.
         """
         k = _axis("section", axis)
-        layer = int(np.floor((finite("section: at", at) - self.cells.lower[k]) / self.cells.side))
-        if not 0 <= layer < self.cells.shape[k]:
+        layer = int(np.floor((finite("section: at", at) - self.grid.lower[k]) / self.grid.side))
+        if not 0 <= layer < self.grid.shape[k]:
             raise InputValueError(
-                f"{axis} = {at:g} m is outside the workspace: expected {self.cells.lower[k]:.4g} "
-                f"to {self.cells.upper[k]:.4g} m"
+                f"{axis} = {at:g} m is outside the workspace: expected {self.grid.lower[k]:.4g} "
+                f"to {self.grid.upper[k]:.4g} m"
             )
         return np.asarray(np.take(self.hits, layer, axis=k))
 
     def projection(self, axis: Literal["x", "y", "z"]) -> NDArray[np.uint64]:
-        """The sum of the hits along an axis: (n, m), the remaining axes in their order.
+        """Return the sum of the hits along an axis: (n, m), the remaining axes in their order.
 
         Raises:
             InputValueError: There is no such axis.
@@ -123,7 +120,7 @@ class Workspace:
         return np.asarray(self.hits.sum(_axis("projection", axis), dtype=np.uint64))
 
     def plot(self, ax: Any = None) -> Any:
-        """Draws the workspace seen from above and from the side; a flat one in its plane.
+        """Draw the workspace seen from above and from the side; a flat one in its plane.
 
         Args:
             ax: The matplotlib axes of a single view, normal to the thinnest direction; None: a new
@@ -136,105 +133,58 @@ class Workspace:
 
         return plot_workspace(self, ax)
 
-    def to_npz(self, path: str | os.PathLike[str]) -> None:
-        """Writes all data to a compressed file that `from_npz` and NumPy read."""
-        given = {
-            name: array for name in get_args(Quality) if (array := getattr(self, name)) is not None
-        }
-        facts = {
-            "format": _FORMAT,
-            "robot": self.robot,
-            "samples": self.samples,
-            "lost": self.lost,
-            "by": self.by,
-            "key": self.key,
-            "side": self.cells.side,
-        }
-        np.savez_compressed(
-            Path(path),
-            facts=np.array(json.dumps(facts)),
-            lower=self.cells.lower,
-            extents=self.extents,
-            hits=self.hits,
-            **given,
-        )
-
-    @classmethod
-    def from_npz(cls, path: str | os.PathLike[str]) -> Workspace:
-        """The workspace that `to_npz` wrote.
-
-        Raises:
-            InputValueError: The file holds something else.
-        """
-        with np.load(Path(path)) as file:
-            if (
-                "facts" not in file
-                or (facts := json.loads(str(file["facts"])))["format"] != _FORMAT
-            ):
-                raise InputValueError(f"{path}: expected a workspace, as to_npz writes it")
-            hits = file["hits"]
-            nx, ny, nz = hits.shape
-            return cls(
-                robot=facts["robot"],
-                cells=Cells(file["lower"], facts["side"], (nx, ny, nz)),
-                hits=hits,
-                extents=file["extents"],
-                samples=facts["samples"],
-                lost=facts["lost"],
-                by=facts["by"],
-                key=facts["key"],
-                **{name: file.get(name) for name in get_args(Quality)},
-            )
-
 
 def workspace(
     robot: Robot,
     samples: int = 10_000_000,
     *,
-    by: By = "sobol",
-    finest: int = 100,
+    sampling: Sampling = "sobol",
+    resolution: int = 100,
     quality: Collection[Quality] = (),
-    key: int = 0,
+    rng: Rng = 0,
     threads: Threads = "all",
     client: Any = None,
     progress: bool | None = None,
 ) -> Workspace:
-    """The workspace of a robot within its limits.
+    """Return the workspace of a robot within its limits.
 
     Args:
-        robot: The robot; one with loops counts the postures at which they close.
-        samples: Number of postures.
-        by: "sobol", "uniform" or "grid", as in `Samples`.
-        finest: Number of cells along the longest side.
-        quality: What is found in each cell besides the number of postures.
-        key: Chooses the random numbers; the same key gives the same bits, for any number of
-            threads and workers.
+        robot: The robot; one with loops counts the configurations at which they close.
+        samples: Number of configurations.
+        sampling: "sobol": low-discrepancy points; "uniform": independent random points; "grid": the
+            nodes of a grid that includes the limits.
+        resolution: Number of cells along the longest side.
+        quality: What is found in each cell in addition to the number of configurations.
+        rng: Random numbers: an int, a `numpy.random.Generator`, or None for fresh entropy. The same
+            int gives the same bits, for any number of threads and workers.
         threads: Threads here, or in each worker; "all": one per core.
-        client: A `dask.distributed.Client`, whose workers share the postures; None: this process.
+        client: A `dask.distributed.Client`, whose workers share the configurations; None: this
+            process.
         progress: Whether to draw a bar; None: on a terminal.
 
     Raises:
-        InputValueError: A slider has no limits, no posture closes the loops, or an argument is not
-            one of those expected.
+        InputValueError: A prismatic coordinate has no limits, no configuration closes the loops, or
+            an argument has another value than those listed.
     """
     unknown = set(quality) - set(get_args(Quality))
-    if unknown or finest < 2:  # noqa: PLR2004 - a side has two ends
+    if unknown or resolution < 2:  # noqa: PLR2004 - a side has two ends
         raise InputValueError(
-            f"workspace: expected quality out of {', '.join(get_args(Quality))} and finest >= 2, "
-            f"got {', '.join(map(str, quality)) or 'no quality'} and {finest}"
+            f"workspace: expected quality out of {', '.join(get_args(Quality))} and resolution >= "
+            f"2, got {', '.join(map(str, quality)) or 'no quality'} and {resolution}"
         )
-    points = samples_of(robot, samples, by, key)
-    extents = extents_of(robot, points)
-    cells = cells_of(extents[0], extents[1], finest)
-    work = _Visits(robot, points, cells, frozenset(quality))
+    points = samples_of(robot, samples, sampling, key_of("workspace", rng))
+    bounds = bounds_of(robot, points)
+    work = _Visits(
+        robot, points, Grid.from_bounds(bounds[0], bounds[1], resolution), frozenset(quality)
+    )
     tally = tallied(
         work, points.pieces, threads=threads, client=client, progress=progress, name=robot.name
     )
-    return _workspace(work, tally, extents)
+    return _workspace(work, tally, bounds)
 
 
 class _Counts:
-    """What each cell has seen; the last cell takes postures at which loops do not close."""
+    """Counts of each cell; the last cell counts configurations at which loops do not close."""
 
     def __init__(self, cells: int, quality: frozenset[Quality]) -> None:
         self.hits = np.zeros(cells + 1, dtype=np.uint32)
@@ -256,16 +206,16 @@ class _Counts:
 class _Visits:
     robot: Robot
     points: Samples
-    cells: Cells
+    grid: Grid
     quality: frozenset[Quality]
 
     def empty(self) -> _Counts:
-        return _Counts(self.cells.count, self.quality)
+        return _Counts(self.grid.count, self.quality)
 
     def add(self, tally: _Counts, piece: int) -> None:
         for q in self.points.blocks(piece):
             T = self.robot.fk(q)
-            cell = self.cells.index(T[:, :3, 3])
+            cell = indices(self.grid, T[:, :3, 3])
             np.add.at(tally.hits, cell, np.uint32(1))
             if "manipulability" in tally.best:
                 smallest = self.robot.manipulability(q).min_singular_value.astype(np.float32)
@@ -294,23 +244,23 @@ def _sector(z: FloatArray) -> NDArray[np.uint64]:
     return belt * np.uint64(_SIDE) + meridian
 
 
-def _workspace(work: _Visits, tally: _Counts, extents: FloatArray) -> Workspace:
-    shape, points = work.cells.shape, work.points
+def _workspace(work: _Visits, tally: _Counts, bounds: FloatArray) -> Workspace:
+    shape, points = work.grid.shape, work.points
     best = {name: tally.best[name][:-1].reshape(shape) for name in tally.best}
     sectors = tally.sectors
     directions = None if sectors is None else np.bitwise_count(sectors[:-1]).reshape(shape)
     return Workspace(
         robot=work.robot.name,
-        cells=work.cells,
+        grid=work.grid,
         hits=tally.hits[:-1].reshape(shape),
         manipulability=best.get("manipulability"),
         limit_margin=best.get("limit_margin"),
         directions=directions,
-        extents=extents,
+        bounds=bounds,
         samples=points.count,
-        lost=int(tally.hits[-1]),
-        by=points.by,
-        key=points.key,
+        n_open=int(tally.hits[-1]),
+        sampling=points.sampling,
+        rng=points.key,
     )
 
 

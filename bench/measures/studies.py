@@ -14,8 +14,8 @@ import roboticstoolbox as rtb
 from rich.table import Table
 
 import chasles
-from chasles.study import evenly, reach, workspace
-from chasles.study.cells import cells_of
+from chasles.study import reach, uniform_orientations, workspace
+from chasles.study.grid import Grid
 from chasles.study.motion import Motion, MotionSequence, line, time_optimal, time_scaling
 from chasles.study.planning import box, configuration_space, prm, sphere
 
@@ -52,9 +52,9 @@ def run(samples: int) -> int:
             _seconds(lambda r=robot: workspace(r, samples)) / samples,
             samples,
         )
-    cells = cells_of(np.full(3, -1.0), np.full(3, 1.0), SIDE)
+    cells = Grid.from_bounds(np.full(3, -1.0), np.full(3, 1.0), SIDE)
     count = cells.count * ORIENTATIONS
-    own = _seconds(lambda: reach(arm, cells, evenly(ORIENTATIONS))) / count
+    own = _seconds(lambda: reach(arm, cells, uniform_orientations(ORIENTATIONS))) / count
     _row(table, "reach of ur5e: Robotics Toolbox ik_LM, one solution", own, count, _asked())
     _motions(table, arm)
     _plans(table, arm)
@@ -156,7 +156,7 @@ def _forward_peers() -> list[Call]:
 def _looped(robot: chasles.Robot, call: Call) -> float:
     """Seconds a posture of a loop over a peer's forward kinematics, with the same cells."""
     postures = np.random.default_rng(0).uniform(robot.lower, robot.upper, (LOOPED, robot.n))
-    cells = cells_of(np.full(3, -1.2), np.full(3, 1.2), 100)
+    cells = Grid.from_bounds(np.full(3, -1.2), np.full(3, 1.2), 100)
     hits = np.zeros(cells.shape, dtype=np.uint32)
 
     def work() -> None:

@@ -250,7 +250,7 @@ def equation_27(q: FloatArray) -> FloatArray:
 @cache
 def cloud() -> Any:
     """Figure 5: places of the tool over a million postures."""
-    return workspace(robot(), samples=SAMPLES, finest=40)
+    return workspace(robot(), samples=SAMPLES, resolution=40)
 
 
 def box_rows(printed: dict[str, Printed]) -> list[Row]:
@@ -270,7 +270,7 @@ def box_rows(printed: dict[str, Printed]) -> list[Row]:
         consistent(printed["labour"], np.array(heights), note),
         not_printed(printed["box"], reached.mean(), f"{len(T)} poses; {note}"),
         assumed(printed["box_x"], BOX[0, 0], "the paper does not say where the box is"),
-        lost(printed["extents"], cloud().extents, "by optimisation from the best samples"),
+        lost(printed["extents"], cloud().bounds, "by optimisation from the best samples"),
     ]
 
 

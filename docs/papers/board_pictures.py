@@ -189,7 +189,7 @@ def cloud(found: Any, box: FloatArray) -> Any:
     """Figure 5 (a): cells with the tool in them, coloured by height."""
     figure, axes = solid(3.0)
     cells = np.argwhere(found.hits > 0)
-    centres = np.stack([own[cells[:, k]] for k, own in enumerate(found.cells.centres())], axis=1)
+    centres = np.stack([own[cells[:, k]] for k, own in enumerate(found.grid.centers())], axis=1)
     some = centres[:: max(1, len(centres) // 4000)]
     axes.scatter(*some.T, s=3, c=some[:, 2], cmap="cividis", alpha=0.6, linewidths=0)
     edges(axes, *box, color=COLOURS[3], linewidth=1.2)
@@ -206,7 +206,7 @@ def view(found: Any, box: FloatArray, normal: int) -> Any:
     """Figure 5 (b) to (d): shares of the postures in columns of cells, and the required box."""
     across, up = {2: (0, 1), 1: (0, 2), 0: (1, 2)}[normal]
     shares = 1000 * found.hits.sum(normal) / found.hits.sum()
-    lower, upper = found.cells.lower, found.cells.upper
+    lower, upper = found.grid.lower, found.grid.upper
     figure, axes = panels({2: 4.0, 1: 2.2, 0: 1.7}[normal])
     image = axes.imshow(
         np.ma.masked_equal(shares if across < up else shares.T, 0).T,

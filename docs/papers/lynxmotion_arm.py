@@ -25,6 +25,7 @@ from report import (
 
 import chasles
 from chasles.study import Workspace, exact_workspace, workspace
+from chasles.study.grid import indices
 from chasles.study.motion import MotionSequence, Trajectory, parabola, task_curve, task_line
 from chasles.study.planning import configuration_space, sphere
 from chasles.study.samples import samples_of
@@ -171,7 +172,7 @@ def within(q: Any) -> int:
 @cache
 def found_workspace() -> Workspace:
     """The workspace within table 1.3."""
-    return workspace(arm(), SAMPLES, finest=FINEST, threads=2, progress=False)
+    return workspace(arm(), SAMPLES, resolution=FINEST, threads=2, progress=False)
 
 
 def few_samples() -> Any:
@@ -185,21 +186,21 @@ def few_samples() -> Any:
 def reach(printed: dict[str, Printed]) -> list[Row]:
     """The workspace: extents, volume, and what 5000 samples see of it."""
     robot, whole, p = arm(), found_workspace(), few_samples()
-    cells = np.unique(whole.cells.index(p))
+    cells = np.unique(indices(whole.grid, p))
     share = len(cells) / np.count_nonzero(whole.hits)
     limits = np.column_stack([robot.lower, robot.upper])[:4]
-    side = f"{1000 * whole.cells.side:.0f} mm"
+    side = f"{1000 * whole.grid.side:.0f} mm"
     missed = 1000 * max(
-        np.abs(p.min(0) - whole.extents[0]).max(), (whole.extents[1] - p.max(0)).max()
+        np.abs(p.min(0) - whole.bounds[0]).max(), (whole.bounds[1] - p.max(0)).max()
     )
-    measure = whole.measure
+    measure = whole.size
     sampled = f"{measure.value:.4f} ± {measure.error:.4f} m³ from {SAMPLES} postures"
     note = f"by the arcs of its border; {sampled}; the figure is lost"
     tried = f"cells of {side}, of which {SAMPLES} postures hit {np.count_nonzero(whole.hits)}"
     return [
         consistent(printed["limits"], limits),
         consistent(printed["samples"], len(p)),
-        consistent(printed["extents"], whole.extents, TWICE),
+        consistent(printed["extents"], whole.bounds, TWICE),
         not_printed(
             printed["cover"],
             share,

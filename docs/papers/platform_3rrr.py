@@ -21,14 +21,14 @@ from report import (
 )
 
 import chasles
-from chasles.study import PlanarRegion, constant_orientation
+from chasles.study import PlanarRegion, constant_orientation_workspace
 
 POSES = {"2.3": (0.02, 0.05, 0.0), "2.4": (0.045, 0.02, np.radians(10)), "2.5": (0.075, 0.0, 0.0)}
 """Poses (x, y, phi) of figures 2.3 to 2.5 [m, rad]."""
 POSE, TURNED = np.array(POSES["2.3"]), np.array(POSES["2.4"])
 """The pose of figure 2.3, and the one of figure 2.4 at which equations are tested."""
 ANGLES = (15, 30, 45, 60)
-"""Orientations of figures 2.6 and 2.7 [deg]."""
+"""OrientationGrid of figures 2.6 and 2.7 [deg]."""
 ORDER = (2, 0, 1)
 """Our legs in the order of table 2.2, which starts at 90 deg."""
 AHEAD = np.array([0.0, 0.3, 0.0])
@@ -83,7 +83,7 @@ def dimensions(printed: dict[str, Printed]) -> list[Row]:
 @cache
 def region(angle: float, lower_links: int = 130) -> PlanarRegion:
     """The positions that the platform reaches at an angle [deg]."""
-    return constant_orientation(platform(lower_links), np.radians(angle))
+    return constant_orientation_workspace(platform(lower_links), np.radians(angle))
 
 
 def base_and_platform() -> tuple[Any, Any]:
@@ -92,7 +92,7 @@ def base_and_platform() -> tuple[Any, Any]:
     The circles that bound the workspace are centred at b - R(phi) p.
     """
     here, turned = (
-        np.array([ring.centre for ring in region(angle).pieces[0]]) for angle in (0, 180)
+        np.array([ring.center for ring in region(angle).pieces[0]]) for angle in (0, 180)
     )
     return (here + turned) / 2, (turned - here) / 2
 
@@ -301,8 +301,8 @@ def on(arc: Any, part: float) -> Any:
     points = arc.points()
     at = np.linspace(0, 1, len(points))
     p = np.array([np.interp(part, at, column) for column in points.T])
-    out = p - arc.centre
-    p = arc.centre + arc.radius * out / np.linalg.norm(out)
+    out = p - arc.center
+    p = arc.center + arc.radius * out / np.linalg.norm(out)
     return np.r_[p * (1 - INWARDS), 0.0]
 
 

@@ -235,7 +235,7 @@ class Line:
 class Arc:
     """A circular arc; the tool turns about one axis on the way."""
 
-    centre: FloatArray
+    center: FloatArray
     axes: FloatArray
     radius: float
     turning: _Turning
@@ -252,7 +252,7 @@ class Arc:
         ahead = np.cos(angle)[:, None] * v - np.sin(angle)[:, None] * u
         V = np.hstack([ahead, np.broadcast_to(turn, ahead.shape)])
         A = np.hstack([-out / self.radius, np.zeros(out.shape)])
-        return CurvePoses(poses_at(R, self.centre + self.radius * out), V, A)
+        return CurvePoses(poses_at(R, self.center + self.radius * out), V, A)
 
 
 def line(T_start: ArrayLike, T_end: ArrayLike) -> Line:
@@ -304,13 +304,13 @@ def arc(T_start: ArrayLike, via: ArrayLike, T_end: ArrayLike) -> Arc:
     to_centre = (
         np.cross(normal, other) * (chord @ chord) - np.cross(normal, chord) * (other @ other)
     ) / (2 * area)
-    centre, radius = p + to_centre, float(np.linalg.norm(to_centre))
+    center, radius = p + to_centre, float(np.linalg.norm(to_centre))
     u = -to_centre / radius
     v = np.cross(normal, u)
-    angle = math.atan2((e - centre) @ v, (e - centre) @ u) % (2 * math.pi)
+    angle = math.atan2((e - center) @ v, (e - center) @ u) % (2 * math.pi)
     length = radius * angle
     turn = screws.log_rotation(a[:3, :3].T @ b[:3, :3])
-    return Arc(centre, np.array([u, v]), radius, _Turning(a[:3, :3], turn, length), length)
+    return Arc(center, np.array([u, v]), radius, _Turning(a[:3, :3], turn, length), length)
 
 
 def _straight(

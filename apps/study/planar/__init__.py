@@ -2,24 +2,24 @@
 
 from .exact import ExactWorkspace, exact_workspace
 from .planar_platform import (
-    Orientations,
+    OrientationGrid,
     PlanarRegion,
-    constant_orientation,
-    dexterous,
-    orientations,
+    constant_orientation_workspace,
+    dexterous_workspace,
+    orientation_grid,
     singular_places,
 )
-from .turning_platform import OrientationRange, orientation_range
+from .turning_platform import OrientationRangeWorkspace, orientation_range_workspace
 
 __all__ = [
     "ExactWorkspace",
-    "OrientationRange",
-    "Orientations",
+    "OrientationGrid",
+    "OrientationRangeWorkspace",
     "PlanarRegion",
-    "constant_orientation",
-    "dexterous",
+    "constant_orientation_workspace",
+    "dexterous_workspace",
     "exact_workspace",
-    "orientation_range",
-    "orientations",
+    "orientation_grid",
+    "orientation_range_workspace",
     "singular_places",
 ]

@@ -27,21 +27,21 @@ _SAME = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Annulus:
-    """All points of a plane whose distance from a centre lies between two radii.
+    """All points of a plane whose distance from a center lies between two radii.
 
     Attributes:
-        centre: (2,) [m].
+        center: (2,) [m].
         inner: The lesser radius [m]; 0 for a disk.
         outer: The larger radius [m].
     """
 
-    centre: FloatArray
+    center: FloatArray
     inner: float
     outer: float
 
     def contains(self, points: FloatArray, slack: float = 0.0) -> NDArray[np.bool_]:
         """Whether points (m, 2) lie in it, up to a slack [m]."""
-        d = np.linalg.norm(points - self.centre, axis=-1)
+        d = np.linalg.norm(points - self.center, axis=-1)
         return np.asarray((d >= self.inner - slack) & (d <= self.outer + slack))
 
 
@@ -50,13 +50,13 @@ class BorderArc:
     """An arc of the border, with the region to its left.
 
     Attributes:
-        centre: (2,) [m].
+        center: (2,) [m].
         radius: [m].
         start: Angle at its start [rad].
         end: Angle at its end [rad]; less than the start where it runs clockwise.
     """
 
-    centre: FloatArray
+    center: FloatArray
     radius: float
     start: float
     end: float
@@ -65,13 +65,13 @@ class BorderArc:
         """(count, 2) points on it [m]."""
         angle = np.linspace(self.start, self.end, count)
         return np.asarray(
-            self.centre + self.radius * np.column_stack([np.cos(angle), np.sin(angle)])
+            self.center + self.radius * np.column_stack([np.cos(angle), np.sin(angle)])
         )
 
     @property
     def twice_area(self) -> float:
         """Its part of twice the area by Green's theorem [m^2]."""
-        a, b, r, (x, y) = self.start, self.end, self.radius, self.centre
+        a, b, r, (x, y) = self.start, self.end, self.radius, self.center
         shift = x * (math.sin(b) - math.sin(a)) - y * (math.cos(b) - math.cos(a))
         return float(r * r * (b - a) + r * shift)
 
@@ -84,12 +84,12 @@ def border(annuli: Sequence[Annulus]) -> list[BorderArc]:
             if radius <= 0:
                 continue
             others = [other for j, other in enumerate(annuli) if j != k]
-            for a, b in itertools.pairwise(_cuts(own.centre, radius, others)):
-                middle = own.centre + radius * np.array(
+            for a, b in itertools.pairwise(_cuts(own.center, radius, others)):
+                middle = own.center + radius * np.array(
                     [math.cos((a + b) / 2), math.sin((a + b) / 2)]
                 )
                 if all(other.contains(middle, _SAME * other.outer) for other in others):
-                    found.append(BorderArc(own.centre, radius, *((a, b) if outward else (b, a))))
+                    found.append(BorderArc(own.center, radius, *((a, b) if outward else (b, a))))
     return found
 
 
@@ -98,11 +98,11 @@ def area(annuli: Sequence[Annulus]) -> float:
     return sum(arc.twice_area for arc in border(annuli)) / 2
 
 
-def _cuts(centre: FloatArray, radius: float, others: Sequence[Annulus]) -> list[float]:
+def _cuts(center: FloatArray, radius: float, others: Sequence[Annulus]) -> list[float]:
     """Angles over one turn at which a circle crosses circles, from one of them to the same one."""
     angles: list[float] = []
     for other in others:
-        step = other.centre - centre
+        step = other.center - center
         d = float(np.hypot(*step))
         for r in (other.inner, other.outer):
             if d <= _SAME * radius or r <= 0:

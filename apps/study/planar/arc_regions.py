@@ -46,8 +46,8 @@ class ArcRegion:
     solid: bool = True
 
     def __repr__(self) -> str:
-        """In words, with the figures that matter."""
-        corners = [f"({a:.4g}, {b:.4g})" for a, b in self.extents] if self.arcs else []
+        """Summary with the main figures."""
+        corners = [f"({a:.4g}, {b:.4g})" for a, b in self.bounds] if self.arcs else []
         where = f"from {' to '.join(corners)} m" if corners else ""
         facts = (f"{len(self.arcs)} arcs", f"area {self.area:.12g} m^2", where)
         return summary_repr(self, "", *facts, methods="contains(points)")
@@ -58,8 +58,8 @@ class ArcRegion:
         return sum(arc.twice_area for arc in self.arcs) / 2 if self.solid else 0.0
 
     @property
-    def extents(self) -> FloatArray:
-        """(2, 2) least and largest x and y [m]."""
+    def bounds(self) -> FloatArray:
+        """(2, 2) smallest and largest x and y [m]."""
         points = np.concatenate([_extremes(arc) for arc in self.arcs])
         return np.array([points.min(0), points.max(0)])
 
@@ -71,9 +71,9 @@ class ArcRegion:
         return np.concatenate([self._contains(part) for part in parts])
 
     def _contains(self, points: FloatArray) -> BoolArray:
-        centres, radii, starts, widths = self._rows
+        centers, radii, starts, widths = self._rows
         along = np.array([math.cos(_RAY), math.sin(_RAY)])
-        step = points[:, None] - centres
+        step = points[:, None] - centers
         middle = step @ along
         with np.errstate(invalid="ignore"):
             half = np.sqrt(middle**2 - (step**2).sum(-1) + radii**2)
@@ -87,7 +87,7 @@ class ArcRegion:
     @cached_property
     def _rows(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Centres (k, 2), radii, least angles and widths (k,) of the arcs."""
-        rows = [(*a.centre, a.radius, min(a.start, a.end), abs(a.end - a.start)) for a in self.arcs]
+        rows = [(*a.center, a.radius, min(a.start, a.end), abs(a.end - a.start)) for a in self.arcs]
         table = np.array(rows, dtype=np.float64).reshape(-1, 5)
         return table[:, :2], table[:, 2], table[:, 3], table[:, 4]
 
@@ -101,36 +101,36 @@ class ArcRegion:
     def mirrored(self) -> ArcRegion:
         """The region with x and -x exchanged."""
         arcs = [
-            BorderArc(arc.centre * [-1, 1], arc.radius, math.pi - arc.end, math.pi - arc.start)
+            BorderArc(arc.center * [-1, 1], arc.radius, math.pi - arc.end, math.pi - arc.start)
             for arc in self.arcs
         ]
         return ArcRegion(tuple(arcs), self.solid)
 
 
-def swept(region: ArcRegion, centre: FloatArray, lower: float, upper: float) -> ArcRegion:
+def swept(region: ArcRegion, center: FloatArray, lower: float, upper: float) -> ArcRegion:
     """What a region passes while it turns about a point.
 
     Args:
         region: The region.
-        centre: (2,) the point [m].
+        center: (2,) the point [m].
         lower: The least angle [rad].
         upper: The largest angle [rad]; infinite or a turn above the least one: all angles.
     """
     whole = not upper - lower < _TURN
     if len(region.arcs) == 1 and region.arcs[0].radius == 0:
-        return _swept_point(region.arcs[0].centre - centre, centre, lower, upper)
+        return _swept_point(region.arcs[0].center - center, center, lower, upper)
     candidates = [
-        BorderArc(centre, radius, *((0.0, _TURN) if whole else (start + lower, start + upper)))
+        BorderArc(center, radius, *((0.0, _TURN) if whole else (start + lower, start + upper)))
         for arc in region.arcs
-        for radius, start in _touching(arc, centre)
+        for radius, start in _touching(arc, center)
     ]
     if not whole:
-        candidates += [_turned(arc, centre, by) for arc in region.arcs for by in (lower, upper)]
+        candidates += [_turned(arc, center, by) for arc in region.arcs for by in (lower, upper)]
 
     def inside(points: FloatArray) -> BoolArray:
-        x, y = (points - centre).T
+        x, y = (points - center).T
         angles = np.arctan2(y, x)
-        pieces = _angles(region, centre, np.hypot(x, y))
+        pieces = _angles(region, center, np.hypot(x, y))
         return np.array(
             [
                 any(whole or (angle - a - lower) % _TURN <= b - a + upper - lower for a, b in own)
@@ -151,28 +151,28 @@ def bounded(
         candidates: Arcs on which the whole border lies; pieces of them need not belong to it.
         inside: Whether points (m, 2) beside the arcs belong to the region.
     """
-    size = max(arc.radius + float(np.abs(arc.centre).max()) for arc in candidates)
+    size = max(arc.radius + float(np.abs(arc.center).max()) for arc in candidates)
     circles = _circles(candidates, size)
     ends = np.array([point for arc in candidates for point in _ends(arc)])
     others = (
-        np.array([arcs[0].centre for arcs in circles]).reshape(-1, 2),
+        np.array([arcs[0].center for arcs in circles]).reshape(-1, 2),
         np.array([arcs[0].radius for arcs in circles]),
     )
     pieces, beside = [], []
     for arcs in circles:
-        centre, radius = arcs[0].centre, arcs[0].radius
+        center, radius = arcs[0].center, arcs[0].radius
         for a, b in itertools.pairwise(_cuts(arcs, others, ends, SAME_ARC * size)):
             middle = (a + b) / 2
             if (b - a) * radius <= SAME_ARC * size or not any(_covers(x, middle) for x in arcs):
                 continue
             aside = min(BESIDE * size, BESIDE**0.5 * (b - a) * radius)
             along = np.array([math.cos(middle), math.sin(middle)])
-            pieces.append((centre, radius, a, b))
-            beside += [centre + (radius + by) * along for by in (-aside, aside)]
+            pieces.append((center, radius, a, b))
+            beside += [center + (radius + by) * along for by in (-aside, aside)]
     sides = inside(np.array(beside).reshape(-1, 2)).reshape(-1, 2)
     found = [
-        BorderArc(centre, radius, *((a, b) if within else (b, a)))
-        for (centre, radius, a, b), (within, beyond) in zip(pieces, sides, strict=True)
+        BorderArc(center, radius, *((a, b) if within else (b, a)))
+        for (center, radius, a, b), (within, beyond) in zip(pieces, sides, strict=True)
         if within != beyond
     ]
     return ArcRegion(tuple(found))
@@ -192,22 +192,22 @@ def common(first: ArcRegion, second: ArcRegion) -> ArcRegion:
     return bounded(arcs, lambda p: first.contains(p) & second.contains(p))
 
 
-def _swept_point(step: FloatArray, centre: FloatArray, lower: float, upper: float) -> ArcRegion:
-    """The arc of a point about a centre."""
+def _swept_point(step: FloatArray, center: FloatArray, lower: float, upper: float) -> ArcRegion:
+    """The arc of a point about a center."""
     radius, angle = math.hypot(*step), math.atan2(step[1], step[0])
     ends = (angle + lower, angle + upper) if upper - lower < _TURN else (0.0, _TURN)
-    return ArcRegion((BorderArc(centre, radius, *ends),), solid=False)
+    return ArcRegion((BorderArc(center, radius, *ends),), solid=False)
 
 
-def _turned(arc: BorderArc, centre: FloatArray, by: float) -> BorderArc:
+def _turned(arc: BorderArc, center: FloatArray, by: float) -> BorderArc:
     c, s = math.cos(by), math.sin(by)
-    turned = centre + np.array([[c, -s], [s, c]]) @ (arc.centre - centre)
+    turned = center + np.array([[c, -s], [s, c]]) @ (arc.center - center)
     return BorderArc(turned, arc.radius, arc.start + by, arc.end + by)
 
 
-def _touching(arc: BorderArc, centre: FloatArray) -> Iterable[tuple[float, float]]:
-    """Radius of circles about a centre that touch an arc or meet its ends, and the angle there."""
-    away = arc.centre - centre
+def _touching(arc: BorderArc, center: FloatArray) -> Iterable[tuple[float, float]]:
+    """Radius of circles about a center that touch an arc or meet its ends, and the angle there."""
+    away = arc.center - center
     outward = math.atan2(away[1], away[0])
     angles = [arc.start, arc.end]
     angles += [angle for angle in (outward, outward + math.pi) if _covers(arc, angle)]
@@ -217,11 +217,11 @@ def _touching(arc: BorderArc, centre: FloatArray) -> Iterable[tuple[float, float
 
 
 def _angles(
-    region: ArcRegion, centre: FloatArray, radii: FloatArray
+    region: ArcRegion, center: FloatArray, radii: FloatArray
 ) -> list[list[tuple[float, float]]]:
-    """The angles at which each of several circles about a centre lies in a region."""
-    centres, own, starts, widths = region._rows
-    angles, on_arcs = _crossings(centre, radii[:, None], centres, own)
+    """The angles at which each of several circles about a center lies in a region."""
+    centers, own, starts, widths = region._rows
+    angles, on_arcs = _crossings(center, radii[:, None], centers, own)
     with np.errstate(invalid="ignore"):
         kept = (on_arcs - starts) % _TURN <= widths
     cuts = [np.sort(angles[:, k][kept[:, k]] % _TURN).tolist() for k in range(len(radii))]
@@ -232,19 +232,19 @@ def _angles(
     ]
     middles = np.array([(a + b) / 2 for row in pieces for a, b in row])
     radius = np.repeat(radii, [len(row) for row in pieces])[:, None]
-    points = centre + radius * np.column_stack([np.cos(middles), np.sin(middles)])
+    points = center + radius * np.column_stack([np.cos(middles), np.sin(middles)])
     inside = iter(region.contains(points).tolist())
     return [[piece for piece in row if next(inside)] for row in pieces]
 
 
 def _crossings(
-    centre: FloatArray, radius: float | FloatArray, centres: FloatArray, radii: FloatArray
+    center: FloatArray, radius: float | FloatArray, centers: FloatArray, radii: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Angles (2, ..., k) at which a circle crosses k others: on it, and on them.
 
     NaN where it does not. Circles that touch do not cross: rounding would decide.
     """
-    step = centres - centre
+    step = centers - center
     d = np.hypot(step[:, 0], step[:, 1])
     with np.errstate(invalid="ignore", divide="ignore"):
         cosine = (radius**2 + d**2 - radii**2) / (2 * radius * d)
@@ -262,7 +262,7 @@ def _circles(arcs: Iterable[BorderArc], size: float) -> list[list[BorderArc]]:
         if arc.radius <= SAME_ARC * size:
             continue
         for own in found:
-            off = math.hypot(*(own[0].centre - arc.centre)) + abs(own[0].radius - arc.radius)
+            off = math.hypot(*(own[0].center - arc.center)) + abs(own[0].radius - arc.radius)
             if off <= SAME_ARC * size:
                 own.append(arc)
                 break
@@ -280,9 +280,9 @@ def _cuts(
     """
     own = arcs[0]
     angles = [angle for arc in arcs for angle in (arc.start, arc.end)]
-    across = _crossings(own.centre, own.radius, *others)[0]
+    across = _crossings(own.center, own.radius, *others)[0]
     angles += across[np.isfinite(across)].tolist()
-    x, y = (ends - own.centre).T
+    x, y = (ends - own.center).T
     touching = np.abs(np.hypot(x, y) - own.radius) <= slack
     angles += [float(angle) for angle in np.arctan2(y[touching], x[touching])]
     ascending = sorted(angle % _TURN for angle in angles)
@@ -292,7 +292,7 @@ def _cuts(
 def _ends(arc: BorderArc) -> FloatArray:
     """(2, 2) where an arc starts and ends."""
     angles = np.array([arc.start, arc.end])
-    return np.asarray(arc.centre + arc.radius * np.column_stack([np.cos(angles), np.sin(angles)]))
+    return np.asarray(arc.center + arc.radius * np.column_stack([np.cos(angles), np.sin(angles)]))
 
 
 def _covers(arc: BorderArc, angle: Any) -> Any:
@@ -305,12 +305,12 @@ def _extremes(arc: BorderArc) -> FloatArray:
     """(k, 2) ends of an arc and its points with extreme coordinates."""
     angles = [arc.start, arc.end]
     angles += [k * math.pi / 2 for k in range(4) if _covers(arc, k * math.pi / 2)]
-    return np.asarray(arc.centre + arc.radius * np.column_stack([np.cos(angles), np.sin(angles)]))
+    return np.asarray(arc.center + arc.radius * np.column_stack([np.cos(angles), np.sin(angles)]))
 
 
 def _moment(arc: BorderArc) -> float:
     """The integral of max(x, 0)^2 / 2 dy along an arc, with x = c + r cos t, dy = r cos t dt."""
-    c, r = float(arc.centre[0]), arc.radius
+    c, r = float(arc.center[0]), arc.radius
     least, most = min(arc.start, arc.end), max(arc.start, arc.end)
     cuts = [least, most]
     if abs(c) < r:

@@ -1,6 +1,6 @@
 """The axes that move a point of a serial arm, as lines at one posture.
 
-Where two successive axes meet, neither moves the point: the centre of a spherical wrist, or of arms
+Where two successive axes meet, neither moves the point: the center of a spherical wrist, or of arms
 like a UR the place where axes 5 and 6 meet.
 """
 

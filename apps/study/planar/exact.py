@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from chasles import InputValueError, Robot
 from chasles.summaries import ranges, summary_repr
 
+from ..results import StudyResult
 from ..tolerances import SAME_ARC
 from .annuli import BorderArc
 from .arc_regions import ArcRegion, swept
@@ -35,12 +36,12 @@ _TURN = 2 * math.pi
 
 
 @dataclass(frozen=True, eq=False)
-class ExactWorkspace:
-    """The exact workspace of the tool's origin, or of the centre of the wrist.
+class ExactWorkspace(StudyResult):
+    """The exact workspace of the tool's origin, or of the center of the wrist.
 
     Attributes:
         robot: The robot's name.
-        of: The point: "tool" or "wrist".
+        point: "tool" or "wrist".
         joints: The names of the joints that move it.
         section: The region in the plane; of a body of revolution, in (u, z) where u is counted from
             the place of the plane nearest to the first axis, u < 0 behind it.
@@ -52,8 +53,10 @@ class ExactWorkspace:
         height: (2,) least and largest way of slides normal to the plane [m].
     """
 
+    _parts = (ArcRegion, BorderArc)
+
     robot: str
-    of: Point
+    point: Point
     joints: tuple[str, ...]
     section: ArcRegion
     origin: FloatArray
@@ -63,14 +66,14 @@ class ExactWorkspace:
     height: FloatArray
 
     def __repr__(self) -> str:
-        """In words, with the figures that matter."""
+        """Summary with the main figures."""
         return summary_repr(
             self,
             self.robot,
-            f"of the {self.of}, moved by {', '.join(self.joints)}",
-            ranges(self.extents),
+            f"of the {self.point}, moved by {', '.join(self.joints)}",
+            ranges(self.bounds),
             f"section {self.area:.12g} m^2, volume {self.volume:.12g} m^3",
-            methods="section, meridian, plot()" if self.turn is not None else "section, plot()",
+            methods=f"section, {'' if self.turn is None else 'meridian, '}plot(), save(path)",
         )
 
     @property
@@ -97,9 +100,9 @@ class ExactWorkspace:
         return meridian(self.section, self.offset)
 
     @property
-    def extents(self) -> FloatArray:
-        """(2, 3) least and largest x, y and z [m], exact to rounding."""
-        (u_0, v_0), (u_1, v_1) = self.section.extents
+    def bounds(self) -> FloatArray:
+        """(2, 3) smallest and largest x, y and z [m], exact to rounding."""
+        (u_0, v_0), (u_1, v_1) = self.section.bounds
         if self.turn is None:
             normal = np.cross(*self.axes)
             p = self.origin + np.array([_along(self.section, axis) for axis in self.axes.T]).T
@@ -117,36 +120,43 @@ class ExactWorkspace:
         return np.asarray(self.origin + np.array([[*low.min(0), v_0], [*high.max(0), v_1]]))
 
     def plot(self, ax: Any = None) -> Any:
-        """Draws the section's border; returns the matplotlib axes."""
+        """Draw the border of the section.
+
+        Args:
+            ax: The matplotlib axes; None: a new figure.
+
+        Returns:
+            The axes.
+        """
         from ..pictures import plot_section  # noqa: PLC0415
 
         return plot_section(self, ax)
 
 
-def exact_workspace(robot: Robot, of: Point = "tool") -> ExactWorkspace:
-    """The exact workspace of an arm whose joints move a point in a plane.
+def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
+    """Return the exact workspace of an arm whose joints move a point in a plane.
 
     Args:
         robot: A serial arm. Joints that leave the point at rest, such as a roll about the tool, do
             not count. The others are parallel revolute joints and slides along them; or a vertical
             first axis, and revolute ones normal to a plane that it turns.
-        of: "tool": the tool's origin; "wrist": the last place where two successive axes meet that
-            the joints before them move like that, such as the centre of a spherical wrist.
+        point: "tool": the tool's origin; "wrist": the last intersection of two successive axes that
+            the joints before them move in this way, such as the center of a spherical wrist.
 
     Raises:
-        InputValueError: The arm is not of that kind.
+        InputValueError: The arm is of another kind.
     """
     if robot.loops:
         raise InputValueError(f"{robot.name}: exact_workspace takes serial arms, this has loops")
-    if of not in ("tool", "wrist"):
-        raise InputValueError(f"exact_workspace: expected of 'tool' or 'wrist', got {of!r}")
-    candidates = [of_tool(robot)] if of == "tool" else of_meetings(robot)
+    if point not in ("tool", "wrist"):
+        raise InputValueError(f"exact_workspace: expected point 'tool' or 'wrist', got {point!r}")
+    candidates = [of_tool(robot)] if point == "tool" else of_meetings(robot)
     chain = next((own for own in candidates if own.parallel or own.upright), None)
     if chain is None:
-        other = "; of='wrist' may be" if of == "tool" else ""
+        other = "; that of point='wrist' may be" if point == "tool" else ""
         raise InputValueError(
-            f"{robot.name}: the axes that move its {of} are neither parallel, nor a vertical first "
-            f"one and parallel ones normal to it, so its border is not made of arcs{other}; "
+            f"{robot.name}: the axes that move its {point} are neither parallel, nor a vertical "
+            f"first one and parallel ones normal to it, so its border is not made of arcs{other}; "
             "workspace() takes any arm"
         )
     flat = chain.parallel
@@ -163,7 +173,9 @@ def exact_workspace(robot: Robot, of: Point = "tool") -> ExactWorkspace:
         turn = np.sort(chain.limits[0] * chain.directions[0, 2])
         beside = float((rest.place - origin) @ np.cross(*axes))
         offset = beside if abs(beside) > SAME_ARC else 0.0
-    return ExactWorkspace(robot.name, of, chain.names, section, origin, axes, offset, turn, height)
+    return ExactWorkspace(
+        robot.name, point, chain.names, section, origin, axes, offset, turn, height
+    )
 
 
 def _section(rest: MovingAxes, n: FloatArray, axes: FloatArray, origin: FloatArray) -> ArcRegion:
@@ -191,10 +203,10 @@ def _along(section: ArcRegion, direction: FloatArray) -> FloatArray:
     by = -math.atan2(direction[1], direction[0])
     c, s = math.cos(by), math.sin(by)
     turned = [
-        BorderArc(np.array([[c, -s], [s, c]]) @ a.centre, a.radius, a.start + by, a.end + by)
+        BorderArc(np.array([[c, -s], [s, c]]) @ a.center, a.radius, a.start + by, a.end + by)
         for a in section.arcs
     ]
-    return np.asarray(size * ArcRegion(tuple(turned)).extents[:, 0])
+    return np.asarray(size * ArcRegion(tuple(turned)).bounds[:, 0])
 
 
 def _cosine_ends(angles: FloatArray) -> tuple[float, float]:

@@ -56,7 +56,7 @@ class Meridian:
     offset: float
 
     def __repr__(self) -> str:
-        """In words, with the figures that matter."""
+        """Summary with the main figures."""
         return summary_repr(
             self,
             "",
@@ -76,9 +76,9 @@ class Meridian:
         return _along(self.both.arcs, lambda u: math.hypot(u, d) - d, (0.0,))
 
     @property
-    def extents(self) -> FloatArray:
+    def bounds(self) -> FloatArray:
         """(2, 2) least and largest rho and z [m], exact to rounding."""
-        (_, v_0), (u_1, v_1) = self.both.extents
+        (_, v_0), (u_1, v_1) = self.both.bounds
         nearest = [np.abs(u).min() for u, _ in self._pieces()]
         return np.array(
             [[math.hypot(min(nearest), self.offset), v_0], [math.hypot(u_1, self.offset), v_1]]
@@ -103,10 +103,10 @@ class Meridian:
     def _nearest(self) -> list[FloatArray]:
         """The pieces of the line u = 0 in the region."""
         at = [
-            arc.centre[1] + arc.radius * math.sin(t)
+            arc.center[1] + arc.radius * math.sin(t)
             for arc in self.both.arcs
             for t in _cuts(arc, (0.0,))
-            if abs(arc.centre[0] + arc.radius * math.cos(t)) <= SAME_ARC * arc.radius
+            if abs(arc.center[0] + arc.radius * math.cos(t)) <= SAME_ARC * arc.radius
         ]
         found = []
         for a, b in itertools.pairwise(sorted(at)):
@@ -120,8 +120,8 @@ class Meridian:
         pieces = []
         for arc in self.both.arcs:
             for a, b in itertools.pairwise(_cuts(arc, (0.0,))):
-                if arc.centre[0] + arc.radius * math.cos((a + b) / 2) >= 0:
-                    u, v = BorderArc(arc.centre, arc.radius, a, b).points().T
+                if arc.center[0] + arc.radius * math.cos((a + b) / 2) >= 0:
+                    u, v = BorderArc(arc.center, arc.radius, a, b).points().T
                     pieces.append((np.maximum(u, 0), v))
         return pieces
 
@@ -184,7 +184,7 @@ def _along(
 
     total = 0.0
     for arc in arcs:
-        c, r = float(arc.centre[0]), arc.radius
+        c, r = float(arc.center[0]), arc.radius
 
         def rate(t: float, c: float = c, r: float = r) -> float:
             return value(max(c + r * math.cos(t), 0.0)) * r * math.cos(t)
@@ -201,7 +201,7 @@ def _cuts(arc: BorderArc, places: Sequence[float]) -> list[float]:
     least, most = sorted((arc.start, arc.end))
     cuts = [least, most]
     for place in places:
-        cosine = (place - float(arc.centre[0])) / arc.radius if arc.radius else math.inf
+        cosine = (place - float(arc.center[0])) / arc.radius if arc.radius else math.inf
         if abs(cosine) < 1:
             for angle in (math.acos(cosine), -math.acos(cosine)):
                 cuts.append(least + (angle - least) % _TURN)

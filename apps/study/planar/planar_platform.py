@@ -3,7 +3,7 @@
 At a constant orientation a leg of two links reaches all points of an annulus, and a leg with a
 cylinder those between its limits. Neither is read from a description: the leg's margin, and the
 square of the cylinder's length, is a polynomial in the square of the distance d from the annulus's
-centre, so that samples give centre and radii exactly; other legs do not fit such a polynomial and
+center, so that samples give center and radii exactly; other legs do not fit such a polynomial and
 are refused.
 """
 
@@ -21,7 +21,8 @@ from chasles import InputValueError, Robot, SingularityCurves
 from chasles.summaries import summary_repr
 
 from ..arguments import finite
-from ..cells import Cells, cells_of
+from ..grid import Grid
+from ..results import StudyResult
 from .annuli import Annulus, BorderArc, area, border
 
 FloatArray = NDArray[np.float64]
@@ -33,25 +34,28 @@ _AXES = ("prismatic", "prismatic", "revolute")
 
 
 @dataclass(frozen=True, eq=False)
-class PlanarRegion:
-    """Places of a platform's tool in the plane.
+class PlanarRegion(StudyResult):
+    """Positions of a platform's tool in the plane.
 
     Attributes:
         robot: The robot's name.
-        name: What the region is, in words.
-        pieces: Parts of the region that have no point in common; each is what annuli, one a leg,
-            have in common.
+        name: The name of the region.
+        pieces: Disjoint parts of the region; each is the intersection of annuli, one per leg.
     """
+
+    _parts = (Annulus,)
 
     robot: str
     name: str
     pieces: tuple[tuple[Annulus, ...], ...]
 
     def __repr__(self) -> str:
-        """In words, with the figures that matter."""
+        """Summary with the main figures."""
         arcs = f"{len(self.arcs)} arcs"
         facts = (self.name, f"area {self.area:.12g} m^2", arcs)
-        return summary_repr(self, self.robot, *facts, methods="contains(points), plot()")
+        return summary_repr(
+            self, self.robot, *facts, methods="contains(points), plot(), save(path)"
+        )
 
     @property
     def area(self) -> float:
@@ -69,7 +73,7 @@ class PlanarRegion:
         return np.asarray(np.any(inside, axis=0))
 
     def plot(self, ax: Any = None, singular: SingularityCurves | None = None) -> Any:
-        """Draws the region, the circles of the legs and curves of singular places.
+        """Draw the region, the circles of the legs and curves of singular places.
 
         Args:
             ax: The matplotlib axes; None: a new figure.
@@ -83,20 +87,20 @@ class PlanarRegion:
         return plot_region(self, ax, singular)
 
 
-def constant_orientation(robot: Robot, phi: float) -> PlanarRegion:
-    """Where the tool of a planar platform can be at an angle.
+def constant_orientation_workspace(robot: Robot, phi: float) -> PlanarRegion:
+    """Return the positions of a planar platform's tool at one angle.
 
     Args:
         robot: A planar platform on three legs, each of two links, or of a cylinder with limits.
         phi: The angle [rad].
 
     Raises:
-        InputValueError: The robot is no such platform, or the angle is not finite.
+        InputValueError: The robot is another one, or the angle is not finite.
 
     Source:
         J.-P. Merlet, C. Gosselin, N. Mouly, Workspaces of planar parallel manipulators, 1998.
     """
-    finite("constant_orientation: phi", phi, ())
+    finite("constant_orientation_workspace: phi", phi, ())
     annuli = tuple(_annulus(robot, leg, phi) for leg in range(robot.n)) if _is_planar(robot) else ()
     if not annuli:
         raise InputValueError(f"{robot.name}: expected a planar platform on three legs")
@@ -112,17 +116,19 @@ def singular_places(
     gains a freedom there.
 
     Args:
-        robot: As for `constant_orientation`.
+        robot: As for `constant_orientation_workspace`.
         phi: The angle [rad].
         slot: The branch of the legs, a slot of `ik_planar`; 0 is the reference's.
         points: Number of lines each way of the grid on which the curves are found.
 
     Raises:
-        InputValueError: The robot is no such platform.
+        InputValueError: The robot is another one.
     """
-    disks = [(own.centre, own.outer) for own in constant_orientation(robot, phi).pieces[0]]
-    lower = np.max([centre - radius for centre, radius in disks], axis=0)
-    upper = np.min([centre + radius for centre, radius in disks], axis=0)
+    disks = [
+        (own.center, own.outer) for own in constant_orientation_workspace(robot, phi).pieces[0]
+    ]
+    lower = np.max([center - radius for center, radius in disks], axis=0)
+    upper = np.min([center + radius for center, radius in disks], axis=0)
     if not (lower < upper).all():
         return SingularityCurves((), ())
     x, y = np.column_stack([lower, upper]).tolist()
@@ -130,25 +136,25 @@ def singular_places(
     return found
 
 
-def dexterous(robot: Robot) -> PlanarRegion:
-    """Where the tool of a planar platform can be at every angle.
+def dexterous_workspace(robot: Robot) -> PlanarRegion:
+    """Return the positions of a planar platform's tool at which every angle is possible.
 
-    While the platform turns, the centre of a leg's annulus moves on a circle of radius r about a
-    point. A tool at the distance t from that point is between |t - r| and t + r from the centre:
+    While the platform turns, the center of a leg's annulus moves on a circle of radius r about a
+    point. A tool at the distance t from that point is between |t - r| and t + r from the center:
     it stays in the annulus if t is at most outer - r, and either at least inner + r or, where the
     hole of the annulus moves around the tool, at most r - inner.
 
     Args:
-        robot: As for `constant_orientation`.
+        robot: As for `constant_orientation_workspace`.
 
     Raises:
-        InputValueError: The robot is no such platform.
+        InputValueError: The robot is another one.
     """
     legs = []
-    turned = (constant_orientation(robot, phi).pieces[0] for phi in (0.0, np.pi))
+    turned = (constant_orientation_workspace(robot, phi).pieces[0] for phi in (0.0, np.pi))
     for at_0, at_half in zip(*turned, strict=True):
-        middle = (at_0.centre + at_half.centre) / 2
-        r = float(np.linalg.norm(at_0.centre - at_half.centre)) / 2
+        middle = (at_0.center + at_half.center) / 2
+        r = float(np.linalg.norm(at_0.center - at_half.center)) / 2
         least = at_0.inner + r if at_0.inner > 0 else 0.0
         most = at_0.outer - r
         parts = [Annulus(middle, least, most)] if most > least else []
@@ -159,69 +165,84 @@ def dexterous(robot: Robot) -> PlanarRegion:
 
 
 @dataclass(frozen=True, eq=False)
-class Orientations:
-    """The angles that a planar platform can have at each place.
+class OrientationGrid(StudyResult):
+    """The angles that a planar platform can have at each position.
 
     Attributes:
-        cells: The cells, whose centres are the places.
+        grid: The cells, whose centers are the positions.
         angles: (k,) the angles [rad].
-        possible: (nx, ny, k) whether each angle is possible at each place.
+        possible: (nx, ny, k) whether each angle is possible at each position.
     """
 
-    cells: Cells
+    _parts = (Grid,)
+
+    grid: Grid
     angles: FloatArray
     possible: NDArray[np.bool_]
 
     def __repr__(self) -> str:
-        """In words, with the figures that matter."""
-        least, most = np.degrees([self.angles.min(), self.angles.max()])
+        """Summary with the main figures."""
+        low, high = np.degrees([self.angles.min(), self.angles.max()])
         return summary_repr(
             self,
             "",
-            f"{len(self.angles)} angles from {least:.4g}° to {most:.4g}°",
+            f"{len(self.angles)} angles from {low:.4g}° to {high:.4g}°",
             f"all of them on {self.total:.4g} m^2, some on {self.inclusive:.4g} m^2",
-            methods="share, possible",
+            methods="fraction, possible, plot(), save(path)",
         )
 
     @property
-    def share(self) -> FloatArray:
-        """(nx, ny) part of the angles that are possible."""
+    def fraction(self) -> FloatArray:
+        """(nx, ny) fraction of the angles that are possible."""
         return np.asarray(self.possible.mean(-1))
 
     @property
     def total(self) -> float:
         """Area where all angles are possible [m^2], to about a cell along its border."""
-        return float(self.possible.all(-1).sum() * self.cells.side**2)
+        return float(self.possible.all(-1).sum() * self.grid.side**2)
 
     @property
     def inclusive(self) -> float:
         """Area where some angle is possible [m^2], to about a cell along its border."""
-        return float(self.possible.any(-1).sum() * self.cells.side**2)
+        return float(self.possible.any(-1).sum() * self.grid.side**2)
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the fraction of the angles that are possible in each cell.
+
+        Args:
+            ax: The matplotlib axes; None: a new figure.
+
+        Returns:
+            The axes.
+        """
+        from ..pictures import plot_orientations  # noqa: PLC0415
+
+        return plot_orientations(self, ax)
 
 
-def orientations(robot: Robot, angles: ArrayLike, finest: int = 200) -> Orientations:
-    """Which of some angles a planar platform can have, place by place.
+def orientation_grid(robot: Robot, phi: ArrayLike, *, resolution: int = 200) -> OrientationGrid:
+    """Return which of some angles a planar platform can have, cell by cell.
 
     Args:
-        robot: As for `constant_orientation`.
-        angles: (k,) angles [rad].
-        finest: Number of cells along the longest side.
+        robot: As for `constant_orientation_workspace`.
+        phi: (k,) angles [rad].
+        resolution: Number of cells along the longest side.
 
     Raises:
-        InputValueError: The robot is no such platform.
+        InputValueError: The robot is another one, or there is no angle.
     """
-    turns = np.atleast_1d(finite("orientations: angles", angles))
-    if not len(turns):
-        raise InputValueError("orientations: expected at least one angle")
-    regions = [constant_orientation(robot, phi) for phi in turns]
-    disks = [(own.centre, own.outer) for region in regions for own in region.pieces[0]]
-    lower = np.min([np.r_[centre - radius, 0] for centre, radius in disks], axis=0)
-    upper = np.max([np.r_[centre + radius, 0] for centre, radius in disks], axis=0)
-    cells = cells_of(lower, upper, finest)
-    x, y, _ = cells.centres()
-    places = np.stack(np.meshgrid(x, y, indexing="ij"), -1).reshape(-1, 2)
-    possible = np.column_stack([region.contains(places) for region in regions])
-    return Orientations(cells, turns, possible.reshape(len(x), len(y), len(turns)))
+    angles = np.atleast_1d(finite("orientation_grid: phi", phi))
+    if not len(angles):
+        raise InputValueError("orientation_grid: expected at least one angle")
+    regions = [constant_orientation_workspace(robot, angle) for angle in angles]
+    disks = [(own.center, own.outer) for region in regions for own in region.pieces[0]]
+    lower = np.min([np.r_[center - radius, 0] for center, radius in disks], axis=0)
+    upper = np.max([np.r_[center + radius, 0] for center, radius in disks], axis=0)
+    grid = Grid.from_bounds(lower, upper, resolution)
+    x, y, _ = grid.centers()
+    positions = np.stack(np.meshgrid(x, y, indexing="ij"), -1).reshape(-1, 2)
+    possible = np.column_stack([region.contains(positions) for region in regions])
+    return OrientationGrid(grid, angles, possible.reshape(len(x), len(y), len(angles)))
 
 
 def _is_planar(robot: Robot) -> bool:
@@ -254,8 +275,8 @@ def _of_distance(
     found = value(np.column_stack([p, np.full(len(p), phi)]))
     kept = np.isfinite(found)
     p, found = p[kept], found[kept]
-    centre = _centre(p / size, found, degree) * size
-    square = ((p - centre) ** 2).sum(-1) / size**2
+    center = _centre(p / size, found, degree) * size
+    square = ((p - center) ** 2).sum(-1) / size**2
     powers = square[:, None] ** np.arange(degree + 1)
     coefficients = np.linalg.lstsq(powers, found, rcond=None)[0]
     residual = np.abs(powers @ coefficients - found).max()
@@ -264,11 +285,11 @@ def _of_distance(
             f"{robot.name}: the border of leg {leg + 1} does not consist of circles, it is off by "
             f"{residual:.3g} of {np.abs(found).max():.3g}"
         )
-    return centre, coefficients / size ** (2.0 * np.arange(degree + 1))
+    return center, coefficients / size ** (2.0 * np.arange(degree + 1))
 
 
 def _centre(p: FloatArray, value: FloatArray, degree: int) -> FloatArray:
-    """The centre, from the two leading orders of a polynomial in x and y.
+    """The center, from the two leading orders of a polynomial in x and y.
 
     a d^2m = a (x^2 + y^2)^m - 2 m a (x^2 + y^2)^(m - 1) (c_x x + c_y y) + lower orders.
     """

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,10 +25,11 @@ from numpy.typing import NDArray
 from chasles import InputValueError, Robot
 from chasles.summaries import summary_repr
 
-from ..cells import Measure
+from ..grid import SizeEstimate
+from ..results import StudyResult
 from .annuli import BorderArc
 from .arc_regions import ArcRegion, bounded
-from .planar_platform import constant_orientation
+from .planar_platform import constant_orientation_workspace
 
 FloatArray = NDArray[np.float64]
 
@@ -37,67 +39,83 @@ _ACROSS = 16
 
 
 @dataclass(frozen=True, eq=False)
-class OrientationRange:
-    """Where a planar platform's tool can be at all or some angles of a range.
+class OrientationRangeWorkspace(StudyResult):
+    """Positions of a planar platform's tool for a range of angles.
 
     Attributes:
         robot: The robot's name.
         angles: (2,) the range [rad].
-        total: The region where every angle of it is possible; its area is exact.
-        inclusive: The area where some angle of it is possible [m^2]; its error is a bound.
+        total: The region where every angle of the range is possible; its area is exact.
+        inclusive: The area where some angle of the range is possible [m^2]; its error is a bound.
     """
+
+    _parts = (ArcRegion, BorderArc, SizeEstimate)
 
     robot: str
     angles: FloatArray
     total: ArcRegion
-    inclusive: Measure
+    inclusive: SizeEstimate
 
     def __repr__(self) -> str:
-        """In words, with the figures that matter."""
-        least, most = np.degrees(self.angles)
+        """Summary with the main figures."""
+        low, high = np.degrees(self.angles)
         return summary_repr(
             self,
             self.robot,
-            f"angles from {least:.4g}° to {most:.4g}°",
+            f"angles from {low:.4g}° to {high:.4g}°",
             f"all of them on {self.total.area:.12g} m^2",
             f"some of them on {self.inclusive.value:.6g} ± {self.inclusive.error:.1g} m^2",
+            methods="total, inclusive, plot(), save(path)",
         )
 
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the border of the region where every angle is possible.
 
-def orientation_range(
-    robot: Robot, lower: float, upper: float, accuracy: float = 1e-3
-) -> OrientationRange:
-    """The total and the inclusive workspace of a planar platform for a range of angles.
+        Args:
+            ax: The matplotlib axes; None: a new figure.
+
+        Returns:
+            The axes.
+        """
+        from ..pictures import plot_total  # noqa: PLC0415
+
+        return plot_total(self, ax)
+
+
+def orientation_range_workspace(
+    robot: Robot, phi_min: float, phi_max: float, *, tolerance: float = 1e-3
+) -> OrientationRangeWorkspace:
+    """Return the total and the inclusive workspace of a planar platform for a range of angles.
 
     Args:
-        robot: As for `constant_orientation`.
-        lower: The least angle [rad].
-        upper: The largest angle [rad].
-        accuracy: The error of the inclusive area, in parts of the area, at which squares are no
+        robot: As for `constant_orientation_workspace`.
+        phi_min: The smallest angle [rad].
+        phi_max: The largest angle [rad].
+        tolerance: The error of the inclusive area, in parts of the area, at which squares are no
             longer divided.
 
     Raises:
-        InputValueError: The robot is no such platform, the angles do not ascend, or the accuracy
-            is not positive.
+        InputValueError: The robot is another one, the angles do not ascend, or the tolerance is not
+            positive.
 
     Source:
         J.-P. Merlet, C. Gosselin, N. Mouly, Workspaces of planar parallel manipulators, 1998, for
         the kinds of workspaces.
     """
-    if not -math.inf < lower < upper < math.inf or not accuracy > 0:
+    if not -math.inf < phi_min < phi_max < math.inf or not tolerance > 0:
         raise InputValueError(
-            f"orientation_range: expected lower < upper and accuracy > 0, got {lower:g}, {upper:g} "
-            f"and {accuracy:g}"
+            f"orientation_range_workspace: expected phi_min < phi_max and tolerance > 0, got "
+            f"{phi_min:g}, {phi_max:g} and {tolerance:g}"
         )
-    legs = _legs(robot, lower, min(upper, lower + _TURN))
-    return OrientationRange(
-        robot.name, np.array([lower, upper]), _total(legs), _inclusive(legs, accuracy)
+    legs = _legs(robot, phi_min, min(phi_max, phi_min + _TURN))
+    return OrientationRangeWorkspace(
+        robot.name, np.array([phi_min, phi_max]), _total(legs), _inclusive(legs, tolerance)
     )
 
 
 @dataclass(frozen=True, eq=False)
 class _Leg:
-    """An annulus whose centre moves on an arc."""
+    """An annulus whose center moves on an arc."""
 
     middle: FloatArray
     radius: float
@@ -106,8 +124,8 @@ class _Leg:
     inner: float
     outer: float
 
-    def centres(self, turned: FloatArray) -> FloatArray:
-        """(k, 2) centres at angles (k,) from the start of the range."""
+    def centers(self, turned: FloatArray) -> FloatArray:
+        """(k, 2) centers at angles (k,) from the start of the range."""
         angle = self.start + turned
         along = np.column_stack([np.cos(angle), np.sin(angle)])
         return np.asarray(self.middle + self.radius * along)
@@ -116,14 +134,14 @@ class _Leg:
         """Whether a point is in the annulus at every angle."""
         x, y = point - self.middle
         d, angle = math.hypot(x, y), math.atan2(y, x)
-        ends = np.hypot(*(point - self.centres(np.array([0.0, self.width]))).T)
+        ends = np.hypot(*(point - self.centers(np.array([0.0, self.width]))).T)
         nearest = abs(d - self.radius) if self._passes(angle) else ends.min()
         farthest = d + self.radius if self._passes(angle + math.pi) else ends.max()
         return bool(nearest >= self.inner and farthest <= self.outer)
 
     def circles(self) -> list[tuple[FloatArray, float]]:
         """Circles that the border of the points in `always` lies on."""
-        ends = self.centres(np.array([0.0, self.width]))
+        ends = self.centers(np.array([0.0, self.width]))
         found = [(end, radius) for end in ends for radius in (self.inner, self.outer)]
         about_middle = (
             self.outer - self.radius,
@@ -140,10 +158,10 @@ def _legs(robot: Robot, lower: float, upper: float) -> list[_Leg]:
     found = []
     angles = (lower, lower + math.pi)
     for here, across in zip(
-        *(constant_orientation(robot, phi).pieces[0] for phi in angles), strict=True
+        *(constant_orientation_workspace(robot, phi).pieces[0] for phi in angles), strict=True
     ):
-        middle = (here.centre + across.centre) / 2
-        x, y = here.centre - middle
+        middle = (here.center + across.center) / 2
+        x, y = here.center - middle
         start, radius = math.atan2(y, x), math.hypot(x, y)
         found.append(_Leg(middle, radius, start, upper - lower, here.inner, here.outer))
     return found
@@ -151,9 +169,9 @@ def _legs(robot: Robot, lower: float, upper: float) -> list[_Leg]:
 
 def _total(legs: list[_Leg]) -> ArcRegion:
     arcs = [
-        BorderArc(centre, radius, 0.0, _TURN)
+        BorderArc(center, radius, 0.0, _TURN)
         for leg in legs
-        for centre, radius in leg.circles()
+        for center, radius in leg.circles()
         if radius > 0
     ]
     return bounded(
@@ -161,25 +179,25 @@ def _total(legs: list[_Leg]) -> ArcRegion:
     )
 
 
-def _inclusive(legs: list[_Leg], accuracy: float) -> Measure:
+def _inclusive(legs: list[_Leg], tolerance: float) -> SizeEstimate:
     """The area of the places that are reached at some angle."""
     lower = np.max([leg.middle - leg.radius - leg.outer for leg in legs], axis=0)
     upper = np.min([leg.middle + leg.radius + leg.outer for leg in legs], axis=0)
     side = float((upper - lower).max()) / _ACROSS
     if side <= 0:
-        return Measure(0.0, 0.0, 2)
+        return SizeEstimate(0.0, 0.0, "m^2")
     x, y = (low + side * (np.arange(_ACROSS) + 0.5) for low in lower)
     middles, inside = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2), 0.0
     while len(middles):
         kept, left = _judged(legs, middles, side)
         inside += float(kept.sum()) * side**2
         open_area = float(left.sum()) * side**2
-        if open_area / 2 <= accuracy * (inside + open_area / 2):
-            return Measure(inside + open_area / 2, open_area / 2, 2)
+        if open_area / 2 <= tolerance * (inside + open_area / 2):
+            return SizeEstimate(inside + open_area / 2, open_area / 2, "m^2")
         side /= 2
         corners = side / 2 * np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]])
         middles = (middles[left][:, None] + corners).reshape(-1, 2)
-    return Measure(inside, 0.0, 2)
+    return SizeEstimate(inside, 0.0, "m^2")
 
 
 def _judged(
@@ -219,6 +237,6 @@ def _all_reach(
     """Whether points (m, 2) lie in all annuli at angles (m,) from the start of the range."""
     reached = np.ones(len(points), dtype=bool)
     for leg in legs:
-        d = np.linalg.norm(points - leg.centres(turned), axis=1)
+        d = np.linalg.norm(points - leg.centers(turned), axis=1)
         reached &= (d >= leg.inner - slack) & (d <= leg.outer + slack)
     return reached

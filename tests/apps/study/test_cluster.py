@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.study import evenly, reach, workspace
+from chasles.study import reach, uniform_orientations, workspace
 from chasles.study.samples import PIECE
 from tests.support.optional import OptionalPackage
 
@@ -33,11 +33,11 @@ def client():
 def test_workspace_on_cluster_is_bitwise_equal(client):
     robot = chasles.load("scara")
     count = 8 * PIECE + 77
-    here = workspace(robot, count, finest=50, quality=("directions",), threads=1)
-    there = workspace(robot, count, finest=50, quality=("directions",), client=client)
+    here = workspace(robot, count, resolution=50, quality=("directions",), threads=1)
+    there = workspace(robot, count, resolution=50, quality=("directions",), client=client)
     assert np.array_equal(here.hits, there.hits)
     assert np.array_equal(here.directions, there.directions)
-    assert here.measure == there.measure
+    assert here.size == there.size
 
 
 @pytest.mark.parametrize("workers", [1, 5])
@@ -45,7 +45,7 @@ def test_workspace_is_bitwise_equal_for_any_worker_and_thread_count(workers):
     """Workers in one process are as good as any: they share no tally."""
     robot, count = chasles.load("scara"), 6 * PIECE + 77
     quality = ("limit_margin", "directions")
-    here = workspace(robot, count, finest=30, quality=quality, threads=1)
+    here = workspace(robot, count, resolution=30, quality=quality, threads=1)
     with (
         distributed.LocalCluster(
             n_workers=workers, threads_per_worker=1, processes=False, dashboard_address=":0"
@@ -55,24 +55,27 @@ def test_workspace_is_bitwise_equal_for_any_worker_and_thread_count(workers):
         assert len(cluster.workers) == workers
         for threads in (1, 2):
             there = workspace(
-                robot, count, finest=30, quality=quality, threads=threads, client=client
+                robot, count, resolution=30, quality=quality, threads=threads, client=client
             )
-            for name in ("hits", *quality, "extents"):
+            for name in ("hits", *quality, "bounds"):
                 assert np.array_equal(getattr(here, name), getattr(there, name)), name
-            assert here.measure == there.measure
+            assert here.size == there.size
 
 
 def test_reach_on_cluster_equals_local_result(client):
     robot = chasles.load("ur5e")
     places = np.random.default_rng(1).uniform(-1, 1, (2000, 3))
-    here, there = reach(robot, places, evenly(5)), reach(robot, places, evenly(5), client=client)
-    assert np.array_equal(here.solutions, there.solutions)
+    here, there = (
+        reach(robot, places, uniform_orientations(5)),
+        reach(robot, places, uniform_orientations(5), client=client),
+    )
+    assert np.array_equal(here.n_solutions, there.n_solutions)
 
 
 def test_killed_worker_does_not_change_result(client):
     robot = chasles.load("scara")
     count = 40 * PIECE
-    expected = workspace(robot, count, finest=50, threads=1)
+    expected = workspace(robot, count, resolution=50, threads=1)
     pids, killed, done = client.run(os.getpid), [], threading.Event()
 
     def kill_busy_worker():
@@ -85,7 +88,7 @@ def test_killed_worker_does_not_change_result(client):
     killer = threading.Thread(target=kill_busy_worker)
     killer.start()
     try:
-        found = workspace(robot, count, finest=50, threads=1, client=client)
+        found = workspace(robot, count, resolution=50, threads=1, client=client)
     finally:
         done.set()
         killer.join()

@@ -7,15 +7,15 @@ import chasles
 from chasles.errors import InputValueError, ShapeError
 from chasles.study import (
     base_placement,
-    constant_orientation,
-    evenly,
-    orientation_range,
-    orientations,
-    positions,
+    constant_orientation_workspace,
+    orientation_grid,
+    orientation_range_workspace,
     reach,
+    reachable_positions,
+    uniform_orientations,
     workspace,
 )
-from chasles.study.cells import cells_of
+from chasles.study.grid import Grid
 from chasles.study.motion import (
     Motion,
     MotionSequence,
@@ -120,31 +120,39 @@ REFUSED = {
     ),
     "samples = 0: expected a whole number": lambda: workspace(ROBOT, 0),
     "samples = 10.5: expected a whole number": lambda: workspace(ROBOT, 10.5),
-    "section: at: expected finite": lambda: workspace(ROBOT, 100, finest=5).section("z", NAN),
-    "places: expected finite numbers, got nan at .1, 0.": lambda: reach(
+    "section: at: expected finite": lambda: workspace(ROBOT, 100, resolution=5).section("z", NAN),
+    "targets: expected finite numbers, got nan at .1, 0.": lambda: reach(
         ROBOT, [[0, 0, 1], [NAN, 0, 0]]
     ),
-    "bases: expected finite": lambda: base_placement(ROBOT, T_0[None], T_0[None] * NAN),
-    "evenly: count = 0: expected a whole number, at least 1": lambda: evenly(0),
-    "cells_of: expected lower < upper": lambda: cells_of(np.ones(3), np.zeros(3), 5),
-    "cells_of: upper: expected finite": lambda: cells_of(np.ones(3), np.full(3, np.inf), 5),
-    "cells_of: finest = 1: expected": lambda: cells_of(np.zeros(3), np.ones(3), 1),
-    "constant_orientation: phi: expected finite": lambda: constant_orientation(
+    "T_w_0: expected finite": lambda: base_placement(ROBOT, T_0[None], T_0[None] * NAN),
+    "uniform_orientations: count = 0: expected a whole number, at least 1": lambda: (
+        uniform_orientations(0)
+    ),
+    "Grid.from_bounds: expected lower < upper": lambda: Grid.from_bounds(
+        np.ones(3), np.zeros(3), 5
+    ),
+    "Grid.from_bounds: upper: expected finite": lambda: Grid.from_bounds(
+        np.ones(3), np.full(3, np.inf), 5
+    ),
+    "Grid.from_bounds: resolution = 1: expected": lambda: Grid.from_bounds(
+        np.zeros(3), np.ones(3), 1
+    ),
+    "constant_orientation_workspace: phi: expected finite": lambda: constant_orientation_workspace(
         chasles.load("planar_3rrr"), NAN
     ),
-    "orientation_range: expected lower < upper": lambda: orientation_range(
+    "orientation_range_workspace: expected phi_min < phi_max": lambda: orientation_range_workspace(
         chasles.load("planar_3rrr"), 1, 0
     ),
-    "lower < upper and accuracy > 0, got 0, inf": lambda: orientation_range(
+    "phi_min < phi_max and tolerance > 0, got 0, inf": lambda: orientation_range_workspace(
         chasles.load("planar_3rrr"), 0, np.inf
     ),
-    "orientations: expected at least one angle": lambda: orientations(
+    "orientation_grid: expected at least one angle": lambda: orientation_grid(
         chasles.load("planar_3rrr"), []
     ),
-    "orientations: angles: expected finite": lambda: orientations(
+    "orientation_grid: phi: expected finite": lambda: orientation_grid(
         chasles.load("planar_3rrr"), [0, NAN]
     ),
-    "positions: R_0_ee: expected finite": lambda: positions(
+    "reachable_positions: R_0_ee: expected finite": lambda: reachable_positions(
         chasles.load("stewart_gough"), np.full((3, 3), NAN)
     ),
     "prm: expected samples >= 1": lambda: prm(EMPTY, 5, dispersion=NAN),
@@ -176,7 +184,10 @@ def test_meaningless_study_arguments_are_rejected(message):
             lambda: MotionSequence(ROBOT, [1, 2]),
         ),
         (r"arc: via: expected shape \(3,\), got \(2,\)", lambda: arc(T_0, [1, 2], T_1)),
-        (r"cells_of: lower: expected shape \(3,\)", lambda: cells_of(np.zeros(2), np.ones(2), 5)),
+        (
+            r"Grid.from_bounds: lower: expected shape \(3,\)",
+            lambda: Grid.from_bounds(np.zeros(2), np.ones(2), 5),
+        ),
     ],
     ids=["motion seed", "sequence start", "arc via", "cells lower"],
 )
@@ -204,6 +215,6 @@ def test_pure_rotation_line_has_angle_as_length():
 
 
 def test_float_sample_count_is_accepted():
-    one, other = (workspace(ROBOT, count, finest=10) for count in (1e3, 1000))
+    one, other = (workspace(ROBOT, count, resolution=10) for count in (1e3, 1000))
     assert one.samples == 1000
     assert np.array_equal(one.hits, other.hits)

@@ -20,8 +20,8 @@ def folder(tmp_path, monkeypatch):
 
 def test_workspace_page_examples_run(capsys):
     names = run("how-to/workspace.md")
-    assert names["share"].max() == 1
-    assert names["found"].grid().shape == (20, 20, 11)
+    assert names["fraction"].max() == 1
+    assert names["found"].fraction_grid().shape == (20, 20, 11)
     assert "volume 3." in capsys.readouterr().out
 
 

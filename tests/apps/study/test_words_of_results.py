@@ -6,17 +6,17 @@ import pytest
 import chasles
 from chasles.drawing import skeleton
 from chasles.study import (
-    constant_orientation,
-    dexterous,
+    constant_orientation_workspace,
+    dexterous_workspace,
     exact_workspace,
-    orientation_range,
-    orientations,
-    positions,
+    orientation_grid,
+    orientation_range_workspace,
     reach,
+    reachable_positions,
     singular_places,
     workspace,
 )
-from chasles.study.cells import Measure, cells_of
+from chasles.study.grid import Grid, SizeEstimate
 from chasles.study.motion import Motion, MotionSequence, line, spline, time_scaling
 from chasles.study.planning import occupancy_map, prm, success_study
 
@@ -37,13 +37,13 @@ def results():
     grid = occupancy_map(np.eye(30))
     made = prm(grid, 50)
     exact = exact_workspace(chasles.load("lynxmotion"))
-    yield workspace(ROBOT, 2000, finest=10, quality=["directions"])
-    yield reach(ROBOT, cells_of(np.full(3, -0.5), np.full(3, 0.5), 4))
+    yield workspace(ROBOT, 2000, resolution=10, quality=["directions"])
+    yield reach(ROBOT, Grid.from_bounds(np.full(3, -0.5), np.full(3, 0.5), 4))
     yield from (exact, exact.section, exact.meridian)
-    yield from (constant_orientation(PLATFORM, 0.5), dexterous(PLATFORM))
-    yield orientation_range(PLATFORM, 0, 0.1, accuracy=0.1)
-    yield orientations(PLATFORM, [0, 0.1], finest=20)
-    yield positions(chasles.load("stewart_gough"), finest=32)
+    yield from (constant_orientation_workspace(PLATFORM, 0.5), dexterous_workspace(PLATFORM))
+    yield orientation_range_workspace(PLATFORM, 0, 0.1, tolerance=0.1)
+    yield orientation_grid(PLATFORM, [0, 0.1], resolution=20)
+    yield reachable_positions(chasles.load("stewart_gough"), resolution=32)
     yield singular_places(PLATFORM, 0.5, points=11)
     yield from (moved(), moved().sample(100), moved().curve, moved().time_scaling)
     yield MotionSequence(ROBOT, Q).pause(1).pause(1)
@@ -66,22 +66,22 @@ def test_every_result_repr_is_short_and_single_line():
 
 
 def test_repr_states_values_of_result():
-    found = workspace(ROBOT, 2000, finest=10)
+    found = workspace(ROBOT, 2000, resolution=10)
     text = repr(found)
-    (low, _, _), (high, _, _) = found.extents
-    assert "Workspace of ur5e: 2,000 postures by sobol" in text
+    (low, _, _), (high, _, _) = found.bounds
+    assert "Workspace of ur5e: 2,000 configurations by sobol" in text
     assert f"x {low:.4g} to {high:.4g}" in text
-    assert f"volume {found.measure.value:.4g} ± {found.measure.error:.2g} m^3" in text
-    region = constant_orientation(PLATFORM, np.radians(30))
+    assert f"volume {found.size.value:.4g} ± {found.size.error:.2g} m^3" in text
+    region = constant_orientation_workspace(PLATFORM, np.radians(30))
     assert f"area {region.area:.12g} m^2" in repr(region)
     refused = prm(occupancy_map(np.eye(30)), 5).plan([0.5, 0.5], [1, 20])
     assert repr(refused) == f"<Plan: no path: {refused.reason}>"
 
 
 @pytest.mark.parametrize(
-    ("dimension", "words"),
-    [(1, "length 2 ± 0.5 m"), (2, "area 2 ± 0.5 m^2"), (3, "volume 2 ± 0.5 m^3")],
+    ("unit", "words"),
+    [("m", "length 2 ± 0.5 m"), ("m^2", "area 2 ± 0.5 m^2"), ("m^3", "volume 2 ± 0.5 m^3")],
     ids=["length", "area", "volume"],
 )
-def test_measure_string_names_dimension_and_unit(dimension, words):
-    assert str(Measure(2.0, 0.5, dimension)) == words
+def test_size_string_names_dimension_and_unit(unit, words):
+    assert str(SizeEstimate(2.0, 0.5, unit)) == words

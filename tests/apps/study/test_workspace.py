@@ -1,4 +1,4 @@
-"""Workspaces: extents, volumes of known shapes, the same bits for anyone who computes them."""
+"""Workspaces: bounds, volumes of known shapes, the same bits for any number of threads."""
 
 import numpy as np
 import pytest
@@ -6,6 +6,7 @@ import pytest
 import chasles
 from chasles.errors import InputValueError
 from chasles.study import Workspace, workspace
+from chasles.study.grid import indices
 from chasles.study.samples import PIECE, Samples
 
 SAMPLES = 200_000
@@ -24,45 +25,52 @@ def same(a, b):
 QUALITY = ("manipulability", "limit_margin", "directions")
 
 
-def test_teaching_arm_extents_are_exact(lynxmotion):
+def test_teaching_arm_bounds_are_exact(lynxmotion):
     found = workspace(lynxmotion, 1000)
     r = 0.1 * (2 + np.sqrt(3) / 2)
-    np.testing.assert_allclose(found.extents, [[-r, -r, -0.05], [r, r, 0.4]], atol=1e-9)
+    np.testing.assert_allclose(found.bounds, [[-r, -r, -0.05], [r, r, 0.4]], atol=1e-9)
 
 
 def test_every_sample_is_counted_in_a_cell(lynxmotion):
-    for by in ("sobol", "uniform", "grid"):
-        found = workspace(lynxmotion, SAMPLES, by=by, finest=30)
+    for sampling in ("sobol", "uniform", "grid"):
+        found = workspace(lynxmotion, SAMPLES, sampling=sampling, resolution=30)
         assert found.hits.sum() == found.samples
-        assert found.lost == 0
+        assert found.n_open == 0
     assert found.samples == 11**5
 
 
-@pytest.mark.parametrize("by", ["sobol", "uniform", "grid"])
-def test_workspace_is_bitwise_equal_for_any_thread_count(lynxmotion, by):
+@pytest.mark.parametrize("sampling", ["sobol", "uniform", "grid"])
+def test_workspace_is_bitwise_equal_for_any_thread_count(lynxmotion, sampling):
     # The slow qualities are merged in one way for all samplings.
-    quality = QUALITY if by == "sobol" else ("directions",)
+    quality = QUALITY if sampling == "sobol" else ("directions",)
     one, *others = (
-        workspace(lynxmotion, 2 * PIECE + 77, by=by, finest=30, quality=quality, threads=threads)
-        for threads in ((1, 2, 5) if by == "sobol" else (1, 5))
+        workspace(
+            lynxmotion,
+            2 * PIECE + 77,
+            sampling=sampling,
+            resolution=30,
+            quality=quality,
+            threads=threads,
+        )
+        for threads in ((1, 2, 5) if sampling == "sobol" else (1, 5))
     )
     assert all(same(one, other) for other in others)
 
 
 def test_same_rng_gives_same_workspace(lynxmotion):
-    one, same_key, other = (workspace(lynxmotion, SAMPLES, key=key) for key in (3, 3, 4))
-    assert same(one, same_key)
+    one, again, other = (workspace(lynxmotion, SAMPLES, rng=rng) for rng in (3, 3, 4))
+    assert same(one, again)
     assert not same(one, other)
 
 
 def test_cell_quality_matches_sampled_configurations(lynxmotion):
-    found = workspace(lynxmotion, 5000, finest=12, quality=QUALITY, by="uniform")
+    found = workspace(lynxmotion, 5000, resolution=12, quality=QUALITY, sampling="uniform")
     from chasles.study.samples import samples_of
 
     points = samples_of(lynxmotion, 5000, "uniform", 0)
     q = np.concatenate([block.copy() for block in points.blocks(0)])
     T = lynxmotion.fk(q)
-    cell = found.cells.index(T[:, :3, 3])
+    cell = indices(found.grid, T[:, :3, 3])
     smallest = lynxmotion.manipulability(q).min_singular_value
     lower, upper = points.lower, points.upper
     moving = upper > lower
@@ -79,38 +87,38 @@ def test_cell_quality_matches_sampled_configurations(lynxmotion):
 
 
 def test_volume_from_few_samples_lies_within_error(lynxmotion):
-    true = workspace(lynxmotion, 1_000_000, finest=40).measure
-    for key in range(5):
-        found = workspace(lynxmotion, 5000, by="uniform", finest=40, key=key).measure
+    true = workspace(lynxmotion, 1_000_000, resolution=40).size
+    for rng in range(5):
+        found = workspace(lynxmotion, 5000, sampling="uniform", resolution=40, rng=rng).size
         assert found.value > 0
         assert abs(found.value - true.value) <= found.error + true.error
 
 
 def test_samples_with_open_loops_are_counted():
     found = workspace(chasles.load("planar_3rrr"), 2000)
-    assert 0 < found.lost < 2000
-    assert found.hits.sum() + found.lost == 2000
-    assert found.measure.dimension == 2
+    assert 0 < found.n_open < 2000
+    assert found.hits.sum() + found.n_open == 2000
+    assert found.size.unit == "m^2"
 
 
 def test_workspace_survives_npz_round_trip(lynxmotion, tmp_path):
-    found = workspace(lynxmotion, SAMPLES, finest=20, quality=("directions",))
-    found.to_npz(tmp_path / "arm.npz")
-    again = Workspace.from_npz(tmp_path / "arm.npz")
+    found = workspace(lynxmotion, SAMPLES, resolution=20, quality=("directions",))
+    found.save(tmp_path / "arm.npz")
+    again = Workspace.load(tmp_path / "arm.npz")
     assert same(found, again)
-    assert again.measure == found.measure
+    assert again.size == found.size
     assert again.robot == "lynxmotion"
 
 
 def test_npz_without_workspace_is_rejected(tmp_path):
     np.savez(tmp_path / "other.npz", a=np.ones(3))
-    with pytest.raises(InputValueError, match=r"other\.npz: expected a workspace"):
-        Workspace.from_npz(tmp_path / "other.npz")
+    with pytest.raises(InputValueError, match=r"other\.npz: expected a Workspace"):
+        Workspace.load(tmp_path / "other.npz")
 
 
 def test_sections_sum_to_projection(lynxmotion):
-    found = workspace(lynxmotion, SAMPLES, finest=20)
-    z = found.cells.centres()[2]
+    found = workspace(lynxmotion, SAMPLES, resolution=20)
+    z = found.grid.centers()[2]
     layers = [found.section("z", at) for at in z]
     assert np.array_equal(np.sum(layers, 0), found.projection("z"))
     with pytest.raises(InputValueError, match="z = 9 m is outside the workspace"):
@@ -122,21 +130,21 @@ def test_sections_sum_to_projection(lynxmotion):
 
 def test_only_sobol_samples_stratify_every_coordinate():
     """Each of 1024 equal parts of each coordinate has as many points as any other."""
-    for by in ("sobol", "uniform"):
-        points = Samples(np.zeros(3), np.array([1.0, 2.0, 4.0]), 2 * PIECE, by, 5)
+    for sampling in ("sobol", "uniform"):
+        points = Samples(np.zeros(3), np.array([1.0, 2.0, 4.0]), 2 * PIECE, sampling, 5)
         for piece in range(2):
             q = np.concatenate([block.copy() for block in points.blocks(piece)])
             assert q.shape == (PIECE, 3)
             assert len(np.unique(q[:, 0])) == PIECE
             parts = (q / [1, 2, 4] * 1024).astype(int)
             hits = np.array([np.bincount(column, minlength=1024) for column in parts.T])
-            assert (hits == PIECE // 1024).all() == (by == "sobol")
+            assert (hits == PIECE // 1024).all() == (sampling == "sobol")
 
 
 def test_workspace_plot_labels_axes(lynxmotion):
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
-    found = workspace(lynxmotion, 20_000, finest=20)
+    found = workspace(lynxmotion, 20_000, resolution=20)
     top, side = found.plot()
     assert (top.get_xlabel(), top.get_ylabel()) == ("x [m]", "y [m]")
     assert (side.get_xlabel(), side.get_ylabel()) == ("x [m]", "z [m]")
@@ -146,8 +154,8 @@ def test_workspace_plot_labels_axes(lynxmotion):
     ("arguments", "message"),
     [
         ({"samples": 0}, "samples = 0: expected a whole number, at least 1"),
-        ({"samples": 10, "by": "grid"}, "a grid of 5 coordinates has at least 32"),
-        ({"by": "halton"}, "by = 'halton': expected one of sobol, uniform, grid"),
+        ({"samples": 10, "sampling": "grid"}, "a grid of 5 coordinates has at least 32"),
+        ({"sampling": "halton"}, "sampling = 'halton': expected one of sobol, uniform, grid"),
         ({"threads": 0}, "threads = 0: expected a positive number or 'all'"),
         ({"quality": ("speed",)}, "expected quality out of manipulability, limit_margin"),
     ],

@@ -95,7 +95,7 @@ def test_lines_are_straight_and_arcs_round(arm):
     via = (T_a + T_b)[:3, 3] / 2 + 0.1 * np.cross(along, [0, 0, 1])
     curve = arc(T_a, via, T_b)
     points = curve.at(np.linspace(0, curve.length, 50)).T[:, :3, 3]
-    np.testing.assert_allclose(np.linalg.norm(points - curve.centre, axis=1), curve.radius)
+    np.testing.assert_allclose(np.linalg.norm(points - curve.center, axis=1), curve.radius)
     np.testing.assert_allclose(points[-1], T_b[:3, 3], atol=1e-12)
     assert np.linalg.norm(points - via, axis=1).min() < 0.01
 

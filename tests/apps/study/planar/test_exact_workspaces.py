@@ -74,12 +74,12 @@ def from_border(region, points):
     """Distances of points from the border."""
     least = np.full(len(points), np.inf)
     for arc in region.arcs:
-        x, y = (points - arc.centre).T
+        x, y = (points - arc.center).T
         start, end = sorted((arc.start, arc.end))
         on_arc = (np.arctan2(y, x) - start) % (2 * np.pi) <= end - start
         least = np.where(on_arc, np.minimum(least, np.abs(np.hypot(x, y) - arc.radius)), least)
         for angle in (start, end):
-            corner = arc.centre + arc.radius * np.array([math.cos(angle), math.sin(angle)])
+            corner = arc.center + arc.radius * np.array([math.cos(angle), math.sin(angle)])
             least = np.minimum(least, np.linalg.norm(points - corner, axis=1))
     return least
 
@@ -92,7 +92,7 @@ def test_planar_sections_match_sampled_reachability():
         places = place(chain[0], postures)
         outside = places[~region.contains(places)]
         assert not len(outside) or from_border(region, outside).max() < 1e-9
-        least, most = region.extents
+        least, most = region.bounds
         asked = rng.uniform(least, most, (60, 2))
         asked = asked[from_border(region, asked) > NEAR]
         inside = region.contains(asked)
@@ -132,7 +132,7 @@ def test_revolved_workspace_volume_matches_monte_carlo():
         turn = np.array([0, rng.uniform(*[(0.5, 3), (3.3, 6.2), (6.3, 7)][k % 3])])
         turn += rng.uniform(-3, 3)
         body = body_of(chain, rng.uniform(-0.6, 0.6) * (k % 4 > 0), turn)
-        low, high = body.extents
+        low, high = body.bounds
         points = rng.uniform(low - 0.01, high + 0.01, (10_000, 3))
         rho, angle = np.hypot(points[:, 0], points[:, 1]), np.arctan2(points[:, 1], points[:, 0])
         inside = np.zeros(len(points), dtype=bool)
@@ -152,7 +152,7 @@ def test_revolved_workspace_volume_matches_monte_carlo():
         assert (np.ptp(found, 0) > 0.6 * (high - low)).all()
         section = body.meridian
         assert section.contains(np.column_stack([rho, points[:, 2]])[inside]).all()
-        (rho_0, z_0), (rho_1, z_1) = section.extents
+        (rho_0, z_0), (rho_1, z_1) = section.bounds
         assert (rho[inside] >= rho_0 - 1e-12).all()
         assert (rho[inside] <= rho_1 + 1e-12).all()
         asked = rng.uniform([rho_0, z_0], [rho_1, z_1], (10_000, 2))
@@ -207,7 +207,7 @@ def check_wrist(robot, count):
     Returns:
         How far outside samples are at most [m], and the part of the inner cells without a sample.
     """
-    exact = exact_workspace(robot, "wrist")
+    exact = exact_workspace(robot, point="wrist")
     rng = np.random.default_rng(8)
     free = ~np.isfinite(robot.upper)
     low, high = np.where(free, -np.pi, robot.lower), np.where(free, np.pi, robot.upper)
@@ -223,10 +223,10 @@ def check_wrist(robot, count):
         u = np.sqrt(np.maximum(outside[:, 0] ** 2 - exact.offset**2, 0))
         places = np.column_stack([u, outside[:, 1]])
         beyond = from_border(exact.meridian.both, places).max()
-    low, high = exact.extents
+    low, high = exact.bounds
     assert (p >= low - 1e-9).all()
     assert (p <= high + 1e-9).all()
-    sides, low, high = int(math.sqrt(count) / 8), *exact.meridian.extents
+    sides, low, high = int(math.sqrt(count) / 8), *exact.meridian.bounds
     edges = np.linspace(low, high, sides + 1).T
     hits = np.histogram2d(*points.T, bins=edges)[0]
     corners = np.stack(np.meshgrid(*edges, indexing="ij"), -1)
@@ -240,25 +240,25 @@ def check_wrist(robot, count):
 def test_exact_workspace_matches_sampled_workspace(name):
     robot = chasles.load(name)
     exact = exact_workspace(robot)
-    found = workspace(robot, 100_000, finest=30, threads=1)
-    np.testing.assert_allclose(exact.extents, found.extents, atol=1e-9)
+    found = workspace(robot, 100_000, resolution=30, threads=1)
+    np.testing.assert_allclose(exact.bounds, found.bounds, atol=1e-9)
     size = exact.volume or exact.area
-    assert abs(size - found.measure.value) < found.measure.error
+    assert abs(size - found.size.value) < found.size.error
 
 
-def test_teaching_arm_extents_match_paper():
-    extents = exact_workspace(chasles.load("lynxmotion")).extents
-    np.testing.assert_allclose(extents[1], [0.28660254, 0.28660254, 0.4], atol=5e-9)
-    np.testing.assert_allclose(extents[0], [-0.28660254, -0.28660254, -0.05], atol=5e-9)
+def test_teaching_arm_bounds_match_paper():
+    bounds = exact_workspace(chasles.load("lynxmotion")).bounds
+    np.testing.assert_allclose(bounds[1], [0.28660254, 0.28660254, 0.4], atol=5e-9)
+    np.testing.assert_allclose(bounds[0], [-0.28660254, -0.28660254, -0.05], atol=5e-9)
 
 
 def test_unsupported_arms_are_rejected_with_reason():
     with pytest.raises(InputValueError, match="ur5e: the axes that move its tool are neither par"):
         exact_workspace(chasles.load("ur5e"))
     with pytest.raises(InputValueError, match="iiwa14: the axes that move its wrist are neither"):
-        exact_workspace(chasles.load("iiwa14"), "wrist")
-    with pytest.raises(InputValueError, match="expected of 'tool' or 'wrist', got 'elbow'"):
-        exact_workspace(chasles.load("ur5e"), "elbow")
+        exact_workspace(chasles.load("iiwa14"), point="wrist")
+    with pytest.raises(InputValueError, match="expected point 'tool' or 'wrist', got 'elbow'"):
+        exact_workspace(chasles.load("ur5e"), point="elbow")
     with pytest.raises(InputValueError, match="scara: its point stays in a plane"):
         assert exact_workspace(chasles.load("scara")).meridian
     with pytest.raises(InputValueError, match="takes serial arms, this has loops"):
@@ -270,7 +270,7 @@ def test_workspace_plot_shows_closed_border():
     axes = exact_workspace(chasles.load("lynxmotion")).plot()
     assert axes.get_xlabel() == "distance from the first axis [m]"
     assert "m³" in axes.get_title()
-    beside = exact_workspace(chasles.load("puma560"), "wrist")
+    beside = exact_workspace(chasles.load("puma560"), point="wrist")
     curves = [line.get_xydata() for line in beside.plot().lines]
     drawn = np.concatenate(curves)
     assert drawn[:, 0].min() >= 0.15 - 1e-12  # the shoulder's offset
@@ -279,4 +279,4 @@ def test_workspace_plot_shows_closed_border():
     ends = np.array([end for curve in curves for end in curve[[0, -1]]])
     apart = np.linalg.norm(ends[:, None] - ends, axis=-1) + 9 * np.eye(len(ends))
     assert apart.min(1).max() < 1e-9
-    np.testing.assert_allclose(drawn[:, 0].max(), beside.meridian.extents[1, 0], atol=1e-3)
+    np.testing.assert_allclose(drawn[:, 0].max(), beside.meridian.bounds[1, 0], atol=1e-3)

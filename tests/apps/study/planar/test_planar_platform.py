@@ -9,7 +9,11 @@ import chasles
 from chasles.derive import read
 from chasles.errors import InputValueError
 from chasles.study.planar.annuli import Annulus, area, border
-from chasles.study.planar.planar_platform import constant_orientation, dexterous, orientations
+from chasles.study.planar.planar_platform import (
+    constant_orientation_workspace,
+    dexterous_workspace,
+    orientation_grid,
+)
 from tests.support.compiling import compiled
 from tests.support.derivations import ROBOTS
 
@@ -23,18 +27,18 @@ from tests.support.derivations import ROBOTS
     ],
 )
 def test_constant_orientation_area_matches_reference(name, degrees, square_millimetres):
-    found = constant_orientation(chasles.load(name), np.radians(degrees))
+    found = constant_orientation_workspace(chasles.load(name), np.radians(degrees))
     assert found.area * 1e6 == pytest.approx(square_millimetres, rel=1e-10)
 
 
-def by_chords(centres, inner, outer):
+def by_chords(centers, inner, outer):
     """The area common to rings of equal radii: lengths of chords, integrated over y.
 
     The ends of chords move smoothly between the heights at which circles begin, end or meet. There
     they move as a root does, so that Gauss's points stand on a sine.
     """
-    heights = [c[1] + sign * r for c in centres for r in (inner, outer) for sign in (-1, 1)]
-    for a, b in combinations([(c, r) for c in centres for r in (inner, outer)], 2):
+    heights = [c[1] + sign * r for c in centers for r in (inner, outer) for sign in (-1, 1)]
+    for a, b in combinations([(c, r) for c in centers for r in (inner, outer)], 2):
         d = b[0] - a[0]
         apart = np.hypot(*d)
         if apart > 0 and abs(a[1] - b[1]) < apart < a[1] + b[1]:
@@ -47,16 +51,16 @@ def by_chords(centres, inner, outer):
         angles = places * np.pi / 2
         y = (low + high) / 2 + (high - low) / 2 * np.sin(angles)
         steps = weights * np.pi / 2 * (high - low) / 2 * np.cos(angles)
-        total += sum(w * chord(centres, inner, outer, at) for w, at in zip(steps, y, strict=True))
+        total += sum(w * chord(centers, inner, outer, at) for w, at in zip(steps, y, strict=True))
     return total
 
 
-def chord(centres, inner, outer, y):
+def chord(centers, inner, outer, y):
     """The length of a horizontal line in all rings."""
-    halves = [np.sqrt(np.maximum(r**2 - (y - centres[:, 1]) ** 2, 0)) for r in (inner, outer)]
-    ends = np.sort(np.concatenate([centres[:, 0] + s * half for half in halves for s in (-1, 1)]))
+    halves = [np.sqrt(np.maximum(r**2 - (y - centers[:, 1]) ** 2, 0)) for r in (inner, outer)]
+    ends = np.sort(np.concatenate([centers[:, 0] + s * half for half in halves for s in (-1, 1)]))
     middles = (ends[1:] + ends[:-1]) / 2
-    distance = np.hypot(middles[:, None] - centres[:, 0], y - centres[:, 1])
+    distance = np.hypot(middles[:, None] - centers[:, 0], y - centers[:, 1])
     return np.diff(ends)[((distance > inner) & (distance < outer)).all(1)].sum()
 
 
@@ -66,10 +70,10 @@ def test_constant_orientation_area_matches_chord_integration(name, coupler, degr
     """The platform's joints stand on its corners, and turn with it."""
     corners = np.radians([210, 330, 90])
     base, turned = corners, corners + np.radians(degrees)
-    centres = 290 * np.column_stack([np.cos(base), np.sin(base)])
-    centres = centres - 130 * np.column_stack([np.cos(turned), np.sin(turned)])
-    expected = by_chords(centres, 170 - coupler, 170 + coupler)
-    found = constant_orientation(chasles.load(name), np.radians(degrees))
+    centers = 290 * np.column_stack([np.cos(base), np.sin(base)])
+    centers = centers - 130 * np.column_stack([np.cos(turned), np.sin(turned)])
+    expected = by_chords(centers, 170 - coupler, 170 + coupler)
+    found = constant_orientation_workspace(chasles.load(name), np.radians(degrees))
     assert found.area * 1e6 == pytest.approx(expected, rel=1e-9)
 
 
@@ -105,13 +109,13 @@ def test_region_contains_exactly_poses_with_valid_inverse():
     rng = np.random.default_rng(2)
     checked = 0
     for phi in np.radians([15, 30, 45, 60]):
-        found = constant_orientation(platform, phi)
+        found = constant_orientation_workspace(platform, phi)
         points = rng.uniform(-0.35, 0.35, (2000, 2))
         poses = np.column_stack([points, np.full(len(points), phi)])
         _, valid, _ = platform.ik_planar(poses)
         distance = np.min(
             [
-                np.abs(np.linalg.norm(points - own.centre, axis=1) - r)
+                np.abs(np.linalg.norm(points - own.center, axis=1) - r)
                 for own in found.pieces[0]
                 for r in (own.inner, own.outer)
             ],
@@ -137,9 +141,9 @@ def test_dexterous_region_contains_all_orientations(dexterous_platform):
     rng = np.random.default_rng(3)
     points = rng.uniform(-0.15, 0.15, (3000, 2))
     angles = np.linspace(0, 2 * np.pi, 181)
-    regions = [constant_orientation(dexterous_platform, phi) for phi in angles]
+    regions = [constant_orientation_workspace(dexterous_platform, phi) for phi in angles]
     always = np.all([region.contains(points) for region in regions], axis=0)
-    found = dexterous(dexterous_platform).contains(points)
+    found = dexterous_workspace(dexterous_platform).contains(points)
     assert 300 < found.sum() < 2700
     assert (always | ~found).all()
     assert (found != always).mean() < 0.01
@@ -153,11 +157,13 @@ def test_dexterous_region_excludes_holes_that_rotate_around_tool(crank, coupler,
     file.write_text(text + f"parameters = {{ S_A = {crank}, L = {coupler}, r_p = {r_p} }}\n")
     platform = compiled(read(file), tmp_path / "holed", ["actuators", "actuator_margin"])
     hole, r = abs(crank - coupler) / 1000, r_p / 1000
-    regions = [constant_orientation(platform, phi) for phi in np.linspace(0, 2 * np.pi, 361)]
+    regions = [
+        constant_orientation_workspace(platform, phi) for phi in np.linspace(0, 2 * np.pi, 361)
+    ]
     assert regions[0].pieces[0][0].inner == pytest.approx(hole, abs=1e-6)
     pivots = np.array(
         [
-            (here.centre + there.centre) / 2
+            (here.center + there.center) / 2
             for here, there in zip(regions[0].pieces[0], regions[180].pieces[0], strict=True)
         ]
     )
@@ -165,7 +171,7 @@ def test_dexterous_region_excludes_holes_that_rotate_around_tool(crank, coupler,
     near = pivots[rng.integers(3, size=3000)] + rng.uniform(-0.12, 0.12, (3000, 2))
     points = np.vstack([rng.uniform(-0.3, 0.3, (1000, 2)), near])
     always = np.all([region.contains(points) for region in regions], axis=0)
-    inside = dexterous(platform).contains(points)
+    inside = dexterous_workspace(platform).contains(points)
     assert (always | ~inside).all()
     assert (inside != always).mean() < 5e-3
     assert 500 < inside.sum() < 3900
@@ -177,28 +183,28 @@ def test_dexterous_region_excludes_holes_that_rotate_around_tool(crank, coupler,
 
 def test_total_area_never_exceeds_inclusive_area():
     platform = chasles.load("planar_3rrr_170")
-    one = orientations(platform, np.radians([30]), finest=400)
+    one = orientation_grid(platform, np.radians([30]), resolution=400)
     assert one.total == one.inclusive == pytest.approx(0.089107925046, rel=5e-3)
-    few = orientations(platform, np.radians([0, 30, 60]), finest=200)
+    few = orientation_grid(platform, np.radians([0, 30, 60]), resolution=200)
     assert few.total < one.total < few.inclusive
 
 
 def test_total_area_over_full_rotation_equals_dexterous_area(dexterous_platform):
-    whole = orientations(dexterous_platform, np.linspace(0, 2 * np.pi, 90), finest=300)
-    assert whole.total == pytest.approx(dexterous(dexterous_platform).area, rel=3e-2)
-    assert whole.share.max() == 1
-    assert dexterous(chasles.load("planar_3rrr_170")).area == 0
+    whole = orientation_grid(dexterous_platform, np.linspace(0, 2 * np.pi, 90), resolution=300)
+    assert whole.total == pytest.approx(dexterous_workspace(dexterous_platform).area, rel=3e-2)
+    assert whole.fraction.max() == 1
+    assert dexterous_workspace(chasles.load("planar_3rrr_170")).area == 0
 
 
 def test_robots_without_three_planar_legs_are_rejected():
     for name in ("ur5e", "five_bar", "stewart_gough"):
         with pytest.raises(InputValueError, match="expected a planar platform on three legs"):
-            constant_orientation(chasles.load(name), 0)
+            constant_orientation_workspace(chasles.load(name), 0)
 
 
 def test_constant_orientation_plot_states_angle():
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
-    axes = constant_orientation(chasles.load("planar_3rrr"), 0.5).plot()
+    axes = constant_orientation_workspace(chasles.load("planar_3rrr"), 0.5).plot()
     assert axes.get_title().startswith("planar_3rrr at 28.65°: ")
     matplotlib.pyplot.close("all")

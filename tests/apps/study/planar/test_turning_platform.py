@@ -7,7 +7,12 @@ import pytest
 
 import chasles
 from chasles.errors import InputValueError
-from chasles.study import constant_orientation, dexterous, orientation_range, singular_places
+from chasles.study import (
+    constant_orientation_workspace,
+    dexterous_workspace,
+    orientation_range_workspace,
+    singular_places,
+)
 from chasles.study.planar.annuli import Annulus
 from chasles.study.planar.planar_platform import PlanarRegion
 from chasles.study.planar.turning_platform import _inclusive, _Leg, _total
@@ -34,8 +39,8 @@ def at_angles(own, points, count):
     angles = np.linspace(0, own[0].width, count)
     found = []
     for angle in angles:
-        centres = [leg.centres(np.array([angle]))[0] for leg in own]
-        annuli = [Annulus(c, leg.inner, leg.outer) for c, leg in zip(centres, own, strict=True)]
+        centers = [leg.centers(np.array([angle]))[0] for leg in own]
+        annuli = [Annulus(c, leg.inner, leg.outer) for c, leg in zip(centers, own, strict=True)]
         found.append(PlanarRegion("", "", (tuple(annuli),)).contains(points))
     return np.column_stack(found)
 
@@ -71,11 +76,14 @@ def test_inclusive_area_error_is_a_bound():
 
 def test_total_area_shrinks_with_orientation_range():
     platform = chasles.load("planar_3rrr")
-    one = constant_orientation(platform, 0.5).area
-    narrow = orientation_range(platform, 0.5 - 1e-9, 0.5 + 1e-9, accuracy=1e-2)
+    one = constant_orientation_workspace(platform, 0.5).area
+    narrow = orientation_range_workspace(platform, 0.5 - 1e-9, 0.5 + 1e-9, tolerance=1e-2)
     assert narrow.total.area == pytest.approx(one, rel=1e-6)
     assert abs(narrow.inclusive.value - one) <= narrow.inclusive.error + 1e-8
-    areas = [orientation_range(platform, -w, w, 0.05).total.area for w in (0.05, 0.2, 0.4)]
+    areas = [
+        orientation_range_workspace(platform, -w, w, tolerance=0.05).total.area
+        for w in (0.05, 0.2, 0.4)
+    ]
     assert areas == sorted(areas, reverse=True)
 
 
@@ -93,8 +101,13 @@ def test_full_rotation_total_area_equals_annuli_intersection():
         if any(0 < leg.inner < leg.radius for leg in own):
             continue
         assert _total(own).area == pytest.approx(PlanarRegion("", "", (annuli,)).area, abs=1e-12)
-    assert orientation_range(chasles.load("planar_3rrr_170"), 0, 7, 0.05).total.area == 0
-    assert dexterous(chasles.load("planar_3rrr_170")).area == 0
+    assert (
+        orientation_range_workspace(
+            chasles.load("planar_3rrr_170"), 0, 7, tolerance=0.05
+        ).total.area
+        == 0
+    )
+    assert dexterous_workspace(chasles.load("planar_3rrr_170")).area == 0
 
 
 def test_singular_curves_have_zero_type_2_measure():
@@ -102,7 +115,7 @@ def test_singular_curves_have_zero_type_2_measure():
     for degrees in (0, 15, 30, 45, 60):
         phi = np.radians(degrees)
         found = singular_places(platform, phi, points=61)
-        region = constant_orientation(platform, phi)
+        region = constant_orientation_workspace(platform, phi)
         for curve in found.type_2:
             inner = curve[region.contains(curve)]
             theta = np.column_stack([inner, np.full(len(inner), phi)])
@@ -117,13 +130,17 @@ def test_singular_curves_have_zero_type_2_measure():
 def test_plot_legend_names_singular_curves():
     pytest.importorskip("matplotlib").use("Agg")
     platform = chasles.load("planar_3rrr")
-    axes = constant_orientation(platform, 0.5).plot(singular=singular_places(platform, 0.5))
+    axes = constant_orientation_workspace(platform, 0.5).plot(
+        singular=singular_places(platform, 0.5)
+    )
     assert axes.get_legend().get_texts()[0].get_text() == "platform gains a freedom"
 
 
 def test_invalid_orientation_range_arguments_are_rejected():
     platform = chasles.load("planar_3rrr")
-    with pytest.raises(InputValueError, match="orientation_range: expected lower < upper and acc"):
-        orientation_range(platform, 1, 0)
+    with pytest.raises(
+        InputValueError, match="orientation_range_workspace: expected phi_min < phi_max"
+    ):
+        orientation_range_workspace(platform, 1, 0)
     with pytest.raises(InputValueError, match="expected a planar platform on three legs"):
-        orientation_range(chasles.load("ur5e"), 0, 1)
+        orientation_range_workspace(chasles.load("ur5e"), 0, 1)

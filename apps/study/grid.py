@@ -1,4 +1,4 @@
-"""A box of equal cells, and the body that the visited ones estimate.
+"""A grid of equal cells, and the size of the body that fills the visited ones.
 
 Cells are counted, not points: the points of joint space are dense in some places and thin in
 others. A line along x through the body visits whole cells, at each end half a cell more than it
@@ -11,7 +11,7 @@ of the cells that all visit, the points are too few, and larger cells are counte
 errors remain:
 
 - Where the surface is parallel to the grid, all lines end at the same place in their cells, and the
-  excess is anything between 0 and h a face. Such faces lie in a plane with their neighbours.
+  excess is anything between 0 and h a face. Such faces lie in a plane with their neighbors.
 - A cell at the surface of which the body has a corner is missed by the points. A random half of the
   points misses more: the number of missed cells is extrapolated as a power of the number of points.
 - Lines of few cells end at few places, so that their mean is left to chance.
@@ -25,10 +25,10 @@ Source:
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError
 from chasles.summaries import short_repr
@@ -60,11 +60,11 @@ _FEWEST = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Cells:
+class Grid:
     """A box divided into equal cells.
 
     Attributes:
-        lower: (3,) least corner [m].
+        lower: (3,) lower corner [m].
         side: The side of a cell [m].
         shape: Number of cells along x, y and z; 1 along a direction without extent.
     """
@@ -75,9 +75,38 @@ class Cells:
 
     __repr__ = short_repr
 
+    @classmethod
+    def from_bounds(cls, lower: ArrayLike, upper: ArrayLike, resolution: int) -> Self:
+        """Return the grid that covers a box, and on average half a cell more at each side.
+
+        Args:
+            lower: (3,) lower corner [m].
+            upper: (3,) upper corner [m].
+            resolution: Number of cells along the longest side, at least 2.
+
+        Raises:
+            ShapeError: A corner is not (3,).
+            InputValueError: The box has no extent, the corners are not finite or in the wrong
+                order.
+        """
+        lower = finite("Grid.from_bounds: lower", lower, (3,))
+        upper = finite("Grid.from_bounds: upper", upper, (3,))
+        whole("Grid.from_bounds: resolution", resolution, 2)
+        if (upper < lower).any() or not (upper > lower).any():
+            raise InputValueError(
+                f"Grid.from_bounds: expected lower < upper, got {lower} and {upper}"
+            )
+        extent = upper - lower
+        flat = extent <= _FLAT * extent.max()
+        side = float(extent.max()) / (resolution - 1)
+        shape = np.where(flat, 1, np.ceil(extent / side - _FLAT) + 1).astype(int)
+        middle = (lower + upper) / 2
+        nx, ny, nz = (int(n) for n in shape)
+        return cls(middle - side * shape / 2, side, (nx, ny, nz))
+
     @property
     def upper(self) -> FloatArray:
-        """(3,) the opposite corner [m]."""
+        """(3,) upper corner [m]."""
         return self.lower + self.side * np.array(self.shape)
 
     @property
@@ -90,112 +119,90 @@ class Cells:
         """Number of directions with more than one cell."""
         return sum(n > 1 for n in self.shape)
 
-    def centres(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """(nx,), (ny,), (nz,) coordinates of the cells' centres [m]."""
+    def centers(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """(nx,), (ny,), (nz,) coordinates of the cell centers [m]."""
         x, y, z = (
             low + self.side * (np.arange(n) + 0.5)
             for low, n in zip(self.lower, self.shape, strict=True)
         )
         return x, y, z
 
-    def index(self, points: FloatArray) -> IntArray:
-        """The cells of points.
 
-        Args:
-            points: (m, 3) positions [m].
-
-        Returns:
-            (m,) indices into an array of `count` cells in C order; points outside the box belong to
-            the nearest cell, and NaN to `count`.
-        """
-        nx, ny, nz = self.shape
-        place = points - self.lower
-        place *= 1 / self.side
-        lost = np.isnan(place[:, 0])
-        if lost.any():
-            place[lost] = 0
-        cell = place.astype(np.int32)
-        np.clip(cell, 0, np.array([nx - 1, ny - 1, nz - 1], dtype=np.int32), out=cell)
-        flat = (cell[:, 0] * np.intp(ny) + cell[:, 1]) * nz + cell[:, 2]
-        if lost.any():
-            flat[lost] = self.count
-        return np.asarray(flat, dtype=np.intp)
-
-
-def cells_of(lower: FloatArray, upper: FloatArray, finest: int) -> Cells:
-    """Cells that cover a box, and on average half a cell more at each side.
+def indices(grid: Grid, points: FloatArray) -> IntArray:
+    """Return the cells of points.
 
     Args:
-        lower: (3,) least corner [m].
-        upper: (3,) opposite corner [m].
-        finest: Number of cells along the longest side, at least 2.
+        grid: The grid.
+        points: (m, 3) positions [m].
 
-    Raises:
-        ShapeError: A corner is not (3,).
-        InputValueError: The box has no extent, the corners are not finite or in the wrong order.
+    Returns:
+        (m,) indices into an array of `count` cells in C order; points outside the box belong to the
+        nearest cell, and NaN to `count`.
     """
-    lower, upper = finite("cells_of: lower", lower, (3,)), finite("cells_of: upper", upper, (3,))
-    whole("cells_of: finest", finest, 2)
-    if (upper < lower).any() or not (upper > lower).any():
-        raise InputValueError(f"cells_of: expected lower < upper, got {lower} and {upper}")
-    extent = upper - lower
-    flat = extent <= _FLAT * extent.max()
-    side = float(extent.max()) / (finest - 1)
-    shape = np.where(flat, 1, np.ceil(extent / side - _FLAT) + 1).astype(int)
-    middle = (lower + upper) / 2
-    nx, ny, nz = (int(n) for n in shape)
-    return Cells(middle - side * shape / 2, side, (nx, ny, nz))
+    nx, ny, nz = grid.shape
+    place = points - grid.lower
+    place *= 1 / grid.side
+    missing = np.isnan(place[:, 0])
+    if missing.any():
+        place[missing] = 0
+    cell = place.astype(np.int32)
+    np.clip(cell, 0, np.array([nx - 1, ny - 1, nz - 1], dtype=np.int32), out=cell)
+    flat = (cell[:, 0] * np.intp(ny) + cell[:, 1]) * nz + cell[:, 2]
+    if missing.any():
+        flat[missing] = grid.count
+    return np.asarray(flat, dtype=np.intp)
 
 
 _FLAT = 1e-9
 """Extent along a direction below which a body is flat, in parts of its longest extent."""
 
 
-class Measure(NamedTuple):
-    """A volume [m^3], an area [m^2] or a length [m], by the dimension of the body.
+class SizeEstimate(NamedTuple):
+    """A volume, an area or a length, by the dimension of the body.
 
     Attributes:
         value: The estimate.
         error: Its error, as large as it usually is at most.
-        dimension: 3, 2 or 1.
+        unit: "m^3", "m^2" or "m".
     """
 
     value: float
     error: float
-    dimension: int
+    unit: str
 
     def __str__(self) -> str:
         """The value with its error and its unit: volume 3.25 ± 0.02 m^3."""
-        name, unit = {1: ("length", "m"), 2: ("area", "m^2")}.get(self.dimension, ("volume", "m^3"))
-        return f"{name} {self.value:.4g} ± {self.error:.2g} {unit}"
+        name = {"m": "length", "m^2": "area"}.get(self.unit, "volume")
+        return f"{name} {self.value:.4g} ± {self.error:.2g} {self.unit}"
 
 
-def measure_of(cells: Cells, hits: CountArray) -> Measure:
-    """Volume, area or length of the body that fills the visited cells.
+def size_of(grid: Grid, hits: CountArray) -> SizeEstimate:
+    """Estimate the volume, area or length of the body that fills the visited cells.
 
-    Where the points are too few for the cells, neighbouring cells are joined until they suffice.
+    Adjacent cells are joined as long as the points are too few for the cells.
 
     Args:
-        cells: The cells.
-        hits: (nx, ny, nz) number of points in each.
+        grid: The grid.
+        hits: (nx, ny, nz) number of points in each cell.
     """
+    unit = {1: "m", 2: "m^2"}.get(grid.dimension, "m^3")
     half = np.random.default_rng(0).binomial(hits, 0.5).astype(hits.dtype)
-    for times in range(1, max(cells.shape) // _FEWEST + 1):
+    for times in range(1, max(grid.shape) // _FEWEST + 1):
         all_points, some = (_filled(_joined(points, times) > 0) for points in (hits, half))
         if all_points.sum() - some.sum() <= _MISSED * all_points.sum():
-            of_cell = (times * cells.side) ** cells.dimension
-            return _estimate(all_points, some, of_cell, cells.dimension)
-    # The points fill no lattice: the body is anything in the box.
-    box = cells.count * cells.side**cells.dimension
-    return Measure(box / 2, box / 2, cells.dimension)
+            value, error = _estimate(all_points, some)
+            of_cell = (times * grid.side) ** grid.dimension
+            return SizeEstimate(value * of_cell, error * of_cell, unit)
+    # The points are too few for any cells: the body is anything in the box.
+    box = grid.count * grid.side**grid.dimension
+    return SizeEstimate(box / 2, box / 2, unit)
 
 
-def _estimate(visited: BoolArray, halved: BoolArray, of_cell: float, dimension: int) -> Measure:
-    """The measure by the cells that all points and a half of them visit."""
-    whole, part = _corrected(visited), _corrected(halved)
-    unseen = (whole.value - part.value) / (2**_GROWTH - 1)
-    value, error = max(whole.value + unseen, 0.0), whole.error + abs(unseen)
-    return Measure(value * of_cell, error * of_cell, dimension)
+def _estimate(visited: BoolArray, halved: BoolArray) -> tuple[float, float]:
+    """Number of filled cells and its error, from the cells that all and half the points visit."""
+    value, error = _corrected(visited)
+    unseen = (value - _corrected(halved)[0]) / (2**_GROWTH - 1)
+    return max(value + unseen, 0.0), error + abs(unseen)
 
 
 def _joined(hits: CountArray, times: int) -> CountArray:
@@ -227,17 +234,17 @@ def _filled(visited: BoolArray) -> BoolArray:
     return np.asarray(inside[tuple(slice(1, -1) if n > 1 else slice(None) for n in visited.shape)])
 
 
-def _corrected(visited: BoolArray) -> Measure:
+def _corrected(visited: BoolArray) -> tuple[float, float]:
     """Number of cells that the body fills, at least 0, and the error of the correction."""
     count = float(visited.sum())
     if count == 0:
-        return Measure(0.0, 0.0, visited.ndim)
+        return 0.0, 0.0
     level, sloping = _open_faces(visited)
     value = count * float(np.prod(1 - (level + sloping) / (2 * count)))
     first = count - float((level + sloping).sum()) / 2
     surface = float(level.sum() + _SLOPING * sloping.sum()) / 2
     chance = _CHANCE * float(np.sqrt(level + sloping).sum())
-    return Measure(value, surface + chance + _SECOND * (value - first), visited.ndim)
+    return value, surface + chance + _SECOND * (value - first)
 
 
 def _open_faces(visited: BoolArray) -> tuple[FloatArray, FloatArray]:

@@ -1,4 +1,4 @@
-"""How far a tool reaches along each axis: optimisation from the best of many postures."""
+"""Bounds of a tool position along each axis: optimization from the best of many configurations."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ _SLOPE = 1e-14
 """Slope at which a search ends, likewise."""
 
 
-def extents_of(robot: Robot, points: Samples) -> FloatArray:
-    """The least and largest coordinates of the tool's origin in the box of the samples.
+def bounds_of(robot: Robot, points: Samples) -> FloatArray:
+    """Return the smallest and largest coordinates of the tool's origin in the box of the samples.
 
     Each end is a local optimum, found with the exact Jacobian from the eight best of the first
     2^16 samples.
 
     Args:
         robot: The robot.
-        points: Samples of its postures.
+        points: Samples of its configurations.
 
     Returns:
-        (2, 3) least and largest x, y, z [m].
+        (2, 3) smallest and largest x, y, z [m].
 
     Raises:
         InputValueError: Loops close at none of the samples.

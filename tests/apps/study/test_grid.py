@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from chasles.study.cells import cells_of, measure_of
+from chasles.study.grid import Grid, indices, size_of
 
 POINTS = 1_000_000
 
@@ -55,9 +55,9 @@ def test_volume_estimate_stays_within_stated_error(turn):
     for kind, *sizes in shapes(rng, 8):
         points, volume = kind(rng.random((3, POINTS)), *sizes)
         points = (turned(rng) @ points if turn else points).T
-        cells = cells_of(points.min(0), points.max(0), 40)
-        hits = np.bincount(cells.index(points), minlength=cells.count + 1)[:-1]
-        found = measure_of(cells, hits.reshape(cells.shape).astype(np.uint32))
+        cells = Grid.from_bounds(points.min(0), points.max(0), 40)
+        hits = np.bincount(indices(cells, points), minlength=cells.count + 1)[:-1]
+        found = size_of(cells, hits.reshape(cells.shape).astype(np.uint32))
         assert abs(found.value - volume) <= found.error, (kind.__name__, sizes)
         stated.append(found.error / volume)
     assert len(stated) == 8
@@ -72,9 +72,9 @@ def test_few_points_give_honest_error_and_nonnegative_volume(count):
         for kind, *sizes in shapes(rng, 20):
             points, volume = kind(rng.random((3, count)), *sizes)
             points = (turned(rng) @ points).T
-            cells = cells_of(points.min(0), points.max(0), 40)
-            hits = np.bincount(cells.index(points), minlength=cells.count + 1)[:-1]
-            found = measure_of(cells, hits.reshape(cells.shape).astype(np.uint32))
+            cells = Grid.from_bounds(points.min(0), points.max(0), 40)
+            hits = np.bincount(indices(cells, points), minlength=cells.count + 1)[:-1]
+            found = size_of(cells, hits.reshape(cells.shape).astype(np.uint32))
             assert found.value >= 0
             missed += abs(found.value - volume) > found.error
             total += 1
@@ -83,7 +83,7 @@ def test_few_points_give_honest_error_and_nonnegative_volume(count):
 
 
 def test_cells_extend_half_a_cell_beyond_points():
-    cells = cells_of(np.array([0.0, 1.0, 5.0]), np.array([3.9, 2.0, 5.0]), 40)
+    cells = Grid.from_bounds(np.array([0.0, 1.0, 5.0]), np.array([3.9, 2.0, 5.0]), 40)
     assert cells.side == pytest.approx(0.1)
     assert cells.shape == (40, 11, 1)
     np.testing.assert_allclose(cells.lower, [-0.05, 0.95, 4.95])
@@ -91,11 +91,11 @@ def test_cells_extend_half_a_cell_beyond_points():
 
 
 def test_sparse_points_state_error_that_covers_any_volume():
-    cells = cells_of(np.zeros(3), np.ones(3), 40)
+    cells = Grid.from_bounds(np.zeros(3), np.ones(3), 40)
     hits = np.bincount(
-        cells.index(np.random.default_rng(6).random((9, 3))), minlength=cells.count + 1
+        indices(cells, np.random.default_rng(6).random((9, 3))), minlength=cells.count + 1
     )[:-1]
-    found = measure_of(cells, hits.reshape(cells.shape).astype(np.uint32))
+    found = size_of(cells, hits.reshape(cells.shape).astype(np.uint32))
     assert found.value - found.error <= 0
     assert found.value + found.error >= 1
 
@@ -104,15 +104,15 @@ def test_disk_area_lies_within_stated_error():
     rng = np.random.default_rng(2)
     r, turn = np.sqrt(rng.random(POINTS)), 2 * np.pi * rng.random(POINTS)
     points = np.column_stack([r * np.cos(turn), r * np.sin(turn), np.full(POINTS, 0.3)])
-    cells = cells_of(points.min(0), points.max(0), 200)
-    hits = np.bincount(cells.index(points), minlength=cells.count + 1)[:-1]
-    found = measure_of(cells, hits.reshape(cells.shape).astype(np.uint32))
-    assert found.dimension == 2
+    cells = Grid.from_bounds(points.min(0), points.max(0), 200)
+    hits = np.bincount(indices(cells, points), minlength=cells.count + 1)[:-1]
+    found = size_of(cells, hits.reshape(cells.shape).astype(np.uint32))
+    assert found.unit == "m^2"
     assert abs(found.value - np.pi) <= found.error < 0.05
 
 
 def test_outside_points_are_clipped_and_nan_points_counted_apart():
-    cells = cells_of(np.zeros(3), np.ones(3), 10)
-    index = cells.index(np.array([[-5.0, 0, 0], [9.0, 9, 9], [np.nan, 0, 0]]))
+    cells = Grid.from_bounds(np.zeros(3), np.ones(3), 10)
+    index = indices(cells, np.array([[-5.0, 0, 0], [9.0, 9, 9], [np.nan, 0, 0]]))
     assert index[1] == cells.count - 1
     assert index[2] == cells.count

@@ -9,7 +9,8 @@ from scipy.stats import qmc
 import chasles
 from chasles.errors import InputValueError, OutOfReachError, ShapeError
 from chasles.screws import exp_rotation
-from chasles.study import positions
+from chasles.study import reachable_positions
+from chasles.study.grid import indices
 
 
 def lengths(robot, places, R):
@@ -31,36 +32,36 @@ def test_hexapod_workspace_matches_intersection_of_leg_shells(hexapod):
     T_0 = hexapod.fk(q_0)
     for turn in rng.uniform(-0.2, 0.2, (4, 3)):
         R = exp_rotation(turn) @ T_0[:3, :3]
-        found = positions(hexapod, R, finest=64)
-        # From three places the centre of each leg's sphere: q = |p - c| - l.
+        found = reachable_positions(hexapod, R, resolution=64)
+        # From three places the center of each leg's sphere: q = |p - c| - l.
         places = T_0[:3, 3] + rng.uniform(-0.05, 0.05, (40, 3))
         shells = [shell(places, column) for column in lengths(hexapod, places, R).T]
-        box = found.cells.upper - found.cells.lower
-        points = found.cells.lower + box * qmc.Sobol(3, rng=np.random.default_rng(2)).random(2**16)
+        box = found.grid.upper - found.grid.lower
+        points = found.grid.lower + box * qmc.Sobol(3, rng=np.random.default_rng(2)).random(2**16)
         inside = in_shells(points, shells)
         volume = inside.mean() * box.prod()
-        assert abs(found.measure.value - volume) < found.measure.error
-        assert abs(found.measure.value - volume) < 0.03 * volume
-        centres = np.stack(np.meshgrid(*found.cells.centres(), indexing="ij"), -1).reshape(-1, 3)
-        assert (in_shells(centres, shells) != found.inside.ravel()).mean() < 1e-3
-        own = found.inside.ravel()[found.cells.index(points)]
+        assert abs(found.size.value - volume) < found.size.error
+        assert abs(found.size.value - volume) < 0.03 * volume
+        centers = np.stack(np.meshgrid(*found.grid.centers(), indexing="ij"), -1).reshape(-1, 3)
+        assert (in_shells(centers, shells) != found.inside.ravel()).mean() < 1e-3
+        own = found.inside.ravel()[indices(found.grid, points)]
         assert (own != inside).mean() < 0.05
-        assert (points[inside].min(0) >= found.extents[0] - found.cells.side).all()
-        assert (points[inside].max(0) <= found.extents[1] + found.cells.side).all()
+        assert (points[inside].min(0) >= found.bounds[0] - found.grid.side).all()
+        assert (points[inside].max(0) <= found.bounds[1] + found.grid.side).all()
         checked += inside.sum()
     assert checked > 4000
 
 
 def in_shells(points, shells):
     inside = np.ones(len(points), dtype=bool)
-    for centre, least in shells:
-        d = np.linalg.norm(points - centre, axis=1)
+    for center, least in shells:
+        d = np.linalg.norm(points - center, axis=1)
         inside &= (d >= least) & (d <= least + 0.16)
     return inside
 
 
 def shell(places, q):
-    """Centre and least radius of a sphere's shell from q = |p - c| - l, by least squares.
+    """Center and least radius of a sphere's shell from q = |p - c| - l, by least squares.
 
     (q + l)^2 = |p|^2 - 2 p c + |c|^2 is linear in l, c and |c|^2 - l^2.
     """
@@ -71,53 +72,55 @@ def shell(places, q):
 
 def test_delta_workspace_volume_matches_jacobian_integral():
     delta = chasles.load("delta")
-    found = positions(delta, finest=128)
+    found = reachable_positions(delta, resolution=128)
     unit = qmc.Sobol(3, rng=np.random.default_rng(3)).random(2**14)
     q = delta.lower + unit * (delta.upper - delta.lower)
     T, J = delta.fk_jacobian_mixed(q)
     closed = np.isfinite(T[:, 0, 3])
     volumes = np.where(closed, np.abs(np.linalg.det(np.nan_to_num(J[:, :3]))), 0)
     volume = volumes.mean() * np.prod(delta.upper - delta.lower)
-    assert abs(found.measure.value - volume) < found.measure.error
-    assert found.measure.value == pytest.approx(volume, rel=0.03)
-    beyond = found.cells.index(T[closed, :3, 3])
+    assert abs(found.size.value - volume) < found.size.error
+    assert found.size.value == pytest.approx(volume, rel=0.03)
+    beyond = indices(found.grid, T[closed, :3, 3])
     assert found.inside.ravel()[beyond].mean() > 0.95
 
 
 def test_finer_cells_reduce_error_consistently(hexapod):
-    found = [positions(hexapod, finest=n).measure for n in (32, 64, 128)]
+    found = [reachable_positions(hexapod, resolution=n).size for n in (32, 64, 128)]
     for rough, fine in itertools.pairwise(found):
         assert abs(rough.value - fine.value) < rough.error
         assert fine.error < 0.6 * rough.error
 
 
-def test_position_workspace_exports_npz_and_plot(hexapod, tmp_path):
+def test_position_workspace_plot_labels_axes(hexapod):
     pytest.importorskip("matplotlib").use("Agg")
-    found = positions(hexapod, finest=32)
-    found.to_npz(tmp_path / "positions.npz")
-    with np.load(tmp_path / "positions.npz") as file:
-        assert np.array_equal(file["inside"], found.inside)
+    found = reachable_positions(hexapod, resolution=32)
     assert found.plot()[1].get_ylabel() == "z [m]"
 
 
 def test_invalid_position_workspace_arguments_are_rejected(hexapod):
-    with pytest.raises(InputValueError, match="expected finest 32 times a power of two, got 100"):
-        positions(hexapod, finest=100)
-    with pytest.raises(ShapeError, match=r"expected R_0_ee \(3, 3\)"):
-        positions(hexapod, np.eye(4))
+    with pytest.raises(
+        InputValueError, match="expected resolution 32 times a power of two, got 100"
+    ):
+        reachable_positions(hexapod, resolution=100)
+    with pytest.raises(ShapeError, match=r"R_0_ee: expected shape \(3, 3\)"):
+        reachable_positions(hexapod, np.eye(4))
     # A delta robot's inverse takes a tenth of the time of the hexapod's.
     with pytest.raises(OutOfReachError, match="delta: no box around the reached"):
-        positions(chasles.load("delta"), exp_rotation([3.0, 0, 0]), seed=[5, 0, 0])
+        reachable_positions(chasles.load("delta"), exp_rotation([3.0, 0, 0]))
 
 
 def test_box_that_cuts_region_grows_to_cover_it(hexapod):
-    whole = positions(hexapod, finest=64)
-    p, size = hexapod.fk(np.array(hexapod.reference.q))[:3, 3], hexapod.unit_length
+    whole = reachable_positions(hexapod, resolution=64)
+    T_0, size = hexapod.fk(hexapod.reference.q), hexapod.unit_length
     # Below the base is the mirror image of the region, so that the box must not reach down there.
     up = np.array([0, 0, 0.5])
     for away in ([1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]):
-        found = positions(hexapod, finest=64, seed=p + size * (0.9 * np.array(away) + up))
-        apart = abs(found.measure.value - whole.measure.value)
-        assert apart < found.measure.error + whole.measure.error
-        side = found.cells.side + whole.cells.side
-        np.testing.assert_allclose(found.extents, whole.extents, atol=side)
+        T = T_0.copy()
+        T[:3, 3] += size * (0.9 * np.array(away) + up)
+        q_seed = hexapod.ik(T).q[0]
+        found = reachable_positions(hexapod, T_0[:3, :3], resolution=64, q_seed=q_seed)
+        apart = abs(found.size.value - whole.size.value)
+        assert apart < found.size.error + whole.size.error
+        side = found.grid.side + whole.grid.side
+        np.testing.assert_allclose(found.bounds, whole.bounds, atol=side)

@@ -1,0 +1,190 @@
+"""Reachable positions at a constant orientation: cells, tested by the closed-form inverse.
+
+The centers of cells are put through the inverse with all branches, within limits. Cells next to
+cells with another result are divided until they are fine enough, so that the work grows with the
+surface alone. The border lies between eight centers that differ: half of the volume there is
+counted, and half of it is the error, a bound as long as no part of the border hides between centers
+that agree. The error of the value is much less as a rule, and shrinks with the cells.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from chasles import InputValueError, OutOfReachError, Robot
+from chasles.summaries import ranges, summary_repr
+
+from .arguments import finite
+from .grid import Grid, SizeEstimate
+from .reach import reach
+from .results import StudyResult
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+_COARSE = 32
+"""Cells along each side at the start."""
+_FIRST, _REST = slice(None, -1), slice(1, None)
+_GROWTH = 1.5
+_FITS = 12
+"""How often the box is fitted to what is reached; each time it grows or shrinks."""
+
+
+@dataclass(frozen=True, eq=False)
+class ReachablePositions(StudyResult):
+    """The positions of a tool at a constant orientation.
+
+    Attributes:
+        robot: The robot's name.
+        R_0_ee: (3, 3) the orientation.
+        grid: The cells.
+        inside: (nx, ny, nz) whether the center of each cell is reached.
+    """
+
+    _parts = (Grid,)
+
+    robot: str
+    R_0_ee: FloatArray
+    grid: Grid
+    inside: BoolArray
+
+    def __repr__(self) -> str:
+        """Summary with the main figures."""
+        return summary_repr(
+            self,
+            self.robot,
+            str(self.size),
+            ranges(self.bounds),
+            f"{' x '.join(map(str, self.grid.shape))} cells of {self.grid.side:.4g} m",
+            methods="plot(), save(path)",
+        )
+
+    @property
+    def size(self) -> SizeEstimate:
+        """The volume [m^3]; its error is a bound from the cells at the border."""
+        corners = [self.inside[at] for at in itertools.product((_FIRST, _REST), repeat=3)]
+        whole, some = np.logical_and.reduce(corners), np.logical_or.reduce(corners)
+        of_cell = self.grid.side**3
+        cut = float((some & ~whole).sum()) * of_cell / 2
+        return SizeEstimate(float(whole.sum()) * of_cell + cut, cut, "m^3")
+
+    @property
+    def bounds(self) -> FloatArray:
+        """(2, 3) smallest and largest x, y and z of the cells that are reached [m], to a cell."""
+        corners = np.argwhere(self.inside)
+        lower = self.grid.lower + self.grid.side * corners.min(0)
+        return np.array([lower, self.grid.lower + self.grid.side * (corners.max(0) + 1)])
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the extent of the positions along z and along y.
+
+        Args:
+            ax: Two matplotlib axes; None: a new figure.
+
+        Returns:
+            The axes.
+        """
+        from .pictures import plot_positions  # noqa: PLC0415
+
+        return plot_positions(self, ax)
+
+
+def reachable_positions(
+    robot: Robot,
+    R_0_ee: ArrayLike | None = None,
+    *,
+    resolution: int = 256,
+    q_seed: ArrayLike | None = None,
+) -> ReachablePositions:
+    """Return the positions of the tool at one orientation, within limits, on any branch.
+
+    Args:
+        robot: A robot with `ik`, such as a platform on six legs or a delta robot.
+        R_0_ee: (3, 3) the orientation; None: that of q_seed.
+        resolution: Cells along each side of the box, 32 times a power of two.
+        q_seed: (n,) coordinates [rad or m] whose tool position is near reached positions; None: the
+            reference configuration.
+
+    Raises:
+        AttributeError: The robot has no `ik`.
+        InputValueError: `resolution` is not such a number, a number is not finite, or the robot has
+            no reference configuration and q_seed is missing.
+        OutOfReachError: No cell near the tool position of q_seed is reached.
+        ShapeError: The orientation is not (3, 3), or q_seed not (n,).
+    """
+    levels = int(resolution // _COARSE).bit_length() - 1
+    if resolution != _COARSE * 2 ** max(levels, 0):
+        raise InputValueError(
+            f"reachable_positions: expected resolution {_COARSE} times a power of two, got "
+            f"{resolution}"
+        )
+    R, start = _start(robot, R_0_ee, q_seed)
+    lower, side, inside = _fitted(robot, R, start)
+    for _ in range(levels):
+        side /= 2
+        open_cells = np.repeat(np.repeat(np.repeat(_border(inside), 2, 0), 2, 1), 2, 2)
+        inside = np.repeat(np.repeat(np.repeat(inside, 2, 0), 2, 1), 2, 2)
+        cells = np.argwhere(open_cells)
+        inside[open_cells] = _reached(robot, R, lower + side * (cells + 0.5))
+    nx, ny, nz = inside.shape
+    return ReachablePositions(robot.name, R, Grid(lower, side, (nx, ny, nz)), inside)
+
+
+def _start(
+    robot: Robot, R_0_ee: ArrayLike | None, q_seed: ArrayLike | None
+) -> tuple[FloatArray, FloatArray]:
+    """The orientation, and a position that is or is near a reached one."""
+    if q_seed is None and robot.reference is None:
+        raise InputValueError(
+            f"reachable_positions: {robot.name} has no reference configuration; expected q_seed"
+        )
+    q = robot.reference.q if q_seed is None and robot.reference else q_seed
+    T = robot.fk(finite("reachable_positions: q_seed", np.asarray(q), (robot.n,)))
+    R = T[:3, :3] if R_0_ee is None else finite("reachable_positions: R_0_ee", R_0_ee, (3, 3))
+    return R, T[:3, 3]
+
+
+def _fitted(robot: Robot, R: FloatArray, start: FloatArray) -> tuple[FloatArray, float, BoolArray]:
+    """A box of cells around all reached positions: its lower corner, a side and the cells."""
+    middle, size = start, 2 * robot.unit_length
+    for _ in range(_FITS):
+        side = size / _COARSE
+        lower = middle - size / 2
+        grid = np.indices((_COARSE,) * 3).reshape(3, -1).T
+        inside = _reached(robot, R, lower + side * (grid + 0.5)).reshape((_COARSE,) * 3)
+        if not inside.any():
+            size /= 2
+            continue
+        least, most = (end(np.argwhere(inside), axis=0) for end in (np.min, np.max))
+        if (least == 0).any() or (most == _COARSE - 1).any():
+            size *= _GROWTH
+            continue
+        if (most - least).max() + 1 >= _COARSE // 2:
+            return lower, side, inside
+        middle = lower + side * (least + most + 1) / 2
+        size = side * ((most - least).max() + 3)
+    raise OutOfReachError(f"{robot.name}: no box around the reached positions near {start} found")
+
+
+def _reached(robot: Robot, R: FloatArray, positions: FloatArray) -> BoolArray:
+    """Whether positions (m, 3) are reached."""
+    if not len(positions):
+        return np.zeros(0, dtype=bool)
+    return np.asarray(reach(robot, positions, R[None], progress=False).reached[:, 0])
+
+
+def _border(inside: BoolArray) -> BoolArray:
+    """The cells with a neighbor, across a face, an edge or a corner, that differs from them."""
+    padded = np.pad(inside, 1)
+    least, most = padded.copy(), padded.copy()
+    for axis in range(3):
+        pair = [np.roll(least, step, axis) for step in (1, -1)]
+        least = least & pair[0] & pair[1]
+        pair = [np.roll(most, step, axis) for step in (1, -1)]
+        most = most | pair[0] | pair[1]
+    return np.asarray((least != most)[1:-1, 1:-1, 1:-1])
