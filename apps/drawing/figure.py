@@ -163,7 +163,7 @@ def _ghosts(bodies: Skeleton, q: FloatArray, ghosts: Any) -> tuple[FloatArray, t
             raise InputValueError(f"draw: ghosts: {robot.name} has no inverse in closed form")
         ghosts = other_inverses(robot, q)
     if isinstance(ghosts, Solutions):
-        return bodies.poses(ghosts.array()), _labels(ghosts)
+        return bodies.poses(ghosts.valid_q()), _labels(ghosts)
     return bodies.poses(rows_of(robot, ghosts, "draw: ghosts")), ()
 
 

@@ -329,7 +329,7 @@ def _counted(robot: Robot, found: Any) -> tuple[IntArray, IntArray]:
     inside = found.valid.copy()
     for j, wraps in enumerate(found.wraps):
         if np.isfinite(_room(robot, j, wraps)):
-            inside &= _excess(robot, found.q[..., j], j, wraps) <= AT_LIMIT * found.unit
+            inside &= _excess(robot, found.q[..., j], j, wraps) <= AT_LIMIT * found.unit_length
     count = inside.sum(-1)
     limiting = np.where(count > 0, FREE, OUT_OF_REACH)
     exceeding = (count == 0) & found.valid.any(-1)

@@ -70,8 +70,7 @@ def _all(robot: Robot, T: FloatArray, last: FloatArray) -> tuple[FloatArray, Boo
         x = np.array([T[0, 3], T[1, 3], np.arctan2(T[1, 0], T[0, 0])])
         found = robot.ik_planar(x)
         q = _unwound(robot, found.q[found.valid], last)
-        margin = found.margin[found.valid].reshape(len(q), -1).min(-1, initial=np.inf)
-        return q, robot.is_within_limits(q), margin
+        return q, robot.is_within_limits(q), found.margin[found.valid]
     return np.empty((0, robot.n)), np.empty(0, dtype=np.bool_), np.empty(0)
 
 
@@ -79,7 +78,7 @@ def _in_closed_form(
     robot: Robot, T: FloatArray, last: FloatArray
 ) -> tuple[FloatArray, BoolArray, FloatArray]:
     solutions: Solutions = robot.ik(T, fixed=redundancy_at(robot, last))
-    near = last + solutions.moves_from(last)
+    near = last + solutions.distances_from(last)
     moved = solutions.within_limits(windings=False)
     here = robot.is_within_limits(near)
     q = np.where(here[:, None] | ~moved.valid[:, None], near, moved.q)

@@ -237,7 +237,7 @@ def spot(xy: FloatArray) -> Spot:
     q = gantry.actuators(chain_of(gantry, [*xy, 0]))
     guide = gantry.fk(q)[:3, 3]
     arm = polar_arm()
-    (drop,) = arm.ik_position(guide).within_limits().array()
+    (drop,) = arm.ik_position(guide).within_limits().valid_q()
     motion = MotionSequence(arm, np.zeros(3)).move(drop, "constant", duration=PICK_TO_DROP)
     sampled = motion.sample(frequency=1)
     theta, r, _ = sampled.q[-1]
@@ -324,9 +324,9 @@ class Triangle:
 @cache
 def triangle() -> Triangle:
     """Both elbows, and the triangle of shoulder, elbow and wrist."""
-    (on_line,) = polar_arm().ik_position([*TARGET, 0]).within_limits().array()
+    (on_line,) = polar_arm().ik_position([*TARGET, 0]).within_limits().valid_q()
     chain = chasles.load("bricklaying_planar")
-    q = chain.ik_planar([*TARGET, on_line[0]]).array()
+    q = chain.ik_planar([*TARGET, on_line[0]]).valid_q()
     q = q[np.argsort(-q[:, 0])]
     return Triangle(q, chain.link_poses(q[0])[1, :2, 3], float(on_line[0]))
 
@@ -336,7 +336,7 @@ def inverse_rows(printed: dict[str, Printed]) -> list[Row]:
     found = triangle()
     chain, arm = chasles.load("bricklaying_planar"), polar_arm()
     shoulder, elbow, wrist = found.q[0]
-    (centre,) = arm.ik_position([*found.wrist, 0]).within_limits().array()
+    (centre,) = arm.ik_position([*found.wrist, 0]).within_limits().valid_q()
     lengths = np.array([chain.parameters[name].value for name in ("l1", "l2", "l3")])
     beyond = arm.fk([found.line, centre[1] + 2 * lengths[2], 0])
     ours = {

@@ -41,7 +41,7 @@ def run(function: Function[Any], inputs: tuple[Any, ...], outs: tuple[Any, ...] 
     strange = [value for value in (*inputs, *(outs or ())) if _has_protocol(value)]
     if dask is None or not all(isinstance(value, dask.Array) for value in strange):
         result = function.ufunc(*inputs, **({"out": outs} if outs else {}))
-        return function.solutions.judged(*result) if function.solutions else result
+        return function.solutions._judged(*result) if function.solutions else result
     if outs:
         raise InputTypeError(f"{function.__qualname__}: a dask array is lazy, so it takes no out")
     result = _apply(dask, function, [_read(dask, function, i, x) for i, x in enumerate(inputs)])

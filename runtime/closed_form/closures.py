@@ -13,6 +13,7 @@ from ..contract import Coordinate
 from ..facts import RobotFacts
 from ..iterative.newton import NewtonMethods
 from ..tolerances import SAME_JOINTS
+from .solutions import Solutions, solutions_of
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -176,21 +177,27 @@ class LoopMethods(NewtonMethods):
         return ActuatorBranches(q, closes, margin)
 
     @needs(when=is_planar_with_inverse)
-    def ik_planar(self, pose: ArrayLike) -> ActuatorBranches:
+    def ik_planar(self, x: ArrayLike) -> Solutions:
         """The inverse of a planar platform, leg by leg: all actuated coordinates at a pose.
 
         Args:
-            pose: (..., 3): x, y [m] and phi [rad] of the platform.
+            x: (..., 3): x, y [m] and phi [rad] of the platform.
 
         Returns:
-            `q (..., k, n)`, `valid (..., k)`, `margin`; with two branches per leg, k is 8 for three
-            legs. Legs that are cylinders have one branch, which is valid everywhere: k and the
-            margin are 1.
+            Solutions, with two branches per leg, k is 8 for three legs. Legs that are cylinders
+            have one branch, whose margin is 1. `margin` is the smallest of the legs, `residual` 0
+            if the legs close, else infinite: a residual of the loops, not of `fk(q)`, which
+            follows one of several assembly modes.
         """
         if "actuators_all" in self.functions:
-            return self.actuator_branches(pose)
-        q, margin = self._leg_branches(pose)
-        return ActuatorBranches(q, np.isfinite(margin), margin)
+            q, closes, margin = self.actuator_branches(x)
+        else:
+            q, margin = self._leg_branches(x)
+            closes = np.isfinite(margin)
+        margin = margin if margin.ndim == closes.ndim else margin.min(-1)
+        labels = self.labels.get("actuator_branches", ())
+        kind = solutions_of(self.coordinates, self.manifest.wraps, labels, self.unit_length)
+        return kind(q, np.where(closes, 0.0, np.inf), margin, closes)
 
     def _leg_branches(self, theta: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """(..., k, n) actuated coordinates of all branches, and their margins."""

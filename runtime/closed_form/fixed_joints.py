@@ -240,7 +240,7 @@ class PerturbedInverse:
         assert self.fk_jacobian_mixed is not None
         # One pose is a batch of one.
         lead = (None,) if solutions.valid.ndim == 1 else ()
-        unit = solutions.unit
+        unit = solutions.unit_length
         q, residual, margin, valid = (field[lead] for field in solutions)
         missed = ~valid.any(-1) & np.isfinite(residual).all(-1)
         if not missed.any():

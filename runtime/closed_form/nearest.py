@@ -32,13 +32,12 @@ from .nearest_solution import (
     NearestSolution,
     limited_type,
     nearest_type,
-    read_limits,
-    read_weights,
 )
 from .paths import has_inverse
+from .refinement import Refinement
 from .self_motion import Objective, best_parameters
-from .slot_facts import facts_of
-from .solutions import Solutions
+from .slot_facts import facts_of, read_limits, read_weights
+from .solutions import LeastSquares, Solutions
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int8]
@@ -184,18 +183,41 @@ class NearestMethods(RobotFacts):
             found, limited = _settled(make(seeds, held), target, seeds)
         return _packed(label, inverse, found, limited, batch, out)
 
+    @needs("fk_jacobian_mixed")
+    def ik_refine(self, T: ArrayLike, q_seed: ArrayLike) -> LeastSquares:
+        """Refines coordinates near a solution by Newton's method, for example of a nominal arm.
+
+        Args:
+            T: (..., 4, 4) poses of the tool measured and expressed in the base frame.
+            q_seed: (..., n) coordinates near the solution [rad or m].
+
+        Returns:
+            `q (..., n)` and `residual (...,)` [m], the larger of the distance from the pose and of
+            the angle times `unit_length`. Limits play no part; a pose that is out of reach keeps a
+            residual.
+
+        Raises:
+            ShapeError: If a shape is wrong or leading dimensions do not broadcast.
+            InputValueError: If a matrix is far from rigid.
+        """
+        label = f"{self.name}.ik_refine"
+        target, seeds, batch = self._rows(label, "pose", None, T, q_seed)
+        refinement = Refinement(self.fk_jacobian_mixed, (), self.unit_length)
+        q, residual = refinement.led(project(target, caller=label), seeds)
+        return LeastSquares(q.reshape(*batch, self.n), residual.reshape(batch)[()])
+
     def _rows(
-        self, label: str, task: TaskName, info: FunctionInfo, T: ArrayLike, q_seed: ArrayLike
+        self, label: str, task: TaskName, info: FunctionInfo | None, T: ArrayLike, q_seed: ArrayLike
     ) -> tuple[FloatArray, FloatArray, tuple[int, ...]]:
         """The targets (N, ...) and seeds (N, n) row by row, and the leading dimensions."""
         given, seeds = real_array(label, "T", T), real_array(label, "q_seed", q_seed)
-        core = info.inputs[0].shape
+        core = info.inputs[0].shape if info else _POSE
         is_pose = given.shape[-2:] == _POSE
         if is_pose and task != "pose":
             is_pose = bool((given[..., 3, :] == np.eye(4)[3]).all())
         shape = _POSE if is_pose or task == "pose" else core
         if given.shape[given.ndim - len(shape) :] != shape:
-            own = "" if task == "pose" else f", or as {info.name} takes it (..., {core[0]})"
+            own = "" if task == "pose" else f", or as ik_{task} takes it (..., {core[0]})"
             raise ShapeError(
                 f"{label}: T must have shape (..., 4, 4){own}, got shape {given.shape}"
             )
@@ -212,7 +234,7 @@ class NearestMethods(RobotFacts):
                 f"{seeds.shape[:-1]}"
             ) from None
         targets = np.broadcast_to(given, (*batch, *shape)).reshape(-1, *shape)
-        if is_pose and task != "pose":
+        if info and is_pose and task != "pose":
             targets = Task(info.role.aims).of(project(targets, caller=label))
         rows = np.broadcast_to(seeds, (*batch, self.n)).reshape(-1, self.n)
         return np.ascontiguousarray(targets), np.ascontiguousarray(rows), batch

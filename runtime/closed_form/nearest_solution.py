@@ -7,14 +7,9 @@ from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from ..call.validation import real_array
-from ..contract import Coordinate
-from ..errors import InputValueError, ShapeError
-from ..size import limits_of
 from ..tolerances import SOLVED
-from .slot_facts import check_ascending
 from .solutions import Fields
 
 FloatArray = NDArray[np.float64]
@@ -122,35 +117,3 @@ class Moves:
         if not free:
             scale[list(fixed)] = 0.0
         return Moves(self.lower, self.upper, scale, turn)
-
-
-def read_limits(
-    coordinates: tuple[Coordinate, ...], label: str, limits: Any
-) -> tuple[FloatArray, FloatArray]:
-    """The limits (n,) that a call gives: "robot", None for none, or (n, 2)."""
-    n = len(coordinates)
-    if limits is None:
-        return np.full(n, -np.inf), np.full(n, np.inf)
-    if isinstance(limits, str):
-        if limits != "robot":
-            raise InputValueError(
-                f'{label}: limits must be "robot", None or an array ({n}, 2), got {limits!r}'
-            )
-        return limits_of(coordinates)
-    array = real_array(label, "limits", limits)
-    if array.shape != (n, 2):
-        raise ShapeError(f"{label}: limits must have shape ({n}, 2), got shape {array.shape}")
-    return check_ascending(label, coordinates, array[:, 0].copy(), array[:, 1].copy())
-
-
-def read_weights(n: int, label: str, weights: ArrayLike) -> FloatArray:
-    """The weights (n,) of a call: finite, not negative, and one of them positive."""
-    array = real_array(label, "weights", weights)
-    if array.shape != (n,):
-        raise ShapeError(f"{label}: weights must have shape ({n},), got shape {array.shape}")
-    if not ((array >= 0) & np.isfinite(array)).all() or not array.any():
-        raise InputValueError(
-            f"{label}: weights must be finite and not negative, and one of them positive, got "
-            f"{array.tolist()}"
-        )
-    return array

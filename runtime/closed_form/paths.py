@@ -18,6 +18,7 @@ from ..size import within
 from ..tolerances import JUMP
 from .aims import Task, TaskName, inverse_for, inverses_of
 from .refinement import Refinement
+from .slot_facts import facts_of
 from .solutions import Solutions
 
 FloatArray = NDArray[np.float64]
@@ -159,7 +160,11 @@ class InverseMethods(RobotFacts):
         if is_own(self, values) and len(info.inputs) > 1:
             values = parameter_values(self, values, seeds)
         solutions = inverse(target, fixed=values) if values else inverse(target)
-        largest = JUMP * solutions.units() if max_step is None else np.full(self.n, float(max_step))
+        largest = (
+            JUMP * facts_of(type(solutions)).units
+            if max_step is None
+            else np.full(self.n, float(max_step))
+        )
         if not len(poses):
             return self._report(np.empty((0, self.n)), np.empty(0), None)
         q, margin = np.empty((len(poses), self.n)), np.empty(len(poses))
@@ -181,15 +186,15 @@ class InverseMethods(RobotFacts):
     def _first(self, slots: Solutions, q_seed: FloatArray) -> _Step:
         if not slots.valid.any():
             return _Step(q_seed, np.nan, "no solution")
-        inside = slots.within_limits(self.lower, self.upper)
+        inside = slots.within_limits()
         allowed = inside if inside.valid.any() else slots
-        moves = allowed.moves_from(q_seed)
-        best = _least(moves / slots.units(), allowed.valid)
+        moves = allowed.distances_from(q_seed)
+        best = _least(moves / facts_of(type(slots)).units, allowed.valid)
         q, margin = q_seed + moves[best], float(allowed.margin[best])
         if allowed is inside:
             # The slots of `inside` list turns separately: the path starts in none of `slots`.
             return _Step(q, margin)
-        outside = ~within(q, self.lower, self.upper, slots.units())
+        outside = ~within(q, self.lower, self.upper, facts_of(type(slots)).units)
         return _Step(q, margin, "limit", int(np.argmax(outside)))
 
     def _next(
@@ -197,11 +202,11 @@ class InverseMethods(RobotFacts):
     ) -> _Step:
         if not slots.valid.any():
             return _Step(here, np.nan, "no solution")
-        moves = slots.moves_from(here)
-        best = _least(moves / slots.units(), slots.valid)
+        moves = slots.distances_from(here)
+        best = _least(moves / facts_of(type(slots)).units, slots.valid)
         move, margin = moves[best], float(slots.margin[best])
         if (np.abs(move) > max_step).any():
-            nearby = self._nearby(pose, here, slots.unit)
+            nearby = self._nearby(pose, here, slots.unit_length)
             if nearby is None or (np.abs(nearby - here) > max_step).any():
                 return _Step(here + move, margin, "jump", int(np.argmax(np.abs(move) / max_step)))
             return self._inside(nearby, slots, margin, None)
@@ -209,7 +214,7 @@ class InverseMethods(RobotFacts):
 
     def _inside(self, q: FloatArray, slots: Solutions, margin: float, slot: int | None) -> _Step:
         """A step to coordinates, or the reason that they are beyond a limit."""
-        outside = ~within(q, self.lower, self.upper, slots.units())
+        outside = ~within(q, self.lower, self.upper, facts_of(type(slots)).units)
         if outside.any():
             return _Step(q, margin, "limit", int(np.argmax(outside)))
         return _Step(q, margin, slot=slot)
@@ -228,10 +233,10 @@ class InverseMethods(RobotFacts):
         They are those of `_next`, for all poses at once: the slot moves the joints least, none of
         them jumps, and limits hold.
         """
-        units, own = solutions.units(), solutions.q[first - 1 : end, slot]
+        units, own = facts_of(type(solutions)).units, solutions.q[first - 1 : end, slot]
         part = slice(first, end)
         slots = type(solutions)._make(field[part] for field in solutions)
-        moves = slots.moves_from(own[:-1])
+        moves = slots.distances_from(own[:-1])
         with np.errstate(invalid="ignore"):
             best = np.where(slots.valid, np.abs(moves / units).max(-1), np.inf).argmin(-1)
             # Whole turns from one pose to the next, so that rounding does not add up.

@@ -4,7 +4,7 @@ A slot keeps its branch from pose to pose, whether or not the arm reaches the po
 `labels` names the branches. So filters leave the slots in place and clear `valid`. Each filter
 returns solutions, and filters can be chained:
 
-    robot.ik(T).within_limits().distinct().sorted_from(seed)
+    robot.ik(T).within_limits().distinct().sorted_by_distance(q_seed)
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, ClassVar, NamedTuple, Self, cast
+from typing import Any, ClassVar, Literal, NamedTuple, Self, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,13 +23,13 @@ from ..contract import Coordinate
 from ..errors import InputValueError, OutOfReachError, ShapeError
 from ..tolerances import AT_LIMIT, FAR, SAME_SOLUTION, SOLVED, TILTED
 from . import _filters
-from .slot_facts import TURN, check_ascending, facts_of, windings_of
+from .slot_facts import TURN, facts_of, read_limits, read_weights, windings_of
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
-MOST_WINDINGS, _FREEDOMS = 100_000, 6
+MAX_WINDINGS, _FREEDOMS = 100_000, 6
 
 
 class Fields(NamedTuple):
@@ -42,11 +42,11 @@ class Fields(NamedTuple):
 
 
 class LeastSquares(NamedTuple):
-    """The coordinates that come nearest to poses out of reach.
+    """Coordinates that come nearest to poses.
 
     Attributes:
-        q: (..., n) coordinates [rad or m]; NaN where the pose has solutions.
-        residual: (...,) error of the tool [m], as in Solutions; NaN where the pose has solutions.
+        q: (..., n) coordinates [rad or m].
+        residual: (...,) error of the tool [m], as in Solutions.
     """
 
     q: FloatArray
@@ -57,44 +57,44 @@ class Solutions(Fields):
     """All branches of an inverse, in k fixed slots a pose.
 
     A tuple of four arrays, `q, residual, margin, valid = robot.ik(T)`, and iterating over it gives
-    these arrays; the solutions of one pose are the rows of `array()`.
+    these arrays; the solutions of one pose are the rows of `valid_q()`.
 
     Attributes:
         q: (..., k, n) coordinates [rad or m]: a solution where `valid`, else the least-squares
             answer on that branch; NaN where an input is NaN.
         residual: (..., k) error of the tool by forward kinematics [m]: the larger of the distance
-            from the pose and of the angle times `unit`. A pose that is nearly rigid counts as the
+            from the pose and of the angle times `unit_length`. A nearly rigid pose counts as the
             rigid pose nearest to it. Infinite in another assembly mode, see `other_mode`.
         margin: (..., k) least margin of the steps of the branch: 0 at the border of reach, negative
             beyond it.
         valid: (..., k) whether the slot holds a solution that no filter has removed: its residual
-            is at most 1e-9 `unit`, or of a pose that rounding has moved off a rigid one 10 `unit`
-            times its `se3.deviation`, or half a unit of the last decimal of its rotation if that is
-            more.
-        unit: The robot's unit of length [m]: the power of 1000 nearest to the size of its
-            workspace, 1 m for robots of 0.03 m to 30 m.
+            is at most `tolerance`, or of a pose that rounding has moved off a rigid one 10
+            `unit_length` times its `se3.deviation`, or half a unit of the last decimal of its
+            rotation if that is more.
+        unit_length: The length [m] that counts as much as a radian, as of the robot.
+        tolerance: Largest residual of a solution [m], 1e-9 `unit_length`.
         coordinates: The elements of q.
         wraps: (n,) whether a full turn of the coordinate leaves the pose unchanged: true for
             turning joints until `within_limits` lists their turns separately.
         labels: (k,) the branch in each slot, "shoulder_pan +, elbow -": the joints whose angle the
-            branch chooses, and the choice; () once `sorted_from` has reordered the slots of each
-            pose.
+            branch chooses, and the choice; () once `sorted_by_distance` has reordered the slots of
+            each pose.
         windings: Number of consecutive slots that `within_limits` lists for each branch.
     """
 
     __slots__ = ()
 
-    TOLERANCE: ClassVar[float] = SOLVED
+    tolerance: ClassVar[float] = SOLVED
     coordinates: ClassVar[tuple[Coordinate, ...]] = ()
     wraps: ClassVar[tuple[bool, ...]] = ()
     labels: ClassVar[tuple[str, ...]] = ()
-    unit: ClassVar[float] = 1.0
+    unit_length: ClassVar[float] = 1.0
     windings: ClassVar[int] = 1
 
     @classmethod
-    def judged(cls, q: Any, residual: Any, margin: Any) -> Self:
-        """Solutions from slots, valid where the residual is at most `TOLERANCE`."""
-        return cls(q, residual, margin, residual <= cls.TOLERANCE)
+    def _judged(cls, q: Any, residual: Any, margin: Any) -> Self:
+        """Solutions from slots, valid where the residual is at most `tolerance`."""
+        return cls(q, residual, margin, residual <= cls.tolerance)
 
     @property
     def count(self) -> IntArray:  # type: ignore[override]
@@ -128,7 +128,7 @@ class Solutions(Fields):
             raise InputValueError(f"Solutions.at: expected an index into {batch}, got {index}")
         return type(self)(*(field[index] for field in self))
 
-    def array(self) -> FloatArray:
+    def valid_q(self) -> FloatArray:
         """The valid solutions of one pose, without the other slots.
 
         Returns:
@@ -139,17 +139,13 @@ class Solutions(Fields):
         """
         if self.valid.ndim != 1:
             raise InputValueError(
-                f"Solutions.array: defined for one pose, got poses {self.valid.shape[:-1]}; "
+                f"Solutions.valid_q: defined for one pose, got poses {self.valid.shape[:-1]}; "
                 "solutions.q[solutions.valid] has the solutions of all poses, row by row"
             )
         return self.q[self.valid]
 
     def within_limits(
-        self,
-        lower: ArrayLike | None = None,
-        upper: ArrayLike | None = None,
-        *,
-        windings: bool = True,
+        self, limits: Literal["robot"] | ArrayLike | None = "robot", *, windings: bool = True
     ) -> Self:
         """Keeps the solutions within limits, with every turn within them.
 
@@ -162,12 +158,12 @@ class Solutions(Fields):
         within it by as few turns as possible. From then on each turn is a value of its own:
         distances from a seed are no longer wrapped, except for joints without limits.
 
-        A joint that rounding has put outside a limit (1e-12 rad, or 1e-12 `unit`) is set to the
-        limit.
+        A joint that rounding has put outside a limit (1e-12 rad, or 1e-12 `unit_length`) is set to
+        the limit.
 
         Args:
-            lower: (n,) lower limits [rad or m], -inf for none; the robot's own if None.
-            upper: (n,) upper limits [rad or m], inf for none; the robot's own if None.
+            limits: "robot", None for no limits, or (n, 2) lower and upper limits [rad or m], -inf
+                and inf for none.
             windings: False keeps the k slots, each moved into the limits by as few turns as
                 possible: all windings of a large batch need much memory for an arm with six joints
                 of two turns each.
@@ -178,32 +174,35 @@ class Solutions(Fields):
         Raises:
             InputValueError: If a lower limit is above the upper one, or the limits are so wide that
                 a solution has more than 100,000 windings.
-            ShapeError: If there are not n of them.
+            ShapeError: If the limits are not (n, 2).
         """
         listing = _own_listing(cast("Any", type(self)), windings)
-        if lower is not None or upper is not None:
-            listing = _listing(type(self), *self._limits(lower, upper), windings)
+        if not isinstance(limits, str) or limits != "robot":
+            label = "Solutions.within_limits"
+            listing = _listing(type(self), *read_limits(self.coordinates, label, limits), windings)
         kind = cast("type[Self]", listing.kind)
         return tuple.__new__(kind, _filtered(_filters.windings, self, listing.limits, AT_LIMIT))
 
-    def sorted_from(self, seed: ArrayLike) -> Self:
-        """The slots in the order of the largest move of a joint, those that are not valid last.
+    def sorted_by_distance(self, q_seed: ArrayLike, *, weights: ArrayLike | None = None) -> Self:
+        """The slots in the order of the largest weighted move of a joint, invalid slots last.
 
-        Moves of slides count in `unit`.
+        Moves of prismatic joints count in `unit_length`.
 
         Args:
-            seed: (..., n) coordinates of the robot [rad or m]; joints that wrap may turn either
+            q_seed: (..., n) coordinates of the robot [rad or m]; joints that wrap may turn either
                 way.
+            weights: (n,) factors of the moves; a coordinate with the factor 0 does not count.
 
         Returns:
             Solutions with the slots of each pose in an order of its own.
 
         Raises:
-            ShapeError: If the seed does not fit the poses.
+            InputValueError: If a weight is negative, or all are 0.
+            ShapeError: If `q_seed` does not fit the poses.
         """
-        facts = facts_of(type(self))
-        start = self._seeds("sorted_from", seed)
-        order = _filtered(_filters.order, (self.q, self.valid), start, facts.turn, facts.units)
+        facts, units = facts_of(type(self)), self._weighted("sorted_by_distance", weights)
+        start = self._seeds("sorted_by_distance", q_seed)
+        order = _filtered(_filters.order, (self.q, self.valid), start, facts.turn, units)
         if order.ndim == 1:
             return cast(
                 Self, _unlabelled(cast("Any", type(self)))(*(f.take(order, 0) for f in self))
@@ -216,8 +215,8 @@ class Solutions(Fields):
         """Keeps the first of slots with the same solution, as they occur at singularities.
 
         Args:
-            tolerance: Radians, and parts of `unit`; slots that differ by no more in any coordinate
-                are equal.
+            tolerance: Radians, and parts of `unit_length`; slots are equal if no coordinate differs
+                by more.
 
         Returns:
             Solutions with the repetitions not valid.
@@ -229,11 +228,34 @@ class Solutions(Fields):
         )
         return self._remade(self.q, self.residual, self.margin, found)
 
-    def within(self, tolerance: float) -> Self:
+    def on_branch(self, branch: str) -> Self:
+        """Keeps the solutions on a branch.
+
+        Args:
+            branch: Parts of a label: "elbow +", or "shoulder -, elbow +".
+
+        Returns:
+            Solutions with the slots of other labels not valid.
+
+        Raises:
+            InputValueError: If no label has such a part, or sorting has removed the labels.
+        """
+        parts = {part.strip() for part in branch.split(",")}
+        labels = [set(label.split(", ")) for label in self.labels]
+        known = dict.fromkeys(part for label in self.labels for part in label.split(", "))
+        if not parts <= known.keys():
+            names = ", ".join(known) or "none, since slots are sorted or have no labels"
+            raise InputValueError(
+                f"Solutions.on_branch: there is no branch {branch!r}; there are: {names}"
+            )
+        kept = np.array([parts <= label for label in labels])
+        return self._remade(*self[:-1], self.valid & kept)
+
+    def within_tolerance(self, tolerance: float) -> Self:
         """Counts every slot that comes so near to the pose as a solution, whatever filters removed.
 
-        For poses that are less exact than their digits: an arm of fewer than six joints reaches
-        none that was measured.
+        For poses that are less exact than their digits: an arm of fewer than six joints reaches no
+        measured pose.
 
         Args:
             tolerance: Largest residual of a valid slot [m], as `residual`.
@@ -246,20 +268,23 @@ class Solutions(Fields):
         """
         if not tolerance > 0:
             raise InputValueError(
-                f"Solutions.within: tolerance must be positive, got {tolerance!r}"
+                f"Solutions.within_tolerance: tolerance must be positive, got {tolerance!r}"
             )
         near = (self.residual <= tolerance) & np.isfinite(self.residual)
         return type(self)(*self[:-1], near)
 
-    def nearest(self, seed: ArrayLike) -> FloatArray:
-        """The solution with the smallest largest move of a joint; slides count in `unit`.
+    def nearest(self, q_seed: ArrayLike, *, weights: ArrayLike | None = None) -> FloatArray:
+        """The solution that moves the joints least, by the largest weighted move of a joint.
+
+        Moves of prismatic joints count in `unit_length`.
 
         Of several slots the lowest is taken, and of the turns of its solution that `within_limits`
         lists, the one whose joints move least in sum.
 
         Args:
-            seed: (..., n) coordinates of the robot [rad or m]; joints that wrap may turn either
+            q_seed: (..., n) coordinates of the robot [rad or m]; joints that wrap may turn either
                 way.
+            weights: (n,) factors of the moves; a coordinate with the factor 0 does not count.
 
         Returns:
             (..., n) coordinates [rad or m], a row of q; NaN for a pose of a batch without a valid
@@ -267,11 +292,12 @@ class Solutions(Fields):
 
         Raises:
             OutOfReachError: If a single pose has no valid slot.
-            ShapeError: If the seed does not fit the poses.
+            InputValueError: If a weight is negative, or all are 0.
+            ShapeError: If `q_seed` does not fit the poses.
         """
-        facts, start = facts_of(type(self)), self._seeds("nearest", seed)
-        slots = self.q, self.valid
-        found: FloatArray = _filtered(_filters.nearest, slots, start, facts.turn, facts.units)
+        facts, units = facts_of(type(self)), self._weighted("nearest", weights)
+        slots, start = (self.q, self.valid), self._seeds("nearest", q_seed)
+        found: FloatArray = _filtered(_filters.nearest, slots, start, facts.turn, units)
         if found.ndim == 1 and math.isnan(found[0]):
             raise OutOfReachError(f"Solutions.nearest: {self._why_none()}")
         return found
@@ -289,54 +315,42 @@ class Solutions(Fields):
         residual = np.where(np.isnan(self.residual), np.inf, self.residual)
         best = np.argmin(residual, -1)[..., None]
         least = np.take_along_axis(residual, best, -1)[..., 0]
-        missed = np.asarray((least > self.TOLERANCE) & np.isfinite(least))
+        missed = np.asarray((least > self.tolerance) & np.isfinite(least))
         q = np.take_along_axis(self.q, best[..., None], -2)[..., 0, :]
         return LeastSquares(
             np.where(missed[..., None], q, np.nan), np.where(missed, least, np.nan)[()]
         )
 
-    def moves_from(self, seed: ArrayLike) -> FloatArray:
-        """The distance of each coordinate of each slot from a seed.
+    def distances_from(self, q_seed: ArrayLike) -> FloatArray:
+        """The signed distance of each coordinate of each slot from a configuration.
 
         Args:
-            seed: (..., n) coordinates of the robot [rad or m].
+            q_seed: (..., n) coordinates of the robot [rad or m].
 
         Returns:
             (..., k, n) [rad or m], in [-pi, pi] for joints that wrap.
 
         Raises:
-            ShapeError: If the seed does not fit the poses.
+            ShapeError: If `q_seed` does not fit the poses.
         """
-        return self._wrapped(self.q - self._read_seed("moves_from", seed)[..., None, :])
-
-    def units(self) -> FloatArray:
-        """(n,) what counts as much as a radian in each coordinate: `unit` in slides [m], else 1."""
-        return facts_of(type(self)).units.copy()
+        return self._wrapped(self.q - self._read_seed("distances_from", q_seed)[..., None, :])
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickles the facts of its class and the tuple."""
-        facts = (self.coordinates, self.wraps, self.labels, self.unit)
+        facts = (self.coordinates, self.wraps, self.labels, self.unit_length)
         return _restore, (facts + (self.windings,) * (self.windings > 1), tuple(self))
 
-    def _limits(
-        self, lower: ArrayLike | None, upper: ArrayLike | None
-    ) -> tuple[FloatArray, FloatArray]:
-        own = facts_of(type(self))
-        pair = [
-            limits if given is None else real_array("Solutions", name, given)
-            for name, limits, given in (("lower", own.lower, lower), ("upper", own.upper, upper))
-        ]
-        for name, limit in zip(("lower", "upper"), pair, strict=True):
-            if limit.shape != (len(own.units),):
-                raise ShapeError(
-                    f"Solutions.within_limits: {name} must have shape ({len(own.units)},), "
-                    f"got shape {limit.shape}"
-                )
-        return check_ascending("Solutions.within_limits", self.coordinates, *pair)
+    def _weighted(self, method: str, weights: ArrayLike | None) -> FloatArray:
+        """(n,) the moves that count as much as a radian; infinite for a weight of 0."""
+        units = facts_of(type(self)).units
+        if weights is None:
+            return units
+        with np.errstate(divide="ignore"):
+            return np.asarray(units / read_weights(len(units), f"Solutions.{method}", weights))
 
-    def _read_seed(self, method: str, seed: ArrayLike) -> FloatArray:
+    def _read_seed(self, method: str, q_seed: ArrayLike) -> FloatArray:
         """A seed (n,) or (..., n) of the right shape."""
-        start, n = real_array("Solutions", "seed", seed), self.q.shape[-1]
+        start, n = real_array("Solutions", "q_seed", q_seed), self.q.shape[-1]
         if start.shape == (n,):
             return start
         batch = self.q.shape[:-2]
@@ -345,16 +359,16 @@ class Solutions(Fields):
             fits = fits and given in (1, own)
         if not fits:
             raise ShapeError(
-                f"Solutions.{method}: seed must have shape ({n},) or {(*batch, n)}, got "
+                f"Solutions.{method}: q_seed must have shape ({n},) or {(*batch, n)}, got "
                 f"{start.shape}"
             )
         return start
 
-    def _seeds(self, method: str, seed: ArrayLike) -> FloatArray:
+    def _seeds(self, method: str, given: ArrayLike) -> FloatArray:
         """A seed (n,), or a dense row for each pose."""
-        if type(seed) is np.ndarray and seed.dtype == float and seed.shape == self.q.shape[-1:]:
-            return seed if seed.flags.c_contiguous else seed.copy()
-        start = self._read_seed(method, seed)
+        if type(given) is np.ndarray and given.dtype == float and given.shape == self.q.shape[-1:]:
+            return given if given.flags.c_contiguous else given.copy()
+        start = self._read_seed(method, given)
         if start.ndim > 1:
             start = np.broadcast_to(start, (*self.q.shape[:-2], start.shape[-1]))
         return start if start.flags.c_contiguous else np.ascontiguousarray(start)
@@ -372,7 +386,7 @@ class Solutions(Fields):
         return difference
 
     def _why_none(self) -> str:
-        exact = int((self.residual <= self.TOLERANCE).sum())
+        exact = int((self.residual <= self.tolerance).sum())
         if exact:
             return f"no valid solution: filters removed all {exact}"
         others = int(self.other_mode.sum())
@@ -382,9 +396,11 @@ class Solutions(Fields):
                 f"of fk, in {others} of {self.valid.size} slots; other_mode marks them"
             )
         least = self.least_squares().residual
+        if np.isposinf(self.residual).any():
+            return "no valid solution: no branch reaches the pose"
         if np.isnan(least):
             return "no valid solution: the pose is not finite, or is no pose"
-        size = self.unit
+        size = self.unit_length
         if least > FAR * size:
             return (
                 f"no valid solution: the translation lies {least:,.4g} m from a robot of about "
@@ -394,7 +410,7 @@ class Solutions(Fields):
         if n < _FREEDOMS and least <= TILTED * size:
             return (
                 f"no valid solution: {n} joints reach no pose that rounding has tilted, here by "
-                f"{least:.4g} (m, rad); within({2 * least:.0e}) counts what comes so near"
+                f"{least:.4g} (m, rad); within_tolerance({2 * least:.0e}) counts what comes so near"
             )
         measured = "(m, rad)" if size == 1 else f"m, angles times {size:g} m"
         return (
@@ -408,7 +424,7 @@ def solutions_of(
     coordinates: tuple[Coordinate, ...],
     wraps: tuple[bool, ...],
     labels: tuple[str, ...] = (),
-    unit: float = 1.0,
+    unit_length: float = 1.0,
     windings: int = 1,
 ) -> type[Solutions]:
     """The class of solutions in given coordinates, which filters need to know.
@@ -417,13 +433,13 @@ def solutions_of(
         coordinates: The elements of q.
         wraps: Whether a full turn of each of them leaves the pose unchanged.
         labels: The branch in each slot, () where slots have none.
-        unit: The robot's unit of length [m].
+        unit_length: The robot's unit of length [m].
         windings: Number of consecutive slots that are turns of the same solution.
     """
-    facts = {"coordinates": coordinates, "wraps": wraps, "labels": labels, "unit": unit}
-    facts["windings"] = windings
+    facts = {"coordinates": coordinates, "wraps": wraps, "labels": labels}
+    facts |= {"unit_length": unit_length, "windings": windings, "tolerance": SOLVED * unit_length}
     about = {"__slots__": (), "__module__": __name__, "__doc__": Solutions.__doc__}
-    return type("Solutions", (Solutions,), {**about, **facts, "TOLERANCE": SOLVED * unit})
+    return type("Solutions", (Solutions,), {**about, **facts})
 
 
 def _restore(facts: tuple[Any, ...], fields: tuple[Any, ...]) -> Solutions:
@@ -453,7 +469,7 @@ def _listing(kind: type[Solutions], low: FloatArray, high: FloatArray, windings:
     facts, wraps = facts_of(kind), np.array(kind.wraps, dtype=np.bool_)
     turns = windings_of(low, high, wraps) if windings else np.ones(len(low), dtype=np.intp)
     count = math.prod(turns.tolist())
-    if count > MOST_WINDINGS:
+    if count > MAX_WINDINGS:
         raise InputValueError(
             f"Solutions.within_limits: these limits allow {count:.2g} "
             "windings of each solution; are they in degrees? windings=False takes one of each"
@@ -462,7 +478,7 @@ def _listing(kind: type[Solutions], low: FloatArray, high: FloatArray, windings:
         kind.coordinates,
         tuple((wraps & np.isinf(low) & np.isinf(high)).tolist()),
         tuple(label for label in kind.labels for _ in range(count)),
-        kind.unit,
+        kind.unit_length,
         kind.windings * count,
     )
     dense = np.ascontiguousarray(low), np.ascontiguousarray(high)
@@ -479,4 +495,4 @@ def _filtered(compiled: Callable[..., Any], fields: Iterable[Any], *rest: Any) -
 
 @cache
 def _unlabelled(kind: Any) -> type[Solutions]:
-    return solutions_of(kind.coordinates, kind.wraps, (), kind.unit)
+    return solutions_of(kind.coordinates, kind.wraps, (), kind.unit_length)

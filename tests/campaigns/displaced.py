@@ -124,7 +124,7 @@ def repeated_and_missing(judged: Judged, q: np.ndarray) -> tuple[int, int]:
 def fewer_than_newton(judged: Judged, q: np.ndarray) -> int:
     """Count the regular solutions of the pose at q that only Newton's method finds."""
     arm, T = judged.arm, judged.arm.fk(q)
-    own = arm.ik(T, fixed=judged.fixed(q)).array()
+    own = arm.ik(T, fixed=judged.fixed(q)).valid_q()
     fixed = {k: q[k] for k in range(len(q)) if judged.is_fixed(k)}
     others = regular_solutions(arm, T, fixed)
     return sum(not (apart(own, other) < SAME).any() for other in others)

@@ -13,7 +13,7 @@ def test_every_pose_of_the_required_box_is_reached_within_limits():
     T, robot = paper.box_poses(), paper.robot()
     assert np.ptp(T[:, :3, 3], axis=0) == pytest.approx([0.35, 1.43, 0.62], abs=1e-15)
     solutions = robot.ik(T).within_limits()
-    q = np.array([solutions.at(k).array()[0] for k in range(len(T))])
+    q = np.array([solutions.at(k).valid_q()[0] for k in range(len(T))])
     assert ((q >= robot.lower) & (q <= robot.upper)).all()
     np.testing.assert_allclose(robot.fk(q), T, atol=1e-10)
 

@@ -152,7 +152,7 @@ int set_solutions(Function *self, PyObject *type)
                      self->label, BRANCH_VALID, type);
         return -1;
     }
-    PyObject *tolerance = PyObject_GetAttrString(type, "TOLERANCE");
+    PyObject *tolerance = PyObject_GetAttrString(type, "tolerance");
     self->tolerance = tolerance ? PyFloat_AsDouble(tolerance) : -1.0;
     Py_XDECREF(tolerance);
     if (PyErr_Occurred()) {

@@ -155,7 +155,7 @@ def test_ghosts_show_every_other_ik_solution(name):
         others = other_inverses(robot, q)
         every = robot.ik(robot.fk(q), fixed=fixed_at(robot, q)).distinct()
         assert others.count == every.count - 1
-        ghosts = others.array()
+        ghosts = others.valid_q()
         views = ("front", "axonometric")
         _, found = shown(bodies, views, q, ghosts if len(ghosts) else None)
         for scene in found:

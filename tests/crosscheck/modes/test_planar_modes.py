@@ -92,7 +92,7 @@ def test_ik_planar_contains_every_newton_leg_solution(name, request):
     platform, robot = request.getfixturevalue(name)
     # Two poses are reached by all legs of the crank's platform, one is not.
     poses = platform.pose + generator.uniform(-0.1, 0.1, (3, 3))
-    q, valid, _ = robot.ik_planar(poses)
+    q, _, _, valid = robot.ik_planar(poses)
     counted = 0
     for pose, rows in zip(poses, [a[b] for a, b in zip(q, valid, strict=True)], strict=True):
         expected = [leg_inverse(platform, k, pose, generator) for k in range(3)]

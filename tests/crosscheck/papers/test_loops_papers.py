@@ -309,7 +309,7 @@ LEGS = {
 @pytest.mark.parametrize("name", LEGS)
 def test_planar_leg_angles_match_published_values(name):
     pose = [0.02, 0.05, 0.0]
-    q, valid, _ = robot(name).ik_planar(pose)
+    q, _, _, valid = robot(name).ik_planar(pose)
     assert valid.all()
     found = np.degrees(q)
     for leg, printed in enumerate(LEGS[name]):

@@ -52,7 +52,7 @@ def test_ik_of_displaced_arm_recovers_generating_configuration(tmp_path):
     assert not hasattr(arm, "ik_position")
     assert any("whole poses alone" in note for note in arm.notes)
     found = arm.ik(T)
-    held = (found.valid & (np.abs(found.moves_from(q)).max(-1) < SAME)).any(-1)
+    held = (found.valid & (np.abs(found.distances_from(q)).max(-1) < SAME)).any(-1)
     regular = np.linalg.svd(J, compute_uv=False)[:, -1] > REGULAR
     assert regular.mean() > 0.999
     assert held[regular].all()

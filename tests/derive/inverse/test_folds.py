@@ -60,7 +60,7 @@ def near_folds(arm, seed, count):
 
 
 def is_among(solutions, q):
-    return (np.abs(solutions.moves_from(q)).max(-1) < 1e-6).any(-1)
+    return (np.abs(solutions.distances_from(q)).max(-1) < 1e-6).any(-1)
 
 
 def searched(arm, T, rng):

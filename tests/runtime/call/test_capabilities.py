@@ -128,7 +128,7 @@ def test_labels_follow_slots_through_solution_filters():
     assert wound.labels == tuple(label for label in solutions.labels for _ in range(times))
     assert solutions.distinct().labels == solutions.labels
     # Each pose has an order of its own then.
-    assert solutions.sorted_from(np.zeros(6)).labels == ()
+    assert solutions.sorted_by_distance(np.zeros(6)).labels == ()
 
 
 @pytest.mark.parametrize(

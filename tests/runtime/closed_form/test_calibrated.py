@@ -50,7 +50,7 @@ def inputs_of(arm, q):
 
 def found(arm, solutions, q):
     """Whether configurations are among the solutions."""
-    return (np.abs(solutions.moves_from(q)).max(-1) < 1e-6).any(-1)
+    return (np.abs(solutions.distances_from(q)).max(-1) < 1e-6).any(-1)
 
 
 def right_angles(n, count, seed=1):
@@ -80,7 +80,7 @@ def test_right_angle_poses_are_solved(case):
     solutions = arm.ik(T, fixed=fixed)
     assert (solutions.count > 0).all()
     for k in range(0, 200, 10):
-        for row in solutions.array() if solutions.valid.ndim == 1 else solutions.at(k).array():
+        for row in solutions.valid_q() if solutions.valid.ndim == 1 else solutions.at(k).valid_q():
             assert np.abs(fk(row) - T[k]).max() < TRUE
 
 

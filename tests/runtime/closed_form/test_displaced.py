@@ -44,7 +44,7 @@ def test_solutions_without_nominal_counterpart_are_found(arm, robot):
     q = near_wrist(POSES, 0)
     T = arm.fk(q)
     found = arm.ik(T)
-    held = (found.valid & (np.abs(found.moves_from(q)).max(-1) < 1e-6)).any(-1)
+    held = (found.valid & (np.abs(found.distances_from(q)).max(-1) < 1e-6)).any(-1)
     assert held.mean() > 0.9999
     assert (found.count > 8).mean() > 0.01
     assert found.q.shape == (POSES, 16, 6)
@@ -91,7 +91,7 @@ def test_poses_with_over_twelve_solutions_include_configuration(arm):
     owners = np.repeat(T, found.count, 0)
     assert np.abs(arm.fk(found.q[found.valid]) - owners).max() < TRUE
     np.testing.assert_array_equal(found.distinct().count, found.count)
-    held = (found.valid & (np.abs(found.moves_from(q)).max(-1) < 1e-6)).any(-1)
+    held = (found.valid & (np.abs(found.distances_from(q)).max(-1) < 1e-6)).any(-1)
     assert held.all()
 
 
@@ -103,7 +103,7 @@ def test_few_configurations_are_missed_near_singularities(arm):
     near = (least > REGULAR) & (least < NEARLY_SINGULAR)
     assert near.sum() > 1000
     found = arm.ik(T[near])
-    held = (found.valid & (np.abs(found.moves_from(q[near])).max(-1) < 1e-6)).any(-1)
+    held = (found.valid & (np.abs(found.distances_from(q[near])).max(-1) < 1e-6)).any(-1)
     assert (~held).sum() <= MOST_LOST * RANDOM
 
 

@@ -17,12 +17,12 @@ def test_inverse_page_examples_run_as_documented():
         seen.append(dict(names))
     first, rounded, chosen, far = seen
     arm, q_now = first["arm"], first["q_now"]
-    assert first["solutions"].array().shape == (8, 6)
+    assert first["solutions"].valid_q().shape == (8, 6)
     np.testing.assert_allclose(first["solutions"].nearest(q_now), q_now, atol=1e-12)
     assert rounded["se3"].deviation(rounded["coarse"]) == pytest.approx(5e-4, rel=0.1)
     assert arm.ik(rounded["se3"].project(rounded["coarse"], tolerance=1e-3)).count == 8
     assert chosen["solutions"].q.shape == (256, 6)
-    np.testing.assert_allclose(chosen["solutions"].array()[0], q_now, atol=1e-12)
+    np.testing.assert_allclose(chosen["solutions"].valid_q()[0], q_now, atol=1e-12)
     assert not arm.ik(far["far"]).valid.any()
     assert far["best"].residual > 0.5
 

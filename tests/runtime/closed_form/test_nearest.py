@@ -188,7 +188,7 @@ def test_filters_take_the_lower_slot_of_distances_equal_but_for_rounding(arm, ul
     q = np.array([[0.3, *[0.0] * 5], [-0.3 * (1 + ulps * np.finfo(float).eps), *[0.0] * 5]])
     slots = type(arm.ik(arm.fk(Q)))(q, np.zeros(2), np.ones(2), np.ones(2, bool))
     np.testing.assert_array_equal(slots.nearest(np.zeros(6)), q[0])
-    np.testing.assert_array_equal(slots.sorted_from(np.zeros(6)).q, q)
+    np.testing.assert_array_equal(slots.sorted_by_distance(np.zeros(6)).q, q)
 
 
 def test_nothing_found_states_the_reason(arm):

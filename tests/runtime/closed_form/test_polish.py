@@ -141,3 +141,20 @@ def test_non_finite_input_never_converges_or_affects_other_rows(arm, bad):
     assert residual[0] < 1e-14
     none, left = polish(arm, T[:0], q[:0])
     assert (none.shape, left.shape) == ((0, 4), (0,))
+
+
+def test_ik_refine_recovers_configurations_of_poses():
+    for name in ("ur5e", "panda", "excavator"):
+        robot = chasles.load(name)
+        q = robot.random_q((2, 5), rng=3)
+        T = robot.fk(q)
+        found, residual = robot.ik_refine(T, q + 1e-3 * np.array([1, -1] * 4)[: robot.n])
+        assert (found.shape, residual.shape) == (q.shape, (2, 5))
+        assert residual.max() < 1e-12
+        np.testing.assert_allclose(robot.fk(found), T, atol=1e-11)
+    one = robot.ik_refine(T[0, 0], q[0, 0])
+    assert (one.q.shape, np.ndim(one.residual)) == ((robot.n,), 0)
+    far = robot.ik_refine(T[0, 0] + 9 * np.eye(4, k=3), q[0, 0])
+    assert far.residual > 1
+    with pytest.raises(chasles.ShapeError, match="q_seed must have shape"):
+        robot.ik_refine(T[0, 0], q[0, 0, 1:])

@@ -72,7 +72,7 @@ def test_solution_beside_an_exact_pose_is_none(tmp_path):
     solutions = arm.ik(T, fixed={"joint7": q[6]})
     assert solutions.count >= 1
     assert solutions.residual[solutions.valid].max() < 1e-9
-    assert np.abs(arm.fk(solutions.array()) - T).max() < 2e-9
+    assert np.abs(arm.fk(solutions.valid_q()) - T).max() < 2e-9
 
 
 def test_offset_wrist_finds_solutions_that_no_nominal_branch_shows(tmp_path):

@@ -334,7 +334,7 @@ def test_out_of_reach_error_explains_rounding_for_few_joints():
         with pytest.raises(chasles.OutOfReachError, match=r"rounding has tilted.*within\("):
             found.nearest(there)
         assert np.abs(arm.fk(found.least_squares().q) - pose).max() < TILTED
-        near = found.within(3 * found.least_squares().residual)
+        near = found.within_tolerance(3 * found.least_squares().residual)
         assert near.count
         assert np.abs(near.nearest(there) - there).max() < ALIKE
         told += 1

@@ -65,8 +65,8 @@ def slides(arm, factor):
 def test_unit_length_scales_with_robot(family):
     for factor, arm in family.items():
         assert arm.unit_length == pytest.approx(family[1].unit_length * factor)
-        assert arm.ik.solutions.unit == arm.unit_length
-        np.testing.assert_allclose(arm.ik.solutions.TOLERANCE, 1e-9 * arm.unit_length)
+        assert arm.ik.solutions.unit_length == arm.unit_length
+        np.testing.assert_allclose(arm.ik.solutions.tolerance, 1e-9 * arm.unit_length)
 
 
 def test_ik_solutions_are_scale_invariant(family):
@@ -76,7 +76,7 @@ def test_ik_solutions_are_scale_invariant(family):
     for factor, arm in family.items():
         found = arm.ik(resized(T, factor))
         # A pose at the border of what is valid may fall on either side.
-        border = np.abs(wanted.residual / wanted.TOLERANCE - 1) < BORDER
+        border = np.abs(wanted.residual / wanted.tolerance - 1) < BORDER
         np.testing.assert_array_equal(found.valid | border, wanted.valid | border)
         np.testing.assert_allclose(
             found.residual[~wanted.valid] / factor, wanted.residual[~wanted.valid], rtol=1e-3

@@ -4,6 +4,7 @@ import copy
 import gc
 import itertools
 import pickle
+import re
 import sys
 
 import numpy as np
@@ -219,7 +220,7 @@ def test_invalid_solutions_class_is_rejected(tmp_path, cache, bad):
     ik = manifest.functions[2]
     rest = {"label": "x", "doc": "", "signature": None, "operations": {}, "reduced": ()}
     rest |= {"guard": None, "solutions": bad, "rescue": None, "poses": 0, "fk": None, "unit": 1.0}
-    rest |= {"chosen": None}
+    rest |= {"general": None, "parameters": ()}
     with pytest.raises((TypeError, AttributeError)):
         library.function("ik", ik.inputs, ik.outputs, **rest)
     fk, rest["solutions"] = manifest.functions[0], Solutions
@@ -244,10 +245,10 @@ def test_count_and_array_return_valid_solutions(arm, q):
     assert solutions.count[3] == 0
     assert solutions.count.sum() == 2 * (N - 1)
     assert arm.ik(T[0]).count == 2
-    assert arm.ik(T[0]).array().shape == (2, 4)
-    assert arm.ik(T[3]).array().shape == (0, 4)
+    assert arm.ik(T[0]).valid_q().shape == (2, 4)
+    assert arm.ik(T[3]).valid_q().shape == (0, 4)
     with pytest.raises(chasles.InputError, match=r"defined for one pose, got poses \(1000,\)"):
-        solutions.array()
+        solutions.valid_q()
 
 
 def test_at_selects_single_pose_of_batch(arm, q):
@@ -271,7 +272,7 @@ def test_within_limits_enumerates_all_windings(arm, q):
     lower, upper = np.array([-7.0, -2.5, -0.3, -20.0]), np.array([12.0, 3.0, 0.4, 1.5])
     T = scara.fk(q)
     before = arm.ik(T)
-    after = before.within_limits(lower, upper)
+    after = before.within_limits(np.stack([lower, upper], -1))
     assert after.q.shape == (N, 2 * 4 * 1 * 1 * 4, 4)
     n_found = 0
     for pose in range(N):
@@ -296,7 +297,7 @@ def test_within_limits_enumerates_all_windings(arm, q):
     assert (reached <= upper).all()
     held = np.broadcast_to(T[:, None], (*after.valid.shape, 4, 4))[after.valid]
     assert np.abs(scara.fk(reached) - held).max() < 1e-12
-    again = after.within_limits(lower, upper)
+    again = after.within_limits(np.stack([lower, upper], -1))
     np.testing.assert_array_equal(again.valid, after.valid)
 
 
@@ -312,7 +313,7 @@ def test_every_winding_gets_its_own_slot(arm):
 def test_within_limits_without_windings_keeps_slot_count(arm, q):
     solutions = arm.ik(scara.fk(q + np.array([2 * np.pi, 0, 0, 0])))
     low, high = [3.2, -9.0, -1.0, -np.inf], [12.0, np.inf, 1.0, -3.3]
-    after = solutions.within_limits(low, high, windings=False)
+    after = solutions.within_limits(np.stack([low, high], -1), windings=False)
     assert after.q.shape == solutions.q.shape
     assert after.valid.all()
     assert (after.q >= low).all()
@@ -327,10 +328,12 @@ def test_joint_exactly_at_limit_stays_valid(arm):
     solutions = arm.ik(scara.fk(q))
     for by in (0.0, 1e-13, -1e-13):
         upper = solutions.q[0] + by
-        after = solutions.within_limits(np.full(4, -3.0), upper)
+        after = solutions.within_limits(np.stack([np.full(4, -3.0), upper], -1))
         assert after.valid[0]
         assert (after.q[0] <= upper).all()
-    assert not solutions.within_limits(np.full(4, -3.0), solutions.q[0] - 1e-6).valid.any()
+    assert not solutions.within_limits(
+        np.stack([np.full(4, -3.0), solutions.q[0] - 1e-6], -1)
+    ).valid.any()
 
 
 def test_full_turn_limits_keep_values_unchanged(arm):
@@ -338,7 +341,7 @@ def test_full_turn_limits_keep_values_unchanged(arm):
     grid = itertools.product([-2, -1, 0, 1, 2], [0, 1], [0], [0, 1, 2])
     T = scara.fk(np.array(list(grid)) * np.pi / 2)
     solutions = arm.ik(T)
-    after = solutions.within_limits(-turn, turn)
+    after = solutions.within_limits(np.stack([-turn, turn], -1))
     assert len(T) == 30
     np.testing.assert_array_equal(after.q, solutions.q)
     np.testing.assert_array_equal(after.valid, solutions.valid)
@@ -347,26 +350,26 @@ def test_full_turn_limits_keep_values_unchanged(arm):
 def test_invalid_limits_are_rejected(arm):
     solutions = arm.ik(scara.fk(np.zeros(4)))
     with pytest.raises(chasles.InputError, match="elbow has limits 1 to -1 rad"):
-        solutions.within_limits([0, 1, 0, 0], [1, -1, 1, 1])
+        solutions.within_limits([[0, 1], [1, -1], [0, 1], [0, 1]])
     with pytest.raises(chasles.InputError, match="shoulder has limits nan"):
-        solutions.within_limits(lower=np.full(4, np.nan))
-    with pytest.raises(chasles.ShapeError, match=r"lower must have shape \(4,\)"):
-        solutions.within_limits(lower=np.zeros(3))
+        solutions.within_limits(np.full((4, 2), np.nan))
+    with pytest.raises(chasles.ShapeError, match=r"limits must have shape \(4, 2\)"):
+        solutions.within_limits(np.zeros(3))
 
 
-def test_sorted_from_orders_by_distance_to_seed(arm, q):
+def test_sorted_by_distance_orders_by_distance_to_seed(arm, q):
     T = scara.fk(q)
     T[5, 0, 3] = 9.0
     seed = q + np.random.default_rng(3).uniform(-1, 1, q.shape)
     solutions = arm.ik(T)
     for start in (seed, seed[0]):
-        after = solutions.sorted_from(start)
+        after = solutions.sorted_by_distance(start)
         largest = np.abs(apart(after.q, np.broadcast_to(start, q.shape)[:, None])).max(-1)
         reached = np.delete(largest, 5, axis=0)
         assert (np.diff(reached, axis=-1) >= 0).all()
         np.testing.assert_array_equal(np.sort(after.q, axis=1), np.sort(solutions.q, axis=1))
         np.testing.assert_allclose(after.nearest(start), solutions.nearest(start))
-    single = arm.ik(T[0]).sorted_from(q[0] + [2 * np.pi, 0, 0, -4 * np.pi])
+    single = arm.ik(T[0]).sorted_by_distance(q[0] + [2 * np.pi, 0, 0, -4 * np.pi])
     np.testing.assert_allclose(apart(single.q[0], q[0]), 0, atol=1e-12)
     swapped = (solutions.q[:, 0] != after.q[:, 0]).any(-1)
     np.testing.assert_array_equal(after.margin[swapped], solutions.margin[swapped][:, ::-1])
@@ -376,19 +379,19 @@ def test_prismatic_joints_never_wrap():
     coordinates = tuple(Coordinate(f"j{i}", "prismatic", "m", None, None) for i in range(2))
     kind = solutions_of(coordinates, (False, False))
     q = np.array([[0.0, 0.0], [2 * np.pi, 0.0], [0.0, 3.0]])
-    solutions = kind.judged(q, np.zeros(3), np.ones(3))
+    solutions = kind._judged(q, np.zeros(3), np.ones(3))
     np.testing.assert_array_equal(solutions.nearest([2 * np.pi, 0.1]), q[1])
-    np.testing.assert_array_equal(solutions.moves_from([0, 0])[1], q[1])
+    np.testing.assert_array_equal(solutions.distances_from([0, 0])[1], q[1])
     assert solutions.distinct().count == 3
-    assert solutions.within_limits([-9, -9], [9, 9]).q.shape == (3, 2)
+    assert solutions.within_limits([[-9, 9], [-9, 9]]).q.shape == (3, 2)
 
 
 def test_invalid_slots_are_never_nearest(arm):
     kind = type(arm.ik(scara.fk(np.zeros(4))))
     q = np.array([[0.0] * 4, [2.0] * 4, [1.0] * 4])
-    solutions = kind.judged(q, np.array([1.0, 0.0, 0.0]), np.ones(3))
+    solutions = kind._judged(q, np.array([1.0, 0.0, 0.0]), np.ones(3))
     np.testing.assert_array_equal(solutions.nearest(np.zeros(4)), q[2])
-    after = solutions.sorted_from(np.zeros(4))
+    after = solutions.sorted_by_distance(np.zeros(4))
     np.testing.assert_array_equal(after.q, q[[2, 1, 0]])
     np.testing.assert_array_equal(after.valid, [True, True, False])
 
@@ -399,10 +402,10 @@ def test_within_limits_counts_full_turns_as_motion(arm):
     np.testing.assert_allclose(arm.ik(T).nearest(seed), [3.0, 0.5, 0, 0], atol=1e-12)
     turned = arm.ik(T).within_limits()
     np.testing.assert_allclose(turned.nearest(seed), [3.0 - 2 * np.pi, 0.5, 0, 0], atol=1e-12)
-    only = arm.ik(T).within_limits(lower=[-3.1, -3, -1, -np.inf], upper=[3.1, 3, 1, np.inf])
-    assert only.moves_from(seed)[0, 0] == pytest.approx(6.2)
+    only = arm.ik(T).within_limits([[-3.1, 3.1], [-3, 3], [-1, 1], [-np.inf, np.inf]])
+    assert only.distances_from(seed)[0, 0] == pytest.approx(6.2)
     # The roll has no limits and turns the shorter way still.
-    assert np.abs(turned.moves_from([0, 0, 0, 100.0])[:, 3]).max() <= np.pi
+    assert np.abs(turned.distances_from([0, 0, 0, 100.0])[:, 3]).max() <= np.pi
 
 
 def test_distinct_removes_duplicate_solutions(arm, q):
@@ -415,7 +418,7 @@ def test_distinct_removes_duplicate_solutions(arm, q):
     # The same but for a turn: pi and -pi.
     kind = type(solutions)
     q = np.array([[np.pi, 0, 1, 0], [-np.pi, 0, 1, 0], [np.pi, 0, 1, 2 * np.pi], [0, 0, 1, 0]])
-    assert kind.judged(q, np.zeros(4), np.ones(4)).distinct().count == 2
+    assert kind._judged(q, np.zeros(4), np.ones(4)).distinct().count == 2
     # A slot that is taken out takes none with it.
     left = kind(q, np.zeros(4), np.ones(4), np.array([False, True, True, True]))
     np.testing.assert_array_equal(left.distinct().valid, [False, True, False, True])
@@ -430,7 +433,7 @@ def test_nearest_recovers_seed_and_explains_failure(arm, q):
     with pytest.raises(chasles.OutOfReachError, match=r"out of reach, by \d.*least_squares"):
         arm.ik(T[7]).nearest(q[7])
     with pytest.raises(chasles.OutOfReachError, match="filters removed all 2"):
-        arm.ik(T[0]).within_limits(np.full(4, 5.0), np.full(4, 5.1)).nearest(q[0])
+        arm.ik(T[0]).within_limits([[5.0, 5.1]] * 4).nearest(q[0])
     with pytest.raises(chasles.OutOfReachError, match="not finite"):
         arm.ik(np.full((4, 4), np.nan)).nearest(q[0])
 
@@ -439,7 +442,7 @@ def test_nearest_recovers_seed_and_explains_failure(arm, q):
     "seed", [np.zeros(3), np.zeros((2, 4)), 1.0], ids=["three values", "wrong batch", "scalar"]
 )
 def test_seed_with_wrong_shape_or_type_is_rejected(arm, q, seed):
-    with pytest.raises(chasles.ShapeError, match=r"nearest: seed must have shape \(4,\)"):
+    with pytest.raises(chasles.ShapeError, match=r"nearest: q_seed must have shape \(4,\)"):
         arm.ik(scara.fk(q)).nearest(seed)
     with pytest.raises(chasles.InputError, match="real numbers"):
         arm.ik(scara.fk(q)).nearest(["a"] * 4)
@@ -456,7 +459,7 @@ def test_least_squares_returns_best_unreachable_answer(arm, q):
     assert best.residual[1] == pytest.approx(1.0 - scara.A1 - scara.A2)
     np.testing.assert_allclose(best.q[1, :2], 0, atol=1e-9)
     # A pose in reach is not out of it because a filter took its solutions.
-    filtered = solutions.within_limits(np.full(4, 5.0), np.full(4, 5.1)).least_squares()
+    filtered = solutions.within_limits([[5.0, 5.1]] * 4).least_squares()
     assert np.isnan(filtered.residual[[0, 2, 3]]).all()
     single = arm.ik(T[1]).least_squares()
     assert single.q.shape == (4,)
@@ -466,7 +469,7 @@ def test_least_squares_returns_best_unreachable_answer(arm, q):
 def test_filters_do_not_modify_their_input(arm, q):
     solutions = arm.ik(scara.fk(q))
     before = [field.copy() for field in solutions]
-    (solutions.within_limits().distinct().sorted_from(q).nearest(q))
+    (solutions.within_limits().distinct().sorted_by_distance(q).nearest(q))
     for field, other in zip(solutions, before, strict=True):
         np.testing.assert_array_equal(field, other)
 
@@ -482,3 +485,42 @@ def test_repetitions_are_removed_among_turns_of_several_branches():
             expected[k] = not (apart <= 1e-6).all(-1).any()
         assert 0 < expected.sum() < listed.valid.sum()
         np.testing.assert_array_equal(listed.distinct().valid, expected)
+
+
+def test_weights_choose_the_joints_that_count(arm, q):
+    solutions = arm.ik(scara.fk(q[0]))
+    slots = solutions.q[solutions.valid]
+    seed = q[0] + np.array([0.3, -0.4, 0.0, 0.2])
+    moves = np.abs(solutions.distances_from(seed)[solutions.valid])
+    for weights in ([1, 1, 1, 1], [1, 0, 0, 0], [0.1, 3, 0, 1]):
+        distance = (moves * weights).max(-1)
+        nearest = solutions.nearest(seed, weights=weights)
+        np.testing.assert_array_equal(nearest, slots[distance.argmin()])
+        first = solutions.sorted_by_distance(seed, weights=weights)
+        np.testing.assert_array_equal(first.q[0], nearest)
+    for weights in ([0, 0, 0, 0], [1, -1, 1, 1]):
+        with pytest.raises(chasles.InputValueError, match="not negative"):
+            solutions.nearest(seed, weights=weights)
+
+
+def test_on_branch_keeps_the_slots_of_a_label():
+    ur5e = chasles.load("ur5e")
+    solutions = ur5e.ik(ur5e.fk(np.full((3, 6), 0.4)))
+    parts = [label.split(", ") for label in solutions.labels]
+    for part in dict.fromkeys(p for own in parts for p in own):
+        kept = solutions.on_branch(part)
+        expected = solutions.valid & [part in own for own in parts]
+        np.testing.assert_array_equal(kept.valid, expected)
+    one = solutions.on_branch(solutions.labels[3])
+    np.testing.assert_array_equal(one.valid.sum(-1), solutions.valid[:, 3])
+    with pytest.raises(chasles.InputValueError, match=f"there are: {re.escape(parts[0][0])}"):
+        solutions.on_branch("elbow up")
+    with pytest.raises(chasles.InputValueError, match="slots are sorted"):
+        solutions.sorted_by_distance(np.zeros(6)).on_branch(parts[0][0])
+
+
+def test_within_limits_without_limits_keeps_all_solutions(arm, q):
+    solutions = arm.ik(scara.fk(q[0]))
+    np.testing.assert_array_equal(solutions.within_limits(None).valid, solutions.valid)
+    with pytest.raises(chasles.InputValueError, match='limits must be "robot", None or an array'):
+        solutions.within_limits("own")

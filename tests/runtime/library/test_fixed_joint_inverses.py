@@ -137,7 +137,7 @@ def test_seven_joint_ik_with_fixed_elbow_recovers_configuration(panda):
     rows = np.nonzero(found.valid)[0]
     np.testing.assert_allclose(panda.fk(found.q[found.valid]), T[rows], atol=1e-8)
     assert (found.q[..., 3] == q[:, None, 3]).all()
-    away = np.where(found.valid[..., None], found.moves_from(q), np.inf)
+    away = np.where(found.valid[..., None], found.distances_from(q), np.inf)
     assert np.abs(away).max(-1).min(-1).max() < 1e-6
     # Values and poses broadcast, out and threads are as in every call.
     one = panda.ik(T[0], fixed={"joint4": q[:3, 3]}, threads=2)
@@ -171,7 +171,7 @@ def test_fixed_joint_ik_contains_all_scipy_solutions(panda):
             if np.abs(answer.fun).max() > 1e-9:
                 continue
             searched += 1
-            moves = found.moves_from(np.insert(answer.x, 3, q[3]))[found.valid][:, free]
+            moves = found.distances_from(np.insert(answer.x, 3, q[3]))[found.valid][:, free]
             assert np.abs(moves).max(-1).min() < 1e-5
     assert searched > 15
 

@@ -138,7 +138,7 @@ def test_function_must_agree_with_the_library(folder):
     fk, blend = manifest.functions[:2]
     rest = {"label": "x", "doc": "", "signature": None, "operations": {}, "reduced": ()}
     rest |= {"guard": None, "solutions": None, "rescue": None, "poses": 0, "fk": None, "unit": 1.0}
-    rest |= {"chosen": None}
+    rest |= {"general": None, "parameters": ()}
     assert library.function("fk", fk.inputs, fk.outputs, **rest)(Q).shape == (3, 4)
     for inputs, outputs in [
         (fk.outputs, fk.inputs),

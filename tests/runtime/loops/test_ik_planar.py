@@ -26,9 +26,10 @@ def test_ik_planar_matches_published_angles(robot):
         (176.46904472, 88.26254206),
         (-29.82437852, -129.56592854),
     ]
-    q, valid, margin = robot.ik_planar([0.02, 0.05, 0.0])
-    assert (q.shape, valid.shape, margin.shape) == ((8, 3), (8,), (8, 3))
+    q, residual, margin, valid = robot.ik_planar([0.02, 0.05, 0.0])
+    assert (q.shape, valid.shape, margin.shape) == ((8, 3), (8,), (8,))
     assert valid.all()
+    assert (residual == 0).all()
     degrees = np.degrees(np.mod(q + np.pi, 2 * np.pi) - np.pi)
     for leg, pair in enumerate(expected):
         np.testing.assert_allclose(np.unique(degrees[:, leg].round(6)), sorted(np.round(pair, 6)))
@@ -38,7 +39,7 @@ def test_ik_planar_matches_published_angles(robot):
 def test_every_ik_planar_branch_reaches_pose(robot):
     rng = np.random.default_rng(0)
     pose = rng.uniform([-0.2, -0.2, -1.0], [0.2, 0.2, 1.0], (50, 40, 3))
-    q, valid, margin = robot.ik_planar(pose)
+    q, _, margin, valid = robot.ik_planar(pose)
     for side, slot in ((1.0, 0), (-1.0, 7)):
         expected = planar.cranks(pose, ROD, side)
         difference = np.mod(q[..., slot, :] - expected + np.pi, 2 * np.pi) - np.pi

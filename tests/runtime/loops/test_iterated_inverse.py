@@ -105,5 +105,5 @@ def test_pose_of_another_mode_is_out_of_reach():
     other = robot.ik(T[~own][0])
     with pytest.raises(chasles.OutOfReachError, match="another assembly mode"):
         other.nearest(robot.reference.q)
-    assert not other.within(np.inf).valid.any()
+    assert not other.within_tolerance(np.inf).valid.any()
     assert np.isnan(other.least_squares().q).all()

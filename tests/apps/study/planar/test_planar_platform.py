@@ -112,7 +112,7 @@ def test_region_contains_exactly_poses_with_valid_inverse():
         found = constant_orientation_workspace(platform, phi)
         points = rng.uniform(-0.35, 0.35, (2000, 2))
         poses = np.column_stack([points, np.full(len(points), phi)])
-        _, valid, _ = platform.ik_planar(poses)
+        valid = platform.ik_planar(poses).valid
         distance = np.min(
             [
                 np.abs(np.linalg.norm(points - own.center, axis=1) - r)

@@ -120,7 +120,7 @@ def test_assembly_modes_at_random_lengths_match_newton(cylinders):
 def test_planar_ik_returns_lengths_of_cylinder_legs(cylinders):
     generator = np.random.default_rng(2)
     pose = generator.uniform([-10, -10, -3], [10, 10, 3], (50, 3))
-    q, valid, margin = cylinders.ik_planar(pose)
+    q, _, margin, valid = cylinders.ik_planar(pose)
     assert q.shape == (50, 1, 3)
     assert valid.all()
     np.testing.assert_array_equal(margin, 1)
