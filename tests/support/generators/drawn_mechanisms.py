@@ -1,9 +1,8 @@
-"""Mechanisms that nobody chose: four-, five- and six-bars, cylinder booms, parallelograms, RSSR.
+"""Random mechanisms: four-, five- and six-bars, cylinder booms, parallelograms, RSSR.
 
-Lengths are whole millimetres. A mechanism is as large as drawn, a thousand times larger (the same
-lengths read as metres) or a thousandth (a mechanism of millimetres). Its reference is a closed
-configuration that ``tests/support/oracles/multi_start.py`` finds, rounded to three digits. A seed
-is a mechanism.
+Lengths are whole millimetres, optionally scaled by 1000 or 1/1000. The reference is a closed
+configuration found by ``tests/support/oracles/multi_start.py``, rounded to three digits. Each seed
+determines one mechanism.
 """
 
 import random
@@ -20,21 +19,21 @@ from tests.support.oracles.multi_start import Multistart
 
 BASE = "0"
 SCALES = (1, 1, 1000, sp.Rational(1, 1000))
-"""Sizes: most mechanisms are some decimetres long."""
+"""Scale factors; most mechanisms are a few decimetres long."""
 ATTEMPTS = 200
-"""Draws of a mechanism's lengths until its loops close at the reference."""
+"""Maximum number of random length sets until the loops close at the reference."""
 DIGITS = 3
-"""Digits of the hints, as a person writes them."""
+"""Number of digits of the reference values, as in a hand-written file."""
 Point = tuple[sp.Expr, sp.Expr]
 ORIGIN: Point = (sp.S.Zero, sp.S.Zero)
 
 
 @dataclass
 class Sketch:
-    """A mechanism while it is drawn.
+    """A mechanism under construction.
 
     Attributes:
-        draw: The random numbers of the mechanism.
+        draw: Random generator of the mechanism.
         tools: Bodies that may carry the tool.
     """
 
@@ -46,21 +45,21 @@ class Sketch:
     tools: list[str] = field(default_factory=list)
 
     def length(self, low: int, high: int) -> sp.Expr:
-        """Whole millimetres, in metres."""
+        """Returns a random length in whole millimetres, in metre."""
         return sp.Rational(self.draw.randint(low, high), 1000)
 
     def point(self, reach: int = 300) -> Point:
-        """A point of a body."""
+        """Returns a random point of a body."""
         return self.length(-reach, reach), self.length(-reach, reach)
 
     def pin(self, name: str, parent: str, at: Point, *more: Rotation | Translation) -> str:
-        """A body on a pin; returns its name."""
+        """Adds a body on a pin; returns the body name."""
         before = (Translation((*at, 0)), *more)
         self.joints.append(Joint(name, "revolute", before, link=f"{name}_b", parent=parent))
         return f"{name}_b"
 
     def slide(self, name: str, parent: str, at: Point, angle: sp.Expr) -> str:
-        """A body that slides in the plane and keeps its axes; returns its name."""
+        """Adds a body that translates in the plane; returns the body name."""
         quarter = sp.pi / 2
         before = (Translation((*at, 0)), Rotation("z", angle), Rotation("y", quarter))
         after = (Rotation("y", -quarter), Rotation("z", -angle))
@@ -68,13 +67,13 @@ class Sketch:
         return f"{name}_b"
 
     def close(self, name: str, a: str, at_a: Point, b: str, at_b: Point) -> None:
-        """A pin that closes a loop."""
+        """Adds a pin that closes a loop."""
         self.closures.append(Closure(name, "pin", _frame(a, at_a), _frame(b, at_b)))
 
     def rod(
         self, name: str, a: str, at_a: Point, b: str, at_b: Point, length: sp.Expr = None
     ) -> None:
-        """A rod on pins; a cylinder where no length is given."""
+        """Adds a rod on pins; without a length, a cylinder."""
         is_cylinder = length is None
         retracted = self.draw.choice((sp.S.Zero, self.length(50, 250))) if is_cylinder else length
         self.struts.append(Strut(name, _frame(a, at_a), _frame(b, at_b), retracted, is_cylinder))
@@ -82,7 +81,7 @@ class Sketch:
             self.actuated.append(name)
 
     def dyad(self, name: str, a: str, at_a: Point, b: str, at_b: Point) -> list[str]:
-        """Two links between points of two bodies, or a link and a rod; returns their names."""
+        """Adds two links, or a link and a rod, between two bodies; returns their names."""
         first, second = self.length(150, 500), self.length(150, 500)
         one = self.pin(f"{name}_p", a, at_a)
         if self.draw.random() < 0.5:
@@ -101,7 +100,7 @@ def _frame(body: str, at: Point, z: sp.Expr = sp.S.Zero) -> Frame:
 
 
 def _four_bar(s: Sketch, on: str = BASE, name: str = "a") -> tuple[str, list[str]]:
-    """A crank and a dyad; returns the crank's body and the dyad's."""
+    """Adds a crank and a dyad; returns their bodies."""
     crank = s.pin(f"{name}_crank", on, s.point(150) if on != BASE else ORIGIN)
     s.actuated.append(f"{name}_crank")
     far = (s.length(80, 300), sp.S.Zero)
@@ -110,7 +109,7 @@ def _four_bar(s: Sketch, on: str = BASE, name: str = "a") -> tuple[str, list[str
 
 
 def four_bar(s: Sketch) -> None:
-    """A four-bar, its tool on the coupler or on the rocker."""
+    """A four-bar with the tool on the coupler or rocker."""
     crank, s.tools = _four_bar(s)
     if s.draw.random() < 0.2:
         s.tools = [crank]
@@ -125,7 +124,7 @@ def five_bar(s: Sketch) -> None:
 
 
 def watt(s: Sketch) -> None:
-    """A four-bar and a dyad between two of its neighbouring links."""
+    """A four-bar and a dyad between two adjacent links."""
     crank, links = _four_bar(s)
     pairs = [(crank, links[0])]
     if len(links) > 1:
@@ -134,14 +133,14 @@ def watt(s: Sketch) -> None:
 
 
 def stephenson(s: Sketch) -> None:
-    """A four-bar and a dyad between two of its opposite links."""
+    """A four-bar and a dyad between two opposite links."""
     crank, links = _four_bar(s)
     pairs = [(links[0], BASE)]
     if len(links) > 1:
         pairs += [(crank, links[1])]
     _second_dyad(s, s.draw.choice(pairs), links)
     if s.draw.random() < 0.15 and len(links) > 1:
-        # Driven at the other end, it has no dyads.
+        # If driven at the other end, the mechanism has no dyads.
         s.actuated = ["b_q"] if any(j.name == "b_q" for j in s.joints) else s.actuated
 
 
@@ -152,7 +151,7 @@ def _second_dyad(s: Sketch, pair: tuple[str, str], links: list[str]) -> None:
 
 
 def slider_crank(s: Sketch) -> None:
-    """A crank, a connecting rod and a slider; either end is driven."""
+    """A crank, connecting rod and slider, driven at either end."""
     crank = s.pin("crank", BASE, ORIGIN)
     end = (s.length(80, 200), sp.S.Zero)
     angle = sp.pi * sp.Rational(s.draw.choice((0, 0, 15, 30, 90, -45)), 180)
@@ -169,7 +168,7 @@ def slider_crank(s: Sketch) -> None:
 
 
 def boom(s: Sketch) -> None:
-    """One to four joints in a row, each moved by a cylinder or by a cylinder and a four-bar."""
+    """One to four joints in series, each moved by a cylinder, possibly through a four-bar."""
     body, at = BASE, ORIGIN
     for k in range(s.draw.randint(1, 4)):
         arm = s.pin(f"arm{k}", body, at)
@@ -187,7 +186,7 @@ def boom(s: Sketch) -> None:
 def _parallelogram(
     s: Sketch, name: str, on: str, at: Point, pivot: Point, arm: sp.Expr
 ) -> tuple[str, str]:
-    """Equal cranks at two points of a body, and the bar between them; returns crank and bar."""
+    """Adds two equal cranks and a bar between them; returns crank and bar."""
     crank = s.pin(f"{name}_crank", on, at)
     base = (pivot[0] - at[0], pivot[1] - at[1])
     end = (arm, sp.S.Zero)
@@ -202,7 +201,7 @@ def _parallelogram(
 
 
 def parallelogram(s: Sketch) -> None:
-    """A parallelogram, or the crossed one; now and then on three cranks."""
+    """A parallelogram or antiparallelogram, sometimes with three cranks."""
     pivot, arm = (s.length(150, 400), sp.S.Zero), s.length(100, 300)
     _, bar = _parallelogram(s, "a", BASE, ORIGIN, pivot, arm)
     s.actuated, s.tools = ["a_crank"], [bar]
@@ -212,7 +211,7 @@ def parallelogram(s: Sketch) -> None:
 
 
 def parallelograms(s: Sketch) -> None:
-    """Two parallelograms in series, which keep the tool level."""
+    """Two parallelograms in series that keep the tool level."""
     pivot, arm = (s.length(100, 200), s.length(-100, 0)), s.length(200, 400)
     _, bar = _parallelogram(s, "a", BASE, ORIGIN, pivot, arm)
     there = (s.length(50, 150), s.length(20, 120))
@@ -221,7 +220,7 @@ def parallelograms(s: Sketch) -> None:
 
 
 def palletizer(s: Sketch) -> None:
-    """An arm whose elbow a crank at its foot moves through a parallelogram."""
+    """An arm with its elbow driven by a base crank through a parallelogram."""
     arm, crank = s.length(200, 400), s.length(60, 150)
     lower = s.pin("lower", BASE, ORIGIN)
     foot = s.pin("foot", BASE, ORIGIN)
@@ -231,7 +230,7 @@ def palletizer(s: Sketch) -> None:
 
 
 def series(s: Sketch) -> None:
-    """Two or three four-bars, each on a link of the one before; five now and then."""
+    """Two or three (sometimes five) four-bars in series."""
     on = BASE
     for k in range(s.draw.choice((2, 2, 3, 3, 5))):
         _, links = _four_bar(s, on, f"m{k}")
@@ -240,7 +239,7 @@ def series(s: Sketch) -> None:
 
 
 def nested(s: Sketch) -> None:
-    """A four-bar whose crank a cylinder moves, and a dyad on it."""
+    """A four-bar with a cylinder-driven crank, and an optional dyad."""
     crank, links = _four_bar(s)
     s.actuated = []
     s.rod("ram", BASE, s.point(250), crank, s.point(150))
@@ -269,7 +268,7 @@ def _rssr(s: Sketch, name: str, on: str) -> str:
 
 
 def rssr(s: Sketch) -> None:
-    """Two cranks about skew axes and a rod on balls; now and then two in a row."""
+    """Two cranks about skew axes and a rod with ball joints; sometimes two in series."""
     rocker = _rssr(s, "a", BASE)
     if s.draw.random() < 0.25:
         rocker = _rssr(s, "b", rocker)
@@ -277,7 +276,7 @@ def rssr(s: Sketch) -> None:
 
 
 def rsur(s: Sketch) -> None:
-    """Two cranks about skew axes and a rod that a ball and a universal joint hold."""
+    """Two cranks about skew axes and a rod with a ball joint and a universal joint."""
     rocker = _rssr(s, "a", BASE)
     (rod,) = s.struts
     s.struts = []
@@ -310,13 +309,13 @@ FAMILIES: Mapping[str, Callable[[Sketch], None]] = {
 
 @dataclass(frozen=True)
 class DrawnMechanism:
-    """A mechanism, its family and the configuration at which it was closed.
+    """A mechanism with its family and a closed configuration.
 
     Attributes:
-        family: Its family.
+        family: Name of the family.
         mechanism: The description.
         q: Actuated coordinates of the reference (radian or metre).
-        mode: Values of the joints there by name (radian or metre).
+        mode: Joint values at the reference (radian or metre), keyed by name.
     """
 
     family: str
@@ -326,7 +325,7 @@ class DrawnMechanism:
 
 
 def drawn_mechanism(seed: int) -> DrawnMechanism:
-    """The mechanism of a seed."""
+    """Returns the mechanism of a seed."""
     family = list(FAMILIES)[seed % len(FAMILIES)]
     return drawn(FAMILIES[family], family, seed)
 
@@ -334,13 +333,13 @@ def drawn_mechanism(seed: int) -> DrawnMechanism:
 def drawn(
     sketched: Callable[[Sketch], None], family: str, seed: int, scale: sp.Expr | None = None
 ) -> DrawnMechanism:
-    """A mechanism with a reference at which its loops close.
+    """Returns a random mechanism with a closed reference.
 
     Args:
-        sketched: Draws the members.
-        family: The name of such mechanisms.
+        sketched: Function that adds the members.
+        family: Name of the family.
         seed: The seed.
-        scale: Factor of all lengths; drawn too by default.
+        scale: Factor of all lengths; random by default.
     """
     draw = random.Random(seed)
     rng = np.random.default_rng(seed)
@@ -376,7 +375,7 @@ def _mechanism(sketch: Sketch, scale: sp.Expr, name: str, tool: str) -> Mechanis
 
 
 def _scaled_by(scale: sp.Expr) -> Callable[[Placement], Placement]:
-    """The function that multiplies the lengths of a placement."""
+    """Returns a function that scales the lengths of a placement."""
 
     def scaled(placement: Placement) -> Placement:
         return tuple(
@@ -394,7 +393,7 @@ def _moved(frame: Frame, scaled: Callable[[Placement], Placement]) -> Frame:
 
 
 def _near(mechanism: Mechanism, numbers: Multistart, mode: Mapping[str, float]) -> Mechanism:
-    """The mechanism with its reference: the mode's values, rounded as a person writes them."""
+    """Returns the mechanism with the rounded values of a mode as its reference."""
     values = dict(mode) | numbers.strut_values(mode)
     lengths = {name for name, unit in numbers.units(values).items() if unit == "m"}
     found = []

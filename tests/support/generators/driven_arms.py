@@ -1,9 +1,9 @@
-"""Arms that nobody chose, whose joints cylinders, rods and cranks move.
+"""Random arms driven by cylinders, rods and cranks.
 
-Two or three joints turn in a plane, on a column or not, with a wrist of two or three joints or
-none. Each joint of the plane has a motor, a cylinder, a crank with a rod, a cylinder with a rocker
-and a link, or a crank at the foot of the link before it whose rod is parallel to that link. Such
-arms have an inverse in closed form by their main chain. A seed is an arm.
+Two or three joints move in a plane, with or without a column, and with a wrist of 0, 2 or 3 joints.
+Each planar joint has one of five drives: a motor, a cylinder, a crank with a rod, a cylinder with
+rocker and link, or a coaxial crank with a rod parallel to the preceding link. Such arms have a
+closed-form inverse of their main chain. Each seed determines one arm.
 """
 
 from collections.abc import Callable
@@ -27,16 +27,16 @@ from tests.support.oracles.multi_start import Multistart
 
 QUARTER = sp.pi / 2
 ERROR = 5e-4
-"""Metre; half a millimetre."""
+"""Maximum length error (metre)."""
 TOOL = (Translation((sp.Rational("0.15"), sp.Rational("0.02"), sp.S.Zero)),)
-"""Off the axis of the last joint, which would not move it otherwise."""
+"""Tool offset from the axis of the last joint, so that this joint moves the tool."""
 CLEAR = 0.02
-"""Radian, or parts of the size, that such errors may move a joint off dead points."""
+"""Distance from dead points (radian, or relative to the size) that such errors may cause."""
 ATTEMPTS, ATTEMPTS_APART = 20, 100_000
 SCALE = sp.S.One
-"""Arms are some decimetres long, so that half a millimetre is an error of building."""
+"""Length scale: arms are a few decimetres long, so 0.5 mm is a manufacturing error."""
 Drive = Callable[[Sketch, str, str, Point], None]
-"""Moves a body on another one, at its pin."""
+"""Adds the drive of a body at its pin on another body."""
 
 
 def _motor(s: Sketch, body: str, _on: str, _at: Point) -> None:
@@ -62,7 +62,7 @@ def _rocker(s: Sketch, body: str, on: str, at: Point) -> None:
 
 
 def _foot(s: Sketch, body: str, on: str, at: Point) -> None:
-    """A crank at the foot of the link before, coaxial with it, and a rod as long as the link."""
+    """Adds a crank coaxial with the preceding joint, and a rod parallel to the preceding link."""
     foot = next(joint for joint in s.joints if joint.link == on)
     arm = s.length(60, 150)
     crank = f"{body}_crank"
@@ -79,7 +79,7 @@ def _joint_of(body: str) -> str:
 
 
 def _beside(s: Sketch, at: Point) -> Point:
-    """A point some decimetres from a pin."""
+    """Returns a point a few decimetres from a pin."""
     x, y = s.point(250)
     return at[0] + x, at[1] + y
 
@@ -91,11 +91,11 @@ WRISTS: tuple[tuple[tuple[Rotation, ...], ...], ...] = (
     ((), (Rotation("y", QUARTER),)),
     ((Rotation("y", QUARTER),), (Rotation("y", -QUARTER),), (Rotation("y", QUARTER),)),
 )
-"""Turns before each joint of a wrist: none, pitch, pitch and roll, spherical."""
+"""Rotations before each wrist joint: none, pitch, pitch and roll, spherical."""
 
 
 def driven_arm(s: Sketch) -> None:
-    """Draws an arm."""
+    """Adds the members of a random arm."""
     body, at, is_upright = BASE, ORIGIN, s.draw.random() < 0.6
     if is_upright:
         body = s.pin("column", BASE, ORIGIN)
@@ -115,15 +115,15 @@ def driven_arm(s: Sketch) -> None:
 
 
 def drawn_arm(seed: int, tool: Placement = TOOL) -> DrawnMechanism:
-    """The arm of a seed, with a tool on its last body."""
+    """Returns the arm of a seed, with a tool on its last body."""
     found = drawn(driven_arm, "driven arm", seed, SCALE)
     return replace(found, mechanism=replace(found.mechanism, tool=tool))
 
 
 def built_arm(seed: int) -> Mechanism:
-    """The arm of a seed as built, led from its design; its reference is at no dead point.
+    """Returns the arm of a seed as built, with its design as the nominal mechanism.
 
-    At one, errors of building may leave the loops open.
+    The reference is away from dead points, where errors may leave the loops open.
     """
     for attempt in range(ATTEMPTS):
         design = drawn_arm(seed + ATTEMPTS_APART * attempt)
@@ -139,11 +139,11 @@ def built_arm(seed: int) -> Mechanism:
 
 
 def arm_as_built(design: Mechanism, rng: np.random.Generator) -> Mechanism:
-    """An arm as built, led from its design: all lengths off, and joints outside of loops turned.
+    """Returns an arm as built: errors of all lengths, and axis errors of joints outside loops.
 
     Args:
         design: The arm.
-        rng: Draws the errors, up to half a millimetre and two milliradians.
+        rng: Random generator of the errors (up to 0.5 mm and 2 mrad).
     """
     members = frozenset(member.name for member in (*design.joints, *design.struts))
     built = as_built(design, members, ERROR, rng)
@@ -158,7 +158,7 @@ def arm_as_built(design: Mechanism, rng: np.random.Generator) -> Mechanism:
 
 
 def _joints_below(mechanism: Mechanism, body: str) -> set[str]:
-    """The joints between the base and a body."""
+    """Returns the joints between the base and a body."""
     carriers = {joint.link: joint for joint in mechanism.joints}
     found = set()
     while body in carriers:

@@ -1,7 +1,7 @@
-"""Arms of the field: the geometry that ssik's wheel ships for 72 arms, and a factory calibration.
+"""Real arms: the geometry of 72 arms from the ssik package, and a factory calibration.
 
-Each arm becomes a URDF with the numbers as they stand there, noise and all, and is derived as a
-user would derive it. Poses to judge by come from the same numbers in NumPy.
+Each arm becomes a URDF with the original numbers, including noise, and is derived like a user file.
+Test poses are computed from the same numbers in NumPy.
 """
 
 import importlib
@@ -25,17 +25,17 @@ from tests.support.oracles.screws import Screws, screws_of
 
 CALIBRATION = Path(__file__).parents[1] / "ur5_factory_calibration.json"
 UPRIGHT = 1e-9
-"""Cosine of a pitch below which roll and yaw turn about one axis."""
+"""Cosine of the pitch below which roll and yaw rotate about the same axis."""
 
 
 @dataclass(frozen=True)
 class FieldArm:
-    """A chain of revolute joints in numbers.
+    """A numeric chain of revolute joints.
 
     Attributes:
-        name: Its maker and model.
+        name: Manufacturer and model.
         before: (n, 4, 4) constant placement from the previous link to each joint.
-        axes: (n, 3) axis of each joint in its own frame.
+        axes: (n, 3) axis of each joint in the joint frame.
         after: (n, 4, 4) constant placement from each joint to its link.
     """
 
@@ -45,7 +45,7 @@ class FieldArm:
     after: np.ndarray
 
     def urdf(self) -> str:
-        """The arm as a URDF, every number with the digits of its double."""
+        """Returns the arm as a URDF with full double precision."""
         lines = [f'<robot name="{self.name}">', '<link name="base"/>']
         last = len(self.axes) - 1
         for k, (T, axis, back) in enumerate(zip(self.before, self.axes, self.after, strict=True)):
@@ -61,7 +61,7 @@ class FieldArm:
 
     @cached_property
     def screws(self) -> Screws:
-        """Its axes and home pose in the base frame [m]."""
+        """Axes and home pose in the base frame [m]."""
         frame, axes, points = np.eye(4), [], []
         for T, axis, back in zip(self.before, self.axes, self.after, strict=True):
             frame = frame @ T
@@ -74,11 +74,11 @@ class FieldArm:
 
 @dataclass(frozen=True)
 class FieldCase(Case):
-    """An arm of the field, derived into a folder of its name.
+    """A real arm, derived into a folder with its name.
 
     Attributes:
-        arm: Its numbers.
-        folder: The folder of its generated files.
+        arm: The numeric chain.
+        folder: The folder of the generated files.
     """
 
     arm: FieldArm = field(kw_only=True)
@@ -86,33 +86,33 @@ class FieldCase(Case):
 
     @cached_property
     def robot(self) -> chasles.Robot:
-        """The robot."""
+        """The loaded robot."""
         return chasles.load(self.folder)
 
     @property
     def tier(self) -> str:
-        """How the inverse is solved."""
+        """Solution tier of the inverse."""
         return read_manifest(self.folder).inverse.tier
 
     @cached_property
     def screws(self) -> Screws:
-        """The screws of the description that was derived, in which noise is gone."""
+        """Screws of the derived description, without noise."""
         return screws_of(read(self.folder.parent / f"{self.name}.urdf"))
 
     def has_value(self, name: str) -> bool:
-        """Whether the value of an input of the inverse can be told of a configuration."""
+        """Whether the value of an inverse input follows from a configuration."""
         return name in self.robot.functions or self.coordinate(name) is not None
 
 
 def arms() -> Iterator[FieldArm]:
-    """All arms of ssik's wheel, then the factory calibration of a UR5."""
+    """Yields all arms of the ssik package, then the factory calibration of a UR5."""
     for module in prebuilt().values():
         yield from_ssik(module)
     yield calibrated()
 
 
 def prebuilt() -> dict[str, ModuleType]:
-    """The modules of ssik's wheel by the names of their arms; none where it is not installed."""
+    """Returns the arm modules of ssik, keyed by arm name; empty if ssik is not installed."""
     if importlib.util.find_spec("ssik") is None:
         return {}
     package = importlib.import_module("ssik.prebuilt")
@@ -126,7 +126,7 @@ def prebuilt() -> dict[str, ModuleType]:
 
 
 def from_ssik(module: ModuleType) -> FieldArm:
-    """The numbers of a module."""
+    """Returns the arm of an ssik module."""
     maker, model = module.__name__.split(".")[-2:]
     return FieldArm(
         f"{maker}_{model.removesuffix('_ik')}",
@@ -137,7 +137,7 @@ def from_ssik(module: ModuleType) -> FieldArm:
 
 
 def calibrated(path: Path = CALIBRATION) -> FieldArm:
-    """The arm of a factory calibration: six fixed transforms, each before a turn about z."""
+    """Returns the arm of a factory calibration: six fixed transforms, each before a z rotation."""
     links = json.loads(path.read_text(encoding="utf-8"))["kinematics"].values()
     before = np.array([_pose(link) for link in links])
     count = len(before)
@@ -150,7 +150,7 @@ def calibrated(path: Path = CALIBRATION) -> FieldArm:
 
 
 def derived(arm: FieldArm, folder: Path) -> None:
-    """Derive an arm's URDF in a separate process, into a folder with the name of the arm.
+    """Derives an arm's URDF in a separate process, into a folder with the name of the arm.
 
     Raises:
         RuntimeError: The derivation failed; the message is the end of its output.
@@ -186,7 +186,7 @@ def _joint(
 
 
 def _angles(R: np.ndarray) -> tuple[float, float, float]:
-    """Roll, pitch and yaw of a rotation: R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    """Returns roll, pitch and yaw with R = Rz(yaw) Ry(pitch) Rx(roll)."""
     level = float(np.hypot(R[0, 0], R[1, 0]))
     pitch = float(np.arctan2(-R[2, 0], level))
     if level > UPRIGHT:

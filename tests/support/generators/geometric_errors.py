@@ -1,4 +1,4 @@
-"""Arms as a calibration finds them: each joint a little displaced and turned from its place."""
+"""Arms with random geometric errors: small displacements and rotations of each joint."""
 
 from dataclasses import replace
 
@@ -10,12 +10,12 @@ from chasles.derive.model.robot import Placement
 
 
 def displaced(robot: SerialRobot, size: float, seed: int = 0) -> SerialRobot:
-    """A serial robot with errors of up to `size` (metre, radian) before each joint and at the tool.
+    """Returns a serial robot with errors up to `size` (metre, radian) at each joint and the tool.
 
     Args:
         robot: The robot; its parameters become numbers.
-        size: The largest error.
-        seed: Of the errors.
+        size: The maximum error.
+        seed: Seed of the errors.
     """
     rng = np.random.default_rng(seed)
 
@@ -40,7 +40,7 @@ def displaced(robot: SerialRobot, size: float, seed: int = 0) -> SerialRobot:
 
 
 def _numbers(robot: SerialRobot, placement: Placement) -> Placement:
-    """A placement with the values of parameters in place of their symbols."""
+    """Replaces the parameters of a placement by their values."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     return tuple(
         replace(motion, angle=motion.angle.xreplace(values))

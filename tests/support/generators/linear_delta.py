@@ -1,4 +1,4 @@
-"""A linear delta whose end stops are off, and its contacts with the bed in closed form."""
+"""A linear delta with end-stop errors, and its bed contacts in closed form."""
 
 import math
 
@@ -10,13 +10,13 @@ LINEAR_DELTA = "linear_delta"
 END_STOPS = 0.31e-3, -0.22e-3, 0.1e-3
 """Errors of the end stops [m]."""
 _COLUMNS, _PLATFORM, _ROD, _WIDTH = 0.127, 0.030, 0.212, 0.020
-"""Radii of the columns and of the platform's joints, length of the rods, half their distance."""
+"""Column radius, platform joint radius, rod length and half the rod spacing (metre)."""
 _BED = 0.085
 _ANGLES = 210, 330, 90
 
 
 def description_of(name: str):
-    """The design of the robot."""
+    """Returns the design of the robot."""
     lines = [f'name = "{name}"', 'convention = "urdf"', 'actuated = ["a", "b", "c"]']
     lines += ['units = { length = "m", angle = "deg" }', 'tool = { body = "platform" }']
     lines += ["[[joints]]", 'name = "platform"', 'type = "free"', 'link = "platform"']
@@ -38,7 +38,7 @@ def description_of(name: str):
 
 
 def bed_contacts(count: int, seed: int, noise: float) -> np.ndarray:
-    """(count, 3) coordinates at which the nozzle touches the bed, at heights with some noise."""
+    """Returns coordinates (count, 3) at which the nozzle touches the bed, with height noise."""
     rng = np.random.default_rng(seed)
     radius, angle = _BED * np.sqrt(rng.uniform(size=count)), rng.uniform(0, 2 * np.pi, count)
     x, y, z = radius * np.cos(angle), radius * np.sin(angle), noise * rng.normal(size=count)

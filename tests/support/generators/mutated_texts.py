@@ -1,4 +1,4 @@
-"""Texts of robot files with a few random wounds: most are wrong, some are robots of odd numbers."""
+"""Robot files with random mutations: most are invalid, some are robots with odd numbers."""
 
 import random
 import re
@@ -15,12 +15,12 @@ ODD_NUMBERS = (
 FUNCTIONS = ("sin", "cos", "tan", "atan", "sqrt", "1/", "-", "2*")
 MOST_NESTED = 40
 GENTLE = 0.6
-"""Share of wounds that change a number alone."""
+"""Fraction of mutations that change only a number."""
 Tokens = list[str]
 
 
 def mutated(text: str, dice: random.Random) -> str:
-    """A text with one to three wounds."""
+    """Returns a text with one to three mutations."""
     for _ in range(dice.randint(1, 3)):
         wounds = NUMBERS_CHANGED if dice.random() < GENTLE else WOUNDS
         text = dice.choice(wounds)(text, dice) or text
@@ -46,7 +46,7 @@ def _on_lines(change: Callable[[Tokens, int, random.Random], None]) -> "Wound":
 
 
 def _replaced(pattern: re.Pattern[str], new: Callable[[str, random.Random], str]) -> "Wound":
-    """A wound that replaces one match of a pattern."""
+    """Returns a mutation that replaces one match of a pattern."""
 
     def wound(text: str, dice: random.Random) -> str:
         found = list(pattern.finditer(text))
@@ -103,7 +103,7 @@ NUMBERS_CHANGED: tuple[Wound, ...] = (
     _replaced(NUMBER, lambda number, _: f"-{number}"),
     _replaced(NUMBER, lambda _, dice: dice.choice(ODD_NUMBERS)),
 )
-"""Wounds that often leave a robot."""
+"""Mutations whose result is often a valid robot."""
 WOUNDS: tuple[Wound, ...] = (
     *(_on_tokens(change) for change in (_deleted, _doubled, _swapped)),
     *(_on_lines(change) for change in (_deleted, _doubled, _swapped, _cut)),

@@ -1,7 +1,7 @@
-"""URDFs as exporters might have written them: the same arm, with other digits, frames and names.
+"""URDF variants of one arm with different digits, frames and names, as from exporters.
 
-A mutation changes the text of a chain's numbers or the frames in which the chain is described. The
-axes stay where they are, apart from the digits that are cut or the noise that is added.
+A mutation changes the number format or the frames of a chain. The axes do not move, except for
+truncated digits or added noise.
 """
 
 import random
@@ -19,14 +19,14 @@ Texts = tuple[str, str, str]
 ZEROS: Texts = ("0", "0", "0")
 FEWEST_DIGITS, MOST_DIGITS = 3, 6
 SMALLEST_NOISE, LARGEST_NOISE = -16, -9
-"""Decimal exponents of the noise that is added to a number (metre, radian, or 1)."""
+"""Decimal exponents of the noise added to numbers (metre, radian, or 1)."""
 ODD_NAMES = ("{} link", "2{}", "{}-axis", "arm/{}", "{}.joint", "x_{}")
 MOST_TURNED, MOST_INSERTED = 3, 3
 
 
 @dataclass(frozen=True)
 class UrdfJoint:
-    """A joint of a chain, its numbers as a file writes them."""
+    """A joint of a chain, with numbers as written in a file."""
 
     name: str
     kind: str
@@ -37,25 +37,25 @@ class UrdfJoint:
 
     @property
     def origin(self) -> np.ndarray:
-        """The joint's frame (4, 4) in the link before it."""
+        """Joint frame (4, 4) in the preceding link."""
         T = np.eye(4)
         T[:3, :3] = rotation(*map(float, self.rpy))
         T[:3, 3] = [float(x) for x in self.xyz]
         return T
 
     def placed(self, T: np.ndarray) -> "UrdfJoint":
-        """The joint at an origin (4, 4), in the digits of doubles."""
+        """Returns the joint at an origin (4, 4), in double precision."""
         return replace(self, xyz=texts(T[:3, 3]), rpy=texts(rpy_of(T[:3, :3])))
 
 
 @dataclass(frozen=True)
 class Mutant:
-    """A URDF of a chain: its text, and what was done to it.
+    """A URDF of a chain, with the list of its mutations.
 
     Attributes:
         arm: Name of the arm.
-        joints: The joints from the base.
-        made: Names of the mutations.
+        joints: The joints, ordered from the base.
+        made: Names of the applied mutations.
     """
 
     arm: str
@@ -69,7 +69,7 @@ class Mutant:
 
     @property
     def text(self) -> str:
-        """The file."""
+        """The URDF text."""
         parts = [f"<robot name={quoteattr(self.arm)}>", '<link name="l0"/>']
         for k, joint in enumerate(self.joints, 1):
             limits = ""
@@ -87,7 +87,7 @@ class Mutant:
 
 
 def arm_of_urdf(name: str, text: str) -> Mutant:
-    """The chain of a URDF that holds nothing else, its numbers as they are written."""
+    """Parses the chain of a URDF that contains only one chain, with numbers as written."""
     joints = []
     for element in ElementTree.fromstring(text).findall("joint"):
         found = {
@@ -108,7 +108,7 @@ def arm_of_urdf(name: str, text: str) -> Mutant:
 
 
 def arm_of_robot(robot: SerialRobot) -> Mutant:
-    """A serial robot of turning and sliding joints as an exporter writes it, in doubles."""
+    """Converts a serial robot with revolute and prismatic joints, in double precision."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
 
     def pose(placement: object) -> np.ndarray:
@@ -131,7 +131,7 @@ def arm_of_robot(robot: SerialRobot) -> Mutant:
 
 
 def mutated(arm: Mutant, seed: int) -> Mutant:
-    """One to four mutations of an arm, frames before digits."""
+    """Applies one to four mutations to an arm, frames before digits."""
     dice = random.Random(f"{arm.arm} {seed}")
     chosen = dice.sample(sorted(MUTATIONS), dice.randint(1, 4))
     rewriting = [name for name in chosen if name in ("noise", "single precision", "digits")]
@@ -144,7 +144,7 @@ def mutated(arm: Mutant, seed: int) -> Mutant:
 
 
 def right_angles(mutant: Mutant, dice: random.Random) -> Mutant:
-    """Some links' frames turned by right angles about their origins."""
+    """Rotates some link frames by right angles about their origins."""
     joints = list(mutant.joints)
     for _ in range(dice.randint(1, MOST_TURNED)):
         k = dice.randrange(len(joints) - 1)
@@ -159,7 +159,7 @@ def right_angles(mutant: Mutant, dice: random.Random) -> Mutant:
 
 
 def fixed_joints(mutant: Mutant, dice: random.Random) -> Mutant:
-    """Fixed joints put in: without a displacement, or with a joint's translation."""
+    """Inserts fixed joints, with no displacement or with the translation of a joint."""
     joints = list(mutant.joints)
     for n in range(dice.randint(1, MOST_INSERTED)):
         k = dice.randrange(len(joints))
@@ -172,7 +172,7 @@ def fixed_joints(mutant: Mutant, dice: random.Random) -> Mutant:
 
 
 def flipped(mutant: Mutant, dice: random.Random) -> Mutant:
-    """Axes that point the other way."""
+    """Reverses some axes."""
 
     def turned(joint: UrdfJoint) -> UrdfJoint:
         if dice.random() < 0.5:
@@ -184,7 +184,7 @@ def flipped(mutant: Mutant, dice: random.Random) -> Mutant:
 
 
 def renamed(mutant: Mutant, dice: random.Random) -> Mutant:
-    """Joints with other names, which C does not allow."""
+    """Gives joints names that are invalid in C."""
     joints = enumerate(mutant.joints)
     names = [dice.choice(ODD_NAMES).format(f"j{k}") for k, _ in joints]
     pairs = zip(mutant.joints, names, strict=True)
@@ -192,7 +192,7 @@ def renamed(mutant: Mutant, dice: random.Random) -> Mutant:
 
 
 def noise(mutant: Mutant, dice: random.Random) -> Mutant:
-    """Numbers with noise between 1e-16 and 1e-9."""
+    """Adds noise between 1e-16 and 1e-9 to all numbers."""
 
     def noisy(text: str) -> str:
         size = 10 ** dice.uniform(SMALLEST_NOISE, LARGEST_NOISE)
@@ -202,12 +202,12 @@ def noise(mutant: Mutant, dice: random.Random) -> Mutant:
 
 
 def single_precision(mutant: Mutant, _: random.Random) -> Mutant:
-    """Numbers of single precision in the digits of doubles."""
+    """Writes single-precision numbers with the digits of doubles."""
     return rewritten(mutant, lambda text: repr(float(np.float32(float(text)))))
 
 
 def digits(mutant: Mutant, dice: random.Random) -> Mutant:
-    """Numbers cut to three to six digits, as many everywhere."""
+    """Rounds all numbers to the same three to six digits."""
     count = dice.randint(FEWEST_DIGITS, MOST_DIGITS)
     return rewritten(mutant, lambda text: f"{float(text):.{count}g}")
 
@@ -221,11 +221,11 @@ MUTATIONS: dict[str, Callable[[Mutant, random.Random], Mutant]] = {
     "single precision": single_precision,
     "digits": digits,
 }
-"""The mutations, in the order in which they are made."""
+"""All mutations, in the order of application."""
 
 
 def rewritten(mutant: Mutant, change: Callable[[str], str]) -> Mutant:
-    """The chain with every number of its origins and axes written anew."""
+    """Returns the chain with every origin and axis number changed."""
 
     def each(vector: Texts) -> Texts:
         x, y, z = map(change, vector)
@@ -241,7 +241,7 @@ def rewritten(mutant: Mutant, change: Callable[[str], str]) -> Mutant:
 
 
 def rotation(roll: float, pitch: float, yaw: float) -> np.ndarray:
-    """Rz(yaw) Ry(pitch) Rx(roll)."""
+    """Returns Rz(yaw) Ry(pitch) Rx(roll)."""
     (cr, cp, cy), (sr, sn, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
     Rx = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
     Ry = np.array([[cp, 0, sn], [0, 1, 0], [-sn, 0, cp]])
@@ -250,7 +250,7 @@ def rotation(roll: float, pitch: float, yaw: float) -> np.ndarray:
 
 
 def rpy_of(R: np.ndarray) -> tuple[float, float, float]:
-    """Roll, pitch and yaw of a rotation, roll 0 where the pitch is a right angle."""
+    """Returns roll, pitch and yaw of a rotation; roll is 0 at pitch +-90 degrees."""
     level = np.hypot(R[0, 0], R[1, 0])
     pitch = np.arctan2(-R[2, 0], level)
     if level < 1e-9:
@@ -259,17 +259,17 @@ def rpy_of(R: np.ndarray) -> tuple[float, float, float]:
 
 
 def texts(vector: np.ndarray) -> Texts:
-    """Three numbers in the digits of doubles."""
+    """Formats three numbers in double precision."""
     x, y, z = (repr(float(number)) for number in vector)
     return x, y, z
 
 
 def three(text: str) -> Texts:
-    """Three words."""
+    """Splits a text into three words."""
     x, y, z = text.split()
     return x, y, z
 
 
 def negative(text: str) -> str:
-    """A number with the other sign."""
+    """Returns a number text with the opposite sign."""
     return text[1:] if text.startswith("-") else f"-{text}"

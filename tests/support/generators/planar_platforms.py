@@ -1,8 +1,8 @@
-"""Random planar platforms on legs of joints that turn or slide, as robot files and in numbers.
+"""Random planar platforms with revolute and prismatic leg joints, as files and numerically.
 
-A leg has three joints, of which one is actuated and one, the closure, is no joint of the tree: the
-base carries those before it, the platform those behind it. Legs that keep two slides when the
-actuator is held are left out: they hold the platform's angle alone.
+A leg has three joints. One is actuated, and one (the closure) is not part of the joint tree: the
+base carries the joints before the closure, the platform the joints behind it. Legs with two passive
+prismatic joints are excluded, because they constrain only the platform angle.
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from itertools import product
 import numpy as np
 
 Place = tuple[float, float, float]
-"""x, y (metre) and angle of a frame in another."""
+"""x, y (metre) and angle of a frame relative to another frame."""
 HEAD = """
 name = "{name}"
 convention = "urdf"
@@ -50,21 +50,21 @@ LEGS = tuple(
     for actuated in range(JOINTS)
     if "R" in kinds[:actuated] + kinds[actuated + 1 :]
 )
-"""The kinds of legs: the joints from the base to the platform, and which of them is actuated."""
+"""Leg types: the joints from base to platform, and the index of the actuated joint."""
 ITERATIONS, CLOSED, TINY = 30, 1e-11, 1e-30
-"""Steps to the closed reference; openings of legs that are closed; step of derivatives."""
+"""Number of Newton steps to the reference; closure tolerance; step of complex derivatives."""
 AWAY = 0.05
-"""Radian or metre: how far rounding may move the reference."""
+"""Maximum change of the reference by rounding (radian or metre)."""
 
 
 @dataclass(frozen=True)
 class DrawnLeg:
-    """A leg.
+    """A random leg.
 
     Attributes:
-        kinds: The joints from the base to the platform, R or P each.
-        actuated: Which of them is actuated.
-        closed: Which of them is the closure.
+        kinds: Joint types (R or P) from base to platform.
+        actuated: Index of the actuated joint.
+        closed: Index of the closure.
         front: Frames from the base before each joint up to the closure.
         back: Frames from the platform before each joint back to the closure.
         values: Values of the joints near the reference (radian or metre).
@@ -79,12 +79,12 @@ class DrawnLeg:
 
     @property
     def passive(self) -> int:
-        """The joint that is neither actuated nor the closure."""
+        """Index of the passive joint that is not the closure."""
         return JOINTS - self.actuated - self.closed
 
     @property
     def behind(self) -> range:
-        """The joints that the platform carries, in the order from it."""
+        """Indices of the joints carried by the platform, starting at the platform."""
         return range(JOINTS - 1, self.closed, -1)
 
     def __str__(self) -> str:
@@ -94,18 +94,18 @@ class DrawnLeg:
 
 @dataclass(frozen=True)
 class DrawnPlatform:
-    """A platform: its legs, and its pose (x, y, phi) near the reference."""
+    """A random platform: legs, and pose (x, y, phi) near the reference."""
 
     legs: tuple[DrawnLeg, ...]
     pose: Place
 
     @property
     def q(self) -> np.ndarray:
-        """(3,) the actuated coordinates at the reference."""
+        """(3,) actuated coordinates at the reference."""
         return np.array([leg.values[leg.actuated] for leg in self.legs])
 
     def text(self, name: str) -> str:
-        """The robot file."""
+        """Returns the robot file."""
         reference = dict(zip(("x", "y", "phi"), self.pose, strict=True))
         parts = [HEAD.format(name=name)]
         for k, leg in enumerate(self.legs, 1):
@@ -117,15 +117,15 @@ class DrawnPlatform:
         return "".join(parts) + f"\n[reference]\n{lines}\n"
 
     def excess(self, x: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """How far the legs are open.
+        """Returns the closure errors of the legs.
 
         Args:
             x: (n, 6) x, y, phi and the passive joint of each leg in the tree; may be complex.
             q: (3,) actuated coordinates, or (3, n) of each row.
 
         Returns:
-            (n, 6) two differences for each leg, zero where it closes, and (n, 3) above zero where
-            the frames of a slide point the same way.
+            (n, 6) two closure errors per leg, and (n, 3) values that are positive if the frames of
+            a prismatic closure point in the same direction.
         """
         gaps, facing = [], []
         pose = _frames(*x[:, :3].T)
@@ -144,11 +144,11 @@ class DrawnPlatform:
         return np.stack(gaps, -1), np.stack(facing, -1)
 
     def slopes(self, x: np.ndarray, q: np.ndarray) -> np.ndarray:
-        """(n, 6, 6) derivatives of the differences by x."""
+        """Returns the derivatives (n, 6, 6) of the closure errors with respect to x."""
         return np.stack([self.excess(x + TINY * 1j * e, q)[0].imag / TINY for e in np.eye(6)], -1)
 
     def closes(self) -> bool:
-        """Whether the legs close near the reference, though their numbers are rounded."""
+        """Whether the legs close near the reference despite rounded numbers."""
         described = np.array([[*self.pose, *(leg.values[leg.passive] for leg in self.legs)]])
         x = described
         for _ in range(ITERATIONS):
@@ -161,7 +161,7 @@ class DrawnPlatform:
 def drawn_platform(
     generator: np.random.Generator, kinds: tuple[tuple[str, int], ...] = ()
 ) -> DrawnPlatform:
-    """A platform on legs of given or random kinds, of about a metre's size, which closes."""
+    """Returns a platform of about 1 m size, with specified or random leg types, that closes."""
     platform = _drawn(generator, kinds)
     while not platform.closes():
         platform = _drawn(generator, kinds)
@@ -202,13 +202,13 @@ def _link(generator: np.random.Generator) -> Place:
 
 
 def _rounded(place: np.ndarray) -> Place:
-    """Short decimals: a robot file is exact."""
+    """Rounds to short decimals, because a robot file is exact."""
     x, y, angle = (round(float(value), 3) for value in place)
     return x, y, angle
 
 
 def _frames(x: np.ndarray, y: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """(..., 3, 3) poses in the plane."""
+    """Returns planar poses (..., 3, 3)."""
     x, y, angle = np.broadcast_arrays(x, y, angle)
     c, s, one = np.cos(angle), np.sin(angle), np.ones(x.shape)
     rows = [[c, -s, x], [s, c, y], [0 * one, 0 * one, one]]
@@ -216,12 +216,12 @@ def _frames(x: np.ndarray, y: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 
 def _moved(kind: str, value: np.ndarray) -> np.ndarray:
-    """(..., 3, 3) displacements of a joint."""
+    """Returns displacements (..., 3, 3) of a joint."""
     return _frames(0, 0, value) if kind == "R" else _frames(value, 0, 0)
 
 
 def _inverse(T: np.ndarray) -> np.ndarray:
-    """The inverse of poses; without a conjugate, for poses may be complex."""
+    """Returns the inverse of poses; valid for complex poses, so nothing is conjugated."""
     found = np.zeros_like(T)
     found[..., :2, :2] = np.swapaxes(T[..., :2, :2], -1, -2)
     found[..., :2, 2:] = -found[..., :2, :2] @ T[..., :2, 2:]
@@ -256,6 +256,6 @@ def _leg_text(k: int, leg: DrawnLeg) -> list[str]:
 
 
 def _frame_text(place: Place, turns: bool) -> str:
-    """A frame whose z axis is that of a pin, or the direction x of a slide."""
+    """Returns a frame whose z axis is a pin axis, or the x direction of a prismatic joint."""
     x, y, angle = place
     return f"xyz = [{x}, {y}, 0]" + ("" if turns else f', rpy = [0, "pi/2", {angle}]')

@@ -1,8 +1,8 @@
-"""Robots, tasks and sets of coordinates for tests of inverses; every target is reachable.
+"""Robots, tasks and coordinate sets for tests of inverses; every target is reachable.
 
-The sets hold random coordinates, and coordinates whose poses solvers are known to lose: every
-multiple of a right angle, singularities, and points a few powers of ten from these. Singularities
-of any robot are found by bisection of a determinant of its Jacobian along a joint.
+The sets contain random coordinates and coordinates whose poses are difficult for solvers: multiples
+of right angles, singularities, and points close to them. Singularities of any robot are found by
+bisection of a Jacobian determinant along a joint.
 """
 
 from collections.abc import Iterator
@@ -18,21 +18,21 @@ from tests.support.oracles.tasks import TASKS, Task
 
 DECADES = tuple(10.0**-k for k in range(3, 13))
 SINGULAR = 1e-12
-"""Largest value of a singularity's smallest singular value [m or 1]."""
+"""Maximum value of the smallest singular value at a singularity [m or 1]."""
 SAMPLES = 48
 BISECTIONS = 60
 STROKE = 1.0
-"""Travel of a slider without limits to either side [m]."""
+"""Assumed travel of an unlimited prismatic joint in each direction [m]."""
 
 
 @dataclass(frozen=True)
 class Singularity:
-    """A kind of singularity: moving the joint brings a determinant of the Jacobian to zero.
+    """A type of singularity: one joint moves a Jacobian determinant to zero.
 
     Attributes:
-        joint: The joint's index.
+        joint: Index of the joint.
         rows: Rows of the task's Jacobian; all rows if empty.
-        columns: Columns of the task's Jacobian; if empty, the joints that the inverse solves for.
+        columns: Columns of the task's Jacobian; if empty, the solved joints.
     """
 
     joint: int
@@ -42,14 +42,14 @@ class Singularity:
 
 @dataclass(frozen=True)
 class Case:
-    """A robot and the inverse that is tested.
+    """A robot and a tested inverse.
 
     Attributes:
         name: The robot's name.
         function: The name of the inverse.
-        singular: The singularities by kind.
-        free: Joints that the task leaves free.
-        most: The maximal number of solutions of a target.
+        singular: The singularities, keyed by type.
+        free: Joints not determined by the task.
+        most: Maximum number of solutions per target.
     """
 
     name: str
@@ -60,40 +60,40 @@ class Case:
 
     @cached_property
     def robot(self) -> chasles.Robot:
-        """The robot."""
+        """The loaded robot."""
         return chasles.load(self.name)
 
     @cached_property
     def screws(self) -> Screws:
-        """The screws of its main chain."""
+        """Screws of the main chain."""
         return screws(self.name)
 
     @property
     def task(self) -> Task:
-        """The task that its inverse solves."""
+        """The task solved by the inverse."""
         return TASKS[self.function]
 
     @cached_property
     def given(self) -> tuple[str, ...]:
-        """Names of the inverse's inputs besides the target."""
+        """Names of the inverse inputs besides the target."""
         inputs = self.robot.functions[self.function].inputs
         return tuple(argument.name for argument in inputs[1:])
 
     @property
     def turns(self) -> np.ndarray:
-        """Whether (n,) coordinates are angles."""
+        """Whether each coordinate is an angle, (n,)."""
         return np.array([c.unit == "rad" for c in self.robot.coordinates])
 
     def targets(self, q: np.ndarray) -> np.ndarray:
-        """Targets of the task at the poses of q (..., n)."""
+        """Returns the task targets at q (..., n)."""
         return self.task.target(self.pose(q))
 
     def pose(self, q: np.ndarray) -> np.ndarray:
-        """Poses (..., 4, 4) at q (..., n) by the product of exponentials."""
+        """Returns poses (..., 4, 4) at q (..., n) by the product of exponentials."""
         return self.screws.fk(self.robot.chain(q) if self.robot.loops else q)
 
     def others(self, q: np.ndarray) -> tuple[np.ndarray, ...]:
-        """The inputs besides the target for which q (..., n) is among the solutions."""
+        """Returns the further inputs for which q (..., n) is among the solutions."""
         return tuple(self._other(name, q) for name in self.given)
 
     def _other(self, name: str, q: np.ndarray) -> np.ndarray:
@@ -105,9 +105,9 @@ class Case:
         return self.robot.chain(q)[..., chain.index(name)]
 
     def coordinate(self, name: str) -> int | None:
-        """The index of a coordinate with a name or a number such as q7.
+        """Returns the index of a coordinate from its name or a symbol such as q7.
 
-        None for a joint of the main chain that loops move.
+        None for a main-chain joint that is moved by loops.
         """
         names = [coordinate.name for coordinate in self.robot.coordinates]
         if name in names:
@@ -117,27 +117,29 @@ class Case:
 
     @property
     def solved(self) -> tuple[int, ...]:
-        """The indices of the coordinates that the inverse solves for."""
+        """Indices of the coordinates solved by the inverse."""
         given = [name for name in self.given if name not in self.robot.functions]
         known = {*self.free, *map(self.coordinate, given)}
         return tuple(k for k in range(self.robot.n) if k not in known)
 
     def error(self, q: np.ndarray, target: np.ndarray) -> np.ndarray:
-        """Error (...) of the pose at q (..., n): the larger of distance [m] and angle [rad]."""
+        """Returns the pose error (...) at q (..., n): the larger of distance [m] and angle
+        [rad]."""
         return self.task.error(self.pose(q), target)
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
-        """Derivative (..., rows, n) of the task with respect to q."""
+        """Returns the derivative (..., rows, n) of the task with respect to q."""
         return self.task.jacobian(self.robot.fk(q), self.robot.jacobian_mixed(q))
 
     def square(self, singularity: Singularity, q: np.ndarray) -> np.ndarray:
-        """The square part of the task's Jacobian that is singular at a singularity."""
+        """Returns the square submatrix of the task Jacobian that is singular at a singularity."""
         J = self.jacobian(q)
         rows = list(singularity.rows) or list(range(J.shape[-2]))
         return J[..., rows, :][..., list(singularity.columns or self.solved)]
 
     def random(self, rng: np.random.Generator, count: int) -> np.ndarray:
-        """Random coordinates (count, n): angles in a turn; with loops, within limits and closed."""
+        """Returns random coordinates (count, n): within a turn, or within limits with closed
+        loops."""
         found = np.empty((0, self.robot.n))
         while len(found) < count:
             q = rng.uniform(*self.range, (count, self.robot.n))
@@ -147,7 +149,7 @@ class Case:
 
     @property
     def range(self) -> tuple[np.ndarray, np.ndarray]:
-        """Bounds (n,), (n,) between which coordinates are tried."""
+        """Sampling bounds (n,), (n,) of the coordinates."""
         whole = np.where(self.turns, np.pi, STROKE)
         limited = ~self.turns | bool(self.robot.loops)
         lower, upper = self.robot.lower, self.robot.upper
@@ -159,13 +161,12 @@ class Case:
 
 @dataclass(frozen=True)
 class PoseSet:
-    """Coordinates that make reachable targets.
+    """Coordinates that define reachable targets.
 
     Attributes:
         name: The name of the set.
-        q: (m, n) the coordinates.
-        regular: Whether the inverse must find the coordinates themselves; if they are singular, it
-            need not.
+        q: Coordinates (m, n).
+        regular: Whether the inverse must recover the coordinates, except at singularities.
     """
 
     name: str
@@ -175,7 +176,7 @@ class PoseSet:
 
 @dataclass(frozen=True)
 class Sizes:
-    """Numbers of coordinates in the random set, each singular set, and the grid of right angles."""
+    """Sizes of the random set, of each singular set and of the right-angle grid."""
 
     random: int
     singular: int
@@ -214,7 +215,7 @@ CASES = (
 
 
 def sets(case: Case, sizes: Sizes, seed: int = 0) -> Iterator[PoseSet]:
-    """All sets of a case."""
+    """Yields all coordinate sets of a case."""
     rng = np.random.default_rng(seed)
     yield PoseSet("random", case.random(rng, sizes.random), regular=True)
     if not case.robot.loops:
@@ -229,7 +230,7 @@ def sets(case: Case, sizes: Sizes, seed: int = 0) -> Iterator[PoseSet]:
 
 
 def right_angles(case: Case, rng: np.random.Generator) -> np.ndarray:
-    """Every q whose angles are -90, 0, 90 or 180 degrees; random values of sliders."""
+    """Returns every q with angles of -90, 0, 90 or 180 degrees; prismatic values are random."""
     quarters = np.arange(-1, 3) * (np.pi / 2)
     moving = [k for k in range(case.robot.n) if case.turns[k] and k not in case.free]
     angles = np.array(list(product(quarters, repeat=len(moving))))
@@ -240,7 +241,7 @@ def right_angles(case: Case, rng: np.random.Generator) -> np.ndarray:
 
 
 def nearly(case: Case, rng: np.random.Generator, q: np.ndarray) -> np.ndarray:
-    """Coordinates with about half of the angles displaced, each by its own power of ten."""
+    """Returns coordinates with about half of the angles displaced by random powers of ten."""
     steps = rng.choice([*DECADES, *(-step for step in DECADES)], q.shape)
     solved = case.turns & ~np.isin(np.arange(q.shape[1]), case.free)
     return q + steps * solved * rng.integers(0, 2, q.shape)
@@ -249,13 +250,13 @@ def nearly(case: Case, rng: np.random.Generator, q: np.ndarray) -> np.ndarray:
 def singular(
     case: Case, singularity: Singularity, rng: np.random.Generator, count: int
 ) -> np.ndarray:
-    """Coordinates (count, n) at which a determinant of the task's Jacobian is zero.
+    """Returns coordinates (count, n) with a zero determinant of the task Jacobian.
 
-    The coordinates are random but for a joint, which bisection moves to a zero of the determinant;
-    the Jacobian's smallest singular value there is below SINGULAR.
+    One joint is moved to a zero of the determinant by bisection; all other coordinates are random.
+    The smallest singular value of the Jacobian there is below SINGULAR.
 
     Raises:
-        ValueError: The determinant changes its sign along none of the random coordinates.
+        ValueError: The determinant never changes sign along the joint.
     """
     found = np.empty((0, case.robot.n))
     while len(found) < count:
@@ -271,7 +272,7 @@ def singular(
 def _brackets(
     case: Case, singularity: Singularity, rng: np.random.Generator, q: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Coordinates along whose joint the determinant changes sign, with a bracket of each change."""
+    """Returns coordinates with a sign change of the determinant along the joint, bracketed."""
     k = singularity.joint
     low, high = -np.pi, np.pi
     if not case.turns[k]:

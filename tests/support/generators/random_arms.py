@@ -1,4 +1,4 @@
-"""Arms at random, but for neighbouring axes that meet or are parallel."""
+"""Random arms with some intersecting or parallel consecutive axes."""
 
 from collections.abc import Collection
 
@@ -8,11 +8,11 @@ from chasles.derive import Joint, SerialRobot
 from chasles.derive.description.conventions import dh
 
 LINKS = "/=x"
-"""Between two axes: skew, parallel, meeting."""
+"""Relations between two axes: skew, parallel, intersecting."""
 
 
 def long_arm(seed: int) -> SerialRobot:
-    """An arm of seven to ten joints: six that turn, and some that turn or slide among them."""
+    """Returns an arm with seven to ten joints, of which at least six are revolute."""
     rng = np.random.default_rng([seed, 10])
     slides = {int(k) for k in rng.choice(7, rng.integers(0, 3), replace=False)}
     count = 6 + max(len(slides) + int(rng.integers(0, 3)), 1)
@@ -20,7 +20,7 @@ def long_arm(seed: int) -> SerialRobot:
 
 
 def sliding_arm(seed: int) -> SerialRobot:
-    """An arm of six to nine joints of which four or five turn, so that slides are solved for."""
+    """Returns a six- to nine-joint arm with four or five revolute joints."""
     rng = np.random.default_rng([seed, 11])
     count, turning = int(rng.integers(6, 10)), int(rng.integers(4, 6))
     slides = {int(k) for k in rng.choice(count, count - turning, replace=False)}
@@ -28,12 +28,12 @@ def sliding_arm(seed: int) -> SerialRobot:
 
 
 def random_arm(seed: int, links: str = "//////", slides: Collection[int] = ()) -> SerialRobot:
-    """An arm with as many joints as links.
+    """Returns an arm with one joint per link.
 
     Args:
-        seed: Of its lengths (0.05 to 0.5 m) and angles.
-        links: Behind each joint one of ``LINKS``, which says how the next axis lies.
-        slides: Indices of the joints that slide; the others turn.
+        seed: Seed of the lengths (0.05 to 0.5 m) and angles.
+        links: One of ``LINKS`` per joint: the relation to the next axis.
+        slides: Indices of the prismatic joints; the other joints are revolute.
     """
     rng = np.random.default_rng(seed)
     joints = []

@@ -3,11 +3,11 @@
 from tests.support.generators.drawn_arms import Value, drawn
 
 OBLIQUE = 0.5
-"""Part of the angles that are no right angles: their constants are the longest."""
+"""Fraction of angles that are not right angles; these have the longest constants."""
 
 
 def round_arm(seed: int) -> str:
-    """The text of a robot file, the same for the same seed."""
+    """Returns the text of a robot file, determined by the seed."""
     arm = drawn(seed, OBLIQUE)
     lines = [f'name = "arm{seed}"', f'convention = "{arm.convention.name}"']
     for kind, fields in arm.joints:

@@ -1,7 +1,7 @@
-"""Robots with loops whose numbers are rounded to decimals, on a base at an awkward angle.
+"""Robots with loops, rounded to decimals on an arbitrarily rotated base.
 
-A file of another program writes each frame as a position and roll, pitch and yaw to a number of
-places. All numbers of a mechanism are written so; its base body may stand at any angle.
+Other programs write each frame as a position and roll, pitch, yaw with a fixed number of decimal
+places. Here all numbers of a mechanism are rounded in this way, and the base may be rotated.
 """
 
 from dataclasses import replace
@@ -15,16 +15,16 @@ from chasles.derive.model.mechanism import Frame, Mechanism
 from chasles.derive.model.placements import Placement, from_xyz_rpy
 
 GIMBAL = 1e-9
-"""Cosine of the pitch below which roll and yaw turn about one axis."""
+"""Cosine of the pitch below which roll and yaw rotate about the same axis."""
 
 
 def rounded(mechanism: Mechanism, places: int, turn: Placement = ()) -> Mechanism:
-    """A mechanism in decimals: lengths in metres and angles in radians to so many places.
+    """Returns a mechanism with lengths (metre) and angles (radian) rounded to decimals.
 
     Args:
         mechanism: The robot in exact numbers.
-        places: Places after the point.
-        turn: Rotation of the robot before its numbers are rounded.
+        places: Number of decimal places.
+        turn: Rotation of the robot before rounding.
     """
     values = {parameter.symbol: parameter.value for parameter in mechanism.parameters}
 
@@ -63,14 +63,14 @@ def rounded(mechanism: Mechanism, places: int, turn: Placement = ()) -> Mechanis
 
 
 def awkward_turn(rng: np.random.Generator) -> Placement:
-    """A rotation by whole microradians about all axes."""
+    """Returns a random rotation by whole microradians about all axes."""
     yaw, pitch, roll = (sp.Rational(int(x), 10**6) for x in rng.integers(-(10**6), 10**6, 3))
     zero = (sp.S.Zero,) * 3
     return from_xyz_rpy(zero, (roll, pitch, yaw))
 
 
 def _in_decimals(placement: Placement, values: dict, places: int) -> Placement:
-    """A placement as T(x, y, z) Rz(yaw) Ry(pitch) Rx(roll) in decimals."""
+    """Returns a placement as T(x, y, z) Rz(yaw) Ry(pitch) Rx(roll) in decimals."""
     with mpmath.workdps(40):
         T = pose_in_digits(placement, values)
         level = mpmath.hypot(T[0, 0], T[1, 0])

@@ -1,8 +1,8 @@
-"""Measurements of drawn robots by several devices: few or many, exact or noisy, right or wrong.
+"""Simulated measurements of random robots by several devices.
 
-A seed is a draw: the robot's errors, the device, the number of configurations, the noise, and the
-parameters that an identification varies. Wrong measurements are those of the same draw with a
-mistake in them.
+Measurements are few or many, exact or noisy, correct or wrong. A seed determines the robot errors,
+the device, the number of configurations, the noise and the identified parameters. Wrong
+measurements are correct measurements with an added mistake.
 """
 
 from collections.abc import Mapping
@@ -21,33 +21,33 @@ from chasles.calibration import (
 )
 
 SIGMA = 2e-5, 5e-5
-"""Noise of devices [m, rad]."""
+"""Measurement noise [m, rad]."""
 ERROR = 5e-4
 """Maximum error of a parameter [m, rad]."""
 ANOTHER = 0.02
-"""Error of a link of another robot [m]."""
+"""Link error of a different robot [m]."""
 TOLERANCES = {"offset": 1e-3, "axis": 5e-4, "loop": 5e-4}
 DEVICES = ("poses", "one target", "three targets", "ball bar", "sphere", "plane")
 MANY = {"poses": 40, "one target": 80, "three targets": 40}
-"""Configurations of devices that measure several numbers at each; of others, `MOST`."""
+"""Configuration counts of devices with several values per configuration; else `MOST`."""
 MOST = 150
 FEW = 6, 25
-"""Fewest and most configurations of a draw with few."""
+"""Minimum and maximum count of few configurations."""
 REACH = 2.0
 """Maximum coordinate [rad or m] of a robot without limits, or with wider limits."""
 TOUCHING = 1e-10
-"""Distance of a contact from its surface [m]."""
+"""Maximum distance of a contact from its surface [m]."""
 
 
 @dataclass(frozen=True)
 class Simulated:
-    """A draw.
+    """Simulated measurements of one seed.
 
     Attributes:
         device: The device.
-        q: (N, n) coordinates, as they are reported.
-        measurements: What was measured.
-        vary: Parameters that the identification varies.
+        q: (N, n) reported coordinates.
+        measurements: The measurements.
+        vary: Identified parameters.
         parameter_std: Standard deviations of the parameters, or None.
         noise: Factor of the device's noise: 0 or 1.
         p: The true geometry.
@@ -62,23 +62,23 @@ class Simulated:
     p: np.ndarray
 
     def __str__(self) -> str:
-        """In words, for messages of tests."""
+        """Returns a description for test messages."""
         how = "exact" if self.noise == 0 else "noisy"
         known = " with tolerances" if self.parameter_std else ""
         return f"{len(self.q)} {how} rows, {self.device}, vary {'+'.join(self.vary)}{known}"
 
 
 def simulated(robot, seed: int, *, device: str = "", another: bool = False) -> Simulated:
-    """The draw of a seed.
+    """Returns the simulated measurements of a seed.
 
     Args:
         robot: A robot with parametric functions.
         seed: The seed.
-        device: One of `DEVICES`; drawn by default.
-        another: Whether a link is wrong by `ANOTHER`.
+        device: One of `DEVICES`; random by default.
+        another: Whether a link has the error `ANOTHER`.
     """
     rng = np.random.default_rng(seed)
-    # Robots of one or two coordinates touch a surface at points or along a curve only.
+    # Robots with one or two coordinates touch a surface only at points or along a curve.
     device = device or str(rng.choice(DEVICES if robot.n > 2 else DEVICES[:4]))
     many, noise = rng.random() < 0.5, float(rng.random() < 0.7)
     vary, parameter_std = _model(robot, rng)
@@ -93,7 +93,7 @@ def simulated(robot, seed: int, *, device: str = "", another: bool = False) -> S
 
 
 def with_exchanged_columns(draw: Simulated, seed: int) -> Simulated:
-    """The draw with two columns of its coordinates exchanged."""
+    """Returns the measurements with two exchanged coordinate columns."""
     i, j = np.random.default_rng(seed).choice(draw.q.shape[1], 2, replace=False)
     q = draw.q.copy()
     q[:, [i, j]] = draw.q[:, [j, i]]
@@ -101,7 +101,7 @@ def with_exchanged_columns(draw: Simulated, seed: int) -> Simulated:
 
 
 def in_degrees(robot, draw: Simulated) -> Simulated:
-    """The draw with its angles in degrees."""
+    """Returns the measurements with angles in degrees."""
     turning = np.array([c.unit == "rad" for c in robot.coordinates])
     return replace(draw, q=np.where(turning, np.degrees(draw.q), draw.q))
 
@@ -119,7 +119,7 @@ def _model(robot, rng: np.random.Generator) -> tuple[tuple[str, ...], Mapping[st
 
 
 def _geometry(robot, vary: tuple[str, ...], rng: np.random.Generator) -> np.ndarray:
-    """Errors of the parameters that are varied."""
+    """Returns a geometry with errors of the identified parameters."""
     parts = {"axis", "loop"} if "geometry" in vary else {"offset"}
     p = np.array([item.value for item in robot.geometry])
     off = np.array([item.part in parts for item in robot.geometry])
@@ -128,13 +128,13 @@ def _geometry(robot, vary: tuple[str, ...], rng: np.random.Generator) -> np.ndar
 
 
 def _link(robot, rng: np.random.Generator) -> int:
-    """A length whose error moves the tool otherwise than a shift of base, tool or zeros."""
+    """Returns a length whose error differs from any base, tool or zero-offset error."""
     low, high = _span(robot)
     q = rng.uniform(low, high, (200, robot.n))
     nominal = np.array([item.value for item in robot.geometry])
     q = q[np.isfinite(robot.fk_p(q, nominal)).all((-1, -2))]
     J = robot.identification_jacobian(q, nominal)[:, :3]
-    # The tool's position at other targets is that of the base and the tool together.
+    # Errors of other targets are combinations of base and tool errors.
     own = np.array([item.part in ("base", "tool", "offset") for item in robot.geometry])
     taken = np.linalg.qr(J[..., own].reshape(-1, own.sum()))[0]
     left = J.reshape(-1, J.shape[-1])
@@ -149,7 +149,7 @@ def _link(robot, rng: np.random.Generator) -> int:
 
 
 def _span(robot) -> tuple[np.ndarray, np.ndarray]:
-    """Limits of the coordinates, around the reference of robots with loops."""
+    """Returns coordinate limits; for robots with loops, around the reference."""
     low, high = np.maximum(robot.lower, -REACH), np.minimum(robot.upper, REACH)
     if robot.kind == "serial":
         return low, high
@@ -159,7 +159,7 @@ def _span(robot) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _measurable(robot, p: np.ndarray, rng: np.random.Generator, count: int) -> np.ndarray:
-    """Random coordinates at which the loops close, true and nominal."""
+    """Returns random coordinates at which the true and nominal loops close."""
     low, high = _span(robot)
     q = rng.uniform(low, high, (4 * count, robot.n))
     closed = np.isfinite(robot.fk_p(q, p) + robot.fk(q)).all((-1, -2))
@@ -169,7 +169,7 @@ def _measurable(robot, p: np.ndarray, rng: np.random.Generator, count: int) -> n
 def _observed(
     robot, device: str, p: np.ndarray, q: np.ndarray, noise: float, rng: np.random.Generator
 ) -> tuple[Measurements, np.ndarray]:
-    """What the device measures, and the coordinates at which it does."""
+    """Returns the measurements of a device and their coordinates."""
     targets = rng.uniform(-0.1, 0.1, (3, 3))
     sigma = SIGMA[0]
     if device in ("sphere", "plane"):
@@ -199,7 +199,7 @@ def _contacts(
     noise: float,
     rng: np.random.Generator,
 ) -> tuple[Measurements, np.ndarray]:
-    """Coordinates at which a target touches a surface amid the robot's workspace."""
+    """Returns contacts of a target with a surface in the middle of the workspace."""
 
     def placed(q):
         T = robot.fk_p(q, p)

@@ -1,14 +1,14 @@
-"""Arms of any structure, told by the way their axes lie, with their inverses in CasADi.
+"""Random arms with a specified axis structure, and their inverses in CasADi.
 
-A chain is written as its axes and what lies between them, from the base to the last axis:
+A text lists the axes and the relations between them, from base to last axis:
 
-    R  a revolute joint          r  one on which the axes before and behind it are met in one point
-    P  a slide                   p  one that does not turn what comes behind it
-    =  parallel                  x  meeting                 +  meeting at right angles
-    /  skew                      L  skew at right angles
+    R  a revolute joint          r  revolute, meets both adjacent axes in one point P  a prismatic
+    joint         p  prismatic, without a rotation behind it =  parallel                  x  meeting
+    +  meeting at right angles /  skew                      L  skew at right angles
 
-A Puma is "R+R=R/RxrxR"; read backwards, the text is the same chain seen from the tool. All else is
-random. Poses come from the chain's screws by NumPy: the compiler has no part in judging itself.
+A Puma is "R+R=R/RxrxR"; the reversed text is the same chain numbered from the tool. All other
+values are random. Test poses are computed from the screws with NumPy, independently of the
+compiler.
 """
 
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ DEGREE = np.pi / 180
 
 @dataclass(frozen=True)
 class Row:
-    """A row of Denavit and Hartenberg: metre and degree, as decimals."""
+    """A Denavit-Hartenberg row: metre and degree, as decimals."""
 
     kind: str
     a: str
@@ -45,7 +45,7 @@ class Row:
 
 
 def rows_of(chain: str, *, right: bool) -> tuple[Row, ...]:
-    """A random chain of that structure, its skew axes at right angles or at random ones."""
+    """Returns a random chain with a structure; skew axes have right or random angles."""
     rng = np.random.default_rng(crc32(chain.encode()) + right)
     axes, between = chain[::2], chain[1::2] + "/"
     rows = []
@@ -66,7 +66,7 @@ def rows_of(chain: str, *, right: bool) -> tuple[Row, ...]:
 
 
 def described(rows: tuple[Row, ...]) -> str:
-    """The rows as a robot file."""
+    """Returns the rows as a robot file."""
     lines = ['name = "arm"', 'convention = "dh"', 'units = { length = "m", angle = "deg" }']
     kinds = {"R": "revolute", "P": "prismatic"}
     for k, row in enumerate(rows):
@@ -77,7 +77,7 @@ def described(rows: tuple[Row, ...]) -> str:
 
 
 def screws_of(rows: tuple[Row, ...]) -> Screws:
-    """The screws of the rows, by NumPy."""
+    """Returns the screws of the rows, computed with NumPy."""
     T, frames = np.eye(4), []
     for row in rows:
         frames.append(T)
@@ -91,7 +91,7 @@ def screws_of(rows: tuple[Row, ...]) -> Screws:
 
 
 def _screw(axis: int, angle: float, shift: float) -> np.ndarray:
-    """A turn about a coordinate axis and a shift along it (4, 4)."""
+    """Returns a rotation about and shift along a coordinate axis (4, 4)."""
     T = np.eye(4)
     i, j = (axis + 1) % 3, (axis + 2) % 3
     T[i, i] = T[j, j] = np.cos(angle)
@@ -102,7 +102,7 @@ def _screw(axis: int, angle: float, shift: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Found:
-    """Slots for some targets: q (m, k, n), residual and margin (m, k)."""
+    """Solution slots of several targets: q (m, k, n), residual and margin (m, k)."""
 
     q: np.ndarray
     residual: np.ndarray
@@ -110,20 +110,20 @@ class Found:
 
     @property
     def valid(self) -> np.ndarray:
-        """(m, k) which of them are solutions."""
+        """Whether each slot is a solution, (m, k)."""
         return self.residual <= VALID
 
 
 class Function:
-    """A derived function on arrays, run by CasADi."""
+    """A derived function, evaluated on arrays with CasADi."""
 
     def __init__(self, function: SymbolicFunction) -> None:
-        """Lowers the function, its signs as inputs."""
+        """Compiles the function to CasADi with its signs as inputs."""
         self.inputs, self.outputs, self.signs = function.inputs, function.outputs, function.signs
         self.kernel = lower([function], "arm")[0]
 
     def __call__(self, *arguments: np.ndarray) -> Found | np.ndarray:
-        """Slots where the function has some, or else the values of its one output."""
+        """Returns solution slots, or the values of a single output."""
         sizes = [len(argument.shape) for argument in self.inputs]
         lead = np.shape(arguments[0])[: np.ndim(arguments[0]) - sizes[0]]
         columns = [
@@ -147,7 +147,7 @@ class Function:
 
 
 def jacobian(chain: Screws, q: np.ndarray) -> np.ndarray:
-    """(..., 6, n) at the tip, base axes, linear first."""
+    """Returns the mixed Jacobian (..., 6, n), linear first."""
     T = np.broadcast_to(np.eye(4), (*q.shape[:-1], 4, 4))
     tip = chain.fk(q)[..., :3, 3]
     columns = []
@@ -162,12 +162,12 @@ def jacobian(chain: Screws, q: np.ndarray) -> np.ndarray:
 
 
 def parts(chain: Screws) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Axes, points and slides."""
+    """Returns revolute axes, points and prismatic axes."""
     return chain.axes, chain.points, chain.slides
 
 
 def robot_of(chain: str, *, right: bool = False) -> SerialRobot:
-    """A random chain of that structure."""
+    """Returns a random chain with a structure."""
     robot = read_text(described(rows_of(chain, right=right)))
     assert isinstance(robot, SerialRobot)
     return robot
@@ -175,7 +175,7 @@ def robot_of(chain: str, *, right: bool = False) -> SerialRobot:
 
 @dataclass(frozen=True)
 class Arm(Case):
-    """A random chain of a structure, as a case of the benchmarks: name is the structure.
+    """A random chain as a benchmark case; its name is the structure.
 
     Attributes:
         right: Whether skew axes are at right angles.
@@ -185,18 +185,18 @@ class Arm(Case):
 
     @cached_property
     def inverses(self) -> Inverses:
-        """The structure and the inverses found for the chain."""
+        """The structure and the derived inverses of the chain."""
         robot = robot_of(self.name, right=self.right)
         return inverses(robot, Terms({p.symbol: p.value for p in robot.parameters}))
 
     @cached_property
     def screws(self) -> Screws:
-        """Its screws."""
+        """Screws of the chain."""
         return screws_of(rows_of(self.name, right=self.right))
 
     @cached_property
     def robot(self) -> SimpleNamespace:
-        """The interface that the benchmarks expect of a robot."""
+        """Robot interface required by the benchmarks."""
         kinds = self.name[::2].upper()
         unlimited = np.full(len(kinds), np.inf)
         return SimpleNamespace(
@@ -214,10 +214,10 @@ class Arm(Case):
         )
 
     def found(self, q: np.ndarray) -> Found:
-        """All slots for the targets at q (m, n)."""
+        """Returns all slots for the targets at q (m, n)."""
         return self.robot.functions[self.function](self.targets(q), *self.others(q))
 
     def answers(self, q: np.ndarray) -> Answers:
-        """The same, as the benchmarks take it."""
+        """Returns the slots in the format of the benchmarks."""
         found = self.found(q)
         return Answers(found.q, found.valid)

@@ -1,7 +1,7 @@
-"""A waist and a boom on a cylinder, written by hand: the smallest robot with a loop.
+"""Handwritten robot with a waist and a cylinder-driven boom: the smallest robot with a loop.
 
-The boom's joint, the cylinder's foot and its eye are a triangle with two sides of 1 m; the cylinder
-is the third. chain: (theta1, theta2) with theta1 = waist and cos(theta2) = 1 - cylinder^2 / 2.
+The boom joint and both cylinder ends form a triangle with two sides of 1 m; the cylinder is the
+third side. chain: (theta1, theta2) with theta1 = waist and cos(theta2) = 1 - cylinder^2 / 2.
 """
 
 import json
@@ -64,7 +64,7 @@ void lift_chain_all(const double q[2], double theta[4], double margin[2])
 
 
 def manifest():
-    """The manifest of the lift."""
+    """Returns the manifest of the lift."""
     q, theta = argument("q", [2], "rad or m"), argument("theta", [2], "rad")
     margin, two = argument("margin", [2]), argument("theta", [2, 2])
 
@@ -144,7 +144,7 @@ def manifest():
 
 
 def write(folder: Path, content=None):
-    """The lift on disk."""
+    """Writes the lift to disk."""
     content = content or manifest()
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "lift.c").write_text(SOURCE)

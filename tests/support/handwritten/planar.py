@@ -1,4 +1,4 @@
-"""A 3-RRR platform, generated from the triad alone: cranks, rods and a platform with pins."""
+"""A 3-RRR platform, generated from the triad: cranks, rods and a platform with pins."""
 
 import json
 from functools import cache
@@ -30,7 +30,7 @@ def _exact(degrees):
 
 
 def _inverse(terms, theta, cs, crank, direction, pin, rod):
-    """Where a leg's crank points on average, how far it is off to both sides, and its margin."""
+    """Returns mean crank direction, offset to both solutions, and margin of a leg."""
     (x, y, _), (c, s) = theta, cs
     base = sp.Rational(str(BASE))
     dx = terms.let(x + c * pin[0] - s * pin[1] - base * direction[0])
@@ -45,7 +45,7 @@ def _inverse(terms, theta, cs, crank, direction, pin, rod):
 
 @cache
 def functions(rod):
-    """The functions of the platform whose rods have the length rod (a text of its metres)."""
+    """Returns the functions of the platform with rod length ``rod`` (text, metre)."""
     terms = Terms({})
     q = sp.symbols("q1:4", real=True)
     theta = sp.symbols("theta1:4", real=True)
@@ -139,7 +139,7 @@ ROLES = {
 
 
 def write(folder: Path, rod="13/100"):
-    """The generated robot, without functions for batches."""
+    """Writes the generated robot, without batch functions."""
     derived = functions(rod)
     joints = tuple(Joint(f"crank_{k}", "revolute") for k in (1, 2, 3))
     robot = SerialRobot("planar", joints, title="A planar platform")
@@ -206,13 +206,13 @@ def write(folder: Path, rod="13/100"):
 
 
 def reference(rod):
-    """The platform in the middle, cranks to the left of its pins."""
+    """Returns the reference: the centered platform, with cranks to the left of its pins."""
     pose = np.zeros(3)
     return {"q": cranks(pose, rod, 1.0).tolist(), "z": pose.tolist()}
 
 
 def cranks(pose, rod, side):
-    """Crank angles that hold a pose (..., 3), with geometry alone; NaN out of reach."""
+    """Returns the crank angles of a pose (..., 3) by geometry; NaN out of reach."""
     d = pins(pose) - BASE * DIRECTIONS
     r = np.hypot(d[..., 0], d[..., 1])
     with np.errstate(invalid="ignore"):
@@ -222,7 +222,7 @@ def cranks(pose, rod, side):
 
 
 def pins(pose):
-    """(..., 3, 2) the platform's pins in the base frame."""
+    """Returns the platform pins (..., 3, 2) in the base frame."""
     c, s = np.cos(pose[..., 2, None]), np.sin(pose[..., 2, None])
     bx, by = PLATFORM * DIRECTIONS.T
     return np.stack(
@@ -231,5 +231,5 @@ def pins(pose):
 
 
 def ends(q):
-    """(..., 3, 2) the ends of the cranks in the base frame."""
+    """Returns the crank ends (..., 3, 2) in the base frame."""
     return BASE * DIRECTIONS + CRANK * np.stack([np.cos(q), np.sin(q)], -1)

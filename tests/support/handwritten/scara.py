@@ -1,7 +1,7 @@
-"""A SCARA arm, written by hand in the form of the contract, with an inverse of two branches.
+"""Handwritten SCARA arm in the contract format, with a two-branch inverse.
 
-Its slots are: elbow to the left (positive), elbow to the right. `ik_position` has the tool's angle
-given beside the position.
+Slot 0 has the elbow to the left (positive), slot 1 to the right. `ik_position` has the tool angle
+as a second input.
 """
 
 import numpy as np
@@ -87,7 +87,7 @@ COORDINATES = [
 
 
 def fk(q, a1=A1):
-    """The pose of the tool; q (..., 4) -> (..., 4, 4)."""
+    """Returns the tool pose; q (..., 4) -> (..., 4, 4)."""
     q = np.asarray(q, dtype=float)
     T = np.zeros((*q.shape[:-1], 4, 4))
     a, phi = q[..., 0] + q[..., 1], q[..., 0] + q[..., 1] + q[..., 3]
@@ -101,12 +101,12 @@ def fk(q, a1=A1):
 
 
 def role(name, domain, labels=()):
-    """The role of a function as the manifest has it."""
+    """Returns the role of a function in manifest format."""
     return {"role": name, "domain": domain, "labels": list(labels)}
 
 
 def manifest():
-    """The manifest of the arm, without the files' hashes."""
+    """Returns the manifest of the arm, without file hashes."""
     q, T = tiny.argument("q", [4], "rad or m"), tiny.argument("T", [4, 4])
     branches = [
         tiny.argument("q", [2, 4], "rad or m"),
@@ -139,7 +139,7 @@ def manifest():
 
 
 def write(path, true_a1=A1, **changes):
-    """Writes the arm to a folder; the inverse is of A1 whatever the true length."""
+    """Writes the arm to a folder; the inverse always uses A1, not the true length."""
     folder = tiny.Folder(path, {**manifest(), **changes}, "scara")
     source = SOURCE.format(true_a1=true_a1, nominal_a1=A1, a2=A2)
     folder.write(source, HEADER)

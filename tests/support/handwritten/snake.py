@@ -1,7 +1,7 @@
-"""A planar snake of many links, written by hand in the form of the contract.
+"""Handwritten planar snake with many links in the contract format.
 
-Its forward kinematics is not defined where the first joint is beyond one radian, as that of a robot
-with loops is not where they cannot be closed.
+Forward kinematics is undefined if the first joint is beyond one radian, like a robot whose loops
+cannot be closed.
 """
 
 from tests.support.handwritten import tiny

@@ -1,4 +1,4 @@
-"""A tiny robot, written by hand in the form of the contract between compiler and runtime."""
+"""Tiny handwritten robot in the contract format between compiler and runtime."""
 
 import hashlib
 import json
@@ -18,7 +18,7 @@ void tiny_wide(const double W[1600], double V[1600]);
 #endif
 """
 
-# Every kernel writes an output before it has read all of its inputs, as generated C does.
+# Like generated C, every kernel writes an output before reading all inputs.
 SOURCE = """\
 #include "tiny.h"
 #include <math.h>
@@ -50,22 +50,22 @@ void tiny_wide(const double W[1600], double V[1600])
 
 
 def fk(q):
-    """The values of tiny_fk for one pose."""
+    """Returns the values of tiny_fk for one pose."""
     return (np.sin(q[0]) + np.arange(12) * q[1]).reshape(3, 4)
 
 
 def blend(q, a):
-    """The values of tiny_blend for one pose."""
+    """Returns the values of tiny_blend for one pose."""
     return a[:, :2] @ q + a[:, 2]
 
 
 def argument(name, shape, unit="1"):
-    """An input or output as the manifest has it."""
+    """Returns an input or output in manifest format."""
     return {"name": name, "shape": list(shape), "unit": unit, "meaning": f"The {name}."}
 
 
 def function(name, summary, inputs, outputs):
-    """A function as the manifest has it."""
+    """Returns a function in manifest format."""
     operations = {"multiply": 4, "add": 3, "negate": 0, "trig": 1, "other": 0, "total": 8}
     return {
         "name": name,
@@ -80,7 +80,7 @@ def function(name, summary, inputs, outputs):
 
 
 def manifest():
-    """The manifest of the tiny robot, without the files' hashes."""
+    """Returns the manifest of the tiny robot, without file hashes."""
     q = argument("q", [2], "rad")
     coordinates = [
         {"name": "pan", "kind": "revolute", "unit": "rad", "lower": -3.0, "upper": 3.0},
@@ -112,20 +112,20 @@ def manifest():
 
 
 def sha256(text):
-    """In the form of the manifest."""
+    """Returns the SHA-256 of a text in manifest format."""
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 @dataclass
 class Folder:
-    """A generated robot on disk, to be spoiled by tests."""
+    """A generated robot on disk that tests may corrupt."""
 
     path: Path
     manifest: dict
     name: str = "tiny"
 
     def write(self, source=SOURCE, header=HEADER):
-        """Writes all files; the manifest fits them."""
+        """Writes all files with matching manifest hashes."""
         self.path.mkdir(parents=True, exist_ok=True)
         (self.path / f"{self.name}.c").write_text(source)
         (self.path / f"{self.name}.h").write_text(header)

@@ -1,25 +1,25 @@
-"""Assembly modes of loops in numbers: continuation from the reference, and closure at a pose."""
+"""Numeric assembly modes of loops: continuation from the reference, and closure at a pose."""
 
 import numpy as np
 
 STEPS, STARTS = 40, 20
 CLOSED = 1e-10
 REGULAR = 0.1
-"""Smallest singular value of the loops' equations at which continuation keeps its branch."""
+"""Minimum singular value of the loop equations for which continuation keeps its branch."""
 
 
 def reference(model):
-    """The closed configuration (1, n_z) at the reference."""
+    """Returns the closed configuration (1, n_z) at the reference."""
     at = dict(model.mechanism.reference)
     z = np.array([[float(at.get(name, 0)) for name in model.names]])
     return model.newton(z, model.actuated)
 
 
 def followed(model, q):
-    """Configurations (N, n_z) at q (N, n) by continuation from the reference.
+    """Returns configurations (N, n_z) at q (N, n) by continuation from the reference.
 
     Returns:
-        The configurations, and whether (N,) all of the way is far from singularities.
+        The configurations, and whether (N,) the whole path stays away from singularities.
     """
     z = np.repeat(reference(model), len(q), 0)
     start, free = z[:, model.actuated], [k for k in range(z.shape[1]) if k not in model.actuated]
@@ -37,7 +37,7 @@ def followed(model, q):
 def closes_at(model, theta, q, seed=0):
     """Whether the loops close with the main chain at theta (n_theta,) and actuators at q (n,).
 
-    The passive joints are found from random starts; equations are those of the description.
+    The passive joints are solved from random starts with the equations of the description.
     """
     rng = np.random.default_rng(seed)
     z = rng.uniform(-np.pi, np.pi, (STARTS, len(model.names)))

@@ -1,4 +1,4 @@
-"""Functions with branches, to test their generated code: the inverse of an arm,"""
+"""Functions with branches for tests of generated code, such as the inverse of an arm."""
 
 from pathlib import Path
 
@@ -20,32 +20,32 @@ D1, A2, A3, D4, D5, D6 = (
         *((1333, 10000), (997, 10000), (996, 10000)),
     )
 )
-"""Lengths of a UR5e, metres."""
+"""Lengths of a UR5e (metre)."""
 
 
 def pose(name="T"):
-    """The argument T, (4, 4)."""
+    """Returns the argument T, (4, 4)."""
     entries = tuple(sp.Symbol(f"{name}_{k}", real=True) for k in range(16))
     return Argument(name, entries, (4, 4), "1, m", "pose of the tip in the base")
 
 
 def guarded(value, size):
-    """A value over a size, and 0 where that is none."""
+    """Returns value / size, or 0 for a zero size."""
     return sp.Piecewise((value / size, size > sp.Rational(1, 10**9)), (0, True))
 
 
 def root(square):
-    """The square root of what may be negative by rounding or out of reach."""
+    """Returns the square root, or 0 for a negative argument (rounding or out of reach)."""
     return sp.sqrt(sp.Max(0, square))
 
 
 def arm(name="ik"):
-    """All inverses of an arm with three parallel axes behind the first (a UR5e), 8 branches."""
+    """Returns the 8-branch inverse of an arm with three parallel axes (a UR5e)."""
     terms = Terms({})
     let, T = terms.let, pose()
     n, o, a, p = ([T.symbols[4 * i + j] if i < 3 else None for i in range(3)] for j in range(4))
     shoulder, wrist, elbow = signs = sp.symbols("shoulder wrist elbow", real=True)
-    # The first angle: the wrist's centre is D4 off the plane of the arm.
+    # Angle 1: the wrist center is D4 away from the arm plane.
     x, y = (let(p[i] - D6 * a[i]) for i in range(2))
     reach = let(x**2 + y**2)
     open_1 = let(reach - D4**2)
@@ -53,12 +53,12 @@ def arm(name="ik"):
     size_1 = let(sp.sqrt(let(D4**2 + side**2) * reach))
     s1, c1 = let(guarded(D4 * x + side * y, size_1)), let(guarded(side * x - D4 * y, size_1))
     n, o, a = ([let(c1 * v[0] + s1 * v[1]), v[2], let(s1 * v[0] - c1 * v[1])] for v in (n, o, a))
-    # The fifth and the sixth: the tip's axes seen along the parallel ones.
+    # Angles 5 and 6: from the components of the tip axes along the parallel axes.
     size_5 = let(sp.sqrt(n[2] ** 2 + o[2] ** 2))
     s5, c5 = let(wrist * size_5), a[2]
     c6 = let(wrist * sp.Piecewise((n[2] / size_5, size_5 > sp.Rational(1, 10**9)), (1, True)))
     s6 = let(-wrist * guarded(o[2], size_5))
-    # What is left to the three parallel axes: a direction, and a triangle.
+    # The three parallel axes follow from a direction and a triangle.
     s234 = let(-(s6 * n[0] + c6 * o[0]))
     c234 = let(s6 * n[1] + c6 * o[1])
     w = [
@@ -78,7 +78,7 @@ def arm(name="ik"):
     c4, s4 = let(c234 * c23 + s234 * s23), let(s234 * c23 - c234 * s23)
     angles = [(s1, c1), (s2, c2), (s3, c3), (s4, c4), (s5, c5), (s6, c6)]
     q = tuple(sp.atan2(s, c, evaluate=False) for s, c in angles)
-    # Back: the tip from the pairs.
+    # Forward kinematics of the solution.
     end = [
         let(A2 * c2 + A3 * c23 + D5 * s234 + D6 * a[0]),
         let(D1 + A2 * s2 + A3 * s23 - D5 * c234 + D6 * a[1]),
@@ -106,7 +106,7 @@ def arm(name="ik"):
 
 
 def every_kind(n_signs, name=None):
-    """Two scalars and a vector to all kinds of numbers of each of 2**n_signs branches."""
+    """Returns a function with all expression types in each of 2**n_signs branches."""
     terms = Terms({})
     let = terms.let
     x, y, z = sp.symbols("x y z", real=True)
@@ -139,13 +139,13 @@ def every_kind(n_signs, name=None):
 
 
 def files(functions, robot):
-    """The C of functions, as of a robot, by file name."""
+    """Returns the C files of functions, keyed by file name."""
     derived = Derivation(robot, functions[0].terms, (), tuple(functions))
     return language.files(derived, programs_of(functions, robot.name))
 
 
 def programs_of(functions, prefix):
-    """The programs of functions that share no terms."""
+    """Returns the programs of functions that share no terms."""
     made = [programs([function], prefix) for function in functions]
     return Programs(
         {name: program for each in made for name, program in each.whole.items()},
@@ -154,7 +154,7 @@ def programs_of(functions, prefix):
 
 
 def write(folder: Path, functions):
-    """A generated robot with these functions alone, to be loaded."""
+    """Writes a loadable robot with only these functions."""
     derived = derivation("ur5e")
     robot = derived.robot
     texts = dict(files(functions, robot))

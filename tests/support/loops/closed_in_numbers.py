@@ -1,19 +1,19 @@
-"""Robots with loops closed in numbers, without the equations of the compiler."""
+"""Closes loops of robots numerically, without the equations of the compiler."""
 
 import numpy as np
 
 from chasles.derive import Rotation
 from chasles.derive.model.mechanism import Strut
 
-# Loops are closed to rounding; a reference is meant to be near, radians or metres.
+# Loops are closed to rounding error; a reference must be within NEAR (radian or metre).
 CLOSED = 1e-12
 NEAR = 0.15
-# A loop is well closed where its equations are this far from singular.
+# Minimum singular value of well-conditioned loop equations.
 HELD = 0.02
 
 
 def pose(placement, values):
-    """A placement in numbers, from its elementary motions."""
+    """Returns a placement as a matrix, from its elementary motions."""
     T = np.eye(4)
     for motion in placement:
         step = np.eye(4)
@@ -40,7 +40,7 @@ def moved(joint, value):
 
 
 class Model:
-    """A mechanism in numbers; q are its coordinates and u its other joints."""
+    """A numeric mechanism with coordinates q and other joints u."""
 
     def __init__(self, mechanism):
         values = {p.symbol: p.value for p in mechanism.parameters}
@@ -106,7 +106,7 @@ class Model:
         return np.array(columns).reshape(len(u), -1).T
 
     def closed(self, q, u):
-        """The unknown joints near u that close all loops."""
+        """Returns the unknown joints near u that close all loops."""
         for _ in range(30):
             r = self.residual(q, u)
             if np.abs(r).max(initial=0.0) < CLOSED:
@@ -116,11 +116,11 @@ class Model:
         raise AssertionError(f"the loops of {self.mechanism.name} do not close at {q}")
 
     def held(self, q, u):
-        """How far the loops are from a dead point: their Jacobian's smallest singular value."""
+        """Returns the smallest singular value of the loop Jacobian, which is 0 at a dead point."""
         return np.linalg.svd(self.jacobian(q, u), compute_uv=False)[len(u) - 1] if len(u) else 1.0
 
     def followed(self, q, steps=12):
-        """The unknown joints at q on the branch of the reference, and the way's least hold."""
+        """Returns the unknown joints on the reference branch, and the minimum of ``held``."""
         u, held = self.closed(self.q, self.u), np.inf
         for part in np.linspace(0, 1, steps + 1):
             at = self.q + part * (np.asarray(q) - self.q)

@@ -1,7 +1,7 @@
-"""Mechanisms in NumPy, from their placements alone: where bodies are and what is left of loops.
+"""NumPy model of mechanisms: body poses and closure errors from placements.
 
-Nothing here comes from the compiler but the description, so that it can judge what was derived. All
-functions take many configurations at once, and complex ones: derivatives are complex steps.
+The model uses only the description, so that it can verify derived functions. All functions accept
+many configurations, including complex ones for complex-step derivatives.
 """
 
 from functools import cache
@@ -13,16 +13,16 @@ from chasles.derive.model.mechanism import Strut
 from tests.support.derivations import description
 
 TINY = 1e-30
-"""A complex step this small gives derivatives to the last digit."""
+"""Complex step for derivatives with full accuracy."""
 ROUNDING = 1e-13
-"""Newton's method converges quadratically: a step this small leaves rounding errors [rad or m]."""
+"""Newton steps below this size leave only rounding errors [rad or m]."""
 
 
 class Model:
-    """A mechanism in numbers.
+    """A numeric mechanism.
 
-    A configuration z (N, n_z) holds all moving joints in the order of the description, then for
-    each strut its coordinate, if it is a cylinder, and its swing, if pins hold its ends.
+    A configuration z (N, n_z) contains all moving joints in the order of the description. Then
+    follow, per strut, the coordinate of a cylinder and the swing angle of a strut on pins.
     """
 
     def __init__(self, mechanism):
@@ -56,11 +56,11 @@ class Model:
         self._axes = {strut.name: self._swing_axes(strut) for strut in mechanism.struts}
 
     def places_of(self, names):
-        """Where joints are in z."""
+        """Returns the indices of joints in z."""
         return [self.names.index(name) for name in names]
 
     def poses(self, z):
-        """Pose (N, 4, 4) of every body in the base frame."""
+        """Returns the pose (N, 4, 4) of every body in the base frame."""
         T = {self.mechanism.base_frame: np.broadcast_to(self.base, (len(z), 4, 4))}
         for joint in self.mechanism.joints:
             before, after = self._around[joint.name]
@@ -76,11 +76,11 @@ class Model:
         return T
 
     def tip(self, z):
-        """Pose (N, 4, 4) of the tool."""
+        """Returns the tool pose (N, 4, 4)."""
         return self.poses(z)[self.mechanism.tool_body] @ self.tool
 
     def gaps(self, z):
-        """(N, m) what is left of all loops: metres, and sines of angles."""
+        """Returns the closure errors (N, m): metre, and sines of angles."""
         T = self.poses(z)
         found = [np.zeros((len(z), 0))]
         for closer in self.mechanism.closers:
@@ -94,11 +94,11 @@ class Model:
         return np.concatenate(found, axis=1)
 
     def gap(self, z):
-        """(N,) the largest of them."""
+        """Returns the largest closure error (N,)."""
         return np.abs(self.gaps(z)).max(-1, initial=0.0)
 
     def D_z(self, z):
-        """(N, m, n_z) derivative of the gaps."""
+        """Returns the derivative (N, m, n_z) of the closure errors."""
         columns = []
         for k in range(len(self.names)):
             moved = z.astype(complex)
@@ -107,9 +107,9 @@ class Model:
         return np.stack(columns, -1)
 
     def newton(self, z, known):
-        """Configurations that close the loops, near z, where some entries stay as they are.
+        """Returns configurations near z that close the loops, with some entries fixed.
 
-        A configuration is refined until its step is rounding.
+        Iterates until the step is only rounding error.
         """
         z = z.copy()
         free = [k for k in range(len(self.names)) if k not in known]
@@ -125,7 +125,7 @@ class Model:
         return z
 
     def tangent(self, z, known):
-        """(N, n_z, known) derivative of all entries by some, by the implicit function theorem."""
+        """Returns the derivative (N, n_z, known) of z with respect to the known entries."""
         free = [k for k in range(len(self.names)) if k not in known]
         J = self.D_z(z)
         found = np.zeros((*z.shape, len(known)))
@@ -134,7 +134,7 @@ class Model:
         return found
 
     def z_D_q(self, z):
-        """(N, n_z, n) derivative of the configuration by the actuated coordinates."""
+        """Returns the derivative (N, n_z, n) of z with respect to the actuated coordinates."""
         return self.tangent(z, self.actuated) * self.ratio
 
     def _strut_gap(self, strut, z, body, d):
@@ -149,9 +149,10 @@ class Model:
         return d - along * length[:, None]
 
     def _swing_axes(self, strut):
-        """Where a swing is counted from and to, in the body at its beginning.
+        """Returns the zero direction and the 90-degree direction of a swing angle.
 
-        The first of x, y, z in the plane, and to the left of it about the loop's first axis.
+        The zero direction is the first of x, y, z in the plane of the start body; the second is
+        left of it about the first axis of the loop.
         """
         if strut.ends == "ball":
             return None
@@ -201,10 +202,10 @@ def _closure_gap(kind, A, B):
 
 @cache
 def model(name):
-    """A shipped robot in numbers."""
+    """Returns the numeric model of a shipped robot."""
     return Model(read(description(name)))
 
 
 def wrapped(angle):
-    """Angles between -pi and pi."""
+    """Reduces angles to the range from -pi to pi."""
     return np.angle(np.exp(1j * angle))

@@ -1,4 +1,4 @@
-"""Platforms on legs of joints: drawn ones, a 3-RPS led by a leg, a tripod, an agile eye."""
+"""Platforms with jointed legs: random ones, a 3-RPS, a tripod and an agile eye."""
 
 import random
 from functools import cache
@@ -23,7 +23,7 @@ SPATIAL = ("UPS", "PUS", "RUS")
 
 
 def turned(rpy):
-    """Rotation by roll, pitch and yaw."""
+    """Returns the rotation by roll, pitch and yaw."""
     (a, b, c), (d, e, f) = np.cos(rpy), np.sin(rpy)
     return np.array(
         [
@@ -48,9 +48,9 @@ axis = {[*axis]}
 
 
 def leg(rng, k, kind, foot, heading):
-    """A leg in the x-z plane of its foot, the name and the value of its driven joint, its ball.
+    """Returns a leg: text, name of the driven joint, and reference values.
 
-    Joints of a leg in space stand anywhere in its foot's axes.
+    Planar legs lie in the x-z plane of their foot; joints of spatial legs have random positions.
     """
 
     def drawn(*share):
@@ -94,7 +94,7 @@ b = {{ body = "platform", xyz = {[*map(float, ball)]} }}
 
 @cache
 def drawn(seed, kinds):
-    """A platform whose origin and axes are those of the base at the reference."""
+    """Returns a platform whose frame equals the base frame at the reference."""
     rng = np.random.default_rng(seed)
     legs, actuated, at = "", [], {}
     for k, kind in enumerate(kinds):
@@ -160,7 +160,7 @@ axis = {axis}
 
 
 def led_by_a_leg():
-    """A 3-RPS whose main chain is one of its legs, the ball of which is three joints."""
+    """Returns a 3-RPS whose main chain is one leg, with its ball joint as three joints."""
     text = LED_BY_A_LEG + "".join(FOOT.format(k=k, at=120 * k) for k in range(3))
     links = ["rod_0", "s1", "s2", "platform"]
     for k, axis in enumerate(([0, 0, 1], [0, 1, 0], [1, 0, 0])):
@@ -172,7 +172,7 @@ def led_by_a_leg():
 
 
 def agile_eye():
-    """A spherical 3-RRR whose axes are at right angles, described by its pins."""
+    """Returns a spherical 3-RRR with perpendicular axes, described by pins."""
     text, axes = AGILE_EYE, ([1, 0, 0], [0, 1, 0], [0, 0, 1])
     for k in range(3):
         elbow = axes[k - 1]
@@ -241,7 +241,7 @@ b = {{ body = "platform", xyz = ["0.2*cos({at})", "0.2*sin({at})", 0] }}
 
 
 def tripod():
-    """A tube that three legs UPS tilt and push, as of a Tricept."""
+    """Returns a tube moved by three UPS legs, as in a Tricept."""
     legs = "".join(STRUT.format(k=k, at=120 * k) for k in range(3))
     slides = "".join(f"slide_{k} = 0.55\nu_{k} = -17\n" for k in range(3))
     return read_text(f"{TRIPOD}{legs}[reference]\n{slides}")

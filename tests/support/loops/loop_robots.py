@@ -1,4 +1,4 @@
-"""Shipped robots with loops: coordinates within their limits, and away from dead points."""
+"""Shipped robots with loops: coordinates within limits and away from dead points."""
 
 import zlib
 from functools import cache
@@ -20,10 +20,10 @@ NAMES = [
 ]
 LOOPED = NAMES[:-1]
 INVERTIBLE = ["slider_crank", "five_bar", "excavator", "delta"]
-"""Robots whose actuators, too, are held by a loop that can reach a dead point."""
+"""Robots whose actuator loops can also reach a dead point."""
 CLOSED = 1e-12
 HELD = 0.02
-"""Loops are compared with Newton's method where their Jacobian is this far from singular."""
+"""Minimum singular value of the loop Jacobian for comparisons with Newton's method."""
 SAME = 1e-11
 DIFFERENCES = 1e-7
 STEP = 2e-6
@@ -40,7 +40,7 @@ def bounds(name):
 
 
 def random_q(name, n, seed=0, wider=0.0):
-    """Coordinates within limits, or wider by so many times their range."""
+    """Returns coordinates within limits, widened by ``wider`` times the range."""
     lower, upper = bounds(name)
     span = wider * (upper - lower)
     generator = np.random.default_rng([seed, zlib.crc32(name.encode())])
@@ -52,7 +52,7 @@ def random_rates(name, n, seed=1):
 
 
 def held(name, z):
-    """Which configurations are far from dead points."""
+    """Whether configurations are far from dead points."""
     m = model(name)
     if not m.mechanism.closers:
         return np.ones(len(z), dtype=bool)
@@ -60,7 +60,7 @@ def held(name, z):
 
 
 def far_from_dead_points(name, n, seed=0):
-    """Coordinates within limits and configurations that are well held."""
+    """Returns coordinates within limits and configurations far from dead points."""
     q = random_q(name, n, seed)
     z = robot(name).configuration(q)
     keep = held(name, z)

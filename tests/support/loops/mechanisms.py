@@ -1,4 +1,4 @@
-"""Mechanisms of textbooks, built in Python, for the tests of everything with loops."""
+"""Textbook mechanisms, built in Python, for tests of loops."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -15,7 +15,7 @@ BASE = "0"
 
 
 def at(x=0, y=0, z=0, *turns):
-    """A placement: a translation, then rotations given as (axis, angle)."""
+    """Returns a placement: a translation, then rotations as (axis, angle)."""
     return (Translation((x, y, z)), *(Rotation(axis, angle) for axis, angle in turns))
 
 
@@ -24,17 +24,17 @@ def pin(name, parent, link, *before, **more):
 
 
 def slider(name, parent, link, *before, **more):
-    """A slider along z of the placement."""
+    """Returns a prismatic joint along z of the placement."""
     return Joint(name, "prismatic", before=at(*before), link=link, parent=parent, **more)
 
 
 def near(*values):
-    """A reference configuration in exact numbers."""
+    """Returns a reference configuration with exact numbers."""
     return tuple((name, exact(value)) for name, value in values)
 
 
 def body_poses(mechanism, z):
-    """Pose (4, 4) of every body in the base body's frame, joint by joint, at values by name."""
+    """Returns the pose (4, 4) of every body in the base frame at named joint values."""
     given = {p.symbol: p.value for p in mechanism.parameters}
     poses = {mechanism.base_frame: np.eye(4)}
     for joint in mechanism.joints:
@@ -53,7 +53,7 @@ def body_poses(mechanism, z):
 
 
 def matrix(placement, given):
-    """A placement (4, 4) at the values of parameters."""
+    """Returns a placement (4, 4) at parameter values."""
     return np.array(placement_matrix(placement).subs(given).evalf(), dtype=float)
 
 
@@ -62,7 +62,7 @@ ALONG_Y = ("x", -sp.pi / 2)
 
 
 def ground(mechanism, placement):
-    """The mechanism with its first body on a tilted frame of the base."""
+    """Returns the mechanism with its first body on a tilted base frame."""
     fixed = Joint("ground", "fixed", before=placement, link="ground", parent=BASE)
     joints = [j if j.parent != BASE else _on(j, "ground") for j in mechanism.joints]
     frame = lambda p: Frame("ground" if p.body == BASE else p.body, p.placement)  # noqa: E731
@@ -80,7 +80,7 @@ def _on(joint, parent):
 
 
 def four_bar():
-    """Lengths are parameters l1 (crank), l2 (coupler), l3 (rocker), l4 (ground)."""
+    """Four-bar with length parameters l1 (crank), l2 (coupler), l3 (rocker), l4 (ground)."""
     given = zip((1, 2, 3, 4), ("1", "3", "5/2", "3"), strict=True)
     lengths = [Parameter(f"l{k}", value) for k, value in given]
     l1, l2, l3, l4 = (length.symbol for length in lengths)
@@ -100,7 +100,7 @@ def four_bar():
 
 
 def four_bar_rod():
-    """The same with the coupler as a rod."""
+    """Four-bar with the coupler as a rod."""
     whole = four_bar()
     l1, l2, l3, _ = (parameter.symbol for parameter in whole.parameters)
     return replace(
@@ -150,7 +150,7 @@ def five_bar():
 
 
 def excavator_arm():
-    """A boom on a waist, lifted by a cylinder."""
+    """Boom on a waist, lifted by a cylinder."""
     return Mechanism(
         "arm",
         (
@@ -166,7 +166,7 @@ def excavator_arm():
 
 
 def parallelogram(cranks=3):
-    """A bar on equal cranks: two of them hold it, every further one repeats their constraint."""
+    """Bar on equal cranks: two determine its motion, every further crank is redundant."""
     others = [pin(f"crank{k}", BASE, f"link{k}", k) for k in range(1, cranks)]
     return Mechanism(
         "parallelogram",
@@ -182,7 +182,7 @@ def parallelogram(cranks=3):
 
 
 def trammel():
-    """Two sliders at right angles and a rod between them: nothing of the tree turns."""
+    """Two perpendicular sliders with a rod between them; the tree has no revolute joint."""
     return Mechanism(
         "trammel",
         (
@@ -196,7 +196,7 @@ def trammel():
 
 
 def slotted_rocker():
-    """Whitworth's quick return: a crank's block slides along a rocker."""
+    """Whitworth quick return: a block on a crank slides along a rocker."""
     return Mechanism(
         "slotted_rocker",
         (
@@ -218,7 +218,7 @@ def slotted_rocker():
 
 
 def welded():
-    """Four pins in a row whose last body is welded to the base."""
+    """Four pins in series with the last body welded to the base."""
     return Mechanism(
         "welded",
         (
@@ -242,7 +242,7 @@ def welded():
 
 
 def rssr():
-    """Two cranks about crossed axes and a rod on balls."""
+    """Two cranks about skew axes and a rod with ball joints."""
     return Mechanism(
         "rssr",
         (pin("crank", BASE, "input"), pin("rocker", BASE, "output", 3, 1, 0, ("x", sp.pi / 2))),
@@ -253,7 +253,7 @@ def rssr():
 
 
 def rsur():
-    """Two cranks about crossed axes; a rod on a ball and an oblique cross between them."""
+    """Two cranks about skew axes; a rod with a ball joint and an oblique universal joint."""
     return Mechanism(
         "rsur",
         (
@@ -270,7 +270,7 @@ def rsur():
 
 
 def bennett(kind="pin"):
-    """Bennett's linkage: four skew pins that move although the count says -2."""
+    """Bennett linkage: four skew pins with one degree of freedom; the count predicts -2."""
     a, b, alpha = 1, 2, sp.pi / 6
     beta = sp.asin(sp.sin(alpha) * b / a)
     turn = lambda angle: ("x", angle)  # noqa: E731
@@ -295,7 +295,7 @@ def bennett(kind="pin"):
 
 
 def free(name, parent, link, joints="x y z yaw pitch roll"):
-    """Virtual joints of a platform."""
+    """Returns the virtual joints of a platform."""
     x, y, z, yaw, pitch, roll = joints.split()
     back = lambda *turns: tuple(Rotation(axis, angle) for axis, angle in turns)  # noqa: E731
     right = sp.pi / 2
@@ -316,7 +316,7 @@ def free(name, parent, link, joints="x y z yaw pitch roll"):
 
 
 def delta():
-    """Three arms of 0.24 m and three pairs of rods of 0.8 m on balls."""
+    """Delta with three 0.24 m arms and three pairs of 0.8 m rods with ball joints."""
     arms, rods = [], []
     for k in range(3):
         around = ("z", sp.pi * Fraction(2 * k, 3))
@@ -351,7 +351,7 @@ def delta():
 
 
 def stewart():
-    """Six cylinders on balls from a hexagon of radius 1 to one of radius 1/2."""
+    """Six cylinders with ball joints between hexagons of radius 1 and 1/2."""
     legs = []
     for k in range(6):
         low = Fraction(4 * (k // 2), 6) + Fraction(1 if k % 2 else -1, 12)
@@ -412,7 +412,7 @@ def planar_3rrr():
 
 
 def sarrus():
-    """Two pairs of hinges in crossed planes and a plate that they let only rise."""
+    """Sarrus linkage: two hinge pairs in crossed planes and a plate that can only rise."""
     quarter = ("z", sp.pi / 2)
     level = ("x", -sp.pi / 2)
     hinges = (
@@ -441,7 +441,7 @@ def sarrus():
 
 
 def rail(kind="slider", *turn):
-    """A free body on a rail that is tilted in space, or welded to a frame on it."""
+    """Free body on a tilted rail, or welded to a frame on the rail."""
     across = at("1/2", "1/3", "1/5", ("z", sp.pi / 5), ("x", sp.pi / 7))
     return Mechanism(
         "rail",
@@ -456,7 +456,7 @@ def rail(kind="slider", *turn):
 
 
 def geared():
-    """A motor that drives a four-bar's crank through a gear of 1 : 10."""
+    """Motor that drives the crank of a four-bar through a 1:10 gear."""
     whole = four_bar_rod()
     return replace(
         whole,

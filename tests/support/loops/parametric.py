@@ -1,4 +1,4 @@
-"""Parametric equations of shipped robots with loops, derived once, and their nominal values."""
+"""Parametric equations of shipped robots with loops (derived once), and nominal values."""
 
 from functools import cache
 
@@ -26,7 +26,7 @@ def nominal(loops):
 
 
 def reference(loops):
-    """The variables w = (q, u) at the reference."""
+    """Returns the variables w = (q, u) at the reference."""
     at, terms = loops.hybrid.at_reference, loops.terms
     coordinates = loops.mechanism.coordinates
     q = [at[c.moves] / float(terms.value(c.ratio)) for c in coordinates]

@@ -1,4 +1,4 @@
-"""Assembly modes of planar platforms on three rods: closure errors, and a count by scanning."""
+"""Assembly modes of planar three-rod platforms: closure errors, and a count by scanning."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from tests.support.handwritten import planar
 
 
 def random_q(rng, n, rod):
-    """Half of them at poses that exist, with every branch of the cranks."""
+    """Returns random cranks; half belong to existing poses, with random crank branches."""
     anywhere = rng.uniform(-np.pi, np.pi, (n - n // 2, 3))
     poses = rng.uniform([-0.3, -0.3, -np.pi], [0.3, 0.3, np.pi], (200 * n, 3))
     held = planar.cranks(poses, rod, rng.choice([-1.0, 1.0], (200 * n, 3)))
@@ -14,15 +14,15 @@ def random_q(rng, n, rod):
 
 
 def errors(q, modes, rod):
-    """Errors of the rods' lengths in the valid modes, from geometry alone."""
+    """Returns the rod length errors of valid modes by geometry."""
     gaps = planar.pins(modes.x) - planar.ends(q)[..., None, :, :]
     return (np.hypot(gaps[..., 0], gaps[..., 1]) - rod)[modes.valid]
 
 
 def residuals(q, phi, rod):
-    """Residual of the third rod at both intersections of the first two, and their height^2.
+    """Returns the residual of rod 3 at both intersections of rods 1 and 2, and height^2.
 
-    Geometry alone: the platform's origin is on three circles.
+    Purely geometric: the platform origin lies on three circles.
     """
     pose = np.stack([0 * phi, 0 * phi, phi], -1)
     centre = planar.ends(q)[:, None] - planar.pins(pose)
@@ -37,7 +37,7 @@ def residuals(q, phi, rod):
 
 
 def scan(q, lower, upper, rod, levels):
-    """Number of zeros between angles, from sign changes; doubtful cells are scanned finer."""
+    """Counts zeros between angles by sign changes; doubtful cells are refined."""
     points, *finer = levels
     found = np.zeros(len(q), int)
     if not len(q):
@@ -46,8 +46,8 @@ def scan(q, lower, upper, rod, levels):
     f, height = residuals(q, phi, rod)
     there = np.isfinite(f[0])
     changes = ((f[..., 1:] > 0) != (f[..., :-1] > 0)) & there[:, 1:] & there[:, :-1]
-    # Where the first two circles cease to meet, both branches become one: different signs before
-    # are a zero on the way.
+    # Where the first two circles stop intersecting, both branches merge: different signs before
+    # this point indicate a zero.
     inner = np.where(there[:, 1:], (f[0] > 0)[:, 1:], (f[0] > 0)[:, :-1])
     outer = np.where(there[:, 1:], (f[1] > 0)[:, 1:], (f[1] > 0)[:, :-1])
     ends = there[:, 1:] != there[:, :-1]

@@ -1,4 +1,4 @@
-"""Faults of the slots of an inverse through loops, by the robot's own forward kinematics."""
+"""Finds faulty slots of loop inverses with the robot's own forward kinematics."""
 
 from collections import Counter
 
@@ -9,17 +9,17 @@ from chasles.derive.model.mechanism import Mechanism
 
 FAULTS = ("another pose", "lost", "negative length", "valid in another mode")
 SAME_POSE, SAME = 1e-7, 1e-6
-"""Deviation of poses, and of coordinates, that count as the same: parts of the size, or radians."""
+"""Tolerances of equal poses and equal coordinates (relative to the size, or radian)."""
 CLEAR = 1e-3
-"""Margin above which a configuration must be recovered: nearer to a dead point digits are lost."""
+"""Minimum margin for recovery; closer to a dead point, accuracy is lost."""
 
 
 def slot_faults(robot: chasles.Robot, mechanism: Mechanism, q: np.ndarray) -> Counter[str]:
-    """Count slots of ``ik(fk(q))`` that are no solutions, and configurations that are lost.
+    """Counts invalid slots of ``ik(fk(q))`` and missed configurations.
 
     Args:
-        robot: The robot, with ``ik`` of a pose alone.
-        mechanism: Its description.
+        robot: The robot; its ``ik`` takes only a pose.
+        mechanism: The description of the robot.
         q: (N, n) configurations.
     """
     T = robot.fk(q)
@@ -46,7 +46,7 @@ def slot_faults(robot: chasles.Robot, mechanism: Mechanism, q: np.ndarray) -> Co
 
 
 def _clear(robot: chasles.Robot, q: np.ndarray) -> np.ndarray:
-    """Whether configurations (N, n) are far from dead points both ways."""
+    """Whether configurations (N, n) are far from dead points of both maps."""
     clear = np.ones(len(q), dtype=bool)
     for name, values in (("margin", q), ("actuator_margin", robot.chain(q))):
         if name in robot.functions:
@@ -56,7 +56,7 @@ def _clear(robot: chasles.Robot, q: np.ndarray) -> np.ndarray:
 
 
 def _lengths(mechanism: Mechanism, q: np.ndarray) -> np.ndarray:
-    """The lengths (..., m) of the actuated cylinders at coordinates (..., n)."""
+    """Returns the lengths (..., m) of the actuated cylinders at coordinates (..., n)."""
     values = {p.symbol: p.value for p in mechanism.parameters}
     struts = {strut.name: strut for strut in mechanism.struts}
     found = [

@@ -15,14 +15,14 @@ from tests.support.locking import locked
 
 BUILD = Path(__file__).parents[3] / "build" / "native"
 UNPACKED = "-fno-tree-slp-vectorize"
-"""Flag only for the C of chasles: GCC 12 vectorises it wrongly. Peers would lose speed."""
+"""Flag only for C of chasles, which GCC 12 vectorizes incorrectly; it would slow peers down."""
 FLAGS_OF_ALL = (
     *(flag for flag in FLAGS if flag != UNPACKED and not flag.startswith("-std")),
     "-DNDEBUG",
 )
-"""Flags of chasles' own C, which every peer gets too: -O3 -march=native, no errno.
+"""Compiler flags of chasles and of every peer: -O3 -march=native, no errno.
 
-NDEBUG serves the peers: Eigen's assertions take as long as the kinematics.
+NDEBUG is for peers: Eigen assertions take as long as the kinematics.
 """
 
 
@@ -65,10 +65,10 @@ def compiler_version(command: Sequence[str]) -> str:
 
 
 def compiled(source: Source) -> Path:
-    """Return the path of the library; compile it if it does not exist yet.
+    """Returns the path of the library; compiles it if necessary.
 
-    Each source is compiled once: a process that needs it while another compiles it waits. The
-    library is moved to its path in one step.
+    Each source is compiled once: concurrent processes wait. The library is moved to its path
+    atomically.
     """
     path = source.path
     if path.exists():

@@ -1,8 +1,8 @@
-"""The posture of the least sum of squared gaps, by exact derivatives of CasADi.
+"""Configuration with the minimum sum of squared closure errors, by exact CasADi derivatives.
 
-Nothing here comes from the compiler but the description: frames, closures and lengths. SciPy's
-``least_squares`` finds the posture from a start beside it, and Newton's iteration on the gradient
-of the sum sharpens it: where the sum is flat, no criterion on the sum itself does.
+Only the description is used: frames, closures and lengths. SciPy ``least_squares`` solves from a
+nearby start. Newton's method on the gradient then refines the solution, because the sum itself is
+too flat near its minimum.
 """
 
 from collections.abc import Sequence
@@ -16,21 +16,21 @@ from chasles.derive.model.robot import Joint
 from tests.support.oracles.multi_start import Multistart
 
 BESIDE = 1e-3
-"""Radian and metre: how far the start is from the posture that is judged."""
+"""Distance of the start from the tested configuration (radian and metre)."""
 NEWTON_STEPS = 6
 EXACT = {"xtol": 1e-15, "ftol": 1e-15, "gtol": 1e-15}
 
 
 class LeastGaps:
-    """The sum of squared gaps of a mechanism as a function of its configuration."""
+    """Sum of squared closure errors of a mechanism as a function of its configuration."""
 
     def __init__(self, numbers: Multistart, names: Sequence[str], held: Sequence[str]) -> None:
-        """Lowers the gaps with their derivatives.
+        """Compiles the closure errors with their derivatives.
 
         Args:
-            numbers: The mechanism in numbers.
-            names: The order of a configuration; swings among them are left as they are.
-            held: Names of the values that are given.
+            numbers: The numeric mechanism.
+            names: Names of the configuration entries; swing angles are ignored.
+            held: Names of the fixed values.
         """
         symbols = {name: ca.SX.sym(name) for name in names}
         members = {*numbers.joints, *numbers.cylinders}
@@ -42,7 +42,7 @@ class LeastGaps:
         self._at = ca.Function("gaps", [ca.vertcat(*symbols.values())], results)
 
     def least(self, z: np.ndarray) -> np.ndarray:
-        """The free values of the posture of the least sum near a configuration z."""
+        """Returns the free values of the minimum near a configuration z."""
 
         def at(x: np.ndarray) -> np.ndarray:
             whole = z.copy()
@@ -63,9 +63,9 @@ class LeastGaps:
 
 
 def _gaps(numbers: Multistart, values: dict[str, ca.SX]) -> list[ca.SX]:
-    """What is left of all loops: metres, and entries of rotations times the size.
+    """Returns the closure errors: metre, and rotation entries times the size.
 
-    A strut holds its length, as pins out of parallel leave it no more.
+    A strut only keeps its length, because its pins need not be parallel.
     """
     size = float(f"{numbers.size:.3g}")
     found = []
@@ -86,7 +86,7 @@ def _gaps(numbers: Multistart, values: dict[str, ca.SX]) -> list[ca.SX]:
 
 
 def _body(numbers: Multistart, name: str, values: dict[str, ca.SX]) -> ca.SX:
-    """Pose of a body in the base body's frame."""
+    """Returns the pose of a body in the base frame."""
     T = ca.SX.eye(4)
     for joint in numbers.mechanism.way(name):
         _, before, after = numbers.around(joint)

@@ -1,8 +1,8 @@
-"""The assembly modes of a mechanism by Newton's iteration from many starts, in plain NumPy.
+"""Assembly modes of a mechanism by multi-start Newton iteration in NumPy.
 
-Nothing here comes from the compiler but the description: frames, closures and lengths. A pin or a
-ball holds two points together, a rod keeps two points at a distance, and a cylinder of unknown
-length holds nothing. Loops that share no unknown joint are solved apart, and their modes combined.
+Only the description is used: frames, closures and lengths. A pin or ball joins two points, a rod
+keeps two points at a distance, and a cylinder of unknown length has no equation. Loops without
+shared unknown joints are solved separately, and their modes are combined.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,23 +16,23 @@ from chasles.derive.model.placements import Placement, Translation
 from chasles.derive.model.robot import Joint
 
 STARTS = 48
-"""Starts of a round; rounds go on until one finds nothing new."""
+"""Number of starts per round; rounds end when one finds nothing new."""
 ROUNDS = 12
 ITERATIONS = 60
 LONGEST_STEP = 0.8
-"""Radian, or parts of the mechanism's size."""
+"""Maximum step (radian, or relative to the mechanism size)."""
 CLOSED = 1e-11
-"""Residual of a mode that is kept, parts of the mechanism's size."""
+"""Maximum residual of a mode, relative to the mechanism size."""
 SAME = 1e-6
-"""Radian, or parts of the mechanism's size, below which two modes are one."""
+"""Maximum difference of equal modes (radian, or relative to the mechanism size)."""
 Way = list[tuple[Joint, np.ndarray, np.ndarray]]
 
 
 class Loop:
-    """A closure or a strut in numbers, and the joints to both sides from where they part."""
+    """A numeric closure or strut, with the joints on both sides of its loop."""
 
     def __init__(self, numbers: "Multistart", closer: Closure | Strut) -> None:
-        """Finds the joints that the two ways do not share."""
+        """Finds the joints on only one of the two paths to the base."""
         ways = [numbers.mechanism.way(frame.body) for frame in (closer.a, closer.b)]
         while ways[0] and ways[1] and ways[0][0] is ways[1][0]:
             ways = [way[1:] for way in ways]
@@ -46,7 +46,7 @@ class Loop:
     def points(
         self, values: Mapping[str, np.ndarray], unknown: Sequence[str], count: int
     ) -> tuple[list[np.ndarray], list[np.ndarray]]:
-        """Both ends (n, 3) and their derivatives (n, 3, unknown)."""
+        """Returns both end points (n, 3) and their derivatives (n, 3, unknown)."""
         points, slopes = [], []
         for way, end in zip(self.ways, self.ends, strict=True):
             T = np.broadcast_to(np.eye(4), (count, 4, 4))
@@ -72,7 +72,7 @@ class Loop:
     def residual(
         self, values: Mapping[str, np.ndarray], unknown: Sequence[str], count: int
     ) -> tuple[np.ndarray, np.ndarray]:
-        """What is left, in parts of the size (n, m), and its derivatives (n, m, unknown)."""
+        """Returns closure errors (n, m) relative to the size, and derivatives (n, m, unknown)."""
         (a, b), (A, B) = self.points(values, unknown, count)
         d, D = (a - b) / self.size, (A - B) / self.size
         if isinstance(self.closer, Closure):
@@ -83,24 +83,24 @@ class Loop:
         return (far - length / self.size)[:, None], slope[:, None]
 
     def distance(self, values: Mapping[str, np.ndarray], count: int) -> np.ndarray:
-        """How far both ends are apart (n,)."""
+        """Returns the distance (n,) between both end points."""
         (a, b), _ = self.points(values, (), count)
         return np.linalg.norm(a - b, axis=-1)
 
 
 class Multistart:
-    """A mechanism in numbers.
+    """A numeric mechanism.
 
     Attributes:
         mechanism: The description.
-        given: The values of its parameters.
-        size: Its longest length, the unit of all lengths of the iteration (metre).
-        actuated: Names of the members that the coordinates move, which are these coordinates.
-        chain: Names of the main chain's joints.
+        given: The parameter values.
+        size: Longest length of the mechanism (metre), the length unit of the iteration.
+        actuated: Names of the actuated members.
+        chain: Names of the main-chain joints.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
-        """Takes the numbers of the description."""
+        """Evaluates the numbers of the description."""
         self.mechanism = mechanism
         self.given = {p.symbol: p.value for p in mechanism.parameters}
         placements = [p for j in mechanism.joints for p in (j.before, j.after)]
@@ -115,11 +115,11 @@ class Multistart:
         self.loops = [Loop(self, closer) for closer in mechanism.closers]
 
     def number(self, value: sp.Expr) -> float:
-        """A number of the description at the values of its parameters."""
+        """Evaluates an expression at the parameter values."""
         return float(value.xreplace(self.given))
 
     def pose(self, placement: Placement) -> np.ndarray:
-        """A placement (4, 4)."""
+        """Returns a placement as a matrix (4, 4)."""
         T = np.eye(4)
         for step in placement:
             M = np.eye(4)
@@ -134,21 +134,21 @@ class Multistart:
         return T
 
     def around(self, joint: Joint) -> tuple[Joint, np.ndarray, np.ndarray]:
-        """A joint with its placements in numbers."""
+        """Returns a joint with its numeric placements."""
         return joint, self.pose(joint.before), self.pose(joint.after)
 
     def units(self, names: Mapping[str, float]) -> dict[str, str]:
-        """The unit of each value by name."""
+        """Returns the unit of each value, keyed by name."""
         slides = {j.name for j in self.joints.values() if j.kind == "prismatic"}
         return {n: "m" if n in slides or n in self.cylinders else "rad" for n in names}
 
     def scales(self, names: Sequence[str]) -> np.ndarray:
-        """The size for lengths, 1 for angles."""
+        """Returns the mechanism size for lengths and 1 for angles."""
         units = self.units(dict.fromkeys(names, 0.0))
         return np.array([self.size if units[name] == "m" else 1.0 for name in names])
 
     def wrapped(self, names: Sequence[str], difference: np.ndarray) -> np.ndarray:
-        """Differences of values (..., n) in parts of the size, angles within half a turn."""
+        """Normalizes differences (..., n): lengths by the size, angles to half a turn."""
         scales = self.scales(names)
         turned = np.remainder(difference + np.pi, 2 * np.pi) - np.pi
         units = self.units(dict.fromkeys(names, 0.0))
@@ -156,7 +156,7 @@ class Multistart:
         return np.where(is_angle, turned, difference / scales)
 
     def random_q(self, rng: np.random.Generator, count: int) -> np.ndarray:
-        """Coordinates (count, n): all angles, travels and lengths of the mechanism's order."""
+        """Returns random coordinates (count, n) in ranges of the mechanism size."""
         columns = []
         for name in self.actuated:
             if name in self.cylinders:
@@ -171,14 +171,14 @@ class Multistart:
     # --- modes ---
 
     def modes(self, known: np.ndarray, names: Sequence[str]) -> list[list[dict[str, float]]]:
-        """All configurations at known values.
+        """Returns all configurations at known values.
 
         Args:
             known: (count, n) values (radian or metre).
-            names: Names of the joints and cylinders that have these values.
+            names: Names of the joints and cylinders with known values.
 
         Returns:
-            For each row all modes: values of every joint and cylinder by name.
+            All modes per row: values of every joint and cylinder, keyed by name.
         """
         count = len(known)
         given = {name: known[:, k] for k, name in enumerate(names)}
@@ -211,7 +211,7 @@ class Multistart:
         return values
 
     def _holding(self, given: Mapping[str, object]) -> list[Loop]:
-        """The loops that are equations: all but those of cylinders of unknown length."""
+        """Returns the loops with equations, without cylinders of unknown length."""
         return [
             loop
             for loop in self.loops
@@ -219,13 +219,13 @@ class Multistart:
         ]
 
     def _holds(self, fixed: Mapping[str, float]) -> bool:
-        """Whether the loops without an unknown are closed."""
+        """Whether the loops without unknown joints are closed."""
         at = {name: np.array([value]) for name, value in fixed.items()}
         known = [loop for loop in self._holding(fixed) if loop.joints <= fixed.keys()]
         return all(np.abs(loop.residual(at, (), 1)[0]).max() < SAME for loop in known)
 
     def _parts(self, given: Mapping[str, object]) -> list[list[Loop]]:
-        """The loops by the unknown joints that they share."""
+        """Groups the loops by shared unknown joints."""
         parts: list[tuple[set[str], list[Loop]]] = []
         for loop in self._holding(given):
             unknown = loop.joints - given.keys()
@@ -240,7 +240,7 @@ class Multistart:
     def _part(
         self, given: Mapping[str, np.ndarray], loops: Sequence[Loop], count: int
     ) -> list[list[dict[str, float]]]:
-        """All modes of loops that share unknown joints, row by row."""
+        """Returns all modes of loops that share unknown joints, per row."""
         unknown = sorted({name for loop in loops for name in loop.joints} - given.keys())
         rng = np.random.default_rng(0)
         found: list[np.ndarray] = [np.zeros((0, len(unknown))) for _ in range(count)]
@@ -273,7 +273,7 @@ class Multistart:
         rows: np.ndarray,
         x: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Newton's iteration from starts x (n, unknown); lengths in parts of the size."""
+        """Runs Newton's method from x (n, unknown); lengths are relative to the size."""
         error = np.full(len(x), np.inf)
         left = np.arange(len(x))
         eye = np.eye(len(unknown))
@@ -310,12 +310,12 @@ class Multistart:
         both = [loop.residual(values, unknown, len(x)) for loop in loops]
         return tuple(np.concatenate(part, axis=1) for part in zip(*both, strict=True))
 
-    # --- judging others' configurations ---
+    # --- tests of other configurations ---
 
     def gaps(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
-        """How far the loops are open, at values (n,) of all joints, in parts of the size (n,).
+        """Returns closure errors (n,) relative to the size, at values (n,) of all joints.
 
-        It is infinite where a cylinder's length is not positive.
+        Infinite for nonpositive cylinder lengths.
         """
         count = len(next(iter(values.values())))
         gaps = [np.abs(loop.residual(values, (), count)[0]).max(-1) for loop in self.loops]
@@ -326,11 +326,11 @@ class Multistart:
         return np.max([*gaps, *short], axis=0)
 
     def residual(self, mode: Mapping[str, float], held: Sequence[str]) -> float:
-        """What is left of the loops where some values are held, and the others do their best.
+        """Returns the minimum closure error with some values fixed.
 
         Args:
             mode: A configuration (radian or metre) near a closed one.
-            held: Names of values that keep theirs.
+            held: Names of the fixed values.
         """
         given = {name: np.array([mode[name]]) for name in held}
         loops = self._holding(given)
@@ -348,7 +348,7 @@ class Multistart:
         return best
 
     def strut_values(self, mode: Mapping[str, float]) -> dict[str, float]:
-        """The swings of struts on pins, as angles in the axes of the bodies that they begin on."""
+        """Returns the swing angles of struts on pins, in the frames of their start bodies."""
         found = {}
         for loop in self.loops:
             strut = loop.closer
@@ -363,7 +363,7 @@ class Multistart:
         return found
 
     def body(self, name: str, mode: Mapping[str, float]) -> np.ndarray:
-        """Pose (4, 4) of a body in the base body's frame."""
+        """Returns the pose (4, 4) of a body in the base frame."""
         T = np.eye(4)
         for joint in self.mechanism.way(name):
             _, before, after = self.around(joint)

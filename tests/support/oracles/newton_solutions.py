@@ -1,4 +1,4 @@
-"""All regular solutions of a pose by Newton's iteration from many random starts."""
+"""Finds all regular solutions of a pose by multi-start Newton iteration."""
 
 import numpy as np
 
@@ -6,28 +6,28 @@ import chasles
 
 STARTS, STEPS = 500, 40
 STILL = 1e-12
-"""rad: the iteration ends at a smaller step."""
+"""Step size (rad) at which the iteration ends."""
 CLOSED = 1e-10
 """Maximum pose error of a solution (metre, or entry of a rotation)."""
 REGULAR = 1e-3
 """Minimum singular value (m or rad per rad) of the Jacobian at a regular solution."""
 SAME = 1e-5
-"""rad: closer configurations are the same."""
+"""Maximum difference (rad) of equal configurations."""
 
 
 def regular_solutions(
     arm: chasles.Robot, T: np.ndarray, fixed: dict[int, float] | None = None, seed: int = 0
 ) -> list[np.ndarray]:
-    """Solve a pose by Newton's iteration.
+    """Solves a pose by multi-start Newton iteration.
 
     Args:
-        arm: The arm; all of its joints are revolute, and six of them are solved for.
+        arm: The arm, with only revolute joints, six of which are solved.
         T: The pose (4, 4).
-        fixed: Fixed joint values by index, where the arm has more than six joints.
+        fixed: Fixed joint values keyed by index, for arms with more than six joints.
         seed: Seed of the starts.
 
     Returns:
-        The distinct regular solutions that the starts reach.
+        The distinct regular solutions found.
     """
     fixed = fixed or {}
     free = [k for k in range(arm.n) if k not in fixed]
@@ -56,7 +56,7 @@ def regular_solutions(
 
 
 def _twists(T: np.ndarray, here: np.ndarray) -> np.ndarray:
-    """Return twists (N, 6) from poses to T in base axes: position, then axis times sine."""
+    """Returns twists (N, 6) from poses to T in base axes: position, then axis times sine."""
     E = T[:3, :3] @ np.swapaxes(here[:, :3, :3], -1, -2)
     w = [E[:, 2, 1] - E[:, 1, 2], E[:, 0, 2] - E[:, 2, 0], E[:, 1, 0] - E[:, 0, 1]]
     return np.concatenate([T[:3, 3] - here[:, :3, 3], np.stack(w, -1) / 2], -1)

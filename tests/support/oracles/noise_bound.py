@@ -1,9 +1,10 @@
-"""The minimum error of an unbiased estimator under noise: the bound of Cramer and Rao.
+"""Minimum error of an unbiased estimator under noise: the Cramer-Rao bound.
 
-With J the derivative of all measured numbers, in their standard deviations, by the variables at the
-truth, no unbiased estimator has a covariance below C = (J^T J)^-1. An estimator that reaches this
-errs by K dx at held-back configurations, K their derivative and dx drawn from C. Rows of gross
-errors count as sound ones, so that the bound lies below what such measurements allow.
+Let J be the derivative of all measured values with respect to the variables, at the true values and
+in units of the standard deviations. No unbiased estimator has a covariance below C = (J^T J)^-1. An
+estimator with this covariance has the error K dx at validation configurations, with their
+derivative K and dx sampled from C. Outlier rows count as valid rows, so the true bound is higher
+than this bound.
 
 Source:
     S. M. Kay, Fundamentals of Statistical Signal Processing: Estimation Theory, 1993, chapter 3.
@@ -17,25 +18,25 @@ import numpy as np
 from chasles.calibration import Calibration, Measurements, Poses, Positions
 
 DRAWS = 30
-"""Estimates that are drawn; their mean error is then known to a few percent."""
+"""Number of sampled estimates; their mean error is accurate to a few percent."""
 
 
 def least_error(
     robot, drawn: Any, found: Calibration, random: np.random.Generator, chance: float
 ) -> tuple[float, float]:
-    """Errors at held-back configurations of an estimator that reaches the bound [m].
+    """Returns the validation error [m] of an estimator that reaches the bound.
 
     The error is the mean of ``|K dx|``. As a function of standard normal numbers g, with
     ``dx = A g`` and ``A A^T = C``, its Lipschitz constant L is at most the largest singular value
-    of ``K A`` over the root of the number of points. A Lipschitz function of normal numbers exceeds
-    its mean by ``L sqrt(-2 ln chance)`` with a probability of at most ``chance`` (Borell;
+    of ``K A`` divided by the square root of the point count. A Lipschitz function of normal numbers
+    exceeds its mean by ``L sqrt(-2 ln chance)`` with a probability of at most ``chance`` (Borell;
     Tsirelson, Ibragimov and Sudakov).
 
     Args:
         robot: The robot, with parametric functions.
-        drawn: The truth.
-        found: A calibration, whose variables and standard deviations are taken.
-        random: Draws the estimates.
+        drawn: The true robot.
+        found: A calibration that defines the variables and standard deviations.
+        random: Random generator of the estimates.
         chance: Probability that the error exceeds the second result.
 
     Returns:
@@ -69,7 +70,7 @@ def derivative(
     p: np.ndarray,
     unknowns: np.ndarray,
 ) -> np.ndarray:
-    """(M, k) derivative of measured numbers by the variables of a calibration, at a geometry p."""
+    """Returns derivatives (M, k) of measured values with respect to calibration variables."""
     names = [item.name for item in robot.geometry]
     sought = [names.index(name) for name in found.names if name in names]
     J, R = robot.identification_jacobian(q, p)[..., sought], T_W_base[:3, :3]

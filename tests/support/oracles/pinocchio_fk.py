@@ -1,4 +1,4 @@
-"""Forward kinematics of a description by Pinocchio, for arms that a calibration has displaced."""
+"""Forward kinematics of a description with Pinocchio, for arms with geometric errors."""
 
 import numpy as np
 import pinocchio as pin
@@ -7,7 +7,7 @@ from chasles.derive import Rotation, SerialRobot
 
 
 def pinocchio_fk(robot: SerialRobot):
-    """Forward kinematics of a serial robot by Pinocchio: q (n,) to the tool's pose (4, 4)."""
+    """Returns forward kinematics with Pinocchio: q (n,) -> tool pose (4, 4)."""
     model, parent, placed = pin.Model(), 0, _placed(robot.base)
     kinds = {"revolute": pin.JointModelRZ, "prismatic": pin.JointModelPZ}
     for joint in robot.joints:

@@ -1,7 +1,7 @@
-"""A robot's main chain as screws, and its poses by their product of exponentials.
+"""Screws of a robot's main chain, and poses by the product of exponentials.
 
-Both come from the robot's description alone, so that the inverse is not judged by forward
-kinematics of the same generated code.
+Both use only the description, so that the inverse is not verified with forward kinematics from the
+same generated code.
 """
 
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 
 @dataclass(frozen=True)
 class Screws:
-    """The axes of a chain where all its joints stand at zero, in the base frame [m].
+    """The axes of a chain with all joints at zero, in the base frame [m].
 
     Attributes:
         axes: (n, 3) unit vectors along revolute axes; zero for a prismatic joint.
@@ -102,7 +102,7 @@ def meeting(axes: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def locked(chain: Screws, joint: int, value: float) -> Screws:
-    """The chain without a joint, which is held at a value."""
+    """Returns the chain without a joint that is fixed at a value."""
     moved = np.zeros(len(chain.axes))
     moved[joint] = value
     frame = chain.fk(moved) @ inverted(chain.home)
@@ -127,7 +127,7 @@ def reverse(chain: Screws) -> Screws:
 
 
 def inverted(T: np.ndarray) -> np.ndarray:
-    """The inverses of poses (..., 4, 4)."""
+    """Returns the inverses of poses (..., 4, 4)."""
     inverse = np.zeros_like(T)
     R = np.swapaxes(T[..., :3, :3], -1, -2)
     inverse[..., :3, :3], inverse[..., 3, 3] = R, 1

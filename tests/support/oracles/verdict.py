@@ -1,4 +1,4 @@
-"""Verdicts on inverses, from residuals that are computed independently of them."""
+"""Verdicts on inverses from independently computed residuals."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ STARTS = 400
 STEPS = 60
 RANK = 1e-9
 LONGEST = 0.5
-"""The longest step of a joint in Newton's method [rad or m]."""
+"""Maximum joint step in Newton's method [rad or m]."""
 DIFFERENCE = 1e-6
 
 
@@ -33,12 +33,12 @@ class Verdict:
 
     Attributes:
         poses: Number of targets, all reachable.
-        missed: Number of targets that no claimed solution reaches.
-        unfound: Number of targets that no returned answer reaches, claimed or not.
-        wrong: Number of targets with a claimed solution that does not reach them.
-        lost: Number of targets whose own coordinates, although regular, are not among the
-            solutions; None for sets that are not regular.
-        worst: The largest residual of the claimed solutions that reach their target [m or rad].
+        missed: Number of targets without a correct claimed solution.
+        unfound: Number of targets without any correct answer, claimed or not.
+        wrong: Number of targets with an incorrect claimed solution.
+        lost: Number of targets whose regular generating coordinates are not among the solutions;
+            None for singular sets.
+        worst: Largest residual of a correct claimed solution [m or rad].
     """
 
     poses: int
@@ -50,7 +50,7 @@ class Verdict:
 
 
 def judged(case: Case, poses: PoseSet, solve: Callable[[np.ndarray], Answers]) -> Verdict:
-    """The verdict on the answers of `solve` to the targets of a set, computed in parts."""
+    """Returns the verdict on the answers of `solve` to all targets of a set, in chunks."""
     chunks = np.array_split(poses.q, max(1, -(-len(poses.q) // CHUNK)))
     parts = [_judged(case, q, solve(q)) for q in chunks]
     missed, unfound, wrong, lost = (sum(of) for of in zip(*(p[:-1] for p in parts), strict=True))
@@ -115,9 +115,9 @@ def counts(case: Case, found: Answers) -> np.ndarray:
 
 
 def newton(case: Case, q: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """All different solutions (k, n) that Newton's method finds for the target at q (n,).
+    """Returns all distinct solutions (k, n) found by Newton's method for the target at q (n,).
 
-    The iteration starts from many random coordinates and does not use the arm's structure.
+    The iteration starts from many random coordinates and ignores the structure of the arm.
     """
     target, others = case.targets(q), case.others(q)
     finite = partial(np.nan_to_num, nan=0.0, posinf=0.0, neginf=0.0)

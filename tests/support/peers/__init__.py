@@ -1,1 +1,1 @@
-"""Peers that solve the inverse kinematics: all solutions in closed form, or one by iteration."""
+"""Other inverse kinematics solvers (peers): closed-form or iterative."""

@@ -1,4 +1,4 @@
-"""A common interface to peers' inverse kinematics, for arms of revolute joints given as screws."""
+"""Common interface to the inverse kinematics of peers, for revolute arms defined by screws."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ import numpy as np
 from tests.support.oracles.screws import Screws, locked, meeting
 
 INSTALL = {"eaik": "EAIK", "ik_geo": "ik-geo", "ssik": "ssik"}
-"""The peers and their names in pip. `inverse(chain)` of each file is None if it cannot solve it."""
+"""Peers and their pip names. `inverse(chain)` of a peer is None for unsupported arms."""
 MEET = 1e-9
 """Largest distance [m] of axes from a common point at which they count as intersecting."""
 PARALLEL = 1e-9
@@ -36,13 +36,13 @@ class Answers:
 
 @dataclass(frozen=True)
 class Inverse:
-    """A peer that is set up for an arm.
+    """A peer configured for an arm.
 
     Attributes:
         name: The peer.
         call: The timed function from a prepared pose to the peer's own type of result.
-        read: Function from this result to joint values (k, n) and claims (k,).
-        prepare: Function from a pose (4, 4) to the pose that the peer takes.
+        read: Function from the peer's result to joint values (k, n) and claims (k,).
+        prepare: Function from a pose (4, 4) to the pose expected by the peer.
         batch: Function from prepared poses (m, 4, 4) to the peer's results, on one thread.
     """
 
@@ -72,10 +72,10 @@ def inverses(chain: Screws) -> list[Inverse]:
 def answers(name: str, chain: Screws, T: np.ndarray, lock: int, values: np.ndarray) -> Answers:
     """The answers of a peer to poses (m, 4, 4).
 
-    If the peer cannot solve the whole arm, joint `lock` is held at values (m,).
+    If the peer cannot solve the whole arm, joint `lock` is fixed at values (m,).
 
     Raises:
-        Unsolved: The peer cannot solve the arm with this joint held either.
+        Unsolved: The peer cannot solve the arm even with this joint fixed.
     """
     module = _imported(name)
     assert module is not None
@@ -97,7 +97,7 @@ def _locked(
 
 
 def gathered(found: Iterator[tuple[Any, Any]], joints: int) -> Answers:
-    """Answers of different numbers as arrays, padded with NaN."""
+    """Combines answers of different counts into arrays padded with NaN."""
     rows = list(found)
     most = max((len(q) for q, _ in rows), default=0)
     all_q = np.full((len(rows), most, joints), np.nan)
