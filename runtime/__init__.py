@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING, Any
 
-from . import screws, se3
+from . import se3, so3
 from .call._call import Function, release_memory
 from .call.threads import count_cores
 from .closed_form.nearest_solution import NearestSolution
@@ -74,9 +74,9 @@ __all__ = [
     "load",
     "release_memory",
     "robots",
-    "screws",
     "se3",
     "shelf_robots",
+    "so3",
 ]
 
 if TYPE_CHECKING:

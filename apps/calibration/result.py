@@ -12,8 +12,7 @@ import numpy as np
 import scipy.special
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import InputValueError, Robot, load
-from chasles.screws import inverse
+from chasles import InputValueError, Robot, load, se3
 from chasles.summaries import summary_repr
 
 from ..study.results import StudyResult, by_suffix
@@ -150,7 +149,7 @@ class Calibration(StudyResult):
         found = [("base frame in the frame of the measurements", self.T_W_base)]
         own = self.p.copy()
         own[[item.part == "tool" for item in self.robot.geometry]] = 0.0
-        T_tool = inverse(self.robot.fk_p(self.q[0], own)) @ self.robot.fk_p(self.q[0], self.p)
+        T_tool = se3.inverse(self.robot.fk_p(self.q[0], own)) @ self.robot.fk_p(self.q[0], self.p)
         if isinstance(self.measurements, Poses):
             probe = T_tool @ self.measurements.T_tool_probe
             found.append(("probe frame in the nominal tool frame", probe))

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import InputValueError, Robot, ShapeError, screws
+from chasles import InputValueError, Robot, ShapeError, se3
 from chasles.summaries import summary_repr
 from chasles.tolerances import AT_LIMIT
 
@@ -195,7 +195,7 @@ def base_placement(
     for name, array in (("T_w_ee", tools), ("T_w_0", bases)):
         if array.ndim != 3 or array.shape[1:] != (4, 4):  # noqa: PLR2004 - rows of matrices
             raise ShapeError(f"{name}: expected shape (m, 4, 4), got {array.shape}")
-    T_0_ee = np.matmul(screws.inverse(bases)[:, None], tools)
+    T_0_ee = np.matmul(se3.inverse(bases)[:, None], tools)
     found = reach(
         robot, T_0_ee.reshape(-1, 4, 4), threads=threads, client=client, progress=progress
     )

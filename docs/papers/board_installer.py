@@ -31,7 +31,7 @@ from report import (
 )
 
 import chasles
-from chasles import screws
+from chasles import se3
 from chasles.derive import mobility
 from chasles.derive.model.mechanism import Mechanism
 from chasles.study import workspace
@@ -211,7 +211,7 @@ def arm_exponentials(q: FloatArray) -> FloatArray:
     theta = robot().chain(q)[:, 1:5]
     T = np.eye(4)
     for k, axis in enumerate(axes):
-        T = T @ screws.exp(theta[:, k, None] * np.array(axis, dtype=float))
+        T = T @ se3.exp(theta[:, k, None] * np.array(axis, dtype=float))
     return T
 
 

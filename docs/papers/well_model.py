@@ -11,7 +11,7 @@ from report import TWICE, Finding, Printed, Row, agrees, at, consistent, erratum
 from scipy.spatial.transform import Rotation
 from well_process import initial, robot
 
-from chasles import screws
+from chasles import se3
 from chasles.derive import model_report, read
 from chasles.derive.quality.quality_report import ConventionQuality, ModelReport, plain
 
@@ -42,7 +42,7 @@ def hat(a: FloatArray) -> FloatArray:
 
 def exp(theta: float) -> FloatArray:
     """(4, 4) the pose of the screw by chasles."""
-    return np.asarray(screws.exp(theta * np.r_[V, AXIS]))
+    return np.asarray(se3.exp(theta * np.r_[V, AXIS]))
 
 
 def by_equation_5(theta: float) -> FloatArray:
@@ -59,7 +59,7 @@ def lie_group_rows(printed: dict[str, Printed]) -> list[Row]:
     values = {f"a{k}": value for k, value in enumerate(A, 1)}
     slope = (exp(THETA + STEP) - exp(THETA - STEP))[:3, :3] / (2 * STEP)
     is_rate = np.allclose(slope, hat(AXIS) @ first[:3, :3], atol=SMALL)
-    whole = screws.exp(np.r_[V, AXIS] * THETA)
+    whole = se3.exp(np.r_[V, AXIS] * THETA)
     return [
         agrees(
             printed["rotation"],
@@ -197,7 +197,7 @@ def equation_rows(printed: dict[str, Printed]) -> list[Row]:
     four, five = T["arm_5"][:3, 0], T["arm_6"][:3, 0]
     others = T["arm_5"][:3, 3] + l_MN * five + T["arm_6"][:3, :2] @ (value["N_x"], value["N_y"])
     pairs = (("arm_4", "arm_5"), ("arm_6", "arm_7"))
-    shifts = [screws.inverse(T[a]) @ T[b] for a, b in pairs]
+    shifts = [se3.inverse(T[a]) @ T[b] for a, b in pairs]
     y, tilt = [S[1, 3] for S in shifts], [np.abs(S[:2, 2]).max() for S in shifts]
     return [
         erratum(

@@ -37,7 +37,7 @@ import numpy as np
 from scipy import stats
 
 import chasles
-from chasles import screws
+from chasles import se3, so3
 from chasles.calibration import Calibration, Poses, Positions, identify
 from chasles.calibration.measurements.frames import register_points, register_poses
 from tests.support.calibration_verdicts import verdict
@@ -198,8 +198,8 @@ def _drawn(robot, random: np.random.Generator) -> Drawn:
     low, high = _span(robot)
     return Drawn(
         p,
-        screws.exp(random.normal(size=6) * 2),
-        screws.exp(random.normal(size=6) * [0.1, 0.1, 0.1, 2, 2, 2]),
+        se3.exp(random.normal(size=6) * 2),
+        se3.exp(random.normal(size=6) * [0.1, 0.1, 0.1, 2, 2, 2]),
         random.uniform(-0.15, 0.15, (3, 3)),
         random.uniform(low, high, (CONFIGURATIONS, robot.n)),
         random.uniform(low, high, (HELD, robot.n)),
@@ -221,7 +221,7 @@ def _placed(T: np.ndarray, targets: np.ndarray) -> np.ndarray:
 
 def _poses(robot, drawn: Drawn, random: np.random.Generator, noise: float = 1.0) -> Poses:
     T = drawn.T_W_base @ robot.fk_p(drawn.q, drawn.p) @ drawn.T_tool_probe
-    turned = screws.exp_rotation(noise * SIGMA[1] * random.normal(size=(len(T), 3)))
+    turned = so3.exp(noise * SIGMA[1] * random.normal(size=(len(T), 3)))
     T[:, :3, 3] += noise * SIGMA[0] * random.normal(size=(len(T), 3))
     T[:, :3, :3] = turned @ T[:, :3, :3]
     return Poses(T, SIGMA)

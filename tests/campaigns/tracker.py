@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 import chasles
-from chasles import screws
+from chasles import se3
 from chasles.calibration import identify, read_measurements, select_model
 from chasles.calibration.measurements.frames import register_points
 
@@ -109,7 +109,7 @@ class _Arm:
             ((parts == "transmission") & ~gains, WAVE),
         ):
             self.p[chosen] += random.uniform(-size, size, chosen.sum())
-        self.T_W_base = screws.exp(random.normal(size=6) * [2, 2, 2, 1, 1, 1])
+        self.T_W_base = se3.exp(random.normal(size=6) * [2, 2, 2, 1, 1, 1])
         self.targets = random.uniform(-0.08, 0.08, (3, 3))
         self.reach = np.linalg.norm(robot.fk(self.configurations(500))[:, :2, 3], axis=-1).max()
 

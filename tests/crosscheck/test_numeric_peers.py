@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.screws import log_rotation
+from chasles import so3
 from tests.support.optional import OptionalPackage
 from tests.support.oracles.numeric_tasks import (
     ALONE,
@@ -112,7 +112,7 @@ def test_unreachable_pose_error_is_as_small_as_scipy(name):
 
         def error(x, pose=pose):
             reached = robot.fk(x)
-            turn = log_rotation(pose[:3, :3] @ reached[:3, :3].T)
+            turn = so3.log(pose[:3, :3] @ reached[:3, :3].T)
             return np.concatenate([pose[:3, 3] - reached[:3, 3], turn])
 
         inside = np.clip(q, robot.lower + 1e-9, robot.upper - 1e-9)

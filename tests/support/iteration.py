@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from chasles import screws
+from chasles import se3
 from tests.support.rate_inputs import span
 
 TOLERANCE = 1e-9
@@ -31,7 +31,7 @@ def distance(A, B):
 
 def away(A, B, unit=1.0):
     """Returns the larger of distance and angle times the unit length of the robot."""
-    turn = screws.log(screws.inverse(A) @ B)[..., 3:]
+    turn = se3.log(se3.inverse(A) @ B)[..., 3:]
     return np.maximum(distance(A, B), unit * np.linalg.norm(turn, axis=-1))
 
 

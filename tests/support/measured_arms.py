@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chasles import screws
+from chasles import se3
 
 
 class Truth(NamedTuple):
@@ -30,7 +30,7 @@ def drawn(arm, seed, zero=0.0, count=60):
     p = np.array([g.value for g in arm.geometry])
     off = np.array([g.part in ("axis", "tool") for g in arm.geometry])
     p[off] += random.uniform(-1e-3, 1e-3, off.sum())
-    T_W_base = screws.exp(random.normal(size=6) * 2)
+    T_W_base = se3.exp(random.normal(size=6) * 2)
     q = random.uniform(-2.5, 2.5, (count, arm.n))
     zeros = np.array([g.part == "offset" and g.unit == "rad" for g in arm.geometry])
     p[zeros] += zero * random.uniform(-1, 1, zeros.sum())

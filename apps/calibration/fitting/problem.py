@@ -28,8 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from chasles import InputValueError, Robot, ShapeError
-from chasles.screws import inverse
+from chasles import InputValueError, Robot, ShapeError, se3
 from chasles.summaries import short_repr
 
 from ..diagnostics import diagnose
@@ -470,5 +469,5 @@ class Problem:
         """The geometry without corrections of the base, and the device's frame with them."""
         still, own = self.q[0], p.copy()
         own[[item.part == "base" for item in self.robot.geometry]] = 0.0
-        moved = self.robot.fk_p(still, p) @ inverse(self.robot.fk_p(still, own))
+        moved = self.robot.fk_p(still, p) @ se3.inverse(self.robot.fk_p(still, own))
         return own, np.asarray(self.T_W_base @ moved)

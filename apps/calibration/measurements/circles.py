@@ -22,7 +22,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import InputValueError, screws
+from chasles import InputValueError, se3, so3
 
 from .frames import register_axes, targets_at
 from .tool_measurements import Positions, Start, points_on_tool
@@ -96,8 +96,8 @@ class CirclePoints(Positions):
 
 def _turned(T: FloatArray, circle: int) -> tuple[MeasuredAxis, FloatArray]:
     """The axis about which poses turn, in the base frame, and the angle of each from the first."""
-    apart = T @ screws.inverse(T[0])
-    turns = screws.log_rotation(apart[:, :3, :3])
+    apart = T @ se3.inverse(T[0])
+    turns = so3.log(apart[:, :3, :3])
     direction = np.linalg.svd(turns)[2][0]
     if direction @ turns.sum(0) < 0:
         direction = -direction

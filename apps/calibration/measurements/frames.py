@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import screws
+from chasles import so3
 
 FloatArray = NDArray[np.float64]
 
@@ -193,7 +193,7 @@ class _Registrations:
             H = J @ J.swapaxes(1, 2)
             added = damping * (np.trace(H, axis1=1, axis2=2) + np.finfo(float).tiny)
             step = np.linalg.solve(H + added[:, None, None] * np.eye(3), -J @ e[..., None])[..., 0]
-            there = R @ screws.exp_rotation(step)
+            there = R @ so3.exp(step)
             after = self.errors(there)
             gain = (e**2).sum(-1) - (after**2).sum(-1)
             less = gain > 0

@@ -15,7 +15,7 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import InputValueError, screws
+from chasles import InputValueError, se3
 
 from .frames import register_points, targets_at, transformation
 from .tool_measurements import (
@@ -124,7 +124,7 @@ class StationPositions(Measurements):
     def frames(self, x: FloatArray) -> FloatArray:
         """(stations, 4, 4) frames of the stations in W, at the unknowns x."""
         known = np.broadcast_to(self.T_W_station, (self.count, 4, 4))
-        return np.asarray(screws.exp(self._steps(x)) @ known)
+        return np.asarray(se3.exp(self._steps(x)) @ known)
 
     def start(self, T: FloatArray) -> Start:
         """By :func:`register_points` at the station that saw most, then one station after another.
@@ -137,7 +137,7 @@ class StationPositions(Measurements):
         placed = points_on_tool(T, found.points)
         # Frames of the base in those of the stations.
         of_base = [self._between(placed, s) for s in range(self.count)]
-        T_W_station = of_base[0] @ screws.inverse(np.stack(of_base))
+        T_W_station = of_base[0] @ se3.inverse(np.stack(of_base))
         measurements = replace(self, T_W_station=T_W_station)
         x = np.concatenate([found.points.ravel(), np.zeros(6 * (self.count - 1))])
         misfit = np.sqrt(np.mean(measurements.lengths(measurements.errors(of_base[0] @ T, x)) ** 2))
@@ -148,7 +148,7 @@ class StationPositions(Measurements):
         first = self.station == 0
         targets = targets_at(T[first], self.points[first])
         placed = points_on_tool(T, targets)
-        others = [screws.inverse(self._between(placed, s)) for s in range(1, self.count)]
+        others = [se3.inverse(self._between(placed, s)) for s in range(1, self.count)]
         x = np.concatenate([targets.ravel(), np.zeros(6 * (self.count - 1))])
         measurements = replace(self, T_W_station=np.stack([np.eye(4), *others]))
         return start._replace(unknowns=x, measurements=measurements)

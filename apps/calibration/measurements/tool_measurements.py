@@ -15,7 +15,7 @@ from typing import ClassVar, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import screws
+from chasles import so3
 
 from .frames import mean_pose, register_points, register_poses, targets_at
 from .quaternions import quaternions, rotations
@@ -335,7 +335,7 @@ class Poses(Measurements):
         """Computed less measured positions, and the turns from measured to computed axes in W."""
         found = T @ self.T_tool_probe
         apart = found[:, :3, 3] - self.T[:, :3, 3]
-        turned = screws.log_rotation(found[:, :3, :3] @ self.T[:, :3, :3].swapaxes(-1, -2))
+        turned = so3.log(found[:, :3, :3] @ self.T[:, :3, :3].swapaxes(-1, -2))
         return np.concatenate([apart / self.sigma[0], turned / self.sigma[1]], -1).ravel()
 
     def derivatives(

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import screws
+from chasles import so3
 
 from .headings import ANGLES, MATRIX, QUATERNION, ROTATION_VECTOR
 from .quaternions import rotations
@@ -66,7 +66,7 @@ def form_of(names: Collection[str]) -> Form | None:
 
 def about_axes(turns: FloatArray) -> FloatArray:
     """(N, 3, 3) turns about the fixed x, y and z in this order, (N, 3) [rad]."""
-    x, y, z = (screws.exp_rotation(turns[:, [k]] * np.eye(3)[k]) for k in range(3))
+    x, y, z = (so3.exp(turns[:, [k]] * np.eye(3)[k]) for k in range(3))
     return np.asarray(z @ y @ x)
 
 
@@ -106,7 +106,7 @@ def of_matrices(found: FloatArray) -> FloatArray:
 
 FORMS = (
     Form(QUATERNION, "1", "quaternions w, x, y, z", of_quaternions),
-    Form(ROTATION_VECTOR, "rad", "rotation vectors", screws.exp_rotation),
+    Form(ROTATION_VECTOR, "rad", "rotation vectors", so3.exp),
     Form(ANGLES, "rad", "turns about the fixed axes x, y and z in this order", about_axes),
     Form(MATRIX, "1", "rotation matrices", of_matrices),
 )

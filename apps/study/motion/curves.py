@@ -14,7 +14,7 @@ from typing import Any, Literal, NamedTuple, Protocol, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import InputValueError, ShapeError, screws
+from chasles import InputValueError, ShapeError, so3
 from chasles.summaries import short_repr
 
 from ..arguments import finite
@@ -209,7 +209,7 @@ class _Turning:
     def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Rotations (m, 3, 3) and the turn by s (3,) in base axes."""
         rate = self.turn / self.length if self.length else np.zeros(3)
-        return self.R_0 @ screws.exp_rotation(s[:, None] * rate), self.R_0 @ rate
+        return self.R_0 @ so3.exp(s[:, None] * rate), self.R_0 @ rate
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,7 +270,7 @@ def line(T_start: ArrayLike, T_end: ArrayLike) -> Line:
         InputValueError: A pose is not rigid or not finite, or both are the same.
     """
     a, b = _pose("line: T_start", T_start), _pose("line: T_end", T_end)
-    step, turn = _way(a[:3, 3], b[:3, 3]), screws.log_rotation(a[:3, :3].T @ b[:3, :3])
+    step, turn = _way(a[:3, 3], b[:3, 3]), so3.log(a[:3, :3].T @ b[:3, :3])
     length = float(np.linalg.norm(step)) or float(np.linalg.norm(turn))
     _require_way("line", length)
     return Line(a[:3, 3], step, _Turning(a[:3, :3], turn, length), length)
@@ -309,7 +309,7 @@ def arc(T_start: ArrayLike, via: ArrayLike, T_end: ArrayLike) -> Arc:
     v = np.cross(normal, u)
     angle = math.atan2((e - center) @ v, (e - center) @ u) % (2 * math.pi)
     length = radius * angle
-    turn = screws.log_rotation(a[:3, :3].T @ b[:3, :3])
+    turn = so3.log(a[:3, :3].T @ b[:3, :3])
     return Arc(center, np.array([u, v]), radius, _Turning(a[:3, :3], turn, length), length)
 
 

@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import InputValueError, OutOfReachError, Robot, screws
+from chasles import InputValueError, OutOfReachError, Robot, so3
 from chasles.fixed import Fixed, fixed_coordinates, follows
 from chasles.tolerances import JUMP, RANK
 
@@ -158,7 +158,7 @@ def _kinematics(robot: Robot, theta: FloatArray) -> tuple[FloatArray, FloatArray
 
 
 def _turn(T: FloatArray, reached: FloatArray) -> FloatArray:
-    return np.asarray(screws.log_rotation(T[:, :3, :3] @ np.swapaxes(reached[:, :3, :3], -1, -2)))
+    return np.asarray(so3.log(T[:, :3, :3] @ np.swapaxes(reached[:, :3, :3], -1, -2)))
 
 
 def _pinv(J: FloatArray, twist: FloatArray) -> FloatArray:

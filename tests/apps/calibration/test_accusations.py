@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy import stats
 
-from chasles import screws
+from chasles import se3
 from chasles.calibration import Distances, PlaneContacts, identify
 from chasles.calibration.fitting.noise import OUTLYING, Linearized, limit
 from tests.support.calibration_verdicts import verdict
@@ -116,7 +116,7 @@ def test_length_that_tolerances_exclude_gets_a_doubt(arm):
 def test_ball_bar_start_explains_tool_that_moves_in_a_plane(seed):
     """The linear equations of a sphere leave the height of its centre open, or give none."""
     random = np.random.default_rng(seed)
-    T = screws.exp(random.uniform(-1, 1, (60, 6)) * [0.2, 0.2, 0, 0, 0, 1.5])
+    T = se3.exp(random.uniform(-1, 1, (60, 6)) * [0.2, 0.2, 0, 0, 0, 1.5])
     target, centre = random.uniform(-0.1, 0.1, 3), random.uniform(-0.4, 0.4, 3)
     if seed % 2:
         centre[2] = target[2]

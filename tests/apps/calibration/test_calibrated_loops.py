@@ -15,7 +15,7 @@ import pytest
 import scipy.optimize
 from numpy.testing import assert_allclose
 
-from chasles import screws
+from chasles import se3
 from chasles.calibration import (
     Poses,
     Positions,
@@ -126,9 +126,9 @@ def test_geometry_with_open_loops_gives_nan():
 @pytest.mark.parametrize("seed", [4, 6, 8])
 def test_identification_explains_randomly_perturbed_loop_robot(seed):
     robot, random = parametric("four_bar"), np.random.default_rng(seed)
-    p, T_W_base = drawn(robot, random, 1e-3), screws.exp(random.normal(size=6))
+    p, T_W_base = drawn(robot, random, 1e-3), se3.exp(random.normal(size=6))
     q, held = everywhere(robot, random, 60), everywhere(robot, random, 500)
-    noise = screws.exp(random.normal(size=(60, 6)) * np.repeat(SIGMA, 3))
+    noise = se3.exp(random.normal(size=(60, 6)) * np.repeat(SIGMA, 3))
     T = T_W_base @ robot.fk_p(q, p)
     measured = Poses(T @ noise, SIGMA)
     found = identify(robot, q, measured)
@@ -164,7 +164,7 @@ def test_identify_converges_for_tool_that_hardly_rotates():
     """The start places base and targets tens of centimetres off, by the same way."""
     robot, random = parametric("delta"), np.random.default_rng(3)
     p, q = drawn(robot, random, 5e-4), everywhere(robot, random, 60)
-    T = screws.exp(random.normal(size=6)) @ robot.fk_p(q, p)
+    T = se3.exp(random.normal(size=6)) @ robot.fk_p(q, p)
     targets = np.array([[0.03, 0, 0], [0, 0.03, 0.01], [0, 0, -0.05]])
     points = T[:, None, :3, 3] + np.einsum("nij,mj->nmi", T[:, :3, :3], targets)
     found = identify(robot, q, Positions(points + 2e-5 * random.normal(size=points.shape), 2e-5))
@@ -177,8 +177,8 @@ def test_identify_explains_delta_whose_probe_is_decimetres_from_its_start(seed):
     """No design places the probe: its distance from the start costs as little as the base's."""
     robot, random = parametric("delta"), np.random.default_rng(seed)
     p, q = drawn(robot, random, 5e-4), around(robot, random, 60)
-    noise = screws.exp(random.normal(size=(60, 6)) * np.repeat(SIGMA, 3))
-    T = screws.exp(random.normal(size=6)) @ robot.fk_p(q, p) @ noise
+    noise = se3.exp(random.normal(size=(60, 6)) * np.repeat(SIGMA, 3))
+    T = se3.exp(random.normal(size=6)) @ robot.fk_p(q, p) @ noise
     found = identify(robot, q, Poses(T, SIGMA))
     assert 0.8 < found.noise < 1.2
     assert found.warnings == ()
@@ -194,7 +194,7 @@ def test_unobservable_mechanism_scale_is_reported_redundant(tmp_path):
     functions = ["fk", "fk_p", "identification_jacobian"]
     robot = compiled(read(path), tmp_path / "rocker", functions, ["c"])
     q = np.linspace(-3, 3, 60)[:, None]
-    noise = screws.exp(np.random.default_rng(0).normal(size=(60, 6)) * np.repeat(SIGMA, 3))
+    noise = se3.exp(np.random.default_rng(0).normal(size=(60, 6)) * np.repeat(SIGMA, 3))
     # Ground 0.35, crank 0.1, coupler 0.3 and rocker 0.25: an axis that shifts takes the link before
     # it along, and not the link behind it.
     sizes = {"crank_shift_x": -0.35, "coupler_shift_x": -0.25}

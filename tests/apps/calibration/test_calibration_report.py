@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
-from chasles import InputValueError, screws
+from chasles import InputValueError, se3
 from chasles.calibration import Calibration, Poses, Positions, identify, select_model
 from chasles.calibration.report.contents import contents
 from tests.support.measured_arms import drawn
@@ -60,7 +60,7 @@ def test_reports_print_frames_and_stated_noise(chosen, arm):
     assert_allclose(R, found.T_W_base[:3, :3], atol=1e-5)
     assert "sigma = 0.02 mm" in contents(found).summary[2]
     truth = drawn(arm, 1)
-    T_tool_probe = screws.exp([0.1, 0.02, -0.05, 1.0, -0.5, 0.5])
+    T_tool_probe = se3.exp([0.1, 0.02, -0.05, 1.0, -0.5, 0.5])
     poses = Poses(truth.poses(arm, truth.q) @ T_tool_probe, (2e-5, 5e-5))
     text = str(found := identify(arm, truth.q, poses))
     assert "sigma = 0.02 mm and 0.05 mrad" in text

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from chasles import screws
+from chasles import se3, so3
 from chasles.calibration import Poses, Positions, cross_validate, identify
 from chasles.calibration.measurements.frames import register_points
 from chasles.errors import InputValueError, ShapeError
@@ -14,9 +14,9 @@ NOISE = 2e-5, 5e-5
 
 
 def measured_poses(arm, truth, random):
-    T = truth.poses(arm, truth.q) @ screws.exp([0.1, 0.02, -0.05, 1.0, -2.0, 0.5])
+    T = truth.poses(arm, truth.q) @ se3.exp([0.1, 0.02, -0.05, 1.0, -2.0, 0.5])
     T[:, :3, 3] += random.normal(size=(len(T), 3)) * NOISE[0]
-    T[:, :3, :3] = screws.exp_rotation(random.normal(size=(len(T), 3)) * NOISE[1]) @ T[:, :3, :3]
+    T[:, :3, :3] = so3.exp(random.normal(size=(len(T), 3)) * NOISE[1]) @ T[:, :3, :3]
     return Poses(T, NOISE)
 
 
@@ -74,7 +74,7 @@ def test_identify_from_unknown_probe_poses_reduces_error(arm, truth):
     assert len(found.names) == 4 * 6 + 6
     q = random.uniform(-2.5, 2.5, (2000, arm.n))
     placed = found.poses(q) @ found.measurements.T_tool_probe
-    true = truth.poses(arm, q) @ screws.exp([0.1, 0.02, -0.05, 1.0, -2.0, 0.5])
+    true = truth.poses(arm, q) @ se3.exp([0.1, 0.02, -0.05, 1.0, -2.0, 0.5])
     apart = np.linalg.norm((placed - true)[:, :3, 3], axis=-1).mean()
     T_W_base, T_tool_probe = found.T_W_base, found.measurements.T_tool_probe
     nominal = np.linalg.norm((T_W_base @ arm.fk(q) @ T_tool_probe - true)[:, :3, 3], axis=-1).mean()
@@ -194,8 +194,8 @@ def test_register_points_recovers_random_frames_and_targets(count, turned):
     """Exact positions leave no error, from every orientation of the device and small turns too."""
     for seed in range(10):
         random = np.random.default_rng(seed)
-        T = screws.exp(random.normal(size=(20, 6)) * [1, 1, 1, turned, turned, turned])
-        T_W_base = screws.exp(random.normal(size=6) * 2)
+        T = se3.exp(random.normal(size=(20, 6)) * [1, 1, 1, turned, turned, turned])
+        T_W_base = se3.exp(random.normal(size=6) * 2)
         targets = random.uniform(-0.2, 0.2, (count, 3))
         placed = T[:, None, :3, 3] + np.einsum("nij,mj->nmi", T[:, :3, :3], targets)
         points = placed @ T_W_base[:3, :3].T + T_W_base[:3, 3]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from chasles import screws
+from chasles import se3
 from chasles.calibration import Poses, Positions, identify
 from chasles.calibration.measurements.quaternions import quaternions, rotations
 from chasles.errors import InputValueError
@@ -199,7 +199,7 @@ def as_quaternions(R):
 def test_misread_orientations_are_diagnosed(loaded, misread, said):
     robot = loaded("stanford")
     truth = drawn(robot, 0, zero=0.02, count=40)
-    T = truth.poses(robot, truth.q) @ screws.exp([0.1, 0.2, -0.1, 0.4, 1.0, 0.2])
+    T = truth.poses(robot, truth.q) @ se3.exp([0.1, 0.2, -0.1, 0.4, 1.0, 0.2])
     assert identify(robot, truth.q, Poses(T, (NOISE, NOISE))).warnings == ()
     T[:, :3, :3] = misread(T[:, :3, :3]).as_matrix()
     with pytest.raises(InputValueError, match=said):

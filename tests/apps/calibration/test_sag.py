@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from chasles import screws
+from chasles import se3
 from chasles.calibration import Positions, identify
 from chasles.calibration.calibrated_file import robot_file
 from chasles.derive import RobotError, derive, read_text
@@ -51,7 +51,7 @@ def measured(arm):
     p[part(arm, "axis")] += random.uniform(-1e-3, 1e-3, part(arm, "axis").sum())
     q = random.uniform(-2.5, 2.5, (50, 6))
     targets = random.uniform(-0.15, 0.15, (3, 3))
-    T = screws.exp(random.normal(size=6)) @ in_equilibrium(arm, q, p)
+    T = se3.exp(random.normal(size=6)) @ in_equilibrium(arm, q, p)
     points = T[:, None, :3, 3] + np.einsum("nij,mj->nmi", T[:, :3, :3], targets)
     return q, Positions(points + SIGMA * random.normal(size=points.shape), SIGMA)
 

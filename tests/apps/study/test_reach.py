@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles import screws
+from chasles import se3
 from chasles.errors import InputValueError, ShapeError
 from chasles.study import base_placement, reach, uniform_orientations
 from chasles.study.grid import Grid
@@ -117,7 +117,7 @@ def test_base_placement_scores_share_of_reachable_poses():
     share = base_placement(robot, T_w_ee, T_w_0)
     assert share[11] == 1
     assert share.min() < 0.5
-    expected = [robot.ik(screws.inverse(T) @ T_w_ee).within_limits(windings=False) for T in T_w_0]
+    expected = [robot.ik(se3.inverse(T) @ T_w_ee).within_limits(windings=False) for T in T_w_0]
     np.testing.assert_allclose(share, [found.valid.any(-1).mean() for found in expected])
 
 

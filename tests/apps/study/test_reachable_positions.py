@@ -7,8 +7,8 @@ import pytest
 from scipy.stats import qmc
 
 import chasles
+from chasles import so3
 from chasles.errors import InputValueError, OutOfReachError, ShapeError
-from chasles.screws import exp_rotation
 from chasles.study import reachable_positions
 from chasles.study.grid import indices
 
@@ -31,7 +31,7 @@ def test_hexapod_workspace_matches_intersection_of_leg_shells(hexapod):
     q_0 = np.array(hexapod.reference.q)
     T_0 = hexapod.fk(q_0)
     for turn in rng.uniform(-0.2, 0.2, (4, 3)):
-        R = exp_rotation(turn) @ T_0[:3, :3]
+        R = so3.exp(turn) @ T_0[:3, :3]
         found = reachable_positions(hexapod, R, resolution=64)
         # From three places the center of each leg's sphere: q = |p - c| - l.
         places = T_0[:3, 3] + rng.uniform(-0.05, 0.05, (40, 3))
@@ -107,7 +107,7 @@ def test_invalid_position_workspace_arguments_are_rejected(hexapod):
         reachable_positions(hexapod, np.eye(4))
     # A delta robot's inverse takes a tenth of the time of the hexapod's.
     with pytest.raises(OutOfReachError, match="delta: no box around the reached"):
-        reachable_positions(chasles.load("delta"), exp_rotation([3.0, 0, 0]))
+        reachable_positions(chasles.load("delta"), so3.exp([3.0, 0, 0]))
 
 
 def test_box_that_cuts_region_grows_to_cover_it(hexapod):

@@ -14,7 +14,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import chasles
-from chasles import screws, se3
+from chasles import se3
 from chasles.call._call import rounded_residuals
 from tests.support.optional import OptionalPackage
 
@@ -79,8 +79,8 @@ def noisy(T, size, rng):
     return T + noise
 
 
-STEP = screws.exp(np.arange(6) / 7).astype(np.float32)
-THERE_AND_BACK = [STEP] * 4 + [screws.inverse(STEP).astype(np.float32)] * 4
+STEP = se3.exp(np.arange(6) / 7).astype(np.float32)
+THERE_AND_BACK = [STEP] * 4 + [se3.inverse(STEP).astype(np.float32)] * 4
 ROUNDED = {
     "float32": lambda T: T.astype(np.float32),
     **{f"{k} digits": functools.partial(np.round, decimals=k) for k in range(6, 11)},
@@ -354,7 +354,7 @@ def test_rounded_poses_keep_all_branches_for_few_joints(name):
         found = robot.ik(noisy(T, size, rng))
         np.testing.assert_array_equal(found.count, count)
     # A tenth of a degree is no rounding.
-    turned = T @ screws.exp(np.array([0, 0, 0, 0.001, 0.001, 0.001]))
+    turned = T @ se3.exp(np.array([0, 0, 0, 0.001, 0.001, 0.001]))
     assert not robot.ik(noisy(turned, 1e-8, rng)).valid.any()
 
 
@@ -388,7 +388,7 @@ def test_ik_numeric_reaches_rounded_poses_with_few_joints(name):
         assert found.valid.all()
         assert (found.residual <= ROUNDED_AS_FAR * robot.unit_length * se3.deviation(given)).all()
     # A tenth of a degree is no rounding.
-    turned = T @ screws.exp(np.array([0, 0, 0, 0.001, 0.001, 0.001]))
+    turned = T @ se3.exp(np.array([0, 0, 0, 0.001, 0.001, 0.001]))
     assert not robot.ik_numeric(noisy(turned, 1e-8, rng), q).valid.any()
 
 

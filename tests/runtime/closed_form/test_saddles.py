@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import chasles
+from chasles import so3
 from chasles.closed_form import refinement
 from chasles.closed_form.refinement import Refinement
 from chasles.closed_form.saddles import Ways, ways_down
-from chasles.screws import exp_rotation
 from tests.support.generators.drawn_arms import cases_of, random_arm
 from tests.support.oracles.verdict import residuals
 
@@ -104,7 +104,7 @@ def moved(T, twist):
     """Poses (N, 4, 4) moved by twists (N, 6) at the tip in base axes."""
     there = T.copy()
     there[:, :3, 3] += twist[:, :3]
-    there[:, :3, :3] = exp_rotation(twist[:, 3:]) @ T[:, :3, :3]
+    there[:, :3, :3] = so3.exp(twist[:, 3:]) @ T[:, :3, :3]
     return there
 
 

@@ -4,7 +4,6 @@ import copy
 import gc
 import itertools
 import pickle
-import re
 import sys
 
 import numpy as np
@@ -485,42 +484,3 @@ def test_repetitions_are_removed_among_turns_of_several_branches():
             expected[k] = not (apart <= 1e-6).all(-1).any()
         assert 0 < expected.sum() < listed.valid.sum()
         np.testing.assert_array_equal(listed.distinct().valid, expected)
-
-
-def test_weights_choose_the_joints_that_count(arm, q):
-    solutions = arm.ik(scara.fk(q[0]))
-    slots = solutions.q[solutions.valid]
-    seed = q[0] + np.array([0.3, -0.4, 0.0, 0.2])
-    moves = np.abs(solutions.distances_from(seed)[solutions.valid])
-    for weights in ([1, 1, 1, 1], [1, 0, 0, 0], [0.1, 3, 0, 1]):
-        distance = (moves * weights).max(-1)
-        nearest = solutions.nearest(seed, weights=weights)
-        np.testing.assert_array_equal(nearest, slots[distance.argmin()])
-        first = solutions.sorted_by_distance(seed, weights=weights)
-        np.testing.assert_array_equal(first.q[0], nearest)
-    for weights in ([0, 0, 0, 0], [1, -1, 1, 1]):
-        with pytest.raises(chasles.InputValueError, match="not negative"):
-            solutions.nearest(seed, weights=weights)
-
-
-def test_on_branch_keeps_the_slots_of_a_label():
-    ur5e = chasles.load("ur5e")
-    solutions = ur5e.ik(ur5e.fk(np.full((3, 6), 0.4)))
-    parts = [label.split(", ") for label in solutions.labels]
-    for part in dict.fromkeys(p for own in parts for p in own):
-        kept = solutions.on_branch(part)
-        expected = solutions.valid & [part in own for own in parts]
-        np.testing.assert_array_equal(kept.valid, expected)
-    one = solutions.on_branch(solutions.labels[3])
-    np.testing.assert_array_equal(one.valid.sum(-1), solutions.valid[:, 3])
-    with pytest.raises(chasles.InputValueError, match=f"there are: {re.escape(parts[0][0])}"):
-        solutions.on_branch("elbow up")
-    with pytest.raises(chasles.InputValueError, match="slots are sorted"):
-        solutions.sorted_by_distance(np.zeros(6)).on_branch(parts[0][0])
-
-
-def test_within_limits_without_limits_keeps_all_solutions(arm, q):
-    solutions = arm.ik(scara.fk(q[0]))
-    np.testing.assert_array_equal(solutions.within_limits(None).valid, solutions.valid)
-    with pytest.raises(chasles.InputValueError, match='limits must be "robot", None or an array'):
-        solutions.within_limits("own")

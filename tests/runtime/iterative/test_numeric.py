@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles import screws
+from chasles import se3
 from chasles.iterative import numeric_inverse
 from tests.support.iteration import (
     PLATFORMS,
@@ -279,7 +279,7 @@ def test_direction_weights_leave_tool_roll_free():
     robot = chasles.load("lynxmotion")
     q = configurations(robot, 100)
     T = robot.fk(q)
-    turned = T @ screws.exp([0, 0, 0, 0, 0, 2.0])
+    turned = T @ se3.exp([0, 0, 0, 0, 0, 2.0])
     found = robot.ik_numeric(turned, q * [1, 1, 1, 1, 0], task_weights=DIRECTION)
     assert found.valid.all()
     reached = robot.fk(found.q)
@@ -298,7 +298,7 @@ def test_weighted_components_follow_named_axes(ur5e):
 
 
 def in_tool(A, B):
-    return (screws.inverse(A) @ B)[:, :3, 3]
+    return (se3.inverse(A) @ B)[:, :3, 3]
 
 
 def test_weights_trade_position_against_orientation(ur5e):
@@ -307,7 +307,7 @@ def test_weights_trade_position_against_orientation(ur5e):
     turn = ur5e.ik_numeric(T, task_weights=(1, 1, 1, 100, 100, 100))
     near, upright = ur5e.fk(place.q), ur5e.fk(turn.q)
     assert distance(near, T).mean() < distance(upright, T).mean()
-    angle = np.linalg.norm(screws.log(screws.inverse(upright) @ T)[:, 3:], axis=1)
+    angle = np.linalg.norm(se3.log(se3.inverse(upright) @ T)[:, 3:], axis=1)
     assert angle.max() < 0.01
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles import screws
+from chasles import se3
 from chasles.derive import read, read_text
 from chasles.iterative import numeric_inverse
 from tests.support.compiling import compiled
@@ -83,7 +83,7 @@ joints = [
 def moves(poses, steps):
     """Twists of a link per unit of each coordinate, in its frame, by central differences."""
     ahead, behind = poses[: len(poses) // 2], poses[len(poses) // 2 :]
-    return screws.log(screws.inverse(behind) @ ahead) / (2 * steps)
+    return se3.log(se3.inverse(behind) @ ahead) / (2 * steps)
 
 
 def check_screws(robot):
@@ -97,7 +97,7 @@ def check_screws(robot):
         expected = moves(poses[:, link], step)
         found = np.zeros((n, 6))
         for frame, joint, *axis in numeric_inverse.screws_up_to(robot.manifest, link):
-            to_link = screws.inverse(here[link]) @ here[int(frame)]
+            to_link = se3.inverse(here[link]) @ here[int(frame)]
             R, p = to_link[:3, :3], to_link[:3, 3]
             omega = R @ axis[3:]
             moved = np.concatenate([R @ axis[:3] + np.cross(p, omega), omega])

@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import root
 
 import chasles
-from chasles import screws
+from chasles import se3
 from chasles.closed_form import fixed_joints
 from chasles.derive import write
 from tests.support.generators.drawn_arms import random_arm
@@ -164,7 +164,7 @@ def test_fixed_joint_ik_contains_all_scipy_solutions(panda):
 
         def error(x, q=q, T=T):
             there = panda.fk(np.insert(x, 3, q[3]))
-            return screws.log(screws.inverse(T) @ there)
+            return se3.log(se3.inverse(T) @ there)
 
         for start in rng.uniform(-np.pi, np.pi, (20, 6)):
             answer = root(error, start, tol=1e-12)

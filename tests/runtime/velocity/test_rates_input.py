@@ -67,7 +67,7 @@ def test_platform_rates_reproduce_commanded_actuator_rates(name, representation)
     np.testing.assert_allclose(rates.twist, V, atol=CLOSURE)
     step = 1e-6
     here, there = robot.fk(q), robot.fk(q + step * rates.qd)
-    moved = chasles.screws.log(chasles.screws.inverse(here) @ there) / step
+    moved = chasles.se3.log(chasles.se3.inverse(here) @ there) / step
     body = robot.joint_rates(q, moved, representation="body")
     np.testing.assert_allclose(body.qd, rates.qd, atol=1e-5)
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import lsq_linear
 
 import chasles
-from chasles import screws
+from chasles import se3, so3
 from chasles.velocity._track import BORDER, DAMPING
 from tests.support.handwritten import snake
 from tests.support.rate_inputs import span
@@ -36,7 +36,7 @@ def lost(arm, q):
 
 def through(arm, q, twist, m=STEPS + 1):
     """A screw motion through the pose of q, from one side to the other, and where it starts."""
-    poses = arm.fk(q) @ screws.exp(np.linspace(-1, 1, m)[:, None] * twist)
+    poses = arm.fk(q) @ se3.exp(np.linspace(-1, 1, m)[:, None] * twist)
     return poses, arm.ik(poses[0]).within_limits().nearest(q)
 
 
@@ -57,7 +57,7 @@ def assert_sound(robot, track, dt, rate=np.inf):
 
 
 def test_track_of_regular_path_matches_inverse(arm):
-    poses = screws.straight(
+    poses = se3.interpolate_straight(
         arm.fk(REGULAR),
         arm.fk(np.add(REGULAR, [0.5, 0.2, -0.3, 0.1, 0.3, 0.4])),
         np.linspace(0, 1, 5001),
@@ -72,7 +72,7 @@ def test_track_of_regular_path_matches_inverse(arm):
     T = arm.fk(track.q)
     distance = np.linalg.norm((T - poses)[:, :3, 3], axis=-1)
     np.testing.assert_allclose(track.error[:, 0], distance, rtol=0, atol=1e-15)
-    angle = np.linalg.norm(screws.log(screws.inverse(T) @ poses)[:, 3:], axis=-1)
+    angle = np.linalg.norm(se3.log(se3.inverse(T) @ poses)[:, 3:], axis=-1)
     np.testing.assert_allclose(track.error[:, 1], angle, rtol=0, atol=1e-15)
     again = pickle.loads(pickle.dumps(track))
     np.testing.assert_array_equal(again.q, track.q)
@@ -117,7 +117,7 @@ def test_track_passes_near_wrist_singularity_within_error_bound(arm, offset, rat
 def test_track_leaves_initial_wrist_singularity(arm):
     # At rest the wrist cannot tell which way to turn over; it finds one as it is left behind.
     twist = lost(arm, IN_LINE) * 0.6
-    poses = arm.fk(IN_LINE) @ screws.exp(np.linspace(0, 1, STEPS + 1)[:, None] * twist)
+    poses = arm.fk(IN_LINE) @ se3.exp(np.linspace(0, 1, STEPS + 1)[:, None] * twist)
     track = arm.track(poses, IN_LINE, 1e-3, rate_limits=RATE)
     assert_sound(arm, track, 1e-3, RATE)
     assert track.singular_value[0] < 1e-14
@@ -156,7 +156,7 @@ def costs(robot, q, target, rate, dt, length):
     T, J = robot.fk_jacobian_mixed(q)
     track = robot.track([T, target], q, dt, rate_limits=rate, characteristic_length=length)
     assert_sound(robot, track, dt, rate)
-    turn = screws.log_rotation((target @ screws.inverse(T))[:3, :3])
+    turn = so3.log((target @ se3.inverse(T))[:3, :3])
     scale = np.array([1, 1, 1, length, length, length])
     b = scale * np.concatenate([(target - T)[:3, 3], turn])
     A = scale[:, None] * J
@@ -175,7 +175,7 @@ def test_track_step_solves_bounded_least_squares(arm):
     for _ in range(60):
         q = rng.uniform(-2, 2, 6)
         q[4] *= rng.choice([1, 0.01])
-        target = arm.fk(q) @ screws.exp(rng.normal(size=6) * 0.02)
+        target = arm.fk(q) @ se3.exp(rng.normal(size=6) * 0.02)
         cost, least, touched = costs(arm, q, target, rng.uniform(0.5, 3, 6), 0.01, 0.4)
         assert cost <= least * (1 + 1e-6) + 1e-14
         held += touched
@@ -206,7 +206,7 @@ def test_track_of_unreachable_pose_comes_to_rest(arm):
     end = T.copy()
     end[:3, 3] += 0.5 * out
     m = 20_001
-    poses = screws.straight(T, end, np.minimum(np.linspace(0, 2, m), 1))
+    poses = se3.interpolate_straight(T, end, np.minimum(np.linspace(0, 2, m), 1))
     track = arm.track(poses, q0, 1e-3, rate_limits=RATE)
     assert_sound(arm, track, 1e-3, RATE)
     assert not arm.ik(end).valid.any()
@@ -282,7 +282,7 @@ def test_track_stops_at_end_of_fk_domain(tmp_path):
     robot = load_snake(tmp_path, 3)
     q = np.linspace([0.9, 0.5, 0.5], [0.99, 0.4, 0.5], 101)
     poses = robot.fk_jacobian_mixed(q)[0]
-    more = screws.interpolate(poses[0], poses[-1], np.linspace(0, 3, 301))
+    more = se3.interpolate(poses[0], poses[-1], np.linspace(0, 3, 301))
     track = robot.track(more, q[0], 0.01)
     assert_sound(robot, track, 0.01)
     assert len(track.shortened_steps)
@@ -353,12 +353,12 @@ def test_invalid_track_arguments_are_rejected(arm, change, error, message):
 
 ENDLESS = """
 import numpy as np, chasles
-from chasles import screws
+from chasles import se3, so3
 arm = chasles.load("ur5e")
 q = np.array([0.3, -1.2, 1.5, -0.4, 0.9, 0.2])
 start = arm.fk(q)
-poses = screws.straight(
-    start, start @ screws.exp([0.1, 0.2, -0.1, 0, 0.3, 0.4]), np.linspace(0, 1, 101)
+poses = se3.interpolate_straight(
+    start, start @ se3.exp([0.1, 0.2, -0.1, 0, 0.3, 0.4]), np.linspace(0, 1, 101)
 )
 poses[:, :3, 3] *= 5
 track = arm.track(poses, q, 0.01, rate_limits=3.0)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chasles import screws
+from chasles import se3, so3
 from chasles.calibration import (
     Distances,
     Measurements,
@@ -174,11 +174,11 @@ def _observed(
     sigma = SIGMA[0]
     if device in ("sphere", "plane"):
         return _contacts(robot, device, p, q, targets[0], noise, rng)
-    T = screws.exp(rng.normal(size=6)) @ robot.fk_p(q, p)
+    T = se3.exp(rng.normal(size=6)) @ robot.fk_p(q, p)
     if device == "poses":
-        T = T @ screws.exp(rng.normal(size=6) * [0.1, 0.1, 0.1, 1, 1, 1])
+        T = T @ se3.exp(rng.normal(size=6) * [0.1, 0.1, 0.1, 1, 1, 1])
         T[:, :3, 3] += noise * sigma * rng.normal(size=(len(q), 3))
-        turned = screws.exp_rotation(noise * SIGMA[1] * rng.normal(size=(len(q), 3)))
+        turned = so3.exp(noise * SIGMA[1] * rng.normal(size=(len(q), 3)))
         T[:, :3, :3] = turned @ T[:, :3, :3]
         return Poses(T, SIGMA), q
     points = T[:, None, :3, 3] + np.einsum("nij,mj->nmi", T[:, :3, :3], targets)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from chasles import screws
+from chasles import se3
 from chasles.calibration import CirclePoints, identify
 from chasles.errors import InputValueError
 from tests.support.measured_arms import drawn
@@ -45,7 +45,7 @@ def test_circle_axes_and_start_frame_match_true_arm(loaded, name):
         assert np.linalg.norm(np.cross(direction, axis.point - point[:3])) < 1e-3
         assert axis.error < 3 * NOISE
     start = measurements.start(robot.fk(q))
-    assert np.abs(screws.log(screws.inverse(truth.T_W_base) @ start.T_W_base)).max() < 5e-3
+    assert np.abs(se3.log(se3.inverse(truth.T_W_base) @ start.T_W_base)).max() < 5e-3
     found = identify(robot, q, measurements)
     assert 0.9 < found.noise < 1.1
 

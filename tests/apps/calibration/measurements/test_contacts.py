@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from chasles import screws
+from chasles import se3, so3
 from chasles.calibration import (
     Distances,
     PlaneContacts,
@@ -16,14 +16,14 @@ from chasles.calibration import (
 
 NOISE = 2e-5
 RANDOM = np.random.default_rng(7)
-POSES = screws.exp(RANDOM.normal(size=(5, 6)))
+POSES = se3.exp(RANDOM.normal(size=(5, 6)))
 OBSERVATIONS = {
     "positions": (Positions(RANDOM.normal(size=(5, 2, 3)), 0.1), RANDOM.normal(size=6)),
     "distances": (Distances(RANDOM.uniform(1, 2, 5), 0.1), RANDOM.normal(size=6)),
     "sphere": (SphereContacts(RANDOM.normal(size=5), 0.1), RANDOM.normal(size=7)),
     "plane": (PlaneContacts(RANDOM.normal(size=5), 0.1, (0.6, 0.0, 0.8)), RANDOM.normal(size=6)),
     "poses": (
-        Poses(POSES @ np.linalg.inv(screws.exp([0.1, 0.2, 0.3, 1, 0, 0.5])), (0.1, 0.2)),
+        Poses(POSES @ np.linalg.inv(se3.exp([0.1, 0.2, 0.3, 1, 0, 0.5])), (0.1, 0.2)),
         np.zeros(0),
     ),
 }
@@ -35,13 +35,13 @@ def test_observation_derivatives_match_central_differences(name):
     T, h = POSES, 1e-6
     if name == "poses":
         # The derivative of the error of orientation is exact where that error is 0.
-        probe = screws.exp([0.2, -0.1, 0.3, 0.4, 0.2, 0.1])
+        probe = se3.exp([0.2, -0.1, 0.3, 0.4, 0.2, 0.1])
         measurements = Poses(T @ probe, (0.1, 0.2), probe)
     twists = np.broadcast_to(np.eye(6), (len(T), 6, 6))
     by_p, by_x = measurements.derivatives(T, twists, x)
 
     def moved(k, step):
-        turned = screws.exp_rotation(step * np.eye(6)[k, 3:]) @ T[:, :3, :3]
+        turned = so3.exp(step * np.eye(6)[k, 3:]) @ T[:, :3, :3]
         found = T.copy()
         found[:, :3, :3], found[:, :3, 3] = turned, T[:, :3, 3] + step * np.eye(6)[k, :3]
         return measurements.errors(found, x)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from chasles import screws
+from chasles import se3, so3
 from chasles.calibration import Poses, Positions, read_measurements
 from chasles.errors import InputValueError
 
@@ -56,12 +56,12 @@ def test_one_row_per_target_table_accepts_robot_coordinate_names(arm, write):
 
 def turns(R, form):
     if form == "rotation vector":
-        return ["rx [deg]", "ry [deg]", "rz [deg]"], np.degrees(screws.log_rotation(R))
+        return ["rx [deg]", "ry [deg]", "rz [deg]"], np.degrees(so3.log(R))
     if form == "roll, pitch and yaw":
         pitch = np.arcsin(-R[2, 0])
         roll, yaw = np.arctan2(R[2, 1], R[2, 2]), np.arctan2(R[1, 0], R[0, 0])
         return ["roll [mrad]", "pitch [mrad]", "yaw [mrad]"], 1e3 * np.array([roll, pitch, yaw])
-    vector = screws.log_rotation(R)
+    vector = so3.log(R)
     angle = np.linalg.norm(vector)
     axis = vector / angle if angle else vector
     return ["qw", "qx", "qy", "qz"], -2 * np.array([np.cos(angle / 2), *np.sin(angle / 2) * axis])
@@ -69,7 +69,7 @@ def turns(R, form):
 
 @pytest.mark.parametrize("form", ["rotation vector", "roll, pitch and yaw", "quaternion"])
 def test_pose_orientation_formats_are_read(arm, write, form):
-    T = screws.exp(np.random.default_rng(2).normal(size=(5, 6)))
+    T = se3.exp(np.random.default_rng(2).normal(size=(5, 6)))
     T[0, :3, :3] = np.eye(3)
     rows = []
     for q, pose in zip(Q, T, strict=True):
@@ -82,7 +82,7 @@ def test_pose_orientation_formats_are_read(arm, write, form):
 
 
 def test_quaternion_headings_are_recognized_and_norms_are_checked(arm, write):
-    T = screws.exp(np.random.default_rng(2).normal(size=(5, 6)))
+    T = se3.exp(np.random.default_rng(2).normal(size=(5, 6)))
     rows = [
         [*np.degrees(q), *pose[:3, 3], *turns(pose[:3, :3], "")[1]]
         for q, pose in zip(Q, T, strict=True)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from chasles import screws
+from chasles import se3
 from chasles.calibration import StationPositions, identify, read_measurements
 from chasles.errors import InputValueError
 
@@ -18,7 +18,7 @@ LEAST = 20.0
 def seen_from(arm, truth, random, stations):
     """Positions in the frames of stations, and these frames in that of the first."""
     station = np.arange(len(truth.q)) % stations
-    T_W_station = screws.exp(random.normal(size=(stations, 6)) * [3, 3, 1, 1, 1, 2])
+    T_W_station = se3.exp(random.normal(size=(stations, 6)) * [3, 3, 1, 1, 1, 2])
     T_W_station[0] = np.eye(4)
     points = truth.positions(arm, truth.q)
     points += SIGMA * random.normal(size=points.shape)
@@ -46,7 +46,7 @@ def test_station_frames_and_robot_are_identified_together(arm, truth, stations):
     before = nominal[:, None, :3, 3] + np.einsum("nij,mj->nmi", nominal[:, :3, :3], targets)
     assert np.linalg.norm(before - true, axis=-1).mean() > LEAST * after
     found_frames = found.measurements.frames(found.unknowns)
-    errors = screws.log(screws.inverse(found_frames) @ frames)
+    errors = se3.log(se3.inverse(found_frames) @ frames)
     names = [n for n in found.names if n.startswith("station")]
     std = dict(zip(found.names, found.std, strict=True))
     reach = np.array([std[name] for name in names]).reshape(-1, 6)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles import screws
+from chasles import so3
 from chasles.errors import InputValueError, OutOfReachError
 from chasles.study.motion import (
     Motion,
@@ -76,7 +76,7 @@ def test_curve_arc_length_derivatives_match_differences():
         T, V, A = curve.at(s)
         before, after = curve.at(s - h), curve.at(s + h)
         moved = (after.T[:, :3, 3] - before.T[:, :3, 3]) / (2 * h)
-        turned = screws.log_rotation(after.T[:, :3, :3] @ np.swapaxes(before.T[:, :3, :3], 1, 2))
+        turned = so3.log(after.T[:, :3, :3] @ np.swapaxes(before.T[:, :3, :3], 1, 2))
         np.testing.assert_allclose(np.hstack([moved, turned / (2 * h)]), V, atol=1e-6)
         np.testing.assert_allclose((after.V - before.V) / (2 * h), A, atol=1e-4)
         assert np.isfinite(T).all()

@@ -1,0 +1,137 @@
+"""Rotations of SO(3) on NumPy arrays: exponential and logarithm.
+
+Angles are in radians. Leading dimensions broadcast, and NaN propagates. The functions do not check
+that a matrix is a rotation.
+
+Source:
+    R. M. Murray, Z. Li, S. S. Sastry, A Mathematical Introduction to Robotic Manipulation, 1994,
+    chapter 2.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .call.validation import real_array
+from .errors import ShapeError
+from .tolerances import SERIES
+
+FloatArray = NDArray[np.float64]
+
+__all__ = ["exp", "log"]
+
+
+def exp(omega: ArrayLike) -> FloatArray:
+    """The rotation by a rotation vector.
+
+    Args:
+        omega: (..., 3) axis times angle, of any angle.
+
+    Returns:
+        (..., 3, 3) rotation.
+
+    Raises:
+        ShapeError: If the last dimension is not 3.
+
+    Source: Murray, Li and Sastry, chapter 2, section 2, Rodrigues' formula.
+    """
+    w = ending(omega, (3,), "so3.exp", "omega")
+    x, y, z = np.moveaxis(w, -1, 0)
+    o = np.zeros_like(x)
+    hat = np.stack([o, -z, y, z, o, -x, -y, x, o], -1).reshape(*w.shape, 3)
+    angle = np.sqrt(np.sum(w * w, -1))[..., None, None]
+    sine, versine, _ = exponential(angle)
+    return np.asarray(np.eye(3) + sine * hat + versine * (hat @ hat))
+
+
+def log(R: ArrayLike) -> FloatArray:
+    """The rotation vector of a rotation, along the shorter way round.
+
+    At a half turn two vectors with opposite axes lead there. The result is one of them, always the
+    same for the same rotation.
+
+    Args:
+        R: (..., 3, 3) rotations.
+
+    Returns:
+        (..., 3) axis times angle, the angle in [0, pi].
+
+    Raises:
+        ShapeError: If the last dimensions are not (3, 3).
+    """
+    rotations = ending(R, (3, 3), "so3.log", "R")
+    # The antisymmetric part is the axis times the sine, the trace gives the cosine. Beyond a
+    # quarter turn the axis comes from the symmetric part, (1 - cos) a a^T + cos: at a half turn the
+    # sine is lost.
+    w = (rotations - np.swapaxes(rotations, -1, -2))[..., [2, 0, 1], [1, 2, 0]] / 2
+    sine = np.sqrt(np.sum(w * w, -1))[..., None]
+    cosine = (np.trace(rotations, axis1=-2, axis2=-1)[..., None] - 1) / 2
+    angle = np.arctan2(sine, cosine)
+    near = w * np.divide(angle, sine, out=np.ones_like(angle), where=sine != 0)
+    return np.asarray(np.where(cosine < 0, angle * _axis(rotations, w, cosine), near))
+
+
+def off_rotation(R: FloatArray) -> FloatArray:
+    """Distance of matrices (N, 3, 3) from orthogonal ones, in the norm |R_1 - R_2| / 2^0.5.
+
+    Residuals use the same norm; to first order the distance is |R^T R - 1| / 8^0.5.
+    """
+    with np.errstate(invalid="ignore", over="ignore"):
+        x, y, z = R.transpose(2, 1, 0)
+        lengths = sum(((a * a).sum(0) - 1) ** 2 for a in (x, y, z))
+        angles = sum((a * b).sum(0) ** 2 for a, b in ((x, y), (y, z), (z, x)))
+        return np.asarray(np.sqrt(lengths / 8 + angles / 4))
+
+
+def ending(values: ArrayLike, shape: tuple[int, ...], name: str, argument: str) -> FloatArray:
+    """An array of real numbers, checked for its last dimensions."""
+    array = real_array(name, argument, values)
+    if array.shape[-len(shape) :] != shape:
+        wanted = ", ".join(["...", *map(str, shape)])
+        raise ShapeError(f"{name}: expected {argument} of shape ({wanted}), got {array.shape}")
+    return array
+
+
+def _axis(R: FloatArray, w: FloatArray, cosine: FloatArray) -> FloatArray:
+    """The axis of a rotation by more than a quarter turn, on the side of w; any at a half turn."""
+    symmetric = (R + np.swapaxes(R, -1, -2)) / 2 - cosine[..., None] * np.eye(3)
+    largest = np.argmax(np.diagonal(symmetric, axis1=-2, axis2=-1), -1)
+    column = np.take_along_axis(symmetric, largest[..., None, None], -1)[..., 0]
+    length = np.sqrt(np.sum(column * column, -1))[..., None]
+    side = np.where(np.sum(column * w, -1) < 0, -1.0, 1.0)[..., None]
+    # Only for short turns, which take their axis from elsewhere, all columns vanish.
+    return np.asarray(side * np.divide(column, length, out=np.zeros_like(column), where=length > 0))
+
+
+def exponential(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The quotients sin x / x, (1 - cos x) / x^2 and (x - sin x) / x^3."""
+    small = np.abs(x) < SERIES
+    x2 = np.where(small, x * x, 0.0)
+    safe = np.where(small, 1.0, x)
+    half = np.sin(safe / 2) / safe
+    sine, versine = np.sin(safe) / safe, 2 * half * half
+    cubic = (1 - sine) / (safe * safe)
+    return (
+        np.where(small, _horner(x2, (1, -6, 120, -5040, 362880, -39916800)), sine),
+        np.where(small, _horner(x2, (2, -24, 720, -40320, 3628800, -479001600)), versine),
+        np.where(small, _horner(x2, (6, -120, 5040, -362880, 39916800, -6227020800)), cubic),
+    )
+
+
+def inverse_cubic(x: FloatArray) -> FloatArray:
+    """(1 - x / 2 cot(x / 2)) / x^2, for x in [0, pi]."""
+    small = x < SERIES
+    x2 = np.where(small, x * x, 0.0)
+    safe = np.where(small, 1.0, x)
+    closed = (1 - safe / 2 / np.tan(safe / 2)) / (safe * safe)
+    series = _horner(x2, (12, 720, 30240, 1209600, 47900160, 1307674368000 / 691))
+    return np.where(small, series, closed)
+
+
+def _horner(x: FloatArray, divisors: tuple[float, ...]) -> FloatArray:
+    """The sum of x^i / divisors[i]."""
+    total = np.zeros_like(x)
+    for divisor in reversed(divisors):
+        total = total * x + 1 / divisor
+    return total
