@@ -1,5 +1,5 @@
-"""Random campaigns: trials on robots, files and poses that nobody chose, for a given time.
+"""Random campaigns: time-limited trials on random robots, files and poses.
 
-``make campaign SECONDS=300 SEED=7 ONLY=losses,general`` runs them. Each campaign is a file of this
-package that ends in ``CAMPAIGN``; tests run small fixed samples of the same trials.
+``make campaign SECONDS=300 SEED=7 ONLY=losses,general`` runs campaigns. Each campaign is a module
+of this package that defines ``CAMPAIGN``; tests run small fixed samples of the same trials.
 """

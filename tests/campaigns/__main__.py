@@ -1,4 +1,4 @@
-"""Command line of the campaigns; ``make campaign`` calls it."""
+"""Command line of the campaigns, called by ``make campaign``."""
 
 import os
 import random
@@ -15,9 +15,9 @@ from .runner import NAMES, Tally, campaign, outcome_of, run
 
 out = Console(highlight=False, soft_wrap=True)
 PACE = 30.0
-"""Seconds between two lines of progress."""
+"""Seconds between two progress lines."""
 SHOWN = 20
-"""Failures of a campaign that the summary repeats."""
+"""Maximum number of failures per campaign in the summary."""
 
 
 def main(
@@ -27,7 +27,7 @@ def main(
     trial: Annotated[int | None, typer.Option(help="Repeat the trial of this number.")] = None,
     workers: Annotated[int, typer.Option(help="Trials at a time.")] = os.cpu_count() or 1,
 ) -> None:
-    """Run random campaigns for a given time; the exit status is 1 if a trial fails."""
+    """Run random campaigns for a limited time; the exit status is 1 if a trial fails."""
     names = [name.strip() for name in only.split(",") if name.strip()] or list(NAMES)
     if unknown := sorted(set(names) - set(NAMES)):
         message = f"no campaign {', '.join(unknown)}; there are {', '.join(NAMES)}"
@@ -42,7 +42,7 @@ def main(
 
 
 class Progress:
-    """Prints each failure at once, and now and then how far the campaigns are."""
+    """Prints each failure immediately, and the progress at intervals."""
 
     def __init__(self) -> None:
         """Starts the clock."""
@@ -50,7 +50,7 @@ class Progress:
         self.trials = 0
 
     def __call__(self, name: str, number: int, outcome: Outcome, seconds: float) -> None:
-        """Prints what is new after a trial."""
+        """Prints failures and progress after a trial."""
         self.trials += 1
         for failure in outcome.failures:
             out.print(f"{name}, trial {number}: {failure}", markup=False)
@@ -62,7 +62,7 @@ class Progress:
 
 
 def repeat(names: list[str], number: int) -> int:
-    """Repeats the trial of a number in this process; returns 1 if it fails."""
+    """Repeats a numbered trial in this process; returns 1 if the trial fails."""
     failed = False
     for name in names:
         outcome = outcome_of(campaign(name), number)
@@ -74,7 +74,7 @@ def repeat(names: list[str], number: int) -> int:
 
 
 def checked(outcome: Outcome | Tally) -> str:
-    """The counts and the largest values in words."""
+    """Formats counts and largest values."""
     counts = [f"{count} {name}" for name, count in outcome.counts.items()]
     largest = [f"largest {name} {value:.2g}" for name, value in outcome.largest.items()]
     return ", ".join([*counts, *largest]) or "nothing checked"

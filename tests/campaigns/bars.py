@@ -1,4 +1,4 @@
-"""Bars: maximum values of a robot's figures."""
+"""Bars: maximum allowed values of the figures of a robot."""
 
 from collections.abc import Mapping
 
@@ -6,13 +6,13 @@ from .campaign import Outcome
 
 
 def barred(kind: str, figures: object, bars: Mapping[str, float], title: str = "") -> Outcome:
-    """Return a failure if a figure is above its bar or not a number.
+    """Returns an outcome with a failure if a figure exceeds its bar or is NaN.
 
     Args:
-        kind: The kind of robots that is counted.
-        figures: Its attributes have the names of the bars.
-        bars: The maximum of each figure, by name.
-        title: The name of the robot in a failure, by default its kind.
+        kind: The kind of robot, used as the name of the count.
+        figures: Object with one attribute per bar.
+        bars: The maximum of each figure, keyed by name.
+        title: The name of the robot in a failure; default: the kind.
     """
     values = {name: float(vars(figures)[name]) for name in bars}
     missed = [

@@ -1,33 +1,33 @@
-"""Identification of drawn robots: error reduction, confidence intervals, and accusations.
+"""Identification of random robots: error reduction, confidence intervals and warnings.
 
-Even trials judge errors and intervals. Each arm has axes off by up to 1 mm and 1 mrad. 60
-configurations are measured with 0.02 mm and 0.05 mrad: poses, positions of three targets, or
-positions with errors of 5 mm on 5 % of the rows.
+Even trials test errors and intervals. Each arm has axis errors up to 1 mm and 1 mrad. The arm is
+measured at 60 configurations with noise of 0.02 mm and 0.05 mrad: poses, positions of three
+targets, or positions with 5 mm outliers in 5 % of the rows.
 
-The mean error at held-back configurations, with every frame unknown, must fall 20-fold. Where the
-bound of Cramer and Rao (`noise_bound.py`) does not allow that much, the error must be at most 1.1
-times the error that an estimator at the bound exceeds with probability ``LEVEL``. (The median of
-200 arms had to be at most 1.1 times the mean error at the bound; a median needs that many arms.)
+The mean error at validation configurations, with all frames unknown, must fall 20-fold. If the
+Cramer-Rao bound (`noise_bound.py`) does not allow this reduction, the error must be at most 1.1
+times a reference error. An estimator at the bound exceeds this reference error with probability
+``LEVEL``.
 
-Intervals of the axes must hold the truth in 95 of 100 arms. The base frame is known here, because
-an identified base frame shifts all axes alike. The intervals of an arm are correlated, so that the
-share of intervals that hold the truth has no simple distribution. A trial judges the errors z of
-all axes, relative to the standard deviations of the intervals: with correlations R from the
-oracle's derivatives, ``z^T R^-1 z / k`` has Fisher's F distribution with k and M degrees of
-freedom, for k axes and M surplus measurements. Fisher's method combines the probabilities of all
-arms, once for intervals that are too narrow and once for intervals that are too wide.
+The axis intervals must contain the true values in 95 of 100 arms. The base frame is known here,
+because an identified base frame shifts all axes equally. The intervals of an arm are correlated, so
+their coverage has no simple distribution. A trial therefore tests the errors z of all axes, divided
+by their standard deviations. With the correlations R from independent derivatives,
+``z^T R^-1 z / k`` has an F distribution with k and M degrees of freedom, for k axes and M surplus
+measurements. Fisher's method combines the probabilities of all arms, once for too narrow and once
+for too wide intervals.
 
-A correct program fails a trial with probability ``(DRAWS + 2) LEVEL``, below 1e-6 also where gross
-errors leave the F distribution approximate. On six-axis arms, wrong standard deviations by which
-90 % or 98.6 % of the intervals hold the truth fail 98 of 100 trials, and shares of 92 % or 98 %,
-which were the bars for 200 arms, fail one and three of four trials. The counts of a long campaign
-give the share itself.
+A correct program fails a trial with probability ``(DRAWS + 2) LEVEL``. This is below 1e-6 even with
+outliers, for which the F distribution is approximate. On six-axis arms, wrong standard deviations
+with 90 % or 98.6 % coverage fail 98 of 100 trials. Coverages of 92 % and 98 % fail one and three of
+four trials. The counts of a long campaign give the coverage itself.
 
-Odd trials judge accusations, on arms, a delta and other robots with loops, and all devices: few or
-many, exact or noisy numbers, with and without tolerances. Correct measurements must be explained to
-the stated noise, without an error and without a warning about the robot. Measurements of another
-robot, with exchanged columns or in degrees must get one; a complete model without tolerances
-explains another robot and need not. Too few numbers for the variables may be refused as such.
+Odd trials test warnings on arms, a delta and other robots with loops, with all devices.
+Measurements are few or many, exact or noisy, with and without tolerances. Correct measurements must
+fit within the stated noise, without an error and without a warning about the robot. Measurements of
+a different robot, with exchanged columns or in degrees must cause a warning or an error. (A
+complete model without tolerances can fit a different robot and needs no warning.) Too few values
+for the variables may cause an error.
 """
 
 from collections.abc import Callable
@@ -53,9 +53,9 @@ from .tracker import ARMS
 
 ROBOTS = (*ARMS, "bricklaying_gantry")
 JUDGED = (*ROBOTS, "delta", "four_bar", "five_bar", "excavator", "slider_crank", "well_manipulator")
-"""Robots of the trials of accusations."""
+"""Robots of the warning trials."""
 DRAWS = 40
-"""Drawn arms of a trial."""
+"""Number of random arms per trial."""
 SIGMA = 2e-5, 5e-5
 """Noise [m, rad]."""
 OFF = 1e-3
@@ -64,16 +64,16 @@ CONFIGURATIONS, HELD = 60, 2_000
 FALL = 20
 """Minimum reduction of the error."""
 NEAR = 1.1
-"""Error relative to the bound's error up to which an estimator counts as efficient."""
+"""Maximum error of an efficient estimator relative to the error at the bound."""
 LEVEL = 1e-8
-"""Probability of a failure: of the errors of one arm, and of the intervals to each side."""
+"""Failure probability of a correct program: per arm for errors, per side for intervals."""
 REACH = 2.5
 """Maximum coordinate [rad or m] of a robot without limits, or with wider limits."""
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """A drawn arm: its geometry, the frames around it, and where it is measured."""
+    """A random arm: geometry, frames, and measured configurations."""
 
     p: np.ndarray
     T_W_base: np.ndarray
@@ -90,9 +90,9 @@ class Judged:
     Attributes:
         fall: Error of the nominal arm relative to the error of the identified arm.
         over: Error of the identified arm relative to the bound.
-        is_reached: Whether the error is as small as the error of an efficient estimator.
-        inside: Whether each interval holds the truth.
-        probability: Probability that the errors are smaller relative to their intervals.
+        is_reached: Whether the error is as small as for an efficient estimator.
+        inside: Whether each interval contains the true value.
+        probability: Probability of smaller errors relative to their intervals.
     """
 
     fall: float
@@ -103,12 +103,12 @@ class Judged:
 
 
 def trial(number: int) -> Outcome:
-    """Judges errors and intervals, or accusations."""
+    """Tests errors and intervals, or warnings."""
     return accusations(number // 2) if number % 2 else errors(number // 2)
 
 
 def accusations(number: int) -> Outcome:
-    """Identifies one robot from right and from wrong measurements by drawn devices."""
+    """Identifies one robot from correct and wrong measurements of random devices."""
     robot = chasles.load(JUDGED[number % len(JUDGED)], parametric=True)
     failures, counts = [], {"right": 0, "wrong": 0, "too few": 0}
     for seed in np.random.default_rng(number).integers(1 << 32, size=DRAWS):
@@ -131,7 +131,7 @@ def accusations(number: int) -> Outcome:
 
 
 def errors(number: int) -> Outcome:
-    """Identifies some drawn arms of one robot by one kind of measurements."""
+    """Identifies several random arms of one robot with one kind of measurements."""
     kind = list(KINDS)[number % len(KINDS)]
     robot = chasles.load(ROBOTS[number // len(KINDS) % len(ROBOTS)], parametric=True)
     rng = np.random.default_rng(number)
@@ -156,7 +156,7 @@ def errors(number: int) -> Outcome:
 
 
 def judged(robot, measure: Callable, random: np.random.Generator) -> Judged:
-    """Draw, measure and identify an arm."""
+    """Generates, measures and identifies a random arm."""
     drawn = _drawn(robot, random)
     measurements = measure(robot, drawn, random)
     found = identify(robot, drawn.q, measurements)
@@ -172,10 +172,10 @@ def judged(robot, measure: Callable, random: np.random.Generator) -> Judged:
 def _intervals(
     robot, drawn: Drawn, known: Calibration, exact: Poses | Positions
 ) -> tuple[np.ndarray, float]:
-    """Whether the intervals of the axes hold the truth, and the probability of smaller errors.
+    """Returns whether the axis intervals contain the true values, and a probability.
 
-    Many geometries have the same effect. A step of Newton's iteration on measurements without
-    noise finds the truth in terms of the identified parameters.
+    The probability is that of smaller errors. Many geometries are equivalent, so a Newton step on
+    noise-free measurements expresses the true geometry in the identified parameters.
     """
     apart = exact.errors(known.poses(drawn.q), known.unknowns)
     J = derivative(robot, known, exact, drawn.q, known.T_W_base, known.p, known.unknowns)
@@ -207,7 +207,7 @@ def _drawn(robot, random: np.random.Generator) -> Drawn:
 
 
 def _span(robot) -> tuple[np.ndarray, np.ndarray]:
-    """Limits of the coordinates, at most `REACH` where an arm has wider limits or none."""
+    """Returns the coordinate limits, restricted to `REACH`."""
     if robot.kind != "serial":
         return np.maximum(robot.lower, -REACH), np.where(
             np.isfinite(robot.upper), robot.upper, REACH
@@ -241,11 +241,11 @@ def _gross(robot, drawn: Drawn, random: np.random.Generator) -> Positions:
 
 KINDS = {"poses": _poses, "three targets": _positions, "three targets, 5 % gross": _gross}
 SOUND = {_gross: _positions}
-"""The measurements without gross errors."""
+"""Outlier-free variants of measurement kinds."""
 
 
 def _errors(robot, drawn: Drawn, measurements, found) -> tuple[float, float]:
-    """Mean errors of the registered nominal robot and of the calibrated robot [m]."""
+    """Returns the mean errors [m] of the registered nominal robot and of the calibrated robot."""
     true = drawn.T_W_base @ robot.fk_p(drawn.held, drawn.p)
     measured = robot.fk(drawn.q)
     if isinstance(measurements, Poses):

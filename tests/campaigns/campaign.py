@@ -1,4 +1,4 @@
-"""What a campaign is, and what a trial of it returns."""
+"""Campaigns, and the outcomes of their trials."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -9,9 +9,9 @@ class Outcome:
     """The result of one trial.
 
     Attributes:
-        counts: How much was checked, by name: poses, branches, files. Trials add up.
-        failures: One line for each property that was violated.
-        largest: Values whose maximum over all trials is of interest, by name: residuals.
+        counts: Number of checked items (poses, branches, files), keyed by name; summed over trials.
+        failures: One line per violated property.
+        largest: Values such as residuals, keyed by name; the maximum over all trials is reported.
     """
 
     counts: Mapping[str, int] = field(default_factory=dict)
@@ -24,10 +24,10 @@ class Campaign:
     """Trials of one kind.
 
     Attributes:
-        name: The name on the command line.
+        name: The command-line name.
         summary: The property that each trial checks, in one sentence.
-        trial: Runs the trial of a number. All random values of the trial depend on the number
-            alone, so that the number repeats the trial.
+        trial: Runs a numbered trial. All random values depend only on the number, so the number
+            reproduces the trial.
     """
 
     name: str

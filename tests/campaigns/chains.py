@@ -1,4 +1,4 @@
-"""Chains of every joint type against Pinocchio: poses, Jacobians and their rates."""
+"""Compares random chains with Pinocchio: poses, Jacobians and Jacobian rates."""
 
 import random
 
@@ -19,11 +19,11 @@ FRAMES = {
 }
 POSES = 3
 CHAINS = 20
-"""Random chains of a trial."""
+"""Number of random chains per trial."""
 
 
 def trial(number: int) -> Outcome:
-    """Checks CHAINS chains; an assertion names the seed of the chain that fails."""
+    """Checks CHAINS chains; an assertion states the seed of a failing chain."""
     generator = random.Random(number)
     for _ in range(CHAINS):
         check_jacobians(generator.randrange(2**32))
@@ -32,11 +32,11 @@ def trial(number: int) -> Outcome:
 
 
 def check_jacobians(seed: int) -> None:
-    """Compares poses, Jacobians and their rates of the chain of a seed with Pinocchio."""
+    """Compares poses, Jacobians and Jacobian rates of a seeded chain with Pinocchio."""
     generator = random.Random(seed)
     chain = random_chain(generator, generator.randint(1, 12))
     robot = chain.robot()
-    # A frame takes a third of the time of a derivation, and each has its hundred chains.
+    # One frame per chain saves time; each frame is tested on many chains.
     name = tuple(FRAMES)[seed % len(FRAMES)]
     wanted = ("fk", "link_poses", f"jacobian_{name}", f"jacobian_{name}_dot")
     functions = dict(
@@ -63,7 +63,7 @@ def check_jacobians(seed: int) -> None:
 
 
 def _jacobian_and_rate(model, data, tool, reference, D_q):
-    """Pinocchio's Jacobian of the tool by the coordinates, and its derivative by time."""
+    """Returns Pinocchio's tool Jacobian for the coordinates, and its time derivative."""
     J = pin.getFrameJacobian(model, data, tool, reference)
     J_dot = pin.getFrameJacobianTimeVariation(model, data, tool, reference)
     return J.reshape(6, -1) @ D_q, J_dot.reshape(6, -1) @ D_q

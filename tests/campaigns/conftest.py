@@ -1,4 +1,4 @@
-"""Tests of the campaigns compile robots quickly: the code runs once."""
+"""Campaign tests compile robots with fast flags, because their code runs only once."""
 
 import pytest
 

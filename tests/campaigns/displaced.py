@@ -1,13 +1,14 @@
-"""Arms with errors in every parameter, derived, compiled and judged.
+"""Derives, compiles and tests arms with errors in every parameter.
 
-Even trials take a shipped arm or a shelf arm, odd trials an arm of round numbers. Every joint and
-the tool get errors of up to a size between 0.1 and 10 (millimetre, milliradian). Every pose needs a
-solution, no solution may be wrong, and all but 1 in 10,000 regular configurations must be among the
-solutions of their poses. At right angles lost configurations are counted only. Six-joint arms of
-even trials are solved as general arms as well, and the trial counts the solutions that only the
-general solver finds. With errors of up to 3 (millimetre, milliradian) each solution is in one slot,
-every configuration whose smallest singular value is above 1e-3 is found, also at right angles, and
-on some poses the regular solutions equal the set that Newton's method finds from random starts.
+Even trials use a shipped or shelf arm, odd trials a random arm with round numbers. Every joint and
+the tool have errors up to a size between 0.1 and 10 (millimetre, milliradian). Every pose needs a
+solution, and no solution may be wrong. At most 1 in 10,000 regular configurations may be missing
+from the solutions of its pose; at right angles, missing configurations are only counted. Six-joint
+arms of even trials are also solved as general arms, and the trial counts solutions found only by
+the general solver. Stricter rules apply to errors up to 3 (millimetre, milliradian): each solution
+is in one slot, and every configuration with a smallest singular value above 1e-3 is found, also at
+right angles. On some poses, the regular solutions must equal the set found by multi-start Newton
+iteration.
 """
 
 from math import ceil
@@ -36,21 +37,21 @@ ARMS = (
 SIZES = -4.0, -2.0
 """Decimal logarithms of the minimum and the maximum error (metre, radian)."""
 RANDOM, RIGHT = 10_000, 1000
-"""Configurations of each arm: random, and at right angles."""
+"""Number of configurations per arm: random, and at right angles."""
 MAX_LOST = 1e-4
-"""Fraction of the regular random configurations that may be lost."""
+"""Maximum fraction of missing regular random configurations."""
 REGULAR = 1e-4
-"""Minimum singular value (m or rad per rad) at a solution that is separate from others."""
+"""Minimum singular value (m or rad per rad) at an isolated solution."""
 SMALL = 3e-3
-"""Errors (metre, radian) up to which no solution may be missing or in two slots."""
+"""Maximum errors (metre, radian) for which no solution may be missing or duplicated."""
 COMPARED = 200
-"""Poses of each arm whose solutions are compared with Newton's method."""
+"""Number of poses per arm compared with Newton's method."""
 SAME = 1e-5
-"""rad: closer solutions of the two solvers are the same."""
+"""Maximum difference (rad) of equal solutions of the two solvers."""
 
 
 def trial(number: int) -> Outcome:
-    """Judge the arm of a number; count arms of round numbers that have no ``ik``."""
+    """Tests the arm of a number; counts arms with round numbers that have no ``ik``."""
     is_drawn, robot = number % 2 == 1, arm_of(number)
     with TemporaryDirectory() as folder:
         try:
@@ -81,19 +82,19 @@ def trial(number: int) -> Outcome:
 
 
 def arm_of(number: int) -> SerialRobot:
-    """Return the arm of a number with its errors."""
+    """Returns the arm of a number with its errors."""
     shown = ARMS[number // 2 % len(ARMS)]
     robot = random_arm(number) if number % 2 else read(description(shown))
     return displaced(robot, size_of(number), number)
 
 
 def size_of(number: int) -> float:
-    """Return the size (metre, radian) of the errors of a number."""
+    """Returns the error size (metre, radian) of a number."""
     return float(10 ** np.random.default_rng(number).uniform(*SIZES))
 
 
 def strict_failures(judged: Judged, q: np.ndarray, right: np.ndarray) -> list[str]:
-    """Describe missing and repeated solutions at random configurations and at right angles."""
+    """Describes missing and duplicated solutions at random and right-angle configurations."""
     failures = []
     for name, of in {"random": q, "right angles": right}.items():
         parts = np.array_split(of, max(1, -(-len(of) // PART)))
@@ -111,7 +112,7 @@ def strict_failures(judged: Judged, q: np.ndarray, right: np.ndarray) -> list[st
 
 
 def repeated_and_missing(judged: Judged, q: np.ndarray) -> tuple[int, int]:
-    """Count solutions in a second slot, and regular configurations without a slot."""
+    """Counts duplicated solutions, and regular configurations without a slot."""
     arm, slides = judged.arm, slides_of(judged.robot)
     T, J = arm.fk_jacobian_mixed(q)
     found = arm.ik(T, fixed=judged.fixed(q))
@@ -122,7 +123,7 @@ def repeated_and_missing(judged: Judged, q: np.ndarray) -> tuple[int, int]:
 
 
 def fewer_than_newton(judged: Judged, q: np.ndarray) -> int:
-    """Count the regular solutions of the pose at q that only Newton's method finds."""
+    """Counts the regular solutions of the pose at q found only by Newton's method."""
     arm, T = judged.arm, judged.arm.fk(q)
     own = arm.ik(T, fixed=judged.fixed(q)).valid_q()
     fixed = {k: q[k] for k in range(len(q)) if judged.is_fixed(k)}
@@ -131,7 +132,7 @@ def fewer_than_newton(judged: Judged, q: np.ndarray) -> int:
 
 
 def fewer(arm: chasles.Robot, general: chasles.Robot, q: np.ndarray) -> int:
-    """Count the regular solutions that only the general solver finds."""
+    """Counts the regular solutions found only by the general solver."""
     missing = 0
     for part in np.array_split(q, -(-len(q) // PART)):
         T = arm.fk(part)

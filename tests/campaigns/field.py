@@ -1,9 +1,9 @@
-"""Arms of other makers' files, derived and judged.
+"""Derives and tests real arms from external files.
 
-Each trial judges one arm at random poses and at poses at right angles. A pose is missed if no
-claimed solution reaches it. An answer is wrong if it is claimed and does not reach its pose. Random
-configurations are lost if they are regular and not among the solutions. A redundant arm gets the
-fixed joint value at which the configuration is a solution.
+Each trial tests one arm at random and right-angle poses. A pose is missed without a correct valid
+solution. A valid solution is wrong if it does not reach its pose. A regular random configuration is
+lost if it is not among the solutions. A redundant arm is solved with the fixed joint value of the
+configuration.
 """
 
 from pathlib import Path
@@ -20,26 +20,26 @@ from tests.support.peers.interface import Answers
 from .campaign import Campaign, Outcome
 
 RANDOM, RIGHT = 2000, 1000
-"""Poses of an arm: random, and at right angles."""
+"""Number of poses per arm: random, and at right angles."""
 MAX_LOST = 1e-4
-"""Fraction of the random configurations that may be lost."""
+"""Maximum fraction of lost random configurations."""
 
 
 def trial(number: int) -> Outcome:
-    """Judge one arm; consecutive numbers take the arms in turn."""
+    """Tests one arm; consecutive numbers cycle through the arms."""
     known = list(arms())
     with TemporaryDirectory() as folder:
         return judgement(known[number % len(known)], Path(folder), RANDOM, RIGHT, number)
 
 
 def judgement(arm: FieldArm, folder: Path, random: int, right: int, seed: int) -> Outcome:
-    """Judge an arm at random poses and at poses at right angles.
+    """Tests an arm at random and right-angle poses.
 
     Args:
         arm: The arm.
-        folder: Folder for its files.
+        folder: Output folder.
         random: Number of random poses.
-        right: Number of poses at right angles.
+        right: Number of right-angle poses.
         seed: Seed of the poses.
     """
     try:
@@ -71,7 +71,7 @@ def judgement(arm: FieldArm, folder: Path, random: int, right: int, seed: int) -
 
 
 def own(case: FieldCase, q: np.ndarray) -> Answers:
-    """Solve the poses of configurations (m, n) with the inverse of chasles."""
+    """Solves the poses of configurations (m, n) with the inverse of chasles."""
     found = case.robot.ik(case.pose(q), fixed=fixed_values(case.robot, case.others(q)))
     return Answers(found.q, found.valid)
 

@@ -1,11 +1,11 @@
-"""Arms without a structure, derived, compiled and judged.
+"""Derives, compiles and tests arms without a structure.
 
-Trials alternate between six revolute joints, seven revolute joints, and seven to ten joints with
-up to two prismatic joints. The inverse of each arm solves poses at random configurations and at
-right angles. Every pose needs a solution, no solution may be wrong, and each regular configuration
-must be among the solutions. An arm of more than six joints solves the same poses again with the
-fixed joint values of other configurations. The trial also counts the poses for which Newton's
-iteration from random starts finds another number of solutions.
+Trials alternate between six revolute joints, seven revolute joints, and seven to ten joints with up
+to two prismatic joints. The inverse of each arm solves poses at random and right-angle
+configurations. Every pose needs a solution, no solution may be wrong, and each regular
+configuration must be among the solutions. Arms with more than six joints solve the same poses again
+with the fixed joint values of other configurations. The trial also counts the poses for which
+multi-start Newton iteration finds a different solution count.
 """
 
 from collections.abc import Collection, Sequence
@@ -27,13 +27,13 @@ from tests.support.generators.random_arms import long_arm, random_arm
 from .campaign import Campaign, Outcome
 
 RANDOM, RIGHT = 2000, 1000
-"""Configurations of each arm: random, and at right angles."""
+"""Number of configurations per arm: random, and at right angles."""
 OTHERS, COUNTED = 200, 10
-"""Poses with other fixed joint values, and poses whose solutions Newton's iteration counts."""
+"""Number of poses with other fixed values, and of poses counted by Newton's method."""
 PART = 1000
-"""Poses that are judged at a time."""
+"""Number of poses per batch."""
 SAME = 1e-6
-"""rad: closer solutions are the same."""
+"""Maximum difference (rad) of equal solutions."""
 WRONG = 1e-8
 """Maximum pose error of a solution (metre, or entry of a rotation); the runtime allows 1e-9."""
 REGULAR = 1e-5
@@ -41,34 +41,34 @@ REGULAR = 1e-5
 STARTS, STEPS = 1500, 60
 """Random starts and maximum number of steps of Newton's iteration."""
 STILL = 1e-12
-"""rad: the iteration ends at a smaller step."""
+"""Step size (rad) at which the iteration ends."""
 SIX = 6
 SLIDE = 0.5
 """Maximum displacement of a prismatic joint in either direction [m]."""
 DERIVED = ["fk", "ik", "fk_jacobian_mixed"]
 ITERATED = [*DERIVED, "hessian_mixed"]
-"""The functions that ``ik_numeric`` needs."""
+"""Functions required by ``ik_numeric``."""
 LANGUAGES = emitters_of(("c", "python"))
 
 
 @dataclass(frozen=True)
 class Judged:
-    """A loaded arm, whose solutions are compared with its description.
+    """A loaded arm whose solutions are verified with its description.
 
     Attributes:
-        robot: Its description.
-        arm: Its functions.
+        robot: The description.
+        arm: The loaded robot.
     """
 
     robot: SerialRobot
     arm: chasles.Robot
 
     def fixed(self, q: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the fixed joint values that ``ik`` needs at configurations (m, n)."""
+        """Returns the fixed joint values required by ``ik`` at configurations (m, n)."""
         return fixed_at(self.arm, q)
 
     def true_poses(self, q: np.ndarray) -> np.ndarray:
-        """Return poses (..., 4, 4) in extended precision, from the placements alone."""
+        """Returns poses (..., 4, 4) in extended precision, from the placements."""
         before, *placed = (E.astype(np.longdouble) for E in numbers(self.robot))
         T = np.broadcast_to(before, (*q.shape[:-1], 4, 4))
         for k, (joint, E) in enumerate(zip(self.robot.moving, placed, strict=True)):
@@ -82,10 +82,10 @@ class Judged:
         return T
 
     def lost(self, q: np.ndarray) -> tuple[int, ...]:
-        """Count regular and lost configurations, poses without a solution, and wrong solutions.
+        """Counts regular and lost configurations, unsolved poses and wrong solutions.
 
-        A configuration is lost if it is regular and not among the solutions of its pose. A solution
-        is wrong if it is valid and its pose in extended precision is off by more than ``WRONG``.
+        A configuration is lost if it is regular and not among the solutions of its pose. A valid
+        solution is wrong if its pose error in extended precision exceeds ``WRONG``.
         """
         parts = np.array_split(q, max(1, -(-len(q) // PART)))
         return tuple(map(int, np.sum([self._lost(part) for part in parts], axis=0)))
@@ -102,21 +102,21 @@ class Judged:
         return [mark.sum() for mark in marks]
 
     def is_fixed(self, joint: int) -> bool:
-        """Return whether ``ik`` takes the value of a joint."""
+        """Whether ``ik`` has the value of a joint as an input."""
         return any(joint == item.index for item in self.arm.redundancy)
 
     def elsewhere(self, q: np.ndarray, random: np.random.Generator) -> np.ndarray:
-        """Return other configurations of the same poses, from iterations with random starts."""
+        """Returns other configurations of the same poses, by multi-start iteration."""
         found = self.arm.ik_numeric(self.arm.fk(q), random.uniform(-np.pi, np.pi, q.shape))
         return np.asarray(found.q[found.valid])
 
     def counts(self, T: np.ndarray, q: np.ndarray, random: np.random.Generator) -> int:
-        """Count the poses for which Newton's iteration finds another number of solutions.
+        """Counts the poses for which Newton's method finds a different solution count.
 
         Args:
             T: The poses (m, 4, 4).
-            q: Configurations (m, n) that supply the fixed joint values.
-            random: Random numbers of the starts.
+            q: Configurations (m, n) with the fixed joint values.
+            random: Random generator of the starts.
         """
         own = self.arm.ik(T, fixed=self.fixed(q)).count
         others = [len(self.everywhere(*one, random)) for one in zip(T, q, strict=True)]
@@ -125,7 +125,7 @@ class Judged:
     def everywhere(
         self, T: np.ndarray, at: np.ndarray, random: np.random.Generator
     ) -> list[np.ndarray]:
-        """Solve a pose by Newton's iteration from random configurations."""
+        """Solves a pose by Newton's method from random configurations."""
         n = len(at)
         free = [k for k in range(n) if not self.is_fixed(k)]
         q = np.tile(at, (STARTS, 1))
@@ -150,7 +150,7 @@ class Judged:
 def configurations(
     robot: SerialRobot, count: int, right: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Draw configurations at random (count, n) and at right angles (right, n)."""
+    """Returns random configurations (count, n) and right-angle configurations (right, n)."""
     n = len(robot.moving)
     q = rng.uniform(-np.pi, np.pi, (count, n))
     quarters = rng.integers(0, 4, (right, n)) * np.pi / 2
@@ -161,7 +161,7 @@ def configurations(
 
 
 def apart(q: np.ndarray, other: np.ndarray, slides: Collection[int] = ()) -> np.ndarray:
-    """Return the maximum joint difference (rad, m); angles are compared modulo a full turn."""
+    """Returns the maximum joint difference (rad, m), modulo one turn."""
     turns = np.array([k not in slides for k in range(q.shape[-1])])
     difference = q - other
     wrapped = (difference + np.pi) % (2 * np.pi) - np.pi
@@ -169,14 +169,14 @@ def apart(q: np.ndarray, other: np.ndarray, slides: Collection[int] = ()) -> np.
 
 
 def errors(T: np.ndarray, A: np.ndarray) -> np.ndarray:
-    """Return the pose errors (..., 6) from A to T in base axes: position, then axis times sine."""
+    """Returns pose errors (..., 6) from A to T in base axes: position, then axis times sine."""
     E = T[..., :3, :3] @ np.swapaxes(A[..., :3, :3], -1, -2)
     w = [E[..., 2, 1] - E[..., 1, 2], E[..., 0, 2] - E[..., 2, 0], E[..., 1, 0] - E[..., 0, 1]]
     return np.concatenate([T[..., :3, 3] - A[..., :3, 3], np.stack(w, -1) / 2], -1)
 
 
 def trial(number: int) -> Outcome:
-    """Judge the arm of a number."""
+    """Tests the arm of a number."""
     robot, rng = arm_of(number), np.random.default_rng([number, 1])
     n = len(robot.moving)
     with TemporaryDirectory() as folder:
@@ -201,7 +201,7 @@ def trial(number: int) -> Outcome:
 
 
 def arm_of(number: int) -> SerialRobot:
-    """Return the arm of a number: six joints, seven joints or a long arm in turn."""
+    """Returns the arm of a number: alternately six joints, seven joints or a long arm."""
     kinds = (random_arm, lambda seed: random_arm(seed, "///////"), long_arm)
     return kinds[number % len(kinds)](number)
 
@@ -209,13 +209,13 @@ def arm_of(number: int) -> SerialRobot:
 def loaded(
     robot: SerialRobot, folder: Path, functions: Sequence[str] = DERIVED, **families: tuple[()]
 ) -> chasles.Robot:
-    """Derive a robot into a folder, compile it and load it."""
+    """Derives a robot into a folder, compiles and loads it."""
     put(files_of(derive(robot, functions=functions, **families), LANGUAGES), folder)
     return chasles.load(folder)
 
 
 def violations(regular: int, lost: int, none: int, wrong: int, may_lose: float = 0) -> list[str]:
-    """Describe the counts of :meth:`Judged.lost` that are too large; only lost ones may occur."""
+    """Describes too large counts of :meth:`Judged.lost`; up to ``may_lose`` losses are allowed."""
     found = {"lost": lost * (lost > may_lose), "without a solution": none, "wrong": wrong}
     return [f"{count} {name}, {regular} regular" for name, count in found.items() if count]
 

@@ -1,10 +1,10 @@
-"""Arms without a structure with every pattern of consecutive axes.
+"""Tests the general solver on every pattern of consecutive axes.
 
-Consecutive axes are skew, parallel or intersect, which makes 243 patterns of six joints. Each
-trial takes every ninth pattern, once with six revolute joints and once with a prismatic joint, and
-two longer arms. The solver is compiled once and reads the tables of each arm, so that an arm takes
-a fraction of a second. Every pose needs a solution, and each regular configuration, at random and
-at right angles, must be among the solutions of its pose.
+Consecutive axes are skew, parallel or intersect, which gives 243 patterns of six joints. Each trial
+uses every ninth pattern, once with six revolute joints and once with a prismatic joint, and two
+longer arms. The solver is compiled once and reads the tables of each arm, so each arm takes a
+fraction of a second. Every pose needs a solution, and each regular configuration must be among the
+solutions of its pose.
 """
 
 import ctypes
@@ -33,13 +33,13 @@ from .general import apart, configurations
 SHIM = Path(__file__).parents[1] / "support" / "native" / "any_arm.c"
 PATTERNS = tuple(map("".join, product(LINKS, repeat=5)))
 STRIDE = 9
-"""A trial takes every so many patterns; as many trials take all patterns."""
+"""Stride between the patterns of a trial; this number of trials covers all patterns."""
 POSES = 1000
-"""Random configurations of an arm; a third as many are at right angles."""
+"""Number of random configurations per arm; one third as many are at right angles."""
 SLOTS = 16
 SAME, REACHED, REGULAR = 1e-6, 1e-8, 1e-5
-"""Maximum joint error (radian or metre) of a configuration that counts as found, maximum residual
-(metre or radian) of a solution, and minimum singular value of a regular configuration."""
+"""Maximum joint error (radian or metre) of a recovered configuration, maximum residual (metre or
+radian) of a solution, and minimum singular value of a regular configuration."""
 
 
 class Split(ctypes.Structure):
@@ -69,7 +69,7 @@ class Arm(ctypes.Structure):
 
 @dataclass(frozen=True)
 class Found:
-    """Number of poses without a solution and number of lost regular configurations."""
+    """Numbers of unsolved poses and of lost regular configurations."""
 
     none: int
     lost: int
@@ -79,7 +79,7 @@ class Found:
 
 
 def arms(number: int) -> Iterator[tuple[str, SerialRobot]]:
-    """Yield the names and arms of a trial."""
+    """Yields the names and arms of a trial."""
     for k, links in enumerate(PATTERNS[number % STRIDE :: STRIDE]):
         yield links, random_arm(number, f"{links}/")
         place = (number // STRIDE + k) % JOINTS
@@ -90,7 +90,7 @@ def arms(number: int) -> Iterator[tuple[str, SerialRobot]]:
 
 @cache
 def library() -> ctypes.CDLL:
-    """Compile the solver that reads the tables of any arm."""
+    """Compiles the solver that reads the tables of any arm."""
     files = {name: support(name) for name in ("chasles_cos_sin.h", *SUPPORTS["general"])}
     flags = ("-std=gnu99", "-O2", "-fvisibility=default", UNPACKED)
     text = SHIM.read_text(encoding="utf-8")
@@ -99,10 +99,9 @@ def library() -> ctypes.CDLL:
 
 
 def judged(robot: SerialRobot, count: int, seed: int = 5) -> tuple[Found, Found] | None:
-    """Judge an arm at random configurations and at a third as many right angles.
+    """Tests an arm at random configurations, and at one third as many right-angle ones.
 
-    Return None for an arm with a structure, which another solver solves, and for an arm that never
-    has full rank.
+    Returns None for an arm with a structure (another solver) or without full rank.
     """
     q, right = configurations(robot, count, count // 3, np.random.default_rng(seed))
     found = judged_at(robot, q), judged_at(robot, right)
@@ -110,13 +109,13 @@ def judged(robot: SerialRobot, count: int, seed: int = 5) -> tuple[Found, Found]
 
 
 def judged_at(robot: SerialRobot, q: np.ndarray) -> Found | None:
-    """Judge an arm at configurations (m, n); return None where `judged` does."""
+    """Tests an arm at configurations (m, n); returns None in the same cases as `judged`."""
     choice = _taken(robot)
     return None if choice is None else _found(q, choice.given, slides_of(robot))
 
 
 def _taken(robot: SerialRobot) -> Choice | None:
-    """Give an arm to the solver."""
+    """Passes an arm to the solver."""
     lines = classify(robot, Terms({p.symbol: p.value for p in robot.parameters}))
     general = general_inverse(robot) if lines.found is None else None
     if general is None:
@@ -126,7 +125,7 @@ def _taken(robot: SerialRobot) -> Choice | None:
 
 
 def _told(tables: tuple) -> Arm:
-    """Copy the tables of an arm to the C structure."""
+    """Copies the tables of an arm to the C structure."""
     joints, kinds, directions, length, placed, splits, each = tables
     arm = Arm(joints=joints, length=length, splits=splits)
     arm.kind[:] = kinds
@@ -139,7 +138,7 @@ def _told(tables: tuple) -> Arm:
 
 
 def _found(q: np.ndarray, given: tuple[int, ...], slides: Collection[int]) -> Found:
-    """Solve the poses of configurations (m, n) and compare."""
+    """Solves the poses of configurations (m, n) and compares."""
     m, n = q.shape
     slots, residual = np.empty((m, SLOTS, n)), np.empty((m, SLOTS))
     library().solve(m, *map(_pointer, (np.ascontiguousarray(q), slots, residual)))
@@ -161,7 +160,7 @@ def _pointer(array: np.ndarray) -> ctypes.c_void_p:
 
 
 def trial(number: int) -> Outcome:
-    """Judge the arms of a number."""
+    """Tests the arms of a number."""
     found = {name: judged(robot, POSES, number) for name, robot in arms(number)}
     failures = [
         f"{name}, {kind}: {own.none} without a solution, {own.lost} lost"
@@ -175,6 +174,6 @@ def trial(number: int) -> Outcome:
 
 CAMPAIGN = Campaign(
     "geometries",
-    "The general solver loses no configuration of an arm, whatever the pattern of its axes.",
+    "The general solver misses no configuration, for any pattern of axes.",
     trial,
 )

@@ -1,9 +1,9 @@
-"""Mechanisms whose joints are displaced, closed in least squares.
+"""Mechanisms with displaced joints, closed in least squares.
 
-Rods on pins become links, and every joint and closure is moved by up to 0.5 mm and rotated by up to
-2 mrad about each axis. The configurations must match an independent minimization with exact
-derivatives. Derivatives must agree with differences, and ``actuators`` and ``ik`` must return the
-coordinates from the chain and from the pose.
+Rods on pins become links. Every joint and closure is shifted by up to 0.5 mm and rotated by up to 2
+mrad about each axis. The configurations must match an independent minimization with exact
+derivatives. Derivatives must agree with finite differences. ``actuators`` and ``ik`` must return
+the coordinates from the chain and from the pose.
 """
 
 import tempfile
@@ -28,7 +28,7 @@ PLANES: dict[str, Placement] = {
     "slider_crank": (),
     "five_bar": (),
 }
-"""The robots, and the rotation from z to the axis of their pins."""
+"""Robots, with the rotation from z to their pin axis."""
 FUNCTIONS = (
     *("fk", "fk_jacobian_mixed", "configuration", "configuration_D_q", "margin"),
     *("chain", "chain_D_q", "chain_rates", "chain_accelerations"),
@@ -36,9 +36,9 @@ FUNCTIONS = (
 )
 C_ALONE = ("c", "python")
 POSES, JUDGED = 100, 10
-"""Configurations of a draw, and how many of them the independent minimization solves."""
+"""Number of configurations per mechanism, and of those checked by minimization."""
 STEP = 1e-6
-"""Radian and metre, of central differences."""
+"""Step of central differences (radian or metre)."""
 BARS = {"closure": 1e-9, "slope": 1e-6, "rate": 1e-6, "back": 1e-9, "lost": 0.0, "open": 0.0}
 
 
@@ -47,12 +47,12 @@ class Judged:
     """The figures of a mechanism.
 
     Attributes:
-        closure: Largest difference of a joint from the least sum of squares (radian, metre).
-        slope: Largest error of the derivative of the configuration.
-        rate: Largest error of the accelerations of the main chain at unit rates.
-        back: Largest difference between coordinates and the actuators of their main chain.
-        lost: Poses whose coordinates ``ik`` does not return; 0 without an inverse.
-        open: Configurations within a tenth of the limits' range that do not close.
+        closure: Largest joint difference from the least-squares minimum (radian, metre).
+        slope: Largest error of the configuration derivative.
+        rate: Largest error of the main-chain accelerations at unit rates.
+        back: Largest difference between coordinates and ``actuators(chain(q))``.
+        lost: Number of poses whose coordinates ``ik`` does not return; 0 without an inverse.
+        open: Number of open configurations within a tenth of the limit range.
     """
 
     closure: float
@@ -64,7 +64,7 @@ class Judged:
 
 
 def trial(number: int) -> Outcome:
-    """Judges one displaced mechanism."""
+    """Tests one displaced mechanism."""
     rng = np.random.default_rng(number)
     name = str(rng.choice(list(PLANES)))
     whole = on_links(read(ROBOTS / f"{name}.toml"), PLANES[name])
@@ -72,7 +72,7 @@ def trial(number: int) -> Outcome:
 
 
 def judged(mechanism: Mechanism, rng: np.random.Generator) -> Judged:
-    """Derive and judge a mechanism at random configurations."""
+    """Derives and tests a mechanism at random configurations."""
     with tempfile.TemporaryDirectory() as folder:
         names = FUNCTIONS if mechanism.name == "board_installer" else FUNCTIONS[:-1]
         write(mechanism, folder, functions=names, languages=C_ALONE)
@@ -92,7 +92,7 @@ def judged(mechanism: Mechanism, rng: np.random.Generator) -> Judged:
 
 
 def _around(robot: chasles.Robot, rng: np.random.Generator) -> np.ndarray:
-    """Coordinates (POSES, n) around the reference, within a tenth of the limits' range."""
+    """Returns coordinates (POSES, n) around the reference, within a tenth of the limit range."""
     limits = np.array([(c.lower, c.upper) for c in robot.coordinates], dtype=float)
     span = np.where(np.isfinite(limits).all(-1), limits[:, 1] - limits[:, 0], np.pi)
     return robot.reference.q + 0.1 * span * rng.uniform(-1, 1, (POSES, robot.n))

@@ -1,7 +1,8 @@
-"""Slots of the inverse of platforms on drawn legs of joints, whose loops are iterated.
+"""Inverse of random platforms with jointed legs and iterated loops.
 
-Three legs RPS, PRS or RRS, or six legs UPS, PUS or RUS. A valid slot is a pose of ``fk``, one of
-them is the configuration that made the pose, and no slot is valid in another assembly mode.
+Platforms have three RPS, PRS or RRS legs, or six UPS, PUS or RUS legs. ``fk`` of every valid slot
+is the target pose, one slot is the generating configuration, and no slot is valid in another
+assembly mode.
 """
 
 import tempfile
@@ -19,7 +20,7 @@ from .campaign import Campaign, Outcome
 
 INPUTS = 200
 REACH = {"rad": 0.5, "m": 0.08}
-"""Greatest distance of a coordinate from the reference."""
+"""Maximum distance of a coordinate from the reference."""
 FUNCTIONS = ("fk", "ik", "fk_jacobian_mixed", "chain", "margin")
 
 
@@ -46,6 +47,6 @@ def trial(number: int) -> Outcome:
 
 CAMPAIGN = Campaign(
     "legs",
-    "Valid slots of a platform on drawn legs are poses of its forward kinematics.",
+    "Valid slots of a random platform with jointed legs agree with its forward kinematics.",
     trial,
 )

@@ -1,8 +1,8 @@
-"""Random configurations of the shipped robots with loops, most of them out of reach.
+"""Random coordinates of the shipped robots with loops, mostly out of reach.
 
-Coordinates come from twice the range of their limits. Where a robot reports that its loops close,
-every number must close them by the frames of its description alone; elsewhere every number must be
-NaN. Platforms solve their actuators at random poses instead.
+Coordinates span twice the limit range. If a robot reports closed loops, every value must close the
+loops with the frames of the description; otherwise every value must be NaN. For platforms, the
+actuators are solved at random poses instead.
 """
 
 from collections.abc import Iterator
@@ -19,20 +19,20 @@ from .campaign import Campaign, Outcome
 
 BLOCK, BLOCKS = 20_000, 10
 WIDER = 2.0
-"""Range of the coordinates, relative to the range of their limits."""
+"""Range of the coordinates relative to the limit range."""
 OPEN = 1e-12
-"""Maximum gap of a closed loop, relative to the robot's size."""
+"""Maximum closure error relative to the robot size."""
 
 
 @cache
 def with_loops(pattern: str = "*.toml") -> tuple[Mechanism, ...]:
-    """The shipped robots with loops, whose files match a pattern."""
+    """Returns the shipped robots with loops whose files match a pattern."""
     found = (read(path) for path in sorted(ROBOTS.glob(pattern)))
     return tuple(robot for robot in found if isinstance(robot, Mechanism) and robot.closers)
 
 
 def trial(number: int) -> Outcome:
-    """Judges many configurations of one robot."""
+    """Tests many configurations of one robot."""
     robots = with_loops()
     mechanism = robots[number % len(robots)]
     closed, wrong, largest = judged(mechanism, np.random.default_rng(number))
@@ -42,7 +42,7 @@ def trial(number: int) -> Outcome:
 
 
 def judged(mechanism: Mechanism, rng: np.random.Generator) -> tuple[int, int, float]:
-    """Number of closed configurations, number of wrong configurations, and the largest gap."""
+    """Returns the numbers of closed and wrong configurations, and the largest closure error."""
     robot, numbers = chasles.load(mechanism.name), Multistart(mechanism)
     is_map = robot.loop_solution == "closed form"
     closed, wrong, largest = 0, 0, 0.0
@@ -58,12 +58,12 @@ def judged(mechanism: Mechanism, rng: np.random.Generator) -> tuple[int, int, fl
 def _configurations(
     robot: chasles.Robot, numbers: Multistart, rng: np.random.Generator, is_map: bool
 ) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
-    """Values of all joints by name, and whether they are valid and finite."""
+    """Returns the values of all joints keyed by name, and whether they are valid and finite."""
     if is_map:
         q = np.stack(list(_random(robot.coordinates, rng, numbers.size)), axis=-1)
         z = robot.configuration(q)
         names = [variable.name for variable in robot.configuration_variables]
-        # Loops that close everywhere have no margin.
+        # Loops that always close have no margin.
         valid = robot.valid(q) if hasattr(robot, "valid") else np.ones(len(q), dtype=bool)
         return dict(zip(names, z.T, strict=True)), valid, np.isfinite(z).all(-1)
     theta = np.stack(list(_random(robot.chain_joints, rng, numbers.size)), axis=-1)
@@ -74,7 +74,7 @@ def _configurations(
 
 
 def _random(coordinates: tuple, rng: np.random.Generator, size: float) -> Iterator[np.ndarray]:
-    """Values of each coordinate, from twice the range of its limits."""
+    """Yields random values of each coordinate from twice its limit range."""
     for coordinate in coordinates:
         low, high = coordinate.lower, coordinate.upper
         if low is None or high is None or not np.isfinite(low) or not np.isfinite(high):
@@ -85,6 +85,6 @@ def _random(coordinates: tuple, rng: np.random.Generator, size: float) -> Iterat
 
 CAMPAIGN = Campaign(
     "loops",
-    "Every configuration of a shipped robot closes its loops or is NaN, also out of reach.",
+    "Every configuration of a shipped robot closes its loops or is NaN.",
     trial,
 )

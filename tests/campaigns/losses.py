@@ -1,10 +1,10 @@
-"""Poses that inverses of random arms lose.
+"""Finds poses that inverses of random arms miss.
 
-Each arm is derived, and each of its inverses solves poses of random coordinates, of coordinates at
-right angles and of coordinates near them. Every pose needs a solution, no solution may be wrong,
-and regular coordinates must be among the solutions. Nothing is compiled: the equations run in
-CasADi. Poses that a robot's ``ik`` solves only by its refinement are counted as well. Six joints
-without a structure are solved by compiled C alone, and are left to the campaign ``general``.
+Each arm is derived. Each of its inverses solves poses at random coordinates, at right angles and
+near right angles. Every pose needs a solution, no solution may be wrong, and regular coordinates
+must be among the solutions. Nothing is compiled: the equations run in CasADi. Poses that ``ik``
+solves only after refinement are also counted. Six joints without a structure need compiled C and
+are tested by the campaign ``general``.
 """
 
 from collections.abc import Iterator
@@ -22,21 +22,21 @@ from .campaign import Campaign, Outcome
 RANDOM = 200
 RIGHT = 100
 ROUND_SLIDES = np.arange(-5, 6) / 10
-"""Lengths of slides at right angles [m]."""
+"""Prismatic values in right-angle configurations [m]."""
 QUARTERS = np.arange(-1, 3) * (np.pi / 2)
 
 
 @dataclass(frozen=True)
 class Loss:
-    """The verdict on an inverse of an arm and on a set of poses, where it is not clean.
+    """An unfavorable verdict on an inverse and a pose set.
 
     Attributes:
         arm: Number of the arm.
-        structure: Its structure.
-        function: The inverse.
-        poses: The set.
-        verdict: The counts, after the refinement that a robot's ``ik`` makes.
-        unrefined: Number of poses that stay without a solution without this refinement.
+        structure: Description of its structure.
+        function: Name of the inverse.
+        poses: Name of the pose set.
+        verdict: The counts after the refinement in ``ik``.
+        unrefined: Number of unsolved poses without refinement.
     """
 
     arm: int
@@ -48,11 +48,11 @@ class Loss:
 
     @property
     def is_real(self) -> bool:
-        """Whether the refinement does not make up for it."""
+        """Whether faults remain after refinement."""
         return bool(self.verdict.missed or self.verdict.wrong or self.verdict.lost)
 
     def __str__(self) -> str:
-        """The loss in one line."""
+        """Returns a one-line description."""
         v = self.verdict
         return (
             f"arm {self.arm}, {self.structure}, {self.function}, {self.poses}: "
@@ -62,15 +62,15 @@ class Loss:
 
 
 def trial(number: int) -> Outcome:
-    """Judges each inverse of one random arm.
+    """Tests each inverse of one random arm.
 
-    Odd trials give joints by chance instead of the joints that the structure needs.
+    Odd trials fix random joints instead of the joints selected by the structure.
     """
     try:
         arm = random_arm(number)
         cases = cases_for_given(arm, number) if number % 2 else cases_of(arm)
     except TypeError:
-        # A known fault of comparisons in SymPy.
+        # Known bug in SymPy comparisons.
         return Outcome({"arms that SymPy cannot compare": 1})
     losses = [loss for case in cases for loss in losses_of(case, number)]
     counts = {"arms with an inverse": int(bool(cases)), "inverses": len(cases)}
@@ -79,7 +79,7 @@ def trial(number: int) -> Outcome:
 
 
 def losses_of(case: Derived, seed: int) -> Iterator[Loss]:
-    """The sets of poses of which an inverse loses some."""
+    """Yields the pose sets with missed or wrong solutions."""
     for chosen, poses in sets(case, np.random.default_rng(seed)):
         bare = judged(chosen, poses, chosen.answers)
         if bare.missed or bare.wrong or bare.lost:
@@ -88,11 +88,11 @@ def losses_of(case: Derived, seed: int) -> Iterator[Loss]:
 
 
 def sets(case: Derived, rng: np.random.Generator) -> Iterator[tuple[Derived, PoseSet]]:
-    """The sets of poses of an inverse; joints that it leaves at 0 move in some of them."""
+    """Yields the pose sets of an inverse; in some sets, joints that it sets to 0 also move."""
     held = replace(case, free=case.still)
     yield held, PoseSet("random", held.random(rng, RANDOM), regular=determines(held))
     q = right_angles(held, rng)
-    # A swivel angle is singular at right angles where the Jacobian is not.
+    # A swivel angle may be singular at right angles even if the Jacobian is regular.
     regular = determines(held) and not set(held.given) & set(held.robot.functions)
     yield held, PoseSet("right angles", q, regular=regular)
     yield held, PoseSet("near right angles", nearly(held, rng, q))
@@ -102,7 +102,7 @@ def sets(case: Derived, rng: np.random.Generator) -> Iterator[tuple[Derived, Pos
 
 
 def right_angles(case: Derived, rng: np.random.Generator) -> np.ndarray:
-    """Coordinates (m, n) whose angles are multiples of 90 degrees and whose slides are round."""
+    """Returns coordinates (m, n) with multiples of 90 degrees and round prismatic values."""
     n = case.robot.n
     values = [
         [0.0] if k in case.free else QUARTERS if case.turns[k] else ROUND_SLIDES for k in range(n)
@@ -114,14 +114,14 @@ def right_angles(case: Derived, rng: np.random.Generator) -> np.ndarray:
 
 
 def determines(case: Derived) -> bool:
-    """Whether the task determines the joints that the inverse solves for, up to finitely many."""
+    """Whether the task has finitely many solutions for the solved joints."""
     rows = case.jacobian(np.zeros((1, case.robot.n))).shape[-2]
     inputs = [name for name in case.given if name in case.robot.functions]
     return len(case.solved) <= rows + len(inputs)
 
 
 def title(case: Derived) -> str:
-    """The structure in words."""
+    """Returns the title of the structure."""
     found = case.inverses.classification.found
     return found.title if found is not None else "no structure"
 

@@ -1,11 +1,11 @@
-"""Branches of drawn mechanisms, compared with a multi-start Newton iteration.
+"""Compares the branches of random mechanisms with multi-start Newton iteration.
 
-Each mechanism of ``drawn_mechanisms.py`` is derived, its folder is written and loaded, and both
-of its maps return all branches at some inputs. No branch may be missing, no branch may come twice,
-and no branch may be wrong: a valid slot closes the loops with cylinders of positive length. Where
-no mode is on the reference's branch, no function returns a finite entry that depends on its input.
-Mechanisms without a closed form are counted, and compared where they have no mode at all. Valid
-slots of ``ik`` are poses of ``fk``, and one of them is the configuration that made the pose.
+Each mechanism of ``drawn_mechanisms.py`` is derived and loaded, and both of its maps return all
+branches at several inputs. No branch may be missing, duplicated or wrong: a valid slot closes the
+loops with positive cylinder lengths. If no mode is on the reference branch, no function may return
+a finite value that depends on its input. Mechanisms without a closed form are counted, and compared
+only at inputs without any mode. ``fk`` of every valid ``ik`` slot is the target pose, and one slot
+is the generating configuration.
 """
 
 import tempfile
@@ -28,9 +28,9 @@ from .campaign import Campaign, Outcome
 
 INPUTS = 20
 LEFT = 1e-12
-"""Maximum residual of a valid slot, relative to the mechanism's size."""
+"""Maximum residual of a valid slot relative to the mechanism size."""
 AT_DEAD_POINT = 1e-5
-"""Margin below which two branches are about to meet, so that no count is certain."""
+"""Margin below which two branches nearly coincide and the count is uncertain."""
 FAULTS = (
     "missing",
     "repeated",
@@ -43,22 +43,22 @@ FAULTS = (
     *SLOT_FAULTS,
 )
 NOT_MAPS = ("margin", "branches", "assembly polynomial", "assembly pose", "assembly mirror")
-"""Roles of functions that hold, or have conditions of their own, where loops are open."""
+"""Roles of functions that are also defined for open loops."""
 
 
 @dataclass
 class Verdict:
-    """The faults of one mechanism.
+    """Faults of one mechanism.
 
     Attributes:
-        seed: Its number.
-        family: Its family.
-        faults: Number of faults by kind.
-        branches: Number of branches that were compared.
-        inputs: Number of inputs at which they were compared.
-        largest: Largest residual of a valid slot, relative to the mechanism's size.
-        open: Whether its loops have no closed form.
-        open_inputs: Number of inputs at which no mode is on the reference's branch.
+        seed: Seed of the mechanism.
+        family: Family of the mechanism.
+        faults: Number of faults, keyed by kind.
+        branches: Number of compared branches.
+        inputs: Number of compared inputs.
+        largest: Largest residual of a valid slot relative to the mechanism size.
+        open: Whether the loops have no closed form.
+        open_inputs: Number of inputs without a mode on the reference branch.
     """
 
     seed: int
@@ -72,7 +72,7 @@ class Verdict:
 
 
 def trial(number: int) -> Outcome:
-    """Compares all branches of one drawn mechanism."""
+    """Compares all branches of one random mechanism."""
     verdict = judged(drawn_mechanism(number), number)
     counts = {
         "mechanisms without a closed form": int(verdict.open),
@@ -86,11 +86,11 @@ def trial(number: int) -> Outcome:
 
 
 def judged(drawn: DrawnMechanism, seed: int, inputs: int = INPUTS) -> Verdict:
-    """Derive, write and load a mechanism, and judge it.
+    """Derives, loads and tests a mechanism.
 
     Args:
         drawn: The mechanism.
-        seed: Its number.
+        seed: Seed of the mechanism.
         inputs: Number of inputs.
     """
     verdict = Verdict(seed, drawn.family)
@@ -130,7 +130,7 @@ def _compare(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, inpu
         return
     theta = np.array([[mode[name] for name in numbers.chain] for mode in some])
     if len(numbers.chain) > len(numbers.actuated):
-        # Joints that the loops do not allow together.
+        # Joint values that are incompatible with the loops.
         theta[::4] += 0.1 * numbers.scales(numbers.chain) * rng.uniform(-1, 1, theta[::4].shape)
     back = numbers.modes(theta, numbers.chain)
     found = robot.actuator_branches(theta)
@@ -154,14 +154,14 @@ def _silent(
     values: np.ndarray,
     closed: np.ndarray,
 ) -> None:
-    """Count results that do not tell whether the loops close.
+    """Counts results that are finite for open loops or not finite for closed loops.
 
     Args:
         verdict: Receives the faults.
         robot: The robot.
-        domain: The vector that the functions take.
-        values: Its values (N, n), none of them at a dead point.
-        closed: (N,) whether the loops close, by an independent oracle.
+        domain: Input domain of the functions.
+        values: Input values (N, n), none at a dead point.
+        closed: (N,) whether the loops close, from an independent oracle.
     """
     verdict.open_inputs += int((~closed).sum())
     if closed.sum() < 2:
@@ -181,7 +181,7 @@ def _silent(
 
 
 def _slots(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, q: np.ndarray) -> None:
-    """Count faults of the inverse at the poses of configurations (N, n)."""
+    """Counts faults of the inverse at the poses of configurations (N, n)."""
     if hasattr(robot, "ik") and not robot.redundancy and len(q):
         verdict.faults.update(slot_faults(robot, drawn.mechanism, q))
 
@@ -189,17 +189,17 @@ def _slots(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, q: np.
 def _reference(
     verdict: Verdict, numbers: Multistart, drawn: DrawnMechanism, robot: chasles.Robot
 ) -> None:
-    """Count a fault if the map at the drawn configuration returns another branch."""
+    """Counts a fault if the map at the reference returns another branch."""
     theta = np.array([drawn.mode[name] for name in numbers.chain])
     apart = numbers.wrapped(numbers.chain, robot.chain(drawn.q[None])[0] - theta)
     verdict.faults["wrong"] += int(not np.abs(apart).max() < SAME)
 
 
 def _valid(verdict: Verdict, numbers: Multistart, robot: chasles.Robot, theta: np.ndarray) -> None:
-    """Compare ``actuators_valid`` with whether the actuators lead back to theta.
+    """Compares the reported validity with whether the actuators reproduce theta.
 
-    Near a dead point another mode may be as near as the tolerance: the returned chain must be
-    nearer to theta than half the distance to any other mode.
+    Near a dead point, another mode may be within the tolerance. So the returned chain must be
+    closer to theta than half the distance to any other mode.
     """
     q = robot.actuators(theta)
     apart = np.abs(numbers.wrapped(numbers.chain, robot.chain(q) - theta)).max(-1)
@@ -209,7 +209,7 @@ def _valid(verdict: Verdict, numbers: Multistart, robot: chasles.Robot, theta: n
 
 
 def half_way(numbers: Multistart, modes: list[dict[str, float]], theta: np.ndarray) -> float:
-    """Half the distance from joints to the nearest other mode, at most the tolerance."""
+    """Returns half the distance to the nearest other mode, at most the tolerance."""
     others = np.array([[mode[name] for name in numbers.chain] for mode in modes])
     apart = np.abs(numbers.wrapped(numbers.chain, others.reshape(-1, len(theta)) - theta)).max(-1)
     return min([100 * SAME, *(apart[apart > SAME] / 2)])
@@ -223,7 +223,7 @@ def _count(
     labels: tuple[str, ...],
     modes: list[list[dict[str, float]]],
 ) -> None:
-    """Compare the branches of each input one to one."""
+    """Compares the branches of each input one to one."""
     (known, values), (names, (branches, valid, margin)) = given, found
     verdict.faults["unlabelled"] += int(len(set(labels)) < len(labels) or not all(labels))
     for row, of in enumerate(modes):
@@ -266,7 +266,7 @@ def _match(
 def _distinct(
     numbers: Multistart, names: list[str], modes: list[dict[str, float]]
 ) -> list[dict[str, float]]:
-    """The modes that differ in the named values: passive joints alone make no branch."""
+    """Returns the modes that differ in the named values; passive joints do not count."""
     kept: list[dict[str, float]] = []
     for mode in modes:
         values = np.array([mode[name] for name in names])

@@ -1,6 +1,7 @@
-"""Generated C of shipped robots, under the compiler's sanitizers.
+"""Runs the generated C of shipped robots with compiler sanitizers.
 
-Reads and writes out of bounds, undefined behaviour and data races do not show in results.
+Sanitizers detect out-of-bounds access, undefined behavior and data races, which results do not
+show.
 """
 
 import os
@@ -30,8 +31,8 @@ SOLVER_SOURCES = [
 ]
 GCC = shutil.which("gcc")
 
-# A build without flags has code for several instruction sets and chooses one when called. Here the
-# better sets are hidden from it, so that each code runs. Linux lists the sets of the processor.
+# A default build contains code for several instruction sets and selects one at run time. Here the
+# better sets are hidden, so that each variant runs. Linux lists the sets of the processor.
 CHOSEN = [
     *("-include", str(DRIVER.with_name("chosen_sets.h"))),
     "-D__builtin_cpu_supports(set)=chosen_sets_have(set)",
@@ -43,13 +44,13 @@ SETS = {
 }
 
 ROBOTS = ("ur5e", "panda", "scara")
-"""Serial: the inputs are arbitrary, and loops do not close at arbitrary inputs."""
+"""Serial robots only, because loops do not close at arbitrary inputs."""
 CASES = 40 * 6 + 4
-"""Batch lengths times layouts, and long batches at different alignments, per function."""
+"""Cases per function: batch lengths times layouts, plus long batches with other alignments."""
 
 
 def build(name, folder, *flags):
-    """Compiles the driver with all functions of a robot."""
+    """Compiles the test driver with all functions of a robot."""
     manifest = read_manifest(GENERATED / name)
     (folder / "glue.c").write_text(write_glue(manifest))
     paths = [*INCLUDES, f"-I{manifest.folder}", SUPPORT]
@@ -62,7 +63,7 @@ def build(name, folder, *flags):
 
 
 def build_solvers(name, folder, sanitizers):
-    """Compiles the driver of the solvers with a robot's functions for one pose at a time."""
+    """Compiles the solver driver with the single-pose functions of a robot."""
     manifest = read_manifest(GENERATED / name)
     files = {file: digest for file, digest in manifest.files.items() if file != manifest.batch_file}
     (folder / "glue.c").write_text(write_glue(replace(manifest, files=files)))
@@ -82,7 +83,7 @@ def run(program, mode, given="", sets=()):
 
 
 def trial(number: int) -> Outcome:
-    """Runs all functions of one robot, drawn at random, under one sanitizer."""
+    """Runs all functions of one random robot with one sanitizer."""
     draw = random.Random(number)
     name, kind = draw.choice(ROBOTS), draw.choice(("address", "undefined", "thread"))
     flags = ["-O0", f"-fsanitize={kind}", "-fno-sanitize-recover=all"]

@@ -1,4 +1,4 @@
-"""Mutated URDFs keep their structure, and their poses stay within the stated pose error.
+"""Tests that mutated URDFs keep their structure and their stated pose error.
 
 Each trial writes a shipped serial robot as a URDF in doubles, mutates it several times (see
 ``tests/support/generators/mutated_urdfs.py``), and reads and classifies the mutants. A mutant must
@@ -24,7 +24,7 @@ from tests.support.generators.mutated_urdfs import Mutant, arm_of_robot, mutated
 from .campaign import Campaign, Outcome
 
 MUTANTS = 20
-"""Mutants of a trial."""
+"""Number of mutants per trial."""
 POSES = 20
 ORACLE = 1e-12
 """Maximum difference between two computations of the same pose [m and rad]."""
@@ -38,7 +38,7 @@ class Finding:
 
     Attributes:
         mutant: The mutant.
-        cleaning: The summary of the robot's cleaned numbers.
+        cleaning: Summary of the snapped numbers.
         excess: Maximum pose difference, divided by the stated pose error; above 1 is wrong.
         kept: Whether the mutant has the structure and the tier of its arm.
         missed: Description of the conditions of the arm's structure that the mutant misses.
@@ -56,7 +56,7 @@ class Finding:
         return self.excess <= 1 and (self.kept or bool(self.missed))
 
     def __str__(self) -> str:
-        """Return a line that describes the finding."""
+        """Returns a one-line description of the finding."""
         structure = "structure kept" if self.kept else f"structure missed: {self.missed or '?'}"
         made = ", ".join(self.mutant.made)
         return (
@@ -66,7 +66,7 @@ class Finding:
 
 
 def trial(number: int) -> Outcome:
-    """Judge mutants of one robot; consecutive numbers take the robots in turn."""
+    """Tests mutants of one robot; consecutive numbers cycle through the robots."""
     robots = serial_robots()
     arm = arm_of_robot(robots[number % len(robots)])
     found = list(findings([arm], range(number * MUTANTS, (number + 1) * MUTANTS)))
@@ -82,7 +82,7 @@ def trial(number: int) -> Outcome:
 
 
 def serial_robots() -> list[SerialRobot]:
-    """Return the shipped robots that a URDF can hold."""
+    """Returns the shipped robots that URDF can represent."""
     robots = [read(ROBOTS / f"{name}.toml") for name in NAMES]
     return [
         robot
@@ -92,7 +92,7 @@ def serial_robots() -> list[SerialRobot]:
 
 
 def findings(arms: Sequence[Mutant], numbers: Iterable[int]) -> Iterator[Finding]:
-    """Judge numbered mutants; consecutive numbers take the arms in turn."""
+    """Tests numbered mutants; consecutive numbers cycle through the arms."""
     structures: dict[str, Classification] = {}
     with TemporaryDirectory() as folder:
         path = Path(folder) / "mutant.urdf"
@@ -105,18 +105,18 @@ def findings(arms: Sequence[Mutant], numbers: Iterable[int]) -> Iterator[Finding
 
 
 def read_mutant(path: Path, mutant: Mutant) -> SerialRobot:
-    """Write the file of a mutant and read its robot."""
+    """Writes the file of a mutant and reads its robot."""
     path.write_text(mutant.text, encoding="utf-8")
     return read(path, tip=mutant.tip)
 
 
 def classified(robot: SerialRobot) -> Classification:
-    """Classify the structure of a robot's axes."""
+    """Classifies the structure of a robot's axes."""
     return classify(robot, Terms({p.symbol: p.value for p in robot.parameters}))
 
 
 def judged(mutant: Mutant, robot: SerialRobot, wanted: Classification, path: Path) -> Finding:
-    """Compare a mutant with the structure of its arm and with Pinocchio's poses."""
+    """Compares a mutant with the structure of its arm and with Pinocchio's poses."""
     found = classified(robot)
     kept = (_name(found.found), found.tier) == (_name(wanted.found), wanted.tier)
     missed = "" if kept or wanted.found is None else in_words(found, wanted.found)
@@ -124,7 +124,7 @@ def judged(mutant: Mutant, robot: SerialRobot, wanted: Classification, path: Pat
 
 
 def in_words(found: Classification, wanted: Attempt) -> str:
-    """Describe the conditions of a wanted structure that a chain misses."""
+    """Describes the conditions of a required structure that a chain violates."""
     for attempt in found.attempts:
         if _name(attempt) == _name(wanted):
             off = [r for r in attempt.requirements if r.deviation > EXACT_STRUCTURE]
@@ -137,7 +137,7 @@ def _name(attempt: Attempt | None) -> tuple[object, ...]:
 
 
 def excess(robot: SerialRobot, path: Path) -> float:
-    """Return the maximum difference to Pinocchio's poses, divided by the stated pose error."""
+    """Returns the maximum difference to Pinocchio's poses, divided by the stated pose error."""
     import pinocchio as pin
 
     model = pin.buildModelFromUrdf(str(path))
@@ -171,7 +171,7 @@ def _range(limits: tuple[object, object]) -> tuple[float, float]:
 
 
 def pose(robot: SerialRobot, q: Sequence[float]) -> np.ndarray:
-    """Return the tool's pose (4, 4) of a robot without parameters, in doubles."""
+    """Returns the tool pose (4, 4) of a robot without parameters, in double precision."""
     T = matrix(robot.base)
     values = iter(q)
     for joint in robot.joints:
@@ -185,7 +185,7 @@ def pose(robot: SerialRobot, q: Sequence[float]) -> np.ndarray:
 
 
 def matrix(placement: Placement, more: float = 0.0) -> np.ndarray:
-    """Return a placement (4, 4) in doubles, with ``more`` added to its angles."""
+    """Returns a placement (4, 4) in double precision, with ``more`` added to its angles."""
     T = np.eye(4)
     for motion in placement:
         step = np.eye(4)

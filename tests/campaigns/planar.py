@@ -1,9 +1,10 @@
-"""Modes of random planar platforms, compared with Newton's iteration.
+"""Compares assembly modes of random planar platforms with Newton's method.
 
-A platform on three legs of revolute and prismatic joints is derived and compiled. Its modes at the
-reference and at random inputs near it must be sure, must include every mode that Newton's
-iteration on all joints finds from random starts, and must be modes that Newton's iteration keeps.
-Modes with a margin below 1e-4 are not compared, because Newton's iteration converges slowly there.
+Each platform has three legs with revolute and prismatic joints. At the reference and at random
+inputs near it, the list of modes must be reported as complete. The list must include every mode
+that Newton's method finds from random starts, and Newton's method must converge back to each listed
+mode. Modes with a margin below 1e-4 are not compared, because Newton's method converges slowly
+there.
 """
 
 import tempfile
@@ -21,14 +22,14 @@ from .campaign import Campaign, Outcome
 STARTS, INPUTS = 1_000, 4
 FUNCTIONS, LANGUAGES = ("modes",), ("c", "python")
 SAME, REGULAR = 1e-6, 1e-4
-"""Distance of modes that count as the same, and minimum margin. Platforms are of size 1."""
+"""Maximum distance of equal modes, and minimum margin. Platforms have size 1."""
 AGAIN = 100
-"""Starts from a mode of the platform, with random passive joints of all three legs."""
+"""Number of starts from each mode, with random passive joints of all three legs."""
 STEPS, LONGEST_STEP = 50, 0.5
 SLIDE = 2.0
-"""Standard deviation of passive prismatic joints at the starts, relative to the poses' size."""
+"""Standard deviation of passive prismatic joints at the starts, relative to the pose size."""
 NEAR = 0.3
-"""Radian or metre: maximum distance of inputs from the reference."""
+"""Maximum distance of inputs from the reference (radian or metre)."""
 
 
 @dataclass(frozen=True)
@@ -36,8 +37,8 @@ class Compared:
     """The modes of a platform at one input.
 
     Attributes:
-        missed: Modes of Newton's iteration that the platform's function does not find.
-        wrong: Modes of the function from which Newton's iteration leads elsewhere.
+        missed: Number of modes found only by Newton's method.
+        wrong: Number of modes from which Newton's method converges elsewhere.
         unsure: Whether the function reports that a mode may be missing.
         modes: Number of modes of the function.
     """
@@ -49,7 +50,7 @@ class Compared:
 
 
 def trial(number: int) -> Outcome:
-    """Compares the modes of one random platform at some inputs."""
+    """Compares the modes of one random platform at several inputs."""
     rng = np.random.default_rng(number)
     platform = drawn_platform(rng)
     with tempfile.TemporaryDirectory() as folder:
@@ -69,7 +70,7 @@ def trial(number: int) -> Outcome:
 def derived(
     platform: DrawnPlatform, folder: Path, functions: tuple[str, ...] = FUNCTIONS
 ) -> chasles.Robot:
-    """Derive and load some functions of a platform."""
+    """Derives and loads some functions of a platform."""
     path = folder / "platform"
     write(read_text(platform.text("platform")), path, functions=functions, languages=LANGUAGES)
     return chasles.load(path)
@@ -82,7 +83,7 @@ def compared(
     rng: np.random.Generator,
     starts: int,
 ) -> Compared:
-    """Compare the modes of a platform at one input with the modes of Newton's iteration."""
+    """Compares the modes of a platform at one input with Newton's method."""
     theta, margin, unsure = robot.modes(q)
     theta, margin = theta[np.isfinite(margin)], margin[np.isfinite(margin)]
     size = _size(theta)
@@ -93,7 +94,7 @@ def compared(
     others = newton(platform, q, begun, rng)
     stays = np.array([_stays(platform, q, row, rng) for row in theta], bool)
     near = _apart(others, theta)
-    # Where modes nearly meet, Newton's iteration ends a little off.
+    # Near double modes, Newton's method is less accurate.
     regular = margin > REGULAR
     missed = ~(near < SAME).any(1)
     meeting = (near[:, ~regular] < np.sqrt(SAME)).any(1)
@@ -108,7 +109,7 @@ def compared(
 def _stays(
     platform: DrawnPlatform, q: np.ndarray, pose: np.ndarray, rng: np.random.Generator
 ) -> bool:
-    """Whether Newton's iteration from a mode, with random passive joints, returns to it."""
+    """Whether Newton's method returns to a mode from random passive joints."""
     found = newton(platform, q, np.repeat(pose[None], AGAIN, 0), rng)
     return bool((_apart(pose[None], found) < SAME).any())
 
@@ -116,7 +117,7 @@ def _stays(
 def newton(
     platform: DrawnPlatform, q: np.ndarray, poses: np.ndarray, rng: np.random.Generator
 ) -> np.ndarray:
-    """Distinct modes (n, 3) that Newton's iteration finds from poses and random passive joints."""
+    """Returns distinct modes (n, 3) found by Newton's method from poses and random joints."""
     slides = np.array([leg.kinds[leg.passive] == "P" for leg in platform.legs])
     size = _size(poses)
     passive = rng.uniform(-np.pi, np.pi, (len(poses), 3))
@@ -139,7 +140,7 @@ def newton(
 
 
 def _size(poses: np.ndarray) -> float:
-    """One plus the maximum distance of poses from the origin along an axis (metre)."""
+    """Returns one plus the maximum absolute position component (metre)."""
     return float(1 + np.abs(poses[:, :2]).max(initial=0.0))
 
 
@@ -152,7 +153,7 @@ def _distinct(poses: np.ndarray) -> np.ndarray:
 
 
 def _apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """(n, m) distances of modes, the larger of position and angle."""
+    """Returns distances (n, m) of modes: the larger of position and angle difference."""
     d = one[:, None] - other[None]
     d[..., 2] = np.angle(np.exp(1j * d[..., 2]))
     return np.asarray(np.abs(d).max(-1))

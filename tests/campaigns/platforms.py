@@ -1,10 +1,10 @@
-"""Modes of random platforms on six rods, compared with Newton's iteration.
+"""Compares assembly modes of random six-rod platforms with Newton's method.
 
 The platforms are general, flat, or have three double joints on the platform (6-3) or on both sides
-(3-3). Their rods have the lengths of a random pose. Newton's iteration from random poses finds
-modes independently: no such mode may be missing, and every rod of a mode must have its length.
-Singular modes are not compared, because Newton's iteration does not converge there. The counts
-include modes that Newton's iteration does not find, and platforms that the C reports as unsure.
+(3-3). The rod lengths belong to a random pose. No mode found by multi-start Newton iteration may be
+missing, and every mode must have the correct rod lengths. Singular modes are not compared, because
+Newton's method does not converge there. The counts include modes that Newton's method does not
+find, and platforms whose mode list may be incomplete.
 """
 
 import ctypes
@@ -23,11 +23,11 @@ from tests.support.native import Source, compiled
 from .campaign import Campaign, Outcome
 
 OF_EACH_KIND, STARTS = 2, 2_000
-"""Platforms of each kind in a trial, and starts of Newton's iteration for each."""
+"""Number of platforms per kind and trial, and of Newton starts per platform."""
 KINDS = ("6-6", "flat", "6-3", "3-3")
 WRONG, SAME, REGULAR = 1e-10, 1e-6, 1e-5
-"""Maximum length error of a rod, distance of modes that count as the same, and minimum
-determinant of a regular mode. The platforms are of size 1."""
+"""Maximum rod length error, maximum distance of equal modes, and minimum determinant of a regular
+mode. Platforms have size 1."""
 NEWTON = Path(__file__).parents[1] / "support" / "native" / "rods_newton.c"
 AXES = (2, 1, 0)
 SHIM = """
@@ -48,7 +48,7 @@ __attribute__((visibility("default"))) void modes(
 
 @cache
 def library() -> ctypes.CDLL:
-    """Compile the C of robots with a function that takes the numbers of any platform."""
+    """Compiles the C solver with a function for the parameters of any platform."""
     files = {name: support(name) for name in SUPPORTS["hexapod"]}
     source = Source("platform_modes", {"modes.c": SHIM, **files}, ())
     return ctypes.CDLL(str(compiled(source)))
@@ -79,11 +79,11 @@ class Judged:
     """The modes of a platform, compared with Newton's iteration.
 
     Attributes:
-        missed: Modes of Newton's iteration that the C does not find.
-        wrong: Modes of the C whose rods have other lengths.
-        more: Regular modes of the C that Newton's iteration does not find.
-        unsure: Whether the C may have missed a complex pose.
-        modes: Number of modes of the C.
+        missed: Number of modes found only by Newton's method.
+        wrong: Number of modes with wrong rod lengths.
+        more: Number of regular modes not found by Newton's method.
+        unsure: Whether the C solver may have missed a complex pose.
+        modes: Number of modes found by the C solver.
     """
 
     missed: int
@@ -113,7 +113,7 @@ def trial(number: int) -> Outcome:
 
 
 def random_rods(kind: str, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Ends a and b (6, 3), and lengths (6,) that a random pose has."""
+    """Returns rod ends a and b (6, 3), and rod lengths (6,) of a random pose."""
     a = rng.normal(size=(6, 3))
     b = rng.normal(size=(6, 3)) * rng.uniform(0.3, 1)
     if kind == "flat":
@@ -135,7 +135,7 @@ def judged(
     count: int,
     rng: np.random.Generator,
 ) -> Judged:
-    """The modes of a platform, compared."""
+    """Compares the modes of a platform with Newton's method."""
     theta, unsure = modes(a, b, lengths)
     own_e, own_p = quaternions(theta), theta[:, :3]
     left, _ = excess(a, b, lengths, own_e, own_p)
@@ -156,14 +156,14 @@ def judged(
 
 
 def modes(a: np.ndarray, b: np.ndarray, lengths: np.ndarray) -> tuple[np.ndarray, float]:
-    """The modes (n, 6) that the C finds, and whether it is unsure of them."""
+    """Returns the modes (n, 6) of the C solver, and whether the list may be incomplete."""
     found = solved(numbered(a, b, lengths), a, lengths)
     return found.theta[np.isfinite(found.margin)], found.unsure
 
 
 @dataclass(frozen=True)
 class Solved:
-    """The results of the C: joints (n, 6) and margins (n,) of all slots, and ``unsure``."""
+    """Results of the C solver: joints (n, 6) and margins (n,) of all slots, and ``unsure``."""
 
     theta: np.ndarray
     margin: np.ndarray
@@ -173,9 +173,10 @@ class Solved:
 def numbered(
     a: np.ndarray, b: np.ndarray, usual: np.ndarray, *, eliminates: bool = True
 ) -> Platform:
-    """The numbers of a platform whose lengths are about the usual ones.
+    """Returns the parameters of a platform for rod lengths near ``usual``.
 
-    Without elimination, the modes of double joints are the ends of paths as those of others.
+    Without elimination, platforms with double joints are solved by path tracking like other
+    platforms.
     """
     joints = double_joints(a.tolist(), b.tolist()) if eliminates else NO_JOINTS
     drawn = np.random.default_rng(0).uniform(0.8, 1.2, (12, 6)) * usual
@@ -189,7 +190,7 @@ def numbered(
 
 
 def solved(platform: Platform, a: np.ndarray, lengths: np.ndarray) -> Solved:
-    """The results of the C for a platform at some lengths."""
+    """Returns the results of the C solver for a platform at rod lengths."""
     n = platform.paths
     theta, margin, unsure = np.empty((n, 6)), np.empty(n), np.empty(1)
     q = np.concatenate([a.ravel(), lengths])
@@ -201,10 +202,10 @@ def solved(platform: Platform, a: np.ndarray, lengths: np.ndarray) -> Solved:
 def newton(
     a: np.ndarray, b: np.ndarray, lengths: np.ndarray, count: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Quaternions and positions of the distinct modes that random starts lead to."""
+    """Returns quaternions and positions of the distinct modes found from random starts."""
     e = rng.normal(size=(count, 4))
     e /= np.linalg.norm(e, axis=1, keepdims=True)
-    # The first end is at its rod's length.
+    # The first rod end is at the distance of its rod length.
     direction = rng.normal(size=(count, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     p = a[0] + lengths[0] * direction - rotations(e) @ b[0]
@@ -230,7 +231,7 @@ def _distinct(e: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _apart(e1: np.ndarray, p1: np.ndarray, e2: np.ndarray, p2: np.ndarray) -> np.ndarray:
-    """(n1, n2) distances of modes, the larger of position and orientation."""
+    """Returns distances (n1, n2) of modes: the larger of position and orientation difference."""
     one, other = e1[:, None], e2[None]
     turned = np.minimum(np.abs(one - other).max(-1), np.abs(one + other).max(-1))
     return np.asarray(np.maximum(turned, np.abs(p1[:, None] - p2[None]).max(-1)))
@@ -239,7 +240,7 @@ def _apart(e1: np.ndarray, p1: np.ndarray, e2: np.ndarray, p2: np.ndarray) -> np
 def excess(
     a: np.ndarray, b: np.ndarray, lengths: np.ndarray, e: np.ndarray, p: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 6) excess of the distances over the lengths, and its derivative by a twist."""
+    """Returns rod length errors (n, 6), and derivatives with respect to a twist."""
     r = b @ np.swapaxes(rotations(e), 1, 2)
     d = p[:, None] + r - a
     distance = np.linalg.norm(d, axis=-1)
@@ -248,7 +249,7 @@ def excess(
 
 
 def rotations(e: np.ndarray) -> np.ndarray:
-    """(n, 3, 3) rotations of quaternions of length 1."""
+    """Returns rotation matrices (n, 3, 3) of unit quaternions."""
     w, v = e[:, 0, None, None], e[:, 1:]
     zero = np.zeros(len(e))
     x, y, z = v.T
@@ -258,7 +259,7 @@ def rotations(e: np.ndarray) -> np.ndarray:
 
 
 def quaternions(theta: np.ndarray) -> np.ndarray:
-    """Quaternions of yaw, pitch and roll."""
+    """Returns quaternions from yaw, pitch and roll."""
     e = np.tile([1.0, 0, 0, 0], (len(theta), 1))
     for k, axis in zip((3, 4, 5), AXES, strict=True):
         turn = np.zeros((len(theta), 4))

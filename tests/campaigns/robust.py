@@ -1,9 +1,8 @@
-"""Mutated robot files and arms of round numbers, read and derived.
+"""Reads and derives mutated robot files and random arms with round numbers.
 
-Each trial mutates the shipped robot files and some URDFs, reads the mutants, derives a few of those
-that are robots, and derives arms of round numbers. An attempt must end within its time, with a
-robot or with an error of chasles. An error in a file must name the file. Every other exception is a
-failure.
+Each trial mutates the shipped robot files and some URDFs, and reads the mutants. A few valid
+mutants and some random arms are derived. Every attempt must end in time, with a robot or with an
+error of chasles. An error in a file must state the file. Every other exception is a failure.
 """
 
 import random
@@ -25,9 +24,9 @@ from tests.support.generators.round_arms import round_arm
 from .campaign import Campaign, Outcome
 
 READ, DERIVED, ARMS = 200, 2, 6
-"""Mutated files that a trial reads and derives, and arms of round numbers that it derives."""
+"""Numbers per trial: mutated files to read, mutated files to derive, random arms to derive."""
 READ_SECONDS, DERIVE_SECONDS = 40.0, 200.0
-"""Time after which reading or deriving counts as endless."""
+"""Time limits for reading and deriving."""
 KEPT = Path(__file__).parents[2] / "build" / "robust"
 """Folder that receives the file of each failure."""
 URDF = """<robot name="arm">
@@ -49,26 +48,26 @@ URDF = """<robot name="arm">
 </robot>
 """
 URDFS = 5
-"""Copies of each URDF among the files to be mutated."""
+"""Number of copies of each URDF among the source files."""
 Text = tuple[str, str]
-"""The suffix of a file's name, and its text."""
+"""File suffix and text."""
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """The end of one attempt; the message is the error, with the location of a crash."""
+    """Result of one attempt; the message contains the error and the location of a crash."""
 
     end: Literal["made", "refused", "endless", "crashed"]
     message: str = ""
 
     @property
     def is_good(self) -> bool:
-        """Whether a robot or an error of chasles came out in time."""
+        """Whether the attempt ended in time with a robot or an error of chasles."""
         return self.end in ("made", "refused")
 
 
 def trial(number: int) -> Outcome:
-    """Read and derive the files of a number."""
+    """Reads and derives the files of a number."""
     with TemporaryDirectory() as folder:
         attempts = list(_attempts(number, Path(folder)))
     counts = dict.fromkeys(("read", "derived", "refused"), 0)
@@ -82,7 +81,7 @@ def trial(number: int) -> Outcome:
 
 
 def _attempts(number: int, folder: Path) -> Iterator[tuple[Path, bool, Attempt]]:
-    """Yield the file of each attempt, whether its robot is derived, and the end."""
+    """Yields the file of each attempt, whether it is derived, and the result."""
     derived = 0
     for k, text in enumerate(islice(mutants(random.Random(number)), READ)):
         path = written(folder / f"{number}_mutant_{k}", text)
@@ -96,7 +95,7 @@ def _attempts(number: int, folder: Path) -> Iterator[tuple[Path, bool, Attempt]]
 
 
 def sources() -> list[Text]:
-    """Return the shipped robot files, a URDF with both kinds of joints, and a calibrated arm."""
+    """Returns the shipped robot files, a URDF with both joint types, and a calibrated arm."""
     shipped = [
         (".toml", path.read_text(encoding="utf-8")) for path in sorted(ROBOTS.glob("*.toml"))
     ]
@@ -104,7 +103,7 @@ def sources() -> list[Text]:
 
 
 def mutants(dice: random.Random) -> Iterator[Text]:
-    """Yield mutations of the sources without end."""
+    """Yields an endless sequence of mutated sources."""
     texts = sources()
     while True:
         suffix, text = dice.choice(texts)
@@ -112,14 +111,14 @@ def mutants(dice: random.Random) -> Iterator[Text]:
 
 
 def written(stem: Path, text: Text) -> Path:
-    """Write a text and return its file."""
+    """Writes a text to a file; returns its path."""
     path = stem.with_name(stem.name + text[0])
     path.write_text(text[1], encoding="utf-8")
     return path
 
 
 def attempt(path: Path, *, derive: bool) -> Attempt:
-    """Read a file and optionally derive its robot; keep the file of a failure."""
+    """Reads a file and optionally derives its robot; keeps the file of a failure."""
     found = _attempt(path, derive=derive)
     if not found.is_good:
         KEPT.mkdir(parents=True, exist_ok=True)
@@ -150,6 +149,6 @@ def _attempt(path: Path, *, derive: bool) -> Attempt:
 
 CAMPAIGN = Campaign(
     "robust",
-    "A robot file that nobody chose ends in a robot or in an error that names the file.",
+    "A mutated robot file results in a robot or in an error that states the file.",
     trial,
 )

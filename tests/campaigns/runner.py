@@ -1,4 +1,4 @@
-"""Runs trials of campaigns in processes of their own until the time is used."""
+"""Runs campaign trials in separate processes until the time is used up."""
 
 import os
 import time
@@ -20,33 +20,33 @@ NAMES = (
     *("platforms", "planar", "loops", "as_built", "least_squares", "scenes", "calibration"),
     *("tracker", "robust", "mutants", "memory"),
 )
-"""All campaigns; each is a module of this package."""
+"""Names of all campaigns; each is a module of this package."""
 TRIALS_OF_A_SEED = 1_000_000
 """Trial k of seed S has the number ``S * TRIALS_OF_A_SEED + k``."""
 LONGEST = 900.0
-"""Seconds after which a trial counts as endless."""
+"""Time limit of a trial in seconds."""
 QUICK_FLAGS = "-O1"
-"""Compiler flags of most trials: compiling takes half as long as with users' flags."""
+"""Compiler flags of most trials; compiles twice as fast as the default flags."""
 USER_FLAGS_EVERY = 5
-"""Every so many trials the code is compiled with users' flags."""
+"""Interval of trials compiled with the default flags."""
 
 
 def campaign(name: str) -> Campaign:
-    """The campaign of a name."""
+    """Returns a campaign by name."""
     found: Campaign = import_module(f"{__package__}.{name}").CAMPAIGN
     return found
 
 
 @dataclass
 class Tally:
-    """The outcomes of a campaign so far.
+    """Accumulated outcomes of a campaign.
 
     Attributes:
-        trials: Number of trials that have ended.
-        seconds: The time that they took.
-        counts: The sums of their counts.
-        largest: The maxima of their values.
-        failures: The number of each trial with a failure, and the failure.
+        trials: Number of finished trials.
+        seconds: Total time of the finished trials.
+        counts: Sums of the counts.
+        largest: Maxima of the values.
+        failures: Trial number and text of each failure.
     """
 
     trials: int = 0
@@ -66,7 +66,7 @@ class Tally:
 
 
 Report = Callable[[str, int, Outcome, float], None]
-"""Takes the campaign's name, the trial's number, its outcome, and the seconds that it took."""
+"""Callback with campaign name, trial number, outcome and duration in seconds."""
 
 
 def run(
@@ -76,17 +76,17 @@ def run(
     workers: int,
     report: Report,
 ) -> dict[str, Tally]:
-    """Runs campaigns side by side; each gets the same time, and at least one trial.
+    """Runs campaigns in parallel; each gets the same time and at least one trial.
 
     Args:
-        names: The campaigns.
-        seconds: No trial starts after so many seconds, except the first of each campaign.
-        seed: Numbers the trials, see ``TRIALS_OF_A_SEED``.
-        workers: Number of trials that run at a time.
+        names: Names of the campaigns.
+        seconds: Time after which no trial starts, except the first trial of each campaign.
+        seed: Seed that determines the trial numbers, see ``TRIALS_OF_A_SEED``.
+        workers: Number of parallel trials.
         report: Called after each trial.
 
     Returns:
-        The outcomes by campaign.
+        The outcomes, keyed by campaign.
     """
     tallies = {name: Tally() for name in names}
     started: Counter[str] = Counter()
@@ -111,13 +111,13 @@ def run(
 
 
 def _next(tallies: dict[str, Tally], started: Counter[str], *, is_over: bool) -> str | None:
-    """The campaign whose trial comes next: one without a trial, or else the one with least time."""
+    """Returns the next campaign: one without a trial, else the one with the least time."""
     new = [name for name in tallies if not started[name]]
     if new:
         return new[0]
     if is_over:
         return None
-    # A running trial counts as long as the mean of the trials that have ended.
+    # The expected duration of a running trial is the mean of the finished trials.
     return min(tallies, key=lambda name: _expected(tallies[name], started[name]))
 
 
@@ -126,9 +126,9 @@ def _expected(tally: Tally, started: int) -> float:
 
 
 def isolated(name: str, number: int) -> tuple[Outcome, float]:
-    """Runs a trial in a process of its own; returns its outcome and the seconds that it took.
+    """Runs a trial in a separate process; returns its outcome and duration in seconds.
 
-    A crash of the process, an exception and an endless trial are failures.
+    A crash, an exception or a timeout is a failure.
     """
     context = get_context("forkserver")
     context.set_forkserver_preload([__name__, "chasles.derive"])
@@ -167,7 +167,7 @@ def outcome_of(chosen: Campaign, number: int) -> Outcome:
 
 @contextmanager
 def _settings(number: int) -> Iterator[None]:
-    """Gives a trial a cache of its own and its compiler flags."""
+    """Context with a separate cache and the compiler flags of a trial."""
     before = dict(os.environ)
     with TemporaryDirectory(prefix="chasles-campaign-") as folder:
         os.environ["CHASLES_CACHE"] = folder

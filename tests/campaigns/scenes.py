@@ -1,9 +1,9 @@
-"""Paths of robots with loops in random scenes, checked at ten times as many configurations.
+"""Checks planned paths of robots with loops in random scenes at a finer resolution.
 
-Each scene has spheres that almost touch the robot in random configurations, so that paths pass
-close to them. A path that is planned and shortened is sampled at ten times as many configurations
-as its planner tested. At each of them nothing may touch, the loops must be closed, and the joints
-must match Newton's iteration from the start, so that no assembly mode changes.
+Each scene has spheres that almost touch the robot in random configurations, so paths pass close to
+them. A planned and shortened path is sampled at ten times as many configurations as the planner
+tested. At each sample there must be no collision, the loops must be closed, and the joints must
+match Newton's method continued from the start, so that the assembly mode does not change.
 """
 
 from dataclasses import dataclass, field, fields
@@ -23,16 +23,16 @@ ROBOTS = (
     *("planar_3rrr", "stewart_gough", "delta", "four_bar", "slider_crank"),
 )
 SCENES = 5
-"""Scenes of a trial."""
+"""Number of scenes per trial."""
 BALLS, DRAWN, ENOUGH = 5, 200, 40
 SAMPLES, NEIGHBOURS, TRIES = 30, 6, 10
 FINER = 10
 CLOSED = 1e-11
-"""Maximum rounding error of closed loops, relative to the robot's size."""
+"""Maximum closure error relative to the robot size."""
 STEPS = 4
-"""Steps of Newton's iteration from a configuration to the next, which is near."""
+"""Number of Newton steps between consecutive (nearby) configurations."""
 FOLLOWED = 1e-6
-"""Difference of joints [rad or m] of another assembly mode: modes are far apart."""
+"""Joint difference [rad or m] that indicates another assembly mode."""
 
 
 @dataclass(frozen=True)
@@ -40,11 +40,11 @@ class Scene:
     """The result of a scene.
 
     Attributes:
-        found: Whether there is a path.
-        checked: Number of configurations on the path that were checked.
-        touching: At how many of them a body touches.
-        open: At how many of them a loop is open.
-        changed: At how many of them the assembly mode differs from the start.
+        found: Whether a path was found.
+        checked: Number of checked configurations on the path.
+        touching: Number of configurations in collision.
+        open: Number of configurations with an open loop.
+        changed: Number of configurations in another assembly mode than the start.
     """
 
     found: bool
@@ -61,14 +61,14 @@ class _Recording(ConfigurationSpace):
     tested: list[FloatArray] = field(default_factory=list)
 
     def distances(self, q: FloatArray) -> FloatArray:
-        """Record the configurations and return their distances."""
+        """Records the configurations and returns their distances."""
         self.tested.append(q)
         found: FloatArray = super().distances(q)
         return found
 
 
 def trial(number: int) -> Outcome:
-    """Plans and checks paths in some scenes; consecutive trials take the robots in turn."""
+    """Plans and checks paths in random scenes; consecutive trials cycle through the robots."""
     robot = chasles.load(ROBOTS[number % len(ROBOTS)])
     keys = np.random.default_rng(number).integers(2**31, size=SCENES).tolist()
     found = [planned(robot, key) for key in keys]
@@ -86,11 +86,11 @@ def trial(number: int) -> Outcome:
 
 
 def planned(robot: chasles.Robot, key: int) -> Scene:
-    """Plan a path in a random scene and check it.
+    """Plans a path in a random scene and checks it.
 
     Args:
         robot: A robot with loops.
-        key: Chooses the random numbers.
+        key: Seed of the random numbers.
     """
     space, (start, goal) = drawn(robot, np.random.default_rng(key))
     space.tested.clear()
@@ -103,7 +103,7 @@ def planned(robot: chasles.Robot, key: int) -> Scene:
 
 
 def left(space: ConfigurationSpace, places: FloatArray) -> tuple[int, int]:
-    """Number of configurations (m, n) with open loops, and number in another assembly mode."""
+    """Counts configurations (m, n) with open loops and in another assembly mode."""
     robot, bounds = space.robot, space.bounds
     assert bounds is not None
     z = robot.configuration(places)
@@ -123,7 +123,7 @@ def left(space: ConfigurationSpace, places: FloatArray) -> tuple[int, int]:
 
 
 def drawn(robot: chasles.Robot, rng: np.random.Generator) -> tuple[_Recording, FloatArray]:
-    """A space with spheres close to random configurations, and two free configurations (2, n)."""
+    """Returns a space with spheres near random configurations, and two free ones (2, n)."""
     size = skeleton(robot).size
     radius = 0.01 * size
     empty = configuration_space(robot, [sphere([0, 0, 1e3 * size], size)], radius=radius)

@@ -1,4 +1,4 @@
-"""Arms that cylinders, rods and cranks drive: fixed samples of the campaign ``as_built``."""
+"""Arms driven by cylinders, rods and cranks: fixed samples of the campaign ``as_built``."""
 
 import pytest
 
@@ -17,13 +17,13 @@ def test_inverse_of_built_arm_stays_within_error_limits(number):
 
 
 def test_inverse_with_tool_on_last_axis_stays_within_error_limits():
-    """A column and two joints: the last one turns the tool about its own origin."""
+    """A column and two joints; the last joint rotates the tool about its own origin."""
     assert_within_bars(judged_arm(drawn_arm(1, tool=()).mechanism, 1))
 
 
 @pytest.mark.parametrize("number", [2, 81], ids=["crank", "few that close"])
 def test_inverse_of_designed_arm_stays_within_error_limits(number):
-    """A crank drives a fixed joint, and few configurations close."""
+    """In one arm a crank drives a fixed joint; in the other, few configurations close."""
     assert_within_bars(judged_arm(drawn_arm(number, tool=()).mechanism, number))
 
 

@@ -1,4 +1,4 @@
-"""Branches of drawn mechanisms: a fixed sample of the campaign ``mechanisms``."""
+"""Branches of random mechanisms: a fixed sample of the campaign ``mechanisms``."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ from tests.support.oracles.multi_start import Multistart
 
 INPUTS = 6
 FIRST = 520
-"""Number of a mechanism of the first family."""
+"""Seed of a mechanism of the first family."""
 SAMPLE = ("Watt", "slider-crank", "boom", "palletizer", "RSUR")
 """A six-bar linkage, an actuated slider, cylinders, parallelograms and a spatial loop."""
 MAPS = (
@@ -44,14 +44,14 @@ def test_mechanism_branches_match_multi_start_newton(family, tmp_path):
 
 
 def maps_of(mechanism, folder):
-    """A robot with the maps of a mechanism and no other function."""
+    """Returns a robot with only the maps of a mechanism."""
     known = makers(Hybrid(mechanism))
     write(mechanism, folder, functions=[name for name in MAPS if name in known], languages=C_ALONE)
     return chasles.load(folder)
 
 
 def test_nearby_assembly_mode_is_kept_distinct():
-    """Its crank is drawn at 1e-4 from the fold: the crossed mode is as near as the tolerance."""
+    """The crank is 1e-4 from the fold, so the crossed mode is within the tolerance."""
     drawn = drawn_mechanism(474)
     numbers = Multistart(drawn.mechanism)
     theta = np.array([[1.2654e-4, -1.2654e-4]])
@@ -75,7 +75,7 @@ def test_multi_start_oracle_configurations_are_closed():
 
 
 def test_three_crank_linkage_is_mobile_only_uncrossed():
-    """Newton's iteration from a random configuration may end in the other assembly."""
+    """Newton's method from a random configuration may converge to the other assembly mode."""
     drawn = drawn_mechanism(617)
     crossed = {"a_crank": -2.585394, "a_bar": 3.012836}
     numbers = Multistart(drawn.mechanism)

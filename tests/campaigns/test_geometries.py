@@ -1,4 +1,4 @@
-"""Arms of any geometry lose no pose: some patterns of axes that meet, are parallel or are skew."""
+"""General arms miss no pose, for several patterns of intersecting, parallel or skew axes."""
 
 import numpy as np
 import pytest
@@ -11,8 +11,8 @@ from tests.support.generators.geometric_errors import displaced
 from tests.support.generators.random_arms import long_arm, random_arm, sliding_arm
 
 PATTERNS = ["//////", "/=/==/", "==x/=/", "x/x=//"]
-"""Of the second, three parallel axes behind two, a third of the poses were lost by splits whose
-pair are two of the three."""
+"""Axis patterns. In the second pattern (three parallel axes behind two), splits with a pair of
+parallel axes miss a third of the poses."""
 
 
 @pytest.mark.parametrize("links", PATTERNS[:2])
@@ -62,7 +62,7 @@ joints = [
   { name = "j7", axis = [1, 0, 0] },
 ]
 """
-"""An arm with a slide along two of its axes, without which these are one."""
+"""Arm with a prismatic joint along two axes, which coincide without this joint."""
 
 
 def test_essential_prismatic_joint_is_not_fixed(monkeypatch):
@@ -95,7 +95,7 @@ def test_judge_detects_missed_configurations(monkeypatch):
 
 
 def test_errors_on_a_self_motion_leave_a_solution():
-    """Joints 1 and 4 of the nominal arm turn with the tool at rest; the errors leave 1e-7 m."""
+    """Joints 1 and 4 of the nominal arm have a self-motion; the errors leave 1e-7 m."""
     arm = displaced(read(description("crx10")), 1.83181e-4, 375254000000)
     q = np.array([[3, 0, 1, 1, 2, 1]]) * (np.pi / 2)
     found = any_geometry.judged_at(arm, q)

@@ -1,4 +1,4 @@
-"""Mutated robot files end in a robot or in an error of chasles."""
+"""Mutated robot files result in a robot or in an error of chasles."""
 
 import random
 from itertools import islice
@@ -43,7 +43,7 @@ xyz = ["0.7", "0.3", "-0.4"]
 rpy = ["pi/3", 0, 0]
 axis = [0, 1, 0]
 """
-"""The tool on the last axis, which does not move it: no position determines the angle."""
+"""The tool is on the last axis, so the position does not determine the last angle."""
 
 
 SLIDES = """name = "arm"
@@ -58,7 +58,7 @@ alpha = "pi/4"
 [[joints]]
 alpha = "-pi/4"
 """
-"""Slides along one line, and a turn that none of them sees."""
+"""Two collinear prismatic joints and a revolute joint."""
 
 
 @pytest.mark.parametrize("text", [ZEROS, SLIDES], ids=["zero offsets", "prismatic joints"])
@@ -81,7 +81,7 @@ beta = "-5*pi/6"
 d = "2/5"
 theta = "pi/2"
 """
-"""An entry of a screw is 0, a sum of roots that does not say so."""
+"""One screw entry is a sum of roots that equals 0 but is not simplified."""
 
 
 def test_article_prints_unsimplified_zero_expression():

@@ -1,4 +1,4 @@
-"""Robots with loops in rounded numbers: fixed samples of the campaign ``as_built``."""
+"""Robots with loops and rounded numbers: fixed samples of the campaign ``as_built``."""
 
 import pytest
 

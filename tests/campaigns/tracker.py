@@ -1,16 +1,16 @@
-"""Simulated measurements of laser trackers, from the table to errors of held-back configurations.
+"""Simulated laser tracker measurements, from the table to errors at validation configurations.
 
-Each arm has zero offsets of up to three degrees, axes off by 0.7 mm and 0.7 mrad, drives with
-periodic errors, and links that sag by 0.2 mm, which no model of the program describes. A table in
-mm and degrees holds 36 configurations with three targets each; the base and the targets are
-unknown. 200 further configurations measure the error of a model.
+Each arm has zero offsets up to three degrees, axis errors of 0.7 mm and 0.7 mrad, and periodic
+drive errors. Its links also sag by 0.2 mm, which no model of the program describes. A table in mm
+and degrees contains 36 configurations with three targets each; base and targets are unknown. The
+model error is measured at 200 further configurations.
 
-The table must be read to its last digit. The chosen model must have a smaller error than free axes
-without drives, and smaller than the sag, the only error that it does not describe. Over 120 drawn
-arms of four robots the chosen model's error was 0.044 mm with a standard deviation of 0.007 mm, and
-0.31 times the error of free axes with a standard deviation of 0.10. The bars of 0.2 mm and 1 are
-more than six standard deviations away: a correct program misses them with a probability of about
-1e-10 per arm as far as these errors are normal.
+The table must be read to its last digit. The error of the selected model must be smaller than the
+error of free axes without drives, and smaller than the sag, the only unmodelled error. Over 120
+random arms of four robots, the model error was 0.044 mm with a standard deviation of 0.007 mm.
+Relative to free axes, the error was 0.31 with a standard deviation of 0.10. The bars of 0.2 mm and
+1 are more than six standard deviations away. For normal errors, a correct program fails with a
+probability of about 1e-10 per arm.
 """
 
 import csv
@@ -31,17 +31,17 @@ ARMS = (
     *("vs060", "tx2_60", "ur5e", "ur10e", "iiwa14", "stanford"),
 )
 DRAWS = 5
-"""Drawn arms of a trial."""
+"""Number of random arms per trial."""
 MEASURED, HELD = 36, 200
 ZERO, AXIS, WAVE, SAG, NOISE = np.radians(3), 7e-4, 2e-4, 2e-4, 2e-5
-"""Maximum zero offset [rad], error of an axis [m, rad], periodic error of a drive [rad], sag of the
-stretched arm [m], and standard deviation of the tracker [m]."""
+"""Maximum zero offset [rad], axis error [m, rad], periodic drive error [rad], sag of the stretched
+arm [m], and standard deviation of the tracker [m]."""
 DIGITS = {"points": 0.51e-7, "rad": np.radians(0.51e-5), "m": 0.51e-8}
-"""Half of the last digit of a table: positions [m], revolute and prismatic joints."""
+"""Half of the last table digit for positions [m], revolute and prismatic joints."""
 
 
 def trial(number: int) -> Outcome:
-    """Calibrates some drawn arms of one robot."""
+    """Calibrates several random arms of one robot."""
     robot = chasles.load(ARMS[number % len(ARMS)], parametric=True)
     rng = np.random.default_rng(number)
     found = [measured(robot, rng) for _ in range(DRAWS)]
@@ -53,7 +53,7 @@ def trial(number: int) -> Outcome:
 
 
 def measured(robot, random: np.random.Generator) -> tuple[dict[str, float], list[str]]:
-    """Errors of the models of a drawn arm at held-back configurations [m], and its failures."""
+    """Returns the validation errors [m] of the models of a random arm, and failures."""
     drawn = _Arm(robot, random)
     q, held = drawn.configurations(MEASURED), drawn.configurations(HELD)
     points = drawn.measured(q) + NOISE * random.normal(size=(MEASURED, 3, 3))
@@ -81,7 +81,7 @@ def measured(robot, random: np.random.Generator) -> tuple[dict[str, float], list
 
 
 def _same(read: np.ndarray, points: np.ndarray) -> bool:
-    """Whether positions are equal to the last digit, and NaN where a target was not seen."""
+    """Whether positions agree to the last digit, with NaN for unseen targets."""
     return np.allclose(read, points, rtol=0, atol=DIGITS["points"], equal_nan=True)
 
 
@@ -95,7 +95,7 @@ def _apart(T: np.ndarray, targets: np.ndarray, true: np.ndarray) -> float:
 
 
 class _Arm:
-    """A drawn arm, its tracker and targets."""
+    """A random arm with its tracker and targets."""
 
     def __init__(self, robot, random: np.random.Generator) -> None:
         self.robot, self.random = robot, random
@@ -141,6 +141,6 @@ def _written(folder: Path, robot, q: np.ndarray, points: np.ndarray) -> Path:
 
 CAMPAIGN = Campaign(
     "tracker",
-    "The model chosen from a tracker's table predicts to less than the sag that it leaves out.",
+    "The model selected from a tracker table predicts positions better than the unmodelled sag.",
     trial,
 )

@@ -2,9 +2,10 @@
 
 A text lists the axes and the relations between them, from base to last axis:
 
-    R  a revolute joint          r  revolute, meets both adjacent axes in one point P  a prismatic
-    joint         p  prismatic, without a rotation behind it =  parallel                  x  meeting
-    +  meeting at right angles /  skew                      L  skew at right angles
+    R  a revolute joint          r  revolute, meets both adjacent axes in one point
+    P  a prismatic joint         p  prismatic, without a rotation behind it
+    =  parallel                  x  intersecting            +  intersecting at right angles
+    /  skew                      L  skew at right angles
 
 A Puma is "R+R=R/RxrxR"; the reversed text is the same chain numbered from the tool. All other
 values are random. Test poses are computed from the screws with NumPy, independently of the
