@@ -13,7 +13,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from .build.freshness import GENERATED, Job, is_up_to_date
+from .build.freshness import GENERATED, Job, is_up_to_date, write_sources
 from .description.shipped_files import ROBOTS, SHELF, located, robot_names
 from .model.errors import RobotError
 
@@ -87,6 +87,9 @@ def derive(
             help="File with the groups. Default: the SRDF next to the robot's file.",
         ),
     ] = None,
+    name: Annotated[
+        str | None, typer.Option(help="Name of the robot. Default: the name in its file.")
+    ] = None,
     calibration: Annotated[
         Path | None,
         typer.Option(
@@ -147,6 +150,7 @@ def derive(
         ),
     ] = False,
     no_progress: Annotated[bool, typer.Option("--no-progress", help="No progress bar.")] = False,
+    sources: Annotated[Path | None, typer.Option(hidden=True)] = None,
 ) -> None:
     """Derives robots: equations, LaTeX, C and a Python package each.
 
@@ -177,6 +181,7 @@ def derive(
             detail=detail.value,
             time_limit=time_limit,
             languages=_listed(languages),
+            name=name,
         )
         for file, words in files
     ]
@@ -196,6 +201,8 @@ def derive(
     if problems:
         _stop("\n".join([*problems, "nothing was written"]))
     _make(folder)
+    if sources is not None:
+        write_sources(due[0], sources)
     if len(due) > 1 and not out.is_terminal:
         # Without a bar, a reader of the pipe would hear nothing until the first robot is done.
         out.print(f"deriving {_counted(due)}")

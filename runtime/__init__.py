@@ -8,6 +8,7 @@ Examples:
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from . import se3, so3
@@ -36,7 +37,7 @@ from .errors import (
     ShapeError,
     SingularityError,
 )
-from .library import find_folder, shelf, shipped_folders
+from .library import find_folder, options_of, shelf, shipped_folders
 from .robot import Robot
 from .velocity.manipulability import Ellipsoid, Manipulability
 from .velocity.rates import Accelerations, Rates
@@ -93,15 +94,31 @@ def shelf_robots() -> list[str]:
     return list(shelf())
 
 
-def load(robot: str | os.PathLike[str], *, parametric: bool = False) -> Robot:
+def load(
+    robot: str | os.PathLike[str],
+    *,
+    base: str | None = None,
+    tip: str | None = None,
+    group: str | None = None,
+    name: str | None = None,
+    arguments: Sequence[str] = (),
+    exact: bool = False,
+    parametric: bool = False,
+) -> Robot:
     """Loads a robot; derives and compiles it first if the cache does not hold it.
 
     Args:
         robot: The name of one of `robots()` or of `shelf_robots()`; a description, which ends in
-            .toml or .urdf; or the folder of a generated robot, as a path object or as a string with
-            a separator in it ("./mine"). The first use of an arm of the shelf or of a description
-            runs the compiler (`pip install 'chasles[derive]'`), which takes seconds. Files of other
-            kinds are derived into a folder first, by `chasles-derive arm.xacro --to robots`.
+            .toml, .urdf, .xacro or .xml (MJCF); or the folder of a generated robot, as a path
+            object or as a string with a separator in it ("./mine"). The first use of an arm of the
+            shelf or of a description runs the compiler (`pip install 'chasles[derive]'`, for xacro
+            and MJCF `'chasles[derive,files]'`), which takes seconds.
+        base: The base link in a URDF, xacro or MJCF file; by default the root of its tree.
+        tip: The tip link; by default the end of the longest chain.
+        group: A group of the SRDF next to the file, instead of base and tip.
+        name: The robot's name; by default the name in its file.
+        arguments: Values of a xacro file's arguments, each as "name:=value".
+        exact: Whether rounded numbers such as 1.5708 are taken as they are written.
         parametric: Whether the robot has `fk_p` and the other functions that take its geometry as
             an input, which calibration needs: they are derived on first use.
 
@@ -113,14 +130,8 @@ def load(robot: str | os.PathLike[str], *, parametric: bool = False) -> Robot:
         DerivationError: If the compiler is not installed or refuses the description.
         ChaslesError: If it cannot be read, compiled or opened; the message states the reason.
     """
-    folder = find_folder(robot, parametric=parametric)
-    if folder.is_file():
-        raise UnknownRobotError(
-            f"{folder} is a file; expected a description, .toml or .urdf, or the folder of a "
-            "generated robot; chasles-derive FILE --to robots makes such a folder, also from "
-            ".xacro and .xml"
-        )
-    return Robot(read_manifest(folder))
+    options = options_of(exact, parametric, base=base, tip=tip, group=group, name=name)
+    return Robot(read_manifest(find_folder(robot, (*arguments, *options))))
 
 
 _IMPORTED_BY_NAME = ("calibration", "derive", "generated", "study", "view")

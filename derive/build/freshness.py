@@ -5,6 +5,7 @@ files.
 """
 
 import hashlib
+import os
 import re
 import tomllib
 from dataclasses import dataclass
@@ -40,6 +41,7 @@ class Job:
         detail: Level of detail of the article: full, brief or none.
         time_limit: Time limit of the derivation (second); 0 is no limit.
         languages: The languages to write; empty for the default languages.
+        name: The robot's name; None for the name in the file.
     """
 
     file: Path
@@ -56,6 +58,7 @@ class Job:
     detail: str = "full"
     time_limit: float = 0
     languages: tuple[str, ...] = ()
+    name: str | None = None
 
 
 def is_up_to_date(job: Job) -> bool:
@@ -89,6 +92,7 @@ def _recipe(job: Job) -> str:
         job.parametric,
         job.detail,
         job.languages,
+        job.name,
     )
     calibration = [job.calibration.read_bytes()] if job.calibration else []
     described = [*_description(job), *calibration]
@@ -112,6 +116,34 @@ def _description(job: Job) -> list[bytes]:
     if ending == ".xml":
         return _included(file, file.parent, {})
     return list(_named_along(file, {}).values()) if ending == ".toml" else [file.read_bytes()]
+
+
+def source_files(job: Job) -> list[Path]:
+    """Returns the files that describe a job's robot: its own, and extended, included, nominal ones.
+
+    Raises:
+        RobotError: The description is a xacro file that cannot be expanded.
+    """
+    file, ending = job.file.resolve(), job.file.suffix.lower()
+    if ending == ".xacro":
+        from ..description.importers.xacro_file import expanded_with_files  # noqa: PLC0415
+
+        return list(dict.fromkeys([file, *expanded_with_files(file, job.arguments)[1]]))
+    if ending == ".xml":
+        included: dict[Path, bytes] = {}
+        _included(file, file.parent, included)
+        return list(included)
+    return list(_named_along(file, {})) if ending == ".toml" else [file]
+
+
+def write_sources(job: Job, to: Path) -> None:
+    """Writes the digests and paths of the source files, by which the runtime keeps the robot."""
+    folder = job.file.parent.resolve()
+    lines = [
+        f"{hashlib.sha256(file.read_bytes()).hexdigest()} {os.path.relpath(file, folder)}\n"
+        for file in source_files(job)
+    ]
+    to.write_text("".join(lines), encoding="utf-8")
 
 
 def _named_along(file: Path, seen: dict[Path, bytes]) -> dict[Path, bytes]:

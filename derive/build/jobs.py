@@ -54,7 +54,9 @@ def read(job: Job) -> Described:
 
 
 def _as_written(job: Job) -> Described:
-    robot = read_file(job.file, base=job.base, tip=job.tip, arguments=job.arguments, exact=True)
+    robot = read_file(
+        job.file, base=job.base, tip=job.tip, name=job.name, arguments=job.arguments, exact=True
+    )
     if not job.suffix:
         return robot
     title = f"{robot.title or robot.name} {job.suffix}"

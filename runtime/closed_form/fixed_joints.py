@@ -22,7 +22,7 @@ from ..contract import FunctionInfo, Manifest, read_manifest
 from ..errors import DerivationError, InputTypeError, InputValueError
 from ..facts import redundancy_of
 from ..fixed import following
-from ..library.derived import derived_folder, description_of, giving
+from ..library.derived import derived_folder, description_of, options_for_fixed
 from ..se3 import project
 from ..tolerances import GIVEN_ASIDE, GIVEN_NEAR, SOLVED
 from .refinement import Refinement
@@ -182,8 +182,8 @@ class FixedJoints:
                 f"chain{own}; ik_numeric(T, q_seed, fixed=...) finds a solution in which some of "
                 f"{', '.join(coordinates)} keep their values"
             )
-        description = description_of(self.manifest.folder)
-        if description is None:
+        origin = description_of(self.manifest.folder)
+        if origin is None:
             chosen = ",".join(names)
             raise DerivationError(
                 f"{self._label}: the description of this robot is not known, since it was loaded "
@@ -191,7 +191,10 @@ class FixedJoints:
                 f"fixed {chosen}"
             )
         digest = _description_digest(self.manifest.folder)
-        return _inverse_of(self.robot_of, description, digest, names)
+        description, options = origin
+        return _inverse_of(
+            self.robot_of, description, digest, (*options, *options_for_fixed(names))
+        )
 
 
 def direct_parameters(manifest: Manifest) -> tuple[str, ...]:
@@ -261,9 +264,9 @@ class PerturbedInverse:
 
 @functools.lru_cache(maxsize=_MAX_KEPT)
 def _inverse_of(
-    robot_of: Callable[[Manifest], Any], description: Path, digest: str, names: tuple[str, ...]
+    robot_of: Callable[[Manifest], Any], description: Path, digest: str, options: tuple[str, ...]
 ) -> Function[Solutions]:
-    folder = derived_folder(description, giving(names))
+    folder = derived_folder(description, options)
     if _description_digest(folder) != digest:
         raise DerivationError(
             f"{description}: has changed since the robot was derived from it; load it again"

@@ -1,15 +1,15 @@
 """Folders of generated robots, and their compiled libraries in a cache."""
 
 from .cache import build
-from .derived import derived_folder, is_description, is_of_shelf, shelf
+from .derived import is_description, is_of_shelf, options_of, shelf
 from .folders import find_folder, shipped_folders
 
 __all__ = [
     "build",
-    "derived_folder",
     "find_folder",
     "is_description",
     "is_of_shelf",
+    "options_of",
     "shelf",
     "shipped_folders",
 ]

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
 from ..contract import UnknownRobotError
-from .derived import PARAMETRIC, derived_folder, is_description, shelf, shipped
+from ..errors import InputValueError
+from .derived import PARAMETRIC, SUFFIXES, derived_folder, is_description, shelf, shipped
 
 
 def shipped_folders() -> dict[str, Path]:
@@ -18,31 +20,36 @@ def shipped_folders() -> dict[str, Path]:
     return {file.parent.name: file.parent for file in sorted(manifests)}
 
 
-def find_folder(robot: str | os.PathLike[str], *, parametric: bool = False) -> Path:
-    """The folder of a robot, found as by `chasles.load`, and derived first if necessary.
-
-    Raises:
-        UnknownRobotError: If no installed robot has that name.
-        DerivationError: If the compiler is not installed or refuses the description.
-    """
-    options = PARAMETRIC if parametric else ()
+def find_folder(robot: str | os.PathLike[str], options: Sequence[str] = ()) -> Path:
+    """The folder of a robot, as for `chasles.load`, derived first with words for the compiler."""
     path = Path(robot)
     if is_description(path):
         return derived_folder(path, options)
-    if not isinstance(robot, str) or os.sep in robot or path.is_file():
+    if path.is_file():
+        expected = f"a description ({', '.join(SUFFIXES)}) or the folder of a generated robot"
+        raise UnknownRobotError(f"{path}: expected {expected}")
+    if not isinstance(robot, str) or os.sep in robot:
+        if set(options) - {PARAMETRIC}:
+            raise InputValueError(f"{path}: {' '.join(options)} needs a description, not a folder")
         return path
     folders = shipped_folders()
-    if robot in folders and not parametric:
+    if robot in folders and not options:
         return folders[robot]
-    arms = (shipped() if parametric else {}) | shelf()
+    arms = (shipped() if options else {}) | shelf()
     if robot in arms:
         return derived_folder(arms[robot], options)
-    import difflib  # noqa: PLC0415
-
-    close = difflib.get_close_matches(robot, [*folders, *arms])
-    hint = f"did you mean {' or '.join(close)}? " if close else ""
     known = ", ".join(folders) or "none are installed"
     raise UnknownRobotError(
-        f"no robot named {robot!r}; {hint}known: {known}; a folder is given as a path, './{robot}'"
-        f"; derived on first use: {', '.join(arms)}"
+        f"no robot named {robot!r}; {_hint(robot, [*folders, *arms])}known: {known}; a folder is "
+        f"given as a path, './{robot}'; derived on first use: {', '.join(shelf())}"
     )
+
+
+def _hint(robot: str, names: list[str]) -> str:
+    """The names that are meant, by letters and digits alone; empty if none is near."""
+    import difflib  # noqa: PLC0415
+
+    plain = {"".join(filter(str.isalnum, name)): name for name in names}
+    meant = "".join(filter(str.isalnum, robot.lower()))
+    close = [meant] if meant in plain else difflib.get_close_matches(meant, plain)
+    return f"did you mean {' or '.join(plain[name] for name in close)}? " if close else ""

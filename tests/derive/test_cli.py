@@ -314,6 +314,19 @@ def test_fixed_joints_are_selected_on_the_command_line(tmp_path):
     assert "Structure: spherical wrist, for given theta2 and r4." in explained.output
 
 
+def test_source_files_include_extended_and_nominal_files(tmp_path):
+    design = (ROBOTS / "four_bar.toml").read_text()
+    built, heir = tmp_path / "built.toml", tmp_path / "heir.toml"
+    (tmp_path / "design.toml").write_text(design)
+    built.write_text(design.replace("units =", 'nominal = "design.toml"\nunits =', 1))
+    heir.write_text('extends = "built.toml"\nname = "heir"\n')
+    expected = [heir, built, tmp_path / "design.toml"]
+    assert freshness.source_files(freshness.Job(heir, tmp_path)) == expected
+    built.write_text(design.replace("units =", 'nominal = "four_bar"\nunits =', 1))
+    expected = [built, ROBOTS / "four_bar.toml"]
+    assert freshness.source_files(freshness.Job(built, tmp_path)) == expected
+
+
 def test_languages_and_detail_are_selected_on_the_command_line(tmp_path):
     to = tmp_path / "out"
     words = ("scara", "--functions", "fk", "--to", to)

@@ -32,7 +32,12 @@ def is_xacro(file: Path) -> bool:
 
 
 def expanded(file: Path, arguments: Sequence[str]) -> str:
-    """Expands a xacro file to XML.
+    """Returns the XML of a xacro file, see :func:`expanded_with_files`."""
+    return expanded_with_files(file, arguments)[0]
+
+
+def expanded_with_files(file: Path, arguments: Sequence[str]) -> tuple[str, list[Path]]:
+    """Expands a xacro file to XML, and lists the files that it includes.
 
     ``$(find package)`` is resolved in the parent folders of the file and their subfolders, then in
     ROS. A package is a folder whose package.xml has this name, or a folder with this name. Suffixes
@@ -69,10 +74,11 @@ def expanded(file: Path, arguments: Sequence[str]) -> str:
         known = isinstance(error, xacro.XacroException | substitution_args.SubstitutionException)
         reason = str(error) if known and str(error) else f"{type(error).__name__}: {error}"
         raise _refused(file, reason, xacro.filestack) from error
-    lacking = incomplete(document.documentElement, file, xacro.all_includes[before:])
+    included = [str(name) for name in xacro.all_includes[before:]]
+    lacking = incomplete(document.documentElement, file, included)
     if lacking:
         raise DescriptionError(str(file), None, "", None, lacking)
-    return str(document.toprettyxml(indent="  "))
+    return str(document.toprettyxml(indent="  ")), [Path(name).absolute() for name in included]
 
 
 def arguments_of(file: Path, arguments: Sequence[str]) -> dict[str, str]:

@@ -138,7 +138,7 @@ def test_derivation_message_mentions_parametric_functions(arm, capfd):
     said = "chasles: deriving elbow_arm with parametric functions once, a few seconds ...\n"
     assert capfd.readouterr().err == said
     assert "fk_p" in robot.functions
-    assert chasles.find_folder(arm, parametric=True) == robot.folder
+    assert chasles.load(arm, parametric=True).folder == robot.folder
 
 
 def test_shelf_names_are_disjoint_from_generated_robots():
@@ -175,29 +175,79 @@ def test_a_changed_description_is_derived_again(arm, tmp_path, cache):
     assert len(derived(cache)) == 4
 
 
-def test_changed_nominal_file_is_derived_again(tmp_path, cache):
-    design = (ROOT / "derive" / "robots" / "four_bar.toml").read_text()
-    (tmp_path / "design.toml").write_text(design)
-    built = tmp_path / "built.toml"
-    built.write_text(design.replace("units =", 'nominal = "design.toml"\nunits =', 1))
-    heir = tmp_path / "heir.toml"
-    heir.write_text('extends = "built.toml"\nname = "heir"\n')
-    first = [described._home(path) for path in (built, heir)]
-    (tmp_path / "design.toml").write_text(design + "\n")
-    second = [described._home(path) for path in (built, heir)]
-    assert all(a != b for a, b in zip(first, second, strict=True))
+@pytest.mark.usefixtures("few")
+def test_changed_include_of_xacro_is_derived_again(tmp_path, cache):
+    xacro = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
+    part = tmp_path / "part.xacro"
+    part.write_text(f"<part {xacro}>" + "".join(URDF.splitlines(keepends=True)[1:-1]) + "</part>")
+    path = tmp_path / "door.urdf.xacro"
+    path.write_text(
+        f'<robot name="door" {xacro}><xacro:arg name="file" default="part"/>'
+        '<xacro:include filename="$(arg file).xacro"/></robot>'
+    )
+    first = chasles.load(path)
+    assert first.name == "door"
+    assert chasles.load(path, arguments=["file:=part"]).digest == first.digest
+    assert len(derived(cache)) == 2
+    part.write_text(part.read_text().replace("0 0 0.1", "0 0 0.2"))
+    assert chasles.load(path).fk([0.0])[2, 3] == 0.2
+    part.write_text(part.read_text().replace("0 0 0.2", "0 0 0.1"))
+    assert chasles.load(path).folder == first.folder
 
 
-@pytest.mark.parametrize("room", ["shipped", "shelf"])
-def test_changed_installed_nominal_robot_is_derived_again(room, tmp_path, monkeypatch):
-    design = tmp_path / "installed.toml"
-    design.write_text((ROOT / "derive" / "robots" / "four_bar.toml").read_text())
-    monkeypatch.setattr(described, room, lambda: {"mine": design})
-    built = tmp_path / "built.toml"
-    built.write_text(design.read_text().replace("units =", 'nominal = "mine"\nunits =', 1))
-    first = described._home(built)
-    design.write_text(design.read_text() + "\n")
-    assert described._home(built) != first
+@pytest.mark.usefixtures("few")
+def test_copy_of_a_description_shares_its_folder_unless_its_includes_differ(arm, tmp_path):
+    heir = tmp_path / "long_arm.toml"
+    heir.write_text('extends = "elbow_arm.toml"\nname = "long_arm"\nparameters = { a1 = 1 }\n')
+    first = chasles.find_folder(heir)
+    other = tmp_path / "other"
+    other.mkdir()
+    for file in (heir, arm):
+        shutil.copy(file, other)
+    assert chasles.find_folder(other / heir.name) == first
+    (other / arm.name).write_text(ARM.replace("a = 0.2", "a = 0.25"))
+    assert chasles.find_folder(other / heir.name) != first
+
+
+@pytest.mark.usefixtures("few")
+def test_links_and_name_are_selected_by_load(tmp_path):
+    path = tmp_path / "door.urdf"
+    more = '<link name="knob"/><joint name="turn" type="continuous">'
+    more += '<parent link="lid"/><child link="knob"/></joint></robot>'
+    path.write_text(URDF.replace("</robot>", more))
+    groups = '<robot name="door"><group name="short"><chain base_link="base" tip_link="lid"/>'
+    (tmp_path / "door.srdf").write_text(f"{groups}</group></robot>")
+    assert chasles.load(path).n == 2
+    short = chasles.load(path, tip="lid", name="mine")
+    assert (short.n, short.name) == (1, "mine")
+    # An inverse for fixed joints is derived of the same chain.
+    origin = (path, ("--tip", "lid", "--name", "mine"))
+    assert described.description_of(short.folder) == origin
+    assert chasles.load(path, group="short").n == 1
+    assert chasles.load(path, base="lid").n == 1
+    with pytest.raises(chasles.DerivationError, match="found 'no_link'"):
+        chasles.load(path, tip="no_link")
+    with pytest.raises(
+        chasles.InputValueError, match="--tip lid needs a description, not a folder"
+    ):
+        chasles.load(short.folder, tip="lid")
+
+
+@pytest.mark.usefixtures("few")
+def test_mjcf_model_loads_from_its_path(tmp_path):
+    pytest.importorskip("mujoco")
+    path = tmp_path / "arm.xml"
+    path.write_text(
+        '<mujoco model="swing"><worldbody><body name="a" pos="0 0 0.5"><joint name="j"/>'
+        "</body></worldbody></mujoco>"
+    )
+    assert chasles.load(path).fk([0.0])[2, 3] == 0.5
+
+
+@pytest.mark.parametrize("name", ["UR5e", "ur5-e"])
+def test_other_spelling_of_a_robot_name_is_suggested(name):
+    with pytest.raises(chasles.UnknownRobotError, match=r"did you mean ur5e\?"):
+        chasles.load(name)
 
 
 @pytest.mark.usefixtures("few")
@@ -232,12 +282,8 @@ def test_invalid_description_error_names_cause(arm, tmp_path, cache):
         chasles.load("ur10f")
     other = tmp_path / "arm.txt"
     other.write_text(ARM)
-    with pytest.raises(chasles.UnknownRobotError, match=r"expected a description, .toml or .urdf"):
+    with pytest.raises(chasles.UnknownRobotError, match=r"expected a description \(\.toml, \.urdf"):
         chasles.load(other)
-    for name in ("arm.xacro", "arm.xml"):
-        (tmp_path / name).write_text(URDF)
-        with pytest.raises(chasles.UnknownRobotError, match="chasles-derive FILE --to robots"):
-            chasles.load(tmp_path / name)
 
 
 def test_concurrent_first_loads_share_derived_robot(arm, cache):

@@ -68,7 +68,7 @@ def stages(well):
 def test_well_manipulator_follows_paper_with_fixed_theta2(well, capfd):
     t, T, theta1, theta2 = stages(well)
     found = well.ik(T, fixed={"theta2": theta2, "l_HI": 0.0, "l_MN": 0.0})
-    assert "deriving well_manipulator for given theta2, l_HI, l_MN once" in capfd.readouterr().err
+    assert "deriving well_manipulator with theta2, l_HI, l_MN fixed once" in capfd.readouterr().err
     valid = found.valid.any(-1)
     assert valid[t <= 39].all()
     q = found.q[np.arange(len(t)), found.valid.argmax(-1)][valid]
