@@ -77,6 +77,12 @@ ROLES = {
 }
 """The roles of functions with the result of each."""
 
+INTERMEDIATE = {
+    *("branches", "closure", "lengths", "lengths derivative", "modes", "nominal inverse"),
+    *("assembly polynomial", "assembly pose", "assembly mirror", "rod ends", "velocity relation"),
+}
+"""Roles of functions that methods of a robot call: they are no attributes of it."""
+
 AIMS = {"position": 3, "plane": 2, "direction": 3, "pitch": 1, "heading": 1}
 """The components of a task with their number of entries. "position" is the tool position, "plane"
 its first two coordinates, and "direction" the tool's third axis. "pitch" is the elevation of this
@@ -124,6 +130,11 @@ class Role:
     def key(self) -> tuple[str, str, str]:
         """Name, domain and codomain, the key by which the runtime finds a function."""
         return self.name, self.domain, self.codomain
+
+    @property
+    def is_intermediate(self) -> bool:
+        """Whether methods of a robot call the function, which is no attribute of it."""
+        return self.name in INTERMEDIATE
 
     @property
     def is_inverse(self) -> bool:

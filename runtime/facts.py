@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .call._call import Function
+from .call.capabilities import needs
+from .call.validation import real_array
 from .contract import Coordinate, FunctionInfo, Manifest
 from .errors import ShapeError
 from .generated_functions import GeneratedFunctions
@@ -114,6 +116,14 @@ _PUBLIC = {"chain_all": "chain_branches", "actuators_all": "actuator_branches"}
 """The methods that offer generated functions of several branches."""
 
 
+def _public(manifest: Manifest) -> tuple[str, ...]:
+    return tuple(item.name for item in manifest.functions if not item.role.is_intermediate)
+
+
+def _has_no_loops(robot: RobotFacts) -> bool:
+    return not robot.loops
+
+
 class RobotFacts(GeneratedFunctions):
     """The manifest, the facts in it, and the generated functions; see `Robot`."""
 
@@ -153,6 +163,26 @@ class RobotFacts(GeneratedFunctions):
     reference = Fact(lambda manifest: manifest.loops.reference)
     folder = Fact(lambda manifest: manifest.folder)
     digest = Fact(lambda manifest: manifest.digest)
+    _public = Fact(_public)
+
+    @needs(when=_has_no_loops)
+    def chain(self, q: ArrayLike) -> FloatArray:
+        """Return the joints of the chain, theta (..., n): q itself for a robot without loops."""
+        return self._reals("chain", "q", q, (self.n,)).copy()
+
+    @needs(when=_has_no_loops)
+    def actuators(self, theta: ArrayLike) -> FloatArray:
+        """Return the actuated coordinates, q (..., n): theta itself for a robot without loops."""
+        return self._reals("actuators", "theta", theta, (self.n,)).copy()
+
+    def _reals(self, method: str, name: str, given: Any, core: tuple[int, ...]) -> FloatArray:
+        """Return a float64 array (..., *core)."""
+        array = real_array(f"{self.name}.{method}", name, given)
+        if core and array.shape[-1:] != core:
+            raise ShapeError(
+                f"{self.name}.{method}: {name} must have shape (..., {core[0]}), got {array.shape}"
+            )
+        return array
 
     @functools.cached_property
     def _roles(self) -> Mapping[tuple[str, str, str], Function[Any]]:
@@ -252,12 +282,7 @@ class RobotFacts(GeneratedFunctions):
         Raises:
             ShapeError: If q does not have n columns.
         """
-        values = np.asarray(q, dtype=np.float64)
-        if values.shape[-1:] != (self.n,):
-            raise ShapeError(
-                f"{self.name}.is_within_limits: q: expected shape (..., {self.n}), got "
-                f"{values.shape}"
-            )
+        values = self._reals("is_within_limits", "q", q, (self.n,))
         inside = self._is_inside(values, self.coordinates, self.limits)
         chain = self._roles.get(("map", "actuators", "chain"))
         if chain is not None and np.isfinite(self.joint_limits).any():

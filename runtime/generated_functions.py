@@ -7,11 +7,11 @@ from .call.capabilities import Capability
 _NAMES = """
     fk link_poses jacobian_space jacobian_body jacobian_mixed jacobian_space_dot
     jacobian_body_dot jacobian_mixed_dot hessian_mixed twist_space twist_body twist_mixed
-    acceleration_space acceleration_body acceleration_mixed fk_jacobian_mixed chain chain_D_q
-    chain_rates chain_accelerations chain_all passive passive_D_q actuators actuators_D_chain
-    actuators_all actuator_rates actuator_accelerations actuator_margin margin configuration
+    acceleration_space acceleration_body acceleration_mixed fk_jacobian_mixed chain_D_q
+    chain_rates chain_accelerations passive passive_D_q actuators_D_chain
+    actuator_rates actuator_accelerations actuator_margin margin configuration
     configuration_D_q configuration_near fk_near constraint constraint_D_z constraint_D_z_dot
-    swivel modes velocity_relation fk_p jacobian_p identification_jacobian
+    swivel fk_p jacobian_p identification_jacobian
     identification_jacobian_space identification_jacobian_body chain_fk chain_link_poses
     chain_jacobian_space chain_jacobian_body chain_jacobian_mixed ik ik_position
     ik_position_pitch ik_position_direction jacobian jacobian_dot hessian twist acceleration

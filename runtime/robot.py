@@ -68,7 +68,7 @@ class Robot(
         notes: Remarks, such as numbers that were snapped.
         cleaning: The numbers of its description that were not taken as written, with bounds of
             their effect on the tool's pose: `cleaning.position` [m], `cleaning.orientation` [rad].
-        functions: Its functions by name.
+        functions: Its generated functions by name, intermediate ones too.
         labels: The branch in each slot, by the name of the function or method with slots:
             `robot.labels["ik"]`, `robot.labels["chain_branches"]`.
         redundancy: The parameters that choose one of infinitely many inverses, for `fixed=`:
@@ -99,7 +99,8 @@ class Robot(
         """
         pickler = _pickler(manifest)
         functions = load_functions(manifest, pickler, Robot)
-        vars(self).update(functions, manifest=manifest, functions=MappingProxyType(functions))
+        vars(self).update(manifest=manifest, functions=MappingProxyType(functions))
+        vars(self).update({name: functions[name] for name in self._public})
         nearest = nearest_function(self, pickler("ik_nearest"))
         vars(self).update({} if nearest is None else {"ik_nearest": nearest})
 
@@ -120,7 +121,7 @@ class Robot(
     def __repr__(self) -> str:
         """Title, coordinates and functions."""
         coordinates = ", ".join(f"{c.name} [{c.unit}]" for c in self.coordinates)
-        functions = ", ".join(self.functions)
+        functions = ", ".join(self._public)
         title = "" if self.title == self.name else f"{self.title}; "
         return f"<Robot {self.name}: {title}q = ({coordinates}); {functions}>"
 
@@ -158,7 +159,8 @@ def _restore_once(address: str, digest: str) -> Robot:
 
 
 def _restore_function(address: str, digest: str, name: str) -> Any:
-    return getattr(_restore_once(address, digest), name)
+    robot = _restore_once(address, digest)
+    return robot.functions.get(name) or getattr(robot, name)
 
 
 def _pickler(manifest: Manifest) -> Callable[[str], tuple[Any, ...]]:

@@ -49,7 +49,7 @@ def assembly_modes(bodies: Skeleton, q: FloatArray, near: FloatArray) -> Assembl
         The modes. One is left out whose legs do not close from any start.
     """
     robot = bodies.robot
-    theta, margin, _ = robot.modes(q)
+    theta, margin, _ = robot.functions["modes"](q)
     found = np.isfinite(margin)
     names = [variable.name for variable in robot.configuration_variables]
     chain = [names.index(joint.name) for joint in robot.chain_joints]

@@ -19,7 +19,6 @@ from .planar import (
     exact_workspace,
     orientation_grid,
     orientation_range_workspace,
-    singular_places,
 )
 from .reach import Reach, base_placement, reach, uniform_orientations
 from .reachable_positions import ReachablePositions, reachable_positions
@@ -43,7 +42,6 @@ __all__ = [
     "orientation_range_workspace",
     "reach",
     "reachable_positions",
-    "singular_places",
     "uniform_orientations",
     "workspace",
 ]

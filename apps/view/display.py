@@ -140,7 +140,8 @@ class Display:
             self.most_ghosts = 0
         if "ik" not in robot.functions and "ik_planar" in dir(robot):
             self.most_ghosts = _PLANAR_GHOSTS
-        self.most_modes = robot.modes.outputs[0].shape[0] if has_modes(robot) else 0
+        modes = robot.functions["modes"] if has_modes(robot) else None
+        self.most_modes = modes.outputs[0].shape[0] if modes else 0
         self.start = self._start()
 
     def at(self, q: FloatArray, last: Posture) -> Posture:
@@ -264,7 +265,7 @@ class Display:
         move = float(np.abs((q - last.q) / self._units).max())
         parts = np.linspace(0, 1, 1 + max(1, math.ceil(move / _STRIDE)))[1:, None]
         way = last.q + parts * (q - last.q)
-        found = self.robot.follow_path(way, last.z)
+        found = self.robot.solve_loops_along(way, last.z)
         reached = int(found.valid.sum())
         if reached == 0:
             return replace(last, closes=False, branches=None)

@@ -65,7 +65,7 @@ def closed(robot: chasles.Robot, count: int) -> np.ndarray:
     lower = np.where(np.isfinite(robot.lower), robot.lower, np.subtract(reference, FREE))
     upper = np.where(np.isfinite(robot.upper), robot.upper, np.add(reference, FREE))
     q = np.random.default_rng(0).uniform(lower, upper, (count, robot.n))
-    return q[robot.valid(q)]
+    return q[robot.loops_close(q)]
 
 
 def open_chains(plan: Plan) -> list[Ratio]:
@@ -159,7 +159,7 @@ def times(plan: Plan) -> list[Limit]:
     found = []
     for name, function in TIMED:
         robot = chasles.load(name)
-        call = getattr(robot, function)
+        call = robot.functions[function]
         q = closed(robot, VECTORS)
         rows = q if robot.functions[function].inputs[0].name == "q" else robot.chain(q)
         in_C = kernel(robot, function)
@@ -181,7 +181,7 @@ def iterations(plan: Plan) -> list[Limit]:
     repeats = max(plan.calls // VECTORS, 1)
     for name, function, bars in FOLLOWED:
         robot = chasles.load(name)
-        call, inputs = getattr(robot, function), followed(robot, function)
+        call, inputs = robot.functions[function], followed(robot, function)
         many = np.ascontiguousarray(np.tile(np.concatenate(inputs, axis=-1), (repeats, 1)))
         in_C = kernel(robot, function)
         expected = several(call(*(rows[0] for rows in inputs)))

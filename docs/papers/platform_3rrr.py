@@ -264,7 +264,7 @@ def areas(printed: dict[str, Printed]) -> list[Row]:
 def singularities(printed: dict[str, Printed]) -> list[Row]:
     """The three kinds of singularity of J_x x' = J_q q', and the rates of one motion."""
     robot = platform()
-    way = robot.way_to_singularity(POSE, AHEAD)
+    way = robot.distance_to_singularity(POSE, AHEAD)
     words = "the paper does not ask"
     return [
         not_printed(printed["type_1"], way.type_1 * AHEAD[1], f"{words}; a leg is stretched"),

@@ -174,7 +174,7 @@ def singular() -> Any:
     """The singular positions at 0 deg."""
     figure, axes = panels(3.3)
     bounds = (-0.2, 0.2)
-    found = platform.platform().singularity_curves(0.0, x=bounds, y=bounds, points=161)
+    found = platform.platform().singularity_curves(0.0, x=bounds, y=bounds, resolution=161)
     for lines, k, name in ((found.type_1, 0, "type 1"), (found.type_2, 3, "type 2")):
         for i, line in enumerate(lines):
             style = {"color": COLOURS[k], "linestyle": STYLES[k % 2], "linewidth": 1.4}

@@ -42,7 +42,8 @@ class Capability:
     def is_met(self, robot: Any) -> bool:
         """Whether the robot has the attribute."""
         has_functions = robot.functions.keys() >= {*self.functions}
-        return bool(has_functions and (self.when is None or self.when(robot)))
+        is_met = has_functions and (self.when is None or self.when(robot))
+        return bool(is_met or self.name in vars(robot))
 
     def __get__(self, robot: Any, owner: type) -> Any:
         """The attribute of a robot; raises an AttributeError if the robot lacks it."""
@@ -54,7 +55,7 @@ class Capability:
         message = (
             f"robot {robot.name!r} has no {self.name!r}{': ' * bool(reason)}{reason}"
             f"{'; instead: ' * bool(instead)}{instead}; "
-            f"its functions are: {', '.join(robot.functions)}"
+            f"its functions are: {', '.join(robot._public)}"
         )
         raise MissingFunctionError(message, name=self.name, obj=robot)
 

@@ -18,8 +18,8 @@ _ITERATED = "its loops are solved by iteration"
 _ALWAYS_CLOSED = "its loops close everywhere, in one way"
 _NO_PASSIVE = "all its joints are in the main chain"
 _CLOSED_FORM = "it has a closed form, which needs no seed"
-_NOT_PLANAR = "it is no planar platform"
-_NO_PLATFORM = "it is no platform on legs"
+_NOT_PLANAR = "it is not a planar platform"
+_NO_PLATFORM = "it is not a platform on legs"
 _ON_DEMAND = "it is derived by chasles.load(..., parametric=True)"
 _TWO_BRANCHES = "its actuators follow from the main chain in one way"
 _REPRESENTATIONS = ("space", "body", "mixed")
@@ -114,16 +114,16 @@ def _reason(robot: Described, name: str) -> str:
         return _NO_PLATFORM
     if name == "singularity_curves":
         return _NOT_PLANAR
-    if name in groups["iterated"]:
-        return _CLOSED_FORM
     if name in groups["loops"] and manifest.kind == "serial":
         return _OF_LOOPS
+    if name in groups["iterated"]:
+        return _CLOSED_FORM
     if name in ("passive", "passive_D_q") and not manifest.loops.passive:
         return _NO_PASSIVE
     if manifest.is_iterated and name != "swivel":
         return _ITERATED
-    if name in ("margin", "chain_all", "chain_branches"):
+    if name in ("margin", "chain_branches"):
         return _ALWAYS_CLOSED
-    if name in ("actuators_all", "actuator_branches", "actuator_margin", "actuators_valid"):
+    if name in ("actuator_branches", "actuator_margin", "chain_closes"):
         return _TWO_BRANCHES
     return ""

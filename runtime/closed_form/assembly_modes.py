@@ -15,7 +15,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 
-class PlanarModes(NamedTuple):
+class PlanarAssemblyModes(NamedTuple):
     """The assembly modes of a planar platform, in the order of phi.
 
     Attributes:
@@ -29,7 +29,7 @@ class PlanarModes(NamedTuple):
     valid: BoolArray
 
 
-class Modes(NamedTuple):
+class AssemblyModes(NamedTuple):
     """The assembly modes of a platform on legs, in slots, of which the last are unused.
 
     Attributes:
@@ -39,14 +39,14 @@ class Modes(NamedTuple):
             the platform's size.
         margin: (..., k) the determinant of J_x over the lengths of its rows, a pure number: 0 where
             the platform is singular and two modes meet.
-        sure: (...,) whether no mode can be missing: every complex solution is accounted for.
+        complete: (...,) whether no mode can be missing: every complex solution is accounted for.
     """
 
     T: FloatArray
     theta: FloatArray
     valid: BoolArray
     margin: FloatArray
-    sure: BoolArray
+    complete: BoolArray
 
 
 def _has_chain_pose(robot: RobotFacts) -> bool:
@@ -57,11 +57,11 @@ class PlatformMethods(RobotFacts):
     """The methods of a platform on legs whose modes are all known."""
 
     @needs("modes", when=_has_chain_pose)
-    def fk_all(self, q: ArrayLike, threads: int | Literal["all"] | None = 1) -> Modes:
+    def fk_all(self, q: ArrayLike, *, threads: int | Literal["all"] = 1) -> AssemblyModes:
         """Every pose of the tool in which the platform can be assembled at given actuators.
 
         Where the poses are not isolated, as at some singularities of type 2, some of them are
-        found, and `sure` is False.
+        found, and `complete` is False.
 
         Args:
             q: (..., n) actuated coordinates [rad or m].
@@ -69,21 +69,22 @@ class PlatformMethods(RobotFacts):
 
         Returns:
             `T (..., k, 4, 4)`, `theta (..., k, n_theta)`, `valid (..., k)`, `margin (..., k)` and
-            `sure (...,)`; the modes of a planar platform are in the order of phi, those of others
-            from the highest downwards.
+            `complete (...,)`. The modes of a planar platform are in the order of phi, all other
+            modes from the highest downwards.
 
         Source:
             Planar: Gosselin, Sefrioui and Richard 1992. Six rods: Wampler, Forward displacement
             analysis of general six-in-parallel SPS (Stewart) platform manipulators using soma
             coordinates, 1996.
         """
-        theta, margin, unsure = self.modes(q, threads=threads)
+        theta, margin, unsure = self.functions["modes"](q, threads=threads)
         T = self._roles["pose", "chain", ""](theta)
         T[~np.isfinite(margin)] = np.nan
-        return Modes(T, theta, np.isfinite(margin), margin, np.asarray(unsure[..., 0] == 0))
+        complete = np.asarray(unsure[..., 0] == 0)
+        return AssemblyModes(T, theta, np.isfinite(margin), margin, complete)
 
     @needs("modes", when=is_planar)
-    def fk_planar_all(self, q: ArrayLike) -> PlanarModes:
+    def fk_planar_all(self, q: ArrayLike) -> PlanarAssemblyModes:
         """Every pose in which a planar platform can be assembled at given actuators.
 
         Two modes less than 1e-7 of the platform's size, and 1e-7 rad, apart count as one; where
@@ -100,5 +101,5 @@ class PlatformMethods(RobotFacts):
             Gosselin, Sefrioui and Richard, Solutions polynomiales au probleme de la cinematique des
             manipulateurs paralleles plans a trois degres de liberte, 1992.
         """
-        x, margin, _ = self.modes(q)
-        return PlanarModes(x, np.asarray(np.isfinite(margin)))
+        x, margin, _ = self.functions["modes"](q)
+        return PlanarAssemblyModes(x, np.asarray(np.isfinite(margin)))

@@ -76,12 +76,12 @@ class LoopMethods(NewtonMethods):
     """The methods of a robot with loops."""
 
     @needs(when=_can_check_actuators)
-    def valid(self, q: ArrayLike) -> BoolArray:
-        """Whether the loops close at actuated coordinates; at dead points they do.
+    def loops_close(self, q: ArrayLike) -> BoolArray:
+        """Return whether the loops close at actuated coordinates, dead points included.
 
         Limits play no part. Loops without a dead point, such as parallelograms, close everywhere.
-        Where the loops are solved by Newton's iteration, the result is whether
-        the iteration reaches those coordinates from the reference configuration.
+        For loops without a closed form, the result is whether Newton's iteration reaches these
+        coordinates from the reference configuration.
 
         Args:
             q: (..., n) [rad or m].
@@ -96,14 +96,13 @@ class LoopMethods(NewtonMethods):
         return np.asarray(is_real)
 
     @needs("actuators", when=_can_check_chain)
-    def actuators_valid(self, theta: ArrayLike) -> BoolArray:
-        """Whether `actuators` leads to given joints and back; at dead points it does.
+    def chain_closes(self, theta: ArrayLike) -> BoolArray:
+        """Return whether `chain(actuators(theta))` is theta, dead points included.
 
         The result is False for joints that the loops do not allow together, although `actuators`
-        returns a number for them: it reads no more joints than it needs. It is also False where
-        the branch of the reference configuration is left, beyond a dead point for example: there
-        `chain(actuators(theta))` is another posture. `actuator_branches` holds the actuated
-        coordinates of all postures.
+        returns a number for them: it reads no more joints than it needs. It is also False on other
+        branches than that of the reference configuration, for example beyond a dead point.
+        `actuator_branches` holds the actuated coordinates on all branches.
 
         Args:
             theta: (..., n_theta) main-chain joints [rad or m].
@@ -142,7 +141,7 @@ class LoopMethods(NewtonMethods):
 
     @needs("chain_all")
     def chain_branches(self, q: ArrayLike) -> ChainBranches:
-        """Every configuration of the main chain that closes the loops, in fixed slots.
+        """Return every configuration of the main chain that closes the loops, in fixed slots.
 
         Args:
             q: (..., n) actuated coordinates [rad or m].
@@ -151,14 +150,14 @@ class LoopMethods(NewtonMethods):
             `theta (..., k, n_theta)`, `valid (..., k)`, `margin`; a slot keeps its branch from pose
             to pose, and `labels["chain_branches"]` names the branch in each slot.
         """
-        theta, margin = self.chain_all(q)
+        theta, margin = self.functions["chain_all"](q)
         return ChainBranches(theta, _branch_closes(theta, margin), margin)
 
     @needs("actuators_all")
     def actuator_branches(self, theta: ArrayLike) -> ActuatorBranches:
-        """Every vector of actuated coordinates that holds the main chain there, in fixed slots.
+        """Return every vector of actuated coordinates at these joints, in fixed slots.
 
-        All postures count, those off the branch of the reference configuration too.
+        All branches of the loops count, not only the branch of the reference configuration.
 
         Args:
             theta: (..., n_theta) main-chain joints [rad or m].
@@ -167,7 +166,7 @@ class LoopMethods(NewtonMethods):
             `q (..., k, n)`, `valid (..., k)`, `margin`; a slot keeps its branch from pose to pose,
             and `labels["actuator_branches"]` names the branch in each slot.
         """
-        q, margin = self.actuators_all(theta)
+        q, margin = self.functions["actuators_all"](theta)
         closes = _branch_closes(q, margin)
         if self.n < len(self.chain_joints) and ("branches", "actuators", "chain") in self._roles:
             # More joints than freedoms: the loops may not allow these joints together.
@@ -202,7 +201,8 @@ class LoopMethods(NewtonMethods):
     def _leg_branches(self, theta: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """(..., k, n) actuated coordinates of all branches, and their margins."""
         if "actuators_all" in self.functions:
-            return self.actuators_all(theta)
+            q, margin = self.functions["actuators_all"](theta)
+            return q, margin
         q = self.actuators(theta)[..., None, :]
         return q, np.where(np.isfinite(q).all(-1), 1.0, np.nan)
 
@@ -220,6 +220,4 @@ def _closes(margin: FloatArray) -> BoolArray:
 
 def _branch_closes(values: FloatArray, margin: FloatArray) -> BoolArray:
     closes = np.asarray(np.isfinite(values).all(-1))
-    if margin.ndim > closes.ndim:
-        return closes & _closes(margin)
-    return closes & (margin >= 0)
+    return closes & _closes(margin.reshape(*closes.shape, -1))

@@ -1,7 +1,7 @@
-"""Configurations of loops without a closed-form solution, with what is left of their equations.
+"""Solutions of loops without a closed form, by Newton's iteration in C.
 
-The generated functions close the loops by Newton's iteration in C: from the reference configuration
-along the straight line in q, or from a configuration nearby.
+The generated functions start at the reference configuration and follow the straight line in q, or
+start at a configuration nearby.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 
-class Continuation(NamedTuple):
-    """Configurations that were followed from the reference or from a seed.
+class LoopSolution(NamedTuple):
+    """Configurations that close the loops, found from the reference or from a configuration nearby.
 
     Attributes:
         z: (..., n_z) configurations, NaN where the iteration did not converge.
@@ -33,7 +33,7 @@ class Continuation(NamedTuple):
 
     @property
     def n_failed(self) -> int:
-        """The number of poses that were not reached."""
+        """The number of vectors q without a solution."""
         return int(np.size(self.valid) - np.count_nonzero(self.valid))
 
 
@@ -41,45 +41,43 @@ class NewtonMethods(RobotFacts):
     """The methods of a robot whose loops have no closed-form solution."""
 
     @needs("configuration_near", "constraint", when=lambda robot: robot.manifest.is_iterated)
-    def follow(self, q: ArrayLike, seed: ArrayLike | None = None) -> Continuation:
-        """Configurations at actuated coordinates, by Newton's iteration on the loops.
+    def solve_loops(self, q: ArrayLike, z_seed: ArrayLike | None = None) -> LoopSolution:
+        """Solve the loops at actuated coordinates by Newton's iteration.
 
         Args:
             q: (..., n) actuated coordinates [rad or m].
-            seed: (..., n_z) configurations nearby, such as those of the step before; each pose is
-                then on the branch of its seed, after at most eight linear systems. Without seeds,
-                poses are followed from the reference configuration along the straight line in q.
+            z_seed: (..., n_z) configurations nearby, such as the previous ones. Each solution is
+                then on the branch of its seed, after at most eight linear systems. If None, the
+                iteration follows the straight line in q from the reference configuration.
 
         Returns:
             `z (..., n_z)`, `valid (...,)` and `residual (...,)`, and `n_failed`, the number of
-            poses that were not reached. They raise no error.
+            vectors q without a solution. They raise no error.
         """
         q = np.asarray(q)
-        # One row more, since a single pose that is not reached would raise.
+        # One dimension more, since a single q without a solution would raise.
         rows = q[None]
-        z = self.configuration(rows) if seed is None else self.configuration_near(rows, seed)
-        return self._continued(z[0])
+        z = self.configuration(rows) if z_seed is None else self.configuration_near(rows, z_seed)
+        return self._solution(z[0])
 
     @needs("configuration_near", "constraint", when=lambda robot: robot.manifest.is_iterated)
-    def follow_path(self, q: ArrayLike, seed: ArrayLike | None = None) -> Continuation:
-        """Configurations along a path, each from the one before.
+    def solve_loops_along(self, q: ArrayLike, z_seed: ArrayLike | None = None) -> LoopSolution:
+        """Solve the loops along a path, each step from the previous configuration.
 
         Args:
             q: (k, n) actuated coordinates [rad or m], in order.
-            seed: (n_z,) a configuration near the first pose; without it, the first pose is followed
-                from the reference.
+            z_seed: (n_z,) a configuration near the first one; None: as in `solve_loops`.
 
         Returns:
-            As :meth:`follow`; behind a pose that is not reached, none is.
+            As in `solve_loops`; after a step without a solution, no further step has one.
         """
         rows = np.asarray(q, dtype=np.float64)
         (size,) = self.configuration.outputs[0].shape
         z = np.full((len(rows), size), np.nan)
         for k, row in enumerate(rows):
-            z[k] = self.follow(row, seed).z
-            seed = z[k]
-        return self._continued(z)
+            z[k] = z_seed = self.solve_loops(row, z_seed).z
+        return self._solution(z)
 
-    def _continued(self, z: FloatArray) -> Continuation:
+    def _solution(self, z: FloatArray) -> LoopSolution:
         residual = np.asarray(np.abs(self.constraint(z)).max(-1, initial=0.0))
-        return Continuation(z, np.asarray(np.isfinite(z).all(-1)), residual)
+        return LoopSolution(z, np.asarray(np.isfinite(z).all(-1)), residual)

@@ -76,15 +76,18 @@ class LengthMethods(RobotFacts):
         middle = np.zeros(self.n) if self.reference is None else np.array(self.reference.q)
         return self.jacobian_mixed(middle)[None]
 
+    def _reference_theta(self) -> FloatArray:
+        """Return the joints of the main chain (n_theta,) at the reference configuration."""
+        assert self.reference is not None
+        z = {v.name: k for k, v in enumerate(self.configuration_variables)}
+        return np.array([self.reference.z[z[joint.name]] for joint in self.chain_joints])
+
     def _jacobian_at_reference(self) -> FloatArray:
         """(1, 6, n) from the velocity relation J_x x' = J_q q', least squares."""
-        relation, reference = self.manifest.with_role("velocity relation", "chain"), self.reference
-        assert relation is not None
-        assert reference is not None
-        z = {v.name: at for v, at in zip(self.configuration_variables, reference.z, strict=True)}
-        J_x, J_q = self.velocity_relation(
-            [z[joint.name] for joint in self.chain_joints], reference.q
-        )
+        relation = self.manifest.with_role("velocity relation", "chain")
+        assert relation is not None and self.reference is not None  # noqa: PT018
+        at = self._reference_theta(), self.reference.q
+        J_x, J_q = self.functions["velocity_relation"](*at)
         J = np.zeros((1, 6, self.n))
         J[0, list(relation.role.directions)] = np.linalg.pinv(J_x) @ J_q
         return J

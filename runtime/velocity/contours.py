@@ -12,7 +12,7 @@ Values = Callable[[FloatArray], FloatArray]
 """From points (..., 2) to values (...), NaN where there is none."""
 
 HALVINGS = 48
-"""Halvings of a side of a cell: to a part of 1e-14 of it."""
+"""Halvings of an interval, to 4e-15 of its length."""
 
 
 def zero_curves(values: Values, x: FloatArray, y: FloatArray) -> tuple[FloatArray, ...]:
@@ -50,18 +50,28 @@ def _zeros(values: Values, grid: FloatArray, f: FloatArray) -> tuple[NDArray[np.
     low, high = np.concatenate(starts), np.concatenate(ends)
     if not len(low):
         return sides, low
-    at_low, size = values(low), np.abs(values(low)) + np.abs(values(high))
-    for _ in range(HALVINGS):
-        middle = (low + high) / 2
-        at_middle = values(middle)
-        below = (at_middle > 0) == (at_low > 0)
-        low = np.where(below[:, None], middle, low)
-        high = np.where(below[:, None], high, middle)
-    points = (low + high) / 2
+    size = np.abs(values(low)) + np.abs(values(high))
+
+    def at(s: FloatArray) -> FloatArray:
+        return low + s[:, None] * (high - low)
+
+    points = at(bisected(lambda s: values(at(s)) > 0, np.zeros(len(low)), np.ones(len(low))))
     # At a pole the values grow instead.
     poles = ~(np.abs(values(points)) < size)
     points[poles] = np.nan
     return sides, points
+
+
+def bisected(
+    is_on: Callable[[FloatArray], NDArray[np.bool_]], low: FloatArray, high: FloatArray
+) -> FloatArray:
+    """Return the last values (N,) at which a condition is as at the lower ends of intervals."""
+    before = is_on(low)
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        same = is_on(middle) == before
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return low
 
 
 def _changes(first: FloatArray, second: FloatArray) -> NDArray[np.bool_]:

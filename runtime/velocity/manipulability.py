@@ -215,6 +215,20 @@ class ManipulabilityMethods(LengthMethods):
             )
         return metric_of(self, components, self._checked_length(method, length), fixed)
 
+    def _limits(self, method: str, name: str, given: ArrayLike | None) -> FloatArray:
+        """Limits (..., n) in an array of their own, infinite where none are given."""
+        if given is None:
+            return np.full(self.n, np.inf)
+        limits = np.asarray(given)
+        if not limits.ndim:
+            limits = np.full(self.n, limits)
+        limits = self._reals(method, name, limits, (self.n,))
+        if not (limits >= 0).all():
+            raise InputValueError(
+                f"{self.name}.{method}: {name} must not be negative, got {given!r}"
+            )
+        return np.array(limits)
+
 
 @functools.lru_cache(maxsize=256)
 def metric_of(

@@ -23,7 +23,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..call.capabilities import needs
-from ..call.validation import real_array
 from ..errors import InputTypeError, InputValueError, ShapeError
 from ..fixed import Fixed, fixed_coordinates
 from . import _rates
@@ -73,9 +72,8 @@ class Accelerations:
         qdd: (..., n) joint accelerations [rad/s^2 or m/s^2].
         acceleration: (..., 6) the time derivative of the twist that they give, in the requested
             representation.
-        scale: (...,) s in [0, 1]: the share of J qdd that the limits allow.
-        limited: (..., n) whether the acceleration limit held the joint.
-        min_singular_value, damping_squared, singular_direction: As in `Rates`.
+        scale: (...,) s in [0, 1]: the fraction of J qdd that the limits allow.
+        limited, min_singular_value, damping_squared, singular_direction: As in `Rates`.
     """
 
     qdd: FloatArray
@@ -121,9 +119,6 @@ class VelocityMethods(ManipulabilityMethods):
         acceleration limits exclude that direction, the result is the nearest allowed twist. The
         page "Motion in velocity space" of the manual has limits and fixed joints in detail.
 
-        The null space of a redundant robot serves a secondary objective without effect on the task:
-        joint rates down the gradient of the objective, projected to the null space.
-
         Args:
             q: (..., n) coordinates [rad or m].
             V: (..., 6) twist, linear first [m/s, rad/s]; or (..., 3), its linear or angular part
@@ -132,10 +127,10 @@ class VelocityMethods(ManipulabilityMethods):
             components: The components of the twist that count, at the tip: "all", "linear" (the
                 angular part of V is ignored) or "angular". The linear velocity at the tip follows
                 from a spatial twist of six components only.
-            redundancy: How surplus freedom is used. "minimum_norm": the smallest rates; "limits":
-                towards the middle between the limits, down half the sum of squares of
-                (q - middle) / half range over the joints with limits; "manipulability": up
-                Yoshikawa's measure; a configuration (..., n): towards it.
+            redundancy: How surplus freedom is used, by rates in the null space. "minimum_norm": the
+                smallest rates; "limits": towards the middle between the limits, down half the sum
+                of squares of (q - middle) / half range over the joints with limits;
+                "manipulability": up Yoshikawa's measure; a configuration (..., n): towards it.
             gain: Gain of this objective [1/s]: for a configuration, the fraction of the remaining
                 difference per second.
             rate_limits: (..., n) or () greatest |qd| [rad/s or m/s].
@@ -359,20 +354,6 @@ class VelocityMethods(ManipulabilityMethods):
         limits[..., fixed_coordinates(self, method, fixed)] = 0
         return limits, tuple(np.flatnonzero((limits == 0).reshape(-1, self.n).all(0)))
 
-    def _limits(self, method: str, name: str, given: ArrayLike | None) -> FloatArray:
-        """Limits (..., n) in an array of their own, infinite where none are given."""
-        if given is None:
-            return np.full(self.n, np.inf)
-        limits = np.asarray(given)
-        if not limits.ndim:
-            limits = np.full(self.n, limits)
-        limits = self._reals(method, name, limits, (self.n,))
-        if not (limits >= 0).all():
-            raise InputValueError(
-                f"{self.name}.{method}: {name} must not be negative, got {given!r}"
-            )
-        return np.array(limits)
-
     def _twist(
         self, method: str, name: str, given: ArrayLike, components: Part, representation: str
     ) -> FloatArray:
@@ -384,15 +365,6 @@ class VelocityMethods(ManipulabilityMethods):
         twist = np.zeros((*part.shape[:-1], _SPATIAL))
         twist[..., PART[components]] = part
         return twist
-
-    def _reals(self, method: str, name: str, given: Any, core: tuple[int, ...]) -> FloatArray:
-        """A float64 array (..., *core)."""
-        array = real_array(f"{self.name}.{method}", name, given)
-        if core and array.shape[-1:] != core:
-            raise ShapeError(
-                f"{self.name}.{method}: {name} must have shape (..., {core[0]}), got {array.shape}"
-            )
-        return array
 
     def _no_broadcast(self, method: str, **arrays: FloatArray) -> ShapeError:
         shapes = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())

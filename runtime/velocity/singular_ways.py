@@ -1,8 +1,8 @@
-"""Parallel singularities: determinants, the way to the next one, and their curves in a plane."""
+"""Parallel singularities: determinants, the distance to the next one, and curves in a plane."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,14 +10,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..call.capabilities import needs
 from ..closed_form.closures import LoopMethods, has_leg_inverse, is_planar_with_inverse
-from ..errors import InputValueError, ShapeError
+from ..errors import InputValueError
 from ..summaries import summary_repr
-from .contours import zero_curves
+from .contours import bisected, zero_curves
 from .singularity import SingularityMethods
 
 FloatArray = NDArray[np.float64]
-Condition = Callable[[FloatArray], NDArray[np.bool_]]
-_SAMPLES, _HALVINGS = 512, 48
+_SAMPLES = 512
+_RAYS, _RADII = 128, np.geomspace(1e-3, 1e3, 281)
+_PAD = 0.05
+"""Step from a radius to the next, and from a ray to the next, as a fraction of the radius."""
 
 
 class Determinants(NamedTuple):
@@ -33,8 +35,8 @@ class Determinants(NamedTuple):
     J_q: FloatArray
 
 
-class WayToSingularity(NamedTuple):
-    """How far a pose can move in a direction; inf where it meets no singularity.
+class SingularityDistance(NamedTuple):
+    """How far a pose can move in a direction; inf if it meets no singularity.
 
     Attributes:
         type_1: (...,) multiple of the direction at which a leg is stretched or folded.
@@ -83,26 +85,23 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
 
         Raises:
             InputValueError: If the length is not positive.
-
-        Source:
-            Gosselin and Angeles, Singularity analysis of closed-loop kinematic chains, 1990.
         """
         J_x, J_q = self._pure_relation("determinants", theta, q, characteristic_length)
         return Determinants(_determinant(J_x)[()], _determinant(J_q)[()])
 
     @needs("velocity_relation", when=has_leg_inverse)
-    def way_to_singularity(
+    def distance_to_singularity(
         self, theta: ArrayLike, direction: ArrayLike, q: ArrayLike | None = None
-    ) -> WayToSingularity:
-        """How far the main chain can move along a straight line until it is singular.
+    ) -> SingularityDistance:
+        """Return how far the main chain can move along a straight line until it is singular.
 
-        The line theta + s direction, 0 < s <= 1, is looked at in 512 parts, and the first part in
+        The line theta + s direction, 0 < s <= 1, is sampled in 512 intervals. The first interval in
         which a determinant changes sign, or a leg ceases to reach, is halved to rounding. Two
-        singularities within one part are not seen. The legs stay on their branches.
+        singularities in one interval are missed. The legs stay on their branches.
 
         Args:
             theta: (..., n_theta) main-chain joints [rad or m] to start from.
-            direction: (..., n_theta) the whole way [rad or m].
+            direction: (..., n_theta) the largest motion [rad or m].
             q: (..., n) actuated coordinates at the start, which choose the branch of the legs; the
                 reference's branch if None.
 
@@ -110,22 +109,17 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
             `type_1 (...,)` and `type_2 (...,)`: the least s, inf where there is none up to 1; NaN
             where the start is out of reach.
         """
-        start, way = np.broadcast_arrays(
-            np.asarray(theta, np.float64), np.asarray(direction, np.float64)
-        )
-        batch, n = start.shape[:-1], start.shape[-1]
-        if n != len(self.chain_joints):
-            raise ShapeError(
-                f"{self.name}.way_to_singularity: theta must end in {len(self.chain_joints)} "
-                f"values, got {n}"
-            )
-        start, way = start.reshape(-1, n), way.reshape(-1, n)
+        method, n = "distance_to_singularity", len(self.chain_joints)
+        start = self._reals(method, "theta", theta, (n,))
+        start, way = np.broadcast_arrays(start, self._reals(method, "direction", direction, (n,)))
+        batch, start, way = start.shape[:-1], start.reshape(-1, n), way.reshape(-1, n)
         slots = self._slots(start, q)
         rows = np.arange(len(start))
 
         def f(s: FloatArray, at: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
             there = start[at] + s[:, None] * way[at]
-            return self._values(there, slots[at])
+            margin, determinant = self._values(there, slots[at])
+            return margin.min(-1), determinant
 
         s = np.linspace(0, 1, _SAMPLES + 1)
         margin, determinant = (
@@ -136,28 +130,29 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
         leaves = ~reached[:, 1:]
         type_1 = np.full(len(start), np.inf)
         low, high, at = _brackets(leaves, s)
-        type_1[at] = _halved(lambda x: f(x, at)[0] >= 0, low, high)
+        type_1[at] = bisected(lambda x: f(x, at)[0] >= 0, low, high)
         # The last part may hold both singularities.
         turned = (determinant[:, 1:] > 0) != (determinant[:, :-1] > 0)
         turned[at, leaves[at].argmax(1)] = (f(type_1[at], at)[1] > 0) != (f(low, at)[1] > 0)
         type_2 = np.full(len(start), np.inf)
         low, high, at = _brackets(turned, s)
         high = np.minimum(high, type_1[at])
-        type_2[at] = _halved(lambda x: f(x, at)[1] > 0, low, high)
+        type_2[at] = bisected(lambda x: f(x, at)[1] > 0, low, high)
         # Behind the place where a leg ceases to reach there is no pose.
         type_2[type_2 > type_1] = np.inf
         for found in (type_1, type_2):
             found[~reached[:, 0]] = np.nan
-        return WayToSingularity(type_1.reshape(batch)[()], type_2.reshape(batch)[()])
+        return SingularityDistance(type_1.reshape(batch)[()], type_2.reshape(batch)[()])
 
     @needs("velocity_relation", when=is_planar_with_inverse)
     def singularity_curves(
         self,
         phi: float,
-        x: Sequence[float],
-        y: Sequence[float],
+        x: Sequence[float] | None = None,
+        y: Sequence[float] | None = None,
+        *,
         slot: int = 0,
-        points: int = 201,
+        resolution: int = 201,
     ) -> SingularityCurves:
         """The singular positions of a planar platform at one orientation.
 
@@ -165,30 +160,34 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
 
         Args:
             phi: The platform's angle [rad].
-            x: Lower and upper bound of x [m].
-            y: Lower and upper bound of y [m].
+            x: Lower and upper bound of x [m]; None: of the positions that all legs reach.
+            y: Lower and upper bound of y [m]; None: as for x.
             slot: The branch of the legs, a slot of `ik_planar`; 0 is the reference's.
-            points: Number of grid lines each way.
+            resolution: Number of grid lines each way.
 
         Returns:
-            `type_1` and `type_2`, polylines (k, 2) of x and y [m]; those of type 2 end where a leg
+            `type_1` and `type_2`, polylines (k, 2) of x and y [m]; curves of type 2 end where a leg
             ceases to reach.
 
         Raises:
-            InputValueError: If a bound is not above the other, or there are no two grid lines.
+            InputValueError: If bounds do not ascend, if there are no two grid lines, or if x or y
+                is None and the legs reach everywhere.
         """
-        for name, (low, high) in (("x", x), ("y", y)):
-            if not low < high or points < 2:  # noqa: PLR2004
-                raise InputValueError(
-                    f"{self.name}.singularity_curves: {name} must ascend and points be at least 2"
-                )
-        grid = [np.linspace(low, high, points) for low, high in (x, y)]
+        if x is None or y is None:
+            reach = self._reach(phi, slot)
+            if not len(reach):
+                return SingularityCurves((), ())
+            x, y = reach[0] if x is None else x, reach[1] if y is None else y
+        if not (x[0] < x[1] and y[0] < y[1] and resolution >= 2):  # noqa: PLR2004
+            raise InputValueError(
+                f"{self.name}.singularity_curves: x and y must ascend and resolution be at least 2"
+            )
+        grid = [np.linspace(low, high, resolution) for low, high in (x, y)]
 
         def at(position: FloatArray) -> tuple[FloatArray, FloatArray]:
             pose = np.concatenate([position, np.full((*position.shape[:-1], 1), phi)], -1)
             rows = pose.reshape(-1, 3)
-            _, determinant = self._values(rows, np.full(len(rows), slot))
-            margins = self._margins(rows, np.full(len(rows), slot))
+            margins, determinant = self._values(rows, np.full(len(rows), slot))
             shape = position.shape[:-1]
             return margins.reshape(*shape, -1), determinant.reshape(shape)
 
@@ -196,6 +195,24 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
         type_1 = [zero_curves(lambda p, k=leg: at(p)[0][..., k], *grid) for leg in range(legs)]  # type: ignore[misc]
         type_2 = zero_curves(lambda p: at(p)[1], *grid)
         return SingularityCurves(tuple(curve for found in type_1 for curve in found), type_2)
+
+    def _reach(self, phi: float, slot: int) -> list[tuple[float, float]]:
+        """Return bounds of x and y for the positions that all legs reach, [] if there are none."""
+        angle = np.linspace(0, 2 * np.pi, _RAYS, endpoint=False)
+        radius = self.unit_length * _RADII[:, None]
+        away = np.stack([radius * np.cos(angle), radius * np.sin(angle)], -1).reshape(-1, 2)
+        theta = np.column_stack([self._reference_theta()[:2] + away, np.full(len(away), phi)])
+        q, margin = (part[:, slot] for part in self._branches(theta))
+        turns = [c.unit == "rad" for c in self.coordinates]
+        within = turns | (q >= self.lower) & (q <= self.upper)
+        reached = np.asarray((margin >= 0).all(-1) & within.all(-1))
+        if reached[-_RAYS:].any():
+            raise InputValueError(f"{self.name}.singularity_curves: unbounded reach: state x and y")
+        if not reached.any():
+            return []
+        pad = _PAD * np.linalg.norm(away[reached], axis=1).max()
+        found = theta[reached, :2]
+        return list(zip(found.min(0) - pad, found.max(0) + pad, strict=True))
 
     def _branches(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
         """(N, k, n) actuated coordinates of all branches, and (N, k, legs) margins."""
@@ -211,15 +228,12 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
         size = np.where(np.isfinite(apart), np.abs(apart), np.inf).max(-1)
         return np.asarray(size.argmin(-1))
 
-    def _margins(self, theta: FloatArray, slots: NDArray[np.intp]) -> FloatArray:
-        return np.asarray(self._branches(theta)[1][np.arange(len(theta)), slots])
-
     def _values(self, theta: FloatArray, slots: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
-        """(N,) least margin of a leg, and determinants of J_x."""
+        """Return margins of the legs (N, legs), and determinants of J_x (N,)."""
         q, margin = self._branches(theta)
         rows = np.arange(len(theta))
         J_x, _ = self._pure_relation("determinants", theta, q[rows, slots], None)
-        return margin[rows, slots].min(-1), _determinant(J_x)
+        return margin[rows, slots], _determinant(J_x)
 
 
 def _determinant(J: FloatArray) -> FloatArray:
@@ -240,13 +254,3 @@ def _brackets(
     rows = np.flatnonzero(changes.any(1))
     part = changes[rows].argmax(1)
     return s[part], s[part + 1], rows
-
-
-def _halved(is_on: Condition, low: FloatArray, high: FloatArray) -> FloatArray:
-    """The last places before a condition is no longer as it is at the lower ends."""
-    before = is_on(low)
-    for _ in range(_HALVINGS):
-        middle = (low + high) / 2
-        same = is_on(middle) == before
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
-    return low

@@ -79,7 +79,7 @@ class SingularityMethods(LengthMethods):
         relation = self.manifest.with_role("velocity relation", "chain")
         assert relation is not None
         length = self._checked_length(name, length)
-        J_x, J_q = self.velocity_relation(theta, q)
+        J_x, J_q = self.functions["velocity_relation"](theta, q)
         turning = np.array(relation.role.directions) >= 3  # noqa: PLR2004
         unit_x = np.where(turning, length, 1.0)
         unit_q = np.array([length if c.kind == "revolute" else 1.0 for c in self.coordinates])

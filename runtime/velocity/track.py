@@ -176,14 +176,11 @@ class TrackMethods(ManipulabilityMethods):
         return path, start
 
     def _rates(self, rate_limits: ArrayLike | None, fixed: Fixed | None) -> FloatArray:
-        given = np.inf if rate_limits is None else rate_limits
-        given = real_array(f"{self.name}.track", "rate_limits", given)
-        if given.shape not in {(), (self.n,)}:
+        rates = self._limits("track", "rate_limits", rate_limits)
+        if rates.ndim > 1:
             raise ShapeError(
-                f"{self.name}.track: expected rate_limits () or ({self.n},), got {given.shape}"
+                f"{self.name}.track: expected rate_limits ({self.n},), got {rates.shape}"
             )
-        _require(bool((given >= 0).all()), f"{self.name}.track: rate_limits must not be negative")
-        rates = np.array(np.broadcast_to(given, self.n))
         rates[fixed_coordinates(self, "track", fixed)] = 0
         _require(
             bool(rates.any()),

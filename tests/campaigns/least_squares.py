@@ -78,7 +78,7 @@ def judged(mechanism: Mechanism, rng: np.random.Generator) -> Judged:
         write(mechanism, folder, functions=names, languages=C_ALONE)
         robot = chasles.load(folder)
         q = _around(robot, rng)
-        closed = robot.valid(q)
+        closed = robot.loops_close(q)
         open_, q = float((~closed).sum()), q[closed]
         v = rng.uniform(-1, 1, q.shape)
         return Judged(

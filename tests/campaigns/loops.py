@@ -64,7 +64,9 @@ def _configurations(
         z = robot.configuration(q)
         names = [variable.name for variable in robot.configuration_variables]
         # Loops that always close have no margin.
-        valid = robot.valid(q) if hasattr(robot, "valid") else np.ones(len(q), dtype=bool)
+        valid = (
+            robot.loops_close(q) if hasattr(robot, "loops_close") else np.ones(len(q), dtype=bool)
+        )
         return dict(zip(names, z.T, strict=True)), valid, np.isfinite(z).all(-1)
     theta = np.stack(list(_random(robot.chain_joints, rng, numbers.size)), axis=-1)
     q = robot.actuators(theta)

@@ -172,7 +172,7 @@ def _silent(
         if info.role.domain != domain or is_relation or info.role.name in NOT_MAPS:
             continue
         rates = [rng.normal(size=(len(values), *i.shape)) for i in info.inputs[1:]]
-        results = getattr(robot, info.name)(values, *rates)
+        results = robot.functions[info.name](values, *rates)
         for result in results if isinstance(results, tuple) else (results,):
             flat = np.asarray(result, dtype=float).reshape(len(values), -1)
             varies = np.ptp(flat[closed], axis=0) > 0
@@ -205,7 +205,7 @@ def _valid(verdict: Verdict, numbers: Multistart, robot: chasles.Robot, theta: n
     apart = np.abs(numbers.wrapped(numbers.chain, robot.chain(q) - theta)).max(-1)
     modes = numbers.modes(q, numbers.actuated)
     back = apart < [half_way(numbers, modes[k], theta[k]) for k in range(len(theta))]
-    verdict.faults["out of branch"] += int((back != robot.actuators_valid(theta)).sum())
+    verdict.faults["out of branch"] += int((back != robot.chain_closes(theta)).sum())
 
 
 def half_way(numbers: Multistart, modes: list[dict[str, float]], theta: np.ndarray) -> float:

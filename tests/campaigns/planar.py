@@ -84,7 +84,7 @@ def compared(
     starts: int,
 ) -> Compared:
     """Compares the modes of a platform at one input with Newton's method."""
-    theta, margin, unsure = robot.modes(q)
+    theta, margin, unsure = robot.functions["modes"](q)
     theta, margin = theta[np.isfinite(margin)], margin[np.isfinite(margin)]
     size = _size(theta)
     begun = np.concatenate(

@@ -259,7 +259,7 @@ def test_loop_robot_ik_recovers_generating_configuration(name):
     T = case.pose(q)
     found = function(T, *given_of(case, function, q))
     closed = np.isfinite(found.q).all(axis=-1)
-    closed[closed] = case.robot.valid(found.q[closed])
+    closed[closed] = case.robot.loops_close(found.q[closed])
     assert not (found.valid & ~closed).any()
     errors = np.full(closed.shape, np.inf)
     errors[closed] = case.error(found.q[closed], np.repeat(T[:, None], closed.shape[1], 1)[closed])

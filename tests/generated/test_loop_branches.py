@@ -24,7 +24,7 @@ from tests.support.loops.loop_robots import (
 def test_results_far_outside_limits_are_closed_or_nan(name):
     r, m = robot(name), model(name)
     q = random_q(name, 20_000, seed=41, wider=2.0)
-    z, valid, margin = r.configuration(q), r.valid(q), r.margin(q)
+    z, valid, margin = r.configuration(q), r.loops_close(q), r.margin(q)
     finite = np.isfinite(z).all(-1)
     np.testing.assert_array_equal(finite, valid)
     # A step behind one that does not close has no margin.
@@ -46,7 +46,7 @@ def test_fk_is_correct_or_nan_outside_limits(name):
     q = random_q(name, 20_000, seed=42, wider=2.0)
     T = r.fk(q)
     finite = np.isfinite(T).all((-2, -1))
-    closed = r.valid(q)
+    closed = r.loops_close(q)
     np.testing.assert_allclose(T[closed], m.tip(r.configuration(q[closed])), atol=1e-9)
     # What needs no solution of the loops may be known all the same.
     assert not (finite & ~closed).any()
@@ -79,7 +79,7 @@ def test_unreachable_chain_has_nan_actuators(name):
     # On whichever branch of the chain; off the reference's the chain is another one.
     np.testing.assert_array_equal(r.actuator_branches(theta).valid.any(-1), reached)
     apart = np.abs(wrapped(r.chain(q) - theta)).max(-1)
-    np.testing.assert_array_equal(r.actuators_valid(theta), reached & (apart < 1e-6))
+    np.testing.assert_array_equal(r.chain_closes(theta), reached & (apart < 1e-6))
     assert (reached & (apart > 1e-3)).mean() > 0.01
     z = np.zeros((reached.sum(), len(m.names)))
     z[:, m.chain], z[:, m.actuated] = theta[reached], q[reached]
@@ -114,7 +114,7 @@ def test_open_loop_error_names_loop_and_coordinate(name, k, value):
     if name == "delta":
         q[1:] = 2.7, 1.7
     assert np.isnan(r.chain(q[None])).any()
-    assert not r.valid(q[None])[0]
+    assert not r.loops_close(q[None])[0]
     for function in (r.chain, r.configuration, r.chain_D_q):
         with pytest.raises(chasles.OutOfReachError, match=BROKEN[name, k, value]) as caught:
             function(q)
@@ -171,10 +171,10 @@ def check_dead_points(start, goals, closes, margin, values, slopes):
 def test_margin_vanishes_at_dead_points_of_chain(name):
     r = robot(name)
     goals = random_q(name, 5000, seed=51, wider=2.0)
-    goals = goals[~r.valid(goals)][:40]
+    goals = goals[~r.loops_close(goals)][:40]
     assert len(goals) > 10
     start = np.array(r.reference.q)
-    check_dead_points(start, goals, r.valid, r.margin, r.chain, r.chain_D_q)
+    check_dead_points(start, goals, r.loops_close, r.margin, r.chain, r.chain_D_q)
 
 
 @pytest.mark.parametrize("name", INVERTIBLE)
@@ -316,7 +316,7 @@ def test_actuators_beyond_dead_point_belong_to_other_branch():
         theta[last] = np.deg2rad(angle)
         q = r.actuators(theta)
         assert (np.abs(r.chain(q) - theta).max() < 1e-9) == is_own
-        assert r.actuators_valid(theta) == is_own
+        assert r.chain_closes(theta) == is_own
         # The lengths hold it there all the same, and both postures are among the branches.
         found, valid, _ = r.actuator_branches(theta)
         np.testing.assert_allclose(found[valid], [q], atol=1e-12)
@@ -339,7 +339,7 @@ def test_cylinder_lengths_are_never_negative():
     for k in range(1, 4):
         inside_out = np.array(r.reference.q)
         inside_out[k] = q[k]
-        assert not r.valid(inside_out)
+        assert not r.loops_close(inside_out)
         assert not r.chain_branches(inside_out).valid.any()
         assert np.isnan(r.chain(inside_out[None])).any()
 

@@ -41,7 +41,7 @@ def test_loops_close_everywhere_within_limits(name):
     assert m.gap(z).max() < CLOSED
     if name in LOOPED:
         assert np.abs(robot(name).constraint(z)).max() < CLOSED
-        assert robot(name).valid(q).all()
+        assert robot(name).loops_close(q).all()
     assert np.abs(z[:, m.actuated] - q * m.ratio).max() < CLOSED
 
 

@@ -95,7 +95,7 @@ def test_ik_planar_returns_two_branches_per_leg(name):
     assert (apart.min(-1).max(-1) * np.sqrt(margin)).max() < SAME
     assert (apart.min(-2).max(-1) * np.sqrt(margin)).max() < SAME
     np.testing.assert_array_equal(r.actuators(pose[held]), q[held][:, 0])
-    np.testing.assert_array_equal(r.actuators_valid(pose), held)
+    np.testing.assert_array_equal(r.chain_closes(pose), held)
     assert np.isnan(r.actuators(pose[~held])).any(-1).all()
 
 
@@ -126,7 +126,7 @@ def test_loops_close_everywhere_within_limits(name):
     assert np.isfinite(z).all()
     assert m.gap(z).max() < CLOSED
     assert np.abs(r.constraint(z)).max() < CLOSED
-    assert r.valid(q).all()
+    assert r.loops_close(q).all()
     np.testing.assert_allclose(z[:, m.actuated], q, atol=1e-15)
     np.testing.assert_array_equal(r.chain(q), z[:, m.chain])
     np.testing.assert_allclose(r.fk(q[:500]), m.tip(z[:500]), atol=CLOSED)
@@ -191,7 +191,7 @@ def test_results_far_outside_limits_are_closed_or_nan(name):
     finite = np.isfinite(z).all(-1)
     assert 0.05 < finite.mean() < 0.98
     assert m.gap(z[finite]).max() < 1e-9
-    np.testing.assert_array_equal(finite, r.valid(q))
+    np.testing.assert_array_equal(finite, r.loops_close(q))
     np.testing.assert_array_equal(finite, np.isfinite(r.fk(q)).all((-2, -1)))
     alone = q[~finite][0]
     for function in (r.fk, r.chain):
@@ -258,7 +258,7 @@ def test_velocity_relation_holds_for_true_rates(name):
     r, m = robot(name), model(name)
     q = np.linspace(-3, 3, 100)[:, None] if name == "slider_crank" else within(name, 100, 13)
     z = r.configuration(q)
-    J_x, J_q = r.velocity_relation(z[:, m.chain], q)
+    J_x, J_q = r.functions["velocity_relation"](z[:, m.chain], q)
     qd = np.random.default_rng(14).uniform(-1, 1, q.shape)
     V = twists(m, z, (m.z_D_q(z) @ qd[..., None])[..., 0])
     assert J_x.shape[-1] == len(FREE[name])
@@ -309,7 +309,7 @@ def test_concurrent_rods_are_type_2_singularity(name):
     q = np.arctan2(arms[:, 1], arms[:, 0])
     pose = np.array([0.0, 0.0, phi])
     found = r.singularity(pose, q)
-    assert np.abs(r.rods(pose, q)).max() < CLOSED
+    assert np.abs(r.functions["rods"](pose, q)).max() < CLOSED
     assert found.type_2 < 1e-12
     assert found.type_1 > 0.05
     assert found.type_3 == found.type_1
@@ -388,7 +388,7 @@ def test_delta_is_invalid_if_spheres_do_not_intersect():
     q = np.random.default_rng(16).uniform(-np.pi, np.pi, (5000, 3))
     there = np.isfinite(spheres(q)).all((-2, -1))
     assert 100 < (~there).sum() < 4900
-    np.testing.assert_array_equal(r.valid(q), there)
+    np.testing.assert_array_equal(r.loops_close(q), there)
     np.testing.assert_array_equal(np.isfinite(r.fk(q)).all((-2, -1)), there)
 
 

@@ -33,8 +33,8 @@ def test_assembly_modes_close_and_contain_reference(name):
     q = within(name, 60, 0)
     found = r.fk_all(q)
     assert found.T.shape == (60, MOST[name], 4, 4)
-    assert found.sure.all()
-    rods = r.rods(found.theta[found.valid], np.repeat(q, found.valid.sum(-1), 0))
+    assert found.complete.all()
+    rods = r.functions["rods"](found.theta[found.valid], np.repeat(q, found.valid.sum(-1), 0))
     assert np.abs(rods).max() < CLOSED
     assert np.isnan(found.T[~found.valid]).all()
     assert np.isnan(found.margin[~found.valid]).all()
@@ -60,7 +60,7 @@ def test_hexapod_with_equal_legs_has_16_modes():
     """Equal legs: a symmetric pose at which poses could fall together."""
     r = robot("stewart_gough")
     found = r.fk_all(np.full(6, 0.08))
-    assert found.sure
+    assert found.complete
     theta = found.theta[found.valid]
     assert len(theta) == 16
     np.testing.assert_allclose(theta[0], r.chain(np.full(6, 0.08)), atol=1e-12)
@@ -105,23 +105,23 @@ def test_hexapod_ik_returns_leg_lengths():
 def test_modes_agree_for_every_call_form(name):
     r = robot(name)
     q = within(name, 6, 4).reshape(2, 3, -1)
-    theta, margin, unsure = r.modes(q)
+    theta, margin, unsure = r.functions["modes"](q)
     assert theta.shape == (2, 3, MOST[name], theta.shape[-1])
     assert unsure.shape == (2, 3, 1)
-    single = r.modes(q[1, 2])
+    single = r.functions["modes"](q[1, 2])
     np.testing.assert_array_equal(single[0], theta[1, 2])
     into = (np.empty_like(theta), np.empty_like(margin), np.empty_like(unsure))
-    assert r.modes(q, out=into, threads=2)[0] is into[0]
+    assert r.functions["modes"](q, out=into, threads=2)[0] is into[0]
     for one, other in zip(into, (theta, margin, unsure), strict=True):
         np.testing.assert_array_equal(one, other)
     array = pytest.importorskip("dask.array")
-    lazy = r.modes(array.from_array(q, chunks=(1, 3, r.n)))
+    lazy = r.functions["modes"](array.from_array(q, chunks=(1, 3, r.n)))
     np.testing.assert_array_equal(lazy[0].compute(), theta)
     for bad in (np.nan, np.inf):
         odd = q[0, 0].copy()
         odd[0] = bad
-        assert all(np.isnan(part).all() for part in r.modes(odd))
-        assert not r.fk_all(odd).sure
+        assert all(np.isnan(part).all() for part in r.functions["modes"](odd))
+        assert not r.fk_all(odd).complete
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -131,9 +131,9 @@ def test_assembly_modes_far_outside_limits_are_closed(name):
     beyond = 1.5 * (upper - lower)
     q = np.random.default_rng(5).uniform(lower - beyond, upper + beyond, (300, r.n))
     found = r.fk_all(q)
-    rods = r.rods(found.theta[found.valid], np.repeat(q, found.valid.sum(-1), 0))
+    rods = r.functions["rods"](found.theta[found.valid], np.repeat(q, found.valid.sum(-1), 0))
     assert np.abs(rods).max() < CLOSED
     counts = found.valid.sum(-1)
     assert (counts == 0).any()
     assert (counts > 0).any()
-    assert found.sure.mean() > 0.99
+    assert found.complete.mean() > 0.99

@@ -7,7 +7,6 @@ from .planar_platform import (
     constant_orientation_workspace,
     dexterous_workspace,
     orientation_grid,
-    singular_places,
 )
 from .turning_platform import OrientationRangeWorkspace, orientation_range_workspace
 
@@ -21,5 +20,4 @@ __all__ = [
     "exact_workspace",
     "orientation_grid",
     "orientation_range_workspace",
-    "singular_places",
 ]

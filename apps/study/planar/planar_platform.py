@@ -77,7 +77,7 @@ class PlanarRegion(StudyResult):
 
         Args:
             ax: The matplotlib axes; None: a new figure.
-            singular: Curves inside, from `singular_places`.
+            singular: Curves inside, from `robot.singularity_curves`.
 
         Returns:
             The axes.
@@ -105,35 +105,6 @@ def constant_orientation_workspace(robot: Robot, phi: float) -> PlanarRegion:
     if not annuli:
         raise InputValueError(f"{robot.name}: expected a planar platform on three legs")
     return PlanarRegion(robot.name, f"at {np.degrees(phi):.4g}°", (annuli,))
-
-
-def singular_places(
-    robot: Robot, phi: float, slot: int = 0, points: int = 201
-) -> SingularityCurves:
-    """The singular places of a planar platform's tool at one angle, in the box of its region.
-
-    Those of type 1 are the border of what the legs reach, those of type 2 lie inside: the platform
-    gains a freedom there.
-
-    Args:
-        robot: As for `constant_orientation_workspace`.
-        phi: The angle [rad].
-        slot: The branch of the legs, a slot of `ik_planar`; 0 is the reference's.
-        points: Number of lines each way of the grid on which the curves are found.
-
-    Raises:
-        InputValueError: The robot is another one.
-    """
-    disks = [
-        (own.center, own.outer) for own in constant_orientation_workspace(robot, phi).pieces[0]
-    ]
-    lower = np.max([center - radius for center, radius in disks], axis=0)
-    upper = np.min([center + radius for center, radius in disks], axis=0)
-    if not (lower < upper).all():
-        return SingularityCurves((), ())
-    x, y = np.column_stack([lower, upper]).tolist()
-    found: SingularityCurves = robot.singularity_curves(phi, x, y, slot, points)
-    return found
 
 
 def dexterous_workspace(robot: Robot) -> PlanarRegion:

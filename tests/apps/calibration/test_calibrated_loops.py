@@ -334,11 +334,11 @@ def test_calibrated_actuator_maps_recover_all_configurations():
 def test_joint_values_that_violate_loop_closure_are_invalid():
     robot = mapped("four_bar", 5)
     theta = robot.chain(np.linspace(-3, 3, POSTURES)[:, None])
-    assert robot.actuators_valid(theta).all()
+    assert robot.chain_closes(theta).all()
     for joint in range(2):
         moved = theta.copy()
         moved[:, joint] += 1e-3
-        assert not robot.actuators_valid(moved).any()
+        assert not robot.chain_closes(moved).any()
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,6 @@ from chasles.study import (
     orientation_range_workspace,
     reach,
     reachable_positions,
-    singular_places,
     workspace,
 )
 from chasles.study.grid import Grid, SizeEstimate
@@ -44,7 +43,7 @@ def results():
     yield orientation_range_workspace(PLATFORM, 0, 0.1, tolerance=0.1)
     yield orientation_grid(PLATFORM, [0, 0.1], resolution=20)
     yield reachable_positions(chasles.load("stewart_gough"), resolution=32)
-    yield singular_places(PLATFORM, 0.5, points=11)
+    yield PLATFORM.singularity_curves(0.5, resolution=11)
     yield from (moved(), moved().sample(100), moved().curve, moved().time_scaling)
     yield MotionSequence(ROBOT, Q).pause(1).pause(1)
     yield spline([[0, 0, 0], [1, 0, 0], [1, 1, 0]])

@@ -183,7 +183,7 @@ def test_ghosts_show_all_other_assembly_modes(name):
         ghosts = display.modes(posture)
         assert len(ghosts.scales) == display.most_modes > 0
         found = tools(display, ghosts)
-        count = robot.modes(posture.q)[1]
+        count = robot.functions["modes"](posture.q)[1]
         assert len(found) == np.isfinite(count).sum() - 1
         apart = np.abs(found - posture.tool).max((-1, -2))
         assert (apart > 1e-6).all()

@@ -62,7 +62,7 @@ def judged(number: int) -> Judged:
         write(built, folder, functions=FUNCTIONS, languages=C_ALONE)
         robot, nominal = chasles.load(folder), chasles.load(design.name)
         q = rng.uniform(robot.lower, robot.upper, (POSES, robot.n))
-        q = q[robot.valid(q)]
+        q = q[robot.loops_close(q)]
         T = robot.fk(q)
         found = robot.ik(T)
         closure = float(np.abs(robot.constraint(robot.configuration(q))).max())

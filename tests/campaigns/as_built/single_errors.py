@@ -125,7 +125,7 @@ def _written(built: Mechanism, design: Mechanism, folder: str, *, has_ik: bool) 
 
 
 def _valid(robot: chasles.Robot, q: np.ndarray) -> np.ndarray:
-    return robot.valid(q) if hasattr(robot, "valid") else np.ones(len(q), dtype=bool)
+    return robot.loops_close(q) if hasattr(robot, "loops_close") else np.ones(len(q), dtype=bool)
 
 
 def _gaps(robot: chasles.Robot, built: Mechanism, q: np.ndarray) -> tuple[float, float]:

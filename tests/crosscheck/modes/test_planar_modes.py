@@ -51,10 +51,10 @@ def test_velocity_relation_matches_mode_differences(legs):
     _, robot = legs
     q = np.array(robot.reference.q)
     found = robot.fk_all(q)
-    assert found.sure
+    assert found.complete
     for slot in np.flatnonzero(found.valid):
         theta = found.theta[slot]
-        J_x, J_q = robot.velocity_relation(theta, q)
+        J_x, J_q = robot.functions["velocity_relation"](theta, q)
         for qd in np.eye(3):
             ahead, behind = (robot.fk_all(q + side * STEP * qd).theta for side in (1, -1))
             near = [x[np.nanargmin(np.abs(x - theta).max(-1))] for x in (ahead, behind)]
@@ -68,7 +68,7 @@ def test_assembly_polynomial_vanishes_at_every_mode(legs):
     _, robot = legs
     q = np.array(robot.reference.q)
     found = robot.fk_all(q)
-    a0, *rest = robot.assembly_polynomial(q)
+    a0, *rest = robot.functions["assembly_polynomial"](q)
     for phi in found.theta[found.valid, 2]:
         value = a0 + sum(
             a * np.cos(k * phi) + b * np.sin(k * phi)

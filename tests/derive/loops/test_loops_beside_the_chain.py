@@ -77,7 +77,7 @@ def test_finite_poses_are_exactly_those_that_newton_closes(gear, description):
     finite = np.isfinite(theta[:, 0])
     modes = numbers.modes(q, numbers.actuated)
     assert 5 < finite.sum() < 25
-    assert np.array_equal(finite, gear.valid(q))
+    assert np.array_equal(finite, gear.loops_close(q))
     for k in np.flatnonzero(finite):
         assert min(abs(mode["leg"] - theta[k, 0]) for mode in modes[k]) < 1e-9
     # On the reference's side of the leg the loop never closes there.

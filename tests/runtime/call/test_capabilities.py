@@ -50,12 +50,13 @@ def test_a_robot_without_an_inverse_names_the_reason_and_substitutes(name, reaso
 def test_dir_lists_exactly_available_attributes(name):
     robot = chasles.load(name)
     listed = dir(robot)
-    assert {*robot.functions} <= {*listed}
+    intermediate = {f.name for f in robot.manifest.functions if f.role.is_intermediate}
+    assert {*robot.functions} - {*listed} == intermediate
     for attribute in listed:
         assert hasattr(robot, attribute), attribute
     for attribute in ("jacobian", "twist"):
         assert attribute not in listed
-    missing = {"ik", "ik_path", "chain_all", "track", "fk_planar_all"} - {*listed}
+    missing = {"ik", "ik_path", "chain_branches", "track", "fk_planar_all"} - {*listed}
     assert missing
     for attribute in missing:
         assert not hasattr(robot, attribute), attribute
@@ -176,18 +177,18 @@ def test_missing_attribute_error_states_reason_or_substitute(name):
 @pytest.mark.parametrize(
     ("robot", "name", "words"),
     [
-        ("ur5e", "chain", "'chain': its q are its joints, since it has no loops;"),
+        ("ur5e", "loops_close", "'loops_close': its q are its joints, since it has no loops;"),
         ("four_bar", "chain_fk", "has no 'chain_fk'; instead: fk;"),
-        ("four_bar", "ik_planar", "it is no platform on legs; instead: ik, actuators"),
-        ("stewart_gough", "chain_all", "its loops are solved by iteration; instead: chain"),
+        ("four_bar", "ik_planar", "it is not a platform on legs; instead: ik, actuators"),
+        ("stewart_gough", "chain_branches", "its loops are solved by iteration; instead: chain"),
         ("five_bar", "fk_p", "chasles.load(..., parametric=True); instead: fk"),
         ("ur5e", "fk_p", "'fk_p': it is derived by chasles.load(..., parametric=True)"),
     ],
     ids=[
-        "ur5e chain",
+        "ur5e loops_close",
         "four_bar chain_fk",
         "four_bar ik_planar",
-        "stewart_gough chain_all",
+        "stewart_gough chain_branches",
         "five_bar fk_p",
         "ur5e fk_p",
     ],

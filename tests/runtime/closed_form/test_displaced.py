@@ -61,7 +61,7 @@ def test_nominal_residual_of_reachable_poses_is_bounded(arm):
     q[: POSES // 2, 2] = stretched + np.random.default_rng(5).normal(scale=0.01, size=POSES // 2)
     T = arm.fk(q)
     assert arm.ik(T).valid.any(axis=-1).all()
-    _, residual, _ = arm.ik_nominal(T)
+    _, residual, _ = arm.functions["ik_nominal"](T)
     assert np.nanmin(residual, axis=-1).max() < 3 * SIZE
 
 
@@ -70,7 +70,7 @@ def test_far_unreachable_pose_returns_nominal_arm_answers(arm):
     T = arm.fk(rng.uniform(-np.pi, np.pi, (500, 6)))
     T[:, :3, 3] *= (rng.uniform(1.5, 4, 500) / np.linalg.norm(T[:, :3, 3], axis=-1))[:, None]
     found = arm.ik(T)
-    q, _, margin = arm.ik_nominal(T)
+    q, _, margin = arm.functions["ik_nominal"](T)
     assert not found.valid.any()
     held = np.isfinite(q).all(-1)
     assert held.all()

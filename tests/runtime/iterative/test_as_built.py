@@ -78,7 +78,7 @@ def test_as_built_loops_are_closed(built):
     robot, model = built
     q = coordinates(robot)
     z = robot.configuration(q)
-    assert robot.valid(q).all()
+    assert robot.loops_close(q).all()
     assert model.gap(z).max() < 1e-12
     np.testing.assert_allclose(robot.fk(q), model.tip(z), atol=1e-12)
 

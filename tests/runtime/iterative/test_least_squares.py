@@ -44,7 +44,7 @@ def drawn(request, tmp_path_factory):
 def postures(robot, count=40):
     offset = np.random.default_rng(5).uniform(-0.3, 0.3, (count, robot.n))
     q = robot.reference.q + offset
-    assert robot.valid(q).all()
+    assert robot.loops_close(q).all()
     return q
 
 
@@ -140,7 +140,7 @@ def test_actuator_maps_invert_chain_maps(drawn):
     D = robot.actuators_D_chain(theta) @ robot.chain_D_q(q)
     np.testing.assert_allclose(D, np.broadcast_to(np.eye(robot.n), D.shape), atol=1e-9)
     if "actuator_margin" in robot.functions:
-        assert robot.actuators_valid(theta).all()
+        assert robot.chain_closes(theta).all()
         margin = robot.actuator_margin(robot.chain(robot.reference.q))
         np.testing.assert_allclose(margin, 1.0, atol=1e-5)
 

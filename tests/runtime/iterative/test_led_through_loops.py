@@ -114,7 +114,7 @@ def drawn_arm(seed, off, wrist):
 def judged(robot, mechanism, reach):
     """Every configuration around the reference is a solution of its pose; no solution is wrong."""
     q = robot.reference.q + reach * np.random.default_rng(0).uniform(-1, 1, (POSES, robot.n))
-    q = q[robot.valid(q)]
+    q = q[robot.loops_close(q)]
     assert len(q) > POSES / 2
     model = Model(mechanism)
     z = robot.configuration(q)

@@ -61,7 +61,7 @@ def test_loop_kinematics_are_scale_invariant(pair):
     q = configurations(robot)
     by = np.array([factor if c.unit == "m" else 1.0 for c in robot.coordinates])
     T, resized = robot.fk(q), other.fk(q * by)
-    np.testing.assert_array_equal(robot.valid(q), other.valid(q * by))
+    np.testing.assert_array_equal(robot.loops_close(q), other.loops_close(q * by))
     closed = np.isfinite(T).all((-2, -1))
     assert closed.mean() > 0.5
     T[:, :3, 3] *= factor
@@ -86,12 +86,12 @@ def test_assembly_modes_are_scale_invariant(pair):
 
 def test_actuators_valid_is_scale_invariant(pair):
     robot, other, factor = pair
-    if not hasattr(robot, "actuators_valid"):
+    if not hasattr(robot, "chain_closes"):
         return
     theta = robot.chain(configurations(robot))
     theta = theta[np.isfinite(theta).all(-1)]
     by = np.array([factor if c.unit == "m" else 1.0 for c in robot.chain_joints])
     shifted = theta + 1e-3 * np.eye(theta.shape[1])[0]
     for chain in (theta, shifted):
-        held = other.actuators_valid(chain * by)
-        np.testing.assert_array_equal(held, robot.actuators_valid(chain))
+        held = other.chain_closes(chain * by)
+        np.testing.assert_array_equal(held, robot.chain_closes(chain))

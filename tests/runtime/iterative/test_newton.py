@@ -90,11 +90,11 @@ def difference(function, x, step=1e-6):
 
 def test_loops_close_everywhere_within_limits(robot):
     q = coordinates(robot, 1000)
-    found = robot.follow(q)
+    found = robot.solve_loops(q)
     assert found.valid.all()
     assert found.n_failed == 0
     assert found.residual.max() < 1e-12
-    assert robot.valid(q).all()
+    assert robot.loops_close(q).all()
     if "actuators" in robot.functions:
         np.testing.assert_allclose(robot.actuators(robot.chain(q)), q, atol=1e-12)
 
@@ -111,7 +111,7 @@ def followed(robot, q, steps):
     for part in np.linspace(0, 1, steps + 1):
         w[:, actuated] = q_0 + part * (q - q_0)
         for _ in range(3):
-            c, D = robot.closure(w)
+            c, D = robot.functions["closure"](w)
             J = np.where(np.isfinite(c).all(-1)[:, None, None], D[..., unknown], unknown.size)
             J += np.eye(len(unknown)) * ~np.isfinite(c).all(-1)[:, None, None]
             w[:, unknown] -= np.linalg.solve(J, c[..., None])[..., 0]
@@ -126,7 +126,7 @@ def test_newton_keeps_branch_far_outside_limits(robot):
         pytest.skip("without a determinant")
     q = coordinates(robot, 60, wide=3.0)
     expected, own = followed(robot, q, 1000)
-    z = robot.follow(q).z[:, own]
+    z = robot.solve_loops(q).z[:, own]
     reached = np.isfinite(expected).all(-1)
     assert 15 < reached.sum() < 60
     np.testing.assert_allclose(z[reached], expected[reached], atol=1e-9)
@@ -193,17 +193,17 @@ def test_follow_from_seed_matches_direct_solution(robot):
     q = coordinates(robot, 200)
     z = robot.configuration(q)
     near = q + np.random.default_rng(2).normal(scale=1e-3, size=q.shape)
-    found = robot.follow(near, seed=z)
+    found = robot.solve_loops(near, z_seed=z)
     assert found.valid.all()
     np.testing.assert_allclose(found.z, robot.configuration(near), atol=1e-11)
     T, again = robot.fk_near(near, z)
     np.testing.assert_allclose(T, robot.fk(near), atol=1e-11)
     np.testing.assert_array_equal(again, found.z)
     path = np.linspace(q[0], q[1], 40)
-    walked = robot.follow_path(path)
+    walked = robot.solve_loops_along(path)
     np.testing.assert_allclose(walked.z[-1], z[1], atol=1e-11)
     assert walked.valid.all()
-    assert not robot.follow(q[0], seed=z[0] + 5.0).valid
+    assert not robot.solve_loops(q[0], z_seed=z[0] + 5.0).valid
 
 
 def unreachable(robot):
@@ -214,11 +214,11 @@ def unreachable(robot):
 def test_unreachable_coordinates_are_invalid_or_raise(robot):
     far = unreachable(robot)
     q = np.stack([far, robot.reference.q, np.full(robot.n, np.nan)])
-    found = robot.follow(q)
+    found = robot.solve_loops(q)
     np.testing.assert_array_equal(found.valid, [False, True, False])
     assert found.n_failed == 2
     np.testing.assert_array_equal(np.isnan(found.z).all(-1), [True, False, True])
-    np.testing.assert_array_equal(robot.valid(q), [False, True, False])
+    np.testing.assert_array_equal(robot.loops_close(q), [False, True, False])
     np.testing.assert_array_equal(np.isnan(robot.fk(q)).any((-2, -1)), [True, False, True])
     with pytest.raises(chasles.OutOfReachError, match=r"fk: .* does not close at .*singularities"):
         robot.fk(far)
@@ -248,7 +248,7 @@ def test_margin_is_zero_at_a_singularity(robot):
     assert robot.margin(near)[0] == pytest.approx(1.0, abs=1e-4)
     for _ in range(60):
         middle = (near + far) / 2
-        near, far = (middle, far) if robot.valid(middle) else (near, middle)
+        near, far = (middle, far) if robot.loops_close(middle) else (near, middle)
     assert robot.margin(near)[0] < 1e-3
 
 

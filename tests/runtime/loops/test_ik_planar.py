@@ -47,7 +47,7 @@ def test_every_ik_planar_branch_reaches_pose(robot):
         assert np.nanmax(np.abs(difference)) < 1e-7
     assert 0.05 < valid.mean() < 0.95
     held = np.broadcast_to(pose[..., None, :], q.shape)[valid]
-    assert np.abs(robot.rods(held, q[valid])).max() < 1e-12
+    assert np.abs(robot.functions["rods"](held, q[valid])).max() < 1e-12
     assert np.isnan(q[~valid]).any(-1).all()
     assert (margin[valid] >= 0).all()
     found = np.abs(robot.fk_planar_all(q[valid]).x - held[:, None]).max(-1)

@@ -38,10 +38,12 @@ def test_serial_robots_have_no_loops():
     robot = chasles.load("ur5e")
     assert (robot.loops, robot.loop_solution, robot.passive_joints) == ((), "", ())
     assert robot.chain_joints == robot.coordinates
-    for name in ("valid", "chain_branches", "fk_planar_all", "ik_planar", "singularity"):
+    for name in ("loops_close", "chain_branches", "fk_planar_all", "ik_planar", "singularity"):
         assert not hasattr(robot, name)
-    with pytest.raises(AttributeError, match=r"'ur5e' has no 'valid': its q are its joints, since"):
-        robot.valid(np.zeros(6))
+    with pytest.raises(
+        AttributeError, match=r"'ur5e' has no 'loops_close': its q are its joints, since"
+    ):
+        robot.loops_close(np.zeros(6))
 
 
 def test_always_closing_loops_are_valid_for_finite_input():
@@ -49,9 +51,9 @@ def test_always_closing_loops_are_valid_for_finite_input():
     assert not hasattr(gantry, "margin")
     q = np.zeros((2, 3, gantry.n))
     q[1, 2, 0], q[0, 1, -1] = np.nan, np.inf
-    np.testing.assert_array_equal(gantry.valid(q), np.isfinite(q).all(-1))
+    np.testing.assert_array_equal(gantry.loops_close(q), np.isfinite(q).all(-1))
     with pytest.raises(chasles.ShapeError):
-        gantry.valid(q[..., 1:])
+        gantry.loops_close(q[..., 1:])
 
 
 def test_missing_passive_joints_are_explained():
@@ -145,11 +147,11 @@ def test_pickled_function_raises_for_open_loop(robot):
 
 def test_valid_is_true_only_for_closed_loops(robot):
     q = np.array([[OPEN, DEAD], [[0.0, 1.0], [0.0, np.nan]]])
-    np.testing.assert_array_equal(robot.valid(q), [[False, True], [True, False]])
-    assert robot.valid([0.0, 1.0])
-    assert pickle.loads(pickle.dumps(robot.valid))([0.0, 1.0])
+    np.testing.assert_array_equal(robot.loops_close(q), [[False, True], [True, False]])
+    assert robot.loops_close([0.0, 1.0])
+    assert pickle.loads(pickle.dumps(robot.loops_close))([0.0, 1.0])
     np.testing.assert_array_equal(
-        robot.actuators_valid([[0.0, 1.0], [0.0, -1.0], [np.nan, 1.0]]), [True, False, False]
+        robot.chain_closes([[0.0, 1.0], [0.0, -1.0], [np.nan, 1.0]]), [True, False, False]
     )
 
 
@@ -204,9 +206,28 @@ def test_invalid_loop_manifest_is_rejected(tmp_path, cache, change, message):
 def test_actuators_valid_rejects_joints_that_violate_loops(name):
     robot = chasles.load(name)
     theta = robot.chain(robot.reference.q)
-    assert robot.actuators_valid(theta)
+    assert robot.chain_closes(theta)
     off = theta + np.where(
         [joint.name in ("elbow", "yaw") for joint in robot.chain_joints], 0.01, 0
     )
-    assert robot.actuators_valid(off) == (name in ("well_manipulator", "excavator"))
-    assert robot.actuators_valid(np.stack([theta, off])).shape == (2,)
+    assert robot.chain_closes(off) == (name in ("well_manipulator", "excavator"))
+    assert robot.chain_closes(np.stack([theta, off])).shape == (2,)
+
+
+def test_chain_and_actuators_of_a_plain_arm_are_identities():
+    arm, q = chasles.load("ur5e"), np.arange(12.0).reshape(2, 6)
+    for same in (arm.chain(q), arm.actuators(theta=q), arm.chain(q.tolist())):
+        np.testing.assert_array_equal(same, q)
+        assert not np.shares_memory(same, q)
+    with pytest.raises(chasles.ShapeError, match=r"ur5e\.chain: q must have shape \(\.\.\., 6\)"):
+        arm.chain(np.zeros(5))
+    with pytest.raises(chasles.InputTypeError, match=r"ur5e\.actuators: theta must hold real"):
+        arm.actuators(np.zeros(6, complex))
+
+
+def test_intermediate_functions_are_no_attributes_and_pickle():
+    robot = chasles.load("planar_3rrr")
+    for name in ("modes", "rods", "velocity_relation", "actuators_all", "closure"):
+        assert not hasattr(robot, name)
+        function = robot.functions[name]
+        assert pickle.loads(pickle.dumps(function)).__qualname__ == function.__qualname__

@@ -50,7 +50,7 @@ def test_determinants_match_geometric_formula(robot):
     assert len(q) > 50
     found = robot.determinants(pose, q, characteristic_length=0.2)
     np.testing.assert_allclose(found.J_x, determinant(pose, 0.2), atol=1e-12)
-    _, J_q = robot.velocity_relation(pose, q)
+    _, J_q = robot.functions["velocity_relation"](pose, q)
     np.testing.assert_allclose(found.J_q, np.prod(np.diagonal(J_q, 0, 1, 2) / 0.2, -1), atol=1e-12)
     assert np.isnan(robot.determinants(pose[0], [np.nan, 0, 0]).J_x)
     with pytest.raises(chasles.InputValueError, match="length"):
@@ -62,7 +62,7 @@ def test_distance_to_singularity_matches_fine_scan(robot):
     start = rng.uniform([-0.03, -0.03, -0.2], [0.03, 0.03, 0.2], (50, 3))
     way = rng.uniform([-0.3, -0.3, -2], [0.3, 0.3, 2], (50, 3))
     way[::3] *= 0.3
-    found = robot.way_to_singularity(start, way, planar.cranks(start, ROD, 1.0))
+    found = robot.distance_to_singularity(start, way, planar.cranks(start, ROD, 1.0))
     fine = np.linspace(0, 1, 20_001)
     kinds = np.zeros(3, int)
     for k in range(50):
@@ -91,13 +91,14 @@ def test_distance_to_singularity_matches_fine_scan(robot):
 
 
 def test_distance_to_singularity_is_nan_from_unreachable_start(robot):
-    found = robot.way_to_singularity([5.0, 0.0, 0.0], [1.0, 0.0, 0.0])
+    found = robot.distance_to_singularity([5.0, 0.0, 0.0], [1.0, 0.0, 0.0])
     assert np.isnan(found.type_1)
     assert np.isnan(found.type_2)
-    assert robot.way_to_singularity(np.zeros((0, 3)), np.zeros(3)).type_1.shape == (0,)
-    assert robot.way_to_singularity(np.zeros((2, 1, 3)), np.zeros((4, 3))).type_2.shape == (2, 4)
-    with pytest.raises(chasles.ShapeError, match="theta must end in 3 values"):
-        robot.way_to_singularity([0.0, 0.0], [1.0, 0.0])
+    assert robot.distance_to_singularity(np.zeros((0, 3)), np.zeros(3)).type_1.shape == (0,)
+    many = robot.distance_to_singularity(np.zeros((2, 1, 3)), np.zeros((4, 3)))
+    assert many.type_2.shape == (2, 4)
+    with pytest.raises(chasles.ShapeError, match="theta must have shape"):
+        robot.distance_to_singularity([0.0, 0.0], [1.0, 0.0])
 
 
 @pytest.mark.parametrize("phi", [0.0, 0.4, 0.7])
@@ -105,7 +106,7 @@ def test_singularity_curves_are_singular_and_complete(robot, phi):
     side = (-0.35, 0.35)
     slot = robot.ik_planar([0.0, 0.0, 0.0]).q
     left = np.abs(slot - planar.cranks(np.zeros(3), ROD, 1.0)).max(-1).argmin()
-    found = robot.singularity_curves(phi, side, side, slot=int(left), points=141)
+    found = robot.singularity_curves(phi, side, side, slot=int(left), resolution=141)
     cell = 0.7 / 140
 
     def posed(points):
@@ -137,7 +138,7 @@ def test_singularity_curves_are_singular_and_complete(robot, phi):
 
 
 def test_non_ascending_bounds_are_rejected(robot):
-    with pytest.raises(chasles.InputValueError, match="y must ascend"):
+    with pytest.raises(chasles.InputValueError, match="x and y must ascend"):
         robot.singularity_curves(0.0, (0, 1), (1, 1))
 
 
@@ -169,3 +170,13 @@ def test_zero_curves_skip_undefined_regions():
     (curve,) = found
     assert curve[:, 0].min() > 0.3
     assert zero_curves(lambda p: 1 + p[..., 0] ** 2, x, x) == ()
+
+
+def test_singularity_curves_cover_reach_by_default(robot):
+    default = robot.singularity_curves(0.4, resolution=141)
+    wide = robot.singularity_curves(0.4, (-0.5, 0.5), (-0.5, 0.5), resolution=401)
+    reached = [np.concatenate(found.type_2) for found in (default, wide)]
+    for one, other in (reached, reversed(reached)):
+        gaps = np.linalg.norm(one[:, None] - other, axis=-1).min(1)
+        assert gaps.max() < 0.01
+    assert robot.singularity_curves(0.4, x=(5.0, 6.0), y=(5.0, 6.0)) == ((), ())

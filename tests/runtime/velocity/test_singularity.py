@@ -47,7 +47,7 @@ def test_stretched_leg_is_type_1_singularity(robot):
     pose = np.append(shift * away, 0.0)
     q = planar.cranks(pose, ROD, 1.0)
     q[0] = np.arctan2(away[1], away[0])
-    assert np.abs(robot.rods(pose, q)).max() < 1e-15
+    assert np.abs(robot.functions["rods"](pose, q)).max() < 1e-15
     found = robot.singularity(pose, q)
     assert found.type_1 < 1e-15
     assert found.type_2 > 0.1
@@ -61,7 +61,7 @@ def test_concurrent_rods_are_type_2_singularity(robot):
     pose = np.array([0.0, 0.0, np.arccos(c)])
     cranks = planar.pins(pose) * end / planar.PLATFORM - planar.BASE * planar.DIRECTIONS
     q = np.arctan2(cranks[:, 1], cranks[:, 0])
-    assert np.abs(robot.rods(pose, q)).max() < 1e-15
+    assert np.abs(robot.functions["rods"](pose, q)).max() < 1e-15
     found = robot.singularity(pose, q)
     assert found.type_2 < 1e-14
     assert found.type_1 > 0.1

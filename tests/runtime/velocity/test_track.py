@@ -316,7 +316,7 @@ BAD = [
         chasles.InputError,
         "track: characteristic_length must be positive",
     ),
-    ({"rate_limits": [1.0, 2.0]}, chasles.ShapeError, r"rate_limits \(\) or \(6,\)"),
+    ({"rate_limits": [1.0, 2.0]}, chasles.ShapeError, r"rate_limits must have shape"),
     ({"rate_limits": 0.0}, chasles.InputError, "every rate limit is 0"),
     ({"rate_limits": -1.0}, chasles.InputError, "rate_limits must not be negative"),
     ({"rate_limits": np.nan}, chasles.InputError, "rate_limits must not be negative"),

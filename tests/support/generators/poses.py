@@ -144,7 +144,7 @@ class Case:
         while len(found) < count:
             q = rng.uniform(*self.range, (count, self.robot.n))
             q[:, list(self.free)] = 0.0
-            found = np.concatenate([found, q[self.robot.valid(q)] if self.robot.loops else q])
+            found = np.concatenate([found, q[self.robot.loops_close(q)] if self.robot.loops else q])
         return found[:count]
 
     @property

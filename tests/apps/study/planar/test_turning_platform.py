@@ -11,7 +11,6 @@ from chasles.study import (
     constant_orientation_workspace,
     dexterous_workspace,
     orientation_range_workspace,
-    singular_places,
 )
 from chasles.study.planar.annuli import Annulus
 from chasles.study.planar.planar_platform import PlanarRegion
@@ -114,7 +113,7 @@ def test_singular_curves_have_zero_type_2_measure():
     platform, checked = chasles.load("planar_3rrr"), 0
     for degrees in (0, 15, 30, 45, 60):
         phi = np.radians(degrees)
-        found = singular_places(platform, phi, points=61)
+        found = platform.singularity_curves(phi, resolution=61)
         region = constant_orientation_workspace(platform, phi)
         for curve in found.type_2:
             inner = curve[region.contains(curve)]
@@ -131,7 +130,7 @@ def test_plot_legend_names_singular_curves():
     pytest.importorskip("matplotlib").use("Agg")
     platform = chasles.load("planar_3rrr")
     axes = constant_orientation_workspace(platform, 0.5).plot(
-        singular=singular_places(platform, 0.5)
+        singular=platform.singularity_curves(0.5)
     )
     assert axes.get_legend().get_texts()[0].get_text() == "platform gains a freedom"
 

@@ -206,7 +206,7 @@ def test_bounded_boxes_contain_no_singular_configuration():
 def in_other_mode(robot, z):
     """The joints of another assembly mode at the actuators of z."""
     actuated = [item.index for item in robot.manifest.loops.actuated_in_z]
-    poses = robot.modes(z[actuated])[0]
+    poses = robot.functions["modes"](z[actuated])[0]
     poses = poses[np.isfinite(poses).all(1)]
     pose = poses[np.linalg.norm(poses - z[:3], axis=1).argmax()]
     for start in np.random.default_rng(5).uniform(-np.pi, np.pi, (50, len(z))):

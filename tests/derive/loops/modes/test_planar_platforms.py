@@ -96,7 +96,7 @@ def cylinders(tmp_path_factory):
 
 def test_published_planar_platform_has_six_assembly_modes(cylinders):
     found = cylinders.fk_all(LENGTHS)
-    assert found.sure
+    assert found.complete
     assert found.valid.all()
     expected = newton(BASE, PINS, LENGTHS, np.random.default_rng(0))
     np.testing.assert_allclose(found.theta, expected, atol=1e-9)
