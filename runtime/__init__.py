@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import se3, so3
 from .call._call import Function, release_memory
+from .call.hints import missing_attribute
 from .call.threads import count_cores
 from .closed_form.nearest_solution import NearestSolution
 from .closed_form.solutions import Solutions
@@ -146,7 +147,7 @@ def __getattr__(name: str) -> Any:
         return getattr(drawing, name)
     if name != "__version__":
         hint = f"; import chasles.{name}" if name in _IMPORTED_BY_NAME else ""
-        raise AttributeError(f"module 'chasles' has no attribute {name!r}{hint}")
+        raise AttributeError(missing_attribute("chasles", name, "module") + hint)
     from importlib.metadata import version  # noqa: PLC0415
 
     return version("chasles")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .call.capabilities import Capability
+from .call.capabilities import Capability, OtherName
 
 _NAMES = """
     fk link_poses jacobian_space jacobian_body jacobian_mixed jacobian_space_dot
@@ -18,11 +18,28 @@ _NAMES = """
 """
 
 
+_OTHER_NAMES = """
+    fkine fkine_all jacob0 jacobe jacob0_dot hessian0 ikine ikine_LM ik_LM ikine_a
+    inverse_kinematics get_position_ik setFromIK inverse solve IK qlim islimit qz qr vellipse
+    fellipse jtraj ctraj plot teach forwardKinematics framesForwardKinematics oMf
+    forward_kinematics getGlobalLinkTransform computeJointJacobians getFrameJacobian getJacobian
+    nq nv lowerPositionLimit upperPositionLimit neutral randomConfiguration njoints names
+    integrate difference rne aba crba gravload computeCartesianPath plan getActiveJointNames
+    active_links_mask
+"""
+"""Names of other libraries, for which `hints.toml` has hints."""
+
+
 class GeneratedFunctions:
     """Attributes for the generated functions; a robot that lacks a function states the reason."""
 
 
-for _name in _NAMES.split():
-    _capability = Capability(None)
-    setattr(GeneratedFunctions, _name, _capability)
-    _capability.__set_name__(GeneratedFunctions, _name)
+def _declare(names: str, kind: type[Capability]) -> None:
+    for name in names.split():
+        capability = kind(None)
+        capability.__set_name__(GeneratedFunctions, name)
+        setattr(GeneratedFunctions, name, capability)
+
+
+_declare(_NAMES, Capability)
+_declare(_OTHER_NAMES, OtherName)

@@ -13,6 +13,7 @@ from .closed_form.assembly_modes import PlatformMethods
 from .closed_form.nearest import NearestMethods, nearest_function
 from .closed_form.paths import InverseMethods
 from .contract import Manifest, SourceMismatchError, read_manifest
+from .errors import InputTypeError
 from .iterative.numeric_inverse import NumericMethods
 from .library import find_folder, is_of_shelf, shipped_folders
 from .loading import load_functions
@@ -97,6 +98,9 @@ class Robot(
             ChaslesError: If its functions cannot be compiled or loaded; the message states the
                 reason.
         """
+        if not isinstance(manifest, Manifest):
+            hint = 'call chasles.load("arm.urdf", base=..., tip=...)'
+            raise InputTypeError(f"Robot takes a manifest, got {manifest!r}; {hint}")
         pickler = _pickler(manifest)
         functions = load_functions(manifest, pickler, Robot)
         vars(self).update(manifest=manifest, functions=MappingProxyType(functions))

@@ -6,11 +6,13 @@ names a substitute where there is one.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
+from types import FunctionType
 from typing import Any, Protocol, TypeVar
 
-from ..errors import MissingFunctionError
-from .hints import explain
+from ..errors import InputTypeError, MissingFunctionError
+from .hints import explain, missing_attribute, unknown_keyword
 
 T = TypeVar("T")
 Condition = Callable[[Any], bool]
@@ -60,6 +62,17 @@ class Capability:
         raise MissingFunctionError(message, name=self.name, obj=robot)
 
 
+class OtherName(Capability):
+    """A name of another library; the error states the name here."""
+
+    def __get__(self, robot: Any, owner: type) -> Any:
+        """Raises an AttributeError."""
+        if robot is None:
+            return self
+        text = missing_attribute(repr(robot.name), self.name, "robot")
+        raise MissingFunctionError(text, name=self.name, obj=robot)
+
+
 class _Mark(Protocol):
     def __call__(self, item: T, /) -> T: ...
 
@@ -73,11 +86,28 @@ def needs(*functions: str, when: Condition | None = None) -> _Mark:
     """
 
     def mark(item: T, /) -> T:
-        capability: Any = Capability(item, functions, when)
+        checked: Any = _with_hints(item) if isinstance(item, FunctionType) else item
+        capability: Any = Capability(checked, functions, when)
         marked: T = capability
         return marked
 
     return mark
+
+
+def _with_hints(method: FunctionType) -> Callable[..., Any]:
+    """The method, with a hint for a keyword of another library."""
+    code = method.__code__
+    known = code.co_varnames[1 : code.co_argcount + code.co_kwonlyargcount]
+
+    @functools.wraps(method)
+    def call(robot: Any, *args: Any, **options: Any) -> Any:
+        unknown = options.keys() - known if options else ()
+        if unknown:
+            label = f"{robot.name}.{method.__name__}"
+            raise InputTypeError(unknown_keyword(label, min(unknown), known))
+        return method(robot, *args, **options)
+
+    return call
 
 
 def lacks(robot: Any, name: str) -> bool:

@@ -241,7 +241,7 @@ def test_build_command_reports_failures(folder, tmp_path, capsys):
 def test_missing_submodule_error_names_its_import():
     code = "import chasles\ntry: chasles.study\nexcept AttributeError as e: print(e)"
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert told.stdout.strip().endswith("no attribute 'study'; import chasles.study")
+    assert told.stdout.strip().endswith("has no 'study'; import chasles.study")
 
 
 def test_missing_command_lists_available_commands(capsys):
