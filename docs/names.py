@@ -1,0 +1,68 @@
+"""The page of all public names: ``python docs/names.py`` writes docs/reference/names.md."""
+
+import inspect
+import textwrap
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+
+PAGE = Path(__file__).parent / "reference" / "names.md"
+MODULES = (
+    "chasles",
+    "chasles.se3",
+    "chasles.so3",
+    "chasles.study",
+    "chasles.study.motion",
+    "chasles.study.planning",
+    "chasles.calibration",
+    "chasles.drawing",
+    "chasles.view",
+    "chasles.derive",
+)
+HEAD = """\
+# Public names
+
+The names below are the public interface of chasles; all other names may change without notice.
+A robot also has the functions that `robot.functions` lists. `python docs/names.py` writes this
+page, and a test compares it with the package.
+"""
+WIDTH = 118
+
+
+def names_of(module: ModuleType) -> list[str]:
+    """The public names of a module: its ``__all__``, else what it defines itself."""
+    if hasattr(module, "__all__"):
+        return sorted(module.__all__)
+    defined = vars(module).items()
+    own = [name for name, value in defined if getattr(value, "__module__", "") == module.__name__]
+    return sorted(name for name in own if not name.startswith("_"))
+
+
+def members_of(kind: type) -> list[str]:
+    """The public attributes of a class that chasles defines, inherited ones included."""
+    own = [base for base in kind.__mro__ if base.__module__.startswith("chasles")]
+    found = {name for base in own for name in (*vars(base), *vars(base).get("__annotations__", {}))}
+    return sorted(name for name in found if not name.startswith("_"))
+
+
+def _lines(module: ModuleType) -> Iterator[str]:
+    values = {name: getattr(module, name) for name in names_of(module)}
+    classes = {name: value for name, value in values.items() if inspect.isclass(value)}
+    plain = [name for name in values if name not in classes or not members_of(classes[name])]
+    yield f"\n## {module.__name__}\n"
+    yield from textwrap.wrap(", ".join(f"`{name}`" for name in plain), WIDTH)
+    for name, kind in classes.items():
+        if members := members_of(kind):
+            listed = ", ".join(f"`{member}`" for member in members)
+            yield from ("", *textwrap.wrap(f"**{name}**: {listed}", WIDTH))
+
+
+def page() -> str:
+    """The text of the page."""
+    lines = [line for name in MODULES for line in _lines(import_module(name))]
+    return "\n".join([HEAD.rstrip(), *lines, ""])
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
