@@ -198,7 +198,7 @@ class MechanismFile(RobotFile):
         length = self.number((*keys, "retracted"), "length")
         limits = self._limits((*keys, "limits"), "prismatic")
         if limits[0] is not None and not self.at_defaults(length) + limits[0] > 0:
-            self.fail((*keys, "limits", 0), "a cylinder longer than 0 there")
+            self.fail((*keys, "limits", 0), "a limit that keeps the cylinder length above 0")
         strut = self._strut(keys, bodies, length, is_cylinder=True)
         return replace(strut, limits=limits, assumed=self.assumed(keys, ("retracted", "limits")))
 
@@ -209,7 +209,7 @@ class MechanismFile(RobotFile):
         ends: EndKind = self.option((*keys, "ends"), get_args(EndKind), "pin")
         if ends == "ball" and self.at((*keys, "swing")) is not None:
             self.fail(
-                (*keys, "swing"), "no swing: a member between balls has no single swing angle"
+                (*keys, "swing"), "no swing: a member on ball joints has no unique swing angle"
             )
         swing = self._new((*keys, "swing"), f"{name}_swing") if ends == "pin" else ""
         a, b = self._frames(keys, bodies)
@@ -218,7 +218,7 @@ class MechanismFile(RobotFile):
     def _frames(self, keys: Keys, bodies: Sequence[str]) -> tuple[Frame, Frame]:
         a, b = self._frame_on_body((*keys, "a"), bodies), self._frame_on_body((*keys, "b"), bodies)
         if a.body == b.body:
-            self.fail((*keys, "b", "body"), f"another body than {dotted((*keys, 'a'))} has")
+            self.fail((*keys, "b", "body"), f"a body other than that of {dotted((*keys, 'a'))}")
         return a, b
 
     def _frame_on_body(self, keys: Keys, bodies: Sequence[str]) -> Frame:
@@ -249,17 +249,17 @@ class MechanismFile(RobotFile):
         )
         for other in others:
             if other in table:
-                does = "slides" if slides else "turns"
-                expected = f"no {other}: {joint} {does}, so that its drive has a {field}"
+                joint_type = "prismatic" if slides else "revolute"
+                expected = f"no {other}: {joint} is {joint_type}, so its drive needs a {field}"
                 self.fail((*keys, other), expected)
         if "teeth" in table or "pitch" in table:
             return self._of_teeth(keys, table)
         if field not in table:
             instead = ", or teeth and pitch of the wheel" if slides else ""
-            self.fail((*keys, field), f"the advance of {joint} per radian of the motor{instead}")
+            self.fail((*keys, field), f"the motion of {joint} per motor radian{instead}")
         ratio = self.number((*keys, field), "length" if slides else "ratio")
         if self.at_defaults(ratio) == 0:
-            self.fail((*keys, field), "a number other than 0")
+            self.fail((*keys, field), "a nonzero number")
         return ratio
 
     def _of_teeth(self, keys: Keys, table: Mapping[str, object]) -> sp.Expr:
@@ -270,7 +270,7 @@ class MechanismFile(RobotFile):
         pitch = self.number((*keys, "pitch"), "length")
         for field, value in (("teeth", teeth), ("pitch", pitch)):
             if self.at_defaults(value) == 0:
-                self.fail((*keys, field), "a number other than 0", self.at((*keys, field)) or 0)
+                self.fail((*keys, field), "a nonzero number", self.at((*keys, field)) or 0)
         return teeth * pitch / (2 * sp.pi)
 
     def _actuated(self, kinds: Mapping[str, JointKind], drives: Sequence[Drive]) -> tuple[str, ...]:
@@ -282,7 +282,7 @@ class MechanismFile(RobotFile):
         for k in range(len(value)):
             name = self.option(("actuated", k), moved, "")
             if moved[name] in first:
-                expected = f"a coordinate that moves another joint than {first[moved[name]]} does"
+                expected = f"a coordinate of a joint that {first[moved[name]]} does not move"
                 self.fail(("actuated", k), expected)
             first[moved[name]] = name
         return tuple(first.values())

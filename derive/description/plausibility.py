@@ -21,8 +21,8 @@ def statement_of(kind: ParameterKind) -> str:
     default, other = _DEFAULTS[kind]
     return (
         f"{'a length' if kind == 'length' else 'an angle'} of at most {LARGEST[kind]:g} {default}, "
-        f"the unit where none is stated; state it by units = {{ {kind} = "
-        f'"{other}" }} or, if it is meant so, "{default}"'
+        f"the default unit; state the unit: units = {{ {kind} = "
+        f'"{other}" }}, or "{default}" to keep this value'
     )
 
 

@@ -135,14 +135,14 @@ class RobotFile(TomlFile):
         except DescriptionError:
             raise
         except RobotError as error:
-            self.fail((*keys, "gain"), f"a law that can be inverted ({error})", shown=None)
+            self.fail((*keys, "gain"), f"an invertible drive model ({error})", shown=None)
 
     def _load(self) -> Load | None:
         """Reads the link masses and the gravity vector in the base frame."""
         masses = self.table.get("masses")
         if masses is None:
             if "gravity" in self.table and "springs" not in self.table:
-                self.fail(("gravity",), "masses that it pulls, [[masses]]")
+                self.fail(("gravity",), "[[masses]] for the gravity vector")
             return None
         if not isinstance(masses, list) or not masses:
             self.fail(("masses",), "a list of masses")
@@ -208,7 +208,7 @@ class RobotFile(TomlFile):
         read = [self._joint(k) for k in range(self._joint_count())]
         leaders = {j.name: j.kind for j in read if j.kind != "fixed" and j.mimic is None}
         if not leaders:
-            self.fail(("joints",), "a joint with a coordinate of its own", None)
+            self.fail(("joints",), "a joint with its own coordinate", None)
         return tuple(self._led(k, joint, leaders) for k, joint in enumerate(read))
 
     def joint_type(self, keys: Keys, kinds: Iterable[Word]) -> Word:
@@ -250,7 +250,7 @@ class RobotFile(TomlFile):
         name = self.name(keys, default)
         first = self._taken.setdefault((what, name), keys)
         if first != keys:
-            self.fail(keys, f"another {what} than {dotted(first[:2])} has", name)
+            self.fail(keys, f"a {what} other than that of {dotted(first[:2])}", name)
         return name
 
     def _convention(self, keys: Keys, table: Mapping[str, object]) -> Convention:
@@ -288,15 +288,15 @@ class RobotFile(TomlFile):
         if value is None:
             return None, None
         if not isinstance(value, list) or len(value) != 2:  # noqa: PLR2004
-            self.fail(keys, "two numbers, [lowest, highest]")
+            self.fail(keys, "two numbers, [minimum, maximum]")
         if kind == "fixed":
-            self.fail(keys, "nothing for a fixed joint")
+            self.fail(keys, "no value for a fixed joint")
         scale = self._coordinate_scale(kind)
         if kind != "prismatic":
             self.check_degrees(keys, value, "angle")
         lower, upper = (self.literal((*keys, side)) * scale for side in (0, 1))
         if not float(lower) < float(upper):
-            self.fail(keys, "a lowest below the highest")
+            self.fail(keys, "a minimum below the maximum")
         return lower, upper
 
     def _pitch(self, keys: Keys, kind: JointKind) -> sp.Expr:
@@ -304,7 +304,7 @@ class RobotFile(TomlFile):
         if kind == "helical" and self.at(keys) is None:
             self.fail(keys, "the advance per radian of a helical joint")
         if kind != "helical" and self.at(keys) is not None:
-            self.fail(keys, f"nothing, a {kind} joint has no pitch")
+            self.fail(keys, f"no pitch for a {kind} joint")
         return self.number(keys, "length") if kind == "helical" else sp.Integer(0)
 
     def _mimic(self, keys: Keys, kind: JointKind) -> Mimic | None:
@@ -312,7 +312,7 @@ class RobotFile(TomlFile):
         if self.at(keys) is None:
             return None
         if kind == "fixed":
-            self.fail(keys, "nothing for a fixed joint")
+            self.fail(keys, "no value for a fixed joint")
         table = self.table_at(keys)
         self.check_fields(keys, table, ("joint", "multiplier", "offset"))
         return Mimic(
@@ -328,7 +328,7 @@ class RobotFile(TomlFile):
         leader = joint.mimic.leader
         if leader not in leaders:
             keys = ("joints", k, "mimic", "joint")
-            self.fail(keys, f"a joint with a coordinate of its own ({listed(leaders)})")
+            self.fail(keys, f"a joint with its own coordinate ({listed(leaders)})")
         ratio = self._coordinate_scale(joint.kind) / self._coordinate_scale(leaders[leader])
         return replace(joint, mimic=replace(joint.mimic, multiplier=joint.mimic.multiplier * ratio))
 

@@ -47,7 +47,7 @@ KIND_WORDS: dict[ParameterKind, str] = {
     "mass": "a mass",
 }
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")
-NAMED = "a letter, then letters, digits and _, 63 at most, and no Python keyword"
+NAMED = "a letter, then at most 62 letters, digits or _; not a Python keyword"
 FRAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_]{0,62}")
 COORDINATE = re.compile(r"qd{0,2}[0-9]*")
 MOST_CHARACTERS_SHOWN = 80
@@ -176,7 +176,10 @@ class TomlFile:
         for name, value in self.table_at(("parameters",), {}).items():
             keys: Keys = ("parameters", name)
             if not is_name(name) or name in RESERVED or COORDINATE.fullmatch(name):
-                expected = f"a name ({NAMED}), no coordinate such as q1, none of {listed(RESERVED)}"
+                expected = (
+                    f"a name ({NAMED}), not a coordinate such as q1 "
+                    f"and not one of {listed(RESERVED)}"
+                )
                 self.fail(keys, expected, shown=name)
             self.symbols[name] = sp.Symbol(name, real=True)
             if isinstance(value, Mapping):
@@ -246,13 +249,13 @@ class TomlFile:
             if known not in (kind, "ratio") and is_meant:
                 self.fail(
                     keys,
-                    f"{KIND_WORDS[kind]}; by its unit or first use {symbol} is {KIND_WORDS[known]}",
+                    f"{KIND_WORDS[kind]}; {symbol} is {KIND_WORDS[known]} by its unit or first use",
                 )
         expression = self.scale[kind] * drawn_out(expression.xreplace(in_file_units))
         if not self._scales(expression, kind):
             self.fail(
                 keys,
-                f"{KIND_WORDS[kind]}, which this is not if the parameters are lengths; "
+                f"{KIND_WORDS[kind]}; with length parameters, this expression has another unit; "
                 'declare ratios as { value = ..., unit = "1" } in [parameters]',
             )
         if not expression.free_symbols:
@@ -274,14 +277,12 @@ class TomlFile:
             return
         for text in map(str, _parts(value)):
             if re.search(r"\bpi\b", text):
-                self.fail(
-                    keys, 'an angle in degrees, as units say, and pi belongs to units of "rad"'
-                )
+                self.fail(keys, 'an angle in degrees, the stated unit; pi requires the unit "rad"')
             meant = radians_meant(read(text)) if _DECIMAL.fullmatch(text) else None
             if meant is not None:
                 self.fail(
                     keys,
-                    f"an angle in degrees, as units say, and {text} is {meant} in radians: write "
+                    f"an angle in degrees, the stated unit; {text} is {meant} in radians: write "
                     f'{meant * 180 / sp.pi}, or "{read(text)}" if {text} degrees are meant',
                 )
 

@@ -97,7 +97,7 @@ class UrdfFile:
         """Raises the error for a cycle of the parent joints of these links."""
         joints = [self.joint_to[link] for link in links]
         names = " and ".join(str(joint.get("name")) for joint in reversed(joints))
-        expected = f"a link that is not carried by the joint itself; in a circle: {names}"
+        expected = f"a link that is not a descendant of the joint; cyclic joints: {names}"
         self._fail(joints[0], "parent", self._link_of(joints[0], "parent"), expected)
 
     def robot(self, base: str | None, tip: str | None, name: str | None) -> SerialRobot:
@@ -254,7 +254,7 @@ class UrdfFile:
             name = self._attribute(mimic, "joint")
             named = [j for j in self.root.findall("joint") if j.get("name") == name]
             if not named or named[0] in followed:
-                self._fail(mimic, "mimic", name, "another joint of the file, in no circle")
+                self._fail(mimic, "mimic", name, "another joint of the file, without a cycle")
             laws.append(mimic)
             followed.append(named[0])
         return laws, followed[-1]

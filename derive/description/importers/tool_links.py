@@ -159,13 +159,13 @@ def leader_between(follower: str, ends: Ends) -> str:
     """Returns the error text for a mimic joint whose leader is outside the chain."""
     return (
         f"a joint between {ends.base} and {ends.tip} that {follower} follows; without the "
-        f"coupling, {follower} has a coordinate of its own"
+        f"coupling, {follower} has its own coordinate"
     )
 
 
 def _only_root(tree: KinematicTree) -> str:
     if not tree.links:
-        raise NoChain("link", None, "links; the file has none, perhaps it only defines macros")
+        raise NoChain("link", None, "links; the file has no links, perhaps only macros")
     if len(tree.roots) != 1:
         found = ", ".join(tree.roots) or "none"
         raise NoChain("base", None, f"a choice of the base link (there are: {found})")
@@ -176,7 +176,9 @@ def _guessed_ends(tree: KinematicTree, base: str | None) -> tuple[Ends, ...]:
     """Returns the inferred chains below a link: the longest arm, or all of equal length."""
     root = base or _only_root(tree)
     if tree.root_of(root) in tree.joint_to or len(tree.links) > MOST_LINKS:
-        raise NoChain("tip", None, f"a tip link: this is no tree of at most {MOST_LINKS} links")
+        raise NoChain(
+            "tip", None, f"a tip link, because the file is not a tree of at most {MOST_LINKS} links"
+        )
     arms = arms_of(tree, root)
     longest = _longest(arms.ways)
     leaves = [link for link in tree.outwards(root) if not tree.below[link]]

@@ -98,7 +98,7 @@ def _arm(robot: Described, file: Path) -> SerialRobot:
         turning = all(j.kind == "revolute" and not j.mimic and j.direction == 1 for j in moving)
         if turning and len(moving) == len(LINKS) == last - first + 1:
             return robot
-    expected = "six revolute joints one right after another, with no fixed joint between them"
+    expected = "six consecutive revolute joints without fixed joints in between"
     raise RobotError(
         f"{file}: belongs to a UR arm, of {expected}; {robot.name} is none (the shelf has ur5, "
         "ur5e and others)"

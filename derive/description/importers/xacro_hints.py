@@ -45,12 +45,12 @@ def missing(reason: str, file: Path) -> str:
     """
     argument = re.search(r"Undefined substitution argument (\w+)", reason)
     if argument:
-        return f"; give it by {argument[1]}:=value"
+        return f"; set {argument[1]}:=value"
     parameters = re.search(r"Undefined parameters \[(.*?)\]", reason)
     if parameters:
-        return f"; the call of the macro has to give {parameters[1].replace(',', ', ')}"
+        return f"; the macro call must set {parameters[1].replace(',', ', ')}"
     if "Not enough blocks" in reason:
-        return "; the call of the macro has to hold an element for each of its * parameters"
+        return "; the macro call must contain an element for each * parameter"
     for kind, words in (
         ("property", r"name '(\w+)' is not defined"),
         ("macro", r"unknown macro name: xacro:(\w+)"),
@@ -65,7 +65,7 @@ def _undefined(kind: str, name: str, file: Path) -> str:
     tag = f'<xacro:{kind} name="{name}">'
     having = _with(DEFINED.format(kind=f"xacro:{kind}", name=re.escape(name)), file)
     if any(path == file.resolve() for path in having):
-        return f"; {tag} stands behind its use, or in another scope"
+        return f"; {tag} is defined after its use, or in another scope"
     if having:
         return f"; no {tag} is included: it is in {_shown(having)}"
     bare = _with(DEFINED.format(kind=kind, name=re.escape(name)), file)
@@ -92,7 +92,7 @@ def incomplete(root: minidom.Element, file: Path, includes: Sequence[str]) -> st
     if not users:
         return ""
     return (
-        f"a whole robot; this part of one hangs on the link {absent}, which it lacks: derive "
+        f"a whole robot; this part needs the missing link {absent}: derive "
         f"{_shown(users)}, which includes it"
     )
 
@@ -108,7 +108,7 @@ def _without_links(file: Path, includes: Sequence[str]) -> str:
         others = _macros(path)
         if others:
             return f"links; the file includes {path.name} and calls no macro of it: add {others[0]}"
-    return "links; the file has none, and defines no macro that makes some"
+    return "links; the file has no links and defines no macro that creates links"
 
 
 def _macros(file: Path) -> list[_Macro]:

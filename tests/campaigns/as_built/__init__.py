@@ -1,8 +1,7 @@
 """Robots with loops as built: lengths and axes that differ a little from the design.
 
-The trials alternate between board installers with length errors, arms that cylinders, rods and
-cranks drive, shipped robots with one error of a length or an axis, and shipped robots in rounded
-numbers.
+The trials alternate between board installers with length errors, arms driven by cylinders, rods and
+cranks, shipped robots with a single length or axis error, and shipped robots with rounded numbers.
 """
 
 from ..campaign import Campaign, Outcome
@@ -12,7 +11,7 @@ KINDS = (built_robots, built_arms, single_errors, rounded_numbers)
 
 
 def trial(number: int) -> Outcome:
-    """Derives and judges one robot with errors; the number chooses the kind."""
+    """Derives and tests one robot with errors; the number selects the kind."""
     return KINDS[number % len(KINDS)].trial(number)
 
 

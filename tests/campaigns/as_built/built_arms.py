@@ -1,8 +1,8 @@
-"""Arms that cylinders, rods and cranks drive, as built.
+"""Arms as built, driven by cylinders, rods and cranks.
 
-All lengths of a drawn arm have errors, and joints outside of its loops are rotated. The compiler
-refines the solutions of the design. Each arm needs an inverse, which must return configurations
-around the reference, and only solutions of their poses.
+All lengths of a random arm have errors, and joints outside its loops are rotated. The inverse
+refines the solutions of the design. Each arm needs an inverse that returns configurations around
+the reference, and only correct solutions.
 """
 
 import tempfile
@@ -21,9 +21,9 @@ from ..campaign import Outcome
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "chain", "ik")
 C_ALONE = ("c", "python")
 POSES, REACH = 400, 0.2
-"""Configurations, and maximum distance of their coordinates from the reference (radian, metre)."""
+"""Number of configurations, and their maximum distance from the reference (radian, metre)."""
 FOUND = 1e-6
-"""Radian and metre: maximum difference of coordinates that count as the same solution."""
+"""Maximum coordinate difference of equal solutions (radian, metre)."""
 BARS = {"absent": 0.0, "lost": 0.01, "wrong": 1e-10}
 
 
@@ -33,9 +33,9 @@ class Judged:
 
     Attributes:
         absent: 1 if the arm has no inverse.
-        lost: Share of the configurations that ``ik`` of their pose does not return.
-        wrong: Largest difference between the pose of a valid solution and the given pose
-            (metre, 1).
+        lost: Fraction of the configurations that ``ik`` of their pose does not return.
+        wrong: Largest difference between the pose of a valid solution and the target pose (metre,
+            1).
     """
 
     absent: float
@@ -44,20 +44,20 @@ class Judged:
 
 
 def trial(number: int) -> Outcome:
-    """Judges one drawn arm."""
+    """Tests one random arm."""
     return barred("driven arms", judged(number), BARS)
 
 
 def judged(number: int) -> Judged:
-    """Derive and judge the arm of a number, as built."""
+    """Derives and tests the arm of a number, as built."""
     return judged_arm(built_arm(number), number)
 
 
 def judged_arm(arm: Mechanism, number: int) -> Judged:
-    """Derive and judge an arm at random configurations.
+    """Derives and tests an arm at random configurations.
 
     Args:
-        arm: The arm; the configuration gives the fixed joint values of its inverse.
+        arm: The arm; fixed joint values of its inverse come from the configuration.
         number: Seed of the configurations.
     """
     rng = np.random.default_rng(number)

@@ -1,7 +1,7 @@
 """Board installers as built: every length of the pantograph and the parallelograms has an error.
 
-The loops must close, ``ik`` must return every configuration from its pose, and it must find every
-solution to which a solution of the nominal robot on the same branch leads.
+The loops must close, and ``ik`` must return every configuration from its pose. If Newton's method
+converges from a nominal solution on the same branch, ``ik`` must find the resulting solution.
 """
 
 import tempfile
@@ -19,14 +19,14 @@ from ..campaign import Outcome
 
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "configuration", "constraint", "margin", "ik")
 ERROR = 5e-4
-"""Metre; half a millimetre."""
+"""Maximum length error (metre)."""
 POSES = 2000
 FOUND = 1e-6
-"""Radian and metre: maximum difference of joints that count as the same solution."""
+"""Maximum joint difference of equal solutions (radian, metre)."""
 NEAR = 0.02
-"""Metre and entries of rotations: distance of the tools of both robots on the same branch."""
+"""Maximum tool distance of both robots on the same branch (metre, rotation entries)."""
 SAME_CONFIGURATION = 0.25
-"""Radian and metre: difference of the joints of both robots in the same configuration."""
+"""Maximum joint difference of both robots in the same configuration (radian, metre)."""
 MAX_STEPS = 60
 C_ALONE = ("c", "python")
 BARS = {"closure": 1e-12, "lost": 0, "fewer": 0}
@@ -37,10 +37,10 @@ class Judged:
     """The figures of a robot.
 
     Attributes:
-        closure: The largest residual of its loops (metre).
-        lost: Configurations that ``ik`` of their pose does not return.
-        fewer: Solutions of the nominal robot, on the branch of the true loops, from which another
-            iteration finds a true solution that ``ik`` does not find.
+        closure: The largest closure error of the loops (metre).
+        lost: Number of configurations that ``ik`` of their pose does not return.
+        fewer: Number of true solutions found by another iteration but not by ``ik``. The iteration
+            starts from nominal solutions on the branch of the true loops.
     """
 
     closure: float
@@ -49,12 +49,12 @@ class Judged:
 
 
 def trial(number: int) -> Outcome:
-    """Judges one board installer."""
+    """Tests one board installer."""
     return barred("board installers", judged(number), BARS)
 
 
 def judged(number: int) -> Judged:
-    """Derive and judge the board installer of a number."""
+    """Derives and tests the board installer of a number."""
     rng = np.random.default_rng(number)
     design = read(ROBOTS / "board_installer.toml")
     built = as_built(design, BOARD_INSTALLER, ERROR, rng)
@@ -71,14 +71,14 @@ def judged(number: int) -> Judged:
 
 
 def _apart(difference: np.ndarray) -> np.ndarray:
-    """The largest difference of joints, modulo full turns."""
+    """Returns the largest joint difference, modulo full turns."""
     return np.asarray(np.abs(np.remainder(difference + np.pi, 2 * np.pi) - np.pi).max(-1))
 
 
 def _fewer(
     robot: chasles.Robot, nominal: chasles.Robot, T: np.ndarray, found: chasles.Solutions
 ) -> int:
-    """Count the true solutions near nominal solutions on the true branch that ``ik`` misses."""
+    """Counts the true solutions near nominal solutions on the true branch that ``ik`` misses."""
     start = nominal.ik(T)
     of, slot = np.nonzero(start.valid)
     q = start.q[of, slot]
@@ -91,9 +91,9 @@ def _fewer(
 
 
 def _leads_to(robot: chasles.Robot, q: np.ndarray, T: np.ndarray) -> bool:
-    """Whether Newton's iteration with halved steps leads from q to a pose of the true robot.
+    """Whether damped Newton iteration converges from q to a pose of the true robot.
 
-    The iteration ends at a minimum of the error if the true robot does not reach the pose.
+    If the true robot does not reach the pose, the iteration ends at a minimum of the error.
     """
     error, J = _error(robot, q, T)
     for _ in range(MAX_STEPS):
@@ -109,7 +109,8 @@ def _leads_to(robot: chasles.Robot, q: np.ndarray, T: np.ndarray) -> bool:
 
 
 def _error(robot: chasles.Robot, q: np.ndarray, T: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The twist (metre, sine) from the tool to a pose, infinite out of reach, and the Jacobian."""
+    """Returns the twist (metre, sine) from tool to pose (infinite out of reach), and the
+    Jacobian."""
     (here,), (J,) = robot.fk_jacobian_mixed(q[None])
     if not (np.isfinite(here).all() and np.isfinite(J).all()):
         return np.full(6, np.inf), J

@@ -1,8 +1,8 @@
-"""Robots with loops in rounded decimals, half of them on a base at an awkward angle.
+"""Robots with loops and rounded decimals, half of them on an arbitrarily rotated base.
 
-A shipped robot is written to 4 to 12 places. Without its exact numbers it must have the same steps
-of a closed form, and its closed configurations must close the loops that the decimals describe, up
-to the rounding of these decimals.
+A shipped robot is written with 4 to 12 decimal places. Read from these decimals, it must have the
+same closed-form steps as the exact robot. Its closed configurations must close the loops described
+by the decimals, up to their rounding.
 """
 
 from dataclasses import dataclass, field
@@ -23,20 +23,20 @@ from ..loops import with_loops
 PLACES = (4, 12)
 POSES = 50
 AROUND = 0.05
-"""Distance from the reference: radian, or relative to the size."""
+"""Maximum distance from the reference (radian, or relative to the size)."""
 NOISE = 1e-9
-"""Gap that rounding of doubles and noise of files leave, relative to the size."""
+"""Closure error caused by rounding and file noise, relative to the size."""
 BARS = {"lost": 0, "gap": 10.0}
 
 
 @dataclass(frozen=True)
 class Judged:
-    """The figures of a robot in rounded numbers.
+    """The figures of a robot with rounded numbers.
 
     Attributes:
-        lost: 1 if its closed form is not that of the exact numbers.
-        gap: Largest gap of its closed configurations in the decimals, in their last places.
-        forms: The steps with the exact numbers and with the decimals.
+        lost: 1 if the closed form differs from that of the exact robot.
+        gap: Largest closure error with the decimals, in units of their last place.
+        forms: The steps with exact numbers and with decimals.
     """
 
     lost: int
@@ -45,7 +45,7 @@ class Judged:
 
 
 def trial(number: int) -> Outcome:
-    """Rounds one robot; consecutive trials of this kind take robots in turn."""
+    """Rounds one robot; consecutive trials of this kind cycle through the robots."""
     rng = np.random.default_rng(number)
     robots = with_loops("**/*.toml")
     design = robots[number // 4 % len(robots)]
@@ -60,13 +60,13 @@ def trial(number: int) -> Outcome:
 
 
 def judged(design: Mechanism, written: Mechanism, places: int, rng: np.random.Generator) -> Judged:
-    """Derive and judge a robot in rounded numbers.
+    """Derives and tests a robot with rounded numbers.
 
     Args:
-        design: The robot in exact numbers.
-        written: The same robot in decimals.
-        places: Places of the decimals.
-        rng: Draws the configurations.
+        design: The robot with exact numbers.
+        written: The robot with decimals.
+        places: Number of decimal places.
+        rng: Random generator of the configurations.
     """
     robot = cleaned(written)
     forms = _form(design), _form(robot)
@@ -89,7 +89,7 @@ def judged(design: Mechanism, written: Mechanism, places: int, rng: np.random.Ge
 
 
 def _form(robot: Mechanism) -> tuple[object, ...]:
-    """The steps from the actuators, and the joints that stay open from either side."""
+    """Returns the steps from the actuators, and the unsolved joints of both maps."""
     hybrid = Hybrid(robot)
     steps = tuple(type(step).__name__ for step in hybrid.forward.steps)
     return steps, hybrid.forward.open, hybrid.backward.open

@@ -1,9 +1,9 @@
 """Shipped robots with loops and a single error.
 
-One length is longer by 0.2 mm, one axis is rotated by 0.1 degrees, or all lengths and axes have an
-error. A robot whose loops cannot close must report so, and is derived in least squares. At
-configurations around the reference, its loops must close or have the least sum of squared gaps,
-and its inverse must return the configurations if the design has an inverse.
+One length is 0.2 mm longer, one axis is rotated by 0.1 degrees, or all lengths and axes have an
+error. A robot with loops that cannot close must report this, and is then closed in least squares.
+At configurations around the reference, the loops must close or minimize the sum of squared closure
+errors. If the design has an inverse, the inverse of the robot must return these configurations.
 """
 
 import tempfile
@@ -27,13 +27,13 @@ FUNCTIONS = (
     *("actuators", "ik"),
 )
 OPTIONAL = ("margin", "actuators", "ik")
-"""Functions that a robot may lack. Loops that close everywhere have no margin."""
+"""Optional functions of a robot. Loops that always close have no margin."""
 C_ALONE = ("c", "python")
 LEAST_SQUARES = "least squares"
 POSES, SHARPENED = 200, 5
-"""Configurations, and how many of them are compared with the least sum of squares."""
+"""Number of configurations, and of those compared with the least-squares minimum."""
 AROUND = 0.05
-"""Maximum distance from the reference, relative to the limits' range or to pi."""
+"""Maximum distance from the reference, relative to the limit range or to pi."""
 BARS = {"open": 0, "gap": 1e-12, "least": 1e-9, "lost": 0}
 
 
@@ -42,13 +42,12 @@ class Judged:
     """The figures of a robot with an error.
 
     Attributes:
-        tier: How its loops are closed: ``closed form``, ``newton`` or ``least squares``.
-        open: Configurations that the design reaches and the robot does not.
-        gap: Largest gap of loops that close, relative to the size.
-        least: Largest difference from the configuration of the least sum of squares (radian,
-            metre).
-        lost: Configurations that ``ik`` of their pose does not return; infinite if ``ik`` is
-            missing although the design has it.
+        tier: Closure method: ``closed form``, ``newton`` or ``least squares``.
+        open: Number of configurations that only the design reaches.
+        gap: Largest closure error of closed loops, relative to the size.
+        least: Largest difference from the least-squares configuration (radian, metre).
+        lost: Number of configurations that ``ik`` of their pose does not return; infinite if only
+            the design has ``ik``.
     """
 
     tier: str
@@ -59,7 +58,7 @@ class Judged:
 
 
 def trial(number: int) -> Outcome:
-    """Judges one error of one robot; consecutive trials of this kind take robots in turn."""
+    """Tests one error of one robot; consecutive trials of this kind cycle through the robots."""
     rng = np.random.default_rng(number)
     robots = with_loops("**/*.toml")
     design = robots[number // 4 % len(robots)]
@@ -74,12 +73,12 @@ def trial(number: int) -> Outcome:
 
 
 def judged(built: Mechanism, design: Mechanism, rng: np.random.Generator) -> Judged:
-    """Derive and judge a robot with an error.
+    """Derives and tests a robot with an error.
 
     Args:
         built: The description.
         design: The description without the error.
-        rng: Draws the configurations.
+        rng: Random generator of the configurations.
     """
     robot = chasles.load(design.name)
     has_ik = "ik" in robot.functions
@@ -106,7 +105,7 @@ def judged(built: Mechanism, design: Mechanism, rng: np.random.Generator) -> Jud
 
 
 def _written(built: Mechanism, design: Mechanism, folder: str, *, has_ik: bool) -> chasles.Robot:
-    """Write and load the robot with the functions that are judged and that it has."""
+    """Writes and loads the robot with the available tested functions."""
     built, names = replace(built, nominal=design), FUNCTIONS if has_ik else FUNCTIONS[:-1]
     try:
         write(built, folder, functions=names, languages=C_ALONE)
@@ -129,7 +128,8 @@ def _valid(robot: chasles.Robot, q: np.ndarray) -> np.ndarray:
 
 
 def _gaps(robot: chasles.Robot, built: Mechanism, q: np.ndarray) -> tuple[float, float]:
-    """The largest gap of closed loops, or the largest difference from the least squares."""
+    """Returns the largest closure error, or the largest difference from the least-squares
+    minimum."""
     numbers = Multistart(built)
     names = [variable.name for variable in robot.configuration_variables]
     z = robot.configuration(q)

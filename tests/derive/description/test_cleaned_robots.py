@@ -243,7 +243,7 @@ def test_equal_robots_have_no_pose_error():
         ('theta = "0.3"', "theta = -90", "joints[2].theta: expected an angle of at most 6.5 rad"),
         ('theta = "0.3"', "theta = -90", 'units = { angle = "deg" }'),
         ('a = "0.4"', "a = 290", "<text>:20: joints[2].a: expected a length of at most 20 m"),
-        ('a = "0.4"', "a = 290", 'units = { length = "mm" } or, if it is meant so, "m"'),
+        ('a = "0.4"', "a = 290", 'units = { length = "mm" }, or "m" to keep this value'),
         ('"0.20249999999999999"', "290", "parameters.d1: expected a length of at most 20 m"),
     ],
     ids=["angle", "angle hint", "length", "length hint", "parameter"],

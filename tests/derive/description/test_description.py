@@ -97,7 +97,7 @@ def test_byte_order_mark_and_windows_line_endings_are_accepted(tmp_path):
 WRONG = [
     (1, 'name = "2nd"', "name", "a letter"),
     (1, "name = 5", "name", "found 5"),
-    (1, 'name = "class"', "name", "no Python keyword"),
+    (1, 'name = "class"', "name", "not a Python keyword"),
     (1, "", "name", "a letter"),
     (2, "title = 5", "title", "one line of text"),
     (2, 'titel = "An arm"', "titel", "did you mean 'title'?"),
@@ -115,8 +115,8 @@ WRONG = [
     (11, "a1 = true", "parameters.a1", "a number"),
     (11, "a1 = nan", "parameters.a1", "not a finite number"),
     (11, "a1 = 1e400", "parameters.a1", "larger than 1e30"),
-    (11, "q1 = 300", "parameters.q1", "no coordinate such as q1"),
-    (11, "pi = 3", "parameters.pi", "none of"),
+    (11, "q1 = 300", "parameters.q1", "not a coordinate such as q1"),
+    (11, "pi = 3", "parameters.pi", "not one of"),
     (12, 'd2 = { value = 8, unit = "lb" }', "parameters.d2.unit", "one of m, cm, mm, inch"),
     (12, "d2 = { vale = 8 }", "parameters.d2.vale", "did you mean 'value'?"),
     (12, 'd2 = { unit = "cm" }', "parameters.d2.value", "a number"),
@@ -131,16 +131,16 @@ WRONG = [
     (18, "a = []", "joints[1].a", "a list is not an exact number"),
     (18, "a = \"__import__('os')\"", "joints[1].a", "not understood"),
     (18, 'aa = "a1"', "joints[1].aa", "did you mean 'a'?"),
-    (19, "limits = [90, -90]", "joints[1].limits", "a lowest below the highest"),
+    (19, "limits = [90, -90]", "joints[1].limits", "a minimum below the maximum"),
     (19, "limits = [1, 2, 3]", "joints[1].limits", "two numbers"),
     (19, 'limits = ["a1", 5]', "joints[1].limits[1]", "a number"),
     (19, "limits = 90", "joints[1].limits", "two numbers"),
-    (22, 'name = "first"', "joints[2].name", "another name than joints[1] has"),
+    (22, 'name = "first"', "joints[2].name", "a name other than that of joints[1]"),
     (23, 'type = "sliding"', "joints[2].type", "one of revolute, prismatic"),
     (23, 'type = "helical"', "joints[2]", "advance per radian"),
     (25, 'alpha = "a1"', "joints[2].alpha", "a1 is a length"),
     (25, "axis = [0, 0, 1]", "joints[2].axis", "one of the fields"),
-    (27, 'link = "link1"', "joints[2].link", "another link than joints[1] has"),
+    (27, 'link = "link1"', "joints[2].link", "a link other than that of joints[1]"),
     (32, "pitch = 0.5.1", "", "valid TOML"),
     (33, "direction = 2", "joints[3].direction", "one of 1, -1"),
     (34, 'mimic = { joint = "nobody" }', "joints[3].mimic.joint", "first"),
@@ -183,7 +183,7 @@ def test_invalid_field_cases_number_at_least_forty():
         ('name = "r"\nconvention = "dh"\n', "joints"),
         ('name = "r"\nconvention = "dh"\njoints = []\n', "a list of 1 to 256 joints"),
         ('name = "r"\nconvention = "dh"\njoints = [1]\n', "a table"),
-        ('name = "r"\nconvention = "dh"\n[[joints]]\ntype = "fixed"\n', "coordinate of its own"),
+        ('name = "r"\nconvention = "dh"\n[[joints]]\ntype = "fixed"\n', "its own coordinate"),
         ('name = "r"\n[[joints]]\n', "convention"),
         ("x = " + "[" * 3000, "brackets"),
         ("x = " + "9" * 5000, "digits"),
@@ -369,7 +369,7 @@ def test_long_files_are_refused_in_linear_time():
     ids=["alpha", "limits", "rpy"],
 )
 def test_pi_in_degree_fields_is_rejected(old, new):
-    with pytest.raises(DescriptionError, match='pi belongs to units of "rad"'):
+    with pytest.raises(DescriptionError, match='pi requires the unit "rad"'):
         read_text(ARM.replace(old, new))
 
 

@@ -166,10 +166,10 @@ def test_teeth_and_pitch_give_the_drive_radius():
 
 WRONG = [
     ('teeth = "n"', 'teeth = "n"\nradius = 3', "radius", "either a radius, or teeth and pitch"),
-    ('teeth = "n"\npitch = 5', "teeth = 20", "pitch", "a number other than 0"),
-    ('teeth = "n"\npitch = 5', "", "radius", "per radian of the motor, or teeth and pitch"),
+    ('teeth = "n"\npitch = 5', "teeth = 20", "pitch", "a nonzero number"),
+    ('teeth = "n"\npitch = 5', "", "radius", "per motor radian, or teeth and pitch"),
     ('kind = "belt"', 'kind = "bell"', "kind", "did you mean 'belt'?"),
-    ('teeth = "n"', 'ratio = 2\nteeth = "n"', "ratio", "no ratio: travel slides"),
+    ('teeth = "n"', 'ratio = 2\nteeth = "n"', "ratio", "no ratio: travel is prismatic"),
     ('assumed = ["limits"]', 'assumed = ["limit"]', "assumed[1]", "did you mean 'limits'?"),
     ('assumed = ["limits"]', "assumed = 3", "assumed", "true, or a list of fields"),
     ('assumed = ["limits"]', 'assumed = ["pitch"]', "assumed[1]", "one of limits, axis"),

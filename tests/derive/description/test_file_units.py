@@ -148,7 +148,9 @@ def test_parameter_kind_is_inferred_from_first_use(value, kind):
     text = f'{HEAD}[parameters]\nx = 1\n[[joints]]\nalpha = "{value}"\n'
     if kind == "length":
         # Its ratio to a plain number changes with the length unit.
-        with pytest.raises(DescriptionError, match="which this is not if the parameters are"):
+        with pytest.raises(
+            DescriptionError, match="with length parameters, this expression has another unit"
+        ):
             read_text(text)
     else:
         assert read_text(text).parameters[0].kind == (kind or "length")

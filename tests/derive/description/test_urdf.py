@@ -231,7 +231,7 @@ def wrong(path, text, base=None, tip=None):
         ("<robot", "<!DOCTYPE robot>\n<robot", "no document type"),
         ("<limit", "<mimic/><limit", '<joint turn><mimic> joint: expected joint="..."'),
         ('name="turn"', "", 'name="..."'),
-        ("<limit", '<mimic joint="turn"/><limit', "no circle"),
+        ("<limit", '<mimic joint="turn"/><limit', "without a cycle"),
         ("<limit", '<mimic joint="spin"/><limit', "found 'spin'"),
     ],
 )
@@ -244,14 +244,14 @@ def test_invalid_base_or_tip_link_is_rejected(path):
     assert "tool-0" in wrong(path, TWO_LINKS, "base", "tol0")
     assert "a link below arm" in wrong(path, TWO_LINKS, "arm", "base")
     assert "other than the base" in wrong(path, TWO_LINKS, "base", "base")
-    assert "coordinate of its own" in wrong(path, TWO_LINKS, "arm", "tool-0")
+    assert "its own coordinate" in wrong(path, TWO_LINKS, "arm", "tool-0")
 
 
 def test_cyclic_links_are_rejected(path):
     circle = TWO_LINKS.replace('<link name="base"/>', '<link name="base"/><link name="x"/>')
     loop = '<joint name="back" type="fixed"><parent link="tool-0"/><child link="base"/></joint>'
     message = wrong(path, circle.replace("</robot>", f"{loop}</robot>"), "x", "arm")
-    assert "not carried by the joint itself; in a circle: " in message
+    assert "not a descendant of the joint; cyclic joints: " in message
     assert "back" in message
 
 
@@ -275,7 +275,7 @@ def test_mimic_leader_outside_the_chain_is_rejected(path):
     fork = '<link name="s"/><joint name="f" type="prismatic"><parent link="arm"/><child link="s"/>'
     message = wrong(path, text.replace("</robot>", f"{fork}</joint></robot>"), "base", "tool-0")
     assert ":5: <joint turn> mimic: expected a joint between base and tool-0" in message
-    assert "turn follows; without the coupling, turn has a coordinate of its own" in message
+    assert "turn follows; without the coupling, turn has its own coordinate" in message
     assert "found 'f'" in message
 
 
@@ -360,8 +360,8 @@ def test_entities_are_not_expanded(path):
         (b"hello", ":1: expected well-formed XML"),
         (b"<robot name='x'>" + b"<a>" * 50_000, "expected well-formed XML"),
         (b"<robot name='x'>\n\xff</robot>", ":2: expected UTF-8 text"),
-        ("<robot name='x'/>".encode("utf-16"), "expected links; the file has none"),
-        (b"<robot name='x'/>", "expected links; the file has none"),
+        ("<robot name='x'/>".encode("utf-16"), "expected links; the file has no links"),
+        (b"<robot name='x'/>", "expected links; the file has no links"),
         (b"<robot name='x'><link name='a'/></robot>", "a link other than the base"),
         (b"<!--" + b"x" * 1_000_000, "at most 1000000 bytes"),
     ],

@@ -1,4 +1,4 @@
-/* The solver of general arms, for an arm that is told by its tables alone. */
+/* Solver of general arms, for an arm defined only by its tables. */
 #include <stddef.h>
 
 #include "chasles_general.h"
@@ -37,7 +37,7 @@ static void pose_jacobian(const double *q, double *T, double *J)
     }
 }
 
-/* Takes an arm; its own forward kinematics stand in for those of a generated robot. */
+/* Sets the arm; forward kinematics are computed from the tables. */
 void take(const chasles_general_arm *told)
 {
     arm = *told;
@@ -51,7 +51,7 @@ void jacobian(const double *q, double *J)
     pose_jacobian(q, T, J);
 }
 
-/* All slots of the poses of configurations, at their values of the given joints. */
+/* Solves the poses of configurations with their fixed joint values; returns all slots. */
 void solve(int count, const double *q, double *found, double *residual)
 {
     double T[16], J[6 * CHASLES_MOST_JOINTS], margin[CHASLES_SLOTS], value[CHASLES_MOST_GIVEN];

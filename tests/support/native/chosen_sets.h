@@ -1,4 +1,4 @@
-/* The instruction sets that the processor is said to have: those in the variable CHOSEN_SETS.
+/* Instruction sets reported as available: those in the variable CHOSEN_SETS.
  *
  * It is read before all other files, which choose what the system's headers declare. */
 extern char *getenv(const char *name);

@@ -1,4 +1,4 @@
-/* Calls every function of a robot without Python, for the compiler's sanitizers to watch.
+/* Calls every function of a robot without Python, under compiler sanitizers.
  *
  *   kernels bounds    all batch lengths, steps and alignments, in memory of exactly the size
  *                     needed, whose ends the address sanitizer watches
@@ -22,11 +22,11 @@
 #define MOST 16                      /* inputs and outputs of a function */
 #define LONGEST 40                   /* longest of the short batches */
 #define LINE 8                       /* doubles in a cache line */
-#define STREAMED ((size_t)(4 << 20)) /* results of more bytes are written past the caches */
+#define STREAMED ((size_t)(4 << 20)) /* larger results use streaming stores */
 #define THREADS 4
 #define PART 24
 #define FOREIGN 1.25e300
-#define TOLERANCE 1e-13 /* single calls round differently */
+#define TOLERANCE 1e-13 /* single calls may round differently */
 
 extern const chasles_kernel chasles_kernels[];
 
@@ -90,7 +90,7 @@ static void free_rows(rows *made)
     }
 }
 
-/* Tests whether the memory beside the rows is unchanged; overwrites the rows. */
+/* Tests whether the memory around the rows is unchanged; overwrites the rows. */
 static int is_rest_untouched(const rows *made, size_t n)
 {
     for (size_t row = 0; row < n; row++) {
@@ -109,8 +109,8 @@ static int is_rest_untouched(const rows *made, size_t n)
 typedef struct {
     int gap;      /* doubles between rows */
     int backward; /* last row first */
-    int same;     /* all rows of an input are the same memory */
-    size_t shift; /* doubles past an aligned address */
+    int same;     /* all rows of an input share the same memory */
+    size_t shift; /* offset from an aligned address, in doubles */
 } layout;
 
 static void check_rows(const chasles_kernel *kernel, size_t n, layout how, size_t every, int place)
@@ -185,7 +185,7 @@ static int check_bounds(int place)
     return checked;
 }
 
-/* The inputs that all threads read, and the results, of which each thread writes one part. */
+/* Inputs shared by all threads, and results; each thread writes one section. */
 typedef struct {
     const chasles_kernel *kernel;
     double *inputs[MOST];

@@ -1,4 +1,4 @@
-/* Checks the functions that the solvers share, on scattered numbers and in their limits. Prints the
+/* Checks shared solver functions on scattered numbers and limit cases. Prints the
  * number of cases checked.
  *
  *   numerics solve       symmetric linear systems of every size up to 8

@@ -3,10 +3,10 @@
 
 enum { RODS = 6, MOST_STEPS = 60 };
 static const double LONGEST_STEP = 0.5;
-/* Keeps a singular system solvable; far below the distance of modes that are one. */
+/* Regularizes singular systems; far below the distance of equal modes. */
 static const double NOISE = 1e-12;
 
-/* A vector turned by a unit quaternion. */
+/* Rotates a vector by a unit quaternion. */
 static void turn(const double e[4], const double b[3], double r[3])
 {
     const double *v = e + 1;
@@ -17,7 +17,7 @@ static void turn(const double e[4], const double b[3], double r[3])
     r[2] = b[2] + 2 * (e[0] * x[2] + v[0] * x[1] - v[1] * x[0]);
 }
 
-/* The derivative of the lengths by a twist, and what they lack, side by side; the largest lack. */
+/* Writes length derivatives with respect to a twist, and errors; returns the largest. */
 static double linear_system(const double *a, const double *b, const double *lengths,
                             const double *e, const double *p, double A[RODS][RODS + 1])
 {
@@ -96,7 +96,7 @@ static void move(double A[RODS][RODS + 1], double e[4], double p[3])
  *
  * a, b     (6, 3) ends at the ground, and at the platform in its own axes
  * lengths  (6,)
- * count    number of starts
+ * count   number of starts
  * e, p     (count, 4) unit quaternions and (count, 3) positions: the starts; then where they led
  * closes   largest excess of a length where the iteration ends
  *

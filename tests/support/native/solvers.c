@@ -17,7 +17,7 @@
 #include "velocity/native/damped_box.h"
 
 #define STARTS 64
-#define POSES 24 /* the last is not finite, the last but one is out of reach */
+#define POSES 24 /* the last is not finite, the second to last is out of reach */
 #define THREADS 3
 #define STEPS 400
 #define TOLERANCE 1e-9
@@ -234,7 +234,7 @@ static int check_inverse(const char *mode)
         check_batch(&arm, &tasks[t], poses, NULL);
         check_batch(&arm, &tasks[t], poses, seeds);
     }
-    /* The first coordinate of each pose is locked, and the others begin elsewhere. */
+    /* The first coordinate of each pose is fixed; the others have other start values. */
     for (int k = 0; k < POSES; k++) {
         double *seed = seeds + (size_t)k * arm.n;
         configuration(&arm, k, reach, seed);
@@ -263,7 +263,7 @@ static int check_box(void)
         fail("no memory", 0);
     }
     for (int step = 0; step < STEPS; step++) {
-        /* Towards 0, where axes of most arms are aligned. */
+        /* Moves towards 0, where the axes of most arms are aligned. */
         for (int k = 0; k < n; k++) {
             q[k] = scattered(0, k) * (1 - (double)step / (STEPS - 1));
             low[k] = -0.02 * (1 + scattered(step, k));

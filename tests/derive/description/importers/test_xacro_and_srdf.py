@@ -213,7 +213,7 @@ def test_group_is_read_by_name(arm):
         ("joint", "</xacro:macro>", "", "joint.xacro:15: expected xacro"),
         ("joint", "${reach * 2}", "${reach * }", "expected xacro that can be expanded"),
         ("arm", 'name="reach" default="0.5"', 'name="reach"', "missing attribute 'default'"),
-        ("arm", '<xacro:arg name="reach" default="0.5"/>', "", "give it by reach:=value"),
+        ("arm", '<xacro:arg name="reach" default="0.5"/>', "", "set reach:=value"),
     ],
     ids=[
         "macro name",

@@ -74,7 +74,7 @@ def test_hint_for_partial_file_names_the_complete_file(tmp_path):
     folder = written(tmp_path, hand=JOINT, whole=whole)
     assert "<link" in expanded(folder / "whole.xacro", ())
     message = refusal(folder / "hand.xacro")
-    assert "hangs on the link flange, which it lacks: derive " in message
+    assert "needs the missing link flange: derive " in message
     assert str(folder / "whole.xacro") in message
 
 
@@ -87,11 +87,11 @@ def test_hint_for_partial_file_names_the_complete_file(tmp_path):
         (
             "",
             '<a b="${x}"/><xacro:property name="x" value="1"/>',
-            '<xacro:property name="x"> stands behind its use',
+            '<xacro:property name="x"> is defined after its use',
         ),
         (MACRO, '<xacro:arm prefix=""/>', 'no <xacro:macro name="arm"> is included: it is in'),
-        ("", MACRO + '<xacro:arm prefix="" reach="1"/>', "has to hold an element for each"),
-        ("", MACRO + "<xacro:paint/>", "has to give c"),
+        ("", MACRO + '<xacro:arm prefix="" reach="1"/>', "must contain an element for each"),
+        ("", MACRO + "<xacro:paint/>", "must set c"),
     ],
     ids=[
         "property in other file",
@@ -117,7 +117,7 @@ def test_missing_package_is_reported_only_once(tmp_path):
 
 def test_hint_names_missing_xacro_argument(tmp_path):
     file = written(tmp_path, whole='<link name="$(arg side)_hand"/>') / "whole.xacro"
-    assert "give it by side:=value" in refusal(file)
+    assert "set side:=value" in refusal(file)
     assert "left_hand" in expanded(file, ("side:=left",))
 
 
@@ -129,4 +129,4 @@ def test_hint_gives_full_argument_name(tmp_path):
     folder = written(tmp_path, whole='<link name="$(arg tool_len)"/>')
     message = refusal(folder / "whole.xacro")
     assert "argument tool_len" in message
-    assert "give it by tool_len:=value" in message
+    assert "set tool_len:=value" in message
