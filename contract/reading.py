@@ -83,7 +83,7 @@ def _check_loops(manifest: Manifest, place: Place) -> None:
     if reference and (len(reference.q), len(reference.z)) != (n, n_z):
         place["reference"].fail(reference, f"{n} values of q and {n_z} of z")
     if moved and len(moved) != n:
-        place["actuated_in_z"].fail(moved, f"{n} entries, one a coordinate")
+        place["actuated_in_z"].fail(moved, f"{n} entries, one per coordinate")
     if any(item.index >= n_z for item in moved):
         place["actuated_in_z"].fail(moved, f"indices below {n_z}, the size of the configuration")
     if solution == "newton" and not (reference and moved):
@@ -127,9 +127,7 @@ def _check_slots(function: FunctionInfo, n: int, place: Place) -> None:
     role, outputs = function.role, function.outputs
     k = len(role.labels)
     if bool(k) != role.has_slots:
-        place["role"].fail(
-            role.name, "labels of an inverse or of branches, and of no other function"
-        )
+        place["role"].fail(role.name, "labels for an inverse or for branches only")
     if k and any(out.shape[:1] != (k,) for out in outputs):
         place["labels"].fail(list(role.labels), "as many as the first dimension of every output")
     expected = [("q", (k, n)), ("residual", (k,)), ("margin", (k,))]
@@ -143,4 +141,4 @@ def _check_slots(function: FunctionInfo, n: int, place: Place) -> None:
             place[name].fail(list(indices), f"indices below {n}, the number of coordinates")
     entries = sum(AIMS[aim] for aim in role.aims)
     if role.aims and (entries,) != function.inputs[0].shape:
-        place["aims"].fail(list(role.aims), f"parts with {function.inputs[0].shape} entries in all")
+        place["aims"].fail(list(role.aims), f"components of {function.inputs[0].shape} entries")

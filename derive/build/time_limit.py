@@ -68,9 +68,8 @@ def _frames(frame: FrameType | None) -> Iterator[FrameType]:
 
 def _message(seconds: float, place: str) -> str:
     return (
-        f"the derivation takes longer than {seconds:g} s; when it was stopped it was in {place}. "
-        "Fewer named parameters or decimals of fewer digits take less time; --time-limit sets the "
-        "limit"
+        f"the derivation took longer than {seconds:g} s and was stopped in {place}. Use fewer "
+        "named parameters or shorter decimals, or raise --time-limit"
     )
 
 

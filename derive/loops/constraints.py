@@ -407,8 +407,8 @@ class _Spatial:
         closer = self.loop.closer
         if isinstance(closer, Strut) and closer.ends == "pin":
             raise RobotError(
-                f"robot {self.mechanism.name!r}: pins hold the ends of {closer.name!r}, but its "
-                "loop is not planar; expected ball ends, or a joint and a closure in its place"
+                f"robot {self.mechanism.name!r}: the ends of {closer.name!r} are pins, but its "
+                "loop is not planar; use ball ends, or replace it by a joint and a closure"
             )
         (A, p_a), (B, p_b) = (
             self._pose(self.loop.to_a, closer.a),

@@ -91,8 +91,8 @@ class Cleaning:
             return ""
         numbers = "; ".join(self.sentences) or f"{len(self.numbers)} numbers without their noise"
         return (
-            f"exact numbers for rounded ones move the tool by up to {self.bound} ({numbers}); "
-            "--exact, or exact=True in Python, takes all numbers as written"
+            f"exact values for rounded numbers move the tool by up to {self.bound} ({numbers}); "
+            "--exact, or exact=True in Python, keeps all numbers as written"
         )
 
 

@@ -238,7 +238,7 @@ class _Reader:
         if not self.names:
             raise NotExact(f"unknown name {name!r}")
         close = difflib.get_close_matches(name, self.names, n=1) or list(self.names)[:MOST_NAMED]
-        raise NotExact(f"unknown parameter {name!r}; declared are {', '.join(close)}")
+        raise NotExact(f"unknown parameter {name!r}; expected one of {', '.join(close)}")
 
     def _power(self, base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
         if not exponent.is_Rational or max(abs(exponent.p), exponent.q) > LARGEST_EXPONENT:

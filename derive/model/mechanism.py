@@ -392,7 +392,7 @@ class Mechanism:
         for item in self.closers:
             self._check_known(f"body of {item.name!r}", [item.a.body, item.b.body], seen)
             if item.a.body == item.b.body:
-                raise RobotError(f"{item.name!r} holds body {item.a.body!r} to itself")
+                raise RobotError(f"{item.name!r} connects body {item.a.body!r} to itself")
 
     def _check_nominal(self, nominal: "Mechanism") -> None:
         for what in ("joints", "closures", "struts", "drives"):
@@ -403,13 +403,13 @@ class Mechanism:
             if mine != other:
                 apart = [a[0] for a in (*mine, *other) if a not in mine or a not in other]
                 raise RobotError(
-                    f"robot {self.name!r}: its {what} are not those of the nominal robot "
+                    f"robot {self.name!r}: its {what} differ from the nominal robot "
                     f"{nominal.name!r}: {', '.join(dict.fromkeys(apart)) or 'another order'}"
                 )
         if (self.actuated, self.tool_body) != (nominal.actuated, nominal.tool_body):
             raise RobotError(
-                f"robot {self.name!r}: its actuated coordinates and the body of its tool are not "
-                f"those of the nominal robot {nominal.name!r}"
+                f"robot {self.name!r}: its actuated coordinates or its tool body differ from the "
+                f"nominal robot {nominal.name!r}"
             )
 
     def _check_known(self, role: str, names: Sequence[str], known: set[str]) -> None:
@@ -426,7 +426,7 @@ class Mechanism:
         used |= {symbol for drive in self.drives for symbol in drive.ratio.free_symbols}
         unknown = sorted(str(symbol) for symbol in used - known)
         if unknown:
-            raise RobotError(f"robot {self.name!r} uses {', '.join(unknown)}, no parameter of it")
+            raise RobotError(f"robot {self.name!r} uses undeclared {', '.join(unknown)}")
 
 
 def _outline(member: Joint | Closure | Strut | Drive) -> tuple[str, ...]:

@@ -83,7 +83,7 @@ def align_z(axis: Vector) -> Placement:
     """
     x, y, z = axis = exact_vector(axis)
     if any(component.free_symbols for component in axis):
-        raise RobotError("a joint's axis must be made of numbers, without parameters")
+        raise RobotError("a joint's axis must be numerical, without parameters")
     if is_zero(x) and is_zero(y):
         if is_zero(z):
             raise RobotError("a joint's axis must not be the zero vector")

@@ -419,9 +419,9 @@ def check_robot_name(name: object) -> None:
     """
     check_name("robot", name)
     if "__" in f"{name}_":
-        raise RobotError(f"robot {name!r}: expected a name without __ and without _ at its end")
+        raise RobotError(f"robot {name!r}: expected a name without __ and without a trailing _")
     if f"{name}_".lower().startswith(OWN_PREFIX):
-        expected = f"a name without {OWN_PREFIX} at its start, as chasles' own C files have it"
+        expected = f"a name that does not start with {OWN_PREFIX}, the prefix of chasles' own files"
         raise RobotError(f"robot {name!r}: expected {expected}")
 
 

@@ -79,7 +79,7 @@ def _chain(robot: Described) -> SerialRobot:
     terms = Terms({parameter.symbol: parameter.value for parameter in robot.parameters})
     free = {joint.name for run in virtual_joints(robot, terms) for joint in run}
     if any(joint.name in free for joint in robot.main_chain.joints):
-        raise RobotError(f"{robot.name}: legs carry its tool, and the joints of a chain are judged")
+        raise RobotError(f"{robot.name}: legs carry its tool; expected a chain of joints")
     return robot.main_chain
 
 

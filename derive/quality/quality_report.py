@@ -61,7 +61,7 @@ class ConventionQuality:
     def verdict(self) -> str:
         """Its qualities, or the displacements that it cannot represent, as text."""
         if self.value is None:
-            return "has no numbers for this axis"
+            return "cannot represent this axis"
         if not self.is_complete:
             return f"misses {'; '.join(self.misses)}"
         qualities = {"continuous": self.is_continuous, "minimal": self.is_minimal}
@@ -156,8 +156,8 @@ def ranked(model: str, numbers: int, rank: int, identifiable: int) -> str:
     found = "complete"
     if rank < identifiable:
         found = f"misses {identifiable - rank} of {identifiable} displacements"
-    repeating = f"{numbers - rank} repeat others" if numbers > rank else "minimal"
-    return f"{model}: {numbers} numbers with base and tool, rank {rank}: {found}, {repeating}"
+    repeating = f"{numbers - rank} redundant" if numbers > rank else "minimal"
+    return f"{model}: {numbers} parameters with base and tool, rank {rank}: {found}, {repeating}"
 
 
 def _lines(report: ModelReport) -> Iterator[str]:
@@ -165,15 +165,15 @@ def _lines(report: ModelReport) -> Iterator[str]:
     pitches = f" + {report.helical} pitches" if report.helical else ""
     yield f"Model of the {report.robot}"
     yield f"identifiable: 4 r + 2 t + 6{pitches} = {report.identifiable} with r = {r}, t = {t};"
-    yield "  4 numbers place the line of a turning joint, 2 the direction of a sliding one, and 6"
-    yield "  the tool. 5 r + 2 t + 6 counts also the place of each frame along its turning axis,"
-    yield "  which no pose of the tool shows."
+    yield "  The line of a revolute joint has 4 parameters, the direction of a prismatic joint 2,"
+    yield "  the tool 6. 5 r + 2 t + 6 also counts the position of each frame along its revolute"
+    yield "  axis, which tool poses do not determine."
     yield ranked("as described", report.numbers, report.rank, report.identifiable)
     yield ranked("as suited", report.suitable_numbers, report.suitable_rank, report.identifiable)
-    for slides, words in ((False, "turning"), (True, "sliding")):
+    for slides, words in ((False, "revolute"), (True, "prismatic")):
         if found := report.conventions_of(slides=slides):
             yield f"\ndet(D^T D) of the link to a {words} joint"
-            head = ("convention", "numbers", "by its own numbers", "by those of a whole pose")
+            head = ("convention", "parameters", "own parameters", "full-pose parameters")
             yield from _table(
                 head,
                 [
@@ -187,7 +187,7 @@ def _lines(report: ModelReport) -> Iterator[str]:
 
 def _of_joint(joint: JointQuality) -> Iterator[str]:
     angle = f"angle {np.degrees(joint.angle):.6g} deg"
-    yield f"\n{joint.joint} behind {joint.before}: {angle}, distance {joint.distance:.6g} m"
+    yield f"\n{joint.joint} after {joint.before}: {angle}, distance {joint.distance:.6g} m"
     missing = "; ".join(joint.misses)
     described = f"as described ({' and '.join(joint.own) or 'placements'})"
     yield f"{described}: {f'misses {missing}' if missing else 'complete'}"

@@ -222,7 +222,7 @@ class Terms:
         factor = angle.coeff(last)
         if not factor.is_Integer:
             raise ValueError(
-                f"the solved angle {last} does not enter {angle} a whole number of times"
+                f"the coefficient of the solved angle {last} in {angle} is not an integer"
             )
         sign = sp.sign(factor)
         c1, s1 = self.cos_sin(angle - sign * last)

@@ -113,7 +113,7 @@ def not_closing(mechanism: Mechanism, error: RobotError) -> RobotError:
     )
     if bodies.is_dead(at):
         actuated = ", ".join(mechanism.actuated)
-        advice = f"give other values of {actuated} in [reference], at which the loops can move"
+        advice = f"set other values of {actuated} in [reference] at which the loops can move"
         return RobotError(f"{error}\n    The loops are at a dead point at {near}: {advice}")
     return RobotError(
         f"{error}\n    The loops close at {near}: write values close to these in [reference]"
@@ -224,7 +224,7 @@ def _missing(bodies: BodiesInNumbers, closer: Closure | Strut, values: Mapping[s
     gap = bodies.gaps(values)[closer.name]
     parts = [shown(gap.distance, True)] if gap.distance > GAP * bodies.size else []
     parts += [shown(gap.turn, False)] if gap.turn > GAP else []
-    apart = f"stay {' and '.join(parts)} apart at best"
+    apart = f"are at best {' and '.join(parts)} apart"
     return f"its frames on {closer.a.body} and {closer.b.body} {apart}"
 
 

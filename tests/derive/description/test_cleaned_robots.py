@@ -113,7 +113,9 @@ def test_command_line_warns_on_standard_error(tmp_path, option):
     quickly = ["--functions", "fk", "--detail", "none", "--jobs", "1"]
     done = CliRunner().invoke(app, [*words, *quickly])
     assert done.exit_code == 0
-    assert done.stderr.startswith(f"warning: {path}: exact numbers for rounded ones move the tool")
+    assert done.stderr.startswith(
+        f"warning: {path}: exact values for rounded numbers move the tool"
+    )
     assert "--exact" in done.stderr
     assert "warning" not in done.stdout
     assert CliRunner().invoke(app, [*words, *quickly, "--exact"]).stderr == ""
@@ -202,7 +204,7 @@ def distances(one, other):
     return mpmath.norm(one[:3, 3] - other[:3, 3]), 2 * mpmath.asin(turned)
 
 
-@pytest.mark.filterwarnings("ignore:.*exact numbers for rounded:UserWarning")
+@pytest.mark.filterwarnings("ignore:.*exact values for rounded:UserWarning")
 def test_pose_error_bound_holds_and_is_tight_in_every_convention():
     shares, conventions = [], set()
     with mpmath.workdps(30):
@@ -256,7 +258,7 @@ def test_implausible_numbers_without_stated_unit_are_rejected(old, new, words):
     assert words in str(caught.value)
 
 
-@pytest.mark.filterwarnings("ignore:.*exact numbers for rounded:UserWarning")
+@pytest.mark.filterwarnings("ignore:.*exact values for rounded:UserWarning")
 def test_stated_unit_allows_implausible_lengths():
     text = ARM.format(theta="0.3").replace('a = "0.4"', "a = 2900")
     stated = text.replace("[parameters]", 'units = { length = "m" }\n[parameters]')

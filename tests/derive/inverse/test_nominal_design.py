@@ -110,7 +110,7 @@ def test_nominal_key_accepts_installed_robot_name(files, is_beside):
         ("panther", "the name of a robot that is installed with chasles, or a robot file beside"),
         ("ur10e", "the file of a robot with loops"),
         ("built.toml", "names no nominal robot itself"),
-        ("four_bar.toml", "its joints are not those of the nominal robot 'four_bar'"),
+        ("four_bar.toml", "its joints differ from the nominal robot 'four_bar'"),
         ("ur5e.toml", "the file of a robot with loops"),
     ],
 )

@@ -460,7 +460,7 @@ def test_constraint_jacobian_and_rate_match_finite_differences(name):
 def test_pin_ended_rod_in_spatial_loop_is_rejected():
     whole = mechanisms.rssr()
     pinned = replace(whole, struts=(replace(whole.struts[0], ends="pin"),))
-    with pytest.raises(RobotError, match="pins hold the ends of 'rod', but its loop is not planar"):
+    with pytest.raises(RobotError, match="the ends of 'rod' are pins, but its loop is not planar"):
         Case(pinned)
 
 

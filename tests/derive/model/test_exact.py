@@ -174,8 +174,8 @@ def test_expressions_are_never_evaluated_as_code() -> None:
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("d2", "unknown parameter 'd2'; declared are a, b, d1"),
-        ("zz", "unknown parameter 'zz'; declared are a, b, d1"),
+        ("d2", "unknown parameter 'd2'; expected one of a, b, d1"),
+        ("zz", "unknown parameter 'zz'; expected one of a, b, d1"),
         ("a.real", "'a.real' is not understood; expected numbers, pi, parameters"),
         ("1 +", "not a number or an expression of numbers, pi, parameters"),
         ("120 mm", "a number with a unit; the file's field 'units' names it"),

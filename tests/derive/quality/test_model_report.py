@@ -107,8 +107,8 @@ def test_well_manipulator_report_matches_paper_counts():
 
 def test_printed_report_names_displacements_missed_by_dh():
     text = str(report_of("ur5e"))
-    assert "as described: 36 numbers with base and tool, rank 28: misses 2 of 30" in text
-    assert "as suited: 38 numbers with base and tool, rank 30: complete" in text
+    assert "as described: 36 parameters with base and tool, rank 28: misses 2 of 30" in text
+    assert "as suited: 38 parameters with base and tool, rank 30: complete" in text
     assert "dh          0     misses turn about the perpendicular of axis and common normal" in text
 
 

@@ -122,7 +122,7 @@ def test_four_bar_gap_and_proposed_ranges_are_correct():
     # The crank's pin is at (0, 100), the rocker's at (350, 0): 364.0 mm apart.
     apart = 1000 * np.hypot(0.1, 0.35)
     text = spoilt_message("four_bar", "b", "0.08")
-    assert f"stay {apart - 330:.4g} mm apart" in text
+    assert f"are at best {apart - 330:.4g} mm apart" in text
     ranges = {name: (1e3 * low, 1e3 * high) for name, low, high in offers(text)}
     assert ranges["b"] == pytest.approx((apart - 250, apart + 250), abs=0.1)
     assert ranges["c"] == pytest.approx((apart - 80, apart + 80), abs=0.1)
