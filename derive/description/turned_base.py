@@ -63,7 +63,7 @@ def turned_base(mechanism: Mechanism, noise: float) -> TurnedBase | None:
 
     Args:
         mechanism: A robot with the numbers of its file.
-        noise: Least difference that counts as rounding (metre).
+        noise: Minimum difference that counts as rounding (metre).
 
     Returns:
         The axes; None if no rotated axes give more exact angles than the base frame.

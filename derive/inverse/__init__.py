@@ -1,1 +1,1 @@
-"""Closed-form inverse kinematics: the axes' structure, its subproblems, its families."""
+"""Closed-form inverse kinematics: axis structures, families and subproblems."""

@@ -61,7 +61,7 @@ class Attempt:
 
     @property
     def title(self) -> str:
-        """The structure in words."""
+        """Description of the structure."""
         return self.family.title + (", read from the tool" if self.backwards else "")
 
 

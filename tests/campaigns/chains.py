@@ -77,10 +77,10 @@ MOTIONS = (
 
 
 def check_motions(seed: int) -> bool:
-    """Compares the Hessian, twists and accelerations of the chain of a seed with Pinocchio.
+    """Compares Hessian, twists and accelerations of a seeded chain with Pinocchio.
 
     Returns:
-        Whether a joint of the chain follows another; followers share a coordinate.
+        Whether the chain has a mimic joint, which shares the coordinate of its leader.
     """
     generator = random.Random(seed)
     chain = random_chain(generator, generator.randint(2, 9))

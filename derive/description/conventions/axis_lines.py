@@ -2,9 +2,7 @@
 
 The z axis of the reference frame is along the preceding axis. In the conventions below, the x axis
 of the link points along the common normal of both axes. For Hayati's tilts, it points to the
-intersection of the joint axis with the plane normal to the preceding axis. The x axis of the links
-below is turned to the common normal of both axes, or, for Hayati's tilts, to the point in which the
-joint's axis meets the plane across the axis before.
+intersection of the joint axis with the plane normal to the preceding axis.
 """
 
 from collections.abc import Mapping

@@ -53,7 +53,7 @@ class Neighbours:
 
     @cached_property
     def distance(self) -> float:
-        """The distance between both axes (metre)."""
+        """Distance between both axes (metre)."""
         return float(distance_between(self.line))
 
     @property

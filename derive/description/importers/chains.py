@@ -37,7 +37,7 @@ class LinkedBodies(Protocol):
         """Returns the chains between base and tip; missing ends are inferred."""
 
     def robot(self, base: str | None, tip: str | None, name: str | None) -> Described:
-        """The chain between two links, with the loops that its joints are part of."""
+        """Returns the chain between two links, with the loops through its joints."""
 
 
 def is_imported(file: Path) -> bool:

@@ -94,7 +94,7 @@ def _few(names: Sequence[str]) -> str:
 
 
 def chosen_ends(tree: KinematicTree, base: str | None, tip: str | None) -> tuple[Ends, ...]:
-    """The chain between two links; where one is not given, those that are meant.
+    """Returns the ends of the chain between two links; missing ends are inferred.
 
     Args:
         tree: The tree of links and joints.

@@ -1,9 +1,9 @@
-"""Expressions of xacro files, evaluated without Python's ``eval``: a file cannot run commands.
+"""Evaluates xacro expressions without Python's ``eval``, so a file cannot run commands.
 
-xacro passes ``${...}`` and ``$(eval ...)`` to ``eval``, through which a file can reach any Python
-function. Here Python only parses an expression. The evaluator below knows numbers, strings, lists,
-tuples, dictionaries, operators, comprehensions and the functions that xacro documents. It refuses
-names that start with an underscore, ``lambda``, ``type``, ``vars`` and ``str.format``.
+Xacro passes ``${...}`` and ``$(eval ...)`` to ``eval``, which gives a file access to any Python
+function. Here Python only parses an expression. The evaluator below supports numbers, strings,
+lists, tuples, dictionaries, operators, comprehensions and the documented xacro functions. It
+rejects names that start with an underscore, ``lambda``, ``type``, ``vars`` and ``str.format``.
 """
 
 import ast
@@ -13,11 +13,11 @@ from contextlib import contextmanager
 from typing import Any
 
 MAX_STEPS = 1_000_000
-"""Nodes that one expression may evaluate."""
+"""Maximum number of evaluated nodes per expression."""
 MAX_SIZE = 1_000_000
-"""Items of a repeated sequence, and bits of a power or a shifted number."""
+"""Maximum item count of a repeated sequence, and bit count of a power or shifted number."""
 REFUSED_FUNCTIONS = ("type", "vars", "complex", "issubclass", "hash")
-"""Functions of xacro that only serve to look into Python's objects."""
+"""Functions of xacro that only inspect Python objects."""
 METHODS: Mapping[type, Collection[str]] = {
     str: (
         *("capitalize", "count", "endswith", "find", "index", "isalnum", "isalpha", "isdigit"),
@@ -31,7 +31,7 @@ METHODS: Mapping[type, Collection[str]] = {
     set: ("add", "union", "intersection", "difference", "issubset"),
     frozenset: ("union", "intersection", "difference", "issubset"),
 }
-"""Methods that an expression may call, by the type of the value."""
+"""Methods allowed in an expression, keyed by the type of the value."""
 BINARY: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
@@ -67,12 +67,12 @@ COMPARISONS: Mapping[type[ast.cmpop], Callable[[Any, Any], bool]] = {
 
 
 class RefusedExpressionError(ValueError):
-    """An expression uses what xacro's documentation does not offer, or is too large."""
+    """An expression is outside the documented xacro subset, or too large."""
 
 
 @contextmanager
 def replaced(module: Any, **values: Any) -> Iterator[None]:
-    """Gives attributes of a module other values while its body runs."""
+    """Context that replaces attributes of a module."""
     before = {name: getattr(module, name) for name in values}
     try:
         for name, value in values.items():
@@ -84,10 +84,10 @@ def replaced(module: Any, **values: Any) -> Iterator[None]:
 
 
 def expression_evaluator(symbols: Mapping[str, Any]) -> Callable[..., Any]:
-    """Returns what takes the place of xacro's evaluator of ``${...}``.
+    """Returns the replacement for xacro's evaluator of ``${...}``.
 
     Args:
-        symbols: xacro's own symbols: functions, constants, and mappings of more of both.
+        symbols: Symbols of xacro: functions, constants, and nested mappings of both.
     """
     functions = set(_functions(symbols))
 
@@ -98,7 +98,7 @@ def expression_evaluator(symbols: Mapping[str, Any]) -> Callable[..., Any]:
 
 
 def substitution_evaluator(substitution_args: Any) -> Callable[..., str]:
-    """Returns what takes the place of xacro's evaluator of ``$(eval ...)``."""
+    """Returns the replacement for xacro's evaluator of ``$(eval ...)``."""
     convert, read_argument = substitution_args.convert_value, substitution_args._eval_arg
 
     def evaluated(text: str, context: dict[str, Any]) -> str:
@@ -130,20 +130,20 @@ def evaluate(text: str, symbols: Any, functions: Collection[Callable[..., Any]])
     """Returns the value of an expression.
 
     Args:
-        text: A Python expression, of the documented subset.
-        symbols: Values by name: a mapping, or an object with ``__getitem__``.
-        functions: The functions that the expression may call.
+        text: A Python expression in the documented subset.
+        symbols: Values keyed by name: a mapping, or an object with ``__getitem__``.
+        functions: The functions allowed in the expression.
 
     Raises:
         RefusedExpressionError: The expression is outside the subset, or too large.
         NameError: A name has no value.
-        SyntaxError: The text is no expression.
+        SyntaxError: The text is not an expression.
     """
     return _Evaluator(symbols, frozenset(functions)).value(ast.parse(text.strip(), mode="eval"))
 
 
 class _Evaluator:
-    """Evaluates the nodes of one expression; ``scopes`` holds the variables of comprehensions."""
+    """Evaluates the nodes of one expression; ``scopes`` contains comprehension variables."""
 
     def __init__(self, symbols: Any, functions: Collection[Callable[..., Any]]) -> None:
         self.symbols = symbols
@@ -178,7 +178,7 @@ class _Evaluator:
         return self._checked(node.id, found)
 
     def _checked(self, name: str, found: Any) -> Any:
-        """A symbol's value; a function must be one of those allowed."""
+        """Returns the value of a symbol; a function must be allowed."""
         if callable(found) and not (_is_hashable(found) and found in self.functions):
             raise RefusedExpressionError(f"the function {name!r} is not allowed in an expression")
         return found
@@ -187,7 +187,7 @@ class _Evaluator:
         _check_name(node.attr)
         owner = self.value(node.value)
         if isinstance(owner, dict) and node.attr not in METHODS[dict]:
-            # Dotted access to namespaces, and to dictionaries of YAML files.
+            # Dotted access to namespaces and to YAML dictionaries.
             return self._checked(node.attr, getattr(owner, node.attr))
         allowed = next((names for kind, names in METHODS.items() if isinstance(owner, kind)), ())
         if node.attr not in allowed:
@@ -300,7 +300,7 @@ class _Evaluator:
 
 
 def _assigned(target: ast.expr, element: Any) -> dict[str, Any]:
-    """The variables of a comprehension's target."""
+    """Returns the variables of a comprehension target."""
     if isinstance(target, ast.Name):
         _check_name(target.id)
         return {target.id: element}
@@ -320,7 +320,7 @@ def _is_hashable(found: Any) -> bool:
 
 
 def _check_size(kind: ast.operator, left: Any, right: Any) -> None:
-    """Refuses a power, a shift, a repetition or a format whose result would fill the memory."""
+    """Rejects a power, shift, repetition or format whose result would exhaust memory."""
     size = 0
     if isinstance(kind, ast.Pow) and isinstance(left, int) and isinstance(right, int):
         size = left.bit_length() * right

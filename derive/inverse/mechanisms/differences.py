@@ -41,7 +41,7 @@ def apart(built: Mechanism, design: Mechanism) -> tuple[float, float]:
 
     Args:
         built: The robot as built.
-        design: A robot of the same members, in numbers.
+        design: The numeric design, with the same members.
     """
     mine, other = BodiesInNumbers(built), BodiesInNumbers(design)
     moved = [

@@ -124,7 +124,7 @@ def of_pose_task(
 
     Args:
         robot: The description.
-        work: Holds the joints that were found.
+        work: Contains the solved joints.
         arguments: The input arguments for fixed joint values.
         given: The fixed joint values, keyed by joint index.
         inputs: Further inputs of the family.

@@ -1,4 +1,4 @@
-"""Reachable poses for iterated inverses, and an independent count of the poses they miss."""
+"""Reachable poses for iterative inverses, and an independent count of missed poses."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,12 +21,12 @@ WEIGHTS = {"lynxmotion": DIRECTION}
 """The position determines the yaw of an arm on a turntable; the target adds the pitch."""
 TOLERANCE = 1e-9
 ROUNDING = 1e-13
-"""Difference between a pose computed alone and the same pose in a batch [m or rad]."""
+"""Difference between single and batch computation of the same pose [m or rad]."""
 
 
 @dataclass(frozen=True)
 class NumericTask:
-    """Poses that a robot reaches within its limits.
+    """Poses reachable by a robot within its limits.
 
     Attributes:
         robot: The robot.
@@ -39,12 +39,12 @@ class NumericTask:
     weights: tuple[int, ...] | None
 
     def solve(self, T: np.ndarray, threads: int = 1):
-        """Solve a single pose or a batch of poses."""
+        """Solves a single pose or a batch of poses."""
         return self.robot.ik_numeric(T, task_weights=self.weights, threads=threads)
 
 
 def numeric_task(name: str, count: int) -> NumericTask:
-    """Poses at random coordinates within limits, or within half a turn or a metre of 0."""
+    """Returns poses at random coordinates within limits (half a turn or one metre if unlimited)."""
     robot = chasles.load(name)
     reach = np.array([np.pi if c.unit == "rad" else 1.0 for c in robot.coordinates])
     lower = np.where(np.isfinite(robot.lower), robot.lower, -reach)
@@ -58,7 +58,7 @@ def numeric_task(name: str, count: int) -> NumericTask:
 
 
 def errors(task: NumericTask, results: Sequence[Any]) -> np.ndarray:
-    """Errors (m,) of the poses [m or rad]; NaN without a claimed success or beyond a limit."""
+    """Returns pose errors (m,) [m or rad]; NaN without a claimed success or outside limits."""
     robot = task.robot
     q = np.array([result.q for result in results])
     claimed = np.array([bool(result.valid) for result in results])
@@ -67,7 +67,7 @@ def errors(task: NumericTask, results: Sequence[Any]) -> np.ndarray:
 
 
 def pose_error(task: NumericTask, T: np.ndarray) -> np.ndarray:
-    """The larger of distance and angle (m,) between poses and the task's poses [m or rad]."""
+    """Returns the larger of distance and angle (m,) to the task poses [m or rad]."""
     distance = np.linalg.norm(T[:, :3, 3] - task.T[:, :3, 3], axis=1)
     columns = slice(2, 3) if task.weights == DIRECTION else slice(0, 3)
     sides = np.linalg.norm(T[:, :3, columns] - task.T[:, :3, columns], axis=(1, 2))
@@ -76,6 +76,6 @@ def pose_error(task: NumericTask, T: np.ndarray) -> np.ndarray:
 
 
 def missed(task: NumericTask) -> int:
-    """Number of poses for which chasles returns no valid solution within the limits."""
+    """Counts poses without a valid solution of chasles within the limits."""
     error = errors(task, [task.solve(pose) for pose in task.T])
     return int(np.count_nonzero(~(error <= TOLERANCE + ROUNDING)))

@@ -57,20 +57,20 @@ class Screws:
 
 
 def _turned(columns: np.ndarray, axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Columns (..., 3, m) turned about an axis through the origin, by Rodrigues' formula."""
+    """Rotates columns (..., 3, m) about an axis through the origin (Rodrigues)."""
     cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
     once = cross @ columns
     return columns + np.sin(angle) * once + 2 * np.sin(angle / 2) ** 2 * (cross @ once)
 
 
 def screws(name: str) -> Screws:
-    """The screws of a shipped robot's main chain, read from its description alone."""
+    """Returns the screws of a shipped robot's main chain from its description."""
     described = read(ROBOTS / f"{name}.toml")
     return screws_of(described if isinstance(described, SerialRobot) else described.main_chain)
 
 
 def screws_of(chain: SerialRobot) -> Screws:
-    """The screws of a chain, from its placements alone."""
+    """Returns the screws of a chain from its placements."""
     values = {parameter.symbol: parameter.value for parameter in chain.parameters}
     frame, frames, moving = _placed(chain.base, values), [], []
     for joint in chain.joints:
@@ -93,7 +93,7 @@ def _placed(placement: Placement, values: dict[sp.Symbol, sp.Expr]) -> np.ndarra
 
 
 def meeting(axes: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, float]:
-    """The point closest to some lines, and the largest distance [m] of a line from the point."""
+    """Returns the point closest to several lines, and the largest distance [m] of a line."""
     normals = np.eye(3) - axes[:, :, None] * axes[:, None, :]
     sums = normals.sum(axis=0), np.einsum("kij,kj->i", normals, points)
     point = np.linalg.lstsq(*sums, rcond=None)[0]
@@ -119,7 +119,7 @@ def locked(chain: Screws, joint: int, value: float) -> Screws:
 
 
 def reverse(chain: Screws) -> Screws:
-    """The chain from tip to base; its poses are the inverse poses, its joints in reverse order."""
+    """Returns the chain from tip to base, with inverse poses and reversed joint order."""
     home = inverted(chain.home)
     R, p = home[:3, :3], home[:3, 3]
     axes, slides = (-(vectors @ R.T)[::-1] for vectors in (chain.axes, chain.slides))

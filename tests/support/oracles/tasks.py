@@ -43,7 +43,7 @@ def _pitch(T: np.ndarray) -> np.ndarray:
 
 
 def _pitch_rates(T: np.ndarray, J: np.ndarray) -> np.ndarray:
-    """The rates of the pitch times its cosine, which is zero where the axis is vertical."""
+    """Returns the pitch rates times the cosine of the pitch; zero for a vertical axis."""
     return J[..., 3, :] * T[..., 1, 2, None] - J[..., 4, :] * T[..., 0, 2, None]
 
 
@@ -61,7 +61,7 @@ def _beside(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def _turn(T: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """The remaining rotation as its axis times the sine of its angle, in base axes."""
+    """Returns the remaining rotation in base axes, as axis times sine of the angle."""
     between = wanted[..., :3, :3] @ np.swapaxes(T[..., :3, :3], -1, -2)
     twice = between - np.swapaxes(between, -1, -2)
     return twice[..., (2, 0, 1), (1, 2, 0)] / 2

@@ -82,7 +82,7 @@ def _included(case: Case, q: np.ndarray, found: np.ndarray, good: np.ndarray) ->
 
 
 def _apart(case: Case, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """The largest difference (...) of a joint, up to whole turns."""
+    """Returns the largest joint difference (...), modulo whole turns."""
     difference = first - second
     return np.max(np.abs(np.where(case.turns, wrapped(difference), difference)), axis=-1)
 
@@ -100,7 +100,7 @@ def _least(J: np.ndarray) -> np.ndarray:
 
 
 def distinct(case: Case, q: np.ndarray) -> np.ndarray:
-    """The solutions (k, n) without repetitions."""
+    """Returns the distinct solutions (k, n)."""
     kept: list[np.ndarray] = []
     for row in q:
         if not kept or np.min(_apart(case, np.array(kept), row)) > SAME:
@@ -109,7 +109,7 @@ def distinct(case: Case, q: np.ndarray) -> np.ndarray:
 
 
 def counts(case: Case, found: Answers) -> np.ndarray:
-    """Numbers (m,) of different claimed solutions."""
+    """Counts the distinct claimed solutions (m,)."""
     pairs = zip(found.q, found.claimed, strict=True)
     return np.array([len(distinct(case, q[claimed])) for q, claimed in pairs])
 
@@ -141,7 +141,7 @@ def newton(case: Case, q: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 def _system(
     case: Case, z: np.ndarray, target: np.ndarray, others: tuple[np.ndarray, ...]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Jacobian and residual of the task, with rows for further inputs that are functions of q."""
+    """Returns task Jacobian and residual, with rows for further inputs that depend on q."""
     task = case.task
     rows, left = [case.jacobian(z)], [task.residual(case.pose(z), target)]
     for name, value in zip(case.given, others, strict=True):

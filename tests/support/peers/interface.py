@@ -13,7 +13,7 @@ from tests.support.oracles.screws import Screws, locked, meeting
 INSTALL = {"eaik": "EAIK", "ik_geo": "ik-geo", "ssik": "ssik"}
 """Peers and their pip names. `inverse(chain)` of a peer is None for unsupported arms."""
 MEET = 1e-9
-"""Largest distance [m] of axes from a common point at which they count as intersecting."""
+"""Maximum distance [m] of intersecting axes from a common point."""
 PARALLEL = 1e-9
 
 
@@ -109,14 +109,14 @@ def gathered(found: Iterator[tuple[Any, Any]], joints: int) -> Answers:
 
 
 def aligned(chain: Screws) -> Callable[[np.ndarray], np.ndarray]:
-    """Poses of a tip whose axes at zero are the axes of the base, as these peers expect."""
+    """Returns a function that aligns the tip axes at zero with the base axes, as peers expect."""
     turn = np.eye(4)
     turn[:3, :3] = chain.home[:3, :3].T
     return lambda T: T @ turn
 
 
 def offsets(chain: Screws, *groups: Sequence[int]) -> np.ndarray:
-    """(n + 1, 3) shifts from the base over the axes to the tip; axes of a group share a point."""
+    """Returns shifts (n + 1, 3) from base over the axes to tip; grouped axes share a point."""
     points = chain.points.copy()
     for group in map(list, groups):
         points[group] = meeting(chain.axes[group], points[group])[0]

@@ -1,7 +1,7 @@
 """The Robotics Toolbox: Levenberg-Marquardt with random restarts, in C++, called from Python.
 
-An arm is a sequence of a constant transform to each axis, a rotation about or a translation along
-its z, and a constant transform to the tool. No shorter sequence of elements describes the arm.
+An arm is a sequence of constant transforms to each axis, joint motions about or along z, and a
+constant transform to the tool. This is the shortest sequence of elements.
 """
 
 from collections.abc import Callable
@@ -17,7 +17,7 @@ TOLERANCE = 1e-13
 
 
 def inverse(chain: Screws, lower: np.ndarray, upper: np.ndarray) -> Callable:
-    """The function from a pose (4, 4) to a solution with `q` and `success`, from its own starts."""
+    """Returns a function from a pose (4, 4) to a solution with `q` and `success`."""
     elements = sequence(chain, lower, upper)
 
     def call(T: np.ndarray):

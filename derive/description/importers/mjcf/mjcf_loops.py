@@ -79,8 +79,8 @@ class ModelLoops:
             for held in (equality.a, equality.b):
                 if self.bodies.tree.way(base, held.link) is None:
                     raise RobotError(
-                        f"equality {equality.name!r} holds {held.link!r}, which is not below the "
-                        f"base {base!r}: choose a base above it, such as world"
+                        f"equality {equality.name!r} refers to {held.link!r}, which is not below "
+                        f"the base {base!r}; choose another base, such as world"
                     )
         return tuple(_closures(found))
 
