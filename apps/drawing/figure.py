@@ -32,6 +32,8 @@ _LETTERS, _SMALL = 7.0, 6.0
 _AXES = ("#d55e00", "#009e73", "#0072b2")
 _GHOSTS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#999999", "#000000")
 """Colours that differ for all kinds of sight (Okabe and Ito, 2008)."""
+MAX_GHOSTS = 3
+"""Ghosts that chasles selects itself: more of them cannot be distinguished on 8 cm."""
 _PATH = "#cc79a7"
 _DARK = "#333333"
 _LINES: dict[str, dict[str, Any]] = {
@@ -80,9 +82,9 @@ def draw(
         robot: The robot.
         q: (n,) actuated coordinates [rad or m]; None: the reference of its loops, or a posture in
             which the joints of an arm are apart on the picture.
-        ghosts: Further postures, drawn pale: True for all other inverses of the same pose, "modes"
-            for all other assembly modes at the same actuators, the solutions of an inverse at one
-            pose, or (g, n) coordinates.
+        ghosts: Further configurations, drawn pale: True for the nearest other inverses of the same
+            pose, at most three; "modes" for other assembly modes at the same actuators, at most
+            three; the solutions of an inverse at one pose; or (g, n) coordinates.
         path: A `Trajectory`, a `Motion`, a `Plan` or configurations (k, n), whose tool path is
             drawn.
         views: Some of "front", "side", "top", "axonometric" and, of planar robots, "plane".
@@ -161,7 +163,7 @@ def _ghosts(bodies: Skeleton, q: FloatArray, ghosts: Any) -> tuple[FloatArray, t
     if ghosts is True:
         if "ik" not in robot.functions:
             raise InputValueError(f"draw: ghosts: {robot.name} has no inverse in closed form")
-        ghosts = other_inverses(robot, q)
+        ghosts = _nearest(other_inverses(robot, q), q)
     if isinstance(ghosts, Solutions):
         return bodies.poses(ghosts.valid_q()), _labels(ghosts)
     return bodies.poses(rows_of(robot, ghosts, "draw: ghosts")), ()
@@ -173,7 +175,8 @@ def _modes(bodies: Skeleton, q: FloatArray, word: str) -> FloatArray:
     if not has_modes(bodies.robot):
         raise InputValueError(f"draw: ghosts: the modes of {bodies.robot.name} are not known")
     z = bodies.robot.configuration(q)
-    return bodies.poses_from_configuration(others(assembly_modes(bodies, q, z), z, bodies).z)
+    modes = others(assembly_modes(bodies, q, z), z, bodies)
+    return bodies.poses_from_configuration(modes.z[:MAX_GHOSTS])
 
 
 def redundancy_at(robot: Robot, q: FloatArray) -> dict[str, float]:
@@ -190,11 +193,16 @@ def redundancy_at(robot: Robot, q: FloatArray) -> dict[str, float]:
 def other_inverses(robot: Robot, q: FloatArray) -> Solutions:
     """The distinct inverses of the pose at q except q itself, the redundancy parameters as in q."""
     found: Solutions = robot.ik(robot.fk(q), fixed=redundancy_at(robot, q)).distinct()
-    apart = found.q - q
-    turns = np.array(found.wraps)
-    apart = np.where(turns, np.remainder(apart + np.pi, 2 * np.pi) - np.pi, apart)
-    is_other = np.abs(apart).max(-1) > SAME_SOLUTION
+    is_other = np.abs(found.distances_from(q)).max(-1) > SAME_SOLUTION
     return found._replace(valid=found.valid & is_other)
+
+
+def _nearest(found: Solutions, q: FloatArray) -> Solutions:
+    """The solutions nearest to q, as many as a picture keeps apart."""
+    distances = np.where(found.valid, np.abs(found.distances_from(q)).max(-1), np.inf)
+    kept = np.zeros_like(found.valid)
+    kept[np.argsort(distances, kind="stable")[:MAX_GHOSTS]] = True
+    return found._replace(valid=found.valid & kept)
 
 
 def _labels(found: Solutions) -> tuple[str, ...]:

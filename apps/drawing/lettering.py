@@ -149,10 +149,8 @@ class Lettering:
         way = b - a
         pixels = float(np.linalg.norm(np.diff(self.to_pixels(np.array([a, b])), axis=0)))
         text = self._text(f"{dimension.length:.4g} m", "#333333")
-        x0, _, x1, _ = self._box(text)
-        if x1 - x0 > 1.6 * pixels:
-            text.remove()
-            return []
+        x0, y0, x1, y1 = self._box(text)
+        size = np.array([x1 - x0, y1 - y0])
         angle = math.degrees(math.atan2(way[1], way[0]))
         angle = (angle + 90) % 180 - 90
         normal = np.array([-way[1], way[0]]) / np.linalg.norm(way)
@@ -165,7 +163,27 @@ class Lettering:
             for side in (1, -1)
             for part in _ALONG
         ]
-        return self._kept(text, [(cost, place, angle) for cost, place in tried])
+        clear = [
+            (cost, place, angle)
+            for cost, place in tried
+            if self._is_nearest(place, dimension) and not self._crosses(place, angle, size)
+        ]
+        if size[0] <= 1.6 * pixels and clear:
+            return self._kept(text, clear)
+        text.remove()
+        return []
+
+    def _is_nearest(self, place: FloatArray, dimension: Dimension) -> bool:
+        """Whether no other length is as near to a place, so that none is read there."""
+        others = [own for own in self.scene.dimensions if own is not dimension]
+        own = _distance(place, dimension)
+        return all(_distance(place, other) > own for other in others)
+
+    def _crosses(self, place: FloatArray, angle: float, size: FloatArray) -> bool:
+        """Whether a line runs through a text of a size [pixels] that is rotated [deg]."""
+        c, s = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+        turned = [(ends - self.to_pixels(place)) @ [[c, -s], [s, c]] for ends in self.lines]
+        return _inside((*(-size / 2), *(size / 2)), *turned) > 0
 
     def _best(self, text: Any, tried: list[tuple[float, FloatArray, float]]) -> float:
         """Moves a text to the place of least cost, notes its box, and gives the cost."""
@@ -199,6 +217,13 @@ class Lettering:
             top - self.frame[3],
         )
         return float(cost + _OUTSIDE * sum(max(part, 0.0) for part in over))
+
+
+def _distance(place: FloatArray, dimension: Dimension) -> float:
+    """The distance of a place from the line of a length [m]."""
+    way = dimension.b - dimension.a
+    part = np.clip((place - dimension.a) @ way / (way @ way), 0, 1)
+    return float(np.linalg.norm(place - dimension.a - part * way))
 
 
 def _round_length(least: float) -> float:

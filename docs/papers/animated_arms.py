@@ -12,7 +12,7 @@ from panels import COLOURS, FONT, PALE, solid
 FRAMES = 48
 """Pictures of an animation."""
 PER_SECOND = 12
-DOTS_PER_INCH = 110
+DOTS_PER_INCH = 220
 COLOURS_IN_GIF = 200
 SLIMMEST = 0.45
 """Least part of the longest side that a side of the box has, so that its numbers fit."""

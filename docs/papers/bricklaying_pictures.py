@@ -21,8 +21,8 @@ FRAME = (0.45, 0.55, 0.3)
 """Width, length and height of the frame [m]."""
 POSTURE = (0.28, 0.33, 0.1)
 """x, y and z of the guide in figure 1 [m]."""
-FIRST = 12.0
-"""Time of the wall that the motors' rates show [s]."""
+STAGES = 8
+"""Stages of the wall for each brick: grip, three lines to lay it, release, three lines back."""
 
 
 def drawn(spots: dict[int, Sequence[Spot]], found: Triangle, built: Wall) -> dict[str, Any]:
@@ -239,7 +239,7 @@ def wall_of_bricks(built: Wall) -> Any:
 def motor_rates(built: Wall) -> Any:
     """The rates of the three motors until the guide is back at the pick-up spot."""
     sampled = built.sampled
-    first = sampled.t <= FIRST
+    first = sampled.stage < STAGES
     figure, axes = panels(2.2)
     names = ("motor x", "motor y", "motor z")
     curves(axes, sampled.t[first], sampled.qd[first], names, "rate [rad/s]")

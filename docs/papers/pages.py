@@ -32,7 +32,7 @@ PAPERS = (
     "lynxmotion_and_3rrr",
 )
 PROCESSES = 2
-DOTS_PER_INCH = 160
+DOTS_PER_INCH = 320
 HEAD = ("item", "printed", "ours", "unit", "verdict", "where", "note")
 MEANINGS = {
     "agrees": "to half a unit of the last printed digit, or, where the paper says “about”, to the "

@@ -24,7 +24,7 @@ SHOWN = (0, 25, 37, 49)
 """Times at which the arm is drawn [s]."""
 FRAMES = 50
 PER_SECOND = 10
-DOTS_PER_INCH = 110
+DOTS_PER_INCH = 220
 TURNING = [0, 1, 2, 4, 6]
 CYLINDERS = [1, 2, 4, 6]
 JOINTS = ("θ1", "θ2", "θ3", "θ5", "θ7")

@@ -143,6 +143,41 @@ def test_planar_dimensions_match_description_lengths():
     assert {"0.1 m", "0.3 m", "0.25 m", "0.35 m"} <= texts
 
 
+@pytest.mark.parametrize("name", ["slider_crank", "four_bar", "five_bar", "planar_3rrr"])
+def test_lengths_stand_at_their_own_lines_and_on_no_other(name):
+    (scene,) = shown(skeleton(chasles.load(name)))[1]
+    (ax,) = figure_of([scene], (), has_path=False).axes
+    lengths = [text for text in ax.texts if text.get_text().endswith(" m")]
+    assert lengths
+    for text in lengths:
+        place = np.array(text.get_position())
+        nearest = min(scene.dimensions, key=lambda own: from_line(place, own.a, own.b))
+        assert text.get_text() == f"{nearest.length:.4g} m"
+        turn = np.radians(text.get_rotation())
+        text.set_rotation(0)
+        box = text.get_window_extent()
+        turned = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+        for own in scene.dimensions:
+            line = np.linspace(own.a, own.b, 500)
+            seen = (ax.transData.transform(line) - ax.transData.transform(place)) @ turned
+            assert not (np.abs(seen) < [box.width / 2, box.height / 2]).all(-1).any()
+
+
+def from_line(point, a, b):
+    along = np.clip((point - a) @ (b - a) / ((b - a) @ (b - a)), 0, 1)
+    return np.linalg.norm(point - a - along * (b - a))
+
+
+@pytest.mark.parametrize("ghosts", [True, None])
+def test_drawing_shows_at_most_three_inverses_by_itself(ghosts):
+    robot = chasles.load("ur5e")
+    q = np.array([0.5, -1.2, 1.4, -0.3, 1.0, 0.0])
+    others = other_inverses(robot, q)
+    figure = chasles.draw(robot, q, ghosts=others if ghosts is None else ghosts, views=("front",))
+    (legend,) = figure.legends
+    assert len(legend.get_texts()) == (3 if ghosts else others.count) < 8
+
+
 @pytest.mark.parametrize("name", ["ur5e", "panda", "scara", "excavator"])
 def test_ghosts_show_every_other_ik_solution(name):
     robot = chasles.load(name)
