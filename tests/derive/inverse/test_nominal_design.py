@@ -71,7 +71,7 @@ def test_nominal_design_must_have_the_same_members():
         replace(strut, name="rod_X") if strut.name == "rod_KH" else strut for strut in DESIGN.struts
     )
     reference = tuple((n, v) for n, v in DESIGN.reference if n != "rod_KH_swing")
-    with pytest.raises(RobotError, match=r"its struts are not those of.*: rod_KH, rod_X"):
+    with pytest.raises(RobotError, match=r"its struts differ from.*: rod_KH, rod_X"):
         off(struts=renamed, reference=reference)
     with pytest.raises(RobotError, match="its actuated coordinates"):
         off(actuated=DESIGN.actuated[::-1])

@@ -157,7 +157,7 @@ def test_robot_file_and_urdf_load_from_path_strings(arm, tmp_path, monkeypatch):
 @pytest.mark.usefixtures("few")
 def test_warnings_of_the_compiler_are_warnings_of_load(arm):
     arm.write_text(ARM.replace('{ a = "a1" }', '{ a = "a1", alpha = "1.57" }').replace("0.2", "2"))
-    with pytest.warns(UserWarning, match=r"^/.*elbow_arm\.toml: exact numbers .* --exact"):
+    with pytest.warns(UserWarning, match=r"^/.*elbow_arm\.toml: exact values .* --exact"):
         robot = chasles.load(arm)
     assert robot.cleaning.position > 5e-4
     assert chasles.load(arm).cleaning == robot.cleaning
