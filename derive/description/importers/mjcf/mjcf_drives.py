@@ -96,7 +96,7 @@ class Drives:
         for tendon in self.tendons:
             if tendon.is_held and known & {*tendon.joints}:
                 raise RobotError(
-                    f"an equality holds tendon {tendon.name!r} over joints "
+                    f"an equality fixes the length of tendon {tendon.name!r} over joints "
                     f"{', '.join(tendon.joints)}; expected an equality of two joints, by which one "
                     "follows the other"
                 )

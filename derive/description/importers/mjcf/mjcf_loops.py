@@ -128,8 +128,8 @@ class ModelLoops:
             tendons = [t.name for t in drives.tendons if t.is_driven and t.moves(names, ())]
             pulled = f"; driven tendons are not modelled ({', '.join(tendons)})" if tendons else ""
             raise RobotError(
-                "the joints of its loops have no actuator, which would say what q is: add one for "
-                f"each freedom, <motor joint={names[0]!r}/> in <actuator>{pulled}"
+                "the loop joints have no actuator, so q is undefined: add one actuator for "
+                f"each degree of freedom, <motor joint={names[0]!r}/> in <actuator>{pulled}"
             )
         return tuple(map(identifier, moved))
 
@@ -189,7 +189,9 @@ class ModelLoops:
             if joint is ball:
                 break
             if joint.rpy != ORIGIN:
-                raise RobotError(f"rod {point.link!r}: expected a body with the ball joint itself")
+                raise RobotError(
+                    f"rod {point.link!r}: expected a body that itself has the ball joint"
+                )
             x, y, z = (a + b for a, b in zip(joint.xyz, (x, y, z), strict=True))
         return x, y, z
 
@@ -264,7 +266,7 @@ def _pin(first: _Equality, others: Sequence[_Equality]) -> Closure:
     """Returns the pin of two connects, with its axis through both points of each body."""
     if len(others) + 1 > MOST_CONNECTS:
         raise RobotError(
-            f"{len(others) + 1} connects hold {first.a.link!r} and {first.b.link!r}: expected one, "
+            f"{len(others) + 1} connects join {first.a.link!r} and {first.b.link!r}; expected one, "
             "two for a hinge, or a weld"
         )
     second = others[0]
@@ -273,8 +275,8 @@ def _pin(first: _Equality, others: Sequence[_Equality]) -> Closure:
     lengths_of = [float(sp.sqrt(sum(part**2 for part in axis))) for axis in axes]
     if abs(lengths_of[0] - lengths_of[1]) > 10 ** (3 - COMPILED_DECIMALS) or not lengths_of[0]:
         raise RobotError(
-            f"connects {first.name!r} and {second.name!r} hold points {lengths_of[0]} m apart on "
-            f"one body and {lengths_of[1]} m on the other: expected two points of one hinge"
+            f"connects {first.name!r} and {second.name!r} join points {lengths_of[0]} m apart on "
+            f"one body and {lengths_of[1]} m on the other; expected two points on one hinge axis"
         )
     a, b = (
         Frame(identifier(held.link), from_xyz_rpy(held.xyz, ORIGIN) + align_z(axis))

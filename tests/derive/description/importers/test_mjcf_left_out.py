@@ -78,7 +78,7 @@ def test_equality_of_tendons_is_refused_where_it_couples_the_robot(path):
     law = '<equality><tendon tendon1="{}"/></equality>'
     tendons = f"<tendon>{TENDON}{ELSEWHERE}</tendon>"
     message = wrong(path, WRIST.format(parts=tendons + law.format("left")), tip="tcp")
-    assert "an equality holds tendon 'left' over joints pitch, roll" in message
+    assert "an equality fixes the length of tendon 'left' over joints pitch, roll" in message
     assert (
         read_model(path, WRIST.format(parts=tendons + law.format("far")), tip="tcp").name == "wrist"
     )
