@@ -4,7 +4,7 @@ import os
 import pickle
 import subprocess
 import sys
-import threading
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing import get_context
@@ -41,8 +41,9 @@ class IsolatedWorkError(RuntimeError):
 def isolated(work: Callable[[], Result], limits: Limits = Limits()) -> Result:
     """Returns the result of work that another process does; the process can write no file.
 
-    The process is a fork of this one. If another thread runs, a fork could inherit its locks, so a
-    new interpreter starts instead: a second slower, and ``work`` must be picklable.
+    On Linux the process is a fork of this one. It uses no lock that another thread may hold, and
+    the time limit ends it if a library does. Elsewhere a new interpreter starts, which takes a
+    second longer; ``work`` must be picklable.
 
     Args:
         work: Computes plain data.
@@ -52,8 +53,7 @@ def isolated(work: Callable[[], Result], limits: Limits = Limits()) -> Result:
         IsolatedWorkError: The work exceeded a limit, or crashed. Errors of the work itself are
             raised as they are.
     """
-    is_alone = threading.active_count() == 1
-    run = _forked if sys.platform == "linux" and is_alone else _started
+    run = _forked if sys.platform == "linux" else _started
     try:
         return run(work, limits)
     except MemoryError:
@@ -65,7 +65,10 @@ def _forked(work: Callable[[], Result], limits: Limits) -> Result:
     context = get_context("fork")
     receiver, sender = context.Pipe(duplex=False)
     process = context.Process(target=send, args=(lambda: _limited(work, limits), sender))
-    process.start()
+    with warnings.catch_warnings():
+        # Python 3.12 warns of forks beside threads, see above.
+        warnings.simplefilter("ignore", DeprecationWarning)
+        process.start()
     sender.close()
     try:
         if not receiver.poll(limits.seconds):
