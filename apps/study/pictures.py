@@ -274,7 +274,7 @@ def plot_reach(found: Any, ax: Any = None) -> Any:
     share = np.ma.masked_equal(found.fraction_grid(), 0)
     axes = ax
     if axes is None:
-        figure, axes = plt.subplots(3, 1, layout="constrained", figsize=(4.2, 9.0))
+        figure, axes = plt.subplots(3, 1, layout="compressed", figsize=(4.2, 9.0))
         figure.suptitle(f"{found.robot}: {found.reached.mean():.1%} of the poses are reached")
     lower, upper = found.grid.lower, found.grid.upper
     for own, normal in zip(axes, (2, 1), strict=False):
@@ -292,6 +292,9 @@ def plot_reach(found: Any, ax: Any = None) -> Any:
         own.set_ylabel(f"{'xyz'[up]} [m]")
     axes[1].figure.colorbar(image, ax=axes[1], label="orientations reached [%]", shrink=0.8)
     counts = found.limit_counts()
+    if not counts:
+        axes[2].set_axis_off()
+        return axes
     axes[2].barh(list(counts), list(counts.values()), color=_COLOR_BLIND[0])
     axes[2].invert_yaxis()
     axes[2].set_xlabel("poses excluded by its limit")

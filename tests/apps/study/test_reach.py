@@ -155,6 +155,17 @@ def test_reach_plot_shows_share_and_limit_counts():
         reach(robot, np.zeros((1, 3)), uniform_orientations(1)).plot()
 
 
+def test_labels_of_reach_plot_lie_inside_its_figure():
+    pytest.importorskip("matplotlib").use("Agg")
+    grid = Grid.from_bounds(np.array([-1, -1, -0.5]), np.ones(3), 8)
+    axes = reach(chasles.load("irb6640"), grid, uniform_orientations(3)).plot()
+    figure = axes[0].figure
+    figure.canvas.draw()
+    for ax in axes:
+        box = ax.get_tightbbox()
+        assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
+
+
 def test_limit_reason_precedes_out_of_reach_for_fixed_joint_values():
     """A pose that some value of the given joint reaches without limits is stopped by a limit."""
     robot, count = chasles.load("panda"), 8
