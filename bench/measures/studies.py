@@ -96,9 +96,9 @@ def process(robot: chasles.Robot) -> MotionSequence:
         .move(initial, "constant", space="chain", duration=5)
         .move(at_25, "constant", space="chain", duration=10)
         .pause(2)
-        .follow(line(ready, middle), "constant", lock=("theta2", *rest), duration=10)
+        .follow(line(ready, middle), "constant", fixed=("theta2", *rest), duration=10)
         .pause(2)
-        .follow(line(middle, low), "constant", lock=rest, redundancy="minimum_norm", duration=10)
+        .follow(line(middle, low), "constant", fixed=rest, redundancy="minimum_norm", duration=10)
     )
 
 

@@ -93,13 +93,13 @@ def process() -> Process:
         .move(q_start, "constant", duration=5, name="back")
         .move(well.chain(q_prepared), "constant", space="chain", duration=10, name="over the well")
         .pause(2, "adjust")
-        .follow(narrow, "constant", lock=["theta2", *TELESCOPES], duration=10, name="in")
+        .follow(narrow, "constant", fixed=["theta2", *TELESCOPES], duration=10, name="in")
         .pause(2, "adjust")
     )
     moves = moves.follow(
         line(over_the_well(DESCENT), over_the_well(2 * DESCENT)),
         "constant",
-        lock=TELESCOPES,
+        fixed=TELESCOPES,
         redundancy="minimum_norm",
         duration=10,
         name="down",

@@ -8,6 +8,7 @@ clipped to limits: `limit_violations` reports them.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
@@ -15,19 +16,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, OutOfReachError, Robot
-from chasles.fixed import Fixed
+from chasles.fixed import Fixed, read_fixed
 from chasles.summaries import summary_repr
 
 from ..arguments import above_0, finite
 from ..tolerances import ON_CURVE
 from .curves import JointLine, PoseCurve, TaskCurve, TaskLine
 from .redundancy import minimum_norm
-from .tasks import curve_rates, task_rates
+from .tasks import curve_rates, parameter_rates, task_rates
 from .time_scaling import TimeScaling
 from .trajectory import Trajectory
 
 FloatArray = NDArray[np.float64]
-Redundancy = Literal["nearest", "minimum_norm"]
+Redundancy = Literal["fixed", "minimum_norm"]
 
 _HALVINGS = 4
 """How often the steps between samples are halved before a jump of a joint is believed."""
@@ -44,16 +45,17 @@ class Motion:
         curve: The curve, of the tool, of a task's coordinates or of the robot's.
         time_scaling: The length covered as a function of time, at most the length of the curve.
         q_seed: (n,) coordinates near the start, which choose the branch on a curve of the tool.
-        given: The further inputs of the robot's `ik`, constant.
-        lock: Coordinates that keep their values of q_seed; then the others follow by iteration.
-        redundancy: What chooses among the configurations of a pose of the tool: "nearest": the
-            branch of the inverse, or with a lock the iteration, that continues the sample before;
-            "minimum_norm": steps of minimum norm in the joints of the main chain, from q_seed anew
-            for each pose.
+        fixed: Joints that keep their values on a curve of the tool's pose: names or indices keep
+            the values at q_seed, a mapping sets values. If other joints than redundancy parameters
+            are fixed, the configurations follow by iteration.
+        redundancy: How surplus joints are used. "fixed": redundancy parameters keep their values at
+            q_seed, and the coordinates stay on one branch. "minimum_norm": steps of minimum norm in
+            the joints of the main chain, from q_seed anew for each pose.
 
     Raises:
-        InputValueError: There is no such redundancy, "minimum_norm" has no curve of the tool, the
-            time scaling is longer than the curve, or q_seed is not finite.
+        InputValueError: There is no such redundancy, "minimum_norm" or fixed joints come without a
+            curve of the tool's pose, the time scaling is longer than the curve, or q_seed is not
+            finite.
         ShapeError: q_seed is not (n,).
     """
 
@@ -61,9 +63,8 @@ class Motion:
     curve: PoseCurve | TaskLine | TaskCurve | JointLine
     time_scaling: TimeScaling
     q_seed: FloatArray
-    given: tuple[float, ...] = ()
-    lock: Fixed | None = None
-    redundancy: Redundancy = "nearest"
+    fixed: Fixed | Mapping[str | int, float] | None = None
+    redundancy: Redundancy = "fixed"
 
     def __repr__(self) -> str:
         """Summary with the main figures."""
@@ -78,10 +79,11 @@ class Motion:
                 f"Motion: expected a redundancy out of {', '.join(get_args(Redundancy))}, got "
                 f"{self.redundancy!r}"
             )
-        if self.redundancy == "minimum_norm" and isinstance(
-            self.curve, TaskLine | TaskCurve | JointLine
-        ):
-            raise InputValueError("Motion: minimum_norm needs a curve of the tool's pose")
+        if isinstance(self.curve, TaskLine | TaskCurve | JointLine):
+            if self.redundancy == "minimum_norm":
+                raise InputValueError("Motion: minimum_norm needs a curve of the tool's pose")
+            if self.fixed is not None:
+                raise InputValueError("Motion: fixed needs a curve of the tool's pose")
         finite(f"Motion of {self.robot.name}: q_seed", self.q_seed, (self.robot.n,))
         if self.time_scaling.length > self.curve.length * (1 + _ROUNDING):
             raise InputValueError(
@@ -147,17 +149,35 @@ class Motion:
             x, by_s, by_ss = self.curve.at(s)
             q = self._followed(s, self.curve.task)
             return q, *task_rates(robot, self.curve.task, q, by_s, by_ss)
+        fixed = self._fixed_names()
         if self.redundancy == "minimum_norm":
-            return minimum_norm(robot, self.curve, s, self.q_seed, self.lock)
+            return minimum_norm(robot, self.curve, s, self._q_fixed(), fixed or None)
         T, V, A = self.curve.at(s)
-        q = self._followed(s, "pose") if self.lock is None else self._iterated(T, s)
-        return q, *curve_rates(robot, q, V, A, self._locked)
+        if set(fixed) <= {item.name for item in robot.redundancy}:
+            q = self._followed(s, "pose")
+            return q, *parameter_rates(robot, q, V, A)
+        q = self._iterated(T, s, fixed)
+        return q, *curve_rates(robot, q, V, A, fixed)
 
-    @property
-    def _locked(self) -> Fixed | None:
-        """Coordinates that do not move: the locked ones, and those that the inverse is given."""
-        held = [item.index for item in self.robot.redundancy if item.index is not None]
-        return held or None if self.lock is None else self.lock
+    def _fixed_names(self) -> list[str]:
+        names = self.robot.coordinate_names
+        items = read_fixed("Motion", self.fixed)
+        return [item if isinstance(item, str) else names[item] for item in items]
+
+    def _q_fixed(self) -> FloatArray:
+        """(n,) q_seed with the values of fixed coordinates and joints."""
+        q, joints = np.array(self.q_seed, dtype=np.float64), self.robot.joint_names
+        values = read_fixed("Motion", self.fixed).values()
+        for name, value in zip(self._fixed_names(), values, strict=True):
+            if value is None:
+                continue
+            if name in self.robot.coordinate_names:
+                q[self.robot.coordinate_names.index(name)] = value
+            elif name in joints:
+                theta = self.robot.chain(q)
+                theta[joints.index(name)] = value
+                q = self.robot.actuators(theta)
+        return q
 
     def _followed(self, s: FloatArray, task: Any) -> FloatArray:
         """Coordinates on the branch of q_seed; more samples where a joint moves far between two."""
@@ -165,9 +185,7 @@ class Motion:
             parts = 2**halvings
             finer = np.interp(np.arange((len(s) - 1) * parts + 1) / parts, np.arange(len(s)), s)
             target = self.curve.at(finer)[0]
-            names = [item.name for item in self.robot.redundancy]
-            fixed = dict(zip(names, self.given, strict=False))
-            path = self.robot.ik_path(target, self.q_seed, task=task, fixed=fixed)
+            path = self.robot.ik_path(target, self.q_seed, task=task, fixed=self.fixed)
             if path.complete:
                 return np.asarray(path.q[::parts])
             if path.reason != "jump" or len(s) == 1:
@@ -180,16 +198,16 @@ class Motion:
     def _part(self, s: float) -> str:
         return f"{s / self.curve.length:.1%} of the curve"
 
-    def _iterated(self, T: FloatArray, s: FloatArray) -> FloatArray:
-        q, q_seed = np.empty((len(T), self.robot.n)), self.q_seed
+    def _iterated(self, T: FloatArray, s: FloatArray, fixed: list[str]) -> FloatArray:
+        q, q_seed = np.empty((len(T), self.robot.n)), self._q_fixed()
         for k, pose in enumerate(T):
             found = self.robot.ik_numeric(
-                pose, q_seed, fixed=self.lock, tolerance=ON_CURVE * self.robot.unit_length
+                pose, q_seed, fixed=fixed, tolerance=ON_CURVE * self.robot.unit_length
             )
             if not found.valid:
                 raise OutOfReachError(
                     f"{self.robot.name}: at {self._part(s[k])} the motion cannot go on: with "
-                    f"{self.lock} locked the tool misses the curve by {found.residual:.3g} m"
+                    f"{', '.join(fixed)} fixed the tool misses the curve by {found.residual:.3g} m"
                 )
             q[k] = q_seed = found.q
         return q

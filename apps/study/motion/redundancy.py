@@ -54,7 +54,7 @@ class OnCurve(NamedTuple):
 
 
 def minimum_norm(
-    robot: Robot, curve: PoseCurve, s: FloatArray, start: FloatArray, lock: Fixed | None = None
+    robot: Robot, curve: PoseCurve, s: FloatArray, start: FloatArray, fixed: Fixed | None = None
 ) -> OnCurve:
     """Coordinates on a curve of the tool by steps of minimum norm from one posture.
 
@@ -67,13 +67,13 @@ def minimum_norm(
         curve: The curve of the tool.
         s: (m,) lengths on it.
         start: (n,) coordinates of the posture from which each pose is solved [rad or m].
-        lock: Coordinates, or joints of the main chain, that do not move.
+        fixed: Coordinates, or joints of the main chain, that do not move.
 
     Raises:
         InputValueError: The joints of the chain do not move independently.
         OutOfReachError: The iteration does not reach a pose, or joints jump along the curve.
     """
-    moving = _moving(robot, lock)
+    moving = _moving(robot, fixed)
     theta_0 = robot.chain(start) if robot.loops else np.asarray(start, dtype=np.float64)
     step = NODES_APART * curve.length
     side = np.where(s < 2 * step, 0, np.where(s > curve.length - 2 * step, 2, 1))
@@ -87,14 +87,14 @@ def minimum_norm(
     return _on_curve(robot, curve, s, (values, by_s, by_ss), moving)
 
 
-def _moving(robot: Robot, lock: Fixed | None) -> BoolArray:
+def _moving(robot: Robot, fixed: Fixed | None) -> BoolArray:
     """(n,) the joints of the main chain that move."""
     if len(robot.chain_joints) != robot.n:
         raise InputValueError(
             f"{robot.name}: minimum_norm needs a chain whose joints move independently, it has "
             f"{len(robot.chain_joints)} joints for {robot.n} coordinates"
         )
-    locked = fixed_coordinates(robot, "minimum_norm", lock)
+    locked = fixed_coordinates(robot, "minimum_norm", fixed)
     return np.asarray(follows(robot)[:, ~locked].any(1))
 
 

@@ -13,6 +13,7 @@ Each stage begins where the one before ends.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Self
@@ -143,9 +144,8 @@ class MotionSequence:
         curve: PoseCurve | TaskLine | TaskCurve | Plan,
         profile: Profile,
         *,
-        given: tuple[float, ...] = (),
-        lock: Fixed | None = None,
-        redundancy: Redundancy = "nearest",
+        fixed: Fixed | Mapping[str | int, float] | None = None,
+        redundancy: Redundancy = "fixed",
         name: str = "",
         **limits: float,
     ) -> Self:
@@ -156,11 +156,10 @@ class MotionSequence:
         Args:
             curve: The curve of the tool, or a plan in the coordinates.
             profile: As in `time_scaling`.
-            given: The further inputs of the robot's `ik`, constant.
-            lock: Coordinates, or joints of the main chain, that do not move.
-            redundancy: "nearest" to the sample before, or "minimum_norm": steps of minimum norm in
-                the joints of the main chain from the configuration at the start of the stage, for
-                each pose anew, as in `Motion`.
+            fixed: Joints that keep their values, as in `Motion`; names keep the values at the start
+                of the stage.
+            redundancy: "fixed" or "minimum_norm", as in `Motion`, from the configuration at the
+                start of the stage.
             name: The name of the stage.
             limits: duration [s], speed [m/s], acceleration and jerk of the tool on the curve. On a
                 plan, duration is the time of the whole path and the others limit the length in the
@@ -171,11 +170,13 @@ class MotionSequence:
             OutOfReachError: The curve leaves the reach, the branch or the limits.
         """
         if isinstance(curve, Plan):
+            if fixed is not None or redundancy != "fixed":
+                raise InputValueError("follow: a plan leaves nothing to fixed= and redundancy=")
             return self._follow_plan(curve, profile, name, limits)
         if not isinstance(curve, TaskLine | TaskCurve):
             self._require_start(curve.at(np.zeros(1)).T[0])
         timed = time_scaling(profile, curve.length, **limits)
-        motion = Motion(self.robot, curve, timed, self.q_end, given, lock, redundancy)
+        motion = Motion(self.robot, curve, timed, self.q_end, fixed=fixed, redundancy=redundancy)
         return self._with(motion, name)
 
     def _follow_plan(

@@ -12,6 +12,8 @@ With the position p and the directions x and z of the tool's first and third axe
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,6 +24,10 @@ from chasles.tolerances import RANK
 from .curves import Task
 
 FloatArray = NDArray[np.float64]
+
+_STEP = 2e-3
+"""Step of differences of fourth order [rad or m]: they are off by its fourth power, 2e-11, and
+rounding is divided by its square in the second derivative."""
 
 
 def task_rates(
@@ -62,25 +68,61 @@ def task_rates(
 
 
 def curve_rates(
-    robot: Robot, q: FloatArray, V: FloatArray, A: FloatArray, lock: Fixed | None
+    robot: Robot, q: FloatArray, V: FloatArray, A: FloatArray, fixed: Fixed | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Derivatives of the coordinates by s on a curve of the tool; the least ones if several fit.
+    """Return derivatives of the coordinates by s on a curve of the tool, of minimum norm.
 
     Args:
         robot: The robot.
         q: (m, n) coordinates on the curve [rad or m].
         V: (m, 6) mixed twist by s.
         A: (m, 6) its derivative by s.
-        lock: Coordinates, or joints of the main chain, that do not move.
+        fixed: Coordinates, or joints of the main chain, that do not move.
 
     Returns:
         (m, n) first and second derivative of q by s.
     """
     J = robot.fk_jacobian_mixed(q)[1]
-    J[..., fixed_coordinates(robot, "joint_rates", lock)] = 0
+    J[..., fixed_coordinates(robot, "joint_rates", fixed)] = 0
     inverse = np.linalg.pinv(J, rcond=RANK)
     rate = (inverse @ V[..., None])[..., 0]
     return rate, (inverse @ (A - _drift(robot, q, rate))[..., None])[..., 0]
+
+
+def parameter_rates(
+    robot: Robot, q: FloatArray, V: FloatArray, A: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return derivatives as `curve_rates`, with constant redundancy parameters.
+
+    An angle such as the swivel angle a(q) is constant if the motion along the null direction n of
+    the Jacobian compensates it: D_n a c = -D_p a for a particular rate p.
+    """
+    indices = [item.index for item in robot.redundancy if item.index is not None]
+    angles = [getattr(robot, item.name) for item in robot.redundancy if item.index is None]
+    if not angles:
+        return curve_rates(robot, q, V, A, indices or None)
+    (angle,) = angles
+    J = robot.fk_jacobian_mixed(q)[1]
+    inverse, null = np.linalg.pinv(J, rcond=RANK), np.linalg.svd(J)[2][..., -1, :]
+    slope = _along(angle, q, null)[0][:, None]
+    part = (inverse @ V[..., None])[..., 0]
+    rate = part - null * _along(angle, q, part)[0][:, None] / slope
+    part = (inverse @ (A - _drift(robot, q, rate))[..., None])[..., 0]
+    change = _along(angle, q, part)[0] + _along(angle, q, rate)[1]
+    return rate, part - null * change[:, None] / slope
+
+
+def _along(
+    angle: Callable[[FloatArray], FloatArray], q: FloatArray, rate: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """(m,) first and second derivative of an angle along rates (m, n), by differences."""
+    size = np.linalg.norm(rate, axis=1)
+    step = _STEP * rate / np.maximum(size, np.finfo(float).tiny)[:, None]
+    moves = [angle(q + k * step) - angle(q) for k in (-2, -1, 1, 2)]
+    b, a, c, d = (np.arctan2(np.sin(move), np.cos(move)) for move in moves)
+    first = (8 * (c - a) - (d - b)) / (12 * _STEP)
+    second = (16 * (a + c) - (b + d)) / (12 * _STEP**2)
+    return first * size, second * size**2
 
 
 def _drift(robot: Robot, q: FloatArray, rate: FloatArray) -> FloatArray:

@@ -204,7 +204,7 @@ def test_rates_near_singularity_match_curve_differences():
         if arm.manipulability(q).min_singular_value > 0.03:
             continue
         curve = line(arm.fk(q), arm.fk(q + rng.uniform(-0.02, 0.02, arm.n)))
-        motion = Motion(arm, curve, time_scaling("cubic", curve.length, duration=1), q, lock=2)
+        motion = Motion(arm, curve, time_scaling("cubic", curve.length, duration=1), q, fixed=2)
         try:
             found = motion.sample(2000)
         except OutOfReachError:

@@ -115,11 +115,50 @@ def test_fixed_joint_reduces_minimum_norm_to_nearest_inverse():
     q_0, curve = next(lines(robot, np.random.default_rng(3), 1))
     timed = time_scaling("cubic", curve.length, duration=1)
     locked = [
-        Motion(robot, curve, timed, q_0, lock=2, redundancy=chosen).sample(20)
-        for chosen in ("minimum_norm", "nearest")
+        Motion(robot, curve, timed, q_0, fixed=2, redundancy=chosen).sample(20)
+        for chosen in ("minimum_norm", "fixed")
     ]
     np.testing.assert_allclose(locked[0].q, locked[1].q, atol=1e-9)
     np.testing.assert_allclose(locked[0].qd, locked[1].qd, atol=1e-8)
+
+
+@pytest.mark.parametrize(("name", "parameter"), [("iiwa14", "swivel"), ("panda", "joint7")])
+def test_redundancy_parameters_keep_their_values_with_matching_rates(name, parameter):
+    robot, checked = chasles.load(name), 0
+    for q_0, curve in lines(robot, np.random.default_rng(6), 6):
+        timed = time_scaling("quintic", curve.length, duration=1)
+        try:
+            found = Motion(robot, curve, timed, q_0).sample(400)
+        except OutOfReachError:
+            continue
+        values = robot.swivel(found.q) if parameter == "swivel" else found.q[:, 6]
+        np.testing.assert_allclose(values, values[0], atol=1e-9)
+        for values, rates in ((found.q, found.qd), (found.qd, found.qdd)):
+            differences = (values[2:] - values[:-2]) * 200
+            np.testing.assert_allclose(differences, rates[1:-1], atol=1e-3 * np.abs(rates).max())
+        stated = float(robot.swivel(q_0) if parameter == "swivel" else q_0[6])
+        same = Motion(robot, curve, timed, q_0, fixed={parameter: stated}).sample(400)
+        np.testing.assert_allclose(same.q, found.q, atol=1e-9)
+        checked += 1
+    assert checked >= 2
+
+
+@pytest.mark.parametrize("redundancy", ["fixed", "minimum_norm"])
+def test_mapping_sets_value_of_fixed_joint(redundancy):
+    robot = chasles.load("iiwa14")
+    q_0, curve = next(lines(robot, np.random.default_rng(3), 1))
+    timed, value = time_scaling("cubic", curve.length, duration=1), q_0[2] + 0.02
+    motion = Motion(robot, curve, timed, q_0, fixed={"A3": value}, redundancy=redundancy)
+    found = motion.sample(20)
+    np.testing.assert_allclose(found.q[:, 2], value, atol=1e-12)
+    np.testing.assert_allclose(found.T, curve.at(timed.at(found.t)[0]).T, atol=1e-9)
+
+
+def test_fixed_joints_need_curve_of_pose():
+    robot = chasles.load("iiwa14")
+    timed = time_scaling("cubic", 1, duration=1)
+    with pytest.raises(InputValueError, match="fixed needs a curve of the tool's pose"):
+        Motion(robot, joint_line(np.zeros(7), np.ones(7)), timed, np.zeros(7), fixed="A3")
 
 
 def test_invalid_minimum_norm_requests_are_rejected():
@@ -132,7 +171,7 @@ def test_invalid_minimum_norm_requests_are_rejected():
     long = time_scaling("cubic", beyond.length, duration=1)
     with pytest.raises(OutOfReachError, match=r"% of the curve steps of minimum norm"):
         Motion(robot, beyond, long, q_0, redundancy="minimum_norm").at([1.0])
-    with pytest.raises(InputValueError, match="expected a redundancy out of nearest, minimum_norm"):
+    with pytest.raises(InputValueError, match="expected a redundancy out of fixed, minimum_norm"):
         Motion(robot, curve, timed, q_0, redundancy="shortest")
     for other in (joint_line(q_0, q_0), task_line("position", [0, 0, 0], [0, 0, 1])):
         with pytest.raises(InputValueError, match="minimum_norm needs a curve of the tool's pose"):

@@ -44,9 +44,9 @@ def process(robot):
         .move(INITIAL, "constant", space="chain", duration=5)
         .move(robot.chain(ready), "constant", space="chain", duration=10)
         .pause(2)
-        .follow(line(T_READY, middle), "constant", lock=("theta2", *HELD), duration=10)
+        .follow(line(T_READY, middle), "constant", fixed=("theta2", *HELD), duration=10)
         .pause(2)
-        .follow(line(middle, end), "constant", lock=HELD, redundancy="minimum_norm", duration=10)
+        .follow(line(middle, end), "constant", fixed=HELD, redundancy="minimum_norm", duration=10)
     )
 
 
