@@ -1,6 +1,7 @@
 """Programs that use the public names as a reader would, run as they stand."""
 
 import numpy as np
+import pytest
 
 import chasles
 
@@ -28,6 +29,23 @@ rates = boom.joint_rates(q, [0.2, 0, 0.1], components="linear", fixed="swing",
                          rate_limits=[0.5, 0.1, 0.1, 0.1], dt=0.01)
 q = q + 0.01 * rates.qd
 theta, ok = boom.chain(q), boom.loops_close(q)
+"""
+PLANNER = """
+import chasles
+from chasles import se3
+arm = chasles.load("ur5e")
+from chasles.study import motion, planning, workspace
+found = workspace(arm, SAMPLES, resolution=50, rng=1)
+print(found.size, found.bounds); found.plot(); found.save("workspace.npz")
+obstacles = [planning.box(se3.pose([0, 0, -0.2]), [2, 2, 0.1]),
+             planning.sphere([0.4, 0.3, 0.5], 0.1)]
+space = planning.configuration_space(arm, obstacles, radius=0.05)
+plan = planning.prm(space, 200, rng=1).plan(q_start, q_goal)
+if not plan.found: raise SystemExit(plan.reason)
+sequence = motion.MotionSequence(arm, q_start).follow(planning.shortcut(space, plan), "quintic",
+                                                      duration=3)
+trajectory = sequence.sample(500); trajectory.save("move.csv")
+print(motion.limit_violations(arm, trajectory, rate_limits=3.0))
 """
 
 
@@ -65,3 +83,22 @@ def test_excavator_moves_its_bucket_with_a_fixed_swing():
     np.testing.assert_allclose(V[:3], rates.scale * np.array([0.2, 0, 0.1]), atol=1e-6)
     assert seen["ok"]
     assert seen["theta"].shape == (4,)
+
+
+def test_planned_motion_avoids_obstacles_within_limits(tmp_path, monkeypatch, capsys):
+    """The program has 1,000,000 samples, which take ten seconds; the test has 100,000."""
+    pytest.importorskip("coal", reason="coal comes with pin")
+    pytest.importorskip("matplotlib").use("Agg")
+    from chasles.study import Workspace
+    from chasles.study.motion import Trajectory
+
+    monkeypatch.chdir(tmp_path)
+    q_start = np.array([0, -1, 1.2, -0.4, 0.5, 0])
+    q_goal = q_start + 1.2 * np.eye(6)[0]
+    seen = run(PLANNER, SAMPLES=100_000, q_start=q_start, q_goal=q_goal)
+    assert capsys.readouterr().out.startswith("volume 3.")
+    assert Workspace.load("workspace.npz").size == seen["found"].size
+    moved = Trajectory.load("move.csv", robot=seen["arm"])
+    np.testing.assert_allclose(moved.q[[0, -1]], [q_start, q_goal], atol=1e-12)
+    assert moved.t[-1] == 3
+    assert seen["space"].is_free(moved.q[::50]).all()

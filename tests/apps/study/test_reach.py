@@ -59,8 +59,12 @@ def test_reported_limit_prevents_solution():
         j = found.limiting_coordinate[k, 0]
         q = robot.ik(T[k])
         wide = q.within_limits(
-            np.where(np.arange(robot.n) == j, -np.pi, lower - 2 * np.pi),
-            np.where(np.arange(robot.n) == j, np.pi, upper + 2 * np.pi),
+            np.column_stack(
+                [
+                    np.where(np.arange(robot.n) == j, -np.pi, lower - 2 * np.pi),
+                    np.where(np.arange(robot.n) == j, np.pi, upper + 2 * np.pi),
+                ]
+            ),
             windings=False,
         )
         assert wide.valid.any()
