@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import io
+import json
 import os
 import sys
 import time
@@ -12,16 +13,11 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from chasles import ChaslesError, InputValueError, load, robots
 from chasles.contract import Argument, Manifest, read_manifest
-from chasles.library import build, find_folder, is_description, shelf, shipped_folders
+from chasles.library import build, find_folder, is_description, options_of, shelf, shipped_folders
 
-if TYPE_CHECKING:
-    pass
-
-_AT_ONCE = 2
 USAGE = 2
 """The exit status of a command line that names no command, as argparse has it for wrong ones."""
 _ASKED_BY_A_SHELL = "_ARGCOMPLETE"
@@ -69,7 +65,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="chasles", description="Generated robot kinematics.")
     commands = parser.add_subparsers(dest="command", metavar="command")
-    build_ = commands.add_parser("build", help="compile robots into the cache")
+    links = argparse.ArgumentParser(add_help=False)
+    links.add_argument("--base", metavar="LINK", help="base link of a URDF, xacro or MJCF file")
+    links.add_argument("--tip", metavar="LINK", help="tip link of a URDF, xacro or MJCF file")
+    links.add_argument("--exact", action="store_true", help="take all numbers as written")
+    json_ = argparse.ArgumentParser(add_help=False)
+    json_.add_argument("--json", action="store_true", help="print machine-readable results")
+    build_ = commands.add_parser("build", parents=[links], help="compile robots into the cache")
+    build_.add_argument("--threads", type=int, default=2, help="robots at once; 2 by default")
     build_.add_argument(
         "robots", nargs="*", help="names, folders or descriptions; all generated ones if none"
     )
@@ -89,12 +92,13 @@ def _parser() -> argparse.ArgumentParser:
     )
     calibrate.add_argument("--report", type=Path, help="report (.html or .tex) to write")
     calibrate.set_defaults(run=_calibrate)
-    info = commands.add_parser("info", help="show the functions of a robot")
+    info = commands.add_parser("info", parents=[links, json_], help="show the functions of a robot")
     info.add_argument("robot", help="name, folder or description")
     info.set_defaults(run=_info)
-    list_ = commands.add_parser("list", help="show the robots that can be loaded by name")
+    names = "show the robots that can be loaded by name"
+    list_ = commands.add_parser("list", parents=[json_], help=names)
     list_.set_defaults(run=_list)
-    view = commands.add_parser("view", help="show a moving robot in the browser")
+    view = commands.add_parser("view", parents=[links], help="show a moving robot in the browser")
     view.add_argument("robot", help="name, folder or description")
     view.add_argument("--html", type=Path, help="page to write instead, which needs no network")
     view.add_argument("--play", type=Path, help="motion (.npz) or table of coordinates (.csv)")
@@ -103,10 +107,15 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _manifest(robot: str, options: argparse.Namespace) -> Manifest:
+    words = options_of(options.exact, parametric=False, base=options.base, tip=options.tip)
+    return read_manifest(find_folder(robot, words))
+
+
 def _build(options: argparse.Namespace) -> int:
-    manifests = [read_manifest(find_folder(robot)) for robot in options.robots or robots()]
+    manifests = [_manifest(robot, options) for robot in options.robots or robots()]
     # Threads suffice: the compiler does the work, in processes of its own.
-    with ThreadPoolExecutor(_AT_ONCE) as pool:
+    with ThreadPoolExecutor(max(1, options.threads)) as pool:
         failed = 0
         for report in pool.map(_build_one, manifests):
             print(report.line, flush=True, file=sys.stderr if report.failed else sys.stdout)
@@ -150,7 +159,7 @@ def _view(options: argparse.Namespace) -> int:
     from chasles.study.motion import Trajectory  # noqa: PLC0415
     from chasles.view import LiveView, write_html  # noqa: PLC0415
 
-    robot = load(options.robot)
+    robot = load(options.robot, base=options.base, tip=options.tip, exact=options.exact)
     if options.html and (options.play or options.port):
         raise InputValueError("--play and --port are for the live view; a page has sliders alone")
     if options.html:
@@ -186,7 +195,10 @@ def _build_one(manifest: Manifest) -> _Report:
 
 
 def _info(options: argparse.Namespace) -> int:
-    manifest = read_manifest(find_folder(options.robot))
+    manifest = _manifest(options.robot, options)
+    if options.json:
+        print((manifest.folder / "manifest.json").read_text(encoding="utf-8"))
+        return 0
     print("\n".join([f"{manifest.name}: {manifest.title}", manifest.source, *manifest.notes, ""]))
     print(f"frames: {manifest.frames.base} to {manifest.frames.tip}\n\ncoordinates (q):")
     for coordinate in manifest.coordinates:
@@ -210,12 +222,18 @@ def _info(options: argparse.Namespace) -> int:
     return 0
 
 
-def _list(_options: argparse.Namespace) -> int:
-    for name, folder in shipped_folders().items():
-        print(f"{name:<24} {read_manifest(folder).title}")
+def _list(options: argparse.Namespace) -> int:
+    generated = {name: read_manifest(folder).title for name, folder in shipped_folders().items()}
+    texts = {name: file.read_text(encoding="utf-8") for name, file in shelf().items()}
+    derived = {name: str(tomllib.loads(text)["title"]) for name, text in texts.items()}
+    if options.json:
+        print(json.dumps({"generated": generated, "derived_on_first_use": derived}, indent=2))
+        return 0
+    for name, title in generated.items():
+        print(f"{name:<24} {title}")
     print("\nderived on first use:")
-    for name, description in shelf().items():
-        print(f"{name:<24} {tomllib.loads(description.read_text(encoding='utf-8'))['title']}")
+    for name, title in derived.items():
+        print(f"{name:<24} {title}")
     return 0
 
 

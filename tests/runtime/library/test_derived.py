@@ -1,5 +1,6 @@
 """Robots derived on first use: the shelf, descriptions, concurrent and interrupted first uses."""
 
+import json
 import os
 import pickle
 import re
@@ -384,3 +385,17 @@ def test_list_command_shows_generated_and_shelf_robots(capsys):
     assert "ur5e                     Universal Robots UR5e" in generated
     assert "tx2_60                   Stäubli TX2-60" in shelf
     assert len(shelf.split("\n")) - 2 == len(chasles.shelf_robots())
+    assert main(["list", "--json"]) == 0
+    listed = json.loads(capsys.readouterr().out)
+    assert list(listed["generated"]) == chasles.robots()
+    assert listed["derived_on_first_use"]["tx2_60"] == "Stäubli TX2-60"
+
+
+@pytest.mark.usefixtures("few")
+def test_info_command_prints_the_manifest_of_the_chosen_chain(tmp_path, capsys):
+    path = tmp_path / "door.urdf"
+    more = '<link name="knob"/><joint name="turn" type="continuous">'
+    more += '<parent link="lid"/><child link="knob"/></joint></robot>'
+    path.write_text(URDF.replace("</robot>", more))
+    assert main(["info", str(path), "--tip", "lid", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["frames"]["tip"] == "lid"
