@@ -68,11 +68,16 @@ def skeleton(rigid: RigidBodies, actuated: Sequence[str] = ()) -> Skeleton:
 
 
 def rows_of_joints(rigid: RigidBodies, actuated: set[str]) -> list[list[int]]:
-    """Returns rows of consecutive passive joints without extended bodies, as body indices."""
+    """Returns rows of consecutive passive joints without extended bodies, as body indices.
+
+    A prismatic joint with limits is on a guide of its own and belongs to no row.
+    """
     rows: list[list[int]] = []
     for k, body in enumerate(rigid.bodies):
         joint = body.joint
         if joint is None or joint.kind == "fixed" or joint.name in actuated:
+            continue
+        if joint.kind == "prismatic" and None not in joint.limits:
             continue
         row = next((row for row in rows if row[-1] == body.parent), None)
         if row and _is_bare(rigid, row[-1], k):

@@ -31,6 +31,7 @@ from .loops.mobility_fragment import freedoms
 from .loops.platforms_fragment import platform
 from .loops.rates_fragment import rates
 from .loops.solution_fragment import solution
+from .loops.tool_position import tool_position
 from .references import references
 from .setting.names import escape
 from .setting.page import Page
@@ -78,6 +79,7 @@ _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
     "screws": ("Screw axes of the main chain", lambda page: screws(page.chain)),
     "transforms": ("Link transforms of the main chain", lambda page: link_transforms(page.chain)),
     "fk": ("Forward kinematics of the main chain", lambda page: forward_kinematics(page.chain)),
+    "position": ("Position of the tool in actuated coordinates", tool_position),
     "jacobian": ("Jacobians of the main chain", lambda page: jacobians(page.chain)),
     "inverse": ("Inverse kinematics of the main chain", inverse_of_loops),
     "singularities": (
@@ -146,9 +148,9 @@ def fragments(derivation: Derivation) -> dict[str, str]:
         ``screws.tex``, ``transforms.tex``, ``fk.tex``, ``jacobian.tex``, ``inverse.tex``,
         ``singularities.tex``, ``workspace.tex``, ``example.tex``, ``references.tex``, and
         ``parametric.tex`` where there are parametric functions; of a robot with loops also
-        ``mobility.tex``, ``loops.tex``, ``solution.tex`` and ``rates.tex``, and of a platform on
-        legs ``platform.tex``, or ``legs.tex`` where its legs are closures. A fragment with nothing
-        to say is left out.
+        ``mobility.tex``, ``loops.tex``, ``solution.tex``, ``position.tex`` and ``rates.tex``, and
+        of a platform on legs ``platform.tex``, or ``legs.tex`` where its legs are closures. A
+        fragment with nothing to say is left out.
     """
     if isinstance(derivation.robot, Mechanism):
         page = LoopPage.of(derivation)

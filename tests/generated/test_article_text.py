@@ -96,3 +96,30 @@ def test_planar_arm_is_drawn_in_its_plane():
 
 def test_bend_of_a_triangle_is_solved_by_the_law_of_cosines():
     assert "by the law of cosines" in fragment("bricklaying_planar", "inverse")
+
+
+def test_repeated_steps_of_an_inverse_are_referred_to():
+    text = fragment("bricklaying_planar", "inverse")
+    assert r"\textbf{Steps 4 and 5:} $q_{2}$ and $q_{1}$ as in steps 1 and 2." in text
+    assert text.count("by the law of cosines") == 1
+
+
+def test_position_of_the_tool_is_printed_in_actuated_coordinates():
+    text = fragment("board_installer", "position")
+    assert r"o_{z} &= z_{G} + L_{1} - h_{4} + k r \sin q_{3} + t \sin \theta_{7}" in text
+    assert set(re.findall(r"\\theta_\{\d\}", text)) == {r"\theta_{7}"}
+    assert r"p_{x} &= r_{x} q_{1}" in fragment("bricklaying_gantry", "position")
+    assert not fragment("planar_3rrr", "position")
+
+
+def test_platforms_have_a_worked_example():
+    text = fragment("planar_3rrr", "example")
+    assert r"\texttt{actuators\_all} has 8 solutions" in text
+    assert text.count(r"\\") == 4 + 1 + 8 - 1
+
+
+def test_figure_of_the_gantry_has_two_pairs_of_rails():
+    text = fragment("bricklaying_gantry", "drawing")
+    places = re.findall(r"\\filldraw\[pin,driven\] \[shift=\{\((\S+)\)\}", text)
+    assert len(set(places)) == 3
+    assert text.count(r"\draw[guide]") == 3

@@ -116,16 +116,61 @@ def example(
         pose: LaTeX of the tool's pose.
     """
     T = value_at(fk, q)
-    rows = [[_decimal(entry, 6) for entry in row] for row in T.tolist()]
-    forward = sentence(
-        f"At {_listed(symbols, coordinates, q)} the pose of the tool is (lengths in metres)",
-        flowed([named_matrix(pose, rows)]),
-    )
+    forward = _pose_at(T, coordinates, symbols, q, pose)
     backward = ""
     inverse = next((f for f in functions if f.role.is_inverse and _is_known(f, known)), None)
     if inverse is not None:
         backward = _solutions(inverse, symbols, coordinates, known, called, T)
     return text(forward, backward)
+
+
+def _pose_at(
+    T: FloatArray,
+    coordinates: Sequence[Joint | Coordinate],
+    symbols: Sequence[str],
+    q: FloatArray,
+    pose: str,
+) -> str:
+    rows = [[_decimal(entry, 6) for entry in row] for row in T.tolist()]
+    return sentence(
+        f"At {_listed(symbols, coordinates, q)} the pose of the tool is (lengths in metres)",
+        flowed([named_matrix(pose, rows)]),
+    )
+
+
+def solutions_of_pose(
+    fk: SymbolicFunction,
+    name: str,
+    joints: Sequence[Joint | Coordinate],
+    symbols: Sequence[str],
+    theta: FloatArray,
+    pose: str,
+    coordinates: Sequence[Joint | Coordinate],
+    actuators: Sequence[str],
+    found: Mapping[int, FloatArray],
+) -> str:
+    """The pose of a main chain, and the actuated coordinates that a function finds for it.
+
+    Args:
+        fk: The forward kinematics of the main chain.
+        name: The function from the main chain to all actuated coordinates.
+        joints: The joints of the main chain.
+        symbols: LaTeX of these joints.
+        theta: Their values.
+        pose: LaTeX of the tool's pose.
+        coordinates: The actuated coordinates.
+        actuators: LaTeX of these coordinates.
+        found: Their values by slot.
+    """
+    columns: list[Column] = [("slot", [f"${slot}$" for slot in found])]
+    columns += _columns(actuators, coordinates, [*found.values()])
+    table = tabular(columns, repeated=1)
+    shown = name.replace("_", r"\_")
+    opening = rf"For this pose, \texttt{{{shown}}} has {_count(len(found))}"
+    return text(
+        _pose_at(value_at(fk, theta), joints, symbols, theta, pose),
+        sentence(f"{opening} ({_measured(coordinates)}):", table, _dagger(table)),
+    )
 
 
 def _within(coordinate: Joint | Coordinate, angle: float) -> float:

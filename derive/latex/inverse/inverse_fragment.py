@@ -1,6 +1,6 @@
 r"""The fragment of the inverse: its structure, its steps one after the other, and its slots."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
 
@@ -121,7 +121,8 @@ def _written(page: Page, found: Inverses, actuators: Mapping[str, sp.Symbol]) ->
     tasks = list(printed_tasks(page, found, actuators).values())
     parts = [structure(page, classification, classification.found), _method(tasks)]
     for task in tasks:
-        parts += _task(page, task, titled=len(tasks) > 1)
+        earlier = tasks[0] if task is not tasks[0] else None
+        parts += _task(page, task, earlier, titled=len(tasks) > 1)
     return text(*parts, _together_at_last(found), _residual())
 
 
@@ -187,13 +188,18 @@ def _method(tasks: Iterable[PrintedTask]) -> str:
     )
 
 
-def _task(page: Page, task: PrintedTask, *, titled: bool) -> Iterable[str]:
-    """Given, steps, rest and slots of one task."""
+def _task(
+    page: Page, task: PrintedTask, earlier: PrintedTask | None, *, titled: bool
+) -> Iterable[str]:
+    """Given, steps, rest and slots of one task; steps of an earlier task are not repeated."""
     name = escape(task.solved.function.name)
     title = rf"\paragraph{{\texttt{{{name}}}.}} " if titled else ""
     yield sentence(f"{title}{_given(page, task)}", _vectors(page, task))
     first = task.steps[0].number
-    for group in _groups(task):
+    repeated = _repeated(page, task, earlier) if earlier else 0
+    if repeated and earlier:
+        yield _referred(page, task.steps[:repeated], earlier.steps[0].number)
+    for group in [*_groups(task)][repeated:]:
         if isinstance(group[0].equation, JointEquation):
             yield _together(page, group)
         else:
@@ -255,6 +261,50 @@ def _step(page: Page, printed: PrintedInverseStep) -> str:
     )
     degenerate = f"Degenerate: {page.words(step.degenerate)}." if step.degenerate else ""
     return sentence(opening, solved_step(printed, printer), degenerate)
+
+
+def _repeated(page: Page, task: PrintedTask, earlier: PrintedTask) -> int:
+    """The number of first steps that an earlier task has too, but for the names of terms.
+
+    None if a later step uses a term of these steps.
+    """
+    own, other = _anonymous(page, task), _anonymous(page, earlier)
+    same = [a == b for a, b in zip(own, other, strict=False)]
+    count = next((k for k, equal in enumerate(same) if not equal), len(same))
+    defined = {symbol for step in task.steps[:count] for symbol, _ in step.definitions}
+    rest = [*task.steps[count:]]
+    used = {s for step in rest for e in step.solution for s in e.free_symbols}
+    used |= {s for step in rest for _, value in step.definitions for s in value.free_symbols}
+    return 0 if defined & used else count
+
+
+def _anonymous(page: Page, task: PrintedTask) -> list[str]:
+    """The text of each single step without its number and the names of its terms."""
+    texts, names = [], []
+    for group in _groups(task):
+        if len(group) > 1 or isinstance(group[0].equation, JointEquation):
+            break
+        (step,) = group
+        names += [page.tex(symbol) for symbol, _ in step.definitions]
+        shown = _step(page, step).replace(f"Step {step.number}:", "", 1)
+        for k, name in enumerate(names):
+            shown = shown.replace(name, f"@{k}")
+        texts.append(shown)
+    return texts
+
+
+def _referred(page: Page, steps: Sequence[PrintedInverseStep], first: int) -> str:
+    """A sentence instead of steps that an earlier task has too."""
+    names = in_words([f"${page.tex(step.unknown)}$" for step in steps])
+    own = _numbers(steps[0].number, len(steps))
+    return rf"\textbf{{{own}:}} {names} as in {_numbers(first, len(steps)).lower()}."
+
+
+def _numbers(first: int, count: int) -> str:
+    last = first + count - 1
+    if count == 1:
+        return f"Step {first}"
+    return f"Steps {first} {'and' if count == 2 else 'to'} {last}"  # noqa: PLR2004
 
 
 def _groups(task: PrintedTask) -> Iterable[list[PrintedInverseStep]]:

@@ -1,13 +1,16 @@
 r"""The worked example of a robot with loops: a posture near its reference, forward and back."""
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...model.mechanism import Coordinate
+from ...model.robot import Joint
+from ...terms.casadi_graph import lower
 from ...terms.symbolic_function import SymbolicFunction
-from ..chain.example_fragment import bounds, example, rounded, value_at
+from ..chain.example_fragment import bounds, example, rounded, solutions_of_pose, value_at
 from .loop_page import LoopPage
 
 PARTS = (0.1, -0.1, 0.03, -0.03)
@@ -20,11 +23,11 @@ SOME = {"rad": math.radians(100), "m": 1.0}
 def worked_example_of_loops(page: LoopPage) -> str:
     """A posture, the pose of its tool, and all postures with this pose.
 
-    The fragment is empty where the tool's pose is no formula of the actuated coordinates.
+    If an iteration solves the loops from the actuators, a pose gives all solutions for them.
     """
     named = {function.name: function for function in page.functions}
     if "fk" not in named:
-        return ""
+        return _example_of_actuators(page, named)
     coordinates = page.mechanism.coordinates
     q = _closing(page, named["fk"])
     known = {}
@@ -37,6 +40,40 @@ def worked_example_of_loops(page: LoopPage) -> str:
     )
 
 
+def _example_of_actuators(page: LoopPage, named: Mapping[str, SymbolicFunction]) -> str:
+    """A pose near the reference, and all actuated coordinates at which the loops close."""
+    if not {"chain_fk", "actuators_all"} <= named.keys():
+        return ""
+    joints = page.chain.robot.coordinates
+    reference = [page.hybrid.at_reference[joint.name] for joint in joints]
+    (kernel,) = lower([named["actuators_all"]], "example")
+    chosen: tuple[NDArray[np.float64], dict[int, NDArray[np.float64]]] | None = None
+    for part in PARTS:
+        pairs = zip(joints, reference, strict=True)
+        theta = np.array([_near(joint, value, part, page.skeleton.size) for joint, value in pairs])
+        shaped = zip(kernel(theta), named["actuators_all"].outputs, strict=True)
+        q, margins = (np.array(found).reshape(output.shape) for found, output in shaped)
+        slots = {k: q[k] for k, margin in enumerate(margins) if (margin >= 0).all()}
+        is_inside = any(_is_within(page, values) for values in slots.values())
+        if slots and (chosen is None or is_inside):
+            chosen = theta, slots
+        if is_inside:
+            break
+    if chosen is None:
+        return ""
+    theta, slots = chosen
+    symbols = page.members.theta
+    return solutions_of_pose(
+        *(named["chain_fk"], "actuators_all", joints, symbols, theta, page.chain.pose),
+        *(page.mechanism.coordinates, page.members.q, slots),
+    )
+
+
+def _is_within(page: LoopPage, q: NDArray[np.float64]) -> bool:
+    limits = map(bounds, page.mechanism.coordinates)
+    return all(low <= value <= high for value, (low, high) in zip(q, limits, strict=True))
+
+
 def _closing(page: LoopPage, fk: SymbolicFunction) -> NDArray[np.float64]:
     """Coordinates near the reference at which the loops close; else the reference's own."""
     coordinates, reference = page.mechanism.coordinates, page.hybrid.q_at_reference
@@ -47,8 +84,12 @@ def _closing(page: LoopPage, fk: SymbolicFunction) -> NDArray[np.float64]:
     return reference
 
 
-def _near(coordinate: Coordinate, reference: float, part: float) -> float:
-    lower, upper = bounds(coordinate)
-    span = upper - lower if math.isfinite(upper - lower) else SOME[coordinate.unit]
-    sign = 1 if lower <= reference + part * span <= upper else -1
+def _near(
+    coordinate: Coordinate | Joint, reference: float, part: float, length: float = 1.0
+) -> float:
+    """A round value near the reference, within the limits."""
+    low, high = bounds(coordinate)
+    free = SOME[coordinate.unit] * (length if coordinate.unit == "m" else 1.0)
+    span = high - low if math.isfinite(high - low) else free
+    sign = 1 if low <= reference + part * span <= high else -1
     return rounded(reference + sign * part * span, coordinate.unit)

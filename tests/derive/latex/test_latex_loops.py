@@ -1,6 +1,7 @@
 """Printed loop equations evaluate to the derived functions."""
 
 import re
+from dataclasses import replace
 from functools import reduce
 
 import numpy as np
@@ -13,10 +14,12 @@ from chasles.derive.latex.loops.loop_page import LoopPage
 from chasles.derive.latex.loops.loops_fragment import residual
 from chasles.derive.latex.loops.members import dotted, members, words
 from chasles.derive.latex.loops.rates_fragment import Rates
+from chasles.derive.latex.loops.tool_position import without_guard
 from chasles.derive.latex.setting.names import is_symbol
 from chasles.derive.latex.setting.printer import FractionPrinter
 from chasles.derive.loops.planar.loop_step import Cross
 from chasles.derive.model.mechanism import Closure, Drive, Frame, Mechanism, Strut
+from chasles.derive.terms.casadi_graph import lower
 from tests.support.derivations import GENERATED, MECHANISMS, article, derivation, kernels
 
 SOLVED = [
@@ -445,3 +448,16 @@ def test_quotients_are_printed_as_fractions(expression, tex):
         {s: s.name for s in symbols}, {s: (1, (k,)) for k, s in enumerate(symbols)}
     )
     assert printer.tex(sp.sympify(expression, locals={"a": a, "b": b, "c": c})) == tex
+
+
+@pytest.mark.parametrize("name", ["five_bar", "bricklaying_gantry"])
+def test_printed_position_is_the_position_of_the_forward_kinematics(name):
+    found = derivation(name)
+    fk = found.function("fk")
+    entries = [without_guard(found.hybrid.terms, fk.outputs[0].entries[k]) for k in (3, 7, 11)]
+    position = replace(fk, outputs=(replace(fk.outputs[0], entries=tuple(entries), shape=(3,)),))
+    (whole, printed) = lower([fk, replace(position, name="position")], name)
+    q = found.hybrid.q_at_reference
+    np.testing.assert_allclose(
+        np.array(printed(q)).ravel(), np.array(whole(q)).reshape(4, 4)[:3, 3], rtol=0, atol=1e-15
+    )
