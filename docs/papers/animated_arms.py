@@ -59,11 +59,11 @@ def in_space(figure: Any, place: Any) -> Any:
     return axes
 
 
-def frame(axes: Any, T: Any, length: float) -> None:
+def frame(axes: Any, T: Any, length: float, **style: Any) -> None:
     """The three axes of a pose (4, 4): x, y and z in three colours."""
     for k, colour in enumerate((COLOURS[3], COLOURS[2], COLOURS[0])):
         ends = np.array([T[:3, 3], T[:3, 3] + length * T[:3, k]])
-        axes.plot(*ends.T, color=colour, linewidth=1.2)
+        axes.plot(*ends.T, color=colour, **({"linewidth": 1.2} | style))
 
 
 def animation(

@@ -178,10 +178,11 @@ def in_space() -> Any:
 
 def equation() -> Any:
     """The equations as text."""
-    figure, axes = panels(2.1)
+    figure, axes = panels(0.21 * len(EQUATION))
     axes.axis("off")
     for k, words in enumerate(EQUATION):
-        axes.text(0, 1 - k / len(EQUATION), words, fontsize=9, va="top", transform=axes.transAxes)
+        place = 1 - (k + 0.5) / len(EQUATION)
+        axes.text(0.5, place, words, fontsize=9, ha="center", va="center", transform=axes.transAxes)
     return figure
 
 

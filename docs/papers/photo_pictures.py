@@ -18,6 +18,8 @@ EVERY = 8
 """Samples between the pictures of the animation."""
 LENGTH = 0.18
 """Length of the axes of a frame [m]."""
+START = 1.7
+"""Length of the axes of the frame at the start, in lengths of others."""
 
 
 def frames(robot: Any) -> Any:
@@ -47,9 +49,10 @@ def axis_moved(robot: Any, made: Trajectory) -> Any:
     drawn(axes, lines[0], COLOURS[2], linestyle=":", linewidth=2.6, label="zero")
     drawn(axes, lines[-1], COLOURS[0], label="end state")
     axes.plot(*lines[:, -1].T, "--", color=COLOURS[3], linewidth=1.4, label="way of the tool")
-    for k in (0, -1):
-        frame(axes, robot.fk(made.q[k]), LENGTH)
-    boxed(axes, np.vstack([lines.reshape(-1, 3), lines[0] + LENGTH]))
+    # Rotations about the wrist leave both frames at one point: the first is longer and dotted.
+    frame(axes, robot.fk(made.q[0]), START * LENGTH, linestyle=":", linewidth=1.6)
+    frame(axes, robot.fk(made.q[-1]), LENGTH)
+    boxed(axes, np.vstack([lines.reshape(-1, 3), lines[0] + START * LENGTH]))
     axes.view_init(*VIEW)
     axes.xaxis.labelpad = 0
     legend_below(figure, axes, 3)

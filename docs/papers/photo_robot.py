@@ -309,7 +309,7 @@ def figures() -> Figures:
 
     robot = chasles.load("photo_robot")
     found: Figures = {
-        "figure 1: axes of motion, q1 = r1 to q8 = theta_ee": chasles.draw(robot, np.zeros(8)),
+        "figure 1: axes of motion, q1 = r1 to q8 = theta_ee, at a bent arm": chasles.draw(robot),
         "figure 2: frames of the links at zero": frames(robot),
     }
     for part, axis in AXES.items():

@@ -36,7 +36,7 @@ AHEAD = np.array([0.0, 0.3, 0.0])
 INWARDS = 1e-10
 """Part of a position by which a point of the border is moved inside, where legs reach it."""
 BISECTIONS = 50
-LEG = "leg 1 at (45 mm, 20 mm, 10 deg)"
+LEG = "the lower left leg at (45 mm, 20 mm, 10 deg)"
 MM2 = 1e-6
 """A square millimetre [m^2]."""
 SPEED = np.array([0.1, 0.0, 0.0])
@@ -163,7 +163,7 @@ def in_mm(values: dict[str, float]) -> dict[str, float]:
 
 
 def legs(printed: dict[str, Printed]) -> list[Row]:
-    """(B.1.5) to (B.2.8) at the pose of figure 2.4, leg 1."""
+    """(B.1.5) to (B.2.8) at the pose of figure 2.4, of the lower left leg."""
     values = leg(0)
     X, Y, theta, psi, S_A, L = (values[name] for name in ("X", "Y", "theta", "psi", "S_A", "L"))
     square = X**2 + Y**2 - 2 * S_A * (X * np.cos(theta) + Y * np.sin(theta)) + S_A**2 - L**2
