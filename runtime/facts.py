@@ -69,7 +69,7 @@ class Redundancy(NamedTuple):
     """
 
     name: str
-    index: int | None
+    index: int | None  # type: ignore[assignment]
     unit: str
     meaning: str
 
@@ -82,8 +82,9 @@ def redundancy_of(manifest: Manifest) -> tuple[Redundancy, ...]:
     found = []
     for k, item in enumerate(own.inputs[1:]):
         index = own.role.given[k] if own.role.given else None
-        is_joint = index is not None and not manifest.loops.chain
-        name = manifest.coordinates[index].name if is_joint else item.name
+        name = item.name
+        if index is not None and not manifest.loops.chain:
+            name = manifest.coordinates[index].name
         found.append(Redundancy(name, index, item.unit, item.meaning))
     return tuple(found)
 
@@ -218,7 +219,7 @@ class RobotFacts(GeneratedFunctions):
         q[0] = center
         values = self._smallest_singular_value(q)
         keeps = self.reference is not None and values[0] >= _SINGULAR * values.max()
-        chosen = q[0 if keeps else int(np.argmax(values))]
+        chosen: FloatArray = q[0 if keeps else int(np.argmax(values))]
         chosen.flags.writeable = False
         return chosen
 

@@ -30,14 +30,6 @@ def load_functions(
 ) -> dict[str, Function[Any]]:
     """The functions of a robot, compiled first if the cache has no library for it.
 
-    Args:
-        manifest: The robot's manifest.
-        reduced: From a function's name to the value of its `__reduce__`.
-        robot_of: The robot of a manifest, for inverses that are derived on first use.
-
-    Returns:
-        The functions by name, in the manifest's order.
-
     Raises:
         LibraryMismatchError: If the library in the cache is damaged or has another key.
         ChaslesError: If it cannot be compiled; the message states the reason.
@@ -111,13 +103,7 @@ def _solves_poses(info: FunctionInfo) -> bool:
 
 
 def write_doc(info: FunctionInfo, unit: float = 1.0, fixes: Manifest | None = None) -> str:
-    """The help text of a function.
-
-    Args:
-        info: The function.
-        unit: The robot's unit of length [m], for inverses.
-        fixes: The robot's manifest, if the caller may fix joints.
-    """
+    """The help text of a function."""
     lines = [info.summary, ""]
     if info.identity:
         lines += [*textwrap.wrap(info.identity, _WIDTH), ""]

@@ -396,7 +396,7 @@ def _order(caller: str, order: object) -> list[int]:
         raise InputTypeError(f'{caller}: pass order="wxyz" or order="xyzw" with a quaternion')
     if order not in _ORDERS:
         raise InputValueError(f'{caller}: expected order "wxyz" or "xyzw", got {order!r}')
-    return _ORDERS[order]  # type: ignore[index]
+    return _ORDERS[order]
 
 
 def _of_quaternion(quat: FloatArray, order: list[int]) -> FloatArray:

@@ -30,12 +30,7 @@ reference are taken, and so on."""
 def ranges(
     coordinates: Sequence[Coordinate], reference: Reference | None
 ) -> tuple[FloatArray, FloatArray]:
-    """(n,) the least and the greatest values of coordinates: their limits, else a turn or 2 m.
-
-    Args:
-        coordinates: The coordinates with their limits.
-        reference: Its q is where coordinates without limits are centred; 0 if None.
-    """
+    """(n,) the least and the greatest values of coordinates: their limits, else a turn or 2 m."""
     centre = np.zeros(len(coordinates)) if reference is None else np.array(reference.q)
     lower, upper = limits_of(coordinates)
     half = np.array([np.pi if c.unit == "rad" else 1.0 for c in coordinates])
@@ -51,14 +46,7 @@ def limits_of(coordinates: Sequence[Coordinate]) -> tuple[FloatArray, FloatArray
 
 
 def within(q: FloatArray, lower: FloatArray, upper: FloatArray, units: FloatArray) -> BoolArray:
-    """Whether coordinates are within limits, up to rounding.
-
-    Args:
-        q: (..., n) coordinates.
-        lower: (n,) lower limits.
-        upper: (n,) upper limits.
-        units: (n,) the robot's unit of length for slides, 1 for coordinates that turn.
-    """
+    """Whether coordinates (..., n) are within limits (n,), up to rounding in units (n,)."""
     rounding = AT_LIMIT * units
     return np.asarray((q >= lower - rounding) & (q <= upper + rounding))
 
@@ -75,16 +63,7 @@ def unit_length(
     coordinates: Sequence[Coordinate],
     reference: Reference | None,
 ) -> float:
-    """The power of 1000 [m] nearest to the size of a robot's workspace.
-
-    Args:
-        fk: Poses of the tip (m, 4, 4) of coordinates (m, n), NaN where there is none.
-        coordinates: The coordinates with their limits.
-        reference: Its q is where coordinates without limits are centred; 0 if None.
-
-    Returns:
-        The unit; 1 m where the tip stays in the origin of the base.
-    """
+    """The power of 1000 [m] nearest to the size of the workspace; 1 m if it is a point."""
     p = _positions(fk, configurations(coordinates, reference), reference)
     if not len(p):
         return 1.0

@@ -78,12 +78,7 @@ class _Mark(Protocol):
 
 
 def needs(*functions: str, when: Condition | None = None) -> _Mark:
-    """Marks a method or a cached property that rests on generated functions.
-
-    Args:
-        functions: Names of the generated functions that it needs.
-        when: A further condition on the robot.
-    """
+    """Marks a method or a cached property that rests on generated functions."""
 
     def mark(item: T, /) -> T:
         checked: Any = _with_hints(item) if isinstance(item, FunctionType) else item

@@ -45,9 +45,6 @@ class Guard:
     def __call__(self, inputs: tuple[NDArray[np.float64], ...]) -> None:
         """Finds the loop that makes the result not finite.
 
-        Args:
-            inputs: The inputs of the call, one pose.
-
         Raises:
             OutOfReachError: If a loop does not close there.
             SingularityError: If a loop is at a dead point.

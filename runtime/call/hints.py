@@ -31,13 +31,7 @@ def _tables() -> dict[str, Any]:
 
 
 def missing_attribute(owner: str, name: str, table: str) -> str:
-    """The error for an attribute that does not exist, with a hint if another library has it.
-
-    Args:
-        owner: The robot or module, for the error.
-        name: The attribute.
-        table: "robot" or "module".
-    """
+    """The error for an attribute that does not exist, with a hint if another library has it."""
     row: dict[str, str] = next((r for r in _tables()[table] if name in r["names"]), {})
     library = f" ({row['library']})" if "library" in row else ""
     return f"{owner} has no {name!r}{library}" + (f"; {row['hint']}" if row else "")
@@ -63,15 +57,7 @@ class Described(Protocol):
 
 
 def explain(robot: Described, name: str) -> tuple[str, str]:
-    """The reason why a robot lacks a function or method, and what it has instead.
-
-    Args:
-        robot: The robot.
-        name: The missing attribute.
-
-    Returns:
-        The reason, "" if there is none to state; and the substitutes, "" if there are none.
-    """
+    """The reason why a robot lacks a function or method, and what it has instead."""
     if name in ("ik", "ik_path", "ik_nearest", *_tables()["tasks"]):
         return _no_inverse(robot)
     stem, _, suffix = name.partition("_")

@@ -23,15 +23,6 @@ from .validation import real_array
 def run(function: Function[Any], inputs: tuple[Any, ...], outs: tuple[Any, ...] | None) -> Any:
     """Calls a function where an input or an out has a ufunc protocol of its own.
 
-    Args:
-        function: The function.
-        inputs: Its inputs, as given.
-        outs: The arrays to write into, as given.
-
-    Returns:
-        A dask array, or a tuple of several, if all those arguments are dask arrays; else the result
-        of their own protocol. The branches of an inverse are Solutions of such arrays.
-
     Raises:
         InputTypeError: If a dask array is given as out, or an input does not hold real numbers.
         ShapeError: If an input has the wrong shape.

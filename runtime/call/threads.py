@@ -55,18 +55,7 @@ def run(
     batch: tuple[int, ...],
     threads: int,
 ) -> Any:
-    """Calls a function on a batch, with several threads where that pays.
-
-    Args:
-        function: The function.
-        inputs: Its inputs, checked.
-        outs: The arrays to write into, None for a new one; checked.
-        batch: The leading shape of the inputs after broadcasting.
-        threads: Greatest number of threads; 0 for one per core, and never more than that.
-
-    Returns:
-        The result of the function's ufunc for the whole batch.
-    """
+    """Calls a function on checked inputs of a batch; several threads share it where that pays."""
     work = math.prod(batch) * function.operations.get("total", 1)
     cores = count_cores()
     threads = min(threads or cores, cores, work // _LEAST)
@@ -112,16 +101,7 @@ def run_rows(
     cost: int,
     threads: int,
 ) -> None:
-    """Calls work on rows, with several threads where that pays.
-
-    Args:
-        work: From rows of the operands and `out`, rows of the results; it runs without the
-            interpreter's lock.
-        operands: Arrays of N rows.
-        results: Arrays of N rows that it writes into.
-        cost: Floating-point operations of a row.
-        threads: Greatest number of threads; 0 for one per core.
-    """
+    """Calls work on operands and results of N rows; several threads share them where that pays."""
     rows, cores = len(results[0]), count_cores()
     threads = min(threads or cores, cores, rows * cost // _LEAST)
     _, cuts = _cut((rows,), threads)

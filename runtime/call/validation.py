@@ -13,11 +13,6 @@ from ..errors import InputTypeError
 def real_array(caller: str, name: str, given: Any) -> NDArray[np.float64]:
     """A float64 array of integers or other floats.
 
-    Args:
-        caller: The method, such as "ur5e.track", for the error.
-        name: The argument.
-        given: Its value.
-
     Raises:
         InputTypeError: If the value is not made of real numbers.
     """

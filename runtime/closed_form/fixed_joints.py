@@ -50,13 +50,6 @@ class FixedJoints:
     def __call__(self, T: ArrayLike, fixed: Any, out: Any, threads: Any) -> Solutions:
         """Every solution of poses at which the fixed joints have their values.
 
-        Args:
-            T: The poses (..., 4, 4).
-            fixed: The value (...) of each fixed joint [rad or m], by its name: a redundancy
-                parameter, a joint of the main chain, or a coordinate that moves one joint alone.
-            out: The option of every call.
-            threads: The option of every call.
-
         Raises:
             InputTypeError: If `fixed` is not a mapping, or lacks a redundancy parameter.
             InputValueError: If there is no joint of a name.
@@ -231,13 +224,7 @@ class PerturbedInverse:
     fixed: tuple[int, ...]
 
     def complete(self, solutions: Solutions, T: ArrayLike, values: Mapping[str, ArrayLike]) -> None:
-        """Fills slots of poses that have no solution, in place.
-
-        Args:
-            solutions: The solutions (..., k, n).
-            T: (..., 4, 4) the poses.
-            values: The value (...) of each fixed joint.
-        """
+        """Fills slots of poses that have no solution, in place."""
         if solutions.valid.any(-1).all():
             return
         assert self.fk_jacobian_mixed is not None

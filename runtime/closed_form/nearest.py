@@ -350,8 +350,9 @@ def _settled(chosen: Chosen, target: FloatArray, seeds: FloatArray) -> tuple[Row
     again = np.flatnonzero((slot < 0) & (residual <= chosen.inverse.near))
     limited: Any = False
     if len(again):
-        values = {"fixed": tuple(value[again] for value in chosen.parameters)}
-        solutions = chosen.inverse(target[again], **(values if chosen.parameters else {}))
+        values = tuple(value[again] for value in chosen.parameters)
+        part = target[again]
+        solutions = chosen.inverse(part, fixed=values) if values else chosen.inverse(part)
         rows = chosen.of_slots(solutions, seeds[again])
         for k in range(len(found)):
             found[k][again] = rows[k]

@@ -54,18 +54,9 @@ def iterate(
     fixed: Sequence[int],
     steps: int = STEPS,
 ) -> FloatArray:
-    """Moves coordinates in place until the tool is where a measure wants it.
+    """Moves coordinates q (N, n) in place to targets T (N, ...) of a measure.
 
-    Args:
-        fk_jacobian: From q (N, n) to poses (N, 4, 4) and Jacobians (N, 6, n).
-        measure: The error of a pose from a target.
-        T: (N, ...) targets.
-        q: (N, n) coordinates at the start, which become those at the end.
-        fixed: Indices of the coordinates that keep their values.
-        steps: Number of steps after which it ends.
-
-    Returns:
-        (N,) the size of the error at the end.
+    Returns the size (N,) of the error at the end.
     """
 
     def evaluated(here: FloatArray, T: FloatArray) -> _State:

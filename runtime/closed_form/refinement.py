@@ -82,12 +82,6 @@ class Refinement:
 
         A slot that reaches no solution keeps a least-squares answer. A given swivel angle keeps
         its value up to the residual of the closed form.
-
-        Args:
-            inputs: The inputs of the inverse: targets (..., *task.shape) first.
-            q: (..., k, n) coordinates.
-            residual: (..., k).
-            valid: (..., k).
         """
         targets = np.broadcast_to(inputs[0], (*valid.shape[:-1], *self.task.shape))
         missed = np.asarray(~valid.any(-1))
@@ -369,19 +363,7 @@ def refinement_of(
     unit: float = 1.0,
     judged: float = 1.0,
 ) -> Refinement | None:
-    """The refinement of an inverse.
-
-    Args:
-        manifest: The robot's manifest.
-        info: One of its functions.
-        functions: Its other functions.
-        unit: Its unit of length [m].
-        judged: The unit [m] of the function's residuals.
-
-    Returns:
-        None unless the function is the inverse of a pose, or of parts of one that the manifest
-        names; None without a Jacobian to iterate with.
-    """
+    """The refinement of an inverse, None if its tier needs none."""
     jacobian = manifest.with_role("pose and jacobian", "actuators")
     if not (info.role.is_inverse and (info.role.domain == "pose" or info.role.aims) and jacobian):
         return None

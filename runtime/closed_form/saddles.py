@@ -41,11 +41,6 @@ def ways_down(gradients: Gradients, q: FloatArray, free: list[int]) -> Ways:
     """Starts on both sides of those coordinates that are at a saddle of the squared error.
 
     The way leads to where the error would vanish if the curvature stayed as it is.
-
-    Args:
-        gradients: The squared error and its gradients.
-        q: (N, n) coordinates.
-        free: Indices of those that may change.
     """
     f, g = gradients(np.arange(len(q)), q)
     error = np.sqrt(2 * f)

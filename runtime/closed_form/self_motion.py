@@ -41,16 +41,7 @@ def best_parameters(
     held: Mapping[str, FloatArray],
     free: Sequence[str],
 ) -> dict[str, FloatArray]:
-    """The values (N,) of all parameters at which an objective is largest.
-
-    Args:
-        robot: The robot.
-        make: From held values to the inverse with its parameters.
-        objective: The objective.
-        rows: Targets (N, ...) and seeds (N, n).
-        held: Values (N,) of parameters that are fixed.
-        free: The names of the other parameters.
-    """
+    """The values (N,) of all parameters at which an objective is largest, for targets and seeds."""
     target, seeds = rows
     block = max(1, _MAX_ROWS // (_SAMPLES.get(len(free), _FEW) ** len(free) + 1))
     parts = []

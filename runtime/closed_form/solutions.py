@@ -436,7 +436,7 @@ def solutions_of(
         unit_length: The robot's unit of length [m].
         windings: Number of consecutive slots that are turns of the same solution.
     """
-    facts = {"coordinates": coordinates, "wraps": wraps, "labels": labels}
+    facts: dict[str, Any] = {"coordinates": coordinates, "wraps": wraps, "labels": labels}
     facts |= {"unit_length": unit_length, "windings": windings, "tolerance": SOLVED * unit_length}
     about = {"__slots__": (), "__module__": __name__, "__doc__": Solutions.__doc__}
     return type("Solutions", (Solutions,), {**about, **facts})

@@ -100,10 +100,6 @@ def check_header(manifest: Manifest, header: str) -> None:
     The C compiler cannot, since `double T[16]` is a pointer to it. A kernel that writes 16 doubles
     into an array for 12 would destroy memory.
 
-    Args:
-        manifest: The manifest.
-        header: The text of the robot's header.
-
     Raises:
         ManifestError: If they differ.
     """
@@ -206,9 +202,6 @@ def _selection(n: int, k: str) -> list[str]:
 
 def build(manifest: Manifest) -> bool:
     """Compiles a robot's library unless the cache holds a sound one.
-
-    Returns:
-        Whether it was compiled, because the library was absent or damaged.
 
     Raises:
         ChaslesError: If it cannot be compiled; the message states the reason.

@@ -30,12 +30,7 @@ FloatArray = NDArray[np.float64]
 
 
 def length_of(J: FloatArray, turning: NDArray[np.bool_]) -> float:
-    """The characteristic length [m] from Jacobians.
-
-    Args:
-        J: (m, 6, n) Jacobians at the tip, linear part first.
-        turning: (n,) whether each coordinate is an angle.
-    """
+    """The characteristic length [m] from Jacobians."""
     squared = (J**2).mean(0)
     linear, angular = squared[:3].sum(0), squared[3:].sum(0)
     turns_tool = angular > TURNS**2 * linear

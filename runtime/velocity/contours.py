@@ -20,14 +20,6 @@ def zero_curves(values: Values, x: FloatArray, y: FloatArray) -> tuple[FloatArra
 
     A zero on a side is found by halving, to rounding; between sides a curve is a straight line.
     Where the values change sign by way of infinity there is no curve.
-
-    Args:
-        values: The function.
-        x: (n,) ascending coordinates of the grid.
-        y: (m,) ascending coordinates.
-
-    Returns:
-        Polylines (k, 2); the first point of a closed one is also its last.
     """
     grid = np.stack(np.meshgrid(x, y, indexing="ij"), -1)
     f = values(grid)
