@@ -31,6 +31,7 @@ SHARED = {"support", "campaigns", "laws"}
 
 STAGES = (
     ("beside",),
+    ("isolation",),
     ("model",),
     ("terms",),
     ("chain", "description"),

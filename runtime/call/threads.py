@@ -1,8 +1,9 @@
-"""Splits a large batch over threads: the keyword `threads` of every function.
+"""Splits a large batch into parts and shares them among threads: `threads` of every function.
 
 A part is a slice of the batch along one of its leading dimensions; NumPy's ufunc writes its result
 straight into the slice of the output, without the interpreter's lock. The calling thread takes
-part, so a call completes even where no other thread is free or can be started.
+part, so a call completes even where no other thread is free or can be started. Python handles
+signals between parts, so Ctrl-C stops a long call.
 """
 
 from __future__ import annotations
@@ -34,6 +35,8 @@ are the same, bit by bit, for every number of threads."""
 _LEAST = 500_000
 """Floating-point operations for each thread. They take a tenth of a millisecond, and starting work
 on another thread takes a third of that: a smaller batch ends before another thread has begun."""
+_MOST = 20_000_000
+"""Floating-point operations of a part, which take 5 to 20 ms: Ctrl-C takes effect after it."""
 _PARTS = 4
 """Parts for each thread, so that the others take over the share of a thread that falls behind."""
 
@@ -57,10 +60,9 @@ def run(
 ) -> Any:
     """Calls a function on checked inputs of a batch; several threads share it where that pays."""
     work = math.prod(batch) * function.operations.get("total", 1)
-    cores = count_cores()
-    threads = min(threads or cores, cores, work // _LEAST)
+    threads, parts = _division(work, threads)
     outs = outs or (None,) * len(function.outputs)
-    axis, cuts = _cut(batch, threads)
+    axis, cuts = _cut(batch, parts)
     if len(cuts) < 2 or _overlap(inputs, outs):  # noqa: PLR2004
         return function.ufunc(*inputs, out=outs)
     results = tuple(
@@ -102,9 +104,8 @@ def run_rows(
     threads: int,
 ) -> None:
     """Calls work on operands and results of N rows; several threads share them where that pays."""
-    rows, cores = len(results[0]), count_cores()
-    threads = min(threads or cores, cores, rows * cost // _LEAST)
-    _, cuts = _cut((rows,), threads)
+    threads, n_parts = _division(len(results[0]) * cost, threads)
+    _, cuts = _cut((len(results[0]),), n_parts)
     if len(cuts) < 2:  # noqa: PLR2004
         work(*operands, out=tuple(results))
         return
@@ -112,15 +113,22 @@ def run_rows(
     _share(work, iter([*parts]), len(operands), threads)
 
 
-def _cut(batch: tuple[int, ...], threads: int) -> tuple[int, list[slice]]:
-    """The first dimension that is long enough for all threads, and its parts."""
-    if threads < 2 or not batch:  # noqa: PLR2004
+def _division(work: int, threads: int) -> tuple[int, int]:
+    """The numbers of threads and of parts that suit some floating-point operations."""
+    cores = count_cores()
+    threads = max(min(threads or cores, cores, work // _LEAST), 1)
+    return threads, max(threads * _PARTS if threads > 1 else 1, math.ceil(work / _MOST))
+
+
+def _cut(batch: tuple[int, ...], n_parts: int) -> tuple[int, list[slice]]:
+    """The first dimension that is long enough for all parts, or else the longest, and its parts."""
+    if n_parts < 2 or not batch:  # noqa: PLR2004
         return 0, []
-    enough = (axis for axis, size in enumerate(batch) if size >= threads * _ROWS)
+    enough = (axis for axis, size in enumerate(batch) if size >= n_parts * _ROWS)
     axis = next(enough, int(np.argmax(batch)))
     tiles = batch[axis] // _ROWS
-    wanted = min(threads * _PARTS, tiles)
-    bounds = [tiles * k // wanted * _ROWS for k in range(wanted)] if wanted else []
+    n_parts = min(n_parts, tiles)
+    bounds = [tiles * k // n_parts * _ROWS for k in range(n_parts)] if n_parts else []
     return axis, [slice(*pair) for pair in itertools.pairwise([*bounds, batch[axis]])]
 
 
@@ -163,6 +171,10 @@ def _share(
             helpers.append(_get_pool().submit(work))
     try:
         work()
+    except KeyboardInterrupt:
+        for _ in parts:
+            pass  # The helpers find no part left.
+        raise
     finally:
         # No helper may write after the caller has its array back. A helper that has not begun finds
         # no part left.

@@ -216,6 +216,15 @@ static int new_results(const Solver *self, PyArrayObject *T, PyObject **results)
     return 0;
 }
 
+/* Handles signals: nonzero with an error set if one, such as Ctrl-C, ends the work. */
+static int is_interrupted(void)
+{
+    PyGILState_STATE state = PyGILState_Ensure();
+    int stops = PyErr_CheckSignals() < 0;
+    PyGILState_Release(state);
+    return stops;
+}
+
 /* Solves all poses without the interpreter's lock; -1 with an error set. */
 static int run(const Solver *self, Task *task, PyArrayObject *T, PyArrayObject *seeds,
                PyObject *const *results, long threads)
@@ -234,7 +243,8 @@ static int run(const Solver *self, Task *task, PyArrayObject *T, PyArrayObject *
                        .poses = PyArray_DATA(T),
                        .seeds = seeds ? PyArray_DATA(seeds) : NULL,
                        .results = {to[0], to[1], to[2], to[3], to[4], to[5]},
-                       .count = count};
+                       .count = count,
+                       .is_stopped = is_interrupted};
     threads = threads < 1 ? 1 : threads > MOST_THREADS ? MOST_THREADS : threads;
     threads = threads > 1 + count / POSES_AT_A_TIME ? 1 + count / POSES_AT_A_TIME : threads;
     Py_BEGIN_ALLOW_THREADS
@@ -244,7 +254,7 @@ static int run(const Solver *self, Task *task, PyArrayObject *T, PyArrayObject *
         PyErr_NoMemory();
         return -1;
     }
-    return 0;
+    return PyErr_Occurred() ? -1 : 0;
 }
 
 /* Reads which coordinates are locked (n,); they need the seeds' values. NULL with an error set. */

@@ -17,6 +17,8 @@
 #include "call/kernel/kept_blocks.h"
 #include "call/kernel/rigid_poses.h"
 
+#define LEAST_LONG 8192 /* rows */
+
 /* ------------------------------------------------------------------ single */
 
 /* Tests whether the kernel may write directly into the caller's arrays. It may not where an output
@@ -105,6 +107,12 @@ static const npy_intp *shared_leading_shape(const Kernel *kernel, PyObject *cons
         *ndim = leading;
     }
     return batch;
+}
+
+/* Tests whether a batch may take so long that Ctrl-C must be able to stop it, in Python. */
+static int is_long(npy_intp n)
+{
+    return n >= LEAST_LONG;
 }
 
 /* Tests whether the results for n rows are large enough for kept blocks. */
@@ -265,8 +273,9 @@ static PyObject *call_broadcast(Function *self, PyObject *const *inputs, PyObjec
         return NULL;
     }
     PyObject *const *into = large ? results : outs;
-    PyObject *result = threads == 1 ? call_ufunc(self, inputs, into)
-                                    : call_threads(self, inputs, into, batch, threads);
+    PyObject *result = threads == 1 && !is_long(n)
+                           ? call_ufunc(self, inputs, into)
+                           : call_threads(self, inputs, into, batch, threads);
     for (int i = 0; large && i < kernel->n_outputs; i++) {
         Py_DECREF(results[i]);
     }
@@ -342,8 +351,9 @@ static PyObject *call_bound(Function *self, PyObject *const *inputs, PyObject *c
             int ndim = 0;
             const npy_intp *batch =
                 outs || threads != 1 ? NULL : shared_leading_shape(kernel, inputs, &ndim);
-            return batch ? call_dense(self, inputs, batch, ndim)
-                         : call_general(self, inputs, outs, threads);
+            return batch && !is_long(PyArray_MultiplyList(batch, ndim))
+                       ? call_dense(self, inputs, batch, ndim)
+                       : call_general(self, inputs, outs, threads);
         }
     }
     if (outs && !are_direct_outputs(kernel, inputs, outs)) {

@@ -36,10 +36,9 @@ static size_t lay_out(const Arm *arm, Workspace *work, double *memory)
     return used;
 }
 
-/* Takes poses from the batch until none is left. */
-static void *solve_pieces(void *argument)
+/* Takes poses from the batch until none is left, or the caller stops the work. */
+static void solve_pieces(PoseBatch *batch, int (*is_stopped)(void))
 {
-    PoseBatch *batch = argument;
     const Arm *arm = batch->arm;
     const Results *all = &batch->results;
     Workspace work = {.free = malloc(arm->n * sizeof(int))};
@@ -60,10 +59,18 @@ static void *solve_pieces(void *argument)
                                    .work = &work};
                 solve_pose(&problem, seed, &own);
             }
+            if (is_stopped && is_stopped()) {
+                atomic_store(&batch->next, count);
+            }
         }
     }
     free(memory);
     free(work.free);
+}
+
+static void *help(void *batch)
+{
+    solve_pieces(batch, NULL);
     return NULL;
 }
 
@@ -72,10 +79,10 @@ void solve_batch(PoseBatch *batch, int threads)
     pthread_t others[MOST_THREADS];
     int started = 0;
     while (started < threads - 1 &&
-           pthread_create(&others[started], NULL, solve_pieces, batch) == 0) {
+           pthread_create(&others[started], NULL, help, batch) == 0) {
         started++;
     }
-    solve_pieces(batch);
+    solve_pieces(batch, batch->is_stopped);
     for (int k = 0; k < started; k++) {
         pthread_join(others[k], NULL);
     }

@@ -20,6 +20,7 @@ typedef struct {
     size_t count;
     atomic_size_t next; /* the first pose that no thread has taken yet */
     atomic_int out_of_memory;
+    int (*is_stopped)(void); /* asked by the calling thread: nonzero ends the work of all */
 } PoseBatch;
 
 /* Solves all poses on at most so many threads, this one included; on fewer where the system does
