@@ -5,6 +5,7 @@ import numpy as np
 from chasles.derive import read, read_text
 from tests.support.compiling import compiled
 from tests.support.derivations import description
+from tests.support.fixed import fixed_at
 from tests.support.oracles.newton_solutions import regular_solutions
 
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "ik")
@@ -69,7 +70,7 @@ def test_solution_beside_an_exact_pose_is_none(tmp_path):
     arm = compiled(read(description("gen3")), tmp_path / "gen3", FUNCTIONS, ["c"])
     q = np.array([1, 1, 0, 0, 1, -1, 1]) * (np.pi / 2)
     T = arm.fk(q)
-    solutions = arm.ik(T, fixed={"joint7": q[6]})
+    solutions = arm.ik(T, fixed=fixed_at(arm, q))
     assert solutions.count >= 1
     assert solutions.residual[solutions.valid].max() < 1e-9
     assert np.abs(arm.fk(solutions.valid_q()) - T).max() < 2e-9

@@ -112,7 +112,7 @@ def test_valid_flag_matches_pose_error(arm):
         ({"searches": "yes"}, "searches: .* expected true or false"),
         ({"held": [8]}, "held: .* expected indices below 8"),
         ({"aims": ["yaw"]}, 'aims.*: .* expected "position" or'),
-        ({"aims": ["position", "pitch"]}, "aims: .* expected parts with"),
+        ({"aims": ["position", "pitch"]}, "aims: .* expected components of"),
     ],
     ids=[
         "searches not boolean",
