@@ -21,7 +21,7 @@ from ..errors import CompileError, CompilerNotFoundError
 FLAGS = (
     "-std=c99",
     "-O3",
-    # Never -ffast-math: under it isnan is false, and poses out of reach count as reached. These two
+    # Never -ffast-math, see UNSAFE_FLAGS: poses out of reach would count as reached. These two
     # keep NaN and infinity, and give up only errno and traps, which nobody reads.
     "-fno-math-errno",
     "-fno-trapping-math",
@@ -34,7 +34,8 @@ FLAGS = (
     "-shared",
     "-fvisibility=hidden",
 )
-
+UNSAFE_FLAGS = frozenset({"-ffast-math", "-Ofast", "-ffinite-math-only"})
+"""Flags under which `isnan` is false."""
 MOST_LINES = 30
 """Lines of the compiler's output that an error holds."""
 _CPU_FIELDS = frozenset(
@@ -91,6 +92,7 @@ def find_compiler() -> Compiler:
 
     Raises:
         CompilerNotFoundError: If there is none.
+        CompileError: If CC or CHASLES_CFLAGS cannot be used.
     """
     command, program = _find_program()
     found = Path(program).resolve()
@@ -98,12 +100,26 @@ def find_compiler() -> Compiler:
     # Path, size and time stand for the version: `cc --version` costs more than loading a robot.
     # A new version behind a wrapper may go unnoticed; the equations are part of the key anyway.
     identity = f"{shlex.join(command)} {found} {status.st_size} {status.st_mtime_ns}"
-    extra = shlex.split(os.environ.get("CHASLES_CFLAGS", ""))
+    extra = _words("CHASLES_CFLAGS")
+    unsafe = UNSAFE_FLAGS.intersection(extra)
+    if unsafe:
+        raise CompileError(
+            f"CHASLES_CFLAGS: {min(unsafe)} would make poses out of reach count as reached"
+        )
     return Compiler(tuple(command), (*FLAGS, *extra), identity)
 
 
+def _words(variable: str) -> list[str]:
+    """The words of an environment variable, split like a shell does."""
+    text = os.environ.get(variable, "")
+    try:
+        return shlex.split(text)
+    except ValueError as error:
+        raise CompileError(f"{variable}={text!r}: {str(error).lower()}") from error
+
+
 def _find_program() -> tuple[Sequence[str], str]:
-    chosen = shlex.split(os.environ.get("CC", ""))
+    chosen = _words("CC")
     candidates = [chosen] if chosen else [["cc"], ["gcc"], ["clang"]]
     for command in candidates:
         program = shutil.which(command[0])

@@ -14,6 +14,7 @@ import chasles
 from chasles.call import _call
 from chasles.contract import read_manifest
 from chasles.library.cache import build, cache_folder, make_recipe
+from chasles.library.compiler import find_compiler
 from tests.support.handwritten import tiny
 from tests.support.tools import path_of
 
@@ -215,6 +216,21 @@ def test_long_compiler_output_is_truncated(folder):
     folder.write(tiny.SOURCE + "".join(f"\nwrong{k} is not C;\n" for k in range(100)))
     with pytest.raises(chasles.CompileError, match=r"(?s)wrong0.*\.\.\. and \d+ more lines$"):
         chasles.load(folder.path)
+
+
+@pytest.mark.parametrize(
+    ("variable", "text", "message"),
+    [
+        ("CHASLES_CFLAGS", "-O2 -ffast-math", "CHASLES_CFLAGS: -ffast-math would make poses"),
+        ("CHASLES_CFLAGS", "-Ofast", "CHASLES_CFLAGS: -Ofast would make poses"),
+        ("CHASLES_CFLAGS", "-D'x", 'CHASLES_CFLAGS="-D\'x": no closing quotation'),
+        ("CC", 'gcc "', "CC='gcc \"': no closing quotation"),
+    ],
+)
+def test_unusable_compiler_settings_are_refused(monkeypatch, variable, text, message):
+    monkeypatch.setenv(variable, text)
+    with pytest.raises(chasles.CompileError, match=f"^{message}"):
+        find_compiler()
 
 
 def test_missing_compiler_error_gives_install_hint(folder, monkeypatch, tmp_path):
