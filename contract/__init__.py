@@ -1,7 +1,7 @@
 """The manifest of a generated robot: plain dataclasses with a reader and a writer."""
 
 from .bodies import Body, BodyJoint, HeldFrames, PlacedTip, Shape, SkeletonFacts, Span
-from .errors import ChaslesError, ManifestError, SourceMismatchError, UnknownRobotError
+from .errors import ChaslesError, ManifestError, MismatchError, UnknownRobotError
 from .manifest import (
     FORMAT,
     SUPPORT,
@@ -49,13 +49,13 @@ __all__ = [
     "LoopFacts",
     "Manifest",
     "ManifestError",
+    "MismatchError",
     "Parameter",
     "PlacedTip",
     "Reference",
     "Role",
     "Shape",
     "SkeletonFacts",
-    "SourceMismatchError",
     "Span",
     "UnknownRobotError",
     "Variable",

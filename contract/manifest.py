@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Annotated
 
 from .bodies import SkeletonFacts
-from .errors import SourceMismatchError
+from .errors import MismatchError
 from .records import INLINE, NOT_STORED, Digest, Name, Sizes, one_of
 from .roles import Kind, Role
 
@@ -362,16 +362,16 @@ class Manifest:
             file: File name, such as "ur5e.c".
 
         Raises:
-            SourceMismatchError: The file is absent or its SHA-256 differs.
+            MismatchError: The file is absent or its SHA-256 differs.
         """
         path = self.path_of(file)
         try:
             content = path.read_bytes()
         except OSError as error:
             message = f"{path}: cannot be read ({error.strerror}); derive {self.name} again"
-            raise SourceMismatchError(message) from error
+            raise MismatchError(message) from error
         if hashlib.sha256(content).hexdigest() != self.files[file]:
-            raise SourceMismatchError(
+            raise MismatchError(
                 f"{path}: changed since it was generated (its SHA-256 is not the one in "
                 f"manifest.json); derive {self.name} again"
             )

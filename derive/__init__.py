@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from .loops.mobility import Mobility as Mobility
     from .loops.mobility import kutzbach as kutzbach
     from .loops.mobility import mobility as mobility
+    from .model.errors import ChaslesError as ChaslesError
+    from .model.errors import NotInstalledError as NotInstalledError
     from .model.errors import RobotError as RobotError
     from .model.mechanism import Closure as Closure
     from .model.mechanism import Drive as Drive
@@ -79,7 +81,11 @@ _ROOMS = {
         "kutzbach",
         "mobility",
     ),
-    "model.errors": ("RobotError",),
+    "model.errors": (
+        "ChaslesError",
+        "NotInstalledError",
+        "RobotError",
+    ),
     "model.mechanism": (
         "Closure",
         "Drive",
@@ -111,7 +117,9 @@ def __getattr__(name: str) -> object:
         room = import_module(f".{_ROOM_OF[name]}", __name__)
     except ModuleNotFoundError as error:
         if error.name in LIBRARIES:
-            raise ImportError(f"{NOT_INSTALLED} ({error})") from error
+            from chasles.contract.errors import NotInstalledError  # noqa: PLC0415
+
+            raise NotInstalledError(f"{NOT_INSTALLED} ({error})") from error
         raise
     return getattr(room, name)
 

@@ -15,7 +15,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from .build.freshness import GENERATED, Job, is_up_to_date, write_sources
 from .description.shipped_files import ROBOTS, SHELF, located, robot_names
-from .model.errors import RobotError
+from .model.errors import ChaslesError
 
 if TYPE_CHECKING:
     from .build.jobs import Report
@@ -278,7 +278,7 @@ def _files(words: Iterable[str]) -> list[tuple[Path, tuple[str, ...]]]:
 def _file(robot: str) -> tuple[Path, tuple[str, ...]]:
     try:
         file, arguments = located(robot)
-    except RobotError as error:
+    except ChaslesError as error:
         _stop(str(error))
     if not file.is_file():
         _stop(f"{robot}: no such file")
@@ -298,7 +298,7 @@ def _each_robot(
     for job in jobs:
         try:
             found += robots_of(job, tips, groups, srdf)
-        except RobotError as error:
+        except ChaslesError as error:
             problems.append(str(error))
     if problems:
         _stop("\n".join([*problems, "nothing was written"]))

@@ -31,7 +31,7 @@ def load_functions(
     """The functions of a robot, compiled first if the cache has no library for it.
 
     Raises:
-        LibraryMismatchError: If the library in the cache is damaged or has another key.
+        MismatchError: If the library in the cache is damaged or has another key.
         ChaslesError: If it cannot be compiled; the message states the reason.
     """
     library = open_library(manifest)

@@ -12,7 +12,7 @@ from .call.capabilities import lacks
 from .closed_form.assembly_modes import PlatformMethods
 from .closed_form.nearest import NearestMethods, nearest_function
 from .closed_form.paths import InverseMethods
-from .contract import Manifest, SourceMismatchError, read_manifest
+from .contract import Manifest, MismatchError, read_manifest
 from .errors import InputTypeError
 from .iterative.numeric_inverse import NumericMethods
 from .library import find_folder, is_of_shelf, shipped_folders
@@ -152,7 +152,7 @@ def _restore(address: str, digest: str) -> Robot:
     folder = find_folder(address)
     manifest = read_manifest(folder)
     if manifest.digest != digest:
-        raise SourceMismatchError(f"{folder}: not the {manifest.name} that was pickled")
+        raise MismatchError(f"{folder}: not the {manifest.name} that was pickled")
     return Robot(manifest)
 
 

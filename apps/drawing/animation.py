@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import ChaslesError, InputValueError, Robot
+from chasles import ChaslesError, InputValueError, NotInstalledError, Robot
 
 from .figure import figure_of, rows_of
 from .scene import Scene, scenes
@@ -49,7 +49,8 @@ def animate(
 
     Raises:
         InputValueError: If the file has another ending, or the trajectory belongs to another robot.
-        ChaslesError: If ffmpeg is needed and absent, or fails.
+        NotInstalledError: If ffmpeg is needed and absent.
+        ChaslesError: If ffmpeg fails.
         OutOfReachError: If loops do not close in a configuration.
         ImportError: If matplotlib or Pillow is absent: `pip install 'chasles[draw]'`.
     """
@@ -123,7 +124,7 @@ def _ffmpeg(target: Path) -> str:
 
         return str(imageio_ffmpeg.get_ffmpeg_exe())
     except (ImportError, RuntimeError) as error:
-        raise ChaslesError(
+        raise NotInstalledError(
             f"animate: {target.name}: films need ffmpeg, which is not installed: "
             "pip install 'chasles[film]', or install ffmpeg itself; a .gif needs none"
         ) from error

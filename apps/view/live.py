@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import InputValueError, Robot
+from chasles import InputValueError, NotInstalledError, Robot
 
 from .display import COLOURS, Display, Ghosts, Posture, quaternions
 from .escaping import markdown
@@ -376,7 +376,7 @@ def _viser() -> Any:
     try:
         import viser  # noqa: PLC0415 - an extra
     except ImportError as error:
-        raise InputValueError(
+        raise NotInstalledError(
             "chasles view needs viser: pip install 'chasles[view]'; --html needs nothing more"
         ) from error
     return viser

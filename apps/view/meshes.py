@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import InputValueError
+from chasles import InputValueError, NotInstalledError
 
 from ..drawing import Skeleton
 
@@ -79,7 +79,7 @@ def _read(file: Path) -> Any:
     try:
         import yourdfpy  # noqa: PLC0415 - an extra
     except ImportError as error:
-        raise InputValueError(
+        raise NotInstalledError(
             f"{file}: meshes need yourdfpy: pip install 'chasles[view]'"
         ) from error
     try:

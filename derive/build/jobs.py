@@ -18,7 +18,7 @@ from ..description.robot_files import read as read_file
 from ..emit.emitter import Emitter
 from ..emit.languages import LANGUAGES, emitters_of, with_detail
 from ..inverse.explanation import explain, explanation
-from ..model.errors import RobotError
+from ..model.errors import ChaslesError, RobotError
 from ..model.mechanism import Described
 from ..quality.model_report import model_report
 from .freshness import GENERATED, Job, stamp
@@ -95,7 +95,7 @@ def problems(jobs: Sequence[Job]) -> list[str]:
             _emitters(job)
             with at_most(job.time_limit):
                 name = read(job).name
-        except RobotError as error:
+        except ChaslesError as error:
             found.append(str(error))
             continue
         if name in files:
@@ -144,7 +144,7 @@ def _attempt(work: Callable[[Job], Report], job: Job) -> Report:
     try:
         with at_most(job.time_limit), without_search_for_cycles():
             return work(job)
-    except RobotError as error:
+    except ChaslesError as error:
         return Report(False, f"{job.file}: {error}")
     except Exception:  # A compiler defect ends the derivation of one robot, not of all.
         told = "chasles fails on this file; please report the file with these lines"

@@ -1,6 +1,8 @@
-"""The base class of the compiler's errors."""
+"""The errors of the compiler."""
 
-from chasles.contract import ChaslesError
+from chasles.contract.errors import ChaslesError, NotInstalledError
+
+__all__ = ["ChaslesError", "NotInstalledError", "RobotError"]
 
 
 class RobotError(ChaslesError, ValueError):

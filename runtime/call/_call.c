@@ -12,7 +12,7 @@
 #include "call/kernel/python_api.h"
 #include "numerics/_rigid.h"
 
-PyObject *ShapeError, *InputError, *LibraryMismatchError;
+PyObject *ShapeError, *InputError, *MismatchError;
 PyObject *str_out, *str_threads, *str_fixed, *str_name, *str_shape, *str_array_ufunc;
 PyObject *ndarray_array_ufunc;
 
@@ -84,7 +84,7 @@ static int import_names(void)
     }
     ShapeError = PyObject_GetAttrString(errors, "ShapeError");
     InputError = PyObject_GetAttrString(errors, "InputTypeError");
-    LibraryMismatchError = PyObject_GetAttrString(errors, "LibraryMismatchError");
+    MismatchError = PyObject_GetAttrString(errors, "MismatchError");
     Py_DECREF(errors);
     str_out = PyUnicode_InternFromString("out");
     str_threads = PyUnicode_InternFromString("threads");
@@ -92,7 +92,7 @@ static int import_names(void)
     str_name = PyUnicode_InternFromString("name");
     str_shape = PyUnicode_InternFromString("shape");
     str_array_ufunc = PyUnicode_InternFromString("__array_ufunc__");
-    if (!ShapeError || !InputError || !LibraryMismatchError || !str_out || !str_threads ||
+    if (!ShapeError || !InputError || !MismatchError || !str_out || !str_threads ||
         !str_fixed || !str_name || !str_shape || !str_array_ufunc) {
         return -1;
     }

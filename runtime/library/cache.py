@@ -20,7 +20,7 @@ from pathlib import Path
 
 from ..call import _call
 from ..contract import FunctionInfo, Manifest, ManifestError
-from ..errors import CacheError, LibraryMismatchError
+from ..errors import CacheError, MismatchError
 from .compiler import Compiler, describe_machine, find_compiler
 
 _KERNEL_HEADER = Path(__file__).with_name("_kernel.h")
@@ -69,7 +69,7 @@ def make_recipe(manifest: Manifest) -> Recipe:
     """The recipe for compiling a robot on this machine.
 
     Raises:
-        SourceMismatchError: If the C or the header differs from the one that the manifest records.
+        MismatchError: If the C or the header differs from the one that the manifest records.
         ManifestError: If the header and the manifest declare different sizes.
         CompilerNotFoundError: If there is no compiler.
     """
@@ -218,7 +218,7 @@ def open_library(manifest: Manifest) -> _call.Library:
     """The library of a robot, compiled first if the cache has none.
 
     Raises:
-        LibraryMismatchError: If the library in the cache is damaged or has another key.
+        MismatchError: If the library in the cache is damaged or has another key.
         ChaslesError: If it cannot be compiled; the message states the reason.
     """
     recipe = make_recipe(manifest)
@@ -232,7 +232,7 @@ def _is_sound(recipe: Recipe) -> bool:
         return False
     try:
         _open(recipe)
-    except LibraryMismatchError:
+    except MismatchError:
         return False
     return True
 
@@ -245,11 +245,11 @@ def _open(recipe: Recipe) -> _call.Library:
         raise CacheError(f"{recipe.path}: cannot be read ({error.strerror})") from error
     body, digest = content[:-_DIGEST_SIZE], content[-_DIGEST_SIZE:]
     if hashlib.sha256(body).digest() != digest:
-        raise LibraryMismatchError(f"{recipe.path}: damaged in the cache; {advice}")
+        raise MismatchError(f"{recipe.path}: damaged in the cache; {advice}")
     try:
         return _call.open(recipe.path, recipe.key)
-    except LibraryMismatchError as error:
-        raise LibraryMismatchError(f"{error}; {advice}") from None
+    except MismatchError as error:
+        raise MismatchError(f"{error}; {advice}") from None
 
 
 def _compile(recipe: Recipe) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import InputValueError
+from chasles import NotInstalledError
 
 from ..arguments import Rng, above_0, key_of
 from .plan import Plan, Space, ends_of, no_plan, plan_along
@@ -46,12 +46,13 @@ def rrt_connect(
 
     Raises:
         ShapeError: Start or goal is not (n,).
-        InputValueError: ompl is not installed, or the time limit is not above 0.
+        InputValueError: The time limit is not above 0.
+        NotInstalledError: ompl is not installed.
     """
     try:
         from ompl import base, geometric, util  # noqa: PLC0415
     except ImportError as error:
-        raise InputValueError("rrt_connect needs ompl: pip install ompl") from error
+        raise NotInstalledError("rrt_connect needs ompl: pip install ompl") from error
     above_0("rrt_connect: time_limit", time_limit)
     ends = ends_of(space, q_start, q_goal)
     if isinstance(ends, Plan):

@@ -4,6 +4,8 @@ from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
 
+from chasles.contract.errors import NotInstalledError
+
 from ...model.errors import RobotError
 
 NEEDED = "pip install 'chasles[files]'"
@@ -22,14 +24,15 @@ def described(name: str) -> tuple[Path, tuple[str, ...]]:
         The file, and the arguments of a xacro file, each as ``name:=value``.
 
     Raises:
-        RobotError: The package is not installed, the robot is unknown, or the download failed.
+        NotInstalledError: The package is not installed.
+        RobotError: The robot is unknown, or the download failed.
     """
     try:
         from git.exc import GitError  # noqa: PLC0415
         from robot_descriptions import DESCRIPTIONS  # noqa: PLC0415
     except ImportError as error:
         reason = f"robot_descriptions and git ({NEEDED})"
-        raise RobotError(f"robot:{name}: expected {reason}") from error
+        raise NotInstalledError(f"robot:{name}: expected {reason}") from error
     known = next((name + end for end in ENDINGS if name + end in DESCRIPTIONS), None)
     if known is None:
         close = get_close_matches(name, DESCRIPTIONS, n=MOST_SHOWN, cutoff=0.4)

@@ -9,6 +9,8 @@ from typing import Any
 from xml.dom import minidom
 from xml.parsers.expat import ExpatError
 
+from chasles.contract.errors import NotInstalledError
+
 from ..toml_file import DescriptionError
 from .robot_xml import read_xml
 from .xacro_expressions import expression_evaluator, replaced, substitution_evaluator
@@ -55,7 +57,7 @@ def expanded_with_files(file: Path, arguments: Sequence[str]) -> tuple[str, list
         import xacro  # noqa: PLC0415
         from xacro import substitution_args  # noqa: PLC0415
     except ModuleNotFoundError as error:
-        raise DescriptionError(str(file), None, "", None, NEEDS_XACRO) from error
+        raise NotInstalledError(f"{file}: expected {NEEDS_XACRO}") from error
     read_xml(file)
     values = arguments_of(file, arguments)
     said = io.StringIO()

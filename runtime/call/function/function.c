@@ -133,7 +133,7 @@ PyObject *function_new(PyObject *library, PyObject *args, PyObject *kwargs)
     const chasles_kernel *entry = utf8 ? library_find((Library *)library, utf8) : NULL;
     if (!entry) {
         if (utf8) {
-            PyErr_Format(LibraryMismatchError, "%U: has no function %R", ((Library *)library)->path,
+            PyErr_Format(MismatchError, "%U: has no function %R", ((Library *)library)->path,
                          name);
         }
         return NULL;

@@ -22,7 +22,7 @@ static const void *find_symbol(Library *self, const char *symbol)
 {
     const void *found = dlsym(self->handle, symbol);
     if (!found) {
-        PyErr_Format(LibraryMismatchError, "%U: not a library of chasles (it has no %s)",
+        PyErr_Format(MismatchError, "%U: not a library of chasles (it has no %s)",
                      self->path, symbol);
     }
     return found;
@@ -33,7 +33,7 @@ static int library_load(Library *self, const char *path, const char *expected_ha
 {
     self->handle = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     if (!self->handle) {
-        PyErr_Format(LibraryMismatchError, "%U: cannot be opened as a library (%s)", self->path,
+        PyErr_Format(MismatchError, "%U: cannot be opened as a library (%s)", self->path,
                      dlerror());
         return -1;
     }
@@ -42,7 +42,7 @@ static int library_load(Library *self, const char *path, const char *expected_ha
         return -1;
     }
     if (strcmp(hash, expected_hash) != 0) {
-        PyErr_Format(LibraryMismatchError,
+        PyErr_Format(MismatchError,
                      "%U: compiled for content %.16s..., but %.16s... is expected", self->path,
                      hash, expected_hash);
         return -1;

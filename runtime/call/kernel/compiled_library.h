@@ -14,7 +14,7 @@ typedef struct {
 
 extern PyTypeObject LibraryType;
 
-/* open(path, expected_hash) of the module: a new Library, or NULL with a LibraryMismatchError. */
+/* open(path, expected_hash) of the module: a new Library, or NULL with a MismatchError. */
 PyObject *library_open(PyObject *Py_UNUSED(module), PyObject *args);
 
 /* Returns the entry of the function with this name, NULL if there is none. */

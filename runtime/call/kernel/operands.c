@@ -79,7 +79,7 @@ static int kernel_bind(Kernel *kernel, const chasles_kernel *entry)
         agree = entry->sizes[i] == kernel->operands[i].size;
     }
     if (!agree) {
-        PyErr_Format(LibraryMismatchError,
+        PyErr_Format(MismatchError,
                      "%U: the compiled function has other arguments or sizes than described",
                      kernel->label);
         return -1;

@@ -18,7 +18,7 @@
 #include <numpy/ufuncobject.h>
 
 /* Exceptions of chasles.errors. */
-extern PyObject *ShapeError, *InputError, *LibraryMismatchError;
+extern PyObject *ShapeError, *InputError, *MismatchError;
 
 /* Interned strings. */
 extern PyObject *str_out, *str_threads, *str_fixed, *str_name, *str_shape, *str_array_ufunc;

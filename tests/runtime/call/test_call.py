@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 import chasles
+from chasles import derive
 from tests.support.handwritten import tiny
 
 Q = np.array([0.3, -1.2])
@@ -480,3 +481,18 @@ def test_calls_leak_no_references_or_memory(robot, few_objects):
         gc.collect()
         assert list(map(sys.getrefcount, watched)) == before
         assert sys.getallocatedblocks() - blocks < 100
+
+
+def test_errors_form_one_tree_with_built_in_classes():
+    kernel = (
+        "CompilerNotFoundError",
+        "CompileError",
+        "CacheError",
+        "ManifestError",
+        "MismatchError",
+    )
+    assert all(issubclass(getattr(chasles, name), chasles.KernelError) for name in kernel)
+    assert issubclass(chasles.KernelError, chasles.ChaslesError)
+    assert issubclass(chasles.ShapeError, chasles.InputValueError)
+    assert issubclass(chasles.NotInstalledError, ImportError)
+    assert derive.ChaslesError is chasles.ChaslesError

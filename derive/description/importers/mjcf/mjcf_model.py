@@ -15,6 +15,8 @@ import numpy as np
 import sympy as sp
 from lxml import etree
 
+from chasles.contract.errors import NotInstalledError
+
 from ....model.exact import read, snap_angle
 from ....model.placements import Vector
 from ....model.tolerances import COMPILED_ANGLE, COMPILED_DECIMALS, EVALUATION_DIGITS, UNIT_VECTOR
@@ -72,12 +74,13 @@ def compiled(file: Path) -> CompiledModel:
     """Compiles an MJCF file.
 
     Raises:
-        DescriptionError: The package mujoco is not installed or cannot read the file.
+        NotInstalledError: The package mujoco is not installed.
+        DescriptionError: mujoco cannot read the file.
     """
     try:
         import mujoco  # noqa: PLC0415
     except ModuleNotFoundError as error:
-        raise DescriptionError(str(file), None, "", None, NEEDED) from error
+        raise NotInstalledError(f"{file}: expected {NEEDED}") from error
     _check_text(file, read_xml(file))
     try:
         spec = mujoco.MjSpec.from_file(str(file))
