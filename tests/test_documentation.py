@@ -100,13 +100,13 @@ def test_robot_files_page_examples_run():
 def test_loops_page_examples_run():
     names = run("how-to/loops.md")
     assert names["near"].valid
-    assert np.all(names["walked"].valid)
+    assert np.all(names["path"].valid)
 
 
 def test_platforms_page_examples_run():
     names = run("how-to/platforms.md")
     assert names["legs"].valid.all()
-    assert names["sure"]
+    assert names["modes"].complete
 
 
 def test_view_page_examples_run(tmp_path):
