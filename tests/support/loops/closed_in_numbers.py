@@ -61,7 +61,16 @@ class Model:
         }
         moving = [joint.name for joint in mechanism.joints if joint.kind != "fixed"]
         self.unknown = [name for name in moving if name not in self.moves]
-        self.q = np.array([float(mechanism.reference_of(c.name)) for c in mechanism.coordinates])
+        # The reference may state a motor or the joint that it moves.
+        stated = dict(mechanism.reference)
+        self.q = np.array(
+            [
+                float(stated[c.name] if c.name in stated else mechanism.reference_of(moved) / ratio)
+                for c, (moved, (_, ratio)) in zip(
+                    mechanism.coordinates, self.moves.items(), strict=True
+                )
+            ]
+        )
         self.u = np.array([float(mechanism.reference_of(name)) for name in self.unknown])
 
     def values(self, q, u):
