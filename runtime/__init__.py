@@ -141,6 +141,10 @@ _IMPORTED_BY_NAME = ("calibration", "derive", "generated", "study", "view")
 """Parts of the package that `import chasles` leaves to an import of their own."""
 
 
+def __dir__() -> list[str]:
+    return sorted([*__all__, *_IMPORTED_BY_NAME, "errors", "__version__"])
+
+
 def __getattr__(name: str) -> Any:
     """The version and the drawings, found when needed: that takes as long as the import."""
     if name in ("animate", "draw"):
