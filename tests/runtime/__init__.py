@@ -1,1 +1,1 @@
-"""The runtime: calls, the cache of compiled libraries, robots."""
+"""Tests of the runtime: function calls, the cache of compiled libraries, and loaded robots."""

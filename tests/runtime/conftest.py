@@ -1,4 +1,4 @@
-"""A cache of its own per test, and the tiny robot in it."""
+"""A separate cache for each test, with the tiny robot in it."""
 
 import gc
 
@@ -10,7 +10,7 @@ from tests.support.handwritten.tiny import Folder, manifest
 
 @pytest.fixture
 def cache(tmp_path, monkeypatch):
-    """An empty cache, and an environment without settings of the developer."""
+    """An empty cache, and an environment without the developer's settings."""
     folder = tmp_path / "cache"
     monkeypatch.setenv("CHASLES_CACHE", str(folder))
     monkeypatch.delenv("CC", raising=False)
@@ -20,9 +20,9 @@ def cache(tmp_path, monkeypatch):
 
 @pytest.fixture
 def few_objects():
-    """Takes all objects made so far out of the collector's sight, for tests that collect often.
+    """Hides all existing objects from the garbage collector, for tests that collect often.
 
-    Expressions that earlier tests left behind make a collection of all generations take 0.4 s.
+    With the expressions of earlier tests, a full collection takes 0.4 s.
     """
     gc.collect()
     gc.freeze()
@@ -30,7 +30,7 @@ def few_objects():
 
 @pytest.fixture
 def folder(tmp_path, cache):
-    """The tiny robot on disk, not compiled yet."""
+    """The folder of the tiny robot before compilation."""
     folder = Folder(tmp_path / "tiny", manifest())
     folder.write()
     return folder

@@ -1,4 +1,4 @@
-"""Rules that the C of the runtime keeps: tolerances in one file, files of one subject."""
+"""Rules for the C sources of the runtime: all tolerances in one file, one subject per file."""
 
 import re
 from pathlib import Path
@@ -10,7 +10,7 @@ SOURCES = sorted([*RUNTIME.glob("**/*.c"), *RUNTIME.glob("**/*.h")])
 TOLERANCES = RUNTIME / "numerics" / "_tolerances.h"
 COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
 SMALL = re.compile(r"(?<![\w.])(?:\d+\.?\d*[eE]-\d+|0\.0*[1-9]\d*|DBL_EPSILON)(?!\w)")
-"""A number with a negative exponent, a decimal fraction below 1, or a multiple of rounding."""
+"""Matches a negative exponent, a decimal fraction below 1, or a multiple of machine epsilon."""
 HALF = "0.5"
 LONGEST = 500
 

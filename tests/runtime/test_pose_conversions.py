@@ -1,4 +1,4 @@
-"""Conversions of poses, against SciPy, and the adjoint, against the exponential."""
+"""Pose conversions agree with SciPy, and the adjoint agrees with the exponential."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Calls: every form of argument gives what a loop over single poses gives, or a clear error."""
+"""Every form of argument gives the same results as a loop over single poses, or a clear error."""
 
 import gc
 import re
@@ -22,7 +22,7 @@ batches = hnp.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=3)
 
 
 def loop(function, core, *inputs):
-    """The function on each pose by itself, over broadcast leading dimensions."""
+    """Calls the function on each pose separately, with broadcast leading dimensions."""
     batch = np.broadcast_shapes(*(x.shape[: x.ndim - n] for x, n in zip(inputs, core, strict=True)))
     full = [
         np.broadcast_to(x, batch + x.shape[x.ndim - n :]) for x, n in zip(inputs, core, strict=True)
@@ -39,7 +39,7 @@ def test_batch_equals_loop_over_single_poses(robot, data):
     result = robot.fk(q)
     assert result.shape == (*batch, 3, 4)
     assert result.dtype == np.float64
-    # The entries are sums: where they cancel, rounding of their terms is left.
+    # The entries are sums. When their terms cancel, only rounding errors of the terms remain.
     rounding = np.finfo(np.float64).eps * (1 + np.abs(q).max(initial=0))
     np.testing.assert_allclose(result, expected.reshape(result.shape), rtol=1e-13, atol=rounding)
 
@@ -448,7 +448,7 @@ def test_concurrent_calls_give_single_thread_results(robot):
 
 
 def refused(function, *inputs, **keywords):
-    """Calls what must fail."""
+    """Makes a call that must fail."""
     with pytest.raises(chasles.ChaslesError):
         function(*inputs, **keywords)
 

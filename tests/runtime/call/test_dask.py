@@ -1,4 +1,4 @@
-"""dask arrays as arguments: lazy results of the right shape, computed by any scheduler."""
+"""Functions accept dask arrays and return lazy results of the right shape for any scheduler."""
 
 import pickle
 import re
@@ -24,7 +24,7 @@ def lazy(values, *chunks):
 
 
 def check(result, expected, chunks=None):
-    """Dtype and shape are known before the computation; the values are right after it."""
+    """Checks that dtype and shape are known before computation, and that the values are right."""
     assert isinstance(result, array.Array)
     assert result.shape == expected.shape
     assert result.dtype == np.float64
@@ -172,7 +172,7 @@ def test_mixed_array_protocols_dispatch_to_ufunc(robot):
 
 
 def test_dask_process_scheduler_gives_equal_results():
-    """Only the function's name and hash travel: the worker process loads the robot itself."""
+    """Only the function's name and hash are pickled; the worker process loads the robot itself."""
     arm = chasles.load("ur5e")
     q = np.random.default_rng(0).normal(size=(100, 6))
     results = arm.fk_jacobian_mixed(lazy(q, 40, 6))

@@ -1,4 +1,4 @@
-"""Dense batches bypass the ufunc: results, shapes and errors are the same."""
+"""Dense batches bypass the ufunc; results, shapes and errors stay the same."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ import chasles
 
 @pytest.fixture(params=["lanes", "plain"])
 def function(request, robot):
-    """A function with code for many poses at once, and one without."""
+    """A function whose code computes several poses at once, and a function without such code."""
     return chasles.load("ur5e").fk if request.param == "lanes" else robot.fk
 
 
@@ -35,7 +35,7 @@ def test_dense_calls_with_several_inputs_and_outputs_equal_ufunc():
         robot.fk_jacobian_mixed(q), robot.fk_jacobian_mixed.ufunc(q), strict=True
     ):
         np.testing.assert_array_equal(found, expected)
-    # Different leading shapes are broadcast by the ufunc.
+    # The ufunc broadcasts different leading shapes.
     assert robot.twist_mixed(q, qd[0]).shape == (21, 6)
     assert robot.twist_mixed(q.reshape(3, 7, 6), qd[:7]).shape == (3, 7, 6)
 
@@ -55,6 +55,6 @@ def test_read_only_and_subclassed_inputs_are_accepted(function):
     np.testing.assert_array_equal(function(q), expected)
 
     class Mine(np.ndarray):
-        """An array type of somebody's own."""
+        """An array type of another package."""
 
     np.testing.assert_array_equal(np.asarray(function(q.view(Mine))), expected)

@@ -16,7 +16,7 @@ TABLES = tomllib.loads((Path(hints.__file__).parent / "hints.toml").read_text(en
 ROWS = [(name, row) for row in TABLES["robot"] for name in row["names"]]
 Q = np.array([0.3, -1.2, 1.5, -0.4, 0.9, 0.2])
 RESERVED = {"actuator_forces"}
-"""Names of hints that do not exist yet."""
+"""Hints that name functions which do not exist yet."""
 
 
 @pytest.fixture(scope="module")

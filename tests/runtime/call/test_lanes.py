@@ -1,4 +1,4 @@
-"""Batches of the shipped robots, which compute several poses at once, against single calls."""
+"""Batches, which compute several poses at once with vector code, agree with single calls."""
 
 import functools
 
@@ -10,28 +10,28 @@ from chasles.contract import read_manifest
 from tests.support.derivations import NAMES as SERIAL
 
 ROUNDING = 16
-"""Batch against single call, in units in the last place of the largest entry of all rows: sines of
-lanes are good to 4, and an entry of a Hessian is a sum of products of a few of them. At least of 1:
-what the loops leave open is a difference of lengths of that order."""
+"""Tolerance in units in the last place (ULP) of the largest entry of all rows. Vectorized sines are
+accurate to 4 ULP, and an entry of a Hessian sums a few products of sines. The scale is at least 1,
+because loop residuals are differences of lengths of that order."""
 LARGE = (4 << 20) // 8 + 1
-"""Doubles in a result that is written past the caches."""
+"""Doubles in a result that is large enough for streaming stores, which bypass the caches."""
 LENGTHS = range(41)
 POSE_BY_POSE = {"modes"}
-"""Functions that take milliseconds a pose and compute no two at once: a few lengths and rows do."""
+"""Functions that take milliseconds per pose and have no vector code; few batch sizes are tested."""
 FEW = 8
 
 LOOPS = ["well_manipulator", "delta", "planar_3rrr"]
-"""One robot of each kind: triangles of cylinders, spheres, a platform on three legs."""
+"""One robot of each kind: cylinder triangles, spherical joints, and a platform on three legs."""
 NEAR = 0.02
-"""Radian or metre from the reference in which these robots' loops close."""
+"""Distance (radian or metre) from the reference within which these robots' loops close."""
 NAMES = [*SERIAL, *LOOPS]
 ROBOTS = {name: chasles.load(name) for name in NAMES}
 
 
 def in_C(robot):
-    """The functions that are not Newton's iteration over others, and take coordinates.
+    """Lists the generated functions whose first input is a vector of coordinates.
 
-    Inverses and their equations take poses, and are tried where their branches are.
+    Other tests cover the inverses and their equations, which take poses.
     """
     functions = read_manifest(robot.folder).functions
     return [item.name for item in functions if item.inputs[0].name != "T"]
@@ -43,13 +43,13 @@ FORWARD = [
     for name, item in FUNCTIONS
     if name in SERIAL and item != "swivel" and not ROBOTS[name].functions[item].solutions
 ]
-"""Without inverses, which take poses: of numbers that are none, signs of zeros decide on pi or -pi,
-and rows of a 4 by 4 matrix do not lie as vectors do; and without the angle of an elbow that may be
-nearly stretched, which multiplies rounding."""
+"""Functions of coordinates alone. Inverses are excluded: for NaN inputs, signs of zeros decide
+between pi and -pi, and the rows of a 4 by 4 matrix have another memory layout than vectors. The
+swivel angle is excluded, too: a nearly stretched elbow amplifies rounding errors."""
 
 
 def each(pairs):
-    """Runs a test of a robot's function for all pairs, one test a robot; it looks at each pair."""
+    """Runs a test for all (robot, function) pairs, as one test case per robot."""
 
     def decorate(test):
         @functools.wraps(test, assigned=("__module__", "__name__", "__qualname__", "__doc__"))
@@ -71,12 +71,12 @@ def each(pairs):
 
 every_function = each(FUNCTIONS)
 KINDS = ("lynxmotion", "panda", "well_manipulator", "planar_3rrr")
-"""Robots for large batches: five and seven joints, triangles of cylinders, a platform."""
+"""Robots for large batches: five and seven joints, cylinder triangles, and a platform."""
 every_function_in_lanes = each(
     [(name, item) for name, item in FUNCTIONS if name in KINDS and item not in POSE_BY_POSE]
 )
 centres = {}
-"""Where the loops of a function's robot close, by the name of the argument."""
+"""Coordinates at which the loops of a function's robot close, keyed by argument name."""
 
 
 def find(name, item):
@@ -90,7 +90,7 @@ def find(name, item):
 
 
 def make_inputs(function, *batch, seed=1, scale=np.pi):
-    """Angles up to `scale`, or near where loops close, and rates of order 1."""
+    """Returns angles up to `scale` or close to the reference of the loops, and rates of order 1."""
     rng = np.random.default_rng(seed)
     _, places = centres.get(id(function), (function, {}))
     scales = [scale, *[2.0] * (len(function.inputs) - 1)]
@@ -103,7 +103,7 @@ def make_inputs(function, *batch, seed=1, scale=np.pi):
 
 
 def call(function, *inputs, **keywords):
-    """The results as a list, for one or several; of an inverse without what is judged of them."""
+    """Returns the results as a list. For an inverse, omits the fields that Python computes."""
     result = function(*inputs, **keywords)
     return list(result[: len(function.outputs)]) if isinstance(result, tuple) else [result]
 
@@ -114,7 +114,7 @@ def assert_same(got, expected):
 
 
 def assert_close(got, expected):
-    """Up to rounding, and not finite in the same places."""
+    """Asserts that results agree up to rounding and are not finite in the same places."""
     for a, b in zip(got, expected, strict=True):
         finite = np.isfinite(b)
         np.testing.assert_array_equal(np.isfinite(a), finite)
@@ -124,7 +124,7 @@ def assert_close(got, expected):
 
 
 def alone(function, *row):
-    """The results of a single call; where a loop does not close, of a batch of one."""
+    """Returns the results of a single call, or of a batch of one pose if a loop does not close."""
     try:
         return call(function, *row)
     except chasles.OutOfReachError:
@@ -132,7 +132,7 @@ def alone(function, *row):
 
 
 def loop(function, *inputs):
-    """The results of single calls, stacked."""
+    """Returns the stacked results of single calls."""
     rows = [alone(function, *row) for row in zip(*inputs, strict=True)]
     return [np.stack(column) for column in zip(*rows, strict=True)]
 
@@ -150,8 +150,8 @@ def test_batch_of_every_length_equals_single_calls(name, item):
     single = loop(function, *inputs)
     assert_close(whole, single)
     for n in LENGTHS[:FEW] if item in POSE_BY_POSE else LENGTHS:
-        # From the end, so that a row sits in every lane in turn; and what it gives is the same in
-        # each, but for a row by itself.
+        # Rows are taken from the end, so each row visits every lane. The result does not depend on
+        # the lane, except for a row computed alone.
         got = call(function, *(x[len(x) - n :] for x in inputs))
         assert [x.shape for x in got] == [(n, *out.shape) for out in function.outputs]
         assert_same(got, [x[len(x) - n :] for x in (single if n == 1 else whole)])
@@ -162,7 +162,7 @@ def test_huge_or_tiny_coordinates_do_not_affect_other_rows(name, item):
     function = find(name, item)
     plain = call(function, *make_inputs(function, 37))
     for scale in (1e5, 1e15, 1e300, 1e-310):
-        # Robots with slides overflow where others turn round and round.
+        # Prismatic joints overflow at values that are only many turns of a revolute joint.
         inputs = make_inputs(function, 37, scale=scale)
         assert_close(call(function, *inputs), loop(function, *inputs))
         mixed = make_inputs(function, 37)
@@ -179,7 +179,8 @@ def test_non_finite_row_does_not_affect_other_rows(name, item):
     clean = make_inputs(function, count)
     expected = call(function, *clean)
     for row in range(count):
-        # Each value stands in each argument, since rows and arguments shift against the values.
+        # Each value occurs in each argument, because rows and arguments shift relative to the
+        # values.
         bad = (np.nan, np.inf, -np.inf)[(row + row // 3) % 3]
         argument = row % len(clean)
         spoiled = [x.copy() for x in clean]
@@ -221,7 +222,7 @@ def test_row_memory_layout_does_not_change_results(name, item):
     expected = call(function, *inputs)
     for layout, arrange in LAYOUTS.items():
         got = call(function, *(arrange(x) if x.ndim > 1 else x for x in inputs))
-        # Rows with gaps between their entries are computed one by one.
+        # Rows with gaps between their entries are computed one at a time.
         same = assert_same if layout in CORE_IS_DENSE else assert_close
         same(got, expected)
 
@@ -235,7 +236,7 @@ def test_broadcast_inputs_equal_dense_inputs(name):
     assert result.shape == (1000, 50, 6)
     dense = [np.ascontiguousarray(np.broadcast_to(x, (1000, 50, q.shape[-1]))) for x in (q, qd)]
     np.testing.assert_array_equal(result, function(*dense))
-    # One row for all, and all rows for one.
+    # A single row broadcasts against all rows, in either argument.
     np.testing.assert_array_equal(function(q[7, 0], qd[0]), result[7])
     np.testing.assert_array_equal(function(q[:, 0], qd[0, 7]), result[:, 7])
 

@@ -1,4 +1,4 @@
-"""Robots: loading, facts, pickling, the generated package, the manifest, the command line."""
+"""Robots: loading, attributes, pickling, generated packages, manifests and the command line."""
 
 import ast
 import copy
@@ -20,7 +20,7 @@ Q = np.array([0.3, -1.2])
 
 @pytest.fixture
 def shipped(folder, monkeypatch):
-    """The tiny robot, as if it were installed along."""
+    """Makes the tiny robot available as if it were shipped."""
     folders = {"tiny": folder.path}
     for module in (chasles, chasles.robot, chasles.library.folders, chasles.cli.command_line):
         monkeypatch.setattr(module, "shipped_folders", lambda: folders)
@@ -59,7 +59,7 @@ def test_missing_function_error_lists_available_functions(robot):
 
 
 def test_robot_and_functions_survive_pickling(robot, monkeypatch):
-    # The robot was compiled without flags of the developer, and so is the one that is unpickled.
+    # The robot was compiled without the developer's flags, and so is the unpickled robot.
     monkeypatch.delenv("CHASLES_CFLAGS", raising=False)
     again = pickle.loads(pickle.dumps(robot))
     assert again == robot
@@ -300,7 +300,7 @@ EXTRAS = {
         *("distributed", "coal", "ompl"),
     },
 }
-"""What rooms import beside NumPy."""
+"""Packages besides NumPy that each package of the runtime may import."""
 
 
 def test_runtime_imports_numpy_and_the_standard_library_only():
@@ -308,7 +308,7 @@ def test_runtime_imports_numpy_and_the_standard_library_only():
     files = list(root.rglob("*.py"))
     assert len(files) > 5
     for file in files:
-        # These rooms and files are imported by themselves, and need extras.
+        # These packages and files are imported explicitly, because they need extras.
         extras = (
             modules for room, modules in EXTRAS.items() if root / room in (file, *file.parents)
         )

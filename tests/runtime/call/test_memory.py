@@ -1,4 +1,4 @@
-"""The memory of large results is kept for the next ones, and never shared with an array in use."""
+"""Freed memory of large results is reused for later results, but never while an array uses it."""
 
 import itertools
 import os
@@ -13,7 +13,7 @@ import chasles
 
 N = 270_000
 BLOCK = N * 16 * 8
-"""Poses whose matrices take 35 MB, more than what is left to malloc."""
+"""Number of poses whose matrices take 35 MB, more than malloc handles by itself."""
 MOST = 256 << 20
 
 handler_of = np._core.multiarray.get_handler_name
@@ -51,7 +51,7 @@ def test_freed_result_buffer_is_reused(arm, q, expected):
     assert address(again) == place
     np.testing.assert_array_equal(again, expected)
     del again
-    # Nearly as large fits as well; half as large would waste the rest.
+    # A slightly smaller result reuses the block. A result of half the size would waste memory.
     fewer = arm.fk(q[: N * 98 // 100])
     assert address(fewer) == place
     del fewer
@@ -69,7 +69,7 @@ def test_small_results_use_numpy_allocator(arm, q):
 
 
 def test_every_result_of_large_call_uses_buffer_pool(arm, q):
-    # 32 MB in all, of which neither result takes as much.
+    # Together both results take 32 MB, but each is smaller than that.
     both = arm.fk_jacobian_mixed(q[: N * 4 // 10])
     assert [handler_of(array) for array in both] == ["chasles_results"] * 2
     assert max(array.nbytes for array in both) < BLOCK
@@ -91,7 +91,7 @@ def test_every_large_batch_call_path_uses_buffer_pool(arm, q, expected):
 def test_live_results_never_share_memory(arm, q, expected):
     held = [arm.fk(q) for _ in range(4)]
     del held[1]
-    # A slice, a transpose and a buffer keep all of their memory.
+    # A slice, a transpose and a buffer keep the whole block in use.
     held.append(arm.fk(q)[N // 2 :, :3].transpose(0, 2, 1))
     kept_alive = memoryview(arm.fk(q))
     held += [np.asarray(kept_alive), arm.fk(q)]
@@ -128,7 +128,7 @@ def test_buffer_pool_size_is_bounded(arm, q):
     assert sum(array.nbytes for array in results) > MOST
     del results
     assert 6 * BLOCK < chasles.release_memory() <= MOST
-    # Larger than all that may be kept.
+    # This result exceeds the limit of the buffer pool.
     assert arm.fk(np.tile(q, (8, 1))).nbytes > MOST
     assert chasles.release_memory() == 0
 
@@ -161,7 +161,7 @@ def test_forked_child_does_not_share_pooled_memory(arm, q, expected):
     if child == 0:
         same = np.array_equal(held, expected)
         held *= 0.0
-        # Takes the block that was kept, in the child's own copy.
+        # The child process reuses its own copy of the kept block.
         right = np.array_equal(arm.fk(q), expected)
         chasles.release_memory()
         os._exit(0 if same and right else 1)

@@ -1,4 +1,4 @@
-"""The keyword threads=, and calls from many threads: the same results, the same errors."""
+"""`threads=` and calls from many threads change neither results nor errors."""
 
 import gc
 import itertools
@@ -19,13 +19,13 @@ COUNTS = [None, 1, 2, 3, 5, np.int64(2), "all", 10**6, 10**30]
 
 @pytest.fixture
 def eager(monkeypatch):
-    """Splits small batches too, whatever the machine."""
+    """Splits small batches, too, on any machine."""
     monkeypatch.setattr(chasles.call.threads, "_LEAST", 1)
     monkeypatch.setattr(chasles.call.threads, "count_cores", lambda: 4)
 
 
 def check(function, *inputs, **keywords):
-    """The same with any number of threads, into new arrays and into given ones."""
+    """Checks that results are the same for any number of threads, with and without `out=`."""
     expected = function(*inputs, **keywords)
     several = isinstance(expected, tuple)
     for threads in COUNTS:
@@ -206,7 +206,7 @@ def test_threaded_errors_match_single_threaded_errors(robot, call):
 
 
 def test_worker_error_is_raised_after_all_parts_end(monkeypatch):
-    """As where the memory for strided operands cannot be had."""
+    """For example, if memory for strided operands cannot be allocated."""
     running, ended = threading.Barrier(2, timeout=SECONDS), []
 
     def ufunc(part, out):
@@ -237,7 +237,7 @@ def test_threaded_non_finite_inputs_propagate_without_warning(bad):
 
 
 def refused(function, *inputs, **keywords):
-    """Calls what must fail."""
+    """Makes a call that must fail."""
     with pytest.raises(chasles.InputError):
         function(*inputs, **keywords)
 
@@ -252,7 +252,7 @@ def test_threaded_calls_leak_no_references_or_memory(eager, robot, few_objects):
     ]
 
     def settle():
-        """Lets the helpers find out that they came too late."""
+        """Waits until the helper threads notice that no work remains."""
         for _ in range(10):
             chasles.call.threads._get_pool().submit(int).result()
         gc.collect()
@@ -329,7 +329,7 @@ def test_call_succeeds_if_no_thread_can_start(monkeypatch):
 
 
 def at_once(n, work):
-    """Runs work(0), ..., work(n - 1) at once; what one of them raises is raised."""
+    """Runs work(0), ..., work(n - 1) in parallel and raises the first error."""
     failures, start = [], threading.Barrier(n)
 
     def run(k):
@@ -375,7 +375,7 @@ def test_concurrent_mixed_calls_give_correct_results():
 
 
 def test_concurrent_first_loads_compile_once(folder, cache):
-    """The first calls, while the robot is not compiled yet."""
+    """Several threads make the first call before the robot is compiled."""
     q = np.random.default_rng(41).normal(size=(3000, 2))
     results = {}
 

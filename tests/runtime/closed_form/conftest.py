@@ -1,4 +1,4 @@
-"""The arm of `tests/support/displaced_arm.py`, derived and compiled once for several files."""
+"""The arm of `tests/support/displaced_arm.py`, derived and compiled once for several test files."""
 
 import pytest
 
@@ -17,7 +17,7 @@ def displaced_robot():
 
 @pytest.fixture(scope="session")
 def displaced_arm(displaced_robot, tmp_path_factory):
-    """The arm, compiled."""
+    """The compiled arm."""
     folder = tmp_path_factory.mktemp("displaced") / displaced_robot.name
     functions = ("fk", "fk_jacobian_mixed", "ik")
     return compiled(displaced_robot, folder, functions, ["c", "casadi"])

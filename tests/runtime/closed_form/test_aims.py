@@ -1,6 +1,6 @@
-"""Tasks of part of a pose: their errors and rows, and their refinement near singularities.
+"""Partial-pose tasks: their errors, Jacobian rows, and refinement near singularities.
 
-The errors and Jacobians are those of ``bench/cases/tasks.py`` and finite differences; poses come
+Errors and Jacobians are compared with ``bench/cases/tasks.py`` and finite differences. Poses come
 from the product of exponentials of the screws.
 """
 
@@ -24,13 +24,13 @@ OFFERED = [
     ("lynxmotion", "ik_position_direction"),
     ("bricklaying_planar", "ik_planar"),
 ]
-"""Every task of part of a pose."""
+"""All tasks that constrain only some components of a pose."""
 SPOILT = 1e-7
-"""Radians by which coordinates are off."""
+"""Radians by which start coordinates differ from the solution."""
 NEAR_RIGHT_ANGLES = 51898, "ik_position_direction"
-"""An arm whose inverse loses poses near right angles without refinement.
+"""An arm whose inverse misses poses near right angles without refinement.
 
-The campaign `losses` draws such arms.
+The campaign `losses` generates such arms.
 """
 
 
@@ -49,18 +49,18 @@ def test_task_jacobian_is_derivative_of_task_error(robot, task):
     measure = Task(aims)
     _, _, size = measure(*function(q), target)
     np.testing.assert_allclose(size, distance(task, chain.fk(q), target), atol=1e-12)
-    # The task's error as such, at poses that nearly fulfil it.
+    # Newton's method reduces the task error itself at poses close to the target.
     near = q + 1e-6 * rng.uniform(-1, 1, q.shape)
     rows, error, _ = measure(*function(q), TASKS[task].target(chain.fk(near)))
     expected = np.einsum("Nij,Nj->Ni", rows, near - q)
-    # The pitch of an axis that points up falls in every direction.
+    # The pitch of an upright axis decreases in every direction.
     steady = (np.abs(chain.fk(q)[:, 2, 2]) < 0.99) | ("pitch" not in aims)
     assert steady.sum() > 200
     np.testing.assert_allclose(error[steady], expected[steady], atol=2e-10)
 
 
 def distance(task, T, target):
-    """The larger of distance and of the chord of the angle, as generated residuals have it."""
+    """Returns the larger of position distance and chord of the angle, as generated residuals do."""
     near = TASKS[task].error(T, target)
     if task == "ik_position":
         return near
@@ -113,7 +113,7 @@ def test_unreachable_targets_remain_invalid_after_refinement(robot, task):
     q = np.random.default_rng(3).uniform(-3, 3, (60, len(chain.axes)))
     target = TASKS[task].target(chain.fk(q))
     reach = np.linalg.norm(target[:, :2], axis=1)
-    # No pose of the arm is so far away, as all joints together turn its whole length.
+    # The target is out of reach: it is farther away than the total length of the arm.
     length = np.linalg.norm(np.diff(chain.points, axis=0), axis=1).sum() + 10
     target[:, :2] *= (length / reach)[:, None]
     found = Function(derivation(robot).function(task))(target)
@@ -151,7 +151,7 @@ def test_poses_near_right_angles_are_refined():
 
 
 def test_opposite_direction_gives_no_step_and_no_solution():
-    """Half a turn off, no axis of the turn is the nearest: there is no step, and no solution."""
+    """At an angle error of pi no rotation axis is nearest, so there is no step and no solution."""
     T = np.eye(4)[None]
     J = np.random.default_rng(5).normal(size=(1, 6, 5))
     _, error, left = Task(("direction",))(T, J, -T[:, :3, 2])

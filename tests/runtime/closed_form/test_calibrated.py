@@ -1,4 +1,4 @@
-"""The inverse of calibrated arms: led from a nominal arm to the true one, in C."""
+"""The inverse of calibrated arms, refined in C from the solutions of a nominal arm."""
 
 import ctypes
 import subprocess
@@ -24,18 +24,18 @@ from tests.support.generators.geometric_errors import displaced
 from tests.support.oracles.pinocchio_fk import pinocchio_fk
 
 PANDA = 1e-3
-"""Errors (metre, radian) of a seven-joint arm.
+"""Geometry errors (metre, radian) of a seven-joint arm.
 
-The campaign `displaced` takes all arms and sizes.
+The campaign `displaced` tests all arms and error sizes.
 """
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "ik")
 TRUE = 1e-8
-"""Error of a pose (metre, or entry of a rotation) above which a solution is wrong."""
+"""Pose error (metre, or rotation entry) above which a solution is wrong."""
 
 
 @pytest.fixture(scope="module", params=["irb120", "panda"])
 def case(request, displaced_robot, tmp_path_factory):
-    """A calibrated arm, and its forward kinematics by Pinocchio."""
+    """A calibrated arm, and its forward kinematics computed by Pinocchio."""
     if request.param == "irb120":
         return request.getfixturevalue("displaced_arm"), pinocchio_fk(displaced_robot)
     robot = displaced(read(ROBOTS / f"{request.param}.toml"), PANDA)
@@ -49,12 +49,12 @@ def inputs_of(arm, q):
 
 
 def found(arm, solutions, q):
-    """Whether configurations are among the solutions."""
+    """Tests whether each configuration is among the solutions."""
     return (np.abs(solutions.distances_from(q)).max(-1) < 1e-6).any(-1)
 
 
 def right_angles(n, count, seed=1):
-    """Configurations at right angles, half of them exactly."""
+    """Random configurations at right angles, half of them exactly at right angles."""
     rng = np.random.default_rng(seed)
     q = rng.integers(-2, 3, (count, n)) * np.pi / 2
     size = 10 ** rng.uniform(-9, -3, (count // 2, 1))
@@ -150,7 +150,7 @@ def test_standalone_c_agrees_with_python(case, tmp_path):
         same += (residual <= 1e-9).sum() == python.count
         for row in q[residual <= 1e-9]:
             assert np.abs(fk(row) - T).max() < TRUE
-    # Near a singularity plain C may meet another solution than vectors do.
+    # Near a singularity, scalar code may converge to another solution than vector code.
     assert same >= 48
 
 
@@ -178,7 +178,7 @@ def test_nominal_convergence_rate_falls_with_deviation():
 
 
 def test_nominal_inverse_with_other_configurations_is_discarded():
-    """Newton's iteration comes to the nominal configurations, but its inverse does not."""
+    """Newton's method converges to the nominal configurations, but the nominal inverse differs."""
     robot = displaced(random_arm(164), 1.4e-4, 164)
     assert classify(robot, Terms({})).near
     assert inverses(robot, Terms({})).polished is None

@@ -1,4 +1,4 @@
-"""An arm with errors: known solutions are certified as all, and few are not known."""
+"""An arm with geometry errors: its solutions are certified as complete, and few are missed."""
 
 import ctypes
 import subprocess
@@ -11,9 +11,9 @@ from tests.support.oracles.pinocchio_fk import pinocchio_fk
 
 CONFIGURATIONS, POSES = 5000, 150
 REGULAR = 1e-4
-"""Least singular value (metre, radian) of a configuration that has to be found."""
+"""Smallest singular value (metre, radian) of a configuration that the inverse must find."""
 TRUE = 1e-8
-"""Error of a pose (metre, or entry of a rotation) above which a solution is wrong."""
+"""Pose error (metre, or rotation entry) above which a solution is wrong."""
 CERTIFIED = """
 int is_certified(const double *T)
 {
@@ -58,7 +58,7 @@ def library(displaced_arm, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def are_all(library):
-    """Number of splits that certify these solutions of a pose as all, or return a verdict."""
+    """Counts the splits that certify the solutions of a pose as complete, or return a verdict."""
     function = library.count_verdicts
 
     def asked(T, q, verdict=COMPLETE):
@@ -85,20 +85,20 @@ def test_ik_recovers_regular_configurations(displaced_arm, displaced_robot):
 
 
 def test_general_solver_certifies_nearly_all_poses(displaced_arm, library):
-    """The determinant of such an arm is tiny, and nevertheless known to ten digits."""
+    """The determinant of such an arm is tiny, but accurate to ten digits."""
     poses = [np.ascontiguousarray(T) for T in displaced_arm.fk(near_wrist(300, 1))]
     certified = [library.is_certified(T.ctypes.data_as(ctypes.c_void_p)) for T in poses]
     assert np.mean(certified) > 0.98
 
 
 def certifies_moved(are_all, pose, solutions):
-    """Whether a split certifies the solutions with one of them moved by 1e-3."""
+    """Tests whether a split still certifies the solutions if one of them moves by 1e-3."""
     moved = solutions + 1e-3 * np.eye(len(solutions))[:, :, None]
     return any(are_all(pose, each) > 0 for each in moved)
 
 
 def test_certificate_rejects_moved_solution_next_to_nearly_double_root(displaced_arm, are_all):
-    """The determinant is tiny between two roots 4e-3 apart."""
+    """The determinant is tiny between two roots that are 4e-3 apart."""
     arm, q = displaced_arm, np.random.default_rng(1).uniform(-np.pi, np.pi, (600, 6))
     for k in (59, 88, 220):
         T = arm.fk(q[k])
@@ -110,7 +110,7 @@ def test_certificate_accepts_only_complete_solution_sets(displaced_arm, are_all)
     arm = displaced_arm
     q = np.random.default_rng(1).uniform(-np.pi, np.pi, (POSES, 6))
     T = arm.fk(q)
-    # Near singularities a solution may stand in two slots.
+    # Near singularities, two slots may contain the same solution.
     found = arm.ik(T).distinct()
     rng = np.random.default_rng(2)
     whole, missed = [], []

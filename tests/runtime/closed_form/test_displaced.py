@@ -1,4 +1,4 @@
-"""An arm with errors near its wrist's singularity: all solutions are found."""
+"""The inverse of an arm with geometry errors misses no solution near its wrist singularity."""
 
 import numpy as np
 import pytest
@@ -20,14 +20,15 @@ from tests.support.oracles.pinocchio_fk import pinocchio_fk
 
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "ik")
 TRUE = 1e-8
-"""Error of a pose (metre, or entry of a rotation) above which a solution is wrong."""
+"""Pose error (metre, or rotation entry) above which a solution is wrong."""
 POSES = 1000
 MANY = (1642, 8294, 18743, 23186, 28494, 49618, 51143, 58974, 59465)
-"""Configurations of 60,000 near the wrist's singularity whose poses have over twelve solutions."""
+"""Configurations near the wrist singularity, selected from 60,000, whose poses have over twelve
+solutions."""
 RANDOM, MOST_LOST = 30_000, 5e-5
-"""Random configurations, and the share of them that may be lost near singularities."""
+"""Number of random configurations, and fraction that may be missed near singularities."""
 REGULAR, NEARLY_SINGULAR = 2e-4, 5e-3
-"""Least singular values (metre or radian per radian) between which solutions are looked for."""
+"""Range of the smallest singular value (metre or radian per radian) in these tests."""
 
 
 @pytest.fixture
@@ -55,7 +56,9 @@ def test_solutions_without_nominal_counterpart_are_found(arm, robot):
 
 
 def test_nominal_residual_of_reachable_poses_is_bounded(arm):
-    """Also beside several singularities; so a pose that it misses by far is out of reach."""
+    """The bound also holds near several singularities. So a much larger residual proves that the
+    pose is out of reach.
+    """
     q = near_wrist(POSES, 4)
     stretched = -np.arctan2(0.302, 0.07)
     q[: POSES // 2, 2] = stretched + np.random.default_rng(5).normal(scale=0.01, size=POSES // 2)
@@ -82,7 +85,7 @@ def test_far_unreachable_pose_returns_nominal_arm_answers(arm):
 
 
 def test_poses_with_over_twelve_solutions_include_configuration(arm):
-    """Some have sixteen, as many as six revolute joints may have."""
+    """Some poses have sixteen solutions, the maximum for six revolute joints."""
     q = near_wrist(60_000, 2)[list(MANY)]
     T = arm.fk(q)
     found = arm.ik(T)
@@ -96,7 +99,7 @@ def test_poses_with_over_twelve_solutions_include_configuration(arm):
 
 
 def test_few_configurations_are_missed_near_singularities(arm):
-    """Of random configurations, most that are lost are there."""
+    """Most missed configurations are near singularities."""
     q = np.random.default_rng(3).uniform(-np.pi, np.pi, (RANDOM, arm.n))
     T, J = arm.fk_jacobian_mixed(q)
     least = np.linalg.svd(J, compute_uv=False)[:, -1]
@@ -113,9 +116,9 @@ def test_few_configurations_are_missed_near_singularities(arm):
     ids=lambda robot: robot.title or robot.name,
 )
 def test_arms_with_fixed_or_prismatic_joints_miss_no_configuration(robot, tmp_path):
-    """Configurations at which the joints without fixed values are singular are left out.
+    """Configurations at which the remaining joints are singular are excluded.
 
-    Arm 100 has eight joints with round numbers, and lost poses for some fixed joint values.
+    Arm 100 has eight joints with round dimensions; its inverse missed poses for some fixed values.
     """
     arm = compiled(robot, tmp_path / robot.name, FUNCTIONS, ["c"])
     rng = np.random.default_rng(7)
@@ -129,7 +132,7 @@ def test_arms_with_fixed_or_prismatic_joints_miss_no_configuration(robot, tmp_pa
 
 
 def test_split_joints_separate_the_solutions(robot):
-    """The solutions of a wrist share the joints before it, on which no split depends first."""
+    """The solutions of a wrist share the joints before it, so the first splits use wrist joints."""
     found = inverses(robot, Terms({}))
     nominal = found.solved["ik_nominal"].function
     apart = Sampled.of(robot, found.classification.lines, nominal).separations

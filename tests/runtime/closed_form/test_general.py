@@ -1,4 +1,4 @@
-"""The inverse of arms without structure, as generated: complete, strict, and at singularities."""
+"""The inverse of arms without special structure is complete and correct, also at singularities."""
 
 import ctypes
 import itertools
@@ -18,11 +18,11 @@ from tests.support.derivations import description
 
 DOUBLES = np.ctypeslib.ndpointer(np.float64, flags="C")
 SIMD = {"jaco2": "-march=x86-64", "crx10": "-march=native -mno-avx512f"}
-"""A shipped robot as users have it, and an arm that is derived; compiler flags for each."""
+"""A shipped robot as installed and an arm derived here, with their compiler flags."""
 CLOSED = 5e-14
-"""m, rad: the worst that Newton's steps leave away from singularities."""
+"""Largest pose error (metre, radian) after Newton's method, away from singularities."""
 SAME = 1e-6
-"""rad: solutions closer than this are one."""
+"""Radians below which two solutions are equal."""
 
 
 @pytest.fixture(scope="module", params=SIMD)
@@ -50,7 +50,7 @@ def included(solutions, q):
 
 
 def errors(T, A):
-    """Position, and axis times angle, from the pose A to T, (..., 6), in base axes."""
+    """Returns position error and rotation vector from pose A to T, (..., 6), in base axes."""
     E = T[..., :3, :3] @ np.swapaxes(A[..., :3, :3], -1, -2)
     w = [E[..., 2, 1] - E[..., 1, 2], E[..., 0, 2] - E[..., 2, 0], E[..., 1, 0] - E[..., 0, 1]]
     axis = np.stack(w, -1) / 2
@@ -71,8 +71,8 @@ def test_ik_recovers_generating_configuration(robot):
 
 
 def test_nearly_coincident_solutions_are_found(robot):
-    # With axes that meet, some pairs of solutions differ by 1e-5 rad in the suppressed joint: their
-    # roots may come out complex, and steps onto one of two that are nearly singular may be short.
+    # If axes intersect, some solutions differ by only 1e-5 rad in the suppressed joint. Their roots
+    # may become complex, and Newton steps toward a nearly singular pair may be too short.
     q = configurations(robot, 4000, 3)
     assert included(robot.ik(robot.fk(q)), q).all()
 
@@ -91,7 +91,7 @@ def test_solutions_do_not_depend_on_simd_width(robot, tmp_path):
         solve(T[k], q[k], residual[k], margin[k])
     solutions = robot.ik(T)
     assert ((residual <= SOLVED).sum(-1) == solutions.count).all()
-    # Solutions that the suppressed joint does not tell apart may be exchanged.
+    # Solutions with the same value of the suppressed joint may be swapped.
     apart = np.abs(wrapped(solutions.q[:, :, None] - q[:, None])).max(-1)
     apart[residual[:, None].repeat(16, 1) > SOLVED] = np.inf
     other = apart.argmin(-1)
@@ -131,7 +131,7 @@ def test_solution_count_matches_multi_start_newton(robot):
 
 
 def everywhere(robot, T, random):
-    """Solutions by Newton's steps from 3,000 random configurations."""
+    """Finds solutions by Newton's method from 3,000 random configurations."""
     q = random.uniform(-np.pi, np.pi, (3000, 6))
     for k in range(40):
         at, J = robot.fk_jacobian_mixed(q)
@@ -150,7 +150,7 @@ def everywhere(robot, T, random):
 
 
 def test_right_angle_poses_are_solved(robot):
-    """A sixteenth of all."""
+    """The configurations are a sixteenth of all right-angle configurations."""
     q = np.array(list(itertools.product(np.arange(4) * np.pi / 2, repeat=6)))
     q = np.random.default_rng(12).permutation(q)[:256]
     T, J = robot.fk_jacobian_mixed(q)

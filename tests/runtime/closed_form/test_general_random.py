@@ -1,6 +1,7 @@
-"""The inverse of arms that nobody chose: random axes, some of which meet or are parallel.
+"""The inverse of random arms, some with intersecting or parallel axes.
 
-Five joints have the solutions of the poses that they reach, slides among six those of round ones.
+Five-joint arms recover the solutions of reachable poses. Six-joint arms with prismatic joints agree
+with arms of round dimensions.
 """
 
 import numpy as np
@@ -19,14 +20,14 @@ ARMS = {
     "seven_with_meeting_axes": (16, "xx/x/x/"),
     "six_a_torso_and_a_slide": (17, "/x//=///", {3}),
 }
-"""The campaign `general` draws arms with six and more joints."""
+"""The campaign `general` generates arms with six and more joints."""
 CHAIN = "R/R/R/R/R"
-"""Five skew axes."""
+"""An arm with five skew axes."""
 COLLINEAR = {
     "wrist": [(0.3, 0.1, 70), (0.1, 0.4, 20), (0.1, 0.3, -80), (0.2, 0.1, 60), (0.1, 0, 0)],
     "base": [(0.3, 0, 0), (0.1, 0.4, 90), (0.1, 0.3, 0), (0.2, 0.1, 90), (0.1, 0, -90)],
 }
-"""DH rows (d, a, alpha) of arms with two axes on one line: joints 5 and 6, and joints 1 and 2."""
+"""DH rows (d, a, alpha) of arms with two coincident axes: joints 5 and 6, or joints 1 and 2."""
 LAST = (0.1, 0.1, 30)
 
 
@@ -70,7 +71,7 @@ def test_fixed_joints_keep_their_values(judged):
 
 @pytest.fixture(scope="module")
 def arm(tmp_path_factory):
-    """The arm, derived and compiled."""
+    """The derived and compiled arm."""
     folder = tmp_path_factory.mktemp("five") / "arm"
     return compiled(robot_of(CHAIN), folder, DERIVED, ["c"])
 
@@ -92,7 +93,7 @@ def test_five_joint_ik_recovers_generating_configuration(arm, right):
     assert (found.valid & (far < 1e-6)).any(axis=1).all()
     error = np.abs(arm.fk(found.q) - T[:, None]).max(axis=(-1, -2))
     assert error[found.valid].max() < 2e-9
-    # Solutions come first, and none is there twice.
+    # Valid slots come first, and no solution occurs twice.
     assert not (found.valid[:, 1:] & ~found.valid[:, :-1]).any()
     two = found.valid[:, 1]
     apart = np.abs(found.q[two, 0] - found.q[two, 1]).max(axis=-1)
@@ -130,7 +131,8 @@ joints = [
   { name = "j6", type = "prismatic", xyz = [0.1, 0, 0], axis = [1, 0, 0] },
 ]
 """
-"""At right angles the equations of its slide and of the joint beside it are singular."""
+"""An arm whose equations for the prismatic joint and its adjacent joint are singular at right
+angles."""
 
 
 def test_arm_with_last_prismatic_joint_solves_right_angles(tmp_path):
@@ -167,7 +169,7 @@ def test_collinear_axes_have_all_solutions_at_any_value_of_one_joint(tmp_path, n
 
 
 def test_five_joints_with_a_slide_hold_each_solution_in_one_slot(tmp_path):
-    """The six-joint solver tells solutions apart that lead the five joints to one."""
+    """The six-joint solver separates solutions that are equal in the five joints."""
     robot = displaced(drawn_arm(3535000047), 2.332494879e-4, 3535000047)
     arm = compiled(robot, tmp_path / "arm", DERIVED, ["c"])
     q = np.random.default_rng(1).integers(0, 4, (300, 5)) * np.pi / 2

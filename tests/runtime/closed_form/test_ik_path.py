@@ -1,4 +1,4 @@
-"""Paths of poses on one branch, what else an inverse takes, and robots that have none."""
+"""Pose paths on one branch, further inputs of an inverse, and robots without an inverse."""
 
 import itertools
 
@@ -48,11 +48,11 @@ def test_seed_selects_branch_and_winding(arm, elbow):
 
 
 def test_path_continues_through_singularity_without_jump(arm):
-    # The elbow goes from left to right: from the first slot to the second.
+    # The elbow changes from left to right, so the path moves from the first slot to the second.
     q = line([0.0, 0.5, 0.0, 0.0], [0.5, -0.5, 0.0, 0.0], 201)
     path = arm.ik_path(arm.fk(q), q[0])
     assert path.complete
-    # Through the stretched arm both branches go on; it may take either, but may not jump.
+    # The two branches meet at the stretched arm. The path may follow either, but may not jump.
     assert path.max_step.max() < 0.05
     np.testing.assert_allclose(np.abs(path.q[:, 1]), np.abs(q[:, 1]), atol=1e-7)
     assert path.min_margin_index == 100
@@ -81,7 +81,7 @@ def test_path_ends_at_joint_limit(arm):
     assert path.next_value == pytest.approx(q[path.ended_at, 0])
     np.testing.assert_allclose(path.q, q[: path.ended_at], atol=1e-11)
     assert "shoulder would go to 6.5" in str(path)
-    # At once, where no solution of the first pose is within limits.
+    # The path ends at its first pose if that pose has no solution within the limits.
     low = arm.ik_path(arm.fk(q + np.array([0, 0, 20, 0])), q[0])
     assert (low.ended_at, low.reason, low.coordinate, low.q.shape) == (0, "limit", "lift", (0, 4))
     assert np.isnan(low.min_margin)
@@ -90,7 +90,7 @@ def test_path_ends_at_joint_limit(arm):
 
 
 def test_path_starts_within_joint_limits(arm):
-    # The seed is a turn away, which the shoulder has not got: the other side is nearer.
+    # The shoulder cannot reach the seed, one turn away; the other branch is nearer.
     q = line([3.0, 1.0, 0.0, 0.0], [3.2, 1.0, 0.0, 0.0])
     path = arm.ik_path(arm.fk(q), q[0] + np.array([2 * np.pi, 0, 0, 0]))
     assert path.complete
@@ -111,7 +111,8 @@ def test_path_ends_before_joint_jump(arm):
 
 
 def test_path_stays_near_along_solution_continuum(arm, monkeypatch):
-    # An inverse may choose any of a continuum: here one far away, but Newton finds the one nearby.
+    # At a self-motion an inverse may return any solution. Here it is far away, but Newton's method
+    # finds a nearby solution.
     q = line([0.0, 1.0, 0.0, 0.0], [0.5, 1.2, 0.0, 0.0], 30)
     T = arm.fk(q)
     solutions = arm.ik(T)
@@ -163,7 +164,7 @@ def test_redundancy_parameters_are_reported(arm, tmp_path, cache, monkeypatch):
 
 def test_further_inverse_inputs_vary_along_path(tmp_path, cache, monkeypatch):
     folder = scara.write(tmp_path / "scara")
-    # The roll of the arm is free where only the position is asked for.
+    # A position task leaves the roll of the arm free.
     functions = folder.manifest["functions"]
     source = scara.SOURCE.format(true_a1=scara.A1, nominal_a1=scara.A1, a2=scara.A2)
     source = source.replace(
@@ -198,7 +199,7 @@ def test_missing_inverse_error_states_reason(tmp_path, cache, monkeypatch):
         arm.chain  # noqa: B018
     with pytest.raises(AttributeError, match="'id'") as error:
         arm.id  # noqa: B018
-    # With these, Python proposes the nearest of dir(arm).
+    # Python uses both attributes to suggest the most similar name in dir(arm).
     assert (error.value.name, error.value.obj) == ("id", arm)
     assert arm.redundancy == ()
     assert not hasattr(arm, "ik")
@@ -220,7 +221,7 @@ def test_invalid_inverse_entry_in_manifest_is_rejected(tmp_path, cache, inverse)
 
 @pytest.mark.parametrize("name", ["ur5e", "puma560", "irb6640"])
 def test_path_passes_wrist_singularity_without_jump(name):
-    # At the middle, the fourth and sixth axes lie in line and only their sum is determined.
+    # At the middle, axes 4 and 6 are aligned, and only the sum of their angles is determined.
     arm = chasles.load(name)
     start = np.array([0.3, -0.8, 0.9, -0.4, 0.8, 0.2])
     q = start + np.linspace(0, 1, 401)[:, None] * [0.3, 0.2, -0.1, 0.3, -1.6, 0.4]
@@ -259,7 +260,7 @@ TASKS = {
     "bricklaying_planar": ["planar"],
 }
 STILL = {"position": [3, 4], "position_pitch": [4], "position_direction": [4], "planar": []}
-"""Coordinates that each task leaves at 0."""
+"""Coordinates that each task keeps at 0."""
 
 
 @pytest.mark.parametrize("name", TASKS)
@@ -281,7 +282,7 @@ def test_task_paths_recover_random_joint_paths(name):
             np.testing.assert_allclose(there[:, :3, 3], T[:, :3, 3], atol=1e-9)
             if task != "position":
                 np.testing.assert_allclose(there[:, 2, 2], T[:, 2, 2], atol=1e-9)
-            # Only where branches meet may the path go on by another one.
+            # The path may change its branch only where branches meet.
             if path.min_margin > 1e-3:
                 np.testing.assert_allclose(path.q, q, atol=1e-7)
                 kept += 1
@@ -294,7 +295,7 @@ def test_five_axis_arm_follows_line_at_constant_pitch():
     start = robot.fk(q)
     T = np.broadcast_to(start, (300, 4, 4)).copy()
     T[:, :3, 3] += line([0, 0, 0], [-0.03, 0.04, 0.02], 300)
-    # Its five axes cannot keep the whole orientation on the way.
+    # The five axes cannot keep the complete orientation along the path.
     assert robot.ik_path(T, q).ended_at == 1
     path = robot.ik_path(T, q, task="position_pitch")
     assert path.complete
@@ -302,7 +303,7 @@ def test_five_axis_arm_follows_line_at_constant_pitch():
     np.testing.assert_allclose(there[:, :3, 3], T[:, :3, 3], atol=1e-12)
     np.testing.assert_allclose(there[:, 2, 2], start[2, 2], atol=1e-12)
     assert path.max_step.max() < 0.01
-    # The same from the input of ik_position_pitch itself.
+    # The input of ik_position_pitch gives the same path.
     pitch = np.arctan2(start[2, 2], np.hypot(*start[:2, 2]))
     x = np.column_stack([T[:, :3, 3], np.full(300, pitch)])
     np.testing.assert_array_equal(robot.ik_path(x, q, task="position_pitch").q, path.q)
@@ -323,7 +324,7 @@ def test_task_without_inverse_is_rejected_by_name():
 
 @pytest.mark.parametrize("name", ["ur5e", "puma560", "irb6640", "stanford", "excavator"])
 def test_batched_path_equals_sequential_steps(name):
-    """Random walks, some with large steps, that cross branches, turns and limits."""
+    """The paths are random walks, some with large steps, that cross branches, turns and limits."""
     robot, rng, reasons = chasles.load(name), np.random.default_rng(5), []
     lower, upper = np.maximum(robot.lower, -7), np.minimum(robot.upper, 7)
     for k in range(24):

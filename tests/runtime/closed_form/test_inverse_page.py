@@ -1,4 +1,4 @@
-"""The examples of the pages about the inverse run, and what their comments promise holds."""
+"""The examples on the pages about inverse kinematics run, and their comments are true."""
 
 import re
 

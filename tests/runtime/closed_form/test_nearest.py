@@ -1,4 +1,4 @@
-"""`ik_nearest`: one solution for each pose, nearest to a seed within limits."""
+"""`ik_nearest` returns the solution nearest to a start configuration within limits."""
 
 import itertools
 import pickle
@@ -34,7 +34,7 @@ Q7 = np.array([0.1, 0.2, 0.3, -1.5, 0.4, 1.6, 0.5])
 
 
 def by_hand(robot, T, seed, limits=None, weights=None):
-    """The nearest solution by a loop over all slots and turns of `ik`; None if there is none."""
+    """Finds the nearest solution with a loop over all slots and turns of `ik`, or returns None."""
     low, high = np.stack([robot.lower, robot.upper], -1).T if limits is None else limits
     weights = np.ones(robot.n) if weights is None else weights
     solutions = robot.ik(T)
@@ -158,7 +158,7 @@ def test_unusable_weights_are_refused(arm, weights):
 def test_equal_distances_give_the_lower_slot(arm):
     T = arm.fk(Q)
     far = Q + np.array([2.5, 0, 0, 0, 0, 0])
-    # Joint 0 alone counts: four slots have the same value of it.
+    # Only joint 0 has a weight, and four slots have the same value of joint 0.
     found = arm.ik_nearest(T, far, weights=[1, 0, 0, 0, 0, 0])
     solutions = arm.ik(T)
     distance = np.abs(np.angle(np.exp(1j * (solutions.q[:, 0] - far[0]))))
@@ -174,7 +174,7 @@ def test_seeds_between_two_solutions_give_the_same_slot_as_the_filters(name):
     moves = solutions.q[:, 1] - solutions.q[:, 0]
     wraps = np.array(solutions.wraps)
     moves[:, wraps] -= TURN * np.rint(moves[:, wraps] / TURN)
-    # Both slots are as far from the seed, but for rounding.
+    # Up to rounding, both slots are equally far from the seed.
     seeds = solutions.q[:, 0] + moves / 2
     found = robot.ik_nearest(T, seeds, limits=None).q
     expected = robot.ik(T).nearest(seeds)

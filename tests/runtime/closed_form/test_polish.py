@@ -1,4 +1,4 @@
-"""Newton's iteration on forward kinematics: from an answer nearby to the exact one."""
+"""Newton's method on forward kinematics refines an approximate solution to full accuracy."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from chasles.closed_form.polish import _step, _twist, iterate, of_pose
 from tests.support.handwritten import scara
 
 LONGER = 0.003
-"""Metres by which the true upper arm is longer than the nominal one."""
+"""Metres by which the true upper arm is longer than the nominal upper arm."""
 SIX = ["ur5e", "puma560"]
 
 
@@ -27,7 +27,7 @@ def reachable(n, seed=0):
 
 
 def errors(robot, q, T):
-    """Distance and angle, computed otherwise: the angle by the chord."""
+    """Returns distance and angle by an independent formula, with the angle from its chord."""
     here = robot.fk(q)
     linear = np.linalg.norm(here[..., :3, 3] - T[..., :3, 3], axis=-1)
     chord = np.linalg.norm(here[..., :3, :3] - T[..., :3, :3], axis=(-2, -1))
@@ -35,12 +35,12 @@ def errors(robot, q, T):
 
 
 def error(robot, q, T):
-    """The larger of the two."""
+    """Returns the larger of distance and angle."""
     return errors(robot, q, T).max(0)
 
 
 def polish(robot, T, q, fixed=()):
-    """Coordinates at the end of the iteration from q to T, and their residuals."""
+    """Refines q toward pose T, and returns the coordinates and residuals."""
     found = q.copy()
     return found, iterate(robot.fk_jacobian_mixed, of_pose, T, found, fixed)
 
@@ -64,7 +64,7 @@ def test_newton_refinement_converges_from_nearby_configuration(name):
 
 
 def test_residual_angle_is_accurate_near_zero_and_pi():
-    # The angle of the residual where sine and cosine alone would lose it: near pi and near 0.
+    # Near 0 and pi, sine or cosine alone would not determine the angle of the residual accurately.
     robot = chasles.load("ur5e")
     q = np.array([0.3, -1.0, 1.2, 0.4, 0.8, 0.1])
     turned = q + np.array([0, 0, 0, 0, 0, 1.0])[:, None].T * np.array([[np.pi - 1e-3], [1e-7], [2]])

@@ -1,4 +1,4 @@
-"""Refined arms hold each solution in one slot, and every regular solution in some slot."""
+"""A refined inverse returns every regular solution, each in exactly one slot."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from tests.support.oracles.newton_solutions import regular_solutions
 
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "ik")
 SAME = 1e-5
-"""rad: closer configurations are the same."""
+"""Radians below which two configurations are equal."""
 OFFSET_WRIST = """
 name = "offset_wrist"
 convention = "dh"
@@ -31,14 +31,14 @@ NEAR_WRIST = (
     np.pi * np.array([-0.5, 0.5, 1, -0.5, 1, 0]),
     np.array([-2.49425114, 0.00785660, 2.98636075, 1.45100495, 0.00447197, -2.49826848]),
 )
-"""Configurations near the singularity of this wrist; smallest singular values 0.007 to 0.009."""
+"""Configurations near the singularity of this wrist; smallest singular value 0.007 to 0.009."""
 GEN3_COPY = np.array(
     [
         *(0.9055946431498554, -1.6327878738538129, 0.0028376153833931106),
         *(1.0464269716842995, 0.8579756348333545, 2.799149637200186),
     ]
 )
-"""A configuration whose pose has four solutions, two of which are nearly singular."""
+"""A configuration whose pose has four solutions, two of them nearly singular."""
 
 
 def wrapped(angles):
@@ -51,7 +51,7 @@ def is_found(arm, solutions, q):
 
 
 def test_copies_of_nearly_singular_solutions_leave_their_slots(displaced_arm):
-    """Of pose 21, a slot ended 7e-8 rad from another one with a residual of 2e-10."""
+    """At pose 21 a slot ended 7e-8 rad from another slot, with a residual of 2e-10."""
     arm, q = displaced_arm, np.random.default_rng(1).uniform(-np.pi, np.pi, (600, 6))
     solutions = arm.ik(arm.fk(q))
     np.testing.assert_array_equal(solutions.count, solutions.distinct().count)
@@ -66,7 +66,7 @@ def test_shelf_arm_counts_each_solution_once(tmp_path):
 
 
 def test_solution_beside_an_exact_pose_is_none(tmp_path):
-    """All numbers of the pose are short, but it is exact; slots end 1e-8 beside it."""
+    """The pose is exact although its entries have few digits; slots end 1e-8 away from it."""
     arm = compiled(read(description("gen3")), tmp_path / "gen3", FUNCTIONS, ["c"])
     q = np.array([1, 1, 0, 0, 1, -1, 1]) * (np.pi / 2)
     T = arm.fk(q)

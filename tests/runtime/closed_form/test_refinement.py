@@ -1,4 +1,4 @@
-"""Poses that a closed form only comes near to are brought within reach, and no others."""
+"""Refinement completes approximate closed-form solutions of reachable poses, and only these."""
 
 from dataclasses import replace
 
@@ -19,10 +19,10 @@ dask = OptionalPackage("dask")
 
 
 SPOILT = 1e-7
-"""Radians by which the shoulder is off in poses above the height of HIGH."""
+"""Shoulder error in radians for poses above the height HIGH."""
 HIGH = 0.2
 
-# Both singularities of a Panda nearly coincide.
+# Both singularities of the Panda nearly coincide.
 PANDA = [
     -0.677318948519789,
     0.012915840615937757,
@@ -36,7 +36,7 @@ PANDA = [
 
 @pytest.fixture(scope="module")
 def arm(tmp_path_factory):
-    """A SCARA arm with an inverse that has lost half of its digits in high poses, and says so."""
+    """A SCARA arm whose inverse is approximate: it has half of its digits in high poses."""
     line = "q[0] = atan2(sin(q[0]), cos(q[0]));"
     spoilt = f"{line}\n        if (z > {HIGH}) q[0] += {SPOILT};"
     assert line in scara.SOURCE
@@ -49,7 +49,7 @@ def arm(tmp_path_factory):
 
 @pytest.fixture
 def q():
-    """Coordinates (60, 4), the first 20 of them high."""
+    """Coordinates (60, 4); the first 20 belong to high poses."""
     rng = np.random.default_rng(2)
     q = rng.uniform([-3, 0.2, -0.4, -3], [3, 2.4, HIGH, 3], (60, 4))
     q[:20, 2] += 0.6
@@ -76,7 +76,7 @@ def test_refinement_solves_every_nearly_singular_pose(arm, q):
     check(arm, solutions, T)
     np.testing.assert_allclose(solutions.q[:, 0], arm.ik.ufunc(T)[0][:, 0], atol=1e-6)
     np.testing.assert_allclose(solutions.q[:, 0, 1], q[:, 1], atol=1e-12)
-    # The others are what they were, bit by bit.
+    # The other solutions are unchanged, bit by bit.
     for found, expected in zip(solutions, arm.ik(T[20:]), strict=False):
         np.testing.assert_array_equal(found[20:], expected)
     for index in (0, 30):
@@ -125,18 +125,18 @@ def test_refinement_works_with_dask_arrays(arm, q):
 def test_unreachable_poses_stay_invalid_and_unchanged(arm, q):
     T = arm.fk(q)
     T[:5, :2, 3] *= 0.75 / np.linalg.norm(T[:5, :2, 3], axis=-1, keepdims=True)
-    # A hair beyond a stretched arm; nearer than that rounding alone decides.
+    # The poses are slightly beyond the stretched arm. Closer to it, rounding decides alone.
     beyond = np.array([1e-7, 3e-9, 1e-6])[:, None]
     T[5:8, :2, 3] *= (0.7 + beyond) / np.linalg.norm(T[5:8, :2, 3], axis=-1, keepdims=True)
     T[8, 0, 3] = np.nan
-    # Tilted, as no pose of this arm is.
+    # The tilted tool cannot be reached by this arm.
     T[9] = T[9] @ [
         [1, 0, 0, 0],
         [0, np.cos(1e-6), -1e-6, 0],
         [0, 1e-6, np.cos(1e-6), 0],
         [0, 0, 0, 1],
     ]
-    # Nearly rigid: the nearest rigid pose is within reach.
+    # The matrix is nearly rigid, and its nearest rigid pose is within reach.
     T[10, :3, :3] *= 1 + 1e-8
     solutions = arm.ik(T)
     np.testing.assert_array_equal(solutions.valid[:8], False)
@@ -162,7 +162,8 @@ def test_panda_is_solved_at_double_singularity():
         np.abs(arm.fk(solutions.q) - T[:, None]).max(axis=(-1, -2))[solutions.valid].max() < 1e-13
     )
     assert arm.ik(T[1], fixed={"joint7": q[1, 6]}).valid.any()
-    # One pose for many values: only those of the given joint are looked for.
+    # One pose with many fixed values: refinement searches only solutions with the fixed joint
+    # value.
     several = arm.ik(T[1], fixed={"joint7": np.array([q[1, 6], 2.5])})
     np.testing.assert_array_equal(several.valid.any(-1)[0], True)
     np.testing.assert_array_equal(several.q[0, :, 6], q[1, 6])
@@ -174,7 +175,7 @@ def test_poses_just_beyond_stretched_arm_stay_invalid():
     q[:, 2] = 0.0
     T = arm.fk(q)
     assert arm.ik(T).valid.any(-1).all()
-    # Along the stretched arm, from the second axis to the fourth.
+    # Direction of the stretched arm, from the second axis to the fourth.
     links = arm.link_poses(q)
     along = links[:, 3, :3, 3] - links[:, 1, :3, 3]
     along -= (along * links[:, 1, :3, 2]).sum(-1, keepdims=True) * links[:, 1, :3, 2]
@@ -182,7 +183,7 @@ def test_poses_just_beyond_stretched_arm_stay_invalid():
     beyond = arm.ik(T)
     least = beyond.residual.min(-1)
     missed = ~beyond.valid.any(-1)
-    # Some come back by another branch.
+    # Some solutions return on another branch.
     assert missed.sum() > 50
     assert (least[missed] > 2e-8).all()
     assert (least[missed] < 1.1e-7).sum() > 50
@@ -190,7 +191,7 @@ def test_poses_just_beyond_stretched_arm_stay_invalid():
 
 
 def test_only_wrist_singularity_fixes_a_joint():
-    """The tool leaves its place with the square of a way; where axes 4 and 6 agree, it does not."""
+    """The pose error is quadratic in a singular joint motion, unless axes 4 and 6 are aligned."""
     arm = chasles.load("ur5e")
     refinement = refinement_for(arm)
     q = np.random.default_rng(4).uniform(-3, 3, (400, 6))
@@ -205,7 +206,7 @@ def test_only_wrist_singularity_fixes_a_joint():
 
 
 def spoilt_slots(robot, q, *given):
-    """All slots of an inverse a little off, and what the robot's last resort makes of them."""
+    """Perturbs all slots of an inverse, and returns the solutions of the final refinement stage."""
     T = robot.fk(q)
     solutions = robot.ik(T, fixed=fixed_values(robot, given))
     refinement = refinement_for(robot)
@@ -260,7 +261,7 @@ def test_fixed_loop_joints_are_fixed_through_their_actuators():
     manifest = read_manifest(robot.folder)
     info = manifest.with_role("inverse", "pose")
     assert [item.name for item in info.inputs] == ["T", "l_HI", "l_MN", "theta7"]
-    # theta7 is turned by the last cylinder.
+    # The last cylinder moves theta7.
     rows = [joint.name for joint in robot.chain_joints]
     moves = robot.chain_D_q(robot.reference.q)
     held = {

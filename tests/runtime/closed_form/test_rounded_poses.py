@@ -1,7 +1,7 @@
-"""Poses as they come: rounded ones are projected and solved, matrices that are no poses are named.
+"""Rounded poses are projected and solved; matrices that are not poses are reported.
 
-The oracle of the projection is the polar decomposition by an eigenvalue problem, R (R^T R)^(-1/2),
-in NumPy, and singular values to 40 digits in mpmath; the projection itself takes Newton's iteration
+The oracle of the projection is the polar decomposition R (R^T R)^(-1/2), by an eigenvalue problem
+in NumPy and by singular values to 40 digits in mpmath. The projection itself uses Newton's method
 in C and singular values in Python.
 """
 
@@ -29,33 +29,33 @@ ARMS = {
 POSES = 40
 FREEDOMS = 6
 CLEAR = 1e-3
-"""Margin of every slot: nearer to the border of reach, rounding decides whether it is valid."""
+"""Minimum margin of every slot. Closer to the reach boundary, rounding decides on validity."""
 SAME_POSE = 1e-14
-"""Entries of a projected pose against the oracle."""
+"""Tolerance of the entries of a projected pose against the oracle."""
 REACHED = 1e-12
-"""Residual of a solution, to the rigid pose that was asked for."""
+"""Residual of a solution relative to the requested rigid pose."""
 SOLVED = 1e-9
-"""Residual up to which a slot or an iteration counts as solved."""
+"""Residual below which a slot or an iteration counts as solved."""
 
 ROUNDED_AS_FAR = 10
-"""Residual of a solution for a rounded pose, as a multiple of how far that is off a rigid one."""
+"""Largest residual for a rounded pose, relative to its distance from a rigid pose."""
 TILTED = 1e-5
-"""Entries of the nearest pose of an arm with few joints: single precision, amplified by the arm."""
+"""Tolerance of the nearest pose for few joints: single precision, amplified by the arm."""
 
 
 ALIKE = 1e-4
-"""Radians between coordinates of a pose and of the same pose in single precision."""
+"""Largest coordinate difference (radian) between a pose and its single-precision copy."""
 
 
 def sampled(robot, count, rng):
-    """Coordinates within the limits."""
+    """Samples coordinates within the limits."""
     lower, upper = np.maximum(robot.lower, -2.5), np.minimum(robot.upper, 2.5)
     return rng.uniform(lower, upper, (count, robot.n))
 
 
 @functools.cache
 def arm_and_poses(name):
-    """An arm, and poses that it reaches well within its workspace."""
+    """An arm, and poses well within its workspace."""
     arm = chasles.load(name)
     rng = np.random.default_rng(sum(map(ord, name)))
     T = arm.fk(rng.uniform(-2.5, 2.5, (40 * POSES, arm.n)))
@@ -64,7 +64,7 @@ def arm_and_poses(name):
 
 
 def polar(T):
-    """Poses with the nearest rotation."""
+    """Replaces each rotation by the nearest rotation matrix."""
     P = np.array(T, np.float64)
     R = P[..., :3, :3]
     square, V = np.linalg.eigh(R.mT @ R)
@@ -73,7 +73,7 @@ def polar(T):
 
 
 def noisy(T, size, rng):
-    """Matrices with errors of this size in every entry of the first three rows."""
+    """Adds errors of this size to every entry of the first three rows."""
     noise = np.zeros(T.shape)
     noise[..., :3, :] = rng.uniform(-size, size, noise[..., :3, :].shape)
     return T + noise
@@ -107,7 +107,7 @@ def test_rounded_poses_are_solved_like_nearest_rigid_poses(name, rounded):
         np.testing.assert_array_equal(found.valid, wanted.valid)
         assert found.residual[found.valid].max() < REACHED
     else:
-        # Arms with fewer joints do not reach poses that rounding has tilted, but come as near.
+        # Arms with fewer joints cannot reach poses tilted by rounding, but come equally close.
         np.testing.assert_array_equal(found.count, arm.ik(T).count)
         allowed = np.maximum(allowed, ROUNDED_AS_FAR * se3.deviation(given)[:, None])
     assert (found.residual <= allowed * arm.unit_length)[found.valid].all()
@@ -120,7 +120,7 @@ def test_rounded_poses_are_solved_like_nearest_rigid_poses(name, rounded):
 
 
 RIGHT_ANGLES = {"ur5e": 12, "puma560": 0, "scara": 0, "lynxmotion": 0, "stanford": 0}
-"""Poses of 1000 at right angles that may be lost in single precision: beside two singularities."""
+"""Of 1000 right-angle poses near two singularities, number that single precision may miss."""
 
 
 @pytest.mark.parametrize("rounded", ["float32", "6 digits"])
@@ -162,7 +162,7 @@ def test_rounded_batch_results_do_not_depend_on_layout(size):
     rng = np.random.default_rng(2)
     T = np.concatenate([T] * 20)[: 600 + 7]
     given = noisy(T, size, rng)
-    # Only some are rounded, and blocks of the C begin and end among them.
+    # Only some poses are rounded, so blocks of the C loop begin and end among the rounded poses.
     exact = rng.random(len(T)) < 0.5
     given[exact] = T[exact]
     whole = arm.ik(given)
@@ -324,7 +324,7 @@ def test_tolerance_in_error_message_suffices_for_projection():
 def test_out_of_reach_error_explains_rounding_for_few_joints():
     arm = chasles.load("lynxmotion")
     q = np.random.default_rng(8).uniform(-1.5, 1.5, (60, arm.n))
-    # Rigid again, so that nothing tells that they were rounded.
+    # The projected poses are rigid again, so nothing indicates that they were rounded.
     poses = se3.project(arm.fk(q).astype(np.float32))
     told = 0
     for pose, there in zip(poses, q, strict=True):
@@ -353,7 +353,7 @@ def test_rounded_poses_keep_all_branches_for_few_joints(name):
     for size in (1e-8, 1e-7, 1e-6):
         found = robot.ik(noisy(T, size, rng))
         np.testing.assert_array_equal(found.count, count)
-    # A tenth of a degree is no rounding.
+    # A deviation of a tenth of a degree is not rounding.
     turned = T @ se3.exp(np.array([0, 0, 0, 0.001, 0.001, 0.001]))
     assert not robot.ik(noisy(turned, 1e-8, rng)).valid.any()
 
@@ -387,7 +387,7 @@ def test_ik_numeric_reaches_rounded_poses_with_few_joints(name):
         found = robot.ik_numeric(given, q)
         assert found.valid.all()
         assert (found.residual <= ROUNDED_AS_FAR * robot.unit_length * se3.deviation(given)).all()
-    # A tenth of a degree is no rounding.
+    # A deviation of a tenth of a degree is not rounding.
     turned = T @ se3.exp(np.array([0, 0, 0, 0.001, 0.001, 0.001]))
     assert not robot.ik_numeric(noisy(turned, 1e-8, rng), q).valid.any()
 
@@ -467,7 +467,7 @@ def test_full_precision_rotations_have_no_rounding_residual():
 
 
 def turned_about_z(angles):
-    """Poses (N, 4, 4) turned about z."""
+    """Rotates poses (N, 4, 4) about z."""
     T = np.zeros((len(angles), 4, 4)) + np.eye(4)
     T[:, :3, :3] = Rotation.from_rotvec(angles[:, None] * [0, 0, 1]).as_matrix()
     return T

@@ -1,7 +1,7 @@
-"""Between two solutions that nearly merge the error has a saddle, and the iteration goes on.
+"""Between two nearly equal solutions the error has a saddle, and the iteration continues past it.
 
-A UR5e whose elbow is nearly straight has two such solutions. An arm drawn for the benchmarks has
-least-squares answers on saddles at many poses at right angles.
+A UR5e with a nearly straight elbow has two such solutions. A random arm of the benchmarks has
+least-squares solutions on saddles at many right-angle poses.
 """
 
 from itertools import product
@@ -28,7 +28,7 @@ def ur5e():
 
 
 def stretched(bend):
-    """Configurations (60, 6) of a UR5e with its elbow bent a little."""
+    """Configurations (60, 6) of a UR5e with a slightly bent elbow."""
     rng = np.random.default_rng(3)
     q = rng.uniform(-3, 3, (60, 6))
     q[:, ELBOW] = bend
@@ -37,14 +37,14 @@ def stretched(bend):
 
 
 def size_and_slope(iteration, T, q):
-    """Half the squared errors (N,) of q (N, 6), and their gradients (N, 6)."""
+    """Returns half the squared errors (N,) at q (N, 6), and their gradients (N, 6)."""
     pose, J = iteration.fk_jacobian_mixed(q)
     _, error, _ = iteration.task(pose, J, T)
     return (error**2).sum(-1) / 2, -np.einsum("Nij,Ni->Nj", J, error)
 
 
 def stationary(iteration, T, q):
-    """Stationary points (N, 6) of the squared error near q, by Newton's method on its gradient."""
+    """Finds stationary points (N, 6) of the squared error by Newton's method on its gradient."""
     for _ in range(8):
         _, g = size_and_slope(iteration, T, q)
         slopes = [
@@ -77,7 +77,7 @@ def test_descent_from_saddle_reaches_both_solutions(ur5e, bend):
 
 @pytest.mark.parametrize("distance", [1e-2, 1e-4, 1e-6])
 def test_descent_starts_exist_only_inside_reach_boundary(ur5e, distance):
-    """A stretched arm that is a little too short has the least error, one too long a saddle."""
+    """A stretched arm is an error minimum if slightly too short, and a saddle if too long."""
     q = stretched(0.0)
     T, J = ur5e.fk_jacobian_mixed(q)
     inward = np.linalg.svd(J)[0][:, :, -1]
@@ -101,7 +101,7 @@ def test_descent_starts_skip_points_with_open_loops():
 
 
 def moved(T, twist):
-    """Poses (N, 4, 4) moved by twists (N, 6) at the tip in base axes."""
+    """Moves poses (N, 4, 4) by twists (N, 6) at the tip in base axes."""
     there = T.copy()
     there[:, :3, 3] += twist[:, :3]
     there[:, :3, :3] = so3.exp(twist[:, 3:]) @ T[:, :3, :3]

@@ -1,7 +1,7 @@
-"""Poses at right angles that a closed form loses are searched from its least-squares answers.
+"""Right-angle poses that the closed form misses are searched from its least-squares solutions.
 
-The arm is one of those drawn for the benchmarks: a given slide may make its other axes meet, and
-with each choice of the given joints the closed form loses poses.
+The arm comes from the benchmarks. At some values of its fixed prismatic joint the other axes
+intersect, and the closed form misses poses for every choice of fixed joints.
 """
 
 import json
@@ -37,7 +37,7 @@ def arm(folder):
 
 @pytest.fixture(scope="module")
 def q():
-    """Configurations at right angles, with the slide at the length of an offset."""
+    """Right-angle configurations; the prismatic joint has the length of an offset."""
     q = np.random.default_rng(0).choice(QUARTERS, (600, 8))
     q[:, 5] = -0.4
     return q
@@ -78,7 +78,7 @@ def test_search_works_for_single_poses(arm, q, T):
 
 
 def test_search_keeps_unreachable_poses_unchanged(arm):
-    """With its given joints the arm is shorter than the sum of its offsets and of the slide."""
+    """At these fixed values the arm is shorter than its offsets and its prismatic joint."""
     rng = np.random.default_rng(1)
     q = rng.uniform(-3, 3, (400, 8))
     q[:, 5] = rng.uniform(-0.4, 0.4, 400)
@@ -93,7 +93,7 @@ def test_search_keeps_unreachable_poses_unchanged(arm):
 
 
 def test_valid_flag_matches_pose_error(arm):
-    """Poses beside the arm, of which some are in reach: what is valid has the pose."""
+    """Only some of these poses near the arm are in reach; every valid solution attains its pose."""
     rng = np.random.default_rng(2)
     q = rng.uniform(-3, 3, (400, 8))
     q[:, 5] = rng.uniform(-0.4, 0.4, 400)

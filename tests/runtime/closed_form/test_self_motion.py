@@ -1,4 +1,4 @@
-"""Poses that an arm reaches along a self-motion have a solution."""
+"""Poses that an arm reaches along a self-motion have a valid solution."""
 
 import numpy as np
 
@@ -18,7 +18,7 @@ joints = [
   { name = "j4", xyz = [0.147, 0, 0], axis = [0, 1, 0] },
 ]
 """
-"""A turntable arm with three parallel axes; at j1 = 90 degrees the rail moves in their plane."""
+"""A turntable arm with three parallel axes. At j1 = 90 degrees the rail moves in their plane."""
 
 FAR_FROM_STARTS = (
     324,
@@ -37,7 +37,7 @@ FAR_FROM_STARTS = (
     1649,
     1810,
 )
-"""Poses to which Newton's steps do not lead from the isolated solutions with a turned tool."""
+"""Poses that Newton's method does not reach from the isolated solutions with a rotated tool."""
 
 
 def test_rail_in_plane_of_parallel_axes_loses_no_pose(tmp_path):

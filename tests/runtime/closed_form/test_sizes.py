@@ -1,7 +1,7 @@
-"""A robot of a micrometre and one of a kilometre have the solutions of the same robot of a metre.
+"""Micrometre- and kilometre-sized robots have the same solutions as a metre-sized robot.
 
-The oracle is the similarity itself: with every length times a factor, joints that turn keep their
-values, positions are multiplied, and a slot is valid where it was.
+The oracle is similarity: scaling all lengths scales positions and prismatic joints, and changes
+neither revolute joints nor the validity of a slot.
 """
 
 from pathlib import Path
@@ -20,20 +20,20 @@ from tests.support.scaled import scaled
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 FUNCTIONS = ("fk", "fk_jacobian_mixed", "hessian_mixed", "ik")
 SIZES = {"scara": sp.Rational(1, 10**6), "stanford": sp.Integer(1000)}
-"""Arms with prismatic joints, in four and in six joints, and factors of their lengths.
+"""Arms with prismatic joints, of four and six joints, and length factors.
 
-With them, one arm is of a micrometre and one of a kilometre.
+The factors include a micrometre-sized and a kilometre-sized arm.
 """
 POSES = 300
 BORDER = 0.1
-"""Parts of the tolerance by which a residual is off it where rounding decides."""
+"""Distance of a residual from the tolerance, relative to it, below which rounding decides."""
 REACHED = 1e-12
-"""Parts of the unit of length, and radians, by which the pose of a solution is off."""
+"""Largest pose error of a solution, in radians and relative to the unit of length."""
 
 
 @pytest.fixture(scope="module", params=SIZES)
 def family(request, tmp_path_factory):
-    """A shipped robot of about a metre, and the same robot in another size."""
+    """A shipped robot of about one metre, and the same robot in another size."""
     name, factor = request.param, SIZES[request.param]
     robot = scaled(chasles.derive.read(ROBOTS / f"{name}.toml"), factor, name)
     folder = tmp_path_factory.mktemp("sizes") / name
@@ -41,7 +41,7 @@ def family(request, tmp_path_factory):
 
 
 def poses(arm):
-    """Poses within reach, many of them beyond it, and some a hair beyond."""
+    """Returns poses within reach, many poses beyond it, and some slightly beyond."""
     rng = np.random.default_rng(1)
     q = rng.uniform(-2, 2, (POSES, arm.n))
     T = arm.fk(q)
@@ -58,7 +58,7 @@ def resized(T, factor):
 
 
 def slides(arm, factor):
-    """What the coordinates are multiplied with."""
+    """Returns the scale factor of each coordinate."""
     return np.array([factor if c.unit == "m" else 1.0 for c in arm.coordinates])
 
 
@@ -75,7 +75,7 @@ def test_ik_solutions_are_scale_invariant(family):
     assert 0.1 < wanted.valid.mean() < 1
     for factor, arm in family.items():
         found = arm.ik(resized(T, factor))
-        # A pose at the border of what is valid may fall on either side.
+        # A pose at the border of validity may be valid or not.
         border = np.abs(wanted.residual / wanted.tolerance - 1) < BORDER
         np.testing.assert_array_equal(found.valid | border, wanted.valid | border)
         np.testing.assert_allclose(
@@ -130,7 +130,7 @@ def test_out_of_reach_error_suspects_millimetres(family):
     for factor, arm in family.items():
         T = arm.fk(np.full(arm.n, 0.3) * slides(arm, factor))
         if arm.ik(resized(T, 1000)).valid.any():
-            # `ik` knows no limits, and a slide goes anywhere.
+            # `ik` ignores limits, so a prismatic joint has no bounds.
             assert arm.name == "stanford"
             continue
         with pytest.raises(chasles.OutOfReachError, match="in millimetres"):
@@ -144,7 +144,7 @@ def coordinate(kind, lower=None, upper=None):
 
 
 def on_a_line(scale, away=0.0):
-    """Forward kinematics of a slide."""
+    """Returns the forward kinematics of a prismatic joint."""
 
     def fk(q):
         T = np.tile(np.eye(4), (len(q), 1, 1))
@@ -159,7 +159,7 @@ def test_unit_length_follows_prismatic_joint_range(exponent):
     span = 10.0**exponent
     slide = (coordinate("prismatic", -2 * span, 2 * span),)
     assert unit_length(on_a_line(1), slide, None) == pytest.approx(span)
-    # A robot that stands far away is not large, but its positions have the rounding of the way.
+    # A robot far from the base frame is not large, but the distance adds rounding errors.
     assert unit_length(on_a_line(1, 100 * span), slide, None) == pytest.approx(span)
     assert unit_length(on_a_line(1, 1e8 * span), slide, None) == pytest.approx(1000 * span)
 

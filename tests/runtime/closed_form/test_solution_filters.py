@@ -1,4 +1,4 @@
-"""Filters of solutions that choose by weights, branches and limits."""
+"""Filters of solutions by weights, branches and limits."""
 
 import re
 

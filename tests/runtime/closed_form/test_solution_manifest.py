@@ -1,4 +1,4 @@
-"""Branches and coordinates of solutions as the manifest states them."""
+"""The manifest describes the branches and coordinates of solutions."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""All branches of an inverse: what a call returns, and the filters on it."""
+"""Inverse kinematics with all branches: the result of a call, and the filters on it."""
 
 import copy
 import gc
@@ -28,7 +28,7 @@ def arm(tmp_path_factory):
 
 @pytest.fixture
 def q():
-    """Coordinates (N, 4) in one turn, elbow to the left."""
+    """Coordinates (N, 4) within one turn, elbow to the left."""
     rng = np.random.default_rng(7)
     return rng.uniform([-3, 0.1, -0.5, -3], [3, 2.4, 0.5, 3], (N, 4))
 
@@ -138,7 +138,7 @@ def test_unreachable_and_non_finite_poses_are_invalid(arm):
 
 
 def test_tolerance_decides_validity(arm):
-    # Beyond reach by less than the tolerance, and by more.
+    # The poses are out of reach by less and by more than the tolerance.
     reach = scara.A1 + scara.A2
     for beyond, valid in ((0.5e-9, True), (2e-9, False)):
         T = scara.fk(np.zeros(4))
@@ -262,7 +262,7 @@ def test_at_selects_single_pose_of_batch(arm, q):
 
 
 def windings(value, lower, upper):
-    """All turns of a value in [lower, upper], by trying many."""
+    """Finds all turns of a value in [lower, upper] by trial."""
     turned = value + 2 * np.pi * np.arange(-5, 6)
     return turned[(turned >= lower) & (turned <= upper)]
 
@@ -302,7 +302,7 @@ def test_within_limits_enumerates_all_windings(arm, q):
 
 def test_every_winding_gets_its_own_slot(arm):
     solutions = arm.ik(scara.fk([0.5, 0.7, 0.0, 0.0])).within_limits()
-    # The shoulder may turn 13 rad: three turns, the lower first, of either branch.
+    # The shoulder has a range of 13 rad: three turns for either branch, the lowest first.
     assert solutions.q.shape == (6, 4)
     np.testing.assert_allclose(solutions.q[:3, 0], [0.5 - 4 * np.pi, 0.5 - 2 * np.pi, 0.5])
     np.testing.assert_array_equal(solutions.valid[:3], [False, True, True])
@@ -403,7 +403,7 @@ def test_within_limits_counts_full_turns_as_motion(arm):
     np.testing.assert_allclose(turned.nearest(seed), [3.0 - 2 * np.pi, 0.5, 0, 0], atol=1e-12)
     only = arm.ik(T).within_limits([[-3.1, 3.1], [-3, 3], [-1, 1], [-np.inf, np.inf]])
     assert only.distances_from(seed)[0, 0] == pytest.approx(6.2)
-    # The roll has no limits and turns the shorter way still.
+    # The roll has no limits, and moves by at most half a turn.
     assert np.abs(turned.distances_from([0, 0, 0, 100.0])[:, 3]).max() <= np.pi
 
 
@@ -414,11 +414,11 @@ def test_distinct_removes_duplicate_solutions(arm, q):
     np.testing.assert_array_equal(solutions.count, [1, 1, 2])
     assert solutions.valid[:, 0].all()
     np.testing.assert_array_equal(arm.ik(scara.fk(stretched)).distinct(2.0).count, [1, 1, 1])
-    # The same but for a turn: pi and -pi.
+    # The values pi and -pi differ by a whole turn.
     kind = type(solutions)
     q = np.array([[np.pi, 0, 1, 0], [-np.pi, 0, 1, 0], [np.pi, 0, 1, 2 * np.pi], [0, 0, 1, 0]])
     assert kind._judged(q, np.zeros(4), np.ones(4)).distinct().count == 2
-    # A slot that is taken out takes none with it.
+    # An invalid slot does not remove its duplicates.
     left = kind(q, np.zeros(4), np.ones(4), np.array([False, True, True, True]))
     np.testing.assert_array_equal(left.distinct().valid, [False, True, False, True])
 
@@ -457,7 +457,7 @@ def test_least_squares_returns_best_unreachable_answer(arm, q):
     assert np.isnan(best.residual[[0, 2, 3]]).all()
     assert best.residual[1] == pytest.approx(1.0 - scara.A1 - scara.A2)
     np.testing.assert_allclose(best.q[1, :2], 0, atol=1e-9)
-    # A pose in reach is not out of it because a filter took its solutions.
+    # A filter that removes all solutions does not make a pose unreachable.
     filtered = solutions.within_limits([[5.0, 5.1]] * 4).least_squares()
     assert np.isnan(filtered.residual[[0, 2, 3]]).all()
     single = arm.ik(T[1]).least_squares()

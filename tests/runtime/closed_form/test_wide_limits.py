@@ -1,4 +1,4 @@
-"""Limits that are many turns apart."""
+"""Limits that span many turns raise an error that suggests degrees."""
 
 import numpy as np
 import pytest

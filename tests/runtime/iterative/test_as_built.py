@@ -1,4 +1,4 @@
-"""Robots with loops as they are built: closed, and led from their design, judged without either."""
+"""Robots with loops, refined from their design, against independently closed loops."""
 
 import tempfile
 from dataclasses import replace
@@ -24,7 +24,7 @@ DESIGN = read(ROBOTS / "board_installer.toml")
 
 
 def longer(mechanism, name, length):
-    """A rod that is off by a length in millimetres."""
+    """Changes the length of a rod by an error in millimetres."""
     struts = tuple(
         replace(strut, length=strut.length + sp.Rational(length) / 1000)
         if strut.name == name
@@ -35,7 +35,7 @@ def longer(mechanism, name, length):
 
 
 def tilted(mechanism, name):
-    """A joint whose axis is 0.1 degrees out of the plane."""
+    """Tilts the axis of a joint by 0.1 degrees out of the plane."""
     joints = tuple(
         replace(joint, before=(*joint.before, Rotation("x", sp.pi / 1800)))
         if joint.name == name
@@ -55,7 +55,7 @@ def all_at_once():
 
 
 BUILT = {"lengths": lambda: drawn(94), "all at once": all_at_once}
-"""The campaign `as_built` takes every single error and many drawn lengths."""
+"""The campaign `as_built` tests every single error and many random lengths."""
 
 
 @cache
@@ -66,7 +66,7 @@ def compiled_of(name):
 
 @pytest.fixture(scope="module", params=BUILT)
 def built(request):
-    """A robot, and the description that its loops are closed for."""
+    """The as-built robot, and the description that closes its loops."""
     return compiled_of(request.param), Model(Hybrid(BUILT[request.param]()).mechanism)
 
 
@@ -115,7 +115,7 @@ def test_ik_recovers_generating_configuration(built):
     assert apart.min(-1).max() < 1e-9
     again = robot.fk(found.q[found.valid])
     np.testing.assert_allclose(again, np.repeat(T, found.valid.sum(-1), 0), atol=1e-11)
-    # Another posture than the configuration's own.
+    # Some valid solutions differ from the generating configuration.
     assert (found.valid.sum(-1) > 1).mean() > 0.5
 
 
@@ -126,7 +126,7 @@ def test_requirements_note_nominal_loop_lengths():
 
 
 def test_loops_with_tilted_joint_use_refined_nominal_inverse():
-    """Spatial loops give joints from which planar ones follow, and the inverse is led."""
+    """The spatial loops determine the planar loops, and the nominal inverse is refined."""
     hybrid = Hybrid(replace(tilted(DESIGN, "shoulder"), closure="least squares"))
     assert not hybrid.forward.open
     assert {"SlidingLeg", "TurningLeg"} & {type(step).__name__ for step in hybrid.forward.steps}
@@ -136,7 +136,7 @@ def test_loops_with_tilted_joint_use_refined_nominal_inverse():
 
 
 def test_solution_near_dead_point_is_found():
-    """Its margin is 1.5e-5: between a step too long for the loops and one too short to help."""
+    """The margin is 1.5e-5: larger steps would open the loops, and smaller steps do not help."""
     robot = compiled_of("lengths")
     q = np.array([-0.82292224, -0.47466385, -3.10882504, 0.70505359, 0.0415733, 0.11240639])
     assert 1e-5 < robot.margin(q).min() < 2e-5
@@ -145,7 +145,7 @@ def test_solution_near_dead_point_is_found():
 
 
 def test_fixed_joints_keep_their_values(tmp_path):
-    """Every length off by up to half a millimetre, and two axes by 0.1 degrees."""
+    """Every length has an error of up to 0.5 mm, and two axes are tilted by 0.1 degrees."""
     design = read(ROBOTS / "well_manipulator.toml")
     members = frozenset(one.name for one in (*design.joints, *design.struts))
     spoilt = as_built(design, members, 5e-4, np.random.default_rng(1))

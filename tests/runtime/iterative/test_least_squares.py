@@ -1,4 +1,4 @@
-"""Loops that repeat constraints and cannot close: the posture of the least sum of squared gaps."""
+"""Overconstrained loops that cannot close: the configuration minimizes the sum of squared gaps."""
 
 from dataclasses import replace
 
@@ -22,7 +22,7 @@ NAMES = (
     "jacobian_mixed",
 )
 ITERATED = ("five_bar",)
-"""Mechanisms with a coordinate that is not a joint of the main chain."""
+"""Mechanisms with a coordinate outside the main chain."""
 STEP = 1e-6
 DRAWN = {
     "parallelogram": lambda: out_of_plane(parallelogram(), np.random.default_rng(3)),
@@ -34,7 +34,7 @@ DRAWN = {
 def drawn(request, tmp_path_factory):
     """A robot whose loops cannot close, and its description.
 
-    The campaign `least_squares` takes other mechanisms and many errors.
+    The campaign `least_squares` tests other mechanisms and many errors.
     """
     mechanism = DRAWN[request.param]()
     names = (*NAMES, *(["actuator_margin"] if request.param in ITERATED else ()))
@@ -49,7 +49,7 @@ def postures(robot, count=40):
 
 
 def weighted(mechanism):
-    """The gaps of a model in metres, entries of rotations times the size, and their derivative."""
+    """Returns gaps in metres and their derivative; rotation entries are scaled by the size."""
     model = Model(mechanism)
     terms = Terms({p.symbol: p.value for p in mechanism.parameters})
     size = float(f"{longest_length(mechanism, terms):.3g}")
@@ -86,7 +86,7 @@ def test_closure_minimizes_weighted_sum_of_squares(drawn):
             gtol=1e-15,
         )
         np.testing.assert_allclose(z[free], found.x, atol=1e-9)
-        # They do stay open.
+        # The gaps remain open.
         assert 1e-5 < np.abs(gaps(z)).max() < 0.1
 
 
@@ -146,7 +146,7 @@ def test_actuator_maps_invert_chain_maps(drawn):
 
 
 def test_closable_loops_keep_closed_form_solution(tmp_path):
-    """Asked for in vain: the closed form of the design stays."""
+    """The least-squares option changes nothing here: the closed form of the design remains."""
     robot = compiled(
         replace(parallelogram(), closure="least squares"), tmp_path, ["fk", "constraint"], ["c"]
     )
@@ -154,7 +154,7 @@ def test_closable_loops_keep_closed_form_solution(tmp_path):
 
 
 def test_ik_refined_from_nominal_recovers_configuration(tmp_path):
-    """A planar arm whose second motor drives the elbow by a parallelogram with a third rod."""
+    """The second motor of a planar arm drives the elbow by a parallelogram with a redundant rod."""
     text = """
 name = "driven_elbow"
 convention = "urdf"

@@ -1,4 +1,4 @@
-"""Robots whose loops close by iteration alone, and whose inverse is led from their design."""
+"""Robots whose loops close only by iteration, and whose inverse is refined from their design."""
 
 from dataclasses import replace
 
@@ -66,11 +66,11 @@ motor = 0
 fork = {swing}
 pivot = {rise}
 """
-"""A rod with a universal joint drives the elbow of a planar arm. Its crank may stand anyhow."""
+"""A planar arm whose elbow is driven by a rod with a universal joint and a crank anywhere."""
 
 
 def drawn_arm(seed, off, wrist):
-    """An arm of a seed, the axes of whose universal joint miss each other by ``off`` metres."""
+    """Returns a random arm; the axes of its universal joint are ``off`` metres apart."""
     rng = np.random.default_rng(seed)
     motor, tilt = np.add(rng.uniform(-0.2, 0.2, 3), (0.3, 0, 0.1)), rng.uniform(-0.6, 0.6, 3)
     fork, elbow, horn = (
@@ -112,7 +112,7 @@ def drawn_arm(seed, off, wrist):
 
 
 def judged(robot, mechanism, reach):
-    """Every configuration around the reference is a solution of its pose; no solution is wrong."""
+    """Asserts that configurations near the reference are found and solutions are correct."""
     q = robot.reference.q + reach * np.random.default_rng(0).uniform(-1, 1, (POSES, robot.n))
     q = q[robot.loops_close(q)]
     assert len(q) > POSES / 2
@@ -131,8 +131,8 @@ def judged(robot, mechanism, reach):
 def test_ik_recovers_configuration_with_offset_universal_joints(tmp_path, seed, wrist):
     """The loop of the arm as built has no closed form.
 
-    The crank of the second arm is near a dead point, where the elbow of the arm as built goes
-    further than the elbow of its design. Its wrist goes beyond half a turn.
+    The crank of the second arm is near a dead point, where the as-built elbow moves further than
+    the nominal elbow. The wrist moves beyond half a turn.
     """
     built = replace(drawn_arm(seed, 5e-4, wrist), nominal=drawn_arm(seed, 0, wrist))
     robot = compiled(built, tmp_path, NAMES, ["c"])
@@ -141,7 +141,7 @@ def test_ik_recovers_configuration_with_offset_universal_joints(tmp_path, seed, 
 
 
 def test_ik_recovers_configuration_out_of_nominal_plane(tmp_path):
-    """The design does not reach the poses of the robot as built: a tilted crank of a four-bar."""
+    """The nominal design cannot reach the poses of the as-built four-bar with a tilted crank."""
     design = read(ROBOTS / "four_bar.toml")
     built = replace(dict(single_errors(design))["axis of crank"], closure="least squares")
     robot = compiled(replace(built, nominal=design), tmp_path, NAMES, ["c"])

@@ -1,6 +1,6 @@
-"""Mechanisms of a millimetre and of a hundred metres behave as those of decimetres.
+"""Mechanisms of one millimetre and of 100 metres behave like mechanisms of decimetres.
 
-The oracle is the similarity to the shipped robot: angles stay, lengths are multiplied.
+The oracle is similarity to the shipped robot: angles are equal, and lengths are scaled.
 """
 
 import re
@@ -15,7 +15,7 @@ from tests.support.compiling import compiled
 
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 FACTORS = {"planar_3rrr": 256.0, "five_bar": 1 / 256, "stewart_gough": 1 / 256}
-"""Powers of two, so that the lengths are the same to the last bit."""
+"""Powers of two, so that scaled lengths have no rounding errors."""
 LENGTHS = {
     "planar_3rrr": re.compile(r"(?<=value = )[\d.]+"),
     "five_bar": re.compile(r"(?<=value = )[\d.]+"),
@@ -28,14 +28,14 @@ FUNCTIONS = (
     *("actuators", "actuators_D_chain", "actuator_margin", "actuators_all"),
     *("assembly_polynomial", "assembly_position", "assembly_mirror"),
 )
-"""What is compared, as far as a robot has it, and what is called for it."""
+"""Functions to compare, if a robot has them, and how to call each."""
 CONFIGURATIONS = 60
 SAME = 1e-12
-"""Radians, and parts of the size."""
+"""Tolerance in radians, and relative to the size of the robot."""
 
 
 def written(name, factor, folder):
-    """A shipped robot with every length of its file times a factor."""
+    """Returns a shipped robot with all lengths of its file scaled."""
     text = (ROBOTS / f"{name}.toml").read_text()
     file = folder / f"{name}.toml"
     file.write_text(LENGTHS[name].sub(lambda found: f"{float(found[0]) * factor:.12f}", text))
@@ -45,7 +45,7 @@ def written(name, factor, folder):
 
 @pytest.fixture(scope="module", params=FACTORS.items(), ids=str)
 def pair(request, tmp_path_factory):
-    """A shipped robot, the same robot in another size, and the factor."""
+    """A shipped robot, the same robot in another size, and the scale factor."""
     name, factor = request.param
     return chasles.load(name), written(name, factor, tmp_path_factory.mktemp("sizes")), factor
 

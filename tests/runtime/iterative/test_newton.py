@@ -1,4 +1,4 @@
-"""Loops solved by Newton's iteration in C: on their branch, with derivatives, from seeds."""
+"""Newton's method in C closes loops on their branch, with derivatives, from start values."""
 
 import pickle
 import tomllib
@@ -39,7 +39,7 @@ bar_pin = -76
 upper_swing = 76
 lower_swing = 76
 """
-"""A bar on three parallel cranks, which repeat each other: one equation too many."""
+"""A bar on three parallel cranks. One loop equation is redundant."""
 NAMES = ("planar_3rrr", "stewart_gough", "redundant")
 
 
@@ -61,7 +61,7 @@ def robot(request, tmp_path_factory):
     described = read(description(above, request.param))
     wanted = [name for name in WANTED if described.passive or not name.startswith("passive")]
     robot = compiled(described, folder, wanted, ["c", "casadi"])
-    # A robot that is unpickled is loaded again.
+    # An unpickled robot is loaded again.
     with compiled_quickly():
         yield robot
 
@@ -76,14 +76,14 @@ WANTED = (
 
 
 def coordinates(robot, n, wide=1.0, seed=0):
-    """Coordinates about the middle of the limits, or of angles at which the platform is held."""
+    """Returns coordinates near mid-range, or near angles that support the platform."""
     lower, upper = held(robot)
     middle, half = (lower + upper) / 2, (upper - lower) / 2
     return middle + half * wide * np.random.default_rng(seed).uniform(-1, 1, (n, robot.n))
 
 
 def difference(function, x, step=1e-6):
-    """(..., n) derivative of a function of rows x (N, n) by central differences."""
+    """Differentiates a function of rows x (N, n) by central differences: shape (..., n)."""
     slopes = [(function(x + h) - function(x - h)) / (2 * step) for h in step * np.eye(x.shape[-1])]
     return np.stack(slopes, axis=-1)
 
@@ -100,7 +100,7 @@ def test_loops_close_everywhere_within_limits(robot):
 
 
 def followed(robot, q, steps):
-    """Variables w at q by Newton's iteration in small steps, NaN where det c_u changes sign."""
+    """Follows w to q by Newton's method in small steps; returns NaN where det c_u changes sign."""
     names = [v.name for v in robot.configuration_variables]
     own = [k for k, name in enumerate(names) if not name.startswith("psi")]
     moved = [c.name for c in robot.coordinates]
@@ -130,12 +130,13 @@ def test_newton_keeps_branch_far_outside_limits(robot):
     reached = np.isfinite(expected).all(-1)
     assert 15 < reached.sum() < 60
     np.testing.assert_allclose(z[reached], expected[reached], atol=1e-9)
-    # Behind a singularity nothing is found; near to one, steps of this length may pass over it.
+    # Newton's method finds nothing beyond a singularity. Near a singularity, steps of this length
+    # may cross it.
     assert np.isfinite(z[~reached]).all(-1).sum() <= 1
 
 
 def test_newton_never_crosses_singularity(robot):
-    """Many are near one, where Newton's iteration contracts onto the other branch as well."""
+    """Near a singularity, as at many targets here, Newton's method may reach another branch."""
     if robot.name == "redundant":
         pytest.skip("without a determinant")
     names = [v.name for v in robot.configuration_variables]
@@ -207,7 +208,7 @@ def test_follow_from_seed_matches_direct_solution(robot):
 
 
 def unreachable(robot):
-    """Coordinates at which the first leg is too far away."""
+    """Returns coordinates at which the first leg is too far away."""
     return np.array(robot.reference.q) + 2.5 * np.eye(robot.n)[0]
 
 
@@ -243,7 +244,8 @@ def test_newton_functions_accept_batches_out_and_pickle(robot):
 
 
 def test_margin_is_zero_at_a_singularity(robot):
-    # Until the continuation ends, the margin falls with the square root of the way that is left.
+    # Until the continuation ends, the margin decreases with the square root of the remaining
+    # distance.
     near, far = np.array(robot.reference.q), unreachable(robot)
     assert robot.margin(near)[0] == pytest.approx(1.0, abs=1e-4)
     for _ in range(60):

@@ -1,4 +1,4 @@
-"""Inverse kinematics by iteration: within limits, as far off as it says, the same each time."""
+"""Iterative inverse kinematics is within limits, reports its error, and repeats exactly."""
 
 import re
 
@@ -23,13 +23,13 @@ from tests.support.pages import examples
 
 PAGE = "how-to/numeric.md"
 CLOSED = 1e-12
-"""As ROUNDING, if both sides close loops by iteration [m or rad]."""
+"""Like ROUNDING, for loops that both programs close by iteration (metre or radian)."""
 DIRECTION = (1, 1, 1, 1, 1, 0)
 SERIAL = ("ur5e", "puma560", "panda", "iiwa14", "photo_robot", "jaco2", "lynxmotion", "stanford")
 LOOPS = ("well_manipulator", "board_installer", "excavator", "delta")
 ROBOTS = (*SERIAL, *LOOPS, *PLATFORMS)
 ENDLESS = ("photo_robot",)
-"""Robots on a track without limits: they get as far as one likes."""
+"""Robots on a track without limits, which reach any distance."""
 PLACED = ("ur5e", "puma560", "panda", "jaco2", "lynxmotion", "well_manipulator")
 
 
@@ -44,7 +44,7 @@ def ur5e():
 
 
 def beyond(robot, count):
-    """Poses whose place is a tenth further from the base than the tool ever gets."""
+    """Poses whose position is 10 % farther from the base than the tool can reach."""
     T = robot.fk(configurations(robot, 2000))
     reach = np.linalg.norm(T[:, :3, 3], axis=1)
     T = T[:count].copy()
@@ -110,7 +110,7 @@ def test_unreachable_position_ends_at_local_minimum(name):
 
 
 def test_arm_stretches_towards_unreachable_position():
-    # Where the elbow and the limits allow it, the nearest place is a point of the largest sphere.
+    # If the elbow and the limits permit, the nearest position is on the largest sphere.
     robot = chasles.load("lynxmotion")
     table, arm = np.array([0, 0, 0.1]), 0.3
     towards = np.array([np.cos(0.7), 0, np.sin(0.7)])
@@ -169,7 +169,7 @@ def test_rng_determines_start_configurations(ur5e):
     assert (np.abs(one.q - other.q).max(axis=1) > 0.1).any()
     generators = [np.random.default_rng(5) for _ in range(2)]
     assert same(*(ur5e.ik_numeric(T, rng=generator) for generator in generators))
-    # A generator goes on: the next call has other starts.
+    # The second call with the same generator uses other start configurations.
     again = [ur5e.ik_numeric(T, rng=generators[0]), ur5e.ik_numeric(T, rng=generators[1])]
     assert same(*again)
     assert not same(again[0], ur5e.ik_numeric(T, rng=np.random.default_rng(5)))
@@ -181,8 +181,8 @@ def test_nearby_seed_converges_to_nearby_solution(robot):
     step = 1e-3 * np.random.default_rng(1).uniform(-1, 1, q.shape)
     found = robot.ik_numeric(robot.fk(q), q + step)
     assert found.valid.all()
-    # But at a few near singularities it takes no restart, and where no self-motion is possible
-    # it leads back.
+    # Only a few poses near singularities need a restart. Without a self-motion the solution is the
+    # original configuration.
     assert (found.restarts == 0).mean() >= 0.95
     moved = np.abs(found.q - q).max(axis=1)
     assert np.median(moved) <= (0.01 if robot.n > 6 else 1e-6)
@@ -437,7 +437,7 @@ def test_numeric_page_examples_print_documented_output(capsys):
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_seed_rotated_by_half_turn_converges(ur5e, axis):
-    # There the logarithm of the way has the limit of a quotient 0 / 0 in it.
+    # At this point the logarithm of the pose difference contains a limit of the form 0 / 0.
     rng = np.random.default_rng(0)
     seed = rng.uniform(-2, 2, (3000, 6))
     T = ur5e.fk(seed) @ np.diag([1.0 if k in (axis, 3) else -1.0 for k in range(4)])

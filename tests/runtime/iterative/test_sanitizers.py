@@ -1,7 +1,7 @@
-"""Generated C and the solvers that call it, under the compiler's sanitizers.
+"""Generated C and its solvers run under the compiler's sanitizers.
 
-Reads and writes out of bounds, undefined behaviour and data races do not show in results. The
-campaign ``memory`` draws other robots.
+Results do not reveal out-of-bounds accesses, undefined behavior or data races. The campaign
+``memory`` tests other robots.
 """
 
 import json
@@ -33,21 +33,21 @@ from tests.support.tools import needs
 
 pytestmark = needs("gcc")
 SMALL, LARGE = "scara", "panda"
-"""A robot whose code compiles fast, with lanes, branches and both kinds of joints; a large one."""
+"""A robot that compiles fast, with vector code, branches and both joint types; a large robot."""
 SHAPES = ("fk", "fk_jacobian_mixed", "acceleration_mixed", "ik")
 """Functions with one and several inputs and results, and with branches.
 
 The campaign ``memory`` runs all functions.
 """
 SUFFIXES = ("", "_branch", "_rows", "_batch")
-"""Ends of the names of the C functions of one function."""
+"""Suffixes of the C function names that belong to one generated function."""
 UNUSED = "-Wno-unused-function"
-"""The vector code keeps the functions that a part of a robot lacks; the compiler drops them."""
+"""The vector code refers to functions outside this subset; the compiler drops them."""
 FUNCTION = re.compile(r"^(?:static )?void (\w+)\(.*?^}\n", re.MULTILINE | re.DOTALL)
 
 
 def part(name, functions, folder):
-    """A copy of a shipped robot with some functions alone, which compiles several times faster."""
+    """Copies a shipped robot with a subset of its functions, to compile several times faster."""
     made = Path(shutil.copytree(GENERATED / name, folder / name))
     shutil.copytree(GENERATED / "support", folder / "support", dirs_exist_ok=True)
     manifest = made / "manifest.json"
@@ -66,7 +66,7 @@ def part(name, functions, folder):
 
 
 def require(folder, sanitizer):
-    """Skips the test where an empty program cannot be compiled or run with the sanitizer."""
+    """Skips the test if the sanitizer cannot compile or run an empty program."""
     (folder / "empty.c").write_text("int main(void) { return 0; }\n")
     command = [GCC, f"-fsanitize={sanitizer}", "empty.c", "-o", "empty"]
     for step in (command, ["./empty"]):
@@ -77,7 +77,7 @@ def require(folder, sanitizer):
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
-    """A program with code for all instruction sets, by robot and flags."""
+    """A program with code for all instruction sets, keyed by robot and flags."""
 
     @cache
     def of(name, *flags):
@@ -105,7 +105,7 @@ def test_generated_code_has_no_undefined_behaviour(tmp_path):
 
 @pytest.mark.parametrize("chosen", SETS)
 def test_vector_code_touches_only_its_rows(chosen, built):
-    """Optimized code between protected pages: the sanitizer knows no masked or streaming stores."""
+    """Data lie between protected pages, because sanitizers miss masked and streaming stores."""
     require_features(SETS[chosen])
     program, functions = built(LARGE, "-O2")
     assert run(program, "pages", sets=SETS[chosen]) == 2 * functions * CASES
@@ -122,7 +122,7 @@ def test_generated_code_has_no_data_races(flags, tmp_path):
 
 
 SHARED = {"solve": 400, "decompose": 575, "logarithm": 600}
-"""Cases of each mode of the functions that the solvers share."""
+"""Cases for each mode of the functions that the solvers share."""
 
 
 def test_shared_numerics_are_correct_and_memory_safe(tmp_path):
@@ -140,13 +140,13 @@ CALLED = {
     "link": ("link_poses",),
     "box": ("fk_jacobian_mixed",),
 }
-"""The functions that each mode of serial robots calls."""
+"""Functions that each mode of serial robots calls."""
 SOLVED = {"tool": 5 * 24, "link": 5 * 24, "box": 400}
-"""Cases of each mode: poses times tasks, with seeds and without; steps along a path."""
+"""Cases for each mode: poses and tasks, with and without start values, and steps along a path."""
 
 
 def screws_for(name):
-    """The screws between the base and the last link but one, as the driver reads them."""
+    """Returns the screws up to the second-to-last link in the driver's input format."""
     robot = chasles.load(name)
     screws = screws_up_to(robot.manifest, len(robot.link_names) - 2)
     return "\n".join([str(len(screws)), *(" ".join(map(repr, row)) for row in screws.tolist())])

@@ -1,4 +1,4 @@
-"""The iterative solver in C refuses functions and arrays that do not match each other."""
+"""The iterative solver in C rejects functions and arrays of inconsistent sizes."""
 
 import numpy as np
 import pytest

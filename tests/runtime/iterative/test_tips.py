@@ -1,4 +1,4 @@
-"""Inverse kinematics by iteration for links other than the tool."""
+"""Iterative inverse kinematics for links other than the tool."""
 
 import numpy as np
 import pytest
@@ -81,7 +81,7 @@ joints = [
 
 
 def moves(poses, steps):
-    """Twists of a link per unit of each coordinate, in its frame, by central differences."""
+    """Returns the link twist for each unit joint rate, in the link frame, by differences."""
     ahead, behind = poses[: len(poses) // 2], poses[len(poses) // 2 :]
     return se3.log(se3.inverse(behind) @ ahead) / (2 * steps)
 

@@ -1,4 +1,4 @@
-"""The compiler of robots that are derived on first use, without a process of its own."""
+"""Derives robots on first use without a separate compiler process."""
 
 import io
 import subprocess
@@ -13,9 +13,9 @@ from chasles.library import derived as described
 
 @pytest.fixture(scope="session")
 def compiler_in_process():
-    """A stand-in for `subprocess.run` that runs the compiler in the process of the tests.
+    """Replaces `subprocess.run` and runs the compiler in the test process.
 
-    The process has imported SymPy already. Other programs run as usual.
+    The test process has imported SymPy already. Other programs run as usual.
     """
     run = subprocess.run
 

@@ -1,4 +1,4 @@
-"""Robots derived on first use: the shelf, descriptions, concurrent and interrupted first uses."""
+"""Robots derived on first use: shelf, descriptions, concurrent and interrupted first uses."""
 
 import json
 import os
@@ -38,7 +38,7 @@ URDF = """\
 </robot>
 """
 FEW = ("--functions", "fk")
-"""Options of the compiler: a robot of one function is derived several times faster."""
+"""Compiler options that derive a single function, which is several times faster."""
 FIND = f"""\
 import sys, chasles
 from chasles.library import derived as described
@@ -50,19 +50,19 @@ print(chasles.find_folder(sys.argv[1]))
 
 @pytest.fixture(autouse=True)
 def fast(cache, monkeypatch):
-    """An empty cache, and C that is compiled quickly."""
+    """An empty cache, and compiler flags for fast compilation."""
     monkeypatch.setenv("CHASLES_CFLAGS", "-O0")
 
 
 @pytest.fixture
 def here(monkeypatch, compiler_in_process):
-    """The compiler runs in this process."""
+    """Runs the compiler in this process."""
     monkeypatch.setattr(subprocess, "run", compiler_in_process)
 
 
 @pytest.fixture
 def few(monkeypatch, here):
-    """The compiler runs in this process, and derives forward kinematics alone."""
+    """Runs the compiler in this process, and derives only forward kinematics."""
     derive_few(monkeypatch, FEW)
 
 
@@ -106,12 +106,12 @@ def arm(tmp_path):
 
 
 def derived(cache):
-    """Folders of derived robots, and whatever else lies beside them."""
+    """Lists all folders in the cache of derived robots, including temporary folders."""
     return sorted(path.name for path in (cache / "derived").iterdir())
 
 
 def finding(robot, python=sys.executable):
-    """A process of its own that looks for a robot's folder."""
+    """Starts a process that looks for a robot's folder."""
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     return subprocess.Popen([python, "-c", FIND, str(robot)], start_new_session=True, **pipes)
 
@@ -221,7 +221,7 @@ def test_links_and_name_are_selected_by_load(tmp_path):
     assert chasles.load(path).n == 2
     short = chasles.load(path, tip="lid", name="mine")
     assert (short.n, short.name) == (1, "mine")
-    # An inverse for fixed joints is derived of the same chain.
+    # An inverse for fixed joints is derived from the same chain.
     origin = (path, ("--tip", "lid", "--name", "mine"))
     assert described.description_of(short.folder) == origin
     assert chasles.load(path, group="short").n == 1
@@ -293,7 +293,7 @@ def test_concurrent_first_loads_share_derived_robot(arm, cache):
     assert [process.returncode for process in processes] == [0, 0, 0], said
     assert {out for out, _ in said} == {f"{chasles.find_folder(arm)}\n"}
     assert len(derived(cache)) == 1
-    # At least two of them derived the robot: neither waited for the other.
+    # At least two processes derived the robot, so neither waited for the other.
     assert sum("deriving" in err for _, err in said) >= 2
 
 
@@ -342,7 +342,7 @@ def test_unwritable_cache_error_names_environment_variable(arm, tmp_path, monkey
 
 @pytest.fixture
 def bare(tmp_path, monkeypatch):
-    """An environment with chasles and NumPy alone, and a compiler that may be changed."""
+    """An environment with only chasles and NumPy, and a compiler that the test may change."""
     folder = tmp_path / "bare"
     venv.create(folder, symlinks=True, with_pip=False)
     package = tmp_path / "site" / "chasles"
@@ -367,7 +367,7 @@ def test_missing_derivation_compiler_gives_install_hint(arm, cache, bare):
         "ur10e.toml: cannot be derived; the compiler is not installed: pip install 'chasles[" in err
     )
     assert derived(cache) == []
-    # A robot that was derived before needs no compiler, until the compiler changes.
+    # A robot derived earlier needs no compiler until the compiler changes.
     process = finding(arm)
     here = process.communicate()
     process = finding(arm, python)

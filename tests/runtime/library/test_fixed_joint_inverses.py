@@ -19,14 +19,14 @@ DEG, MM = np.pi / 180, 1e-3
 
 @pytest.fixture(scope="module")
 def shipped():
-    """Robots as users have them, by name."""
+    """Robots as installed, keyed by name."""
     names = ("well_manipulator", "panda", "ur5e", "board_installer", "delta")
     return {name: chasles.load(name) for name in names}
 
 
 @pytest.fixture(scope="module", autouse=True)
 def cache(shipped, tmp_path_factory, compiler_in_process):
-    """One cache for this file, nothing kept of other files, and a quick compiler."""
+    """A separate cache for this file, and fast compilation."""
     fixed_joints._inverse_of.cache_clear()
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CHASLES_CACHE", str(tmp_path_factory.mktemp("given")))
@@ -46,7 +46,7 @@ def panda(shipped):
 
 
 def stages(well):
-    """The 49 s of the paper in steps of 0.1 s: poses, and the values of theta1 and theta2."""
+    """Returns the poses, theta1 and theta2 of the paper's 49 s motion in steps of 0.1 s."""
     t = np.arange(0, 49, 0.1)
     upright = np.array([[0, 1, 0], [0, 0, -1], [-1, 0, 0]])
     start = np.array([0, 88.79, -49.2, 0, -86.76, 0, -40.62]) * DEG
@@ -60,7 +60,7 @@ def stages(well):
     T[down, 0, 3] = 1.237
     depth = np.interp(t, [27, 37, 39, 49], [1020, -1146, -1146, -1146 - 2166])
     T[down, 2, 3] = depth[down] * MM
-    # The paper leaves open how joint 2 helps from 39 s on; here it lowers the arm.
+    # The paper does not state how joint 2 moves after 39 s; here it lowers the arm.
     theta2 = np.interp(t, [39, 49], [88.79, 30]) * DEG
     return t, T, theta[:, 0], theta2
 
@@ -77,14 +77,14 @@ def test_well_manipulator_follows_paper_with_fixed_theta2(well, capfd):
     np.testing.assert_allclose(theta[:, 1], theta2[valid], atol=1e-10)
     np.testing.assert_allclose(theta[:, 0], theta1[valid], atol=1e-10)
     assert np.abs(theta[:, [3, 5]]).max() == 0
-    # The same motion with the cylinder locked, followed by rates from 27 s to 37 s.
+    # The rates follow the same motion from 27 s to 37 s with the cylinder fixed.
     part = (t >= 27) & (t <= 37)
     track = well.track(T[part], q[part[valid]][0], 0.1, fixed=["theta2", "l_HI", "l_MN"])
     locked = [1, 3, 5]
     assert (track.q[:, locked] == track.q[0, locked]).all()
     assert track.max_distance < 2e-3
     assert np.abs(well.chain(track.q)[:, 2] - theta[part[valid], 2]).max() < 2e-2
-    # By iteration, from configurations 5 cm of each cylinder away.
+    # The iteration starts 2 cm (0.02 rad) away in each free coordinate.
     seed = q[::20] + 0.02
     seed[:, locked] = q[::20][:, locked]
     numeric = well.ik_numeric(T[valid][::20], seed, fixed=["theta2", "l_HI", "l_MN"])
@@ -102,7 +102,7 @@ def test_fixed_cylinder_equals_fixed_joint_that_it_drives(well):
     np.testing.assert_allclose(by_joint.nearest(q), q, atol=1e-12)
     nearest = well.ik_nearest(well.fk(q), q, fixed={"theta2": theta[1], **others})
     np.testing.assert_allclose(nearest.q, q, atol=1e-12)
-    # A length at which the loop does not close: NaN in a batch, an error by itself.
+    # At this length the loop does not close: a batch contains NaN, and a single call raises.
     assert not well.ik(well.fk(q), fixed={"cylinder_1": [9.0], **others}).valid.any()
     with pytest.raises(chasles.OutOfReachError, match="cylinder_1 does not close"):
         well.ik(well.fk(q), fixed={"cylinder_1": 9.0, **others})
@@ -121,7 +121,7 @@ def test_fixing_default_redundant_joints_needs_no_derivation(panda, well, capfd)
         np.testing.assert_array_equal(own, expected)
     theta = well.chain(well.reference.q)
     T = well.fk(well.reference.q)
-    # In any order.
+    # Fixed joints may be stated in any order.
     chosen = {"theta7": theta[6], "l_HI": theta[3], "l_MN": theta[5]}
     wanted, _, _ = well.ik.ufunc(T, theta[3], theta[5], theta[6])
     np.testing.assert_array_equal(well.ik(T, fixed=chosen).q, wanted)
@@ -139,7 +139,7 @@ def test_seven_joint_ik_with_fixed_elbow_recovers_configuration(panda):
     assert (found.q[..., 3] == q[:, None, 3]).all()
     away = np.where(found.valid[..., None], found.distances_from(q), np.inf)
     assert np.abs(away).max(-1).min(-1).max() < 1e-6
-    # Values and poses broadcast, out and threads are as in every call.
+    # Values and poses broadcast; `out` and `threads` work as in every call.
     one = panda.ik(T[0], fixed={"joint4": q[:3, 3]}, threads=2)
     assert one.q.shape == (3, 8, 7)
     out = tuple(np.empty(shape) for shape in ((8, 7), (8,), (8,)))
@@ -147,7 +147,7 @@ def test_seven_joint_ik_with_fixed_elbow_recovers_configuration(panda):
     again = panda.ik(T[0], fixed={"joint4": q[0, 3]})
     np.testing.assert_array_equal(out[0], again.q)
     np.testing.assert_allclose(out[0], one.q[0], atol=1e-12)
-    # The nearest of them keeps the value to the last bit.
+    # The nearest solution keeps the fixed value to the last bit.
     nearest = panda.ik_nearest(T, q + 1e-3, fixed={"joint4": q[:, 3]}, limits=None)
     assert nearest.valid.all()
     assert (nearest.q[:, 3] == q[:, 3]).all()
@@ -155,7 +155,7 @@ def test_seven_joint_ik_with_fixed_elbow_recovers_configuration(panda):
 
 
 def test_fixed_joint_ik_contains_all_scipy_solutions(panda):
-    """Roots of the pose error by SciPy from random starts, with the joint out of the problem."""
+    """SciPy finds roots of the pose error from random starts, with the fixed joint removed."""
     rng = np.random.default_rng(2)
     free, searched = [0, 1, 2, 4, 5, 6], 0
     for q in rng.uniform(-1.2, 1.2, (3, 7)):
@@ -177,7 +177,7 @@ def test_fixed_joint_ik_contains_all_scipy_solutions(panda):
 
 
 def test_fixed_joints_at_right_angles_miss_no_pose(tmp_path):
-    """Fixed joints in between at right angles: the arm around them has another structure there."""
+    """Joints between others are fixed at right angles, which changes the structure of the arm."""
     robot, names = random_arm(332), ("j2", "j3")
     functions = ("fk", "fk_jacobian_mixed", "ik")
     write(robot, tmp_path / "arm", functions=functions, fixed=names, languages=("c",))

@@ -1,4 +1,4 @@
-"""The cache: compiled once, never reused for other content, never opened when damaged."""
+"""The cache compiles once, never reuses a library for other content, and rejects damaged files."""
 
 import gc
 import os
@@ -22,7 +22,7 @@ Q = np.array([0.3, -1.2])
 
 
 def libraries(cache):
-    """Files in the cache, temporary folders included."""
+    """Lists the files in the cache, including temporary folders."""
     return sorted(cache.iterdir()) if cache.exists() else []
 
 
@@ -94,7 +94,7 @@ def test_damaged_library_is_rejected_and_rebuilt(folder, cache, spoil):
         "append": bytes(content) + b"x",
         "text": b"not a library at all, but long enough to end in something like a digest",
     }[spoil]
-    library.unlink()  # the old file stays mapped: write a new one
+    library.unlink()  # The old file stays mapped, so write a new file.
     library.write_bytes(spoiled)
     with pytest.raises(chasles.MismatchError, match=r"damaged .*chasles build .*tiny"):
         chasles.load(folder.path)

@@ -1,4 +1,4 @@
-"""The manifests of the shipped robots: every function has a role, every slot a label."""
+"""In the manifests of the shipped robots every function has a role, and every slot a label."""
 
 from itertools import chain
 
@@ -15,7 +15,7 @@ DOMAINS = {
     "w": "configuration",
     "T": "pose",
 }
-"""The vector of each first input; other first inputs are tasks."""
+"""The vector that each first input represents; any other first input is a task."""
 
 
 @pytest.fixture(params=NAMES)

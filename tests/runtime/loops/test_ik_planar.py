@@ -1,4 +1,4 @@
-"""The inverse of planar platforms, leg by leg, all branches."""
+"""The inverse of planar platforms, computed leg by leg with all branches."""
 
 import json
 from pathlib import Path
@@ -20,7 +20,7 @@ def robot(tmp_path_factory):
 
 
 def test_ik_planar_matches_published_angles(robot):
-    # To eight decimals of a degree.
+    # Expected angles to eight decimal places of a degree.
     expected = [
         (78.52393138, 0.16983617),
         (176.46904472, 88.26254206),

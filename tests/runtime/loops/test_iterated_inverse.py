@@ -1,7 +1,7 @@
-"""The inverse through iterated loops: its solutions are poses of the forward kinematics.
+"""Solutions of an inverse through iterated loops agree with forward kinematics.
 
-The oracle closes the loops in NumPy: by continuation from the reference, and at a pose from many
-starts.
+The oracle closes the loops in NumPy: by continuation from the reference, and from many start values
+at a single pose.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ MAKERS = {"agile_eye": agile_eye, "tripod": tripod}
 
 @pytest.fixture(scope="module", params=MAKERS)
 def case(request, tmp_path_factory):
-    """A robot, its oracle, and closed configurations (N, n_z) around the reference."""
+    """A robot, its oracle, and closed configurations (N, n_z) near the reference."""
     mechanism = MAKERS[request.param]()
     robot = compiled(mechanism, tmp_path_factory.mktemp(request.param), FUNCTIONS, ["c"])
     model = Model(mechanism)
@@ -33,7 +33,7 @@ def case(request, tmp_path_factory):
 
 
 def apart(one, other):
-    """The largest difference of coordinates, up to whole turns."""
+    """Returns the largest coordinate difference, up to whole turns."""
     return np.abs(np.remainder(one - other + np.pi, 2 * np.pi) - np.pi).max(-1)
 
 
@@ -75,7 +75,7 @@ def test_agile_eye_reaches_every_pose_with_eight_closed_slots(tmp_path):
     slots = robot.ik(model.tip(z)[0])
     assert slots.valid.sum() == 1
     assert slots.other_mode.sum() == 7
-    # The first leg is the main chain: the other legs close with it on their eight slots' half.
+    # The first leg is the main chain; the other legs close in half of their eight slots.
     first = apart(slots.q[:, :1], z[0, model.actuated][:1]) < SAME
     assert first.sum() == 4
     assert all(closes_at(model, z[0, model.chain], q) for q in slots.q[first])
@@ -88,7 +88,7 @@ def test_leg_lengths_keep_their_sign(tmp_path):
     slots = robot.ik(model.tip(z))
     assert (slots.q[slots.valid] > 0).all()
     np.testing.assert_allclose(slots.q[slots.valid], z[:, model.actuated], atol=SAME)
-    # The legs that close loops are never inside out, in whatever mode.
+    # No leg that closes a loop is inverted in any mode.
     assert (slots.q[..., 1:] > 0).all()
 
 

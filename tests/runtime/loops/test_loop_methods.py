@@ -1,4 +1,4 @@
-"""Loops that do not close: an error that names them for one pose, NaN in a batch; branches."""
+"""An open loop raises an error with its name for a single pose, and gives NaN in a batch."""
 
 import pickle
 
@@ -81,7 +81,7 @@ def test_open_loop_error_from_chain_names_joints(robot):
 
 
 def strided(q):
-    """One pose whose entries lie apart in memory."""
+    """Returns a single pose whose entries are not contiguous in memory."""
     return np.repeat(q, 3)[::3]
 
 
@@ -129,7 +129,7 @@ def test_non_finite_coordinates_propagate_as_nan(robot):
     assert np.isnan(robot.chain([0.0, np.nan])[1])
     assert np.isnan(robot.chain([np.inf, 1.0])).sum() == 0
     assert np.isnan(robot.chain_rates([0.0, 1.0], [np.nan, 0.0])[0])
-    # Neither has a function without a margin anything to raise for.
+    # A function without a margin has nothing to check, and never raises.
     assert np.isnan(robot.plain(OPEN)[1])
     assert robot.margin(OPEN)[1] < 0
 

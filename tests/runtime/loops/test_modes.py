@@ -1,4 +1,4 @@
-"""Assembly modes of planar platforms: closed, complete, and each once."""
+"""Assembly modes of planar platforms: all loops close, and each mode occurs exactly once."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def test_assembly_modes_close_and_come_in_pairs(robot_and_rod):
     assert modes.x.shape == (4000, 6, 3)
     assert np.abs(errors(q, modes, rod)).max() < 1e-12
     counts = np.bincount(modes.valid.sum(-1), minlength=7)
-    # Real roots come in pairs.
+    # Real roots occur in pairs.
     assert counts[1::2].sum() == 0
     assert modes.valid[2000:].any(-1).all()
     assert (counts[[2, 4, 6]] > 5).all()
@@ -85,7 +85,7 @@ def test_modes_accept_any_leading_dimensions(robot_and_rod):
 
 
 def test_modes_are_complete_for_symmetric_cranks(robot_and_rod):
-    # The leading coefficient of the polynomial may vanish here, and modes are symmetric.
+    # At these angles the leading coefficient of the polynomial may vanish, and modes are symmetric.
     robot, rod = robot_and_rod
     angles = np.radians(np.arange(0, 360, 15.0))
     q = angles[:, None] + planar.ANGLES

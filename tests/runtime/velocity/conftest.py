@@ -1,4 +1,4 @@
-"""Robots that tests of rates share."""
+"""Robots shared by the tests of joint rates."""
 
 import pytest
 

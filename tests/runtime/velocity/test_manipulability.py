@@ -1,4 +1,4 @@
-"""Measures of manipulability against textbook arms, numbers by NumPy, and differences."""
+"""Manipulability against textbook formulas, NumPy and finite differences."""
 
 import numpy as np
 import pytest
@@ -18,12 +18,12 @@ def ur5e():
 
 
 def test_planar_arm_manipulability_matches_textbook_formula():
-    """w = a1 a2 |sin q2|, best with the elbow at a right angle: Yoshikawa 1985, section 4."""
+    """w = a1 a2 |sin q2| is largest at an elbow angle of 90 degrees (Yoshikawa 1985, section 4)."""
     scara = chasles.load("scara")
     q = inside(scara, 200)
     a1, a2 = (np.linalg.norm(x) for x in planar_links(scara))
     found = scara.manipulability(q, components="linear", characteristic_length=1.0)
-    # The stroke is the third freedom of the tip, of singular value 1.
+    # The prismatic joint is the third degree of freedom of the tip, with singular value 1.
     expected = a1 * a2 * np.abs(np.sin(q[:, 1]))
     np.testing.assert_allclose(found.measure, expected, rtol=0, atol=1e-14)
     gradient = scara.manipulability_gradient(q, components="linear", characteristic_length=1.0)
@@ -33,7 +33,7 @@ def test_planar_arm_manipulability_matches_textbook_formula():
 
 
 def planar_links(scara):
-    """The two links of the arm, from where its tip is at rest and with the elbow turned about."""
+    """Returns the two links of the arm, starting at the tip, with the elbow rotated."""
     p = [scara.fk([0, angle, 0.05, 0])[:2, 3] for angle in (0, np.pi)]
     return (p[0] + p[1]) / 2, (p[0] - p[1]) / 2
 
@@ -67,7 +67,7 @@ def test_manipulability_gradient_matches_differences(name, components):
     q = inside(robot, 200)
     found = robot.manipulability_gradient(q, components=components)
     measure = robot.manipulability(q, components=components)
-    # Differences of higher order, where no kink is near.
+    # High-order differences, at configurations away from kinks.
     away = measure.min_singular_value > 0.05
     h = 1e-3 * np.where([c.kind == "revolute" for c in robot.coordinates], 1.0, 0.1)
     for k in range(robot.n):
@@ -91,18 +91,18 @@ def test_velocity_and_force_ellipsoids_match_jacobian(ur5e):
     for components in ("linear", "angular"):
         found = ur5e.velocity_ellipsoid(q, components=components)
         assert found.axes.shape == (50, 3, 3)
-        # What unit joint rates give is inside.
+        # Unit joint rates move the tip inside the ellipsoid.
         moved = np.einsum("Nij,Nj->Ni", J[:, ROWS[components]], qd)
         along = np.einsum("Nij,Ni->Nj", found.axes, moved) / found.lengths
         assert (np.linalg.norm(along, axis=-1) <= 1 + 1e-9).all()
-        # It is J J^T.
+        # The axes and lengths reproduce J J^T.
         squared = J[:, ROWS[components]] @ J[:, ROWS[components]].mT
         back = (found.axes * found.lengths[:, None] ** 2) @ found.axes.mT
         np.testing.assert_allclose(back, squared, rtol=0, atol=1e-13)
         force = ur5e.force_ellipsoid(q, components=components)
         np.testing.assert_allclose(force.lengths, 1 / found.lengths[:, ::-1], rtol=1e-12)
         np.testing.assert_array_equal(force.axes, found.axes[:, :, ::-1])
-    # Torques of size 1 hold any wrench at the border of the one of all components.
+    # Torques of norm 1 balance any wrench on the boundary of the ellipsoid of all components.
     whole = ur5e.force_ellipsoid(q, components="all")
     length = ur5e.characteristic_length
     wrench = whole.axes[..., 0] * whole.lengths[:, :1] * np.repeat([1 / length, 1], 3)
@@ -136,12 +136,12 @@ def test_non_finite_configuration_gives_nan_manipulability(ur5e):
 
 
 def test_characteristic_length_is_rms_distance_from_axes(ur5e):
-    """The distance of the tip from the axes, by poses and axes at many random configurations."""
+    """The oracle computes the distance of the tip from all axes at many random configurations."""
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (20000, 6))
     J = ur5e.jacobian_mixed(q)
     expected = np.sqrt((J[:, :3] ** 2).sum(1).mean())
     assert abs(ur5e.characteristic_length / expected - 1) < 0.01
-    # A gantry turns nothing: then all its singular values are near 1.
+    # A gantry has no rotation, so all its singular values are close to 1.
     gantry = chasles.load("bricklaying_gantry")
     values = gantry.manipulability(inside(gantry, 10)).singular_values
     assert 0.8 < values.min() < values.max() < 1.3

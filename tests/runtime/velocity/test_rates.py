@@ -1,4 +1,4 @@
-"""Joint rates: closure, damping, limits, secondary objectives; the same of accelerations."""
+"""Joint rates and accelerations: tool motion, damping, limits and secondary objectives."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def test_feasible_twist_is_reached_with_minimum_norm_rates(name):
     scale = 1 + np.abs(V).max(-1)
     assert (np.abs(found.twist - V).max(-1) / scale)[away].max() <= CLOSURE
     np.testing.assert_allclose(reached(robot, q, found.qd), found.twist, rtol=0, atol=1e-12)
-    # No rates of the same twist are smaller.
+    # No other rates with the same twist have a smaller norm.
     _, _, unit = pure(robot, q)
     sizes = [np.linalg.norm(x / unit, axis=-1) for x in (found.qd, given)]
     assert (sizes[0] <= sizes[1] * (1 + 1e-9)).all()
@@ -47,7 +47,7 @@ def test_joint_rates_are_correct_in_every_representation(name, representation):
     np.testing.assert_allclose(found.twist[away], V[away], rtol=0, atol=1e-11)
     lost = robot.functions[f"jacobian_{representation}"](q)
     _, _, unit = pure(robot, q)
-    # The direction is a twist which joint rates of that size, sigma for one, give.
+    # Joint rates of norm 1 in the singular direction produce a twist of norm sigma.
     back = np.linalg.lstsq(
         lost[0] * unit, found.singular_direction[0] * found.min_singular_value[0], rcond=None
     )[0]
@@ -55,7 +55,7 @@ def test_joint_rates_are_correct_in_every_representation(name, representation):
 
 
 def test_damping_follows_smallest_singular_value_formula(ur5e):
-    # About the wrist singularity: from 1e-9 away to where nothing is damped.
+    # Distances from the wrist singularity: from 1e-9 to the region without damping.
     q = np.tile([0.3, -1.2, 1.5, -0.4, 0.0, 0.2], (40, 1))
     q[:, 4] = np.geomspace(1e-9, 0.5, 40)
     V = twists(40)
@@ -70,7 +70,8 @@ def test_damping_follows_smallest_singular_value_formula(ur5e):
     along = np.einsum("Nij,Ni->Nj", u, V * row) * sigma / (sigma**2 + damping)
     expected = np.einsum("Nji,Nj->Ni", vt, along)
     np.testing.assert_allclose(found.qd, expected, rtol=0, atol=1e-9)
-    # The others are reached to rounding, that one is missed and reported.
+    # All other directions are attained up to rounding; the singular direction is damped and
+    # reported.
     missed = (found.twist - V) * row
     direction = found.singular_direction * row
     np.testing.assert_allclose(np.linalg.norm(direction, axis=-1), 1, rtol=1e-12)
@@ -109,7 +110,7 @@ def test_batch_rates_equal_single_rates(panda):
     for i in range(20):
         single = panda.joint_rates(q[i], V[i], **options)
         for name in chasles.Rates.__slots__:
-            # A batch goes through other instructions.
+            # A batch uses other machine instructions.
             np.testing.assert_allclose(
                 getattr(single, name), getattr(batch, name)[i], rtol=0, atol=1e-13
             )
@@ -202,7 +203,7 @@ def test_joint_at_limit_never_moves_outward(panda, dt):
     outward = np.where(up, 1, -1) * found.qd[rows, at]
     assert (outward <= 0).all()
     assert (outward == 0).sum() > 100
-    # Beyond the limit it is not pulled back by force either.
+    # Outside its limits a joint is not forced back.
     q[rows, at] += np.where(up, 0.1, -0.1)
     outside = panda.joint_rates(q, twists(1000), dt=dt)
     assert (np.where(up, 1, -1) * outside.qd[rows, at] <= 0).all()
@@ -210,7 +211,7 @@ def test_joint_at_limit_never_moves_outward(panda, dt):
 
 
 def test_position_rate_and_acceleration_limits_always_hold(panda):
-    """Joints driven about at 250 Hz until they meet limits; every bound holds at every tick."""
+    """Joints move at random at 250 Hz until they reach limits; every bound holds at every tick."""
     rng = np.random.default_rng(10)
     dt, count = 4e-3, 100
     rate, acceleration = np.linspace(1.5, 2.5, 7), np.linspace(5.0, 15.0, 7)
@@ -248,7 +249,7 @@ def test_rounding_never_carries_joint_beyond_limit():
 
 
 def test_joint_brakes_as_late_as_possible_before_limit():
-    """A joint driven towards its limit moves as fast as allowed and stops at the limit."""
+    """A joint moves toward its limit as fast as allowed, and stops at the limit."""
     robot = chasles.load("scara")
     q = (robot.lower + robot.upper) / 2
     q[2] = robot.lower[2] + 0.01
@@ -268,7 +269,7 @@ def test_joint_brakes_as_late_as_possible_before_limit():
         ticks += 1
         assert ticks < 5000
     stroke = robot.upper[2] - robot.lower[2] - 0.01
-    # Up to full speed or the middle, and down again.
+    # The joint accelerates to full speed or to the middle, and then brakes.
     top = min(1.0, np.sqrt(most * stroke))
     least = 2 * top / most + (stroke - top**2 / most) / top
     assert ticks * dt < least + 5 * dt
@@ -280,16 +281,18 @@ def test_acceleration_limits_give_closest_feasible_twist(ur5e):
     V, change = twists(1)[0], 4e-3
     wanted = ur5e.joint_rates(q, V).qd
     limits = {"acceleration_limits": 4.0, "dt": 1e-3}
-    # The same direction at a tenth of the speed: faster along it by what the slowest joint can.
+    # For a tenth of the speed in the same direction, the slowest joint bounds the increase in
+    # speed.
     found = ur5e.joint_rates(q, V, qd_previous=0.1 * wanted, **limits)
     np.testing.assert_allclose(found.scale, 0.1 + change / np.abs(wanted).max(), rtol=1e-12)
     np.testing.assert_allclose(found.twist, found.scale * V, rtol=0, atol=1e-12)
-    # Back: all joints brake as hard as they can.
+    # For the opposite direction, all joints brake at their acceleration limits.
     found = ur5e.joint_rates(q, -V, qd_previous=wanted, **limits)
     assert found.scale < 1e-9
     braked = np.sign(wanted) * np.maximum(np.abs(wanted) - change, 0)
     np.testing.assert_allclose(found.qd, braked, rtol=0, atol=1e-9)
-    # A little aside: the joint that cannot turn as fast is off, and little of the speed is lost.
+    # For a slightly different direction, only the limiting joint deviates, and the speed hardly
+    # drops.
     aside = wanted + np.array([0, 0, 0, 0, 0, 0.01])
     found = ur5e.joint_rates(q, V, qd_previous=aside, **limits)
     assert found.limited.tolist() == [False] * 5 + [True]
@@ -322,7 +325,7 @@ def test_secondary_objective_improves_without_changing_task(robot_name, name):
     gained = objective(robot, redundancy, q + step) - objective(robot, redundancy, q - step)
     assert (gained < 1e-14).all()
     assert (gained < 0).mean() > 0.95
-    # Twice the gain, twice the motion within itself.
+    # Twice the gain gives twice the null-space motion.
     twice = robot.joint_rates(q, V, redundancy=redundancy, gain=4.0)
     np.testing.assert_allclose(twice.qd - plain.qd, 2 * (found.qd - plain.qd), atol=1e-10)
 
@@ -336,7 +339,7 @@ def test_rest_configuration_is_approached_with_fixed_tool(panda):
         q = q + 1e-3 * panda.joint_rates(q, np.zeros(6), redundancy=rest, gain=5.0).qd
     assert np.abs(panda.fk(q) - T).max() < 1e-3
     assert np.abs(q - rest).max() < start
-    # Nothing that the tool leaves free is left of the difference.
+    # The difference has no null-space component.
     _, _, vt = np.linalg.svd(panda.jacobian_mixed(q))
     assert abs(vt[6] @ (q - rest)) < 1e-5
 
@@ -353,7 +356,7 @@ def test_secondary_objective_never_reduces_task_scale(panda):
 
 
 def test_secondary_objective_uses_remaining_freedom_at_saturation():
-    """Two freedoms to spare: what a held joint cannot do is left, what others can is done."""
+    """Only the saturated joint loses null-space motion, since two redundant freedoms remain."""
     robot = chasles.load("photo_robot")
     q = inside(robot, 200, seed=17)
     z = 3.0 * np.random.default_rng(18).normal(size=q.shape)

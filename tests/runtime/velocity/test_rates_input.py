@@ -1,4 +1,4 @@
-"""Rates: wrong input is refused by name, and platforms are robots too."""
+"""Joint rates reject wrong input with an error that names it, and support platforms."""
 
 import re
 
@@ -83,7 +83,7 @@ def test_platforms_support_gradient_and_accelerations():
 
 
 def test_velocity_page_examples_run_as_documented():
-    """The examples of docs/how-to/velocity.md run, and what their comments promise holds."""
+    """The examples of docs/how-to/velocity.md run, and their comments are true."""
     names = run("how-to/velocity.md")
     (scale,) = re.findall(r"fast\.scale  # (\S+):", text("how-to/velocity.md"))
     np.testing.assert_allclose(names["rates"].twist, names["V"], rtol=0, atol=1e-14)
@@ -100,7 +100,7 @@ def test_velocity_page_examples_run_as_documented():
 
 
 def test_correct_joint_saturates_if_two_are_at_limits(panda):
-    """Holding the one that asks first, joint 1, leads nowhere; joint 7 is to be held instead."""
+    """Only joint 7 may saturate; fixing joint 1, which violates its limit first, fails."""
     q = np.array([panda.lower[0], 0.5305, 1.092, -1.9043, -2.1145, 2.7025, panda.lower[6]])
     V = np.array([0.0731, -0.0319, 0.3186, 0.1264, -0.2971, -0.0264])
     found = panda.joint_rates(q, V)

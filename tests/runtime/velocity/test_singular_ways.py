@@ -1,4 +1,4 @@
-"""Determinants, ways to singularities, and their curves, of a planar platform by geometry."""
+"""Determinants, distances to singularities, and singularity curves of a planar platform."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ def robot(tmp_path_factory):
 
 
 def determinant(pose, length=1.0):
-    """Of the rods' lines where cranks are to the left, by geometry alone; NaN out of reach."""
+    """Returns the determinant of the rod lines, cranks to the left, or NaN out of reach."""
     pose = np.asarray(pose)
     q = planar.cranks(pose, ROD, 1.0)
     r = planar.pins(pose) - pose[..., None, :2]
@@ -31,13 +31,13 @@ def determinant(pose, length=1.0):
 
 
 def stretch(pose):
-    """(..., 3) distances of the legs from their longest or shortest reach, the nearer."""
+    """Returns the distance (..., 3) of each leg from its nearest reach limit."""
     reach = reaches(pose)
     return np.minimum(abs(reach - LONG), abs(reach - SHORT))
 
 
 def reaches(pose):
-    """(..., 3) distances of the pins from the base joints."""
+    """Returns the distances (..., 3) of the pins from the base joints."""
     d = planar.pins(np.asarray(pose)) - planar.BASE * planar.DIRECTIONS
     return np.hypot(d[..., 0], d[..., 1])
 
@@ -119,7 +119,7 @@ def test_singularity_curves_are_singular_and_complete(robot, phi):
     assert len(found.type_1) >= 3
     for curve in (*found.type_1, *found.type_2):
         assert np.hypot(*np.diff(curve, axis=0).T).max() < 1.5 * cell
-    # Every sign change on a fine line is beside a curve.
+    # Every sign change on a fine line is next to a curve.
     checked = 0
     for y in np.linspace(-0.34, 0.34, 41):
         x = np.linspace(-0.34, 0.34, 2001)
@@ -128,7 +128,8 @@ def test_singularity_curves_are_singular_and_complete(robot, phi):
         known = np.isfinite(values[1:]) & np.isfinite(values[:-1])
         for k in np.flatnonzero(known & ((values[1:] > 0) != (values[:-1] > 0))):
             distance = min(np.hypot(*(curve - row[k]).T).min() for curve in found.type_2)
-            # At the ends of curves, where legs cease to reach, one cell may hold no whole side.
+            # At the end of a curve, where a leg reaches its limit, a cell may have no complete
+            # edge.
             near = np.minimum(
                 abs(reaches(posed(row[k])) - LONG), abs(reaches(posed(row[k])) - SHORT)
             )

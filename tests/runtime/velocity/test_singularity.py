@@ -1,4 +1,4 @@
-"""Distances from singularities of planar platforms, at poses where they are known."""
+"""Distances from singularities of planar platforms, at poses with known distances."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def robot(tmp_path_factory):
 
 
 def lines(pose, q):
-    """Rows (n, r x n) of the rods, by geometry alone."""
+    """Returns the rod lines (n, r x n) from geometry alone."""
     r = planar.pins(pose) - np.asarray(pose)[..., None, :2]
     n = (planar.pins(pose) - planar.ends(q)) / ROD
     return np.concatenate([n, (r[..., :1] * n[..., 1:] - r[..., 1:] * n[..., :1])], -1)
@@ -31,7 +31,7 @@ def test_singularity_measures_match_their_definitions(robot):
     assert len(q) > 50
     found = robot.singularity(pose, q, characteristic_length=0.2)
     J_x = lines(pose, q)
-    # What the cranks give their ends: J_x x' = J_q q', entry by entry.
+    # The crank ends satisfy J_x x' = J_q q', row by row.
     arms = planar.CRANK * np.stack([-np.sin(q), np.cos(q)], -1)
     J_q = (arms * J_x[..., :2]).sum(-1)
     np.testing.assert_allclose(found.type_1, np.abs(J_q).min(-1) / 0.2, atol=1e-12)
@@ -41,7 +41,7 @@ def test_singularity_measures_match_their_definitions(robot):
 
 
 def test_stretched_leg_is_type_1_singularity(robot):
-    # The platform goes away from the first base joint until crank and rod are in one line.
+    # The platform moves away from the first base joint until its crank and rod align.
     away = -planar.DIRECTIONS[0]
     shift = planar.CRANK + ROD - (planar.BASE - planar.PLATFORM)
     pose = np.append(shift * away, 0.0)
@@ -55,7 +55,7 @@ def test_stretched_leg_is_type_1_singularity(robot):
 
 
 def test_concurrent_rods_are_type_2_singularity(robot):
-    # Rods that point away from the platform's middle: no arm is left, so none to measure in.
+    # The rods point away from the center of the platform, so their moments vanish.
     end = planar.PLATFORM + ROD
     c = (planar.BASE**2 + end**2 - planar.CRANK**2) / (2 * planar.BASE * end)
     pose = np.array([0.0, 0.0, np.arccos(c)])
@@ -72,7 +72,7 @@ def test_singularity_uses_characteristic_length_by_default(robot):
     pose = np.array([0.02, 0.01, 0.1])
     q = planar.cranks(pose, ROD, 1.0)
     z, at = np.array(robot.reference.z), np.array(robot.reference.q)
-    # The robot has no Jacobian among its functions: rates of the platform at unit rates of cranks.
+    # The robot has no Jacobian function, so platform rates are computed for unit crank rates.
     J_x = lines(z, at)
     arms = planar.CRANK * np.stack([-np.sin(at), np.cos(at)], -1)
     rates = np.linalg.solve(J_x, np.diag((arms * J_x[:, :2]).sum(-1)))

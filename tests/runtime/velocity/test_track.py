@@ -1,4 +1,4 @@
-"""Paths of poses followed by rates: through singularities, at limits, and for every robot."""
+"""`track` follows pose paths through singularities and at limits, for every robot."""
 
 import pickle
 import subprocess
@@ -18,10 +18,10 @@ from tests.support.waiting import SECONDS
 STEPS = 100_000
 REGULAR = np.array([0.3, -1.2, 1.5, -0.4, 0.9, 0.2])
 IN_LINE = np.array([0.3, -1.2, 1.5, -0.4, 0.0, 0.2])
-"""The wrist's second joint at 0: the axes of the first and third are parallel."""
+"""The second wrist joint is at 0, so the first and third wrist axes are parallel."""
 RATE = np.pi
 AWAY = 0.05
-"""Singular values above it are called away from the singularity: five degrees of the wrist."""
+"""Singular value above which a pose counts as regular: five degrees of the wrist."""
 
 
 @pytest.fixture(scope="module")
@@ -30,12 +30,12 @@ def arm():
 
 
 def lost(arm, q):
-    """The twist of the tool that the arm cannot make, in its own frame."""
+    """Returns the twist of the tool that the arm cannot perform, in the tool frame."""
     return np.linalg.svd(arm.jacobian_body(q))[0][:, -1]
 
 
 def through(arm, q, twist, m=STEPS + 1):
-    """A screw motion through the pose of q, from one side to the other, and where it starts."""
+    """Returns a screw motion that crosses the pose of q, and its start configuration."""
     poses = arm.fk(q) @ se3.exp(np.linspace(-1, 1, m)[:, None] * twist)
     return poses, arm.ik(poses[0]).within_limits().nearest(q)
 
@@ -47,7 +47,7 @@ def load_snake(path, *shape):
 
 
 def assert_sound(robot, track, dt, rate=np.inf):
-    """Asserts properties that every track has exactly."""
+    """Asserts properties that every track satisfies exactly."""
     assert np.isfinite(track.q).all()
     assert np.isfinite(track.error).all()
     np.testing.assert_array_equal(track.q, np.clip(track.q, robot.lower, robot.upper))
@@ -86,7 +86,7 @@ def test_track_passes_wrist_singularity_accurately(arm):
     assert_sound(arm, track, 1e-3, RATE)
     assert track.min_singular_value < 1e-6
     assert abs(track.min_singular_value_index - STEPS // 2) <= 1
-    # The joints are found again on the other side, though the singularity leaves them open.
+    # Beyond the singularity the joints are recovered, although it leaves them undetermined.
     np.testing.assert_allclose(track.q, q, rtol=0, atol=1e-3)
     away = track.singular_value > AWAY
     assert 0.8 < away.mean() < 1
@@ -100,8 +100,8 @@ def test_track_passes_wrist_singularity_accurately(arm):
     ("offset", "rate"), [(0.0, RATE), (1e-6, 0.5), (1e-3, RATE), (0.01, 0.5), (0.03, RATE)]
 )
 def test_track_passes_near_wrist_singularity_within_error_bound(arm, offset, rate):
-    # Near the singularity, across it in the direction that is lost there: the closer it passes,
-    # the faster the wrist has to turn by half a turn.
+    # The path crosses near the singularity in its lost direction. The closer it passes, the faster
+    # the wrist has to turn by half a turn.
     q = np.add(IN_LINE, [0, 0, 0, 0, offset, 0])
     poses, q0 = through(arm, q, 0.5 * lost(arm, IN_LINE))
     track = arm.track(poses, q0, 1e-3, rate_limits=rate)
@@ -115,7 +115,7 @@ def test_track_passes_near_wrist_singularity_within_error_bound(arm, offset, rat
 
 
 def test_track_leaves_initial_wrist_singularity(arm):
-    # At rest the wrist cannot tell which way to turn over; it finds one as it is left behind.
+    # At the singularity either turn of the wrist is possible; tracking selects one on departure.
     twist = lost(arm, IN_LINE) * 0.6
     poses = arm.fk(IN_LINE) @ se3.exp(np.linspace(0, 1, STEPS + 1)[:, None] * twist)
     track = arm.track(poses, IN_LINE, 1e-3, rate_limits=RATE)
@@ -127,8 +127,8 @@ def test_track_leaves_initial_wrist_singularity(arm):
 
 
 def test_track_error_at_wrist_singularity_respects_documented_bound(arm):
-    # As documented: what the tool goes while a joint makes half a turn, and what it takes the
-    # wrist to leave the singularity.
+    # As documented, the error is the tool motion during half a turn of a joint, plus the motion
+    # until the wrist leaves the singularity.
     rng = np.random.default_rng(5)
     checked = 0
     while checked < 20:
@@ -138,7 +138,7 @@ def test_track_error_at_wrist_singularity_respects_documented_bound(arm):
         twist = lost(arm, q) * 0.3 if rng.random() < 0.4 else twist
         poses, q0 = through(arm, q, twist, 4001)
         if not arm.ik(poses[::50]).valid.all():
-            continue  # the path leaves the reach of some branch
+            continue  # The path leaves the reach of some branch.
         dt, length = rng.choice([1e-3, 1e-2]), 0.5
         rate = rng.choice([RATE, 1.0])
         track = arm.track(poses, q0, dt, rate_limits=rate, characteristic_length=length)
@@ -152,7 +152,7 @@ def test_track_error_at_wrist_singularity_respects_documented_bound(arm):
 
 
 def costs(robot, q, target, rate, dt, length):
-    """Error that a step from q leaves to the target, and the least error that SciPy finds."""
+    """Returns the error after a step from q, and the smallest error that SciPy finds."""
     T, J = robot.fk_jacobian_mixed(q)
     track = robot.track([T, target], q, dt, rate_limits=rate, characteristic_length=length)
     assert_sound(robot, track, dt, rate)
@@ -183,7 +183,8 @@ def test_track_step_solves_bounded_least_squares(arm):
 
 
 def test_joints_stop_at_their_limits(arm):
-    # The elbow is asked to go on beyond its limit; the arm does what it can, and comes back.
+    # The path requires an elbow angle beyond its limit; the arm follows as far as it can and
+    # returns.
     s = np.concatenate([np.linspace(0, 1, 501), np.linspace(1, 0, 501)])
     q = REGULAR + [0, 0, 1.3, 0, 0, 0] + s[:, None] * [0.1, 0.2, 0.6, 0, 0, 0]
     assert q[:, 2].max() > arm.upper[2]
@@ -199,7 +200,7 @@ def test_joints_stop_at_their_limits(arm):
 
 
 def test_track_of_unreachable_pose_comes_to_rest(arm):
-    # Straight out, ten centimetres too far: the stretched arm points there and stays.
+    # The target is ten centimetres out of reach: the stretched arm points to it and stops.
     q0 = np.array([0.1, -0.6, 0.9, -0.8, 1.2, 0.0])
     T = arm.fk(q0)
     out = np.append(T[:2, 3] / np.linalg.norm(T[:2, 3]), 0)
@@ -220,7 +221,7 @@ def test_track_converges_from_offset_start(arm):
     assert_sound(arm, track, 0.01)
     np.testing.assert_allclose(track.q[-1], REGULAR, atol=1e-12)
     slow = arm.track(poses, REGULAR + 0.4, 0.01, gain=2.0)
-    # The error decays by gain dt a step.
+    # The error decreases by the factor 1 - gain dt per step.
     np.testing.assert_allclose(slow.error[101] / slow.error[100], 0.98, atol=1e-3)
 
 
@@ -240,7 +241,7 @@ def test_every_robot_with_jacobian_tracks_its_own_path(name):
 
 
 def start_and_end(robot):
-    """A short way in the joints, from a regular pose, on which forward kinematics is defined."""
+    """Returns a short joint motion from a regular pose with defined forward kinematics."""
     rng = np.random.default_rng(1)
     lower, upper = span(robot, 2.0)
     for _ in range(1000):
@@ -271,7 +272,7 @@ def test_track_works_for_few_and_many_joints(tmp_path, n):
     track = robot.track(robot.fk_jacobian_mixed(q)[0], q0, 0.01, rate_limits=rate)
     assert_sound(robot, track, 0.01, rate)
     assert track.error[-1].max() < 1e-3
-    # What all joints can make in two steps keeps many of them at their rates in the first.
+    # The target is two steps of full speed away, so many joints saturate in the first step.
     target = robot.fk_jacobian_mixed(q0 + 0.02 * rate)[0]
     cost, least, touched = costs(robot, q0, target, rate, 0.01, 1.0)
     assert cost <= least * (1 + 1e-3) + 1e-12
@@ -368,5 +369,5 @@ assert np.abs(track.q).min() < 1e-12
 
 
 def test_step_that_ends_near_zero_terminates():
-    """Last places of a coordinate near zero are too small to take a rounding off its rate."""
+    """Near zero, a unit in the last place is too small to remove a rounding error from the rate."""
     subprocess.run([sys.executable, "-c", ENDLESS], check=True, timeout=SECONDS)

@@ -1,4 +1,4 @@
-"""The examples of docs/how-to/tracking.md run, and what their comments promise holds."""
+"""The examples of docs/how-to/tracking.md run, and their comments are true."""
 
 import re
 
@@ -13,12 +13,12 @@ def test_tracking_page_examples_print_documented_output(capsys):
         exec(compile(example, PAGE, "exec"), names)
         said = " ".join(re.findall(r"^# (.*)$", example, re.MULTILINE))
         printed = capsys.readouterr().out
-        # Roundings differ from machine to machine, and with them which joint is held how long.
+        # Rounding differs between machines, and so does the time that each joint is saturated.
         assert kept(said) == kept(printed)
         assert ("Held at its rate limit: wrist_" in said) == ("Held at its rate limit" in printed)
     assert names["track"].error[names["away"]].max() < 1e-10
 
 
 def kept(text):
-    """The words of the sentences that every machine prints, without their numbers."""
+    """Returns the sentences that are the same on every machine, without their numbers."""
     return re.findall("[a-zA-Z]{2,}", text.split("Held")[0])
