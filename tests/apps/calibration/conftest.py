@@ -1,4 +1,4 @@
-"""An arm with parametric functions, and measurements of a drawn arm near it."""
+"""A parametric arm, and measurements of a random arm close to it."""
 
 from functools import cache
 
@@ -14,7 +14,7 @@ IDENTIFICATION = "identification_jacobian"
 
 @pytest.fixture(scope="session")
 def loaded(tmp_path_factory):
-    """A function of a robot's name: the robot with pose and parametric functions alone."""
+    """Loads a robot by name, with only its pose functions and parametric functions."""
 
     @cache
     def by_name(name):
@@ -32,5 +32,5 @@ def arm(loaded):
 
 @pytest.fixture
 def truth(arm, request):
-    """Axes and tool off by up to 1 mm and 1 mrad, 60 configurations."""
+    """A true arm with axis and tool errors of up to 1 mm and 1 mrad, and 60 configurations."""
     return drawn(arm, getattr(request, "param", 0))

@@ -1,4 +1,4 @@
-"""Correct measurements get no accusation, few, exact or of one number each; wrong ones do."""
+"""Correct measurements get no warning, even if they are few, exact or scalar; wrong ones do."""
 
 import math
 
@@ -38,14 +38,14 @@ MODELS = {
 
 @pytest.fixture(scope="module")
 def linear_delta(tmp_path_factory):
-    """A printer's robot: three carriages on columns, six rods, a platform that keeps level."""
+    """A delta printer: three carriages on columns, six rods, and a platform that stays level."""
     functions = ["fk", "fk_p", "identification_jacobian"]
     folder = tmp_path_factory.mktemp("linear") / LINEAR_DELTA
     return compiled(description_of(LINEAR_DELTA), folder, functions)
 
 
 def end_stops(robot, found):
-    """Errors of the end stops without their mean, which the height of the bed takes."""
+    """Returns the end stop errors minus their mean, which is equivalent to the bed height."""
     offsets = [k for k, item in enumerate(robot.geometry) if item.part == "offset"]
     errors = found.p[offsets] - np.array([robot.geometry[k].value for k in offsets])
     return errors - errors.mean()
@@ -77,7 +77,7 @@ def test_exact_bed_contacts_give_end_stops(linear_delta, model):
 
 
 def test_unknowns_that_measurements_leave_open_are_redundant(linear_delta):
-    """A nozzle that keeps its orientation tells its place from the bed's by nothing."""
+    """The nozzle keeps its orientation, so its offset and the bed position are equivalent."""
     q = bed_contacts(25, 0, SIGMA)
     found = identify(linear_delta, q, PlaneContacts(np.zeros(25), SIGMA), vary=("offset",))
     held = {item.name for item in found.unidentifiable}
@@ -94,7 +94,7 @@ def test_correct_measurements_get_no_accusation(arm, device):
 
 
 def test_measurements_of_other_robots_get_a_doubt(arm):
-    """A link that is 20 mm longer, exchanged columns, degrees."""
+    """The causes are a link that is 20 mm longer, swapped columns, and degrees."""
     for seed in range(2):
         right = simulated(arm, seed)
         for wrong in (
@@ -106,7 +106,7 @@ def test_measurements_of_other_robots_get_a_doubt(arm):
 
 
 def test_length_that_tolerances_exclude_gets_a_doubt(arm):
-    """A complete model explains a link that is 20 mm longer, by forty times its tolerance."""
+    """A complete model explains a 20 mm longer link by forty times the tolerance."""
     draw = simulated(arm, 24, another=True)
     assert draw.parameter_std
     assert "times its tolerance" in verdict(arm, draw).text
@@ -114,7 +114,7 @@ def test_length_that_tolerances_exclude_gets_a_doubt(arm):
 
 @pytest.mark.parametrize("seed", [0, 1, 24, 34, 70])
 def test_ball_bar_start_explains_tool_that_moves_in_a_plane(seed):
-    """The linear equations of a sphere leave the height of its centre open, or give none."""
+    """The linear sphere equations do not determine the center height, or have no solution."""
     random = np.random.default_rng(seed)
     T = se3.exp(random.uniform(-1, 1, (60, 6)) * [0.2, 0.2, 0, 0, 0, 1.5])
     target, centre = random.uniform(-0.1, 0.1, 3), random.uniform(-0.4, 0.4, 3)
@@ -126,7 +126,7 @@ def test_ball_bar_start_explains_tool_that_moves_in_a_plane(seed):
 
 
 def linearized(random, noise, few=12, parameters=30):
-    """Few measured numbers of many parameters with tolerances, and the errors that they leave."""
+    """Few measured values for many parameters with tolerances, and the residual errors."""
     J = random.normal(size=(few, parameters))
     D = np.eye(parameters) * 2.0
     true = random.normal(size=parameters) / 2.0
@@ -134,7 +134,7 @@ def linearized(random, noise, few=12, parameters=30):
 
 
 def test_noise_beside_tolerances_is_that_of_drawn_measurements():
-    """The most probable noise of many draws scatters about the true one, and never vanishes."""
+    """The estimated noise of many samples scatters around the true noise, and never vanishes."""
     many = [linearized(np.random.default_rng(s), 3.0, few=200).noise() for s in range(20)]
     assert np.median(many) == pytest.approx(3.0, rel=0.1)
     few = [linearized(np.random.default_rng(s), 1.0).noise() for s in range(50)]
@@ -142,13 +142,13 @@ def test_noise_beside_tolerances_is_that_of_drawn_measurements():
 
 
 def least_squares_errors(random, count, variables, noise=1.0):
-    """The errors that variables leave of normal ones."""
+    """Returns least-squares residuals of normally distributed errors."""
     J, e = random.normal(size=(count, variables)), noise * random.normal(size=count)
     return Linearized(e - J @ np.linalg.lstsq(J, e)[0], J, np.zeros(0), np.zeros((0, variables)))
 
 
 def test_few_surplus_numbers_leave_no_row_out():
-    """The median of errors with three freedoms may be small by chance."""
+    """With three residual degrees of freedom, the median of the errors may be small by chance."""
     every = np.ones(14, dtype=bool)
     for seed in range(1000):
         at = least_squares_errors(np.random.default_rng(seed), 14, 11)
@@ -168,7 +168,7 @@ def test_limit_of_rows_is_five_deviations_of_many_numbers():
 
 
 def test_gross_error_among_few_measurements_is_left_out(arm):
-    """25 rows of a target for 7 variables name the row that is 5 mm off."""
+    """Among 25 target rows for 7 variables, the row with a 5 mm error is identified."""
     draw = simulated(arm, 3, device="three targets")
     draw.measurements.points[2, 1] += 5e-3
     found = identify(arm, draw.q, draw.measurements, vary=("offset",))

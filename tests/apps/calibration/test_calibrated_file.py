@@ -1,4 +1,4 @@
-"""Calibrated robots as files: the same arm, with an inverse; and the command that makes one."""
+"""The file of a calibrated robot reproduces the arm, with an inverse; a command writes the file."""
 
 import csv
 
@@ -16,7 +16,7 @@ from tests.support.measured_arms import drawn
 
 @pytest.fixture(scope="module")
 def driven(arm):
-    """A geometry with axes, tool and transmissions off, and motor positions."""
+    """A geometry with errors of axes, tool and transmissions, and motor positions."""
     random, p = np.random.default_rng(3), drawn(arm, 0).p
     drives = np.array([g.part == "transmission" for g in arm.geometry])
     p[drives] += random.uniform(-3e-3, 3e-3, drives.sum())
@@ -25,7 +25,7 @@ def driven(arm):
 
 @pytest.fixture(scope="module")
 def mine(arm, driven, tmp_path_factory):
-    """The robot of the file that describes this arm."""
+    """The robot in the file that describes this arm."""
     folder = tmp_path_factory.mktemp("mine")
     path = folder / "mine.toml"
     path.write_text(robot_file(arm, driven[0], "mine", "a test"))
@@ -34,7 +34,7 @@ def mine(arm, driven, tmp_path_factory):
 
 
 def test_robot_file_reproduces_calibrated_fk_and_ik_inverts_it(arm, truth, mine):
-    """Transmissions take no part: `fk` takes joint positions, not motor positions."""
+    """Transmissions have no effect: `fk` takes joint positions, not motor positions."""
     q = np.random.default_rng(0).uniform(-2, 2, (2000, 6))
     assert_allclose(mine.fk(q), arm.fk_p(q, truth.p), atol=1e-14)
     found = mine.ik(mine.fk(q))

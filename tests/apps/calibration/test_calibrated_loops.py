@@ -1,7 +1,7 @@
-"""Robots with loops: derivatives by parameters, identification, and the robot file that is made.
+"""Robots with loops: parameter derivatives, identification, and the calibrated robot file.
 
-`python test_calibrated_loops.py 50` draws so many calibrations of two mechanisms and tries their
-maps in all postures.
+`python test_calibrated_loops.py 50` generates 50 calibrations of two mechanisms and tests their
+maps in all configurations.
 """
 
 import sys
@@ -36,13 +36,13 @@ from tests.support.derivations import ROBOTS
 STEP = 1e-5
 SIGMA = (2e-5, 5e-5)
 LEAST = 20.0
-"""Factor by which the error of held-back poses falls."""
+"""Minimum factor by which calibration reduces the error of validation poses."""
 MECHANISMS = ("excavator", "board_installer")
 POSTURES = 300
 DRAWN = 5e-4
-"""Metre and radian: what axes, rods and tool of a drawn robot are off by at most."""
+"""Largest error (metre or radian) of axes, rods and tool of a random robot."""
 SAME = 1e-10
-"""Metre or radian, for coordinates."""
+"""Tolerance of coordinates (metre or radian)."""
 
 
 IDENTIFIED = ("fk", "fk_p", "identification_jacobian", "parts_p")
@@ -50,12 +50,12 @@ FUNCTIONS = {
     **dict.fromkeys(("four_bar", "delta"), ("jacobian_mixed", *IDENTIFIED, *PARAMETRIC)),
     **dict.fromkeys(("slider_crank", "well_manipulator"), IDENTIFIED),
 }
-"""Functions of the robots as designed; `fk`, `fk_p` and `parts_p` suffice to draw a robot."""
+"""Functions of the nominal robots; `fk`, `fk_p` and `parts_p` suffice to generate random robots."""
 
 
 @cache
 def parametric(name):
-    """A robot as designed, with its parametric functions."""
+    """Returns a nominal robot with its parametric functions."""
     folder = Path(tempfile.mkdtemp()) / name
     functions = sorted(set(FUNCTIONS.get(name, ("fk", "fk_p", "parts_p"))))
     languages = ["c", "casadi"] if name == "four_bar" else ["c"]
@@ -63,7 +63,7 @@ def parametric(name):
 
 
 def drawn(robot, random, error):
-    """A geometry with axes, rods and tool off by up to an error."""
+    """Returns a geometry whose axes, rods and tool have random errors."""
     p = np.array([item.value for item in robot.geometry])
     moved = np.array([item.part in ("axis", "loop", "tool") for item in robot.geometry])
     p[moved] += random.uniform(-error, error, moved.sum())
@@ -71,19 +71,19 @@ def drawn(robot, random, error):
 
 
 def around(robot, random, count):
-    """Coordinates around the reference."""
+    """Returns coordinates near the reference."""
     step = np.array([0.02 if c.unit == "m" else 0.5 for c in robot.coordinates])
     return np.array(robot.reference.q) + random.uniform(-1, 1, (count, robot.n)) * step
 
 
 def everywhere(robot, random, count):
-    """Coordinates within the limits; cranks without limits turn nearly once."""
+    """Returns coordinates within the limits; cranks without limits make almost a whole turn."""
     low, high = np.maximum(robot.lower, -3), np.minimum(robot.upper, 3)
     return random.uniform(low, high, (count, robot.n))
 
 
 def differences(function, x, T):
-    """Twists of the tool in base axes by each entry of x, fourth-order central differences."""
+    """Returns tool twists in base axes per entry of x, by fourth-order central differences."""
     columns = []
     for unit in np.eye(len(x)) * STEP:
         near, far = (function(x + k * unit) - function(x - k * unit) for k in (1, 2))
@@ -140,7 +140,7 @@ def test_identification_explains_randomly_perturbed_loop_robot(seed):
     )
     assert before / after > LEAST
     assert 0.8 < found.noise < 1.2
-    # Chance may draw noise beyond the limit of sound rows, and no other row is left out.
+    # Random noise may exceed the outlier limit in some rows; only such rows may be excluded.
     drawn_noise = np.abs(measured.errors(T, np.zeros(0))).reshape(-1, 6).max(1)
     beyond = np.array(measured.labels)[drawn_noise > OUTLYING]
     assert found.outliers == tuple(beyond)
@@ -161,7 +161,7 @@ def test_rows_whose_loops_do_not_close_are_left_out_of_the_fit():
 
 
 def test_identify_converges_for_tool_that_hardly_rotates():
-    """The start places base and targets tens of centimetres off, by the same way."""
+    """The start moves the base and the targets by the same tens of centimetres."""
     robot, random = parametric("delta"), np.random.default_rng(3)
     p, q = drawn(robot, random, 5e-4), everywhere(robot, random, 60)
     T = se3.exp(random.normal(size=6)) @ robot.fk_p(q, p)
@@ -174,7 +174,7 @@ def test_identify_converges_for_tool_that_hardly_rotates():
 
 @pytest.mark.parametrize("seed", [0, 6])
 def test_identify_explains_delta_whose_probe_is_decimetres_from_its_start(seed):
-    """No design places the probe: its distance from the start costs as little as the base's."""
+    """No tolerance fixes the probe: moving it from the start costs no more than moving the base."""
     robot, random = parametric("delta"), np.random.default_rng(seed)
     p, q = drawn(robot, random, 5e-4), around(robot, random, 60)
     noise = se3.exp(random.normal(size=(60, 6)) * np.repeat(SIGMA, 3))
@@ -185,7 +185,7 @@ def test_identify_explains_delta_whose_probe_is_decimetres_from_its_start(seed):
 
 
 def test_unobservable_mechanism_scale_is_reported_redundant(tmp_path):
-    """The rocker of a four-bar turns alike in all sizes of it."""
+    """The rocker angle of a four-bar does not depend on the size of the mechanism."""
     text = (ROBOTS / "four_bar.toml").read_text()
     tool = 'tool = { body = "coupler", xyz = ["b / 2", "h", 0] }'
     assert tool in text
@@ -195,8 +195,8 @@ def test_unobservable_mechanism_scale_is_reported_redundant(tmp_path):
     robot = compiled(read(path), tmp_path / "rocker", functions, ["c"])
     q = np.linspace(-3, 3, 60)[:, None]
     noise = se3.exp(np.random.default_rng(0).normal(size=(60, 6)) * np.repeat(SIGMA, 3))
-    # Ground 0.35, crank 0.1, coupler 0.3 and rocker 0.25: an axis that shifts takes the link before
-    # it along, and not the link behind it.
+    # Ground 0.35, crank 0.1, coupler 0.3 and rocker 0.25. The shift of an axis moves the link
+    # before it, but not the link after it.
     sizes = {"crank_shift_x": -0.35, "coupler_shift_x": -0.25}
     sizes |= {"rocker_pin_a_x": 0.05, "rocker_pin_b_x": 0.25}
     measured = Poses(robot.fk(q) @ noise, SIGMA)
@@ -265,7 +265,7 @@ def test_first_order_tool_errors_match_monte_carlo_for_loops():
     ids=["axis and tool", "axis, tool and loop"],
 )
 def test_identification_rank_matches_paper_formula(parts, rank):
-    """4 r + 2 t + 6 for five turning joints and two telescopes; three more for each cylinder."""
+    """4 r + 2 t + 6 for five revolute joints and two telescopes; three more for each cylinder."""
     robot = parametric("well_manipulator")
     q = np.random.default_rng(0).uniform(robot.lower, robot.upper, (200, robot.n))
     J = robot.identification_jacobian(q, [item.value for item in robot.geometry])
@@ -277,7 +277,7 @@ def test_identification_rank_matches_paper_formula(parts, rank):
 
 @pytest.mark.parametrize("name", ["slider_crank", "delta"])
 def test_vary_keyword_selects_only_its_own_parameter_parts(name):
-    """The geometry is axes and loops together; each alone is sought beside the base alone."""
+    """The value "geometry" means axes and loops; either can also be identified with the base."""
     robot, random = parametric(name), np.random.default_rng(4)
     q = around(robot, random, 60)
     measured = Poses(robot.fk(q), SIGMA)
@@ -296,7 +296,7 @@ def test_vary_keyword_selects_only_its_own_parameter_parts(name):
 
 
 def calibrated(name, seed):
-    """A drawn robot that is refined from its design, as its file describes it."""
+    """Returns a random calibrated robot from its file, refined from its nominal design."""
     robot = parametric(name)
     p = drawn(robot, np.random.default_rng(seed), DRAWN)
     text = robot_file(robot, p, f"mine_{seed}", "a test", name)
@@ -304,20 +304,20 @@ def calibrated(name, seed):
 
 
 def postures(name, seed):
-    """Coordinates within the limits of the design."""
+    """Returns coordinates within the limits of the nominal robot."""
     robot = parametric(name)
     return np.random.default_rng(seed).uniform(robot.lower, robot.upper, (POSTURES, robot.n))
 
 
 @cache
 def mapped(name, seed, *margin):
-    """A calibrated robot with the maps between actuators and main chain."""
+    """Returns a calibrated robot with the maps between actuators and main chain."""
     functions = ["chain", "actuators", *margin]
     return compiled(calibrated(name, seed), Path(tempfile.mkdtemp()), functions, ["c"])
 
 
 def check_maps(name, seed):
-    """Finds the coordinates again in every posture whose loops close."""
+    """Checks that the maps recover the coordinates in every configuration whose loops close."""
     robot, q = mapped(name, seed, "actuator_margin"), postures(name, seed)
     theta = robot.chain(q)
     closed = np.isfinite(theta).all(-1)
@@ -343,7 +343,7 @@ def test_joint_values_that_violate_loop_closure_are_invalid():
 
 @pytest.fixture(scope="module")
 def built_delta(tmp_path_factory):
-    """A delta robot whose platform rotates a little, as its rods are not of one length."""
+    """A delta robot whose platform rotates slightly, because its rods have unequal lengths."""
     folder = tmp_path_factory.mktemp("built") / "delta"
     return compiled(calibrated("delta", 5), folder, ["fk", "ik", "ik_position"], ["c"])
 
@@ -355,7 +355,7 @@ def test_built_delta_ik_recovers_generating_configuration(built_delta):
     found = built_delta.ik(T)
     assert found.valid.any(1).all()
     assert_allclose(np.abs(found.q - q[:, None]).max(-1).min(-1), 0, atol=SAME)
-    # The turn of the design is no pose of the robot as built.
+    # The nominal orientation is not reachable by the robot as built.
     T[:, :3, :3] = np.eye(3)
     assert not built_delta.ik(T).valid.any()
 
@@ -374,7 +374,7 @@ def test_built_delta_ik_position_and_ik_path_recover_motors(built_delta):
 
 
 def test_built_delta_ik_position_finds_all_scipy_solutions(built_delta):
-    """All solutions that SciPy finds from random starts."""
+    """SciPy finds the solutions from random start values."""
     random = np.random.default_rng(1)
     p = built_delta.fk(postures("delta", 5)[:4])[:, :3, 3]
     found = built_delta.ik_position(p)
@@ -393,7 +393,7 @@ def test_built_delta_ik_position_finds_all_scipy_solutions(built_delta):
 
 
 def test_article_prints_nominal_inverse_of_calibrated_loop_robot():
-    """Three joints are given, by the symbols of the chain that is printed."""
+    """Three joints are fixed at the symbols of the printed chain."""
     printed = inverse_of_loops(
         LoopPage.of(derive(calibrated("well_manipulator", 5), functions=["ik"]))
     )

@@ -1,4 +1,4 @@
-"""Reports: what they say, in HTML, in LaTeX and on the command line."""
+"""Calibration reports and their content, in HTML, in LaTeX and on the command line."""
 
 import subprocess
 import xml.etree.ElementTree as ET
@@ -26,7 +26,7 @@ def chosen(arm):
 
 @pytest.fixture(scope="module")
 def folder(chosen, tmp_path_factory):
-    """A report in LaTeX."""
+    """The folder of a LaTeX report."""
     folder = tmp_path_factory.mktemp("report")
     chosen.calibration.save(folder / "report.tex")
     return folder
@@ -67,7 +67,7 @@ def test_reports_print_frames_and_stated_noise(chosen, arm):
     (_, base), (name, probe) = found.frames
     assert name == "probe frame in the nominal tool frame"
     assert_allclose(base, truth.T_W_base, atol=1e-2)
-    # The drawn tool is off by 1 mm and 1 mrad.
+    # The true tool has an error of 1 mm and 1 mrad.
     assert_allclose(probe, T_tool_probe, atol=1e-2)
     assert f"{1e3 * probe[0, 3]:.4f}" in text
 

@@ -1,4 +1,4 @@
-"""Designs of measurements and errors from tolerances, next to plain linear algebra and chance."""
+"""Optimal designs and errors from tolerances against linear algebra and Monte Carlo analysis."""
 
 import numpy as np
 import pytest

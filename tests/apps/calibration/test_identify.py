@@ -1,4 +1,4 @@
-"""Identification on drawn arms: error on held-back poses, intervals, outliers, wrong input."""
+"""Identification of random arms: validation error, confidence intervals, outliers, wrong input."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from chasles.calibration.measurements.frames import register_points
 from chasles.errors import InputValueError, ShapeError
 
 NOISE = 2e-5, 5e-5
-"""Metre and radian."""
+"""Measurement noise in metre and radian."""
 
 
 def measured_poses(arm, truth, random):
@@ -26,7 +26,7 @@ def measured_positions(arm, truth, random):
 
 
 def errors_elsewhere(arm, truth, found, random):
-    """Errors of three points on the tool at new configurations [m]: calibrated, nominal."""
+    """Returns errors of three tool points at new configurations [m]: calibrated and nominal."""
     q = random.uniform(-2.5, 2.5, (2000, arm.n))
     true = truth.positions(arm, q)
     T = found.poses(q)
@@ -82,7 +82,7 @@ def test_identify_from_unknown_probe_poses_reduces_error(arm, truth):
 
 
 def test_confidence_intervals_cover_truth_in_95_percent(arm):
-    """Each of 20 arms is drawn on the parameters that are identified, so that truth is unique.
+    """The errors of the 20 arms lie in the identified parameters, so the true values are unique.
 
     The campaign `calibration` tests the intervals of many arms.
     """
@@ -126,7 +126,7 @@ def test_dh_model_cannot_explain_tilted_parallel_axes(arm, truth):
 
 
 def test_vary_geometry_equals_axis_parameters_for_serial_arm(arm, truth):
-    """One word, several words and the default are the same variables, offsets beside them not."""
+    """The default, "geometry" and ("axis",) select the same variables; "offset" selects others."""
     measurements = measured_positions(arm, truth, np.random.default_rng(0))
     whole, named, axes, offsets = (
         identify(arm, truth.q, measurements, robust=False, **words)
@@ -179,7 +179,7 @@ def test_calibration_summary_lists_counts_and_parameters(arm, truth):
 
 
 def test_noise_free_data_with_tolerances_keep_positive_covariance(arm, truth):
-    """The weight of parameter_std is the noise, which must not vanish."""
+    """The noise scales the weight of parameter_std, so the noise must not vanish."""
     parameter_std = {"offset": 0.02, "axis": 1e-3}
     exact = Positions(truth.positions(arm, truth.q), NOISE[0])
     found = identify(arm, truth.q, exact, vary=("offset", "axis"), parameter_std=parameter_std)
@@ -191,7 +191,7 @@ def test_noise_free_data_with_tolerances_keep_positive_covariance(arm, truth):
 @pytest.mark.parametrize("count", [1, 2, 3])
 @pytest.mark.parametrize("turned", [1.0, 0.3])
 def test_register_points_recovers_random_frames_and_targets(count, turned):
-    """Exact positions leave no error, from every orientation of the device and small turns too."""
+    """Exact positions are matched exactly, for every device orientation and for small rotations."""
     for seed in range(10):
         random = np.random.default_rng(seed)
         T = se3.exp(random.normal(size=(20, 6)) * [1, 1, 1, turned, turned, turned])

@@ -1,4 +1,4 @@
-"""What is wrong with measurements is named: signs, columns, rows and targets; several arms."""
+"""Input checks diagnose wrong signs, columns, rows and targets of several arms."""
 
 import numpy as np
 import pytest
@@ -12,14 +12,14 @@ from tests.support.measured_arms import drawn
 
 NOISE = 2e-5
 ARMS = ("ur5e", "stanford")
-"""Parallel axes; crossed axes and a prismatic joint."""
+"""An arm with parallel axes, and an arm with crossed axes and a prismatic joint."""
 ONE_ARM = pytest.mark.parametrize("case", ["stanford"], indirect=True)
-"""Mistakes in the table or of the device, which do not depend on the arm."""
+"""Mistakes in the table or of the device, which are independent of the arm."""
 
 
 @pytest.fixture(params=ARMS)
 def case(loaded, request):
-    """A robot, coordinates, and positions measured there."""
+    """A robot, coordinates, and measured positions."""
     robot = loaded(request.param)
     truth = drawn(robot, 3, zero=0.02, count=24)
     points = truth.positions(robot, truth.q)
@@ -60,7 +60,7 @@ def test_exchanged_joint_columns_are_diagnosed(case):
     indirect=["case"],
 )
 def test_coupled_joint_column_is_diagnosed(case, sign, word):
-    """As controllers write that hold the forearm's angle to the floor."""
+    """Some controllers report the angle between forearm and floor."""
     robot, q, points = case
     turning = [k for k in range(robot.n) if robot.coordinates[k].unit == "rad"]
     pairs = [(i, j) for i in turning for j in turning if 0 < j - i <= 2]
@@ -74,7 +74,7 @@ def test_coupled_joint_column_is_diagnosed(case, sign, word):
 
 @pytest.mark.parametrize(("case", "degrees"), [("ur5e", 90), ("stanford", -90)], indirect=["case"])
 def test_wrong_joint_zero_is_diagnosed(case, degrees):
-    """The first joint's is that of the base, and the last one's that of the tool."""
+    """A zero error of the first joint moves the base, and of the last joint the tool."""
     robot, q, points = case
     k = next(k for k in range(1, robot.n - 1) if robot.coordinates[k].unit == "rad")
     wrong = q.copy()
@@ -84,12 +84,12 @@ def test_wrong_joint_zero_is_diagnosed(case, degrees):
         said = " ".join(found(robot, wrong, points).warnings)
     except InputValueError as error:
         said = str(error)
-    # Small tools turn about a wrist's axis, and another zero of it may be identified.
+    # Small tools rotate about a wrist axis, so the zero error of that joint is ambiguous.
     assert f"zero of {name} is off by {degrees} deg" in said or "is its zero another" in said
 
 
 def test_two_simultaneous_mistakes_are_diagnosed(loaded):
-    """A joint that is added to a later one, whose sign is turned as well."""
+    """The value of a joint is added to a later joint, whose sign is also reversed."""
     robot = loaded("ur5e")
     truth = drawn(robot, 3, zero=0.01, count=24)
     wrong = truth.q.copy()
@@ -174,7 +174,7 @@ def test_measurements_of_another_robot_are_diagnosed(loaded):
 
 
 def as_quaternions(R):
-    """Unit quaternions w, x, y, z by SciPy, an oracle of our conversion."""
+    """Converts to unit quaternions w, x, y, z with SciPy, the oracle of our conversion."""
     return Rotation.from_matrix(R).as_quat(scalar_first=True)
 
 

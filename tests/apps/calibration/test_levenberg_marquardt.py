@@ -1,4 +1,4 @@
-"""The iteration beside SciPy's on drawn problems, with and without a loss."""
+"""The iteration agrees with SciPy on random problems, with and without a loss function."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ SCALE = 1e-3
 
 
 class Drawn:
-    """Errors A x + sin(B x) - y at small variables, with some rows far off."""
+    """Errors A x + sin(B x) - y for small variables, with outliers in some rows."""
 
     def __init__(self, seed, weakest):
         random = np.random.default_rng(seed)
@@ -77,7 +77,7 @@ def test_robust_loss_suppresses_gross_errors():
 
 
 def test_damping_converges_on_rosenbrock_function():
-    """Rosenbrock's valley from his own start, where whole steps lead uphill."""
+    """From Rosenbrock's own start, undamped steps increase the error."""
 
     def errors(x):
         values = np.array([10 * (x[1] - x[0] ** 2), 1 - x[0]])

@@ -1,4 +1,4 @@
-"""Tolerances of parameters, weights, and the model that predicts best."""
+"""Parameter tolerances, weights, and selection of the model with the best prediction."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def measured(robot, truth, q, seed=0):
 
 
 def with_offsets(robot, seed):
-    """Axes and zeros as far off as the tolerances say, the rest nominal."""
+    """Returns axis and zero errors as large as the tolerances; other parameters are nominal."""
     truth, random = drawn(robot, seed, count=30), np.random.default_rng(seed)
     p = nominal(robot)
     for part, sigma in TOLERANCES.items():
@@ -30,7 +30,7 @@ def with_offsets(robot, seed):
 
 
 def test_confidence_intervals_with_tolerances_cover_truth(arm):
-    """Offsets and axes together are redundant: standard deviations alone distinguish them."""
+    """Offsets and axes together are redundant; only their standard deviations separate them."""
     inside = []
     for seed in range(20):
         truth = with_offsets(arm, seed)

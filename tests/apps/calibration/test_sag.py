@@ -1,4 +1,4 @@
-"""Joints that yield to gravity: identified from an arm in equilibrium, and in robot files."""
+"""Joint compliance under gravity, identified in equilibrium and stored in robot files."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from tests.support.convention_robots import sagging_ur5e
 
 SIGMA = 2e-5
 YIELD = np.array([3e-5, 5e-5, 8e-5, 1e-4, 1e-4, 2e-4])
-"""Of the joints [rad/(N m)]: the wrist of a small arm yields the most."""
+"""Joint compliances [rad/(N m)]; the wrist of a small arm is the most compliant."""
 
 
 @pytest.fixture(scope="module")
@@ -29,14 +29,14 @@ def part(arm, name):
 
 
 def torques(arm, q, p):
-    """The torques of gravity, from the tool's displacement by a unit of compliance."""
+    """Returns gravity torques from the tool displacement per unit of compliance."""
     J, by_compliance = arm.jacobian_p(q, p), arm.identification_jacobian(q, p)
     columns = by_compliance[..., part(arm, "compliance")]
     return (J * columns).sum(-2) / (J**2).sum(-2)
 
 
 def in_equilibrium(arm, q, p):
-    """Poses with the joints where springs and gravity balance, in the arm's true geometry."""
+    """Returns poses with springs and gravity in equilibrium, for the true geometry."""
     rigid = np.where(part(arm, "compliance"), 0, p)
     sagged = q
     for _ in range(8):
@@ -65,7 +65,7 @@ def test_joint_compliances_are_identified(arm, measured, found):
     rigid = identify(arm, *measured, robust=False)
     assert rigid.noise > 5
     assert found.noise < 1.1
-    # The pan's axis is vertical to a milliradian: gravity hardly turns it.
+    # The first axis is vertical to within a milliradian, so gravity hardly rotates it.
     springs = found.p[part(arm, "compliance")]
     std = dict(zip(found.names, found.std, strict=True))
     for k in range(1, 6):
@@ -112,7 +112,7 @@ FUNCTIONS = ["fk", "coordinates_from_readings", "readings_from_coordinates"]
 
 
 def sagging(arm, random, soft=slice(None)):
-    """A geometry with every number off, drives and springs of soft coordinates among them."""
+    """Returns a geometry with errors in all parameters, with transmissions and some springs."""
     p = np.array([g.value for g in arm.geometry])
     off = np.array([g.part in ("axis", "offset", "transmission", "tool") for g in arm.geometry])
     p[off] += random.uniform(-1e-3, 1e-3, off.sum())
@@ -122,7 +122,7 @@ def sagging(arm, random, soft=slice(None)):
 
 
 def check_file(arm, folder, functions, seed, soft=slice(None)):
-    """The calibrated arm reaches the poses of the model from readings, and gives them back."""
+    """Checks that the calibrated arm reproduces the model poses from readings, and vice versa."""
     random = np.random.default_rng(seed)
     p, shown = sagging(arm, random, soft), random.uniform(-0.5, 1, (500, arm.n))
     mine = compiled(read_text(robot_file(arm, p, "mine", "simulated")), folder, functions, ["c"])

@@ -1,4 +1,4 @@
-"""Shells complete the command lines, and a reader of a pipe sees each line when it is printed."""
+"""Shells complete command lines, and a pipe receives each line as soon as it is printed."""
 
 import os
 import subprocess
@@ -10,7 +10,7 @@ from tests.support.waiting import SECONDS
 
 
 def completed(line):
-    """The words by which a shell would go on with a line."""
+    """Returns the words that complete a command line."""
     asked = {"_ARGCOMPLETE": "1", "_ARGCOMPLETE_IFS": "\n", "COMP_LINE": line}
     environment = os.environ | asked | {"COMP_POINT": str(len(line)), "COMP_TYPE": "9"}
     read, write = os.pipe()

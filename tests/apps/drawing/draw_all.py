@@ -1,7 +1,7 @@
-"""``python tests/apps/drawing/draw_all.py FOLDER N``: many arms, drawn without compiling them.
+"""``python tests/apps/drawing/draw_all.py FOLDER N`` draws many arms without compiling them.
 
-All arms of the shelf, the URDFs of a folder and N random chains; prints those whose letters
-overlap, and how many were drawn.
+The arms are all shelf arms, the URDFs of a folder and N random chains. Prints the arms with
+overlapping labels, and the number of drawings.
 """
 
 import random
@@ -13,7 +13,7 @@ sys.path.insert(0, str(ROOT))
 
 
 def descriptions(folder, count):
-    """A name and a description each."""
+    """Yields a name and a description for each arm."""
     from chasles.derive import read
     from tests.support.chains import random_chain
     from tests.support.derivations import ROBOTS
@@ -26,7 +26,7 @@ def descriptions(folder, count):
 
 
 def main(folder, count):
-    """Draws all; returns how many have letters that overlap."""
+    """Draws all arms and returns the number of arms with overlapping labels."""
     from test_drawing import lettered, overlaps
 
     from tests.support.skeletons import described_skeleton

@@ -1,4 +1,4 @@
-"""Moving drawings: a picture for each posture, one size, and errors that help."""
+"""Animations: one picture per configuration, constant size, and errors that help."""
 
 import itertools
 import shutil
@@ -38,7 +38,7 @@ def test_gif_has_changing_frame_for_each_configuration(tmp_path):
     assert {picture.shape for picture in every} == {every[0].shape}
     changed = [np.abs(a - b).sum() for a, b in itertools.pairwise(every)]
     assert min(changed) > 0
-    # The axes and what is on the ground stay.
+    # The axes and the objects on the ground do not move.
     still = np.ptp(np.array(every), axis=0).sum(-1) == 0
     assert still.mean() > 0.8
 
@@ -60,13 +60,13 @@ def test_gif_shows_trajectory_at_its_times(tmp_path):
 
 
 def test_mp4_has_frame_for_each_configuration(tmp_path, monkeypatch):
-    """Written by the wheel's ffmpeg, and read back by it."""
+    """The packaged ffmpeg writes the file and reads it."""
     imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
     robot = chasles.load("four_bar")
     monkeypatch.setattr(shutil, "which", lambda _: None)
     file = chasles.animate(robot, motion(robot, 2), tmp_path / "turn.mp4", fps=10)
     assert imageio_ffmpeg.count_frames_and_secs(file) == (2, pytest.approx(0.2))
-    # Each picture is that of the GIF but for the film's coarser colours.
+    # Each frame equals the GIF frame, except for the lower color resolution of the film.
     gif = list(pictures(chasles.animate(robot, motion(robot, 2), tmp_path / "turn.gif", fps=10)))
     read = [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-i", file, "-f", "rawvideo"]
     data = subprocess.run([*read, "-pix_fmt", "rgb24", "-"], capture_output=True, check=True).stdout

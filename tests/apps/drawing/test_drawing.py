@@ -1,4 +1,4 @@
-"""The geometry of drawings: what stands where, how many ghosts, and letters that do not overlap."""
+"""The geometry of drawings: positions of shapes, number of ghosts, and labels without overlaps."""
 
 import functools
 import itertools
@@ -25,17 +25,17 @@ from tests.support.skeletons import described_skeleton
 pytest.importorskip("matplotlib")
 
 TRUE = 1e-9
-"""Points of shapes are rounded to nine digits."""
+"""The points of shapes are rounded to nine digits."""
 ROBOTS = chasles.robots()
 PLANAR = {"bricklaying_planar", "five_bar", "four_bar", "planar_3rrr", "slider_crank"}
 CROWDED = ("panda", "photo_robot", "excavator", "planar_3rrr", "stewart_gough")
-"""One robot of each kind: a wrist, a fixed joint, cylinders, a plane, struts in space."""
+"""One robot of each kind: a wrist, a fixed joint, cylinders, planar loops, and spatial struts."""
 SHELF = ("crx10ia", "sawyer", "tx2_60")
-"""Six joints with an offset wrist, seven joints, and a wrist whose axes intersect."""
+"""Six joints with an offset wrist, seven joints, and a spherical wrist."""
 
 
 def shown(bodies, views=None, q=None, ghosts=None, path=None):
-    """The scenes of a skeleton."""
+    """Returns the scenes of a skeleton."""
     poses = bodies.poses(bodies.posture if q is None else q)
     none = np.empty((0, *poses.shape))
     found = views_of(bodies, poses, views)
@@ -45,20 +45,20 @@ def shown(bodies, views=None, q=None, ghosts=None, path=None):
 
 @functools.cache
 def first_scenes(name):
-    """The skeleton of a shipped robot, its poses and its scenes in the first configuration."""
+    """Returns a shipped robot's skeleton, its poses, and its scenes in the first configuration."""
     bodies = skeleton(chasles.load(name))
     return bodies, *shown(bodies)
 
 
 def lettered(bodies):
-    """A figure of the only view of a skeleton that has letters."""
+    """Draws the only labelled view of a skeleton."""
     poses = bodies.poses(bodies.posture)
     names = ("plane",) if plane_of(bodies, poses) else ("axonometric",)
     return figure_of(shown(bodies, names)[1], (), has_path=False)
 
 
 def letters(figure):
-    """The boxes of all letters inside the axes of a figure [pixels]."""
+    """Returns the bounding boxes of all labels inside the axes of a figure [pixels]."""
     renderer = figure.canvas.get_renderer()
     texts = [text for ax in figure.axes for text in ax.texts if text.get_text()]
     return [(text.get_text(), text.get_window_extent(renderer)) for text in texts]

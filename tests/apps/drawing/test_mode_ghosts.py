@@ -1,4 +1,4 @@
-"""Assembly modes as ghosts: bodies where the platform can be, all legs with their lengths."""
+"""Ghosts of assembly modes: possible platform poses, with the correct lengths of all legs."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from tests.support.compiling import compiled_quickly
 from tests.support.derivations import description
 
 TRUE = 1e-9
-"""Metres and parts of a direction."""
+"""Tolerance in metres, and of direction vectors."""
 ROD = """[[rods]]
 name = "coupler_1"
 length = "L"
@@ -40,7 +40,7 @@ def near_reference(robot, count):
 
 
 def tools(robot, q):
-    """(k, 4, 4) poses of the tool in all modes, by the robot's own functions."""
+    """Returns the tool poses (k, 4, 4) in all modes from the robot's own functions."""
     if hasattr(robot, "fk_all"):
         found = robot.fk_all(q)
         return found.T[found.valid]
@@ -53,7 +53,7 @@ def tools(robot, q):
 
 
 def ends_apart(body, poses):
-    """(k,) the distance between the points that a strut joins."""
+    """Returns the distances (k,) between the end points of a strut."""
     a, b = (
         poses[:, k, :3, :3] @ end + poses[:, k, :3, 3]
         for k, end in zip(body.span.bodies, body.span.ends, strict=True)
@@ -88,7 +88,7 @@ def test_assembly_mode_ghosts_match_platform_poses(name):
 
 
 def test_link_legs_close_in_every_assembly_mode(tmp_path):
-    """A leg whose coupler is a link on a joint: its passive joint follows from the mode."""
+    """The coupler of the leg is a link with a joint, whose passive angle follows from the mode."""
     text = description("planar_3rrr").read_text(encoding="utf-8")
     assert ROD in text
     file = tmp_path / "linked.toml"

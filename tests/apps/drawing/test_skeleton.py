@@ -1,4 +1,4 @@
-"""Poses of a robot's bodies agree with its own functions, and with Pinocchio."""
+"""Body poses agree with the robot's own functions and with Pinocchio."""
 
 import itertools
 import json
@@ -22,12 +22,12 @@ from tests.support.skeletons import described_skeleton
 
 TRUE = 1e-12
 CLOSED = 1e-9
-"""Newton's iteration leaves 1e-12 in a loop, and a chain of bodies multiplies it."""
+"""Newton's method leaves a loop residual of 1e-12, which a chain of bodies amplifies."""
 ROBOTS = chasles.robots()
 
 
 def postures(robot, n, seed=0):
-    """Random coordinates: within limits, or near the reference of loops."""
+    """Returns random coordinates within limits, or near the reference of loops."""
     generator = np.random.default_rng(seed)
     low = np.where(np.isfinite(robot.lower), robot.lower, -1.0)
     high = np.where(np.isfinite(robot.upper), robot.upper, 1.0)
@@ -180,7 +180,7 @@ def test_manifest_without_skeleton_is_rejected():
 
 
 def test_symbols_of_adjacent_joints_are_separated():
-    """Joints of a wrist share a point, but their symbols do not."""
+    """The joints of a wrist share a point, but their drawn symbols are apart."""
     checked = 0
     for name in ("ur5e", "puma560", "iiwa14", "panda"):
         robot = chasles.load(name)

@@ -1,4 +1,4 @@
-"""Volumes by cells against shapes of known volume: the stated error holds."""
+"""Cell-based volumes of known shapes: the true error is within the reported error."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def box(u, *sides):
 
 
 def shapes(rng, count):
-    """Random shapes of four kinds, none thinner than four cells of forty."""
+    """Returns random shapes of four kinds, at least four of forty cells thick."""
     for k in range(count):
         a, b = rng.uniform(0, 0.75), rng.uniform(0.2, 0.95)
         yield [

@@ -1,4 +1,4 @@
-"""Positions of platforms at one orientation against shells of legs and an integral over joints."""
+"""Platform positions at one orientation against leg shells and an integral over joints."""
 
 import itertools
 
@@ -14,7 +14,7 @@ from chasles.study.grid import indices
 
 
 def lengths(robot, places, R):
-    """(m, 6) lengths of a platform's legs, from the ends of its rods."""
+    """Returns the leg lengths (m, 6) of a platform, from the ends of its rods."""
     T = np.tile(np.eye(4), (len(places), 1, 1))
     T[:, :3, :3], T[:, :3, 3] = R, places
     return robot.ik(T).q[:, 0]
@@ -26,14 +26,14 @@ def hexapod():
 
 
 def test_hexapod_workspace_matches_intersection_of_leg_shells(hexapod):
-    """A leg between its limits leaves a shell: the workspace is what six of them have in common."""
+    """A leg with limits reaches a spherical shell; the workspace is the intersection of six."""
     rng, checked = np.random.default_rng(1), 0
     q_0 = np.array(hexapod.reference.q)
     T_0 = hexapod.fk(q_0)
     for turn in rng.uniform(-0.2, 0.2, (4, 3)):
         R = so3.exp(turn) @ T_0[:3, :3]
         found = reachable_positions(hexapod, R, resolution=64)
-        # From three places the center of each leg's sphere: q = |p - c| - l.
+        # Sampled positions determine the center of each leg's sphere: q = |p - c| - l.
         places = T_0[:3, 3] + rng.uniform(-0.05, 0.05, (40, 3))
         shells = [shell(places, column) for column in lengths(hexapod, places, R).T]
         box = found.grid.upper - found.grid.lower
@@ -61,7 +61,7 @@ def in_shells(points, shells):
 
 
 def shell(places, q):
-    """Center and least radius of a sphere's shell from q = |p - c| - l, by least squares.
+    """Fits the center and the smallest radius of a spherical shell to q = |p - c| - l.
 
     (q + l)^2 = |p|^2 - 2 p c + |c|^2 is linear in l, c and |c|^2 - l^2.
     """
@@ -105,7 +105,7 @@ def test_invalid_position_workspace_arguments_are_rejected(hexapod):
         reachable_positions(hexapod, resolution=100)
     with pytest.raises(ShapeError, match=r"R_0_ee: expected shape \(3, 3\)"):
         reachable_positions(hexapod, np.eye(4))
-    # A delta robot's inverse takes a tenth of the time of the hexapod's.
+    # The delta inverse takes a tenth of the time of the hexapod inverse.
     with pytest.raises(OutOfReachError, match="delta: no box around the reached"):
         reachable_positions(chasles.load("delta"), so3.exp([3.0, 0, 0]))
 
@@ -113,7 +113,7 @@ def test_invalid_position_workspace_arguments_are_rejected(hexapod):
 def test_box_that_cuts_region_grows_to_cover_it(hexapod):
     whole = reachable_positions(hexapod, resolution=64)
     T_0, size = hexapod.fk(hexapod.reference.q), hexapod.unit_length
-    # Below the base is the mirror image of the region, so that the box must not reach down there.
+    # The region has a mirror image below the base, which the box must not contain.
     up = np.array([0, 0, 0.5])
     for away in ([1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]):
         T = T_0.copy()

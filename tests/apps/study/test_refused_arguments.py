@@ -1,4 +1,4 @@
-"""Arguments without a meaning are refused, in a sentence that says which one and why."""
+"""Meaningless arguments raise an error that names the argument and the reason."""
 
 import numpy as np
 import pytest
@@ -49,7 +49,7 @@ def moving(curve=None):
 
 
 def among(first, second=None, third=None):
-    """Three positions, the first two alike, or one of them replaced."""
+    """Returns three positions with the first two equal, or with replaced positions."""
     return [first, first if second is None else second, [1, 1, 1] if third is None else third]
 
 
@@ -201,7 +201,7 @@ def replaced_seed(seed):
 
 
 def test_pure_rotation_line_has_angle_as_length():
-    """Rounding of the positions is no way of its own, in which the tool would turn at once."""
+    """Rounding errors of equal positions do not count as a translation."""
     turn = np.eye(4)
     turn[:2, :2] = [[0, -1], [1, 0]]
     for off in (0, 1e-17, 1e-14):

@@ -1,4 +1,4 @@
-"""Every result of a study is drawn, saved and loaded in the same way."""
+"""Every result of a study can be plotted, saved and loaded in the same way."""
 
 from dataclasses import fields, is_dataclass
 
@@ -49,7 +49,7 @@ RESULTS = {
 
 
 def flat(value):
-    """The arrays, numbers and words of a result and its parts."""
+    """Lists the arrays, numbers and strings of a result and its parts."""
     if is_dataclass(value):
         return [leaf for item in fields(value) for leaf in flat(getattr(value, item.name))]
     if isinstance(value, tuple):

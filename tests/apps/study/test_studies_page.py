@@ -1,4 +1,4 @@
-"""The examples of the pages about workspaces, motions and plans run."""
+"""The examples on the pages about workspaces, motions and plans run."""
 
 import matplotlib
 import numpy as np
@@ -11,7 +11,7 @@ pytest.importorskip("coal", reason="coal comes with pin")
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
-    """A folder for the files of the examples, and pictures without a window."""
+    """A folder for the example files, with a Matplotlib backend without windows."""
     matplotlib.use("Agg")
     monkeypatch.chdir(tmp_path)
     yield

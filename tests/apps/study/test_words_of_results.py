@@ -1,4 +1,4 @@
-"""What results print of themselves at a prompt: a line or two with their figures, no arrays."""
+"""Results print a summary of one or two lines with their figures, and no arrays."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A Chromium, one for all tests of a process that need a page."""
+"""One Chromium for all tests of a process that need a page."""
 
 import pytest
 
@@ -7,7 +7,7 @@ from tests.support.tools import path_of
 
 @pytest.fixture(scope="session")
 def browser(tmp_path_factory):
-    """A Chromium that draws in software; its tests are skipped where there is none."""
+    """A Chromium with software rendering; tests are skipped if no Chromium is installed."""
     program = path_of("chromium")
     pytest.importorskip("websockets", reason="no viser, which brings websockets")
     from tests.support.chromium import Chromium

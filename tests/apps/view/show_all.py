@@ -1,11 +1,11 @@
-"""``python tests/apps/view/show_all.py FOLDER N [PICTURES]``: the pages of many robots.
+"""``python tests/apps/view/show_all.py FOLDER N [PICTURES]`` tests the pages of many robots.
 
-The shipped robots, the shelf, the URDFs and robot files of a folder and N random mechanisms are
-shown in a Chromium. Each page must load without a word in its console; its bodies must be where the
-robot's own functions put them, after moves of all sliders; and its handle must follow the tool back
-along these postures. Prints the size of each page, the times of a frame of a slider and of the
-handle with its ghosts, the number of ghosts, the largest distance of a body and of the tool, and
-what is wrong; pictures go into a folder.
+A Chromium shows the shipped robots, the shelf, the robot files of a folder and N random mechanisms.
+Each page must load without console messages. After moves of all sliders, each body must agree with
+the robot's own functions. The drag handle must then follow the tool back.
+
+Prints for each robot the page size, the frame times of a slider and of the handle with ghosts, the
+number of ghosts, the largest errors of bodies and tool, and all failures. Pictures go to a folder.
 """
 
 import shutil
@@ -20,9 +20,9 @@ ROOT = Path(__file__).parents[3]
 sys.path.insert(0, str(ROOT))
 STEPS = 4
 CLOSED = 1e-9
-"""Parts of the size, and of a direction, by which bodies and the tool may be off."""
+"""Largest error of bodies and tool: of directions, and of positions relative to the size."""
 FRAMES = 100
-"""Frames whose mean time of the processor is told."""
+"""Number of frames for the mean processor time."""
 SEARCHED = 20.0
 """Seconds that a search for ghosts may take on a busy machine."""
 SLID = """{
@@ -49,7 +49,7 @@ DRAGGED = """{
 
 
 def robots(folder, count, kept):
-    """A name and a function that loads the robot, for each."""
+    """Yields the name of each robot, and a function that loads it."""
     import chasles
     from chasles.derive import write
     from tests.support.generators.drawn_mechanisms import drawn_mechanism
@@ -70,7 +70,7 @@ def robots(folder, count, kept):
 
 
 def judged(browser, robot, kept):
-    """Bytes of the page; milliseconds of both frames; ghosts; distances; and complaints."""
+    """Returns page bytes, both frame times in milliseconds, ghost count, errors and failures."""
     from chasles.view.display import Display
     from tests.support.viewed_pages import coordinates, on_page, opened, walk
 
@@ -95,7 +95,7 @@ def judged(browser, robot, kept):
 
 
 def searched(browser):
-    """The number of ghosts, when the page has sought them."""
+    """Waits for the search of the page, and returns the number of ghosts."""
     end = time.monotonic() + SEARCHED
     while time.monotonic() < end and browser.run("ghosts.isSeeking"):
         time.sleep(0.1)
@@ -103,14 +103,14 @@ def searched(browser):
 
 
 def told(found):
-    """Figures in a line."""
+    """Formats the figures in one line."""
     size, slid, dragged, ghosts, far, missed = found
     times = f"slider {slid:5.2f} ms, handle {dragged:5.2f} ms"
     return f"{size / 1e6:.2f} MB, {times}, {ghosts:2.0f} ghosts, off {far:.0e}, tool {missed:.0e}"
 
 
 def main(folder, count, pictures=None):
-    """Shows all; returns how many pages are wrong."""
+    """Tests all pages and returns the number of failed pages."""
     from tests.support.chromium import Chromium
 
     kept = Path(tempfile.mkdtemp())

@@ -1,4 +1,4 @@
-"""What a view shows: postures, ghosts and limits, against the robot's own functions."""
+"""Displayed configurations, ghosts and limits agree with the robot's own functions."""
 
 import numpy as np
 import pytest
@@ -14,11 +14,11 @@ WITH_BRANCHES = (
     *("stewart_gough", "planar_3rrr", "well_manipulator"),
 )
 SAME_POSE = 1e-7
-"""Metres and parts of a direction by which a ghost's tool may be off: less than a pixel."""
+"""Largest error of a ghost's tool in metres, and of directions: less than a pixel."""
 
 
 def drawn(display: Display, rng, steps: int = 4):
-    """Postures within the sliders, some of them far from the start."""
+    """Yields configurations within the slider ranges, some far from the start."""
     units = slider_units(display.robot, display.start.q)
     lower, upper = (np.array([getattr(u, end) for u in units]) for end in ("lower", "upper"))
     found, last = [], display.start
@@ -31,7 +31,7 @@ def drawn(display: Display, rng, steps: int = 4):
 
 
 def tools(display: Display, ghosts) -> np.ndarray:
-    """(g, 4, 4) poses of the tool of the ghosts that are shown."""
+    """Returns the tool poses (g, 4, 4) of the displayed ghosts."""
     shown = ghosts.scales > 0
     bodies = np.tile(np.eye(4), (*ghosts.positions[shown].shape[:2], 1, 1))
     wxyz = ghosts.wxyzs[shown]
@@ -85,14 +85,14 @@ def test_ghosts_show_all_branches_except_current():
 
 @pytest.mark.parametrize("name", WITH_BRANCHES)
 def test_dragged_tool_stays_on_its_branch(name):
-    """A small way of the tool is a small way of all coordinates."""
+    """A small tool displacement is a small displacement of all coordinates."""
     robot = chasles.load(name)
     display = Display(robot)
     units = slider_units(robot, display.start.q)
     middle = np.array([(unit.lower + unit.upper) / 2 for unit in units])
     followed = 0
     for posture in drawn(display, np.random.default_rng(11)):
-        # Away from the limits; what the inverse is given stays, as it does in a drag.
+        # The motion leads away from the limits and keeps fixed joint values, as a drag does.
         way = 1e-3 * np.where(posture.q < middle, 1.0, -1.0)
         way[[item.index for item in robot.redundancy if item.index is not None]] = 0
         there = display.at(posture.q + way, posture)
@@ -154,7 +154,7 @@ def test_workspace_points_are_reachable_tool_positions():
     display = Display(robot)
     points = display.workspace(slider_units(robot, display.start.q), 500)
     assert points.shape == (500, 3)
-    # Each point is a pose of the tool: the distance from the axis is within the two links.
+    # Each point is a tool position, so its distance from the axis is at most the sum of both links.
     reach = np.hypot(*points[:, :2].T)
     q = np.zeros(robot.n)
     assert reach.max() <= np.hypot(*robot.fk(q)[:2, 3]) + 1e-12

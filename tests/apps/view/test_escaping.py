@@ -1,4 +1,4 @@
-"""Texts of robots stay texts in Markdown and in scripts."""
+"""Robot texts are escaped in Markdown and in scripts."""
 
 import html
 import json

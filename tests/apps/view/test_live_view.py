@@ -14,18 +14,18 @@ from tests.support.waiting import until
 
 viser = pytest.importorskip("viser", reason="viser is not installed")
 OF_VISER = ("THREE.Clock", "Detected chrome", "WebGL", "Performance")
-"""What viser's own page says, whatever is shown."""
+"""Console messages of viser's own page, which occur for any content."""
 ROUTE = np.array([0.4, 0.05, 0.05, 0.05, -0.1, 0.1])
-"""The trajectory leads this far from the start [rad]."""
+"""Coordinate change along the trajectory [rad]."""
 GRIP = 0.8
-"""Part of the length of the handle's arrow at which the mouse takes it."""
+"""Fraction of the handle's arrow length at which the mouse grips it."""
 
 
 @pytest.fixture(scope="module")
 def arm_view(browser, tmp_path_factory):
     """A view of an arm with a trajectory, opened in the browser once for all tests.
 
-    Shadows, the lights of surroundings and the ground take most of the time of software rendering.
+    In software rendering, shadows, environment lights and the ground take most of the time.
     """
     arm = chasles.load("ur5e")
     q = Display(arm).start.q
@@ -46,25 +46,25 @@ def arm_view(browser, tmp_path_factory):
 
 @pytest.fixture
 def view(arm_view):
-    """The view of the arm, at the configuration in which it starts."""
+    """The view of the arm, reset to its initial configuration."""
     arm_view.set_q(arm_view._display.start.q)
     return arm_view
 
 
 def straight(folder, robot, q_start, q_end):
-    """A trajectory of two seconds between two configurations, whose time starts at 1."""
+    """Returns a two-second trajectory between two configurations that starts at time 1."""
     np.savez(folder / "motion.npz", t=[1.0, 3.0], q=[q_start, q_end])
     return Trajectory.load(folder / "motion.npz", robot)
 
 
 def looks_at_the_robot(view):
-    """Whether the page has taken the camera that the view gave it."""
+    """Tests whether the page uses the camera of the view."""
     (client,) = view._server.get_clients().values()
     return np.allclose(client.camera.position, view._server.initial_camera.position, atol=1e-3)
 
 
 def seen(view, browser, point):
-    """Where a point of the scene is on the page [pixels]."""
+    """Returns the page position of a point of the scene [pixels]."""
     (client,) = view._server.get_clients().values()
     camera = client.camera
     w, (x, y, z) = camera.wxyz[0], camera.wxyz[1:]
@@ -87,7 +87,7 @@ def complaints(browser):
 
 
 def field_of(label):
-    """The number beside a slider, as an expression of the page."""
+    """Returns a page expression for the number field of a slider."""
     labels = "[...document.querySelectorAll('label')]"
     own = f"{labels}.find((l) => l.textContent.startsWith('{label}')).htmlFor"
     return f"document.getElementById({own}).parentElement.querySelector('input[type=text]')"
@@ -117,7 +117,8 @@ def test_dragged_arrow_moves_tool_along_axis_on_nearest_branch(view, browser):
         [seen(view, browser, T[:3, 3] + part * arrow) for part in (GRIP, GRIP + 0.3)]
         for arrow in arrows
     ]
-    # The axis that is longest on the page: one that points at the viewer cannot be dragged.
+    # Drag the axis that is longest on the page, because an axis toward the viewer cannot be
+    # dragged.
     axis = int(np.argmax([np.linalg.norm(end - start) for start, end in ways]))
     browser.drag(*ways[axis])
     until(lambda: np.abs(view.posture.q - q).max() > 1e-4)
@@ -126,7 +127,7 @@ def test_dragged_arrow_moves_tool_along_axis_on_nearest_branch(view, browser):
     assert 0.1 * view.handle_size < moved[axis, 3] < view.handle_size
     np.testing.assert_allclose(np.delete(moved[:3, 3], axis), 0, atol=1e-6)
     np.testing.assert_allclose(moved[:3, :3], np.eye(3), atol=1e-6)
-    # The nearest of all branches that hold the tool there.
+    # The drag selects the nearest solution of all branches.
     np.testing.assert_allclose(robot.ik(view.posture.tool).nearest(q), view.posture.q, atol=1e-6)
     assert np.abs(view.posture.q - q).max() < 0.8
     assert complaints(browser) == []
@@ -146,7 +147,7 @@ def test_trajectory_is_played_back(view, browser):
 
 @pytest.mark.parametrize("name", ["planar_3rrr", "excavator"])
 def test_view_of_loops_follows_target_and_trajectory(name, tmp_path):
-    """The server alone: no page is open."""
+    """The test uses only the server, without a page."""
     robot = chasles.load(name)
     start = Display(robot).start
     there = Display(robot).at(start.q + 0.02, start)

@@ -1,4 +1,4 @@
-"""The meshes of a URDF on the bodies of a skeleton, against yourdfpy's own kinematics."""
+"""URDF meshes on the bodies of a skeleton agree with yourdfpy's kinematics."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The page that needs no network, in a browser: it moves what the robot's own functions move."""
+"""The offline page in a browser moves bodies as the robot's own functions do."""
 
 from pathlib import Path
 
@@ -13,11 +13,11 @@ from tests.support.compiling import compiled
 from tests.support.viewed_pages import asked, coordinates, message, on_page, opened, walk
 
 CLOSED = 1e-9
-"""Metres and parts of a direction by which a body may be off: loops close to 1e-12 of the size."""
+"""Largest body error in metres, and of directions; loops close to 1e-12 of the size."""
 STEPS = 3
-"""Configurations of each robot."""
+"""Number of configurations per robot."""
 HELD = Path(__file__).with_name("held.toml")
-"""A robot with loops that a slider, a weld and a ball close; the others have pins and struts."""
+"""A robot with slider, weld and ball closures; the other robots have pins and struts."""
 
 
 def moved(T, point) -> np.ndarray:
@@ -69,7 +69,7 @@ def test_page_slider_moves_only_its_joint(browser, tmp_path, name):
     tool = display.skeleton.tip_poses(on_page(browser))
     np.testing.assert_allclose(tool[:3], expected.tool[:3], atol=1e-7)
     assert f"{1000 * tool[0, 3]:.1f}" in browser.run("document.getElementById('tool').textContent")
-    # Bodies before the joint stay; the tool's moves.
+    # Bodies before the joint stay at rest, and the tool moves.
     moves = np.abs(on_page(browser) - before).max((-1, -2)) > 1e-4
     assert not moves[0]
     assert moves[display.skeleton.tip]
@@ -84,7 +84,7 @@ def test_page_reports_open_loop_and_recovers(browser, tmp_path):
     closes = browser.run("setCoordinates([3.1, 0.1, -3.1])")
     assert not closes
     assert "does not close" in message(browser)
-    # It stands still on its way, with rods of their lengths.
+    # The mechanism stops where the loop opens, and its rods keep their lengths.
     display = Display(robot)
     way = (coordinates(browser) - robot.reference.q) / np.subtract(
         [3.1, 0.1, -3.1], robot.reference.q
@@ -109,7 +109,7 @@ def test_page_loads_no_external_resources_and_escapes_title(browser, tmp_path):
     assert browser.run("document.querySelector('h1').textContent") == Renamed.title
     script = "performance.getEntriesByType('resource').map((entry) => entry.name)"
     assert [name for name in browser.run(script) if not name.startswith("data:")] == []
-    # Something is drawn: the picture has many colours.
+    # The picture is not empty: it has many colors.
     script = """(() => {
       render();
       const gl = renderer.getContext(), size = [gl.drawingBufferWidth, gl.drawingBufferHeight];
@@ -122,7 +122,7 @@ def test_page_loads_no_external_resources_and_escapes_title(browser, tmp_path):
 
 
 class Renamed:
-    """A robot whose title holds tags."""
+    """A robot whose title contains tags."""
 
     title = "</script><!--<script><b>{x}"
 

@@ -1,4 +1,4 @@
-"""The inverse on the page: against the robot's own functions, and dragged by the mouse."""
+"""The inverse on the page agrees with the robot's own functions, and follows mouse drags."""
 
 import json
 
@@ -13,15 +13,15 @@ from tests.support.viewed_pages import asked, coordinates, message, on_page, ope
 from tests.support.waiting import until
 
 TRUE = 1e-9
-"""Radians and parts of the robot's size by which the tool may be off."""
+"""Largest tool error in radians, and relative to the robot's size."""
 SAME = 1e-6
-"""Radians and metres by which coordinates of one posture may differ."""
+"""Coordinate difference (radian or metre) below which two configurations are equal."""
 REDUNDANT = {"iiwa14", "panda", "photo_robot", "well_manipulator"}
 BRANCHED = ("ur5e", "puma560", "jaco2", "lynxmotion", "scara", "planar_3rrr", "five_bar", "delta")
 STEPS = 4
-"""Configurations of each robot along which the tool is followed."""
+"""Number of configurations per robot along which the tool is followed."""
 ALONG, RING = 0.8, 0.72
-"""Where the mouse takes an arrow and a ring, in lengths of an arrow."""
+"""Grip positions of the mouse on an arrow and on a ring, in arrow lengths."""
 
 
 @pytest.fixture(scope="module")
@@ -32,14 +32,14 @@ def page(browser, tmp_path_factory):
 
 
 def show(browser, folder, robot):
-    """Shows a robot at its first configuration; opens its page unless it is open."""
+    """Shows a robot in its first configuration, and opens its page unless it is open already."""
     if not browser.run("location.href").endswith(f"/{robot.name}.html"):
         opened(browser, folder, robot)
     assert browser.run(f"setCoordinates({Display(robot).start.q.tolist()})")
 
 
 def wrapped(robot, apart):
-    """Differences of coordinates, those of joints that turn between -pi and pi."""
+    """Wraps differences of revolute coordinates to [-pi, pi]."""
     turns = np.array([coordinate.unit == "rad" for coordinate in robot.coordinates])
     return np.where(turns, np.remainder(apart + np.pi, 2 * np.pi) - np.pi, apart)
 
@@ -81,7 +81,7 @@ def test_page_ghosts_show_all_closed_form_branches(page, name):
     found = np.array(asked(page, display, script), dtype=float).reshape(-1, robot.n)
     assert len(found) > 0
     T = posture.tool
-    # The closed form of delta leaves out those whose actuators assemble to another pose, too.
+    # The closed form of delta omits solutions whose actuators also assemble to another pose.
     for row in found if name != "delta" else ():
         expected = branches(robot, T, row).q
         assert np.abs(wrapped(robot, expected - row)).max(-1).min() < SAME, (name, row)
@@ -92,7 +92,7 @@ def test_page_ghosts_show_all_closed_form_branches(page, name):
 
 
 def test_dragged_tool_respects_limits_at_local_minimum(page):
-    """Where the tool cannot go, no small move within the limits comes nearer."""
+    """If the tool cannot follow, no small move within the limits reduces the error."""
     robot, rng = chasles.load("irb6640"), np.random.default_rng(1)
     display = Display(robot)
     size, at_limits = display.skeleton.size, 0
@@ -117,7 +117,7 @@ def test_dragged_tool_respects_limits_at_local_minimum(page):
 
 
 def weighted(robot, q, T, size):
-    """The error of the tool as the page counts it when its position is dragged."""
+    """Returns the weighted tool error of the page for a position drag."""
     from scipy.spatial.transform import Rotation
 
     found = robot.fk(q)
@@ -127,7 +127,7 @@ def weighted(robot, q, T, size):
 
 
 def seen(browser, pose, point):
-    """Where a point in the tool's axes is on the page [pixels]."""
+    """Returns the page position of a point in tool coordinates [pixels]."""
     T = json.dumps(pose.ravel().tolist())
     script = f"""(() => {{
       const v = new THREE.Vector3(...moved({T}, {json.dumps(list(point))})).project(camera);

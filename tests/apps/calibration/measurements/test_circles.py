@@ -1,4 +1,4 @@
-"""CirclePoints of single joints: their axes, and the start that they give."""
+"""Circle points of single joints recover the joint axes and the start values."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ NOISE = 2e-5
 
 
 def turned(robot, seed):
-    """Nine configurations on each of two circles a turning joint."""
+    """Returns nine configurations on each of two circles per revolute joint."""
     random = np.random.default_rng(seed)
     q, circle = [], []
     turning = [k for k, c in enumerate(robot.coordinates) if c.unit == "rad"]
@@ -36,7 +36,7 @@ def test_circle_axes_and_start_frame_match_true_arm(loaded, name):
     measurements = CirclePoints(points, NOISE, circle)
     first = np.searchsorted(circle, np.arange(len(joints)))
     for axis, at, k in zip(measurements.axes(robot.fk(q)), q[first], joints, strict=True):
-        # The joint's true axis in the device's frame.
+        # The true joint axis in the frame of the device.
         v, omega = np.split(robot.jacobian_p(at, truth.p)[:, k], 2)
         direction = truth.T_W_base[:3, :3] @ omega
         assert_allclose(axis.direction, direction, atol=2e-3)

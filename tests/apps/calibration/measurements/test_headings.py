@@ -1,4 +1,4 @@
-"""Tables as people write them: headings, orientations, tables without a header, in hundreds."""
+"""Measurement tables in practice: column headings, orientation formats, missing headers."""
 
 import itertools
 from types import SimpleNamespace
@@ -82,7 +82,7 @@ def written(path, header, values, separator=",", decimal=".", before=()):
 
 @pytest.mark.parametrize(("joints", "places"), list(itertools.product(JOINTS, PLACES)))
 def test_joint_and_target_headings_are_recognized_in_any_column_order(tmp_path, joints, places):
-    """Each of 26 ways to call joints beside each of 17 to call targets, columns in any order."""
+    """Tests 26 names for joint columns with 17 names for target columns, in any column order."""
     random = np.random.default_rng(len(joints) + 100 * len(places))
     header = [joints.format(k + 1) for k in range(6)]
     header += [places.format(a, j + 1, a.upper()) for j in range(3) for a in "xyz"]
@@ -143,7 +143,7 @@ def test_manufacturer_joint_and_position_names_are_recognized(tmp_path, header, 
 
 
 def test_commanded_or_computed_columns_are_not_read_as_measurements(tmp_path):
-    """They stand for joints that nobody recorded, and never for measurements."""
+    """Such columns may replace unrecorded joints, but never measurements."""
     aims, fk = [f"target_q_{k}" for k in range(6)], [f"{a}_nominal" for a in "xyz"]
     errors = ["error_x [mm]", "std x"]
     off = 7 + NUMBERS[:, :9]
@@ -183,7 +183,7 @@ ORIENTATIONS = {
 @pytest.mark.parametrize("form", ORIENTATIONS)
 @pytest.mark.parametrize("separator", [",", ";"])
 def test_orientation_columns_match_scipy_in_every_format(tmp_path, form, separator):
-    """Each form as SciPy writes it."""
+    """SciPy writes each orientation format."""
     header, values = ORIENTATIONS[form]
     table = np.concatenate([values, NUMBERS[:, :9]], 1)
     path = written(tmp_path / "t.csv", [*header, *NAMES, *XYZ], table, separator)
@@ -257,7 +257,7 @@ def test_table_without_header_is_read(tmp_path, count, first, numbered, separato
     ids=["rotation vector", "quaternion", "missing column", "two rows"],
 )
 def test_ambiguous_table_without_header_is_rejected(tmp_path, table):
-    """A pose, a column too few, and too few rows to see that distances stay."""
+    """The tables miss a column, or have too few rows to check whether distances are preserved."""
     with pytest.raises(InputValueError, match=r"first line holds numbers.*write a header such as"):
         read_measurements(written(tmp_path / "t.csv", [], table), ROBOT)
 
@@ -313,7 +313,7 @@ def test_malformed_number_error_names_line_and_column(tmp_path, cell):
 
 
 def test_damaged_table_raises_only_input_value_error(tmp_path):
-    """130 tables with characters lost, added or exchanged raise no other error."""
+    """The 130 damaged tables have lost, added or swapped characters."""
     random, refused = np.random.default_rng(5), 0
     for k in range(130):
         header = [JOINTS[k % 26].format(i + 1) for i in range(6)]

@@ -1,4 +1,4 @@
-"""Positions from several stations of a tracker, each in an unknown frame of its own."""
+"""Positions from several tracker stations, each in its own unknown frame."""
 
 import csv
 
@@ -12,11 +12,11 @@ from chasles.errors import InputValueError
 
 SIGMA = 2e-5
 LEAST = 20.0
-"""Factor by which the error of held-back positions falls."""
+"""Minimum factor by which calibration reduces the error of validation positions."""
 
 
 def seen_from(arm, truth, random, stations):
-    """Positions in the frames of stations, and these frames in that of the first."""
+    """Returns positions in station frames, and these frames relative to the first station."""
     station = np.arange(len(truth.q)) % stations
     T_W_station = se3.exp(random.normal(size=(stations, 6)) * [3, 3, 1, 1, 1, 2])
     T_W_station[0] = np.eye(4)

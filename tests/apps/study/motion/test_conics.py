@@ -1,4 +1,4 @@
-"""Conics through five points of known ellipses, parabolas and hyperbolas; curves of tasks."""
+"""Conics through five points of known ellipses, parabolas and hyperbolas; task curves."""
 
 from itertools import pairwise
 
@@ -17,7 +17,7 @@ HYPERBOLA = (np.cosh, np.sinh, np.sinh, np.cosh)
 
 
 def drawn(count):
-    """Five points of a random conic in a random plane, its parameters there, and its own form."""
+    """Yields five poses on a random conic, their parameters, the speed, and the conic's form."""
     rng = np.random.default_rng(1)
     for k in range(count):
         x, y, x_u, y_u = (ELLIPSE, PARABOLA, HYPERBOLA)[k % 3]
@@ -38,7 +38,7 @@ def drawn(count):
 
 
 def off(points, form):
-    """How far points are from the implicit equation of the conic, and from its plane."""
+    """Returns distances of points from the implicit equation of the conic and from its plane."""
     R, middle, a, b, kind = form
     x, y, z = ((points - middle) @ R).T
     x, y = x / a, y / b
@@ -92,10 +92,10 @@ def test_points_without_conic_arc_are_rejected():
 
 
 def test_teaching_arm_follows_two_parabolas_of_paper():
-    """Two conics through the five points of the paper's table, 50 steps of 0.01 s each.
+    """Two conics pass through the five points of the paper's table, in 50 steps of 0.01 s each.
 
-    The points are raised by 0.05 m: on the paper's base of 0.1 m three of them exceed its limits,
-    on one of 0.05 m none does.
+    The points are raised by 0.05 m. With the paper's base height of 0.1 m three points violate the
+    limits; with 0.05 m all points are reachable.
     """
     arm = chasles.load("lynxmotion")
     y = np.array([0.2, 0.15, 0.1, 0.05, 0.0])

@@ -1,4 +1,4 @@
-"""Motions: exact on their curves, with rates and accelerations against differences."""
+"""Motions follow their curves exactly; rates and accelerations agree with differences."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ HOME = np.array([0, -1, 1.2, -0.4, 0.5, 0])
 
 
 def curves(robot, rng, count):
-    """Lines, arcs and splines between postures near each other, with a posture at their start."""
+    """Yields lines, arcs and splines between nearby configurations, with a start configuration."""
     made = 0
     while made < count:
         q = HOME + rng.uniform(-0.5, 0.5, 6)
@@ -126,7 +126,7 @@ def test_time_optimal_motion_saturates_but_respects_limits(arm):
         )
         speed = np.linalg.norm(found.V[:, :3], axis=1)
         assert speed.max() <= 0.3 * 1.000001
-        # At each moment something is at its limit, so no faster time scaling exists.
+        # At each time some limit is active, so no faster time scaling exists.
         used = np.maximum(np.abs(found.qd) / rates, np.abs(found.qdd) / accelerations).max(1)
         assert np.quantile(np.maximum(used, speed / 0.3), 0.1) > 0.95
         checked += 1
@@ -196,7 +196,7 @@ def test_parabolas_and_blends_pass_through_their_poses(arm):
 
 
 def test_rates_near_singularity_match_curve_differences():
-    """The tool's line passes an elbow that is almost straight; nothing damps the rates."""
+    """The line passes near the stretched elbow; the rates are not damped."""
     arm, checked = chasles.load("iiwa14"), 0
     rng = np.random.default_rng(3)
     while checked < 5:
@@ -216,7 +216,7 @@ def test_rates_near_singularity_match_curve_differences():
 
 
 class Peak:
-    """A motion of a joint whose rate has a narrow peak at a time, up or down from a sample."""
+    """A one-joint motion with a narrow rate peak at a given time between samples."""
 
     def __init__(self, at, width=0.01):
         self.time_scaling, self.middle, self.width = (

@@ -1,4 +1,4 @@
-"""Steps of minimum norm against SciPy's least squares, and their rates against differences."""
+"""Minimum-norm steps against SciPy's least squares, and their rates against differences."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ ARMS = ("iiwa14", "panda")
 
 
 def lines(robot, rng, count):
-    """Lines from postures away from limits and singularities to poses nearby."""
+    """Yields lines between nearby configurations, away from limits and singularities."""
     while count:
         q = robot.lower + (robot.upper - robot.lower) * rng.uniform(0.2, 0.8, robot.n)
         if robot.manipulability(q).min_singular_value < 0.1:
@@ -24,7 +24,7 @@ def lines(robot, rng, count):
 
 
 def by_least_squares(robot, T, q):
-    """The same iteration, step by step, with LAPACK's minimum-norm least squares."""
+    """Repeats the iteration step by step with LAPACK's minimum-norm least squares."""
     for _ in range(20):
         reached = robot.fk(q)
         turn = Rotation.from_matrix(T[:3, :3] @ reached[:3, :3].T).as_rotvec()
@@ -51,7 +51,7 @@ def test_minimum_norm_configuration_matches_scipy(name):
         for T, q in zip(poses[[4, 10]], found.q[[4, 10]], strict=True):
             np.testing.assert_allclose(q, by_least_squares(robot, T, q_0), atol=1e-9)
             checked += 1
-        # Fewer samples give the same postures.
+        # Fewer samples give the same configurations.
         np.testing.assert_allclose(motion.at(found.t[[3, 9]]).q, found.q[[3, 9]], atol=1e-12)
     assert checked == 24
 
@@ -82,7 +82,7 @@ def test_minimum_norm_derivatives_match_differences(name):
 
 
 class Bounded:
-    """A curve that has no pose before its start or behind its end."""
+    """A curve without poses before its start or after its end."""
 
     def __init__(self, curve):
         self.curve, self.length = curve, curve.length
@@ -100,7 +100,7 @@ def test_minimum_norm_never_evaluates_curve_beyond_ends(name):
         s = curve.length * np.array([0, 1e-4, 2e-3, 3.9e-3, 0.5, 0.9961, 0.998, 0.9999, 1])
         one, other = (minimum_norm(robot, own, s, q_0) for own in (curve, Bounded(curve)))
         np.testing.assert_array_equal(one.q, other.q)
-        # The curve goes on beyond its ends as a line, so differences there are an oracle.
+        # The curve continues as a line beyond its ends, so differences are valid there.
         step = 1e-3 * curve.length
         nodes = s[:, None] + step * np.arange(-2, 3)
         wide = line(*curve.at(np.array([-0.1, 1.1]) * curve.length).T)
@@ -187,7 +187,7 @@ def test_invalid_minimum_norm_requests_are_rejected():
 
 
 def test_jump_between_adjacent_samples_is_rejected():
-    """Two ends of the iteration at places next to each other are two postures, no motion."""
+    """No motion exists if adjacent samples converge to separate configurations."""
     robot = chasles.load("iiwa14")
     _, curve = next(lines(robot, np.random.default_rng(4), 1))
     theta = np.zeros((3, 5, 7))

@@ -1,4 +1,4 @@
-"""Motion sequences: the whole process of the well manipulator, 49 s, and the order of stages."""
+"""Motion sequences: the 49 s process of the well manipulator, and the order of stages."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from chasles.study.planning.plan import no_plan, plan_along
 INITIAL = np.radians([0, 88.79, -49.2, 0, -86.76, 0, -40.62])
 READY = np.radians([0, 88.79, -11.25844509, 0, -129.76606998, 0, -35.55548493])
 T_READY = np.array([[0, 1, 0, 1.237], [0, 0, -1, 0], [-1, 0, 0, 1.020], [0, 0, 0, 1.0]])
-"""The postures (63) and at 25 s, and the pose at 25 s; the papers' numbers, angles to 1e-8 deg."""
+"""Configuration (63), and configuration and pose at 25 s, from the papers; angles to 1e-8 deg."""
 DESCENT = 2.166
 HELD = ("theta1", "l_HI", "l_MN")
 
@@ -29,10 +29,10 @@ def robot():
 
 @pytest.fixture(scope="module")
 def process(robot):
-    """Section 5 of the paper.
+    """Returns the process in section 5 of the paper.
 
-    In the last stage four joints meet three conditions; the paper does not say how. Steps of
-    minimum norm from the posture at 37 s give the amplitudes that it prints.
+    In the last stage four joints satisfy three conditions, and the paper does not state how.
+    Minimum-norm steps from the configuration at 37 s reproduce the printed amplitudes.
     """
     turned = INITIAL + np.radians(30) * np.eye(7)[0]
     ready = robot.ik_numeric(T_READY, robot.actuators(READY), fixed=("theta2", *HELD)).q
@@ -96,8 +96,8 @@ def test_process_amplitudes_match_paper(robot, process):
     np.testing.assert_allclose(np.ptp(theta, axis=0)[[0, 1, 2, 4, 6]], printed, atol=0.5)
     lengths = 1000 * np.ptp(found.q, axis=0)[[1, 2, 4, 6]]
     np.testing.assert_allclose(lengths, [348.9, 302.7, 318.9, 123.2], atol=0.05)
-    # The paper prints 345, 302, 319, 123 mm; it calculated the first with two coordinates of B
-    # exchanged, as they are in its equation (64).
+    # The paper prints 345, 302, 319 and 123 mm. Its first length swaps two coordinates of B, as
+    # equation (64) does.
     np.testing.assert_allclose(lengths[1:], [302, 319, 123], atol=1)
 
 

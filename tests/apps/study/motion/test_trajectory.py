@@ -1,4 +1,4 @@
-"""Trajectories in files: read back without loss, from tables, and rejected with a reason."""
+"""Trajectory files are read without loss, also from tables, or rejected with a reason."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A wall of bricks laid by the gantry: where the bricks end, and how its motors turn."""
+"""The gantry lays a brick wall: final brick positions and motor angles."""
 
 import numpy as np
 import pytest
@@ -9,13 +9,13 @@ from chasles.study.motion import MotionSequence, blend, limit_violations
 BRICK = np.array([0.075, 0.036, 0.022])
 """Length, width and height of a brick of the model [m]."""
 PULLEYS = {"motor_x": 0.010, "motor_y": 0.010, "motor_z": 0.015}
-"""Radii in the robot file [m]."""
+"""Pulley radii in the robot file [m]."""
 PICK = np.array([0.02, 0.02, 0.03])
 ABOVE = 0.15
 
 
 def running_bond(courses, bricks):
-    """Places of the bricks' middles; each course is half a brick aside from the one below."""
+    """Returns the brick centers; each course is shifted by half a brick from the course below."""
     for course in range(courses):
         for k in range(bricks - course % 2):
             aside = BRICK[0] * (k + course % 2 / 2)
@@ -55,7 +55,7 @@ def test_every_brick_is_released_at_its_position(laying):
     assert len(places) == 8
     released = [found.T[found.stage == 4 * k + 2][0, :3, 3] for k in range(len(places))]
     np.testing.assert_allclose(released, places, atol=1e-12)
-    # No brick hangs in the air, and no joint runs through two courses.
+    # Each brick is supported, and no vertical joint continues through two courses.
     for k, place in enumerate(places):
         if place[2] > places[0][2]:
             below = [other for other in places[:k] if abs(place[2] - other[2] - BRICK[2]) < 1e-9]

@@ -1,4 +1,4 @@
-"""Exact sections against dense samples, integrals on grids, and workspaces by optimisation."""
+"""Exact sections against dense samples, integrals on grids, and optimized workspace bounds."""
 
 import math
 
@@ -13,11 +13,12 @@ from chasles.study.planar.arc_regions import ArcRegion, swept
 from chasles.study.planar.meridian import meridian, swept_volume
 
 NEAR = 0.01
-"""Distance [m] from the border from which a place is reached in more than single postures."""
+"""Distance [m] from the boundary beyond which a position is reached by more than isolated
+configurations."""
 
 
 def chains(count, seed=0):
-    """Random planar chains with limits, some with joints that turn freely."""
+    """Returns random planar chains with limits, some with unlimited joints."""
     rng = np.random.default_rng(seed)
     for k in range(count):
         n = 2 + k % 3
@@ -42,7 +43,7 @@ def place(lengths, q):
 
 
 def sampled(lengths, lower, upper, rng, count=20_000):
-    """Postures; in half of them some joints are at their limits."""
+    """Samples configurations; in half of them some joints are at their limits."""
     shape = (count, len(lengths))
     ends = np.where(rng.random(shape) < 0.5, lower, upper)
     at_end = (rng.random(shape) < 0.4) & (np.arange(count) % 2 == 0)[:, None]
@@ -50,7 +51,7 @@ def sampled(lengths, lower, upper, rng, count=20_000):
 
 
 def reached(chain, target, rng):
-    """Whether the last two joints reach a place, in closed form, for some values of the others."""
+    """Tests in closed form whether the last two joints reach a point for some other values."""
     lengths, lower, upper = chain
     q = rng.uniform(lower[:-2], upper[:-2], (1 if len(lower) == 2 else 20_000, len(lower) - 2))
     if len(lower) == 3:
@@ -71,7 +72,7 @@ def reached(chain, target, rng):
 
 
 def from_border(region, points):
-    """Distances of points from the border."""
+    """Returns distances of points from the boundary."""
     least = np.full(len(points), np.inf)
     for arc in region.arcs:
         x, y = (points - arc.center).T
@@ -97,7 +98,7 @@ def test_planar_sections_match_sampled_reachability():
         asked = asked[from_border(region, asked) > NEAR]
         inside = region.contains(asked)
         assert [reached(chain, target, rng) for target in asked] == inside.tolist()
-        # The border is closed: its arcs lead from each one's end to another one's start.
+        # The boundary is closed: each arc ends at the start of another arc.
         ends = [np.array([math.cos(a.end), math.sin(a.end)]) * a.radius for a in region.arcs]
         starts = [np.array([math.cos(a.start), math.sin(a.start)]) * a.radius for a in region.arcs]
         np.testing.assert_allclose(np.sum(ends, axis=0), np.sum(starts, axis=0), atol=1e-9)
@@ -111,7 +112,8 @@ def test_two_link_workspace_area_matches_formula():
         a, b = rng.uniform(0.1, 1, 2)
         turn, elbow = rng.uniform(0.1, 3), np.sort(rng.uniform(0, np.pi, 2))
         region = region_of(np.array([a, b]), np.array([0, elbow[0]]), np.array([turn, elbow[1]]))
-        # In polar coordinates r dr = a b sin(elbow) d elbow, and every radius spans the same turn.
+        # In polar coordinates r dr = a b sin(elbow) d elbow, and every radius covers the same
+        # angle.
         exact = turn * a * b * (math.cos(elbow[0]) - math.cos(elbow[1]))
         assert region.area == pytest.approx(exact, rel=1e-9)
     whole = region_of(np.array([0.7, 0.4]), np.full(2, -np.pi), np.full(2, np.pi))
@@ -126,7 +128,7 @@ def body_of(chain, offset, turn):
 
 
 def test_revolved_workspace_volume_matches_monte_carlo():
-    """Planes beside the axis, on either side of it, that turn by less and by more than a turn."""
+    """The planes are offset from the axis to either side; some rotate by more than a turn."""
     rng, checked = np.random.default_rng(3), 0
     for k, chain in enumerate(chains(6, seed=5)):
         turn = np.array([0, rng.uniform(*[(0.5, 3), (3.3, 6.2), (6.3, 7)][k % 3])])
@@ -137,7 +139,8 @@ def test_revolved_workspace_volume_matches_monte_carlo():
         rho, angle = np.hypot(points[:, 0], points[:, 1]), np.arctan2(points[:, 1], points[:, 0])
         inside = np.zeros(len(points), dtype=bool)
         for sign in (1, -1):
-            # The normal of the plane is -y: with the base at 0 it carries (u, -offset, z).
+            # The normal of the plane is -y, so at base angle 0 it contains the points (u, -offset,
+            # z).
             u = sign * np.sqrt(np.maximum(rho**2 - body.offset**2, 0))
             turned = (angle - np.arctan2(-body.offset, u) - turn[0]) % (2 * np.pi)
             there = (rho >= abs(body.offset)) & (turned <= np.ptp(turn))
@@ -148,7 +151,7 @@ def test_revolved_workspace_volume_matches_monte_carlo():
         found = points[inside]
         assert (found.min(0) >= low - 1e-12).all()
         assert (found.max(0) <= high + 1e-12).all()
-        # A tenth of a small workspace's extent is empty at most where its end is a corner.
+        # The outermost tenth of a small workspace may lack samples only at a corner.
         assert (np.ptp(found, 0) > 0.6 * (high - low)).all()
         section = body.meridian
         assert section.contains(np.column_stack([rho, points[:, 2]])[inside]).all()
@@ -164,14 +167,14 @@ def test_revolved_workspace_volume_matches_monte_carlo():
 
 
 def test_swept_disc_volume_matches_pappus_theorem():
-    """A whole disc: Pappus, and the same volume for all turns in parts of one."""
+    """For a whole disc, Pappus' theorem holds for one turn and for fractions of a turn."""
     for offset in (0.0, 0.3):
         disc = ArcRegion((BorderArc(np.array([2.0, 0.0]), 0.5, 0.0, 2 * np.pi),))
         whole = 2 * np.pi * 2.0 * np.pi * 0.25
         for turn in (0.7, 3.0, 5.0, 2 * np.pi, 9.0):
             made = swept_volume(disc, offset, turn)
             assert made == pytest.approx(whole * min(turn / (2 * np.pi), 1), rel=1e-12)
-    # A disc about the place nearest to the axis: each circle is covered from both sides.
+    # The disc surrounds the point nearest to the axis, so both sides cover each circle.
     middle = ArcRegion((BorderArc(np.zeros(2), 0.5, 0.0, 2 * np.pi),))
     near = meridian(middle, 0.3).contains(np.array([[0.29, 0.0], [0.31, 0.0], [0.31, 0.51]]))
     assert near.tolist() == [False, True, False]
@@ -182,7 +185,7 @@ def test_swept_disc_volume_matches_pappus_theorem():
 
 
 def meeting(robot, q, k):
-    """The point at rest in link k and in link k + 2: a linear condition on both its places."""
+    """Returns the common point of links k and k + 2, from a linear condition on its coordinates."""
     poses = robot.link_poses(q)
     near, far = poses[:, k - 1], poses[:, k + 1]
     few = slice(0, 200)
@@ -202,10 +205,10 @@ def test_wrist_workspace_matches_samples(name):
 
 
 def check_wrist(robot, count):
-    """Compares with sampled postures.
+    """Compares the workspace with sampled configurations.
 
     Returns:
-        How far outside samples are at most [m], and the part of the inner cells without a sample.
+        Largest distance of samples outside [m], and fraction of inner cells without a sample.
     """
     exact = exact_workspace(robot, point="wrist")
     rng = np.random.default_rng(8)
@@ -274,7 +277,7 @@ def test_workspace_plot_shows_closed_border():
     curves = [line.get_xydata() for line in beside.plot().lines]
     drawn = np.concatenate(curves)
     assert drawn[:, 0].min() >= 0.15 - 1e-12  # the shoulder's offset
-    # The border is closed, by straight lines where the plane is nearest to the axis.
+    # The boundary is closed by straight lines where the plane is nearest to the axis.
     assert sum(len(curve) == 2 for curve in curves) >= 2
     ends = np.array([end for curve in curves for end in curve[[0, -1]]])
     apart = np.linalg.norm(ends[:, None] - ends, axis=-1) + 9 * np.eye(len(ends))

@@ -1,4 +1,4 @@
-"""Areas of planar platforms: the reference's digits, random annuli against many points."""
+"""Areas of planar platforms against published digits; random annuli against many points."""
 
 from itertools import combinations, pairwise
 
@@ -32,10 +32,10 @@ def test_constant_orientation_area_matches_reference(name, degrees, square_milli
 
 
 def by_chords(centers, inner, outer):
-    """The area common to rings of equal radii: lengths of chords, integrated over y.
+    """Integrates over y the chord lengths common to annuli of equal radii.
 
-    The ends of chords move smoothly between the heights at which circles begin, end or meet. There
-    they move as a root does, so that Gauss's points stand on a sine.
+    The ends of the chords are smooth functions between the heights at which circles begin, end or
+    intersect. At these heights they behave like a square root, so the Gauss points follow a sine.
     """
     heights = [c[1] + sign * r for c in centers for r in (inner, outer) for sign in (-1, 1)]
     for a, b in combinations([(c, r) for c in centers for r in (inner, outer)], 2):
@@ -56,7 +56,7 @@ def by_chords(centers, inner, outer):
 
 
 def chord(centers, inner, outer, y):
-    """The length of a horizontal line in all rings."""
+    """Returns the length of a horizontal line inside all annuli."""
     halves = [np.sqrt(np.maximum(r**2 - (y - centers[:, 1]) ** 2, 0)) for r in (inner, outer)]
     ends = np.sort(np.concatenate([centers[:, 0] + s * half for half in halves for s in (-1, 1)]))
     middles = (ends[1:] + ends[:-1]) / 2
@@ -67,7 +67,7 @@ def chord(centers, inner, outer, y):
 @pytest.mark.parametrize(("name", "coupler"), [("planar_3rrr", 130), ("planar_3rrr_170", 170)])
 @pytest.mark.parametrize("degrees", [15, 30, 45, 60])
 def test_constant_orientation_area_matches_chord_integration(name, coupler, degrees):
-    """The platform's joints stand on its corners, and turn with it."""
+    """The joints of the platform are at its corners, and rotate with the platform."""
     corners = np.radians([210, 330, 90])
     base, turned = corners, corners + np.radians(degrees)
     centers = 290 * np.column_stack([np.cos(base), np.sin(base)])
@@ -129,7 +129,7 @@ def test_region_contains_exactly_poses_with_valid_inverse():
 
 @pytest.fixture(scope="module")
 def dexterous_platform(tmp_path_factory):
-    """A small platform on equal cranks and couplers, which rotates freely in the middle."""
+    """A small platform with equal cranks and couplers, which rotates freely near the center."""
     folder = tmp_path_factory.mktemp("small")
     text = f'extends = "{ROBOTS / "planar_3rrr.toml"}"\nname = "small"\n'
     file = folder / "small.toml"
@@ -151,7 +151,7 @@ def test_dexterous_region_contains_all_orientations(dexterous_platform):
 
 @pytest.mark.parametrize(("crank", "coupler", "r_p"), [(300, 350, 60), (330, 300, 20)])
 def test_dexterous_region_excludes_holes_that_rotate_around_tool(crank, coupler, r_p, tmp_path):
-    """Links of unequal lengths leave a hole about each pivot, which may turn around the tool."""
+    """Unequal links leave a hole around each pivot, and the hole may rotate around the tool."""
     file = tmp_path / "holed.toml"
     text = f'extends = "{ROBOTS / "planar_3rrr.toml"}"\nname = "holed"\n'
     file.write_text(text + f"parameters = {{ S_A = {crank}, L = {coupler}, r_p = {r_p} }}\n")
@@ -175,7 +175,7 @@ def test_dexterous_region_excludes_holes_that_rotate_around_tool(crank, coupler,
     assert (always | ~inside).all()
     assert (inside != always).mean() < 5e-3
     assert 500 < inside.sum() < 3900
-    # Points around which the hole turns, and those that it sweeps.
+    # Points that the hole encircles are inside; points that the rotating hole sweeps are not.
     away = np.linalg.norm(points[:, None] - pivots, axis=-1).min(1)
     assert (inside & (away < r - hole)).sum() > 10 or hole > r
     assert not inside[(away > abs(r - hole)) & (away < r + hole)].any()

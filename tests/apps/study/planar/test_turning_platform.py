@@ -1,4 +1,4 @@
-"""Ranges of angles of planar platforms against many angles, and singular places inside."""
+"""Orientation ranges of planar platforms against many angles, and interior singularities."""
 
 import math
 
@@ -18,7 +18,7 @@ from chasles.study.planar.turning_platform import _inclusive, _Leg, _total
 
 
 def legs(rng, width):
-    """Three legs of a random platform."""
+    """Returns three legs of a random platform."""
     turns = rng.uniform(-0.3, 0.3) + np.arange(3) * 2 * np.pi / 3
     return [
         _Leg(
@@ -34,7 +34,7 @@ def legs(rng, width):
 
 
 def at_angles(own, points, count):
-    """(m, count) whether points are reached at angles of the range."""
+    """Tests (m, count) whether points are reached at each angle of the range."""
     angles = np.linspace(0, own[0].width, count)
     found = []
     for angle in angles:
@@ -52,7 +52,7 @@ def test_orientation_range_areas_match_dense_angle_samples():
         possible = at_angles(own, points, 200)
         total, inclusive = _total(own), _inclusive(own, 5e-3)
         inside = total.contains(points)
-        # Between two of the angles an edge moves less than a point in three hundred is wide.
+        # Between two sampled angles the boundary moves by little, so few points differ.
         assert not (inside & ~possible.all(1)).any()
         assert (possible.all(1) & ~inside).mean() < 0.005
         deviation = 5 / math.sqrt(count) * inside.std() + 5 / count

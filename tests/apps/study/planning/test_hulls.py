@@ -1,4 +1,4 @@
-"""Shapes of robots beside their drawings and their own equations; how far they move."""
+"""Collision shapes of robots against their drawings and equations, and bounds of their motion."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ DRAWN = ("link", "plate", "guide", "ram", "carriage", "rod")
 
 
 def closed(robot, rng, count):
-    """Postures with closed loops, (count, n), and all their joints."""
+    """Returns configurations with closed loops, (count, n), and all their joint variables."""
     lower = np.where(np.isfinite(robot.lower), robot.lower, -np.pi)
     upper = np.where(np.isfinite(robot.upper), robot.upper, np.pi)
     q = rng.uniform(lower, upper, (60 * count, robot.n))
@@ -27,7 +27,7 @@ def closed(robot, rng, count):
 
 
 def to_segment(p, a, b):
-    """Distance of a point from the line between two others."""
+    """Returns the distance of a point from the line segment between two others."""
     way = b - a
     part = np.clip((p - a) @ way / max(way @ way, 1e-300), 0, 1)
     return np.linalg.norm(p - a - part * way)
@@ -56,7 +56,7 @@ def test_collision_shapes_match_drawn_skeleton(name):
                     assert apart.max() < 1e-5 * bones.size
                     checked += 1
                 elif shape.kind in ("barrel", "piston"):
-                    # Both halves lie along the capsule, each from its end.
+                    # Both halves lie along the capsule, each from its own end.
                     ends = own[body.span.name][0]
                     end = drawn[0] if shape.kind == "barrel" else drawn[1]
                     assert np.linalg.norm(end - ends[int(shape.kind == "piston")]) < 1e-9
@@ -122,7 +122,7 @@ def test_corner_motion_stays_within_bound(name):
     tight = []
     for size in (0.01, 0.1, 0.5):
         for _, z in zip(*closed(robot, rng, 4), strict=True):
-            # The joints move as they like: the bound asks no loops to close.
+            # The joints move independently, because the bound does not require closed loops.
             w = rng.uniform(0, size, len(z))
             here, most = hulls.corners(z), hulls.moves(z, w)[0]
             far = np.zeros(len(here))
@@ -157,7 +157,7 @@ def test_distance_bound_ignores_common_motion(name):
 
 
 def test_motion_bound_uses_lever_arms_of_centre_configuration():
-    """Folded, the tool of an arm is near its first axis; unfolding does not add to that lever."""
+    """The tool of a folded arm is near axis 1; unfolding does not lengthen this lever arm."""
     robot = chasles.load("scara")
     hulls, q = hulls_of(robot), np.array([0.0, 2.5, 0.1, 0.0])
     tool = robot.fk(q)[:3, 3]

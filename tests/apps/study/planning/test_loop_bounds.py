@@ -1,4 +1,4 @@
-"""Bounds of the motion of loops against the motion itself and against generated derivatives."""
+"""Bounds of loop motion against the motion itself and against generated derivatives."""
 
 import warnings
 from dataclasses import replace
@@ -26,7 +26,7 @@ ROBOTS = (
     "delta",
 )
 KINDS = ("excavator", "slider_crank", "planar_3rrr", "stewart_gough", "delta")
-"""Cylinders, a slider, a planar platform, legs with six freedoms, and parallelograms."""
+"""Cylinders, a slider, a planar platform, legs with six degrees of freedom, and parallelograms."""
 PLACES = 17
 
 
@@ -39,7 +39,7 @@ def made(name):
 
 
 def around(values, turns):
-    """Distances from the value in the middle, by the shorter way round."""
+    """Returns distances from the middle value, modulo whole turns."""
     away = values - values[PLACES // 2]
     return np.abs(np.where(turns, (away + np.pi) % (2 * np.pi) - np.pi, away)).max(0)
 
@@ -59,7 +59,7 @@ def test_loop_motion_stays_within_bounds(name):
         joints = bounds.joints(a, b)
         if joints is None:
             continue
-        # With a bound, the loops close on the whole way.
+        # If a bound exists, the loops close on the whole segment.
         assert np.isfinite(z).all()
         moved = around(z, bounds.turns)
         assert (moved <= joints + 1e-9).all()
@@ -96,13 +96,13 @@ def test_curvature_bounds_exceed_second_derivatives(name):
         )
         most[:, :, k] = np.abs(np.where(rows[:, None], squared, second)).max(0)
     assert (most <= bounds.curvature * (1 + 1e-9) + 1e-9).all()
-    # No bound is far from what occurs: sums of sizes are at most a few times the largest sum.
+    # The bounds are tight up to a small factor.
     there = bounds.curvature > 1e-9
     assert (most[there] > 0.15 * bounds.curvature[there]).all()
 
 
 def test_no_bound_exists_for_segment_with_open_loops():
-    """Cylinders beyond their limits: on short ways triangles open, or are as good as stretched."""
+    """Cylinders exceed their limits, so triangles open or become nearly stretched."""
     robot, bounds, lower, upper = made("excavator")
     rng, dead, span = np.random.default_rng(3), 0, upper - lower
     for _ in range(3000):
@@ -118,7 +118,7 @@ def test_no_bound_exists_for_segment_with_open_loops():
 
 
 class Changed:
-    """A robot some of whose functions are others."""
+    """A robot with some functions replaced."""
 
     def __init__(self, robot, **changed):
         self.real = robot
@@ -129,14 +129,14 @@ class Changed:
 
 
 def on_another_branch(robot, q):
-    """Joints that are on another branch at the end of the way."""
+    """Returns joint values on another branch at the end of the segment."""
     z = robot.configuration(q)
     z[-1, 1] += 0.5
     return z
 
 
 def of_third_degree(robot, z):
-    """Equations, the first of which is of another kind."""
+    """Replaces the first equation by an unsupported type."""
     found = robot.constraint(z)
     found[..., 0] = np.sin(z[..., 0]) ** 3
     return found
@@ -162,7 +162,7 @@ def test_loops_without_computable_bounds_are_rejected():
 
 
 def test_no_bound_exists_at_singular_configuration():
-    """Where a joint is in no equation, the others do not lead it: no number, and no warning."""
+    """A joint that occurs in no equation is undetermined: no bound exists, without a warning."""
     robot, bounds, _, _ = made("excavator")
 
     def without_a_joint(robot, z):
@@ -178,7 +178,7 @@ def test_no_bound_exists_at_singular_configuration():
 
 
 def test_bounded_boxes_contain_no_singular_configuration():
-    """Anywhere in a box that is stated, the equations determine the joints: det keeps its sign."""
+    """Everywhere in a bounded box the equations determine the joints, so det keeps its sign."""
     checked = 0
     for name in ("planar_3rrr", "stewart_gough", "delta", "excavator"):
         robot, bounds, lower, upper = made(name)
@@ -187,7 +187,7 @@ def test_bounded_boxes_contain_no_singular_configuration():
         rng = np.random.default_rng(7)
         for k in range(30):
             a = q[k]
-            # The longest step with a bound reaches far into the box.
+            # The longest segment with a bound reaches far into the box.
             for size in (0.1, 0.03, 0.01, 0.003):
                 b = a + rng.normal(size=robot.n) * size * (upper - lower) / 3
                 w = bounds.joints(a, b)
@@ -204,7 +204,7 @@ def test_bounded_boxes_contain_no_singular_configuration():
 
 
 def in_other_mode(robot, z):
-    """The joints of another assembly mode at the actuators of z."""
+    """Returns the joints of another assembly mode for the same actuator values."""
     actuated = [item.index for item in robot.manifest.loops.actuated_in_z]
     poses = robot.functions["modes"](z[actuated])[0]
     poses = poses[np.isfinite(poses).all(1)]

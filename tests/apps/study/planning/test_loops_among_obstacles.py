@@ -1,4 +1,4 @@
-"""Paths of robots with loops, close to obstacles, at ten times the planner's resolution."""
+"""Collision-free paths of robots with loops, checked at ten times the planner's resolution."""
 
 from dataclasses import replace
 
@@ -50,7 +50,7 @@ def test_approach_bound_limits_distance_change(name):
 
 
 def around(radius, angles, size, z=0.0):
-    """Balls on a circle about the origin."""
+    """Returns spheres on a circle around the origin."""
     return [
         sphere([radius * np.cos(angle), radius * np.sin(angle), z], size, f"ball at {angle:g}")
         for angle in angles
@@ -69,7 +69,7 @@ AMONG = {
 
 @pytest.mark.parametrize("name", AMONG)
 def test_platform_paths_avoid_obstacles_and_keep_assembly_mode(name):
-    """A path exists where the straight way is blocked; it holds at ten times as many places."""
+    """A path exists although the straight segment is blocked; the check is ten times finer."""
     obstacles, radius, span = AMONG[name]
     robot = chasles.load(name)
     middle, space = (

@@ -1,4 +1,4 @@
-"""Roadmaps on maps: exact edges, no wrong path, failures with their reason."""
+"""Roadmaps on grid maps: exact edges, no invalid path, and failures with a reason."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ SIDE = 0.1
 
 
 def passage(width=2):
-    """Two rooms of 20 by 40 cells, joined by a passage through a wall."""
+    """Returns two rooms of 20 by 40 cells, connected by a passage through a wall."""
     occupied = np.zeros((41, 40), dtype=bool)
     occupied[20] = True
     occupied[20, 10 : 10 + width] = False
@@ -42,7 +42,7 @@ def test_free_segment_check_agrees_with_fine_sampling():
         points = a + np.linspace(0, 1, 20001)[:, None] * (b - a)
         sampled = space.is_free(points).all()
         found = space.is_free_segment(a, b)
-        # Sampling may miss a corner that is cut; it finds no obstacle that is not there.
+        # Sampling may miss an obstacle corner, but reports no false obstacle.
         assert sampled or not found
         free += found
         if sampled and not found:
