@@ -1,20 +1,19 @@
-"""Settings of all tests: the garbage collector, and tests skipped for want of a program."""
+"""Settings of all tests: the garbage collector, and tests skipped because a program is missing."""
 
 import gc
 
 import pytest
 
-# It sets the size of SymPy's cache, before a test imports SymPy.
+# Sets the size of SymPy's cache before a test imports SymPy.
 import chasles.derive  # noqa: F401
 
 NEW_OBJECTS = 50_000
 """Allocations between two collections of young objects; Python's default is 700.
 
-SymPy allocates many small objects that live long, and a collection that walks over them finds
-nothing to free.
+SymPy allocates many small, long-lived objects, and a collection that scans them frees nothing.
 """
 MISSING = ("missing program", "missing package")
-"""Beginnings of the reasons of tests that are skipped because this machine lacks something."""
+"""Prefixes of skip reasons that name a program or package missing on this machine."""
 
 
 def pytest_addoption(parser):
@@ -28,8 +27,8 @@ def pytest_addoption(parser):
 def pytest_collection_finish():
     """Hides all modules that the tests import from the garbage collector.
 
-    A collection of all generations then takes milliseconds. With SymPy, CasADi and Pinocchio
-    loaded it takes 0.4 s otherwise, and tests for leaks need dozens of collections.
+    A full collection then takes milliseconds. With SymPy, CasADi and Pinocchio loaded it would take
+    0.4 s, and tests for leaks need dozens of collections.
     """
     gc.collect()
     gc.freeze()
@@ -48,7 +47,7 @@ def pytest_terminal_summary(terminalreporter, config):
 
 
 def missing(config):
-    """One line for each reason for which tests were skipped and that an installation mends."""
+    """Lists each skip reason that an installation would remove, one per line."""
     reporter = config.pluginmanager.get_plugin("terminalreporter")
     skipped = reporter.stats.get("skipped", ()) if reporter else ()
     reasons = [report.longrepr[2].removeprefix("Skipped: ") for report in skipped]

@@ -1,4 +1,4 @@
-"""A smoke run of the benchmarks."""
+"""A smoke test of the benchmarks."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""The program on the page about calibration runs as printed, from the design to the robot file."""
+"""The program on the calibration page runs as printed, from the design to the robot file."""
 
 import numpy as np
 import pytest
@@ -42,12 +42,12 @@ def test_calibration_page_finds_measured_arm(tmp_path, monkeypatch):
 
 
 def positions(T, targets):
-    """Positions (N, m, 3) of targets (m, 3) on the tool at poses (N, 4, 4)."""
+    """Returns positions (N, m, 3) of tool targets (m, 3) at poses (N, 4, 4)."""
     return T[:, None, :3, 3] + np.einsum("nij,mj->nmi", T[:, :3, :3], targets)
 
 
 def write_table(path, q, points):
-    """Coordinates (N, n) and positions (N, m, 3) under headings with units."""
+    """Writes coordinates (N, n) and positions (N, m, 3) under headings with units."""
     coordinates = [f"q{k + 1} [rad]" for k in range(q.shape[1])]
     header = [
         *coordinates,

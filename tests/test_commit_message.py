@@ -1,4 +1,4 @@
-"""The commit hook accepts the form of CONTRIBUTING.md and names each fault."""
+"""The commit hook accepts the form in CONTRIBUTING.md and reports each fault."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The examples of README.md and of the pages in docs run as they stand, page by page."""
+"""The examples of README.md and of the pages in docs run as printed, page by page."""
 
 from pathlib import Path
 
@@ -16,7 +16,7 @@ README = "../README.md"
 
 @pytest.fixture(autouse=True)
 def elsewhere(tmp_path, monkeypatch):
-    """A folder of its own: examples read and write files."""
+    """A separate folder, because examples read and write files."""
     monkeypatch.chdir(tmp_path)
     with own_robots_compiled_quickly():
         yield
@@ -43,7 +43,7 @@ def test_readme_examples_run_one_by_one(tmp_path, capsys):
 
 
 def block_names(block):
-    """The names that a block defines on its own."""
+    """Returns the names that a block defines."""
     names = {}
     exec(compile(block, README, "exec"), names)
     return names

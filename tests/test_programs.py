@@ -1,4 +1,4 @@
-"""Programs that use the public names as a reader would, run as they stand."""
+"""Programs that use the public names run as a reader would write them."""
 
 import numpy as np
 import pytest
@@ -86,7 +86,7 @@ def test_excavator_moves_its_bucket_with_a_fixed_swing():
 
 
 def test_planned_motion_avoids_obstacles_within_limits(tmp_path, monkeypatch, capsys):
-    """The program has 1,000,000 samples, which take ten seconds; the test has 100,000."""
+    """The program uses 1,000,000 samples, which take ten seconds; the test uses 100,000."""
     pytest.importorskip("coal", reason="coal comes with pin")
     pytest.importorskip("matplotlib").use("Agg")
     from chasles.study import Workspace

@@ -11,7 +11,7 @@ SCRIPT = runpy.run_path(str(DOCS / "names.py"))
 
 
 def listed(text: str) -> set[str]:
-    """Each name of the page with the module or class that has it."""
+    """Lists each name on the page with the module or class that contains it."""
     found, module = set(), ""
     for part in re.split(r"\n(?:\n|(?=## ))", text):
         head = re.match(r"## (\S+)|\*\*(\w+)\*\*", part)

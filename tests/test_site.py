@@ -1,4 +1,4 @@
-"""The site: links lead somewhere, the navigation has every page, pages and sentences are short."""
+"""The site: links are valid, the navigation lists every page, pages and sentences are short."""
 
 import importlib.util
 import os
@@ -12,7 +12,7 @@ from tests.support.pages import DOCS, PAGES, ROOT, anchors, links, prose, text
 NAVIGATION = (ROOT / "mkdocs.yml").read_text(encoding="utf-8").partition("\nnav:\n")[2]
 README = "../README.md"
 LONG = ("reference/", "explanation/", "papers", "performance.md", "architecture.md", "robots.md")
-"""Kinds of pages that people look things up in; all others are read from top to bottom."""
+"""Reference-like pages, which may be long; all other pages are read from top to bottom."""
 MAX_WORDS = 1500
 MAX_SENTENCE = 35
 
@@ -56,7 +56,7 @@ def test_sentences_are_short(page):
 
 
 def sentences(markdown):
-    """The sentences of paragraphs, items of lists and cells of tables."""
+    """Yields the sentences of paragraphs, list items and table cells."""
     blocks = re.split(r"\n\s*\n|^\s*(?:[-*]|\d+\.) |\s\|\s|^\|", markdown, flags=re.MULTILINE)
     for block in blocks:
         yield from re.split(r"(?<=[.:;?!])\s+", block.strip())

@@ -20,7 +20,7 @@ DERIVE, CONTRACT, RUNTIME, APPS = (
 BENCH = ROOT / "bench"
 HALVES = {"derive": DERIVE, "contract": CONTRACT, "runtime": RUNTIME, "apps": APPS}
 WRITTEN = {**HALVES, "tests": TESTS, "bench": BENCH}
-"""Folders of handwritten files; generated/ is written by the compiler."""
+"""Folders of handwritten files; the compiler writes generated/."""
 
 MOST_LINES = 500
 MOST_LINES_OF_RUNTIME = 15_000
@@ -46,7 +46,7 @@ STAGES = (
     ("cli",),
     ("__init__", "__main__"),
 )
-"""Rooms and modules of the compiler; each imports from earlier stages and from itself alone."""
+"""Packages and modules of the compiler; each imports only from itself and from earlier stages."""
 RANK = {room: rank for rank, rooms in enumerate(STAGES) for room in rooms}
 FORWARDS = {"__init__", "__main__"}
 """Modules of the runtime that forward to apps."""
@@ -57,13 +57,13 @@ COMMAND_LINE_ONLY = {"derive", "library"}
 
 
 def handwritten(root: Path) -> list[Path]:
-    """Files of a folder that a person wrote."""
+    """Returns the handwritten files of a folder."""
     files = (path for path in root.rglob("*") if path.is_file() and path.suffix not in BUILT)
     return sorted(path for path in files if "__pycache__" not in path.parts)
 
 
 def modules(root: Path) -> dict[tuple[str, ...], Path]:
-    """Python files of a half by their dotted names, relative to it; () is its own __init__."""
+    """Returns a half's Python files, keyed by relative dotted names; () is its own __init__."""
     found = {}
     for path in root.rglob("*.py"):
         parts = path.relative_to(root).with_suffix("").parts
@@ -73,7 +73,7 @@ def modules(root: Path) -> dict[tuple[str, ...], Path]:
 
 @cache
 def imports(path: Path) -> list[tuple[int, str, list[str]]]:
-    """Level, module and names of every import of a file, including imports inside functions."""
+    """Returns level, module and names of every import of a file, including imports in functions."""
     found = []
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
@@ -85,10 +85,9 @@ def imports(path: Path) -> list[tuple[int, str, list[str]]]:
 
 @cache
 def imported_modules(root: Path) -> dict[tuple[str, ...], set[tuple[str, ...]]]:
-    """For each module of a half, the modules of the same half that it imports.
+    """Returns, for each module of a half, the modules of the same half that it imports.
 
-    The half's own __init__ is left out: it offers names of all rooms, and imports them when they
-    are first used.
+    The half's own __init__ is omitted: it offers names of all packages, and imports them lazily.
     """
     known = modules(root)
     found: dict[tuple[str, ...], set[tuple[str, ...]]] = {}
@@ -108,7 +107,7 @@ def imported_modules(root: Path) -> dict[tuple[str, ...], set[tuple[str, ...]]]:
 
 
 def circle(graph: dict) -> list:
-    """The nodes of one circle of a graph, in order; empty where there is none."""
+    """Returns the nodes of one cycle of a graph in order, or an empty list."""
     try:
         TopologicalSorter(graph).prepare()
     except CycleError as error:
@@ -174,11 +173,11 @@ def test_packages_have_no_import_cycle(half):
 
 
 INSTALLED_AS = {"derive": ("derive",), "contract": ("contract",), "runtime": (), "apps": ()}
-"""The package below `chasles` that each half is installed as."""
+"""The package below `chasles` under which each half is installed."""
 
 
 def imports_of_chasles(half: str) -> Iterator[tuple[Path, str, str, list[str]]]:
-    """Each import from chasles in a half: file, room, module below chasles, and its names."""
+    """Yields each import from chasles in a half: file, package, module below chasles, and names."""
     for name, path in modules(HALVES[half]).items():
         package = (*INSTALLED_AS[half], *(name if path.stem == "__init__" else name[:-1]))
         for level, module, names in imports(path):
@@ -193,7 +192,7 @@ def imports_of_chasles(half: str) -> Iterator[tuple[Path, str, str, list[str]]]:
 
 
 def parts_of_chasles(module: str, names: list[str]) -> set[str]:
-    """The modules directly below `chasles`, or the names of `chasles`, that an import refers to."""
+    """Returns the modules directly below `chasles`, or the names of `chasles`, in an import."""
     return {module.split(".", maxsplit=1)[0]} if module else set(names)
 
 
@@ -249,12 +248,12 @@ def test_apps_use_no_private_attribute_of_a_robot():
 
 
 def absolute_imports(path: Path, root: Path) -> Iterator[tuple[str, ...]]:
-    """The dotted names that a file imports, as seen from the folder that holds its package."""
+    """Yields the dotted names that a file imports, relative to the folder of its package."""
     package = path.relative_to(root).parent.parts
     for level, module, names in imports(path):
         base = (*(package[: len(package) - level + 1] if level else ()), *filter(None, [module]))
         dotted = tuple(".".join(base).split("."))
-        # `from tests import support` names the module last.
+        # In `from tests import support` the last name is a module.
         yield from ((*dotted, name) for name in names or [""])
 
 

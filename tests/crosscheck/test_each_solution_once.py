@@ -1,8 +1,8 @@
-"""The inverse of robots with loops: each solution in one slot, and every solution in a slot.
+"""The inverse of robots with loops returns every solution, each in exactly one slot.
 
-The actuated coordinates that hold a delta robot's platform are found by an independent Newton's
-iteration on the rods from many starts. Mechanisms that nobody chose are asked for the poses of
-random configurations.
+For a delta robot, an independent Newton's method on the rods finds all actuator values for a
+platform position from many start values. For random mechanisms, the poses come from random
+configurations.
 """
 
 import numpy as np
@@ -16,17 +16,18 @@ from tests.support.generators.drawn_mechanisms import drawn_mechanism
 
 SAME = 1e-7
 AT_DEAD_POINT = 1e-6
-"""Margin below which two solutions are about to meet."""
+"""Margin below which two solutions nearly merge."""
 FOUND = 1e-5
-"""Radian, or parts of the mechanism's size: near a dead point half of the digits are uncertain."""
+"""Tolerance in radian, or relative to the mechanism's size; near dead points half of the digits are
+lost."""
 POSES = 50
 FUNCTIONS = ("fk", "ik")
 SEEDS = (0, 1, 14)
-"""Mechanisms whose inverse has a closed form."""
+"""Random mechanisms whose inverse has a closed form."""
 
 
 def slots(functions, compiled, T):
-    """Coordinates (N, k, n), margins and whether the slots solve (N, k) at poses (16, N)."""
+    """Returns coordinates (N, k, n), margins and validity (N, k) of the slots at poses (16, N)."""
     ik = next(f for f in functions if f.name == "ik")
     found = []
     for signs in patterns(ik) if ik.signs else [None]:
@@ -40,13 +41,13 @@ def slots(functions, compiled, T):
 
 
 def apart(q, other, turns, size):
-    """The largest difference of coordinates: radian, parts of a size."""
+    """Returns the largest coordinate difference in radian, or relative to a size."""
     d = q - other
     return np.abs(np.where(turns, np.remainder(d + np.pi, 2 * np.pi) - np.pi, d / size)).max(-1)
 
 
 def faults(functions, compiled, q, turns, size):
-    """Pairs of equal slots off dead points, and configurations that no slot holds."""
+    """Counts equal slots away from dead points, and configurations without a slot."""
     T = np.array(compiled["fk"](q.T)).reshape(16, -1)
     closed = np.isfinite(T).all(0)
     q, T = q[closed][:POSES], T[:, closed][:, :POSES]
@@ -61,14 +62,14 @@ def faults(functions, compiled, q, turns, size):
 
 
 def evaluated(mechanism):
-    """``fk`` and ``ik`` of a mechanism as equations and in CasADi."""
+    """Returns ``fk`` and ``ik`` of a mechanism as equations and in CasADi."""
     functions = derive(mechanism, functions=FUNCTIONS).functions
     assert {f.name for f in functions} == {*FUNCTIONS}
     return functions, dict(zip((f.name for f in functions), lower(functions, "drawn"), strict=True))
 
 
 def drawn_faults(seed):
-    """The faults of a drawn mechanism whose inverse takes the pose alone."""
+    """Returns the faults of a random mechanism whose inverse has no input besides the pose."""
     mechanism = drawn_mechanism(seed).mechanism
     functions, compiled = evaluated(mechanism)
     assert all(len(f.inputs) == 1 for f in functions)
@@ -103,12 +104,12 @@ PLATFORM_POSES = 4
 
 
 def rods(q, p):
-    """Squared lengths of the rods less l^2, and their derivatives, of three arms at q (..., 3)."""
+    """Returns squared rod lengths minus l^2 of three arms at q (..., 3), and their derivatives."""
     f, slope = [], []
     for k in range(3):
         c, s = np.cos(2 * np.pi / 3 * k), np.sin(2 * np.pi / 3 * k)
         out, cross_p, up = c * p[0] + s * p[1], -s * p[0] + c * p[1], p[2]
-        # An arm turns about y of its own axes: a positive angle lowers it.
+        # Each arm rotates about y of its own frame; a positive angle lowers the arm.
         x = out + PLATFORM - BASE - ARM * np.cos(q[..., k])
         z = up + ARM * np.sin(q[..., k])
         f.append(x**2 + cross_p**2 + z**2 - ROD**2)
@@ -117,7 +118,7 @@ def rods(q, p):
 
 
 def holding(p, rng):
-    """All actuated coordinates that hold the platform at p, by Newton's iteration."""
+    """Finds all actuator values for platform position p by Newton's method."""
     q = rng.uniform(-np.pi, np.pi, (400, 3))
     for _ in range(60):
         f, slope = rods(q, p)
@@ -139,7 +140,7 @@ def test_delta_ik_finds_every_elbow_solution_exactly_once():
         every = holding(T.reshape(4, 4)[:3, 3], rng)
         assert len(every) == 8
         poses = np.array(compiled["fk"](every.T)).reshape(16, -1)
-        # The others hold the platform there in the other assembly mode of their rods.
+        # The other values attain the position in the other assembly mode of their rods.
         wanted = every[np.abs(poses - T).max(0) < 1e-9]
         q, _, residual = slots(functions, compiled, T)
         found = q[0][residual[0] < 1e-9]

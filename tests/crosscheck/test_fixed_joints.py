@@ -1,4 +1,4 @@
-"""Locked coordinates beside Pinocchio's reduced models, which have no such joints at all."""
+"""Fixed joints against Pinocchio's reduced models, which lack these joints."""
 
 import random
 
@@ -12,15 +12,15 @@ pin = pytest.importorskip("pinocchio", reason="the oracle, in the extra `crossch
 
 SERIAL = ["ur5e", "puma560", "panda", "iiwa14", "stanford", "scara", "lynxmotion", "photo_robot"]
 BORDER = 0.05
-"""The singular value below which these tests damp: often enough at random configurations."""
+"""Singular value below which these tests apply damping; many random ones are below it."""
 AGREES = 1e-9
-"""Rates (relative) against NumPy's decomposition of the other Jacobian: condition 1 / BORDER."""
+"""Relative tolerance of rates against NumPy's decomposition, for a condition number 1 / BORDER."""
 CHAINS, POSES = 300, 4
 MIXED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 
 
 def model_of(S, M):
-    """The model of a chain with screws S (6, n) at home and the tool's home pose M."""
+    """Returns the model of a chain with home screws S (6, n) and tool home pose M."""
     model, parent, at = pin.Model(), 0, pin.SE3.Identity()
     for k, (v, w) in enumerate(zip(S[:3].T, S[3:].T, strict=True)):
         turns = np.linalg.norm(w) > 0.5
@@ -37,7 +37,7 @@ def model_of(S, M):
 
 
 def reduced_jacobian(model, q, locked):
-    """The tool's mixed Jacobian (6, free) of the model without the locked joints."""
+    """Returns the tool's mixed Jacobian (6, free) of the model without the fixed joints."""
     reduced = pin.buildReducedModel(model, [int(k) + 1 for k in np.flatnonzero(locked)], q)
     data = reduced.createData()
     return pin.computeFrameJacobian(
@@ -46,7 +46,7 @@ def reduced_jacobian(model, q, locked):
 
 
 def damped(J, V, unit, length, rank):
-    """The law at the head of rates.py by NumPy: rates, smallest singular value."""
+    """Evaluates the equation in the docstring of rates.py: rates, smallest singular value."""
     row = np.repeat([1 / length, 1.0], 3)
     U, sigma, W = np.linalg.svd(row[:, None] * J * unit, full_matrices=False)
     U, sigma, W = U[:, :rank], sigma[:rank], W[:rank]
@@ -121,7 +121,7 @@ def test_random_chain_rates_with_fixed_joints_match_reduced_model():
 
 
 def random_screws(dice, rng, n):
-    """Screws (6, n) of a chain: three of four joints turn, and many axes are parallel or meet."""
+    """Returns random screws (6, n), mostly revolute; many axes are parallel or intersect."""
     columns = []
     for _ in range(n):
         axis = np.eye(3)[dice.randrange(3)] if dice.random() < 0.6 else rng.normal(size=3)
@@ -134,7 +134,7 @@ def random_screws(dice, rng, n):
 
 @pytest.mark.parametrize("name", SERIAL)
 def test_track_keeps_fixed_joints_exactly(name):
-    """The path that the reduced robot can follow, and the locked values to the last bit."""
+    """The reduced robot can follow the path, and fixed values stay equal to the last bit."""
     robot = chasles.load(name)
     rng = np.random.default_rng(3)
     for _ in range(4):
@@ -158,7 +158,7 @@ def test_track_keeps_fixed_joints_exactly(name):
 
 @pytest.mark.parametrize("name", [*SERIAL, "well_manipulator", "excavator", "board_installer"])
 def test_ik_numeric_with_fixed_joints_solves_reachable_poses(name):
-    """Poses that the rest reaches are reached, from seeds far away; locked values do not move."""
+    """Poses within reach of the free joints are reached from distant seeds; fixed joints stay."""
     robot = chasles.load(name)
     rng = np.random.default_rng(11)
     lower = np.where(np.isfinite(robot.lower), robot.lower, -2.5)
@@ -189,7 +189,7 @@ def test_fixed_values_are_kept_per_pose_on_any_thread_count():
     assert np.array_equal(one.q, many.q)
     assert np.array_equal(one.q[:, 1], q[:, 1])
     assert one.valid.mean() > 0.99
-    # A value beyond its limit is kept as well.
+    # A fixed value beyond its limit is kept as well.
     beyond = np.array([0.0, 9.0, 0.4, 0.1, 0.2, 0.3])
     kept = robot.ik_numeric(robot.fk(beyond), beyond + 0.1 * np.eye(6)[0], fixed=1)
     assert kept.q[1] == 9.0
@@ -271,7 +271,7 @@ def test_null_space_motion_keeps_fixed_joints(redundancy):
         assert np.abs(moved.qd - plain.qd).max() > 1e-6
         np.testing.assert_allclose(moved.twist[:3], plain.twist[:3], atol=1e-12)
         if redundancy == "manipulability":
-            # The measure of the rest increases along its null motion.
+            # The null-space motion increases the manipulability of the free joints.
             null = moved.qd - plain.qd
 
             def measure(x):

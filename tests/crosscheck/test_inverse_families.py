@@ -1,4 +1,4 @@
-"""Every family of inverses on random arms that have it, judged by an FK of their rows alone."""
+"""Every family of inverses on random arms, against independent forward kinematics."""
 
 from functools import cache
 from itertools import product
@@ -22,7 +22,7 @@ from tests.support.tolerances import WORST_INVERSE
 RANDOM = 200
 GRID = 50
 TARGETS = 1
-"""Targets whose solutions Newton's method counts."""
+"""Number of targets whose solutions Newton's method counts."""
 STARTS = 150
 WRIST = "/RxrxR"
 ARMS = {
@@ -39,7 +39,7 @@ ARMS = {
     "P/P/R": "two slides and a turn",
     "P/P/P": "three slides",
 }
-"""The cases of three joints in front of a spherical wrist."""
+"""Structures of the first three joints of arms with a spherical wrist."""
 UR = "three parallel axes 2, 3, 4 and intersecting axes 5, 6"
 FOREARM = "three parallel axes 2, 3, 4"
 INNER = "axes 2, 3 and 4 through one point"
@@ -53,13 +53,13 @@ FAMILIES = {
     "RLpLP=R/RxR": COLUMN,
 }
 SEVEN = ("RxrxRLrLRxrxR", "RxrxR/R/RxrxR", "RxrxRxRxRxrxR")
-"""Elbows in a plane, with an offset along their axis, and of three axes through one point."""
+"""Planar elbows, elbows with an offset along their axis, and elbows with three concurrent axes."""
 PLANE = ("R=R=R", "R=R=R=P", "R=R=P=R", "R=P=R=R", "P=R=R=R")
 WRISTED = ("R/R=R", "R/R/R", "R=R=P", "P=R=R")
 """Arms that are tested with a spherical wrist.
 
-They have a quadratic, a quartic, and the two cases without a position inverse of their own. The
-other cases are tested by their position inverse.
+Their position problems are a quadratic, a quartic, and the two structures without a position
+inverse. Position inverses test the other structures.
 """
 EVERYWHERE = [
     *((arm + WRIST, "spherical wrist", False) for arm in WRISTED),
@@ -83,7 +83,7 @@ def _arm(chain, function, right):
 
 
 def arm_of(chain, function="ik", *, right=False):
-    """An arm whose inverse is derived once, however the arguments are written."""
+    """Derives an arm and its inverse only once, for any form of the arguments."""
     return _arm(chain, function, right)
 
 
@@ -92,7 +92,7 @@ def some(arm, count, seed=1):
 
 
 def assert_nothing_is_missed(arm, grid=True):
-    """No miss, nothing wrong, the own coordinates found; at right angles and near them too."""
+    """Asserts that no solution is missed or wrong, also at and near right angles."""
     found = judged(arm, PoseSet("random", some(arm, RANDOM), regular=True), arm.answers)
     assert (found.missed, found.wrong, found.lost) == (0, 0, 0)
     assert found.worst <= WORST_INVERSE
@@ -105,7 +105,7 @@ def assert_nothing_is_missed(arm, grid=True):
 
 
 def assert_complete(arm, monkeypatch):
-    """Every solution that Newton's method finds is among those in the slots."""
+    """Asserts that the slots contain every solution of Newton's method."""
     monkeypatch.setattr(verdict, "STARTS", STARTS)
     rng = np.random.default_rng(2)
     for row, found in zip(q := some(arm, TARGETS), arm.answers(q).q, strict=True):
@@ -237,13 +237,13 @@ HYBRID = ("well_manipulator", "delta", "excavator", "five_bar", "four_bar")
 
 @cache
 def hybrid_of(name):
-    """A robot with loops, for its chain, and its inverse as it is derived now."""
+    """Derives the chain of a robot with loops and its current inverse."""
     ik = derive(read(description(name)), functions=["ik"]).function("ik")
     return Case(name), Function(ik)
 
 
 def given_of(case, function, q):
-    """Inputs of an inverse besides the pose: coordinates, or joints of the main chain."""
+    """Returns the inputs of an inverse besides the pose: coordinates, or main-chain joints."""
     names = [coordinate.name for coordinate in case.robot.coordinates]
     chain = case.robot.chain(q)
     return tuple(

@@ -1,4 +1,4 @@
-"""Inverses on the sets that solvers lose, by an FK of their own, and beside solvers of others."""
+"""Inverses on pose sets that are hard for solvers, against independent code and other solvers."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from tests.support.tolerances import ORACLE, WORST_INVERSE
 
 SMALL = Sizes(random=2_000, singular=100, grid=1024)
 TARGETS = 1
-"""Targets whose solutions Newton's method counts."""
+"""Number of targets whose solutions Newton's method counts."""
 SIX = ("ur5e", "puma560", "irb6640")
 LOCKED = ("iiwa14", "panda")
 COUNTED = 100
@@ -43,7 +43,7 @@ def test_no_reachable_configuration_is_missed(case):
     for poses in sets(case, SMALL):
         verdict = judged(case, poses, lambda q: own_answers(case, q))
         assert (verdict.missed, verdict.wrong, verdict.lost or 0) == (0, 0, 0), poses.name
-        # Close to a dead point, loops give back only half the digits of what actuates them.
+        # Close to a dead point, loops determine only half of the digits of their actuators.
         if poses.name == "random" and not case.robot.loops:
             assert verdict.worst <= WORST_INVERSE
         checked += 1

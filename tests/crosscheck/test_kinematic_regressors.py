@@ -1,9 +1,8 @@
 """Identification Jacobians against Pinocchio's kinematic regressors.
 
-The chain is built in Pinocchio from placements in numbers, with a joint for each motion that
-depends on a coordinate and one more at the tool. A regressor gives the tool's twist by the
-displacement of each placement; the displacement by each parameter is a derivative by a complex
-step, exact to rounding.
+The Pinocchio model has numerical placements, a joint for each coordinate-dependent motion, and one
+more joint at the tool. A regressor returns the tool twist per displacement of each placement. The
+displacement per parameter is a complex-step derivative, exact to rounding.
 """
 
 import numpy as np
@@ -25,7 +24,7 @@ SHELF = sorted(
 )
 """The serial arms of the shelf."""
 SHIPPED = ("lynxmotion", "photo_robot")
-"""Robots with rows of Craig and of Denavit and Hartenberg, one with prismatic joints."""
+"""Robots in Craig's and in the Denavit-Hartenberg convention, one with prismatic joints."""
 EVERY_FRAME = ("scara",)
 """Robots whose Jacobians are compared in every frame."""
 STEP = 1e-30
@@ -37,7 +36,7 @@ FRAMES = {
 
 
 def largest_difference(path, random, names=("identification_jacobian",)):
-    """Over all parameters, in a random geometry near the robot's and at random coordinates."""
+    """Returns the largest difference over all parameters at a random configuration."""
     robot = read(path)
     derived = derive(robot, functions=names)
     functions = lower(derived.functions, robot.name)
@@ -71,7 +70,7 @@ def test_identification_jacobian_matches_pinocchio_for_shelf_robots(name):
 
 
 def regressor_jacobian(found: Geometry, q, p, frame: str) -> np.ndarray:
-    """(6, k) twist of the tool by each parameter.
+    """Returns the tool twist (6, k) per unit of each parameter.
 
     Args:
         found: The geometry of a robot.
@@ -112,7 +111,7 @@ def regressor_jacobian(found: Geometry, q, p, frame: str) -> np.ndarray:
 
 
 def _segments(found: Geometry):
-    """The motions between joints, and the joints as (turns, axis, value)."""
+    """Splits the chain into motions between joints, and joints as (turns, axis, value)."""
     placements, joints, waiting = [], [], []
     for motion in found.motions:
         arguments = [motion.angle] if isinstance(motion, Rotation) else list(motion.vector)
@@ -135,7 +134,7 @@ def _joint(described):
 
 
 def _placement(motions, symbols):
-    """A placement as a function of numbers, real or complex, to a matrix (4, 4)."""
+    """Returns a placement as a function from real or complex numbers to a matrix (4, 4)."""
     arguments = [m.angle if isinstance(m, Rotation) else list(m.vector) for m in motions]
     evaluated = sp.lambdify([symbols], arguments)
 

@@ -1,4 +1,4 @@
-"""Manipulability against the Robotics Toolbox, all of whose measures are in metre and radian."""
+"""Manipulability against the Robotics Toolbox, whose measures mix metre and radian."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ PARTS = {"all": "all", "linear": "trans", "angular": "rot"}
 
 
 def models():
-    """Panda by its Jacobian alone: the toolbox's ends in a hand that turns no measure."""
+    """Returns the toolbox's models; its panda ends at another hand frame, and has no tool here."""
     panda = rtb.models.DH.Panda()
     panda.tool = np.eye(4)
     return {"puma560": rtb.models.DH.Puma560(), "panda": panda}
@@ -25,7 +25,7 @@ def models():
 def test_manipulability_measures_match_robotics_toolbox(name, components):
     oracle, robot = models()[name], chasles.load(name)
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (POSES, robot.n))
-    # Ours of the panda reach on to the hand, so the Jacobian is given; of the other it is its own.
+    # Our panda includes the hand, so its Jacobian is passed; the other model computes its own.
     given = [{"J": robot.jacobian_mixed(at)} if name == "panda" else {"q": at} for at in q]
     found = robot.manipulability(q, components=components, characteristic_length=1.0)
     for field, method in (("measure", "yoshikawa"), ("min_singular_value", "minsingular")):
@@ -40,7 +40,7 @@ def test_manipulability_measures_match_robotics_toolbox(name, components):
 
 
 def test_manipulability_gradient_matches_robotics_toolbox():
-    """The gradient over all components is the toolbox's `jacobm`, which needs a regular J J^T."""
+    """The toolbox's `jacobm` is the gradient over all components, and needs a regular J J^T."""
     oracle, robot = models()["puma560"], chasles.load("puma560")
     checked = 0
     for q in np.random.default_rng(1).uniform(-np.pi, np.pi, (POSES, 6)):

@@ -1,4 +1,4 @@
-"""Mutated URDFs of the shipped robots: their structure, and their poses as Pinocchio reads them."""
+"""Mutated URDFs of the shipped robots have the structure and poses that Pinocchio reads."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Iterated inverses against SciPy's bounded least squares and the Robotics Toolbox."""
+"""Iterative inverses against SciPy's bounded least squares and the Robotics Toolbox."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ rtb = OptionalPackage("roboticstoolbox")
 POSES = 1000
 STARTS = 10
 NEAREST = 1e-7
-"""By which the least distance may be missed [m, rad]: it is flat there."""
+"""Tolerance of the smallest distance [m, rad], which is flat near its minimum."""
 POSITION = (1, 1, 1, 0, 0, 0)
 OUT_OF_REACH = ("ur5e", "puma560", "iiwa14", "lynxmotion")
 
@@ -62,7 +62,7 @@ def test_peer_model_has_same_kinematics_and_limits(name):
 
 
 def reach_beyond(robot, count):
-    """Poses whose place is a tenth further from the base than the tool ever gets."""
+    """Returns poses whose position is 10 % farther from the base than the tool can reach."""
     T = numeric_task(robot.name, 2000).T
     reach = np.linalg.norm(T[:, :3, 3], axis=1)
     T = T[:count].copy()
@@ -71,13 +71,13 @@ def reach_beyond(robot, count):
 
 
 def some(robot, count):
-    """Random coordinates within the limits."""
+    """Returns random coordinates within the limits."""
     limits = np.clip([robot.lower, robot.upper], -np.pi, np.pi)
     return np.random.default_rng(8).uniform(*limits, (count, robot.n))
 
 
 def scipys(error, robot, q, jac="2-point"):
-    """The least length of an error that SciPy gets to within the limits."""
+    """Returns the smallest error norm within the limits that SciPy finds."""
     tight = {"xtol": 1e-15, "ftol": 1e-15, "gtol": 1e-15}
     limits = (robot.lower, robot.upper)
     return np.sqrt(2 * optimize.least_squares(error, q, jac, limits, **tight).cost)

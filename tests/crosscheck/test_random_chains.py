@@ -1,4 +1,4 @@
-"""Chains of every joint type against Pinocchio: poses, Jacobians, their rates, accelerations."""
+"""Random chains of all joint types against Pinocchio: poses, Jacobians, rates and accelerations."""
 
 import pytest
 
@@ -7,7 +7,7 @@ pytest.importorskip("pinocchio", reason="missing package: pinocchio (make test i
 from tests.campaigns.chains import check_jacobians, check_motions
 
 CHAINS, MOTIONS = (2, 6, 8, 9, 10, 11, 13), (3, 5, 9, 15)
-"""Seeds of chains that together have every frame, joint type and a joint that follows another."""
+"""Seeds of chains that together cover every frame, joint type and a mimic joint."""
 
 
 @pytest.mark.parametrize("seed", CHAINS)

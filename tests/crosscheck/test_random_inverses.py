@@ -1,4 +1,4 @@
-"""Inverses of arms with round numbers, which nobody chose: no pose is lost, none is wrong.
+"""Inverses of random arms with round dimensions: no pose is missed, and no solution is wrong.
 
 The poses are random and at right angles; ``make campaign ONLY=losses`` tests more arms.
 """
@@ -15,13 +15,13 @@ from tests.support.oracles.tasks import wrapped
 from tests.support.oracles.verdict import judged
 
 FIVE_JOINTS = (152, 389)
-"""The pose is that of six joints whose last stays at 0."""
+"""Five-joint arms whose pose equals that of a six-joint arm with the last joint at 0."""
 OBLIQUE_WRISTS = (80, 579)
-"""A turn of the arm is free, and a wrist or a centre reaches part of all orientations."""
+"""Arms with an undetermined rotation, whose wrist or center reaches only some orientations."""
 LOST_BEFORE = (53007, 50925, 91081)
-"""The closed form misses poses: a search finds them, or steps while a joint is held."""
+"""Arms with poses that the closed form misses; a search or steps with a fixed joint find them."""
 FOLDED = (33, 2144, 9074, 20350, 53401)
-"""The ends of the elbow nearly meet in poses near right angles."""
+"""Arms whose elbow is nearly folded in poses near right angles."""
 OTHERS = (88, 376, 764, 1478)
 SLIDES = (
     *((chain, False) for chain in ("R/P/P", "P=R/P", "RLP/R", "RLPLR/RxrxR")),
@@ -33,7 +33,7 @@ PATHS, STEPS = 4, 300
 
 
 def clean(case, seed):
-    """Whether poses at random and at right angles have all their solutions, without refinement."""
+    """Tests without refinement that random and right-angle poses have all their solutions."""
     for chosen, poses in sets(case, np.random.default_rng(seed)):
         if poses.name.startswith("near"):
             continue
@@ -74,7 +74,7 @@ def test_turntable_position_inverse_moves_fourth_joint_if_needed():
     assert found.valid.any(axis=1).all()
     bent = np.abs(found.q[..., 3]).max(axis=1) > 1e-6
     assert 0 < bent.sum() < 1000
-    # Where joint 4 may stay at 0, it does.
+    # If joint 4 may stay at 0, it does.
     q[:, 3] = 0
     assert not case.found(q).q[..., 3].any()
 
@@ -128,13 +128,13 @@ def test_slot_sign_stays_constant_between_singularities(chain):
 
 
 def test_rounding_noise_is_not_used_as_divisor():
-    """The squares of a vector of 1e-17 are 0, and its direction is any."""
+    """The square of a vector of length 1e-17 is 0, and its direction is arbitrary."""
     for case in cases_of(random_arm(20715)):
         clean(case, 20715)
 
 
 def test_canceling_prismatic_joints_do_not_make_axes_intersect():
-    """Two given slides move axes apart unless both have the same length."""
+    """Two fixed prismatic joints separate axes unless their displacements cancel."""
     assert not cases_of(random_arm(62867))
 
 
@@ -146,7 +146,7 @@ def test_nearly_folded_elbow_misses_no_pose(seed):
 
 @pytest.mark.parametrize("seed", LOST_BEFORE)
 def test_refinement_recovers_poses_that_closed_form_misses(seed):
-    """Poses at right angles and near them, after the refinement that a robot's ``ik`` makes."""
+    """Right-angle poses and nearby poses are refined as a robot's ``ik`` does."""
     rng = np.random.default_rng(seed)
     unrefined = 0
     for case in cases_of(random_arm(seed)):

@@ -1,7 +1,7 @@
-"""The arms of the shelf: poses and limits of descriptions that others wrote, and what is in a file.
+"""Poses and limits of the shelf arms against descriptions from other sources.
 
-`shelf_poses.json` names the source of each arm's numbers, the fixed turns of base and tool between
-its frames and ours, and how much the angles in it are rounded (1.5708 for pi/2).
+`shelf_poses.json` states the source of each arm, the constant rotations of base and tool between
+its frames and ours, and the rounding of its angles (1.5708 for pi/2).
 """
 
 import json
@@ -16,11 +16,11 @@ from tests.support.derivations import ALL, ROBOTS
 from tests.support.tolerances import LIMIT, PRINTED_9
 
 SIZES = {"planar_3rrr_170"}
-"""Other sizes of generated robots, which have tests of their own."""
+"""Size variants of generated robots, which have their own tests."""
 SHELF = [file for file in sorted((ROBOTS / "shelf").glob("*.toml")) if file.stem not in SIZES]
 REFERENCE = json.loads(Path(__file__).with_name("shelf_poses.json").read_text(encoding="utf-8"))
 WIDEST = 1.0
-"""Metres per radian: no pose moves farther by a rounded angle of one of its joints."""
+"""Metres per radian: a rounding error of one joint angle moves no pose by more."""
 
 
 def test_every_shelf_arm_has_reference_poses():

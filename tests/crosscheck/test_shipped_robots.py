@@ -1,4 +1,4 @@
-"""The shipped robots, compiled, against Pinocchio models built from tables typed here again."""
+"""The compiled shipped robots against Pinocchio models with independently typed parameters."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,8 @@ FRAMES = {
     "body": pin.ReferenceFrame.LOCAL,
     "mixed": pin.ReferenceFrame.LOCAL_WORLD_ALIGNED,
 }
-# Rows (kind, theta, d, a, alpha); "r" turns, "p" slides. Distal unless the name says otherwise.
+# Rows (kind, theta, d, a, alpha); "r" is revolute and "p" is prismatic. The rows are distal unless
+# the name says otherwise.
 DISTAL = {
     "bricklaying_planar": [
         ("r", 0, 0, 7 * INCH, 0),
@@ -114,7 +115,7 @@ def shift(x, y, z):
 
 
 def parts(name):
-    """Kind, placement before and after the motion of every joint."""
+    """Returns the joint type and the placements before and after the motion of every joint."""
     for kind, theta, d, a, alpha in DISTAL.get(name, ()):
         yield kind, turn("z", theta) * shift(0, 0, d), shift(a, 0, 0) * turn("x", alpha)
     for kind, alpha, a, theta, d in PROXIMAL.get(name, ()):
@@ -178,6 +179,6 @@ def test_kinematics_agree_with_pinocchio(name):
 
 def test_every_shipped_serial_robot_is_compared():
     serial = [name for name in chasles.robots() if not chasles.load(name).loops]
-    # General arms are compared with the numbers of others where their inverse is.
+    # Other tests compare general arms with published numbers of their inverse.
     others = {"bricklaying_gantry", "jaco2"}
     assert sorted(ROBOTS) == sorted(set(serial) - others)

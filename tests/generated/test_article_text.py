@@ -1,4 +1,4 @@
-"""The text of the shipped articles: citations, tables, names of joints and the layout of pages."""
+"""Text of the shipped articles: citations, tables, joint names and page layout."""
 
 import re
 
@@ -26,7 +26,7 @@ def fragments(name):
 def test_references_list_each_cited_work(name):
     parts = fragments(name)
     listed = parts.pop("references")
-    # The source of the parameters is cited in full where it stands.
+    # The fragment about parameters cites their source in full.
     parts.pop("parameters")
     cited = {found for text in parts.values() for found in CITATION.findall(text)}
     assert cited

@@ -1,4 +1,4 @@
-"""The ``.casadi`` files: what a robot's equations say of positions, and all that rests on it."""
+"""The ``.casadi`` files contain the position equations of a robot, and CasADi derives the rest."""
 
 import re
 
@@ -11,7 +11,7 @@ from chasles.derive.emit.casadi_file import POSITIONS
 from tests.support.derivations import GENERATED, ROBOTS, SAMPLE, derivation, kernels
 
 DERIVATIVE = re.compile(r"jacobian|hessian|twist|acceleration|_rates|_D_|_dot$")
-"""Names of what CasADi derives from the rest."""
+"""Names of functions that CasADi derives from the others."""
 
 
 def loaded(name):
@@ -24,7 +24,7 @@ def test_casadi_file_contains_all_functions_except_derivatives(name):
     single = [f.name for f in derivation(name).functions if len(f.outputs) == 1]
     kept = [f for f in single if not DERIVATIVE.search(f) and f != "swivel"]
     if derivation(name).closure:
-        # Iteration gives the margin by its own determinant, and starts from seeds in C alone.
+        # An iterated margin is the solver's determinant, and only C starts from seeds.
         kept = [f for f in kept if f not in ("margin", "configuration_near")]
     assert loaded(name).name_out() == kept
 

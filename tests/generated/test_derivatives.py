@@ -12,7 +12,7 @@ POSES = 20
 
 
 def mixed_jacobian(name):
-    """The mixed Jacobian as a CasADi expression, by differentiating fk."""
+    """Returns the mixed Jacobian as a CasADi expression, by differentiation of fk."""
     fk = casadi_function(GENERATED / name, "fk")
     q = ca.SX.sym("q", fk.numel_in(0))
     T = fk(q)
@@ -25,7 +25,7 @@ def mixed_jacobian(name):
 
 
 def change_of_frame(representation, T):
-    """The matrix that converts a mixed Jacobian to another representation."""
+    """Returns the matrix that converts a mixed Jacobian to another representation."""
     R, p, none = T[:3, :3], T[:3, 3], ca.SX(3, 3)
     if representation == "space":
         return ca.blockcat([[ca.SX.eye(3), ca.skew(p)], [none, ca.SX.eye(3)]])
@@ -60,6 +60,6 @@ def test_hessian_matches_automatic_differentiation(name):
     rng = np.random.default_rng(13)
     for _ in range(POSES):
         x = rng.uniform(-np.pi, np.pi, n)
-        # vec stacks columns: row j * 6 + i holds entry (i, j).
+        # vec stacks columns: row j * 6 + i contains entry (i, j).
         expected = np.array(oracle(x)).reshape(n, 6, n).transpose(1, 0, 2)
         assert np.abs(shaped(name, "hessian_mixed", x) - expected).max() <= DERIVATIVES

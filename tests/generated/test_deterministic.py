@@ -1,6 +1,6 @@
 """Equal descriptions give equal bytes: C, headers, CasADi files, LaTeX and manifests.
 
-Neither the directory nor the hash seed nor the day nor the processor may show in them.
+The bytes do not depend on directory, hash seed, date or processor.
 """
 
 import os
@@ -20,10 +20,11 @@ OLD_PROCESSOR = {
     "OPENBLAS_CORETYPE": "Prescott",
     "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4 AVX512_ICL AVX512_SPR",
 }
-"""OpenBLAS and NumPy choose their loops by the processor; these run on all, and round otherwise."""
+"""OpenBLAS and NumPy select kernels by processor; these run on all processors, and round
+differently."""
 
 DERIVED = ("jaco2", "five_bar")
-"""An arm whose inverse iterates numerically, and a mechanism with a loop.
+"""An arm with an iterative inverse, and a mechanism with a loop.
 
 `make check-generated` and .ci/run derive all robots in this way.
 """
@@ -45,14 +46,14 @@ def contents(folder):
 
 
 def test_generated_files_do_not_depend_on_environment(tmp_path):
-    """The committed files came from their own directory."""
+    """The committed files were generated in another directory."""
     found = generate(tmp_path / "another place", "4242")
     assert len([name for name in found if name.endswith("manifest.json")]) == len(DERIVED)
     assert [name for name in found if committed(name) != found[name]] == []
 
 
 def committed(name):
-    """The bytes of a committed file; robots share their support headers."""
+    """Returns the bytes of a committed file; robots share their support headers."""
     own, shared = GENERATED / name, GENERATED / "support" / Path(name).name
     path = own if own.is_file() else shared
     return path.read_bytes() if path.is_file() else None

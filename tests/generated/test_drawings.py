@@ -1,4 +1,4 @@
-"""Drawings of mechanisms: all of it is there, upright, the same everywhere, and it compiles."""
+"""Drawings of mechanisms are complete, upright and reproducible, and they compile."""
 
 import math
 import re
@@ -70,7 +70,7 @@ def slider_crank():
         hinge("coupler", "crank_body", moved(0.3, 0, 0)),
         Joint("piston", "prismatic", (ALONG_X,), (), link="block", parent="0"),
     )
-    # The block's frame has z along the guide; the pin's z is the plane's.
+    # The block has z along the guide; the pin axis is the normal of the plane.
     across = Frame("block", (Rotation("y", -sp.pi / 2),))
     robot = Mechanism(
         "slider_crank",
@@ -127,7 +127,7 @@ def platform_3rrr():
         Joint("y", "prismatic", (LYING,), (ACROSS,), "by", "bx"),
         hinge("phi", "by"),
     ]
-    # Each crank leaves the line to its platform joint by the angle that lets the forearm reach.
+    # Each crank makes an angle with the line to its platform joint, so that the forearm reaches it.
     gap, crank, forearm = 0.2, 0.17, 0.13
     turn = math.acos((gap**2 + crank**2 - forearm**2) / (2 * gap * crank))
     bend = math.acos((crank**2 + forearm**2 - gap**2) / (2 * crank * forearm)) - math.pi
@@ -172,7 +172,7 @@ def delta():
 
 
 def welded():
-    """A telescope whose inner tube is welded to a slide on a guide."""
+    """A telescope whose inner tube is welded to a block on a guide."""
     joints = (
         hinge("post", "0"),
         Joint("reach", "prismatic", (ALONG_X,), (Rotation("y", -sp.pi / 2),), "tube", "post_body"),
@@ -188,7 +188,7 @@ def welded():
 
 
 def universal():
-    """A four-bar whose coupler hangs in a universal joint and a ball."""
+    """A four-bar with a universal joint and a ball joint at its coupler."""
     joints = (
         hinge("crank", "0"),
         hinge("swing", "crank_body", moved(0.1, 0, 0)),
@@ -279,7 +279,7 @@ def test_closures_and_struts_are_drawn(name):
 def test_robots_stand_upright_in_their_plane(name):
     robot, values = MECHANISMS[name]()
     _, paper, is_planar = on_paper(robot, values)
-    # A loop of sliders alone is in no plane of its own.
+    # A loop of prismatic joints alone defines no plane.
     assert is_planar == (name not in {"delta", "welded", "universal"})
     vertical = paper.along([0, 0, 1])
     assert abs(vertical[0]) < 1e-9

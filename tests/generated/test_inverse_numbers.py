@@ -1,4 +1,4 @@
-"""Compiled inverses with targets that hold no number: one pose, and batches on lanes."""
+"""Compiled inverses return NaN for NaN targets, in scalar code and in vector code."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from tests.support.compiling import compiled
 from tests.support.derivations import ROBOTS
 
 NAMES = ("scara", "bricklaying_planar")
-"""Arms whose place and orientation rest on different joints."""
+"""Arms whose position and orientation depend on different joints."""
 
 
 @pytest.fixture(scope="module", params=NAMES)

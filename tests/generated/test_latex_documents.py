@@ -1,4 +1,4 @@
-"""Every document compiles, nothing is undefined, and no line leaves the page."""
+"""Every document compiles without undefined references, and no line leaves the page."""
 
 import random
 import re
@@ -24,13 +24,13 @@ from tests.support.waiting import SECONDS
 pytestmark = needs("pdflatex")
 
 WIDEST_EXCESS = 1.0
-"""Largest excess of a line into the margin (pt): less than the eye sees."""
+"""Largest extension of a line into the margin (pt), too small to be visible."""
 MOST_PAGES = 12
 MOST_PAGES_OF_LOOPS = 20
 PICTURES = ("drawing.tex", "workspace.tex")
-"""Need TikZ, and may be wider than the plainest article's lines."""
+"""Files that need TikZ, and may exceed the line width of the plain article."""
 SHIPPED = ("ur5e", "jaco2", "scara", "five_bar", "well_manipulator", "stewart_gough")
-"""Arms with a closed and an iterated inverse and with a prismatic joint; loops; a platform.
+"""Arms with a closed-form and an iterative inverse and with a prismatic joint; loops; a platform.
 
 `make docs` compiles the documents of all robots.
 """
@@ -45,7 +45,7 @@ HOSTILE = r"100 % & _all_ {of} #1 ~ ^ \ $x$ <|> \input{x} é β 中 `'\"--- " + 
 
 
 def hostile():
-    """A screw joint, a follower, an odd offset, and text that means something to LaTeX."""
+    """A helical joint, a mimic joint, an unusual offset, and special characters of LaTeX."""
     h, s_1, long_name = sp.symbols("h s_1 a_length_of_many_words", real=True)
     zero, quarter, odd = sp.Integer(0), sp.pi / 2, sp.Rational(3, 10)
     rows = (
@@ -87,7 +87,7 @@ def hostile():
 
 
 def chain(count, *, crossed):
-    """So many joints, with crossed or parallel axes."""
+    """Returns a chain with a number of joints, with crossed or parallel axes."""
     zero = sp.Integer(0)
     lengths = [sp.Symbol(f"a{k}", real=True) for k in range(1, count + 1)]
     joints = []
@@ -100,7 +100,7 @@ def chain(count, *, crossed):
 
 
 def calibrated():
-    """Six joints with every parameter a symbol."""
+    """Six joints whose parameters are all symbols."""
     parameters, joints = [], []
     for k in range(1, 7):
         own = {f: sp.Symbol(f"{f}_{k}", real=True) for f in ("a", "alpha", "d", "theta")}
@@ -113,7 +113,7 @@ def calibrated():
 
 
 def imported():
-    """Three sliders, two fixed joints and a follower of a URDF, with notes of many angles."""
+    """A URDF with prismatic, fixed and mimic joints, and notes with many angles."""
     rows = (
         ("mount", "fixed", "1 0 0", "3.14159265358979"),
         ("slider_along_x", "prismatic", "1 0 0", "-1.57079632679"),
@@ -147,7 +147,7 @@ BUILT = {
 
 
 def compiled(folder, text, shown):
-    """The log of a document with its fragments, by file, beside it."""
+    """Compiles a document together with its fragments, and returns the log."""
     (folder / FOLDER).mkdir()
     for name, fragment in shown.items():
         (folder / FOLDER / name).write_text(fragment, encoding="utf-8")
@@ -183,7 +183,7 @@ def test_latex_documents_of_shipped_robots_compile_cleanly(name, tmp_path):
 
 @cache
 def built(name):
-    """The derivation of a robot that is hard to print, and the fragments of its article."""
+    """Derives a robot that is hard to print, and the fragments of its article."""
     found = derive(BUILT[name]())
     return found, fragments(found)
 
@@ -199,7 +199,7 @@ def test_latex_documents_of_awkward_robots_compile_cleanly(name, tmp_path):
     ["iiwa14", "imported", "well_manipulator", "stewart_gough"],
 )
 def test_latex_fragments_compile_in_plain_article(name, tmp_path):
-    """Of fragments, none shows the title or the source of the description."""
+    """Fragments do not print the title or the source of the description."""
     shown = built(name)[1] if name in BUILT else article(name)
     inputs = "\n\n".join(rf"\input{{{FOLDER}/{name}}}" for name in shown if name not in PICTURES)
     log = compiled(tmp_path, PLAIN % inputs, shown)
@@ -207,7 +207,7 @@ def test_latex_fragments_compile_in_plain_article(name, tmp_path):
 
 
 def test_latex_document_of_random_platform_compiles_cleanly(tmp_path):
-    """Prismatic joints at odd angles, and radii that the actuators move, have long equations."""
+    """Prismatic joints at odd angles and radii that depend on actuators have long equations."""
     platform = drawn_platform(np.random.default_rng(203))
     found = derive(read_text(platform.text("platform")), functions=["chain_fk"])
     assert_clean(compiled(tmp_path, document(found), fragments(found)), MOST_PAGES_OF_LOOPS)

@@ -1,4 +1,4 @@
-"""Loops out of reach, at dead points, and on every branch: nothing is wrong, nothing is missed."""
+"""Loops beyond their reach, at dead points and on every branch: no wrong or missed solution."""
 
 from contextlib import suppress
 from functools import partial
@@ -27,9 +27,9 @@ def test_results_far_outside_limits_are_closed_or_nan(name):
     z, valid, margin = r.configuration(q), r.loops_close(q), r.margin(q)
     finite = np.isfinite(z).all(-1)
     np.testing.assert_array_equal(finite, valid)
-    # A step behind one that does not close has no margin.
+    # A step after an open loop has no margin.
     assert (finite == (np.nan_to_num(margin, nan=-1.0) >= 0).all(-1)).all()
-    # Grashof's crank turns all round, and so do the slider-crank's and the five-bar's.
+    # The cranks of the Grashof four-bar, the slider-crank and the five-bar rotate completely.
     assert (~valid).any() == (name not in ("four_bar", "slider_crank", "five_bar"))
     assert m.gap(z[finite]).max() < 1e-9
     for function in ("fk", "chain", "jacobian_mixed", "chain_D_q"):
@@ -48,22 +48,22 @@ def test_fk_is_correct_or_nan_outside_limits(name):
     finite = np.isfinite(T).all((-2, -1))
     closed = r.loops_close(q)
     np.testing.assert_allclose(T[closed], m.tip(r.configuration(q[closed])), atol=1e-9)
-    # What needs no solution of the loops may be known all the same.
+    # Values that do not depend on the loops may be finite even if loops are open.
     assert not (finite & ~closed).any()
 
 
 def random_chains(name, n, seed):
-    """Joints of the main chain around the reference's, far out of reach too."""
+    """Returns joints of the main chain around the reference, also far out of reach."""
     r = robot(name)
     start = r.chain(r.reference.q)
     turning = np.array([joint.kind == "revolute" for joint in r.chain_joints])
-    # A delta's platform keeps its orientation.
+    # The platform of a delta robot keeps its orientation.
     reach = np.where(turning, 0.0 if name == "delta" else 3.0, 1.0)
     return start + np.random.default_rng(seed).uniform(-reach, reach, (n, len(start)))
 
 
 def reaches(r, theta):
-    """Whether actuators exist, on any branch, that hold the chain at these joints."""
+    """Tests whether actuator values exist on any branch for these joints."""
     margin = r.actuator_margin(theta)
     return (np.isfinite(margin) & (margin >= 0)).all(-1)
 
@@ -76,7 +76,7 @@ def test_unreachable_chain_has_nan_actuators(name):
     np.testing.assert_array_equal(np.isfinite(q).all(-1), reached)
     assert 0.01 < reached.mean() < 0.999
     assert (margin[reached] <= 1 + 1e-12).all()
-    # On whichever branch of the chain; off the reference's the chain is another one.
+    # The solution may be on any branch of the chain; another branch has another chain.
     np.testing.assert_array_equal(r.actuator_branches(theta).valid.any(-1), reached)
     apart = np.abs(wrapped(r.chain(q) - theta)).max(-1)
     np.testing.assert_array_equal(r.chain_closes(theta), reached & (apart < 1e-6))
@@ -126,7 +126,7 @@ def test_open_loop_error_names_loop_and_coordinate(name, k, value):
 
 
 def crossing(closes, start, goals):
-    """Where straight ways from a start leave what closes: neighbours inside and outside."""
+    """Finds where straight segments leave the closed region: points just inside and outside."""
     inside, outside = np.zeros(len(goals)), np.ones(len(goals))
     parts = np.linspace(0, 1, 400)
     way = start + parts[:, None, None] * (goals - start)
@@ -150,19 +150,19 @@ def check_dead_points(start, goals, closes, margin, values, slopes):
     near = np.array([1e-3, 1e-5, 1e-7])
     margins = np.stack([margin(at(inside - s))[rows, step] for s in near])
     assert (margins > 0).all()
-    # Linear in what is left of the way, up to the dead point and through it.
+    # The margin is linear in the remaining distance, up to the dead point and through it.
     ratio = margins / near[:, None]
     assert np.abs(ratio[2] / ratio[1] - 1).max() < 0.02
     past = margin(at(outside + 1e-7))[rows, step]
     assert np.abs(past / margins[2] + 1).max() < 0.02
     assert (np.abs(margin(at(inside))[rows, step]) < 1e-9).all()
-    # Positions go on to the end, rates grow with the inverse root of the margin.
+    # Positions are defined up to the dead point; rates grow with the inverse root of the margin.
     assert np.isfinite(values(at(inside - 1e-12))).all()
     rates = [np.abs(slopes(at(inside - s))).reshape(len(goals), -1).max(-1) for s in (1e-8, 1e-10)]
     assert np.abs(rates[1] / rates[0] / 10 - 1).max() < 0.2
     assert np.isnan(values(at(outside + 1e-9))).any(-1).all()
     for point in at(inside):
-        # Rounding decides whether the loop just closes there.
+        # Rounding decides whether the loop still closes there.
         with suppress(chasles.OutOfReachError):
             assert np.abs(slopes(point)).max() > 1e5
 
@@ -210,13 +210,13 @@ def test_chain_branches_close_and_start_with_reference_branch(name):
     for branches in theta:
         good = branches[np.isfinite(branches).all(-1)]
         apart = np.abs(wrapped(good[:, None] - good[None])).max(-1) + np.eye(len(good))
-        # Branches of passive joints alone have the same chain.
+        # Branches that differ only in passive joints have the same chain.
         assert apart.min() > 1e-6 or name in ("excavator", "board_installer")
     assert margin.shape[:2] == valid.shape
 
 
 def closest(m, z, known):
-    """Smallest loop residual over many starts for the other joints."""
+    """Returns the smallest loop residual over many start values of the other joints."""
     if len(known) == len(m.names):
         return m.gap(z)
     free = [k for k in range(len(m.names)) if k not in known]
@@ -246,7 +246,7 @@ def test_actuator_branches_close(name):
 
 
 def roots(f, points=20_001):
-    """Zeros of f over a turn, by sign changes and bisection."""
+    """Finds the zeros of f over one turn by sign changes and bisection."""
     x = np.linspace(-np.pi, np.pi, points)
     y = f(x)
     found = []
@@ -260,14 +260,14 @@ def roots(f, points=20_001):
 
 
 def left_over(name, known):
-    """Residual of a planar loop as a function of its only unknown, in complex numbers."""
+    """Returns the complex residual of a planar loop as a function of its only unknown."""
     e = lambda angle: np.exp(1j * angle)  # noqa: E731
     return {
         "four_bar": lambda x: abs(0.1 * e(known) + 0.3 * e(known + x) - 0.35) - 0.25,
         "five_bar": lambda x: (
             abs(-0.1 + 0.2 * e(known[0]) + 0.3 * e(known[0] + x) - 0.1 - 0.2 * e(known[1])) - 0.3
         ),
-        # The slider is within half a metre, which makes it a sine here.
+        # The slider moves by at most half a metre, so a sine represents its position.
         "slider_crank": lambda x: abs(0.5 * np.sin(x / 2) - 0.05 * e(known)) - 0.18,
     }[name]
 
@@ -317,7 +317,7 @@ def test_actuators_beyond_dead_point_belong_to_other_branch():
         q = r.actuators(theta)
         assert (np.abs(r.chain(q) - theta).max() < 1e-9) == is_own
         assert r.chain_closes(theta) == is_own
-        # The lengths hold it there all the same, and both postures are among the branches.
+        # These lengths also close the loops there, and both configurations are among the branches.
         found, valid, _ = r.actuator_branches(theta)
         np.testing.assert_allclose(found[valid], [q], atol=1e-12)
         every, closes, _ = r.chain_branches(q)
@@ -333,7 +333,7 @@ def test_cylinder_lengths_are_never_negative():
     retracted = np.array([1.98, 2.4, 1.6])
     assert valid.tolist() == [True, True]
     assert (found[:, 1:] + retracted > 0).all()
-    # The same triangles with lengths below zero are none.
+    # Negative lengths of the same triangles are not valid.
     q = np.array(r.reference.q)
     q[1:] = -q[1:] - 2 * retracted
     for k in range(1, 4):
@@ -352,7 +352,7 @@ def test_every_parallelogram_assembly_is_a_branch():
     assert theta.shape[1] == 32
     labels = r.labels["chain_branches"]
     assert sum("crossed" not in label for label in labels) == 4
-    # Only with both rods parallel does the wrist stay level.
+    # The wrist stays level only if both rods are parallel.
     level = np.abs(wrapped(theta[..., 2:5].sum(-1) - theta[:, :1, 2:5].sum(-1))) < 1e-9
     parallel = ["greater_rod parallel, smaller_rod parallel" in label for label in labels]
     assert level[:, parallel].all()

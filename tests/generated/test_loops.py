@@ -1,8 +1,7 @@
-"""Robots with loops in closed form: closed, and right against oracles that are not the compiler's.
+"""Closed-form robots with loops against independent oracles.
 
-The oracles are the bodies' placements in NumPy with Newton's iteration, complex steps and the
-implicit function theorem (closures), automatic differentiation of the CasADi functions, and
-differences.
+The oracles are body placements in NumPy with Newton's method, complex steps and the implicit
+function theorem (closures), automatic differentiation of the CasADi functions, and differences.
 """
 
 from functools import cache
@@ -80,7 +79,7 @@ def test_independent_newton_converges_to_configuration(name):
 
 @pytest.mark.parametrize("name", LOOPED)
 def test_configuration_stays_on_reference_branch(name):
-    """Newton's method, in small steps from the reference, never leaves what was derived."""
+    """The oracle is Newton's method in small steps from the reference."""
     m, r = model(name), robot(name)
     z = np.array([r.reference.z])
     goals = random_q(name, 6, seed=5)
@@ -99,7 +98,7 @@ def test_configuration_stays_on_reference_branch(name):
 
 
 def relative(found, expected):
-    """Largest difference, as a part of the larger of 1 and the largest entry of its row."""
+    """Returns the largest difference relative to 1 or the largest entry of its row."""
     axes = tuple(range(1, expected.ndim))
     size = np.maximum(1.0, np.abs(expected).max(axes, keepdims=True))
     return float((np.abs(found - expected) / size).max())
@@ -122,7 +121,7 @@ def test_derivatives_match_implicit_function_theorem(name):
 
 
 def tip_rates(m, z, rates):
-    """Velocity of the tool and its angular velocity in base axes, by a complex step."""
+    """Returns linear and angular velocity of the tool in base axes by a complex step."""
     T = m.tip(z + TINY * 1j * rates)
     Td = T.imag / TINY
     W = Td[:, :3, :3] @ np.swapaxes(T.real[:, :3, :3], -1, -2)
@@ -131,7 +130,7 @@ def tip_rates(m, z, rates):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_kinematics_equal_the_main_chain_derived_as_a_serial_robot(name):
-    """The poses are equal; Jacobians are the chain's times the derivative of its joints."""
+    """Poses are equal; Jacobians are chain Jacobians times the derivative of the chain joints."""
     mechanism = read(ROBOTS / f"{name}.toml")
     kinds = ["jacobian_space", "jacobian_body", "jacobian_mixed"]
     derived = derive(mechanism.main_chain, functions=["fk", *kinds])
@@ -153,7 +152,7 @@ def test_kinematics_equal_the_main_chain_derived_as_a_serial_robot(name):
 
 
 def as_casadi(name, function, *symbols):
-    """A generated function of symbols, whatever it needs of them."""
+    """Returns a generated function of symbols; selects the symbols that the function needs."""
     kept = casadi_function(GENERATED / name, function)
     given = dict(zip(["q", "qd", "qdd"], symbols, strict=False))
     return kept(**{key: given[key] for key in kept.name_in()})[function]
@@ -213,7 +212,7 @@ def test_derivatives_match_finite_differences(name):
     qd, qdd = random_rates(name, len(q), 12), random_rates(name, len(q), 13)
 
     def along(function, *rates):
-        """The rate of a function of q (and qd) along the motion."""
+        """Returns the rate of a function of q (and qd) along the motion."""
         there = [q + STEP * qd + STEP**2 / 2 * qdd, qd + STEP * qdd]
         back = [q - STEP * qd + STEP**2 / 2 * qdd, qd - STEP * qdd]
         count = 1 + len(rates)
@@ -236,7 +235,7 @@ def test_derivatives_match_finite_differences(name):
 
 @pytest.mark.parametrize("name", LOOPED)
 def test_constraint_derivatives_match_finite_differences(name):
-    """At any configuration, closed or not, and with a null space that is the motion."""
+    """The identities hold at any configuration, closed or open; the null space is the motion."""
     r, m = robot(name), model(name)
     _, z = far_from_dead_points(name, 60, seed=14)
     J = r.constraint_D_z(z)
@@ -280,20 +279,20 @@ def test_actuator_maps_invert_chain_maps(name):
 
 
 def turned(name, difference):
-    """Differences of coordinates, angles between -pi and pi."""
+    """Returns coordinate differences with angles between -pi and pi."""
     turning = np.array([c.kind == "revolute" for c in model(name).mechanism.coordinates])
     turning &= name != "bricklaying_gantry"
     return np.where(turning, wrapped(difference), difference)
 
 
 def on_the_branch(name, q, back):
-    """Where the actuators of a chain are on the reference's branch and off their dead point."""
+    """Tests whether the chain's actuators are on the reference branch, away from its dead point."""
     r = robot(name)
     if name not in INVERTIBLE:
         return np.ones(len(q), dtype=bool)
     far = (r.actuator_margin(r.chain(q)) > 1e-3).all(-1)
     if name == "slider_crank":
-        # Half of the circle has the slider at the same places.
+        # On the other half of the circle the slider has the same positions.
         far &= np.sin(q[:, 0]) * np.sin(r.reference.q[0]) > 0
     return far
 
@@ -322,7 +321,7 @@ def test_actuator_derivatives_match_finite_differences(name):
 
 
 def slope(function, step=1e-4):
-    """The derivative at 0 by differences that are good to the fourth order."""
+    """Returns the derivative at 0 by fourth-order differences."""
     near = function(step) - function(-step)
     far = function(2 * step) - function(-2 * step)
     return (8 * near - far) / (12 * step)
@@ -331,18 +330,18 @@ def slope(function, step=1e-4):
 # --- one pose, many poses, CasADi ---
 
 COMPARED = ["slider_crank", "five_bar", "well_manipulator", "bricklaying_gantry"]
-"""Loops with revolute and prismatic joints, a loop of two actuators, cylinders, and no loop."""
+"""Loops with revolute and prismatic joints, with two actuators, with cylinders, and no loop."""
 
 
 def arguments(name, function, n):
-    """Inputs of a function at closed configurations of the robot."""
+    """Returns inputs of a function at closed configurations of the robot."""
     given = closed_states(name, n)
     return [given[argument.name] for argument in function.inputs]
 
 
 @cache
 def closed_states(name, n):
-    """Values of all arguments that a function may have, at closed configurations."""
+    """Returns values of all possible arguments at closed configurations."""
     r, m = robot(name), model(name)
     q, z = far_from_dead_points(name, n, seed=31)
     q, z = q[on_the_branch(name, q, q)], z[on_the_branch(name, q, q)]
@@ -358,7 +357,7 @@ def closed_states(name, n):
 def test_single_pose_batch_and_casadi_results_agree(name):
     r, checked = robot(name), 0
     for key, function in r.functions.items():
-        # Those whose C is written by hand have no equations for CasADi.
+        # Functions with handwritten C have no equations in CasADi.
         if function.solutions or key not in kernels(name):
             continue
         inputs = arguments(name, function, 60)

@@ -1,4 +1,4 @@
-"""Small by construction: operation counts of the generated C."""
+"""Operation counts of the generated C stay small."""
 
 import json
 import re
@@ -26,7 +26,7 @@ def test_manifest_operation_counts_match_c_source(name):
     source = (GENERATED / name / f"{name}.c").read_text()
     for function in manifest(name)["functions"]:
         if function["role"] == "inverse":
-            # The C has one branch of it and a loop; what is counted is all of them.
+            # The C contains one branch in a loop, but the manifest counts all branches.
             continue
         body = source.split(f"void {function['symbol']}(")[1].split("\n}\n")[0]
         counts = function["operations"]

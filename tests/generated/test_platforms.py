@@ -1,4 +1,4 @@
-"""Platforms on legs: all assembly modes, both directions, velocities and singular poses."""
+"""Platforms on legs: assembly modes, kinematics in both directions, rates, singularities."""
 
 from functools import cache
 from itertools import product
@@ -31,7 +31,7 @@ def within(name, n, seed):
 
 
 def twists(m, z, rates):
-    """(N, 6) twist of the tool in base axes at rates of all joints, by a complex step."""
+    """Returns tool twists (N, 6) in base axes for given rates of all joints, by a complex step."""
     T = m.tip(z + TINY * 1j * rates)
     Td = T.imag / TINY
     W = Td[:, :3, :3] @ np.swapaxes(T.real[:, :3, :3], -1, -2)
@@ -90,7 +90,7 @@ def test_ik_planar_returns_two_branches_per_leg(name):
     np.testing.assert_array_equal(valid.any(-1), held)
     assert 200 < held.sum() < 4800
     apart = np.abs(wrapped(q[held][:, :, None] - expected[held][:, None])).max(-1)
-    # Near stretched legs both branches meet and angles lose digits.
+    # Near stretched legs two branches merge, and angles have fewer digits.
     margin = r.actuator_margin(pose[held]).min(-1)
     assert (apart.min(-1).max(-1) * np.sqrt(margin)).max() < SAME
     assert (apart.min(-2).max(-1) * np.sqrt(margin)).max() < SAME
@@ -229,7 +229,7 @@ def test_single_pose_and_batch_results_agree(name):
     q = within(name, 60, 11)
     given = {"q": q, "theta": r.chain(q), "z": r.configuration(q)}
     given["seed"] = given["z"]
-    # The swings of struts come last.
+    # The swing angles of struts are the last variables.
     given["w"] = given["z"][:, : r.functions["closure"].inputs[0].shape[0]]
     generator = np.random.default_rng(12)
     for key in ("q", "theta", "z", "w"):
@@ -272,7 +272,7 @@ def test_stretched_leg_is_type_1_singularity(name):
     r, rod = robot(name), PLANAR[name]
     regular = r.singularity(r.chain(r.reference.q), r.reference.q)
     assert min(regular) > 0.02
-    # The platform's first pin is nearly as far from the first crank's axis as both lengths reach.
+    # The distance of the first platform pin from the first crank axis is nearly crank plus rod.
     along = np.array([0.1, 0.05]) - planar.DIRECTIONS[0]
     along = along / np.linalg.norm(along)
     sizes = []
@@ -286,7 +286,7 @@ def test_stretched_leg_is_type_1_singularity(name):
         assert found.type_2.max() > 0.02
     assert len(sizes[0]) > 3
     assert sizes[0].max() < 0.1
-    # With the root of what is left of the leg.
+    # The value decreases with the square root of the leg's remaining reach.
     np.testing.assert_allclose(sizes[0], 10 * sizes[1], rtol=0.02)
 
 
@@ -297,11 +297,12 @@ def turned(vector, angle):
 
 @pytest.mark.parametrize("name", PLANAR)
 def test_concurrent_rods_are_type_2_singularity(name):
-    """In the middle, turned so that all rods point at the centre, or nearly so."""
+    """The platform is at the center, rotated so that all rods (nearly) intersect there."""
     r, rod = robot(name), PLANAR[name]
-    # Rods along the lines from the centre to the pins: cranks end a rod's length further out.
+    # The rods lie along the lines from the center to the pins, so each crank ends one rod length
+    # further out.
     reach = planar.PLATFORM + rod
-    # Where that circle meets the crank's, seen from the base joint's direction.
+    # Intersection of that circle with the crank circle, seen from the direction of the base joint.
     cosine = (reach**2 + planar.BASE**2 - planar.CRANK**2) / (2 * reach * planar.BASE)
     phi = np.arccos(cosine)
     ends = reach * np.stack([np.cos(planar.ANGLES + phi), np.sin(planar.ANGLES + phi)], -1)
@@ -313,7 +314,7 @@ def test_concurrent_rods_are_type_2_singularity(name):
     assert found.type_2 < 1e-12
     assert found.type_1 > 0.05
     assert found.type_3 == found.type_1
-    # Linear in the distance from there.
+    # The value is linear in the distance from the singularity.
     sizes = []
     for away in (1e-3, 1e-4):
         moved = np.array([0.0, 0.0, phi + away])
@@ -324,7 +325,7 @@ def test_concurrent_rods_are_type_2_singularity(name):
 
 
 def test_stewart_quarter_turn_is_type_2_singularity():
-    """Fichter's singularity: the platform turned by 90 degrees over a base of the same symmetry."""
+    """Fichter's singularity: platform and base are similar, and the yaw angle is 90 degrees."""
     r = robot("stewart_gough")
     regular = r.singularity(r.chain(r.reference.q), r.reference.q)
     assert regular.type_2 > 0.05
@@ -342,15 +343,15 @@ AROUND = np.radians([0, 120, 240])
 
 
 def elbows(q):
-    """(N, 3, 3) middle of the balls at the ends of the arms."""
+    """Returns the midpoints (N, 3, 3) of the ball joints at the ends of the arms."""
     out, down = R_B + ARM * np.cos(q), -ARM * np.sin(q)
     return np.stack([out * np.cos(AROUND), out * np.sin(AROUND), down], -1)
 
 
 def spheres(q):
-    """(N, 2, 3) both points at a rod's length from all elbows, moved in by the platform's radius.
+    """Returns both points (N, 2, 3) at rod length from all elbows moved in by the platform radius.
 
-    Equations of two pairs subtracted are planes; their line meets the first sphere twice.
+    Differences of the sphere equations are planes. Their line intersects the first sphere twice.
     """
     inwards = np.stack([np.cos(AROUND), np.sin(AROUND), 0 * AROUND], -1)
     centre = elbows(q) - R_P * inwards
@@ -393,7 +394,7 @@ def test_delta_is_invalid_if_spheres_do_not_intersect():
 
 
 def test_delta_actuators_match_half_angle_solution():
-    """A leg's elbow is on a circle: E cos q + F sin q + G = 0, solved by half angles."""
+    """The elbow of a leg is on a circle: E cos q + F sin q + G = 0, solved by half angles."""
     r = robot("delta")
     q = within("delta", 2000, 17)
     p = r.fk(q)[:, :3, 3]
@@ -405,7 +406,7 @@ def test_delta_actuators_match_half_angle_solution():
     root = np.sqrt(E**2 + F**2 - G**2)
     branches = np.stack([2 * np.arctan2(-F + side * root, G - E) for side in (1, -1)], -1)
     found = r.actuators(r.chain(q))
-    # Half angles lose digits where both branches are near each other.
+    # Half angles lose digits where the two branches nearly merge.
     assert np.abs(wrapped(branches - found[..., None])).min(-1).max() < 1e-9
     np.testing.assert_allclose(found, q, atol=CLOSED)
     every, valid, _ = r.actuator_branches(r.chain(q[:200]))

@@ -38,7 +38,7 @@ def test_assembly_modes_close_and_contain_reference(name):
     assert np.abs(rods).max() < CLOSED
     assert np.isnan(found.T[~found.valid]).all()
     assert np.isnan(found.margin[~found.valid]).all()
-    # Real solutions come in pairs, and come first.
+    # Real solutions occur in pairs and come first.
     assert (found.valid.sum(-1) % 2 == 0).all()
     assert (found.valid[:, :-1] >= found.valid[:, 1:]).all()
     assert np.nanmin(apart(found.T, r.fk(q)[:, None]), axis=-1).max() < 1e-9
@@ -57,14 +57,14 @@ def test_hexapod_modes_are_sorted_from_highest():
 
 
 def test_hexapod_with_equal_legs_has_16_modes():
-    """Equal legs: a symmetric pose at which poses could fall together."""
+    """The legs are equal at this symmetric pose, where poses could coincide."""
     r = robot("stewart_gough")
     found = r.fk_all(np.full(6, 0.08))
     assert found.complete
     theta = found.theta[found.valid]
     assert len(theta) == 16
     np.testing.assert_allclose(theta[0], r.chain(np.full(6, 0.08)), atol=1e-12)
-    # The mirror image below the base.
+    # The last mode is the mirror image below the base.
     np.testing.assert_allclose(theta[-1], theta[0] * [1, 1, -1, 1, 1, 1], atol=1e-12)
 
 
@@ -89,7 +89,7 @@ def test_hexapod_ik_returns_leg_lengths():
     assert 50 < found.count.sum() < 450
     np.testing.assert_array_equal(found.valid, apart(r.fk(found.q), T[:, None]) < 1e-9)
     np.testing.assert_allclose(found.q[:, 0], r.actuators(theta), atol=1e-15)
-    # A pose at which yaw and roll are one.
+    # At this pose yaw and roll are not separately determined.
     right = np.eye(4)
     right[:3, :3], right[2, 3] = [[0, 0, 1], [0, 1, 0], [-1, 0, 0]], 0.6
     held = r.ik(right)

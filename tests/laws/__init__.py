@@ -1,1 +1,1 @@
-"""Laws of the Lie groups SO(3) and SE(3), against series, 40-digit arithmetic and Pinocchio."""
+"""Identities of SO(3) and SE(3), against series, 40-digit arithmetic and Pinocchio."""

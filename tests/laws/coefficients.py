@@ -1,8 +1,7 @@
 """Even functions of the angle that are 0/0 at zero: the coefficients of exp, dexp and its inverse.
 
-A number takes the branch that it belongs to: an exact zero takes the limit, a `Float` angle below
-one radian takes the Taylor series. A symbolic angle is assumed to be neither zero nor a multiple of
-2 pi.
+An exact zero takes the limit, and a `Float` angle below one radian takes the Taylor series. A
+symbolic angle is assumed to be neither zero nor a multiple of 2 pi.
 """
 
 from collections.abc import Callable
@@ -57,7 +56,7 @@ def _bernoulli(k: int) -> Expr:
 
 
 def _one_minus_cos(theta: Expr) -> Expr:
-    """1 - cos(theta); for a symbol 2 sin(theta/2)^2, which lowered keeps its digits near zero."""
+    """1 - cos(theta), for symbols as 2 sin(theta/2)^2, which is accurate near zero in floats."""
     return 1 - cos(theta) if theta.is_number else 2 * sin(theta / 2) ** 2
 
 
@@ -78,7 +77,7 @@ HALF_ANGLE_VERSINE = _Coefficient(lambda t: _one_minus_cos(t) / t**2, _alternati
 SINE_DEFECT = _Coefficient(lambda t: (1 - sin(t) / t) / t**2, _alternating(3))
 # (1 - t/2 cot(t/2))/t^2, the coefficient of the inverse of dexp.
 COTANGENT = _Coefficient(_cotangent, _bernoulli)
-# f'(t)/t of the three before: the coefficients of their derivatives in direction v.
+# f'(t)/t of the preceding three functions: the coefficients of their derivatives in direction v.
 VERSINE_RATE = _rate(
     lambda t: (SINC.closed(t) - 2 * HALF_ANGLE_VERSINE.closed(t)) / t**2, _alternating(2)
 )

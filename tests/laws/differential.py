@@ -1,9 +1,9 @@
 """The differential of exp on SO(3) and SE(3) and its inverse, in closed form on SymPy matrices.
 
 Symbols are assumed to be real, and the length of a symbolic rotation vector to be neither zero nor
-a multiple of 2 pi. In float64 the SO(3) `dexp` keeps its digits at every angle other than zero,
-where it is 0/0; the off-diagonal block of the SE(3) `dexp` and of its inverse loses them as the
-machine epsilon over the angle.
+a multiple of 2 pi. In float64 the SO(3) `dexp` is accurate at every angle except zero, where it is
+0/0. The off-diagonal block of the SE(3) `dexp` and of its inverse has an error of about the machine
+epsilon divided by the angle.
 
 Source:
     A. Mueller, Review of the exponential and Cayley map on SE(3), Proc. R. Soc. A 477, 2021,
@@ -160,7 +160,7 @@ def dexp_right_inverse_se3(x: Matrix) -> Matrix:
 
 
 def quadratic(omega: Matrix, a: Expr, b: Expr, c: Expr) -> Matrix:
-    """The matrix a I + b W + c W^2, W = hat(omega)."""
+    """Returns the matrix a I + b W + c W^2, W = hat(omega)."""
     W = hat_so3(omega)
     return a * eye(3) + b * W + c * (W * W)
 

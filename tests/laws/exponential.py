@@ -1,9 +1,9 @@
-"""exp and log of SO(3) and SE(3), and the exponential of a joint's screw, on SymPy matrices.
+"""exp and log of SO(3) and SE(3), and the exponential of a joint screw, on SymPy matrices.
 
 Symbols are assumed to be real, and a symbolic angle to be neither zero nor a multiple of 2 pi. The
-expressions hold only +, *, **, sin, cos, sqrt and atan2. In float64 exp keeps its digits at every
-angle other than zero, where it is 0/0; log loses them as the machine epsilon over the distance to a
-half turn. `exp_screw` has no degenerate angle.
+expressions contain only +, *, **, sin, cos, sqrt and atan2. In float64 exp is accurate at every
+angle except zero, where it is 0/0. The error of log is about the machine epsilon divided by the
+distance from a half turn. `exp_screw` has no degenerate angle.
 
 Source:
     R. M. Murray, Z. Li, S. S. Sastry, A Mathematical Introduction to Robotic Manipulation, 1994.
@@ -30,7 +30,7 @@ from .differential import dexp_left_so3, quadratic
 
 
 def exp_so3(omega: Matrix) -> Matrix:
-    """Rotation about the direction of a vector by its length.
+    """Rotation by |omega| about the direction of omega.
 
     `exp_so3(omega) = I + sin(t)/t W + (1 - cos t)/t^2 W^2`, with W = hat(omega) and t = |omega|.
 
@@ -157,7 +157,7 @@ def exp_screw(screw: Matrix, theta: Expr) -> Matrix:
 
 
 def _rotation_vector(R: Matrix) -> tuple[Matrix, Expr]:
-    """Rotation vector of a rotation, and its angle (for symbols up to a common sign)."""
+    """Returns rotation vector and angle of a rotation (for symbols up to a common sign)."""
     sine_axis = vee_so3(R - R.T) / 2
     sine, cosine = norm(sine_axis), (R.trace() - 1) / 2
     if not R.is_symbolic():
@@ -167,7 +167,7 @@ def _rotation_vector(R: Matrix) -> tuple[Matrix, Expr]:
             return zeros(3, 1).as_immutable(), S.Zero
         theta = atan2(sine, cosine)
     else:
-        # Unevaluated: SymPy would write atan where it can prove the cosine positive.
+        # Unevaluated, because SymPy would write atan if it can prove that the cosine is positive.
         theta = atan2(sine, cosine, evaluate=False)
     return sine_axis * (theta / sine), theta
 
@@ -175,7 +175,7 @@ def _rotation_vector(R: Matrix) -> tuple[Matrix, Expr]:
 def _rotation_vector_near_half_turn(
     R: Matrix, sine_axis: Matrix, sine: Expr, cosine: Expr
 ) -> tuple[Matrix, Expr]:
-    """Rotation vector from the symmetric part cos I + (1 - cos) a a', and its angle."""
+    """Returns the rotation vector from the symmetric part cos I + (1 - cos) a a', and its angle."""
     outer = (R + R.T) / 2 - cosine * eye(3)
     column = outer[:, max(range(3), key=lambda k: outer[k, k])]
     axis = column / sqrt(column.dot(column))
@@ -188,7 +188,7 @@ def _rotation_vector_near_half_turn(
 
 
 def _rounding(M: Matrix) -> Expr:
-    """What counts as zero beside one: sixteen times the rounding of the Floats, or zero."""
+    """Zero tolerance relative to one: sixteen times the rounding error of the Floats, or zero."""
     if not M.has(Float):
         return S.Zero
     return Rational(1, 2 ** (min(e._prec for e in M.atoms(Float)) - 4))

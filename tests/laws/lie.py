@@ -1,6 +1,6 @@
-"""All functions on SO(3), SE(3) and their algebras that the laws test, those of the compiler too.
+"""All functions on SO(3), SE(3) and their algebras that these tests cover.
 
-The compiler needs few of them (`chasles.derive.terms.lie`); the others are oracles of many tests.
+The compiler needs few of them (`chasles.derive.terms.lie`); many tests use the others as oracles.
 """
 
 from chasles.derive.terms.lie import (

@@ -1,7 +1,7 @@
-"""Cases, the tolerance and independent formulas for the law tests.
+"""Cases, the tolerance and independent formulas for the tests of identities.
 
-The oracles know only definitions: the matrix exponential and power series, summed by mpmath with
-40 digits on the exact binary values of the inputs.
+The oracles use only definitions: the matrix exponential and power series, summed by mpmath with 40
+digits on the exact binary values of the inputs.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from . import lie
 
 Matrix: TypeAlias = ImmutableDenseMatrix
 
-# Inputs of order one and float64 rounding leave about 1e-15; four digits go to products of poses
-# and to the half turn. Every law is held to this one number.
+# For inputs of order one, float64 rounding leaves about 1e-15. Products of poses and the half turn
+# lose up to four digits. All tests use this tolerance.
 LAW_TOLERANCE = mpmath.mpf("1e-12")
 
 DIGITS = 40
@@ -28,7 +28,7 @@ MOST_TERMS = 120
 SMALL_ANGLES = [0.0, 1e-8, 1e-4]
 BRANCH_ANGLES = [1 - 1e-9, 1 + 1e-9]
 NEAR_HALF_TURN = [math.pi - 10.0**-k for k in range(3, 11)]
-# Where log is the inverse of exp, and, with fewer near the half turn, where exp is defined.
+# Angles at which log inverts exp, and all angles for exp, with fewer of them near the half turn.
 PRINCIPAL_ANGLES = [*SMALL_ANGLES, 0.3, *BRANCH_ANGLES, 2.0, 3.0, *NEAR_HALF_TURN]
 ANGLES = [*SMALL_ANGLES, 0.3, *BRANCH_ANGLES, 3.0, *NEAR_HALF_TURN[::3], math.pi, 4.0, 6.0]
 
@@ -42,17 +42,17 @@ LINEAR = [(0.0, 0.0, 0.0), (0.4, -1.1, 0.7), (1e-8, 2e-8, -1e-8)]
 
 
 def vector(*entries: float) -> Matrix:
-    """Column of Floats."""
+    """Returns a column of Floats."""
     return Matrix([Float(e) for e in entries])
 
 
 def rotation_vectors(angles: list[float]) -> list[Matrix]:
-    """Every axis at every angle."""
+    """Returns every axis at every angle."""
     return [vector(*(angle * a for a in axis)) for angle in angles for axis in AXES]
 
 
 def twists(angles: list[float]) -> list[Matrix]:
-    """Every axis at every angle, the linear parts in turn."""
+    """Returns every axis at every angle, and cycles through the linear parts."""
     return [
         Matrix.vstack(vector(*LINEAR[k % len(LINEAR)]), omega)
         for k, omega in enumerate(rotation_vectors(angles))
@@ -60,7 +60,7 @@ def twists(angles: list[float]) -> list[Matrix]:
 
 
 def few_twists(angles: list[float]) -> list[Matrix]:
-    """Every angle once, the axes and the linear parts in turn."""
+    """Returns every angle once, and cycles through the axes and the linear parts."""
     return [
         vector(*LINEAR[k % len(LINEAR)], *(angle * a for a in AXES[k % len(AXES)]))
         for k, angle in enumerate(angles)
@@ -68,24 +68,24 @@ def few_twists(angles: list[float]) -> list[Matrix]:
 
 
 def random_twists(count: int, seed: int) -> list[Matrix]:
-    """Twists with entries between -1.5 and 1.5."""
+    """Returns twists with entries between -1.5 and 1.5."""
     draw = random.Random(seed)
     return [vector(*(draw.uniform(-1.5, 1.5) for _ in range(6))) for _ in range(count)]
 
 
 def random_poses(count: int, seed: int) -> list[Matrix]:
-    """Poses, as exponentials of random twists."""
+    """Returns poses as exponentials of random twists."""
     return [lie.exp_se3(x) for x in random_twists(count, seed)]
 
 
 def wide(M: Matrix) -> mpmath.matrix:
-    """A matrix of numbers with 40 digits."""
+    """Converts a matrix to 40 digits."""
     with mpmath.workdps(DIGITS):
         return mpmath.matrix([[e._to_mpmath(DIGITS * 4) for e in row] for row in M.tolist()])
 
 
 def distance(A: Matrix | mpmath.matrix, B: Matrix | mpmath.matrix) -> mpmath.mpf:
-    """Largest difference of two matrices of numbers; NaN counts as infinite."""
+    """Returns the largest difference of two numerical matrices; NaN counts as infinite."""
     with mpmath.workdps(DIGITS):
         A, B = (M if isinstance(M, mpmath.matrix) else wide(M) for M in (A, B))
         assert (A.rows, A.cols) == (B.rows, B.cols)
@@ -94,12 +94,12 @@ def distance(A: Matrix | mpmath.matrix, B: Matrix | mpmath.matrix) -> mpmath.mpf
 
 
 def assert_close(A: Matrix | mpmath.matrix, B: Matrix | mpmath.matrix, case: object = "") -> None:
-    """Fail if two matrices of numbers differ by more than the tolerance."""
+    """Fails if two numerical matrices differ by more than the tolerance."""
     assert distance(A, B) <= LAW_TOLERANCE, f"off by {mpmath.nstr(distance(A, B), 5)} at {case}"
 
 
 def power_series(X: mpmath.matrix, coefficient: Callable[[int], mpmath.mpf]) -> mpmath.matrix:
-    """Sum of coefficient(k) X^k with 40 digits, until two terms in a row are below 1e-35."""
+    """Sums coefficient(k) X^k with 40 digits until two consecutive terms are below 1e-35."""
     with mpmath.workdps(DIGITS):
         total, power, small = mpmath.zeros(X.rows), mpmath.eye(X.rows), 0
         for k in range(MOST_TERMS):
@@ -112,16 +112,16 @@ def power_series(X: mpmath.matrix, coefficient: Callable[[int], mpmath.mpf]) -> 
 
 
 def expm(X: Matrix) -> mpmath.matrix:
-    """Matrix exponential with 40 digits."""
+    """Returns the matrix exponential with 40 digits."""
     with mpmath.workdps(DIGITS):
         return mpmath.expm(wide(X), method="taylor")
 
 
 def dexp_series(X: Matrix) -> mpmath.matrix:
-    """The definition of dexp: sum of X^k / (k + 1)!, X = hat(omega) or ad(x)."""
+    """Returns the definition of dexp: the sum of X^k / (k + 1)!, X = hat(omega) or ad(x)."""
     return power_series(wide(X), lambda k: mpmath.mpf(1) / int(factorial(k + 1)))
 
 
 def pairs(items: list[Matrix]) -> Iterator[tuple[Matrix, Matrix]]:
-    """Each item with its successor, around the list."""
+    """Pairs each item with its successor, cyclically."""
     return zip(items, items[1:] + items[:1], strict=True)

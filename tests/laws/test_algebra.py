@@ -1,4 +1,4 @@
-"""hat, vee, the bracket and the order of twists."""
+"""hat, vee, the bracket, and the order of twist components."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""The differential of exp and its inverse, against their series and against differentiation."""
+"""The differential of exp and its inverse against their series and against differences."""
 
 import mpmath
 import pytest
@@ -21,7 +21,7 @@ TWISTS = [*few_twists(ANGLES), *random_twists(4, seed=10)]
 
 
 def test_dexp_is_its_series() -> None:
-    """On SE(3), and on SO(3) as its diagonal block."""
+    """Tested on SE(3), which contains SO(3) as its diagonal block."""
     checked = 0
     for x in TWISTS:
         series = dexp_series(lie.ad(x))
@@ -38,7 +38,7 @@ def test_dexp_is_its_series() -> None:
 
 
 def test_dexp_inverse_is_its_bernoulli_series() -> None:
-    """Sum of B_k ad^k / k! with B_1 = -1/2; it converges below 2 pi, so it is tested below 3."""
+    """Sum of B_k ad^k / k! with B_1 = -1/2, for angles below 3; it converges below 2 pi."""
 
     def coefficient(k: int) -> mpmath.mpf:
         number = -Rational(1, 2) if k == 1 else bernoulli(k)
@@ -75,7 +75,7 @@ def test_left_dexp_is_adjoint_of_exp_times_right_dexp() -> None:
 
 
 def test_dexp_is_the_differential_of_exp() -> None:
-    """Central difference of the matrix exponential at 40 digits: step 1e-15, error 1e-30."""
+    """Central differences of the matrix exponential at 40 digits: step 1e-15, error 1e-30."""
     checked = 0
     with mpmath.workdps(DIGITS + 20):
         step = mpmath.mpf("1e-15")
@@ -117,7 +117,7 @@ def test_dexp_inverse_at_full_revolutions_is_rejected(turns: int) -> None:
     assert lie.dexp_left_so3(omega) * omega == omega
 
 
-# The closed forms, at 60 digits more than the result keeps.
+# The closed forms, with 60 digits more than the result.
 COEFFICIENTS = {
     "SINC": lambda t: mpmath.sin(t) / t,
     "VERSINE": lambda t: (1 - mpmath.cos(t)) / t**2,

@@ -1,4 +1,4 @@
-"""exp and log both ways: at random, at the identity, at 1e-8 and up to the half turn."""
+"""exp and log are inverses: at random, at the identity, at 1e-8 and up to the half turn."""
 
 import math
 
@@ -77,7 +77,7 @@ def test_exp_undoes_log() -> None:
 
 
 def test_log_has_small_relative_error_at_small_angles() -> None:
-    """At 1e-8 the absolute tolerance would pass a log that is zero: compare to the size."""
+    """At 1e-8 an absolute tolerance would accept a zero log, so the error is relative."""
     checked = 0
     for omega in rotation_vectors([1e-8, 1e-6]):
         difference = distance(lie.log_so3(lie.exp_so3(omega)), omega)
@@ -87,7 +87,7 @@ def test_log_has_small_relative_error_at_small_angles() -> None:
 
 
 def test_log_at_half_revolution_in_floats_has_a_defined_sign() -> None:
-    """Rounding decides nothing: a and -a, and R with noise in the last digit, give one axis."""
+    """R has the axes a and -a; noise in the last digit does not change which axis is returned."""
     checked = 0
     for axis in AXES:
         first = next(a for a in axis if a)
@@ -142,7 +142,7 @@ def test_exp_and_log_of_identity_are_exact() -> None:
 
 
 def test_hidden_zero_angle_takes_the_limit() -> None:
-    """The branch at zero is taken when the number is zero, not when it looks like zero."""
+    """The zero branch is selected if the number is zero, even if its form does not show it."""
     nothing = sin(1) ** 2 + cos(1) ** 2 - 1
     assert nothing.is_zero is None
     omega = lie.Matrix([nothing, 0, 0])
@@ -157,7 +157,7 @@ def test_hidden_zero_angle_takes_the_limit() -> None:
 
 
 def test_a_single_float_makes_every_entry_a_float() -> None:
-    """An angle of exact and Float parts takes the series as well, and nothing stays unevaluated."""
+    """An angle with exact and Float terms uses the series as well, and is fully evaluated."""
     mixed = lie.Matrix([Float(0.1), sqrt(2), pi, Float(1e-8), sqrt(2) / 10**8, pi / 10**8])
     for function in (lie.exp_se3, lie.dexp_left_se3, lie.dexp_left_inverse_se3):
         assert all(e.is_Float or e in (0, 1) for e in function(mixed))

@@ -1,7 +1,7 @@
-"""The same exp, log, adjoint and differentials as Pinocchio.
+"""exp, log, adjoint and differentials agree with Pinocchio.
 
-Pinocchio's Motion is (v, omega) as well; its Jexp is the right differential, `dexp_right`, and its
-Jlog the inverse of that.
+Pinocchio's Motion is also (v, omega). Its Jexp is the right differential, `dexp_right`, and its
+Jlog is the inverse of Jexp.
 """
 
 from typing import Any

@@ -1,4 +1,4 @@
-"""Screw axes and the exponential of a joint: exact, small, and free of degenerate angles."""
+"""Screw axes and the exponential of a joint are exact, short, and without degenerate angles."""
 
 import pytest
 from sympy import Float, Rational, cos, count_ops, diff, eye, oo, pi, sin, sqrt, symbols, zeros
@@ -22,7 +22,7 @@ def test_screw_axis_is_a_unit_twist_through_the_point() -> None:
             screw = lie.screw_axis(axis, point, pitch)
             v, omega = screw[:3, :], screw[3:, :]
             assert omega == axis
-            # The velocity of a point of the axis is along the axis, and the pitch is its size.
+            # A point on the axis moves along the axis, and its velocity is the pitch.
             assert (v + omega.cross(point) - pitch * axis).expand() == zeros(3, 1)
             assert omega.dot(v).expand() == pitch
             checked += 1
@@ -60,13 +60,13 @@ def test_rotation_about_diagonal_axis_is_exact() -> None:
 
 
 def test_exp_screw_has_few_operations() -> None:
-    """Operations of the whole pose: bounds that a missed cancellation breaks."""
+    """Bounds on the operation count of a pose, which a missed cancellation exceeds."""
     point = lie.Matrix([a, b, 0])
     assert count_ops(lie.exp_screw(lie.screw_axis(Z, ORIGIN), q)) <= 5
     assert count_ops(lie.exp_screw(lie.screw_axis(Z, point), q)) <= 19
     assert count_ops(lie.exp_screw(lie.screw_axis(lie.Matrix([1, 0, 0]), ORIGIN), q)) <= 5
     assert count_ops(lie.exp_screw(lie.screw_axis(DIAGONAL, point), q)) <= 62
-    # No term in q itself where the pitch is zero, although omega.v is zero only once expanded.
+    # No term contains q outside sin and cos if the pitch is zero, although omega.v needs expansion.
     checked = 0
     for axis in AXES:
         T = lie.exp_screw(lie.screw_axis(axis, lie.Matrix([a + b, a - b, 3])), q)

@@ -1,4 +1,4 @@
-"""Symbolic results: what they are made of, that they are right, and what float64 makes of them."""
+"""Symbolic results: their function set, their correctness, and their float64 accuracy."""
 
 import math
 
@@ -35,7 +35,7 @@ def numbers(M: lie.Matrix | mpmath.matrix) -> np.ndarray:
 
 @pytest.mark.parametrize("result", [*OF_TWIST.values(), LOGARITHM], ids=[*OF_TWIST, "log_se3"])
 def test_results_use_only_functions_that_can_be_lowered(result: lie.Matrix) -> None:
-    """+, *, **, sin, cos, sqrt and atan2, with whole or half exponents of size at most 2."""
+    """The functions are +, *, **, sin, cos, sqrt and atan2, with exponents of size at most 2."""
     assert {type(f) for f in result.atoms(Function)} <= {sin, cos, atan2}
     kinds = {type(e).__name__ for entry in result for e in walk(entry)}
     assert kinds - {"sin", "cos", "atan2"} <= {
@@ -51,7 +51,7 @@ def walk(e: Expr) -> list[Expr]:
 
 
 def test_fixed_axes_give_plain_functions_of_the_angle() -> None:
-    """The length of (0, 0, q) is q where only even functions of it matter, and no Abs appears."""
+    """The length of (0, 0, q) is written as q in even functions, without Abs."""
     R = lie.exp_so3(lie.Matrix([0, 0, q]))
     assert lie.Matrix([[cos(q), -sin(q), 0], [sin(q), cos(q), 0], [0, 0, 1]]) == R
     assert lie.log_so3(R) == lie.Matrix([0, 0, atan2(sin(q), cos(q), evaluate=False)])
@@ -72,7 +72,7 @@ def test_symbolic_exp_and_log_hold_at_negative_angles() -> None:
 
 
 def test_symbolic_and_numeric_branches_agree() -> None:
-    """The expressions, evaluated by SymPy with 30 digits, are the exact-number results."""
+    """The symbolic expressions agree with exact numbers if SymPy evaluates them with 30 digits."""
     checked = 0
     for x in (lie.Matrix([1, 2, -1, 1, -2, 2]) / 2, lie.Matrix([0, 3, 1, 4, 0, -3]) / 5):
         values = dict(zip(X, x, strict=True))
@@ -84,7 +84,7 @@ def test_symbolic_and_numeric_branches_agree() -> None:
 
 
 def test_lowered_exp_keeps_its_digits_at_small_angles() -> None:
-    """In float64, from 1e-150 radian to beyond a half turn; at zero there is no value."""
+    """In float64, from 1e-150 radian to beyond a half turn; zero is undefined."""
     function = lambdify([*X], OF_TWIST["exp_se3"], modules="numpy")
     checked = 0
     for x in twists([1e-150, 1e-100, 1e-8, 1e-4, 0.3, 3.0, math.pi, 4.0]):
@@ -121,7 +121,7 @@ def test_lowered_dexp_se3_loses_digits_as_epsilon_over_the_angle() -> None:
 
 
 def test_lowered_log_undoes_exp() -> None:
-    """Away from the half turn, where the symbolic logarithm is not defined."""
+    """Tested away from the half turn, where the symbolic logarithm is undefined."""
     function = lambdify([*T[:3, :]], LOGARITHM, modules="numpy")
     checked = 0
     for x in twists([1e-8, 1e-4, 0.3, 2.0, 3.0]):

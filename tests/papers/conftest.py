@@ -1,4 +1,4 @@
-"""What several tests of the papers' pages need."""
+"""Fixtures for several tests of the paper pages."""
 
 import board_installer
 import pytest
@@ -16,6 +16,6 @@ def own_robots():
 
 @pytest.fixture(scope="session")
 def length_errors():
-    """The board installer with each length 0.1 mm too long; its kernels take a minute at -O3."""
+    """The board installer with each length 0.1 mm too long; its functions take a minute at -O3."""
     with compiled_quickly(), locked(BOARD):
         return board_installer.errors()

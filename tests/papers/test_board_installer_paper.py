@@ -1,4 +1,4 @@
-"""The board installer's paper: what its rows state holds at other postures and other lengths."""
+"""The board installer paper: its rows also hold at other configurations and with other lengths."""
 
 import board_installer as paper
 import board_pictures
@@ -37,7 +37,7 @@ def test_the_arm_only_translates():
 
 
 def test_length_errors_match_first_order_derivatives(length_errors):
-    """0.1 mm is small: the error is that of first order, to a hundredth."""
+    """An error of 0.1 mm is small, so first-order errors agree to 1 %."""
     with compiled_quickly():
         built = chasles.load("board_installer", parametric=True)
     p = np.array([number.value for number in built.geometry])
@@ -52,7 +52,7 @@ def test_length_errors_match_first_order_derivatives(length_errors):
 
 
 def test_drawn_members_keep_their_lengths():
-    """Rods and arms between the pins that are drawn, at random postures."""
+    """Rods and arms keep the distance between their drawn pins at random configurations."""
     value = paper.parameters()
     a, b, gamma0 = value["a"], value["b"], value["gamma0"]
     push_rod = np.sqrt(a**2 + b**2 - 2 * a * b * np.cos(gamma0))

@@ -1,4 +1,4 @@
-"""The bricklaying gantry's paper: every cell, the triangle by the law of cosines, and the wall."""
+"""The bricklaying gantry paper: table cells, the triangle by the law of cosines, the wall."""
 
 from collections import Counter
 from functools import cache
@@ -20,7 +20,8 @@ def rows():
 def test_every_cell_of_the_tables_has_a_row():
     where = Counter(row.where.partition(",")[0] for row in rows())
     assert where["table 1"] == where["table 2"] == 2 * 5
-    # x and y have a row a column, since they differ from tables 1 and 2 in their unit alone.
+    # The columns x and y have one row each, since they differ from tables 1 and 2 only in their
+    # unit.
     assert where["table 4"] == where["table 5"] == 5 * 5 + 3
 
 
@@ -70,7 +71,7 @@ def test_planar_ik_matches_law_of_cosines():
     shoulder, elbow, wrist = found.q[0]
     ours = shoulder - found.line, np.pi + elbow, wrist
     assert ours == pytest.approx([angles[name] for name in "ABC"], abs=1e-12)
-    # The other elbow is the mirror image in the line.
+    # The other elbow configuration is the mirror image about the line.
     mirrored = [2 * found.line - shoulder, -elbow, -wrist]
     assert found.q[1] == pytest.approx(mirrored, abs=1e-12)
     for q in found.q:
@@ -86,7 +87,7 @@ def test_bricks_are_released_in_place_and_carried_above_the_wall():
     for place in built.places[tops > tops.min() + 1e-9]:
         below = built.places[np.isclose(tops, place[2] - paper.BRICK[2])]
         assert np.sum(np.isclose(abs(below[:, 0] - place[0]), paper.BRICK[0] / 2)) == 2
-    # The guide carries each brick above the bricks that are laid.
+    # The guide carries each brick above the bricks that are already laid.
     at, stage = built.sampled.T[:, :3, 3], built.sampled.stage
     over_the_wall = at[:, 1] > 0.4 - paper.BRICK[1]
     travelling = np.linalg.norm(built.sampled.V[:, :2], axis=1) > 1e-9
@@ -101,6 +102,6 @@ def test_motor_rates_match_finite_differences_and_speed_limit():
     middle = np.gradient(sampled.q, sampled.t, axis=0)
     smooth = np.r_[False, np.diff(sampled.stage) == 0] & np.r_[np.diff(sampled.stage) == 0, False]
     assert smooth.mean() > 0.9
-    # The jerk is at most 4 m/s^3: 400 rad/s^3 of a pulley of 10 mm, over 0.02 s.
+    # The jerk is at most 4 m/s^3: 400 rad/s^3 at a pulley radius of 10 mm. The step is 0.02 s.
     np.testing.assert_allclose(middle[smooth], sampled.qd[smooth], atol=400 * 0.02**2)
     assert (np.linalg.norm(sampled.V[:, :3], axis=1) <= paper.SPEED["speed"] + 1e-12).all()

@@ -1,4 +1,4 @@
-"""The report of the papers: its page, its tables and the files of its pictures."""
+"""The report of the papers: its page, its tables and its picture files."""
 
 import pages
 from report import Printed, agrees

@@ -1,4 +1,4 @@
-"""The rows of every paper hold, changed digits refute them, and the pages in docs show them."""
+"""All rows of the papers hold, changed digits refute them, and the pages in docs contain them."""
 
 import importlib
 import re
@@ -13,7 +13,7 @@ from report import Finding, Printed, Row, agrees, at, consistent, erratum, read
 
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 CHANGED_DIGITS = 50
-"""Digits that are changed in each paper."""
+"""Number of digits that are changed in each paper."""
 
 pytest.importorskip("coal", reason="coal comes with pin")
 
@@ -39,7 +39,7 @@ def test_paper_rows_are_consistent_and_cover_printed_items(paper, request):
 
 
 def sampled_digits(rows):
-    """Printed digits at random, each with its row: the comparison alone is repeated with them."""
+    """Selects random printed digits with their rows, and repeats only the comparison with them."""
     digits = [
         (row, digit)
         for row in rows
@@ -87,7 +87,7 @@ def test_rows_without_a_refuting_digit_name_the_reason():
 
 
 def borne_out(row):
-    """Whether the numbers of a row, as they are shown, bear out its verdict."""
+    """Tests whether the displayed numbers of a row support its verdict."""
     printed, ours = (numbers(text) for text in row.shown)
     if not printed or not ours or row.verdict in {"assumed", "lost", "not printed"}:
         return True
@@ -100,13 +100,13 @@ def borne_out(row):
 
 
 def numbers(text):
-    """The numbers of a cell; none where it holds words or an equation."""
+    """Returns the numbers of a cell, or none if the cell contains words or an equation."""
     parts = re.sub(r"[()[\]]", "", text).split(", ")
     return [Decimal(part) for part in parts] if all(map(NUMBER.fullmatch, parts)) else []
 
 
 def half_unit(value):
-    """Half a unit of the last digit of a printed number."""
+    """Returns half a unit of the last digit of a printed number."""
     return Decimal(5).scaleb(value.as_tuple().exponent - 1)
 
 

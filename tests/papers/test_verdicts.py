@@ -1,4 +1,4 @@
-"""Verdicts on printed numbers are asserted: a wrong claim raises."""
+"""Verdicts on printed numbers are asserted: a wrong claim raises an error."""
 
 import numpy as np
 import pytest

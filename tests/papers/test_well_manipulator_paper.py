@@ -1,4 +1,4 @@
-"""The well manipulator's paper: the motion over 49 s keeps what its rows state at single times."""
+"""The well manipulator paper: statements about single times also hold along the 49 s motion."""
 
 import numpy as np
 import pytest
@@ -40,13 +40,14 @@ def test_rates_match_finite_differences_of_angles():
     inside[-1] = False
     for values, rates in ((found.theta, found.rates), (found.sampled.q, found.sampled.qd)):
         slopes = np.gradient(values, t, axis=0)
-        # The error is a sixth of the third derivative, below 0.5/s^3, by the step squared.
+        # The difference error is a sixth of the third derivative, below 0.5/s^3, times the squared
+        # step.
         np.testing.assert_allclose(slopes[inside], rates[inside], atol=0.1 / paper.RATE**2)
 
 
 @pytest.mark.parametrize("norm", [laws.joint_norm, laws.cylinder_norm])
 def test_integrated_rates_follow_the_line_and_have_minimum_norm(norm):
-    """Rates of minimum norm are at right angles to the motion that leaves R at rest."""
+    """Minimum-norm rates are orthogonal to the self-motion that keeps R at rest."""
     found, well = laws.integrated(norm), paper.robot()
     last = found.sampled.t > 38.99
     theta, rates = found.theta[last], found.rates[last][:, paper.ARMS]
@@ -90,7 +91,7 @@ def test_cylinder_amplitudes_match_printed_and_corrected_pin():
 
 
 def test_speed_printed_for_cylinder_4_belongs_to_cylinder_3():
-    """2408 is printed for cylinder 4; ours of cylinder 3 is that, and the unit is mm deg/s."""
+    """The 2408 printed for cylinder 4 is our value for cylinder 3, in mm deg/s."""
     speeds = np.degrees(np.ptp(paper.process().sampled.qd[:, paper.CYLINDERS], axis=0)) / MM
     assert speeds[2] == pytest.approx(2408, abs=1)
     assert np.abs(speeds[[0, 1, 3]] - 2408).min() > 300

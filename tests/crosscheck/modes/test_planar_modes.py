@@ -1,4 +1,4 @@
-"""Planar platforms on legs of joints that turn or slide: modes and velocities."""
+"""Assembly modes and velocities of planar platforms with revolute and prismatic joints."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ STARTS = 100
 STEP = 1e-6
 A_CRANK_AND_TWO_LINES = (("RRR", 0), ("RPR", 2), ("PRR", 2))
 THREE_LINES = (("PRP", 2), ("RRP", 0), ("RPP", 1))
-"""A line that is apart from the platform, and two lines of the platform."""
+"""Leg types, and how many of their lines belong to the platform."""
 CLOSED, SAME, FAR = 1e-12, 1e-6, 20.0
 
 
@@ -33,7 +33,7 @@ def legs(tmp_path_factory):
 
 
 def derived(platform, folder, functions):
-    """The robot of a platform with some functions."""
+    """Derives a platform robot with selected functions."""
     described = read_text(platform.text("platform"))
     return compiled(described, folder / "platform", functions, planar.LANGUAGES)
 
@@ -59,7 +59,7 @@ def test_velocity_relation_matches_mode_differences(legs):
             ahead, behind = (robot.fk_all(q + side * STEP * qd).theta for side in (1, -1))
             near = [x[np.nanargmin(np.abs(x - theta).max(-1))] for x in (ahead, behind)]
             rate = (near[0] - near[1]) / (2 * STEP)
-            # The tool is the platform's origin: the rates of theta are its twist.
+            # The tool is the origin of the platform, so the rates of theta are its twist.
             size = np.abs(J_x).max() * np.abs(rate).max()
             np.testing.assert_allclose(J_x @ rate, J_q @ qd, rtol=0, atol=1e-6 * size)
 
@@ -90,7 +90,7 @@ def test_modes_are_complete_for_three_line_platform(lines):
 def test_ik_planar_contains_every_newton_leg_solution(name, request):
     generator = np.random.default_rng(2)
     platform, robot = request.getfixturevalue(name)
-    # Two poses are reached by all legs of the crank's platform, one is not.
+    # All legs of the platform with a crank reach two of the poses, but not the third.
     poses = platform.pose + generator.uniform(-0.1, 0.1, (3, 3))
     q, _, _, valid = robot.ik_planar(poses)
     counted = 0
@@ -107,13 +107,13 @@ def test_ik_planar_contains_every_newton_leg_solution(name, request):
 
 
 def apart(one, other, leg):
-    """Distances of values of a leg's actuator."""
+    """Returns distances between values of a leg's actuator."""
     turns = leg.kinds[leg.actuated] == "R"
     return np.abs(np.angle(np.exp(1j * (one - other))) if turns else one - other)
 
 
 def leg_inverse(platform, k, pose, generator, starts=120):
-    """The values of a leg's actuator at a pose, by Newton's iteration on both its unknowns."""
+    """Finds a leg's actuator values at a pose by Newton's method in both unknowns."""
     leg = platform.legs[k]
     turns = np.array([leg.kinds[i] == "R" for i in (leg.actuated, leg.passive)])
     x = np.where(turns, generator.uniform(-np.pi, np.pi, (starts, 2)), 0)

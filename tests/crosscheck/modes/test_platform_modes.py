@@ -1,4 +1,4 @@
-"""Modes of platforms on six rods: published platforms and a sample of the campaign."""
+"""Assembly modes of six-rod platforms: published platforms and a sample of the campaign."""
 
 from functools import cache
 
@@ -24,7 +24,7 @@ DIETMAIER_PLATFORM = [
     [-0.137087, -0.235121, 0.353913],
 ]
 DIETMAIER_LENGTHS = [1, 0.645275, 1.086284, 1.503439, 1.281933, 0.771071]
-# LinuxCNC, genhexkins: the default machine.
+# The default machine of LinuxCNC's genhexkins.
 HEXKINS_BASE = [(-22.95, 13.25), (22.95, 13.25), (22.95, 13.25), (0, -26.5), (0, -26.5)]
 HEXKINS_BASE = [*HEXKINS_BASE, (-22.95, 13.25)]
 HEXKINS_PLATFORM = [(-1, 11.5), (1, 11.5), (10.459, -4.884), (9.459, -6.616), (-9.459, -6.616)]
@@ -33,13 +33,13 @@ HEXKINS_PLATFORM = [*HEXKINS_PLATFORM, (-10.459, -4.884)]
 
 @cache
 def general_rods():
-    """Ends and lengths of six general rods; beyond a singularity they have fewer modes."""
+    """Returns ends and lengths of six general rods; beyond a singularity they have fewer modes."""
     return platforms.random_rods("6-6", np.random.default_rng(5))
 
 
 @cache
 def general_platform():
-    """The platform on these rods."""
+    """The platform with the general rods."""
     return platforms.numbered(*general_rods())
 
 
@@ -62,7 +62,7 @@ def errors(a, b, lengths, theta):
 
 
 def test_dietmaier_platform_has_40_real_modes():
-    """Dietmaier 1998: all solutions of this platform are real."""
+    """All solutions of this platform are real (Dietmaier 1998)."""
     a, b, lengths = map(np.array, (DIETMAIER_BASE, DIETMAIER_PLATFORM, DIETMAIER_LENGTHS))
     theta, unsure = platforms.modes(a, b, lengths)
     assert len(theta) == 40
@@ -78,7 +78,7 @@ def test_linuxcnc_hexapod_modes_match_newton():
     lengths = distances(a, b, R, np.array([*generator.uniform(-3, 3, 2), 20]))
     theta, unsure = platforms.modes(a, b, lengths)
     assert unsure == 0
-    # A flat platform above a flat base: each mode has its mirror image.
+    # Platform and base are flat, so each mode has its mirror image.
     assert len(theta) % 2 == 0
     np.testing.assert_allclose(theta[:, 2], -theta[::-1, 2], atol=1e-9)
     assert errors(a, b, lengths, theta).max() < 1e-12 * 50
@@ -134,7 +134,7 @@ def test_impossible_leg_lengths_give_no_mode():
 
 
 def test_mode_count_drops_by_two_at_singularity():
-    """Towards a singular pose two modes come together, and beyond it there are two fewer."""
+    """Two modes merge at a singular pose, and beyond it there are two fewer."""
     a, _, lengths = general_rods()
     platform = general_platform()
     counts = []
@@ -157,7 +157,7 @@ def test_elimination_agrees_with_continuation_for_double_joints(kind):
     assert platform.joined == (2 if kind == "3-6" else 1)
     others = platforms.Platform.from_buffer_copy(platform)
     others.joined = 0
-    # Paths from nowhere: what the elimination leaves to them is not sure.
+    # Without start paths, modes that the elimination cannot determine are reported as unsure.
     platform.starts = type(platform.starts)()
     counts, left = set(), 0
     for _ in range(100):
@@ -173,7 +173,7 @@ def test_elimination_agrees_with_continuation_for_double_joints(kind):
         np.testing.assert_allclose(found.theta[:, :3], expected.theta[:, :3], atol=1e-7)
         counts.add(int(np.isfinite(found.margin).sum()))
         if kind == "3-3":
-            # The base is a plane: each mode has its mirror image.
+            # The base is flat, so each mode has its mirror image.
             assert counts <= {0, 2, 4, 6, 8, 10, 12, 14, 16}
     assert len(counts) > 2
     assert left <= 2

@@ -1,7 +1,7 @@
-"""Numbers of the papers about robots with loops, and of recomputations of them by others' code.
+"""Robots with loops against the numbers of their papers and of independent recomputations.
 
-Where a paper and its recomputation differ, the paper's digits are few or its text is in error; what
-is asserted of a printed number is what its digits say.
+If a paper and its recomputation differ, the paper prints few digits or contains an error. Tests of
+printed numbers require only the printed digits.
 """
 
 from functools import cache
@@ -40,7 +40,7 @@ WELL = {
     ),
 }
 HALF = 0.5e-7
-"""Half of the last digit of a length (mm) or swing (degree)."""
+"""Half a unit in the last digit of a printed length (mm) or swing angle (degree)."""
 
 
 def well_q(theta1, lengths):
@@ -60,9 +60,9 @@ def test_well_manipulator_cylinders_and_joints_match_paper(time, theta1):
     angles, lengths, swings = WELL[time]
     q, theta = well_q(theta1, lengths), well_theta(theta1, angles)
     found = r.actuators(theta)[[1, 2, 4, 6]] / MM
-    # Angles are given to 1e-8 degrees at most, which is 1e-7 mm at a metre.
+    # Angles have at most 1e-8 degrees, which is 1e-7 mm at a radius of one metre.
     assert found == pytest.approx(lengths, abs=4 * HALF)
-    # A length's last digit, through the slope of the joint by it.
+    # Half the last digit of a length, times the derivative of the joint with respect to the length.
     slack = np.abs(r.chain_D_q(q)).sum(1) * HALF * MM + HALF * DEG
     assert (np.abs(r.chain(q) - theta) <= slack).all()
     passive = r.passive(r.actuators(theta)) / DEG
@@ -80,19 +80,19 @@ def test_well_manipulator_tool_position_matches_paper():
         tip = r.fk(q)[:3, 3] / MM
         assert tip == pytest.approx(R, abs=1e-8)
         if printed:
-            # The paper rounds on the way: it is off by 0.4 mm in 2 m.
+            # The paper rounds intermediate results; its tip is off by 0.4 mm in 2 m.
             assert tip == pytest.approx(printed, abs=0.5)
     # The arm is bent so that the tool points down.
     assert r.fk(q)[:3, 0] == pytest.approx([0, 0, -1], abs=1e-12)
 
 
 def test_well_manipulator_stage_4_rates_match_paper():
-    """Joint rates in the initial position that sum to zero: the tool moves and does not turn."""
+    """The joint rates in the initial position sum to zero, so the tool moves without rotation."""
     r = robot("well_manipulator")
     printed = np.array([3.794155491, -4.300606998, 0.506451507])
     assert printed.sum() == pytest.approx(0.0, abs=1e-9)
     check_rates(r, WELL[0][0], printed)
-    # At constant speed for 10 s, until 25 s.
+    # The rates are constant for 10 s, until 25 s.
     start, end = (np.array(WELL[t][0])[1:] for t in (0, 25))
     assert start + 10 * printed == pytest.approx(end, abs=2e-8)
 
@@ -101,7 +101,7 @@ def test_well_manipulator_stage_4_rates_match_paper():
     ("time", "height"), [(25, 1020.0), (37, 1020.0 - 2166.0)], ids=["25 s", "37 s"]
 )
 def test_well_manipulator_tool_pose_over_well_matches_paper(time, height):
-    """0_R_7 as printed; angles of 1e-8 degrees over 3 m are 5e-7 mm."""
+    """0_R_7 as printed; 1e-8 degrees over 3 m correspond to 5e-7 mm."""
     r = robot("well_manipulator")
     T = r.fk(r.actuators(well_theta(0.0, WELL[time][0])))
     assert T[:3, 3] / MM == pytest.approx([1237.0, 0.0, height], abs=1e-6)
@@ -118,12 +118,12 @@ def test_well_manipulator_rates_after_27_s_match_paper():
     t3, t5, t7 = printed * DEG
     qd = r.actuator_rates(theta, np.array([0, 0, t3, 0, t5, 0, t7]))
     down = r.twist_mixed(r.actuators(theta), qd)
-    # Along the vertical line at a constant 216.6 mm/s, upright.
+    # The tool moves down vertically at a constant 216.6 mm/s, without rotation.
     assert down[:3] / MM == pytest.approx([0, 0, -216.6], abs=1e-6)
 
 
 def check_rates(r, angles, rates):
-    """Cylinder rates (mm/s) of joint rates (deg/s), which come back from them."""
+    """Checks cylinder rates (mm/s) against joint rates (deg/s), in both directions."""
     theta = well_theta(0.0, angles)
     t3, t5, t7 = rates * DEG
     thetad = np.array([0, 0, t3, 0, t5, 0, t7])
@@ -204,7 +204,7 @@ BOARDS = {
     ),
 }
 MOVED_ALONG = {(0, 0): 1.0, (1, 1): 1.0, (5, 3): 1.0, (7, 5): 1.0}
-"""Joints of the chain that are actuated themselves."""
+"""Chain joints that are actuated directly, as entries of the derivative of the chain."""
 
 
 @pytest.mark.parametrize("case", BOARDS)
@@ -214,7 +214,7 @@ def test_board_installer_matches_paper_cases(case):
     D = np.zeros((8, 6))
     for (row, column), value in (MOVED_ALONG | slopes).items():
         D[row, column] = value
-    # The coordinates, too, are rounded to nine decimals: half of their last digit, by the slopes.
+    # The coordinates are rounded to nine decimals: half of the last digit times the derivatives.
     H = np.abs(r.jacobian_space(q + 1e-4) - r.jacobian_space(q)).sum() / 1e-4
     slack = PRINTED_9 * (1 + np.abs(D).sum(1))
     assert (np.abs(r.chain(q) - chain) <= slack).all()
@@ -226,7 +226,7 @@ def test_board_installer_matches_paper_cases(case):
 
 
 def screw_exp(xi, theta):
-    """exp of a screw (v; omega) by Rodrigues' formula."""
+    """Returns the exponential of a screw (v; omega) by Rodrigues' formula."""
     v, w = np.array(xi[:3], float), np.array(xi[3:], float)
     T = np.eye(4)
     if not w.any():
@@ -284,7 +284,7 @@ def test_board_installer_fk_matches_product_of_exponentials():
         for xi, value in zip(screws, theta, strict=True):
             T = T @ screw_exp(xi, value)
         np.testing.assert_allclose(r.fk(row), T @ home, atol=1e-13)
-        # The push rod's triangle.
+        # The triangle of the push rod.
         l0 = np.sqrt(0.24**2 + 0.15**2 - 0.24 * 0.15)
         square = 0.24**2 + 0.15**2 - 2 * 0.24 * 0.15 * np.cos(np.pi / 3 + theta[6])
         assert (l0 + row[4]) ** 2 == pytest.approx(square, abs=1e-14)
@@ -340,7 +340,7 @@ AREAS = {
 
 @pytest.mark.parametrize(("name", "degrees"), AREAS)
 def test_constant_orientation_area_matches_published_value(name, degrees):
-    """Poses that all legs reach, counted on a grid: the border's length times its width is off."""
+    """Counts grid poses that all legs reach; the error is boundary length times cell width."""
     step = 0.0015
     x = np.arange(-0.25, 0.25, step)
     grid = np.stack([*np.meshgrid(x, x), np.full((len(x), len(x)), np.radians(degrees))], -1)
@@ -385,7 +385,7 @@ EXACT = [
     ("x", "y", "theta", "r", "omega"), EXACT, ids=[f"{x} in, {y} in" for x, y, *_ in EXACT]
 )
 def test_gantry_drop_positions_match_paper(x, y, theta, r, omega):
-    """Motors that bring the guide to a spot: its polar coordinates, and the rate over 20 s."""
+    """Motor angles for a guide position: its polar coordinates, and the rate over 20 s."""
     gantry = robot("bricklaying_gantry")
     names = [joint.name for joint in gantry.chain_joints]
     spot = {"x": x * INCH, "y": y * INCH, "z": 0.0}
@@ -396,13 +396,13 @@ def test_gantry_drop_positions_match_paper(x, y, theta, r, omega):
 
 
 def test_bricklaying_planar_arm_reaches_paper_target():
-    """Lengths 7, 5 and 5 inch to (11, 8), the last along the line to the target."""
+    """Links of 7, 5 and 5 inch reach (11, 8), with the last link along the line to the target."""
     r = robot("bricklaying_planar")
     line, distance = np.arctan2(8, 11), np.sqrt(185) - 5
     A = np.arccos((7**2 + distance**2 - 5**2) / (2 * 7 * distance))
     B = np.arccos((7**2 + 5**2 - distance**2) / (2 * 7 * 5))
     assert np.degrees([A, line]) == pytest.approx([35.5, 36.03], abs=0.05)
-    # The paper goes on from a distance that it rounded up.
+    # The paper continues with a distance that it rounded up.
     rounded = np.arccos((7**2 + 5**2 - 8.61**2) / (2 * 7 * 5))
     assert np.degrees(rounded) == pytest.approx(90.11, abs=0.005)
     for side in (1, -1):

@@ -1,4 +1,4 @@
-"""The robots of the papers against reference numbers computed apart from this project."""
+"""The robots of the papers against independently computed reference values."""
 
 import numpy as np
 import pytest
@@ -34,7 +34,7 @@ def test_photo_robot_fk_matches_paper_in_world_frame():
 
 
 def test_photo_robot_world_frame_times_paper_pose_equals_fk():
-    """(12) leaves A0 out; A0 of (3) times (12) is what the robot returns."""
+    """(12) omits A0; the product of A0 in (3) and (12) is the pose of the robot."""
     A0 = np.array([[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
     T_0_ee = [
         [-0.036479699, -0.824758137, 0.564307759, 0.062639415],
@@ -52,7 +52,7 @@ def test_lynxmotion_position_and_pitch_match_paper(degrees):
     position, pitch = LYNXMOTION[degrees]
     T = chasles.load("lynxmotion").fk([*np.radians(degrees), 0.0])
     assert np.abs(T[:3, 3] - np.array(position)).max() <= PRINTED_9
-    # The tool lies along z5; its elevation is the pitch.
+    # The tool points along z5, so its elevation is the pitch.
     assert np.degrees(np.arcsin(T[2, 2])) == pytest.approx(pitch, abs=1e-9)
 
 

@@ -1,6 +1,6 @@
-"""Functions with branches: one pose in plain C and on lanes, and batches, against 40 digits.
+"""Functions with branches against 40-digit arithmetic: scalar code, vector code and batches.
 
-The oracle is each branch by itself: its signs put into the terms of the derivation.
+The oracle evaluates each branch separately, with its signs inserted into the derived terms.
 """
 
 import ctypes
@@ -33,17 +33,17 @@ ROBOT = derivation("ur5e").robot
 FUNCTIONS = {f.name: f for f in (branched.arm(), *map(branched.every_kind, range(5)))}
 ARM = FUNCTIONS["ik"]
 MANY = ("every_kind_8", "every_kind_16")
-"""Functions of which a compiler takes half a minute for batches on the oldest processors.
+"""Functions whose batches take half a minute to compile for the oldest processors.
 
-On this one, their batches run the code for newer processors, which the other ways compile too.
+On this machine their batches run the code for newer processors, which the other tests compile.
 """
 COUNTS = {"ik": 8, **{f"every_kind_{2**n}": 2**n for n in range(5)}}
 AVX2, AVX512 = {"avx2", "fma"}, {"avx2", "fma", "avx512f", "avx512dq", "avx512vl"}
 WAYS = {"plain": set(), "avx2": AVX2, "avx512": AVX512}
-"""Processor features that each way to compute one pose needs."""
+"""Processor features that each way to compute a pose needs."""
 every_way = pytest.mark.parametrize("way", WAYS)
 FILLED = {"every_kind_8": ("plain", "avx2"), "every_kind_16": ("plain", "avx512")}
-"""Ways to compute many branches: in plain C, and with vectors so wide that they fill two."""
+"""How functions with many branches are compiled: scalar, and with vectors that they fill twice."""
 EVERY_WAY = [(name, way) for name in FUNCTIONS for way in FILLED.get(name, WAYS)]
 
 
@@ -55,19 +55,19 @@ def sources(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def many_sources(tmp_path_factory):
-    """The C of each function of many branches."""
+    """The C sources of the functions with many branches."""
     return {name: branched.write(tmp_path_factory.mktemp(name), [FUNCTIONS[name]]) for name in MANY}
 
 
 @pytest.fixture(scope="module")
 def arm_sources(tmp_path_factory):
-    """The C of the arm alone."""
+    """The C sources of the arm."""
     return branched.write(tmp_path_factory.mktemp("arm"), [ARM])
 
 
 @pytest.fixture(scope="module")
 def loadable(tmp_path_factory):
-    """A folder as of a robot whose only functions with branches are inverses."""
+    """The folder of a robot whose only functions with branches are inverses."""
     folder = tmp_path_factory.mktemp("loadable")
     return branched.write(folder, [ARM, branched.every_kind(0)])
 
@@ -82,7 +82,7 @@ def compiled(folder, way, *flags, program="gcc", batches=True):
 
 
 def run_compiler(folder, way, program, *flags, batches=True):
-    """Compiles one pose and batches for a processor; any warning is an error."""
+    """Compiles scalar code and batches for a processor; any warning is an error."""
     sources = [f"{ROBOT.name}.c", *([f"{ROBOT.name}_batch.c"] if batches else [])]
     command = [
         *(program, "-O1", "-fno-math-errno", "-fno-trapping-math", "-Wall", "-Wextra"),
@@ -99,7 +99,7 @@ def pointer(array):
 
 
 def one(library, function, inputs):
-    """The results of one pose; what lies behind them is not written."""
+    """Returns the results of one pose, and checks that nothing is written beyond them."""
     results = [np.full(item.size + 1, -77.0) for item in function.outputs]
     held = [np.array(x, float).ravel() for x in inputs]
     library[f"{ROBOT.name}_{function.name}"](*map(pointer, (*held, *results)))
@@ -108,7 +108,7 @@ def one(library, function, inputs):
 
 
 def batch(library, function, inputs):
-    """The results of many poses, inputs by rows."""
+    """Returns the results of many poses, with inputs as rows."""
     n = len(inputs[0])
     held = [np.ascontiguousarray(x, float).reshape(n, -1) for x in inputs]
     results = [np.full((n, *item.shape), -77.0) for item in function.outputs]
@@ -118,14 +118,14 @@ def batch(library, function, inputs):
 
 
 def evaluated(expression):
-    """A function of a dictionary of numbers."""
+    """Returns an expression as a function of a dictionary of numbers."""
     names = sorted(expression.free_symbols, key=str)
     call = sp.lambdify(names, expression, "mpmath", dummify=True)
     return lambda values: call(*(values[name] for name in names))
 
 
 class Oracle:
-    """A function's branches one by one, at 40 digits."""
+    """Evaluates each branch of a function separately with 40 digits."""
 
     def __init__(self, function):
         self.function = function
@@ -153,7 +153,7 @@ class Oracle:
 
 
 def poses(count, seed=1):
-    """(count, 4, 4) poses of the arm at random."""
+    """Returns random poses (count, 4, 4) of the arm."""
     q = np.random.default_rng(seed).uniform(-np.pi, np.pi, (count, 6))
     return chasles.load("ur5e").fk(q)
 
@@ -166,7 +166,7 @@ def make_inputs(function, count, seed=1):
 
 
 def apart(got, expected):
-    """The largest difference; where it is a whole turn, the angle is one and the same."""
+    """Returns the largest difference; angles that differ by a whole turn are equal."""
     difference = np.abs(got - expected)
     return np.minimum(difference, np.abs(difference - 2 * np.pi)).max()
 
@@ -278,7 +278,7 @@ def test_wrong_label_count_is_rejected(loadable, tmp_path):
 
 
 LANES = {"baseline": (0, set()), "avx2": (1, AVX2), "avx512": (2, AVX512)}
-"""Number of each instruction set in C, and what the processor must have for it."""
+"""Number of each instruction set in C, and the processor features that it needs."""
 CALLS = """\
 #define CHASLES_ISA {}
 #include "chasles_lanes.h"
@@ -295,7 +295,7 @@ void supplement(size_t n, const double *a, const double *y, double *value) {{
 
 @pytest.fixture(params=LANES)
 def on_lanes(request, tmp_path):
-    """A function of lanes by name, as one of arrays."""
+    """Loads a function of vector lanes by name, as a function of arrays."""
     number, needed = LANES[request.param]
     require_features(needed)
     (tmp_path / "calls.c").write_text(CALLS.format(number))
@@ -307,7 +307,7 @@ def on_lanes(request, tmp_path):
     def call(name, *arrays):
         n, size = len(arrays[0]), -(-len(arrays[0]) // 8) * 8
         held = np.zeros((len(arrays) + 2, size))
-        # Vectors are read where cache lines begin.
+        # Vector loads need addresses aligned to cache lines.
         held = held.ravel()[-(held.ctypes.data // 8) % 8 :][: size * (len(arrays) + 1)]
         held = held.reshape(-1, size)
         held[:-1, :n] = arrays
@@ -361,7 +361,7 @@ def test_first_branch_sign_varies_slowest(function):
 def test_branch_order_matches_joint_signs(loadable):
     solutions = chasles.load(loadable).functions["ik"](poses(50))
     q, margin = solutions.q, solutions.margin
-    # The elbow's sign is that of the third angle, the wrist's that of the fifth.
+    # The sign of the elbow is the sign of joint 3, and the sign of the wrist that of joint 5.
     as_told = np.sign(q[..., 2]) == [1, -1, 1, -1, 1, -1, 1, -1]
     assert as_told[margin > 0].all()
     assert (margin > 0).sum() > 300

@@ -1,4 +1,4 @@
-"""The generated C as a firmware engineer takes it: plain C99, libm only, no state, one prefix."""
+"""The generated C meets firmware rules: plain C99, libm only, no global state, one prefix."""
 
 import re
 import subprocess
@@ -18,20 +18,20 @@ COMPILERS = {
     "clang": ["clang", "-std=c99", "-fsyntax-only"],
     "g++": ["g++", "-std=c++11", "-x", "c++", "-fsyntax-only"],
 }
-"""Clang finds all that it warns of before it optimises. What GCC finds while it optimises is the
-same for C and for C++, so that C++ need not be compiled to the end.
-"""
+"""Compiler commands. Clang reports all warnings before optimization. GCC's optimizer reports the
+same for C and C++, so C++ needs no full compilation."""
 
 
 NAMES = ("ur5e", "iiwa14", "jaco2", "five_bar", "well_manipulator", "stewart_gough")
-"""Arms with a closed, a redundant and an iterated inverse; planar and spatial loops; a platform.
+"""Arms with a closed-form, a redundant and an iterative inverse; planar and spatial loops; a
+platform.
 
 test_one_unit compiles the C of all robots with each compiler.
 """
 
 
 SUPPORT = f"-I{GENERATED / 'support'}"
-"""The headers that all robots share."""
+"""The header folder that all robots share."""
 
 
 def compiled(compiler, name, folder, suffix="", flags=()):
@@ -79,7 +79,7 @@ def test_object_exports_only_documented_symbols(name, tmp_path):
     wanted |= {f"{name}_{f.name}_nearest" for f in functions if f.role.is_inverse}
     assert exported == wanted
     assert missing <= LIBM
-    # Tables of arms and platforms are constant; addresses in them are filled in when it is loaded.
+    # Tables of arms and platforms are constant; the loader fills in their addresses.
     assert set(state) <= {f"{name}_ik_tables", f"{name}_modes_tables"}
 
 
@@ -121,5 +121,5 @@ def test_minimal_c_program_computes_correct_position(tmp_path):
     subprocess.run([*command, "-o", "main"], cwd=tmp_path, check=True)
     done = subprocess.run(["./main"], cwd=tmp_path, capture_output=True, text=True, check=True)
     x, y, z = map(float, done.stdout.split())
-    # Upper arm up, forearm forward, wrist down: lengths of the data sheet.
+    # Upper arm up, forearm forward, wrist down, with the lengths of the data sheet.
     assert (x, y, z) == pytest.approx((-0.3922, -0.2329, 0.1625 + 0.425 - 0.0997), abs=1e-6)

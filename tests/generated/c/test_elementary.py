@@ -1,6 +1,6 @@
-"""Every operation that the generated C has, on numbers of every kind: one pose, lanes of each set.
+"""Every operation of the generated C on all kinds of numbers, in scalar code and vector code.
 
-The oracle is NumPy, which computes as C does, NaN, infinities and signed zeros included.
+The oracle is NumPy, which follows the same rules as C for NaN, infinities and signed zeros.
 """
 
 import ctypes
@@ -96,7 +96,7 @@ CASES = {
     "atan2_of_number": (sp.atan2(-2, x), lambda a, b: np.arctan2(-2.0, a)),
 }
 EXTREMES = {"least", "greatest", "clipped", "least_of_three"}
-"""C leaves open which of 0 and -0 is the lesser."""
+"""Operations for which C does not define the smaller one of 0 and -0."""
 BY_LIBRARY = {"sine", "cosine", "tan", "atan", "atan2", "atan2_of_number"}
 
 EDGES = [0.0, 5e-324, 1e-310, 2.2e-308, 1e-160, 1e-8, 0.125, 0.5, 1.0, 2.0, 1e8, 1e160, 1.7e308]
@@ -143,7 +143,7 @@ def sources(tmp_path_factory):
 
 
 def compiled(folder, chosen_set, *flags, program=(GCC,)):
-    """The library for one instruction set; every operation rounds by itself, to be compared."""
+    """Compiles one instruction set; every operation rounds separately, for comparable results."""
     require_processor(chosen_set)
     target = folder / f"{chosen_set}{len(flags)}{Path(program[0]).name}.so"
     if target.exists():
@@ -164,7 +164,7 @@ def require_processor(chosen_set):
 
 @pytest.fixture(scope="module")
 def numbers():
-    """All pairs of edge numbers, then random ones of all sizes."""
+    """All pairs of edge cases, followed by random numbers of all magnitudes."""
     pairs = np.array(list(itertools.product(NUMBERS, NUMBERS))).T
     rng = np.random.default_rng(7)
     sizes = 10.0 ** rng.uniform(-5, 5, (2, 400))
@@ -176,7 +176,7 @@ def pointer(array):
 
 
 def single(library, name, a, b):
-    """Values of single calls."""
+    """Returns the values of single calls."""
     call = library[f"{ROBOT.name}_{name}"]
     values = np.empty_like(a)
     for k in range(len(a)):
@@ -193,7 +193,7 @@ def batch(library, name, a, b):
 
 
 def assert_same(got, expected):
-    """Equal bits, but NaN is NaN."""
+    """Asserts equal bits, except that any NaN equals any NaN."""
     np.testing.assert_array_equal(got, expected)
     there = ~np.isnan(expected)
     np.testing.assert_array_equal(np.signbit(got[there]), np.signbit(expected[there]))
@@ -209,7 +209,7 @@ def assert_alike(name, got, expected):
 
 
 def assert_near(got, expected):
-    """Within what libmvec promises; zeros have their signs."""
+    """Asserts the accuracy that libmvec promises, and the signs of zeros."""
     finite = np.isfinite(expected) & (expected != 0)
     assert_same(got[~finite], expected[~finite])
     units = np.abs(got[finite] - expected[finite]) / np.spacing(np.abs(expected[finite]))
@@ -237,7 +237,7 @@ def test_vector_operations_match_scalar_operations(name, chosen_set, sources, nu
 
 
 def test_old_libmvec_falls_back_to_libm(sources, numbers):
-    """The library contains the code of all instruction sets; the call takes the narrowest."""
+    """The library contains code for all instruction sets; the call uses the narrowest."""
     library = compiled(sources, "baseline", "-include", "old_glibc.h")
     listing = subprocess.run(
         ["nm", "-D", library._name], capture_output=True, text=True, check=True
@@ -248,7 +248,7 @@ def test_old_libmvec_falls_back_to_libm(sources, numbers):
 
 
 def turn(library, angles):
-    """Cosines and sines of a batch."""
+    """Returns cosines and sines of a batch."""
     angles = angles.copy()
     c, s = np.empty_like(angles), np.empty_like(angles)
     call = library[f"{ROBOT.name}_turn_batch"]
@@ -257,13 +257,13 @@ def turn(library, angles):
 
 
 def near_right_angles(largest):
-    """The doubles on both sides of multiples of a right angle, where a sine or cosine vanishes."""
+    """Returns the doubles next to multiples of a right angle, where a sine or cosine vanishes."""
     multiples = np.unique(np.geomspace(1, largest, 700).astype(int)) * (np.pi / 2)
     return np.hstack([np.nextafter(multiples, 0), multiples, -np.nextafter(multiples, np.inf)])
 
 
 def units_off(got, exact):
-    """Largest error of the values, in units in the last place."""
+    """Returns the largest error in units in the last place."""
     with mpmath.workdps(50):
         return max(
             float(abs(mpmath.mpf(g) - e) / mpmath.mpf(float(np.spacing(abs(float(e))))))
@@ -282,7 +282,7 @@ ANGLES = {
 
 @cache
 def exact_cosines_and_sines(kind):
-    """Two lists, with as many digits as leave thirty at the farthest angle."""
+    """Returns two lists with at least thirty correct digits at the largest angle."""
     angles = ANGLES[kind][0]
     with mpmath.workdps(50 + max(0, int(np.log10(np.abs(angles).max())))):
         angles = list(map(mpmath.mpf, angles.tolist()))
@@ -299,7 +299,7 @@ def test_sin_and_cos_match_30_digit_reference(kind, chosen_set, sources):
 
 
 def points(kind, count=2000):
-    """Points (y, x) all around."""
+    """Returns points (y, x) in all directions."""
     rng = np.random.default_rng(5)
     turn, size = rng.uniform(-np.pi, np.pi, count), 10.0 ** rng.uniform(-300, 300, count)
     signs = rng.choice([-1.0, 1.0], (2, count))
@@ -355,7 +355,7 @@ def test_sin_and_cos_handle_tiny_huge_and_non_finite_angles(chosen_set, sources,
     c, s = turn(library, far)
     assert_near(c, np.cos(far))
     assert_near(s, np.sin(far))
-    # A far angle or NaN takes another way; its neighbours do not.
+    # A large angle or NaN is computed separately and does not affect adjacent lanes.
     alone = turn(library, np.ones(8))
     for bad in (1e6, np.inf, np.nan):
         for got, expected in zip(turn(library, np.array([bad, *np.ones(7)])), alone, strict=True):

@@ -1,4 +1,4 @@
-"""The C of shipped robots, compiled outside of the runtime, computes what Python returns."""
+"""The C of shipped robots, compiled without the runtime, returns the same values as Python."""
 
 import ctypes
 import math
@@ -20,11 +20,11 @@ LOOPED = {
 }
 EXPORTED = '__attribute__((visibility("default"), externally_visible))'
 SPREAD = 0.05
-"""Distance from the reference configuration, at which all loops close [rad or m]."""
+"""Distance from the reference configuration within which all loops close [rad or m]."""
 
 
 def native(robot, functions, flags=()):
-    """Functions of one input array that return lists of results, called through ctypes.
+    """Loads functions of one input array through ctypes; each returns a list of results.
 
     The compiler drops all other functions of the robot, which saves most of its time.
     """

@@ -1,4 +1,4 @@
-"""The header's word on NaN: every entry that is computed from an input that is NaN is NaN."""
+"""The NaN rule of the header: every entry that depends on a NaN input is NaN."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ CHOOSING = {Operation.SELECT, Operation.MIN, Operation.MAX}
 
 
 def inputs_behind(program):
-    """The inputs on which each stored entry rests."""
+    """Returns the inputs that each stored entry depends on."""
     behind, entries = {}, {}
     for statement in program.statements:
         found = set()
@@ -25,7 +25,7 @@ def inputs_behind(program):
 
 
 def arguments(robot, function, rng):
-    """Arguments near the reference where there is one; an angle or a length elsewhere."""
+    """Returns arguments close to the reference if there is one, or else an angle or a length."""
     reference = getattr(robot, "reference", None)
     known = {}
     if reference is not None:
@@ -49,7 +49,7 @@ def test_nan_reaches_every_entry_that_is_computed_from_it(name):
         given, entries = arguments(robot, function, rng), inputs_behind(program)
         for entry in program.inputs:
             wrong = [value.copy() for value in given]
-            # A call makes all its results NaN where an input is.
+            # A solver call makes all its results NaN if an input is NaN.
             is_given = entry.argument < len(given)
             wrong[entry.argument if is_given else 0][entry.entry if is_given else 0] = np.nan
             shaped = [w.reshape(1, *a.shape) for w, a in zip(wrong, function.inputs, strict=True)]

@@ -1,4 +1,4 @@
-"""Robots side by side in one program: the C of all of them in one translation unit."""
+"""The C of all robots compiles together as one translation unit of one program."""
 
 import subprocess
 

@@ -1,4 +1,4 @@
-"""The projection of poses in generated C, against the polar decomposition by eigenvalues."""
+"""Pose projection in generated C against the polar decomposition from eigenvalues."""
 
 import ctypes
 import subprocess
@@ -11,7 +11,7 @@ from chasles.derive.emit.c.header import support
 from chasles.derive.emit.c.language import RIGID
 
 SAME_POSE = 1e-14
-"""Entries of a projected pose against the oracle."""
+"""Tolerance of the entries of a projected pose against the oracle."""
 SOURCE = f"""#include "{RIGID}"
 int project(const double *T, double tolerance, double *rigid);
 int project(const double *T, double tolerance, double *rigid)
