@@ -422,7 +422,7 @@ def test_numeric_page_examples_print_documented_output(capsys):
         seen.append(dict(names))
     printed = [line for block in blocks for line in re.findall(r"print\(.*\)  # (.*)", block)]
     assert capsys.readouterr().out.splitlines() == printed
-    _, far, near, _, parts, link, locked, _ = seen
+    _, far, near, _, parts, link, fixed, _ = seen
     arm, q_now = far["arm"], far["q_now"]
     np.testing.assert_array_equal(far["found"].valid, [True, False, False])
     assert away(far["reached"], far["targets"][1]) > 0.5
@@ -430,8 +430,8 @@ def test_numeric_page_examples_print_documented_output(capsys):
     assert np.abs(near["found"].q - q_now).max() < 0.02
     assert parts["place"].valid
     assert parts["point"].valid
-    assert locked["stuck"].valid
-    assert locked["stuck"].q[2] == q_now[2] + 0.1
+    assert fixed["found"].valid
+    assert fixed["found"].q[2] == q_now[2] + 0.1
     assert distance(arm.link_poses(link["found"].q)[3], link["elbow"]) <= TOLERANCE
 
 
