@@ -1,11 +1,11 @@
-"""Calibration: from measurements of a robot's tool to the robot that explains them.
+"""Calibration: identify the parameters of a robot from measurements of its tool.
 
     robot = chasles.load("ur5e", parametric=True)
     table = read_measurements("tracker.csv", robot)
     found = identify(robot, table.q, table.measurements)
     print(found)
 
-It needs SciPy, `pip install 'chasles[calibration]'`.
+Calibration needs SciPy: `pip install 'chasles[calibration]'`.
 """
 
 from .design import Design, optimal_design

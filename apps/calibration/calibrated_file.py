@@ -1,7 +1,7 @@
-"""A calibrated robot as a robot file: the screws of its joints and the pose of its tool at zero.
+"""A calibrated robot as a robot file: the screw axes of its joints and its home tool pose.
 
-Screw axes describe any chain, however its nominal description was written, and keep every digit.
-The compiler finds the nominal structure behind them, from which the inverse starts.
+Screw axes describe every chain, whatever convention the nominal file uses, without rounding.
+The compiler infers the nominal structure from the screw axes; the inverse starts from it.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ FloatArray = NDArray[np.float64]
 
 
 def robot_file(robot: Robot, p: FloatArray, name: str, source: str, nominal: str = "") -> str:
-    """The text of a robot file.
+    """Return the text of the robot file of a calibrated robot.
 
     Args:
         robot: The nominal robot, with parametric functions.
-        p: Its identified geometry.
+        p: The identified geometry.
         name: Name of the calibrated robot.
-        source: Origin of the numbers, for the file.
-        nominal: Name or file of the nominal robot, from which the inverse of a robot with loops is
-            led; without it lengths on a grid are tried.
+        source: Origin of the values, for the file.
+        nominal: Name or file of the nominal robot. The inverse of a robot with loops refines its
+            solutions; without it, the compiler rounds lengths to a grid.
 
-    Gains and waves of drives become transmissions, and joint compliances become springs. The
-    functions of the calibrated robot take true coordinates; its `coordinates_from_readings` and
-    `readings_from_coordinates` convert.
+    Gains and periodic errors of drives become transmissions; joint compliances become springs. The
+    functions of the calibrated robot expect true coordinates. `coordinates_from_readings` and
+    `readings_from_coordinates` convert between true coordinates and encoder readings.
 
     Raises:
         InputValueError: A coordinate moves several joints.
@@ -52,7 +52,7 @@ def robot_file(robot: Robot, p: FloatArray, name: str, source: str, nominal: str
 
 
 def _chain_text(robot: Robot, p: FloatArray, name: str, source: str) -> tuple[str, str]:
-    """The robot file of a serial robot whose drives run true: its head and its tables."""
+    """Return the head and the tables of the file of a serial robot with exact drives."""
     zero = np.zeros(robot.n)
     T, J = robot.fk_p(zero, p), robot.jacobian_p(zero, p)
     head = [
@@ -75,7 +75,7 @@ def _chain_text(robot: Robot, p: FloatArray, name: str, source: str) -> tuple[st
 
 
 def _screw(coordinate: Coordinate, column: FloatArray, tool: FloatArray) -> list[str]:
-    """Axis and point of a joint from its column of the mixed Jacobian."""
+    """Return the axis and point of a joint from its column of the mixed Jacobian."""
     v, omega = column[:3], column[3:]
     if coordinate.kind == "prismatic":
         return ['type = "prismatic"', f"axis = {_row(v)}"]
@@ -83,16 +83,15 @@ def _screw(coordinate: Coordinate, column: FloatArray, tool: FloatArray) -> list
         np.linalg.norm(omega), 1, abs_tol=_PITCH
     ):
         raise InputValueError(
-            f"coordinate {coordinate.name!r} moves several joints, or one with a pitch; write the "
-            "identified numbers into the robot's own file"
+            f"coordinate {coordinate.name!r} moves several joints or a screw joint; write the "
+            "identified parameters into the file of the nominal robot"
         )
-    # v = omega x (tool - point), with the point that is nearest to the tool's origin.
+    # v = omega x (tool - point); point is the point of the axis nearest to the tool origin.
     return [f"axis = {_row(omega)}", f"point = {_row(tool + np.cross(omega, v))}"]
 
 
 _PITCH = 1e-12
-"""Largest advance of a turning joint along its axis that is rounding [m], and likewise of the
-length of its axis."""
+"""Tolerance for rounding errors in the pitch of a revolute joint [m/rad] and in |axis| = 1."""
 
 
 def _limits(coordinate: Coordinate) -> list[str]:

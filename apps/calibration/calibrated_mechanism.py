@@ -1,7 +1,7 @@
-"""A calibrated robot with loops as a robot file: the nominal one with other numbers.
+"""A calibrated robot with loops as a robot file: the nominal file with the identified parameters.
 
-The compiler closes loops off their design by Newton's iteration, and leads the inverse from the
-nominal structure that it finds behind the numbers.
+The compiler closes the loops by Newton's method. It infers the nominal structure from the values;
+the inverse refines the nominal solutions.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ from chasles import Robot
 FloatArray = NDArray[np.float64]
 
 _METRE = 15
-"""Decimals of a metre that are written: what is 0 in the design stays 0."""
+"""Decimal places of a length in meters; a length that is 0 by design stays exactly 0."""
 _DEGREE = 13
-"""Decimals of a degree that are written: 2e-15 rad, so that right angles stay right."""
+"""Decimal places of an angle in degrees (2e-15 rad); right angles stay exact."""
 
 
 def mechanism_text(
     robot: Robot, p: FloatArray, name: str, source: str, nominal: str, rpy: Any
 ) -> str:
-    """The text of a robot file of a robot with loops.
+    """Return the text of the robot file of a calibrated robot with loops.
 
     Args:
         robot: The nominal robot, with parametric functions.
-        p: Its identified geometry.
+        p: The identified geometry.
         name: Name of the calibrated robot.
-        source: Origin of the numbers, for the file.
-        nominal: Name or file of the nominal robot; "" where the file shall name none.
-        rpy: Roll, pitch and yaw (3,) of a rotation matrix [rad].
+        source: Origin of the values, for the file.
+        nominal: Name or file of the nominal robot; "" to omit it.
+        rpy: Function that returns roll, pitch and yaw (3,) of a rotation matrix [rad].
     """
     texts = {
         "name": json.dumps(name),
@@ -51,7 +51,7 @@ def mechanism_text(
 
 
 def _has_turned(robot: Robot, p: FloatArray) -> bool:
-    """Whether axes are turned: pins then hold rods out of their plane."""
+    """Return whether any axis direction differs from nominal, so that loops are not planar."""
     return any(
         item.unit == "rad" and item.part in ("axis", "joint") and value != item.value
         for item, value in zip(robot.geometry, p, strict=True)

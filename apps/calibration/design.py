@@ -1,9 +1,9 @@
-"""Design of measurements: the configurations that determine the parameters best.
+"""Optimal design of measurements: configurations that determine the parameters best.
 
-With B_i the derivative of the measurements at configuration i, in standard deviations, the
-covariance of the parameters is the inverse of A = sum B_i^T B_i. A D-optimal design has the largest
-determinant of A, and so the largest observability index O1 = det(A)^(1/2k) / sqrt(count). The
-search adds configurations one by one, then exchanges each for a better one until none is left.
+B_i is the derivative of the measurements at configuration i, divided by their standard deviations.
+The covariance of the parameters is the inverse of A = sum B_i^T B_i. A D-optimal design maximizes
+det(A), and so the observability index O1 = det(A)^(1/2k) / sqrt(count). The search adds
+configurations one by one. It then exchanges configurations until no exchange improves det(A).
 
 Source:
     V. V. Fedorov, Theory of Optimal Experiments, 1972, for the exchange; J. H. Borm, C. H. Menq,
@@ -31,11 +31,11 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _PRIOR = 1e-6
-"""Weight of all candidates that keeps A invertible before enough configurations are selected."""
+"""Prior weight of all candidates; it keeps A invertible while few configurations are selected."""
 _PASSES = 20
-"""Maximum number of exchanges of every configuration; each makes the determinant larger."""
+"""Maximum number of passes over the selected configurations."""
 _GAIN = 1e-9
-"""Minimum gain of the logarithm of the determinant for which a configuration is exchanged."""
+"""Minimum increase of log det(A) for which a configuration is exchanged."""
 _NEXT = 10
 
 
@@ -46,12 +46,12 @@ class Design(StudyResult):
     Attributes:
         indices: Indices of the configurations among the candidates.
         q: (count, n) coordinates [rad or m].
-        names: The parameters and unknowns that are determined.
-        std: Standard deviation of each [m, rad, 1].
+        names: The identifiable parameters and unknowns.
+        std: Standard deviation of each parameter and unknown [m, rad, 1].
         observability: The observability index O1, with variables in units of 1 mm and 1 mrad.
-        tool_error: Root mean square error of the tool's position over all candidates [m] that
-            noise alone leaves.
-        tool_error_with_more: The same if the ten next best configurations are measured too.
+        tool_error: Root mean square error of the tool position over all candidates [m] that
+            measurement noise causes.
+        tool_error_with_more: The tool error with the ten next best configurations added.
     """
 
     indices: NDArray[np.intp]
@@ -76,21 +76,22 @@ def optimal_design(
     vary: str | Collection[str] = GEOMETRY,
     is_allowed: Callable[[FloatArray], ArrayLike] | None = None,
 ) -> Design:
-    """Select the configurations, out of candidates, that determine the parameters of a robot best.
+    """Select the candidate configurations that determine the parameters of a robot best.
 
     Args:
         robot: A robot with parametric functions.
-        candidates: (M, n) coordinates [rad or m]; those beyond limits are left out.
-        count: Number of configurations.
-        targets: (m, 3) targets on the tool whose positions are measured [m]; without them, poses
-            are measured.
-        sigma: Standard deviation of a coordinate [m], and for poses of a turn [rad].
+        candidates: (M, n) coordinates [rad or m]; candidates beyond the limits are ignored.
+        count: Number of configurations to select.
+        targets: (m, 3) targets on the tool whose positions are measured [m]; None: poses are
+            measured.
+        sigma: Standard deviation of each measured position coordinate [m]; for poses, a pair of
+            this and the standard deviation of the orientation [rad].
         vary: As in :func:`~chasles.calibration.identify`.
-        is_allowed: A test of all candidates (M, n), for example for collisions: (M,) booleans.
+        is_allowed: Test of all candidates (M, n) -> (M,) booleans, for example for collisions.
 
     Raises:
-        InputValueError: There are fewer allowed candidates than configurations, or so few that
-            they do not determine the parameters.
+        InputValueError: There are fewer allowed candidates than `count`, or `count` configurations
+            do not determine the parameters.
     """
     at = np.asarray(candidates, dtype=np.float64)
     free = ((at >= robot.lower) & (at <= robot.upper)).all(-1)
@@ -105,7 +106,7 @@ def optimal_design(
     B, tool, names = _derivatives(robot, at[index], targets, sigma, vary)
     if count * B.shape[1] <= len(names):
         raise InputValueError(
-            f"optimal_design: {count} configurations give {count * B.shape[1]} numbers for "
+            f"optimal_design: {count} configurations give {count * B.shape[1]} measured values for "
             f"{len(names)} variables; select more configurations"
         )
     search = _Exchange(B)
@@ -131,20 +132,20 @@ def _derivatives(
     sigma: float | tuple[float, float] | None,
     vary: str | Collection[str],
 ) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
-    """Derivatives of measurements (M, r, k), of the tool's position (M, 3, k), and names."""
+    """Return derivatives of measurements (M, r, k) and tool position (M, 3, k), and the names."""
     measurements: Measurements
     if targets is None:
         pair = (SMALL, SMALL) if sigma is None else sigma
         if not isinstance(pair, tuple):
             raise InputValueError(
-                "optimal_design: poses need two standard deviations, (metre, radian)"
+                "optimal_design: poses need two standard deviations, (meters, radians)"
             )
         measurements, unknowns = Poses(robot.fk(q), pair), np.zeros(0)
     else:
         points = np.atleast_2d(np.asarray(targets, dtype=np.float64))
         one = SMALL if sigma is None else sigma
         if isinstance(one, tuple):
-            raise InputValueError("optimal_design: positions need one standard deviation (metre)")
+            raise InputValueError("optimal_design: positions need one standard deviation (meters)")
         measurements, unknowns = Positions(np.zeros((len(q), *points.shape)), one), points.ravel()
     problem = problem_at(robot, q, Start(np.eye(4), unknowns, measurements, 0.0), vary)
     B = problem.derivative(problem.x0) * SMALL
@@ -158,7 +159,7 @@ def _derivatives(
 
 
 class _Exchange:
-    """The search for the postures with the largest determinant."""
+    """Search for the configurations that maximize det(A)."""
 
     def __init__(self, B: FloatArray) -> None:
         self.B = B
@@ -166,12 +167,12 @@ class _Exchange:
         self.prior = _PRIOR * np.diag(np.diag(whole)) / len(B)
 
     def information(self, chosen: NDArray[np.intp]) -> FloatArray:
-        """A without the prior."""
+        """Return the information matrix A of the selected configurations, without the prior."""
         B = self.B[chosen].reshape(-1, self.B.shape[-1])
         return np.asarray(B.T @ B)
 
     def best(self, count: int) -> NDArray[np.intp]:
-        """The postures found by adding, then exchanging."""
+        """Return the configurations found by adding, then exchanging."""
         chosen = list(self.extended(np.zeros(0, dtype=np.intp), count))
         for _ in range(_PASSES):
             exchanged = False
@@ -186,13 +187,13 @@ class _Exchange:
         return np.array(chosen, dtype=np.intp)
 
     def extended(self, chosen: NDArray[np.intp], more: int) -> NDArray[np.intp]:
-        """Postures and the next best ones, one by one."""
+        """Return the selected configurations and the next best ones, added one by one."""
         for _ in range(more):
             chosen = np.append(chosen, np.argmax(self._gains(chosen)))
         return chosen
 
     def _gains(self, chosen: NDArray[np.intp]) -> FloatArray:
-        """(M,) growth of log det A by each posture; -inf of those that are chosen already."""
+        """Return the (M,) increase of log det(A) by each candidate; -inf if already selected."""
         C = np.linalg.inv(self.information(chosen) + self.prior)
         r = self.B.shape[1]
         inner = np.eye(r) + (self.B @ C) @ self.B.swapaxes(-1, -2)

@@ -18,31 +18,27 @@ from .result import Calibration
 FloatArray = NDArray[np.float64]
 
 UNEXPLAINED = 0.01
-"""Error of the calibrated robot, in parts of the spread of its tool, from which on the measurements
-are taken for those of another robot, or of wrong joints."""
+"""Maximum error of a calibrated robot, relative to the spread of its tool positions. A larger error
+suggests another robot or wrong joint values."""
 UNSTATED = 2.0
-"""Factor by which devices exceed the noise that is stated of them, and by chance beyond."""
+"""Maximum plausible ratio of the actual noise of a device to its stated noise."""
 NOISY = 10.0
-"""Factor, likewise, from which on the varied parameters do not explain the measurements."""
+"""Ratio of actual to stated noise above which the varied parameters do not fit the measurements."""
 LEAST_SPREAD = 1e-6
-"""Spread of a tool [m] below which it only turns, and tells nothing of lengths."""
+"""Minimum spread of the tool positions [m]; below it, the tool only rotates."""
 MANY = 0.2
-"""Part of the rows that may contradict the others before the whole set is doubtful."""
+"""Maximum fraction of outliers; above it, the whole table is suspicious."""
 STILL = math.radians(5)
-"""Span of a revolute joint [rad] below which its parameters are hardly told apart from others'; of
-a prismatic joint, in parts of the spread of the tool."""
+"""Minimum range of a revolute joint [rad] for which its parameters are identifiable; for a
+prismatic joint, relative to the spread of the tool positions."""
 _ALIKE = 4
-"""Decimals of coordinates [rad, m] to which repeated configurations agree."""
+"""Decimal places to which repeated configurations agree [rad, m]."""
 FAR_OFF = 0.1, 0.01
-"""Change of a parameter [rad, m] that no workshop makes, less what noise makes of it."""
+"""Maximum plausible change of a parameter [rad, m], beyond the change caused by noise."""
 
 
 def diagnose(found: Calibration) -> tuple[str, ...]:
-    """Return the warnings about a result, one sentence each.
-
-    Args:
-        found: A calibration.
-    """
+    """Return the warnings about a calibration, one sentence each."""
     return (
         *_poor_fit(found),
         *_rows_off(found),
@@ -57,8 +53,8 @@ def _rows_off(found: Calibration) -> Iterator[str]:
     left_out = int((~found.used).sum())
     if left_out > MANY * rows:
         yield (
-            f"{left_out} of {rows} measured points contradict the others: the measurements do not "
-            "belong together, or the base moved between them"
+            f"{left_out} of {rows} measured points contradict the others: some come from another "
+            "setup, or the base moved between them"
         )
         return
     at = found.measurements.configurations
@@ -76,7 +72,7 @@ def _rows_off(found: Calibration) -> Iterator[str]:
 
 
 def _exchanged(found: Calibration, k: int) -> str | None:
-    """Whether two targets of a configuration are exchanged."""
+    """Return a warning if two targets of configuration k are swapped, else None."""
     measured = found.measurements
     if not isinstance(measured, Positions):
         return None
@@ -88,7 +84,7 @@ def _exchanged(found: Calibration, k: int) -> str | None:
         order[[i, j]] = j, i
         other = Positions(one.points[:, order], one.sigma)
         if np.abs(other.errors(T, found.unknowns)).max() < worst:
-            return f"measurement {k + 1}: targets {i + 1} and {j + 1} are exchanged"
+            return f"measurement {k + 1}: targets {i + 1} and {j + 1} are swapped"
     return None
 
 
@@ -100,8 +96,8 @@ def _still_joints(found: Calibration) -> Iterator[str]:
         shown = f"{math.degrees(width):.2g} deg" if turns else f"{width:.2g} m"
         if width < STILL * (1.0 if turns else min(moved, 1.0)):
             yield (
-                f"{coordinate.name} moves by {shown} only: what belongs to it is not told apart "
-                "from its neighbours; measure with it in other positions"
+                f"{coordinate.name} moves by only {shown}: its parameters cannot be distinguished "
+                "from the parameters of adjacent joints; measure at other positions of this joint"
             )
 
 
@@ -109,8 +105,8 @@ def _beyond_tolerances(found: Calibration) -> Iterator[str]:
     for name, change, size in zip(found.names, found.deviations, found.parameter_std, strict=True):
         if size and abs(change) > OUTLYING * size:
             yield (
-                f"{name} differs from nominal by {abs(change) / size:.3g} times its tolerance: is "
-                "another robot measured?"
+                f"{name} differs from nominal by {abs(change) / size:.3g} times its standard "
+                "deviation; the measurements may belong to another robot"
             )
 
 
@@ -120,51 +116,47 @@ def _far_off(found: Calibration) -> Iterator[str]:
     for name, change, half in zip(found.names, found.deviations, reach, strict=True):
         if name in units and abs(change) - half > FAR_OFF[units[name] == "m"]:
             unit = "m" if units[name] == "m" else "rad"
-            yield f"{name} differs by {change:.3g} {unit} from nominal: is its zero another one?"
+            yield f"{name} differs from nominal by {change:.3g} {unit}; check its zero offset"
 
 
 def _poor_fit(found: Calibration) -> Iterator[str]:
     if is_unexplained(found):
         yield (
-            f"{1e3 * left(found):.3g} mm remain after the identification: the measurements may be "
-            "those of another robot, or most of them are wrong"
+            f"the median error after the identification is {1e3 * left(found):.3g} mm: the "
+            "measurements may belong to another robot, or most of them are wrong"
         )
     elif found.noise > NOISY * largest_noise(found.residual_dof):
         yield (
             f"errors are {found.noise:.3g} times the stated noise ({found.measurements.stated}): "
-            "other parameters than the varied ones differ, another robot is measured, or sigma is "
-            "too small"
+            "parameters that were not varied differ from nominal, the measurements belong to "
+            "another robot, or sigma is too small"
         )
     different = len(np.unique(np.round(found.q, _ALIKE), axis=0))
     if 2 * different < len(found.q):
         yield (
-            f"only {different} of {len(found.q)} configurations differ: repeated ones tell nothing "
-            "new of the geometry"
+            f"only {different} of {len(found.q)} configurations differ: repeated configurations "
+            "give no new information about the geometry"
         )
     count = int(found.used[found.measurements.rows].sum())
     if 2 * found.residual_dof < count:
         yield (
-            f"{count} measured numbers are few: the {len(found.names)} variables follow "
-            f"{count - found.residual_dof} of them, and errors elsewhere may be larger than here"
+            f"{count} measured values are few: the {len(found.names)} variables absorb "
+            f"{count - found.residual_dof} of them, so errors at other configurations may be larger"
         )
 
 
 def is_unexplained(found: Calibration) -> bool:
-    """Whether a calibration leaves more than the stated noise and parts of the motion.
-
-    Args:
-        found: A calibration.
-    """
+    """Return whether the residual is large relative to the noise and to the tool motion."""
     moved = spread(found.robot.fk_p(found.q, nominal(found.robot)))
     excess = found.noise / largest_noise(found.residual_dof)
     return moved >= LEAST_SPREAD and left(found) > UNEXPLAINED * moved and excess > UNSTATED
 
 
 def left(found: Calibration) -> float:
-    """Median error that a calibration leaves [m]."""
+    """Return the median error of a calibrated robot [m]."""
     return float(np.median(found.measurements.lengths(found.errors)))
 
 
 def spread(T: FloatArray) -> float:
-    """Root mean square distance of the tool from the middle of its positions [m]."""
+    """Return the root mean square distance of the tool positions from their mean [m]."""
     return float(np.linalg.norm(T[:, :3, 3].std(0)))

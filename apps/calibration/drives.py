@@ -1,4 +1,4 @@
-"""Drives and springs in a robot file: the laws between coordinates as shown and true ones."""
+"""Transmissions and springs in a robot file: the relation of encoder readings to coordinates."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ _GAIN = "gain"
 
 
 def transmissions_text(robot: Robot, p: FloatArray, turn: float) -> str:
-    """The tables of drives that do not run true; "" where all do.
+    """Return the [[transmissions]] tables of inexact drives; "" if all drives are exact.
 
     Args:
         robot: The nominal robot, with parametric functions.
-        p: Its identified geometry.
-        turn: Radian, in the file's unit of angles.
+        p: The identified geometry.
+        turn: One radian in the angle unit of the file.
     """
     laws: dict[str, dict[str, float]] = {}
     for item, value in zip(robot.geometry, p, strict=True):
@@ -36,11 +36,11 @@ def transmissions_text(robot: Robot, p: FloatArray, turn: float) -> str:
 
 
 def springs_text(robot: Robot, p: FloatArray) -> tuple[str, str]:
-    """The line of gravity, and the tables of the springs; "" where all joints are rigid.
+    """Return the gravity line and the spring tables; "" if all joints are rigid.
 
     Args:
         robot: The nominal arm, with parametric functions.
-        p: Its identified geometry.
+        p: The identified geometry.
     """
     compliances = {
         item.of: float(value)
@@ -51,8 +51,8 @@ def springs_text(robot: Robot, p: FloatArray) -> tuple[str, str]:
         return "", ""
     if not robot.manifest.robot_file:
         raise InputValueError(
-            "springs were identified, and a coordinate moves several joints, or one with a pitch; "
-            "a robot file has springs of joints that move alone"
+            "joint compliances were identified, but a coordinate moves several joints or a screw "
+            "joint; a robot file supports springs only for joints with a coordinate of their own"
         )
     text = Template(robot.manifest.robot_file).substitute(
         {of: repr(value) for of, value in compliances.items()}

@@ -1,7 +1,8 @@
-"""Identification: the parameters of a robot from measurements of its tool.
+"""Identification of a robot's parameters from measurements of its tool.
 
-Frames and unknowns have a closed form at the nominal robot (`measurements/frames.py`). Wrong
-input is an error (`input_checks.py`). The least-squares fit starts from there (`fitting/`).
+For the nominal robot, frames and unknowns are computed in closed form (`measurements/frames.py`).
+Wrong input raises an error (`input_checks.py`). The least-squares fit starts from the closed-form
+values (`fitting/`).
 """
 
 from __future__ import annotations
@@ -36,29 +37,29 @@ def identify(
     T_W_base: ArrayLike | None = None,
     weights: ArrayLike | None = None,
 ) -> Calibration:
-    """Identify the parameters with which a robot explains measurements best.
+    """Identify the parameters of a robot that fit the measurements best.
 
     Args:
         robot: A robot with parametric functions, `chasles.load(name, parametric=True)`.
         q: (N, n) coordinates at which the tool was measured [rad or m].
         measurements: The measurements.
-        vary: Parameters that may differ from nominal: names, or parts of the model ("joint",
-            "offset", "axis", "transmission", "compliance", "loop", "base", "tool"), or one of
-            these. "geometry" is every length, angle and offset that measurements may show, "axis"
-            and in robots with loops "loop". With the tool's corrections, which are added where
-            poses are measured, it is complete and minimal for every serial robot. Without "axis",
-            with `parameter_std` and for robots with loops, the corrections of the base are added.
-        parameter_std: Standard deviations of parameters about their nominal values [m, rad, 1] by
-            name, part or unit, as in :func:`~chasles.calibration.first_order_errors`. Parameters
-            that the measurements hardly show stay near nominal.
-        T_W_base: (4, 4) the base frame in the device's, where it is known; it is found otherwise.
-        robust: Whether rows that contradict the others are left out and named.
+        vary: One or several parameters that may differ from nominal, by name or by group ("joint",
+            "offset", "axis", "transmission", "compliance", "loop", "base", "tool"). "geometry"
+            means the group "axis", and for robots with loops also "loop": all lengths, angles and
+            offsets. The tool corrections are added if poses are measured. "geometry" with them is
+            complete and minimal for every serial robot. The base corrections are added for robots
+            with loops, with `parameter_std`, and if "axis" is not varied.
+        parameter_std: Standard deviations of parameters about their nominal values [m, rad, 1],
+            keyed by name, group or unit, as in :func:`~chasles.calibration.first_order_errors`.
+            Parameters with little effect on the measurements stay near nominal.
+        T_W_base: (4, 4) the base frame in the device frame W; None: it is identified.
+        robust: Whether outliers are excluded. The result lists them.
         weights: (N,) weight of each configuration; 4 halves its standard deviations.
 
     Raises:
-        ShapeError: q does not fit the robot.
-        InputValueError: There are fewer measurements than variables, an unknown name in vary, or a
-            mistake in units, signs or columns with whose correction the measurements fit.
+        ShapeError: The shape of q does not match the robot.
+        InputValueError: There are fewer measurements than variables, vary contains an unknown name,
+            or the measurements fit only after correcting units, signs or columns.
     """
     start = located(robot, q, measurements, T_W_base)
     at = np.asarray(q, dtype=np.float64)
@@ -76,17 +77,17 @@ def identify(
 def located(
     robot: Robot, q: ArrayLike, measurements: Measurements, T_W_base: ArrayLike | None = None
 ) -> Start:
-    """Frames and unknowns from the nominal robot, with units checked.
+    """Estimate the frames and unknowns with the nominal robot, and check the input.
 
     Args:
         robot: A robot with parametric functions.
         q: (N, n) coordinates [rad or m].
         measurements: The measurements.
-        T_W_base: (4, 4) the base frame in the device's, where it is known.
+        T_W_base: (4, 4) the base frame in the device frame W; None: it is estimated.
 
     Raises:
-        ShapeError: q does not fit the robot.
-        InputValueError: Units are wrong.
+        ShapeError: The shape of q does not match the robot.
+        InputValueError: Units, signs or columns are wrong.
     """
     at = np.asarray(q, dtype=np.float64)
     if at.shape[1:] != (robot.n,):
@@ -100,7 +101,7 @@ def located(
 
 
 def _without_outliers(start: Start, T: FloatArray) -> Start:
-    """The start from configurations that agree: one wrong row moves the frame of all."""
+    """Estimate the start again without outliers: one wrong row shifts the common frame."""
     measured = start.measurements
     sizes = measured.lengths(measured.errors(start.T_W_base @ T, start.unknowns))
     wrong = measured.configurations[sizes > OUTLYING * np.median(sizes)]

@@ -1,10 +1,10 @@
-"""Mistakes in the input that another reading of it corrects, one or two at a time.
+"""Checks for one or two mistakes in the input, such as wrong units.
 
-The nominal robot fits measurements to a few hundredths of their spread, and the calibrated one far
-better. Where one does not, it is tried with other units, with the sign or the zero of a joint
-turned, with the columns of two joints exchanged, with a joint added to a later one, as controllers
-write that drive parallel links, with rows shifted by one, in a left-handed frame, and with other
-readings of orientations.
+The nominal robot normally fits the measurements to a few percent of their spread, and the
+calibrated robot fits far better. If the misfit is larger, the checks repeat the fit with corrected
+input: other units, another sign or zero of a joint, two swapped joint columns, a joint added to a
+later joint (as controllers with parallel links do), rows shifted by one, a left-handed frame, and
+other orientation conventions.
 """
 
 from __future__ import annotations
@@ -29,43 +29,45 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 DOUBTFUL = 0.05
-"""Error of the nominal robot, in parts of the spread of its tool, from which on mistakes are
-tried."""
+"""Error of the nominal robot, relative to the spread of its tool positions, above which mistakes
+are checked."""
 BETTER = 10.0
-"""Factor by which the error falls without the mistake."""
+"""Minimum ratio of the nominal robot's errors with and without the mistake."""
 MUCH_BETTER = 3.0
-"""Factor by which the error of a calibrated robot falls without the mistake."""
+"""Minimum ratio of the calibrated robot's errors with and without the mistake."""
 _TRIED = 3
-"""Mistakes that are tried with a calibration, those first that fit the nominal robot best."""
+"""Number of mistakes checked by a calibration, the smallest nominal error first."""
 _LENGTHS = {
-    "positions are in millimetres": 1e-3,
-    "positions are in metres, not in millimetres": 1e3,
+    "positions are in millimeters": 1e-3,
+    "positions are in meters, not in millimeters": 1e3,
 }
 _ANGLES = {
     "joint angles are in degrees": math.pi / 180,
     "joint angles are in radians, not in degrees": 180 / math.pi,
 }
 _SLIDES = {
-    "coordinates of slides are in millimetres": 1e-3,
-    "coordinates of slides are in metres, not in millimetres": 1e3,
+    "prismatic coordinates are in millimeters": 1e-3,
+    "prismatic coordinates are in meters, not in millimeters": 1e3,
 }
 _NEIGHBOURS = 2
-"""Joints between which a value may be added."""
+"""Maximum index difference of two joints of which one may be added to the other."""
 _FEW = 6
-"""Rows below which measurements fit other joints by chance; their units are still told."""
+"""Minimum number of rows for joint checks; fewer rows may fit wrong joints by chance. Units are
+checked with any number of rows."""
 _ALIKE = 1.5
-"""Ratio of misfits that tells nothing: a wrist whose pitch has the other sign is one whose roll has
-its zero half a turn away. The mistake that comes first is the more frequent one."""
+"""Ratio of misfits up to which two mistakes count as equally good; the more frequent mistake is
+reported. A wrong sign of a wrist's pitch, for example, is equivalent to a roll zero off by 180
+deg."""
 
 
 class Mistake(NamedTuple):
-    """A mistake that measurements may have.
+    """A possible mistake in the input, and the corrected input.
 
     Attributes:
-        words: The mistake, as the end of a sentence "it fits better if ...".
-        q: (N, n) coordinates without it.
-        measurements: The measurements without it.
-        factor: By which their lengths are multiplied.
+        words: The mistake, as the end of a sentence "the measurements fit better if ...".
+        q: (N, n) corrected coordinates.
+        measurements: The corrected measurements.
+        factor: Scale factor of the corrected lengths.
     """
 
     words: str
@@ -75,12 +77,12 @@ class Mistake(NamedTuple):
 
 
 def mistakes(robot: Robot, q: FloatArray, measured: Measurements) -> Iterator[Mistake]:
-    """Mistakes that coordinates and measurements may have, with both as they are without it.
+    """Yield the possible mistakes in coordinates and measurements, with the corrected input.
 
     Args:
         robot: The nominal robot.
-        q: (N, n) coordinates as they were given.
-        measured: The measurements, likewise.
+        q: (N, n) coordinates, not corrected.
+        measured: The measurements, not corrected.
     """
     turning = np.array([coordinate.unit == "rad" for coordinate in robot.coordinates])
     for words, factor in _LENGTHS.items():
@@ -102,19 +104,19 @@ def mistakes(robot: Robot, q: FloatArray, measured: Measurements) -> Iterator[Mi
 
 
 def _wrong_joints(names: Sequence[str], q: FloatArray) -> Iterator[tuple[str, FloatArray]]:
-    """Signs that are turned, columns that are exchanged."""
+    """Yield corrected coordinates for wrong signs and for swapped columns."""
     for k, name in enumerate(names):
-        yield f"the sign of {name} is turned", np.where(np.arange(len(names)) == k, -q, q)
+        yield f"the sign of {name} is reversed", np.where(np.arange(len(names)) == k, -q, q)
     for i, j in itertools.combinations(range(len(names)), 2):
         order = list(range(len(names)))
         order[i], order[j] = j, i
-        yield f"the columns of {names[i]} and {names[j]} are exchanged", q[:, order]
+        yield f"the columns of {names[i]} and {names[j]} are swapped", q[:, order]
 
 
 def _wrong_zeros(
     names: Sequence[str], q: FloatArray, turning: BoolArray
 ) -> Iterator[tuple[str, FloatArray]]:
-    """Zeros a quarter or half a turn away; the last joint's zero is that of the unknown tool."""
+    """Yield corrected coordinates for joint zeros that are off by 90 or 180 deg."""
     for k in np.flatnonzero(turning).tolist():
         for degrees in (90, -90, 180):
             corrected = q.copy()
@@ -125,7 +127,7 @@ def _wrong_zeros(
 def _added(
     names: Sequence[str], q: FloatArray, turning: BoolArray
 ) -> Iterator[tuple[str, FloatArray]]:
-    """A joint's value that contains that of an earlier one."""
+    """Yield corrected coordinates for a joint position that includes an earlier joint position."""
     for i, j in itertools.combinations(np.flatnonzero(turning).tolist(), 2):
         if j - i <= _NEIGHBOURS:
             for word, sign in (("added to", 1.0), ("subtracted from", -1.0)):
@@ -135,26 +137,26 @@ def _added(
 
 
 def _shifted_rows(q: FloatArray, measured: Measurements) -> Iterator[Mistake]:
-    """Coordinates beside the measurements of the row before or behind."""
+    """Yield corrected input for coordinates that are one row too late or too early."""
     every = np.arange(len(q))
-    yield Mistake("coordinates stand one row too late", q[1:], measured.at(every[:-1]))
-    yield Mistake("coordinates stand one row too early", q[:-1], measured.at(every[1:]))
+    yield Mistake("coordinates are one row too late", q[1:], measured.at(every[:-1]))
+    yield Mistake("coordinates are one row too early", q[:-1], measured.at(every[1:]))
 
 
 def check_input(
     robot: Robot, q: FloatArray, p: FloatArray, measurements: Measurements, stated: float
 ) -> None:
-    """Raises where measurements fit the nominal robot only without a mistake.
+    """Raise an error if measurements fit the nominal robot only after correcting a mistake.
 
     Args:
         robot: A robot with parametric functions.
         q: (N, n) coordinates [rad or m].
-        p: Its nominal geometry.
+        p: The nominal geometry.
         measurements: The measurements.
-        stated: Their misfit as they were given.
+        stated: The misfit without corrections [m].
 
     Raises:
-        InputValueError: They fit ten times better without a mistake, which the message names.
+        InputValueError: A correction reduces the misfit tenfold; the message states the mistake.
     """
     moved = spread(robot.fk_p(q, p))
     if moved < LEAST_SPREAD or stated <= DOUBTFUL * moved:
@@ -168,14 +170,14 @@ def check_input(
 
 
 def check_result(found: Calibration, vary: Collection[str]) -> None:
-    """Raises where the calibrated robot misses the measurements, but not without a mistake.
+    """Raise an error if measurements fit the calibrated robot only after correcting a mistake.
 
     Args:
         found: A calibration.
-        vary: The parameters that were varied.
+        vary: The varied parameters.
 
     Raises:
-        InputValueError: It fits three times better without a mistake, which the message names.
+        InputValueError: A correction reduces the misfit threefold; the message states the mistake.
     """
     if not is_unexplained(found):
         return
@@ -187,7 +189,7 @@ def check_result(found: Calibration, vary: Collection[str]) -> None:
         try:
             without = left(problem.solved(problem.x0, robust=True)) / mistake.factor
         except InputValueError:
-            continue  # Without this mistake the measurements contradict one another.
+            continue  # The corrected measurements contradict one another.
         if MUCH_BETTER * without < rest:
             raise InputValueError(_sentence("calibrated", rest, without, mistake))
 
@@ -195,7 +197,7 @@ def check_result(found: Calibration, vary: Collection[str]) -> None:
 def _tried(
     robot: Robot, q: FloatArray, p: FloatArray, measurements: Measurements
 ) -> list[tuple[float, Mistake]]:
-    """The misfit of the nominal robot without each mistake, the more frequent ones first."""
+    """Return the misfit of the nominal robot after each correction, frequent mistakes first."""
     return [
         (m.measurements.start(robot.fk_p(m.q, p)).misfit / m.factor, m)
         for m in mistakes(robot, q, measurements)
@@ -207,7 +209,7 @@ def _misfit(pair: tuple[float, Mistake]) -> float:
 
 
 def _likely(tried: list[tuple[float, Mistake]]) -> tuple[float, Mistake]:
-    """The most frequent mistake of those that explain the misfit alike."""
+    """Return the first, most frequent of the mistakes that explain the misfit equally well."""
     least = _ALIKE * min(map(_misfit, tried))
     return next(pair for pair in tried if pair[0] <= least)
 
@@ -215,7 +217,7 @@ def _likely(tried: list[tuple[float, Mistake]]) -> tuple[float, Mistake]:
 def _pairs(
     robot: Robot, p: FloatArray, tried: list[tuple[float, Mistake]]
 ) -> Iterator[tuple[float, Mistake]]:
-    """The best pairs of mistakes, of which the first are those that help most alone."""
+    """Yield the best pairs of mistakes; the first mistake of a pair alone is a good correction."""
     for _, one in sorted(tried, key=_misfit)[:_TRIED]:
         misfit, other = _likely(_tried(robot, one.q, p, one.measurements))
         words = f"{one.words}, and {other.words}"
@@ -226,6 +228,6 @@ def _sentence(robot: str, stated: float, without: float, mistake: Mistake) -> st
     times = f"{stated / without:.0f} times " if without > 0 else ""
     remedy = "units" if mistake.words in _LENGTHS | _ANGLES | _SLIDES else "table"
     return (
-        f"identify: the measurements miss the {robot} robot by {stated:.3g} m; they fit {times}"
+        f"identify: the {robot} robot misfits the measurements by {stated:.3g} m; they fit {times}"
         f"better if {mistake.words}. Correct the {remedy}"
     )

@@ -1,11 +1,12 @@
-"""Which parameters to seek: the model with the least error on measurements that took no part.
+"""Model selection by cross-validation: which parameters to identify.
 
-More parameters fit the measurements better and may predict others worse. Each model is identified
-without a part of the configurations, in turns, and judged by its errors on that part.
+More parameters fit the measurements better, but may predict other measurements worse. Each model is
+identified several times, each time without one fold of the configurations. The errors on the
+omitted folds compare the models.
 
 Source:
     T. Hastie, R. Tibshirani, J. Friedman, The Elements of Statistical Learning, 2009, 7.10, for
-    cross-validation, and for the simplest among models that are equal within its uncertainty.
+    cross-validation and for preferring the simplest of equally good models.
 """
 
 from __future__ import annotations
@@ -28,20 +29,20 @@ from .result import Calibration
 FloatArray = NDArray[np.float64]
 
 FOLDS = 6
-"""Parts of the configurations, of which each is held back once."""
+"""Default number of folds of the configurations."""
 EQUAL = 1.05
-"""Ratio of two models' median errors that their sampling explains: the median distance of a hundred
-targets is known to about 5 %."""
+"""Ratio of median errors up to which two models count as equal: the median error of a hundred
+targets has a sampling uncertainty of about 5 %."""
 
 
 @dataclass(frozen=True)
 class CalibrationModel:
-    """Parameters that are sought together.
+    """A set of parameters to identify.
 
     Attributes:
-        name: A word for people.
-        vary: Names or parts, as in :func:`~chasles.calibration.identify`.
-        parameter_std: Standard deviations about nominal.
+        name: Name of the model, for reports.
+        vary: Names or groups of parameters, as in :func:`~chasles.calibration.identify`.
+        parameter_std: Standard deviations about the nominal values.
     """
 
     name: str
@@ -58,20 +59,19 @@ CALIBRATION_MODELS = (
         {"offset": 2e-2, "axis": 1e-3, "transmission": 3e-4},
     ),
 )
-"""Models from the simplest on. Their standard deviations [m, rad, 1] suit industrial arms: encoders
-are zeroed to a degree, parts are made and mounted to 1 mm and 1 mrad, drives run true to 0.3
+"""Models, the simplest first. Their standard deviations [m, rad, 1] suit industrial arms: encoder
+zeros within 1 degree, links made and mounted within 1 mm and 1 mrad, drives exact within 0.3
 mrad."""
 
 
 @dataclass(frozen=True, eq=False)
 class ModelSelection:
-    """The model that predicts best.
+    """The selected calibration model.
 
     Attributes:
-        model: The model.
-        calibration: Its calibration from all measurements.
-        errors: Median error of each model, by name, on configurations that took no part [m]; of
-            poses, that of their positions.
+        model: The selected model.
+        calibration: The calibration of this model with all measurements.
+        errors: Median validation error of each model [m], keyed by name; for poses, of positions.
     """
 
     model: CalibrationModel
@@ -88,17 +88,17 @@ def select_model(
     models: tuple[CalibrationModel, ...] = CALIBRATION_MODELS,
     robust: bool = True,
 ) -> ModelSelection:
-    """The simplest model among those with the least error on held-back configurations.
+    """Return the simplest of the models with the smallest cross-validation error.
 
     Args:
         robot: A robot with parametric functions.
         q: (N, n) coordinates [rad or m].
         measurements: The measurements.
-        models: Models to choose from, the simplest first.
+        models: Models to compare, the simplest first.
         robust: As in :func:`~chasles.calibration.identify`.
 
     Raises:
-        InputValueError: As :func:`~chasles.calibration.identify`.
+        InputValueError: As for :func:`~chasles.calibration.identify`.
     """
     at, start = np.asarray(q, dtype=np.float64), located(robot, q, measurements)
     found, errors = {}, {}
@@ -125,16 +125,16 @@ def cross_validate(
     parameter_std: Mapping[str, float] | None = None,
     robust: bool = True,
 ) -> FloatArray:
-    """Errors of each configuration when the robot is identified from the others.
+    """Return the cross-validation errors of a calibration.
 
     Args:
-        robot: As in :func:`~chasles.calibration.identify`, as all others.
+        robot: As in :func:`~chasles.calibration.identify`, like all arguments except `folds`.
         q: (N, n) coordinates [rad or m].
         measurements: The measurements.
-        folds: Number of parts, each of which is held back once; every folds-th configuration.
+        folds: Number of folds; a fold contains every folds-th configuration.
         vary: Parameters that may differ from nominal.
-        parameter_std: Their standard deviations about nominal.
-        robust: Whether rows that contradict the others are left out.
+        parameter_std: Standard deviations of the parameters about nominal.
+        robust: Whether outliers are excluded.
 
     Returns:
         (M,) the errors in the order of the measurements, in standard deviations.
@@ -146,9 +146,9 @@ def cross_validate(
 
 
 def _held_back(problem: Problem, whole: Calibration, folds: int, *, robust: bool) -> FloatArray:
-    """Errors of each row by the fit from which its configuration was held back.
+    """Return the error of each row, predicted by the fit that omits the row's configuration.
 
-    The iteration of each part starts where that of all ended: the least sum is the same.
+    Each fit starts from the solution with all configurations; the start does not change the result.
     """
     every, measured = np.arange(len(problem.q)), problem.measurements
     part, errors = measured.configurations[measured.rows] % folds, np.empty(len(measured.rows))

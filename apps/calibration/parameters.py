@@ -1,4 +1,4 @@
-"""The numbers of a robot's geometry as a vector, and the words by which they are chosen."""
+"""The vector of a robot's geometry parameters, and the selection of parameters by name."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ IntArray = NDArray[np.intp]
 
 
 def nominal(robot: Robot) -> FloatArray:
-    """(p,) the geometry of the nominal robot [m, rad, 1]."""
+    """Return the (p,) geometry of the nominal robot [m, rad, 1]."""
     return np.array([parameter.value for parameter in robot.geometry])
 
 
 FRAMES = frozenset({"base", "tool"})
-"""The parts that no design places: corrections of the frames around the robot."""
+"""Groups of the base and tool corrections, which are not part of the robot's design."""
 GEOMETRY = "geometry"
-"""All lengths, angles and offsets that a robot of this structure may have."""
+"""Name for all lengths, angles and offsets of a robot."""
 _WHOLE = frozenset({"axis", "loop"})
-"""The parts that hold them: axes have offsets, too, and pins the lengths of rods."""
+"""Groups that "geometry" stands for: axes include offsets, loops include rod lengths."""
 
 
 def parts(robot: Robot, words: Collection[str]) -> set[str]:
-    """Words with the parts that "geometry" means for a robot in its place.
+    """Replace "geometry" by the groups that it stands for.
 
     Args:
         robot: A robot with parametric functions.
-        words: Names of parameters, parts of the model, or one of these.
+        words: One or several names of parameters or groups.
     """
     given = {words} if isinstance(words, str) else set(words)
     if GEOMETRY not in given:
@@ -40,14 +40,14 @@ def parts(robot: Robot, words: Collection[str]) -> set[str]:
 
 
 def chosen(robot: Robot, words: Collection[str]) -> IntArray:
-    """Indices of the parameters with some names or of some parts.
+    """Return the indices of the parameters with these names or in these groups.
 
     Args:
         robot: A robot with parametric functions.
-        words: Names of parameters, parts of the model, "geometry", or one of these.
+        words: One or several names of parameters or groups, or "geometry".
 
     Raises:
-        InputValueError: A word is none of them.
+        InputValueError: A name is unknown.
     """
     words = parts(robot, words)
     known = {word for item in robot.geometry for word in (item.name, item.part)}
@@ -58,21 +58,21 @@ def chosen(robot: Robot, words: Collection[str]) -> IntArray:
 
 
 def deviations(robot: Robot, parameter_std: Mapping[str, float]) -> FloatArray:
-    """(p,) standard deviation of each parameter; 0 of those without a tolerance.
+    """Return the (p,) standard deviation of each parameter; 0 if none is stated.
 
     Args:
         robot: A robot with parametric functions.
-        parameter_std: Standard deviations by name, part or unit; a name takes precedence over a
-            part, and a part over a unit.
+        parameter_std: Standard deviations by name, group or unit. A name takes precedence over a
+            group, and a group over a unit.
 
     Raises:
-        InputValueError: A name is neither a parameter, a part nor a unit.
+        InputValueError: A key is neither a parameter, a group nor a unit.
     """
     words = {word for item in robot.geometry for word in (item.name, item.part, item.unit)}
     if unknown := sorted(parameter_std.keys() - words):
         raise InputValueError(
-            f"{robot.name} has no parameter, part or unit {', '.join(unknown)}; robot.geometry "
-            "lists them"
+            f"{robot.name} has no parameter, group or unit {', '.join(unknown)}; robot.geometry "
+            "lists all"
         )
     return np.array(
         [

@@ -30,28 +30,28 @@ BoolArray = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class Calibration(StudyResult):
-    """Identified parameters, and how well they are known.
+    """Identified parameters and their uncertainty.
 
     Attributes:
-        names: The identified parameters, those of the robot first, then unknowns.
-        values: Their values [m, rad, 1].
-        deviations: What they differ by from the nominal robot; of unknowns, the values.
-        covariance: (k, k) of the values.
+        names: Names of the variables: first the identified robot parameters, then the unknowns.
+        values: (k,) values of the variables [m, rad, 1].
+        deviations: (k,) differences from the nominal parameters; for unknowns, their values.
+        covariance: (k, k) covariance of the values.
         parameter_std: Stated standard deviation of each value about nominal; 0 if it is free.
-        p: The whole vector of the robot's geometry.
-        unidentifiable: Parameters that the measurements do not distinguish; they keep their values.
-        T_W_base: (4, 4) the base frame in the measuring device's.
+        p: All geometry parameters of the calibrated robot.
+        unidentifiable: Parameters that the measurements do not distinguish; they stay nominal.
+        T_W_base: (4, 4) the base frame in the frame of the measuring device.
         nominal_errors: (M,) errors of the nominal robot, in standard deviations.
-        errors: (M,) errors of the calibrated robot.
-        used: (rows,) whether a row took part; the others contradict it.
-        noise: Factor by which the errors exceed the standard deviations that were stated.
-        residual_dof: Measured numbers beyond those that determine the variables.
+        errors: (M,) errors of the calibrated robot, in standard deviations.
+        used: (rows,) whether a row was used; the other rows are outliers.
+        noise: Factor by which the errors exceed the stated standard deviations.
+        residual_dof: Number of measured values minus number of values that the variables absorb.
         unknowns: The values of all unknowns of the measurements, such as targets on the tool [m].
-        measurements: The measurements, with the frames that were found for them.
+        measurements: The measurements, with their estimated frames.
         q: (N, n) coordinates at which the tool was measured [rad or m].
         robot: The nominal robot.
-        warnings: Suspicious facts, one sentence each: exchanged targets, joints that do not move.
-        model_errors: Name and median held-back error [m] of each model that `select_model` tried.
+        warnings: Warnings, one sentence each, for example about swapped targets.
+        model_errors: Name and median validation error [m] of each model that `select_model` tried.
     """
 
     names: tuple[str, ...]
@@ -86,13 +86,13 @@ class Calibration(StudyResult):
     )
 
     def __repr__(self) -> str:
-        """In words, with the figures that matter."""
+        """A short summary with the main figures."""
         return summary_repr(
             self,
             self.robot.name,
-            f"{len(self.names)} variables from {len(self.measurements.rows)} measured numbers",
+            f"{len(self.names)} variables from {len(self.measurements.rows)} measured values",
             f"error {self.rms_before:.4g} before, {self.rms_after:.4g} after [standard deviations]",
-            f"{len(self.outliers)} rows left out" if self.outliers else "",
+            f"{len(self.outliers)} outliers" if self.outliers else "",
             f"{len(self.unidentifiable)} parameters are unidentifiable"
             if self.unidentifiable
             else "",
@@ -112,7 +112,7 @@ class Calibration(StudyResult):
 
     @property
     def outliers(self) -> tuple[str, ...]:
-        """Labels of the rows that were left out."""
+        """Labels of the excluded rows."""
         return tuple(np.array(self.measurements.labels)[~self.used].tolist())
 
     def poses(self, q: ArrayLike) -> FloatArray:
@@ -120,11 +120,11 @@ class Calibration(StudyResult):
         return np.asarray(self.T_W_base @ self.robot.fk_p(q, self.p))
 
     def validation_errors(self, q: ArrayLike, measurements: Measurements) -> FloatArray:
-        """Return the errors on measurements that took no part, in their standard deviations.
+        """Return the errors of measurements that were not used, in standard deviations.
 
         Args:
             q: (N, n) coordinates [rad or m].
-            measurements: What was measured there, `at` other configurations of the same set-up.
+            measurements: The measurements at these configurations, with the same setup.
         """
         frames = measurements.placed_as(self.measurements)
         return frames.errors(self.poses(q), self.unknowns)
@@ -136,7 +136,7 @@ class Calibration(StudyResult):
 
     @property
     def confidence_intervals(self) -> FloatArray:
-        """(k, 2) bounds between which each value lies in 95 of 100 calibrations (Student's t)."""
+        """(k, 2) bounds of the 95 % confidence interval of each value (Student's t)."""
         reach = float(scipy.special.stdtrit(self.residual_dof, 0.975)) * self.std
         return np.stack([self.values - reach, self.values + reach], -1)
 
@@ -144,7 +144,7 @@ class Calibration(StudyResult):
     def frames(self) -> tuple[tuple[str, FloatArray], ...]:
         """Names and poses (4, 4) of the identified base and tool frames.
 
-        The robot without corrections of its tool defines the nominal tool frame.
+        The robot without tool corrections defines the nominal tool frame.
         """
         found = [("base frame in the frame of the measurements", self.T_W_base)]
         own = self.p.copy()
@@ -158,11 +158,11 @@ class Calibration(StudyResult):
         return tuple(found)
 
     def __str__(self) -> str:
-        """A report for people."""
+        """The report as text."""
         return _report(self)
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw the errors before and after over the configurations [mm].
+        """Plot the errors before and after the calibration against the configurations [mm].
 
         Args:
             ax: matplotlib axes; None: a new figure 8 cm wide.
@@ -175,7 +175,7 @@ class Calibration(StudyResult):
         return plot_residuals(self, ax)
 
     def plot_parameters(self, ax: Any = None) -> Any:
-        """Draw the clearest changes of parameters with their 95 % intervals [mm, mrad].
+        """Plot the most significant parameter changes with their 95 % intervals [mm, mrad].
 
         Args:
             ax: matplotlib axes; None: a new figure 8 cm wide.
@@ -195,21 +195,21 @@ class Calibration(StudyResult):
         source: str = "",
         nominal: str | None = None,
     ) -> None:
-        """Write a file in the format of its suffix.
+        """Write a file; its suffix selects the format.
 
-        .toml is the robot file of the calibrated robot, .html and .tex are reports of one page,
-        .csv is the table of parameters, and .npz holds all data, for `load`.
+        .toml is the robot file of the calibrated robot, .html and .tex are one-page reports,
+        .csv is the parameter table, and .npz contains all data, for `load`.
 
         Args:
             path: The file. Plots of a .tex report are PDF files next to it.
             name: Name of the calibrated robot in a .toml; None: the stem of the path.
-            source: Origin of the numbers in a .toml; "": the source of the nominal robot.
-            nominal: Name or file of the nominal robot in a .toml, from whose solutions the inverse
-                of a robot with loops is refined; None: round lengths are tried instead.
+            source: Origin of the values in a .toml; "": the source of the nominal robot.
+            nominal: Name or file of the nominal robot in a .toml. The inverse of a robot with loops
+                refines the nominal solutions. None: the compiler rounds lengths instead.
 
         Raises:
-            InputValueError: The suffix is not supported, or a coordinate moves several joints, so
-                that a .toml cannot hold the robot.
+            InputValueError: The suffix is not supported, or a coordinate moves several joints,
+                which the .toml format cannot express.
         """
 
         def write_toml(path: Path) -> None:
@@ -235,7 +235,7 @@ class Calibration(StudyResult):
         by_suffix(path, writers)(Path(path))
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write a row per parameter: nominal value, change, value, bounds of the interval."""
+        """Write one row per parameter: nominal value, change, value, confidence interval."""
         head = ("nominal", "change", "value", "lower", "upper")
         nominal = self.values - self.deviations
         rows = np.column_stack([nominal, self.deviations, self.values, self.confidence_intervals])
@@ -247,7 +247,7 @@ class Calibration(StudyResult):
                 writer.writerow([own, units.get(own, "m"), *map(repr, row)])
 
     def to_npz(self, path: str | os.PathLike[str]) -> None:
-        """Write all data to a compressed file that `load` and NumPy read."""
+        """Write all data to a compressed .npz file."""
         # The robot is stored by its name.
         StudyResult.to_npz(replace(self, robot=cast(Any, self.robot.name)), path)
 
@@ -260,19 +260,19 @@ class Calibration(StudyResult):
             robot: The nominal robot with parametric functions; None: it is loaded by its name.
 
         Raises:
-            InputValueError: The suffix is not .npz, the file holds something else, or it belongs
-                to another robot.
-            UnknownRobotError: No robot has the name in the file; pass the robot.
+            InputValueError: The suffix is not .npz, or the file contains no calibration or one of
+                another robot.
+            UnknownRobotError: The robot named in the file is unknown; pass `robot`.
         """
         found = super().load(path)
         name = str(found.robot)
         if robot is not None and robot.name != name:
-            raise InputValueError(f"{path}: a calibration of {name}, got robot {robot.name}")
+            raise InputValueError(f"{path}: expected the calibrated {name}, got {robot.name}")
         return replace(found, robot=robot or load(name, parametric=True))
 
     @property
     def correlations(self) -> FloatArray:
-        """(k, k) correlation of the values."""
+        """(k, k) correlation matrix of the values."""
         return np.asarray(self.covariance / np.outer(self.std, self.std))
 
 
@@ -281,17 +281,13 @@ def _rms(errors: FloatArray) -> float:
 
 
 def _report(found: Calibration) -> str:
-    """Errors before and after, parameters with their 95 % intervals, and what was left out.
-
-    Args:
-        found: A calibration.
-    """
+    """Return the report as text: errors, parameters with 95 % intervals, excluded rows."""
     lengths, used = found.measurements.lengths, found.used
     before, after = (lengths(e)[used].mean() for e in (found.nominal_errors, found.errors))
     units = {item.name: item.unit for item in found.robot.geometry}
     lines = [
         f"{found.robot.name}: {len(found.names)} variables from {len(found.measurements.rows)} "
-        "measured numbers",
+        "measured values",
         f"mean distance before {1e3 * before:.4g} mm, after {1e3 * after:.4g} mm",
         f"error before {found.rms_before:.4g}, after {found.rms_after:.4g} standard deviations",
         f"noise {found.noise:.3g} times the stated one, sigma = {found.measurements.stated}",

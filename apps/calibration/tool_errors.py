@@ -1,9 +1,8 @@
-"""From manufacturing tolerances to errors of the tool: to first order, and by Monte Carlo.
+"""Tool errors caused by manufacturing tolerances: first-order analysis and Monte Carlo analysis.
 
-With J_p the identification Jacobian and S the diagonal matrix of standard deviations of the
-parameters, the covariance of the tool's small displacement (v, omega) is J_p S^2 J_p^T. Random arms
-take no approximation: each has its own parameters, and the pose of its tool is compared with that
-of the nominal arm.
+J_p is the identification Jacobian, S the diagonal matrix of the parameters' standard deviations.
+To first order, the covariance of the small tool displacement (v, omega) is J_p S^2 J_p^T. The Monte
+Carlo analysis is not linearized: it compares the tool poses of random arms with the nominal pose.
 """
 
 from __future__ import annotations
@@ -24,19 +23,19 @@ from .parameters import deviations, nominal
 FloatArray = NDArray[np.float64]
 
 _AT_ONCE = 20_000
-"""Random arms computed at once, so that memory stays bounded."""
+"""Maximum number of random arms computed at once, to limit memory."""
 QUANTILES = (0.5, 0.95, 0.99, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
 class FirstOrderErrors(StudyResult):
-    """Errors of the tool to first order.
+    """First-order tool errors.
 
     Attributes:
-        covariance: (..., 6, 6) of the tool's small displacement (v, omega), base axes [m, rad].
-        names: The parameters with a tolerance, those of the largest effect first.
-        effects: (k,) root mean square displacement of the tool [m] by each alone, over all
-            configurations.
+        covariance: (..., 6, 6) of the small tool displacement (v, omega), base axes [m, rad].
+        names: The parameters with a standard deviation, the largest effect first.
+        effects: (k,) root mean square tool displacement [m] that each parameter alone causes, over
+            all configurations.
     """
 
     covariance: FloatArray
@@ -47,23 +46,23 @@ class FirstOrderErrors(StudyResult):
 
     @property
     def position(self) -> FloatArray:
-        """(...,) root mean square error of the tool's position [m]: a map over configurations."""
+        """(...,) root mean square error of the tool position at each configuration [m]."""
         return np.asarray(np.sqrt(np.trace(self.covariance[..., :3, :3], axis1=-2, axis2=-1)))
 
     @property
     def orientation(self) -> FloatArray:
-        """(...,) root mean square error of the tool's orientation [rad]."""
+        """(...,) root mean square error of the tool orientation at each configuration [rad]."""
         return np.asarray(np.sqrt(np.trace(self.covariance[..., 3:, 3:], axis1=-2, axis2=-1)))
 
 
 @dataclass(frozen=True, eq=False)
 class MonteCarloErrors(StudyResult):
-    """Errors of random arms.
+    """Tool errors of random arms.
 
     Attributes:
-        displacement: (samples, 3) displacement of the tool along each axis of the base [m].
-        position: (samples,) its length [m].
-        orientation: (samples,) angle between the tool's orientations [rad].
+        displacement: (samples, 3) tool displacement in the base frame [m].
+        position: (samples,) length of the tool displacement [m].
+        orientation: (samples,) angle between the nominal and the random tool orientation [rad].
     """
 
     displacement: FloatArray
@@ -73,24 +72,24 @@ class MonteCarloErrors(StudyResult):
     __repr__ = short_repr
 
     def quantiles(self, of: tuple[float, ...] = QUANTILES) -> FloatArray:
-        """(k, 2) bounds of position [m] and orientation [rad] that a share of the arms keeps."""
+        """Return (k, 2) quantiles of the position error [m] and the orientation error [rad]."""
         return np.stack([np.quantile(self.position, of), np.quantile(self.orientation, of)], -1)
 
 
 def first_order_errors(
     robot: Robot, q: ArrayLike, parameter_std: Mapping[str, float]
 ) -> FirstOrderErrors:
-    """Propagate standard deviations of parameters to the tool, to first order.
+    """Propagate standard deviations of parameters to the tool pose, to first order.
 
     Args:
         robot: A robot with parametric functions.
         q: (..., n) coordinates [rad or m].
-        parameter_std: Standard deviations by name of a parameter, by part ("axis", "offset", ...)
-            or by unit ("m", "rad", "1"); a name takes precedence over a part, and a part over a
+        parameter_std: Standard deviations, keyed by parameter name, group ("axis", "offset", ...)
+            or unit ("m", "rad", "1"). A name takes precedence over a group, and a group over a
             unit.
 
     Raises:
-        InputValueError: A name is neither a parameter, a part nor a unit.
+        InputValueError: A key is neither a parameter, a group nor a unit.
     """
     sigma = deviations(robot, parameter_std)
     J = robot.identification_jacobian(q, nominal(robot)) * sigma
@@ -112,17 +111,17 @@ def monte_carlo(
     *,
     rng: int | np.random.Generator | None = 0,
 ) -> MonteCarloErrors:
-    """Draw robots with normally distributed parameters and return the errors of their tools.
+    """Return the tool errors of random robots with normally distributed parameters.
 
     Args:
         robot: A robot with parametric functions.
-        q: (n,) coordinates, or (samples, n): of each arm [rad or m].
+        q: (n,) coordinates of all arms, or (samples, n) coordinates of each arm [rad or m].
         parameter_std: As in :func:`first_order_errors`.
-        samples: Number of arms.
-        rng: An int or a generator for random numbers; None for fresh ones.
+        samples: Number of random arms.
+        rng: A seed or a random generator; None for fresh random numbers.
 
     Raises:
-        InputValueError: A name is neither a parameter, a part nor a unit.
+        InputValueError: A key is neither a parameter, a group nor a unit.
     """
     sigma, centre = deviations(robot, parameter_std), nominal(robot)
     random = np.random.default_rng(rng)

@@ -8,7 +8,7 @@ from chasles.errors import InputValueError
 from .generators.simulated_measurements import Simulated
 
 ACCUSING = (
-    *("another robot", "contradict", "is its zero another", "may be wrong", "exchanged", "are off"),
+    *("another robot", "contradict", "check its zero", "may be wrong", "swapped", "are off"),
     "times the stated noise",
 )
 """Phrases in warnings about the robot or the measurements; other warnings are about the count."""

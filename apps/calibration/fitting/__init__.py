@@ -1,1 +1,1 @@
-"""Least squares: the variables, which of them measurements tell apart, and the iteration."""
+"""Least-squares fit: the variables, their identifiability, and the iteration."""

@@ -1,9 +1,9 @@
-"""Which parameters measurements tell apart: pivoted QR of the scaled derivative.
+"""Identifiable parameters, selected by pivoted QR of the scaled derivative.
 
 Source:
     K. Schroeer, S. Albright, M. Grethlein, Complete, minimal and model-continuous kinematic models
     for robot calibration, 1997; G. H. Golub, C. F. Van Loan, Matrix Computations, 5.5.7, for the
-    choice of columns by pivoted QR behind the singular value decomposition.
+    selection of columns by pivoted QR.
 """
 
 from __future__ import annotations
@@ -17,21 +17,21 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 TOLD_APART = 1e-4
-"""Least part of a column that the other columns leave: below it a parameter would amplify noise ten
-thousand times."""
+"""Minimum relative pivot of an identifiable column; a smaller pivot would amplify noise more than
+ten thousand times."""
 VISIBLE = 1e-3
-"""Least size of what the other columns leave, in standard deviations per 1 mm or 1 mrad: below it a
-parameter shows after a metre or a radian, which is rounding or a product of small numbers."""
+"""Minimum pivot of an identifiable column, in standard deviations per 1 mm or 1 mrad. Smaller
+pivots come from rounding or second-order effects."""
 SHOWN = 0.01
-"""Least coefficient of an unidentifiable combination that is shown."""
+"""Minimum coefficient of a combination that is shown."""
 
 
 @dataclass(frozen=True)
 class Unidentifiable:
-    """A parameter or unknown that the measurements do not tell apart from others.
+    """A parameter or unknown that the measurements do not distinguish from others.
 
     Attributes:
-        name: The parameter, held at its nominal value, or the unknown, held at its start.
+        name: The parameter, fixed at its nominal value, or the unknown, fixed at its start value.
         combination: Names and coefficients of the parameters that have the same effect.
     """
 
@@ -39,7 +39,7 @@ class Unidentifiable:
     combination: tuple[tuple[str, float], ...]
 
     def __str__(self) -> str:
-        """A sentence for people."""
+        """The reason, as a sentence."""
         if not self.combination:
             return f"{self.name} has no effect on the measurements"
         sum_ = " ".join(f"{c:+.3g} {name}" for name, c in self.combination)
@@ -49,17 +49,17 @@ class Unidentifiable:
 def identifiable(
     kept: FloatArray, columns: FloatArray, names: tuple[str, ...], kept_names: tuple[str, ...]
 ) -> tuple[NDArray[np.intp], tuple[Unidentifiable, ...]]:
-    """The columns that are told apart from each other and from those that are kept anyway.
+    """Select the identifiable columns of a derivative.
 
     Args:
-        kept: (M, u) columns of variables that are sought in any case, in standard deviations per
+        kept: (M, u) columns of variables that are always identified, in standard deviations per
             1 mm or 1 mrad.
-        columns: (M, p) columns of others.
-        names: Names of the others.
-        kept_names: Names of the variables.
+        columns: (M, p) columns of the candidates.
+        names: Names of the candidates.
+        kept_names: Names of the variables that are always identified.
 
     Returns:
-        The indices of the identifiable columns, in order, and the redundancy of each other column.
+        The sorted indices of the identifiable candidates, and an explanation of each other one.
     """
     basis = np.linalg.qr(kept)[0] if kept.shape[1] else kept
     size = np.linalg.norm(columns, axis=0)

@@ -1,14 +1,15 @@
-"""Levenberg and Marquardt's iteration on normal equations, for many errors and few variables.
+"""Levenberg-Marquardt iteration on normal equations, for many errors and few variables.
 
     (J^T W J + mu I) step = -J^T v
 
-in variables divided by their scale, with W and v of a loss where errors count less the larger they
-are. Normal equations cost a fifth of a singular value decomposition; what they lose in digits, the
-next step finds again.
+in scaled variables. W and v contain the weights of a robust loss, which reduces the influence of
+large errors. Normal equations cost a fifth of a singular value decomposition. They are less
+accurate, but the next step corrects the inaccuracy.
 
 Source:
     K. Madsen, H. B. Nielsen, O. Tingleff, Methods for non-linear least squares problems, 2004, 3.2,
-    for the damping; B. Triggs et al., Bundle adjustment, a modern synthesis, 2000, 4.3, for losses.
+    for the damping; B. Triggs et al., Bundle adjustment, a modern synthesis, 2000, 4.3, for the
+    loss.
 """
 
 from __future__ import annotations
@@ -23,18 +24,18 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 _FIRST = 1e-10
-"""First damping, in parts of the largest curvature: starts are near, so that steps are whole, and
-parameters of which measurements say little have 1e-8 of it."""
+"""Initial damping relative to the largest curvature. It is small: starts are near the solution, and
+parameters with little effect have a relative curvature of only 1e-8."""
 _LEAST_WEIGHT = 1e-10
-"""Least curvature of a loss, in parts of that of a small error: its own may be negative."""
+"""Minimum curvature of the loss relative to its curvature at 0; the exact one can be negative."""
 _LEAST_FACTOR = 0.1
-"""By which a good step changes the damping."""
+"""Factor of the damping after a good step."""
 _MOST_DAMPING = 1e12
-"""Damping, in parts of the first, from which on no step makes the sum less but for rounding."""
+"""Maximum damping relative to the initial damping; beyond it, only rounding reduces the sum."""
 
 
 class Errors(NamedTuple):
-    """Errors (M,) at variables, and the function that gives their derivative (M, k)."""
+    """Errors (M,), and the function that returns their derivative (M, k)."""
 
     values: FloatArray
     derivative: Callable[[], FloatArray]
@@ -49,16 +50,15 @@ def least_squares(
     step: float,
     evaluations: int,
 ) -> FloatArray:
-    """(k,) the variables with the least sum of squares, or of a loss, near a start.
+    """Return the (k,) variables that minimize the sum of squares or of a robust loss.
 
     Args:
-        errors: Errors at variables.
-        x: The start.
-        scale: In which variables are compared, one for all or (k,).
-        loss_from: Size of the errors from which on they count less, by Cauchy's
-            log(1 + (e / size)^2); 0 for squares.
-        step: Relative change of the sum and of the variables behind which the iteration ends.
-        evaluations: Most evaluations of the errors.
+        errors: The errors as a function of the variables.
+        x: (k,) start of the iteration.
+        scale: Scale of all variables, or (k,) of each.
+        loss_from: Size of the errors in Cauchy's loss log(1 + (e / size)^2); 0: squares.
+        step: Relative change of the sum and of the variables at which the iteration stops.
+        evaluations: Maximum number of evaluations of the errors.
     """
     at = errors(x)
     cost, H, g = _equations(at, scale, loss_from)
@@ -85,14 +85,14 @@ def least_squares(
 
 
 def _cost(e: FloatArray, size: float) -> float:
-    """Half the sum of squares, or of the loss."""
+    """Return half the sum of squares or of the loss."""
     return float((np.log1p((e / size) ** 2) * size**2).sum() if size else e @ e) / 2
 
 
 def _equations(
     at: Errors, scale: float | FloatArray, size: float
 ) -> tuple[float, FloatArray, FloatArray]:
-    """Cost, matrix and right side of the normal equations in scaled variables."""
+    """Return cost, matrix and right-hand side of the normal equations in scaled variables."""
     J, e = scale * at.derivative(), at.values
     cost = _cost(e, size)
     if not size:
@@ -103,7 +103,7 @@ def _equations(
 
 
 def _solved(H: FloatArray, damping: float, g: FloatArray) -> FloatArray:
-    """The step; by least squares where rounding leaves a matrix that is not positive."""
+    """Return the step; by least squares if rounding makes the matrix indefinite."""
     damped = H + damping * np.eye(len(H))
     try:
         factor = scipy.linalg.cho_factor(damped, check_finite=False)

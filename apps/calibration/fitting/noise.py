@@ -1,22 +1,23 @@
-"""The noise of measurements, and the rows that contradict the others, from linearized errors.
+"""Noise of measurements and detection of outliers, with linearized errors.
 
 Errors near the solution are e + J dx, with dx in scaled variables. Known standard deviations of
 parameters add d + D dx, the scaled deviations from nominal. With s the noise, the matrix
 
     H = J^T J + s^2 D^T D
 
-gives the covariance s^2 H^-1 and the leverages h = diag(J H^-1 J^T): an error keeps the part 1 - h
-of its variance, since the variables follow it. sum(1 - h) measured numbers are surplus.
+gives the covariance s^2 H^-1 and the leverages h = diag(J H^-1 J^T). The residual variance of an
+error is the fraction 1 - h, since the fit follows the error. sum(1 - h) is the residual number of
+degrees of freedom.
 
-Without them s^2 = sum e^2 / (M - k). With them, s makes the measurements most probable,
-whatever the parameters are: in the axes of J D^-1, an error y has the variance lambda + s^2. Few
-measurements and many parameters leave s open; a density of log s about the stated noise decides
-then, so wide that thirty surplus numbers outweigh it.
+Without known standard deviations, s^2 = sum e^2 / (M - k). With them, s maximizes the marginal
+likelihood of the measurements: along the singular vectors of J D^-1, an error has the variance
+lambda + s^2. Few measurements do not determine s. A wide prior of log s about the stated noise
+regularizes it; thirty degrees of freedom outweigh the prior.
 
 Source:
     D. J. C. MacKay, Bayesian interpolation, Neural Computation 4 (1992), for the noise next to
     known standard deviations; R. D. Cook, S. Weisberg, Residuals and Influence in Regression, 1982,
-    for leverages and the test of rows by Student's distribution.
+    for leverages and the outlier test by Student's distribution.
 """
 
 from __future__ import annotations
@@ -34,46 +35,42 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 OUTLYING = 5.0
-"""Errors of a row, in robust standard deviations, from which on the row counts as an outlier, if
-many measured numbers are surplus. Few surplus numbers estimate the standard deviation poorly, and
-Student's distribution gives the limit of the same probability."""
+"""Outlier limit in robust standard deviations, for many residual degrees of freedom. For few,
+Student's distribution gives the limit with the same probability."""
 CONSISTENT = 1.4826
-"""Median absolute deviation to standard deviation of a normal distribution."""
+"""Ratio of standard deviation to median absolute deviation of a normal distribution."""
 LEAST_NOISE = 1e-3
-"""Noise relative to the stated standard deviations, smaller than the noise of any device."""
+"""Minimum noise relative to the stated standard deviations, below the noise of any device."""
 _LEAST_DEVIATION = 0.01
-"""Least deviation with which rows are compared, in standard deviations that were stated. Exact
-measurements leave rounding errors and small effects of parameters that are held at nominal, which
-say nothing of the rows."""
+"""Minimum robust standard deviation, relative to the stated one. With exact measurements, only
+rounding and small effects of unidentified parameters remain, which do not indicate outliers."""
 CHANCE = float(scipy.special.ndtr(-OUTLYING))
-"""Probability of an error beyond that limit, to one side."""
+"""One-sided probability of an error beyond the outlier limit."""
 _EFFICIENCY = 0.37
-"""Surplus numbers of a standard deviation as good as a median of one surplus number."""
+"""Statistical efficiency of the median absolute deviation for a normal distribution."""
 _ESTIMATED = 0.1
-"""Part of its variance that an error must keep for its row to be compared with the others."""
+"""Minimum fraction 1 - h of its variance with which an error is tested as an outlier."""
 _STRAY = math.log(10)
-"""Standard deviation of the logarithm of the noise about the stated one, where measurements leave
-the noise open: devices are ten times better or worse than stated."""
+"""Prior standard deviation of log s about the stated noise: a factor of ten in the noise."""
 _LOG_NOISE = np.linspace(math.log(LEAST_NOISE), math.log(1e6), 200)
-"""Logarithms of the noise between which the most probable one is sought."""
+"""Search grid of log s."""
 _FULL = 1e-13
-"""Diagonal entry of the triangular factor, in parts of the largest, at which variables are not
-determined."""
+"""Relative diagonal entry of the triangular factor below which the variables are undetermined."""
 
 
 class Undetermined(Exception):
-    """Rows and parameter_std do not determine all variables."""
+    """Measurements and parameter_std do not determine all variables."""
 
 
 @dataclass(frozen=True)
 class Linearized:
-    """Errors and parameter_std near a solution.
+    """Linearized errors and parameter deviations near a solution.
 
     Attributes:
         e: (M,) errors, in standard deviations.
-        J: (M, k) their derivative by the scaled variables.
-        d: (t,) deviations from nominal, in parts of the parameter_std.
-        D: (t, k) their derivative; each row has one entry.
+        J: (M, k) derivative of e with respect to the scaled variables.
+        d: (t,) deviations of parameters from nominal, relative to parameter_std.
+        D: (t, k) derivative of d with respect to the scaled variables, one entry per row.
     """
 
     e: FloatArray
@@ -82,7 +79,7 @@ class Linearized:
     D: FloatArray
 
     def inverse_root(self, noise: float) -> FloatArray:
-        """(k, k) the matrix A with A A^T = H^-1.
+        """Return the (k, k) matrix A with A A^T = H^-1.
 
         Raises:
             Undetermined: H is singular.
@@ -95,31 +92,31 @@ class Linearized:
         return np.asarray(scipy.linalg.solve_triangular(R, np.eye(len(R))))
 
     def freedoms(self, noise: float) -> float:
-        """Number of surplus measured numbers.
+        """Return the residual number of degrees of freedom.
 
-        A parameter that its tolerance alone determines costs none.
+        A parameter that only parameter_std determines reduces it by nothing.
         """
         if not len(self.D):
             return float(self.J.shape[0] - self.J.shape[1])
         return float((1 - _leverages(self.J, self.inverse_root(noise))).sum())
 
     def noise(self) -> float:
-        """Factor by which errors exceed their standard deviations; 0 if no number is surplus."""
+        """Return the errors relative to their stated noise; 0 without degrees of freedom."""
         if len(self.D):
             return self._most_probable_noise()
         surplus = self.J.shape[0] - self.J.shape[1]
         return float(np.sqrt(self.e @ self.e / surplus)) if surplus > 0 else 0.0
 
     def contradicting(self, every: Linearized, used: BoolArray, noise: float) -> BoolArray:
-        """(M,) whether each error is too large compared with the errors of the rows in use.
+        """Return (M,) whether each error is an outlier relative to the errors in use.
 
         Args:
-            every: The same of all rows.
-            used: (M,) which of these are in use.
-            noise: The noise before.
+            every: The linearized errors of all rows, M in number.
+            used: (M,) whether each error is in use.
+            noise: The previous estimate of the noise.
         """
         h = _leverages(every.J, self.inverse_root(noise))
-        # Variables do not follow an error that is not in use: it has the variance 1 + h.
+        # The fit does not follow an error that is not in use: its variance is 1 + h.
         kept = np.where(used, np.maximum(1 - h, 0), 1 + h)
         compared = kept > _ESTIMATED
         sizes = np.abs(every.e) / np.sqrt(np.where(compared, kept, 1))
@@ -127,9 +124,9 @@ class Linearized:
         return np.asarray(compared & (sizes > limit(float((1 - h)[used].sum())) * spread))
 
     def _most_probable_noise(self) -> float:
-        """The noise that makes measurements most probable, whatever the parameters are."""
+        """Return the noise with the maximum marginal likelihood."""
         drawn = self.D.any(0)
-        # Errors at the nominal parameters, per tolerance, without what free variables can take.
+        # Errors at the nominal parameters and their derivative, projected off the free variables.
         per_tolerance = self.J[:, drawn] / self.D[:, drawn].sum(0)
         y = self.e - per_tolerance @ self.d
         Q = np.linalg.qr(self.J[:, ~drawn])[0]
@@ -141,7 +138,7 @@ class Linearized:
         rest = float(max(y @ y - along @ along, 0.0))
 
         def improbable(log_noise: float | FloatArray) -> FloatArray:
-            """Negative logarithm of the probability density of the measurements and the noise."""
+            """Return the negative log density of the measurements and the noise."""
             s2 = np.exp(2 * np.asarray(log_noise))[..., None]
             variance = sizes[:count] ** 2 + s2
             found = (np.log(variance) + along**2 / variance).sum(-1) / 2
@@ -159,27 +156,27 @@ def _leverages(J: FloatArray, inverse_root: FloatArray) -> FloatArray:
 
 
 def robust_deviation(errors: FloatArray) -> float:
-    """A standard deviation of errors that outliers do not govern."""
+    """Return the standard deviation of errors, estimated robustly from their median."""
     return (
         max(float(CONSISTENT * np.median(np.abs(errors))), _LEAST_DEVIATION) if len(errors) else 0.0
     )
 
 
 def limit(freedoms: float) -> float:
-    """Robust standard deviations beyond which an error is no chance, with so many surplus numbers.
+    """Return the outlier limit in robust standard deviations.
 
     Args:
-        freedoms: Number of surplus measured numbers.
+        freedoms: Residual number of degrees of freedom.
     """
     found = -float(scipy.special.stdtrit(max(_EFFICIENCY * freedoms, 1e-3), CHANCE))
     return found if np.isfinite(found) else math.inf
 
 
 def largest_noise(freedoms: float) -> float:
-    """Noise, in standard deviations that were stated, beyond which it is no chance.
+    """Return the maximum noise that chance explains, relative to the stated standard deviations.
 
     Args:
-        freedoms: Number of surplus measured numbers.
+        freedoms: Residual number of degrees of freedom.
     """
     count = max(freedoms, 1.0)
     return float(np.sqrt(scipy.special.chdtri(count, CHANCE) / count))

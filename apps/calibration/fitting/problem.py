@@ -1,15 +1,15 @@
-"""Least squares: the variables of an identification, their errors, and the solution.
+"""The least-squares problem of an identification: variables, errors and solution.
 
-The sum of squares of the errors, each divided by its standard deviation, is least at the sought
-parameters and unknowns. Levenberg and Marquardt's iteration takes the exact derivative, which the
-robot's generated identification Jacobian gives. Variables count in parts of 1 mm and 1 mrad.
+The identified parameters and unknowns minimize the sum of squared errors, each divided by its
+standard deviation. The Levenberg-Marquardt iteration uses the exact derivative from the generated
+identification Jacobian. Variables are scaled by 1 mm and 1 mrad.
 
-Tolerances tell how far parameters stray from nominal. With s the noise, in the standard deviations
-that were stated, and t_k the tolerance of parameter k, the most probable parameters make
+s is the noise relative to the stated standard deviations, t_k the standard deviation of parameter k
+about nominal. The most probable parameters minimize
 
     sum_i e_i^2 + sum_k (s (p_k - nominal_k) / t_k)^2
 
-least. s is estimated along with them (`noise.py`).
+s is estimated together with the parameters (`noise.py`).
 
 Source:
     J. M. Hollerbach, W. Khalil, M. Gautier, Model identification, Springer Handbook of Robotics,
@@ -46,32 +46,32 @@ Inputs = ParamSpec("Inputs")
 Output = TypeVar("Output")
 
 _ROUNDS = 12
-"""Rounds of solving and of judging rows and noise; two or three suffice as a rule."""
+"""Maximum number of updates of outliers and noise; two or three usually suffice."""
 _STEP = 1e-12
-"""Relative change of the sum of squares, and of variables, behind which only rounding is left."""
+"""Relative change of the sum of squares and of the variables at which the iteration stops."""
 _EVALUATIONS = 100
-"""Most evaluations of a solution: twenty suffice, and measurements without noise never settle."""
+"""Maximum number of evaluations per solution; about twenty suffice. Exact data do not converge."""
 _NEARNESS = 0.3
-"""Error that 1 mm or 1 mrad off the design counts as, in standard deviations: below the noise, and
-enough to decide between parameters of the same effect."""
+"""Penalty on 1 mm or 1 mrad of deviation from the design, in standard deviations. It is below the
+noise, but decides between parameters with the same effect."""
 _PLACED = 1e-3
-"""The same of frames and targets, which no design places: the probe's frame among them."""
+"""Penalty on frames and targets, which the design does not place, in the same unit."""
 _FAR = 0.1
-"""How far frames and targets may be from their start [m or rad]: a tool that hardly turns tells the
-place of its targets from that of the base by what it turns alone."""
+"""Scale of frames and targets [m or rad]. A tool that hardly rotates distinguishes the positions of
+targets and base only weakly, so these may be far from their start."""
 _NEARBY = 1e-6
-"""Relative step at which a robot explains the measurements well enough to tell parameters apart."""
+"""Relative step at which the first fit of a robot with loops stops."""
 _MOST_NEARBY = 200
-"""Evaluations on the way there."""
+"""Maximum number of evaluations of the first fit of a robot with loops."""
 _SAME_NOISE = 0.01
-"""Change of the noise, in parts of it, that no longer moves a parameter by its uncertainty."""
+"""Relative change of the noise that no longer affects the parameters significantly."""
 
 
 def in_one_thread(function: Callable[Inputs, Output]) -> Callable[Inputs, Output]:
-    """The function, with linear algebra in one thread.
+    """Decorate a function so that its linear algebra runs in one thread.
 
-    These matrices are small: further threads would only wait for each other, a hundred times as
-    long as one thread takes where the machine is busy.
+    The matrices are small: on a busy machine, several threads wait for each other and are up to a
+    hundred times slower.
     """
 
     @functools.wraps(function)
@@ -90,7 +90,7 @@ def problem_at(
     parameter_std: Mapping[str, float] | None = None,
     p: FloatArray | None = None,
 ) -> Problem:
-    """The variables that measurements tell apart, at the nominal robot or at another geometry.
+    """Return the problem with the variables that the measurements identify near a geometry.
 
     Args:
         robot: A robot with parametric functions.
@@ -98,7 +98,7 @@ def problem_at(
         start: The measurements, their frame and unknowns.
         vary: As in :func:`identify`.
         parameter_std: As in :func:`identify`.
-        p: The geometry; parameters that are not told apart keep its values.
+        p: The geometry, for unidentifiable parameters too; None: nominal.
     """
     p, measurements = nominal(robot) if p is None else p, start.measurements
     candidates = _candidates(robot, vary, measurements, bool(parameter_std))
@@ -123,7 +123,7 @@ def problem_at(
 def _whole(
     robot: Robot, q: FloatArray, start: Start, p: FloatArray, sought: IntArray, known: FloatArray
 ) -> Problem:
-    """The problem with all candidates and all unknowns as variables."""
+    """Return the problem with all candidates and all unknowns as variables."""
     return Problem(
         robot=robot,
         q=q,
@@ -148,17 +148,18 @@ def problem_nearby(
     *,
     robust: bool,
 ) -> Problem:
-    """The variables that are told apart at a robot with loops that explains the measurements.
+    """Return the problem with the identifiable variables of a robot with loops.
 
-    A design may hide what its robots show: the rods of a delta are parallel in the design alone. So
-    all candidates are sought first; where some have the same effect, they share it.
+    Parameters may be identifiable for a real robot, but not for its nominal design: the rods of a
+    real delta robot, for example, are not parallel. A first fit therefore varies all candidates;
+    candidates with the same effect share the deviation. The variables are identified at this fit.
 
     Args:
-        first: The variables that are told apart at the nominal robot.
+        first: The problem with the variables identified at the nominal robot.
         start: The measurements, their frame and unknowns.
         vary: As in :func:`identify`.
         parameter_std: As in :func:`identify`.
-        robust: Whether a loss is taken that outliers do not govern.
+        robust: Whether the first fit uses a robust loss.
     """
     sought = _candidates(first.robot, vary, start.measurements, bool(parameter_std))
     whole = _whole(first.robot, first.q, start, first.held, sought, np.zeros(len(sought)))
@@ -188,9 +189,9 @@ def problem_nearby(
 def _candidates(
     robot: Robot, vary: Collection[str], measurements: Measurements, has_deviations: bool
 ) -> IntArray:
-    """Indices of the parameters that may be sought."""
+    """Return the indices of the parameters that may be varied."""
     words = parts(robot, vary)
-    # The device's frame is never known exactly: axes that shift freely contain it, else the base.
+    # The device frame is never known exactly. Free axes absorb it, otherwise base corrections do.
     if has_deviations or "axis" not in words or robot.kind != "serial":
         words.add("base")
     if measurements.fixes_tool:
@@ -199,7 +200,7 @@ def _candidates(
 
 
 class Fit(NamedTuple):
-    """Variables that fit, whether each row took part, and the noise of the rows that did."""
+    """The fitted variables, whether each row is used, and the noise of the rows used."""
 
     x: FloatArray
     used: BoolArray
@@ -208,20 +209,20 @@ class Fit(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """The variables x and the errors: x holds identified parameters, then unknowns.
+    """The least-squares problem. Its variables x are identified parameters, then unknowns.
 
     Attributes:
         robot: The robot.
         q: (N, n) coordinates.
         measurements: The measurements.
-        T_W_base: (4, 4) base frame in the device's.
-        held: The geometry of which the sought parameters are a part.
-        held_unknowns: Unknowns of the measurements, likewise.
+        T_W_base: (4, 4) base frame in the device frame W.
+        held: Geometry parameters before identification.
+        held_unknowns: Unknowns of the measurements before identification.
         sought: Indices of the identified parameters in the geometry.
         open_unknowns: Indices of the identified unknowns.
         x0: Start of x.
-        known: Standard deviations of the identified parameters about nominal; 0 of free ones.
-        unidentifiable: Parameters that are not told apart.
+        known: Standard deviations of the identified parameters about nominal; 0 if not stated.
+        unidentifiable: Parameters that the measurements do not distinguish.
         weights: (N,) weight of each configuration.
     """
 
@@ -249,31 +250,31 @@ class Problem:
 
     @property
     def everything(self) -> BoolArray:
-        """All rows."""
+        """A mask that selects all rows."""
         return np.ones(len(self.measurements.labels), dtype=bool)
 
     def geometry(self, x: FloatArray) -> FloatArray:
-        """The robot's geometry at variables x."""
+        """Return the geometry of the robot at variables x."""
         p = self.held.copy()
         p[self.sought] = x[: len(self.sought)]
         return p
 
     def poses(self, q: FloatArray, x: FloatArray) -> FloatArray:
-        """(N, 4, 4) poses of the tool in W at coordinates (N, n) and variables x."""
+        """Return the (N, 4, 4) tool poses in frame W at coordinates (N, n) and variables x."""
         return np.asarray(self.T_W_base @ self.robot.fk_p(q, self.geometry(x)))
 
     def unknowns(self, x: FloatArray) -> FloatArray:
-        """Unknowns of the measurements at variables x."""
+        """Return the unknowns of the measurements at variables x."""
         found = self.held_unknowns.copy()
         found[self.open_unknowns] = x[len(self.sought) :]
         return found
 
     def errors(self, x: FloatArray) -> FloatArray:
-        """All errors."""
+        """Return the (M,) errors at variables x, in standard deviations."""
         return self._errors_at(self.poses(self.q, x), x)
 
     def derivative(self, x: FloatArray) -> FloatArray:
-        """(M, k) derivative of all errors by x."""
+        """Return the (M, k) derivative of the errors with respect to x."""
         return self._derivative_at(self.poses(self.q, x), x)
 
     def _errors_at(self, T: FloatArray, x: FloatArray) -> FloatArray:
@@ -289,19 +290,19 @@ class Problem:
 
     @functools.cached_property
     def _rows(self) -> IntArray:
-        """The row of each error."""
+        """Row index of each error."""
         return self.measurements.rows
 
     @functools.cached_property
     def _roots(self) -> FloatArray:
-        """(M,) root of the weight of each error."""
+        """(M,) square root of the weight of each error."""
         return np.sqrt(self.weights[self.measurements.configurations[self._rows]])
 
     def weighted(self, weights: FloatArray) -> Problem:
-        """The same variables, with other weights (N,).
+        """Return the problem with weights (N,).
 
         Raises:
-            ShapeError: There is not one weight for each configuration.
+            ShapeError: The number of weights differs from the number of configurations.
         """
         if weights.shape != (len(self.q),):
             raise ShapeError(
@@ -310,30 +311,30 @@ class Problem:
         return replace(self, weights=weights)
 
     def at(self, index: IntArray) -> Problem:
-        """The same variables, from the measurements of some configurations."""
+        """Return the problem with the measurements at some configurations only."""
         measurements = self.measurements.at(index)
         return replace(
             self, q=self.q[index], measurements=measurements, weights=self.weights[index]
         )
 
     def drawn(self) -> FloatArray:
-        """(t, k) derivative of (p - nominal) / tolerance by the scaled variables."""
+        """Return the (t, k) derivative of `strays` with respect to the scaled variables."""
         rows = np.flatnonzero(self.known)
         found = np.zeros((len(rows), len(self.x0)))
         found[np.arange(len(rows)), rows] = SMALL / self.known[rows]
         return found
 
     def strays(self, x: FloatArray) -> FloatArray:
-        """(t,) deviations of parameters from nominal, in standard deviations."""
+        """Return the (t,) deviations of parameters from nominal, in standard deviations."""
         at = np.flatnonzero(self.known)
         return np.asarray((x[at] - nominal(self.robot)[self.sought[at]]) / self.known[at])
 
     def solved(self, x: FloatArray, *, robust: bool) -> Calibration:
-        """The calibration, from variables near by.
+        """Return the calibration.
 
         Args:
-            x: Where the iteration starts.
-            robust: Whether rows that contradict the others are left out.
+            x: Start of the iteration.
+            robust: Whether outliers are excluded.
 
         Raises:
             InputValueError: There are fewer measurements than variables.
@@ -343,11 +344,11 @@ class Problem:
         return replace(found := self.calibration(fit), warnings=diagnose(found))
 
     def settled(self, fit: Fit, *, robust: bool) -> Fit:
-        """Variables, rows that agree, and noise that belong together, from those near by.
+        """Alternate solving and updating outliers and noise until all are consistent.
 
         Args:
-            fit: Where the iteration starts.
-            robust: Whether rows that contradict the others are left out.
+            fit: Start of the iteration.
+            robust: Whether outliers are excluded.
 
         Raises:
             InputValueError: There are fewer measurements than variables.
@@ -356,7 +357,7 @@ class Problem:
         count = len(self.x0) + sum(item.name in design for item in self.unidentifiable)
         if len(self._rows) + len(self.drawn()) <= count:
             raise InputValueError(
-                f"identify: {len(self._rows)} measured numbers do not determine {count} "
+                f"identify: {len(self._rows)} measured values do not determine {count} "
                 "variables; measure more configurations, or vary fewer parameters"
             )
         x, used, noise = fit
@@ -374,9 +375,9 @@ class Problem:
     def solve(
         self, x: FloatArray, used: BoolArray, noise: float, *, robust: bool = False
     ) -> FloatArray:
-        """The least sum of squares over some rows, or of a loss that outliers do not govern.
+        """Return the variables that minimize the sum of squares, or of a robust loss, of some rows.
 
-        Configurations whose loops do not close at the start are left out.
+        Configurations with open loops at the start are ignored.
         """
         kept = used[self._rows] & np.isfinite(self.errors(x))
         drawn = noise * self.drawn() / SMALL
@@ -392,13 +393,13 @@ class Problem:
         return least_squares(errors, x, SMALL, loss_from=size, step=_STEP, evaluations=_EVALUATIONS)
 
     def spread(self, x: FloatArray) -> float:
-        """A standard deviation of the errors that outliers do not govern."""
+        """Return a robust standard deviation of the errors."""
         e = self.errors(x)
         return robust_deviation(e[np.isfinite(e)])
 
     def within(self, fit: Fit) -> BoolArray:
-        """Which rows agree with the others."""
-        # Loops that do not close at x give NaN.
+        """Return a mask of the rows that are not outliers."""
+        # Errors are NaN if a loop does not close at x.
         closed = np.isfinite(self.errors(fit.x))
         open_ = np.zeros(len(fit.used), dtype=bool)
         open_[self._rows[~closed]] = True
@@ -410,32 +411,32 @@ class Problem:
             agreeing[self._rows[closed][wrong]] = False
             self._linearized(fit.x, agreeing[self._rows]).inverse_root(fit.noise)
         except Undetermined:
-            return used  # The others do not tell what these rows should be.
+            return used  # Without these rows, the variables would be undetermined.
         return agreeing
 
     def noise(self, x: FloatArray, used: BoolArray) -> float:
-        """Factor by which errors exceed their standard deviations."""
+        """Return the ratio of the errors to their stated standard deviations."""
         at = self._linearized(x, used[self._rows])
         if len(at.e) + len(at.D) <= len(x):
             raise self._few_agree(used)
-        # Tolerances beside no noise at all would leave a singular matrix.
+        # With noise 0 and known standard deviations, the matrix would be singular.
         return max(at.noise(), LEAST_NOISE) if len(at.D) else at.noise()
 
     def _linearized(self, x: FloatArray, kept: BoolArray) -> Linearized:
-        """Errors of some measured numbers, and deviations of parameters, near x."""
+        """Linearize the selected errors and the parameter deviations near x."""
         J = self.derivative(x)[kept] * SMALL
         return Linearized(self.errors(x)[kept], J, self.strays(x), self.drawn())
 
     def _few_agree(self, used: BoolArray) -> InputValueError:
         kept = used[self._rows]
         return InputValueError(
-            f"identify: only {int(kept.sum())} of {len(kept)} measured numbers agree with one "
-            f"another, too few for {len(self.x0)} variables; is another robot, or another column, "
-            "measured?"
+            f"identify: only {int(kept.sum())} of {len(kept)} measured values agree with one "
+            f"another, too few for {len(self.x0)} variables; check that the measurements belong to "
+            "this robot and that their columns are correct"
         )
 
     def calibration(self, fit: Fit) -> Calibration:
-        """The result at the variables found."""
+        """Return the calibration for a fit."""
         x, used, noise = fit
         at = self._linearized(x, used[self._rows])
         try:
@@ -466,7 +467,7 @@ class Problem:
         )
 
     def _framed(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The geometry without corrections of the base, and the device's frame with them."""
+        """Move the base corrections from the geometry to the base frame in the device frame."""
         still, own = self.q[0], p.copy()
         own[[item.part == "base" for item in self.robot.geometry]] = 0.0
         moved = self.robot.fk_p(still, p) @ se3.inverse(self.robot.fk_p(still, own))

@@ -1,1 +1,1 @@
-"""Measurements of the tool: positions, poses, distances, frames of devices, and tables."""
+"""Tool measurements: positions, poses, distances, device frames, and measurement tables."""

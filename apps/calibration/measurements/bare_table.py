@@ -1,7 +1,7 @@
-"""Tables without a header: columns told by their number, their size and distances that stay.
+"""Tables without a header: the columns are inferred from their count and values.
 
-Coordinates come first or last. Targets on a tool keep their distances, and the components of a
-quaternion their length: so positions of several targets are told from a pose.
+Coordinates are the first or the last columns. Constant distances between targets distinguish
+several target positions from a pose.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ from .table_text import TableLine, number
 FloatArray = NDArray[np.float64]
 
 _KEPT = 0.05
-"""Change of a distance between targets, in parts of their own motion, that a tool does not make."""
+"""Maximum change of a distance between targets on a tool, relative to their own motion."""
 _LARGEST = 720.0
-"""Largest joint angle [deg]: positions in millimetres are larger as a rule."""
+"""Maximum joint angle [deg]; positions in millimeters are usually larger."""
 _LEAST = 3
-"""Fewest rows that tell whether a distance stays."""
+"""Minimum number of rows to test whether a distance is constant."""
 
 
 def header_of(path: Path, rows: Sequence[TableLine], robot: Robot, said: list[str]) -> list[str]:
-    """The header that a table should have; what is assumed is added to `said`.
+    """Return the inferred header of a table, and append the assumption to `said`.
 
     Raises:
-        InputValueError: Its columns are not told; the message gives a header as it should be.
+        InputValueError: The columns are ambiguous; the message suggests a header.
     """
     whole = _whole(rows)
     if len(whole) < _LEAST:
@@ -58,12 +58,12 @@ def header_of(path: Path, rows: Sequence[TableLine], robot: Robot, said: list[st
     if not ends:
         raise _asked(path, rows, robot)
     header = ends[0][0]
-    said.append(f"there is no header; the columns are taken for {', '.join(header)}")
+    said.append(f"there is no header; the columns are assumed to be {', '.join(header)}")
     return header
 
 
 def _whole(rows: Sequence[TableLine]) -> list[TableLine]:
-    """The rows with as many numbers as the first."""
+    """Return the rows with as many numbers as the first row."""
     count = len(rows[0].cells)
     return [
         row
@@ -73,19 +73,19 @@ def _whole(rows: Sequence[TableLine]) -> list[TableLine]:
 
 
 def _counts(values: FloatArray) -> int:
-    """1 where the first column counts the rows, else 0."""
+    """Return 1 if the first column counts the rows, else 0."""
     return int(len(values) > 1 and bool((np.diff(values[:, 0]) == 1).all()))
 
 
 def _names(count: int) -> list[str]:
-    """x, y, z of one target, x1, y1, z1, x2 ... of several; other columns have none."""
+    """Return the column names x, y, z for one target, or x1, y1, z1, x2 ... for several."""
     if count == len(AXES):
         return list(AXES)
     return [f"{axis}{k + 1}" for k in range(count // len(AXES)) for axis in AXES]
 
 
 def _are_targets(values: FloatArray) -> bool:
-    """Whether columns are positions of targets that keep their distances."""
+    """Return whether columns are target positions with constant distances."""
     if values.shape[1] % len(AXES):
         return False
     points = values.reshape(len(values), -1, len(AXES))
@@ -99,7 +99,7 @@ def _are_targets(values: FloatArray) -> bool:
 def _asked(path: Path, rows: Sequence[TableLine], robot: Robot) -> InputValueError:
     joints = ", ".join(f"q{k + 1} [deg]" for k in range(min(robot.n, 2)))
     return InputValueError(
-        f"{path}: the first line holds numbers, and its {len(rows[0].cells)} columns do not tell "
-        f"which are the {robot.n} coordinates and the positions of targets; write a header such as "
-        f"'{joints}, ..., x [mm], y [mm], z [mm]'"
+        f"{path}: the first line contains numbers instead of a header, and the meaning of the "
+        f"{len(rows[0].cells)} columns is ambiguous; write a header with {robot.n} coordinates, "
+        f"such as '{joints}, ..., x [mm], y [mm], z [mm]'"
     )

@@ -1,12 +1,11 @@
-"""Positions measured while one joint turns: circles, whose axes place the robot in the device.
+"""Circle point analysis: positions measured while one joint at a time rotates.
 
-With the angle t_i of the joint, known but for its zero, a target moves on
+For the joint angle t_i, up to an offset, a target moves on the circle
 
     y_i = c + a cos t_i + b sin t_i,
 
-which is linear in c, a and b. The axis goes through c along a x b, with the sense of the turn. The
-nominal axes of the same joints, seen in the base frame, are carried onto the measured ones by the
-base frame in the device's: a start that needs no search, and an axis a joint to look at.
+which is linear in c, a and b. The joint axis passes through c along a x b. Fitting the nominal to
+the measured joint axes gives the base frame in the device frame in closed form.
 
 Source:
     B. W. Mooring, Z. S. Roth, M. R. Driels, Fundamentals of Manipulator Calibration, 1991, chapter
@@ -31,16 +30,16 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 LEAST_TURN = 0.2
-"""Radians that a joint must turn on its circle: a shorter arc leaves its centre uncertain."""
+"""Minimum arc of a circle [rad]; the center of a shorter arc is too uncertain."""
 
 
 @dataclass(frozen=True)
 class MeasuredAxis:
-    """An axis about which positions move on circles.
+    """A measured joint axis.
 
     Attributes:
-        direction: (3,) its direction, with the sense of the joint's turn.
-        point: (3,) a point on it [m].
+        direction: (3,) direction of the axis, for positive joint rotation.
+        point: (3,) a point on the axis [m].
         error: Root mean square distance of the positions from their circles [m].
     """
 
@@ -51,28 +50,28 @@ class MeasuredAxis:
 
 @dataclass(frozen=True, eq=False)
 class CirclePoints(Positions):
-    """Positions of targets, measured while one joint after the other turns.
+    """Positions of targets, measured while one joint at a time rotates.
 
     Attributes:
-        points: (N, m, 3) as of :class:`Positions`.
-        sigma: Standard deviation of a coordinate [m].
-        circle: (N,) the number of the circle to which each configuration belongs; negative of none.
+        points: (N, m, 3) as in :class:`Positions`.
+        sigma: Standard deviation of each position coordinate [m].
+        circle: (N,) circle index of each configuration; negative if on no circle.
     """
 
     circle: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
 
     def at(self, index: IntArray) -> Self:
-        """The measurements of some configurations."""
+        """Return the measurements at some configurations."""
         return replace(self, points=self.points[index], circle=self.circle[index])
 
     def axes(self, T: FloatArray) -> tuple[MeasuredAxis, ...]:
-        """The axis of each circle in W, fitted to the measured positions.
+        """Return the axis of each circle in W, fitted to the measured positions.
 
         Args:
-            T: (N, 4, 4) poses of the nominal tool, which give the angles.
+            T: (N, 4, 4) nominal tool poses; they determine the joint angles.
 
         Raises:
-            InputValueError: The tool does not turn about one axis on a circle, by 0.2 rad or more.
+            InputValueError: On a circle, the tool does not rotate about one axis by 0.2 rad.
         """
         return tuple(
             _fitted(self.points[self.circle == k], _turned(T[self.circle == k], k)[1])
@@ -80,7 +79,7 @@ class CirclePoints(Positions):
         )
 
     def start(self, T: FloatArray) -> Start:
-        """The base frame by the axes; as for positions where they do not determine it."""
+        """Estimate the base frame from the axes; from positions if all axes are parallel."""
         nominal = [_turned(T[self.circle == k], k)[0] for k in self._numbers()]
         T_W_base = register_axes(_lines(nominal), _lines(self.axes(T)))
         if T_W_base is None:
@@ -95,7 +94,7 @@ class CirclePoints(Positions):
 
 
 def _turned(T: FloatArray, circle: int) -> tuple[MeasuredAxis, FloatArray]:
-    """The axis about which poses turn, in the base frame, and the angle of each from the first."""
+    """Return the rotation axis of poses in the base frame, and angles relative to the first."""
     apart = T @ se3.inverse(T[0])
     turns = so3.log(apart[:, :3, :3])
     direction = np.linalg.svd(turns)[2][0]
@@ -104,8 +103,8 @@ def _turned(T: FloatArray, circle: int) -> tuple[MeasuredAxis, FloatArray]:
     angles = turns @ direction
     if np.ptp(angles) < LEAST_TURN or np.abs(turns - np.outer(angles, direction)).max() > _STRAY:
         raise InputValueError(
-            f"circle {circle}: the tool does not turn about one axis by {LEAST_TURN} rad or more; "
-            "expected configurations in which one turning joint moves alone"
+            f"circle {circle}: the tool does not rotate about one axis by {LEAST_TURN} rad or "
+            "more; expected configurations in which only one revolute joint moves"
         )
     rows = (np.eye(3) - apart[:, :3, :3]).reshape(-1, 3)
     point = np.asarray(np.linalg.lstsq(rows, apart[:, :3, 3].ravel(), rcond=_STRAY)[0])
@@ -113,13 +112,12 @@ def _turned(T: FloatArray, circle: int) -> tuple[MeasuredAxis, FloatArray]:
 
 
 _STRAY = 1e-6
-"""Radians by which poses of one joint alone may turn about another axis: coordinates are repeated
-to rounding, or written to a table with six digits. Likewise the part of a singular value below
-which a shift along the axis is none."""
+"""Tolerance for rotation about another axis [rad], as coordinates may be rounded to six digits.
+It is also the relative singular value below which a direction is undetermined."""
 
 
 def _fitted(points: FloatArray, angles: FloatArray) -> MeasuredAxis:
-    """The common axis of the circles of all targets (N, m, 3), by c + a cos t + b sin t each."""
+    """Fit a circle to each target of points (N, m, 3), and return the common axis."""
     rows = np.column_stack([np.ones(len(angles)), np.cos(angles), np.sin(angles)])
     normal, centres, errors = np.zeros(3), [], []
     for own in np.moveaxis(points, 1, 0):
@@ -131,7 +129,7 @@ def _fitted(points: FloatArray, angles: FloatArray) -> MeasuredAxis:
         centres.append(c)
         errors.append(((rows[seen] @ np.stack([c, a, b]) - own[seen]) ** 2).sum(-1).mean())
     if not centres:
-        raise InputValueError("a circle needs one target that is seen in four configurations")
+        raise InputValueError("a circle requires a target that is visible in four configurations")
     return MeasuredAxis(
         normal / np.linalg.norm(normal),
         np.mean(centres, axis=0),
@@ -140,5 +138,5 @@ def _fitted(points: FloatArray, angles: FloatArray) -> MeasuredAxis:
 
 
 def _lines(axes: Sequence[MeasuredAxis]) -> tuple[FloatArray, FloatArray]:
-    """Directions (k, 3) and points (k, 3)."""
+    """Return the directions (k, 3) and points (k, 3) of axes."""
     return np.array([axis.direction for axis in axes]), np.array([axis.point for axis in axes])

@@ -1,10 +1,10 @@
-"""Measurements of one number: distances from a fixed point, and contacts with a sphere or a plane.
+"""Scalar measurements: distances from a fixed point, and contacts with a sphere or a plane.
 
-One target x on the tool takes part, a ball in a socket or the tip of a probe. No device has a frame
-of its own; the fixed point or plane is unknown, in the robot's base frame.
+The tool has one target x, for example a ball or a probe tip. There is no device frame; the unknown
+fixed point or plane is in the base frame of the robot.
 
-    |T_i x - c| = d_i     a ball bar between a fixed point c and the target; d_i = r on a sphere
-    n . (T_i x) = h       contacts with a plane
+    |T_i x - c| = d_i     ball bar between a fixed point c and the target; d_i = r on a sphere
+    n . (T_i x) = h       contact with a plane
 
 Source:
     J. M. Hollerbach, C. W. Wampler, The calibration index and taxonomy for robot kinematic
@@ -35,10 +35,10 @@ IntArray = NDArray[np.intp]
 
 @dataclass(frozen=True, eq=False)
 class _OneNumber(Measurements):
-    """One number a configuration.
+    """One measured value per configuration.
 
     Attributes:
-        values: (N,) the numbers [m].
+        values: (N,) measured values [m].
         sigma: Standard deviation [m].
     """
 
@@ -48,43 +48,43 @@ class _OneNumber(Measurements):
 
     @property
     def stated(self) -> str:
-        """The standard deviation of a number."""
+        """The standard deviation of a measured value, as text."""
         return stated(self.sigma)
 
     @property
     def rows(self) -> IntArray:
-        """The measurement."""
+        """Row index of each error; each measurement is a row with one error."""
         return np.arange(len(self.values))
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Measurement, from 1."""
+        """Measurement of each row, counted from 1."""
         return tuple(f"measurement {i + 1}" for i in range(len(self.values)))
 
     @property
     def configurations(self) -> IntArray:
-        """One row each."""
+        """Configuration index of each row."""
         return self.rows
 
     def lengths(self, errors: FloatArray) -> FloatArray:
-        """Their size."""
+        """Absolute error of each measurement."""
         return np.asarray(self.sigma * np.abs(errors))
 
     def at(self, index: IntArray) -> Self:
-        """The measurements of some configurations."""
+        """Return the measurements at some configurations."""
         return replace(self, values=self.values[index])
 
     def scaled(self, factor: float) -> Self:
-        """The measurements with all lengths times a factor."""
+        """Return the measurements with all lengths multiplied by a factor."""
         return replace(self, values=factor * self.values)
 
     def placed_as(self, other: Self) -> Self:
-        """These: fixed points and targets are unknowns."""
+        """Return the measurements unchanged: they contain no estimated frame."""
         del other
         return self
 
     def _refined(self, T: FloatArray, x: FloatArray) -> Start:
-        """The start after a fit of the unknowns alone, at the nominal poses."""
+        """Fit the unknowns alone at the nominal poses, and return the start."""
         still = np.zeros((len(T), 6, 0))
 
         def errors(y: FloatArray) -> Errors:
@@ -100,26 +100,26 @@ class Distances(_OneNumber):
     """Distances of a target on the tool from a fixed point: a ball bar, or contacts with a sphere.
 
     Attributes:
-        values: (N,) distances [m]; all alike on a sphere, its radius and that of the probe.
+        values: (N,) distances [m]; for a sphere, the sum of its radius and the probe radius.
         sigma: Standard deviation [m].
     """
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """The target in the tool's frame, and the fixed point in the base frame."""
+        """Names of the target in the tool frame and the fixed point in the base frame."""
         return (*_point("target"), *_point("centre"))
 
     def start(self, T: FloatArray) -> Start:
-        """The target in the tool's origin, and the centre by a linear fit of spheres."""
+        """Start with the target at the tool origin and the fixed point from a linear fit."""
         # d^2 = |p|^2 - 2 p . c + |c|^2
         p = T[:, :3, 3] - T[:, :3, 3].mean(0)
         c, rest, across = _sphere(p, (p**2).sum(-1) - self.values**2)
-        # At height 0 above the plane of the points the errors have no derivative by the height.
+        # At height 0 above coplanar points, the derivative with respect to the height is 0.
         c += np.sqrt(max(-rest - c @ c, (_HEIGHT * np.abs(p).max()) ** 2)) * across
         return self._refined(T, np.concatenate([np.zeros(3), c + T[:, :3, 3].mean(0)]))
 
     def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
-        """Computed less measured distances."""
+        """Return computed minus measured distances, in standard deviations."""
         apart = points_on_tool(T, x[None, :3])[:, 0] - x[3:6]
         return np.asarray((np.linalg.norm(apart, axis=-1) - self.values) / self.sigma)
 
@@ -136,23 +136,23 @@ class Distances(_OneNumber):
 
 @dataclass(frozen=True, eq=False)
 class SphereContacts(_OneNumber):
-    """Contacts of a target on the tool with a sphere whose radius is not known either.
+    """Contacts of a target on the tool with a sphere of unknown center and radius.
 
-    Without a known length the scale of the robot is not determined, and a length keeps its nominal
-    value; with a known radius take :class:`Distances`.
+    Contacts do not determine the scale of the robot, so one length stays nominal. For a known
+    radius, use :class:`Distances`.
 
     Attributes:
-        values: (N,) distances from the surface [m]; zeros where the probe touches it.
+        values: (N,) distances from the surface [m]; 0 for a contact.
         sigma: Standard deviation [m].
     """
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """The target in the tool's frame, the centre in the base frame, and the radius."""
+        """Names of the target in the tool frame, the center in the base frame, and the radius."""
         return (*_point("target"), *_point("centre"), "radius")
 
     def start(self, T: FloatArray) -> Start:
-        """The target in the tool's origin, and the sphere by a linear fit."""
+        """Start with the target at the tool origin and the sphere from a linear fit."""
         # |p|^2 = 2 p . c + r^2 - |c|^2
         p = T[:, :3, 3] - T[:, :3, 3].mean(0)
         c, rest, _ = _sphere(p, (p**2).sum(-1))
@@ -160,7 +160,7 @@ class SphereContacts(_OneNumber):
         return self._refined(T, np.concatenate([np.zeros(3), centre, [radius]]))
 
     def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
-        """Distance from the surface, less the one that was measured."""
+        """Return computed minus measured distances from the surface, in standard deviations."""
         return self._bar(x).errors(T, x)
 
     def derivatives(
@@ -171,7 +171,7 @@ class SphereContacts(_OneNumber):
         return by_p, np.column_stack([by_x, np.full(len(T), -1 / self.sigma)])
 
     def _bar(self, x: FloatArray) -> Distances:
-        """The distances from the centre."""
+        """Return the equivalent distances from the center."""
         return Distances(self.values + x[6], self.sigma)
 
 
@@ -180,20 +180,20 @@ class PlaneContacts(_OneNumber):
     """Contacts of a target on the tool with a plane.
 
     Attributes:
-        values: (N,) distances from the plane [m]; zeros where the probe touches it.
+        values: (N,) distances from the plane [m]; 0 for a contact.
         sigma: Standard deviation [m].
-        normal: (3,) the plane's normal, found from the nominal robot.
+        normal: (3,) normal of the plane, estimated with the nominal robot.
     """
 
     normal: tuple[float, float, float] = (0.0, 0.0, 1.0)
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """The target in the tool's frame, the plane's slopes (m per m) and height."""
+        """Names of the target in the tool frame, and of the slopes and height of the plane."""
         return (*_point("target"), "plane_slope_1", "plane_slope_2", "plane_height")
 
     def start(self, T: FloatArray) -> Start:
-        """The target in the tool's origin, and the plane of least squares."""
+        """Start with the target at the tool origin and the least-squares plane."""
         p = T[:, :3, 3]
         normal = np.linalg.svd(p - p.mean(0))[2][2]
         found = replace(self, normal=tuple(normal.tolist()))
@@ -202,18 +202,18 @@ class PlaneContacts(_OneNumber):
         return found._refined(T, x)
 
     def placed_as(self, other: Self) -> Self:
-        """The measurements with the other's normal."""
+        """Return the measurements with the normal of other measurements."""
         return replace(self, normal=other.normal)
 
     def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
-        """Distance from the plane, less the one that was measured."""
+        """Return computed minus measured distances from the plane, in standard deviations."""
         height = points_on_tool(T, x[None, :3])[:, 0] @ self._direction(x) - x[5]
         return np.asarray((height - self.values) / self.sigma)
 
     def derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """The velocity of the target along the normal."""
+        """Return the derivatives from the velocity of the target along the normal."""
         n, points = self._direction(x), points_on_tool(T, x[None, :3])[:, 0]
         by_p = np.einsum("i,nip->np", n, velocities_on_tool(T, J, x[None, :3])[:, 0])
         slopes = points @ self._across().T
@@ -221,29 +221,28 @@ class PlaneContacts(_OneNumber):
         return by_p / self.sigma, by_x / self.sigma
 
     def _across(self) -> FloatArray:
-        """(2, 3) directions perpendicular to the normal."""
+        """Return two directions (2, 3) perpendicular to the normal."""
         return np.asarray(np.linalg.svd(np.array([self.normal]))[2][1:])
 
     def _direction(self, x: FloatArray) -> FloatArray:
-        """The normal at slopes x[3:5]; its length differs from 1 by their squares."""
+        """Return the normal for slopes x[3:5], of unit length to first order in the slopes."""
         return np.asarray(np.array(self.normal) + x[3:5] @ self._across())
 
 
 _STEP = 1e-6
-"""Relative change at which the start is good enough; the identification goes on from there."""
+"""Relative change at which the fit of the start stops; the identification refines it."""
 _EVALUATIONS = 50
-"""Most evaluations on the way there."""
+"""Maximum number of evaluations of the fit of the start."""
 _HEIGHT = 0.1
-"""Least height of a fixed point above points in a plane, in parts of their extent."""
+"""Minimum height of a fixed point above coplanar points, relative to their extent."""
 _FLAT = 1e-6
-"""Third singular value of points, in parts of the largest, below which they lie in a plane, or the
-second one, on a line."""
+"""Relative singular value of points below which they count as coplanar or collinear."""
 
 
 def _sphere(p: FloatArray, right: FloatArray) -> tuple[FloatArray, float, FloatArray]:
-    """The solution c, rest of 2 p . c + rest = right for points p (N, 3) about 0.
+    """Solve 2 p . c + rest = right for c (3,) and rest, with points p (N, 3) of mean 0.
 
-    The third result is a direction of c that the points leave open; 0 if they determine c.
+    The third result is a direction in which c is undetermined; 0 if the points determine c.
     """
     _, sizes, axes = np.linalg.svd(p, full_matrices=False)
     rows = np.column_stack([2 * p, np.full(len(p), sizes[0])])
@@ -253,5 +252,5 @@ def _sphere(p: FloatArray, right: FloatArray) -> tuple[FloatArray, float, FloatA
 
 
 def _point(what: str) -> tuple[str, ...]:
-    """Names of the coordinates of a point."""
+    """Return the names of the coordinates of a point."""
     return tuple(f"{what}_{axis}" for axis in "xyz")

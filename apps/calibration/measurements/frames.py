@@ -1,7 +1,7 @@
-"""Frames of measuring devices in closed form, from the nominal robot: starts of an identification.
+"""Estimation of device frames with the nominal robot, to start an identification.
 
-A laser tracker or a camera measures in a frame W of its own, and the place of its targets on the
-tool is unknown. With the nominal poses T_i of the tool in the base frame,
+A laser tracker or a camera measures in its own frame W. The target positions in the tool frame are
+unknown. With the nominal tool poses T_i in the base frame,
 
     y_ij = T_W_base (T_i x_j)         positions of targets x_j
     Y_i  = T_W_base T_i T_tool_probe  poses of a probe
@@ -25,33 +25,33 @@ from chasles import so3
 FloatArray = NDArray[np.float64]
 
 _FIRST_ROUNDS = 5
-"""Steps from each of 24 rotations; those with the least error go on."""
+"""Number of steps from each of the 24 start rotations; the best rotations are refined."""
 _FINISHED = 6
-"""Rotations that go on."""
+"""Number of rotations that are refined."""
 _ROUNDS = 60
-"""Most steps from these."""
+"""Maximum number of refinement steps."""
 _SETTLED = 1e-6
-"""Part of its error that each start must lose in a step for another one to follow."""
+"""Relative decrease of the squared error below which the iteration stops."""
 _DAMPED = 1e-3
-"""First damping, in parts of the trace of the normal equations."""
+"""Initial damping relative to the trace of the normal equations."""
 _STUCK = 1e6
-"""Damping, likewise, at which no step lowers the error."""
+"""Damping relative to the trace of the normal equations at which the iteration stops."""
 _FULL = 1e-9
-"""Singular value, in parts of the largest, below which measurements leave an unknown open."""
+"""Relative singular value below which an unknown is undetermined."""
 _ACROSS = 0.1
-"""Second singular value of directions below which axes are parallel and leave a turn open."""
+"""Second singular value of axis directions below which the axes count as parallel."""
 _LEVER = 0.1
-"""Least distance of points that stand for an orientation [m]: 0.05 mrad weigh 5 um there."""
+"""Minimum distance of points that represent an orientation [m]: 0.05 mrad moves them by 5 um."""
 _REPEATED = 0.999
-"""Second singular value, in parts of the first, from which orientations leave the frames open."""
+"""Ratio of the two largest singular values above which orientations alone are ambiguous."""
 
 
 class Registration(NamedTuple):
-    """Frames found from measurements.
+    """The base frame and targets estimated from measured positions.
 
     Attributes:
-        T_W_base: (4, 4) the base frame in the measuring device's.
-        points: (m, 3) targets in the tool's frame [m].
+        T_W_base: (4, 4) the base frame in the device frame W.
+        points: (m, 3) targets in the tool frame [m].
         error: Root mean square distance [m].
     """
 
@@ -61,12 +61,11 @@ class Registration(NamedTuple):
 
 
 def register_points(T: FloatArray, measured: FloatArray) -> Registration:
-    """The base frame and the targets that fit measured positions best.
+    """Return the base frame and the targets that fit measured positions best.
 
     Args:
-        T: (N, 4, 4) nominal poses of the tool in the base frame.
-        measured: (N, m, 3) positions of m targets in the device's frame [m], NaN where a target was
-            not seen.
+        T: (N, 4, 4) nominal tool poses in the base frame.
+        measured: (N, m, 3) positions of m targets in the device frame [m], NaN if invisible.
     """
     registrations = _Registrations(T, measured)
     R = registrations.refined(_CUBE, _FIRST_ROUNDS)
@@ -76,14 +75,14 @@ def register_points(T: FloatArray, measured: FloatArray) -> Registration:
 
 
 def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The frames T_W_base and T_tool_probe that fit measured poses best.
+    """Return the frames T_W_base and T_tool_probe that fit measured poses best.
 
     Args:
-        T: (N, 4, 4) nominal poses of the tool in the base frame.
-        measured: (N, 4, 4) poses of the probe in the device's frame.
+        T: (N, 4, 4) nominal tool poses in the base frame.
+        measured: (N, 4, 4) probe poses in the device frame.
     """
     R, Y = T[:, :3, :3], measured[:, :3, :3]
-    # R_base_W = R_i R_tool_probe Y_i^T for all i: the largest singular value's pair of vectors.
+    # R_base_W = R_i R_tool_probe Y_i^T for all i: singular vectors of the largest singular value.
     products = np.einsum("nij,nkl->ikjl", R, Y).reshape(9, 9)
     _, sizes, vectors = np.linalg.svd(products)
     if sizes[1] > _REPEATED * sizes[0]:
@@ -100,10 +99,10 @@ def register_poses(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, Flo
 
 
 def _register_by_points(T: FloatArray, measured: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The frames of tools that turn about one axis or not at all, whose places count as well.
+    """Return the frames for a tool that rotates about at most one axis, from positions too.
 
-    The probe is four points: its origin, and one on each axis as far away as the tool moves, or
-    `_LEVER` where it hardly moves.
+    Four points represent the probe: its origin and one point on each axis. The distance of these
+    points is the spread of the tool positions, at least `_LEVER`.
     """
     spread = max(float(np.linalg.norm(T[:, :3, 3].std(0))), _LEVER)
     origin, axes = measured[:, None, :3, 3], measured[:, :3, :3].swapaxes(1, 2)
@@ -115,37 +114,40 @@ def _register_by_points(T: FloatArray, measured: FloatArray) -> tuple[FloatArray
 def register_axes(
     nominal: tuple[FloatArray, FloatArray], measured: tuple[FloatArray, FloatArray]
 ) -> FloatArray | None:
-    """The base frame that carries nominal axes nearest to measured ones; None if they are parallel.
+    """Return the base frame that fits nominal to measured axes best; None if axes are parallel.
 
     Args:
-        nominal: Directions (k, 3) and points (k, 3) in the base frame.
-        measured: Directions and points in the device's frame.
+        nominal: Directions (k, 3) and points (k, 3) of the nominal axes in the base frame.
+        measured: Directions and points of the measured axes in the device frame.
     """
     (h, p), (n, c) = nominal, measured
     if np.linalg.svd(h)[1][1:2].sum() < _ACROSS:
         return None
     R = _rotation(n.T @ h)
-    # The part of R p + t - c across the axis vanishes.
+    # The component of R p + t - c perpendicular to the axis is zero.
     across = np.eye(3) - n[:, :, None] * n[:, None, :]
     right = np.einsum("kij,kj->ki", across, c - p @ R.T)
     return _pose(R, np.linalg.lstsq(across.reshape(-1, 3), right.ravel())[0])
 
 
 def transformation(points: FloatArray, measured: FloatArray) -> FloatArray:
-    """(4, 4) the pose that carries points (N, 3) nearest to measured ones (N, 3)."""
+    """Return the pose (4, 4) that fits points (N, 3) to measured points (N, 3) best."""
     middle, there = points.mean(0), measured.mean(0)
     R = _rotation((measured - there).T @ (points - middle))
     return _pose(R, there - R @ middle)
 
 
 def targets_at(T: FloatArray, measured: FloatArray) -> FloatArray:
-    """(m, 3) mean places of targets on the tool, from poses (N, 4, 4) and positions (N, m, 3)."""
+    """Return mean target positions (m, 3) in the tool frame.
+
+    T (N, 4, 4) are tool poses and measured (N, m, 3) target positions.
+    """
     turned = np.einsum("nji,nmj->nmi", T[:, :3, :3], measured - T[:, None, :3, 3])
     return np.asarray(np.nanmean(turned, axis=0))
 
 
 def mean_pose(T: FloatArray, measured: FloatArray) -> FloatArray:
-    """(4, 4) the mean place on the tool, from poses (N, 4, 4) of the tool and of what is on it."""
+    """Return the mean probe pose (4, 4) in the tool frame, from tool and probe poses (N, 4, 4)."""
     R, apart = T[:, :3, :3].swapaxes(-1, -2), measured[:, :3, 3] - T[:, :3, 3]
     return _pose(
         _rotation((R @ measured[:, :3, :3]).sum(0)), (R @ apart[..., None])[..., 0].mean(0)
@@ -153,28 +155,28 @@ def mean_pose(T: FloatArray, measured: FloatArray) -> FloatArray:
 
 
 class _Registrations:
-    """The errors of registrations by their rotation alone, the rest in closed form.
+    """Registration errors as a function of the rotation R alone.
 
-    Targets x_j and the shift c satisfy R_i x_j + c = R^T y_ij - p_i, with the nominal orientations
-    R_i and origins p_i: linear equations at each rotation R. What their least-squares solution
-    leaves is linear in the entries of R, and a triangle of few rows holds it for all measurements.
+    Targets x_j and translation c satisfy R_i x_j + c = R^T y_ij - p_i, with nominal orientations
+    R_i and origins p_i. For each R, these equations are linear in x_j and c. Their least-squares
+    residual is linear in the entries of R; a QR factorization compresses it to a few rows.
     """
 
     def __init__(self, T: FloatArray, measured: FloatArray) -> None:
-        """Takes nominal poses (N, 4, 4) and positions (N, m, 3), NaN where unseen."""
+        """Factorize for nominal poses (N, 4, 4) and positions (N, m, 3), NaN if invisible."""
         seen = np.isfinite(measured).all(-1)
         index, target = np.nonzero(seen)
         count = len(index)
         rows = np.zeros((count, 3, measured.shape[1] + 1, 3))
         rows[np.arange(count), :, target] = T[index, :3, :3]
         rows[:, :, -1] = np.eye(3)
-        # Equations by the entries R_lk, in the order of R.ravel(), and by -1.
+        # Columns: the entries R_lk in the order of R.ravel(), then the constant -1.
         right = np.einsum("nl,ka->nalk", measured[seen], np.eye(3)).reshape(-1, 9)
         rows = rows.reshape(3 * count, -1)
         everything = np.column_stack([rows, right, T[index, :3, 3].ravel()])
         triangle = np.linalg.qr(everything, mode="r") / np.sqrt(count)
         rows, right = np.split(triangle, [rows.shape[1]], axis=1)
-        # Minimum norm: a target that was never seen is at the tool's origin.
+        # Minimum norm: a target that is never visible is at the tool origin.
         u, sizes, vt = np.linalg.svd(rows, full_matrices=False)
         rank = int((sizes > _FULL * sizes[0]).sum())
         along = u[:, :rank].T @ right
@@ -182,11 +184,11 @@ class _Registrations:
         self._left = right - u[:, :rank] @ along
 
     def errors(self, R: FloatArray) -> FloatArray:
-        """(k, r) vectors whose length is the root mean square distance, at rotations (k, 3, 3)."""
+        """Return error vectors (k, r) for rotations (k, 3, 3); their norm is the RMS distance."""
         return np.asarray(_with_one(R) @ self._left.T)
 
     def refined(self, R: FloatArray, rounds: int) -> FloatArray:
-        """(k, 3, 3) rotations with the least errors near others, by Levenberg and Marquardt."""
+        """Refine rotations (k, 3, 3) to local minima of the error, by Levenberg-Marquardt."""
         damping, e = np.full(len(R), _DAMPED), self.errors(R)
         for _ in range(rounds):
             J = (R[:, None] @ _GENERATORS).reshape(-1, 3, 9) @ self._left[:, :9].T
@@ -206,19 +208,19 @@ class _Registrations:
         return R
 
     def at(self, R: FloatArray) -> Registration:
-        """The registration with a rotation (3, 3) of the base frame in the device's."""
+        """Return the registration for a rotation (3, 3) of the base frame in the device frame."""
         found = self._solution @ _with_one(R[None])[0]
         error = float(np.linalg.norm(self.errors(R[None])))
         return Registration(_pose(R, R @ found[-3:]), found[:-3].reshape(-1, 3), error)
 
 
 def _with_one(R: FloatArray) -> FloatArray:
-    """(k, 10) entries of rotations (k, 3, 3), and -1."""
+    """Return the entries of rotations (k, 3, 3) with -1 appended (k, 10)."""
     return np.column_stack([R.reshape(-1, 9), np.full(len(R), -1.0)])
 
 
 def _rotation(matrix: FloatArray) -> FloatArray:
-    """(..., 3, 3) the rotations R with the largest trace(R^T matrix)."""
+    """Return the rotations R (..., 3, 3) that maximize trace(R^T matrix)."""
     u, _, vt = np.linalg.svd(matrix)
     u[..., 2] *= np.sign(np.linalg.det(u @ vt))[..., None]
     return np.asarray(u @ vt)
@@ -231,7 +233,7 @@ def _pose(R: FloatArray, p: FloatArray) -> FloatArray:
 
 
 def _cube_rotations() -> list[FloatArray]:
-    """The 24 rotations of a cube."""
+    """Return the 24 rotational symmetries of a cube."""
     found = []
     for order in itertools.permutations(range(3)):
         for signs in itertools.product((1.0, -1.0), repeat=3):

@@ -1,19 +1,19 @@
-"""The headings of columns as people write them, by one name each.
+"""Recognition of column headings: each supported spelling and its standard name.
 
 | name | headings |
 |---|---|
-| q1 ... | the robot's; q1, J1, joint_1, theta_1[deg], A1, Achse 1, rax_1, q[0], S L U R B T |
+| q1 ... | coordinate names; q1, J1, joint_1, theta_1[deg], A1, Achse 1, rax_1, q[0], S L U R B T |
 | x, y, z | x, X_mm, px, pos_x, tcp.x, x_measured |
-| x1, y1, z1, x2 ... | X1, x_1, P1_x, target_1_x, SMR1.X; x, y, z again; left_x, right_x; x, x.1 |
-| qw, qx, qy, qz | qw, quat_w, orientation.w; q1 ... q4 or q0 ... q3 beside joints of another name |
+| x1, y1, z1, x2 ... | X1, x_1, P1_x, target_1_x, SMR1.X; x, y, z twice; left_x, right_x; x, x.1 |
+| qw, qx, qy, qz | qw, quat_w, orientation.w; q1 ... q4 or q0 ... q3 if joints have other names |
 | rx, ry, rz | rx, rot_x, rotvec_x |
 | roll, pitch, yaw | roll, pitch, yaw; w, p, r of FANUC; c, b, a of KUKA |
 | r11 ... r33 | r11, R_1_1, T[0][0], m00; nx, ox, ax ... |
 | target, station | target, marker, SMR, point, ball; station |
 
-Units stand in brackets, or behind an underscore, a space or nothing: "q1 [deg]", "q1_deg", "J1deg".
-Words such as "measured", "actual" or "tracker" are left out. Columns that are "commanded",
-"nominal" or "computed" stand for coordinates that nobody recorded, and never for measurements.
+Units follow in brackets, after an underscore or a space, or directly: "q1 [deg]", "q1_deg",
+"J1deg". Words such as "measured", "actual" or "tracker" are ignored. Columns with "commanded",
+"nominal" or "computed" are used only for coordinates without a measured column.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ _WORDS = {
     "millimeters": "mm",
     "millimetres": "mm",
 }
-"""Units as words."""
+"""Spelled-out and alternative units."""
 AXES = ("x", "y", "z")
 TARGET, STATION = "target", "station"
 QUATERNION = ("qw", "qx", "qy", "qz")
@@ -96,16 +96,16 @@ _FANUC, _KUKA = ("w", "p", "r"), ("c", "b", "a")
 _POSITIONS = frozenset((*AXES, "px", "py", "pz"))
 _DOTTED = re.compile(r"[a-zA-Z]\.\d+$")
 _COLUMNS = ("n", "o", "a")
-"""First letters of the columns of a rotation, as Paul calls them."""
+"""First letters of the columns of a rotation matrix in Paul's notation."""
 
 
 class Column(NamedTuple):
     """A column of a table.
 
     Attributes:
-        heading: As it is written, without its unit.
-        number: From 0.
-        unit: In small letters as in `UNITS`; "" where none is stated; another word as written.
+        heading: The heading without the unit.
+        number: Column index, from 0.
+        unit: A key of `UNITS`; "" if none is stated; an unknown unit unchanged.
     """
 
     heading: str
@@ -114,7 +114,7 @@ class Column(NamedTuple):
 
 
 class NamedColumns(NamedTuple):
-    """The columns that were recognised, by name, and sentences about those that need one."""
+    """The recognized columns, keyed by name; repeated names; and assumptions as sentences."""
 
     columns: dict[str, Column]
     repeated: tuple[str, ...]
@@ -128,18 +128,18 @@ class _Heading(NamedTuple):
 
 
 def unit_of(word: str) -> str:
-    """A word as in `UNITS`; "" where it is no unit."""
+    """Return the key of `UNITS` for a word; "" if it is not a unit."""
     small = word.strip(" []()").lower()
     small = _WORDS.get(small, small)
     return small if small in UNITS else ""
 
 
 def named(header: Sequence[str], own: Sequence[str]) -> NamedColumns:
-    """The columns of a header by their names.
+    """Return the recognized columns of a header.
 
     Args:
-        header: Its cells.
-        own: Names of the robot's coordinates.
+        header: Cells of the header.
+        own: Coordinate names of the robot.
     """
     headings = [
         heading
@@ -152,7 +152,7 @@ def named(header: Sequence[str], own: Sequence[str]) -> NamedColumns:
     if _has_coordinates(measured, own):
         headings = measured
     elif _has_coordinates(headings, own):
-        said.append("coordinates are those that were commanded, not measured")
+        said.append("coordinates are commanded, not measured")
     for rule in _RULES:
         rest = [heading for heading in headings if heading.column.number not in found]
         found |= rule(rest, own, said)
@@ -168,7 +168,7 @@ def named(header: Sequence[str], own: Sequence[str]) -> NamedColumns:
 
 
 def _heading(cell: str, number: int) -> _Heading | None:
-    """The heading in a cell; None for columns of errors, deviations and the like."""
+    """Return the heading in a cell; None for columns of errors, velocities and the like."""
     text, unit = cell.strip().strip("\"'"), ""
     for inside in _BRACKETS.findall(text):
         if not _is_named(inside):
@@ -186,23 +186,23 @@ def _heading(cell: str, number: int) -> _Heading | None:
 
 
 def _is_named(inside: str) -> bool:
-    """Whether brackets hold a number or words that belong to the name, and no unit."""
+    """Return whether brackets contain a part of the name, not a unit."""
     words = _TOKEN.findall(inside.lower())
     return inside.isdigit() or (bool(words) and set(words) <= _LEFT_OUT | _PLANNED | _OTHER)
 
 
 def _is_planned_joint(words: Sequence[str]) -> bool:
-    """Whether a heading is that of a joint's aim: target_q_0."""
+    """Return whether a heading is a commanded joint position, such as target_q_0."""
     return len(words) > 1 and words[0] == "target" and words[1] in _JOINTS
 
 
 def _core(heading: _Heading) -> tuple[str, ...]:
-    """The words that tell what a heading is."""
+    """Return the words that identify a heading."""
     return tuple(word for word in heading.tokens if word not in _LEFT_OUT)
 
 
 def _own(rest: Sequence[_Heading], own: Sequence[str], said: list[str]) -> dict[int, str]:
-    """Names of the robot's coordinates, whole, with or without "joint" behind."""
+    """Find headings that are coordinate names of the robot, with or without a final "joint"."""
     del said
     known = {tuple(_TOKEN.findall(name.lower())): name for name in own}
     found = {}
@@ -222,12 +222,12 @@ def _joints(rest: Sequence[_Heading], own: Sequence[str], said: list[str]) -> di
         letters = {_core(h)[0]: h.column.number for h in rest if len(_core(h)) == 1}
         if set(_MOTOMAN) <= letters.keys():
             found = {letters[letter]: f"q{k + 1}" for k, letter in enumerate(_MOTOMAN)}
-            said.append("columns S, L, U, R, B and T are joints 1 to 6")
+            said.append("columns S, L, U, R, B and T are assumed to be joints 1 to 6")
     return found
 
 
 def _joint(heading: _Heading) -> int | None:
-    """The number of a joint; None where the words mean none."""
+    """Return the number in a joint heading; None for other headings."""
     core = _core(heading)
     if heading.planned:
         core = tuple(word for word in core if word != TARGET)
@@ -243,7 +243,7 @@ def _has_coordinates(headings: Sequence[_Heading], own: Sequence[str]) -> bool:
 def _numbered_quaternion(
     rest: Sequence[_Heading], own: Sequence[str], said: list[str]
 ) -> dict[int, str]:
-    """q1 ... q4 or q0 ... q3 where the joints have another name."""
+    """Find a quaternion q1 ... q4 or q0 ... q3, if the joints have other names."""
     del own
     numbers = {
         int(h.tokens[-1]): h.column.number
@@ -254,12 +254,12 @@ def _numbered_quaternion(
     first = min(numbers, default=0)
     if sorted(numbers) != list(range(first, first + 4)) or first > 1 or joints <= len(numbers):
         return {}
-    said.append(f"columns q{first} to q{first + 3} are a quaternion w, x, y, z")
+    said.append(f"columns q{first} to q{first + 3} are assumed to be a quaternion w, x, y, z")
     return {numbers[first + k]: QUATERNION[k] for k in range(4)}
 
 
 def _turns(rest: Sequence[_Heading], own: Sequence[str], said: list[str]) -> dict[int, str]:
-    """Orientations whose headings tell what they are."""
+    """Find orientation columns with unambiguous headings."""
     del own
     by_core = {_core(heading): heading.column.number for heading in rest if not heading.planned}
     found: dict[int, str] = {}
@@ -274,8 +274,8 @@ def _turns(rest: Sequence[_Heading], own: Sequence[str], said: list[str]) -> dic
         found |= _all_of(by_core, names, spellings)
     if not found:
         for names, order, of in (
-            (_FANUC, ANGLES, "w, p and r are turns about the fixed x, y and z"),
-            (_KUKA, ANGLES, "a, b and c are turns about z, the new y and the new x"),
+            (_FANUC, ANGLES, "w, p and r are rotations about the fixed x, y and z"),
+            (_KUKA, ANGLES, "a, b and c are rotations about z, the new y and the new x"),
         ):
             if letters := _all_of(by_core, order, [{(letter,)} for letter in names]):
                 said.append(f"columns {of}")
@@ -296,7 +296,7 @@ def _all_of(
     names: Sequence[str],
     spellings: Sequence[Collection[tuple[str, ...]]],
 ) -> dict[int, str]:
-    """The columns of names that are all there; none otherwise."""
+    """Return the columns of all names, or nothing if a column is missing."""
     columns = [next((by_core[s] for s in own if s in by_core), None) for own in spellings]
     if any(column is None for column in columns):
         return {}
@@ -304,7 +304,7 @@ def _all_of(
 
 
 def _matrix(by_core: dict[tuple[str, ...], int]) -> dict[int, str]:
-    """Nine numbers of a rotation by row and column, and three of a position beside them."""
+    """Find the nine entries of a rotation matrix, and the fourth column as a position."""
     for first in (1, 0):
         spellings = [
             {(word, *digits) for word in _MATRICES for digits in ((f"{i}{j}",), (str(i), str(j)))}
@@ -319,7 +319,7 @@ def _matrix(by_core: dict[tuple[str, ...], int]) -> dict[int, str]:
 
 
 def _points(rest: Sequence[_Heading], own: Sequence[str], said: list[str]) -> dict[int, str]:
-    """Positions, numbered or not, and words for targets and stations."""
+    """Find positions, numbered or not, and columns of target and station names."""
     del own, said
     found = {}
     for heading in rest:
@@ -336,7 +336,7 @@ def _points(rest: Sequence[_Heading], own: Sequence[str], said: list[str]) -> di
 
 
 def _position(heading: _Heading) -> tuple[str, str] | None:
-    """The axis and the number, "" without one, of a position; None where the words mean none."""
+    """Return the axis and the number ("" if none) of a position; None for other headings."""
     core = _core(heading)
     axes = [word[-1] for word in core if word in _POSITIONS]
     numbers = [word for word in core if word.isdigit()]
@@ -349,7 +349,7 @@ def _position(heading: _Heading) -> tuple[str, str] | None:
 def _targets_by_name(
     rest: Sequence[_Heading], own: Sequence[str], said: list[str]
 ) -> dict[int, str]:
-    """left_x, left_y, left_z, right_x ...: targets in the order of their names' first columns."""
+    """Find named targets: left_x, left_y, left_z, right_x ..., in the order of appearance."""
     del own
     names: dict[tuple[str, ...], dict[str, int]] = {}
     for heading in rest:
@@ -361,7 +361,7 @@ def _targets_by_name(
     whole = [(words, axes) for words, axes in names.items() if set(AXES) <= axes.keys()]
     if whole:
         shown = ", ".join(f"{k} {' '.join(words)}" for k, (words, _) in enumerate(whole, 1))
-        said.append(f"targets by their names: {shown}")
+        said.append(f"the named targets have these numbers: {shown}")
     return {
         number: f"{axis}{k}"
         for k, (_, axes) in enumerate(whole, 1)
@@ -370,7 +370,7 @@ def _targets_by_name(
 
 
 def _again(rest: Sequence[_Heading], own: Sequence[str], said: list[str]) -> dict[int, str]:
-    """x, y, z, x, y, z, and x, y, z, x.1, y.1, z.1 of pandas: targets in their order."""
+    """Find targets in repeated columns x, y, z, x, y, z, or x, y, z, x.1, y.1, z.1 of pandas."""
     del own
     plain: dict[str, list[int]] = {axis: [] for axis in AXES}
     dotted: dict[int, str] = {}
@@ -385,7 +385,7 @@ def _again(rest: Sequence[_Heading], own: Sequence[str], said: list[str]) -> dic
         return dotted | {numbers[0]: f"{axis}0" for axis, numbers in plain.items()}
     if len(times) > 1 or max(times) in (0, 1):
         return {}
-    said.append(f"columns x, y and z come {max(times)} times, for as many targets")
+    said.append(f"columns x, y and z occur {max(times)} times, for {max(times)} targets")
     return {
         number: f"{axis}{k}"
         for axis, numbers in plain.items()

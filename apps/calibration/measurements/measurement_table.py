@@ -1,17 +1,17 @@
-"""Measurements from a table: coordinates, and positions of targets or poses, in any common form.
+"""Measurements from a table: coordinates with target positions or poses, in common formats.
 
     q1 [deg], ..., q6 [deg], x [mm], y [mm], z [mm]                       one target
     q1 [deg], ..., q6 [deg], x1 [mm], y1 [mm], z1 [mm], x2 [mm], ...      several targets
-    q1 [deg], ..., q6 [deg], target, x [mm], y [mm], z [mm]               a row a target
+    q1 [deg], ..., q6 [deg], target, x [mm], y [mm], z [mm]               one row per target
     station, q1 [deg], ..., q6 [deg], x [mm], y [mm], z [mm]              several stations
     q1 [deg], ..., q6 [deg], x [mm], y [mm], z [mm], rx [deg], ry [deg], rz [deg]
     q1 [deg], ..., q6 [deg], x [mm], y [mm], z [mm], qw, qx, qy, qz
 
-Columns stand in any order under the headings of `headings.py`, between the separators of
-`table_text.py`. A unit stands in the heading or in a row of units below the header. Where no angle
-has a unit, or no position, their size decides, and :attr:`MeasurementTable.assumptions` reports it.
-Without a header, columns are known by their number and by constant distances (`bare_table.py`).
-Empty cells of a position mean that the target was not seen. Other columns are left out.
+Columns may have any order. `headings.py` lists the supported headings, `table_text.py` the
+separators. Units are in the headings or in a row below the header. If no angle or no position has a
+unit, the unit is inferred from the values; :attr:`MeasurementTable.assumptions` reports it. Without
+a header, columns are inferred from their count and values (`bare_table.py`). Empty position cells
+mean that the target was invisible. Other columns are ignored.
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
 _HALL = 20.0
-"""Largest distance [m] from a device: larger numbers without a unit are millimetres."""
+"""Maximum distance from a device [m]; larger positions without a unit are in millimeters."""
 _TITLES = 30
-"""Most lines before the header."""
+"""Maximum number of lines before the header."""
 _UNSEEN = ("", "nan", "-", "--", "n/a", "na", "none", "null")
-"""What a cell says, in small letters, of a target that was not seen."""
+"""Cell texts, in lower case, that mark an invisible target."""
 _UNITLESS = ("-", "1")
-"""What a row of units says of columns without one."""
+"""Cell texts in a row of units that mark a column without a unit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,9 +54,9 @@ class MeasurementTable:
     """A table of measurements.
 
     Attributes:
-        q: (N, n) [rad or m].
-        measurements: Positions of targets, or poses.
-        assumptions: Facts that the table does not state and its numbers suggest, one sentence each.
+        q: (N, n) coordinates [rad or m].
+        measurements: Target positions or poses.
+        assumptions: Facts inferred from the values of the table, one sentence each.
     """
 
     q: FloatArray
@@ -70,12 +70,12 @@ def read_measurements(path: str | Path, robot: Robot) -> MeasurementTable:
     """Read a table of measurements.
 
     Args:
-        path: The table; its header names the columns.
-        robot: The robot that was measured.
+        path: The file.
+        robot: The measured robot.
 
     Raises:
-        InputValueError: A column is missing, a unit is missing or of the wrong kind, or a cell is
-            no number; the message names file, line and column.
+        InputValueError: A column or a unit is missing, a unit is of the wrong kind, or a cell is
+            not a number; the message states file, line and column.
     """
     table = _with_units(_read(Path(path), robot), robot)
     q = np.stack([table.numbers(*_column_of(table, robot, k)) for k in range(robot.n)], -1)
@@ -85,7 +85,7 @@ def read_measurements(path: str | Path, robot: Robot) -> MeasurementTable:
 
 
 def _read(path: Path, robot: Robot) -> _Table:
-    """The table with its columns by name, and units as its header states them."""
+    """Return the table with named columns and the units stated in the file."""
     cells = cells_of(path)
     first = _first_row(path, cells.lines)
     titles, rows = cells.lines[:first], cells.lines[first:]
@@ -100,10 +100,10 @@ def _read(path: Path, robot: Robot) -> _Table:
     else:
         header = header_of(path, rows, robot, said)
     if titles:
-        said.append(f"lines {titles[0].number} to {titles[-1].number} are titles")
+        said.append(f"lines {titles[0].number} to {titles[-1].number} are skipped as titles")
     found = named(header, [coordinate.name for coordinate in robot.coordinates])
     if found.repeated:
-        raise InputValueError(f"{path}: two columns are called {found.repeated[0]!r}")
+        raise InputValueError(f"{path}: two columns have the name {found.repeated[0]!r}")
     columns = {
         name: column._replace(unit=_unit(units, column)) for name, column in found.columns.items()
     }
@@ -111,35 +111,35 @@ def _read(path: Path, robot: Robot) -> _Table:
 
 
 def _first_row(path: Path, lines: Sequence[TableLine]) -> int:
-    """The index of the first line that holds numbers."""
+    """Return the index of the first line with numbers."""
     if len(lines[0].cells) == 1 == len(lines[-1].cells):
         raise InputValueError(
-            f"{path}: the header has one column, {lines[0].cells[0].strip()!r}; expected columns "
-            "that are separated by commas, semicolons or tabs"
+            f"{path}: the header has only one column, {lines[0].cells[0].strip()!r}; expected "
+            "columns separated by commas, semicolons or tabs"
         )
     for k, line in enumerate(lines[: _TITLES + 1]):
         filled = [cell for cell in line.cells if cell.strip()]
         if 2 * sum(map(is_number, filled)) > len(filled):
             return k
-    raise InputValueError(f"{path}: a header and no rows; expected one for each measurement")
+    raise InputValueError(f"{path}: a header and no rows; expected a row for each measurement")
 
 
 def _is_units(line: Sequence[str]) -> bool:
-    """Whether a line holds units and nothing else."""
+    """Return whether a line contains only units."""
     words = [cell.strip() for cell in line if cell.strip()]
     return any(map(unit_of, words)) and all(unit_of(w) or w in _UNITLESS for w in words)
 
 
 def _unit(units: Sequence[str], column: Column) -> str:
-    """The unit in the row of units; that of the heading where there is none."""
+    """Return the unit from the row of units, or else from the heading."""
     return (unit_of(units[column.number]) if column.number < len(units) else "") or column.unit
 
 
 def _check_length(path: Path, row: TableLine, columns: int) -> None:
     if any(cell.strip() for cell in row.cells[columns:]):
         raise InputValueError(
-            f"{path}, line {row.number}: {len(row.cells)} cells and {columns} columns in the "
-            "header; where a comma is the decimal mark, separate columns by semicolons or tabs"
+            f"{path}, line {row.number}: {len(row.cells)} cells, but {columns} columns in the "
+            "header; if commas are decimal marks, separate columns by semicolons or tabs"
         )
 
 
@@ -151,31 +151,31 @@ class _Table(NamedTuple):
     width: int
 
     def numbers(self, name: str, kind: str, *, may_be_empty: bool = False) -> FloatArray:
-        """A column in metres, radians or, of kind "1", as it stands."""
+        """Return a column in m or rad; of kind "1", unscaled."""
         factor = self._factor(self.columns[name], kind)
         return np.array([self._number(name, row, may_be_empty) for row in self.rows]) * factor
 
     def positions(self, names: Sequence[str]) -> FloatArray:
-        """(rows, 3) positions in metres; NaN where all three cells of a target are empty."""
+        """Return positions (rows, 3) [m]; NaN if all three cells are empty."""
         points = np.stack([self.numbers(name, "m", may_be_empty=True) for name in names], -1)
         unseen = np.isnan(points)
         for k in np.flatnonzero(unseen.any(1) & ~unseen.all(1)).tolist():
             column = self.columns[names[int(np.argmax(unseen[k]))]]
             raise InputValueError(
-                f"{self.path}, line {self.rows[k].number}: {column.heading!r} is empty; expected a "
-                "number, or no coordinate of a target that was not seen"
+                f"{self.path}, line {self.rows[k].number}: {column.heading!r} is empty; expected "
+                "a number, or three empty cells for an invisible target"
             )
         return points
 
     def plain(self, names: Sequence[str]) -> FloatArray:
-        """(rows, k) numbers of columns as they stand; rows without all of them are left out."""
+        """Return the unscaled values of columns (rows, k), without incomplete rows."""
         columns = [self.columns[name].number for name in names]
         cells = [[_cell(row, column) for column in columns] for row in self.rows]
         found = np.array([[number(cell) for cell in row] for row in cells]).reshape(-1, len(names))
         return np.asarray(found[np.isfinite(found).all(-1)])
 
     def names_of_rows(self, name: str) -> list[str]:
-        """The cells of a column, without spaces around them."""
+        """Return the cells of a column, without surrounding spaces."""
         return [_cell(row, self.columns[name].number) for row in self.rows]
 
     def _factor(self, column: Column, kind: str) -> float:
@@ -207,7 +207,7 @@ def _cell(row: TableLine, column: int) -> str:
 
 
 def _with_units(table: _Table, robot: Robot) -> _Table:
-    """The table, with units of angles or of positions that no column of their kind states."""
+    """Return the table with units of angles and positions inferred, if the file states none."""
     turning = [k for k in range(robot.n) if robot.coordinates[k].unit == "rad"]
     form = form_of(table.columns)
     turns = [name for k in turning if (name := _name_of(table, robot, k))]
@@ -223,7 +223,7 @@ def _with_units(table: _Table, robot: Robot) -> _Table:
             continue
         if unit := of(table.plain(names)):
             found |= {name: found[name]._replace(unit=unit) for name in names}
-            table.said.append(f"{words} have no unit; by their size they are in {unit}")
+            table.said.append(f"{words} have no unit; their values suggest {unit}")
     return table._replace(columns=found)
 
 
@@ -232,7 +232,7 @@ def _length_by_size(values: FloatArray) -> str:
 
 
 def _name_of(table: _Table, robot: Robot, k: int) -> str:
-    """The name of the column of a coordinate; "" where there is none."""
+    """Return the column name of a coordinate; "" if there is none."""
     first = 0 if "q0" in table.columns else 1
     names = (robot.coordinates[k].name, f"q{k + first}")
     return next((name for name in names if name in table.columns), "")
@@ -285,7 +285,7 @@ def _of_stations(points: FloatArray, station: IntArray) -> Measurements:
 
 
 def _stations(table: _Table) -> IntArray:
-    """The number of each row's station, from 0 in the order of their first rows."""
+    """Return the station index of each row; stations are in the order of appearance."""
     if STATION not in table.columns:
         return np.zeros(len(table.rows), dtype=np.intp)
     names = table.names_of_rows(STATION)
@@ -294,7 +294,7 @@ def _stations(table: _Table) -> IntArray:
 
 
 def _orientations(table: _Table, form: Form) -> FloatArray:
-    """(rows, 3, 3) the orientations of poses."""
+    """Return the orientations (rows, 3, 3) of poses."""
     table.said.append(described(form, {n: table.columns[n].heading for n in form.names}))
     values = np.stack([table.numbers(name, form.kind) for name in form.names], -1)
     try:
@@ -305,9 +305,9 @@ def _orientations(table: _Table, form: Form) -> FloatArray:
 
 
 def _long(table: _Table, q: FloatArray) -> MeasurementTable:
-    """A row a target, in any order: equal coordinates are one configuration.
+    """Read a table with one row per target: rows with equal coordinates are one configuration.
 
-    A target that comes again at the same coordinates belongs to a further configuration.
+    A repeated target at the same coordinates starts another configuration.
     """
     names = table.names_of_rows(TARGET)
     targets = list(dict.fromkeys(names))

@@ -1,4 +1,4 @@
-"""Orientations as quaternions (w, x, y, z) of unit length, as devices write them."""
+"""Conversion between rotations and unit quaternions (w, x, y, z)."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ FloatArray = NDArray[np.float64]
 
 
 def rotations(quaternions: FloatArray) -> FloatArray:
-    """(N, 3, 3) the rotations by quaternions (N, 4) of any length but 0."""
+    """Return the rotations (N, 3, 3) of quaternions (N, 4) of any nonzero length."""
     w, vector = quaternions[:, 0], quaternions[:, 1:]
     sine = np.linalg.norm(vector, axis=-1)
     angle = 2 * np.arctan2(sine, w)
-    # The sine of half the angle times the length; where it is 0, so is the vector.
+    # sine is |quaternion| sin(angle / 2); if it is 0, the vector is 0.
     return so3.exp(vector * _over(angle, sine)[:, None])
 
 
 def quaternions(R: FloatArray) -> FloatArray:
-    """(N, 4) the unit quaternions of rotations (N, 3, 3), w not negative."""
+    """Return the unit quaternions (N, 4) of rotations (N, 3, 3), with w >= 0."""
     turned = so3.log(R)
     angle = np.linalg.norm(turned, axis=-1)
     scale = np.divide(np.sin(angle / 2), angle, out=np.full_like(angle, 0.5), where=angle > 0)

@@ -1,7 +1,7 @@
-"""Positions of targets from several stations of a device, each in an unknown frame of its own.
+"""Target positions measured from several stations of a device, each with an unknown frame.
 
-A laser tracker is moved where it does not see all targets. The first station's frame is W; that of
-station s is T_W_station[s], found along with the robot:
+A laser tracker that cannot see all targets from one station is moved. W is the frame of the first
+station. The frame of station s in W is T_W_station[s], identified together with the robot:
 
     y_ij = inverse(T_W_station[s]) T_W_base (T_i x_j),   s the station at configuration i
 """
@@ -33,23 +33,23 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
 _LINE = 1e-3
-"""Spread of positions across a line [m] below which they leave a turn about it open."""
+"""Spread of positions perpendicular to a line [m] below which they count as collinear."""
 _MOVED = ("x", "y", "z", "rx", "ry", "rz")
 
 
 @dataclass(frozen=True, eq=False)
 class StationPositions(Measurements):
-    """Positions of targets whose places on the tool are unknown, from stations with unknown frames.
+    """Positions of targets at unknown places on the tool, from stations with unknown frames.
 
-    Each station measures at least three positions that are not on a line.
+    Each station must measure at least three positions that are not collinear.
 
     Attributes:
-        points: (N, m, 3) positions of m targets in the frame of the configuration's station [m],
-            NaN where a target was not seen.
-        station: (N,) number of the station at each configuration, from 0.
-        sigma: Standard deviation of a coordinate [m].
-        T_W_station: (stations, 4, 4) their frames in that of the first one, which is W, as they are
-            known before the parameters are; :meth:`frames` are those found along.
+        points: (N, m, 3) positions of m targets in the station frame of each configuration [m],
+            NaN for invisible targets.
+        station: (N,) station index of each configuration, from 0.
+        sigma: Standard deviation of each position coordinate [m].
+        T_W_station: (stations, 4, 4) station frames in W, estimated before the identification;
+            :meth:`frames` returns the identified frames.
     """
 
     points: FloatArray
@@ -65,77 +65,78 @@ class StationPositions(Measurements):
 
     @property
     def stated(self) -> str:
-        """The standard deviation of a coordinate."""
+        """The standard deviation of each position coordinate, as text."""
         return stated(self.sigma)
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """Places of the targets on the tool; small motions of all stations but the first."""
+        """Names of the targets in the tool frame and of the station frame corrections."""
         moved = (f"station{s + 1}_{name}" for s in range(1, self.count) for name in _MOVED)
         return (*self._placed.unknowns, *moved)
 
     @property
     def rows(self) -> IntArray:
-        """The target's number among those seen."""
+        """Row index of each error; each visible target is a row with three errors."""
         return self._placed.rows
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Station, measurement and target, from 1."""
+        """Station, measurement and target of each row, counted from 1."""
         at = self.station[self.configurations]
         return tuple(f"station {s + 1}, {t}" for s, t in zip(at, self._placed.labels, strict=True))
 
     @property
     def configurations(self) -> IntArray:
-        """That of each target seen."""
+        """Configuration index of each visible target."""
         return self._placed.configurations
 
     @property
     def targets(self) -> tuple[str, ...]:
-        """Their numbers, from 1."""
+        """Target of each row, counted from 1."""
         return self._placed.targets
 
     def lengths(self, errors: FloatArray) -> FloatArray:
-        """Distance of each target from where it was measured."""
+        """Distance between the computed and the measured position of each target."""
         return self._placed.lengths(errors)
 
     def at(self, index: IntArray) -> Self:
-        """The measurements of some configurations."""
+        """Return the measurements at some configurations."""
         every = np.broadcast_to(self.T_W_station, (self.count, 4, 4))
         return replace(
             self, points=self.points[index], station=self.station[index], T_W_station=every
         )
 
     def placed_as(self, other: Self) -> Self:
-        """The measurements with the other's frames of stations."""
+        """Return the measurements with the station frames of other measurements."""
         return replace(self, T_W_station=other.T_W_station)
 
     def scaled(self, factor: float) -> Self:
-        """The measurements with all lengths times a factor."""
+        """Return the measurements with all lengths multiplied by a factor."""
         scale = np.ones((4, 4))
         scale[:3, 3] = factor
         frames = scale * self.T_W_station
         return replace(self, points=factor * self.points, T_W_station=frames)
 
     def read_otherwise(self) -> Iterator[tuple[str, Self]]:
-        """Mirrored frames of the device: every exchange of two axes is one, up to a turn."""
+        """Yield mirrored device frames: swapping two axes is a reflection, up to a rotation."""
         yield LEFT_HANDED, replace(self, points=self.points * [-1.0, 1.0, 1.0])
 
     def frames(self, x: FloatArray) -> FloatArray:
-        """(stations, 4, 4) frames of the stations in W, at the unknowns x."""
+        """Return the station frames (stations, 4, 4) in W for the unknowns x."""
         known = np.broadcast_to(self.T_W_station, (self.count, 4, 4))
         return np.asarray(se3.exp(self._steps(x)) @ known)
 
     def start(self, T: FloatArray) -> Start:
-        """By :func:`register_points` at the station that saw most, then one station after another.
+        """Estimate the frames, beginning with the station that measured most targets.
 
-        The targets are known from the first of them, so that the others' frames have a closed form.
+        :func:`register_points` estimates the targets from this station. With known targets, the
+        frames of the other stations have a closed form.
         """
         seen = np.bincount(self.station[self.configurations], minlength=self.count)
         most = self.station == np.argmax(seen)
         found = register_points(T[most], self.points[most])
         placed = points_on_tool(T, found.points)
-        # Frames of the base in those of the stations.
+        # Base frame in each station frame.
         of_base = [self._between(placed, s) for s in range(self.count)]
         T_W_station = of_base[0] @ se3.inverse(np.stack(of_base))
         measurements = replace(self, T_W_station=T_W_station)
@@ -144,7 +145,7 @@ class StationPositions(Measurements):
         return Start(of_base[0], x, measurements, float(misfit))
 
     def from_frame(self, T: FloatArray, start: Start) -> Start:
-        """Targets at their mean places as the first station saw them, and the others by these."""
+        """Estimate targets by their mean from the first station, then the other stations."""
         first = self.station == 0
         targets = targets_at(T[first], self.points[first])
         placed = points_on_tool(T, targets)
@@ -154,13 +155,13 @@ class StationPositions(Measurements):
         return start._replace(unknowns=x, measurements=measurements)
 
     def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
-        """Computed less measured positions, in W."""
+        """Return computed minus measured positions in W, in standard deviations."""
         return replace(self._placed, points=self._in_W(x)).errors(T, self._targets(x))
 
     def derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """As of positions; and -(v + omega x y) by a motion of a station, to its first order."""
+        """Return the derivatives for positions, and -(v + omega x y) for small station motions."""
         by_p, by_x = self._placed.derivatives(T, J, self._targets(x))
         seen = self._placed.seen
         y, at = self._in_W(x)[seen], self.station[self.configurations]
@@ -175,14 +176,14 @@ class StationPositions(Measurements):
 
     @property
     def _placed(self) -> Positions:
-        """The same as positions, without their frames."""
+        """The points as positions without station frames."""
         return Positions(self.points, self.sigma)
 
     def _targets(self, x: FloatArray) -> FloatArray:
         return x[: 3 * self.points.shape[1]]
 
     def _steps(self, x: FloatArray) -> FloatArray:
-        """(stations, 6) twists of the stations' motions in W; W stays."""
+        """Return the correction twists (stations, 6) of the station frames; 0 for the first."""
         return np.concatenate([np.zeros(6), x[3 * self.points.shape[1] :]]).reshape(-1, 6)
 
     def _in_W(self, x: FloatArray) -> FloatArray:
@@ -191,12 +192,12 @@ class StationPositions(Measurements):
         return np.asarray(turned + F[:, None, :3, 3])
 
     def _between(self, placed: FloatArray, s: int) -> FloatArray:
-        """The pose that carries points (N, m, 3) to those that station s measured."""
+        """Return the pose that transforms points (N, m, 3) to the points measured by station s."""
         own = (self.station == s)[:, None] & self._placed.seen
         apart = placed[own] - placed[own].mean(0) if own.any() else np.zeros((1, 3))
         if np.linalg.svd(apart, compute_uv=False)[1:2].sum() < _LINE:
             raise InputValueError(
-                f"identify: station {s + 1} saw {own.sum()} targets; expected three or more that "
-                "are not on a line, since its frame is found from them"
+                f"identify: station {s + 1} measured {own.sum()} targets, or they are collinear; "
+                "its frame requires three or more targets that are not collinear"
             )
         return transformation(placed[own], self.points[own])

@@ -1,4 +1,4 @@
-"""The cells of a table as programs write it: encoding, separators, comments, decimal marks."""
+"""Splitting of a text table into cells: encoding, separators, comments, decimal marks."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from chasles import InputValueError
 COMMENTS = ("#", "%", "//")
 _SEPARATORS = (";", "\t", "|", ",")
 _ARCHIVE = b"PK\x03\x04"
-"""The first bytes of spreadsheets, which are archives."""
+"""First bytes of a spreadsheet file, which is a ZIP archive."""
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _BEFORE_UNIT = re.compile(r"\s+(?![\[(])")
-"""Spaces that separate columns; one before a bracket belongs to a unit."""
+"""Spaces that separate columns; a space before a bracket belongs to a unit."""
 _GROUP = 3
-"""Digits between the marks of thousands."""
+"""Number of digits between thousands separators."""
 
 
 class TableLine(NamedTuple):
-    """A line of a table: its number in the file, from 1, and its cells."""
+    """A line of a table: its line number in the file, from 1, and its cells."""
 
     number: int
     cells: list[str]
 
 
 class TableText(NamedTuple):
-    """A table's lines without comments, and the comment before the first of them, in cells."""
+    """The lines of a table without comments, and the cells of the comment before the table."""
 
     lines: list[TableLine]
     comment: list[str]
@@ -39,7 +39,7 @@ class TableText(NamedTuple):
 
 
 def cells_of(path: Path) -> TableText:
-    """The cells of a file.
+    """Return the cells of a file.
 
     Raises:
         InputValueError: The file is a spreadsheet, or empty.
@@ -63,9 +63,9 @@ def cells_of(path: Path) -> TableText:
 
 
 def _decoded(path: Path, content: bytes) -> str:
-    """Text in UTF-8, or as Windows programs write it: UTF-16 with a mark, or code page 1252."""
+    """Decode UTF-8 text, or text from Windows: UTF-16 with a byte order mark, or code page 1252."""
     if content.startswith(_ARCHIVE):
-        raise InputValueError(f"{path}: a spreadsheet; save it as text (CSV)")
+        raise InputValueError(f"{path} is a spreadsheet; save the table as text (CSV)")
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return content.decode("utf-16")
     try:
@@ -75,9 +75,9 @@ def _decoded(path: Path, content: bytes) -> str:
 
 
 def _separator(texts: Sequence[str]) -> str:
-    """The mark that most lines contain; "" for spaces.
+    """Return the separator that most lines contain; "" for spaces.
 
-    A semicolon, a tab or a bar goes before a comma, which may be a decimal mark.
+    Semicolons, tabs and bars take precedence over commas, which may be decimal marks.
     """
     for mark in _SEPARATORS:
         if 2 * sum(mark in text for text in texts) > len(texts):
@@ -90,17 +90,17 @@ def _separator(texts: Sequence[str]) -> str:
 def _split(texts: Sequence[str], separator: str) -> Iterator[list[str]]:
     for text in texts:
         if separator:
-            # Line by line: a quotation mark that nobody closes must not take the next line along.
+            # Line by line, so that an unclosed quotation mark does not include the next line.
             yield next(csv.reader([text], delimiter=separator, skipinitialspace=True), [])
         else:
             yield _BEFORE_UNIT.split(text.strip())
 
 
 def number(cell: str) -> float:
-    """The number in a cell; NaN where there is none.
+    """Return the number in a cell; NaN if it contains none.
 
-    A comma is a decimal mark. Of a point and a comma the one behind is, where the other separates
-    thousands.
+    A comma is a decimal mark. If a cell has a point and a comma, the first is a thousands
+    separator and the second the decimal mark.
     """
     text = cell.strip().replace("\u2212", "-")
     if text.endswith(","):
@@ -117,10 +117,10 @@ def number(cell: str) -> float:
 
 
 def _groups(text: str, thousands: str, decimal: str) -> list[str]:
-    """The digits behind each mark of thousands."""
+    """Return the digits after each thousands separator."""
     return text.split(decimal, maxsplit=1)[0].split(thousands)[1:]
 
 
 def is_number(cell: str) -> bool:
-    """Whether a cell holds a finite number."""
+    """Return whether a cell contains a finite number."""
     return math.isfinite(number(cell))

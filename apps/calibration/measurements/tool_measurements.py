@@ -1,8 +1,8 @@
-"""Measurements of a robot's tool, each with its error and derivative in a device's frame W.
+"""Measurements of a robot's tool in the frame W of a measuring device, with error derivatives.
 
-Measurements hold what was measured at N configurations, and know the unknowns that come with
-them, such as the places of targets on the tool. Errors are divided by their standard deviations.
-A row is what may be wrong as a whole: a pose, or the position of a target.
+A `Measurements` object contains the measured values at N configurations. It defines additional
+unknowns, such as the positions of targets in the tool frame. Errors are divided by their standard
+deviations. A row is a pose or a target position; outliers are excluded row by row.
 """
 
 from __future__ import annotations
@@ -25,24 +25,23 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
 SMALL = 1e-3
-"""A small length [m] and angle [rad]: the standard deviations where none is given, and the scale in
-which variables are compared."""
+"""Default standard deviation and scale of variables [m] and [rad]."""
 
 _XYZW = "quaternions are written x, y, z, w, not w, x, y, z"
 _WXYZ = "quaternions are written w, x, y, z, not x, y, z, w"
 LEFT_HANDED = (
-    "the device's frame is left-handed: two of x, y and z are exchanged, or one has the wrong sign"
+    "the device frame is left-handed: two of x, y and z are swapped, or one has the wrong sign"
 )
-_TURNED_BACK = "orientations are those of the device in the probe's frame, not of the probe"
+_TURNED_BACK = "rotations are inverse: they transform from the device frame to the probe frame"
 
 
 class Start(NamedTuple):
-    """Frames and unknowns in closed form, from the nominal robot.
+    """Closed-form estimates of frames and unknowns, with the nominal robot.
 
     Attributes:
-        T_W_base: (4, 4) the robot's base frame in the device's.
+        T_W_base: (4, 4) the base frame in the device frame W.
         unknowns: (u,) the unknowns [m].
-        measurements: The measurements, with the frames that it needs.
+        measurements: The measurements, with their estimated frames.
         misfit: Root mean square distance between measurements and the nominal robot [m].
     """
 
@@ -53,11 +52,11 @@ class Start(NamedTuple):
 
 
 class Measurements(ABC):
-    """What was measured at N configurations.
+    """Measurements at N configurations.
 
     Attributes:
-        fixes_tool: Whether the orientation of the tool's frame is measured too, so that its six
-            corrections are sought rather than targets.
+        fixes_tool: Whether the tool orientation is measured too. Then the six tool corrections are
+            identified instead of targets.
     """
 
     fixes_tool: ClassVar[bool]
@@ -65,17 +64,17 @@ class Measurements(ABC):
     @property
     @abstractmethod
     def stated(self) -> str:
-        """The standard deviations with which errors are compared, in words."""
+        """The standard deviations of the measurements, as text."""
 
     @property
     @abstractmethod
     def unknowns(self) -> tuple[str, ...]:
-        """Names of the unknowns, all lengths."""
+        """Names of the unknowns."""
 
     @property
     @abstractmethod
     def rows(self) -> IntArray:
-        """(M,) index of the row of each error."""
+        """(M,) row index of each error."""
 
     @property
     @abstractmethod
@@ -85,67 +84,74 @@ class Measurements(ABC):
     @property
     @abstractmethod
     def configurations(self) -> IntArray:
-        """(rows,) index of the configuration of each row."""
+        """(rows,) configuration index of each row."""
 
     @property
     def targets(self) -> tuple[str, ...]:
-        """What each row measures: a target, or the probe."""
+        """Name of the target or probe that each row measures."""
         return ("probe",) * len(self.configurations)
 
     @abstractmethod
     def lengths(self, errors: FloatArray) -> FloatArray:
-        """(rows,) distance [m] that the errors (M,) of each row mean."""
+        """Convert errors (M,) to the distance error of each row (rows,) [m]."""
 
     @abstractmethod
     def start(self, T: FloatArray) -> Start:
-        """Frame and unknowns from nominal poses (N, 4, 4) of the tool in the base frame."""
+        """Estimate frames and unknowns from nominal tool poses (N, 4, 4) in the base frame."""
 
     def from_frame(self, T: FloatArray, start: Start) -> Start:  # noqa: ARG002
-        """The start where the poses T (N, 4, 4) of the tool in W are known, frame included.
+        """Update the start for a known base frame, from tool poses T (N, 4, 4) in W.
 
-        Measurements that may leave turns about axes open find their unknowns anew from T.
+        Subclasses that can estimate an ambiguous base frame estimate their unknowns again from T.
         """
         return start
 
     @abstractmethod
     def at(self, index: IntArray) -> Self:
-        """The measurements of some configurations, with the same frames."""
+        """Return the measurements at some configurations, with the same frames."""
 
     @abstractmethod
     def placed_as(self, other: Self) -> Self:
-        """The measurements with the frames that were found for others of the same set-up."""
+        """Return the measurements with the frames of other measurements of the same setup."""
 
     @abstractmethod
     def scaled(self, factor: float) -> Self:
-        """The measurements with all lengths times a factor."""
+        """Return the measurements with all lengths multiplied by a factor."""
 
     def read_otherwise(self) -> Iterator[tuple[str, Self]]:
-        """Other readings of the same numbers, each behind the words that name the mistake."""
+        """Yield possible mistakes in the conventions, and the corrected measurements."""
         return iter(())
 
     @abstractmethod
     def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
-        """(M,) errors at poses T (N, 4, 4) of the tool in W and unknowns x."""
+        """Return the (M,) errors for tool poses T (N, 4, 4) in W and unknowns x."""
 
     @abstractmethod
     def derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """(M, p) by parameters whose mixed twists are J (N, 6, p), in the axes of W; (M, u)."""
+        """Return the derivatives of the errors with respect to parameters and unknowns.
+
+        J (N, 6, p) is the mixed Jacobian with respect to the parameters, in the axes of W. The
+        derivatives have shapes (M, p) and (M, u).
+        """
 
 
 def stated(sigma: float) -> str:
-    """A standard deviation [m] in words."""
+    """Return a standard deviation [m] as text."""
     return f"{1e3 * sigma:.3g} mm"
 
 
 def points_on_tool(T: FloatArray, targets: FloatArray) -> FloatArray:
-    """Positions (N, m, 3) of targets (m, 3) on the tool at poses (N, 4, 4)."""
+    """Return the positions (N, m, 3) of targets (m, 3) on the tool at poses (N, 4, 4)."""
     return np.asarray(T[:, None, :3, 3] + np.einsum("nij,mj->nmi", T[:, :3, :3], targets))
 
 
 def velocities_on_tool(T: FloatArray, J: FloatArray, targets: FloatArray) -> FloatArray:
-    """Velocities (N, m, 3, p) of targets (m, 3) by mixed twists J (N, 6, p): v + omega x (R x)."""
+    """Return the velocities v + omega x (R x) of targets (m, 3) for mixed Jacobians J (N, 6, p).
+
+    Their shape is (N, m, 3, p).
+    """
     levers = np.einsum("nij,mj->nmi", T[:, :3, :3], targets)
     turned = np.cross(J[:, None, 3:, :], levers[..., None], axis=-2)
     return np.asarray(J[:, None, :3, :] + turned)
@@ -153,11 +159,11 @@ def velocities_on_tool(T: FloatArray, J: FloatArray, targets: FloatArray) -> Flo
 
 @dataclass(frozen=True, eq=False)
 class Positions(Measurements):
-    """Positions of targets whose places on the tool are unknown, as a laser tracker measures them.
+    """Positions of targets at unknown places on the tool, for example from a laser tracker.
 
     Attributes:
-        points: (N, m, 3) positions of m targets in W [m], NaN where a target was not seen.
-        sigma: Standard deviation of a coordinate [m].
+        points: (N, m, 3) positions of m targets in W [m], NaN for invisible targets.
+        sigma: Standard deviation of each position coordinate [m].
     """
 
     points: FloatArray
@@ -166,78 +172,78 @@ class Positions(Measurements):
 
     @property
     def stated(self) -> str:
-        """The standard deviation of a coordinate."""
+        """The standard deviation of each position coordinate, as text."""
         return stated(self.sigma)
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """x, y and z of each target in the tool's frame."""
+        """Names of x, y and z of each target in the tool frame."""
         return tuple(f"target{j + 1}_{axis}" for j in range(self.points.shape[1]) for axis in "xyz")
 
     @property
     def seen(self) -> BoolArray:
-        """(N, m) whether a target was seen."""
+        """(N, m) whether a target was visible."""
         return np.asarray(np.isfinite(self.points).all(-1))
 
     @property
     def rows(self) -> IntArray:
-        """The target's number among those seen."""
+        """Row index of each error; each visible target is a row with three errors."""
         return np.repeat(np.arange(int(self.seen.sum())), 3)
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Measurement and target, from 1."""
+        """Measurement and target of each row, counted from 1."""
         return tuple(f"measurement {i + 1}, target {j + 1}" for i, j in np.argwhere(self.seen))
 
     @property
     def configurations(self) -> IntArray:
-        """That of each target seen."""
+        """Configuration index of each visible target."""
         return np.argwhere(self.seen)[:, 0]
 
     @property
     def targets(self) -> tuple[str, ...]:
-        """Their numbers, from 1."""
+        """Target of each row, counted from 1."""
         return tuple(f"target {j + 1}" for j in np.argwhere(self.seen)[:, 1])
 
     def lengths(self, errors: FloatArray) -> FloatArray:
-        """Distance of each target from where it was measured."""
+        """Distance between the computed and the measured position of each target."""
         return np.asarray(self.sigma * np.linalg.norm(errors.reshape(-1, 3), axis=-1))
 
     def at(self, index: IntArray) -> Self:
-        """The measurements of some configurations."""
+        """Return the measurements at some configurations."""
         return replace(self, points=self.points[index])
 
     def placed_as(self, other: Self) -> Self:
-        """These: targets are unknowns, and no frame is kept."""
+        """Return the measurements unchanged: they contain no estimated frame."""
         del other
         return self
 
     def scaled(self, factor: float) -> Self:
-        """The measurements with all lengths times a factor."""
+        """Return the measurements with all lengths multiplied by a factor."""
         return replace(self, points=factor * self.points)
 
     def read_otherwise(self) -> Iterator[tuple[str, Self]]:
-        """A mirrored frame of the device: every exchange of two axes is one, up to a turn."""
+        """Yield a mirrored device frame: swapping two axes is a reflection, up to a rotation."""
         yield LEFT_HANDED, replace(self, points=self.points * [-1.0, 1.0, 1.0])
 
     def start(self, T: FloatArray) -> Start:
-        """By :func:`register_points`."""
+        """Estimate the base frame and targets by :func:`register_points`."""
         found = register_points(T, self.points)
         return Start(found.T_W_base, found.points.ravel(), self, found.error)
 
     def from_frame(self, T: FloatArray, start: Start) -> Start:
-        """Targets at their mean places."""
+        """Estimate the targets by their mean positions in the tool frame."""
         return start._replace(unknowns=targets_at(T, self.points).ravel())
 
     def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
-        """Computed less measured positions."""
+        """Return computed minus measured positions, in standard deviations."""
         apart = points_on_tool(T, x.reshape(-1, 3)) - self.points
         return np.asarray((apart / self.sigma)[self.seen].ravel())
 
     def derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """V + omega x (R x_j), and R."""
+        """Return v + omega x (R x_j) for parameters and R for targets x_j."""
         N, m, _ = self.points.shape
         by_p = velocities_on_tool(T, J, x.reshape(-1, 3))
         by_x = np.zeros((N, m, 3, 3 * m))
@@ -252,12 +258,12 @@ class Positions(Measurements):
 
 @dataclass(frozen=True, eq=False)
 class Poses(Measurements):
-    """Poses of a probe whose place on the tool is nearly, or not at all, known.
+    """Poses of a probe at an unknown place on the tool.
 
     Attributes:
         T: (N, 4, 4) poses of the probe in W.
-        sigma: Standard deviation of a coordinate [m] and of a turn about an axis [rad].
-        T_tool_probe: (4, 4) the probe in the tool's frame.
+        sigma: Standard deviations of a position coordinate [m] and of a rotation component [rad].
+        T_tool_probe: (4, 4) the probe frame in the tool frame.
     """
 
     T: FloatArray
@@ -267,49 +273,49 @@ class Poses(Measurements):
 
     @property
     def stated(self) -> str:
-        """The standard deviations of a coordinate and of a turn."""
+        """The standard deviations of position and orientation, as text."""
         return f"{stated(self.sigma[0])} and {1e3 * self.sigma[1]:.3g} mrad"
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """None: the probe's frame is found, and the tool's corrections are parameters."""
+        """Empty: the tool corrections, which are parameters, locate the probe."""
         return ()
 
     @property
     def rows(self) -> IntArray:
-        """The measurement."""
+        """Row index of each error; each pose is a row with six errors."""
         return np.repeat(np.arange(len(self.T)), 6)
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Measurement, from 1."""
+        """Measurement of each row, counted from 1."""
         return tuple(f"measurement {i + 1}" for i in range(len(self.T)))
 
     @property
     def configurations(self) -> IntArray:
-        """One row each."""
+        """Configuration index of each row."""
         return np.arange(len(self.T))
 
     def lengths(self, errors: FloatArray) -> FloatArray:
-        """Distance of the probe's origin from where it was measured."""
+        """Distance between the computed and the measured probe origin."""
         return np.asarray(self.sigma[0] * np.linalg.norm(errors.reshape(-1, 6)[:, :3], axis=-1))
 
     def at(self, index: IntArray) -> Self:
-        """The measurements of some configurations."""
+        """Return the measurements at some configurations."""
         return replace(self, T=self.T[index])
 
     def placed_as(self, other: Self) -> Self:
-        """The measurements with the other's frame of the probe."""
+        """Return the measurements with the probe frame of other measurements."""
         return replace(self, T_tool_probe=other.T_tool_probe)
 
     def scaled(self, factor: float) -> Self:
-        """The measurements with all lengths times a factor."""
+        """Return the measurements with all lengths multiplied by a factor."""
         scale = np.ones((4, 4))
         scale[:3, 3] = factor
         return replace(self, T=scale * self.T)
 
     def read_otherwise(self) -> Iterator[tuple[str, Self]]:
-        """Quaternions with their components in another order, and orientations turned back."""
+        """Yield quaternions with reordered components, and inverse rotations."""
         R = self.T[:, :3, :3]
         for words, turned in (
             (_XYZW, rotations(np.roll(quaternions(R), 1, axis=-1))),
@@ -321,18 +327,18 @@ class Poses(Measurements):
             yield words, replace(self, T=T)
 
     def start(self, T: FloatArray) -> Start:
-        """By :func:`register_poses`."""
+        """Estimate the base and probe frames by :func:`register_poses`."""
         T_W_base, T_tool_probe = register_poses(T, self.T)
         apart = (T_W_base @ T @ T_tool_probe - self.T)[:, :3, 3]
         misfit = float(np.sqrt((apart**2).sum(-1).mean()))
         return Start(T_W_base, np.zeros(0), replace(self, T_tool_probe=T_tool_probe), misfit)
 
     def from_frame(self, T: FloatArray, start: Start) -> Start:
-        """The probe at its mean place."""
+        """Estimate the probe frame by its mean pose in the tool frame."""
         return start._replace(measurements=replace(self, T_tool_probe=mean_pose(T, self.T)))
 
     def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:  # noqa: ARG002
-        """Computed less measured positions, and the turns from measured to computed axes in W."""
+        """Return position errors, and rotation vectors from measured to computed axes in W."""
         found = T @ self.T_tool_probe
         apart = found[:, :3, 3] - self.T[:, :3, 3]
         turned = so3.log(found[:, :3, :3] @ self.T[:, :3, :3].swapaxes(-1, -2))
@@ -341,7 +347,7 @@ class Poses(Measurements):
     def derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """The twist of the probe's origin, to the first order of the error of orientation."""
+        """Return the twist of the probe origin, valid for small orientation errors."""
         v = velocities_on_tool(T, J, self.T_tool_probe[None, :3, 3])[:, 0]
         by_p = np.concatenate([v / self.sigma[0], J[:, 3:] / self.sigma[1]], 1)
         return by_p.reshape(-1, J.shape[-1]), np.zeros((6 * len(T), len(x)))

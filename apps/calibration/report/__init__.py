@@ -1,1 +1,1 @@
-"""The report of a calibration: plots, and one page in HTML or LaTeX, by Matplotlib."""
+"""The report of a calibration: plots (with Matplotlib), and one page in HTML or LaTeX."""

@@ -1,4 +1,4 @@
-"""Contents of a report as plain data: the same in HTML and in LaTeX."""
+"""Contents of a report as plain data, shared by the HTML and LaTeX reports."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ FloatArray = NDArray[np.float64]
 
 MM = 1e3
 STRONG = 0.9
-"""Least correlation that is listed: above it two parameters are hardly told apart."""
+"""Minimum correlation that is listed; a stronger correlation makes two parameters hard to
+distinguish."""
 _LISTED = 8
 _SHOWN_OUTLIERS = 12
 
@@ -27,9 +28,9 @@ class Table:
     """A table.
 
     Attributes:
-        title: What it shows.
-        heading: Names of its columns, with units.
-        rows: Its cells.
+        title: Title of the table.
+        heading: Column names with units.
+        rows: Cells of each row.
     """
 
     title: str
@@ -42,11 +43,11 @@ class Contents:
     """All text and tables of a page.
 
     Attributes:
-        title: The robot.
-        summary: Sentences.
-        parameters: Values and their 95 % intervals.
-        tables: Errors of targets, errors on held-back configurations, correlations.
-        notes: Rows that were left out, and parameters that were not told apart.
+        title: Title of the page.
+        summary: Sentences of the summary.
+        parameters: Parameter values and their 95 % intervals.
+        tables: Errors by target, frames, validation errors, correlations.
+        notes: Warnings, excluded rows and unidentifiable parameters.
     """
 
     title: str
@@ -61,8 +62,8 @@ def contents(found: Calibration) -> Contents:
     before, after = lengths(found)
     used = found.used
     summary = (
-        f"{len(found.names)} variables were identified from {len(found.measurements.rows)} "
-        f"measured numbers at {len(found.q)} configurations.",
+        f"{len(found.names)} variables are identified from {len(found.measurements.rows)} "
+        f"measured values at {len(found.q)} configurations.",
         f"Mean error {MM * before[used].mean():.3f} mm before, {MM * after[used].mean():.3f} mm "
         f"after; largest {MM * before[used].max():.3f} mm before, {MM * after[used].max():.3f} mm "
         "after.",
@@ -89,7 +90,7 @@ def contents(found: Calibration) -> Contents:
 
 
 def lengths(found: Calibration) -> tuple[FloatArray, FloatArray]:
-    """Errors [m] of all rows before and after."""
+    """Return the errors of all rows before and after the calibration [m]."""
     measured = found.measurements
     return measured.lengths(found.nominal_errors), measured.lengths(found.errors)
 
@@ -112,7 +113,7 @@ def _of_frames(found: Calibration) -> Table:
 
 def _of_parameters(found: Calibration) -> Table:
     units = {item.name: item.unit for item in found.robot.geometry}
-    # Corrections of the base are part of the device's frame.
+    # The base frame in the device frame includes the base corrections.
     parts = {item.name: item.part for item in found.robot.geometry}
     reach = (found.confidence_intervals[:, 1] - found.confidence_intervals[:, 0]) / 2
     rows = []

@@ -1,4 +1,4 @@
-"""The report as one HTML file that needs no other: its plots are drawn in it as SVG."""
+"""The report as one self-contained HTML file with SVG plots."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ th { border-bottom: 1px solid #000; font-weight: normal } th:first-child, td:fir
 .blocks table { table-layout: fixed; width: 100% } .blocks th:first-child { width: 40% }
 """
 BLOCKS = 2
-"""Blocks of the table of parameters, next to each other."""
+"""Number of blocks of the parameter table, side by side."""
 
 
 def html_page(found: Calibration) -> str:
-    """Return a report of one page with its plots."""
+    """Return the one-page report as HTML, including the plots."""
     said = contents(found)
     parts = [
         f"<h1>{html.escape(said.title)}</h1>",
@@ -55,7 +55,7 @@ def html_page(found: Calibration) -> str:
 
 
 def split(table: Table, count: int) -> list[Table]:
-    """A table in parts that stand side by side."""
+    """Split a table into blocks of rows."""
     size = -(-len(table.rows) // count)
     starts = range(0, len(table.rows), size)
     return [Table(table.title, table.heading, table.rows[k : k + size]) for k in starts]
@@ -73,7 +73,7 @@ def _table(table: Table) -> str:
 
 def _svg(ax: Any) -> str:
     stream = io.StringIO()
-    # Without its date and with fixed names the same calibration gives the same page.
+    # No date and a fixed salt for SVG identifiers make the page reproducible.
     with matplotlib.rc_context({"svg.hashsalt": "chasles"}):
         ax.figure.savefig(stream, format="svg", metadata={"Date": None})
     text = stream.getvalue()

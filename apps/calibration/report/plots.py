@@ -1,7 +1,7 @@
 """Plots of a calibration: errors before and after, and parameters with intervals.
 
-People who see red and green alike distinguish the colors, and the markers differ in black and white
-(Okabe and Ito, Color universal design, 2008).
+The colors are safe for color-blind readers (Okabe and Ito, Color universal design, 2008), and the
+markers differ in black and white.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     from chasles.calibration import Calibration
 
 _WIDTH, _HEIGHT = 8 / 2.54, 5 / 2.54
-"""Size of a figure of its own [inch]: 8 cm are one column of print."""
+"""Size of a new figure [inch]: 8 cm, the width of a printed column, by 5 cm."""
 _ORANGE, _BLUE, _BLACK = "#E69F00", "#0072B2", "#000000"
 _MAX_PARAMETERS = 12
 _PLAIN = FuncFormatter(lambda value, _: f"{value:g}")
 
 
 def plot_residuals(found: Calibration, ax: Any = None) -> Any:
-    """Draw errors of all rows before and after [mm] over configurations, on a logarithmic axis."""
+    """Plot the errors [mm] before and after against the configurations on a logarithmic axis."""
     if ax is None:
         return _on_new_figure(plot_residuals, found)
     before, after = lengths(found)
@@ -46,7 +46,7 @@ def plot_residuals(found: Calibration, ax: Any = None) -> Any:
 
 
 def plot_parameters(found: Calibration, ax: Any = None) -> Any:
-    """Draw the clearest changes of parameters with their 95 % intervals [mm, mrad, 1]."""
+    """Plot the most significant parameter changes with their 95 % intervals [mm, mrad, 1]."""
     if ax is None:
         return _on_new_figure(plot_parameters, found)
     units = {item.name: item.unit for item in found.robot.geometry if item.part != "base"}
@@ -67,7 +67,7 @@ def plot_parameters(found: Calibration, ax: Any = None) -> Any:
 
 
 def _on_new_figure(plot: Any, found: Calibration) -> Any:
-    """The axes of a new figure with a plot in small letters."""
+    """Return the axes of a new figure with a plot in a small font."""
     with matplotlib.rc_context({"font.size": 7, "lines.markersize": 2.5}):
         figure = Figure(figsize=(_WIDTH, _HEIGHT), layout="constrained")
         axes = figure.add_subplot()

@@ -1,4 +1,4 @@
-"""The report as LaTeX, with its plots in PDF files."""
+"""The report as a LaTeX file, with plots in PDF files."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _PREAMBLE = r"""\documentclass[9pt,a4paper]{extarticle}
 
 
 def write_tex(found: Calibration, path: Path) -> None:
-    """Write a report of one page, and its plots as PDF files named after it."""
+    """Write a one-page report, and plots as PDF files with its name as prefix."""
     said = contents(found)
     names = []
     for part, plot in (("residuals", plot_residuals), ("parameters", plot_parameters)):
@@ -50,13 +50,13 @@ def _table(table: Table) -> str:
 
 
 def _block(table: Table) -> str:
-    """A part of a table, as wide as the other part."""
+    """Return a block of the parameter table with a fixed width."""
     width = r"\begin{tabular*}{0.48\linewidth}[t]{@{\extracolsep{\fill}}"
     return rf"{{\scriptsize{width}{_lines(table)}\end{{tabular*}}}}"
 
 
 def _lines(table: Table) -> str:
-    """The columns and the lines of a table."""
+    """Return the column specification and the rows of a table."""
     columns = "l" + "r" * (len(table.heading) - 1)
     rows = [" & ".join(map(_tex, row)) + r" \\" for row in table.rows]
     head = " & ".join(map(_tex, table.heading)) + r" \\"

@@ -109,7 +109,7 @@ def test_length_that_tolerances_exclude_gets_a_doubt(arm):
     """A complete model explains a 20 mm longer link by forty times the tolerance."""
     draw = simulated(arm, 24, another=True)
     assert draw.parameter_std
-    assert "times its tolerance" in verdict(arm, draw).text
+    assert "times its standard deviation" in verdict(arm, draw).text
 
 
 @pytest.mark.parametrize("seed", [0, 1, 24, 34, 70])

@@ -49,7 +49,7 @@ def test_design_respects_limits_and_allowed_predicate(arm, candidates):
     assert (np.abs(chosen.q) <= arm.upper).all()
     with pytest.raises(InputValueError, match="0 of 300 candidates are within limits and allowed"):
         optimal_design(arm, candidates, 10, is_allowed=lambda q: q[:, 0] > 9)
-    with pytest.raises(InputValueError, match="4 configurations give 24 numbers for 30 variables"):
+    with pytest.raises(InputValueError, match="4 configurations give 24 measured values for 30"):
         optimal_design(arm, candidates, 4)
 
 
@@ -71,7 +71,7 @@ def test_first_order_tool_errors_match_monte_carlo(arm):
 
 
 def test_unknown_tolerance_or_incomplete_sigma_is_rejected(arm):
-    with pytest.raises(InputValueError, match="no parameter, part or unit mm"):
+    with pytest.raises(InputValueError, match="no parameter, group or unit mm"):
         first_order_errors(arm, np.zeros(6), {"mm": 1.0})
     with pytest.raises(InputValueError, match="two standard deviations"):
         optimal_design(arm, np.zeros((50, 6)), 20, sigma=1e-5)

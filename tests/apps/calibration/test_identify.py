@@ -149,10 +149,10 @@ def test_cross_validated_errors_match_noise_level(arm, truth):
     [
         (lambda q, y: (np.degrees(q), y), "joint angles are in degrees"),
         (lambda q, y: (np.radians(q), y), "joint angles are in radians, not in degrees"),
-        (lambda q, y: (q, 1e3 * y), "positions are in millimetres"),
-        (lambda q, y: (q, 1e-3 * y), "positions are in metres, not in millimetres"),
+        (lambda q, y: (q, 1e3 * y), "positions are in millimeters"),
+        (lambda q, y: (q, 1e-3 * y), "positions are in meters, not in millimeters"),
     ],
-    ids=["degrees", "radians", "millimetres", "metres"],
+    ids=["degrees", "radians", "millimeters", "meters"],
 )
 def test_wrong_units_are_rejected(arm, truth, change, words):
     q, points = change(truth.q, truth.positions(arm, truth.q))
@@ -162,7 +162,7 @@ def test_wrong_units_are_rejected(arm, truth, change, words):
 
 def test_invalid_identify_arguments_are_rejected(arm, truth):
     points = truth.positions(arm, truth.q)
-    with pytest.raises(InputValueError, match="18 measured numbers do not determine"):
+    with pytest.raises(InputValueError, match="18 measured values do not determine"):
         identify(arm, truth.q[:6], Positions(points[:6, :1]))
     with pytest.raises(ShapeError, match=r"q must have shape \(N, 6\), got \(60, 5\)"):
         identify(arm, truth.q[:, :5], Positions(points))
@@ -173,7 +173,7 @@ def test_invalid_identify_arguments_are_rejected(arm, truth):
 def test_calibration_summary_lists_counts_and_parameters(arm, truth):
     found = identify(arm, truth.q, measured_positions(arm, truth, np.random.default_rng(0)))
     text = str(found)
-    assert "33 variables from 540 measured numbers" in text
+    assert "33 variables from 540 measured values" in text
     assert "shoulder_pan_shift_x" in text
     assert "target3_z" in text
 

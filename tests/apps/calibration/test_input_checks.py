@@ -39,7 +39,7 @@ def test_reversed_joint_sign_is_diagnosed(case):
     k = np.random.default_rng(2).integers(robot.n)
     signs = np.where(np.arange(robot.n) == k, -1, 1)
     name = robot.coordinates[k].name
-    with pytest.raises(InputValueError, match=f"the sign of {name} is turned"):
+    with pytest.raises(InputValueError, match=f"the sign of {name} is reversed"):
         found(robot, signs * q, points)
 
 
@@ -50,7 +50,7 @@ def test_exchanged_joint_columns_are_diagnosed(case):
     order = np.arange(robot.n)
     order[[i, j]] = j, i
     names = robot.coordinates[i].name, robot.coordinates[j].name
-    with pytest.raises(InputValueError, match=f"columns of {names[0]} and {names[1]} are exch"):
+    with pytest.raises(InputValueError, match=f"columns of {names[0]} and {names[1]} are swap"):
         found(robot, q[:, order], points)
 
 
@@ -85,7 +85,7 @@ def test_wrong_joint_zero_is_diagnosed(case, degrees):
     except InputValueError as error:
         said = str(error)
     # Small tools rotate about a wrist axis, so the zero error of that joint is ambiguous.
-    assert f"zero of {name} is off by {degrees} deg" in said or "is its zero another" in said
+    assert f"zero of {name} is off by {degrees} deg" in said or "check its zero offset" in said
 
 
 def test_two_simultaneous_mistakes_are_diagnosed(loaded):
@@ -103,9 +103,9 @@ def test_two_simultaneous_mistakes_are_diagnosed(loaded):
 @ONE_ARM
 def test_rows_shifted_by_one_are_diagnosed(case):
     robot, q, points = case
-    with pytest.raises(InputValueError, match="coordinates stand one row too late"):
+    with pytest.raises(InputValueError, match="coordinates are one row too late"):
         found(robot, q[:-1], points[1:])
-    with pytest.raises(InputValueError, match="coordinates stand one row too early"):
+    with pytest.raises(InputValueError, match="coordinates are one row too early"):
         found(robot, q[1:], points[:-1])
 
 
@@ -113,7 +113,7 @@ def test_rows_shifted_by_one_are_diagnosed(case):
 def test_left_handed_device_frame_is_diagnosed(case):
     robot, q, points = case
     for mirrored in (points[..., [1, 0, 2]], -points):
-        with pytest.raises(InputValueError, match="the device's frame is left-handed"):
+        with pytest.raises(InputValueError, match="the device frame is left-handed"):
             found(robot, q, mirrored)
 
 
@@ -121,14 +121,14 @@ def test_prismatic_coordinates_in_millimetres_are_diagnosed(loaded):
     robot = loaded("stanford")
     truth = drawn(robot, 3, count=40)
     slides = np.array([c.unit == "m" for c in robot.coordinates])
-    with pytest.raises(InputValueError, match="coordinates of slides are in millimetres"):
+    with pytest.raises(InputValueError, match="prismatic coordinates are in millimeters"):
         found(robot, np.where(slides, 1e3, 1) * truth.q, truth.positions(robot, truth.q))
 
 
 def test_exchanged_targets_in_one_row_are_diagnosed(case):
     robot, q, points = case
     points[5] = points[5, [2, 1, 0]]
-    assert found(robot, q, points).warnings == ("measurement 6: targets 1 and 3 are exchanged",)
+    assert found(robot, q, points).warnings == ("measurement 6: targets 1 and 3 are swapped",)
 
 
 def test_joint_coordinates_from_another_row_are_diagnosed(case):
@@ -144,7 +144,7 @@ def test_base_that_moved_during_measurement_is_diagnosed(case):
     robot, q, points = case
     points[:12] += [0.1, 0.0, 0.05]
     said = " ".join(found(robot, q, points).warnings)
-    assert "contradict the others" in said or "mm remain after the identification" in said
+    assert "contradict the others" in said or "error after the identification is" in said
 
 
 def test_joint_that_does_not_move_is_diagnosed(case):
@@ -153,7 +153,7 @@ def test_joint_that_does_not_move_is_diagnosed(case):
     still.q[:, 3] = 0.4
     result = found(robot, still.q, still.positions(robot, still.q))
     name = robot.coordinates[3].name
-    assert any(said.startswith(f"{name} moves by 0 deg only") for said in result.warnings)
+    assert any(said.startswith(f"{name} moves by only 0 deg") for said in result.warnings)
     assert result.unidentifiable
 
 
@@ -170,7 +170,7 @@ def test_measurements_of_another_robot_are_diagnosed(loaded):
     truth, random = drawn(robot, 3, count=20), np.random.default_rng(5)
     other = random.uniform(-1, 1, truth.q.shape)
     result = identify(robot, other, Poses(truth.poses(robot, truth.q), (NOISE, NOISE)))
-    assert any("mm remain after the identification" in said for said in result.warnings)
+    assert any("error after the identification is" in said for said in result.warnings)
 
 
 def as_quaternions(R):
@@ -191,7 +191,7 @@ def as_quaternions(R):
         ),
         (
             lambda R: Rotation.from_matrix(R.swapaxes(1, 2)),
-            "are those of the device in the probe's frame",
+            "transform from the device frame to the probe frame",
         ),
     ],
     ids=["xyzw as wxyz", "wxyz as xyzw", "inverse rotation"],

@@ -106,5 +106,5 @@ def test_weight_two_equals_repeated_measurement(arm, truth):
 
 
 def test_unknown_tolerance_name_is_rejected(arm, truth):
-    with pytest.raises(InputValueError, match="no parameter, part or unit elbows"):
+    with pytest.raises(InputValueError, match="no parameter, group or unit elbows"):
         identify(arm, truth.q, measured(arm, truth, truth.q), parameter_std={"elbows": 1.0})

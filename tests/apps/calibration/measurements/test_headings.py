@@ -106,7 +106,7 @@ XYZ = ["x", "y", "z"]
 @pytest.mark.parametrize(
     ("places", "said"),
     [
-        ([*XYZ, *XYZ, *XYZ], "x, y and z come 3 times"),
+        ([*XYZ, *XYZ, *XYZ], "x, y and z occur 3 times"),
         ([*XYZ, *(f"{a}.{k}" for k in (1, 2) for a in "xyz")], ""),
         (
             [f"{name}_{a} [mm]" for name in ("left", "right", "top") for a in "xyz"],
@@ -191,7 +191,7 @@ def test_orientation_columns_match_scipy_in_every_format(tmp_path, form, separat
     assert_allclose(measured.measurements.T[:, :3, :3], R, atol=1e-10)
     assert_allclose(measured.measurements.T[:, :3, 3], POINTS[:, 0], atol=1e-12)
     assert_allclose(measured.q, Q, atol=1e-12)
-    assert "are read as" in " ".join(measured.assumptions)
+    assert "are interpreted as" in " ".join(measured.assumptions)
 
 
 def test_flattened_4x4_matrix_rows_are_read_and_checked(tmp_path):
@@ -204,7 +204,7 @@ def test_flattened_4x4_matrix_rows_are_read_and_checked(tmp_path):
     assert_allclose(found.T[:, :3, :3], R, atol=1e-10)
     T[3, 0, 0] += 0.1
     path = written(tmp_path / "t.csv", header, np.concatenate([T.reshape(7, 16), np.degrees(Q)], 1))
-    with pytest.raises(InputValueError, match="line 5: the matrix is no rotation"):
+    with pytest.raises(InputValueError, match="line 5: the matrix is not a rotation"):
         read_measurements(path, ROBOT)
 
 
@@ -214,8 +214,8 @@ def test_missing_units_are_inferred_from_magnitude(tmp_path, unit):
     path = written(tmp_path / "t.csv", [*NAMES, *XYZ], np.concatenate([q, NUMBERS[:, 6:9]], 1))
     measured = read_measurements(path, ROBOT)
     assert_allclose(measured.q, Q, atol=1e-12)
-    assert f"joint angles have no unit; by their size they are in {unit}" in measured.assumptions
-    assert "positions have no unit; by their size they are in mm" in measured.assumptions
+    assert f"joint angles have no unit; their values suggest {unit}" in measured.assumptions
+    assert "positions have no unit; their values suggest mm" in measured.assumptions
 
 
 def test_ambiguous_unit_is_rejected(tmp_path):
@@ -243,7 +243,7 @@ def test_table_without_header_is_read(tmp_path, count, first, numbered, separato
     measured = read_measurements(written(tmp_path / "t.csv", [], table, separator), ROBOT)
     assert_allclose(measured.q, Q, atol=1e-12)
     assert_allclose(measured.measurements.points, POINTS[:, :count], atol=1e-12)
-    assert "there is no header; the columns are taken for " in measured.assumptions[0]
+    assert "there is no header; the columns are assumed to be " in measured.assumptions[0]
 
 
 @pytest.mark.parametrize(
@@ -258,7 +258,7 @@ def test_table_without_header_is_read(tmp_path, count, first, numbered, separato
 )
 def test_ambiguous_table_without_header_is_rejected(tmp_path, table):
     """The tables miss a column, or have too few rows to check whether distances are preserved."""
-    with pytest.raises(InputValueError, match=r"first line holds numbers.*write a header such as"):
+    with pytest.raises(InputValueError, match=r"contains numbers.*write a header with"):
         read_measurements(written(tmp_path / "t.csv", [], table), ROBOT)
 
 
@@ -339,5 +339,5 @@ def test_damaged_table_raises_only_input_value_error(tmp_path):
 def test_spreadsheet_file_is_rejected_with_hint(tmp_path):
     path = tmp_path / "t.xlsx"
     path.write_bytes(b"PK\x03\x04rest")
-    with pytest.raises(InputValueError, match="a spreadsheet; save it as text"):
+    with pytest.raises(InputValueError, match="a spreadsheet; save the table as text"):
         read_measurements(path, ROBOT)

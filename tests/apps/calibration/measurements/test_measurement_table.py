@@ -107,7 +107,7 @@ def test_quaternion_headings_are_recognized_and_norms_are_checked(arm, write):
         (lambda h, r: ([*h[:-1], "height [m]"], r), "no positions; expected columns x, y, z"),
         (lambda h, r: (h, [["x", *r[0][1:]]]), "line 2: 'q1' is 'x', expected a number"),
         (lambda h, r: (h, [r[0], ["inf", *r[0][1:]]]), "line 3: 'q1' is 'inf', expected a number"),
-        (lambda h, r: (["q2 [deg]", *h[1:]], r), "two columns are called 'q2'"),
+        (lambda h, r: (["q2 [deg]", *h[1:]], r), "two columns have the name 'q2'"),
     ],
     ids=[
         "missing joint",
@@ -246,9 +246,9 @@ def test_tables_in_common_encodings_and_formats_are_read(arm, tmp_path, written,
 @pytest.mark.parametrize(
     ("written", "expected"),
     [
-        ("\n".join(map(",".join, CELLS[:2])), "first line holds numbers"),
+        ("\n".join(map(",".join, CELLS[:2])), "first line contains numbers"),
         (TABLE.replace(",", "~"), "one column.*commas, semicolons or tabs"),
-        (TABLE.replace(".", ","), "line 2: 18 cells and 9 columns"),
+        (TABLE.replace(".", ","), "line 2: 18 cells, but 9 columns"),
         (TABLE.rpartition(",")[0], r"line 6: 'z' is empty"),
         # Without a unit, 0.1 may be in mm or m. A single column without a unit is rejected.
         (TABLE.replace("z [mm]", "z"), "column 'z' has no unit"),
