@@ -17,12 +17,7 @@ from .call.hints import missing_attribute
 from .call.threads import count_cores
 from .closed_form.nearest_solution import NearestSolution
 from .closed_form.solutions import Solutions
-from .contract import (
-    ChaslesError,
-    ManifestError,
-    UnknownRobotError,
-    read_manifest,
-)
+from .contract import ChaslesError, ManifestError, UnknownRobotError, read_manifest
 from .errors import (
     CacheError,
     CompileError,

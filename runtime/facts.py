@@ -9,8 +9,9 @@ from types import MappingProxyType
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from .arrays import BoolArray, FloatArray
 from .call._call import Function
 from .call.capabilities import needs
 from .call.validation import real_array
@@ -20,8 +21,6 @@ from .generated_functions import GeneratedFunctions
 from .sampling import low_discrepancy
 from .size import limits_of, ranges, unit_length, within
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 T = TypeVar("T")
 _STARTS = 256
 """Configurations of which `q_reference` is the best."""

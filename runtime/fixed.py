@@ -7,16 +7,15 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from .arrays import BoolArray, FloatArray
 from .call.validation import real_array
 from .contract import Coordinate, Reference
 from .errors import InputTypeError, InputValueError, ShapeError
 from .facts import RobotFacts
 from .size import configurations
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 Fixed = str | int | Iterable[str | int]
 """Coordinates or joints: a name or an index in q, or several."""
 

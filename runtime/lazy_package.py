@@ -10,9 +10,7 @@ from .contract import read_manifest
 from .robot import Robot
 
 
-def lazy_package(
-    namespace: dict[str, Any],
-) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+def lazy_package(namespace: dict[str, Any]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     """Gives a module the attributes of the robot in its folder.
 
     The first access to an attribute loads the robot, and compiles it if necessary; the module also

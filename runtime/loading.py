@@ -56,10 +56,7 @@ def load_functions(
             reduced=reduced(info.name),
             guard=_guard(manifest, info, functions) if info.margin else None,
             solutions=solutions_of(
-                manifest.coordinates,
-                manifest.wraps,
-                info.role.labels,
-                _residual_unit(info, unit),
+                manifest.coordinates, manifest.wraps, info.role.labels, _residual_unit(info, unit)
             )
             if info.role.is_inverse
             else None,
@@ -112,10 +109,7 @@ def write_doc(info: FunctionInfo, unit: float = 1.0, fixes: Manifest | None = No
     lines += _about_fixed(fixes) if fixes else []
     out = "array" if len(info.outputs) == 1 else "tuple of arrays (None for a new one)"
     lines += [f"    out: The {out} to write into; float64, of the shape of the result."]
-    lines += [
-        "    threads: The number of threads for a large batch; 'all' is one per core.",
-        "",
-    ]
+    lines += ["    threads: The number of threads for a large batch; 'all' is one per core.", ""]
     lines += ["Returns:", *(f"    {_describe(item)}" for item in info.outputs)]
     if info.role.is_inverse:
         tolerance = SOLVED * _residual_unit(info, unit)

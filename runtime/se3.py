@@ -1,16 +1,16 @@
 """Poses and twists of SE(3) on NumPy arrays: conversions, exponential, interpolation, projection.
 
 A pose is a matrix (4, 4) with a rotation R, a translation, and the last row 0 0 0 1. Twists are
-(v, omega), linear part first. `exp` of a twist is the pose of a body that has moved with it for one
-unit of time, pose and twist expressed in the frame of the start. Lengths are in metres, angles in
-radians. Leading dimensions broadcast, and NaN propagates.
+(v, omega), linear part first. `exp` of a twist is the pose of a body after one unit of time at this
+twist; both are expressed in the start frame. Lengths are in metres, angles in radians. Leading
+dimensions broadcast, and NaN propagates. Every function raises `ShapeError` for a wrong shape.
 
-Single precision and printed digits move R off the rotations. Its distance from them is
+Rounding to single precision or to printed digits makes R slightly non-orthogonal. Its deviation is
 
     |R^T R - 1| / 8^0.5,   to first order |R - U| / 2^0.5 with U the nearest rotation
 
-in the Frobenius norm. `project` finds U, inverses project poses that are off by at most
-`NEARLY_RIGID`, and the other functions do not check a matrix.
+in the Frobenius norm. `project` returns U. Inverse kinematics projects poses with a deviation of at
+most `NEARLY_RIGID`. The other functions do not check whether a matrix is a pose.
 
 Sources:
     R. M. Murray, Z. Li, S. S. Sastry, A Mathematical Introduction to Robotic Manipulation, 1994,
@@ -25,16 +25,15 @@ import math
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from . import so3
+from .arrays import FloatArray
 from .call._call import NEARLY_RIGID, RIGID_TO_ROUNDING
-from .call.validation import real_array
-from .errors import InputTypeError, InputValueError, ShapeError
+from .errors import InputTypeError, InputValueError
 from .so3 import ending, exponential, inverse_cubic, off_rotation
 from .tolerances import NO_ROTATION
 
-FloatArray = NDArray[np.float64]
 Order = Literal["wxyz", "xyzw"]
 
 __all__ = [
@@ -58,9 +57,9 @@ __all__ = [
 
 _LAST_ROW = (0.0, 0.0, 0.0, 1.0)
 _ORDERS = {"wxyz": [0, 1, 2, 3], "xyzw": [3, 0, 1, 2]}
-"""From the order of a quaternion to (w, x, y, z)."""
+"""Indices of w, x, y and z in a quaternion, by its element order."""
 _UPRIGHT = 1e-12
-"""Cosine of a pitch that counts as a right angle."""
+"""Largest cosine of a pitch angle that counts as a right angle."""
 
 
 def pose(
@@ -72,12 +71,12 @@ def pose(
     rotvec: ArrayLike | None = None,
     rotation: Any = None,
 ) -> FloatArray:
-    """The pose with a position and at most one orientation.
+    """Return poses from positions and at most one kind of orientation.
 
     Args:
         xyz: (..., 3) position [m]; the origin if None.
-        quat: (..., 4) quaternion of any length.
-        order: Order of its elements, "wxyz" or "xyzw"; mandatory, because libraries disagree.
+        quat: (..., 4) quaternion of any norm.
+        order: Element order of `quat`, "wxyz" or "xyzw". It has no default, as libraries disagree.
         rpy: (..., 3) roll, pitch and yaw as in URDF, `R = Rz(yaw) Ry(pitch) Rx(roll)`.
         rotvec: (..., 3) axis times angle.
         rotation: (..., 3, 3) rotation matrices, or a SciPy `Rotation`.
@@ -86,9 +85,8 @@ def pose(
         (..., 4, 4) poses, of the broadcast dimensions.
 
     Raises:
-        InputTypeError: If there are several orientations, or a quaternion without its order.
-        InputValueError: If a quaternion is 0, or the order unknown.
-        ShapeError: If a shape is wrong.
+        InputTypeError: If several orientations are passed, or `quat` without `order`.
+        InputValueError: If a quaternion is 0 or the order is unknown.
     """
     given = {"quat": quat, "rpy": rpy, "rotvec": rotvec, "rotation": rotation}
     names = [name for name, value in given.items() if value is not None]
@@ -112,33 +110,24 @@ def pose(
 
 
 def to_xyz(T: ArrayLike) -> FloatArray:
-    """The positions (..., 3) of poses (..., 4, 4)."""
+    """Return the positions (..., 3) of poses (..., 4, 4)."""
     return ending(T, (4, 4), "se3.to_xyz", "T")[..., :3, 3].copy()
 
 
 def to_rotation(T: ArrayLike) -> FloatArray:
-    """The rotation matrices (..., 3, 3) of poses (..., 4, 4)."""
+    """Return the rotation matrices (..., 3, 3) of poses (..., 4, 4)."""
     return ending(T, (4, 4), "se3.to_rotation", "T")[..., :3, :3].copy()
 
 
 def to_rotvec(T: ArrayLike) -> FloatArray:
-    """The rotation vectors (..., 3) of poses (..., 4, 4), with angles in [0, pi]."""
+    """Return the rotation vectors (..., 3) of poses (..., 4, 4), with angles in [0, pi]."""
     return so3.log(ending(T, (4, 4), "se3.to_rotvec", "T")[..., :3, :3])
 
 
 def to_quat(T: ArrayLike, *, order: Order) -> FloatArray:
-    """The unit quaternions of poses, with w >= 0.
+    """Return the unit quaternions (..., 4) of poses (..., 4, 4), with w >= 0.
 
-    Args:
-        T: (..., 4, 4) poses.
-        order: Order of the elements, "wxyz" or "xyzw".
-
-    Returns:
-        (..., 4) quaternions.
-
-    Raises:
-        InputValueError: If the order is unknown.
-        ShapeError: If the last dimensions are not (4, 4).
+    The element order is "wxyz" or "xyzw"; another order raises `InputValueError`.
     """
     wanted = _order("se3.to_quat", order)
     omega = to_rotvec(T)
@@ -149,42 +138,26 @@ def to_quat(T: ArrayLike, *, order: Order) -> FloatArray:
 
 
 def to_rpy(T: ArrayLike) -> FloatArray:
-    """Roll, pitch and yaw of poses as in URDF, `R = Rz(yaw) Ry(pitch) Rx(roll)`.
+    """Return roll, pitch and yaw (..., 3) [rad] of poses (..., 4, 4) as in URDF.
 
-    At a pitch of a right angle, roll and yaw turn about the same axis; yaw is then 0.
-
-    Args:
-        T: (..., 4, 4) poses.
-
-    Returns:
-        (..., 3) angles [rad], pitch in [-pi/2, pi/2].
-
-    Raises:
-        ShapeError: If the last dimensions are not (4, 4).
+    R is Rz(yaw) Ry(pitch) Rx(roll), with the pitch in [-pi/2, pi/2]. At a pitch of +-pi/2, roll and
+    yaw rotate about the same axis; yaw is then 0.
     """
     R = ending(T, (4, 4), "se3.to_rpy", "T")[..., :3, :3]
     level = np.hypot(R[..., 0, 0], R[..., 1, 0])
     is_upright = level < _UPRIGHT
     roll = np.where(
-        is_upright,
-        np.arctan2(-R[..., 1, 2], R[..., 1, 1]),
-        np.arctan2(R[..., 2, 1], R[..., 2, 2]),
+        is_upright, np.arctan2(-R[..., 1, 2], R[..., 1, 1]), np.arctan2(R[..., 2, 1], R[..., 2, 2])
     )
     yaw = np.where(is_upright, 0.0, np.arctan2(R[..., 1, 0], R[..., 0, 0]))
     return np.stack([roll, np.arctan2(-R[..., 2, 0], level), yaw], -1)
 
 
 def adjoint(T: ArrayLike) -> FloatArray:
-    """The matrix that expresses twists in another frame: `V_a = Ad V_b` for T_a_b.
+    """Return the adjoint matrices (..., 6, 6) of poses (..., 4, 4).
 
-    Args:
-        T: (..., 4, 4) poses.
-
-    Returns:
-        (..., 6, 6) matrices for twists (v, omega); `T exp(V) T^-1 = exp(adjoint(T) V)`.
-
-    Raises:
-        ShapeError: If the last dimensions are not (4, 4).
+    The adjoint of T_a_b maps twists (v, omega) from frame b to frame a: `V_a = adjoint(T_a_b) V_b`.
+    Therefore `T exp(V) T^-1 = exp(adjoint(T) V)`.
     """
     poses = ending(T, (4, 4), "se3.adjoint", "T")
     R, p = poses[..., :3, :3], poses[..., None, :3, 3]
@@ -196,24 +169,15 @@ def adjoint(T: ArrayLike) -> FloatArray:
 
 
 def swap_twist_order(V: ArrayLike) -> FloatArray:
-    """Twists (..., 6) in the order (omega, v), from (v, omega), and back.
+    """Convert twists (..., 6) from (v, omega) to (omega, v), or back.
 
-    For Jacobians: `swap_twist_order(J.mT).mT`.
+    The conversion of a Jacobian is `swap_twist_order(J.mT).mT`.
     """
     return np.roll(ending(V, (6,), "se3.swap_twist_order", "V"), 3, -1)
 
 
 def exp(twist: ArrayLike) -> FloatArray:
-    """The pose that a twist leads to.
-
-    Args:
-        twist: (..., 6) (v, omega), of any angle.
-
-    Returns:
-        (..., 4, 4) pose; `exp(log(T)) = T`.
-
-    Raises:
-        ShapeError: If the last dimension is not 6.
+    """Return the exponentials (..., 4, 4) of twists (..., 6), (v, omega) with any angle.
 
     Source: Murray, Li and Sastry, chapter 2, section 3.
     """
@@ -226,19 +190,10 @@ def exp(twist: ArrayLike) -> FloatArray:
 
 
 def log(T: ArrayLike) -> FloatArray:
-    """The twist that leads to a pose, along the shorter way round.
+    """Return the logarithms of poses (..., 4, 4): twists (v, omega) (..., 6), |omega| in [0, pi].
 
-    At a half turn two twists with opposite axes lead there. The result is one of them, always the
-    same for the same pose, but near a half turn a small change of the pose may exchange them.
-
-    Args:
-        T: (..., 4, 4) poses.
-
-    Returns:
-        (..., 6) twist (v, omega) with |omega| in [0, pi]; `exp(log(T)) = T`.
-
-    Raises:
-        ShapeError: If the last dimensions are not (4, 4).
+    `exp(log(T))` is T. For a rotation by pi, twists with opposite axes are possible: the choice is
+    deterministic, but a small change of the pose may reverse the axis.
 
     Source: Murray, Li and Sastry, chapter 2, section 3.
     """
@@ -251,39 +206,26 @@ def log(T: ArrayLike) -> FloatArray:
 
 
 def inverse(T: ArrayLike) -> FloatArray:
-    """The inverse of a pose: `inverse(T_a_b) = T_b_a`.
-
-    Args:
-        T: (..., 4, 4) poses.
-
-    Returns:
-        (..., 4, 4) poses.
-
-    Raises:
-        ShapeError: If the last dimensions are not (4, 4).
-    """
+    """Return the inverses (..., 4, 4) of poses (..., 4, 4): `inverse(T_a_b) = T_b_a`."""
     poses = ending(T, (4, 4), "se3.inverse", "T")
     R = np.swapaxes(poses[..., :3, :3], -1, -2)
     return _pose(R, -(R @ poses[..., :3, 3:])[..., 0])
 
 
 def interpolate(T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike) -> FloatArray:
-    """The screw motion from one pose to another, `T_a exp(s log(T_a^-1 T_b))`.
+    """Interpolate between poses by a screw motion, `T_a exp(s log(T_a^-1 T_b))`.
 
-    Its twist is constant, in the base frame and in the body's frame; the origin moves on a helix.
-    The motion does not depend on the position of the frame on the body. For a half turn it is one
-    of two motions.
+    The twist is constant in the base frame and in the body frame; the origin moves on a helix. The
+    motion does not depend on which body frame the poses describe. For a rotation by pi, the result
+    is one of two possible motions.
 
     Args:
-        T_a: (..., 4, 4) where s = 0.
-        T_b: (..., 4, 4) where s = 1.
-        s: (...,) parameter of the motion; below 0 and above 1 the motion continues.
+        T_a: (..., 4, 4) pose at s = 0.
+        T_b: (..., 4, 4) pose at s = 1.
+        s: (...,) path parameter; values outside [0, 1] extrapolate.
 
     Returns:
-        (..., 4, 4) poses, of the broadcast dimensions: many s between two poses give a path.
-
-    Raises:
-        ShapeError: If the last dimensions of a pose are not (4, 4).
+        (..., 4, 4) poses, with the broadcast leading dimensions.
 
     Source: Lynch and Park, section 9.2.1.
     """
@@ -292,22 +234,11 @@ def interpolate(T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike) -> FloatArray:
 
 
 def interpolate_straight(T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike) -> FloatArray:
-    """The motion from one pose to another with the origin on a straight line.
+    """Interpolate between poses with the origin on a straight line.
 
     `p = (1 - s) p_a + s p_b` and `R = R_a exp(s log(R_a^T R_b))`: the origin moves at a constant
-    velocity, the body turns about one axis, of constant direction, at a constant rate. For a half
-    turn it is one of two motions.
-
-    Args:
-        T_a: (..., 4, 4) where s = 0.
-        T_b: (..., 4, 4) where s = 1.
-        s: (...,) parameter of the motion; below 0 and above 1 the motion continues.
-
-    Returns:
-        (..., 4, 4) poses, of the broadcast dimensions: many s between two poses give a path.
-
-    Raises:
-        ShapeError: If the last dimensions of a pose are not (4, 4).
+    velocity, and the body rotates about a fixed direction at a constant rate. For a rotation by pi,
+    the result is one of two possible motions. Arguments and result are those of `interpolate`.
 
     Source: Lynch and Park, section 9.2.1.
     """
@@ -319,40 +250,34 @@ def interpolate_straight(T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike) -> FloatA
 
 
 def project(
-    T: ArrayLike,
-    tolerance: float = NEARLY_RIGID,
-    *,
-    caller: str = "se3.project",
-    name: str = "T",
+    T: ArrayLike, tolerance: float = NEARLY_RIGID, *, caller: str = "se3.project", name: str = "T"
 ) -> FloatArray:
-    """The rigid poses nearest to matrices that are nearly rigid.
+    """Return the rigid poses nearest to nearly rigid matrices.
 
     R becomes the nearest rotation in the Frobenius norm, the orthogonal factor of its polar
-    decomposition; the translation stays, and the last row becomes 0 0 0 1.
+    decomposition. The translation stays, and the last row becomes 0 0 0 1.
 
     Args:
         T: (..., 4, 4) matrices: arrays of any real type, or nested lists.
-        tolerance: Largest `deviation` that is accepted [rad].
-        caller: The function that was called, for errors.
-        name: Its argument, for errors.
+        tolerance: Largest accepted `deviation` [rad].
+        caller: Function name for error messages.
+        name: Argument name for error messages.
 
     Returns:
-        (..., 4, 4) poses, float64: T itself where it is rigid to rounding (1e-13), NaN where a
-        matrix is not finite.
+        (..., 4, 4) poses, float64. A matrix with a deviation of at most 1e-13 is returned
+        unchanged, a matrix that is not finite as NaN.
 
     Raises:
-        InputValueError: If a matrix is further off, with its index and the reason; or if the
-            tolerance is not positive.
-        InputTypeError: If T is not made of real numbers.
-        ShapeError: If its last dimensions are not (4, 4).
+        InputValueError: If the deviation of a matrix is larger; the message states its index and
+            the reason. Also if the tolerance is not positive.
+        InputTypeError: If T does not hold real numbers.
     """
     if not tolerance > 0:
         raise InputValueError(f"{caller}: tolerance must be positive, got {tolerance!r}")
-    matrices = _matrices(caller, T, name)
+    matrices = ending(T, (4, 4), caller, name)
     off = _deviation(matrices)
     _refuse(caller, matrices, off, tolerance, name)
-    # A copy: the caller's array stays as it is.
-    poses = np.array(matrices)
+    poses = np.array(matrices)  # a copy
     poses[np.isnan(off)] = np.nan
     rounded = off > RIGID_TO_ROUNDING
     U, _, V = np.linalg.svd(matrices[rounded][:, :3, :3])
@@ -362,32 +287,17 @@ def project(
 
 
 def deviation(T: ArrayLike) -> FloatArray:
-    """How far matrices are from rigid poses.
+    """Return the deviations (...,) of matrices (..., 4, 4) from rigid poses.
 
-    Args:
-        T: (..., 4, 4) matrices.
-
-    Returns:
-        (...,) the larger of |R^T R - 1| / 8^0.5 [rad] and the largest error of the last row;
-        infinite where the axes are not right-handed, NaN where a matrix is not finite.
-
-    Raises:
-        InputTypeError: If T is not made of real numbers.
-        ShapeError: If its last dimensions are not (4, 4).
+    The deviation is the larger of |R^T R - 1| / 8^0.5 [rad] and the largest error of the last row.
+    It is infinite if the axes are not right-handed, and NaN if the matrix is not finite. A matrix
+    without real numbers raises `InputTypeError`.
     """
-    return _deviation(_matrices("se3.deviation", T, "T"))[()]
+    return _deviation(ending(T, (4, 4), "se3.deviation", "T"))[()]
 
 
 def refuse(caller: str, T: FloatArray) -> None:
-    """Raises the error for poses that are not nearly rigid; NaN passes.
-
-    Args:
-        caller: Robot and function, for the error.
-        T: (..., 4, 4) matrices.
-
-    Raises:
-        InputValueError: If one is not nearly rigid, with its index and the reason.
-    """
+    """Raise an InputValueError if a matrix (..., 4, 4) is not nearly rigid; NaN is accepted."""
     _refuse(caller, T, _deviation(T), NEARLY_RIGID, "T")
 
 
@@ -402,7 +312,7 @@ def _order(caller: str, order: object) -> list[int]:
 def _of_quaternion(quat: FloatArray, order: list[int]) -> FloatArray:
     length = np.sqrt(np.sum(quat * quat, -1, keepdims=True))
     if (length == 0).any():
-        raise InputValueError("se3.pose: quat is 0, which is no orientation")
+        raise InputValueError("se3.pose: quat is 0, which is not an orientation")
     w, x, y, z = np.moveaxis(quat / length, -1, 0)[order]
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -415,7 +325,7 @@ def _of_quaternion(quat: FloatArray, order: list[int]) -> FloatArray:
 def _path(
     T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike, name: str
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Both ends and the parameter, as arrays."""
+    """Return both ends and the parameter as arrays."""
     return (
         ending(T_a, (4, 4), name, "T_a"),
         ending(T_b, (4, 4), name, "T_b"),
@@ -428,15 +338,6 @@ def _pose(R: FloatArray, p: FloatArray) -> FloatArray:
     T = np.zeros((*shape, 4, 4))
     T[..., :3, :3], T[..., :3, 3], T[..., 3, 3] = R, p, 1.0
     return T
-
-
-def _matrices(caller: str, T: ArrayLike, name: str) -> FloatArray:
-    matrices = real_array(caller, name, T)
-    if matrices.shape[-2:] != (4, 4):
-        raise ShapeError(
-            f"{caller}: {name} must have shape (..., 4, 4), got shape {matrices.shape}"
-        )
-    return matrices
 
 
 def _deviation(matrices: FloatArray) -> FloatArray:
@@ -459,12 +360,12 @@ def _refuse(
         return
     first = tuple(bad[0].tolist())
     where = f"{name}[{', '.join(map(str, first))}]" if first else name
-    others = f"; {len(bad) - 1} more of {off.size} are no poses either" if len(bad) > 1 else ""
+    others = f"; {len(bad) - 1} more of {off.size} are not poses either" if len(bad) > 1 else ""
     raise InputValueError(f"{caller}: {where} is {_fault(matrices[first], tolerance)}{others}")
 
 
 def _fault(T: FloatArray, tolerance: float) -> str:
-    """What is wrong with a finite matrix that is no pose, and what to do."""
+    """Return the reason why a finite matrix is not a pose, and the remedy."""
     row, R = T[3], T[:3, :3]
     if np.abs(row - _LAST_ROW).max() > tolerance:
         if not T[:3, 3].any() and abs(row[3] - 1) <= tolerance:
@@ -476,16 +377,17 @@ def _fault(T: FloatArray, tolerance: float) -> str:
     determinant = float(np.linalg.det(R))
     if determinant < 0 and shape <= NO_ROTATION:
         return (
-            f"no rotation: determinant {determinant:.4g}, the axes are left-handed; one of them "
-            "points the wrong way, or two are exchanged"
+            f"no rotation: determinant {determinant:.4g}, the axes are left-handed; one axis is "
+            "reversed, or two axes are exchanged"
         )
     off = float(off_rotation(R[None])[0])
     if shape <= tolerance and off > NO_ROTATION:
-        return f"no rotation: its axes have the lengths {_numbers(lengths)}, not 1; divide by them"
-    reason = f"no rotation: off by {off:.2g} rad, and up to {tolerance:g} passes as rounding"
+        return f"no rotation: its axes have lengths {_numbers(lengths)}, not 1; normalize them"
+    reason = f"no rotation: deviation {off:.2g} rad, above the rounding limit {tolerance:g}"
     if determinant <= 0 or off > NO_ROTATION:
         return f"{reason}; is it a rotation matrix, in rows and columns?"
-    return f"{reason}; chasles.se3.project(T, tolerance={_above(off):g}) takes the nearest rotation"
+    remedy = f"chasles.se3.project(T, tolerance={_above(off):g})"
+    return f"{reason}; {remedy} returns the nearest rotation"
 
 
 def _numbers(values: FloatArray) -> str:
@@ -493,6 +395,6 @@ def _numbers(values: FloatArray) -> str:
 
 
 def _above(value: float) -> float:
-    """The next number above with one digit."""
+    """Return the next larger number with one significant digit."""
     unit = 10.0 ** math.floor(math.log10(value))
     return float(f"{(math.floor(value / unit) + 1) * unit:.1g}")

@@ -11,14 +11,11 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .arrays import BoolArray, FloatArray
 from .contract import Coordinate, Reference
 from .sampling import low_discrepancy
 from .tolerances import AT_LIMIT, LEAST_SIZE
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 _SAMPLES = 256
 """Configurations that stand for all; with more, a length changes by a percent."""

@@ -11,28 +11,20 @@ Source:
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from .arrays import FloatArray
 from .call.validation import real_array
 from .errors import ShapeError
 from .tolerances import SERIES
-
-FloatArray = NDArray[np.float64]
 
 __all__ = ["exp", "log"]
 
 
 def exp(omega: ArrayLike) -> FloatArray:
-    """The rotation by a rotation vector.
+    """Return the rotations (..., 3, 3) of rotation vectors (..., 3), with any angle.
 
-    Args:
-        omega: (..., 3) axis times angle, of any angle.
-
-    Returns:
-        (..., 3, 3) rotation.
-
-    Raises:
-        ShapeError: If the last dimension is not 3.
+    Another shape raises `ShapeError`.
 
     Source: Murray, Li and Sastry, chapter 2, section 2, Rodrigues' formula.
     """
@@ -46,24 +38,14 @@ def exp(omega: ArrayLike) -> FloatArray:
 
 
 def log(R: ArrayLike) -> FloatArray:
-    """The rotation vector of a rotation, along the shorter way round.
+    """Return the rotation vectors (..., 3) of rotations (..., 3, 3), with angles in [0, pi].
 
-    At a half turn two vectors with opposite axes lead there. The result is one of them, always the
-    same for the same rotation.
-
-    Args:
-        R: (..., 3, 3) rotations.
-
-    Returns:
-        (..., 3) axis times angle, the angle in [0, pi].
-
-    Raises:
-        ShapeError: If the last dimensions are not (3, 3).
+    At an angle of pi two vectors with opposite axes are possible; the choice is deterministic.
+    Another shape raises `ShapeError`.
     """
     rotations = ending(R, (3, 3), "so3.log", "R")
-    # The antisymmetric part is the axis times the sine, the trace gives the cosine. Beyond a
-    # quarter turn the axis comes from the symmetric part, (1 - cos) a a^T + cos: at a half turn the
-    # sine is lost.
+    # The antisymmetric part is the axis times the sine; the trace yields the cosine. Beyond pi / 2
+    # the axis comes from the symmetric part, (1 - cos) a a^T + cos, as the sine vanishes at pi.
     w = (rotations - np.swapaxes(rotations, -1, -2))[..., [2, 0, 1], [1, 2, 0]] / 2
     sine = np.sqrt(np.sum(w * w, -1))[..., None]
     cosine = (np.trace(rotations, axis1=-2, axis2=-1)[..., None] - 1) / 2
@@ -73,9 +55,9 @@ def log(R: ArrayLike) -> FloatArray:
 
 
 def off_rotation(R: FloatArray) -> FloatArray:
-    """Distance of matrices (N, 3, 3) from orthogonal ones, in the norm |R_1 - R_2| / 2^0.5.
+    """Return the first-order distance of matrices (N, 3, 3) from orthogonality.
 
-    Residuals use the same norm; to first order the distance is |R^T R - 1| / 8^0.5.
+    The distance |R^T R - 1| / 8^0.5 has the norm of residuals, |R_1 - R_2| / 2^0.5.
     """
     with np.errstate(invalid="ignore", over="ignore"):
         x, y, z = R.transpose(2, 1, 0)
@@ -85,7 +67,7 @@ def off_rotation(R: FloatArray) -> FloatArray:
 
 
 def ending(values: ArrayLike, shape: tuple[int, ...], name: str, argument: str) -> FloatArray:
-    """An array of real numbers, checked for its last dimensions."""
+    """Return a float64 array, after a check of its last dimensions."""
     array = real_array(name, argument, values)
     if array.shape[-len(shape) :] != shape:
         wanted = ", ".join(["...", *map(str, shape)])
@@ -94,18 +76,18 @@ def ending(values: ArrayLike, shape: tuple[int, ...], name: str, argument: str) 
 
 
 def _axis(R: FloatArray, w: FloatArray, cosine: FloatArray) -> FloatArray:
-    """The axis of a rotation by more than a quarter turn, on the side of w; any at a half turn."""
+    """Return the axis of a rotation by more than pi / 2, in the direction of w if w is not 0."""
     symmetric = (R + np.swapaxes(R, -1, -2)) / 2 - cosine[..., None] * np.eye(3)
     largest = np.argmax(np.diagonal(symmetric, axis1=-2, axis2=-1), -1)
     column = np.take_along_axis(symmetric, largest[..., None, None], -1)[..., 0]
     length = np.sqrt(np.sum(column * column, -1))[..., None]
     side = np.where(np.sum(column * w, -1) < 0, -1.0, 1.0)[..., None]
-    # Only for short turns, which take their axis from elsewhere, all columns vanish.
+    # All columns can vanish for small angles alone, whose axis does not come from here.
     return np.asarray(side * np.divide(column, length, out=np.zeros_like(column), where=length > 0))
 
 
 def exponential(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The quotients sin x / x, (1 - cos x) / x^2 and (x - sin x) / x^3."""
+    """Return the quotients sin x / x, (1 - cos x) / x^2 and (x - sin x) / x^3."""
     small = np.abs(x) < SERIES
     x2 = np.where(small, x * x, 0.0)
     safe = np.where(small, 1.0, x)
@@ -120,7 +102,7 @@ def exponential(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def inverse_cubic(x: FloatArray) -> FloatArray:
-    """(1 - x / 2 cot(x / 2)) / x^2, for x in [0, pi]."""
+    """Return (1 - x / 2 cot(x / 2)) / x^2, for x in [0, pi]."""
     small = x < SERIES
     x2 = np.where(small, x * x, 0.0)
     safe = np.where(small, 1.0, x)
@@ -130,7 +112,7 @@ def inverse_cubic(x: FloatArray) -> FloatArray:
 
 
 def _horner(x: FloatArray, divisors: tuple[float, ...]) -> FloatArray:
-    """The sum of x^i / divisors[i]."""
+    """Return the sum of x^i / divisors[i]."""
     total = np.zeros_like(x)
     for divisor in reversed(divisors):
         total = total * x + 1 / divisor

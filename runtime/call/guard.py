@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..contract import Coordinate
 from ..errors import OutOfReachError, SingularityError
 
@@ -42,7 +42,7 @@ class Guard:
     dead_point: float
     is_followed: bool = False
 
-    def __call__(self, inputs: tuple[NDArray[np.float64], ...]) -> None:
+    def __call__(self, inputs: tuple[FloatArray, ...]) -> None:
         """Finds the loop that makes the result not finite.
 
         Raises:

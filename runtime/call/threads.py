@@ -19,13 +19,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..errors import InputTypeError
 from ._call import Function
 
 if TYPE_CHECKING:
     from concurrent.futures import Future, ThreadPoolExecutor
-
-Array = NDArray[np.float64]
 
 _ROWS = 8
 """Cuts lie at multiples of this number, so that only the last part has a partly filled tile of
@@ -53,8 +52,8 @@ def count_cores() -> int:
 
 def run(
     function: Function[Any],
-    inputs: tuple[Array, ...],
-    outs: tuple[Array | None, ...] | None,
+    inputs: tuple[FloatArray, ...],
+    outs: tuple[FloatArray | None, ...] | None,
     batch: tuple[int, ...],
     threads: int,
 ) -> Any:
@@ -132,7 +131,7 @@ def _cut(batch: tuple[int, ...], n_parts: int) -> tuple[int, list[slice]]:
     return axis, [slice(*pair) for pair in itertools.pairwise([*bounds, batch[axis]])]
 
 
-def _parts(array: Array, axis: int, cuts: Sequence[slice]) -> Iterator[Array]:
+def _parts(array: FloatArray, axis: int, cuts: Sequence[slice]) -> Iterator[FloatArray]:
     """The parts of an operand, each of them the whole operand where the axis is broadcast."""
     if axis < 0 or array.shape[axis] == 1:
         return itertools.repeat(array, len(cuts))
@@ -140,7 +139,7 @@ def _parts(array: Array, axis: int, cuts: Sequence[slice]) -> Iterator[Array]:
     return (array[(*before, cut)] for cut in cuts)
 
 
-def _overlap(inputs: Sequence[Array], outs: Sequence[Array | None]) -> bool:
+def _overlap(inputs: Sequence[FloatArray], outs: Sequence[FloatArray | None]) -> bool:
     """Whether one part might write into memory that another reads.
 
     NumPy handles overlap within one call only. Arrays with interleaved memory, such as columns of
@@ -152,7 +151,7 @@ def _overlap(inputs: Sequence[Array], outs: Sequence[Array | None]) -> bool:
 
 
 def _share(
-    ufunc: Callable[..., Any], parts: Iterator[tuple[Array, ...]], n: int, threads: int
+    ufunc: Callable[..., Any], parts: Iterator[tuple[FloatArray, ...]], n: int, threads: int
 ) -> None:
     """Runs the ufunc on all parts; each thread takes the next remaining part."""
 

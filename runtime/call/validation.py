@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..errors import InputTypeError
 
 
-def real_array(caller: str, name: str, given: Any) -> NDArray[np.float64]:
+def real_array(caller: str, name: str, given: Any) -> FloatArray:
     """A float64 array of integers or other floats.
 
     Raises:

@@ -12,13 +12,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..contract import AIMS, FunctionInfo, Manifest
 from ..errors import InputValueError
 from .polish import Measured, of_pose
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import BoolArray, FloatArray
 from ..call.capabilities import needs
 from ..contract import Coordinate
 from ..facts import RobotFacts
@@ -15,8 +16,6 @@ from ..iterative.newton import NewtonMethods
 from ..tolerances import SAME_JOINTS
 from .solutions import Solutions, solutions_of
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 _PLANAR = ["prismatic", "prismatic", "revolute"]
 
 

@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import FloatArray
 from ..call._call import Function
 from ..call.validation import real_array
 from ..contract import FunctionInfo, Manifest, read_manifest
@@ -28,7 +29,6 @@ from ..tolerances import GIVEN_ASIDE, GIVEN_NEAR, SOLVED
 from .refinement import Refinement
 from .solutions import Solutions
 
-FloatArray = NDArray[np.float64]
 _MAX_KEPT = 256
 """Inverses that stay loaded."""
 

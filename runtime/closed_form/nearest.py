@@ -17,6 +17,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import FloatArray
 from ..call import threads as splitting
 from ..call._call import Function, Nearest, nearest_of_slots, nearest_rows
 from ..call.capabilities import needs
@@ -27,19 +28,13 @@ from ..facts import Redundancy, RobotFacts
 from ..fixed import fixed_values, is_own, parameter_values
 from ..se3 import project, refuse
 from .aims import Task, TaskName, inverse_for
-from .nearest_solution import (
-    Moves,
-    NearestSolution,
-    limited_type,
-    nearest_type,
-)
+from .nearest_solution import Moves, NearestSolution, limited_type, nearest_type
 from .paths import has_inverse
 from .refinement import Refinement
 from .self_motion import Objective, best_parameters
 from .slot_facts import facts_of, read_limits, read_weights
 from .solutions import LeastSquares, Solutions
 
-FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int8]
 NearestRedundancy = Literal["fixed", "nearest", "limits", "manipulability"]
 _CHOICES = get_args(NearestRedundancy)

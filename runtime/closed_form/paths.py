@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import BoolArray, FloatArray
 from ..call.capabilities import needs
 from ..errors import InputValueError, ShapeError
 from ..facts import RobotFacts
@@ -20,8 +21,6 @@ from .aims import Task, TaskName, inverse_for, inverses_of
 from .refinement import Refinement
 from .slot_facts import facts_of
 from .solutions import Solutions
-
-FloatArray = NDArray[np.float64]
 
 Reason = Literal["", "no solution", "jump", "limit"]
 _TURN = 2 * math.pi
@@ -277,6 +276,6 @@ class InverseMethods(RobotFacts):
         )
 
 
-def _least(moves: FloatArray, valid: NDArray[np.bool_]) -> int:
+def _least(moves: FloatArray, valid: BoolArray) -> int:
     """The valid slot with the smallest largest move."""
     return int(np.argmin(np.where(valid, np.abs(moves).max(-1), np.inf)))

@@ -17,12 +17,10 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import BoolArray, FloatArray
 from ..tolerances import LEAST_DAMPING, MOST_DAMPING, POLISH_STEP, POLISHED, SETTLED
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 Measured = tuple[FloatArray, FloatArray, FloatArray]
 """Rows of a Jacobian (N, m, n), the error (N, m) that a step has to make, and its size (N,)."""
 Measure = Callable[[FloatArray, FloatArray, FloatArray], Measured]

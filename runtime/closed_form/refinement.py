@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import BoolArray, FloatArray, IntArray
 from ..call._call import RIGID_TO_ROUNDING, Function, rounded_residuals
 from ..contract import FunctionInfo, Manifest
 from ..se3 import project
@@ -22,9 +23,6 @@ from .aims import WHOLE, Task
 from .polish import BLOCK, STEPS, iterate
 from .saddles import ways_down
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.intp]
 _Fields = tuple[FloatArray, FloatArray, BoolArray]
 """Coordinates (..., k, n), residuals (..., k) and validity (..., k) of all slots."""
 
@@ -72,11 +70,7 @@ class Refinement:
         return np.inf if self.searches else REFINED * self.judged
 
     def __call__(
-        self,
-        inputs: tuple[FloatArray, ...],
-        q: FloatArray,
-        residual: FloatArray,
-        valid: BoolArray,
+        self, inputs: tuple[FloatArray, ...], q: FloatArray, residual: FloatArray, valid: BoolArray
     ) -> None:
         """Moves slots near a solution onto it, in place.
 

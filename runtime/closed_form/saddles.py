@@ -13,12 +13,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray, IntArray
 from ..tolerances import SADDLE, SADDLE_BEND, SADDLE_STEP
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 Gradients = Callable[[IntArray, FloatArray], tuple[FloatArray, FloatArray]]
 """From the numbers (N,) of targets and coordinates (N, n) to f (N,) and its gradients (N, n)."""
 _LONGEST = 1.0

@@ -12,13 +12,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import FloatArray
 from ..fixed import values_at
 from ..size import limits_of
 from ..tolerances import SELF_MOTION_STEP
 
-FloatArray = NDArray[np.float64]
 Objective = Callable[[FloatArray, FloatArray], FloatArray]
 """From coordinates (N, n) and seeds (N, n) to values (N,), of which the largest is sought."""
 

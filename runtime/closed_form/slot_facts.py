@@ -9,17 +9,15 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import BoolArray, FloatArray, IntArray
 from ..call.validation import real_array
 from ..contract import Coordinate
 from ..errors import InputValueError, ShapeError
 from ..size import limits_of
 from ..tolerances import AT_LIMIT, SAME_SOLUTION
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.intp]
 TURN = 2 * math.pi
 
 

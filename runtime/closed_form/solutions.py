@@ -16,18 +16,15 @@ from functools import cache
 from typing import Any, ClassVar, Literal, NamedTuple, Self, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import BoolArray, FloatArray, IntArray
 from ..call.validation import real_array
 from ..contract import Coordinate
 from ..errors import InputValueError, OutOfReachError, ShapeError
 from ..tolerances import AT_LIMIT, FAR, SAME_SOLUTION, SOLVED, TILTED
 from . import _filters
 from .slot_facts import TURN, facts_of, read_limits, read_weights, windings_of
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.intp]
 
 MAX_WINDINGS, _FREEDOMS = 100_000, 6
 

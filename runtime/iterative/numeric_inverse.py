@@ -17,6 +17,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import BoolArray, FloatArray
 from ..call.capabilities import needs
 from ..call.threads import count_cores
 from ..call.validation import real_array
@@ -28,8 +29,6 @@ from ..sampling import low_discrepancy
 from ..size import ranges
 from ..tolerances import SOLVED
 from ._numeric import Solver
-
-FloatArray = NDArray[np.float64]
 
 REASONS = ("", "limits", "stalled", "max_evaluations", "not a pose")
 _WHOLE = np.ones(6)
@@ -60,7 +59,7 @@ class NumericSolution(NamedTuple):
 
     q: FloatArray
     residual: FloatArray
-    valid: NDArray[np.bool_]
+    valid: BoolArray
     ending: NDArray[np.int8]
     iterations: NDArray[np.int32]
     restarts: NDArray[np.int32]
@@ -229,7 +228,7 @@ class NumericMethods(RobotFacts):
         return self._solvers.setdefault((tip, start_set), _solver(self, tip, start_set))
 
     def _with_seeds(
-        self, poses: FloatArray, q_seed: ArrayLike, locked: NDArray[np.bool_]
+        self, poses: FloatArray, q_seed: ArrayLike, locked: BoolArray
     ) -> tuple[FloatArray, FloatArray]:
         """As many poses as seeds, and as many seeds as poses."""
         method = f"{self.name}.ik_numeric"

@@ -18,18 +18,16 @@ from __future__ import annotations
 import functools
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import BoolArray, FloatArray
 from ..call.capabilities import needs
 from ..errors import InputValueError
 from ..facts import RobotFacts
 from ..size import configurations
 from ..tolerances import TURNS
 
-FloatArray = NDArray[np.float64]
 
-
-def length_of(J: FloatArray, turning: NDArray[np.bool_]) -> float:
+def length_of(J: FloatArray, turning: BoolArray) -> float:
     """The characteristic length [m] from Jacobians."""
     squared = (J**2).mean(0)
     linear, angular = squared[:3].sum(0), squared[3:].sum(0)

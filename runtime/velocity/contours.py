@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ..arrays import BoolArray, FloatArray, IntArray
+
 Values = Callable[[FloatArray], FloatArray]
 """From points (..., 2) to values (...), NaN where there is none."""
 
@@ -27,7 +27,7 @@ def zero_curves(values: Values, x: FloatArray, y: FloatArray) -> tuple[FloatArra
     return _joined(_segments(f, sides), points)
 
 
-def _zeros(values: Values, grid: FloatArray, f: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
+def _zeros(values: Values, grid: FloatArray, f: FloatArray) -> tuple[IntArray, FloatArray]:
     """The sides with a zero, numbered (2, n, m) with -1 for all others, and the zeros."""
     sides = np.full((2, *f.shape), -1)
     starts: list[FloatArray] = []
@@ -55,7 +55,7 @@ def _zeros(values: Values, grid: FloatArray, f: FloatArray) -> tuple[NDArray[np.
 
 
 def bisected(
-    is_on: Callable[[FloatArray], NDArray[np.bool_]], low: FloatArray, high: FloatArray
+    is_on: Callable[[FloatArray], BoolArray], low: FloatArray, high: FloatArray
 ) -> FloatArray:
     """Return the last values (N,) at which a condition is as at the lower ends of intervals."""
     before = is_on(low)
@@ -66,12 +66,12 @@ def bisected(
     return low
 
 
-def _changes(first: FloatArray, second: FloatArray) -> NDArray[np.bool_]:
+def _changes(first: FloatArray, second: FloatArray) -> BoolArray:
     """Whether values have different signs; False beside NaN."""
     return np.asarray(((first > 0) & (second <= 0)) | ((first <= 0) & (second > 0)))
 
 
-def _segments(f: FloatArray, sides: NDArray[np.intp]) -> list[tuple[int, int]]:
+def _segments(f: FloatArray, sides: IntArray) -> list[tuple[int, int]]:
     """Pairs of zeros that a curve joins through a cell."""
     along_x, along_y = sides
     around = np.stack([along_x[:-1, :-1], along_y[1:, :-1], along_x[:-1, 1:], along_y[:-1, :-1]])

@@ -19,15 +19,15 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import BoolArray, FloatArray
 from ..call.capabilities import needs
 from ..errors import InputValueError
 from ..tolerances import INFINITE_CONDITION, RANK
 from . import _rates
 from .characteristic_length import LengthMethods
 
-FloatArray = NDArray[np.float64]
 Part = Literal["all", "linear", "angular"]
 
 PART: Mapping[Part, slice] = {"all": slice(0, 6), "linear": slice(0, 3), "angular": slice(3, 6)}
@@ -249,7 +249,7 @@ def metric_of(
 
 def _decomposed(
     J: FloatArray, metric: Metric, components: Part
-) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+) -> tuple[FloatArray, FloatArray, BoolArray]:
     """Left singular vectors (..., k, r), singular values (..., r), and whether J is finite."""
     part = PART[components]
     scaled = metric.row[part, None] * J[..., part, :] * metric.unit

@@ -20,16 +20,15 @@ from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import BoolArray, FloatArray
 from ..call.capabilities import needs
 from ..errors import InputTypeError, InputValueError, ShapeError
 from ..fixed import Fixed, fixed_coordinates
 from . import _rates
 from .manipulability import PART, ManipulabilityMethods, Metric, Part
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 Representation = Literal["space", "body", "mixed"]
 Redundancy = Literal["minimum_norm", "limits", "manipulability"]
 

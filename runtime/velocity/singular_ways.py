@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import BoolArray, FloatArray, IntArray
 from ..call.capabilities import needs
 from ..closed_form.closures import LoopMethods, has_leg_inverse, is_planar_with_inverse
 from ..errors import InputValueError
@@ -15,7 +16,6 @@ from ..summaries import summary_repr
 from .contours import bisected, zero_curves
 from .singularity import SingularityMethods
 
-FloatArray = NDArray[np.float64]
 _SAMPLES = 512
 _RAYS, _RADII = 128, np.geomspace(1e-3, 1e3, 281)
 _PAD = 0.05
@@ -116,7 +116,7 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
         slots = self._slots(start, q)
         rows = np.arange(len(start))
 
-        def f(s: FloatArray, at: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
+        def f(s: FloatArray, at: IntArray) -> tuple[FloatArray, FloatArray]:
             there = start[at] + s[:, None] * way[at]
             margin, determinant = self._values(there, slots[at])
             return margin.min(-1), determinant
@@ -219,7 +219,7 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
         q, margin = self._leg_branches(theta)
         return q, margin if margin.ndim == q.ndim else margin[..., None]
 
-    def _slots(self, theta: FloatArray, q: ArrayLike | None) -> NDArray[np.intp]:
+    def _slots(self, theta: FloatArray, q: ArrayLike | None) -> IntArray:
         if q is None:
             return np.zeros(len(theta), np.intp)
         apart = self._branches(theta)[0] - np.broadcast_to(q, (len(theta), self.n))[:, None]
@@ -228,7 +228,7 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
         size = np.where(np.isfinite(apart), np.abs(apart), np.inf).max(-1)
         return np.asarray(size.argmin(-1))
 
-    def _values(self, theta: FloatArray, slots: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
+    def _values(self, theta: FloatArray, slots: IntArray) -> tuple[FloatArray, FloatArray]:
         """Return margins of the legs (N, legs), and determinants of J_x (N,)."""
         q, margin = self._branches(theta)
         rows = np.arange(len(theta))
@@ -247,9 +247,7 @@ def _determinant(J: FloatArray) -> FloatArray:
     return np.asarray(np.where(sound, found, np.nan))
 
 
-def _brackets(
-    changes: NDArray[np.bool_], s: FloatArray
-) -> tuple[FloatArray, FloatArray, NDArray[np.intp]]:
+def _brackets(changes: BoolArray, s: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
     """Both ends of the first part with a change, and the rows that have one."""
     rows = np.flatnonzero(changes.any(1))
     part = changes[rows].argmax(1)

@@ -7,11 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import FloatArray
 from ..call.capabilities import needs
 from ..tolerances import SINGULAR
 from .characteristic_length import LengthMethods
-
-FloatArray = NDArray[np.float64]
 
 
 class Singularity(NamedTuple):

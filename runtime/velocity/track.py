@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import FloatArray, IntArray
 from ..call.capabilities import needs
 from ..call.validation import real_array
 from ..errors import InputValueError, ShapeError
@@ -18,9 +19,6 @@ from ..se3 import project
 from ..tolerances import TRACK_GAIN
 from . import _track
 from .manipulability import ManipulabilityMethods
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 
 
 @dataclass(frozen=True, slots=True)

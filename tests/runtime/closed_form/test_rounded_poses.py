@@ -263,7 +263,7 @@ NO_POSE = {
     "transposed": (np.transpose, "transposed: the last row holds the translation"),
     "mirrored": (rotation_only(lambda R: -R), "determinant -1, the axes are left-handed"),
     "exchanged": (rotation_only(lambda R: R[:, [1, 0, 2]]), "left-handed"),
-    "scaled": (rotation_only(lambda R: 1000 * R), "axes have the lengths 1000 1000 1000"),
+    "scaled": (rotation_only(lambda R: 1000 * R), "axes have lengths 1000 1000 1000"),
     "millimetres": (lambda T: 1000 * T, "its last row is 0 0 0 1000, not 0 0 0 1"),
     "zeros": (np.zeros_like, "its last row is 0 0 0 0"),
     "no rotation": (rotation_only(np.zeros_like), "is it a rotation matrix"),
@@ -273,7 +273,7 @@ NO_POSE = {
     **{
         f"off by {size:g}": (
             functools.partial(noisy, size=size, rng=np.random.default_rng(5)),
-            r"off by .* up to 1e-05 passes .*chasles.se3.project\(T, tolerance=",
+            r"deviation .* rounding limit 1e-05; chasles.se3.project\(T, tolerance=",
         )
         for size in (1e-4, 1e-3, 1e-2)
     },
