@@ -1,11 +1,11 @@
-"""Drawings: a robot's rigid bodies, their poses, and pictures of them.
+"""Drawings of robots: rigid bodies, body poses and technical drawings.
 
     robot = chasles.load("ur5e")
     bodies = skeleton(robot)
     bodies.poses(q)            # (..., bodies, 4, 4) in the base frame
     chasles.draw(robot, q, file="ur5e.pdf")
 
-Pictures need matplotlib, `pip install 'chasles[draw]'`.
+Drawings need matplotlib: `pip install 'chasles[draw]'`.
 """
 
 from .animation import animate

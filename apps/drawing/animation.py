@@ -1,4 +1,4 @@
-"""Motions as moving drawings: GIF by Pillow, MP4 by ffmpeg."""
+"""Animations of motions: GIF files by Pillow, MP4 files by ffmpeg."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .views import views_of
 
 FloatArray = NDArray[np.float64]
 _DOTS = 200
-"""Pixels per inch: a figure of 8 cm has 630 pixels."""
+"""Pixels per inch; a figure 8 cm wide has 630 pixels."""
 
 
 def animate(
@@ -33,26 +33,26 @@ def animate(
     views: Sequence[str] | None = None,
     fps: float = 20.0,
 ) -> Path:
-    """Write a moving drawing of a robot, with the path of its tool so far.
+    """Write an animation of a robot that traces its tool path.
 
     Args:
         robot: The robot.
         trajectory: A `Trajectory`, a `Motion` or a `MotionSequence`, shown in real time; or
             configurations (k, n) [rad or m], one per frame.
-        file: The file to write, .gif or .mp4. A film needs ffmpeg: the one that is installed, or
-            that of `pip install 'chasles[film]'`.
-        views: As of `draw`; None: the robot's plane, or else from aside.
+        file: The file to write, .gif or .mp4. An .mp4 needs ffmpeg, from the system or from
+            `pip install 'chasles[film]'`.
+        views: As for `draw`; None: the plane of a planar robot, else the axonometric view.
         fps: Frames per second.
 
     Returns:
-        The file.
+        The path of the file.
 
     Raises:
-        InputValueError: If the file has another ending, or the trajectory belongs to another robot.
-        NotInstalledError: If ffmpeg is needed and absent.
+        InputValueError: If the suffix is not supported, or the trajectory is of another robot.
+        NotInstalledError: If ffmpeg is needed but not installed.
         ChaslesError: If ffmpeg fails.
-        OutOfReachError: If loops do not close in a configuration.
-        ImportError: If matplotlib or Pillow is absent: `pip install 'chasles[draw]'`.
+        OutOfReachError: If loops do not close at a configuration.
+        ImportError: If matplotlib or Pillow is not installed: `pip install 'chasles[draw]'`.
     """
     target = Path(file)
     if target.suffix not in (".gif", ".mp4"):
@@ -68,7 +68,7 @@ def animate(
 
 
 def _frames(trajectory: Any, fps: float) -> Any:
-    """The configurations of all frames, from a trajectory or a motion at its times."""
+    """Return the configurations of all frames of a trajectory or a motion."""
     sampled = trajectory.sample(fps) if hasattr(trajectory, "sample") else trajectory
     if not hasattr(sampled, "q_at"):
         return sampled
@@ -80,7 +80,7 @@ def _frames(trajectory: Any, fps: float) -> Any:
 def _pictures(
     robot: Robot, rows: FloatArray, views: Sequence[str] | None
 ) -> Iterator[NDArray[np.uint8]]:
-    """The pictures (height, width, 3), all with the same limits."""
+    """Yield the images (height, width, 3), all with the same axis limits."""
     bodies = skeleton(robot)
     poses = bodies.poses(rows)
     for k in np.flatnonzero(~np.isfinite(poses).all(axis=(1, 2, 3)))[:1]:
@@ -93,7 +93,7 @@ def _pictures(
         figure.set_dpi(_DOTS)
         figure.canvas.draw()
         picture = np.asarray(figure.canvas.buffer_rgba())[..., :3]
-        # Films need even numbers of pixels.
+        # The video codec needs an even width and height.
         yield picture[: picture.shape[0] // 2 * 2, : picture.shape[1] // 2 * 2].copy()
 
 
@@ -109,13 +109,13 @@ def _scenes(
 
 
 def _around(moments: list[Scene]) -> tuple[FloatArray, FloatArray]:
-    """The box around the boxes of a view at all moments."""
+    """Return the bounding box of a view over all frames."""
     boxes = [scene.box for scene in moments]
     return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
 
 
 def _ffmpeg(target: Path) -> str:
-    """The program that encodes films: the system's, or else that of the wheel imageio-ffmpeg."""
+    """Return the path of ffmpeg: of the system, or else of the package imageio-ffmpeg."""
     found = shutil.which("ffmpeg")
     if found is not None:
         return found
@@ -125,8 +125,8 @@ def _ffmpeg(target: Path) -> str:
         return str(imageio_ffmpeg.get_ffmpeg_exe())
     except (ImportError, RuntimeError) as error:
         raise NotInstalledError(
-            f"animate: {target.name}: films need ffmpeg, which is not installed: "
-            "pip install 'chasles[film]', or install ffmpeg itself; a .gif needs none"
+            f"animate: {target.name}: .mp4 files need ffmpeg, which is not installed: "
+            "pip install 'chasles[film]', or install ffmpeg itself; .gif files do not need it"
         ) from error
 
 
@@ -145,7 +145,7 @@ def _write_gif(target: Path, pictures: list[NDArray[np.uint8]], fps: float) -> N
     from PIL import Image  # noqa: PLC0415
 
     images = [Image.fromarray(picture) for picture in pictures]
-    # One palette for all pictures, or colours would flicker from one to the next.
+    # One palette for all images prevents flickering colors.
     palette = images[0].quantize(128)
     first, *rest = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
     first.save(target, save_all=True, append_images=rest, duration=round(1000 / fps), loop=0)

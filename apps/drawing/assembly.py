@@ -1,4 +1,4 @@
-"""The assembly modes of a platform as configurations: every posture at the same actuators."""
+"""Assembly modes of a platform: all configurations for the same actuated coordinates."""
 
 from __future__ import annotations
 
@@ -15,17 +15,18 @@ from .skeleton import Skeleton
 
 FloatArray = NDArray[np.float64]
 _STARTS = 24
-"""Starts for the passive joints of the legs; those of a leg of two links need two."""
+"""Number of starts for the passive leg joints; two suffice for legs with two links."""
 _STEPS = 20
-"""Steps of Newton's iteration from each."""
+"""Maximum number of Newton steps from each start."""
 
 
 class AssemblyModes(NamedTuple):
-    """The assembly modes at actuated coordinates.
+    """The assembly modes at given actuated coordinates.
 
     Attributes:
-        z: (k, n_z) configurations. Swings of rods, which no body needs, keep their values.
-        margin: (k,) margins: 0 where the platform is singular and two modes meet.
+        z: (k, n_z) configurations. Rod orientations keep the values of the start; no body uses
+            them.
+        margin: (k,) margins; 0 if the platform is singular and two modes coincide.
     """
 
     z: FloatArray
@@ -33,20 +34,20 @@ class AssemblyModes(NamedTuple):
 
 
 def has_modes(robot: Robot) -> bool:
-    """Whether all assembly modes of a robot are known."""
+    """Return whether the robot has a function that returns all assembly modes."""
     return "modes" in robot.functions
 
 
 def assembly_modes(bodies: Skeleton, q: FloatArray, near: FloatArray) -> AssemblyModes:
-    """Every assembly mode of a platform on legs.
+    """Return all assembly modes of a platform.
 
     Args:
         bodies: The bodies of a robot that has the function `modes`.
         q: (n,) actuated coordinates [rad or m].
-        near: (n_z,) a configuration, at which passive joints of the legs start.
+        near: (n_z,) start configuration for the passive leg joints.
 
     Returns:
-        The modes. One is left out whose legs do not close from any start.
+        The modes, without modes whose legs do not close from any start.
     """
     robot = bodies.robot
     theta, margin, _ = robot.functions["modes"](q)
@@ -69,7 +70,7 @@ def assembly_modes(bodies: Skeleton, q: FloatArray, near: FloatArray) -> Assembl
 
 
 def _closed(robot: Robot, z: FloatArray, legs: list[int]) -> FloatArray | None:
-    """The configuration with the passive joints of the legs that close it."""
+    """Solve the loop closure for the passive leg joints; None if no start converges."""
     turns = np.array([robot.configuration_variables[k].unit == "rad" for k in legs])
     reach = np.where(turns, 2 * np.pi, robot.unit_length)
     for part in low_discrepancy(0, _STARTS, len(legs), np.zeros(len(legs))):
@@ -85,7 +86,7 @@ def _closed(robot: Robot, z: FloatArray, legs: list[int]) -> FloatArray | None:
 
 
 def others(modes: AssemblyModes, z: FloatArray, bodies: Skeleton) -> AssemblyModes:
-    """The modes but the one in which the robot is, by the place of the tool."""
+    """Return all modes except the current one, which has the current tool pose."""
     tips = bodies.tip_poses(bodies.poses_from_configuration(modes.z))
     tip = bodies.tip_poses(bodies.poses_from_configuration(z))
     size = np.where(np.arange(4) == 3, bodies.size, 1.0)  # noqa: PLR2004 - lengths

@@ -1,4 +1,4 @@
-"""Technical drawings of robots, as figures of matplotlib that no window shows by itself."""
+"""Technical drawings of robots as matplotlib figures; no window opens."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from .views import AXONOMETRIC, SPATIAL, View, views_of
 FloatArray = NDArray[np.float64]
 
 WIDTH = 3.15
-"""Width of a figure, 8 cm in inches: what fits one column of print."""
+"""Width of a figure [inch]: 8 cm, the width of a printed column."""
 _TALLEST = 5.2
 _LEFT, _RIGHT, _BOTTOM, _TOP, _GAP = 0.42, 0.08, 0.36, 0.16, 0.2
-"""Margins of a figure, and the gap between two views (inch)."""
+"""Margins of a figure and gap between two views [inch]."""
 _ENTRY = 0.1
-"""Height of a line of the legend (inch)."""
+"""Height of a legend line [inch]."""
 _LETTERS, _SMALL = 7.0, 6.0
-"""Sizes of letters (pt)."""
+"""Font sizes [pt]."""
 _AXES = ("#d55e00", "#009e73", "#0072b2")
 _GHOSTS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9", "#999999", "#000000")
-"""Colours that differ for all kinds of sight (Okabe and Ito, 2008)."""
+"""Colors that color-blind readers can distinguish (Okabe and Ito, 2008)."""
 MAX_GHOSTS = 3
-"""Ghosts that chasles selects itself: more of them cannot be distinguished on 8 cm."""
+"""Maximum number of automatically selected ghosts; more would be unclear in a small figure."""
 _PATH = "#cc79a7"
 _DARK = "#333333"
 _LINES: dict[str, dict[str, Any]] = {
@@ -48,7 +48,7 @@ _LINES: dict[str, dict[str, Any]] = {
     "hatch": {"color": _DARK, "linewidth": 0.4},
 }
 _HALO = ("link", "rod", "ram", "piston")
-"""Lines with a white border, so that crossings are clear."""
+"""Line styles with a white border, so that crossings are clear."""
 _AREAS: dict[str, dict[str, Any]] = {
     "joint": {"facecolor": "#ffffff", "edgecolor": _DARK, "linewidth": 0.6},
     "driven": {"facecolor": "#e69f00", "edgecolor": _DARK, "linewidth": 0.6},
@@ -71,37 +71,35 @@ def draw(
     ax: Any = None,
     file: str | os.PathLike[str] | None = None,
 ) -> Any:
-    """Draws a robot: links, joints by their symbols, cylinders, rods, ground and frames.
+    """Draw a robot: links, joint symbols, cylinders, rods, ground and frames.
 
-    Joints that actuators move are orange and bear the name of their coordinate; passive ones are
-    white. A robot that moves in a plane is drawn on it, with its lengths in metres; all others from
-    the front, from the side and from above, at one scale, and from aside without perspective. The
-    figure is 8 cm wide, and no window opens.
+    Actuated joints are orange and labeled with their coordinate; passive joints are white. A planar
+    robot is drawn in its plane, with its lengths in meters. Other robots are drawn in front, side,
+    top and axonometric views. The figure is 8 cm wide, and no window opens.
 
     Args:
         robot: The robot.
-        q: (n,) actuated coordinates [rad or m]; None: the reference of its loops, or a posture in
-            which the joints of an arm are apart on the picture.
-        ghosts: Further configurations, drawn pale: True for the nearest other inverses of the same
-            pose, at most three; "modes" for other assembly modes at the same actuators, at most
-            three; the solutions of an inverse at one pose; or (g, n) coordinates.
-        path: A `Trajectory`, a `Motion`, a `Plan` or configurations (k, n), whose tool path is
-            drawn.
-        views: Some of "front", "side", "top", "axonometric" and, of planar robots, "plane".
-        ax: matplotlib axes for a single view: the robot's plane, or else from aside, where no view
-            is named; None: a new figure.
-        file: The file to write: .pdf and .svg hold vectors, .png pixels.
+        q: (n,) actuated coordinates [rad or m]; None: the reference configuration of loops, or for
+            arms a configuration whose joints are clearly visible.
+        ghosts: Additional configurations in pale colors: True for the nearest other solutions for
+            the tool pose, at most three; "modes" for other assembly modes at q, at most three;
+            `Solutions` for one pose; or (g, n) coordinates.
+        path: A `Trajectory`, `Motion`, `Plan` or configurations (k, n) whose tool path is drawn.
+        views: One or more of "front", "side", "top", "axonometric" and, for planar robots, "plane".
+        ax: matplotlib axes for a single view; None: a new figure. With axes, the default view is
+            "plane" for planar robots, else "axonometric".
+        file: The file to write: .pdf, .svg or .png.
 
     Returns:
-        The figure, or `ax` where it is given.
+        The figure, or `ax` if axes are passed.
 
     Raises:
         OutOfReachError: If loops do not close at q.
-        InputValueError: If a view is unknown, axes are given for several views, a motion is that of
-            another robot, ghosts are asked of a robot without an inverse in closed form, or modes
-            of one whose modes are not known.
-        ShapeError: If q, ghosts or path have another number of coordinates.
-        ImportError: If matplotlib is absent: `pip install 'chasles[draw]'`.
+        InputValueError: If a view is unknown, axes are passed for several views, or a motion is of
+            another robot; if `ghosts` needs a closed-form inverse or assembly modes that the robot
+            does not have.
+        ShapeError: If q, ghosts or path has a wrong number of coordinates.
+        ImportError: If matplotlib is not installed: `pip install 'chasles[draw]'`.
     """
     bodies = skeleton(robot)
     chosen = bodies.posture if q is None else _row(robot, q)
@@ -112,7 +110,7 @@ def draw(
     if views is None and ax is not None and len(found) > 1:
         found = [AXONOMETRIC]
     if ax is not None and len(found) != 1:
-        raise InputValueError(f"draw: ax: axes for one view, got {len(found)} views")
+        raise InputValueError(f"draw: ax: expected one view, got {len(found)} views")
     shown = scenes(bodies, poses, pale, way, found)
     if ax is not None:
         _limit(ax, shown[0].box, None)
@@ -132,15 +130,17 @@ def _row(robot: Robot, q: ArrayLike) -> FloatArray:
 
 
 def rows_of(robot: Robot, postures: Any, name: str) -> FloatArray:
-    """(k, n) coordinates of configurations, a plan, a trajectory or a motion.
+    """Return coordinates (k, n) of configurations, a plan, a trajectory or a motion.
 
     Raises:
-        ShapeError: If they are no rows of n coordinates.
-        InputValueError: If the motion is that of another robot.
+        ShapeError: If the shape of the configurations is not (k, n).
+        InputValueError: If the motion is of another robot.
     """
     sampled = postures.sample() if hasattr(postures, "sample") else postures
     if getattr(sampled, "robot", robot.name) != robot.name:
-        raise InputValueError(f"{name}: a motion of {sampled.robot}, expected one of {robot.name}")
+        raise InputValueError(
+            f"{name}: expected a motion of {robot.name}, got one of {sampled.robot}"
+        )
     rows = np.asarray(getattr(sampled, "q", sampled), dtype=np.float64)
     if rows.ndim != 2 or rows.shape[1] != robot.n or not len(rows):  # noqa: PLR2004
         raise ShapeError(f"{name}: expected shape (k, {robot.n}), got {rows.shape}")
@@ -154,7 +154,7 @@ def _tool_path(bodies: Skeleton, path: Any) -> FloatArray:
 
 
 def _ghosts(bodies: Skeleton, q: FloatArray, ghosts: Any) -> tuple[FloatArray, tuple[str, ...]]:
-    """The poses (g, bodies, 4, 4) of the further postures, and their names."""
+    """Return the body poses (g, bodies, 4, 4) of the ghosts, and their names."""
     robot = bodies.robot
     if ghosts is None or ghosts is False:
         return np.empty((0, len(bodies.bodies), 4, 4)), ()
@@ -162,7 +162,7 @@ def _ghosts(bodies: Skeleton, q: FloatArray, ghosts: Any) -> tuple[FloatArray, t
         return _modes(bodies, q, ghosts), ()
     if ghosts is True:
         if "ik" not in robot.functions:
-            raise InputValueError(f"draw: ghosts: {robot.name} has no inverse in closed form")
+            raise InputValueError(f"draw: ghosts: {robot.name} has no closed-form inverse")
         ghosts = _nearest(other_inverses(robot, q), q)
     if isinstance(ghosts, Solutions):
         return bodies.poses(ghosts.valid_q()), _labels(ghosts)
@@ -171,17 +171,17 @@ def _ghosts(bodies: Skeleton, q: FloatArray, ghosts: Any) -> tuple[FloatArray, t
 
 def _modes(bodies: Skeleton, q: FloatArray, word: str) -> FloatArray:
     if word != "modes":
-        raise InputValueError(f'draw: ghosts: got {word!r}, expected "modes" of all words')
+        raise InputValueError(f'draw: ghosts: got {word!r}, expected "modes"')
     if not has_modes(bodies.robot):
-        raise InputValueError(f"draw: ghosts: the modes of {bodies.robot.name} are not known")
+        raise InputValueError(f"draw: ghosts: {bodies.robot.name} has no assembly mode function")
     z = bodies.robot.configuration(q)
     modes = others(assembly_modes(bodies, q, z), z, bodies)
     return bodies.poses_from_configuration(modes.z[:MAX_GHOSTS])
 
 
 def redundancy_at(robot: Robot, q: FloatArray) -> dict[str, float]:
-    """The values of the redundancy parameters at q (n,), for `ik(T, fixed=...)`."""
-    # With loops they are joints of the main chain, which cylinders may move.
+    """Return the redundancy parameters at q (n,), for `ik(T, fixed=...)`."""
+    # In robots with loops, redundancy parameters are joints of the main chain.
     theta = robot.chain(q) if robot.loops else q
     names = [joint.name for joint in robot.chain_joints]
     return {
@@ -191,14 +191,14 @@ def redundancy_at(robot: Robot, q: FloatArray) -> dict[str, float]:
 
 
 def other_inverses(robot: Robot, q: FloatArray) -> Solutions:
-    """The distinct inverses of the pose at q except q itself, the redundancy parameters as in q."""
+    """Return the other distinct solutions for the pose and redundancy parameters at q."""
     found: Solutions = robot.ik(robot.fk(q), fixed=redundancy_at(robot, q)).distinct()
     is_other = np.abs(found.distances_from(q)).max(-1) > SAME_SOLUTION
     return found._replace(valid=found.valid & is_other)
 
 
 def _nearest(found: Solutions, q: FloatArray) -> Solutions:
-    """The solutions nearest to q, as many as a picture keeps apart."""
+    """Select the `MAX_GHOSTS` solutions nearest to q."""
     distances = np.where(found.valid, np.abs(found.distances_from(q)).max(-1), np.inf)
     kept = np.zeros_like(found.valid)
     kept[np.argsort(distances, kind="stable")[:MAX_GHOSTS]] = True
@@ -221,16 +221,13 @@ def figure_of(
     has_path: bool,
     boxes: list[tuple[FloatArray, FloatArray]] | None = None,
 ) -> Any:
-    """A figure of 8 cm with a pair of axes for each scene.
+    """Return a figure 8 cm wide with one axes object per scene.
 
     Args:
         shown: The scenes.
-        labels: The names of the ghosts, for the legend.
-        has_path: Whether the legend names the path of the tool.
-        boxes: The lowest and highest corner of each view; None: around each scene.
-
-    Returns:
-        The figure, which no window shows.
+        labels: Names of the ghosts, for the legend.
+        has_path: Whether the legend lists the tool path.
+        boxes: Lower and upper corner of each view; None: the bounding box of each scene.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
     from matplotlib.figure import Figure  # noqa: PLC0415
@@ -248,7 +245,7 @@ def figure_of(
     height = scale * sum(heights) + _BOTTOM + _TOP + _GAP * (len(heights) - 1) + below
     figure = Figure(figsize=(WIDTH, height))
     FigureCanvasAgg(figure)
-    # Views that are narrower than the figure stand in its middle.
+    # Center views that are narrower than the figure.
     spare = (across - scale * sum(widths)) / 2
     for scene, box, (row, column) in zip(shown, boxes, cells, strict=True):
         left = _LEFT + spare + scale * sum(widths[:column]) + _GAP * column
@@ -263,14 +260,14 @@ def figure_of(
 
 
 def _cells(views: list[View]) -> list[tuple[int, int]]:
-    """Row and column of each view: the four in space in a square, others side by side."""
+    """Return row and column of each view: four spatial views in a square, others side by side."""
     if [view.name for view in views] == [view.name for view in SPATIAL]:
         return [(0, 0), (0, 1), (1, 0), (1, 1)]
     return [(0, k) for k in range(len(views))]
 
 
 def _largest(cells: list[tuple[int, int]], spans: list[FloatArray], part: int) -> list[float]:
-    """The largest width of each column (part 1), or height of each row (part 0)."""
+    """Return the maximum width of each column (part 1), or height of each row (part 0)."""
     count = 1 + max(cell[part] for cell in cells)
     return [
         max(float(s[1 - part]) for c, s in zip(cells, spans, strict=True) if c[part] == k)
@@ -279,7 +276,7 @@ def _largest(cells: list[tuple[int, int]], spans: list[FloatArray], part: int) -
 
 
 def _limit(ax: Any, box: tuple[FloatArray, FloatArray], size: tuple[float, float] | None) -> None:
-    """Sets the limits of axes to a box, or to a size around its middle."""
+    """Set the axis limits to a box, or to a rectangle of a given size with the same center."""
     low, high = box
     if size is not None:
         middle = (low + high) / 2
@@ -315,7 +312,7 @@ def _label_axes(ax: Any, view: View, *, is_low: bool, is_left: bool) -> None:
 
 
 def _paint(ax: Any, scene: Scene) -> None:
-    """Draws a scene on axes whose limits are set."""
+    """Draw a scene on axes whose limits are already set."""
     from matplotlib.lines import Line2D  # noqa: PLC0415
     from matplotlib.patches import Polygon  # noqa: PLC0415
 

@@ -1,4 +1,4 @@
-"""Names and lengths on a drawing, in free places: no two cover each other."""
+"""Placement of labels and dimensions in a drawing without overlaps."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ Box = tuple[float, float, float, float]
 
 _DIRECTIONS = [(math.cos(a), math.sin(a)) for a in np.linspace(0, 2 * math.pi, 16, endpoint=False)]
 _DISTANCES = (1.6, 2.6, 4.0, 6.0, 8.5, 12.0)
-"""Distances of a name from its point that are tried, in units of the drawing."""
+"""Candidate distances of a label from its point, in drawing units."""
 _LEADER = 5.0
-"""A name farther than this from its point is joined to it by a line, in units of the drawing."""
+"""Distance of a label from its point beyond which a leader line joins them, in drawing units."""
 _ALONG = (0.5, 0.35, 0.65, 0.2, 0.8)
-"""Places of a length along its line."""
+"""Candidate positions of a dimension along its line, from 0 to 1."""
 _COVERED, _CROSSED, _FAR, _OUTSIDE = 1e6, 3.0, 1.5, 1e4
-"""Cost of a letter on another, per pixel of a line under it, per unit of distance, outside."""
+"""Costs of a label: overlap, crossed line [1/pixel], distance [1/unit], outside [1/pixel]."""
 
 
 @dataclass
 class Lettering:
-    """The letters on one pair of axes.
+    """The labels of one matplotlib axes object.
 
     Attributes:
         ax: The axes.
-        scene: What they show.
-        size: Size of the letters [pt].
-        taken: The boxes of the letters so far [pixels].
+        scene: The scene on the axes.
+        size: Font size [pt].
+        taken: The bounding boxes of the placed labels [pixels].
     """
 
     ax: Any
@@ -49,14 +49,14 @@ class Lettering:
         self.frame = (*low, *high)
 
     def name_coordinates(self) -> list[Any]:
-        """Writes q and its index at each actuated joint."""
+        """Write q with its index at each actuated joint."""
         return [
             self._place(f"$q_{{{anchor.coordinate + 1}}}$", anchor.point, "#8a5a00")
             for anchor in self.scene.anchors
         ]
 
     def name_axes(self, colours: tuple[str, ...]) -> list[Any]:
-        """Writes x, y and z at the arrows that are seen from the side, where there is room."""
+        """Write x, y and z at frame arrows that are long enough in the view, if there is space."""
         found: list[Any] = []
         base = self.scene.frames[0].tips
         for frame in self.scene.frames:
@@ -70,11 +70,11 @@ class Lettering:
         return found
 
     def write_lengths(self) -> list[Any]:
-        """Writes each length along its line, where there is room."""
+        """Write each dimension along its line, if there is space."""
         return [text for dimension in self.scene.dimensions for text in self._length(dimension)]
 
     def add_scale(self) -> Any:
-        """Draws a bar of a round length with its length, in the freest corner."""
+        """Draw a scale bar of a round length in the corner with the most space."""
         (left, right), (low, high) = self.ax.get_xlim(), self.ax.get_ylim()
         length = _round_length(0.15 * (right - left))
         text = self._text(f"{length:g} m", "#333333")
@@ -92,7 +92,7 @@ class Lettering:
         return text
 
     def _lines(self) -> tuple[FloatArray, FloatArray]:
-        """Beginnings and ends (m, 2) of all lines on the picture [pixels]."""
+        """Return start and end points (m, 2) of all line segments in the drawing [pixels]."""
         rows = []
         for mark in self.scene.marks:
             rows.append(np.concatenate([mark.points, mark.points[: mark.is_area]]))
@@ -127,7 +127,7 @@ class Lettering:
         return text
 
     def _near(self, point: FloatArray, letters: str, colour: str) -> list[Any]:
-        """A letter at a point, or as near to it as there is room, if there is any."""
+        """Place a letter at the free position nearest to a point, if there is one."""
         text = self._text(letters, colour)
         tried = [(0.0, point, 0.0)]
         for distance in (0.8, 1.4, 2.0, 2.8, 3.6):
@@ -137,7 +137,7 @@ class Lettering:
         return self._kept(text, tried)
 
     def _kept(self, text: Any, tried: list[tuple[float, FloatArray, float]]) -> list[Any]:
-        """The text at its best place; none where every place is taken."""
+        """Return the text at its best position; an empty list if all positions are taken."""
         if self._best(text, tried) < _COVERED:
             return [text]
         self.taken.pop()
@@ -174,19 +174,19 @@ class Lettering:
         return []
 
     def _is_nearest(self, place: FloatArray, dimension: Dimension) -> bool:
-        """Whether no other length is as near to a place, so that none is read there."""
+        """Return whether this dimension is the nearest to a place, so that it is unambiguous."""
         others = [own for own in self.scene.dimensions if own is not dimension]
         own = _distance(place, dimension)
         return all(_distance(place, other) > own for other in others)
 
     def _crosses(self, place: FloatArray, angle: float, size: FloatArray) -> bool:
-        """Whether a line runs through a text of a size [pixels] that is rotated [deg]."""
+        """Return whether a line crosses a text of a size [pixels] rotated by an angle [deg]."""
         c, s = math.cos(math.radians(angle)), math.sin(math.radians(angle))
         turned = [(ends - self.to_pixels(place)) @ [[c, -s], [s, c]] for ends in self.lines]
         return _inside((*(-size / 2), *(size / 2)), *turned) > 0
 
     def _best(self, text: Any, tried: list[tuple[float, FloatArray, float]]) -> float:
-        """Moves a text to the place of least cost, notes its box, and gives the cost."""
+        """Move a text to the position of minimum cost, store its box, and return the cost."""
         best, least = tried[0], math.inf
         text.set_rotation(tried[0][2])
         text.set_position(tried[0][1])
@@ -220,24 +220,24 @@ class Lettering:
 
 
 def _distance(place: FloatArray, dimension: Dimension) -> float:
-    """The distance of a place from the line of a length [m]."""
+    """Return the distance of a place from the line of a dimension [m]."""
     way = dimension.b - dimension.a
     part = np.clip((place - dimension.a) @ way / (way @ way), 0, 1)
     return float(np.linalg.norm(place - dimension.a - part * way))
 
 
 def _round_length(least: float) -> float:
-    """The least of 1, 2 and 5 times a power of ten above a length."""
+    """Round a length up to 1, 2 or 5 times a power of ten."""
     power = 10.0 ** math.floor(math.log10(least))
     return next(digit * power for digit in (1, 2, 5, 10) if digit * power >= least)
 
 
 def _inside(box: Box, a: FloatArray, b: FloatArray) -> float:
-    """The length of the parts of lines, from a (m, 2) to b (m, 2), in a box."""
+    """Return the total length inside a box of line segments from a (m, 2) to b (m, 2)."""
     way = b - a
     with np.errstate(divide="ignore", invalid="ignore"):
         parts = np.stack([(np.array(box[:2]) - a) / way, (np.array(box[2:]) - a) / way])
-    # A line along a side of the box enters and leaves it nowhere: 0 / 0.
+    # For a line along a side of the box, 0 / 0 gives NaN.
     is_along = np.isnan(parts).any(axis=(0, 2))
     enter, leave = parts.min(0).max(-1), np.where(is_along, -np.inf, parts.max(0).min(-1))
     inside = np.clip(np.minimum(leave, 1) - np.fmax(enter, 0), 0, None)

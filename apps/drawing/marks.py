@@ -1,4 +1,4 @@
-"""The lines and areas of a drawing: every shape of every body on a projection, far ones first."""
+"""Lines and areas of a drawing: the projected shapes of all bodies, the farthest first."""
 
 from __future__ import annotations
 
@@ -14,37 +14,37 @@ from .views import View
 FloatArray = NDArray[np.float64]
 
 RADIUS, HALF = 1.0, 1.7
-"""Radius and half the length of the cylinder of a turn, in units of the drawing."""
+"""Radius and half the length of a revolute joint's cylinder, in drawing units."""
 SMALL = 0.6
-"""Radius of the pins and balls of closures and struts."""
+"""Radius of pins and balls of closures and struts, in drawing units."""
 BOX = 1.25
-"""Half the edge of a slide's box."""
+"""Half the edge of a prismatic joint's box, in drawing units."""
 _CORNERS = 32
 _STROKES = 6
 _HALF_GROUND = 2.6
-"""Half the length of the hatched line under a joint, and its strokes."""
+"""Half the length of the hatched ground line under a joint, in drawing units."""
 _LATER = 1e-6
-"""Units by which a part of a symbol lies on another."""
+"""Depth offset that draws a detail of a symbol on top of the symbol, in drawing units."""
 _EDGE_ON = 0.25
-"""Below this part of its length on the picture, a direction points at the eye."""
+"""Minimum projected length of a unit vector; a shorter one points along the line of sight."""
 _SYMBOLS = ("revolute", "helical", "pin", "weld", "ball", "universal", "carriage", "sleeve")
 _LEVELS = {"hatch": -3, "ground": -3, "guide": -2, "plate": -1, "link": 0, "rod": 1, "ram": 0}
 _SYMBOL = 4
-"""The level from which symbols of joints begin: they lie on all lines and plates."""
+"""Minimum drawing level of joint symbols, above all lines and plates."""
 _ABOVE = 1e6
-"""Units by which symbols are nearer to the eye than lines."""
+"""Depth offset that draws symbols on top of lines, in drawing units."""
 
 
 @dataclass(frozen=True)
 class Mark:
-    """A line or an area on the picture.
+    """A line or an area in a drawing.
 
     Attributes:
-        style: Its part: "link", "plate", "joint", "driven", "passive" and so on.
-        points: (k, 2) its points [m].
-        depth: Its order: larger ones are drawn later.
-        name: The body, joint or strut.
-        is_area: Whether it is filled.
+        style: The style: "link", "plate", "joint", "driven" and so on.
+        points: (k, 2) points of the line or outline [m].
+        depth: Drawing order; a mark with a larger depth is drawn later.
+        name: Name of the body, joint or strut.
+        is_area: Whether the mark is filled.
     """
 
     style: str
@@ -56,12 +56,12 @@ class Mark:
 
 @dataclass(frozen=True)
 class Anchor:
-    """A point that is named.
+    """A labeled point.
 
     Attributes:
         name: Name of the joint or strut.
-        point: (2,) the point [m].
-        coordinate: Index in q of the coordinate that moves it.
+        point: (2,) the point in the drawing [m].
+        coordinate: Index in q of the coordinate that moves the joint or strut.
     """
 
     name: str
@@ -70,22 +70,19 @@ class Anchor:
 
 
 def marks(skeleton: Skeleton, poses: FloatArray, view: View, unit: float) -> list[Mark]:
-    """The lines and areas of a robot on a view.
+    """Return the lines and areas of a robot in a view, in drawing order.
 
     Args:
         skeleton: The bodies.
-        poses: (bodies, 4, 4) their poses in the base frame.
+        poses: (bodies, 4, 4) poses of the bodies in the base frame.
         view: The projection.
-        unit: The radius of a joint's symbol [m].
-
-    Returns:
-        The marks, in the order in which they are drawn.
+        unit: Radius of a joint symbol [m].
     """
     return sorted(_Marks(skeleton, poses, view, unit).all(), key=lambda mark: mark.depth)
 
 
 def anchors(skeleton: Skeleton, poses: FloatArray, view: View) -> list[Anchor]:
-    """The points at which the actuated coordinates are named, in the order of q."""
+    """Return the label points of the actuated coordinates, in the order of q."""
     found = {}
     sleeves = {
         shape.name: _moved(T, np.array(shape.points[0]))
@@ -126,7 +123,7 @@ def _moved(T: FloatArray, points: FloatArray) -> FloatArray:
 
 
 class _Marks:
-    """The marks, one shape at a time."""
+    """Generator of the marks, shape by shape."""
 
     def __init__(self, skeleton: Skeleton, poses: FloatArray, view: View, unit: float) -> None:
         self.skeleton, self.poses, self.view, self.unit = skeleton, poses, view, unit
@@ -145,7 +142,7 @@ class _Marks:
                 yield from self._shape(body, shape, points, axis)
 
     def _points_of(self, kind: str) -> dict[str, FloatArray]:
-        """The last point of each shape of a kind, by the joint's name."""
+        """Return the last point of each shape of a kind, keyed by joint name."""
         return {
             shape.name: _moved(T, np.array(shape.points[-1]))
             for body, T in zip(self.skeleton.bodies, self.poses, strict=True)
@@ -154,18 +151,18 @@ class _Marks:
         }
 
     def _depth(self, points: FloatArray, level: int) -> float:
-        """The order of a mark: by kind on a plane, else by its distance towards the eye."""
+        """Return the drawing order: by level in a planar view, else by distance to the viewer."""
         if self.is_planar:
             return float(level)
         above = _ABOVE if level >= _SYMBOL else 0.3 * level
         return self.view.depth(points) + self.unit * above
 
     def _behind(self, points: FloatArray) -> float:
-        """The order of a plate: all lines in front of its farthest point lie on it."""
+        """Return the depth of a plate's farthest point, so that lines are drawn on the plate."""
         return min(self._depth(point[None], _LEVELS["plate"]) for point in points)
 
     def _style(self, body: Body, shape: Shape) -> str:
-        """Joints of actuated coordinates are filled with another colour."""
+        """Return the style of a joint symbol: actuated or passive."""
         joint = body.joint
         is_own = joint is not None and joint.name == shape.name
         is_driven = is_own and self.skeleton.actuator(joint) is not None
@@ -205,7 +202,7 @@ class _Marks:
             yield from self._joint(self._style(body, shape), shape, points[0], axis)
 
     def _long(self, shape: Shape, points: FloatArray) -> FloatArray:
-        """A guide as far as its carriage is on it."""
+        """Extend a guide so that its carriage is on the guide."""
         at = self.carriages.get(shape.name) if shape.kind == "guide" else None
         if at is None:
             return points
@@ -241,7 +238,7 @@ class _Marks:
     def _cylinder(
         self, style: str, name: str, at: FloatArray, axis: FloatArray, size: float
     ) -> Iterator[Mark]:
-        """A cylinder around an axis: its outline, and the end that is nearer to the eye."""
+        """Yield a cylinder around an axis: its outline and the end face nearer to the viewer."""
         across, up = _beside(axis)
         ring = RADIUS * size * (circle()[:, :1] * across + circle()[:, 1:] * up)
         half = HALF * size * axis
@@ -263,7 +260,7 @@ class _Marks:
             yield Mark("dot", dot, depth + self.unit * _LATER, name, is_area=True)
 
     def _box(self, style: str, shape: Shape, at: FloatArray, axis: FloatArray) -> Iterator[Mark]:
-        """A box around a slide: its outline, and the faces that are turned to the eye."""
+        """Yield the box of a prismatic joint: its outline and the visible faces."""
         across, up = _beside(axis)
         frame = BOX * self.unit * np.array([1.3 * axis, across, up])
         signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
@@ -306,7 +303,7 @@ class _Marks:
     # --- ground ---
 
     def _ground(self) -> Iterator[Mark]:
-        """A hatched line under every joint on the ground, or under the ground's own line."""
+        """Yield a hatched line under each joint on the ground, or under the line of the ground."""
         shapes = self.skeleton.bodies[0].shapes
         lines = [np.array(s.points) for s in shapes if s.kind == "link"]
         if lines and not self.is_planar:
@@ -322,7 +319,7 @@ class _Marks:
                 yield from self._hatched(point, -axis, HALF)
 
     def _feet(self) -> list[tuple[FloatArray, FloatArray]]:
-        """The points at which joints stand on the ground, and their axes."""
+        """Return the points at which joints are mounted on the ground, and the joint axes."""
         found: list[tuple[FloatArray, FloatArray]] = []
         for body, T in zip(self.skeleton.bodies, self.poses, strict=True):
             joint = body.joint
@@ -348,7 +345,7 @@ class _Marks:
         yield from self._hatched(foot, -up, 0.0)
 
     def _hatched_guide(self, points: FloatArray) -> Iterator[Mark]:
-        """Strokes along a guide on the ground, below it on the picture."""
+        """Yield hatching strokes along and below a guide on the ground."""
         seen = self.view.project(points)
         way = seen[1] - seen[0]
         length = float(np.linalg.norm(way))
@@ -361,7 +358,7 @@ class _Marks:
     def _strokes(
         self, begin: FloatArray, along: FloatArray, length: float, depth: float
     ) -> Iterator[Mark]:
-        """Hatching to the right of the way along a line."""
+        """Yield hatching strokes on the right side of a directed line."""
         step = 2 * _HALF_GROUND * self.unit / _STROKES
         stroke = step * (0.9 * np.array([along[1], -along[0]]) - 0.7 * along)
         for k in range(int(length / step + 0.5)):
@@ -369,13 +366,13 @@ class _Marks:
             yield Mark("hatch", np.array([start, start + stroke]), depth, "ground")
 
     def _floor(self, points: FloatArray) -> Iterator[Mark]:
-        """The plate of the ground; on a plane its joints have stands instead."""
+        """Yield the ground plate; a planar view shows stands under the joints instead."""
         if not self.is_planar:
             seen = hull(self.view.project(points))
             yield Mark("floor", seen, self._depth(points, -3), "ground", is_area=True)
 
     def _hatched(self, point: FloatArray, away: FloatArray, by: float) -> Iterator[Mark]:
-        """A line across the direction into the ground, with strokes; none seen end-on."""
+        """Yield a hatched line perpendicular to a direction into the ground, if it is visible."""
         towards = self.view.rows[:2] @ away
         length = float(np.linalg.norm(towards))
         if length < _EDGE_ON:
@@ -398,20 +395,20 @@ def _distinct(feet: Sequence[tuple[FloatArray, FloatArray]]) -> list[tuple[Float
 
 
 def _beside(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Two directions at right angles to an axis and to each other."""
+    """Return two directions perpendicular to an axis and to each other."""
     across = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     across /= np.linalg.norm(across)
     return across, np.cross(axis, across)
 
 
 def circle() -> FloatArray:
-    """(k, 2) the points of a circle of radius 1."""
+    """Return points (k, 2) of the unit circle."""
     angle = np.linspace(0, 2 * np.pi, _CORNERS, endpoint=False)
     return np.column_stack([np.cos(angle), np.sin(angle)])
 
 
 def hull(points: FloatArray) -> FloatArray:
-    """(k, 2) the corners of the convex hull of points (m, 2), counterclockwise."""
+    """Return the corners (k, 2) of the convex hull of points (m, 2), counterclockwise."""
     ordered = sorted({(float(x), float(y)) for x, y in points})
     if len(ordered) < 3:  # noqa: PLR2004 - two points are their own hull
         return np.array(ordered)

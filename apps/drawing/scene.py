@@ -1,4 +1,4 @@
-"""All that a drawing shows on one view: the robot, its ghosts, the tool's path and the frames."""
+"""The content of a drawing in one view: robot, ghosts, tool path and frames."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from .views import View
 FloatArray = NDArray[np.float64]
 
 UNIT = {"one": 0.016, "four": 0.022}
-"""The radius of a joint's symbol in parts of the widest view: of a single one, or of four."""
+"""Radius of a joint symbol relative to the widest view, for a single view and for four views."""
 _ARROW = 6.0
-"""Length of a frame's arrows in units of the drawing."""
+"""Length of frame arrows in drawing units."""
 _LINES = ("link", "rod", "ram", "piston")
 _MARGIN = 2.5
 
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame on the picture.
+    """A frame in a drawing.
 
     Attributes:
-        name: Its name.
-        origin: (2,) its origin [m].
-        tips: (3, 2) the tips of the arrows along its x, y and z axis.
+        name: Name of the frame.
+        origin: (2,) projected origin [m].
+        tips: (3, 2) projected tips of the arrows along the x, y and z axes [m].
     """
 
     name: str
@@ -38,11 +38,11 @@ class Frame:
 
 @dataclass(frozen=True)
 class Dimension:
-    """A length between two points of a body.
+    """A dimension between two points of a body.
 
     Attributes:
-        a: (2,) its beginning on the picture [m].
-        b: (2,) its end.
+        a: (2,) projected start point [m].
+        b: (2,) projected end point [m].
         length: The length [m].
     """
 
@@ -53,17 +53,17 @@ class Dimension:
 
 @dataclass(frozen=True)
 class Scene:
-    """A view with all that is on it.
+    """A view and its content.
 
     Attributes:
         view: The projection.
-        unit: The radius of a joint's symbol [m].
-        marks: The robot, in the order of drawing.
-        ghosts: For each further posture the lines of its bodies, each (k, 2) [m].
-        path: (k, 2) the path of the tool; None without one.
-        frames: The base frame and the tip's frame.
-        anchors: The points at which the coordinates are named.
-        dimensions: The lengths of bodies, on a plane.
+        unit: Radius of a joint symbol [m].
+        marks: Lines and areas of the robot, in drawing order.
+        ghosts: Lines of the bodies (k, 2) of each ghost [m].
+        path: (k, 2) the projected tool path [m], or None.
+        frames: The base frame and the tip frame.
+        anchors: Label points of the coordinates.
+        dimensions: Dimensions of the bodies, in a planar view.
     """
 
     view: View
@@ -77,7 +77,7 @@ class Scene:
 
     @property
     def box(self) -> tuple[FloatArray, FloatArray]:
-        """The lowest and the highest corner of all points, with a margin [m]."""
+        """Lower and upper corner of the bounding box, with a margin [m]."""
         points = [mark.points for mark in self.marks]
         points += [line for ghost in self.ghosts for line in ghost]
         points += [frame.tips for frame in self.frames]
@@ -95,16 +95,16 @@ def scenes(
     views: list[View],
     span_of: FloatArray | None = None,
 ) -> list[Scene]:
-    """The scenes of a drawing, one a view.
+    """Return one scene per view.
 
     Args:
         skeleton: The bodies.
-        poses: (bodies, 4, 4) their poses in the base frame.
-        ghosts: (g, bodies, 4, 4) their poses in further postures.
-        path: (k, 3) positions of the tool, or None.
+        poses: (bodies, 4, 4) poses of the bodies in the base frame.
+        ghosts: (g, bodies, 4, 4) poses of the bodies of each ghost.
+        path: (k, 3) tool positions, or None.
         views: The projections.
-        span_of: (m, bodies, 4, 4) the poses to whose span the symbols are in proportion; None:
-            the poses and the ghosts.
+        span_of: (m, bodies, 4, 4) poses whose extent determines the symbol size; None: the poses
+            and the ghosts.
     """
     everything = span_of if span_of is not None else np.concatenate([poses[None], ghosts])
     points = np.concatenate([corners(skeleton, one) for one in everything])
@@ -117,7 +117,7 @@ def scenes(
 
 
 def corners(skeleton: Skeleton, poses: FloatArray) -> FloatArray:
-    """(k, 3) the points of all shapes, and the tip, in the base frame [m]."""
+    """Return the points (k, 3) of all shapes and the tip in the base frame [m]."""
     found = [skeleton.tip_poses(poses)[None, :3, 3], np.zeros((1, 3))]
     for body, T in zip(skeleton.bodies, poses, strict=True):
         found += [np.array(s.points) @ T[:3, :3].T + T[:3, 3] for s in body.shapes]
@@ -158,7 +158,7 @@ def _frame(name: str, T: FloatArray, view: View, unit: float) -> Frame:
 
 
 def _lines(skeleton: Skeleton, poses: FloatArray, view: View, unit: float) -> list[FloatArray]:
-    """The lines of the bodies but the ground, and the outlines of plates."""
+    """Return the lines of all bodies except the ground, and the outlines of plates."""
     found = []
     for mark in marks(skeleton, poses, view, unit):
         if mark.style in _LINES and mark.name != skeleton.bodies[0].name:
@@ -169,7 +169,7 @@ def _lines(skeleton: Skeleton, poses: FloatArray, view: View, unit: float) -> li
 
 
 def _dimensions(skeleton: Skeleton, poses: FloatArray, view: View) -> list[Dimension]:
-    """The lengths of links and rods, and the sides of triangles."""
+    """Return the dimensions of links, rods and sides of triangular plates."""
     found: list[Dimension] = []
     for body, T in zip(skeleton.bodies, poses, strict=True):
         for shape in body.shapes:

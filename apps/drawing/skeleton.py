@@ -1,4 +1,4 @@
-"""A robot's rigid bodies and their poses: what drawings and viewers show."""
+"""Rigid bodies of a robot and their poses, for drawings and viewers."""
 
 from __future__ import annotations
 
@@ -15,26 +15,23 @@ from chasles.summaries import summary_repr
 
 FloatArray = NDArray[np.float64]
 _PART = 0.4
-"""The part of its travel at which a coordinate is drawn that the reference has at a limit."""
+"""Position within the range, from 0 to 1, for coordinates whose reference is at a limit."""
 __all__ = ["Body", "BodyJoint", "Shape", "Skeleton", "Span", "skeleton"]
 
 
 def skeleton(robot: Robot) -> Skeleton:
-    """The rigid bodies of a robot with their shapes.
+    """Return the rigid bodies of a robot with their shapes.
 
     Args:
         robot: The robot, as `load` returns it.
 
-    Returns:
-        Its bodies; equal robots give equal bodies.
-
     Raises:
-        ManifestError: If an earlier version derived the robot, without its bodies.
+        ManifestError: If the robot was derived by an earlier version, without bodies.
     """
     facts: SkeletonFacts | None = robot.manifest.skeleton
     if facts is None:
         raise ManifestError(
-            f"{robot.folder}: skeleton: absent, expected the bodies of {robot.name}; derive the "
+            f"{robot.folder}: skeleton: missing, expected the bodies of {robot.name}; derive the "
             "robot again with this version"
         )
     actuators = {item.index: k for k, item in enumerate(robot.manifest.loops.actuated_in_z)}
@@ -47,17 +44,17 @@ def skeleton(robot: Robot) -> Skeleton:
 
 @dataclass(frozen=True, eq=False)
 class Skeleton:
-    """The bodies of a robot: the ground, one on each joint, then rods and halves of cylinders.
+    """The bodies of a robot: the ground, one body per joint, then rods and cylinder halves.
 
     Attributes:
         robot: The robot.
-        bodies: They; the ground's frame is the base frame, and a parent comes before its children.
-        tip: Index of the body that carries the tip.
-        tip_placement: (4, 4) pose of the tip in that body's frame.
-        size: Diagonal of the box around the robot at its reference, or at zero [m].
-        posture: (n,) coordinates at which it is drawn where nobody chooses: the reference of loops.
-        closures: The joints that close its loops, besides its struts.
-        actuators: The coordinate of q by the entry of the configuration that it moves.
+        bodies: The bodies. The frame of the ground is the base frame; parents precede children.
+        tip: Index of the body with the tip.
+        tip_placement: (4, 4) pose of the tip in the frame of this body.
+        size: Diagonal of the bounding box at the reference configuration, or at zero [m].
+        posture: (n,) default configuration of drawings; for loops, the reference configuration.
+        closures: The joints that close loops, without the struts.
+        actuators: Index in q, keyed by index in the configuration, of each actuated coordinate.
     """
 
     robot: Robot
@@ -70,7 +67,7 @@ class Skeleton:
     actuators: dict[int, int] = field(repr=False)
 
     def __repr__(self) -> str:
-        """In words, with the figures that matter."""
+        """A short summary with the names of the bodies."""
         names = ", ".join(body.name for body in self.bodies)
         return summary_repr(
             self, self.robot.name, f"{len(self.bodies)} bodies: {names}", methods="poses(q)"
@@ -81,12 +78,12 @@ class Skeleton:
 
         Args:
             q: (..., n) actuated coordinates [rad or m].
-            z_seed: (..., n_z) nearby configurations, which select the branch of loops that are
-                solved by iteration; None: the branch of the reference.
+            z_seed: (..., n_z) nearby configurations that select the branch of loops solved by
+                iteration; None: the branch of the reference configuration.
 
         Returns:
-            (..., bodies, 4, 4): `poses(q)[..., tip, :, :] @ tip_placement` is `robot.fk(q)`. NaN
-            where loops do not close.
+            (..., bodies, 4, 4): `poses(q)[..., tip, :, :] @ tip_placement` is `robot.fk(q)`. NaN if
+            loops do not close.
 
         Raises:
             OutOfReachError: If loops do not close at a single q.
@@ -101,11 +98,11 @@ class Skeleton:
         """Return the pose of every body in the base frame at a configuration.
 
         Args:
-            z: (..., n_z) configurations, in the order of `robot.configuration_variables`; of a
-                serial robot (..., n) coordinates [rad or m].
+            z: (..., n_z) configurations, in the order of `robot.configuration_variables`; for a
+                serial robot, (..., n) coordinates [rad or m].
 
         Returns:
-            (..., bodies, 4, 4), where loops stand open too: a strut lies between its two points.
+            (..., bodies, 4, 4). With open loops, each strut lies between its two end points.
         """
         local = self._motions.poses(np.asarray(z, dtype=np.float64))
         found = np.empty((*local.shape[:-3], len(self.bodies), 4, 4))
@@ -117,17 +114,17 @@ class Skeleton:
         return found
 
     def tip_poses(self, poses: FloatArray) -> FloatArray:
-        """The pose of the tip (..., 4, 4) at poses of the bodies (..., bodies, 4, 4)."""
+        """Return the tip pose (..., 4, 4) for poses of the bodies (..., bodies, 4, 4)."""
         tips: FloatArray = poses[..., self.tip, :, :] @ self.tip_placement
         return tips
 
     def actuator(self, joint: BodyJoint | None) -> int | None:
-        """The index in q of the coordinate that moves a joint, None for a passive one."""
+        """Return the index in q of the coordinate that moves a joint; None for a passive joint."""
         k = None if joint is None else self.actuators.get(joint.coordinate)
         is_serial = not self.robot.configuration_variables
         if joint is None or k is None or not is_serial:
             return k
-        # A follower moves with the coordinate of its leader.
+        # A mimic joint moves with the coordinate of another joint.
         return k if self.robot.coordinates[k].name == joint.name else None
 
     @cached_property
@@ -141,7 +138,7 @@ class Skeleton:
 
 
 def _between_limits(robot: Robot) -> FloatArray:
-    """The reference of loops; coordinates that it has at a limit between limits, if loops close."""
+    """Return the reference coordinates, moved off their limits if the loops still close."""
     assert robot.reference is not None
     q = np.array(robot.reference.q)
     with np.errstate(invalid="ignore"):
@@ -149,13 +146,13 @@ def _between_limits(robot: Robot) -> FloatArray:
             (q <= robot.lower) | (q >= robot.upper)
         )
         middle = np.where(at_limit, robot.lower + _PART * (robot.upper - robot.lower), q)
-    # One row more, since a single pose that is not reached would raise.
+    # A batch of one row returns NaN, whereas a single configuration would raise an error.
     closes = bool(np.isfinite(robot.configuration(middle[None])).all())
     return middle if closes else q
 
 
 class _Motions:
-    """The bodies on joints, as arrays: local pose = P + sin v A + (1 - cos v) B + v C."""
+    """Bodies on joints as arrays: local pose = P + sin v A + (1 - cos v) B + v C."""
 
     def __init__(self, bodies: list[Body]) -> None:
         self.parents = [body.parent for body in bodies]
@@ -183,7 +180,7 @@ class _Motions:
 
 
 class _Spans:
-    """The struts, as arrays."""
+    """The struts as arrays."""
 
     def __init__(self, spans: list[Span]) -> None:
         self.a, self.b = np.array([span.bodies for span in spans]).T

@@ -1,4 +1,4 @@
-"""Projections of a drawing: along the axes of the base, from aside, or on a robot's own plane."""
+"""Projections of a drawing: along the base axes, axonometric, or onto the plane of the robot."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from .skeleton import Skeleton
 
 FloatArray = NDArray[np.float64]
 _SAME_PLANE = 1e-6
-"""Sine of the angle between axes up to which they count as parallel: loops that are closed by
-iteration leave 1e-9, and the eye sees 1e-3."""
+"""Sine of the angle up to which axes count as parallel. The residual of iterated loops is about
+1e-9, and an angle of 1e-3 would be visible."""
 _AZIMUTH, _ELEVATION = math.radians(-56), math.radians(22)
 
 
@@ -24,10 +24,10 @@ class View:
     """A parallel projection.
 
     Attributes:
-        name: Its name.
-        right: The direction in the base frame that goes to the right.
-        up: The direction that goes up.
-        labels: The names of both directions on the picture's axes, "" from aside.
+        name: Name of the view.
+        right: Direction in the base frame that points to the right.
+        up: Direction in the base frame that points up.
+        labels: Axis labels of both directions; "" for the axonometric view.
     """
 
     name: str
@@ -37,16 +37,16 @@ class View:
 
     @property
     def rows(self) -> FloatArray:
-        """(3, 3) directions to the right, up and towards the eye, in the base frame."""
+        """(3, 3) directions to the right, up and towards the viewer, in the base frame."""
         return np.array([self.right, self.up, np.cross(self.right, self.up)])
 
     def project(self, points: FloatArray) -> FloatArray:
-        """(..., 2) points (..., 3) on the picture [m]."""
+        """Project points (..., 3) to the drawing plane (..., 2) [m]."""
         seen: FloatArray = points @ self.rows[:2].T
         return seen
 
     def depth(self, points: FloatArray) -> float:
-        """The mean distance of points (k, 3) towards the eye [m]."""
+        """Return the mean coordinate of points (k, 3) towards the viewer [m]."""
         return float(np.mean(points @ self.rows[2]))
 
 
@@ -60,21 +60,21 @@ SIDE = View("side", (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), ("y", "z"))
 TOP = View("top", (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), ("x", "y"))
 AXONOMETRIC = _from_aside()
 SPATIAL = (TOP, AXONOMETRIC, FRONT, SIDE)
-"""The views of a robot in space; the projections lie as the third angle lays them."""
+"""The views of a spatial robot, in third-angle projection."""
 VIEWS = {view.name: view for view in SPATIAL}
 
 
 def views_of(skeleton: Skeleton, poses: FloatArray, names: tuple[str, ...] | None) -> list[View]:
-    """The views of a drawing.
+    """Return the views of a drawing.
 
     Args:
         skeleton: The bodies.
-        poses: (bodies, 4, 4) their poses.
+        poses: (bodies, 4, 4) poses of the bodies.
         names: "front" (x to the right, z up), "side" (y, z), "top" (x, y), "axonometric", or
-            "plane" of a robot that moves in one; None for that plane, or else all four others.
+            "plane" for a planar robot. None: "plane" for a planar robot, else the other four.
 
     Raises:
-        InputValueError: If a name is none of these.
+        InputValueError: If a name is unknown.
     """
     plane = plane_of(skeleton, poses)
     known = VIEWS | ({"plane": plane} if plane else {})
@@ -87,10 +87,9 @@ def views_of(skeleton: Skeleton, poses: FloatArray, names: tuple[str, ...] | Non
 
 
 def plane_of(skeleton: Skeleton, poses: FloatArray) -> View | None:
-    """The view on the plane in which all bodies move; None where they move in space.
+    """Return the view onto the plane of motion of a planar robot; None for a spatial robot.
 
-    All turns are then about its normal, and all slides at right angles to it; every point of the
-    shapes is as far from it as the ground at most by the robot's size.
+    All revolute axes of a planar robot are normal to the plane, all prismatic axes in the plane.
     """
     turns: list[FloatArray] = []
     slides: list[FloatArray] = []
@@ -111,7 +110,7 @@ def plane_of(skeleton: Skeleton, poses: FloatArray) -> View | None:
 
 
 def _on(normal: FloatArray) -> View:
-    """The view against a normal, with z upright where the plane holds it, else y."""
+    """Return the view along a normal, with z up if the plane is not horizontal, else y."""
     main = int(np.argmax(np.abs(normal)))
     if abs(normal[main]) > 1 - _SAME_PLANE:
         base = (SIDE, FRONT, TOP)[main]

@@ -175,7 +175,7 @@ def test_skeleton_bodies_form_tree_with_finite_shapes(name):
 def test_manifest_without_skeleton_is_rejected():
     robot = chasles.load("ur5e")
     manifest = replace(robot.manifest, skeleton=None)
-    with pytest.raises(ManifestError, match="skeleton: absent"):
+    with pytest.raises(ManifestError, match="skeleton: missing"):
         skeleton(SimpleNamespace(manifest=manifest, folder=robot.folder, name=robot.name))
 
 
