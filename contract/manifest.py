@@ -106,7 +106,7 @@ class GeometryParameter:
         value: Nominal value.
         unit: "m", "rad", "m/rad" for a pitch, "rad/(N m)" or "m/N" for a compliance, or "1" for a
             gain.
-        of: The joint, closure or strut, "base" or "tool".
+        joint: The joint, closure or strut, "base" or "tool".
         part: The group: "joint" for the joint's own description, "offset" for its coordinate
             offset, "axis" for axis corrections, "transmission" for gain and waves of its drive,
             "compliance" for deflection under gravity, "loop" for end positions and strut lengths,
@@ -117,7 +117,7 @@ class GeometryParameter:
     name: Name
     value: float
     unit: str
-    of: str
+    joint: str
     part: str
     meaning: str
 

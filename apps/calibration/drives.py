@@ -26,11 +26,12 @@ def transmissions_text(robot: Robot, p: FloatArray, turn: float) -> str:
     laws: dict[str, dict[str, float]] = {}
     for item, value in zip(robot.geometry, p, strict=True):
         if item.part == "transmission" and value != item.value:
-            field = item.name.removeprefix(f"{item.of}_")
-            laws.setdefault(item.of, {})[field] = float(value if field == _GAIN else value * turn)
+            field = item.name.removeprefix(f"{item.joint}_")
+            number = value if field == _GAIN else value * turn
+            laws.setdefault(item.joint, {})[field] = float(number)
     lines = []
-    for of, law in laws.items():
-        lines += ["", "[[transmissions]]", f"of = {json.dumps(of)}"]
+    for joint, law in laws.items():
+        lines += ["", "[[transmissions]]", f"of = {json.dumps(joint)}"]
         lines += [f"{field} = {value!r}" for field, value in law.items()]
     return "\n".join([*lines, ""]) if lines else ""
 
@@ -43,7 +44,7 @@ def springs_text(robot: Robot, p: FloatArray) -> tuple[str, str]:
         p: The identified geometry.
     """
     compliances = {
-        item.of: float(value)
+        item.joint: float(value)
         for item, value in zip(robot.geometry, p, strict=True)
         if item.part == "compliance"
     }
@@ -55,7 +56,7 @@ def springs_text(robot: Robot, p: FloatArray) -> tuple[str, str]:
             "joint; a robot file supports springs only for joints with a coordinate of their own"
         )
     text = Template(robot.manifest.robot_file).substitute(
-        {of: repr(value) for of, value in compliances.items()}
+        {joint: repr(value) for joint, value in compliances.items()}
     )
     gravity, springs = text.split("\n", 1)
     return f"{gravity}\n", springs

@@ -142,7 +142,7 @@ def _geometry(derivation: Derivation) -> tuple[GeometryParameter, ...]:
             parameter.name,
             float(derivation.terms.value(parameter.value)),
             parameter.unit,
-            parameter.of,
+            parameter.joint,
             parameter.part,
             parameter.meaning,
         )

@@ -67,7 +67,7 @@ class GeometryParameter:
         symbol: The symbol in the equations.
         value: The nominal value (metre, radian or 1).
         unit: "m", "rad", or "1" for a gain.
-        of: The joint, "base" or "tool".
+        joint: The joint, "base" or "tool".
         part: The group of the parameter.
         meaning: A description in a few words.
     """
@@ -76,7 +76,7 @@ class GeometryParameter:
     symbol: sp.Symbol
     value: sp.Expr
     unit: str
-    of: str
+    joint: str
     part: Part
     meaning: str
 
@@ -137,7 +137,7 @@ class Parameters:
 
     def new(
         self,
-        of: str,
+        joint: str,
         name: str,
         unit: str,
         meaning: str,
@@ -147,7 +147,7 @@ class Parameters:
         """Creates a parameter of a joint or another part of the robot, and returns its symbol."""
         symbol = sp.Symbol(f"p{len(self.parameters) + 1}", real=True)
         nominal = self.at_value(value)
-        found = GeometryParameter(f"{of}_{name}", symbol, nominal, unit, of, part, meaning)
+        found = GeometryParameter(f"{joint}_{name}", symbol, nominal, unit, joint, part, meaning)
         self.parameters.append(found)
         return symbol
 
@@ -164,10 +164,10 @@ class Parameters:
             for motion in placement
         )
 
-    def corrected(self, of: str, part: Part) -> Placement:
+    def corrected(self, joint: str, part: Part) -> Placement:
         """Returns a small correction with six parameters: T(x, y, z) Rz(yaw) Ry(pitch) Rx(roll)."""
         x, y, z, roll, pitch, yaw = (
-            self.new(of, name, unit, f"correction: {meaning}", part=part)
+            self.new(joint, name, unit, f"correction: {meaning}", part=part)
             for name, unit, meaning in _CORRECTION
         )
         return (
@@ -246,10 +246,10 @@ def _values(
 
 def driven(joint: Joint | Coordinate, coordinate: sp.Symbol, made: Parameters) -> sp.Expr:
     """Returns the drive's output for a joint or motor, before direction and offset."""
-    of, part = joint.name, _DRIVE
-    value = made.new(of, "gain", "1", "gain of the drive", sp.S.One, part) * coordinate
+    value = made.new(joint.name, "gain", "1", "gain of the drive", sp.S.One, _DRIVE) * coordinate
     for name, words, wave in _WAVES if joint.unit == "rad" else ():
-        value += made.new(of, name, "rad", words, sp.S.Zero, part) * wave.subs(_TURN, coordinate)
+        amplitude = made.new(joint.name, name, "rad", words, sp.S.Zero, _DRIVE)
+        value += amplitude * wave.subs(_TURN, coordinate)
     return value
 
 

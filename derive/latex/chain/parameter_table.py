@@ -18,7 +18,7 @@ def parameter_table(found: Sequence[GeometryParameter], printer: Printer) -> str
     rows = [list(run) for _, run in groupby(items, key=_place)]
     columns: list[tables.Column] = [
         ("$p$", [_range(row, printer) for row in rows]),
-        ("of", [names.escape(row[0].of) for row in rows]),
+        ("joint", [names.escape(row[0].joint) for row in rows]),
         ("part", [row[0].part for row in rows]),
         ("numbers", [", ".join(_number(item) for item in row) for row in rows]),
     ]
@@ -26,16 +26,16 @@ def parameter_table(found: Sequence[GeometryParameter], printer: Printer) -> str
 
 
 def _place(item: GeometryParameter) -> tuple[str, str]:
-    return item.of, item.part
+    return item.joint, item.part
 
 
 def _order(
     found: Sequence[GeometryParameter],
 ) -> Callable[[GeometryParameter], tuple[int, int]]:
     """Sorts parameters by parts of the robot from base to tool, then by their numbers in p."""
-    joints = {item.of: k for k, item in reversed(list(enumerate(found)))}
+    joints = {item.joint: k for k, item in reversed(list(enumerate(found)))}
     parts = {_place(item): k for k, item in reversed(list(enumerate(found)))}
-    return lambda item: (joints[item.of], parts[_place(item)])
+    return lambda item: (joints[item.joint], parts[_place(item)])
 
 
 def _range(row: Sequence[GeometryParameter], printer: Printer) -> str:
@@ -49,5 +49,5 @@ def _range(row: Sequence[GeometryParameter], printer: Printer) -> str:
 
 def _number(item: GeometryParameter) -> str:
     """The name of a number within its part, with its value unless that is zero."""
-    name = names.parameter(item.name.removeprefix(f"{item.of}_"))
+    name = names.parameter(item.name.removeprefix(f"{item.joint}_"))
     return f"${name}$" if item.value == 0 else f"${name} = {number(item.value)}$"

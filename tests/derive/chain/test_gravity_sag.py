@@ -94,7 +94,7 @@ def test_compliance_columns_match_pinocchio_gravity_torques(text):
     derived, functions = functions_of(robot, ["jacobian_p", "identification_jacobian"])
     p = nominal(derived)
     compliant = [k for k, g in enumerate(derived.geometry.parameters) if g.part == "compliance"]
-    assert [derived.geometry.parameters[k].of for k in compliant] == [
+    assert [derived.geometry.parameters[k].joint for k in compliant] == [
         joint.name for joint in robot.coordinates
     ]
     for _ in range(5):

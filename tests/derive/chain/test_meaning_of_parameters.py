@@ -33,7 +33,10 @@ class Numbers(dict):
 
     def __init__(self, parameters, p):
         super().__init__(
-            {(g.of, g.name.removeprefix(f"{g.of}_")): v for g, v in zip(parameters, p, strict=True)}
+            {
+                (g.joint, g.name.removeprefix(f"{g.joint}_")): v
+                for g, v in zip(parameters, p, strict=True)
+            }
         )
 
     def of(self, part, *names):
@@ -137,7 +140,7 @@ CHAINS = {
 
 def units(parameters):
     for g in parameters:
-        name = g.name.removeprefix(f"{g.of}_")
+        name = g.name.removeprefix(f"{g.joint}_")
         if g.part != "joint" and name in UNITS:
             assert g.unit == UNITS[name], g
             yield g
