@@ -12,7 +12,7 @@ import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,13 +31,11 @@ from .aims import Task, TaskName, inverse_for
 from .nearest_solution import Moves, NearestSolution, limited_type, nearest_type
 from .paths import has_inverse
 from .refinement import Refinement
-from .self_motion import Objective, best_parameters
+from .self_motion import NearestRedundancy, Objective, best_parameters, check_redundancy
 from .slot_facts import facts_of, read_limits, read_weights
 from .solutions import LeastSquares, Solutions
 
 IntArray = NDArray[np.int8]
-NearestRedundancy = Literal["fixed", "nearest", "limits", "manipulability"]
-_CHOICES = get_args(NearestRedundancy)
 _POSE = (4, 4)
 Rows = tuple[FloatArray, FloatArray, FloatArray, IntArray]
 """Coordinates (N, n), residuals (N,), margins (N,), and slots (N,) or reasons below 0."""
@@ -152,31 +150,16 @@ class NearestMethods(RobotFacts):
             DerivationError: If fixed joints leave no closed form.
         """
         label = f"{self.name}.ik_nearest"
-        if redundancy not in _CHOICES:
-            raise InputValueError(
-                f"{label}: redundancy must be one of {', '.join(_CHOICES)}, got {redundancy!r}"
-            )
+        check_redundancy(label, redundancy)
         info = inverse_for(self.manifest, "ik_nearest", task)
-        inverse = self.functions[info.name]
         target, seeds, batch = self._rows(label, task, info, T, q_seed)
         moves = self._moves(label, info, limits, weights)
         n_threads = splitting.read_threads(label, threads)
         held = fixed_values(self, label, task, fixed, seeds)
-        if held and not is_own(self, held):
-            if redundancy != "fixed":
-                raise InputValueError(
-                    f"{label}: redundancy={redundancy!r} moves the robot's own redundancy "
-                    "parameters; other fixed joints leave none free"
-                )
-            found, limited = self._with_joints_fixed(info, inverse, moves, target, seeds, held)
-        else:
-            make = partial(self._chosen, info, inverse, moves, n_threads)
-            free = [item.name for item in self._parameters(info) if item.name not in held]
-            if redundancy != "fixed" and free:
-                objective = self._objective(redundancy, moves)
-                held = best_parameters(self, make, objective, (target, seeds), held, free)
-            found, limited = _settled(make(seeds, held), target, seeds)
-        return _packed(label, inverse, found, limited, batch, out)
+        found, limited = self._best(
+            label, info, moves, (target, seeds), held, redundancy, n_threads
+        )
+        return _packed(label, self.functions[info.name], found, limited, batch, out)
 
     @needs("fk_jacobian_mixed")
     def ik_refine(self, T: ArrayLike, q_seed: ArrayLike) -> LeastSquares:
@@ -244,6 +227,54 @@ class NearestMethods(RobotFacts):
         facts = facts_of(kind)
         moves = Moves(lower, upper, scale / facts.units, facts.turn)
         return moves.with_fixed(info.role.held)
+
+    def _best(
+        self,
+        label: str,
+        info: FunctionInfo,
+        moves: Moves,
+        rows: tuple[FloatArray, FloatArray],
+        held: Mapping[str, FloatArray],
+        redundancy: NearestRedundancy,
+        threads: int,
+        max_step: FloatArray | float = np.inf,
+    ) -> tuple[Rows, Any]:
+        """The best solutions for targets and seeds; where possible, no joint moves by more."""
+        inverse, (target, seeds) = self.functions[info.name], rows
+        if held and not is_own(self, held):
+            if redundancy != "fixed":
+                raise InputValueError(
+                    f"{label}: redundancy={redundancy!r} moves the robot's own redundancy "
+                    "parameters; other fixed joints leave none free"
+                )
+            return self._with_joints_fixed(info, inverse, moves, target, seeds, held)
+        make = partial(self._chosen, info, inverse, moves, threads)
+        free = [item.name for item in self._parameters(info) if item.name not in held]
+        if redundancy != "fixed" and free:
+            value = self._objective(redundancy, moves)
+
+            def objective(q: FloatArray, q_seed: FloatArray) -> FloatArray:
+                is_near = (np.abs(q - q_seed) <= max_step).all(-1)
+                return np.where(is_near, value(q, q_seed), -np.inf)
+
+            held = best_parameters(self, make, objective, rows, held, free)
+        return _settled(make(seeds, held), target, seeds)
+
+    def _best_step(
+        self,
+        label: str,
+        info: FunctionInfo,
+        target: FloatArray,
+        q_seed: FloatArray,
+        held: Mapping[str, FloatArray],
+        redundancy: NearestRedundancy,
+        max_step: FloatArray | float = np.inf,
+        limits: Any = "robot",
+    ) -> NearestSolution:
+        """The best solution for a target, from a configuration (n,)."""
+        moves, rows = self._moves(label, info, limits), (target[None], q_seed[None])
+        found, limited = self._best(label, info, moves, rows, held, redundancy, 1, max_step)
+        return _packed(label, self.functions[info.name], found, limited, (), None)
 
     def _chosen(
         self,

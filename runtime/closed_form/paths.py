@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -11,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import BoolArray, FloatArray
 from ..call.capabilities import needs
+from ..contract import FunctionInfo
 from ..errors import InputValueError, ShapeError
 from ..facts import RobotFacts
 from ..fixed import fixed_values, is_own, parameter_values
@@ -18,7 +20,9 @@ from ..se3 import project
 from ..size import within
 from ..tolerances import JUMP
 from .aims import Task, TaskName, inverse_for, inverses_of
+from .nearest_solution import NearestSolution
 from .refinement import Refinement
+from .self_motion import NearestRedundancy, check_redundancy
 from .slot_facts import facts_of
 from .solutions import Solutions
 
@@ -89,6 +93,8 @@ def has_inverse(robot: RobotFacts) -> bool:
 class InverseMethods(RobotFacts):
     """The methods of a robot with a closed-form inverse."""
 
+    _best_step: Callable[..., NearestSolution]
+
     @needs(when=has_inverse)
     def ik_path(
         self,
@@ -97,6 +103,7 @@ class InverseMethods(RobotFacts):
         *,
         task: TaskName = "pose",
         fixed: Any = None,
+        redundancy: NearestRedundancy = "fixed",
         max_step: float | None = None,
     ) -> JointPath:
         """Follows one branch along a path of poses, from the solution nearest to `q_seed`.
@@ -126,6 +133,9 @@ class InverseMethods(RobotFacts):
                 at `q_seed`, a mapping sets values () or (m,). The parameters of a redundant robot
                 (`redundancy`) keep their values at `q_seed` unless they are named. Other joints
                 need an inverse that is derived on first use.
+            redundancy: How a redundant robot uses its surplus freedom, as in `ik_nearest`. "fixed"
+                keeps its parameters. Other values choose the parameters anew at each pose, among
+                the solutions within `max_step` of the previous configuration.
             max_step: Largest move of a joint between successive poses [rad or m]; None: 0.5 rad,
                 for prismatic joints 0.5 `unit_length`.
 
@@ -139,6 +149,7 @@ class InverseMethods(RobotFacts):
             DerivationError: If fixed joints leave no closed form.
         """
         label = f"{self.name}.ik_path"
+        check_redundancy(label, redundancy)
         info = inverse_for(self.manifest, "ik_path", task)
         inverse, part = self.functions[info.name], Task(info.role.aims)
         poses, start = np.asarray(T, np.float64), np.asarray(q_seed, np.float64)
@@ -156,14 +167,13 @@ class InverseMethods(RobotFacts):
         target = poses if is_part or not part.aims else part.of(rigid)
         seeds = np.broadcast_to(start, (len(poses), self.n))
         values: Any = fixed_values(self, label, task, fixed, seeds)
+        free = {item.name for item in self.redundancy} - {*values}
+        if redundancy != "fixed" and len(info.inputs) > 1 and free:
+            return self._best_path(label, info, target, start, values, redundancy, max_step)
         if is_own(self, values) and len(info.inputs) > 1:
             values = parameter_values(self, values, seeds)
         solutions = inverse(target, fixed=values) if values else inverse(target)
-        largest = (
-            JUMP * facts_of(type(solutions)).units
-            if max_step is None
-            else np.full(self.n, float(max_step))
-        )
+        largest = self._largest(max_step, type(solutions))
         if not len(poses):
             return self._report(np.empty((0, self.n)), np.empty(0), None)
         q, margin = np.empty((len(poses), self.n)), np.empty(len(poses))
@@ -181,6 +191,39 @@ class InverseMethods(RobotFacts):
             whole = poses[index] if task == "pose" else None
             step = self._next(solutions.at(index), whole, q[index - 1], largest)
         return self._report(q[:index], margin[:index], step)
+
+    def _best_path(
+        self,
+        label: str,
+        info: FunctionInfo,
+        target: FloatArray,
+        start: FloatArray,
+        values: Mapping[str, FloatArray],
+        redundancy: NearestRedundancy,
+        max_step: float | None,
+    ) -> JointPath:
+        """A path whose redundancy parameters are chosen anew at each pose."""
+        largest = self._largest(max_step, self.functions[info.name].solutions)
+        q, margin = np.empty((len(target), self.n)), np.empty(len(target))
+        for k, pose in enumerate(target):
+            here, near = (q[k - 1], largest) if k else (start, np.full(self.n, np.inf))
+            held = {name: value[k : k + 1] for name, value in values.items()}
+            found = self._best_step(label, info, pose, here, held, redundancy, near)
+            step = None if found.valid else _Step(here, np.nan, "no solution")
+            if found.reason == "limits":
+                found = self._best_step(label, info, pose, here, held, "fixed", limits=None)
+                beyond = np.maximum(self.lower - found.q, found.q - self.upper)
+                step = _Step(found.q, np.nan, "limit", int(np.argmax(beyond)))
+            elif (np.abs(found.q - here) > near).any():
+                step = _Step(found.q, np.nan, "jump", int(np.argmax(np.abs(found.q - here) / near)))
+            if step:
+                return self._report(q[:k], margin[:k], step)
+            q[k], margin[k] = found.q, found.margin
+        return self._report(q, margin, None)
+
+    def _largest(self, max_step: float | None, kind: Any) -> FloatArray:
+        """(n,) largest moves of the joints between successive poses."""
+        return JUMP * facts_of(kind).units if max_step is None else np.full(self.n, float(max_step))
 
     def _first(self, slots: Solutions, q_seed: FloatArray) -> _Step:
         if not slots.valid.any():

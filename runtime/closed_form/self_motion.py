@@ -9,15 +9,17 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 
 from ..arrays import FloatArray
+from ..errors import InputValueError
 from ..fixed import values_at
 from ..size import limits_of
 from ..tolerances import SELF_MOTION_STEP
 
+NearestRedundancy = Literal["fixed", "nearest", "limits", "manipulability"]
 Objective = Callable[[FloatArray, FloatArray], FloatArray]
 """From coordinates (N, n) and seeds (N, n) to values (N,), of which the largest is sought."""
 
@@ -30,6 +32,15 @@ _DIRECTIONS = 5
 """Random steps from a sample, to the power of the number of parameters."""
 _MAX_ROWS = 100_000
 """Rows that are solved at once."""
+
+
+def check_redundancy(label: str, redundancy: str) -> None:
+    """Raise InputValueError for an unknown use of the redundancy."""
+    if redundancy not in (known := get_args(NearestRedundancy)):
+        planned = '; "global" is planned' if redundancy == "global" else ""
+        raise InputValueError(
+            f"{label}: redundancy must be one of {', '.join(known)}, got {redundancy!r}{planned}"
+        )
 
 
 def best_parameters(

@@ -349,3 +349,41 @@ def test_batched_path_equals_sequential_steps(name):
         reasons.append(path.reason)
     assert len(reasons) > 10
     assert "limit" in reasons
+
+
+def test_redundancy_improves_its_objective_along_a_path():
+    arm = chasles.load("iiwa14")
+    T = np.repeat(arm.fk(arm.q_reference)[None], 12, 0)
+    T[:, 1, 3] += np.linspace(0, 0.1, 12)
+    middle, half = (arm.lower + arm.upper) / 2, (arm.upper - arm.lower) / 2
+    objectives = {
+        "nearest": lambda q: -np.abs(np.diff(q, axis=0)).max(),
+        "limits": lambda q: -(np.abs(q[-1] - middle) / half).max(),
+        "manipulability": lambda q: arm.manipulability(q[-1]).measure,
+    }
+    fixed = arm.ik_path(T, arm.q_reference)
+    for name, objective in objectives.items():
+        path = arm.ik_path(T, arm.q_reference, redundancy=name)
+        assert path.complete
+        np.testing.assert_allclose(arm.fk(path.q), T, atol=1e-9)
+        assert objective(path.q) > objective(fixed.q)
+    few = arm.ik_path(T, arm.q_reference, redundancy="limits", max_step=0.05)
+    assert few.complete
+    assert few.max_step.max() <= 0.05
+
+
+def test_redundancy_states_the_end_of_a_path():
+    arm = chasles.load("iiwa14")
+    T = np.repeat(arm.fk(arm.q_reference)[None], 3, 0)
+    T[1, 2, 3] -= 0.1
+    T[2, 2, 3] += 5.0
+    path = arm.ik_path(T, arm.q_reference, redundancy="nearest", max_step=0.01)
+    assert (path.ended_at, path.reason) == (1, "jump")
+    assert path.coordinate in arm.coordinate_names
+    path = arm.ik_path(T, arm.q_reference, redundancy="nearest")
+    assert (path.ended_at, path.reason) == (2, "no solution")
+    with pytest.raises(chasles.InputValueError, match='"global" is planned'):
+        arm.ik_path(T, arm.q_reference, redundancy="global")
+    own = {item.name: None for item in arm.redundancy}
+    kept = arm.ik_path(T[:2], arm.q_reference, fixed=[*own], redundancy="limits")
+    np.testing.assert_array_equal(kept.q, arm.ik_path(T[:2], arm.q_reference).q)
