@@ -5,7 +5,7 @@
     print(found.size)
     found.plot()
 
-They need SciPy and more, `pip install 'chasles[study]'`.
+Studies need SciPy and other packages: `pip install 'chasles[study]'`.
 """
 
 from .grid import Grid, SizeEstimate

@@ -1,4 +1,4 @@
-"""Arguments of studies: numbers that are finite, poses that are rigid, counts that are whole."""
+"""Argument checks of studies: finite numbers, rigid poses, integer counts."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ FloatArray = NDArray[np.float64]
 Rng = int | np.random.Generator | None
 
 _KEYS = 2**63
-"""Number of keys that generators give."""
+"""Number of keys that are drawn from a random generator."""
 
 
 def finite(name: str, values: ArrayLike, shape: tuple[int, ...] | None = None) -> FloatArray:
-    """An array of finite numbers.
+    """Return an array of finite numbers.
 
     Args:
         name: The function and its argument, for errors.
         values: The numbers.
-        shape: The shape that is expected; None: any.
+        shape: The expected shape; None: any.
 
     Raises:
         ShapeError: The array has another shape.
@@ -39,18 +39,18 @@ def finite(name: str, values: ArrayLike, shape: tuple[int, ...] | None = None) -
 
 
 def above_0(name: str, value: float) -> float:
-    """A finite number above 0.
+    """Return a number after checking that it is finite and above 0.
 
     Raises:
-        InputValueError: It is not.
+        InputValueError: The number is not finite or not above 0.
     """
     if not 0 < value < math.inf:
-        raise InputValueError(f"{name}: expected values above 0 that are finite, got {value:g}")
+        raise InputValueError(f"{name}: expected a finite value above 0, got {value:g}")
     return float(value)
 
 
 def poses(name: str, T: ArrayLike) -> FloatArray:
-    """Rigid poses (..., 4, 4), finite; those that are nearly rigid are projected.
+    """Return rigid poses (..., 4, 4); nearly rigid poses are projected.
 
     Raises:
         ShapeError: The last dimensions are not (4, 4).
@@ -64,14 +64,14 @@ def poses(name: str, T: ArrayLike) -> FloatArray:
 
 
 def whole(name: str, value: Any, least: int) -> int:
-    """A whole number, also as a float such as 1e9.
+    """Return an integer, from an int or a float such as 1e9.
 
     Raises:
-        InputValueError: It is not whole, or below the least.
+        InputValueError: The number is not an integer, or below the minimum.
     """
     is_whole = math.isfinite(value) and value == int(value)
     if not is_whole or value < least:
-        raise InputValueError(f"{name} = {value}: expected a whole number, at least {least}")
+        raise InputValueError(f"{name} = {value}: expected an integer of at least {least}")
     return int(value)
 
 
@@ -80,10 +80,10 @@ def key_of(name: str, rng: Rng) -> int:
 
     Args:
         name: The function, for errors.
-        rng: The int itself, a generator that gives it, or None for fresh entropy.
+        rng: The int itself, a generator from which the int is drawn, or None for fresh entropy.
 
     Raises:
-        InputTypeError: rng is neither of them.
+        InputTypeError: rng has another type.
         InputValueError: The int is negative.
     """
     if rng is None:

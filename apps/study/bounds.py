@@ -1,4 +1,4 @@
-"""Bounds of a tool position along each axis: optimization from the best of many configurations."""
+"""Bounds of the tool position along each axis, by optimization from the best of many samples."""
 
 from __future__ import annotations
 
@@ -12,37 +12,37 @@ from .samples import Samples
 FloatArray = NDArray[np.float64]
 
 _STARTS = 8
-"""Postures from which each end is sought: a box of joints has few local ends."""
+"""Number of configurations from which each bound is optimized; local optima are few."""
 _CALLS = 1000
-"""Most postures that a search tries."""
+"""Maximum number of evaluations of an optimization."""
 _STEP = 1e-12
-"""Step at which a search ends, in parts of the coordinates' ranges."""
+"""Step at which an optimization stops, relative to the coordinate ranges."""
 _SLOPE = 1e-14
-"""Slope at which a search ends, likewise."""
+"""Slope at which an optimization stops, for coordinates relative to their ranges."""
 
 
 def bounds_of(robot: Robot, points: Samples) -> FloatArray:
-    """Return the smallest and largest coordinates of the tool's origin in the box of the samples.
+    """Return the smallest and largest coordinates of the tool origin in the box of the samples.
 
-    Each end is a local optimum, found with the exact Jacobian from the eight best of the first
+    Each bound is a local optimum, found with the exact Jacobian from the eight best of the first
     2^16 samples.
 
     Args:
         robot: The robot.
-        points: Samples of its configurations.
+        points: Samples of the configurations of the robot.
 
     Returns:
         (2, 3) smallest and largest x, y, z [m].
 
     Raises:
-        InputValueError: Loops close at none of the samples.
+        InputValueError: The loops close at no sample.
     """
     q = np.concatenate([block.copy() for block in points.blocks(0)])
     p = robot.fk(q)[:, :3, 3]
     closed = np.isfinite(p).all(-1)
     if not closed.any():
         raise InputValueError(
-            f"{robot.name}: the loops close at none of {len(q)} samples; are the limits right?"
+            f"{robot.name}: the loops close at none of {len(q)} samples; check the limits"
         )
     q, p = q[closed], p[closed]
     ends = np.empty((2, 3))
@@ -56,20 +56,20 @@ def bounds_of(robot: Robot, points: Samples) -> FloatArray:
 
 
 def _least(robot: Robot, start: FloatArray, points: Samples, axis: int, sign: int) -> float:
-    """The least coordinate, or with sign -1 the least negative one, reached from a posture."""
+    """Minimize the coordinate along an axis, or its negative for sign -1, from a start."""
     from scipy.optimize import minimize  # noqa: PLC0415
 
     def value(q: FloatArray) -> tuple[float, FloatArray]:
         T, J = robot.fk_jacobian_mixed(q[None])
         p, gradient = T[0, axis, 3], J[0, axis]
-        # An open loop is a wall for the line search, which interpolates between finite values.
+        # A large finite value at open loops, since the line search interpolates between values.
         return (sign * p, sign * gradient) if np.isfinite(p) else (wall, np.zeros_like(q))
 
     T = robot.fk(start[None])
     wall = sign * float(T[0, axis, 3]) + float(np.abs(T[0, :3, 3]).max())
     bounds = list(zip(points.lower, points.upper, strict=True))
     options = {"maxfun": _CALLS, "ftol": 0.0, "xtol": _STEP, "gtol": _SLOPE}
-    # Other methods call BLAS on tiny matrices, and its threads wait for each other.
+    # Other methods call BLAS on tiny matrices, which is slow because BLAS threads synchronize.
     with np.errstate(invalid="ignore"):
         found = minimize(value, start, jac=True, method="TNC", bounds=bounds, options=options)
     return float(found.fun)

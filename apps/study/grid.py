@@ -1,21 +1,19 @@
-"""A grid of equal cells, and the size of the body that fills the visited ones.
+"""A grid of equal cells, and the volume, area or length of the body that fills visited cells.
 
-Cells are counted, not points: the points of joint space are dense in some places and thin in
-others. A line along x through the body visits whole cells, at each end half a cell more than it
-should, on average over the position of the grid. So to first order the visited cells have a volume
-that is too large by h/2 times the area of their open faces, h being the side of a cell: the open
-faces along x count the area of the surface as seen along x, whatever its slope. A part 1 - c of the
-cells remains along each axis, c being half of its open faces by the number of cells; the product of
-the three parts is exact for boxes and never negative. Where a random half of the points misses many
-of the cells that all visit, the points are too few, and larger cells are counted instead. Four
-errors remain:
+Visited cells are counted, since the density of points is uneven. A line along x through the body
+visits, at each end, on average half a cell too much. To first order, the volume of the visited
+cells exceeds the volume of the body by h/2 times the area of their open faces. Here, h is the side
+of a cell, and the open faces along x are the surface projected along x. The correction along each
+axis is a factor 1 - c, where c is half the number of open faces per cell. The product of the three
+factors is exact for boxes and never negative. If a random half of the points misses many of the
+visited cells, the points are too few, and the cells are enlarged. Four errors remain:
 
-- Where the surface is parallel to the grid, all lines end at the same place in their cells, and the
-  excess is anything between 0 and h a face. Such faces lie in a plane with their neighbors.
-- A cell at the surface of which the body has a corner is missed by the points. A random half of the
-  points misses more: the number of missed cells is extrapolated as a power of the number of points.
-- Lines of few cells end at few places, so that their mean is left to chance.
-- Bodies that are no boxes have another second order than the product.
+- If the surface is parallel to the grid, all lines end at the same position within their cells, and
+  the excess is between 0 and h per face. Such a face is coplanar with its neighbors.
+- The points may miss a cell that contains only a small corner of the body. The number of missed
+  cells is extrapolated as a power of the number of points, from a random half of the points.
+- If there are few cells, the lines end at few positions, so their average is uncertain.
+- For bodies other than boxes, the second order of the correction is not exact.
 
 Source:
     L. A. Santalo, Integral Geometry and Geometric Probability, 1976, chapter 13, for surfaces by
@@ -41,22 +39,21 @@ IntArray = NDArray[np.intp]
 CountArray = NDArray[np.uint32]
 
 _GROWTH = 2 / 3
-"""Power of the number of points with which missed cells vanish: 1 where the surface is parallel to
-the grid, 1/3 where it cuts corners off."""
+"""Exponent of the number of points with which missed cells decrease: 1 if the surface is parallel
+to the grid, 1/3 if the surface cuts off corners of cells."""
 _SLOPING = 0.1
-"""Error of the correction at sloping faces, as a part of it: their lines end at many places."""
+"""Relative error of the correction at sloping faces."""
 
 
 _CHANCE = 0.5
-"""Error by the position of the grid, as a part of the root of the number of faces: a plane of few
-cells has hardly one with all others around it."""
+"""Error caused by the position of the grid, relative to the square root of the number of faces."""
 _SECOND = 0.5
-"""Error of the correction's second order, as a part of it: it is exact for boxes alone."""
+"""Relative error of the second-order correction, which is exact only for boxes."""
 _MISSED = 0.1
-"""Largest part of the visited cells that a random half of the points may miss: if it is more, the
-number of cells that all points miss does not follow from it."""
+"""Maximum fraction of the visited cells that a random half of the points may miss; beyond it, the
+number of cells missed by all points cannot be extrapolated."""
 _FEWEST = 4
-"""Fewest cells along the longest side: if they are fewer, nearly all are at the surface."""
+"""Minimum number of cells along the longest side; with fewer, nearly all are at the surface."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +74,7 @@ class Grid:
 
     @classmethod
     def from_bounds(cls, lower: ArrayLike, upper: ArrayLike, resolution: int) -> Self:
-        """Return the grid that covers a box, and on average half a cell more at each side.
+        """Return the grid that covers a box, with a margin of half a cell on average.
 
         Args:
             lower: (3,) lower corner [m].
@@ -86,8 +83,7 @@ class Grid:
 
         Raises:
             ShapeError: A corner is not (3,).
-            InputValueError: The box has no extent, the corners are not finite or in the wrong
-                order.
+            InputValueError: The box has no extent, or the corners are not finite or not in order.
         """
         lower = finite("Grid.from_bounds: lower", lower, (3,))
         upper = finite("Grid.from_bounds: upper", upper, (3,))
@@ -129,15 +125,15 @@ class Grid:
 
 
 def indices(grid: Grid, points: FloatArray) -> IntArray:
-    """Return the cells of points.
+    """Return the cell indices of points.
 
     Args:
         grid: The grid.
         points: (m, 3) positions [m].
 
     Returns:
-        (m,) indices into an array of `count` cells in C order; points outside the box belong to the
-        nearest cell, and NaN to `count`.
+        (m,) indices into the `count` cells in C order. Points outside the box get the nearest cell;
+        NaN gets the index `count`.
     """
     nx, ny, nz = grid.shape
     place = points - grid.lower
@@ -154,15 +150,15 @@ def indices(grid: Grid, points: FloatArray) -> IntArray:
 
 
 _FLAT = 1e-9
-"""Extent along a direction below which a body is flat, in parts of its longest extent."""
+"""Relative extent along a direction below which a body counts as flat."""
 
 
 class SizeEstimate(NamedTuple):
-    """A volume, an area or a length, by the dimension of the body.
+    """A volume, an area or a length, depending on the dimension of the body.
 
     Attributes:
         value: The estimate.
-        error: Its error, as large as it usually is at most.
+        error: Error of the estimate, usually an upper bound.
         unit: "m^3", "m^2" or "m".
     """
 
@@ -171,7 +167,7 @@ class SizeEstimate(NamedTuple):
     unit: str
 
     def __str__(self) -> str:
-        """The value with its error and its unit: volume 3.25 ± 0.02 m^3."""
+        """Text with value, error and unit, such as volume 3.25 ± 0.02 m^3."""
         name = {"m": "length", "m^2": "area"}.get(self.unit, "volume")
         return f"{name} {self.value:.4g} ± {self.error:.2g} {self.unit}"
 
@@ -179,7 +175,7 @@ class SizeEstimate(NamedTuple):
 def size_of(grid: Grid, hits: CountArray) -> SizeEstimate:
     """Estimate the volume, area or length of the body that fills the visited cells.
 
-    Adjacent cells are joined as long as the points are too few for the cells.
+    Adjacent cells are merged while the points are too few for the number of cells.
 
     Args:
         grid: The grid.
@@ -193,20 +189,23 @@ def size_of(grid: Grid, hits: CountArray) -> SizeEstimate:
             value, error = _estimate(all_points, some)
             of_cell = (times * grid.side) ** grid.dimension
             return SizeEstimate(value * of_cell, error * of_cell, unit)
-    # The points are too few for any cells: the body is anything in the box.
+    # Even the largest cells have too few points: the box is the only bound.
     box = grid.count * grid.side**grid.dimension
     return SizeEstimate(box / 2, box / 2, unit)
 
 
 def _estimate(visited: BoolArray, halved: BoolArray) -> tuple[float, float]:
-    """Number of filled cells and its error, from the cells that all and half the points visit."""
+    """Return the number of filled cells and its error.
+
+    The arguments are the cells visited by all points, and by a random half of the points.
+    """
     value, error = _corrected(visited)
     unseen = (value - _corrected(halved)[0]) / (2**_GROWTH - 1)
     return max(value + unseen, 0.0), error + abs(unseen)
 
 
 def _joined(hits: CountArray, times: int) -> CountArray:
-    """The hits in cells of a multiple of the side; the middle of the box stays where it is."""
+    """Merge the hits into cells that are larger by a factor, without moving the box center."""
     if times == 1:
         return hits
     joined = hits
@@ -226,7 +225,7 @@ def _joined(hits: CountArray, times: int) -> CountArray:
 
 
 def _filled(visited: BoolArray) -> BoolArray:
-    """The cells without holes of a single cell, which chance leaves inside the body."""
+    """Fill holes of a single cell, which the points missed by chance."""
     padded = np.pad(visited, [(1, 1) if n > 1 else (0, 0) for n in visited.shape])
     axes = [axis for axis, n in enumerate(visited.shape) if n > 1]
     beside = sum(np.roll(padded, step, axis).astype(np.int8) for axis in axes for step in (1, -1))
@@ -235,7 +234,7 @@ def _filled(visited: BoolArray) -> BoolArray:
 
 
 def _corrected(visited: BoolArray) -> tuple[float, float]:
-    """Number of cells that the body fills, at least 0, and the error of the correction."""
+    """Return the corrected number of filled cells and the error of the correction."""
     count = float(visited.sum())
     if count == 0:
         return 0.0, 0.0
@@ -248,7 +247,7 @@ def _corrected(visited: BoolArray) -> tuple[float, float]:
 
 
 def _open_faces(visited: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """Open faces along each axis, those in a plane with all faces around them, and the others."""
+    """Count the open faces along each axis: faces coplanar with their neighbors, and the others."""
     level, whole = np.zeros(visited.ndim), np.zeros(visited.ndim)
     padded = np.pad(visited, [(1, 1) if n > 1 else (0, 0) for n in visited.shape])
     axes = [axis for axis, n in enumerate(visited.shape) if n > 1]

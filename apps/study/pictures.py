@@ -1,4 +1,4 @@
-"""Pictures of studies, drawn on the axes that are given or on a figure of their own."""
+"""Plots of studies, on existing matplotlib axes or on a new figure."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 _COLORS = "cividis"
-"""Color map that looks the same to people who do not see red or green, and in print."""
+"""Color map that is safe for color-blind readers and in print."""
 _EMPTY = "#ffffff00"
 _COLOR_BLIND = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#000000")
-"""Colors that differ for all kinds of sight (Okabe and Ito, 2008), and in lightness for print."""
+"""Colors that color-blind readers (Okabe and Ito, 2008) can distinguish, also in print."""
 _STYLES = ("-", "--", ":")
-# Figures are 4.2 inches wide, views below each other: legible in a column of 8 cm.
+# Figures are 4.2 inches wide with stacked views, legible in a column of 8 cm.
 
 
 def plot_workspace(found: Any, ax: Any = None) -> Any:
-    """Draws where a tool's origin was, as the fraction of configurations in each column of cells.
+    """Plot the fraction of configurations with the tool origin in each column of cells.
 
     Args:
         found: The `Workspace`.
         ax: matplotlib axes for one view, along the direction with the fewest cells; None: a new
-            figure, with a view along z and one along y where the workspace is not flat.
+            figure, with views along z and y if the workspace is not flat.
 
     Returns:
-        The axes, or the array of them.
+        The axes, or an array of axes.
     """
     thin = int(np.argmin(found.grid.shape))
     if ax is not None:
@@ -67,12 +67,12 @@ def _view(found: Any, normal: int, ax: Any, most: float | None = None) -> Any:
 
 
 def _shares(hits: NDArray[np.uint64]) -> Any:
-    """Parts of a thousand of all configurations; empty columns are masked."""
+    """Return the hits per thousand configurations; empty columns are masked."""
     return np.ma.masked_equal(hits, 0) * (1000 / max(int(hits.sum()), 1))
 
 
 def plot_trajectory(found: Any, ax: Any = None) -> Any:
-    """Draws coordinates, rates and accelerations over time, [rad] and [m] on the same axes.
+    """Plot coordinates, rates and accelerations over time, [rad] and [m] on the same axes.
 
     Args:
         found: The `Trajectory`.
@@ -105,7 +105,7 @@ def plot_trajectory(found: Any, ax: Any = None) -> Any:
 
 
 def plot_success(found: Any, ax: Any = None) -> Any:
-    """Draw success rates over the number of samples, a line per step, with 95 % intervals.
+    """Plot success rates over the number of samples, one line per step, with 95 % intervals.
 
     Args:
         found: The `SuccessStudy`.
@@ -137,7 +137,7 @@ def plot_success(found: Any, ax: Any = None) -> Any:
 
 
 def plot_plan(found: Any, ax: Any = None) -> Any:
-    """Draw the coordinates over the fraction of a path; in a plane the path itself.
+    """Plot the coordinates over the fraction of a path; for two coordinates, the path itself.
 
     Args:
         found: The `Plan`.
@@ -165,12 +165,12 @@ def plot_plan(found: Any, ax: Any = None) -> Any:
 
 
 def plot_region(found: Any, ax: Any = None, singular: Any = None) -> Any:
-    """Draws a planar region, its border, the circles of the legs, and singular places.
+    """Plot a planar region, its border, the circles of the legs, and singular positions.
 
     Args:
         found: The `PlanarRegion`.
         ax: matplotlib axes; None: a new figure.
-        singular: `SingularityCurves` whose type 2 is drawn; None: none.
+        singular: `SingularityCurves` whose type 2 curves are drawn, or None.
 
     Returns:
         The axes.
@@ -198,7 +198,7 @@ def plot_region(found: Any, ax: Any = None, singular: Any = None) -> Any:
 
 
 def plot_section(found: Any, ax: Any = None) -> Any:
-    """Draws the border of a section: behind the first axis at negative distances.
+    """Plot the border of a section; points behind the first axis have negative distances.
 
     Args:
         found: The `ExactWorkspace`.
@@ -209,7 +209,7 @@ def plot_section(found: Any, ax: Any = None) -> Any:
     """
     axes = _axes(ax, (4.2, 4.2))
     curves = [arc.points() for arc in found.section.arcs]
-    if found.offset:  # The plane passes beside the axis: it is no section through that.
+    if found.offset:  # The plane does not contain the axis.
         curves = found.meridian.curves()
     for curve in curves:
         axes.plot(*curve.T, color=_COLOR_BLIND[0], linewidth=1.4)
@@ -224,7 +224,7 @@ def plot_section(found: Any, ax: Any = None) -> Any:
 
 
 def plot_positions(found: Any, ax: Any = None) -> Any:
-    """Draws positions of a tool at one orientation, from above and from the side.
+    """Plot reachable tool positions for one orientation, seen along z and along y.
 
     Args:
         found: The `ReachablePositions`.
@@ -258,9 +258,9 @@ def plot_positions(found: Any, ax: Any = None) -> Any:
 
 
 def plot_reach(found: Any, ax: Any = None) -> Any:
-    """Draw the fraction of the orientations that are reached, and the limit counts.
+    """Plot the fraction of the orientations that are reached, and the limit counts.
 
-    A view shows the mean over the cells behind each other in which some orientation is reached.
+    Each view shows the mean over the reached cells along the line of sight.
 
     Args:
         found: The `Reach` of cells.
@@ -302,7 +302,7 @@ def plot_reach(found: Any, ax: Any = None) -> Any:
 
 
 def plot_orientations(found: Any, ax: Any = None) -> Any:
-    """Draw the fraction of angles that are possible in each cell of a plane.
+    """Plot the fraction of angles that are possible in each cell of a plane.
 
     Args:
         found: The `OrientationGrid`.
@@ -329,7 +329,7 @@ def plot_orientations(found: Any, ax: Any = None) -> Any:
 
 
 def plot_total(found: Any, ax: Any = None) -> Any:
-    """Draw the border of the region where every angle of a range is possible.
+    """Plot the border of the region in which every angle of a range is possible.
 
     Args:
         found: The `OrientationRangeWorkspace`.
@@ -350,7 +350,7 @@ def plot_total(found: Any, ax: Any = None) -> Any:
 
 
 def _axes(ax: Any, size: tuple[float, float]) -> Any:
-    """The given axes, or those of a new figure of a size [inch]."""
+    """Return the axes passed, or the axes of a new figure of a size [inch]."""
     import matplotlib.pyplot as plt  # noqa: PLC0415
 
     return plt.subplots(layout="constrained", figsize=size)[1] if ax is None else ax

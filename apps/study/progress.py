@@ -1,4 +1,4 @@
-"""A bar for long work, on terminals only."""
+"""A progress bar on terminals."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from importlib.util import find_spec
 def progress_of(
     name: str, total: int, shown: bool | None = None
 ) -> Iterator[Callable[[int], None]]:
-    """A bar with the time that is left, while the work lasts.
+    """Show a progress bar with the remaining time.
 
     Args:
-        name: What is done.
-        total: Number of its parts.
-        shown: Whether to draw it; None: where standard error is a terminal and rich is installed.
+        name: Name of the work.
+        total: Number of work items.
+        shown: Whether to show the bar; None: if standard error is a terminal and rich is installed.
 
     Yields:
-        A function that takes the number of parts that were done since its last call.
+        A function to call with the number of items completed since its last call.
     """
     drawn = sys.stderr.isatty() if shown is None else shown
     if not drawn or find_spec("rich") is None:

@@ -1,8 +1,7 @@
-"""Reach: the poses for which a robot has solutions, and the limits that exclude the others.
+"""Reach: the poses with solutions within limits, and the limits that exclude other poses.
 
-Every pose is put through the robot's inverse with all branches. The solutions are compared with the
-limits, each revolute joint at every full turn. Base placement is the same question for poses seen
-from other bases.
+The inverse returns the solutions for each pose on all branches. They are compared with the limits,
+each revolute joint at every full turn. Base placement is the same test for several base poses.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ FREE, OUT_OF_REACH = -1, -2
 _TURN = 2 * math.pi
 _BLOCKS_A_PIECE = 16
 _MAX_COUNT = 255
-"""The largest count that is stored, in a byte per pose."""
+"""Maximum stored number of solutions per pose, in one byte."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,9 +43,10 @@ class Reach(StudyResult):
         coordinate_names: The names of its coordinates.
         n_solutions: (m, k) number of solutions within limits, for m positions and k orientations;
             full turns of a joint are not counted separately.
-        limiting_coordinate: (m, k) the coordinate whose limit excludes the solution that exceeds
-            its limits least; -1 if the pose is reached, -2 if it is out of reach without limits.
-        grid: The grid whose cell centers are the positions; None if positions or poses were given.
+        limiting_coordinate: (m, k) index of the coordinate whose limit excludes the solution with
+            the smallest excess; -1 if the pose is reached, -2 if it is out of reach even without
+            limits.
+        grid: The grid whose cell centers are the positions; None if the targets are no grid.
     """
 
     _parts = (Grid,)
@@ -96,15 +96,15 @@ class Reach(StudyResult):
             InputValueError: The targets are not a grid.
         """
         if self.grid is None:
-            raise InputValueError("Reach.fraction_grid: the targets were no Grid")
+            raise InputValueError("Reach.fraction_grid: the targets are not a Grid")
         return self.fraction.reshape(self.grid.shape)
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw the fraction of the orientations that are reached, and the limit counts.
+        """Plot the fraction of the orientations that are reached, and the limit counts.
 
         Args:
-            ax: Three matplotlib axes: cells seen from above and from the side, and the limits;
-                None: a new figure.
+            ax: Three matplotlib axes, for cells from above, cells from the side, and limits; None:
+                a new figure.
 
         Returns:
             The axes.
@@ -131,23 +131,20 @@ def reach(
 
     Args:
         robot: A robot with `ik`.
-        targets: A grid, for the centers of its cells; (m, 3) positions of the tool's origin [m]; or
-            (m, 4, 4) poses.
-        orientations: (k, 3, 3) rotation matrices of the tool at every position,
-            `uniform_orientations(20)` if None; poses have their own.
-        redundancy_samples: Number of values of each redundancy parameter of `ik`, spread over its
-            limits; solutions are counted for all values.
+        targets: A grid, for its cell centers; (m, 3) positions of the tool origin [m]; or (m, 4, 4)
+            poses.
+        orientations: (k, 3, 3) tool orientations at every position; None: for positions,
+            `uniform_orientations(20)`.
+        redundancy_samples: Number of values of each redundancy parameter of `ik`, evenly spaced
+            within its limits; solutions are counted for all values.
         threads: Threads here, or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
         progress: Whether to draw a bar; None: on a terminal.
 
-    Returns:
-        Numbers of solutions, and the limits that exclude poses.
-
     Raises:
-        AttributeError: The robot has no `ik`; the message says what it has instead.
+        AttributeError: The robot has no `ik`; the message lists other inverses of the robot.
         ShapeError: Targets or orientations have another shape.
-        InputValueError: A number is not finite, or poses come with further orientations.
+        InputValueError: A number is not finite, or `orientations` is passed with poses.
     """
     poses, rotations = _poses_and_rotations(targets, orientations)
     work = _ReachJob(robot, poses, rotations, _redundancy_values(robot, redundancy_samples))
@@ -173,18 +170,18 @@ def base_placement(
     client: Any = None,
     progress: bool | None = None,
 ) -> FloatArray:
-    """Return the fraction of a set of poses that a robot reaches from each of many bases.
+    """Return the fraction of required poses that a robot reaches from each of many base poses.
 
     Args:
         robot: A robot with `ik`.
-        T_w_ee: (k, 4, 4) required poses of the tool in the world.
-        T_w_0: (m, 4, 4) poses of the robot's base in the world.
+        T_w_ee: (k, 4, 4) required tool poses in the world frame.
+        T_w_0: (m, 4, 4) base poses in the world frame.
         threads: Threads here, or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the poses.
         progress: Whether to draw a bar; None: on a terminal.
 
     Returns:
-        (m,) fractions of the poses that have a solution within limits; the best base is the argmax.
+        (m,) fractions of the poses that have a solution within limits.
 
     Raises:
         AttributeError: The robot has no `ik`.
@@ -203,10 +200,10 @@ def base_placement(
 
 
 def uniform_orientations(count: int) -> FloatArray:
-    """Return evenly spread orientations: a spiral of directions for z, rotated by the golden angle.
+    """Return evenly distributed orientations: z directions on a spiral with the golden angle.
 
     Args:
-        count: Their number, at least 1.
+        count: Number of orientations, at least 1.
 
     Raises:
         InputValueError: The count is less than 1.
@@ -236,7 +233,7 @@ def _about_y(angle: Any) -> FloatArray:
 def _poses_and_rotations(
     targets: Grid | ArrayLike, orientations: ArrayLike | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Poses (m, 4, 4), and rotations (k, 3, 3) that are applied to each of them."""
+    """Return poses (m, 4, 4), and rotations (k, 3, 3) to apply to each pose."""
     if isinstance(targets, Grid):
         mesh = np.meshgrid(*targets.centers(), indexing="ij")
         at: FloatArray = np.stack(mesh, -1).reshape(-1, 3)
@@ -244,7 +241,7 @@ def _poses_and_rotations(
         at = finite("targets", targets)
     if at.ndim == 3 and at.shape[1:] == (4, 4):  # noqa: PLR2004 - rows of matrices
         if orientations is not None:
-            raise InputValueError("reach: poses have their own orientations; expected positions")
+            raise InputValueError("reach: orientations= requires positions, but targets are poses")
         return at, np.eye(3)[None]
     if at.ndim != 2 or at.shape[1] != 3:  # noqa: PLR2004 - rows of positions
         raise ShapeError(f"targets: expected a Grid, (m, 3) or (m, 4, 4), got shape {at.shape}")
@@ -258,7 +255,7 @@ def _poses_and_rotations(
 
 
 def _redundancy_values(robot: Robot, count: int) -> FloatArray:
-    """(k, r) values of the redundancy parameters; a row without columns if there are none."""
+    """Return values (k, r) of the r redundancy parameters; shape (1, 0) if there are none."""
     values = []
     for item in robot.redundancy:
         if item.index is not None:
@@ -268,7 +265,8 @@ def _redundancy_values(robot: Robot, count: int) -> FloatArray:
             values.append(np.arange(count) * (_TURN / count) - math.pi)
         else:
             raise InputValueError(
-                f"{robot.name}: ik takes {item.name} ({item.meaning}), whose range is not known"
+                f"{robot.name}: the redundancy parameter {item.name} ({item.meaning}) of ik has no "
+                "limits"
             )
     if not values:
         return np.empty((1, 0))
@@ -276,7 +274,7 @@ def _redundancy_values(robot: Robot, count: int) -> FloatArray:
 
 
 class _Tally:
-    """Results by pose; every pose is solved once, so that tallies add up."""
+    """Results for each pose. Each pose is solved once, so tallies can be added."""
 
     def __init__(self, count: int) -> None:
         self.n_solutions = np.zeros(count, dtype=np.uint8)
@@ -320,12 +318,12 @@ class _ReachJob:
             ]
             solutions, limiting = (np.array(column) for column in zip(*found, strict=True))
             tally.n_solutions[some] = np.minimum(solutions.sum(0), _MAX_COUNT)
-            # A limit is a larger code than "out of reach".
+            # Codes of limits are larger than the code "out of reach".
             tally.limiting[some] = np.where(solutions.any(0), FREE, limiting.max(0))
 
 
 def _counted(robot: Robot, found: Any) -> tuple[IntArray, IntArray]:
-    """Number of solutions within limits of each pose, and the limiting coordinate."""
+    """Return the number of solutions within limits and the limiting coordinate of each pose."""
     inside = found.valid.copy()
     for j, wraps in enumerate(found.wraps):
         if np.isfinite(_room(robot, j, wraps)):
@@ -339,13 +337,13 @@ def _counted(robot: Robot, found: Any) -> tuple[IntArray, IntArray]:
 
 
 def _room(robot: Robot, j: int, wraps: bool) -> float:
-    """The range of a coordinate [rad or m]; inf where no value of it can exceed a limit."""
+    """Return the range of a coordinate [rad or m]; inf if no value can exceed a limit."""
     room = float(robot.upper[j] - robot.lower[j])
     return math.inf if wraps and room >= _TURN else room
 
 
 def _excess(robot: Robot, q: FloatArray, j: int, wraps: bool) -> FloatArray:
-    """Distances of values from the range of a coordinate, at the full turn nearest to it."""
+    """Return the distances of values from the range of a coordinate, modulo full turns."""
     lower, upper = robot.lower[j], robot.upper[j]
     if not wraps or not np.isfinite(upper - lower):
         return np.asarray(np.maximum(np.maximum(lower - q, q - upper), 0))
@@ -356,7 +354,7 @@ def _excess(robot: Robot, q: FloatArray, j: int, wraps: bool) -> FloatArray:
 
 
 def _limit(robot: Robot, q: FloatArray, valid: BoolArray, wraps: tuple[bool, ...]) -> IntArray:
-    """The coordinate that exceeds its range most, on the branch with the smallest excess."""
+    """Return the coordinate that exceeds its range most, on the branch with the smallest excess."""
     parts = np.zeros(q.shape)
     for j, wrap in enumerate(wraps):
         room = _room(robot, j, wrap)

@@ -1,10 +1,10 @@
-"""Reachable positions at a constant orientation: cells, tested by the closed-form inverse.
+"""Reachable positions at a constant orientation: cells tested by the closed-form inverse.
 
-The centers of cells are put through the inverse with all branches, within limits. Cells next to
-cells with another result are divided until they are fine enough, so that the work grows with the
-surface alone. The border lies between eight centers that differ: half of the volume there is
-counted, and half of it is the error, a bound as long as no part of the border hides between centers
-that agree. The error of the value is much less as a rule, and shrinks with the cells.
+The inverse tests cell centers on all branches, within limits. Cells next to cells with another
+result are subdivided down to the resolution, so the effort grows with the surface only. The border
+lies between cell centers with different results. Half of the volume there is counted, and half is
+the error. This error is a bound unless the border also lies between centers with equal results. The
+actual error is usually much smaller and decreases with the cell size.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _COARSE = 32
-"""Cells along each side at the start."""
+"""Initial number of cells along each side."""
 _FIRST, _REST = slice(None, -1), slice(1, None)
 _GROWTH = 1.5
 _FITS = 12
-"""How often the box is fitted to what is reached; each time it grows or shrinks."""
+"""Maximum number of times that the box is enlarged or reduced to fit the reached positions."""
 
 
 @dataclass(frozen=True, eq=False)
 class ReachablePositions(StudyResult):
-    """The positions of a tool at a constant orientation.
+    """The reachable tool positions at a constant orientation.
 
     Attributes:
         robot: The robot's name.
@@ -66,7 +66,7 @@ class ReachablePositions(StudyResult):
 
     @property
     def size(self) -> SizeEstimate:
-        """The volume [m^3]; its error is a bound from the cells at the border."""
+        """The volume [m^3], with an error bound from the cells at the border."""
         corners = [self.inside[at] for at in itertools.product((_FIRST, _REST), repeat=3)]
         whole, some = np.logical_and.reduce(corners), np.logical_or.reduce(corners)
         of_cell = self.grid.side**3
@@ -75,13 +75,13 @@ class ReachablePositions(StudyResult):
 
     @property
     def bounds(self) -> FloatArray:
-        """(2, 3) smallest and largest x, y and z of the cells that are reached [m], to a cell."""
+        """(2, 3) smallest and largest x, y and z of the reached cells [m]."""
         corners = np.argwhere(self.inside)
         lower = self.grid.lower + self.grid.side * corners.min(0)
         return np.array([lower, self.grid.lower + self.grid.side * (corners.max(0) + 1)])
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw the extent of the positions along z and along y.
+        """Plot the extent of the positions along z and along y.
 
         Args:
             ax: Two matplotlib axes; None: a new figure.
@@ -101,19 +101,19 @@ def reachable_positions(
     resolution: int = 256,
     q_seed: ArrayLike | None = None,
 ) -> ReachablePositions:
-    """Return the positions of the tool at one orientation, within limits, on any branch.
+    """Return the tool positions that are reachable at one orientation, within limits.
 
     Args:
         robot: A robot with `ik`, such as a platform on six legs or a delta robot.
-        R_0_ee: (3, 3) the orientation; None: that of q_seed.
-        resolution: Cells along each side of the box, 32 times a power of two.
+        R_0_ee: (3, 3) the orientation; None: the orientation at q_seed.
+        resolution: Number of cells along each side of the box, 32 times a power of two.
         q_seed: (n,) coordinates [rad or m] whose tool position is near reached positions; None: the
             reference configuration.
 
     Raises:
         AttributeError: The robot has no `ik`.
-        InputValueError: `resolution` is not such a number, a number is not finite, or the robot has
-            no reference configuration and q_seed is missing.
+        InputValueError: `resolution` is not 32 times a power of two, a number is not finite, or
+            q_seed is missing and the robot has no reference configuration.
         OutOfReachError: No cell near the tool position of q_seed is reached.
         ShapeError: The orientation is not (3, 3), or q_seed not (n,).
     """
@@ -138,7 +138,7 @@ def reachable_positions(
 def _start(
     robot: Robot, R_0_ee: ArrayLike | None, q_seed: ArrayLike | None
 ) -> tuple[FloatArray, FloatArray]:
-    """The orientation, and a position that is or is near a reached one."""
+    """Return the orientation, and a start position that is reached or near a reached position."""
     if q_seed is None and robot.reference is None:
         raise InputValueError(
             f"reachable_positions: {robot.name} has no reference configuration; expected q_seed"
@@ -150,7 +150,7 @@ def _start(
 
 
 def _fitted(robot: Robot, R: FloatArray, start: FloatArray) -> tuple[FloatArray, float, BoolArray]:
-    """A box of cells around all reached positions: its lower corner, a side and the cells."""
+    """Return the lower corner, cell side and cells of a box around all reached positions."""
     middle, size = start, 2 * robot.unit_length
     for _ in range(_FITS):
         side = size / _COARSE
@@ -172,14 +172,14 @@ def _fitted(robot: Robot, R: FloatArray, start: FloatArray) -> tuple[FloatArray,
 
 
 def _reached(robot: Robot, R: FloatArray, positions: FloatArray) -> BoolArray:
-    """Whether positions (m, 3) are reached."""
+    """Return whether positions (m, 3) are reached."""
     if not len(positions):
         return np.zeros(0, dtype=bool)
     return np.asarray(reach(robot, positions, R[None], progress=False).reached[:, 0])
 
 
 def _border(inside: BoolArray) -> BoolArray:
-    """The cells with a neighbor, across a face, an edge or a corner, that differs from them."""
+    """Return the cells that differ from any of their 26 neighbors."""
     padded = np.pad(inside, 1)
     least, most = padded.copy(), padded.copy()
     for axis in range(3):

@@ -1,7 +1,7 @@
-"""Files of results: every field of a frozen dataclass, in one .npz without loss.
+"""Result files: all fields of a frozen dataclass in one .npz file, without loss.
 
-Arrays keep the name of their field, so that NumPy reads them. All other values, and the structure
-of parts such as a grid, are JSON text under the name "facts".
+Arrays have the names of their fields. All other values, and the structure of nested objects such
+as a grid, are JSON text with the name "facts".
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ Arrays = dict[str, np.ndarray[Any, Any]]
 
 
 class StudyResult:
-    """A frozen dataclass that is saved to a file and loaded from one.
+    """Base class of frozen dataclasses that are saved to files and loaded from files.
 
-    `_parts` lists the dataclasses and named tuples that its fields hold.
+    `_parts` lists the dataclasses and named tuples of its fields.
     """
 
     _parts: ClassVar[tuple[type, ...]] = ()
 
     def to_npz(self, path: str | os.PathLike[str]) -> None:
-        """Write all data to a compressed file that `load` and NumPy read."""
+        """Write all data to a compressed .npz file."""
         arrays: Arrays = {}
         facts = json.dumps(_packed(self, "", arrays))
         named: dict[str, Any] = {"facts": np.array(facts), **arrays}
         np.savez_compressed(Path(path), **named)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write a file in the format of its suffix: .npz, and .csv if the result is a table.
+        """Write a file; its suffix selects the format: .npz, or for tables also .csv.
 
         Raises:
             InputValueError: The suffix is not supported.
@@ -54,13 +54,13 @@ class StudyResult:
         """Return the result that `to_npz` wrote.
 
         Raises:
-            InputValueError: The suffix is not .npz, or the file holds something else.
+            InputValueError: The suffix is not .npz, or the file contains another kind of result.
         """
         by_suffix(path, {".npz": cls})
         arrays = read_npz(path)
         facts = json.loads(str(arrays["facts"])) if "facts" in arrays else {}
         if facts.get("type") != cls.__name__:
-            raise InputValueError(f"{path}: expected a {cls.__name__} that to_npz wrote")
+            raise InputValueError(f"{path}: expected a {cls.__name__} written by to_npz")
         types = {own.__name__: own for own in (cls, *cls._parts)}
         made: Self = _unpacked(facts, types, arrays)
         return made
@@ -70,7 +70,7 @@ def by_suffix(path: str | os.PathLike[str], formats: Mapping[str, T]) -> T:
     """Return the entry for the suffix of a path.
 
     Raises:
-        InputValueError: There is no such entry.
+        InputValueError: The suffix is not supported.
     """
     suffix = Path(path).suffix.lower()
     if suffix not in formats:
@@ -91,13 +91,13 @@ def read_npz(path: str | os.PathLike[str]) -> Arrays:
         with np.load(Path(path)) as file:
             return {name: file[name] for name in file.files}
     except (OSError, ValueError, BadZipFile) as error:
-        raise InputValueError(f"{os.fspath(path)}: expected arrays of NumPy ({error})") from error
+        raise InputValueError(f"{os.fspath(path)}: expected NumPy arrays ({error})") from error
 
 
 def write_table(
     path: str | os.PathLike[str], head: Sequence[str], rows: Iterable[Iterable[float]]
 ) -> None:
-    """Write a .csv of numbers with all their digits."""
+    """Write numbers with full precision to a .csv file."""
     with Path(path).open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(head)
@@ -105,7 +105,7 @@ def write_table(
 
 
 def _packed(value: Any, name: str, arrays: Arrays) -> Any:
-    """Return a value as JSON; its arrays are added to `arrays` under the name of the value."""
+    """Return a value as JSON, and add its arrays to `arrays`, keyed by the name of the value."""
     if isinstance(value, np.ndarray):
         arrays[name] = value
         return {"array": name}

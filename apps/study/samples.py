@@ -1,8 +1,8 @@
-"""Points that fill the box of a robot's coordinates, in pieces that are computed alone.
+"""Sample points in the box of a robot's coordinates, in pieces that are computed independently.
 
-A study of a billion configurations cannot store them, and must not depend on who computes which
-part. So a sample set is a sequence of pieces of 2^16 points; each follows from its number and the
-key alone, and the set is the same for any number of threads, processes and machines.
+A sample set of a billion configurations is not stored. It is a sequence of pieces of 2^16 points.
+Each piece depends only on its index and the key, so the set is the same for any number of threads,
+processes and machines.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ IntArray = NDArray[np.uint64]
 Sampling = Literal["sobol", "uniform", "grid"]
 
 PIECE = 1 << 16
-"""Points of a piece: enough work for a thread, and a Sobol net that stays in the cache."""
+"""Number of points of a piece: enough work for a thread; its Sobol net fits in the cache."""
 BLOCK = 1 << 12
-"""Points that are handled at once: their poses and Jacobians stay in the cache."""
+"""Number of points processed at once; their poses and Jacobians fit in the cache."""
 _BITS = 52
-"""Binary digits of a coordinate in the unit cube; a double has one more."""
+"""Number of bits of a coordinate in the unit cube; a double has one more."""
 _NET_KEY = 0
-"""Word that keeps the random digits of the net apart from those of the pieces."""
+"""Seed word of the net, which makes its random digits independent of the pieces."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,10 +43,10 @@ class Samples:
         lower: (n,) smallest coordinates [rad or m].
         upper: (n,) largest coordinates [rad or m].
         count: Number of points.
-        sampling: "sobol": every piece is a Sobol net of its own random digital shift, so that
-            neither a piece nor the set leaves gaps; "uniform": independent and random; "grid": the
-            nodes of a grid that includes both limits, with equal counts along all coordinates.
-        key: Chooses the random numbers: the same key gives the same points.
+        sampling: "sobol": each piece is a Sobol net with its own random digital shift, so that both
+            a piece and the set are evenly distributed; "uniform": independent random points;
+            "grid": the nodes of a grid that includes both limits, with equal counts per coordinate.
+        key: Seed of the random numbers; the same key gives the same points.
     """
 
     lower: FloatArray
@@ -63,12 +63,12 @@ class Samples:
         return -(-self.count // PIECE)
 
     def blocks(self, piece: int) -> Iterator[FloatArray]:
-        """The points of a piece, (m, n) at a time with m at most `BLOCK`.
+        """Yield the points of a piece in blocks (m, n), with m at most `BLOCK`.
 
-        A block is overwritten by the next one.
+        Each block overwrites the previous block.
 
         Args:
-            piece: Its number, from 0.
+            piece: Index of the piece, from 0.
         """
         size = min(PIECE, self.count - piece * PIECE)
         if self.sampling == "grid":
@@ -89,7 +89,7 @@ class Samples:
             yield np.column_stack([own[k] for own, k in zip(places, node, strict=True)])
 
     def _cube(self, piece: int, size: int) -> Iterator[FloatArray]:
-        """Blocks of points in the unit cube."""
+        """Yield blocks of points in the unit cube."""
         n = len(self.lower)
         digits = np.random.default_rng([self.key, piece + 1])
         block = np.empty((BLOCK, n))
@@ -108,11 +108,11 @@ class Samples:
 
 
 def samples_of(robot: Robot, count: int, sampling: Sampling, key: int) -> Samples:
-    """Return points in the box of a robot's limits; joints without limits make one turn.
+    """Return points in the box of a robot's limits; joints without limits range over one turn.
 
     Args:
         robot: The robot.
-        count: Number of points. For a grid of n coordinates, the largest k^n that is no more.
+        count: Number of points. For a grid of n coordinates, it is rounded down to a k^n.
         sampling: As in `Samples`.
         key: As in `Samples`.
 
@@ -129,14 +129,14 @@ def samples_of(robot: Robot, count: int, sampling: Sampling, key: int) -> Sample
         side = _side(count, robot.n)
         if side < 2:  # noqa: PLR2004 - a grid has its two ends
             raise InputValueError(
-                f"samples = {count}: a grid of {robot.n} coordinates has at least {2**robot.n}"
+                f"samples = {count}: a grid of {robot.n} coordinates has {2**robot.n} or more nodes"
             )
         count = side**robot.n
     return Samples(lower, upper, count, sampling, key)
 
 
 def box_of(robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Return (n,) smallest and largest coordinates; joints without limits make one turn.
+    """Return (n,) smallest and largest coordinates; joints without limits range over one turn.
 
     Raises:
         InputValueError: A prismatic coordinate has no limits.
@@ -147,8 +147,8 @@ def box_of(robot: Robot) -> tuple[FloatArray, FloatArray]:
             continue
         if coordinate.unit != "rad":
             raise InputValueError(
-                f"{robot.name}: prismatic coordinate {coordinate.name} has no limits, so that the "
-                "workspace has no end; state limits in the robot file"
+                f"{robot.name}: prismatic coordinate {coordinate.name} has no limits, so the "
+                "workspace is unbounded; state limits in the robot file"
             )
         lower[i], upper[i] = _one_turn(lower[i], upper[i])
     return lower, upper
@@ -163,14 +163,14 @@ def _one_turn(lower: float, upper: float) -> tuple[float, float]:
 
 
 def _side(count: int, n: int) -> int:
-    """The largest k with k^n at most `count`."""
+    """Return the largest k with k^n at most `count`."""
     side = int(count ** (1 / n))
     return side + 1 if (side + 1) ** n <= count else side
 
 
 @lru_cache(maxsize=4)
 def _net(n: int, key: int) -> IntArray:
-    """(2^16, n) points of a scrambled Sobol net, as integers of `_BITS` digits."""
+    """Return the (2^16, n) points of a scrambled Sobol net, as integers of `_BITS` bits."""
     from scipy.stats import qmc  # noqa: PLC0415
 
     digits = np.random.default_rng([key, _NET_KEY])

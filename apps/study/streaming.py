@@ -1,8 +1,8 @@
-"""Work on the pieces of a sample set: on threads, or on the workers of a dask cluster.
+"""Processing of the pieces of a sample set on threads, or on the workers of a dask cluster.
 
-What a piece adds to a tally must not depend on the order of the pieces: counts, bits and extremes
-do not, sums of floats would. Then the result is the same, bit for bit, for any number of threads
-and workers, and a piece whose worker was killed is simply done again.
+Tallies must not depend on the order of the pieces: counts, bits and extremes are suitable, sums of
+floats are not. Then the result is identical, bit for bit, for any number of threads and workers,
+and a piece whose worker was killed can be repeated.
 """
 
 from __future__ import annotations
@@ -20,33 +20,33 @@ from .progress import progress_of
 Threads = int | Literal["all"]
 
 _PIECES_A_TASK = 64
-"""Pieces that a worker of a cluster does between two reports: seconds of work, so that sending the
-tally costs little and a killed worker loses little."""
+"""Number of pieces per task of a worker: a few seconds of work, so that communication is cheap and
+a killed worker loses little."""
 _TASKS_A_WORKER = 2
-"""Tasks that a worker has at a time, so that it need not wait for the next; more would only make
-finished tallies wait in memory."""
+"""Number of tasks per worker at a time, so that workers do not wait; more would only fill memory
+with finished tallies."""
 _RETRIES = 5
-"""Times that a task is done again after its worker was killed."""
+"""Maximum number of repetitions of a task whose worker was killed."""
 
 
 class Tally(Protocol):
-    """Counts that pieces add to."""
+    """Counts over the pieces of a sample set."""
 
     def merge(self, other: Self) -> None:
-        """Adds the counts of another tally."""
+        """Add the counts of another tally."""
 
 
 T = TypeVar("T", bound=Tally)
 
 
 class Work(Protocol[T]):
-    """What is done with the pieces of a sample set; it is sent to the workers of a cluster."""
+    """The function to apply to each piece of a sample set; it is sent to cluster workers."""
 
     def empty(self) -> T:
-        """A tally without counts."""
+        """Return an empty tally."""
 
     def add(self, tally: T, piece: int) -> None:
-        """Adds what a piece holds."""
+        """Process a piece and add its counts to a tally."""
 
 
 def tallied(
@@ -58,14 +58,14 @@ def tallied(
     progress: bool | None = None,
     name: str = "study",
 ) -> T:
-    """The tally of all pieces.
+    """Return the tally of all pieces.
 
     Args:
-        work: What is done with a piece.
+        work: The function to apply to each piece.
         pieces: Number of pieces.
         threads: Threads of this process, or of each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the pieces; None: this process.
-        progress: Whether to draw a bar; None: where the errors go to a terminal.
+        progress: Whether to show a bar; None: if standard error is a terminal.
         name: The name of the bar.
 
     Raises:
@@ -79,10 +79,10 @@ def tallied(
 
 
 def thread_count(threads: Threads) -> int:
-    """The number of threads that an argument stands for.
+    """Return the number of threads for an argument `threads`.
 
     Raises:
-        InputValueError: It is neither a positive number nor "all".
+        InputValueError: The argument is neither a positive number nor "all".
     """
     if threads == "all":
         return count_cores()

@@ -1,8 +1,8 @@
-"""Workspace: the positions that a tool reaches, in how many configurations, and how well.
+"""Workspace: the positions that a tool reaches, with the number and quality of configurations.
 
-Configurations that fill the box of the coordinates are put through the robot's forward kinematics;
-each adds to the cell in which the tool's origin lies. Nothing else is kept, so that a billion
-configurations need no more memory than a thousand.
+Configurations are sampled in the box of the coordinates. Forward kinematics gives the cell of the
+tool origin, whose count increases. Only cells are stored, so the memory does not depend on the
+number of configurations.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ FloatArray = NDArray[np.float64]
 Quality = Literal["manipulability", "limit_margin", "directions"]
 
 _SIDE = 8
-"""Belts and meridians that divide the directions of the tool's z axis into 64 sectors."""
+"""Number of belts, and of meridians, that divide the directions of the z axis into 64 sectors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,20 +38,20 @@ class Workspace(StudyResult):
     Attributes:
         robot: The robot's name.
         grid: The cells.
-        hits: (nx, ny, nz) number of configurations that put the tool's origin into each cell.
-        manipulability: (nx, ny, nz) the largest smallest singular value of the Jacobian in each
-            cell (`Manipulability.min_singular_value`), 0 in cells without hits; None if not
-            requested.
-        limit_margin: (nx, ny, nz) the largest distance from the nearest limit, in parts of the
-            range of that coordinate: 1/2 in the middle, 0 in cells without hits; None if not
-            requested.
-        directions: (nx, ny, nz) how many of 64 equal sectors of the sphere the tool's z axis points
-            into; None if not requested.
-        bounds: (2, 3) smallest and largest coordinates of the tool's origin [m], by optimization.
+        hits: (nx, ny, nz) number of configurations with the tool origin in each cell.
+        manipulability: (nx, ny, nz) maximum over the configurations in each cell of the minimum
+            singular value of the Jacobian (`Manipulability.min_singular_value`); 0 in cells without
+            hits; None if not requested.
+        limit_margin: (nx, ny, nz) maximum over the configurations in each cell of the distance to
+            the nearest limit, relative to the range of that coordinate (at most 1/2); 0 in cells
+            without hits; None if not requested.
+        directions: (nx, ny, nz) number of the 64 equal sectors of the sphere that the z axis of the
+            tool points into; None if not requested.
+        bounds: (2, 3) smallest and largest coordinates of the tool origin [m], by optimization.
         samples: Number of configurations.
         n_open: Number of configurations at which loops do not close.
-        sampling: How the configurations fill the box of the coordinates.
-        rng: The int that repeats the configurations.
+        sampling: Sampling method of the configurations.
+        rng: The int that reproduces the configurations.
     """
 
     _parts = (Grid,)
@@ -86,7 +86,7 @@ class Workspace(StudyResult):
 
     @property
     def size(self) -> SizeEstimate:
-        """Volume [m^3], of a flat workspace area [m^2], of a straight one length [m]."""
+        """Volume [m^3]; for a planar workspace area [m^2], for a straight workspace length [m]."""
         return size_of(self.grid, self.hits)
 
     def section(self, axis: Literal["x", "y", "z"], at: float) -> NDArray[np.uint32]:
@@ -100,7 +100,7 @@ class Workspace(StudyResult):
             (n, m) hits; the remaining axes in their order.
 
         Raises:
-            InputValueError: There is no such axis, or the coordinate is outside the cells.
+            InputValueError: The axis is unknown, or the coordinate is outside the cells.
         """
         k = _axis("section", axis)
         layer = int(np.floor((finite("section: at", at) - self.grid.lower[k]) / self.grid.side))
@@ -115,19 +115,19 @@ class Workspace(StudyResult):
         """Return the sum of the hits along an axis: (n, m), the remaining axes in their order.
 
         Raises:
-            InputValueError: There is no such axis.
+            InputValueError: The axis is unknown.
         """
         return np.asarray(self.hits.sum(_axis("projection", axis), dtype=np.uint64))
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw the workspace seen from above and from the side; a flat one in its plane.
+        """Plot the workspace from above and from the side; a planar workspace in its plane.
 
         Args:
-            ax: The matplotlib axes of a single view, normal to the thinnest direction; None: a new
-                figure with both views.
+            ax: matplotlib axes for a single view along the thinnest direction; None: a new figure
+                with both views.
 
         Returns:
-            The axes, or the array of them.
+            The axes, or an array of axes.
         """
         from .pictures import plot_workspace  # noqa: PLC0415
 
@@ -149,27 +149,27 @@ def workspace(
     """Return the workspace of a robot within its limits.
 
     Args:
-        robot: The robot; one with loops counts the configurations at which they close.
+        robot: The robot. Configurations with open loops are not counted.
         samples: Number of configurations.
         sampling: "sobol": low-discrepancy points; "uniform": independent random points; "grid": the
             nodes of a grid that includes the limits.
         resolution: Number of cells along the longest side.
-        quality: What is found in each cell in addition to the number of configurations.
-        rng: Random numbers: an int, a `numpy.random.Generator`, or None for fresh entropy. The same
-            int gives the same bits, for any number of threads and workers.
+        quality: Quality measures to compute in each cell: attributes of `Workspace`.
+        rng: An int, a `numpy.random.Generator`, or None for fresh entropy. The same int gives
+            identical results for any number of threads and workers.
         threads: Threads here, or in each worker; "all": one per core.
         client: A `dask.distributed.Client`, whose workers share the configurations; None: this
             process.
         progress: Whether to draw a bar; None: on a terminal.
 
     Raises:
-        InputValueError: A prismatic coordinate has no limits, no configuration closes the loops, or
-            an argument has another value than those listed.
+        InputValueError: A prismatic coordinate has no limits, the loops close at no configuration,
+            or an argument has an unsupported value.
     """
     unknown = set(quality) - set(get_args(Quality))
     if unknown or resolution < 2:  # noqa: PLR2004 - a side has two ends
         raise InputValueError(
-            f"workspace: expected quality out of {', '.join(get_args(Quality))} and resolution >= "
+            f"workspace: expected quality from {', '.join(get_args(Quality))} and resolution >= "
             f"2, got {', '.join(map(str, quality)) or 'no quality'} and {resolution}"
         )
     points = samples_of(robot, samples, sampling, key_of("workspace", rng))
@@ -184,7 +184,7 @@ def workspace(
 
 
 class _Counts:
-    """Counts of each cell; the last cell counts configurations at which loops do not close."""
+    """Counts of each cell; the last entry counts configurations with open loops."""
 
     def __init__(self, cells: int, quality: frozenset[Quality]) -> None:
         self.hits = np.zeros(cells + 1, dtype=np.uint32)
@@ -233,10 +233,10 @@ def _limit_margin(q: FloatArray, points: Samples) -> FloatArray:
 
 
 def _sector(z: FloatArray) -> NDArray[np.uint64]:
-    """The sector of a direction: 8 belts of equal height, which have equal areas, by 8 meridians.
+    """Return the sectors of directions: 8 belts of equal height and area, times 8 meridians.
 
     Args:
-        z: (m, 3) unit vectors; NaN belongs to sector 0.
+        z: (m, 3) unit vectors; NaN gets sector 0.
     """
     belt = np.clip(np.nan_to_num((z[:, 2] + 1) * (_SIDE / 2)), 0, _SIDE - 1).astype(np.uint64)
     turn = np.arctan2(z[:, 1], z[:, 0]) * (_SIDE / (2 * np.pi)) + _SIDE / 2

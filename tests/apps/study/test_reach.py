@@ -136,7 +136,7 @@ def test_invalid_reach_arguments_are_rejected():
     robot = chasles.load("ur5e")
     with pytest.raises(ShapeError, match=r"targets: expected a Grid, \(m, 3\) or \(m, 4, 4\)"):
         reach(robot, np.zeros((2, 2)))
-    with pytest.raises(InputValueError, match="poses have their own orientations"):
+    with pytest.raises(InputValueError, match="orientations= requires positions"):
         reach(robot, np.eye(4)[None], uniform_orientations(2))
     with pytest.raises(ShapeError, match=r"T_w_0: expected shape \(m, 4, 4\), got \(4, 4\)"):
         base_placement(robot, np.eye(4)[None], np.eye(4))
@@ -155,7 +155,7 @@ def test_reach_plot_shows_share_and_limit_counts():
     share = np.where(found.fraction_grid() > 0, found.fraction_grid(), np.nan)
     expected = 100 * np.nanmean(np.where(np.isnan(share).all(2)[..., None], 0, share), axis=2)
     np.testing.assert_allclose(np.ma.filled(drawn, 0), expected)
-    with pytest.raises(InputValueError, match="the targets were no Grid"):
+    with pytest.raises(InputValueError, match="the targets are not a Grid"):
         reach(robot, np.zeros((1, 3)), uniform_orientations(1)).plot()
 
 

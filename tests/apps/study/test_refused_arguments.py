@@ -79,18 +79,16 @@ REFUSED = {
     ),
     "limits > 0, got length 1, duration None, speed 0": lambda: time_scaling("cubic", 1, speed=0),
     "length nan, duration 1": lambda: time_scaling("cubic", NAN, duration=1),
-    "pause: duration: expected values above 0 that are finite, got 0": lambda: MotionSequence(
+    "pause: duration: expected a finite value above 0, got 0": lambda: MotionSequence(
         ROBOT, Q
     ).pause(0),
-    "pause: duration: expected values above 0 that are finite, got nan": lambda: MotionSequence(
+    "pause: duration: expected a finite value above 0, got nan": lambda: MotionSequence(
         ROBOT, Q
     ).pause(NAN),
     "MotionSequence of ur5e: q_start: expected finite": lambda: MotionSequence(ROBOT, Q * NAN),
     "MotionSequence.sample: there is no stage yet": lambda: MotionSequence(ROBOT, Q).sample(),
-    "sample: frequency: expected values above 0 that are finite, got inf": lambda: moving().sample(
-        np.inf
-    ),
-    "sample: frequency: expected values above 0 that are finite, got 0": lambda: moving().sample(0),
+    "sample: frequency: expected a finite value above 0, got inf": lambda: moving().sample(np.inf),
+    "sample: frequency: expected a finite value above 0, got 0": lambda: moving().sample(0),
     "Motion.at: expected times in ascending order": lambda: moving().at([1, 0.5]),
     "expected times in ascending order, at least one": lambda: moving().at([]),
     "Motion.at: t: expected finite": lambda: moving().at([0, NAN]),
@@ -109,7 +107,7 @@ REFUSED = {
     "time_optimal: acceleration_limits: expected finite": lambda: time_optimal(
         moving(), rate_limits=1, acceleration_limits=np.inf
     ),
-    "time_optimal: nodes = 1: expected a whole number, at least 10": lambda: time_optimal(
+    "time_optimal: nodes = 1: expected an integer of at least 10": lambda: time_optimal(
         moving(), rate_limits=1, acceleration_limits=1, nodes=1
     ),
     "time_optimal: nothing moves on the curve": lambda: time_optimal(
@@ -118,14 +116,14 @@ REFUSED = {
     "time_optimal: tool_speed: expected values above 0": lambda: time_optimal(
         moving(), rate_limits=1, acceleration_limits=1, tool_speed=0
     ),
-    "samples = 0: expected a whole number": lambda: workspace(ROBOT, 0),
-    "samples = 10.5: expected a whole number": lambda: workspace(ROBOT, 10.5),
+    "samples = 0: expected an integer": lambda: workspace(ROBOT, 0),
+    "samples = 10.5: expected an integer": lambda: workspace(ROBOT, 10.5),
     "section: at: expected finite": lambda: workspace(ROBOT, 100, resolution=5).section("z", NAN),
     "targets: expected finite numbers, got nan at .1, 0.": lambda: reach(
         ROBOT, [[0, 0, 1], [NAN, 0, 0]]
     ),
     "T_w_0: expected finite": lambda: base_placement(ROBOT, T_0[None], T_0[None] * NAN),
-    "uniform_orientations: count = 0: expected a whole number, at least 1": lambda: (
+    "uniform_orientations: count = 0: expected an integer of at least 1": lambda: (
         uniform_orientations(0)
     ),
     "Grid.from_bounds: expected lower < upper": lambda: Grid.from_bounds(

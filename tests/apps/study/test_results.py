@@ -89,7 +89,7 @@ def test_result_survives_file_and_is_drawn(kind, tmp_path):
 
 def test_file_of_another_result_is_rejected(tmp_path):
     planned().save(tmp_path / "plan.npz")
-    with pytest.raises(InputValueError, match="expected a Workspace that to_npz wrote"):
+    with pytest.raises(InputValueError, match="expected a Workspace written by to_npz"):
         study.Workspace.load(tmp_path / "plan.npz")
 
 

@@ -153,11 +153,11 @@ def test_workspace_plot_labels_axes(lynxmotion):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"samples": 0}, "samples = 0: expected a whole number, at least 1"),
-        ({"samples": 10, "sampling": "grid"}, "a grid of 5 coordinates has at least 32"),
+        ({"samples": 0}, "samples = 0: expected an integer of at least 1"),
+        ({"samples": 10, "sampling": "grid"}, "a grid of 5 coordinates has 32 or more nodes"),
         ({"sampling": "halton"}, "sampling = 'halton': expected one of sobol, uniform, grid"),
         ({"threads": 0}, "threads = 0: expected a positive number or 'all'"),
-        ({"quality": ("speed",)}, "expected quality out of manipulability, limit_margin"),
+        ({"quality": ("speed",)}, "expected quality from manipulability, limit_margin"),
     ],
     ids=["zero samples", "small grid", "unknown sampling", "zero threads", "unknown quality"],
 )
