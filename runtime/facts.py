@@ -1,4 +1,4 @@
-"""The facts of a robot that its manifest states, and its functions: what all its methods share."""
+"""Robot data from the manifest, and base methods of every robot."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .arrays import BoolArray, FloatArray
 from .call._call import Function
 from .call.capabilities import needs
 from .call.validation import real_array
-from .contract import Coordinate, FunctionInfo, Manifest
+from .contract import Coordinate, Manifest
 from .errors import ShapeError
 from .generated_functions import GeneratedFunctions
 from .sampling import low_discrepancy
@@ -23,48 +23,43 @@ from .size import limits_of, ranges, unit_length, within
 
 T = TypeVar("T")
 _STARTS = 256
-"""Configurations of which `q_reference` is the best."""
+"""Number of candidates for `q_reference`."""
 _SINGULAR = 1e-3
-"""Part of the largest smallest singular value below which a configuration counts as singular."""
+"""Smallest singular value, relative to the best candidate, below which a candidate is singular."""
 _NEARER = 0.98
-"""Factor on the distance from `q_reference` of each further random configuration."""
+"""Factor by which each retry of `random_q` shrinks the sampling range around `q_reference`."""
 
 
 class Fact(Generic[T]):
-    """A fact that is read from the robot's manifest when it is first used."""
+    """A robot attribute that is read from the manifest at its first use."""
 
     def __init__(self, read: Callable[[Manifest], T]) -> None:
-        """Stores the way from the manifest to the fact."""
+        """Store the function that reads the attribute from a manifest."""
         self.read = read
 
     def __set_name__(self, owner: type, name: str) -> None:
-        """Takes the attribute's name."""
+        """Store the attribute name."""
         self.name = name
 
     def __get__(self, robot: Any, owner: type) -> T:
-        """The fact, which the robot keeps."""
+        """Return the attribute, and store it in the robot."""
         value = vars(robot)[self.name] = self.read(robot.manifest)
         return value
 
 
-def _limits(manifest: Manifest) -> tuple[FloatArray, FloatArray]:
-    lower, upper = limits_of(manifest.coordinates)
-    lower.flags.writeable = upper.flags.writeable = False
-    return lower, upper
-
-
-def _inverse(manifest: Manifest) -> FunctionInfo | None:
-    return manifest.with_role("inverse", "pose")
+def _read_only(array: FloatArray) -> FloatArray:
+    array.flags.writeable = False
+    return array
 
 
 class Redundancy(NamedTuple):
-    """A redundancy parameter, which chooses one of infinitely many inverses.
+    """A redundancy parameter, which selects one of infinitely many inverses.
 
     Attributes:
-        name: Its name, the key in `fixed=`.
-        index: The coordinate with its value, as an index in q; None for a swivel angle.
-        unit: Its unit.
-        meaning: What it is.
+        name: Parameter name, the key in `fixed=`.
+        index: Index in q of the coordinate; None for a swivel angle.
+        unit: Unit of the parameter.
+        meaning: Description of the parameter.
     """
 
     name: str
@@ -74,8 +69,8 @@ class Redundancy(NamedTuple):
 
 
 def redundancy_of(manifest: Manifest) -> tuple[Redundancy, ...]:
-    """The redundancy parameters of a robot, () without `ik` or if the pose suffices."""
-    own = _inverse(manifest)
+    """Return the redundancy parameters of a robot; () without `ik` or without redundancy."""
+    own = manifest.with_role("inverse", "pose")
     if own is None:
         return ()
     found = []
@@ -89,31 +84,25 @@ def redundancy_of(manifest: Manifest) -> tuple[Redundancy, ...]:
 
 
 def _pairs(coordinates: Sequence[Coordinate]) -> FloatArray:
-    """(n, 2) lower and upper limits."""
-    limits = np.stack(limits_of(coordinates), -1)
-    limits.flags.writeable = False
-    return limits
-
-
-def _n_joints(manifest: Manifest) -> int:
-    return len(manifest.loops.chain or manifest.coordinates)
+    """Return lower and upper limits (n, 2)."""
+    return _read_only(np.stack(limits_of(coordinates), -1))
 
 
 def _labels(manifest: Manifest) -> Mapping[str, tuple[str, ...]]:
-    """The branch in each slot, by the public name of the function or method."""
+    """Return the slot labels by the public name of the function or method."""
     found = {item.name: item.role.labels for item in manifest.functions if item.role.labels}
     return MappingProxyType({_PUBLIC.get(name, name): found[name] for name in found})
 
 
 def _free_coordinates(manifest: Manifest) -> Mapping[str, tuple[str, ...]]:
-    """The names of the coordinates that an inverse leaves at 0, by task."""
+    """Return the names of the coordinates that an inverse sets to 0, by task."""
     names = [c.name for c in manifest.coordinates]
     found = {i.name.removeprefix("ik_"): i.role.held for i in manifest.functions if i.role.held}
     return MappingProxyType({task: tuple(names[k] for k in found[task]) for task in found})
 
 
 _PUBLIC = {"chain_all": "chain_branches", "actuators_all": "actuator_branches"}
-"""The methods that offer generated functions of several branches."""
+"""Public methods by the names of the generated functions behind them."""
 
 
 def _public(manifest: Manifest) -> tuple[str, ...]:
@@ -125,7 +114,7 @@ def _has_no_loops(robot: RobotFacts) -> bool:
 
 
 class RobotFacts(GeneratedFunctions):
-    """The manifest, the facts in it, and the generated functions; see `Robot`."""
+    """The manifest data and the generated functions; see `Robot`."""
 
     manifest: Manifest
     functions: Mapping[str, Function[Any]]
@@ -136,8 +125,8 @@ class RobotFacts(GeneratedFunctions):
     source = Fact(lambda manifest: manifest.source)
     n = Fact(lambda manifest: len(manifest.coordinates))
     coordinates = Fact(lambda manifest: manifest.coordinates)
-    lower = Fact(lambda manifest: _limits(manifest)[0])
-    upper = Fact(lambda manifest: _limits(manifest)[1])
+    lower = Fact(lambda manifest: _read_only(limits_of(manifest.coordinates)[0]))
+    upper = Fact(lambda manifest: _read_only(limits_of(manifest.coordinates)[1]))
     limits = Fact(lambda manifest: _pairs(manifest.coordinates))
     joint_limits = Fact(lambda manifest: _pairs(manifest.loops.chain or manifest.coordinates))
     coordinate_names = Fact(lambda manifest: tuple(c.name for c in manifest.coordinates))
@@ -147,7 +136,7 @@ class RobotFacts(GeneratedFunctions):
     base_frame = Fact(lambda manifest: manifest.frames.base)
     tip_frame = Fact(lambda manifest: manifest.frames.tip)
     link_names = Fact(lambda manifest: tuple(manifest.frames.links))
-    dof = Fact(lambda manifest: min(len(manifest.coordinates), _n_joints(manifest)))
+    dof = Fact(lambda m: min(len(m.coordinates), len(m.loops.chain or m.coordinates)))
     parameters = Fact(lambda manifest: MappingProxyType({p.name: p for p in manifest.parameters}))
     geometry = Fact(lambda manifest: manifest.geometry)
     notes = Fact(lambda manifest: manifest.notes)
@@ -167,16 +156,16 @@ class RobotFacts(GeneratedFunctions):
 
     @needs(when=_has_no_loops)
     def chain(self, q: ArrayLike) -> FloatArray:
-        """Return the joints of the chain, theta (..., n): q itself for a robot without loops."""
+        """Return the chain joints theta (..., n), equal to q for a robot without loops."""
         return self._reals("chain", "q", q, (self.n,)).copy()
 
     @needs(when=_has_no_loops)
     def actuators(self, theta: ArrayLike) -> FloatArray:
-        """Return the actuated coordinates, q (..., n): theta itself for a robot without loops."""
+        """Return the coordinates q (..., n), equal to theta for a robot without loops."""
         return self._reals("actuators", "theta", theta, (self.n,)).copy()
 
     def _reals(self, method: str, name: str, given: Any, core: tuple[int, ...]) -> FloatArray:
-        """Return a float64 array (..., *core)."""
+        """Return an argument as a float64 array (..., *core)."""
         array = real_array(f"{self.name}.{method}", name, given)
         if core and array.shape[-1:] != core:
             raise ShapeError(
@@ -186,27 +175,27 @@ class RobotFacts(GeneratedFunctions):
 
     @functools.cached_property
     def _roles(self) -> Mapping[tuple[str, str, str], Function[Any]]:
-        """The first function of each role, by name, domain and codomain of the role."""
+        """The first function of each role, by the role's name, domain and codomain."""
         infos = reversed(self.manifest.functions)
         return MappingProxyType({info.role.key: self.functions[info.name] for info in infos})
 
     @functools.cached_property
     def unit_length(self) -> float:
-        """The length [m] that counts as much as a radian in residuals and tolerances.
+        """The length [m] that is equivalent to 1 rad in residuals and tolerances.
 
-        The power of 1000 nearest to the size of the workspace: 1 m for robots of 0.03 m to 30 m,
-        and for those without `fk`. The head of `size.py` has the definition.
+        It is the power of 1000 nearest to the workspace size, 1 m for robots from 0.03 m to 30 m
+        and for robots without `fk`.
         """
         fk = self.functions.get("fk")
         return 1.0 if fk is None else unit_length(fk, self.coordinates, self.reference)
 
     @functools.cached_property
     def q_reference(self) -> FloatArray:
-        """(n,) a configuration to start from, within the limits and away from singularities.
+        """(n,) a configuration within the limits and away from singularities.
 
-        The reference configuration of a robot with loops, unless it is singular. Otherwise the one
-        of 256 configurations around it, or around the middle of the limits, with the largest
-        smallest singular value of the Jacobian, with lengths in `unit_length`.
+        For a robot with loops it is the reference configuration, unless that is singular. Otherwise
+        it is the configuration with the largest smallest singular value of the Jacobian (lengths in
+        `unit_length`), out of 256 around the reference or around the middle of the limits.
         """
         lower, upper = ranges(self.coordinates, self.reference)
         half = np.minimum(upper - lower, 2 * np.pi) / 4
@@ -218,12 +207,10 @@ class RobotFacts(GeneratedFunctions):
         q[0] = center
         values = self._smallest_singular_value(q)
         keeps = self.reference is not None and values[0] >= _SINGULAR * values.max()
-        chosen: FloatArray = q[0 if keeps else int(np.argmax(values))]
-        chosen.flags.writeable = False
-        return chosen
+        return _read_only(q[0 if keeps else int(np.argmax(values))])
 
     def _smallest_singular_value(self, q: FloatArray) -> FloatArray:
-        """(N,) at configurations (N, n), of as many singular values as the tool has freedoms."""
+        """Return smallest singular values (N,) at q (N, n), out of as many as the tool has DOF."""
         if "jacobian_mixed" not in self.functions:
             return np.zeros(len(q))
         J = np.array(self.functions["jacobian_mixed"](q))
@@ -235,16 +222,14 @@ class RobotFacts(GeneratedFunctions):
     def random_q(
         self, size: int | tuple[int, ...] = (), *, rng: int | np.random.Generator | None = 0
     ) -> FloatArray:
-        """Random configurations within the limits, at which the loops close.
+        """Return random configurations within the limits, at which the loops close.
 
-        Uniform in each coordinate; without limits within a half turn or 1 m of the reference. If
-        loops do not close, another configuration follows, each time a little nearer to
-        `q_reference`.
+        Samples are uniform in each coordinate; without limits, within pi or 1 m of the reference.
+        While the loops do not close, new samples follow, each closer to `q_reference`.
 
         Args:
             size: The leading dimensions.
-            rng: A number, which repeats the configurations, a generator, or None for others in
-                each call.
+            rng: A seed for reproducible samples, a generator, or None for new samples per call.
 
         Returns:
             (*size, n) coordinates [rad or m].
@@ -262,22 +247,21 @@ class RobotFacts(GeneratedFunctions):
         return q.reshape(*shape, self.n)
 
     def _is_usable(self, q: FloatArray) -> BoolArray:
-        """Whether configurations (N, n) are within all limits and close the loops."""
+        """Test whether configurations (N, n) are within all limits and close the loops."""
         usable = self.is_within_limits(q)
         if self.loops and "fk" in self.functions:
             usable = usable & np.isfinite(self.fk(q)).all((-2, -1))
         return usable
 
     def is_within_limits(self, q: ArrayLike) -> BoolArray:
-        """Whether coordinates, and the joints of the main chain, are within their limits.
+        """Test whether coordinates and main-chain joints are within their limits.
 
         Args:
             q: (..., n) coordinates [rad or m].
 
         Returns:
-            (...,) whether every value is within its limits, or beyond one by at most 1e-12 (rad, or
-            1e-12 `unit_length`). False for NaN, and if the main chain has limits and the loops do
-            not close.
+            (...,) whether no value exceeds a limit by more than 1e-12 (rad, or `unit_length`).
+            False for NaN, and for open loops if the main chain has limits.
 
         Raises:
             ShapeError: If q does not have n columns.

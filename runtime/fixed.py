@@ -1,4 +1,4 @@
-"""The joints that a caller fixes: `fixed=` of inverses, with values, and of rates, without."""
+"""The argument `fixed=` of inverses (with joint values) and of rates (without values)."""
 
 from __future__ import annotations
 
@@ -17,14 +17,13 @@ from .facts import RobotFacts
 from .size import configurations
 
 Fixed = str | int | Iterable[str | int]
-"""Coordinates or joints: a name or an index in q, or several."""
+"""One or several coordinates or joints, as names or indices in q."""
 
 
 def read_fixed(label: str, fixed: Any) -> dict[str | int, ArrayLike | None]:
-    """The values of fixed joints by name or index, None where the value at `q_seed` is kept.
+    """Return the values of fixed joints by name or index; None keeps the value at `q_seed`.
 
-    Raises:
-        InputTypeError: If it is neither a mapping nor names.
+    Raises an InputTypeError if `fixed` is neither a mapping nor names.
     """
     if fixed is None:
         return {}
@@ -44,21 +43,14 @@ def read_fixed(label: str, fixed: Any) -> dict[str | int, ArrayLike | None]:
 
 
 def fixed_coordinates(robot: RobotFacts, method: str, fixed: Fixed | None) -> BoolArray:
-    """Return which coordinates keep their values if some coordinates or joints are fixed.
+    """Return a mask (n,) of the fixed coordinates.
 
-    Args:
-        robot: The robot.
-        method: The method that was called, for errors.
-        fixed: Names or indices in q; a joint of the main chain stands for the coordinate that moves
-            it.
-
-    Returns:
-        (n,) whether each coordinate is fixed.
+    A joint of the main chain stands for the coordinate that moves it.
 
     Raises:
-        InputTypeError: If `fixed` holds anything but names and indices, such as values.
-        InputValueError: If there is no such coordinate or joint, if several coordinates move a
-            joint, or if no coordinate is left to move.
+        InputTypeError: If `fixed` holds values or anything else than names and indices.
+        InputValueError: If a name is unknown, if several coordinates move a joint, or if all
+            coordinates are fixed.
     """
     label = f"{robot.name}.{method}"
     is_fixed = np.zeros(robot.n, np.bool_)
@@ -79,11 +71,11 @@ def fixed_coordinates(robot: RobotFacts, method: str, fixed: Fixed | None) -> Bo
 def fixed_values(
     robot: RobotFacts, label: str, task: str, fixed: Any, q_seed: FloatArray
 ) -> dict[str, FloatArray]:
-    """The values (N,) of fixed joints and redundancy parameters by name, for seeds (N, n).
+    """Return the values (N,) of fixed joints and redundancy parameters by name.
 
     Raises:
         InputTypeError: If `fixed` is neither a mapping nor names.
-        InputValueError: If there is no such joint, it is fixed twice, or the task is not "pose".
+        InputValueError: If a name is unknown or occurs twice, or the task is not "pose".
         ShapeError: If values do not broadcast.
     """
     items = read_fixed(label, fixed)
@@ -111,7 +103,7 @@ def fixed_values(
 def parameter_values(
     robot: RobotFacts, fixed: Mapping[str, FloatArray], q_seed: FloatArray
 ) -> tuple[FloatArray, ...]:
-    """The values (N,) of all redundancy parameters: the fixed ones, others as at seeds (N, n)."""
+    """Return all redundancy parameters (N,), with the values at q_seed (N, n) unless fixed."""
     return tuple(
         fixed[item.name] if item.name in fixed else values_at(robot, item.name, q_seed)
         for item in robot.redundancy
@@ -119,12 +111,12 @@ def parameter_values(
 
 
 def is_own(robot: RobotFacts, fixed: Mapping[str, FloatArray]) -> bool:
-    """Whether only redundancy parameters of the robot are fixed, so that `ik` takes them."""
+    """Test whether every fixed joint is a redundancy parameter, an input of `ik`."""
     return fixed.keys() <= {item.name for item in robot.redundancy}
 
 
 def values_at(robot: RobotFacts, name: str, q_seed: FloatArray) -> FloatArray:
-    """The values (N,) of a redundancy parameter, joint or coordinate at seeds (N, n)."""
+    """Return the values (N,) of a redundancy parameter, joint or coordinate at q_seed (N, n)."""
     names, joints = robot.coordinate_names, robot.joint_names
     is_parameter = is_own(robot, {name: q_seed})
     swivel = robot._roles.get(("redundancy", "actuators", ""))
@@ -136,7 +128,7 @@ def values_at(robot: RobotFacts, name: str, q_seed: FloatArray) -> FloatArray:
 
 
 def _name(robot: RobotFacts, label: str, item: str | int) -> str:
-    """The name of a redundancy parameter, joint or coordinate; an index stands for a coordinate."""
+    """Check the name of a redundancy parameter or joint; return the name of a coordinate index."""
     if isinstance(item, int):
         return robot.coordinate_names[_coordinate(robot, label, item)]
     parameters = [own.name for own in robot.redundancy]
@@ -149,7 +141,7 @@ def _name(robot: RobotFacts, label: str, item: str | int) -> str:
 
 
 def _coordinate(robot: RobotFacts, caller: str, item: str | int) -> int:
-    """The index of the coordinate that a name or an index stands for."""
+    """Return the coordinate index of a coordinate, or of the coordinate that moves a joint."""
     names, joints = robot.coordinate_names, robot.joint_names
     if isinstance(item, int):
         if not -robot.n <= item < robot.n:
@@ -178,11 +170,7 @@ def _coordinate(robot: RobotFacts, caller: str, item: str | int) -> int:
 
 @functools.lru_cache(maxsize=64)
 def follows(robot: RobotFacts) -> BoolArray:
-    """(n_theta, n) whether each joint of the main chain moves with each coordinate.
-
-    A robot without loops has its coordinates as joints. Where loops are solved in closed form, the
-    derivative of a joint by a coordinate that does not move it is an exact 0.
-    """
+    """Return a mask (n_theta, n): whether each main-chain joint depends on each coordinate."""
     if not robot.loops:
         return np.eye(robot.n, dtype=np.bool_)
     assert robot.reference is not None
@@ -194,6 +182,6 @@ def following(
     reference: Reference,
     chain_D_q: Callable[[FloatArray], FloatArray],
 ) -> BoolArray:
-    """As `follows`, for a robot with loops in closed form, from its derivative chain_D_q."""
+    """Return `follows` for loops in closed form, whose derivative has exact zeros."""
     q = np.vstack([configurations(coordinates, reference), reference.q])
     return np.asarray((np.nan_to_num(chain_D_q(q)) != 0).any(0))

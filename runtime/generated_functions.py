@@ -1,4 +1,4 @@
-"""The generated functions that robots can have, by name; their types are in the stub."""
+"""The names of all generated functions; the stub file has their types."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ _OTHER_NAMES = """
     integrate difference rne aba crba gravload computeCartesianPath plan getActiveJointNames
     active_links_mask
 """
-"""Names of other libraries, for which `hints.toml` has hints."""
+"""Function names of other libraries, for which `hints.toml` has hints."""
 
 
 class GeneratedFunctions:
-    """Attributes for the generated functions; a robot that lacks a function states the reason."""
+    """Attributes for generated functions; a missing function raises an error with the reason."""
 
 
 def _declare(names: str, kind: type[Capability]) -> None:

@@ -1,4 +1,4 @@
-"""The lazy package of a generated robot, which loads the robot at first use."""
+"""Generated robot packages that load their robot at first use."""
 
 from __future__ import annotations
 
@@ -11,23 +11,16 @@ from .robot import Robot
 
 
 def lazy_package(namespace: dict[str, Any]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """Gives a module the attributes of the robot in its folder.
+    """Return `__getattr__` and `__dir__` (PEP 562) of a package with these `globals()`.
 
-    The first access to an attribute loads the robot, and compiles it if necessary; the module also
-    has the robot itself, as `robot`. After that the functions are plain globals of the module.
-    It raises the errors of `chasles.load`.
-
-    Args:
-        namespace: The `globals()` of the generated package.
-
-    Returns:
-        The module's `__getattr__` and `__dir__` (PEP 562).
+    The first access to an attribute loads the robot, after compilation if necessary, as `robot`.
+    Then its functions are globals of the module. The errors are those of `chasles.load`.
     """
     module = namespace["__name__"]
     folder = Path(namespace["__file__"]).parent
 
     def get(name: str) -> Any:
-        # The import system looks up names such as __path__; they must not start the compiler.
+        # The import system looks up names such as __path__, which must not start the compiler.
         if name.startswith("__"):
             raise AttributeError(f"module {module!r} has no attribute {name!r}")
         if "robot" not in namespace:

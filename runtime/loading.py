@@ -1,4 +1,4 @@
-"""From a library to a robot's functions: help texts, guards, solutions and refinement."""
+"""Loading of robot functions from a library, with help texts, guards and refinement."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def load_functions(
     reduced: Callable[[str], tuple[Any, ...]],
     robot_of: Callable[[Manifest], Any],
 ) -> dict[str, Function[Any]]:
-    """The functions of a robot, compiled first if the cache has no library for it.
+    """Return the functions of a robot, after compilation if the cache has no library.
 
     Raises:
         MismatchError: If the library in the cache is damaged or has another key.
@@ -36,7 +36,7 @@ def load_functions(
     """
     library = open_library(manifest)
     functions: dict[str, Function[Any]] = {}
-    # Functions without a guard come first, the guards among them; inverses come last, since their
+    # Margin functions come before the functions that they guard. Inverses come last, since their
     # refinement may call any other function.
     order = sorted(manifest.functions, key=lambda info: (info.role.is_inverse, bool(info.margin)))
     pose = manifest.with_role("pose", "actuators")
@@ -83,14 +83,14 @@ def _guard(manifest: Manifest, info: FunctionInfo, functions: Mapping[str, Funct
 
 
 def _poses(manifest: Manifest, info: FunctionInfo) -> int:
-    """How C finds the poses of a function to be rigid; see PosesOf in operands.h."""
+    """Return how C tests poses for rigidity; see PosesOf in operands.h."""
     if not _solves_poses(info):
         return 0
     return 2 if manifest.inverse.tier == "general" else 1
 
 
 def _residual_unit(info: FunctionInfo, unit: float) -> float:
-    """The length [m] by which a residual is judged; tasks compare metres and radians as such."""
+    """Return the unit length [m] of a residual; tasks compare metres directly with radians."""
     lengths_alone = info.inputs[0].unit == "m"
     return unit if lengths_alone or _solves_poses(info) else min(unit, 1.0)
 
@@ -100,7 +100,7 @@ def _solves_poses(info: FunctionInfo) -> bool:
 
 
 def write_doc(info: FunctionInfo, unit: float = 1.0, fixes: Manifest | None = None) -> str:
-    """The help text of a function."""
+    """Return the help text of a function."""
     lines = [info.summary, ""]
     if info.identity:
         lines += [*textwrap.wrap(info.identity, _WIDTH), ""]
@@ -120,17 +120,17 @@ def write_doc(info: FunctionInfo, unit: float = 1.0, fixes: Manifest | None = No
     if _solves_poses(info):
         lines += [
             "Raises:",
-            "    InputValueError: T is no pose, with the reason. The nearest rigid pose is taken",
-            f"        where T is off by at most {NEARLY_RIGID:g}, as after rounding; see",
-            "        chasles.se3.project. NaN gives NaN.",
+            "    InputValueError: If T is not a rigid pose, with the reason. Deviations up to",
+            f"        {NEARLY_RIGID:g}, as after rounding, are corrected by chasles.se3.project.",
+            "        NaN results in NaN.",
             "",
         ]
     if info.margin:
         lines += [
             "Raises:",
-            "    OutOfReachError: A single pose where a loop does not close. A batch, and out,",
-            f"        then hold NaN; {info.margin} says how far each loop is from that.",
-            "    SingularityError: A single pose at a dead point, where this is not defined.",
+            "    OutOfReachError: If a loop does not close at a single pose. Batches and out hold",
+            f"        NaN instead; {info.margin} has the margin of each loop.",
+            "    SingularityError: If a single pose is at a dead point, where rates are undefined.",
             "",
         ]
     kinds = ", ".join(f"{n} {kind}" for kind, n in info.operations.items() if kind != "total")
@@ -144,8 +144,8 @@ def _about_fixed(manifest: Manifest) -> list[str]:
     return [
         '    fixed: {"name": value (...)}, the values of fixed joints [rad or m].',
         *([f"{_IN}Mandatory: {own}, or as many other joints."] if own else []),
-        "        The inverse for other joints is derived on first use, in seconds; if they leave",
-        "        no closed form, the error names joints that do.",
+        "        The inverse for other joints is derived on first use, in seconds. If it has no",
+        "        closed form, the error lists joints with a closed form.",
         *textwrap.wrap(f"Joints: {joints}.", _WIDTH, initial_indent=_IN, subsequent_indent=_IN),
     ]
 

@@ -1,4 +1,4 @@
-"""A robot in use: its facts, and its functions as attributes."""
+"""The robot class: manifest data and generated functions as attributes."""
 
 from __future__ import annotations
 
@@ -31,72 +31,67 @@ class Robot(
     TrackMethods,
     VelocityMethods,
 ):
-    """A generated robot: its facts and its functions.
+    """A generated robot with its data and functions.
 
-    The functions are attributes (`robot.fk(q)`). Robots differ in their functions: `dir(robot)`
-    lists what this one has, `robot.functions` holds its functions by name, and each has a help text
-    of its own (`help(robot.fk)`). A Robot does not change, and robots with equal manifests are
-    equal.
+    The functions are attributes (`robot.fk(q)`), and robots differ in their functions. `dir(robot)`
+    lists the attributes of a robot, `robot.functions` holds the functions by name, and each
+    function has its own help text (`help(robot.fk)`). A Robot is immutable, and robots with equal
+    manifests are equal.
 
-    All functions are called in the same way. Leading dimensions broadcast. Integers and other
-    floats become float64; booleans, complex numbers and strings raise `InputTypeError`, a wrong
-    shape raises `ShapeError`. NaN and infinity propagate without a warning. `out=` takes the array
-    to write into, or a tuple of arrays, which may overlap the inputs. `threads=` splits a large
-    batch over that many threads ("all": one per core). dask arrays give lazy dask arrays.
+    All functions share one call convention. Leading dimensions broadcast. Integers and other floats
+    become float64; booleans, complex numbers and strings raise `InputTypeError`, a wrong shape
+    raises `ShapeError`. NaN and infinity propagate without a warning. `out=` is the array to write
+    into, or a tuple of arrays; these may overlap the inputs. `threads=` sets the number of threads
+    for a large batch ("all": one per core). Calls with dask arrays return lazy dask arrays.
 
     Attributes:
-        name: Its name, as given to `load`.
-        title: Its name for people.
-        kind: "serial"; "hybrid" with loops in closed form; "platform" with loops that are solved
-            by iteration, while the actuated coordinates follow from the main chain in closed form;
-            "iterated" where neither follows from the other in closed form.
-        source: The origin of its description.
+        name: The robot name, as passed to `load`.
+        title: A descriptive name.
+        kind: "serial"; "hybrid" for loops solved in closed form; "platform" for loops solved by
+            iteration, with actuated coordinates in closed form from the main chain; "iterated" if
+            both directions need iteration.
+        source: The origin of the robot description.
         n: Number of actuated coordinates, the length of `q`.
         coordinates: The coordinates, in the order of `q`.
-        lower: (n,) lower limits [rad or m], -inf where there is none.
-        upper: (n,) upper limits [rad or m], inf where there is none.
-        dof: Number of freedoms, below n only for robots with more actuators than freedoms.
+        lower: (n,) lower limits [rad or m], -inf for none.
+        upper: (n,) upper limits [rad or m], inf for none.
+        dof: Degrees of freedom; fewer than n only for redundantly actuated robots.
         limits: (n, 2) lower and upper limits of q.
         joint_limits: (n_theta, 2) lower and upper limits of `theta`, the joints of the main chain.
-        coordinate_names: The names of the coordinates, in the order of `q`.
-        joint_names: The names of the joints of the main chain, in the order of `theta`.
+        coordinate_names: The coordinate names, in the order of `q`.
+        joint_names: The joint names of the main chain, in the order of `theta`.
         base_frame: The name of the base frame.
         tip_frame: The name of the tool frame.
-        link_names: The names of the links, in the order of `link_poses`.
-        parameters: The named numbers of its description, by name.
-        geometry: The numbers that its parametric functions take as `p`, in order; () where it was
-            derived without them.
-        notes: Remarks, such as numbers that were snapped.
-        cleaning: The numbers of its description that were not taken as written, with bounds of
-            their effect on the tool's pose: `cleaning.position` [m], `cleaning.orientation` [rad].
-        functions: Its generated functions by name, intermediate ones too.
+        link_names: The link names, in the order of `link_poses`.
+        parameters: The named parameters of the robot description, by name.
+        geometry: The input `p` of the parametric functions, in order; () without such functions.
+        notes: Remarks, for example on values that were snapped.
+        cleaning: The snapped values of the robot description, with bounds on the change of the tool
+            pose: `cleaning.position` [m], `cleaning.orientation` [rad].
+        functions: The generated functions by name, including intermediate functions.
         labels: The branch in each slot, by the name of the function or method with slots:
             `robot.labels["ik"]`, `robot.labels["chain_branches"]`.
-        redundancy: The parameters that choose one of infinitely many inverses, for `fixed=`:
-            name, index in q (None for a swivel angle), unit and meaning of each.
-        free_coordinates: The names of the coordinates that a task leaves at 0, by task:
-            `robot.free_coordinates["position"]`.
-        loops: The names of its loops; () for a serial robot.
-        loop_solution: The solution of its loops: "closed form", "newton", or "" without loops.
-        chain_joints: The joints of its main chain, in the order of `theta`; the coordinates for a
-            serial robot.
-        passive_joints: Its joints that are neither actuated nor in the main chain.
-        configuration_variables: All variables of its loops, in the order of `z`.
-        reference: The configuration that selects the branch, None without loops.
-        manifest: Everything that its manifest states; further facts and its bodies.
-        folder: The folder it was loaded from.
-        digest: SHA-256 of its manifest, and so of all its equations.
+        redundancy: The redundancy parameters, for `fixed=`: name, index in q (None for a swivel
+            angle), unit and meaning of each.
+        free_coordinates: The names of the coordinates that the inverse of a task sets to 0, by
+            task: `robot.free_coordinates["position"]`.
+        loops: The loop names; () for a serial robot.
+        loop_solution: How the loops are solved: "closed form", "newton", or "" without loops.
+        chain_joints: The joints of the main chain, in the order of `theta`; for a serial robot the
+            coordinates.
+        passive_joints: The joints that are neither actuated nor in the main chain.
+        configuration_variables: All loop variables, in the order of `z`.
+        reference: The configuration that selects the branch; None without loops.
+        manifest: The complete manifest, with the bodies of the robot.
+        folder: The folder of the generated files.
+        digest: SHA-256 of the manifest, which covers all equations.
     """
 
     def __init__(self, manifest: Manifest) -> None:
-        """Makes the robot of a manifest, and compiles its functions if the cache lacks them.
-
-        Args:
-            manifest: The manifest.
+        """Load the functions of a manifest, after compilation if the cache lacks them.
 
         Raises:
-            ChaslesError: If its functions cannot be compiled or loaded; the message states the
-                reason.
+            ChaslesError: If the functions cannot be compiled or loaded; the message states why.
         """
         if not isinstance(manifest, Manifest):
             hint = 'call chasles.load("arm.urdf", base=..., tip=...)'
@@ -109,7 +104,7 @@ class Robot(
         vars(self).update({} if nearest is None else {"ik_nearest": nearest})
 
     def __dir__(self) -> list[str]:
-        """The attributes that this robot has."""
+        """Return the attributes that this robot has."""
         return [name for name in super().__dir__() if not lacks(self, name)]
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
@@ -123,27 +118,27 @@ class Robot(
         )
 
     def __repr__(self) -> str:
-        """Title, coordinates and functions."""
+        """Return the title, the coordinates and the functions."""
         coordinates = ", ".join(f"{c.name} [{c.unit}]" for c in self.coordinates)
         functions = ", ".join(self._public)
         title = "" if self.title == self.name else f"{self.title}; "
         return f"<Robot {self.name}: {title}q = ({coordinates}); {functions}>"
 
     def __eq__(self, other: object) -> bool:
-        """Whether both have the same manifest."""
+        """Test whether two robots have the same manifest."""
         return self.digest == other.digest if isinstance(other, Robot) else NotImplemented
 
     def __hash__(self) -> int:
-        """The hash of the manifest's digest."""
+        """Return the hash of the manifest digest."""
         return hash(self.digest)
 
     def __reduce__(self) -> tuple[Callable[..., Robot], tuple[str, str]]:
-        """Pickles folder and digest; the process that unpickles loads the robot by itself."""
+        """Pickle the folder and the digest; unpickling loads the robot from its folder."""
         return _restore, (_address(self.folder), self.digest)
 
 
 def _address(folder: Path) -> str:
-    """The name of an installed robot, so that the pickle is valid on another machine too."""
+    """Return a robot name if it is installed, which is valid on other machines, else its folder."""
     installed = shipped_folders().get(folder.name) == folder or is_of_shelf(folder)
     return folder.name if installed else str(folder.absolute())
 
@@ -158,7 +153,7 @@ def _restore(address: str, digest: str) -> Robot:
 
 @functools.cache
 def _restore_once(address: str, digest: str) -> Robot:
-    """As above, but once: a scheduler sends the same function with every piece of an array."""
+    """Restore a robot once: dask sends the same function with every chunk of an array."""
     return _restore(address, digest)
 
 
@@ -168,6 +163,6 @@ def _restore_function(address: str, digest: str, name: str) -> Any:
 
 
 def _pickler(manifest: Manifest) -> Callable[[str], tuple[Any, ...]]:
-    """From the name of a function to the value of its `__reduce__`."""
+    """Return a function from function names to their `__reduce__` values."""
     address = _address(manifest.folder)
     return lambda name: (_restore_function, (address, manifest.digest, name))

@@ -1,4 +1,4 @@
-"""Low-discrepancy points, which fill the unit cube evenly in any number."""
+"""Low-discrepancy sequences, which fill the unit cube evenly."""
 
 from __future__ import annotations
 
@@ -8,25 +8,16 @@ from .arrays import FloatArray
 
 
 def low_discrepancy(begin: int, end: int, n: int, first: FloatArray | float = 0.5) -> FloatArray:
-    """Points x_k of a sequence that leaves no large gap, whatever its length.
+    """Return points x_k (end - begin, n) in [0, 1) of a low-discrepancy sequence, from x_begin on.
 
-    `x_k = first + k (1/g, 1/g^2, ..., 1/g^n) modulo 1`, with `g^(n+1) = g + 1`, which for n = 1 is
-    the golden ratio.
-
-    Args:
-        begin: The first k.
-        end: The k after the last.
-        n: The dimension of the cube.
-        first: () or (n,) the point x_0.
-
-    Returns:
-        (end - begin, n) points in [0, 1).
+    `x_k = first + k (1/g, 1/g^2, ..., 1/g^n) modulo 1`, with `g^(n+1) = g + 1`. The first point
+    x_0 is () or (n,).
 
     Source:
         Roberts, The unreasonable effectiveness of quasirandom sequences, 2018.
     """
     g = 2.0
-    for _ in range(64):  # a fixed point, at least three times nearer each time
+    for _ in range(64):  # fixed-point iteration; the error falls by a factor of 3 or more
         g = (1 + g) ** (1 / (n + 1))
     steps = g ** -np.arange(1.0, n + 1)
     return np.asarray((first + np.arange(begin, end)[:, None] * steps) % 1)

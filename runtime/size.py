@@ -1,8 +1,8 @@
-"""The size of a robot, and the length that counts as much as a radian in its tolerances.
+"""The size of a robot, and the length that is equivalent to 1 rad in tolerances.
 
-Lengths are judged in the power of 1000 [m] nearest to the size of the workspace: the root mean
-square distance of the tip from the mean of its positions, over configurations that fill the limits.
-It is 1 m for robots of 0.03 m to 30 m.
+This unit length is the power of 1000 [m] nearest to the workspace size, which is the root mean
+square distance of the tip from its mean position, over configurations that fill the limits. The
+unit length is 1 m for robots from 0.03 m to 30 m.
 """
 
 from __future__ import annotations
@@ -18,16 +18,15 @@ from .sampling import low_discrepancy
 from .tolerances import AT_LIMIT, LEAST_SIZE
 
 _SAMPLES = 256
-"""Configurations that stand for all; with more, a length changes by a percent."""
+"""Number of sampled configurations; more samples change a length by about 1 %."""
 _CLOSED, _HALVINGS = 32, 6
-"""Configurations that have to close their loops; where fewer do, those half as far from the
-reference are taken, and so on."""
+"""Required samples with closed loops, and how often the sampling range is halved to find them."""
 
 
 def ranges(
     coordinates: Sequence[Coordinate], reference: Reference | None
 ) -> tuple[FloatArray, FloatArray]:
-    """(n,) the least and the greatest values of coordinates: their limits, else a turn or 2 m."""
+    """Return sampling ranges (n,): the limits, else 2 pi or 2 m around the reference."""
     centre = np.zeros(len(coordinates)) if reference is None else np.array(reference.q)
     lower, upper = limits_of(coordinates)
     half = np.array([np.pi if c.unit == "rad" else 1.0 for c in coordinates])
@@ -37,19 +36,19 @@ def ranges(
 
 
 def limits_of(coordinates: Sequence[Coordinate]) -> tuple[FloatArray, FloatArray]:
-    """(n,) lower and upper limits, infinite where there are none."""
+    """Return lower and upper limits (n,), infinite if there are none."""
     lower = np.array([-np.inf if c.lower is None else c.lower for c in coordinates])
     return lower, np.array([np.inf if c.upper is None else c.upper for c in coordinates])
 
 
 def within(q: FloatArray, lower: FloatArray, upper: FloatArray, units: FloatArray) -> BoolArray:
-    """Whether coordinates (..., n) are within limits (n,), up to rounding in units (n,)."""
+    """Test whether coordinates (..., n) are within limits (n,), up to rounding in units (n,)."""
     rounding = AT_LIMIT * units
     return np.asarray((q >= lower - rounding) & (q <= upper + rounding))
 
 
 def configurations(coordinates: Sequence[Coordinate], reference: Reference | None) -> FloatArray:
-    """(256, n) coordinates that fill the ranges."""
+    """Return coordinates (256, n) that fill the ranges."""
     lower, upper = ranges(coordinates, reference)
     points = low_discrepancy(1, _SAMPLES + 1, len(coordinates))
     return np.asarray(lower + points * (upper - lower))
@@ -60,7 +59,7 @@ def unit_length(
     coordinates: Sequence[Coordinate],
     reference: Reference | None,
 ) -> float:
-    """The power of 1000 [m] nearest to the size of the workspace; 1 m if it is a point."""
+    """Return the power of 1000 [m] nearest to the workspace size; 1 m if the tip never moves."""
     p = _positions(fk, configurations(coordinates, reference), reference)
     if not len(p):
         return 1.0
@@ -73,7 +72,7 @@ def unit_length(
 def _positions(
     fk: Callable[[FloatArray], FloatArray], q: FloatArray, reference: Reference | None
 ) -> FloatArray:
-    """Positions (k, 3) of the tip where loops close, at configurations or nearer the reference."""
+    """Return tip positions (k, 3) with closed loops, at q (N, n) or closer to the reference."""
     middle = q.mean(0) if reference is None else np.array(reference.q)
     best = np.zeros((0, 3))
     for _ in range(1 + _HALVINGS):

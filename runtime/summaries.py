@@ -1,4 +1,4 @@
-"""Short texts for `repr` of a result: facts in words, arrays by their shape."""
+"""Short `repr` texts of results."""
 
 from __future__ import annotations
 
@@ -8,38 +8,28 @@ from typing import Any
 import numpy as np
 
 _FEW = 8
-"""Numbers of an array up to which they are written out."""
+"""Largest array size that is printed in full."""
 _LONG = 200
-"""Characters of a field up to which it is written out."""
+"""Largest field length, in characters, that is printed in full."""
 _AXES = "xyz"
 
 
 def short_repr(result: Any) -> str:
-    """A dataclass by its fields: arrays of more than a few numbers by their shape.
-
-    A class takes it as its own: ``__repr__ = short_repr``.
-    """
+    """Return the fields of a dataclass, larger arrays by their shape: ``__repr__ = short_repr``."""
     values = ((item.name, getattr(result, item.name)) for item in fields(result) if item.repr)
     inside = ", ".join(f"{name}={_short(value)}" for name, value in values)
     return f"{type(result).__name__}({inside})"
 
 
 def summary_repr(result: Any, of: str, *facts: str, methods: str = "") -> str:
-    """The `repr` of a result: its class, the robot that it belongs to, facts and methods.
-
-    Args:
-        result: The result.
-        of: What it belongs to, a robot's name as a rule; "" for nothing.
-        facts: Facts in words; empty ones are left out.
-        methods: Attributes and methods that lead on.
-    """
+    """Return the `repr` of a result: class, robot name `of` or "", key figures, and methods."""
     parts = [fact for fact in (*facts, methods) if fact]
     name = type(result).__name__ + (f" of {of}" if of else "")
     return f"<{name}: {'; '.join(parts)}>"
 
 
 def ranges(extents: Any) -> str:
-    """Extents (2, k) in words: x from a to b, y from c to d."""
+    """Return a text for extents (2, k) [m]: x a to b, y c to d."""
     spans = zip(_AXES, np.asarray(extents).T, strict=False)
     return ", ".join(f"{axis} {low:.4g} to {high:.4g}" for axis, (low, high) in spans) + " m"
 

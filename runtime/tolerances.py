@@ -1,122 +1,109 @@
-"""Every tolerance of the Python runtime: name, value, unit and reason, by the package that uses it.
+"""All tolerances of the Python runtime with value, unit and reason, by package.
 
-A length without a unit is in parts of the robot's unit of length (`size.py`). Tolerances of the
-generated code stand in the manifest.
+Lengths without a unit are relative to the unit length of the robot (`size.py`). The manifest has
+the tolerances of the generated code.
 """
 
 # --- size ---
 
 LEAST_SIZE = 1e-5
-"""Least size of a robot as a part of its distance from the base's origin: SOLVED times it is still
-a hundred times the rounding of such positions."""
+"""Minimum robot size relative to its distance from the base origin; SOLVED times this size is
+still 100 times the rounding error of such positions."""
 
 # --- closed_form: solutions in slots ---
 
 SOLVED = 1e-9
-"""Residual (length, radian) up to which a slot holds a solution: far above the rounding that a
-solution is left with, far below the error of a least-squares answer unless its pose is at the
-border of reach."""
+"""Maximum residual (length, radian) of a solution: far above rounding errors, far below
+least-squares residuals of unreachable poses."""
 REFINED = 1e-4
-"""Residual (length, radian) up to which a slot may be a solution spoilt by rounding: four solutions
-of a quartic that are nearly one are known to the fourth root of rounding."""
+"""Maximum residual (length, radian) of a slot that is refined: rounding can change four nearly
+equal roots of a quartic by its fourth root."""
 TILTED = 1e-5
-"""Residual (length, radian) up to which rounding may have tilted a pose out of those that an arm of
-fewer than six joints reaches: poses with five printed digits."""
+"""Maximum residual (length, radian) from rounding a pose to five digits, if an arm with fewer than
+six joints cannot reach the rounded pose."""
 GIVEN_ASIDE = 1e-4
-"""Radians or lengths by which a given joint is moved aside from a value at which the structure of
-the others degenerates: their formulas have 1e-12 there, and Newton's iteration comes back."""
+"""Offset [rad or length] of a fixed joint from a value at which the structure of the other joints
+degenerates. Formulas for oblique axes are accurate to 1e-12 at this offset."""
 GIVEN_NEAR = 1e-2
-"""Residual (length, radian) up to which an answer for that value leads to a solution: the step
-aside, times the growth of a residual near a singularity."""
+"""Maximum residual (length, radian), at the offset value, of a slot from which Newton's method
+starts: the offset times the amplification near a singularity."""
 AT_REST = 1e-7
-"""Residual (length, radian) up to which a motion of the joints may leave the tool at rest all the
-way: where it moves the tool by less, the damping keeps the steps of the iteration too short."""
+"""Maximum tool motion (length, radian) along a self-motion: damping makes the Newton steps too
+short for smaller residuals."""
 AT_REST_RATE = 1e-3
-"""Singular value (length or radian per unit of a coordinate) below which a direction of the joints
-may belong to a motion at rest, whose rate is some 1e-7. Iteration ends 1e-5 from the border of
-reach, where the rate is as small."""
+"""Maximum singular value (length or radian per coordinate unit) of a possible self-motion
+direction, whose rate is about 1e-7. The rate is as small at the workspace boundary."""
 AT_REST_BEND = 1e-3
-"""Second derivative (length or radian per squared unit of a coordinate) of the tool's pose along
-such a direction from which no motion is at rest: the tool is off by 1e-4 where a joint is held at
-the nearest value, a thousand times AT_REST."""
+"""Minimum second derivative of the tool pose (length or radian per squared coordinate unit) along a
+null direction that excludes a self-motion."""
 BEND_STEP = 1e-3
-"""Radians or lengths of the differences that give it: rounding leaves 1e-9 of it, and the fourth
-derivative 1e-6."""
+"""Finite-difference step [rad or length] for this second derivative: relative errors are 1e-9 from
+rounding and 1e-6 from truncation."""
 SADDLE = 1e-3
-"""Part of the error by which a coordinate may change it where iteration stands still: damped steps
-come near to a saddle, but not onto it."""
+"""Maximum gradient relative to the error at a stationary point: damped steps approach a saddle
+without reaching it."""
 SADDLE_BEND = 1e-3
-"""Second derivative of the tool's pose towards its target (length or radian per squared unit of a
-coordinate) with which the squared error falls on both sides of a saddle."""
+"""Minimum second derivative of the pose towards the target (length or radian per squared coordinate
+unit) for which the squared error decreases on both sides of a saddle."""
 SADDLE_STEP = 1e-5
-"""Radians or lengths of the differences that give it: rounding leaves 1e-11 of the second
-derivatives of the squared error, and its fourth derivatives as much."""
+"""Finite-difference step [rad or length] for the Hessian of the squared error: relative errors from
+rounding and truncation are both 1e-11."""
 SAME_SOLUTION = 1e-6
-"""Lengths or radians up to which two slots hold the same solution: at a singularity two branches
-meet, and each is known to 1e-8 there."""
+"""Maximum difference (length, radian) between equal solutions: where branches meet at a
+singularity, each is accurate to 1e-8."""
 AT_LIMIT = 1e-12
-"""Lengths or radians by which rounding may put a joint outside a limit that it is at."""
+"""Maximum limit violation (length, radian) that counts as rounding."""
 FAR = 50.0
-"""Residual (length) from which a message asks for the unit of a translation: millimetres for metres
-are a thousand times too far."""
+"""Residual (length) above which a message suggests a wrong unit, such as mm instead of m."""
 JUMP = 0.5
-"""Lengths or radians that a joint may move from a pose of a path to the next. Branches are a radian
-apart and more, except near the singularities where they meet; a path on which a joint needs more
-than this is too coarse to tell a fast joint from a change of branch."""
-
+"""Maximum joint motion (length, radian) between poses of a path. Branches differ by 1 rad or more
+away from singularities; larger steps cannot be distinguished from a change of branch."""
 SELF_MOTION_STEP = 1e-9
-"""Radians or metres between samples of a redundancy parameter at which a search along the
-self-motion ends, as exact as a solution: distances have a kink at their minimum."""
+"""Final sampling step [rad or m] of a search along the self-motion, as accurate as a solution:
+distances have a kink at their minimum."""
 
 # --- closed_form: loops ---
 
 SAME_JOINTS = 1e-6
-"""Metres or radians below which joints of the main chain are the same: near a dead point, at a
-margin of 1e-10, the rounding of the lengths makes half of the digits uncertain."""
+"""Maximum difference (metre, radian) between equal main-chain joints: at a dead point, rounding
+affects half of the digits."""
+
 # --- closed_form: Newton's iteration on forward kinematics ---
 
 POLISHED = 1e-14
-"""Residual (metre, radian) at which an iteration has nothing left to gain."""
+"""Residual (metre, radian) at which the iteration ends."""
 SETTLED = 1e-12
-"""Residual (metre, radian) at which a step without gain is the last."""
+"""Residual (metre, radian) below which a step without improvement ends the iteration."""
 MOST_DAMPING = 1e6
-"""Factor between lambda^2 and the squared error above which even the smallest steps lead nowhere:
-the least residual nearby is reached."""
+"""Maximum ratio of lambda^2 to the squared error; at this ratio the nearest minimum is reached."""
 LEAST_DAMPING = 1e-14
-"""Least lambda^2: J J^T is known to 1e-16, and may be singular."""
+"""Minimum lambda^2: J J^T may be singular, and its rounding error is 1e-16."""
 POLISH_STEP = 0.3
-"""Metres or radians that a coordinate may move in a step: further away lies another branch."""
+"""Maximum step of a coordinate [m or rad]; a longer step could reach another branch."""
 
-# --- iterative: continuation of loops ---
+# --- iterative ---
 
 CLOSED = 1e-12
-"""Residual of the constraint (metre, radian) up to which a configuration is valid."""
-
-# --- iterative: inverse of a pose ---
-
+"""Maximum constraint residual (metre, radian) of a valid loop configuration."""
 
 # --- velocity ---
 
 TURNS = 1e-6
-"""Radians per metre at the tip below which a coordinate does not turn the tool."""
+"""Minimum rate ratio at the tip [rad/m] of a coordinate that rotates the tool."""
 RANK = 1e-9
-"""Ratio to the largest singular value below which a singular value is zero."""
+"""Singular values below this fraction of the largest are zero."""
 SINGULAR = 1e-6
-"""Singular value of the pure velocity relation up to which a parallel robot is singular: rounding
-of a pose at a singularity of type 1 leaves the root of 1e-13."""
+"""Maximum singular value of J_x or J_q at a parallel singularity: a rounded pose at a type-1
+singularity has the square root of 1e-13."""
 INFINITE_CONDITION = RANK**2
-"""Ratio of the smallest to the largest singular value below which the condition number is
-infinite."""
+"""Ratio of smallest to largest singular value below which the condition number is infinite."""
 TRACK_GAIN = 0.5
-"""Share of the error that a step of `track` corrects by default. At 1 a step would go all the way
-to the linear answer, beyond 2 the error would grow."""
+"""Default fraction of the error that a step of `track` corrects. The full linear correction is 1;
+above 2 the error would grow."""
 
 # --- poses and screws ---
 
 NO_ROTATION = 0.3
-"""Deviation (radian) of a matrix from a rotation from which projecting it is no advice: the nearest
-rotation would be a guess."""
-
+"""Deviation of a matrix from a rotation [rad] above which its projection would be a guess."""
 SERIES = 0.25
-"""Radians below which quotients with a vanishing denominator are summed as series; the first term
-left out is below rounding there."""
+"""Angle [rad] below which quotients with a vanishing denominator use their series."""

@@ -1,4 +1,4 @@
-"""Folders of generated robots, and their compiled libraries in a cache."""
+"""Folders of generated robots, and the cache of compiled libraries."""
 
 from .cache import build
 from .derived import is_description, is_of_shelf, options_of, shelf

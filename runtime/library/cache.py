@@ -1,11 +1,11 @@
-"""The compiled library of a robot: built once, kept in a cache, checked when opened.
+"""Compiled robot libraries: built once, cached, and checked when opened.
 
-The cache key names the library's file. It is the SHA-256 of the C, the glue around it, the
-compiler, the flags and the processor (`make_recipe`). The file ends in the SHA-256 of the bytes
-before, so that a damaged library is refused before the system maps it; and it holds its key.
+The cache key is part of the file name. It is the SHA-256 of the C code, the glue code, the
+compiler, the flags and the processor (`make_recipe`). A library contains its key. It ends with the
+SHA-256 of the preceding bytes, so that a damaged library is rejected before the system maps it.
 
 Environment:
-    CHASLES_CACHE: The cache; else `chasles` in XDG_CACHE_HOME or in ~/.cache.
+    CHASLES_CACHE: The cache folder; by default `chasles` in XDG_CACHE_HOME or in ~/.cache.
 """
 
 from __future__ import annotations
@@ -25,36 +25,36 @@ from .compiler import Compiler, describe_machine, find_compiler
 
 _KERNEL_HEADER = Path(__file__).with_name("_kernel.h")
 GLUE_FILE = "chasles_glue.c"
-"""The glue around a robot's C; no robot's name begins with chasles_."""
+"""File name of the glue code; no robot name begins with chasles_."""
 _NEAREST = "chasles_nearest.h"
 """The generated file that selects the nearest solution of an inverse."""
 _MAX_NEAREST = 64
-"""Slots that it takes."""
+"""Largest number of slots for this selection."""
 _DIGEST_SIZE = hashlib.sha256().digest_size
 
 
 def cache_folder() -> Path:
-    """The folder of compiled libraries."""
+    """Return the folder of compiled libraries."""
     chosen = os.environ.get("CHASLES_CACHE")
     if chosen:
         return Path(chosen).absolute()
     xdg = os.environ.get("XDG_CACHE_HOME", "")
-    # The standard says that relative paths are ignored.
+    # The XDG standard ignores relative paths.
     base = Path(xdg) if os.path.isabs(xdg) else Path.home() / ".cache"
     return base / "chasles"
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """Everything that determines the compiled library of a robot.
+    """All inputs that determine the compiled library of a robot.
 
     Attributes:
-        name: The robot's name.
-        folder: The folder of its generated files.
-        sources: The text of each file that the compiler reads, by name.
+        name: The robot name.
+        folder: The folder of the generated files.
+        sources: The content of each file that the compiler reads, by name.
         compiler: The compiler with its flags.
-        key: SHA-256 of all of it and of this machine, the cache key.
-        path: The library's file in the cache.
+        key: The cache key, SHA-256 of sources, compiler and processor.
+        path: The library file in the cache.
     """
 
     name: str
@@ -66,12 +66,12 @@ class Recipe:
 
 
 def make_recipe(manifest: Manifest) -> Recipe:
-    """The recipe for compiling a robot on this machine.
+    """Return the recipe for compiling a robot on this machine.
 
     Raises:
-        MismatchError: If the C or the header differs from the one that the manifest records.
-        ManifestError: If the header and the manifest declare different sizes.
-        CompilerNotFoundError: If there is no compiler.
+        MismatchError: If the C code or the header does not match the hash in the manifest.
+        ManifestError: If header and manifest declare different sizes.
+        CompilerNotFoundError: If no compiler was found.
     """
     name = manifest.name
     sources = {file: manifest.read_source(file) for file in manifest.c_files}
@@ -85,7 +85,7 @@ def make_recipe(manifest: Manifest) -> Recipe:
         "\0".join(compiler.flags).encode(),
         describe_machine().encode(),
     ]
-    # A digest for each part, so that no two lists of parts give the same bytes.
+    # Each part is hashed separately, so that different lists cannot have the same concatenation.
     digests = b"".join(hashlib.sha256(part).digest() for part in parts)
     key = hashlib.sha256(digests).hexdigest()
     sources[GLUE_FILE] += f'const char chasles_hash[] = "{key}";\n'.encode()
@@ -95,13 +95,10 @@ def make_recipe(manifest: Manifest) -> Recipe:
 
 
 def check_header(manifest: Manifest, header: str) -> None:
-    """Compares the sizes in the C declarations with the sizes in the manifest.
+    """Raise a ManifestError if array sizes in the header and in the manifest differ.
 
-    The C compiler cannot, since `double T[16]` is a pointer to it. A kernel that writes 16 doubles
-    into an array for 12 would destroy memory.
-
-    Raises:
-        ManifestError: If they differ.
+    The C compiler does not check them: it treats the parameter `double T[16]` as a pointer. A
+    kernel that writes 16 doubles into an array of 12 would corrupt memory.
     """
     code = re.sub(r"/\*.*?\*/|//[^\n]*", " ", header, flags=re.DOTALL)
     declarations = dict(re.findall(r"\bvoid\s+(\w+)\s*\(([^()]*)\)\s*;", code))
@@ -121,7 +118,7 @@ def _declared_size(parameter: str) -> int:
 
 
 def write_glue(manifest: Manifest) -> str:
-    """The glue around a robot's C: one wrapper per function, and the table of all functions."""
+    """Return the glue code: one wrapper for each function, and the table of all functions."""
     batched = manifest.batch_file in manifest.c_files
     lines = [
         '#include "_kernel.h"',
@@ -165,7 +162,7 @@ def _wrapper(index: int, function: FunctionInfo) -> list[str]:
 
 
 def _has_nearest(manifest: Manifest, function: FunctionInfo) -> bool:
-    """Whether the robot's C selects the nearest solution of a function."""
+    """Test whether the generated C selects the nearest solution of a function."""
     slots = function.outputs[0].shape[0] if function.role.is_inverse else 0
     return _NEAREST in manifest.c_files and 0 < slots <= _MAX_NEAREST
 
@@ -191,7 +188,7 @@ def _nearest(index: int, function: FunctionInfo) -> list[str]:
 
 
 def _selection(n: int, k: str) -> list[str]:
-    """The selection among k slots of a row; a constant k makes it faster."""
+    """Return C that selects among k slots of a row; a constant k is faster."""
     at = [f"slots[{i}] + row * {size} * (size_t){k}" for i, size in enumerate((n, 1, 1))]
     to = [f"outputs[0] + row * {n}", "outputs[1] + row", "outputs[2] + row"]
     return [
@@ -201,10 +198,10 @@ def _selection(n: int, k: str) -> list[str]:
 
 
 def build(manifest: Manifest) -> bool:
-    """Compiles a robot's library unless the cache holds a sound one.
+    """Compile the library of a robot, unless the cache holds an intact one; tell whether it did.
 
     Raises:
-        ChaslesError: If it cannot be compiled; the message states the reason.
+        ChaslesError: If compilation fails; the message states the reason.
     """
     recipe = make_recipe(manifest)
     if _is_sound(recipe):
@@ -215,11 +212,11 @@ def build(manifest: Manifest) -> bool:
 
 
 def open_library(manifest: Manifest) -> _call.Library:
-    """The library of a robot, compiled first if the cache has none.
+    """Return the library of a robot, after compilation if the cache has none.
 
     Raises:
         MismatchError: If the library in the cache is damaged or has another key.
-        ChaslesError: If it cannot be compiled; the message states the reason.
+        ChaslesError: If compilation fails; the message states the reason.
     """
     recipe = make_recipe(manifest)
     if not recipe.path.exists():
@@ -253,32 +250,30 @@ def _open(recipe: Recipe) -> _call.Library:
 
 
 def _compile(recipe: Recipe) -> None:
-    # Loading a robot that was compiled before needs no temporary folder.
+    # Imported here: loading a cached library does not need it.
     import tempfile  # noqa: PLC0415
 
     cache = recipe.path.parent
     try:
         cache.mkdir(mode=0o700, parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=f".{recipe.name}-", dir=cache) as name:
-            # The compiler sees only copies under plain names: they hold the same bytes as the key,
-            # and no path can break an #include or enter the library.
+            # The compiler reads copies of the hashed bytes. Their plain names cannot break an
+            # #include, and no path enters the library.
             folder = Path(name)
             for file, content in recipe.sources.items():
                 (folder / file).write_bytes(content)
             recipe.compiler.compile(GLUE_FILE, "library.so", folder)
             library = folder / "library.so"
             _seal(library)
-            # Atomic, so that other processes see the whole library or none. If two build at once,
-            # the later one replaces the library by an equal one.
+            # Atomic: other processes see the complete library or none.
             library.replace(recipe.path)
     except OSError as error:
         raise CacheError(
-            f"{cache}: cannot keep a library here ({error}); set CHASLES_CACHE to a folder that "
-            "can be written to"
+            f"{cache}: cannot write a library ({error}); set CHASLES_CACHE to a writable folder"
         ) from error
 
 
 def _seal(library: Path) -> None:
     with library.open("r+b") as file:
-        # Reading leaves the position at the end; bytes after a library's own parts are not mapped.
+        # After read() the file position is at the end; the system does not map appended bytes.
         file.write(hashlib.sha256(file.read()).digest())

@@ -1,8 +1,8 @@
-"""The C compiler, and the flags for generated C.
+"""The C compiler and its flags for generated C.
 
 Environment:
-    CC: The compiler, with arguments if need be ("ccache gcc"); else cc, gcc, clang are tried.
-    CHASLES_CFLAGS: Flags put after the own ones, so that they win ("-march=x86-64-v3").
+    CC: The compiler command ("ccache gcc"); by default the first of cc, gcc and clang.
+    CHASLES_CFLAGS: Additional flags, which override the default flags ("-march=x86-64-v3").
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from ..errors import CompileError, CompilerNotFoundError
 FLAGS = (
     "-std=c99",
     "-O3",
-    # Never -ffast-math, see UNSAFE_FLAGS: poses out of reach would count as reached. These two
-    # keep NaN and infinity, and give up only errno and traps, which nobody reads.
+    # Never -ffast-math: poses out of reach would count as reached (UNSAFE_FLAGS). The next two
+    # flags preserve NaN and infinity, and drop only errno and traps, which are not used.
     "-fno-math-errno",
     "-fno-trapping-math",
-    # A product and a sum may be one instruction: rounded once instead of twice.
+    # Fused multiply-add: one rounding instead of two.
     "-ffp-contract=fast",
-    # GCC 12 was seen to give wrong numbers where it packs scalar code into AVX-512 vectors.
+    # GCC 12 computes wrong results when it packs scalar code into AVX-512 vectors.
     "-fno-tree-slp-vectorize",
     "-march=native",
     "-fPIC",
@@ -35,9 +35,9 @@ FLAGS = (
     "-fvisibility=hidden",
 )
 UNSAFE_FLAGS = frozenset({"-ffast-math", "-Ofast", "-ffinite-math-only"})
-"""Flags under which `isnan` is false."""
+"""Flags with which `isnan` is always false."""
 MOST_LINES = 30
-"""Lines of the compiler's output that an error holds."""
+"""Maximum lines of compiler output in an error message."""
 _CPU_FIELDS = frozenset(
     (
         *("vendor_id", "cpu family", "model", "model name", "flags"),
@@ -53,7 +53,7 @@ class Compiler:
     Attributes:
         command: The program with its arguments.
         flags: The flags for generated C.
-        identity: A text that differs between compilers and between their versions.
+        identity: A text that identifies the compiler and its version.
     """
 
     command: tuple[str, ...]
@@ -61,12 +61,11 @@ class Compiler:
     identity: str
 
     def compile(self, source: str, target: str, folder: Path) -> None:
-        """Compiles a source to a shared library, both named relative to the folder.
+        """Compile a source file to a shared library; both file names are relative to the folder.
 
-        Raises:
-            CompileError: If the compiler fails; holds its output.
+        Raises a CompileError with the compiler output if compilation fails.
         """
-        # Loading a robot that was compiled before needs no subprocess.
+        # Imported here: loading a cached library does not need it.
         import subprocess  # noqa: PLC0415
 
         command = [*self.command, *self.flags, source, "-o", target, "-lm"]
@@ -81,24 +80,24 @@ class Compiler:
 
 
 def _start(output: str) -> str:
-    """The first lines of a compiler's output: later errors mostly follow from them."""
+    """Return the first lines of compiler output, as later errors mostly follow from the first."""
     lines = output.splitlines()
     more = len(lines) - MOST_LINES
     return "\n".join([*lines[:MOST_LINES], *([f"... and {more} more lines"] if more > 0 else [])])
 
 
 def find_compiler() -> Compiler:
-    """The compiler of this machine, found without running it.
+    """Return the compiler of this machine, without running it.
 
     Raises:
-        CompilerNotFoundError: If there is none.
-        CompileError: If CC or CHASLES_CFLAGS cannot be used.
+        CompilerNotFoundError: If no compiler was found.
+        CompileError: If CC or CHASLES_CFLAGS is invalid.
     """
     command, program = _find_program()
     found = Path(program).resolve()
     status = found.stat()
-    # Path, size and time stand for the version: `cc --version` costs more than loading a robot.
-    # A new version behind a wrapper may go unnoticed; the equations are part of the key anyway.
+    # Path, size and time identify the version: `cc --version` takes longer than loading a robot.
+    # A new compiler behind a wrapper may go unnoticed.
     identity = f"{shlex.join(command)} {found} {status.st_size} {status.st_mtime_ns}"
     extra = _words("CHASLES_CFLAGS")
     unsafe = UNSAFE_FLAGS.intersection(extra)
@@ -110,7 +109,7 @@ def find_compiler() -> Compiler:
 
 
 def _words(variable: str) -> list[str]:
-    """The words of an environment variable, split like a shell does."""
+    """Split an environment variable into words, like a shell."""
     text = os.environ.get(variable, "")
     try:
         return shlex.split(text)
@@ -127,22 +126,22 @@ def _find_program() -> tuple[Sequence[str], str]:
             return command, program
     sought = f"CC={chosen[0]}" if chosen else "cc, gcc and clang (CC is not set)"
     raise CompilerNotFoundError(
-        f"no C compiler: looked for {sought} on PATH; install gcc or clang, or set CC to one"
+        f"no C compiler: looked for {sought} on PATH; install gcc or clang, or set CC"
     )
 
 
 def describe_machine() -> str:
-    """The system and the processor: -march=native code may not run on another one."""
+    """Return system and processor: code for -march=native may not run on another processor."""
     return f"{platform.system()} {platform.machine()}\n{_describe_processor()}"
 
 
 def _describe_processor() -> str:
     try:
         with open("/proc/cpuinfo", encoding="utf-8", errors="replace") as file:
-            # The kernel writes this file as it is read, so take the first processor only.
+            # Only the first processor: the kernel generates this file while it is read.
             first = itertools.takewhile(str.strip, file)
             lines = [line for line in first if line.partition(":")[0].strip() in _CPU_FIELDS]
     except OSError:
-        # Other systems have no such file; their caches are seldom shared between machines.
+        # Other systems have no such file; their machines seldom share a cache.
         return platform.version()
     return "".join(lines)

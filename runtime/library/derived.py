@@ -1,7 +1,7 @@
-"""Robots given by their descriptions, derived on first use into the cache.
+"""Robots that are derived from their description files on first use, into the cache.
 
-The runtime runs `python -m chasles.derive` in a separate process. The name of the generated folder
-holds the SHA-256 of the description, of the files that it includes, and of the compiler's sources.
+The runtime starts `python -m chasles.derive` in a separate process. The folder name contains
+hashes of the description, of the files that it includes, and of the sources of chasles.derive.
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ from .cache import cache_folder
 
 _COMPILER = "chasles.derive"
 SUFFIXES = (".toml", ".urdf", ".xacro", ".xml")
-"""Suffixes of robot files, URDFs, xacro files and MJCF models."""
+"""File suffixes of robot files, URDF, xacro and MJCF."""
 _DESCRIBED_BY, _SOURCES = "description.txt", "sources.txt"
-"""Files beside a derived robot's folder: the path of its description and the options of the
-compiler, and the digests and paths of all files that the compiler read."""
+"""Files next to the folder of a derived robot: the description path with the compiler options, and
+the digests and paths of all files that the compiler read."""
 PARAMETRIC = "--parametric"
-"""The option by which the folder has functions of the robot's geometry."""
+"""The compiler option for parametric functions."""
 _WARNING = "warning: "
 _FIXED = "--fixed"
 
 
 def shelf() -> dict[str, Path]:
-    """The descriptions of the well-known arms that are installed with chasles, by name."""
+    """Return the installed descriptions of well-known arms, by name."""
     return _descriptions("robots/shelf/*.toml")
 
 
 def shipped() -> dict[str, Path]:
-    """The descriptions of the generated robots that are installed with chasles, by name."""
+    """Return the descriptions of the installed generated robots, by name."""
     return _descriptions("robots/*.toml")
 
 
@@ -49,48 +49,44 @@ def _descriptions(pattern: str) -> dict[str, Path]:
 
 
 def is_description(path: Path) -> bool:
-    """Whether a path names a description rather than a folder."""
+    """Test whether a path refers to a description file rather than a folder."""
     return path.suffix.lower() in SUFFIXES and not path.is_dir()
 
 
 def options_of(exact: bool, parametric: bool, **named: str | None) -> tuple[str, ...]:
-    """The options of the compiler's command line for the keywords of `chasles.load`."""
+    """Return the command-line options of the compiler for the keywords of `chasles.load`."""
     words = [word for key, value in named.items() if value for word in (f"--{key}", value)]
     return (*words, *["--exact"] * exact, *[PARAMETRIC] * parametric)
 
 
 def options_for_fixed(names: Sequence[str]) -> tuple[str, ...]:
-    """The options by which the folder has `ik` with joints fixed, and what that needs."""
+    """Return the compiler options for `ik` with fixed joints."""
     return (_FIXED, ",".join(names), "--functions", "fk,fk_jacobian_mixed,ik")
 
 
 def derived_folder(description: Path, options: Sequence[str] = ()) -> Path:
-    """The generated folder of a description, derived first if the cache has none.
-
-    Args:
-        description: A file of one robot.
-        options: Further words for the compiler's command line.
+    """Return the generated folder of a description, after derivation if the cache has none.
 
     Raises:
         UnknownRobotError: If the description cannot be read, or describes several robots.
-        DerivationError: If the compiler is not installed or refuses the description.
-        CacheError: If the cache cannot be written to, or holds a damaged folder.
+        DerivationError: If the compiler is not installed or rejects the description.
+        CacheError: If the cache is not writable, or holds a damaged folder.
     """
     home = _found(description, options) or _derive(description, options)
     robots = sorted(manifest.parent for manifest in home.glob("*/manifest.json"))
     if not robots:
-        raise CacheError(f"{home}: holds no robot any more; delete this folder")
+        raise CacheError(f"{home}: the robot files are missing; delete this folder")
     if len(robots) > 1:
         names = ", ".join(robot.name for robot in robots)
         raise UnknownRobotError(
-            f"{description}: describes several robots ({names}); derive them into a folder, by "
-            f"chasles-derive {description} --to robots, and load ./robots/{robots[0].name}"
+            f"{description}: describes several robots ({names}); run "
+            f"chasles-derive {description} --to robots, then load ./robots/{robots[0].name}"
         )
     return robots[0]
 
 
 def description_of(folder: Path) -> tuple[Path, tuple[str, ...]] | None:
-    """The description and the options of a folder of the cache or an installed robot, if known."""
+    """Return the description path and the compiler options of a robot folder, None if unknown."""
     if _homes() in folder.parents:
         note = folder.parent / _DESCRIBED_BY
         path, *options = note.read_text(encoding="utf-8").splitlines() if note.is_file() else [""]
@@ -102,7 +98,7 @@ def description_of(folder: Path) -> tuple[Path, tuple[str, ...]] | None:
 
 
 def is_of_shelf(folder: Path) -> bool:
-    """Whether a folder is the one that the arm of its name on the shelf is derived into."""
+    """Test whether a folder is the derived folder of a well-known arm."""
     if _homes() not in folder.parents:
         return False
     description = shelf().get(folder.name)
@@ -120,23 +116,23 @@ def _homes() -> Path:
 
 
 def _found(description: Path, options: Sequence[str] = ()) -> Path | None:
-    """The folder of a derived description, if none of its files has changed since."""
+    """Return the derived folder of a description, None if one of the source files has changed."""
     homes = _homes().glob(f"{glob.escape(_prefix(description, options))}*")
     return next((home for home in homes if _is_current(home, description)), None)
 
 
 def _prefix(description: Path, options: Sequence[str]) -> str:
-    """The first part of a folder's name: the description itself, the options, the compiler."""
+    """Return the folder name prefix, a hash of the description, the options and the compiler."""
     try:
         content = hashlib.sha256(description.read_bytes()).hexdigest()
     except OSError as error:
         raise UnknownRobotError(f"{description}: cannot be read ({error.strerror})") from error
-    # The name of a URDF is among the facts of its robot.
+    # The file name of a URDF is part of the robot data.
     return f"{description.stem}-{_key(description.name, *options, content, _compiler_digest())}-"
 
 
 def _is_current(home: Path, description: Path) -> bool:
-    """Whether the files that the compiler read for a folder have the same contents now."""
+    """Test whether the source files of a derived folder are unchanged."""
     note, folder = home / _SOURCES, description.parent.resolve()
     lines = note.read_text(encoding="utf-8").splitlines() if note.is_file() else [""]
     return all(_digest(folder / line[65:]) == line[:64] for line in lines)
@@ -161,7 +157,7 @@ def _compiler_digest() -> str:
 
 
 def _derive(description: Path, options: Sequence[str]) -> Path:
-    # Loading a robot that was derived before needs no temporary folder.
+    # Imported here: loading a cached robot does not need it.
     import tempfile  # noqa: PLC0415
 
     name, homes, prefix = description.stem, _homes(), _prefix(description, options)
@@ -181,14 +177,14 @@ def _derive(description: Path, options: Sequence[str]) -> Path:
             _move(whole, home)
     except OSError as error:
         raise CacheError(
-            f"{homes}: cannot keep a derived robot here ({error}); set CHASLES_CACHE to a "
-            "folder that can be written to"
+            f"{homes}: cannot write a derived robot ({error}); set CHASLES_CACHE to a writable "
+            "folder"
         ) from error
     return home
 
 
 def _in_words(options: Sequence[str]) -> str:
-    """The part of a message that tells how a robot is derived, by the compiler's options."""
+    """Return a phrase for the compiler options, for messages."""
     if _FIXED in options:
         names = options[options.index(_FIXED) + 1]
         return f" with {names.replace(',', ', ')} fixed"
@@ -198,9 +194,9 @@ def _in_words(options: Sequence[str]) -> str:
 def _run_compiler(description: Path, folder: Path, options: Sequence[str]) -> None:
     import subprocess  # noqa: PLC0415
 
-    # -P: a module in the working directory must not take the place of an installed one.
+    # -P: a module in the working directory must not replace an installed one.
     python = [sys.executable or "python3", "-P", "-m", _COMPILER]
-    # Nobody reads an article in a cache, and it takes a good part of the time.
+    # The article takes a large share of the time and is not needed in the cache.
     wanted = ["--to", folder, "--sources", folder / _SOURCES, "--jobs", "1", "--detail", "none"]
     command = [*python, *map(str, (description.absolute(), *wanted)), *options]
     try:
@@ -210,7 +206,7 @@ def _run_compiler(description: Path, folder: Path, options: Sequence[str]) -> No
     except OSError as error:
         raise DerivationError(f"{description}: {python[0]} cannot be run ({error})") from error
     if result.returncode:
-        # The reports of robots go to the one, the errors that stop the run to the other.
+        # Reports on single robots are on stdout, errors that end the run on stderr.
         said = "\n".join(filter(None, (result.stdout.strip(), result.stderr.strip())))
         names_it = said.startswith(f"{description.absolute()}: ")
         raise DerivationError(said if names_it else f"{description}: cannot be derived; {said}")
@@ -220,7 +216,7 @@ def _run_compiler(description: Path, folder: Path, options: Sequence[str]) -> No
 
 
 def _move(whole: Path, home: Path) -> None:
-    # An equal folder of another process may stay.
+    # Another process may have created the same folder.
     try:
         whole.rename(home)
     except OSError:

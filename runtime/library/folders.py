@@ -1,4 +1,4 @@
-"""The folder of a generated robot, found by its name, its description or its path."""
+"""Search for the folder of a generated robot by name, description or path."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .derived import PARAMETRIC, SUFFIXES, derived_folder, is_description, shelf
 
 
 def shipped_folders() -> dict[str, Path]:
-    """The folders of the generated robots that are installed with chasles, by name."""
+    """Return the folders of the installed generated robots, by name."""
     spec = find_spec("chasles.generated")
     roots = spec.submodule_search_locations if spec else None
     manifests = [file for root in roots or () for file in Path(root).glob("*/manifest.json")]
@@ -21,7 +21,7 @@ def shipped_folders() -> dict[str, Path]:
 
 
 def find_folder(robot: str | os.PathLike[str], options: Sequence[str] = ()) -> Path:
-    """The folder of a robot, as for `chasles.load`, derived first with words for the compiler."""
+    """Return the folder of a robot for `chasles.load`, after derivation with compiler options."""
     path = Path(robot)
     if is_description(path):
         return derived_folder(path, options)
@@ -46,7 +46,7 @@ def find_folder(robot: str | os.PathLike[str], options: Sequence[str] = ()) -> P
 
 
 def _hint(robot: str, names: list[str]) -> str:
-    """The names that are meant, by letters and digits alone; empty if none is near."""
+    """Return a hint with similar robot names, compared by letters and digits; "" if none."""
     import difflib  # noqa: PLC0415
 
     plain = {"".join(filter(str.isalnum, name)): name for name in names}

@@ -322,7 +322,7 @@ def test_description_changed_during_derivation_is_rejected(arm, cache):
             chasles.find_folder(arm)
     assert derived(cache) == []
     shutil.rmtree(chasles.find_folder(arm))
-    with pytest.raises(chasles.CacheError, match="holds no robot any more; delete this folder"):
+    with pytest.raises(chasles.CacheError, match="robot files are missing; delete this folder"):
         chasles.find_folder(arm)
 
 
@@ -336,7 +336,7 @@ def test_derivation_ignores_modules_in_working_directory(arm, tmp_path, monkeypa
 def test_unwritable_cache_error_names_environment_variable(arm, tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("CHASLES_CACHE", str(tmp_path / "file"))
-    with pytest.raises(chasles.CacheError, match="set CHASLES_CACHE to a folder that can be"):
+    with pytest.raises(chasles.CacheError, match="set CHASLES_CACHE to a writable"):
         chasles.load(arm)
 
 
