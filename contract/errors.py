@@ -1,5 +1,7 @@
 """All errors of chasles, for the compiler and the runtime."""
 
+from collections.abc import Sequence
+
 
 class ChaslesError(Exception):
     """Base class of every error that chasles raises."""
@@ -19,6 +21,52 @@ class InputValueError(InputError, ValueError):
 
 class ShapeError(InputValueError):
     """An argument has the wrong shape."""
+
+
+class DescriptionError(ChaslesError, ValueError):
+    """A robot description is invalid or cannot be compiled.
+
+    A description built in Python has no file, and its error may lack the other fields too.
+
+    Attributes:
+        file: Name of the file as passed by the caller; empty without a file.
+        line: Line number, starting at 1; None without a line.
+        field: Dotted path of the field; empty for the description as a whole.
+        value: The value found; None without a value.
+        expected: Description of a valid value; empty if the message alone states it.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        file: str = "",
+        line: int | None = None,
+        field: str = "",
+        value: object = None,
+        expected: str = "",
+    ) -> None:
+        # Pickle keeps the message and these attributes; keyword arguments are not in `args`.
+        super().__init__(message)
+        self.file, self.line, self.field = file, line, field
+        self.value, self.expected = value, expected
+
+
+class LoopError(DescriptionError):
+    """The loops of a description do not close at the reference.
+
+    Attributes:
+        gap: Smallest distance between the frames of the open loop, or between the length of a strut
+            and the distance of its ends (metre); None if no distance was found.
+        remedies: The lengths, angles and coordinates that alone close the loop, each with the
+            interval that closes it; smallest change first.
+    """
+
+    def __init__(
+        self, message: str, *, gap: float | None = None, remedies: Sequence[object] = ()
+    ) -> None:
+        super().__init__(message)
+        self.gap, self.remedies = gap, tuple(remedies)
 
 
 class DerivationError(ChaslesError):

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
         with_suitable_conventions as with_suitable_conventions,
     )
     from .description.importers.ur_calibration import apply_calibration as apply_calibration
-    from .description.robot_files import DescriptionError as DescriptionError
     from .description.robot_files import read as read
     from .description.robot_files import read_text as read_text
     from .inverse.explanation import Explanation as Explanation
@@ -31,8 +30,9 @@ if TYPE_CHECKING:
     from .loops.mobility import kutzbach as kutzbach
     from .loops.mobility import mobility as mobility
     from .model.errors import ChaslesError as ChaslesError
+    from .model.errors import DescriptionError as DescriptionError
+    from .model.errors import LoopError as LoopError
     from .model.errors import NotInstalledError as NotInstalledError
-    from .model.errors import RobotError as RobotError
     from .model.mechanism import Closure as Closure
     from .model.mechanism import Drive as Drive
     from .model.mechanism import Frame as Frame
@@ -68,7 +68,6 @@ _ROOMS = {
     "description.conventions.suited": ("with_suitable_conventions",),
     "description.importers.ur_calibration": ("apply_calibration",),
     "description.robot_files": (
-        "DescriptionError",
         "read",
         "read_text",
     ),
@@ -83,8 +82,9 @@ _ROOMS = {
     ),
     "model.errors": (
         "ChaslesError",
+        "DescriptionError",
+        "LoopError",
         "NotInstalledError",
-        "RobotError",
     ),
     "model.mechanism": (
         "Closure",

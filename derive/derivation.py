@@ -25,7 +25,7 @@ from .loops.iterated.iteration import Iteration, inner_makers, iterated_makers
 from .loops.maps import Maker
 from .loops.parametric.mechanism_geometry import MechanismGeometry
 from .loops.parametric.parametric_loops import ParametricLoops
-from .model.errors import RobotError
+from .model.errors import InputValueError
 from .model.geometry import Geometry
 from .model.mechanism import Coordinate, Described, Mechanism
 from .terms.symbolic_function import SymbolicFunction, WrittenFunction
@@ -119,9 +119,10 @@ def derive(
         families: The families of inverses to try, in order.
 
     Raises:
-        RobotError: The robot has no function of a name, a loop does not close at the reference, the
-            actuated coordinates of a mechanism are not as many as its freedoms, or no closed form
-            is left if those joints are fixed.
+        InputValueError: The robot has no function of a name, or no closed form is left if those
+            joints are fixed.
+        LoopError: A loop does not close at the reference.
+        DescriptionError: The actuated coordinates of a mechanism are not as many as its freedoms.
     """
     if isinstance(description, Mechanism):
         return _of_mechanism(description, functions, families, fixed, parametric=parametric)
@@ -280,7 +281,7 @@ def _chosen(
     unknown = [name for name in functions if name not in known]
     if unknown:
         functions_there = ", ".join(known)
-        raise RobotError(
+        raise InputValueError(
             f"{robot} has no function {', '.join(unknown)}; its functions are {functions_there}"
         )
     return [name for name in known if name in functions]

@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from chasles.derive import RobotError, SerialRobot
+from chasles.derive import DescriptionError, SerialRobot
 from tests.campaigns import displaced, general
 from tests.campaigns.general import Judged, configurations, loaded
 
@@ -42,7 +42,7 @@ def run(count: int, first: int) -> int:
             name = f"{number}, {title}: {robot.title or robot.name}"
             try:
                 rows.append((name, *times(robot, number, bar)))
-            except RobotError as error:
+            except DescriptionError as error:
                 out.print(f"{name} is left out: {error}", markup=False)
     table("Inverses of random arms, time of a pose", COLUMNS, rows)
     return int(any(row[-1] for row in rows))

@@ -28,7 +28,8 @@ def casadi_function(robot: str | Path | Described, name: str) -> ca.Function:
     Raises:
         FileNotFoundError: The folder has no ``.casadi`` file.
         KeyError: The robot has no such function of positions.
-        RobotError: The description is invalid, or the robot has no function of that name.
+        DescriptionError: The description is invalid.
+        InputValueError: The robot has no function of that name.
     """
     folder = _folder(robot)
     if folder is not None:

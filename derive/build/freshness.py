@@ -14,7 +14,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from ..description.shipped_files import nominal_file
-from ..model.errors import RobotError
+from ..model.errors import DescriptionError
 
 ROOM = Path(__file__).parent.parent
 GENERATED = ROOM.parent / "generated"
@@ -110,7 +110,7 @@ def _description(job: Job) -> list[bytes]:
 
         try:
             return [expanded(file, job.arguments).encode()]
-        except RobotError:
+        except DescriptionError:
             # The reader of the description reports an invalid file.
             return [file.read_bytes()]
     if ending == ".xml":
@@ -122,7 +122,7 @@ def source_files(job: Job) -> list[Path]:
     """Returns the files that describe a job's robot: its own, and extended, included, nominal ones.
 
     Raises:
-        RobotError: The description is a xacro file that cannot be expanded.
+        DescriptionError: The description is a xacro file that cannot be expanded.
     """
     file, ending = job.file.resolve(), job.file.suffix.lower()
     if ending == ".xacro":

@@ -15,7 +15,7 @@ from ..emit.c.header import support_files
 from ..emit.emitter import Emitter, Files
 from ..emit.languages import EMITTERS, LANGUAGES, emitters_of
 from ..emit.manifest import manifest
-from ..model.errors import RobotError
+from ..model.errors import InputValueError
 from ..model.mechanism import Described
 from ..program.programs import NO_PROGRAMS, Programs, programs
 
@@ -44,7 +44,8 @@ def files(
         any machine.
 
     Raises:
-        RobotError: The description or a name is wrong, or two languages write one file.
+        DescriptionError: The description is invalid.
+        InputValueError: A name is wrong, or two languages write one file.
     """
     emitters = emitters_of(languages)
     texts = _texts(description, functions, fixed, emitters, parametric=parametric)
@@ -122,7 +123,8 @@ def write(
         The files written.
 
     Raises:
-        RobotError: The description or a name is wrong, or two languages write one file.
+        DescriptionError: The description is invalid.
+        InputValueError: A name is wrong, or two languages write one file.
     """
     emitters = emitters_of(languages)
     texts = _texts(description, functions, fixed, emitters, parametric=parametric)
@@ -173,7 +175,9 @@ def _merged(written: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
     merged: dict[str, str] = {}
     for language, texts in written.items():
         if twice := sorted(merged.keys() & texts.keys()):
-            raise RobotError(f"{language} writes {', '.join(twice)}, which another language writes")
+            raise InputValueError(
+                f"{language} writes {', '.join(twice)}, which another language writes"
+            )
         merged |= texts
     return merged
 

@@ -18,7 +18,7 @@ from ..description.robot_files import read as read_file
 from ..emit.emitter import Emitter
 from ..emit.languages import LANGUAGES, emitters_of, with_detail
 from ..inverse.explanation import explain, explanation
-from ..model.errors import ChaslesError, RobotError
+from ..model.errors import ChaslesError, InputValueError
 from ..model.mechanism import Described
 from ..quality.model_report import model_report
 from .freshness import GENERATED, Job, stamp
@@ -46,7 +46,7 @@ def read(job: Job) -> Described:
     """Returns the robot described by a job.
 
     Raises:
-        RobotError: The description is invalid.
+        DescriptionError: The description is invalid.
     """
     robot = _as_written(job)
     robot = robot if job.exact else cleaned(robot)
@@ -73,14 +73,14 @@ def robots_of(job: Job, tips: Sequence[str], groups: Sequence[str], srdf: Path |
         srdf: The SRDF file; None uses the SRDF next to the file.
 
     Raises:
-        RobotError: The description is invalid.
+        DescriptionError: The description is invalid.
     """
     if tips:
         several = len(tips) > 1
         return [replace(job, tip=tip, suffix=identifier(tip) if several else "") for tip in tips]
     if not is_imported(job.file):
         if groups:
-            raise RobotError(f"{job.file}: --group belongs to URDF, xacro and MJCF files")
+            raise InputValueError(f"{job.file}: --group belongs to URDF, xacro and MJCF files")
         return [job]
     found = chains(job.file, job.arguments, job.base, groups, srdf)
     return [replace(job, base=base, tip=tip, suffix=suffix) for base, tip, suffix in found]

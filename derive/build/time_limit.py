@@ -6,14 +6,14 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from ..model.errors import RobotError
+from ..model.errors import DerivationError
 
 ROOM = Path(__file__).resolve().parents[1]
 REPEATED = 1.0
 """Seconds until the timer fires again if a library has swallowed the signal."""
 
 
-class OutOfTime(RobotError):
+class OutOfTime(DerivationError):
     """A derivation exceeded its time limit; the message states where it was interrupted."""
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from ..model.errors import RobotError
+from ..model.errors import DescriptionError
 from ..model.robot import Joint, Load, SerialRobot
 from ..terms.terms import Terms
 from ..terms.vectors import Vector, added, combination, cross, dot, named
@@ -88,7 +88,7 @@ def most_stiffness(robot: SerialRobot, load: Load) -> list[float]:
         One bound per joint k (N m/rad or N/m), computed from the stretched chain length.
 
     Raises:
-        RobotError: A prismatic joint has no limits.
+        DescriptionError: A prismatic joint has no limits.
     """
     gravity = float(sp.sqrt(sum(g**2 for g in load.gravity)))
     work = []
@@ -120,7 +120,7 @@ def _reaches(robot: SerialRobot, load: Load, first: int) -> list[float]:
 def _stroke(joint: Joint) -> float:
     low, high = joint.limits
     if low is None or high is None:
-        raise RobotError(f"prismatic joint {joint.name!r} has no limits; springs need limits")
+        raise DescriptionError(f"prismatic joint {joint.name!r} has no limits; springs need limits")
     return max(abs(float(low)), abs(float(high)))
 
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ..model.errors import RobotError
+from ..model.errors import DescriptionError
 from ..model.mechanism import Described
 from ..model.placements import align_z, inverse, translation
 from ..model.robot import Joint, Load, PointMass, SerialRobot, Springs, Transmission
@@ -42,7 +42,7 @@ def transmissions(robot: Described, terms: Terms, q: Argument) -> dict[str, Symb
         q: The true coordinates.
 
     Raises:
-        RobotError: A spring is so compliant that the conversion may not be invertible.
+        DescriptionError: A spring is so compliant that the conversion may not be invertible.
     """
     springs = robot.springs if isinstance(robot, SerialRobot) else None
     if not robot.transmissions and springs is None:
@@ -87,7 +87,7 @@ class _Sag:
         stiffness = most_stiffness(chain, load)
         for row, most in zip(springs.rows, stiffness, strict=True):
             if abs(float(row.compliance)) * most > MOST_SAG:
-                raise RobotError(
+                raise DescriptionError(
                     f"spring of {row.of!r}: expected a compliance of at most "
                     f"{MOST_SAG / most:.3g}, got {float(row.compliance):.3g}; beyond it the joint "
                     "may deflect faster than its load moves"

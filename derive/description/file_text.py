@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from .toml_file import DescriptionError
+from .toml_file import file_error
 
 LONGEST_FILE = 1_000_000
 """Maximum file size in bytes."""
@@ -29,9 +29,9 @@ def read_bytes(path: str | Path) -> bytes:
             content = stream.read(LONGEST_FILE + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise DescriptionError(file, None, "", None, f"a readable file ({reason})") from error
+        raise file_error(file, None, "", None, f"a readable file ({reason})") from error
     if len(content) > LONGEST_FILE:
-        raise DescriptionError(file, None, "", None, f"at most {LONGEST_FILE} bytes")
+        raise file_error(file, None, "", None, f"at most {LONGEST_FILE} bytes")
     return content
 
 
@@ -51,6 +51,6 @@ def decoded(file: str, content: bytes, encoding: str) -> str:
         return content.decode(encoding)
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
-        raise DescriptionError(file, line, "", None, f"{name} text") from error
+        raise file_error(file, line, "", None, f"{name} text") from error
     except LookupError as error:
-        raise DescriptionError(file, 1, "encoding", encoding, "a known encoding") from error
+        raise file_error(file, 1, "encoding", encoding, "a known encoding") from error

@@ -6,7 +6,7 @@ from typing import ClassVar, get_args
 
 import sympy as sp
 
-from ..model.errors import RobotError
+from ..model.errors import DescriptionError
 from ..model.kinds import JointKind, ParameterKind
 from ..model.mechanism import (
     Closure,
@@ -24,7 +24,7 @@ from ..model.robot import Joint
 from ..terms.vectors import ONE, ZERO
 from .assumptions import assumption
 from .serial_file import JOINT_FIELDS, KINDS, ROBOT_FIELDS, RobotFile
-from .toml_file import DescriptionError, Keys, dotted, hint, listed
+from .toml_file import Keys, dotted, hint, listed
 
 MECHANISM_FIELDS = ("closures", "rods", "cylinders", "drives", "actuated", "reference")
 CLOSURE_MODES: tuple[ClosureMode, ...] = get_args(ClosureMode)
@@ -119,9 +119,9 @@ class MechanismFile(RobotFile):
                 notes=assumption(parameters, joints, closers, drives),
                 transmissions=transmissions,
             )
-        except DescriptionError:
-            raise
-        except RobotError as error:
+        except DescriptionError as error:
+            if error.file:
+                raise
             self.fail(("joints",), f"a robot ({error})", shown=None)
 
     # --- the tree ---

@@ -32,7 +32,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..model.convention import Convention
-from ..model.errors import RobotError
+from ..model.errors import DescriptionError
 from ..model.mechanism import Described, Mechanism
 from .cleaned_robot import cleaned_with_warning
 from .conventions import CONVENTIONS
@@ -43,7 +43,7 @@ from .importers.identifiers import prefix
 from .mechanism_file import MechanismFile, has_loops
 from .serial_file import AUTO, RobotFile
 from .shipped_files import located, nominal_file
-from .toml_file import DescriptionError, TomlFile
+from .toml_file import TomlFile, file_error
 from .urdf import UrdfFile
 
 __all__ = ["DescriptionError", "read", "read_text"]
@@ -85,7 +85,7 @@ def read(
     Raises:
         DescriptionError: The file or its parent file cannot be read or is invalid, has another
             suffix, has no such chain, or contains several arms.
-        RobotError: The robot name is unknown.
+        UnknownRobotError: The robot name is unknown.
     """
     file, words = located(source)
     words = (*words, *arguments)
@@ -95,10 +95,10 @@ def read(
     for field, value in wrong.items():
         if value:
             expected = f"none; it applies to files that end in {', '.join(SUFFIXES)}"
-            raise DescriptionError(str(file), None, field, value, expected)
+            raise file_error(str(file), None, field, value, expected)
     if file.is_file() and file.suffix.lower() != SUFFIX:
         expected = f"a file that ends in one of {', '.join((SUFFIX, *SUFFIXES))}"
-        raise DescriptionError(str(file), None, "", None, expected)
+        raise file_error(str(file), None, "", None, expected)
     robot = _of_toml(text_of(file), str(file), conventions, exact)
     return replace(robot, name=prefix(name)) if name else robot
 
@@ -130,7 +130,7 @@ def read_text(
         robot = UrdfFile(file, text).robot(None, None, None)
         return robot if exact else cleaned_with_warning(robot, file)
     if format != "toml":
-        raise DescriptionError(file, None, "format", format, "'toml' or 'urdf'")
+        raise file_error(file, None, "format", format, "'toml' or 'urdf'")
     return _of_toml(text, file, conventions, exact)
 
 
@@ -148,12 +148,12 @@ def _chain(
     if group:
         if base or tip:
             expected = "either a group, or base and tip"
-            raise DescriptionError(str(file), None, "group", group, expected)
+            raise file_error(str(file), None, "group", group, expected)
         found = chains(file, arguments, None, (group,), None)
         if len(found) > 1:
             tips = ", ".join(str(chain[1]) for chain in found)
             expected = f"a group of one chain; this one ends at {tips}: choose a tip"
-            raise DescriptionError(str(file), None, "group", group, expected)
+            raise file_error(str(file), None, "group", group, expected)
         base, tip, _ = found[0]
     robot = imported(file, arguments, base, tip, name)
     return robot if exact else cleaned_with_warning(robot, str(file))
@@ -186,10 +186,10 @@ def _with_nominal(file: TomlFile, robot: Mechanism, conventions: Sequence[Conven
     except DescriptionError as error:
         if error.field == "nominal" and error.file == file.file:
             raise
+        if not error.file:
+            file.fail(keys, f"the file of the robot as designed ({error})")
         expected = "the name of a robot that is installed with chasles, or a robot file beside this"
         file.fail(keys, f"{expected} one ({error})")
-    except RobotError as error:
-        file.fail(keys, f"the file of the robot as designed ({error})")
 
 
 def _extended(heir: TomlFile) -> TomlFile:

@@ -7,7 +7,7 @@ from typing import ClassVar, NoReturn
 import sympy as sp
 
 from ..model.convention import Convention, FieldKind
-from ..model.errors import RobotError
+from ..model.errors import DescriptionError
 from ..model.kinds import JointKind
 from ..model.placements import Placement, Vector, from_xyz_rpy
 from ..model.robot import (
@@ -22,7 +22,7 @@ from ..model.robot import (
 )
 from .assumptions import assumption
 from .conventions import CONVENTIONS, poe
-from .toml_file import FRAME, DescriptionError, Keys, TomlFile, Word, dotted, listed
+from .toml_file import FRAME, Keys, TomlFile, Word, dotted, listed
 
 MOST_JOINTS = 256
 AUTO = "auto"
@@ -113,9 +113,9 @@ class RobotFile(TomlFile):
                 transmissions=transmissions,
                 springs=self._springs(),
             )
-        except DescriptionError:
-            raise
-        except RobotError as error:
+        except DescriptionError as error:
+            if error.file:
+                raise
             self.fail(("joints",), f"a robot ({error})", shown=None)
 
     def _transmissions(self) -> tuple[Transmission, ...]:
@@ -132,9 +132,9 @@ class RobotFile(TomlFile):
         sin1, cos1, sin2, cos2 = (self.number((*keys, name), "angle") for name in _WAVES)
         try:
             return Transmission(self.name((*keys, "of")), gain, (sin1, cos1, sin2, cos2))
-        except DescriptionError:
-            raise
-        except RobotError as error:
+        except DescriptionError as error:
+            if error.file:
+                raise
             self.fail((*keys, "gain"), f"an invertible drive model ({error})", shown=None)
 
     def _load(self) -> Load | None:
@@ -228,7 +228,7 @@ class RobotFile(TomlFile):
         given = self._given(keys, table, convention, kind)
         try:
             before, after = convention(kind, **given)
-        except RobotError as error:
+        except DescriptionError as error:
             self._fail_of_convention(keys, convention, error)
         return Joint(
             name=self._new((*keys, "name"), f"joint{k + 1}"),
@@ -275,7 +275,7 @@ class RobotFile(TomlFile):
         return given
 
     def _fail_of_convention(
-        self, keys: Keys, convention: Convention, error: RobotError
+        self, keys: Keys, convention: Convention, error: DescriptionError
     ) -> NoReturn:
         """Raises DescriptionError for field values that define no placement."""
         for field in convention.fields:

@@ -5,7 +5,7 @@ import re
 from difflib import get_close_matches
 from pathlib import Path
 
-from ..model.errors import RobotError
+from ..model.errors import UnknownRobotError
 
 ROBOTS = Path(__file__).parents[1] / "robots"
 SHELF = ROBOTS / "shelf"
@@ -35,7 +35,7 @@ def located(source: str | Path) -> tuple[Path, tuple[str, ...]]:
             package robot_descriptions.
 
     Raises:
-        RobotError: No such robot or file exists.
+        UnknownRobotError: No such robot or file exists.
     """
     name = str(source)
     shipped = shipped_file(name) if isinstance(source, str) else None
@@ -50,7 +50,7 @@ def located(source: str | Path) -> tuple[Path, tuple[str, ...]]:
         return path, ()
     known = [*robot_names(ROBOTS), *robot_names(SHELF)]
     hint = f" (did you mean {near}?)" if (near := _nearest(name, known)) else ""
-    raise RobotError(f"{name}: expected a robot file, or one of {', '.join(known)}{hint}")
+    raise UnknownRobotError(f"{name}: expected a robot file, or one of {', '.join(known)}{hint}")
 
 
 def _nearest(name: str, known: list[str]) -> str:

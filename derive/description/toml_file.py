@@ -8,11 +8,11 @@ import keyword
 import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NoReturn, TypeVar
+from typing import NoReturn, TypeVar
 
 import sympy as sp
 
-from ..model.errors import RobotError
+from ..model.errors import DescriptionError
 from ..model.exact import RESERVED, NotExact, checked, read
 from ..model.kinds import ParameterKind
 from ..model.placements import Vector
@@ -71,30 +71,17 @@ SAME_MEANING: Mapping[str, tuple[str, ...]] = {
 _DECIMAL = re.compile(r"[+-]?[0-9]*\.[0-9]+")
 
 
-class DescriptionError(RobotError):
-    """An error in a robot file, with file, line, field, found value and expected value.
-
-    Attributes:
-        file: Name of the file as passed by the caller.
-        line: Line number, starting at 1; None without a line.
-        field: Dotted path of the field; empty for the file as a whole.
-        value: The value found; None without a value.
-        expected: Description of a valid value.
-    """
-
-    def __init__(
-        self, file: str, line: int | None, field: str, value: object, expected: str
-    ) -> None:
-        self.file, self.line, self.field = file, line, field
-        self.value, self.expected = value, expected
-        position = file if line is None else f"{file}:{line}"
-        about = f"{field}: " if field else ""
-        found = "" if value is None else f", found {shown_value(value)}"
-        super().__init__(f"{position}: {about}expected {expected}{found}")
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Pickles the fields: the process that reads a file sends its errors."""
-        return type(self), (self.file, self.line, self.field, self.value, self.expected)
+def file_error(
+    file: str, line: int | None, field: str, value: object, expected: str
+) -> DescriptionError:
+    """Returns the error for a value in a robot file; the message states all arguments."""
+    position = file if line is None else f"{file}:{line}"
+    about = f"{field}: " if field else ""
+    found = "" if value is None else f", found {shown_value(value)}"
+    message = f"{position}: {about}expected {expected}{found}"
+    return DescriptionError(
+        message, file=file, line=line, field=field, value=value, expected=expected
+    )
 
 
 class TomlFile:
@@ -129,14 +116,14 @@ class TomlFile:
             position = re.search(r"at line (\d+)", str(error))
             line = int(position.group(1)) if position else self.text.rstrip().count("\n") + 1
             reason = str(error).split(" (at ")[0]
-            raise DescriptionError(self.file, line, "", None, f"valid TOML ({reason})") from error
+            raise file_error(self.file, line, "", None, f"valid TOML ({reason})") from error
         except (ValueError, ArithmeticError, RecursionError) as error:
             nested = isinstance(error, RecursionError)
             expected = "fewer brackets in brackets" if nested else "a number of fewer digits"
             line = first_line(self.text, is_unreadable)
-            raise DescriptionError(self.file, line, "", None, expected) from error
+            raise file_error(self.file, line, "", None, expected) from error
         if not table:
-            raise DescriptionError(self.file, None, "", None, "a robot, the file is empty")
+            raise file_error(self.file, None, "", None, "a robot, the file is empty")
         return table
 
     def _leave_to(self, heir: "TomlFile") -> None:
@@ -329,7 +316,7 @@ class TomlFile:
         name = self.name(("name",))
         try:
             check_robot_name(name)
-        except RobotError as error:
+        except DescriptionError as error:
             self.fail(("name",), f"a robot's name ({error})")
         return name
 
@@ -391,9 +378,7 @@ class TomlFile:
         if value is None and shown is ...:
             expected += "; it is missing"
         writer = self._writer(keys)
-        raise DescriptionError(
-            writer.file, writer._line(keys), dotted(keys), value, expected
-        ) from None
+        raise file_error(writer.file, writer._line(keys), dotted(keys), value, expected) from None
 
     def _writer(self, keys: Keys) -> "TomlFile":
         """Returns the file that contains a value: this file or its heir."""

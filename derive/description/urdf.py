@@ -13,7 +13,7 @@ from typing import NoReturn
 import sympy as sp
 from lxml import etree
 
-from ..model.errors import RobotError
+from ..model.errors import DescriptionError
 from ..model.exact import NotExact, read
 from ..model.kinds import JointKind
 from ..model.placements import Vector
@@ -27,7 +27,7 @@ from .importers.limits import without_limits
 from .importers.robot_xml import parsed
 from .importers.tool_links import Ends, NoChain, chosen_ends, leader_between, only_chain
 from .plausibility import questioned
-from .toml_file import DescriptionError
+from .toml_file import file_error
 
 DECIMAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 LIMITED_KINDS = ("revolute", "prismatic")
@@ -133,9 +133,9 @@ class UrdfFile:
                 base_frame=_identifier(base),
                 tool_frame=_identifier(tip),
             )
-        except DescriptionError:
-            raise
-        except RobotError as error:
+        except DescriptionError as error:
+            if error.file:
+                raise
             self._fail(self.root, "", None, f"joints that make a robot ({error})")
         unlimited = [
             str(element.get("name"))
@@ -209,7 +209,7 @@ class UrdfFile:
         }
         try:
             before, after = urdf(KINDS[kind], **given)
-        except RobotError as error:
+        except DescriptionError as error:
             axis = " ".join(map(str, given["axis"]))
             self._fail(element, "axis", axis, f"a direction ({error})")
         return Joint(
@@ -305,7 +305,7 @@ class UrdfFile:
         parent = element.getparent()
         if parent is not None and not element.get("name"):
             about = _tag(parent) + about
-        raise DescriptionError(self.file, element.sourceline, about, value, expected) from None
+        raise file_error(self.file, element.sourceline, about, value, expected) from None
 
 
 def _tag(element: etree._Element) -> str:

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from itertools import chain
 
 from .. import latex
-from ..model.errors import RobotError
+from ..model.errors import InputValueError
 from . import casadi_c, casadi_file, python_package
 from .c import language as c
 from .emitter import Emitter
@@ -27,13 +27,13 @@ def emitters_of(languages: Iterable[str | Emitter]) -> tuple[Emitter, ...]:
     """The emitters of languages, each a name or an emitter itself.
 
     Raises:
-        RobotError: There is no language of a name.
+        InputValueError: There is no language of a name.
     """
     known = {emitter.language: emitter for emitter in EMITTERS} | ON_DEMAND
     found = []
     for language in languages:
         if isinstance(language, str) and language not in known:
-            raise RobotError(f"no language {language!r}; the languages are {', '.join(known)}")
+            raise InputValueError(f"no language {language!r}; the languages are {', '.join(known)}")
         found.append(known[language] if isinstance(language, str) else language)
     return tuple(found)
 

@@ -5,7 +5,7 @@ from itertools import combinations
 
 from ..loops.hybrid import Hybrid
 from ..loops.iterated.closure_equations import LoopClosure
-from ..model.errors import RobotError
+from ..model.errors import InputValueError
 from ..model.robot import SerialRobot
 from ..terms.terms import Terms
 from .classify import classify
@@ -33,7 +33,7 @@ def inverses_for_fixed(
         fixed: Names of the fixed joints; () lets the structure of a redundant robot select them.
 
     Raises:
-        RobotError: A joint name is unknown, or the other joints have no closed form.
+        InputValueError: A joint name is unknown, or the other joints have no closed form.
     """
     chosen = _indices(robot, fixed)
     found = inverses(robot, terms, families=families, give=chosen)
@@ -57,11 +57,12 @@ def hybrid_inverses_for_fixed(
         closure: Closure equations of loops without a closed form; None if all loops have one.
 
     Raises:
-        RobotError: A main-chain joint name is unknown, or the other joints have no closed form.
+        InputValueError: A main-chain joint name is unknown, or the other joints have no closed
+            form.
     """
     chosen = _indices(hybrid.robot, fixed)
     if chosen and len(hybrid.q) != len(hybrid.robot.moving):
-        raise RobotError(
+        raise InputValueError(
             f"{hybrid.robot.name}: no joint can be fixed: loops couple the joints of its main "
             "chain; ik_numeric with fixed= finds one solution by iteration"
         )
@@ -77,18 +78,18 @@ def _indices(robot: SerialRobot, fixed: str | Sequence[str]) -> tuple[int, ...]:
     fixed = (fixed,) if isinstance(fixed, str) else fixed
     unknown = [name for name in fixed if name not in names]
     if unknown:
-        raise RobotError(
+        raise InputValueError(
             f"{robot.name} has no joint {', '.join(unknown)} to be fixed; its joints are "
             f"{', '.join(names)}"
         )
     if len({*fixed}) >= len(names):
-        raise RobotError(f"{robot.name}: all joints are fixed; at least one must be free")
+        raise InputValueError(f"{robot.name}: all joints are fixed; at least one must be free")
     return tuple(sorted({names.index(name) for name in fixed}))
 
 
 def _nothing_left(
     robot: SerialRobot, families: Sequence[Family], chosen: tuple[int, ...], found: Inverses
-) -> RobotError:
+) -> InputValueError:
     """Returns the error for fixed joints without a closed form; lists suitable joint sets."""
     names = [joint.name for joint in robot.moving]
     surplus = len(names) - rank.of_chain(found.classification.lines)
@@ -98,7 +99,7 @@ def _nothing_left(
     numeric = (
         "; ik_numeric with fixed= finds one solution by iteration" if rest <= MOST_FREE else ""
     )
-    return RobotError(
+    return InputValueError(
         f"{robot.name}: no closed form is left if {', '.join(names[k] for k in chosen)} "
         f"{'is' if len(chosen) == 1 else 'are'} fixed: {found.missing}; joints that can be fixed: "
         f"{offered}{numeric}"

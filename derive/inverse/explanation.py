@@ -95,8 +95,8 @@ class Explanation:
         """Returns the full explanation, about 30 lines.
 
         Raises:
-            RobotError: The loops do not close at the reference configuration, or the number of
-                actuators differs from the degrees of freedom.
+            DescriptionError: The loops do not close at the reference configuration, or the number
+                of actuators differs from the degrees of freedom.
         """
         title = f"{self.robot}\n{'=' * len(self.robot)}"
         if self.hybrid is not None:

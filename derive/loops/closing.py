@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..chain.kinematics import coordinates
 from ..chain.poe import placement_matrix
-from ..model.errors import RobotError
+from ..model.errors import DescriptionError, InputValueError, LoopError
 from ..model.mechanism import Mechanism
 from ..model.robot import Placement
 from ..model.tolerances import (
@@ -51,7 +51,8 @@ def closed_configuration(
         Value of each entry of z (radian or metre); residuals are below ``CLOSED_LOOP``.
 
     Raises:
-        RobotError: The loops do not close. The message names the loop with the largest residual.
+        LoopError: The loops do not close. The message names the loop with the largest
+            residual.
     """
     loops = ClosedLoops(mechanism)
     z = loops.closed(loops.reference, loops.passive)
@@ -185,7 +186,7 @@ class ClosedLoops:
         """Returns the entries of z set by the actuated coordinates, by index."""
         coordinates = self.mechanism.coordinates
         if len(q) != len(coordinates):
-            raise RobotError(
+            raise InputValueError(
                 f"robot {self.mechanism.name!r}: {len(q)} coordinates, expected {len(coordinates)}"
             )
         return {
@@ -202,7 +203,7 @@ class ClosedLoops:
         """Closes the loops by Newton's method from z, moving only the ``free`` entries.
 
         Raises:
-            RobotError: The iteration does not converge.
+            LoopError: The iteration does not converge.
         """
         z = z.copy()
         for _ in range(ITERATIONS):
@@ -217,7 +218,7 @@ class ClosedLoops:
             z = nearer
         residual, _, facing = self.evaluated(z)
         if not _largest(residual) <= CLOSED_LOOP or not np.all(facing > 0):
-            raise RobotError(self._open(residual, facing))
+            raise self._open(residual, facing)
         return z
 
     def _nearer(self, z: Vector, free: Vector, rcond: float) -> Vector | None:
@@ -257,7 +258,7 @@ class ClosedLoops:
             try:
                 reached = self.closed(trial, self.passive)
                 self._check_branch(z, trial, reached)
-            except RobotError as error:
+            except DescriptionError as error:
                 if part == 1:
                     at_goal = error
                 step /= 2
@@ -268,11 +269,11 @@ class ClosedLoops:
         return z
 
     def _check_branch(self, z: Vector, trial: Vector, reached: Vector) -> None:
-        """Raises RobotError if passive entries moved much farther than the actuated ones."""
+        """Raises DescriptionError if passive entries moved much farther than the actuated ones."""
         if self._distance(reached - z) > 2 * self._distance(trial - z) + SAMPLED_RANGE:
             residual, _, _ = self.evaluated(trial)
             name, _ = self._widest(residual)
-            raise RobotError(
+            raise DescriptionError(
                 f"robot {self.mechanism.name!r}: the loop of {name!r} changes its branch on the way"
             )
 
@@ -288,7 +289,7 @@ class ClosedLoops:
         reference is sampled.
 
         Raises:
-            RobotError: The loops do not close from the reference.
+            LoopError: The loops do not close from the reference.
         """
         reference = self.closed(self.reference, np.ones(len(self.z), dtype=bool))
         if not self.entries:
@@ -311,7 +312,7 @@ class ClosedLoops:
             for halving in range(HALVINGS):
                 try:
                     yield self.closed(reference + offset / 2**halving, free)
-                except RobotError:
+                except DescriptionError:
                     continue
                 break
 
@@ -336,7 +337,7 @@ class ClosedLoops:
     def _float(self, expression: sp.Expr) -> float:
         return float(self.terms.value(expression))
 
-    def _open(self, residual: Vector, facing: Vector) -> str:
+    def _open(self, residual: Vector, facing: Vector) -> LoopError:
         name, left = self._widest(residual)
         why = (
             f"{1000 * left:.3g} mm remain"
@@ -345,7 +346,8 @@ class ClosedLoops:
         )
         if left <= CLOSED_LOOP:
             name = self._turned_over(facing)
-        return f"robot {self.mechanism.name!r}: the loop of {name!r} does not close: {why}"
+        text = f"robot {self.mechanism.name!r}: the loop of {name!r} does not close: {why}"
+        return LoopError(text, gap=left)
 
     def _widest(self, residual: Vector) -> tuple[str, float]:
         """Returns the loop with the largest residual, and that residual."""

@@ -19,7 +19,7 @@ from typing import Literal, NamedTuple
 import sympy as sp
 
 from ..chain.forward import Pose
-from ..model.errors import RobotError
+from ..model.errors import DescriptionError, LoopError
 from ..model.mechanism import Frame, Mechanism, Strut
 from ..model.robot import Joint
 from ..model.tolerances import ZERO_COMPONENT
@@ -141,8 +141,8 @@ def constraints(
             sense.
 
     Raises:
-        RobotError: A strut in a spatial loop has pin ends, or a loop has an equation that is never
-            zero.
+        DescriptionError: A strut in a spatial loop has pin ends, or a loop has an equation that is
+            never zero.
     """
     names = [variable.name for variable in configuration_names(mechanism)]
     values = dict(zip(names, z, strict=True))
@@ -294,7 +294,7 @@ class _Constraints:
         if abs(first) < ZERO_COMPONENT and abs(second) < ZERO_COMPONENT:
             return True
         if abs(first - second) < ZERO_COMPONENT and not self.may_stay_open:
-            raise RobotError(
+            raise LoopError(
                 f"robot {self.mechanism.name!r}: the loop of {loop.closer.name!r} closes in no "
                 f"configuration: a residual of {first.evalf(6)} remains"
             )
@@ -406,7 +406,7 @@ class _Spatial:
     def residual(self) -> _Residual:
         closer = self.loop.closer
         if isinstance(closer, Strut) and closer.ends == "pin":
-            raise RobotError(
+            raise DescriptionError(
                 f"robot {self.mechanism.name!r}: the ends of {closer.name!r} are pins, but its "
                 "loop is not planar; use ball ends, or replace it by a joint and a closure"
             )

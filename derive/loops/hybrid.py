@@ -11,7 +11,7 @@ from ..chain.coordinates import InProportion, SolvedRates, ThroughLoops
 from ..chain.forward import Forward
 from ..chain.groups import Group, groups
 from ..chain.kinematics import Kinematics, arguments_of, common_unit, coordinates
-from ..model.errors import RobotError
+from ..model.errors import DescriptionError
 from ..model.mechanism import Mechanism, Strut
 from ..model.tolerances import CLOSED_LOOP
 from ..terms.role import OTHER, Role
@@ -121,12 +121,12 @@ class Hybrid:
         """All joints as functions of the actuators.
 
         Raises:
-            RobotError: The loops do not close at the reference. The message states the gap and the
-                remedies.
+            LoopError: The loops do not close at the reference. The message states the gap
+                and the remedies.
         """
         try:
             return from_actuators(self._solvable, self.terms, self.q)
-        except RobotError as error:
+        except DescriptionError as error:
             raise not_closing(self.mechanism, error) from error
 
     @cached_property
@@ -138,7 +138,7 @@ class Hybrid:
         """
         try:
             return from_chain(self._solvable, self.terms, self.theta, closed=self.closed)
-        except RobotError:
+        except DescriptionError:
             if not self.forward.open and self.mechanism.closure == "exact":
                 raise
         none = replace(self.loops, planar=(), spatial=())
@@ -231,7 +231,7 @@ class Hybrid:
         loops = self.in_numbers
         try:
             return loops.closed(loops.reference, loops.passive)
-        except RobotError as error:
+        except DescriptionError as error:
             raise not_closing(self.mechanism, error) from error
 
     @cached_property
@@ -242,7 +242,7 @@ class Hybrid:
     def _loops_that_close(self) -> ClosedLoops:
         try:
             self.in_numbers.generic  # noqa: B018
-        except RobotError as error:
+        except DescriptionError as error:
             raise not_closing(self.mechanism, error) from error
         return self.in_numbers
 
@@ -250,7 +250,7 @@ class Hybrid:
         """Rejects a mechanism with open loops or undetermined motion.
 
         Raises:
-            RobotError: The loops do not close at the reference, freedoms remain without an
+            DescriptionError: The loops do not close at the reference, freedoms remain without an
                 actuator, or actuators depend on each other.
         """
         check_actuation(self._loops_that_close())
@@ -391,11 +391,11 @@ class Hybrid:
         """Returns one actuator as a function of the main chain, even if others have no closed form.
 
         Raises:
-            RobotError: This actuator has no closed form.
+            DescriptionError: This actuator has no closed form.
         """
         coordinate = self.mechanism.coordinates[k]
         if coordinate.moves in self.backward.open:
-            raise RobotError(f"{self.mechanism.name}: no closed form gives {coordinate.name}")
+            raise DescriptionError(f"{self.mechanism.name}: no closed form gives {coordinate.name}")
         (value,) = self.named(self.backward, [coordinate.moves])
         return self.terms.let(value / coordinate.ratio)
 

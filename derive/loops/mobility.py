@@ -8,7 +8,7 @@ member can rotate without moving anything else.
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from ..model.errors import RobotError
+from ..model.errors import InputValueError
 from ..model.mechanism import Mechanism
 from .closing import ClosedLoops
 from .freedoms import SPATIAL, Counts
@@ -115,7 +115,7 @@ def mobility(mechanism: Mechanism) -> Mobility:
         mechanism: The description, with a reference configuration near closure.
 
     Raises:
-        RobotError: The loops do not close from the reference.
+        LoopError: The loops do not close from the reference.
 
     Source:
         Gogu, Mechanism and Machine Theory 40 (2005), 1068-1097, for the counts and their limits.
@@ -137,17 +137,17 @@ def kutzbach(links: int, joints: int, freedom: int, *, order: int = SPATIAL) -> 
             translations.
 
     Raises:
-        RobotError: A count is impossible.
+        InputValueError: A count is impossible.
     """
     if not 1 <= order <= SPATIAL:
-        raise RobotError(f"kutzbach: expected order from 1 to {SPATIAL}, found {order}")
+        raise InputValueError(f"kutzbach: expected order from 1 to {SPATIAL}, found {order}")
     if links < 1 or joints < links - 1:
-        raise RobotError(
+        raise InputValueError(
             f"kutzbach: expected at least 1 link and {max(links - 1, 0)} joints to connect "
             f"{links} links, found {joints} joints"
         )
     if not joints <= freedom <= order * joints:
-        raise RobotError(
+        raise InputValueError(
             f"kutzbach: expected freedom from {joints} to {order * joints}, since each of "
             f"{joints} joints has 1 to {order} freedoms, found {freedom}"
         )
@@ -158,7 +158,7 @@ def mobility_of(loops: ClosedLoops) -> Mobility:
     """Returns the degrees of freedom of a mechanism from its numerical constraints.
 
     Raises:
-        RobotError: The loops do not close from the reference.
+        LoopError: The loops do not close from the reference.
     """
     mechanism = loops.mechanism
     counts = Counts(mechanism, loops.terms)

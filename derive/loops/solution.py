@@ -8,7 +8,7 @@ from itertools import islice
 
 import sympy as sp
 
-from ..model.errors import RobotError
+from ..model.errors import DescriptionError
 from ..model.mechanism import Mechanism, Strut
 from ..model.robot import Joint
 from ..terms.tangents import LoopRate
@@ -88,7 +88,7 @@ def from_actuators(loops: Loops, terms: Terms, q: Sequence[sp.Symbol]) -> Soluti
         q: The actuated coordinates (radian or metre).
 
     Raises:
-        RobotError: A loop does not close at the reference, or its branch is ambiguous there.
+        DescriptionError: A loop does not close at the reference, or its branch is ambiguous there.
     """
     coordinates = loops.mechanism.coordinates
     known = {c.moves: c.ratio * s for c, s in zip(coordinates, q, strict=True)}
@@ -115,7 +115,7 @@ def from_chain(
         closed: The known joint values at the reference configuration.
 
     Raises:
-        RobotError: A loop does not close at the reference, or its branch is ambiguous there.
+        DescriptionError: A loop does not close at the reference, or its branch is ambiguous there.
     """
     moving = loops.mechanism.main_chain.moving
     known = {joint.name: symbol for joint, symbol in zip(moving, theta, strict=True)}
@@ -169,8 +169,8 @@ def _solved(loops: Loops, begun: Solution, branch: Branch | None = None) -> Solu
             planar, solution = solution, _in_space(loops, solution, branch)
             if solution.open == planar.open or not _left(loops, solution):
                 return solution
-    except RobotError as error:
-        raise RobotError(f"robot {loops.mechanism.name!r}: {error}") from error
+    except DescriptionError as error:
+        raise type(error)(f"robot {loops.mechanism.name!r}: {error}") from error
 
 
 def _left(loops: Loops, solution: Solution) -> list[Linkage]:

@@ -14,7 +14,7 @@ from typing import Literal
 import mpmath
 import sympy as sp
 
-from .errors import RobotError
+from .errors import DescriptionError
 from .exact import exact, exact_vector
 from .kinds import JointKind
 from .placements import Placement, Rotation, Translation, Vector, rotation, translation
@@ -146,13 +146,13 @@ class Convention:
                 defaults.
 
         Raises:
-            RobotError: A name is not a field, a value is not exact, or a direction is zero or
+            DescriptionError: A name is not a field, a value is not exact, or a direction is zero or
                 contains a parameter.
         """
         unknown = given.keys() - {field.name for field in self.fields}
         if unknown:
             known = ", ".join(field.name for field in self.fields)
-            raise RobotError(
+            raise DescriptionError(
                 f"convention {self.name!r} has no field {', '.join(sorted(unknown))};"
                 f" its fields are {known}"
             )
@@ -213,8 +213,8 @@ def of_transform(
         fit: See :class:`Convention`.
 
     Raises:
-        RobotError: The variable of a joint is not a rotation about z or a translation with a z
-            component.
+        DescriptionError: The variable of a joint is not a rotation about z or a translation with a
+            z component.
     """
     place = partial(_placed, transform, turning, sliding)
     convention = Convention(
@@ -233,7 +233,7 @@ def motions_before(transform: Placement, variable: str) -> int:
     """
     held = [k for k, motion in enumerate(transform) if variable in map(str, _arguments(motion))]
     if not held or not _is_along_z(transform[held[0]], variable):
-        raise RobotError(
+        raise DescriptionError(
             f"{variable!r} is neither a rotation about z nor a translation along z of the link"
         )
     count = held[0] + 1

@@ -1,9 +1,21 @@
 """The errors of the compiler."""
 
-from chasles.contract.errors import ChaslesError, NotInstalledError
+from chasles.contract.errors import (
+    ChaslesError,
+    DerivationError,
+    DescriptionError,
+    InputValueError,
+    LoopError,
+    NotInstalledError,
+    UnknownRobotError,
+)
 
-__all__ = ["ChaslesError", "NotInstalledError", "RobotError"]
-
-
-class RobotError(ChaslesError, ValueError):
-    """An invalid description, or one that cannot be compiled; the message gives the reason."""
+__all__ = [
+    "ChaslesError",
+    "DerivationError",
+    "DescriptionError",
+    "InputValueError",
+    "LoopError",
+    "NotInstalledError",
+    "UnknownRobotError",
+]

@@ -15,7 +15,7 @@ from fractions import Fraction
 
 import sympy as sp
 
-from .errors import RobotError
+from .errors import DescriptionError
 from .roots import angle_of, power, root
 from .sizes import addends
 from .tolerances import ANGLE_SNAP, ROUNDING
@@ -54,7 +54,7 @@ MOST_NAMED = 8
 RESERVED = frozenset({"pi", *_FUNCTIONS})
 
 
-class NotExact(RobotError):
+class NotExact(DescriptionError):
     """Text or a value that is not an exact real number; the caller adds file and line."""
 
 

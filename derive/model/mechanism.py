@@ -13,7 +13,7 @@ from typing import Literal, get_args
 import sympy as sp
 
 from .cleaning import Cleaning
-from .errors import RobotError
+from .errors import DescriptionError
 from .exact import exact
 from .robot import (
     Joint,
@@ -104,7 +104,7 @@ class Strut:
         check_choice("ends of strut", self.name, self.ends, get_args(EndKind))
         object.__setattr__(self, "length", exact(self.length))
         if not self.is_cylinder and self.length == 0:
-            raise RobotError(f"rod {self.name!r}: expected a length above 0")
+            raise DescriptionError(f"rod {self.name!r}: expected a length above 0")
 
     @property
     def swing_name(self) -> str:
@@ -197,7 +197,7 @@ class Mechanism:
         as_written: The robot with the values as written, if some were replaced by exact values.
 
     Raises:
-        RobotError: Names clash, a body or joint is unknown, or a body has two parents.
+        DescriptionError: Names clash, a body or joint is unknown, or a body has two parents.
     """
 
     name: str
@@ -240,7 +240,7 @@ class Mechanism:
         check_unique("actuated coordinate", [c.moves for c in self.coordinates])
         self._check_known("reference of", [n for n, _ in self.reference], known | self._swings)
         if not self.actuated:
-            raise RobotError(f"robot {self.name!r} has no actuated coordinate")
+            raise DescriptionError(f"robot {self.name!r} has no actuated coordinate")
         check_transmissions(self.transmissions, self.actuated)
         if self.nominal is not None:
             self._check_nominal(self.nominal)
@@ -392,7 +392,7 @@ class Mechanism:
         for item in self.closers:
             self._check_known(f"body of {item.name!r}", [item.a.body, item.b.body], seen)
             if item.a.body == item.b.body:
-                raise RobotError(f"{item.name!r} connects body {item.a.body!r} to itself")
+                raise DescriptionError(f"{item.name!r} connects body {item.a.body!r} to itself")
 
     def _check_nominal(self, nominal: "Mechanism") -> None:
         for what in ("joints", "closures", "struts", "drives"):
@@ -402,12 +402,12 @@ class Mechanism:
             )
             if mine != other:
                 apart = [a[0] for a in (*mine, *other) if a not in mine or a not in other]
-                raise RobotError(
+                raise DescriptionError(
                     f"robot {self.name!r}: its {what} differ from the nominal robot "
                     f"{nominal.name!r}: {', '.join(dict.fromkeys(apart)) or 'another order'}"
                 )
         if (self.actuated, self.tool_body) != (nominal.actuated, nominal.tool_body):
-            raise RobotError(
+            raise DescriptionError(
                 f"robot {self.name!r}: its actuated coordinates or its tool body differ from the "
                 f"nominal robot {nominal.name!r}"
             )
@@ -416,7 +416,7 @@ class Mechanism:
         for name in names:
             if name not in known:
                 there = ", ".join(sorted(known))
-                raise RobotError(f"robot {self.name!r}: {role} {name!r} is none of {there}")
+                raise DescriptionError(f"robot {self.name!r}: {role} {name!r} is none of {there}")
 
     def _check_symbols(self) -> None:
         known = {parameter.symbol for parameter in self.parameters}
@@ -426,7 +426,7 @@ class Mechanism:
         used |= {symbol for drive in self.drives for symbol in drive.ratio.free_symbols}
         unknown = sorted(str(symbol) for symbol in used - known)
         if unknown:
-            raise RobotError(f"robot {self.name!r} uses undeclared {', '.join(unknown)}")
+            raise DescriptionError(f"robot {self.name!r} uses undeclared {', '.join(unknown)}")
 
 
 def _outline(member: Joint | Closure | Strut | Drive) -> tuple[str, ...]:

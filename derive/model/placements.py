@@ -10,7 +10,7 @@ from typing import Literal
 import mpmath
 import sympy as sp
 
-from .errors import RobotError
+from .errors import DescriptionError
 from .exact import exact, exact_vector, is_zero
 from .roots import angle_of, root
 from .tolerances import AXIS_DIGITS, EVALUATION_DIGITS, ROUNDING, SHORT_PROPORTION
@@ -79,14 +79,14 @@ def align_z(axis: Vector) -> Placement:
     If the component ratios have many digits, the angles are decimals with ``AXIS_DIGITS`` digits.
 
     Raises:
-        RobotError: The direction is zero or contains a parameter.
+        DescriptionError: The direction is zero or contains a parameter.
     """
     x, y, z = axis = exact_vector(axis)
     if any(component.free_symbols for component in axis):
-        raise RobotError("a joint's axis must be numerical, without parameters")
+        raise DescriptionError("a joint's axis must be numerical, without parameters")
     if is_zero(x) and is_zero(y):
         if is_zero(z):
-            raise RobotError("a joint's axis must not be the zero vector")
+            raise DescriptionError("a joint's axis must not be the zero vector")
         return () if z > 0 else rotation("x", sp.pi)
     azimuth, tilt = _azimuth_and_tilt(axis)
     return rotation("z", azimuth) + rotation("x", tilt)

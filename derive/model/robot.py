@@ -18,7 +18,7 @@ import sympy as sp
 
 from .cleaning import Cleaning
 from .convention import Convention
-from .errors import RobotError
+from .errors import DescriptionError
 from .exact import exact, exact_vector
 from .kinds import UNITS, JointKind, ParameterKind
 from .placements import Placement, Rotation, Translation, Vector, symbols_of
@@ -187,7 +187,7 @@ class Transmission:
         waves: sin1, cos1, sin2 and cos2 (radian).
 
     Raises:
-        RobotError: The waves are so large that q may not be monotonic in r.
+        DescriptionError: The waves are so large that q may not be monotonic in r.
     """
 
     of: str
@@ -200,7 +200,7 @@ class Transmission:
         sizes = [abs(float(wave)) for wave in self.waves]
         largest = MOST_WAVES * abs(float(self.gain))
         if self.gain == 0 or sum(sizes) + sum(sizes[2:]) > largest:
-            raise RobotError(
+            raise DescriptionError(
                 f"transmission of {self.of!r}: expected a nonzero gain and waves of at most "
                 f"{MOST_WAVES} times the gain (sin2 and cos2 count twice)"
             )
@@ -280,8 +280,8 @@ class SerialRobot:
             joints.
 
     Raises:
-        RobotError: Names clash, a mimic joint has no leader, a symbol is not a parameter, or no
-            joint has its own coordinate.
+        DescriptionError: Names clash, a mimic joint has no leader, a symbol is not a parameter, or
+            no joint has its own coordinate.
     """
 
     name: str
@@ -307,13 +307,13 @@ class SerialRobot:
         check_unique("link", [joint.link for joint in self.joints if joint.link])
         check_unique("parameter", [parameter.name for parameter in self.parameters])
         if not self.coordinates:
-            raise RobotError(f"robot {self.name!r} has no joint with its own coordinate")
+            raise DescriptionError(f"robot {self.name!r} has no joint with its own coordinate")
         check_transmissions(self.transmissions, [joint.name for joint in self.coordinates])
         self._check_springs()
         leaders = {joint.name for joint in self.coordinates}
         for joint in self.joints:
             if joint.mimic and joint.mimic.leader not in leaders:
-                raise RobotError(
+                raise DescriptionError(
                     f"joint {joint.name!r} mimics {joint.mimic.leader!r}, which has no coordinate "
                     f"of its own (expected one of {', '.join(sorted(leaders))})"
                 )
@@ -328,7 +328,7 @@ class SerialRobot:
             used |= {symbol for part in (mass.mass, *mass.at) for symbol in part.free_symbols}
         unknown = sorted(str(symbol) for symbol in used - known)
         if unknown:
-            raise RobotError(
+            raise DescriptionError(
                 f"robot {self.name!r} uses {', '.join(unknown)}: expected symbols of its "
                 "parameters (Parameter(name, value).symbol)"
             )
@@ -336,7 +336,7 @@ class SerialRobot:
     def _check_load(self) -> None:
         for mass in self.load.masses if self.load else ():
             if mass.link not in self.link_names:
-                raise RobotError(
+                raise DescriptionError(
                     f"robot {self.name!r} has a mass on {mass.link!r}: expected one of the links "
                     f"{', '.join(self.link_names)}"
                 )
@@ -345,7 +345,7 @@ class SerialRobot:
         rows = self.springs.rows if self.springs else ()
         expected = [joint.name for joint in self.coordinates]
         if rows and ([row.of for row in rows] != expected or len(self.moving) > len(rows)):
-            raise RobotError(
+            raise DescriptionError(
                 f"robot {self.name!r}: expected a spring for each coordinate in their order "
                 f"({', '.join(expected)}) and no joints that mimic others; a rigid joint has the "
                 "compliance 0"
@@ -391,42 +391,44 @@ class SerialRobot:
 
 
 def check_unique(what: str, names: Sequence[str]) -> None:
-    """Raises RobotError if two names are equal."""
+    """Raises DescriptionError if two names are equal."""
     known: set[str] = set()
     for name in names:
         if name in known:
-            raise RobotError(f"two {what}s are called {name!r}; names must differ")
+            raise DescriptionError(f"two {what}s are called {name!r}; names must differ")
         known.add(name)
 
 
 def check_transmissions(transmissions: Sequence[Transmission], coordinates: Sequence[str]) -> None:
-    """Raises RobotError if a transmission has no coordinate, or a coordinate has two."""
+    """Raises DescriptionError if a transmission has no coordinate, or a coordinate has two."""
     check_unique("transmission", [law.of for law in transmissions])
     for law in transmissions:
         check_choice("transmission of", law.of, law.of, coordinates)
 
 
 def check_name(what: str, name: object) -> None:
-    """Raises RobotError if a name is not an identifier."""
+    """Raises DescriptionError if a name is not an identifier."""
     if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name):
-        raise RobotError(f"{what} {name!r}: expected a name of letters, digits and _")
+        raise DescriptionError(f"{what} {name!r}: expected a name of letters, digits and _")
 
 
 def check_robot_name(name: object) -> None:
-    """Raises RobotError if a name cannot be the prefix of generated names.
+    """Raises DescriptionError if a name cannot be the prefix of generated names.
 
     CasADi does not allow two consecutive underscores, and an underscore follows the prefix.
     """
     check_name("robot", name)
     if "__" in f"{name}_":
-        raise RobotError(f"robot {name!r}: expected a name without __ and without a trailing _")
+        raise DescriptionError(
+            f"robot {name!r}: expected a name without __ and without a trailing _"
+        )
     if f"{name}_".lower().startswith(OWN_PREFIX):
         expected = f"a name that does not start with {OWN_PREFIX}, the prefix of chasles' own files"
-        raise RobotError(f"robot {name!r}: expected {expected}")
+        raise DescriptionError(f"robot {name!r}: expected {expected}")
 
 
 def check_choice(what: str, name: str, value: object, choices: Sequence[object]) -> None:
-    """Raises RobotError if a value is not among the choices."""
+    """Raises DescriptionError if a value is not among the choices."""
     if value not in choices:
         expected = ", ".join(map(str, choices))
-        raise RobotError(f"{what} {name!r}: {value!r} is none of {expected}")
+        raise DescriptionError(f"{what} {name!r}: {value!r} is none of {expected}")

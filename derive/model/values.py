@@ -11,7 +11,7 @@ import sympy as sp
 from sympy.core.relational import Relational
 from sympy.logic.boolalg import Boolean
 
-from .errors import RobotError
+from .errors import DescriptionError
 from .tolerances import EVALUATION_DIGITS, ROUNDING, WORKING_DIGITS
 
 MOST_OPERATIONS = 30
@@ -19,7 +19,7 @@ MOST_OPERATIONS = 30
 measured values have hundreds."""
 
 
-class NoValue(RobotError):
+class NoValue(DescriptionError):
     """An expression without a finite real value: division by zero or an even root below 0."""
 
 

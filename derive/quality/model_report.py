@@ -23,7 +23,7 @@ from ..description.conventions.neighbours import Neighbours, least_singular_valu
 from ..description.conventions.suited import suitable_conventions, with_suitable_conventions
 from ..loops.freedoms import virtual_joints
 from ..model.convention import Convention
-from ..model.errors import RobotError
+from ..model.errors import DescriptionError
 from ..model.geometry import geometry
 from ..model.mechanism import Described, Mechanism
 from ..model.robot import SerialRobot
@@ -53,7 +53,7 @@ def model_report(
             fresh entropy.
 
     Raises:
-        RobotError: Legs carry the tool instead of a chain of joints.
+        DescriptionError: Legs carry the tool instead of a chain of joints.
     """
     chain = _chain(description)
     fitting = [convention for convention in conventions if convention.fit]
@@ -79,7 +79,7 @@ def _chain(robot: Described) -> SerialRobot:
     terms = Terms({parameter.symbol: parameter.value for parameter in robot.parameters})
     free = {joint.name for run in virtual_joints(robot, terms) for joint in run}
     if any(joint.name in free for joint in robot.main_chain.joints):
-        raise RobotError(f"{robot.name}: legs carry its tool; expected a chain of joints")
+        raise DescriptionError(f"{robot.name}: legs carry its tool; expected a chain of joints")
     return robot.main_chain
 
 

@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 from sympy.core.relational import Relational
 from sympy.logic.boolalg import Boolean
 
-from ..model.errors import RobotError
+from ..model.errors import DescriptionError
 from .branches import branch
 from .symbolic_function import SymbolicFunction
 from .terms import Terms
 
 
-class LoweringError(RobotError):
+class LoweringError(DescriptionError):
     """No rule lowers a part of an expression; the message quotes this part."""
 
 

@@ -208,7 +208,7 @@ def _run_compiler(description: Path, folder: Path, options: Sequence[str]) -> No
     if result.returncode:
         # Reports on single robots are on stdout, errors that end the run on stderr.
         said = "\n".join(filter(None, (result.stdout.strip(), result.stderr.strip())))
-        names_it = said.startswith(f"{description.absolute()}: ")
+        names_it = said.startswith(f"{description.absolute()}:")
         raise DerivationError(said if names_it else f"{description}: cannot be derived; {said}")
     for line in result.stderr.splitlines():
         if line.startswith(_WARNING):

@@ -14,7 +14,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Literal
 
-from chasles.derive import DescriptionError, RobotError, files, read
+from chasles.derive import DescriptionError, files, read
 from chasles.derive.build.time_limit import OutOfTime, at_most
 from tests.support.derivations import ROBOTS
 from tests.support.generators.field_arms import calibrated
@@ -135,11 +135,11 @@ def _attempt(path: Path, *, derive: bool) -> Attempt:
     except OutOfTime as error:
         return Attempt("endless", str(error))
     except DescriptionError as error:
+        if not error.file:
+            return Attempt("refused" if derive else "crashed", str(error))
         if str(path) not in str(error):
             return Attempt("crashed", f"no file in the error: {error}")
         return Attempt("refused", str(error))
-    except RobotError as error:
-        return Attempt("refused" if derive else "crashed", str(error))
     except Exception as error:
         place = traceback.extract_tb(error.__traceback__)[-1]
         text = f"{type(error).__name__}: {error} ({place.filename}:{place.lineno})"

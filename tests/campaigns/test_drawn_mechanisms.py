@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 
 import chasles
-from chasles.derive import RobotError, derive, mobility, write
+from chasles.derive import DescriptionError, derive, mobility, write
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.loops.maps import makers
 from chasles.derive.model.placements import Translation
@@ -92,7 +92,9 @@ def test_three_crank_linkage_is_mobile_only_uncrossed():
     struts = numbers.strut_values(crossed)
     values = {n: sp.Rational(f"{v:.6f}") for n, v in (crossed | struts).items()}
     rigid = replace(drawn.mechanism, reference=tuple((reference | values).items()))
-    with pytest.raises(RobotError, match="0 degrees of freedom: its loops immobilize every body"):
+    with pytest.raises(
+        DescriptionError, match="0 degrees of freedom: its loops immobilize every body"
+    ):
         derive(rigid)
 
 

@@ -7,7 +7,7 @@ import threading
 
 import pytest
 
-from chasles.derive import RobotError
+from chasles.derive import DescriptionError
 from chasles.derive.beside import beside
 
 is_forked = pytest.mark.skipif(sys.platform != "linux", reason="forks on Linux alone")
@@ -28,7 +28,7 @@ def test_result_comes_from_a_forked_process(alone):
 
 
 @is_forked
-@pytest.mark.parametrize("kind", [RobotError, ValueError])
+@pytest.mark.parametrize("kind", [DescriptionError, ValueError])
 def test_error_in_fork_is_raised_again_with_its_type(alone, kind):
     def refuse():
         raise kind("no such wrench")

@@ -4,9 +4,8 @@ from functools import partial
 
 import pytest
 
-from chasles.derive import isolation, read
+from chasles.derive import DescriptionError, isolation, read
 from chasles.derive.description.importers import chains
-from chasles.derive.description.toml_file import DescriptionError
 from chasles.derive.isolation import IsolatedWorkError, Limits, isolated
 
 ENDLESS = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
@@ -41,6 +40,18 @@ def test_limits_hold(run, tmp_path):
         run(partial(bytes, 1 << 30), Limits(memory=1 << 28))
     with pytest.raises(OSError, match="File too large"):
         run(partial(file.write_text, "x" * 100_000))
+
+
+def test_errors_of_files_keep_their_fields(run, tmp_path):
+    file = tmp_path / "bent.urdf"
+    file.write_text('<robot name="bent">\n<link name=""/></robot>')
+    with pytest.raises(DescriptionError) as caught:
+        run(partial(read, file))
+    with pytest.raises(DescriptionError) as direct:
+        read(file)
+    assert caught.value.file == str(file)
+    assert vars(caught.value) == vars(direct.value)
+    assert str(caught.value) == str(direct.value)
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ import mpmath
 import sympy as sp
 
 from ...model.convention import AxisLine, Convention, Fitted
-from ...model.errors import RobotError
+from ...model.errors import DescriptionError
 from ...model.placements import Placement, Vector, from_xyz_rpy, rotation, translation
 from ...model.robot import Joint, Parameter, SerialRobot
 from ...model.tolerances import CONTINUOUS_MODEL, EVALUATION_DIGITS, ZERO_COMPONENT
@@ -59,10 +59,10 @@ def with_suitable_conventions(robot: SerialRobot) -> SerialRobot:
         robot: A serial robot in any conventions; named parameters are replaced by their values.
 
     Raises:
-        RobotError: The robot has masses, which are positioned in link frames.
+        DescriptionError: The robot has masses, which are positioned in link frames.
     """
     if robot.load is not None:
-        raise RobotError(
+        raise DescriptionError(
             f"{robot.name}: masses are positioned in link frames, which change with "
             "the conventions; set the convention of each joint"
         )

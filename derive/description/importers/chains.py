@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Protocol, TypeVar
 
 from ...isolation import IsolatedWorkError, Limits, isolated
-from ...model.errors import RobotError
+from ...model.errors import DescriptionError
 from ...model.mechanism import Described
-from ..toml_file import DescriptionError
+from ..toml_file import file_error
 from ..urdf import UrdfFile
 from .identifiers import identifier
 from .kinematic_tree import KinematicTree
@@ -79,7 +79,7 @@ def _isolated(file: Path, work: Callable[[], Result]) -> Result:
         return isolated(work, READING)
     except IsolatedWorkError as error:
         expected = f"a file that can be read: {error}"
-        raise DescriptionError(str(file), None, "", None, expected) from None
+        raise file_error(str(file), None, "", None, expected) from None
 
 
 def opened(file: Path, arguments: Sequence[str] = ()) -> LinkedBodies:
@@ -96,7 +96,7 @@ def opened(file: Path, arguments: Sequence[str] = ()) -> LinkedBodies:
         return UrdfFile(f"{file} (expanded)", expanded(file, arguments))
     if arguments:
         expected = "a xacro file: no other takes arguments"
-        raise DescriptionError(str(file), None, "", arguments[0], expected)
+        raise file_error(str(file), None, "", arguments[0], expected)
     if file.suffix.lower() == ".xml" and not is_urdf(read_xml(file)):
         return MjcfFile(file)
     return UrdfFile(str(file), read_xml(file))
@@ -122,7 +122,7 @@ def chains(
         Base, tip and robot-name suffix per chain; the suffix of a single chain is empty.
 
     Raises:
-        RobotError: A file is invalid, or the group is unknown.
+        DescriptionError: A file is invalid, or the group is unknown.
     """
     return _isolated(file, partial(_chains, file, arguments, base, groups, srdf))
 
@@ -152,7 +152,7 @@ def _of_group(source: LinkedBodies, file: Path, group: str, srdf: Path | None) -
     """Returns the chains of a group, named after the group or, for several, after the tips."""
     groups = srdf or srdf_beside(file)
     if groups is None:
-        raise RobotError(
+        raise DescriptionError(
             f"{file}: expected an SRDF file with the same name in the same folder, or --srdf FILE"
         )
     pairs = group_ends(groups, source.tree, group)

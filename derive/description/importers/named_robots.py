@@ -6,7 +6,7 @@ from pathlib import Path
 
 from chasles.contract.errors import NotInstalledError
 
-from ...model.errors import RobotError
+from ...model.errors import DescriptionError, UnknownRobotError
 
 NEEDED = "pip install 'chasles[files]'"
 ENDINGS = ("", "_description", "_mj_description")
@@ -25,7 +25,8 @@ def described(name: str) -> tuple[Path, tuple[str, ...]]:
 
     Raises:
         NotInstalledError: The package is not installed.
-        RobotError: The robot is unknown, or the download failed.
+        UnknownRobotError: The robot is unknown.
+        DescriptionError: The download failed, or the package has no description of the robot.
     """
     try:
         from git.exc import GitError  # noqa: PLC0415
@@ -37,22 +38,26 @@ def described(name: str) -> tuple[Path, tuple[str, ...]]:
     if known is None:
         close = get_close_matches(name, DESCRIPTIONS, n=MOST_SHOWN, cutoff=0.4)
         near = f", such as {', '.join(close)}" if close else ""
-        raise RobotError(f"robot:{name}: expected a name of robot_descriptions{near}")
+        raise UnknownRobotError(f"robot:{name}: expected a name of robot_descriptions{near}")
     try:
         module = import_module(f"robot_descriptions.{known}")
     except (GitError, OSError, ImportError) as error:
         reason = str(error).strip().splitlines()[-1] if str(error).strip() else repr(error)
-        raise RobotError(f"robot:{name}: expected {known} to be downloaded ({reason})") from error
+        raise DescriptionError(
+            f"robot:{name}: expected {known} to be downloaded ({reason})"
+        ) from error
     for attribute in ("URDF_PATH", "XACRO_PATH", "MJCF_PATH"):
         if hasattr(module, attribute):
             given = getattr(module, "XACRO_ARGS", {}) if attribute == "XACRO_PATH" else {}
             return _there(name, getattr(module, attribute)), tuple(
                 f"{argument}:={value}" for argument, value in given.items()
             )
-    raise RobotError(f"robot:{name}: expected a URDF, a xacro file or an MJCF model in {known}")
+    raise DescriptionError(
+        f"robot:{name}: expected a URDF, a xacro file or an MJCF model in {known}"
+    )
 
 
 def _there(name: str, path: str) -> Path:
     if not Path(path).is_file():
-        raise RobotError(f"robot:{name}: expected a file {path}")
+        raise DescriptionError(f"robot:{name}: expected a file {path}")
     return Path(path)

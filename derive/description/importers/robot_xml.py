@@ -6,7 +6,7 @@ from pathlib import Path
 from lxml import etree
 
 from ..file_text import decoded, read_bytes
-from ..toml_file import DescriptionError
+from ..toml_file import file_error
 
 ROOT = "robot"
 _FIRST_TAG = re.compile(r"<([A-Za-z][\w:.-]*)")
@@ -65,16 +65,16 @@ def parsed(file: str, text: str, root: str = ROOT) -> etree._Element:
         # include entries of other texts.
         if any(entry.domain != etree.ErrorDomains.NAMESPACE for entry in parser.error_log):
             reason = f"well-formed XML ({error.msg})"
-            raise DescriptionError(file, error.lineno, "", None, reason) from error
+            raise file_error(file, error.lineno, "", None, reason) from error
         element = etree.fromstring(text.encode(), _parser(recover=True))
     _drop_namespace(element)
     tag, line = str(element.tag), element.sourceline
     about = f"<{tag}>"
     if element.getroottree().docinfo.doctype:
         expected = "no document type, which could define entities"
-        raise DescriptionError(file, line, about, None, expected)
+        raise file_error(file, line, about, None, expected)
     if tag != root:
-        raise DescriptionError(file, line, about, tag, f"a <{root}>")
+        raise file_error(file, line, about, tag, f"a <{root}>")
     return element
 
 

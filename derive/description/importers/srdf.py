@@ -10,7 +10,7 @@ from typing import NoReturn
 
 from lxml import etree
 
-from ..toml_file import DescriptionError, hint, listed
+from ..toml_file import file_error, hint, listed
 from .kinematic_tree import KinematicTree
 from .robot_xml import parsed, read_xml
 from .xacro_file import expanded, is_xacro
@@ -110,4 +110,4 @@ class _Srdf:
         return link
 
     def _fail(self, element: etree._Element, value: object, expected: str) -> NoReturn:
-        raise DescriptionError(self.file, element.sourceline, "<group>", value, expected) from None
+        raise file_error(self.file, element.sourceline, "<group>", value, expected) from None

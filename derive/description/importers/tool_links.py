@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
-from ...model.errors import RobotError
+from ...model.errors import DescriptionError
 from .end_parts import EndPart, Way, arms_of, freedom, has_a_word, named_parts, tool_rank
 from .kinematic_tree import KinematicTree, TreeJoint
 
@@ -25,7 +25,7 @@ MOST_OTHERS = 6
 """Maximum number of other ends listed in a note."""
 
 
-class NoChain(RobotError):
+class NoChain(DescriptionError):
     """Error for links without a chain; the caller adds the file.
 
     Attributes:

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, NoReturn
 import mpmath as mp
 import sympy as sp
 
-from ...model.errors import RobotError
+from ...model.errors import DescriptionError
 from ...model.exact import NotExact, read
 from ...model.mechanism import Described
 from ...model.placements import Rotation, Vector
@@ -29,7 +29,7 @@ from ...model.tolerances import CALIBRATED_TOOL, EVALUATION_DIGITS, ROUNDING
 from ..conventions.denavit_hartenberg import dh
 from ..conventions.urdf_origin import urdf
 from ..file_text import text_of
-from ..toml_file import DescriptionError
+from ..toml_file import file_error
 from .roll_pitch_yaw import of_matrix
 
 if TYPE_CHECKING:
@@ -63,8 +63,9 @@ def apply_calibration(description: Described, path: str | Path) -> SerialRobot:
         path: ``calibration.conf`` of the controller, or the ``.yaml`` file from the ROS driver.
 
     Raises:
-        RobotError: The file is not a calibration, the robot is not a UR arm, or the calibration
-            belongs to another arm type (tools at zero differ by more than ``CALIBRATED_TOOL``).
+        DescriptionError: The file is not a calibration, the robot is not a UR arm, or the
+            calibration belongs to another arm type (tools at zero differ by more than
+            ``CALIBRATED_TOOL``).
     """
     file = Path(path)
     with mp.workdps(EVALUATION_DIGITS):
@@ -85,7 +86,9 @@ def _measured(arm: SerialRobot, calibration: "_File", file: Path) -> SerialRobot
     distance = float(mp.norm(apart[:3, 3]))
     if max(distance, float(mp.norm(apart[:3, :3]))) > CALIBRATED_TOOL:
         expected = f"the calibration of a {arm.title or arm.name}"
-        raise RobotError(f"{file}: expected {expected}; its tool is {distance:.3f} m away at zero")
+        raise DescriptionError(
+            f"{file}: expected {expected}; its tool is {distance:.3f} m away at zero"
+        )
     return measured
 
 
@@ -99,7 +102,7 @@ def _arm(robot: Described, file: Path) -> SerialRobot:
         if turning and len(moving) == len(LINKS) == last - first + 1:
             return robot
     expected = "six consecutive revolute joints without fixed joints in between"
-    raise RobotError(
+    raise DescriptionError(
         f"{file}: belongs to a UR arm, of {expected}; {robot.name} is none (the shelf has ur5, "
         "ur5e and others)"
     )
@@ -208,7 +211,7 @@ class _File:
         return value
 
     def _fail(self, line: int | None, field: str, value: object, expected: str) -> NoReturn:
-        raise DescriptionError(str(self.file), line, field, value, expected) from None
+        raise file_error(str(self.file), line, field, value, expected) from None
 
 
 def _entries(node: "Node | None") -> dict[str, "Node"]:

@@ -9,9 +9,9 @@ from typing import Any
 from xml.dom import minidom
 from xml.parsers.expat import ExpatError
 
-from chasles.contract.errors import NotInstalledError
+from chasles.contract.errors import DescriptionError, NotInstalledError
 
-from ..toml_file import DescriptionError
+from ..toml_file import file_error
 from .robot_xml import read_xml
 from .xacro_expressions import expression_evaluator, replaced, substitution_evaluator
 from .xacro_hints import incomplete, missing
@@ -79,7 +79,7 @@ def expanded_with_files(file: Path, arguments: Sequence[str]) -> tuple[str, list
     included = [str(name) for name in xacro.all_includes[before:]]
     lacking = incomplete(document.documentElement, file, included)
     if lacking:
-        raise DescriptionError(str(file), None, "", None, lacking)
+        raise file_error(str(file), None, "", None, lacking)
     return str(document.toprettyxml(indent="  ")), [Path(name).absolute() for name in included]
 
 
@@ -93,7 +93,7 @@ def arguments_of(file: Path, arguments: Sequence[str]) -> dict[str, str]:
     for word in arguments:
         match = ARGUMENT.fullmatch(word)
         if match is None:
-            raise DescriptionError(str(file), None, "xacro argument", word, "name:=value")
+            raise file_error(str(file), None, "xacro argument", word, "name:=value")
         found[match[1]] = match[2]
     return found
 
@@ -106,7 +106,7 @@ def _refused(file: Path, reason: str, stack: Sequence[str | None] | None) -> Des
     reason = TWICE.sub(r"\1", " ".join(CLASS.sub("", reason).split()))
     hint = missing(reason, Path(inner))
     expected = f"xacro that can be expanded ({reason}{within}{hint})"
-    return DescriptionError(inner, int(line[1]) if line else None, "", None, expected)
+    return file_error(inner, int(line[1]) if line else None, "", None, expected)
 
 
 @contextmanager

@@ -36,7 +36,7 @@ import numpy as np
 import sympy as sp
 
 from ...chain.poe import placement_matrix
-from ...model.errors import RobotError
+from ...model.errors import DescriptionError
 from ...model.robot import Joint, SerialRobot
 from .line_quantities import COUNT, Array, motion, quantities, slide, turn
 
@@ -94,10 +94,10 @@ def placements(robot: SerialRobot) -> list[Array]:
     """Returns the exact constant placements (4, 4) before, between and behind the joints.
 
     Raises:
-        RobotError: A joint is neither revolute nor prismatic, or is a mimic joint.
+        DescriptionError: A joint is neither revolute nor prismatic, or is a mimic joint.
     """
     if not all(map(_is_free, robot.moving)):
-        raise RobotError(
+        raise DescriptionError(
             f"{robot.name} needs revolute or prismatic joints, each with its own coordinate"
         )
     found = [placement_matrix(robot.base)]

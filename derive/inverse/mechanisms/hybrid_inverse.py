@@ -14,7 +14,7 @@ import sympy as sp
 from ...chain.kinematics import common_unit
 from ...loops.hybrid import Hybrid
 from ...loops.iterated.closure_equations import LoopClosure
-from ...model.errors import RobotError
+from ...model.errors import DescriptionError
 from ...model.tolerances import LED, NEARLY_STRUCTURE
 from ...terms.symbolic_function import Argument
 from ...terms.vectors import Basis, Vector
@@ -140,7 +140,7 @@ def _by_nominal(
     for nominal in nominal_mechanisms(hybrid.mechanism):
         try:
             found = _of_nominal(hybrid, nominal, families, give, closure)
-        except RobotError:
+        except DescriptionError:
             # The loops of this nominal mechanism do not close at the reference.
             if hybrid.mechanism.nominal is not None:
                 raise

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...model.errors import RobotError
+from ...model.errors import DescriptionError
 from ...model.tolerances import REPEATED_EQUATION
 from ..closing import ClosedLoops, Vector
 from .bodies_in_numbers import BodiesInNumbers
@@ -24,8 +24,8 @@ def check_actuation(loops: ClosedLoops) -> None:
         loops: The constraints of the mechanism.
 
     Raises:
-        RobotError: Freedoms remain without an actuator, or actuators depend on each other. The
-            message lists them.
+        DescriptionError: Freedoms remain without an actuator, or actuators depend on each other.
+            The message lists them.
     """
     coordinates = loops.mechanism.coordinates
     actuated = [loops.names.index(c.moves) for c in coordinates]
@@ -45,14 +45,14 @@ def check_actuation(loops: ClosedLoops) -> None:
             "remove a rod or a closure, relax a constraint (a pin in place of a weld, a "
             "ball in place of a pin), or add a joint"
         )
-        raise RobotError(f"{has}: its loops immobilize every body; {advice}")
+        raise DescriptionError(f"{has}: its loops immobilize every body; {advice}")
     parts = []
     if independent < len(names):
         parts.append(_too_many(names, rows))
     if independent < freedoms:
         parts.append(_too_few(loops, moving, rows, freedoms - independent))
     and_has = f"{_counted(len(names), 'actuated coordinate')} ({', '.join(names)})"
-    raise RobotError(f"{has} and {and_has}: {'; '.join(parts)}")
+    raise DescriptionError(f"{has} and {and_has}: {'; '.join(parts)}")
 
 
 def _motions(loops: ClosedLoops, z: Vector) -> Vector:

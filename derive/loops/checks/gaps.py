@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...model.errors import RobotError
+from ...model.errors import DescriptionError, LoopError
 from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.placements import Placement, symbols_of
 from ...model.tolerances import GAP
@@ -62,14 +62,14 @@ class Remedy:
         return f"{self.name}, now {now}: {interval(self.low, self.high, self.is_length)}"
 
 
-def open_loop(mechanism: Mechanism) -> str:
+def open_loop(mechanism: Mechanism) -> LoopError | None:
     """Describes the loop that does not close at the reference, its gap, and the remedies.
 
     Args:
         mechanism: The description.
 
     Returns:
-        Several lines; empty if all loops close at the actuated coordinates of the reference.
+        The error; None if all loops close at the actuated coordinates of the reference.
     """
     bodies = BodiesInNumbers(mechanism)
     values, tried = bodies.values, []
@@ -78,30 +78,31 @@ def open_loop(mechanism: Mechanism) -> str:
         values = _closed(bodies, values, tried)
         gap = bodies.gaps(values)[closer.name]
         if not bodies.is_closed(gap) or not bodies.all_closed(values, tried):
-            return _told(bodies, closer, values, tried)
-    return ""
+            return _loop_error(bodies, closer, values, tried)
+    return None
 
 
-def not_closing(mechanism: Mechanism, error: RobotError) -> RobotError:
+def not_closing(mechanism: Mechanism, error: DescriptionError) -> DescriptionError:
     """Returns the error for loops that stay unsolved at the reference, with advice.
 
     Args:
         mechanism: The description.
         error: The solver's error. It is kept if the loops do close numerically.
     """
-    told = open_loop(mechanism)
+    found = open_loop(mechanism)
     swapped = swapped_ends(mechanism)
-    if told:
+    if found is not None:
         more = f"\n    Or {swapped}" if swapped else ""
         held = what_holds_it_open(mechanism)
-        return RobotError(f"robot {mechanism.name!r}: {told}{held}{more}")
+        text = f"robot {mechanism.name!r}: {found}{held}{more}"
+        return LoopError(text, gap=found.gap, remedies=found.remedies)
     if swapped:
-        return RobotError(f"{error}\n    Perhaps {swapped}")
+        return type(error)(f"{error}\n    Perhaps {swapped}")
     bodies = BodiesInNumbers(mechanism)
     for closer in mechanism.closers:
         across = bodies.across(closer)
         if across:
-            return RobotError(f"{error} ({closer.name}: {across})")
+            return type(error)(f"{error} ({closer.name}: {across})")
     names = [closer.name for closer in mechanism.closers]
     at = _closed(bodies, bodies.values, names)
     actuation = _wrong_actuation(mechanism, at)
@@ -114,13 +115,13 @@ def not_closing(mechanism: Mechanism, error: RobotError) -> RobotError:
     if bodies.is_dead(at):
         actuated = ", ".join(mechanism.actuated)
         advice = f"set other values of {actuated} in [reference] at which the loops can move"
-        return RobotError(f"{error}\n    The loops are at a dead point at {near}: {advice}")
-    return RobotError(
+        return type(error)(f"{error}\n    The loops are at a dead point at {near}: {advice}")
+    return type(error)(
         f"{error}\n    The loops close at {near}: write values close to these in [reference]"
     )
 
 
-def _wrong_actuation(mechanism: Mechanism, at: Mapping[str, float]) -> RobotError | None:
+def _wrong_actuation(mechanism: Mechanism, at: Mapping[str, float]) -> DescriptionError | None:
     """Returns the error of actuators that do not determine a mechanism; None if they do.
 
     Loops with too many freedoms look like loops at a dead point.
@@ -132,11 +133,11 @@ def _wrong_actuation(mechanism: Mechanism, at: Mapping[str, float]) -> RobotErro
     loops = ClosedLoops(mechanism, at)
     try:
         loops.closed(loops.reference, np.ones(len(loops.z), dtype=bool))
-    except RobotError:
+    except DescriptionError:
         return None
     try:
         check_actuation(loops)
-    except RobotError as error:
+    except DescriptionError as error:
         return error
     return None
 
@@ -180,22 +181,24 @@ def _gap(bodies: BodiesInNumbers, values: Mapping[str, float], loops: Sequence[s
 # --- remedies ---
 
 
-def _told(
+def _loop_error(
     bodies: BodiesInNumbers,
     closer: Closure | Strut,
     values: Mapping[str, float],
     loops: Sequence[str],
-) -> str:
-    gap = _missing(bodies, closer, values)
-    head = f"the loop of {closer.name!r} does not close{_where(bodies, closer)}: {gap}"
+) -> LoopError:
+    gap, words = _gap_in_words(bodies, closer, values)
+    head = f"the loop of {closer.name!r} does not close{_where(bodies, closer)}: {words}"
     across = bodies.across(closer)
     if across:
-        return f"{head}; {across}"
+        return LoopError(f"{head}; {across}", gap=gap)
     remedies = sorted(_remedies(bodies, closer, values, loops), key=lambda r: _change(bodies, r))
     if not remedies:
-        return f"{head}; no single length, angle or coordinate of it closes the loop"
+        text = f"{head}; no single length, angle or coordinate of it closes the loop"
+        return LoopError(text, gap=gap)
     lines = [f"    {remedy}" for remedy in remedies[:MOST_TOLD]]
-    return "\n".join([f"{head}. Any one of these closes it:", *lines])
+    text = "\n".join([f"{head}. Any one of these closes it:", *lines])
+    return LoopError(text, gap=gap, remedies=remedies)
 
 
 def _where(bodies: BodiesInNumbers, closer: Closure | Strut) -> str:
@@ -209,23 +212,27 @@ def _where(bodies: BodiesInNumbers, closer: Closure | Strut) -> str:
     return f" at the reference ({', '.join(told)})" if told else " at the reference"
 
 
-def _missing(bodies: BodiesInNumbers, closer: Closure | Strut, values: Mapping[str, float]) -> str:
-    """Describes the gap."""
+def _gap_in_words(
+    bodies: BodiesInNumbers, closer: Closure | Strut, values: Mapping[str, float]
+) -> tuple[float, str]:
+    """Returns the gap (metre) and its description, which includes the angle between the frames."""
     _, _, d = bodies.ends(closer, values)
     distance = float(np.linalg.norm(d))
     if isinstance(closer, Strut):
         length = bodies.length(closer, values)
         word = "too short" if distance > length else "too long"
-        return (
+        words = (
             f"its ends on {closer.a.body} and {closer.b.body} are at best {shown(distance, True)} "
             f"apart, but it is {shown(length, True)} long, {shown(abs(distance - length), True)}"
             f" {word}"
         )
+        return abs(distance - length), words
     gap = bodies.gaps(values)[closer.name]
     parts = [shown(gap.distance, True)] if gap.distance > GAP * bodies.size else []
     parts += [shown(gap.turn, False)] if gap.turn > GAP else []
     apart = f"are at best {' and '.join(parts)} apart"
-    return f"its frames on {closer.a.body} and {closer.b.body} {apart}"
+    words = f"its frames on {closer.a.body} and {closer.b.body} {apart}"
+    return float(gap.distance), words
 
 
 def _remedies(

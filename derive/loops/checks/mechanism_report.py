@@ -11,7 +11,7 @@ def in_words(h: Hybrid) -> str:
     """Reports the freedoms of a mechanism from three counts, its loops and their solution.
 
     Raises:
-        RobotError: The loops do not close at the reference, or the actuators do not match the
+        DescriptionError: The loops do not close at the reference, or the actuators do not match the
             freedoms.
     """
     h.check()

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model.errors import RobotError
+from ...model.errors import DescriptionError
 from ...model.mechanism import Closure, Mechanism, Strut
 from ...model.tolerances import MEASURED_STRUCTURE
 from ...terms.terms import Terms
@@ -99,8 +99,8 @@ def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
     """Returns the mechanism, its tilted rods reduced to length constraints if requested.
 
     Raises:
-        RobotError: A pin-ended rod is in a spatial loop. Either the file does not request least
-            squares, or the loop is far from a plane.
+        DescriptionError: A pin-ended rod is in a spatial loop. Either the file does not request
+            least squares, or the loop is far from a plane.
     """
     found = tilts(mechanism, terms)
     if not found:
@@ -114,7 +114,7 @@ def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
             else 'expected parallel axes, ends = "ball", or closure = "least squares" at the top of'
             " the file if the play of the pins absorbs the tilt"
         )
-        raise RobotError(
+        raise DescriptionError(
             f"robot {mechanism.name!r}: pins hold the ends of {tilt.closer!r} in a plane, and its"
             f" loop cannot close: {tilt}. The constraint along the axes is redundant; {remedy}"
         )

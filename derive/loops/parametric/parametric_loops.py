@@ -23,7 +23,7 @@ import sympy as sp
 
 from ...chain.kinematics import OBSERVED, common_unit, coordinates, pose_entries
 from ...chain.parametric import PARAMETRIC, REPRESENTATION, ROLES
-from ...model.errors import RobotError
+from ...model.errors import DescriptionError
 from ...terms.role import Role
 from ...terms.symbolic_function import Argument, Call, Result, SymbolicFunction
 from ...terms.vectors import ORIGIN, cross, subtracted
@@ -56,8 +56,8 @@ class ParametricLoops:
             hybrid: The robot.
 
         Raises:
-            RobotError: The robot has no loops, or the number of equations differs from the number
-                of unknown variables.
+            DescriptionError: The robot has no loops, or the number of equations differs from the
+                number of unknown variables.
         """
         self.hybrid, self.terms = hybrid, hybrid.terms
         self.mechanism = mechanism = on_balls(hybrid.mechanism)
@@ -121,9 +121,11 @@ class ParametricLoops:
     def _check(self) -> None:
         name, (m, n) = self.mechanism.name, (len(self._rows), len(self.unknown))
         if not m:
-            raise RobotError(f"{name}: without loops, its main chain has parametric functions")
+            raise DescriptionError(
+                f"{name}: without loops, its main chain has parametric functions"
+            )
         if m != n:
-            raise RobotError(
+            raise DescriptionError(
                 f"{name}: {m} loop equations for {n} unknown variables; redundant equations hold "
                 "only for the nominal geometry, so there are no parametric functions"
             )

@@ -73,7 +73,7 @@ def assemble(
         branch: The requested branch; None for the branch of the reference.
 
     Raises:
-        RobotError: A loop does not close at the reference, or the branch is ambiguous there.
+        DescriptionError: A loop does not close at the reference, or the branch is ambiguous there.
     """
     clusters = Clusters(terms, linkage, known, reference, branch)
     while _join(clusters):

@@ -14,7 +14,7 @@ from itertools import combinations
 
 import sympy as sp
 
-from ...model.errors import RobotError
+from ...model.errors import DescriptionError
 from ...model.roots import angle_of
 from ...model.tolerances import BRANCHES_APART, OFF_BRANCH
 from ...terms.tangents import LoopRate
@@ -56,7 +56,8 @@ class PlanarStep(LoopStep):
             False if the step fits no clusters.
 
         Raises:
-            RobotError: The loop does not close at the reference, or its branch is ambiguous there.
+            DescriptionError: The loop does not close at the reference, or its branch is ambiguous
+                there.
         """
 
 
@@ -283,7 +284,7 @@ class Clusters:
             edges: The edges that the step joins, for the message.
 
         Raises:
-            RobotError: The sign at the reference is ambiguous.
+            DescriptionError: The sign at the reference is ambiguous.
         """
         joined = tuple(edge.name for edge in edges)
         if self.branch is not None:
@@ -291,7 +292,7 @@ class Clusters:
         if at_reference == 0:
             # The far ends of struts have no name in the description.
             names = ", ".join(edge.name for edge in edges if "." not in edge.name)
-            raise RobotError(
+            raise DescriptionError(
                 f"the loop of {names} does not close at the reference, or is at a dead point there:"
                 " choose a reference at which it closes and can move"
             )
@@ -306,7 +307,7 @@ class Clusters:
             edges: The edges that the step joins.
 
         Raises:
-            RobotError: The figure at the reference is ambiguous.
+            DescriptionError: The figure at the reference is ambiguous.
         """
         if self.branch is not None:
             return self.branch.figure(tuple(edge.name for edge in edges))

@@ -69,7 +69,8 @@ class Parallelogram(PlanarStep):
         """Joins the first ring of three pins with parallelogram sides, on either branch.
 
         Raises:
-            RobotError: The parallelogram is stretched at the reference, where both figures meet.
+            DescriptionError: The parallelogram is stretched at the reference, where both figures
+                meet.
         """
         for pins in clusters.rings(slides=0):
             sides = _sides(clusters, dyad_of(clusters, pins))

@@ -55,7 +55,7 @@ def assemble_in_space(
         branch: The requested branch; None for the branch of the reference.
 
     Raises:
-        RobotError: A loop does not close at the reference.
+        DescriptionError: A loop does not close at the reference.
     """
     legs = Legs(terms, mechanism, known, reference, branch)
     while any(Guides.use(legs, loop) for loop in loops):

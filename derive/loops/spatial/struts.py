@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ...model.errors import RobotError
+from ...model.errors import DescriptionError, LoopError
 from ...model.mechanism import Frame, Mechanism, Strut
 from ...model.robot import Joint
 from ...model.tolerances import BRANCHES_APART
@@ -37,7 +37,7 @@ class LegStep(LoopStep):
             False if the step does not fit these struts.
 
         Raises:
-            RobotError: The loop does not close at the reference.
+            DescriptionError: The loop does not close at the reference.
         """
 
 
@@ -196,15 +196,16 @@ class Legs:
             is_length: Whether the sign belongs to a leg's length.
 
         Raises:
-            RobotError: The loop does not close at the reference, or its branch is ambiguous there.
+            DescriptionError: The loop does not close at the reference, or its branch is ambiguous
+                there.
         """
         if self.branch is not None:
             side = self.branch.length if is_length else self.branch.side
             return side((name,))
         if any(math.isnan(distance) for distance in distances.values()):
-            raise RobotError(f"the loop of {name} does not close at the reference")
+            raise LoopError(f"the loop of {name} does not close at the reference")
         if abs(distances[1] - distances[-1]) < BRANCHES_APART:
-            raise RobotError(
+            raise DescriptionError(
                 f"both branches of the loop of {name} are equally near to the reference, or it is "
                 "at a dead point there: choose a reference nearer to one of them"
             )

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from chasles.calibration.calibrated_file import robot_file
 from chasles.cli import main
-from chasles.derive import RobotError, read
+from chasles.derive import DescriptionError, read
 from tests.support.compiling import compiled
 from tests.support.derivations import ROBOTS
 from tests.support.measured_arms import drawn
@@ -74,10 +74,10 @@ def test_non_invertible_transmissions_are_rejected(tmp_path):
     text = (ROBOTS / "scara.toml").read_text()
     for law, words in (('gain = 1\nsin1 = "3"', "waves of at most"), ("gain = 0", "other than 0")):
         path.write_text(f'{text}\n[[transmissions]]\nof = "shoulder"\n{law}\n')
-        with pytest.raises(RobotError, match=words):
+        with pytest.raises(DescriptionError, match=words):
             read(path)
     path.write_text(f'{text}\n[[transmissions]]\nof = "none"\n')
-    with pytest.raises(RobotError, match="transmission of 'none'"):
+    with pytest.raises(DescriptionError, match="transmission of 'none'"):
         read(path)
 
 

@@ -26,7 +26,7 @@ from chasles.calibration import (
 from chasles.calibration.calibrated_file import robot_file
 from chasles.calibration.fitting.noise import OUTLYING
 from chasles.calibration.fitting.problem import Fit, problem_at
-from chasles.derive import RobotError, casadi_function, derive, read, read_text
+from chasles.derive import DescriptionError, casadi_function, derive, read, read_text
 from chasles.derive.chain.parametric import PARAMETRIC
 from chasles.derive.latex.inverse.inverse_fragment import inverse_of_loops
 from chasles.derive.latex.loops.loop_page import LoopPage
@@ -232,7 +232,7 @@ def test_robot_file_resolves_its_nominal_robot(tmp_path):
     text = robot_file(robot, drawn(robot, random, 5e-4), "mine", "a test", "four_bar")
     mine = read_text(text, file=str(tmp_path / "mine.toml"))
     assert mine.nominal == read(ROBOTS / "four_bar.toml")
-    with pytest.raises(RobotError, match="or a robot file beside this one"):
+    with pytest.raises(DescriptionError, match="or a robot file beside this one"):
         read_text(text.replace('nominal = "four_bar"', 'nominal = "no_bar"'))
 
 

@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 from chasles import se3
 from chasles.calibration import Positions, identify
 from chasles.calibration.calibrated_file import robot_file
-from chasles.derive import RobotError, derive, read_text
+from chasles.derive import DescriptionError, derive, read_text
 from chasles.errors import InputValueError
 from tests.support.compiling import compiled
 from tests.support.convention_robots import sagging_ur5e
@@ -163,7 +163,7 @@ def test_invalid_springs_are_rejected_by_name(old, new, expected, tmp_path):
     arm = compiled(read_text(SLIDING), tmp_path / "arm", ["fk", "fk_p", "jacobian_p"], ["c"])
     text = robot_file(arm, sagging(arm, np.random.default_rng(4)), "mine", "simulated")
     assert text.count(old) == 1
-    with pytest.raises(RobotError, match=expected):
+    with pytest.raises(DescriptionError, match=expected):
         derive(read_text(text.replace(old, new)), functions=FUNCTIONS)
 
 

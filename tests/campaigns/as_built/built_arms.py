@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import chasles
-from chasles.derive import Mechanism, RobotError, write
+from chasles.derive import DescriptionError, Mechanism, write
 from tests.support.fixed import fixed_at
 from tests.support.generators.driven_arms import built_arm
 
@@ -64,7 +64,7 @@ def judged_arm(arm: Mechanism, number: int) -> Judged:
     with tempfile.TemporaryDirectory() as folder:
         try:
             write(arm, folder, functions=FUNCTIONS, languages=C_ALONE)
-        except RobotError as error:
+        except DescriptionError as error:
             if "has no function ik" not in str(error):
                 raise
             return Judged(1.0)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from chasles.derive import Mechanism, RobotError, derive
+from chasles.derive import DescriptionError, Mechanism, derive
 from chasles.derive.description.cleaned_robot import cleaned
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.terms.casadi_graph import lower
@@ -54,7 +54,7 @@ def trial(number: int) -> Outcome:
     title = f"{design.name}, {places} places{', turned' if turn else ''}"
     try:
         found = judged(design, rounded(design, places, turn), places, rng)
-    except RobotError as error:
+    except DescriptionError as error:
         return Outcome(failures=(f"{title}: {error}",))
     return barred("rounded robots", found, BARS, title)
 

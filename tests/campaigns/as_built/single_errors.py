@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import chasles
-from chasles.derive import Mechanism, RobotError, write
+from chasles.derive import DescriptionError, Mechanism, write
 from tests.support.fixed import fixed_at
 from tests.support.generators.as_built import single_errors
 from tests.support.oracles.least_gaps import LeastGaps
@@ -67,7 +67,7 @@ def trial(number: int) -> Outcome:
     title = f"{design.name}, {name}"
     try:
         found = judged(built, design, rng)
-    except RobotError as error:
+    except DescriptionError as error:
         return Outcome(failures=(f"{title}: {error}",))
     return barred(f"errors in {found.tier}", found, BARS, title)
 
@@ -85,7 +85,7 @@ def judged(built: Mechanism, design: Mechanism, rng: np.random.Generator) -> Jud
     with tempfile.TemporaryDirectory() as folder:
         try:
             own = _written(built, design, folder, has_ik=has_ik)
-        except RobotError as error:
+        except DescriptionError as error:
             if f'closure = "{LEAST_SQUARES}"' not in str(error):
                 raise
             built = replace(built, closure=LEAST_SQUARES)
@@ -109,7 +109,7 @@ def _written(built: Mechanism, design: Mechanism, folder: str, *, has_ik: bool) 
     built, names = replace(built, nominal=design), FUNCTIONS if has_ik else FUNCTIONS[:-1]
     try:
         write(built, folder, functions=names, languages=C_ALONE)
-    except RobotError as error:
+    except DescriptionError as error:
         text = str(error).partition("has no function ")[2].partition(";")[0]
         absent = set(text.split(", "))
         if not absent & set(OPTIONAL):

@@ -6,7 +6,7 @@ import sympy as sp
 from numpy.testing import assert_allclose
 from test_parametric import check, functions_of, nominal
 
-from chasles.derive import DescriptionError, RobotError, read, read_text
+from chasles.derive import DescriptionError, read, read_text
 from chasles.derive.chain.poe import placement_matrix
 from chasles.derive.model.robot import Load, PointMass
 from tests.support.convention_robots import sagging_ur5e
@@ -142,5 +142,5 @@ def test_gravity_without_masses_is_rejected():
 
 def test_point_mass_on_unknown_link_is_rejected():
     robot = read_text(MIXED)
-    with pytest.raises(RobotError, match="nowhere"):
+    with pytest.raises(DescriptionError, match="nowhere"):
         type(robot)(robot.name, robot.joints, load=Load((PointMass("nowhere", 1, (0, 0, 0)),)))

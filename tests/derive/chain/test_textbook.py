@@ -3,10 +3,10 @@
 import pytest
 import sympy as sp
 
+from chasles import InputValueError
 from chasles.derive import (
     Joint,
     Parameter,
-    RobotError,
     SerialRobot,
     derive,
     product_of_exponentials,
@@ -152,7 +152,7 @@ def test_shipped_robots_derive_all_functions_in_order(name):
 
 def test_an_unknown_function_is_an_error():
     with pytest.raises(
-        RobotError, match="planar has no function fkk; its functions are fk, link_poses"
+        InputValueError, match="planar has no function fkk; its functions are fk, link_poses"
     ):
         derive(planar_arm(), functions=("fkk",))
     with pytest.raises(KeyError, match="planar has no function 'fkk'"):

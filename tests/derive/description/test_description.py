@@ -3,7 +3,8 @@
 import pytest
 import sympy as sp
 
-from chasles.derive import DescriptionError, RobotError, read, read_text
+from chasles import UnknownRobotError
+from chasles.derive import DescriptionError, read, read_text
 from tests.support.counting import calls_of
 
 ARM = """\
@@ -375,7 +376,7 @@ def test_pi_in_degree_fields_is_rejected(old, new):
 
 @pytest.mark.parametrize("name", ["UR5e", "ur5-e", "ur_5e"])
 def test_other_spelling_of_a_robot_name_is_suggested(name):
-    with pytest.raises(RobotError, match=r"did you mean ur5e\?"):
+    with pytest.raises(UnknownRobotError, match=r"did you mean ur5e\?"):
         read(name)
 
 

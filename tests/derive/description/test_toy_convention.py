@@ -11,7 +11,6 @@ from chasles.derive import DescriptionError, Mechanism, derive, read, read_text
 from chasles.derive.description.conventions import CONVENTIONS
 from chasles.derive.latex import fragments
 from chasles.derive.model.convention import Convention, Field, of_transform
-from chasles.derive.model.errors import RobotError
 from chasles.derive.model.placements import align_z, inverse, rotation, translation
 
 twist, reach, rise, spin = sp.symbols("twist reach rise spin", real=True)
@@ -111,7 +110,9 @@ def test_custom_convention_is_known_only_to_its_call(tmp_path):
 def test_unknown_field_of_custom_convention_is_named():
     with pytest.raises(DescriptionError, match=r"joints\[1\].alpha: expected one of the fields"):
         read_text(FILE.replace("twist = 30", "alpha = 30"), conventions=WITH_TOY)
-    with pytest.raises(RobotError, match="'toy' has no field alpha; its fields are reach, twist"):
+    with pytest.raises(
+        DescriptionError, match="'toy' has no field alpha; its fields are reach, twist"
+    ):
         toy("revolute", alpha=0)
 
 
@@ -125,7 +126,7 @@ def test_mechanism_file_accepts_custom_convention():
 
 def test_joint_motion_must_be_rotation_or_translation_along_z():
     fields = (Field("spin", "angle"),)
-    with pytest.raises(RobotError, match="'spin' is neither"):
+    with pytest.raises(DescriptionError, match="'spin' is neither"):
         of_transform("no", fields, rotation("x", spin), source="", words="", turning="spin")
 
 

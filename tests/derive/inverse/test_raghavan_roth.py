@@ -23,7 +23,7 @@ from chasles.derive.inverse.general.raghavan_roth import (
     turned,
 )
 from chasles.derive.inverse.general.split_choice import choose, without
-from chasles.derive.model.robot import RobotError
+from chasles.derive.model.robot import DescriptionError
 from tests.support.derivations import ROBOTS, description
 from tests.support.generators.random_arms import random_arm
 
@@ -222,7 +222,7 @@ def test_fixed_joint_is_absorbed_into_a_placement():
 def test_helical_joint_is_rejected_with_the_robot_name():
     robot = of("jaco2")
     screw = replace(robot.joints[2], kind="helical", pitch=sp.Rational(1, 10))
-    with pytest.raises(RobotError, match="jaco2 needs revolute or prismatic joints"):
+    with pytest.raises(DescriptionError, match="jaco2 needs revolute or prismatic joints"):
         placements(replace(robot, joints=(*robot.joints[:2], screw, *robot.joints[3:])))
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import RobotError, Rotation, Translation, derive, read_text
+from chasles.derive import DescriptionError, Rotation, Translation, derive, read_text
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.loops.planar.parallelogram import CrossedParallelogram, Parallelogram
 from chasles.derive.loops.planar.pin_pin_slide import TwoPinsAndSlide
@@ -263,10 +263,12 @@ def test_slotted_rocker_with_unit_crank_inverts_and_differentiates():
 
 def test_reference_between_two_branches_is_rejected():
     symmetric = replace(four_bar(), reference=near(("crank", 0)))
-    with pytest.raises(RobotError, match=r"four_bar.*loop of .*(elbow|rocker|wrist).*dead point"):
+    with pytest.raises(
+        DescriptionError, match=r"four_bar.*loop of .*(elbow|rocker|wrist).*dead point"
+    ):
         derive(symmetric)
     between = near(("crank", 0), ("elbow", 0), ("rocker", 0))
-    with pytest.raises(RobotError, match="rocker") as caught:
+    with pytest.raises(DescriptionError, match="rocker") as caught:
         derive(replace(four_bar(), reference=between))
     for joint in ("elbow", "rocker", "wrist"):
         assert joint in str(caught.value)
@@ -279,7 +281,7 @@ def test_loop_open_at_the_reference_is_rejected():
     far = replace(slider_crank(), reference=near(("crank", "3/2")))
     rod = replace(far.closures[0], a=Frame("rod", at("1/2")))
     with pytest.raises(
-        RobotError, match=r"loop of 'gudgeon' does not close at the ref.* 247.5 mm apart"
+        DescriptionError, match=r"loop of 'gudgeon' does not close at the ref.* 247.5 mm apart"
     ):
         derive(replace(far, closures=(rod,)))
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import RobotError
+from chasles.derive import DescriptionError
 from chasles.derive.loops.closing import closed_configuration
 from chasles.derive.loops.constraints import (
     configuration_names,
@@ -460,7 +460,9 @@ def test_constraint_jacobian_and_rate_match_finite_differences(name):
 def test_pin_ended_rod_in_spatial_loop_is_rejected():
     whole = mechanisms.rssr()
     pinned = replace(whole, struts=(replace(whole.struts[0], ends="pin"),))
-    with pytest.raises(RobotError, match="the ends of 'rod' are pins, but its loop is not planar"):
+    with pytest.raises(
+        DescriptionError, match="the ends of 'rod' are pins, but its loop is not planar"
+    ):
         Case(pinned)
 
 
@@ -473,7 +475,7 @@ def test_loop_without_any_closed_configuration_is_rejected():
         closures=(Closure("hook", "ball", Frame(BASE, at(0, 0, "1/2")), Frame("body")),),
     )
     with pytest.raises(
-        RobotError, match=r"the loop of 'hook' closes in no configuration: a residual of 0\.5"
+        DescriptionError, match=r"the loop of 'hook' closes in no configuration: a residual of 0\.5"
     ):
         Case(stage)
 

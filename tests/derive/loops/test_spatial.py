@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import RobotError, derive
+from chasles.derive import DescriptionError, derive
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.loops.spatial.cylinder_length import CylinderLength
 from chasles.derive.loops.spatial.sliding_leg import SlidingLeg
@@ -112,7 +112,9 @@ def test_reference_equally_near_two_branches_is_rejected():
     middle = sp.Rational(f"{(far + near_) / 2:.9f}")
     for offset in (0, sp.Rational(1, 10**6)):
         tie = replace(whole, reference=(*whole.reference[:1], ("ram", middle + offset)))
-        with pytest.raises(RobotError, match="both branches of the loop of rod are equally near"):
+        with pytest.raises(
+            DescriptionError, match="both branches of the loop of rod are equally near"
+        ):
             _ = Hybrid(tie).forward
     for offset, sign in ((sp.Rational(1, 100), 1), (-sp.Rational(1, 100), -1)):
         clear = replace(whole, reference=(*whole.reference[:1], ("ram", middle + offset)))
@@ -264,7 +266,7 @@ def test_stewart_actuators_are_the_leg_lengths():
 
 def test_spatial_loop_open_at_the_reference_is_rejected():
     short = replace(rssr(), struts=(replace(rssr().struts[0], length=sp.Rational(1, 10)),))
-    with pytest.raises(RobotError, match=r"'rod' does not close .* 386.3 mm too short"):
+    with pytest.raises(DescriptionError, match=r"'rod' does not close .* 386.3 mm too short"):
         derive(short)
 
 

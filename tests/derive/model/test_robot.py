@@ -6,7 +6,7 @@ from fractions import Fraction
 import pytest
 import sympy as sp
 
-from chasles.derive import Joint, Mimic, Parameter, RobotError, SerialRobot, derive
+from chasles.derive import DescriptionError, Joint, Mimic, Parameter, SerialRobot, derive
 from chasles.derive.description.conventions import dh, poe, urdf
 
 
@@ -53,12 +53,12 @@ def test_exact_number_types_are_accepted():
     ],
 )
 def test_invalid_robot_parts_raise_specific_errors(make, words):
-    with pytest.raises(RobotError) as caught:
+    with pytest.raises(DescriptionError) as caught:
         make()
     assert words in str(caught.value)
 
 
 def test_mimic_of_unknown_joint_is_rejected():
     led = Joint("k", "revolute", *dh("revolute", a=1, alpha=0, d=0, theta=0), mimic=Mimic("x"))
-    with pytest.raises(RobotError, match="joint 'k' mimics 'x'"):
+    with pytest.raises(DescriptionError, match="joint 'k' mimics 'x'"):
         SerialRobot("r", (turning(), led))

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.derive import RobotError, read, write
+from chasles import InputValueError
+from chasles.derive import read, write
 from chasles.derive.build.generate import files
 from chasles.derive.emit.emitter import Emitter
 from chasles.derive.emit.languages import EMITTERS, with_detail
@@ -162,7 +163,7 @@ def test_files_of_added_language_are_listed_and_later_removed(tmp_path):
 def test_two_languages_may_not_write_the_same_file(tmp_path):
     twice = (*RUN, Emitter("another c", lambda derivation, programs: {"scara.c": ""}))
     with pytest.raises(
-        RobotError, match=r"another c writes scara\.c, which another language writes"
+        InputValueError, match=r"another c writes scara\.c, which another language writes"
     ):
         write(read(ROBOTS / "scara.toml"), tmp_path, functions=("fk",), languages=twice)
     assert not list(tmp_path.iterdir())

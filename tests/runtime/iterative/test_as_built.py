@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import RobotError, derive, read
+from chasles.derive import DescriptionError, derive, read
 from chasles.derive.inverse.mechanisms.hybrid_inverse import hybrid_inverses
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.model.robot import Rotation
@@ -163,15 +163,17 @@ def test_fixed_joints_keep_their_values(tmp_path):
 
 
 def test_non_parallel_pins_are_rejected_with_deviation():
-    with pytest.raises(RobotError, match=r"'rod_FH' in a plane.*'elbow' is 1.75 mrad out") as told:
+    with pytest.raises(
+        DescriptionError, match=r"'rod_FH' in a plane.*'elbow' is 1.75 mrad out"
+    ) as told:
         derive(tilted(DESIGN, "elbow"))
     assert 'closure = "least squares"' in str(told.value)
-    with pytest.raises(RobotError, match=r"'push_rod' are 0.363 mm apart"):
+    with pytest.raises(DescriptionError, match=r"'push_rod' are 0.363 mm apart"):
         derive(tilted(DESIGN, "pitch"))
     far = replace(DESIGN.joint_of["greater_arm"], before=(Rotation("x", sp.pi / 30),))
     joints = tuple(far if joint.name == far.name else joint for joint in DESIGN.joints)
     wrong = replace(DESIGN, joints=joints, closure="least squares")
-    with pytest.raises(RobotError, match=r'expected parallel axes, or ends = "ball"$'):
+    with pytest.raises(DescriptionError, match=r'expected parallel axes, or ends = "ball"$'):
         derive(wrong)
 
 

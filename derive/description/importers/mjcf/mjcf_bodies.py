@@ -14,7 +14,7 @@ import mpmath as mp
 import numpy as np
 import sympy as sp
 
-from ....model.errors import RobotError
+from ....model.errors import DescriptionError
 from ....model.kinds import JointKind
 from ....model.placements import Vector
 from ....model.robot import Joint, Mimic
@@ -67,10 +67,10 @@ class BodyJoint:
         """Returns the robot joint; in a tree (robot with loops), including its parent link.
 
         Raises:
-            RobotError: The joint has several degrees of freedom.
+            DescriptionError: The joint has several degrees of freedom.
         """
         if self.kind == "free" or self.kind == "ball":  # noqa: PLR1714
-            raise RobotError(
+            raise DescriptionError(
                 f"joint {self.name!r} is a {self.kind} joint; expected hinges, slides and fixed "
                 f"bodies between base and tip (--base {self.child} begins behind it)"
             )

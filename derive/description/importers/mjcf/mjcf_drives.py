@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ....model.errors import RobotError
+from ....model.errors import DescriptionError
 
 OF_JOINTS = ("mjTRN_JOINT", "mjTRN_JOINTINPARENT")
 
@@ -90,12 +90,12 @@ class Drives:
         """Raises an error for a tendon equality that couples robot joints.
 
         Raises:
-            RobotError: Such an equality exists.
+            DescriptionError: Such an equality exists.
         """
         known = {*joints}
         for tendon in self.tendons:
             if tendon.is_held and known & {*tendon.joints}:
-                raise RobotError(
+                raise DescriptionError(
                     f"an equality fixes the length of tendon {tendon.name!r} over joints "
                     f"{', '.join(tendon.joints)}; expected an equality of two joints, by which one "
                     "follows the other"

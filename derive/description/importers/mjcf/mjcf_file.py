@@ -5,10 +5,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import NoReturn
 
-from ....model.errors import RobotError
+from ....model.errors import DescriptionError
 from ....model.mechanism import Closure, Described, Mechanism, Strut
 from ....model.robot import SerialRobot
-from ...toml_file import DescriptionError
+from ...toml_file import file_error
 from ..identifiers import identifier, prefix
 from ..kinematic_tree import KinematicTree
 from ..limits import without_limits
@@ -71,9 +71,9 @@ class MjcfFile:
             return self._between(ends, prefix(name or self.model.name))
         except NoChain as error:
             self._fail(error.field, error.value, error.expected)
-        except DescriptionError:
-            raise
-        except RobotError as error:
+        except DescriptionError as error:
+            if error.file:
+                raise
             self._fail("", None, f"a robot ({error})")
 
     def _between(self, ends: Ends, name: str) -> Described:
@@ -130,7 +130,7 @@ class MjcfFile:
         yield from without_limits(named)
 
     def _fail(self, field: str, value: object, expected: str) -> NoReturn:
-        raise DescriptionError(str(self.file), None, field, value, expected) from None
+        raise file_error(str(self.file), None, field, value, expected) from None
 
 
 def check_leaders(way: Sequence[BodyJoint], ends: Ends) -> None:

@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 import sympy as sp
 
-from ....model.errors import RobotError
+from ....model.errors import DescriptionError
 from ....model.mechanism import Closure, ClosureKind, Frame, Strut
 from ....model.placements import Vector, align_z, from_xyz_rpy
 from ....model.tolerances import COMPILED_DECIMALS
@@ -64,7 +64,7 @@ class ModelLoops:
         """Returns the closures of all loops connected to a chain by shared moving joints.
 
         Raises:
-            RobotError: A loop includes bodies not below the base, or is not supported.
+            DescriptionError: A loop includes bodies not below the base, or is not supported.
         """
         moving = {joint.name for joint in way if joint.kind != "fixed"}
         found: list[_Equality] = []
@@ -78,7 +78,7 @@ class ModelLoops:
         for equality in found:
             for held in (equality.a, equality.b):
                 if self.bodies.tree.way(base, held.link) is None:
-                    raise RobotError(
+                    raise DescriptionError(
                         f"equality {equality.name!r} refers to {held.link!r}, which is not below "
                         f"the base {base!r}; choose another base, such as world"
                     )
@@ -94,7 +94,7 @@ class ModelLoops:
         """Raises an error for unsupported joint couplings.
 
         Raises:
-            RobotError: Such a coupling exists.
+            DescriptionError: Such a coupling exists.
         """
         by_name = {joint.name: joint for joint in joints}
         self.model.drives.check_tendons(by_name)
@@ -113,13 +113,15 @@ class ModelLoops:
                     if is_in_a_tree
                     else "a follower's value is linear in that of another joint"
                 )
-                raise RobotError(f"joint {joint.name!r} is coupled{to} by {equality}; {reason}")
+                raise DescriptionError(
+                    f"joint {joint.name!r} is coupled{to} by {equality}; {reason}"
+                )
 
     def actuated(self, tree: Sequence[BodyJoint]) -> tuple[str, ...]:
         """Returns the actuated joints, in the order of the actuators.
 
         Raises:
-            RobotError: No joint is actuated.
+            DescriptionError: No joint is actuated.
         """
         names = [joint.name for joint in tree if joint.kind != "fixed"]
         drives = self.model.drives
@@ -127,7 +129,7 @@ class ModelLoops:
         if not moved:
             tendons = [t.name for t in drives.tendons if t.is_driven and t.moves(names, ())]
             pulled = f"; driven tendons are not modelled ({', '.join(tendons)})" if tendons else ""
-            raise RobotError(
+            raise DescriptionError(
                 "the loop joints have no actuator, so q is undefined: add one actuator for "
                 f"each degree of freedom, <motor joint={names[0]!r}/> in <actuator>{pulled}"
             )
@@ -189,7 +191,7 @@ class ModelLoops:
             if joint is ball:
                 break
             if joint.rpy != ORIGIN:
-                raise RobotError(
+                raise DescriptionError(
                     f"rod {point.link!r}: expected a body that itself has the ball joint"
                 )
             x, y, z = (a + b for a, b in zip(joint.xyz, (x, y, z), strict=True))
@@ -265,7 +267,7 @@ def _closures(equalities: Sequence[_Equality]) -> Iterator[Closure | Strut]:
 def _pin(first: _Equality, others: Sequence[_Equality]) -> Closure:
     """Returns the pin of two connects, with its axis through both points of each body."""
     if len(others) + 1 > MOST_CONNECTS:
-        raise RobotError(
+        raise DescriptionError(
             f"{len(others) + 1} connects join {first.a.link!r} and {first.b.link!r}; expected one, "
             "two for a hinge, or a weld"
         )
@@ -274,7 +276,7 @@ def _pin(first: _Equality, others: Sequence[_Equality]) -> Closure:
     axes = [_between(held, end) for held, end in zip((first.a, first.b), ends, strict=True)]
     lengths_of = [float(sp.sqrt(sum(part**2 for part in axis))) for axis in axes]
     if abs(lengths_of[0] - lengths_of[1]) > 10 ** (3 - COMPILED_DECIMALS) or not lengths_of[0]:
-        raise RobotError(
+        raise DescriptionError(
             f"connects {first.name!r} and {second.name!r} join points {lengths_of[0]} m apart on "
             f"one body and {lengths_of[1]} m on the other; expected two points on one hinge axis"
         )

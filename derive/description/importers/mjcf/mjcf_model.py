@@ -15,12 +15,12 @@ import numpy as np
 import sympy as sp
 from lxml import etree
 
-from chasles.contract.errors import NotInstalledError
+from chasles.contract.errors import DescriptionError, NotInstalledError
 
 from ....model.exact import read, snap_angle
 from ....model.placements import Vector
 from ....model.tolerances import COMPILED_ANGLE, COMPILED_DECIMALS, EVALUATION_DIGITS, UNIT_VECTOR
-from ...toml_file import DescriptionError
+from ...toml_file import file_error
 from ..robot_xml import parsed, read_xml
 from ..roll_pitch_yaw import of_quaternion
 from .mjcf_drives import Drives, drives_of
@@ -129,7 +129,7 @@ def _check_text(file: Path, text: str) -> None:
             if {"nan", "inf", "-inf"} & {*value.lower().split()}:
                 field = f"<{element.tag!s}> {name}"
                 line = element.sourceline
-                raise DescriptionError(str(file), line, field, value, "finite numbers")
+                raise file_error(str(file), line, field, value, "finite numbers")
 
 
 def _check_model(file: Path, arrays: Any, mujoco: Any) -> None:
@@ -147,14 +147,14 @@ def _check_model(file: Path, arrays: Any, mujoco: Any) -> None:
                 owner = mujoco.mj_id2name(arrays, getattr(mujoco.mjtObj, code), int(bad[0]))
                 field = f"{kind} {owner or bad[0]}, {name.partition('_')[2]}"
                 value = " ".join(f"{x:g}" for x in values[bad[0]])
-                raise DescriptionError(str(file), None, field, value, "finite numbers")
+                raise file_error(str(file), None, field, value, "finite numbers")
 
 
 def _refused(file: Path, reason: str) -> DescriptionError:
     lines = [line.strip() for line in reason.strip().splitlines() if line.strip()]
     found = re.search(r"(?:line |Line number=)(\d+)", reason)
     expected = f"MJCF that MuJoCo reads ({'; '.join(lines)})"
-    return DescriptionError(str(file), int(found[1]) if found else None, "", None, expected)
+    return file_error(str(file), int(found[1]) if found else None, "", None, expected)
 
 
 # --- doubles as exact numbers ---

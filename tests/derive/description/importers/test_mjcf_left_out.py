@@ -2,7 +2,7 @@
 
 import pytest
 
-from chasles.derive import RobotError, derive
+from chasles.derive import DescriptionError, derive
 from tests.support.mjcf_models import read_model, wrong
 
 WRIST = """\
@@ -116,7 +116,7 @@ def test_coupling_in_a_loop_is_refused_by_name(path):
 def test_refusal_of_too_many_freedoms_names_springs(path):
     for stiffness, words in ((' stiffness="9"', "; blade is a spring in the file"), ("", "")):
         text = LEG.format(stiffness=stiffness, equality="", motor=MOTOR)
-        with pytest.raises(RobotError, match="2 degrees of freedom and 1 actuated") as caught:
+        with pytest.raises(DescriptionError, match="2 degrees of freedom and 1 actuated") as caught:
             derive(read_model(path, text, tip="tool"), functions=("fk",))
         assert ("spring" in str(caught.value)) == bool(words)
         assert words in str(caught.value)
@@ -149,6 +149,6 @@ SPATIAL_LEG = """\
 
 def test_loops_with_spare_freedoms_are_not_taken_for_open_loops(path):
     robot = read_model(path, SPATIAL_LEG, tip="foot")
-    with pytest.raises(RobotError, match="5 degrees of freedom and 3 actuated") as caught:
+    with pytest.raises(DescriptionError, match="5 degrees of freedom and 3 actuated") as caught:
         derive(robot, functions=("fk",))
     assert "shin and heel are springs in the file" in str(caught.value)

@@ -8,7 +8,7 @@ import pytest
 import sympy as sp
 import yaml
 
-from chasles.derive import DescriptionError, RobotError, derive, read
+from chasles.derive import DescriptionError, derive, read
 from chasles.derive.description.importers.ur_calibration import apply_calibration
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.derivations import ROBOTS
@@ -242,7 +242,7 @@ def test_calibration_keeps_names_limits_and_tool(factory):
 
 def refused(path, text, robot=None):
     path.write_text(text)
-    with pytest.raises(RobotError) as caught:
+    with pytest.raises(DescriptionError) as caught:
         apply_calibration(robot or arm(UR5), path)
     assert str(caught.value).startswith(str(path))
     return str(caught.value)

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from chasles.derive import DescriptionError, RobotError, read
+from chasles.derive import DescriptionError, read
 from chasles.derive.cli import app
 from chasles.derive.description.importers.chains import chains
 from chasles.derive.description.importers.xacro_file import expanded
@@ -154,7 +154,7 @@ def test_srdf_groups_select_their_chains(arm, groups, expected):
     elsewhere = arm.parent.parent / "moved.srdf"
     arm.with_name("duo.srdf").rename(elsewhere)
     assert list(chains(arm, (), None, groups, elsewhere)) == expected
-    with pytest.raises(RobotError, match="or --srdf FILE"):
+    with pytest.raises(DescriptionError, match="or --srdf FILE"):
         chains(arm, (), None, groups, None)
 
 

@@ -4,10 +4,10 @@ import math
 
 import pytest
 
+from chasles.derive import DescriptionError
 from chasles.derive.description.importers import xacro_expressions
 from chasles.derive.description.importers.xacro_expressions import RefusedExpressionError, evaluate
 from chasles.derive.description.importers.xacro_file import expanded
-from chasles.derive.description.toml_file import DescriptionError
 
 FUNCTIONS = {
     **{f.__name__: f for f in (list, dict, map, len, str, float, int, min, max, round, sorted)},

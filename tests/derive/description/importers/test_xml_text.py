@@ -4,8 +4,7 @@ import re
 
 import pytest
 
-from chasles.derive import read
-from chasles.derive.description.toml_file import DescriptionError
+from chasles.derive import DescriptionError, read
 
 URDF = """<?xml version="1.0"{encoding}?>
 <!-- Prüfling -->

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import RobotError, explain, kutzbach, read
+from chasles import InputValueError
+from chasles.derive import DescriptionError, explain, kutzbach, read
 from chasles.derive.loops.checks.closable import limits_of
 from chasles.derive.loops.checks.moved_reference import moved_reference
 from chasles.derive.loops.hybrid import Hybrid
@@ -89,7 +90,7 @@ def test_mechanism_explanation_states_mobility_and_loop_steps(name, words):
 
 def test_explanation_of_underactuated_mechanism_raises_error():
     robot = read(ROBOTS / "five_bar.toml")
-    with pytest.raises(RobotError, match="2 degrees of freedom and 1 actuated coordinate"):
+    with pytest.raises(DescriptionError, match="2 degrees of freedom and 1 actuated coordinate"):
         str(explain(replace(robot, actuated=("left",))))
 
 
@@ -115,7 +116,7 @@ def test_kutzbach_matches_textbook_counts():
     ids=["order", "joints", "freedom above", "freedom below"],
 )
 def test_impossible_numbers_of_kutzbach_are_rejected(numbers, words):
-    with pytest.raises(RobotError, match=words):
+    with pytest.raises(InputValueError, match=words):
         kutzbach(**numbers)
 
 

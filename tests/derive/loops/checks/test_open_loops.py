@@ -6,6 +6,7 @@ compiler's equations.
 """
 
 import math
+import pickle
 import re
 from dataclasses import replace
 from functools import cache
@@ -14,7 +15,16 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import Frame, Mechanism, RobotError, Strut, derive, read, read_text
+from chasles.derive import (
+    DescriptionError,
+    Frame,
+    LoopError,
+    Mechanism,
+    Strut,
+    derive,
+    read,
+    read_text,
+)
 from chasles.derive.loops.checks import gaps
 from chasles.derive.loops.checks.bodies_in_numbers import BodiesInNumbers
 from chasles.derive.loops.checks.closable import doubts_of
@@ -48,7 +58,7 @@ def message(robot):
         hybrid = Hybrid(robot)
         assert hybrid.forward is not None
         hybrid.check()
-    except RobotError as error:
+    except DescriptionError as error:
         return str(error)
     return ""
 
@@ -128,6 +138,17 @@ def test_four_bar_gap_and_proposed_ranges_are_correct():
     assert ranges["c"] == pytest.approx((apart - 80, apart + 80), abs=0.1)
 
 
+def test_loop_error_holds_gap_and_remedies():
+    robot = with_parameter(mechanism("four_bar"), "b", "0.08")
+    with pytest.raises(LoopError) as caught:
+        _ = Hybrid(robot).forward
+    error = pickle.loads(pickle.dumps(caught.value))
+    assert str(error) == spoilt_message("four_bar", "b", "0.08")
+    assert error.gap == pytest.approx(np.hypot(0.1, 0.35) - 0.33, abs=1e-6)
+    assert {"b (coupler)", "c (rocker)"} < {remedy.name for remedy in error.remedies}
+    assert error.file == ""
+
+
 def test_open_delta_is_diagnosed_with_few_evaluations(monkeypatch):
     counted, poses = [], BodiesInNumbers.poses
 
@@ -160,7 +181,7 @@ def test_error_states_excess_length_of_a_cylinder():
 
 def test_loops_that_close_have_no_gap():
     for name in LOOPED:
-        assert open_loop(mechanism(name)) == ""
+        assert open_loop(mechanism(name)) is None
 
 
 def test_ambiguous_reference_error_proposes_a_configuration():
@@ -335,7 +356,9 @@ def test_dependent_actuators_are_rejected():
         closures=twice[:1],
         actuated=("crank", "rocker"),
     )
-    with pytest.raises(RobotError, match="crank and rocker depend on each other: remove 1 of them"):
+    with pytest.raises(
+        DescriptionError, match="crank and rocker depend on each other: remove 1 of them"
+    ):
         derive(braced, functions=["fk"])
 
 

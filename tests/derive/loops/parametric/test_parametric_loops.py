@@ -8,7 +8,7 @@ import pytest
 import sympy as sp
 from numpy.testing import assert_allclose
 
-from chasles.derive import RobotError, read
+from chasles.derive import DescriptionError, read
 from chasles.derive.chain.poe import placement_matrix
 from chasles.derive.loops.closing import closed_configuration
 from chasles.derive.loops.hybrid import Hybrid
@@ -118,5 +118,5 @@ def test_redundant_loops_have_no_parametric_functions():
     mechanism = read(ROBOTS / "five_bar.toml")
     (rod,) = mechanism.struts
     again = replace(rod, name="again", swing="again_swing")
-    with pytest.raises(RobotError, match="2 loop equations for 1 unknown"):
+    with pytest.raises(DescriptionError, match="2 loop equations for 1 unknown"):
         ParametricLoops(Hybrid(replace(mechanism, struts=(rod, again))))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive import Frame, Mechanism, RobotError, derive
+from chasles.derive import DescriptionError, Frame, Mechanism, derive
 from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.loops.spatial.turning_leg import TurningLeg
 from chasles.derive.loops.spatial.universal_leg import UniversalLeg
@@ -126,5 +126,5 @@ def test_axes_that_do_not_meet_have_no_closed_form():
 def test_too_short_rod_is_rejected():
     (ball,) = rsur().closures
     short = replace(ball, b=Frame("rod", at("1/10", 0, "1/4")))
-    with pytest.raises(RobotError, match="'ball' does not close"):
+    with pytest.raises(DescriptionError, match="'ball' does not close"):
         derive(replace(rsur(), closures=(short,)))
