@@ -32,7 +32,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..model.convention import Convention
-from ..model.errors import DescriptionError
+from ..model.errors import DescriptionError, UnknownRobotError
 from ..model.mechanism import Described, Mechanism
 from .cleaned_robot import cleaned_with_warning
 from .conventions import CONVENTIONS
@@ -186,10 +186,10 @@ def _with_nominal(file: TomlFile, robot: Mechanism, conventions: Sequence[Conven
     except DescriptionError as error:
         if error.field == "nominal" and error.file == file.file:
             raise
-        if not error.file:
-            file.fail(keys, f"the file of the robot as designed ({error})")
         expected = "the name of a robot that is installed with chasles, or a robot file beside this"
         file.fail(keys, f"{expected} one ({error})")
+    except UnknownRobotError as error:
+        file.fail(keys, f"the file of the robot as designed ({error})")
 
 
 def _extended(heir: TomlFile) -> TomlFile:

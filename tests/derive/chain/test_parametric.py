@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from chasles.derive import DescriptionError, Joint, Mimic, Parameter, SerialRobot, derive, read
+from chasles import InputValueError
+from chasles.derive import Joint, Mimic, Parameter, SerialRobot, derive, read
 from chasles.derive.chain.parametric import PARAMETRIC
 from chasles.derive.description.conventions import CONVENTIONS
 from chasles.derive.model.placements import rotation, translation
@@ -149,5 +150,5 @@ def test_parametric_functions_are_derived_only_on_request():
     assert not {f.name for f in plain.functions} & set(PARAMETRIC)
     assert plain.geometry is None
     assert {f.name for f in derive(robot, parametric=True).functions} >= set(PARAMETRIC)
-    with pytest.raises(DescriptionError, match="fk_q"):
+    with pytest.raises(InputValueError, match="fk_q"):
         derive(robot, functions=["fk_q"])

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from chasles.derive import DescriptionError, derive, explain, read
+from chasles import InputValueError
+from chasles.derive import derive, explain, read
 from chasles.derive.inverse.given_joints import ways_to_give
 from tests.campaigns.losses import sets
 from tests.support.derivations import ROBOTS
@@ -67,5 +68,5 @@ def test_fixed_joints_become_function_inputs():
     ids=["panda", "scara", "iiwa14", "well_manipulator", "board_installer", "ur5e"],
 )
 def test_error_states_which_joints_can_be_fixed(name, fixed, message):
-    with pytest.raises(DescriptionError, match=message):
+    with pytest.raises(InputValueError, match=message):
         derived(name, *fixed)
