@@ -183,13 +183,12 @@ def _with_nominal(file: TomlFile, robot: Mechanism, conventions: Sequence[Conven
         if not isinstance(nominal, Mechanism) or nominal.nominal is not None:
             file.fail(keys, "the file of a robot with loops that names no nominal robot itself")
         return replace(robot, nominal=nominal)
-    except DescriptionError as error:
-        if error.field == "nominal" and error.file == file.file:
+    except (DescriptionError, UnknownRobotError) as error:
+        at = (error.file, error.field) if isinstance(error, DescriptionError) else None
+        if at == (file.file, "nominal"):
             raise
         expected = "the name of a robot that is installed with chasles, or a robot file beside this"
         file.fail(keys, f"{expected} one ({error})")
-    except UnknownRobotError as error:
-        file.fail(keys, f"the file of the robot as designed ({error})")
 
 
 def _extended(heir: TomlFile) -> TomlFile:
