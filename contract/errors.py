@@ -1,7 +1,5 @@
 """All errors of chasles, for the compiler and the runtime."""
 
-from collections.abc import Sequence
-
 
 class ChaslesError(Exception):
     """Base class of every error that chasles raises."""
@@ -63,10 +61,10 @@ class LoopError(DescriptionError):
     """
 
     def __init__(
-        self, message: str, *, gap: float | None = None, remedies: Sequence[object] = ()
+        self, message: str, *, gap: float | None = None, remedies: tuple[object, ...] = ()
     ) -> None:
         super().__init__(message)
-        self.gap, self.remedies = gap, tuple(remedies)
+        self.gap, self.remedies = gap, remedies
 
 
 class DerivationError(ChaslesError):

@@ -198,7 +198,7 @@ def _loop_error(
         return LoopError(text, gap=gap)
     lines = [f"    {remedy}" for remedy in remedies[:MOST_TOLD]]
     text = "\n".join([f"{head}. Any one of these closes it:", *lines])
-    return LoopError(text, gap=gap, remedies=remedies)
+    return LoopError(text, gap=gap, remedies=tuple(remedies))
 
 
 def _where(bodies: BodiesInNumbers, closer: Closure | Strut) -> str:

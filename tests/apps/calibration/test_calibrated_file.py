@@ -72,7 +72,10 @@ def test_robot_file_reproduces_identified_transmissions(arm, driven, mine):
 def test_non_invertible_transmissions_are_rejected(tmp_path):
     path = tmp_path / "scara.toml"
     text = (ROBOTS / "scara.toml").read_text()
-    for law, words in (('gain = 1\nsin1 = "3"', "waves of at most"), ("gain = 0", "a nonzero gain")):
+    for law, words in (
+        ('gain = 1\nsin1 = "3"', "waves of at most"),
+        ("gain = 0", "a nonzero gain"),
+    ):
         path.write_text(f'{text}\n[[transmissions]]\nof = "shoulder"\n{law}\n')
         with pytest.raises(DescriptionError, match=words):
             read(path)
