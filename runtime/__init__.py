@@ -15,7 +15,10 @@ from . import se3, so3
 from .call._call import Function, release_memory
 from .call.hints import missing_attribute
 from .call.threads import count_cores
+from .closed_form.assembly_modes import AssemblyModes, PlanarAssemblyModes
+from .closed_form.closures import ActuatorBranches, ChainBranches
 from .closed_form.nearest_solution import NearestSolution
+from .closed_form.paths import JointPath
 from .closed_form.solutions import Solutions
 from .contract import ChaslesError, ManifestError, UnknownRobotError, read_manifest
 from .errors import (
@@ -36,40 +39,55 @@ from .errors import (
     ShapeError,
     SingularityError,
 )
+from .iterative.newton import LoopSolution
+from .iterative.numeric_inverse import NumericSolution
 from .library import find_folder, options_of, shelf, shipped_folders
 from .robot import Robot
 from .velocity.manipulability import Ellipsoid, Manipulability
 from .velocity.rates import Accelerations, Rates
-from .velocity.singular_ways import SingularityCurves
+from .velocity.singular_ways import Determinants, SingularityCurves, SingularityDistance
+from .velocity.singularity import Singularity
+from .velocity.track import Track
 
 __all__ = [
     "Accelerations",
+    "ActuatorBranches",
+    "AssemblyModes",
     "CacheError",
+    "ChainBranches",
     "ChaslesError",
     "CompileError",
     "CompilerNotFoundError",
     "DerivationError",
     "DescriptionError",
+    "Determinants",
     "Ellipsoid",
     "Function",
     "InputError",
     "InputTypeError",
     "InputValueError",
+    "JointPath",
     "KernelError",
     "LoopError",
+    "LoopSolution",
     "ManifestError",
     "Manipulability",
     "MismatchError",
     "MissingFunctionError",
     "NearestSolution",
     "NotInstalledError",
+    "NumericSolution",
     "OutOfReachError",
+    "PlanarAssemblyModes",
     "Rates",
     "Robot",
     "ShapeError",
+    "Singularity",
     "SingularityCurves",
+    "SingularityDistance",
     "SingularityError",
     "Solutions",
+    "Track",
     "UnknownRobotError",
     "animate",
     "count_cores",
