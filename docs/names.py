@@ -7,6 +7,8 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
+from chasles.call.capabilities import OtherName
+
 PAGE = Path(__file__).parent / "reference" / "names.md"
 MODULES = (
     "chasles",
@@ -40,10 +42,14 @@ def names_of(module: ModuleType) -> list[str]:
 
 
 def members_of(kind: type) -> list[str]:
-    """The public attributes of a class that chasles defines, inherited ones included."""
+    """The public attributes of a class that chasles defines, inherited ones included.
+
+    Names of other libraries, whose lookup raises an error with a hint, are left out.
+    """
     own = [base for base in kind.__mro__ if base.__module__.startswith("chasles")]
     found = {name for base in own for name in (*vars(base), *vars(base).get("__annotations__", {}))}
-    return sorted(name for name in found if not name.startswith("_"))
+    hints = {name for base in own for name, v in vars(base).items() if isinstance(v, OtherName)}
+    return sorted(name for name in found - hints if not name.startswith("_"))
 
 
 def _lines(module: ModuleType) -> Iterator[str]:

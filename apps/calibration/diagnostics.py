@@ -58,7 +58,7 @@ def _rows_off(found: Calibration) -> Iterator[str]:
         )
         return
     at = found.measurements.configurations
-    sizes = found.measurements.lengths(found.errors)
+    sizes = found.measurements._lengths(found.errors)
     for k in np.unique(at[~found.used]):
         own = at == k
         if not found.used[own].any() and own.sum() > 1:
@@ -78,12 +78,12 @@ def _exchanged(found: Calibration, k: int) -> str | None:
         return None
     one, T = measured.at(np.array([k])), found.poses(found.q[[k]])
     worst = OUTLYING * max(found.noise, LEAST_NOISE)
-    seen = np.flatnonzero(one.seen[0])
+    seen = np.flatnonzero(one._seen[0])
     for i, j in itertools.combinations(seen, 2):
         order = np.arange(one.points.shape[1])
         order[[i, j]] = j, i
         other = Positions(one.points[:, order], one.sigma)
-        if np.abs(other.errors(T, found.unknowns)).max() < worst:
+        if np.abs(other._errors(T, found.unknowns)).max() < worst:
             return f"measurement {k + 1}: targets {i + 1} and {j + 1} are swapped"
     return None
 
@@ -127,7 +127,7 @@ def _poor_fit(found: Calibration) -> Iterator[str]:
         )
     elif found.noise > NOISY * largest_noise(found.residual_dof):
         yield (
-            f"errors are {found.noise:.3g} times the stated noise ({found.measurements.stated}): "
+            f"errors are {found.noise:.3g} times the stated noise ({found.measurements._stated}): "
             "parameters that were not varied differ from nominal, the measurements belong to "
             "another robot, or sigma is too small"
         )
@@ -154,7 +154,7 @@ def is_unexplained(found: Calibration) -> bool:
 
 def left(found: Calibration) -> float:
     """Return the median error of a calibrated robot [m]."""
-    return float(np.median(found.measurements.lengths(found.errors)))
+    return float(np.median(found.measurements._lengths(found.errors)))
 
 
 def spread(T: FloatArray) -> float:

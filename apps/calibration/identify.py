@@ -92,21 +92,21 @@ def located(
     at = np.asarray(q, dtype=np.float64)
     if at.shape[1:] != (robot.n,):
         raise ShapeError(f"identify: q must have shape (N, {robot.n}), got {at.shape}")
-    start = _without_outliers(measurements.start(T := robot.fk_p(at, nominal(robot))), T)
+    start = _without_outliers(measurements._start(T := robot.fk_p(at, nominal(robot))), T)
     check_input(robot, at, nominal(robot), measurements, start.misfit)
     if T_W_base is None:
         return start
     frame = np.asarray(T_W_base, dtype=np.float64)
-    return start.measurements.from_frame(frame @ T, start._replace(T_W_base=frame))
+    return start.measurements._from_frame(frame @ T, start._replace(T_W_base=frame))
 
 
 def _without_outliers(start: Start, T: FloatArray) -> Start:
     """Estimate the start again without outliers: one wrong row shifts the common frame."""
     measured = start.measurements
-    sizes = measured.lengths(measured.errors(start.T_W_base @ T, start.unknowns))
+    sizes = measured._lengths(measured._errors(start.T_W_base @ T, start.unknowns))
     wrong = measured.configurations[sizes > OUTLYING * np.median(sizes)]
     right = np.setdiff1d(np.arange(len(T)), wrong)
     if not len(wrong) or 2 * len(right) < len(T):
         return start
-    found = measured.at(right).start(T[right])
-    return found._replace(measurements=measured.placed_as(found.measurements))
+    found = measured.at(right)._start(T[right])
+    return found._replace(measurements=measured._placed_as(found.measurements))

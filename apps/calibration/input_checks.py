@@ -86,7 +86,7 @@ def mistakes(robot: Robot, q: FloatArray, measured: Measurements) -> Iterator[Mi
     """
     turning = np.array([coordinate.unit == "rad" for coordinate in robot.coordinates])
     for words, factor in _LENGTHS.items():
-        yield Mistake(words, q, measured.scaled(factor), factor)
+        yield Mistake(words, q, measured._scaled(factor), factor)
     for kind, units in ((turning, _ANGLES), (~turning, _SLIDES)):
         for words, factor in units.items():
             if kind.any():
@@ -99,7 +99,7 @@ def mistakes(robot: Robot, q: FloatArray, measured: Measurements) -> Iterator[Mi
     for words, corrected in _added(names, q, turning):
         yield Mistake(words, corrected, measured)
     yield from _shifted_rows(q, measured)
-    for words, otherwise in measured.read_otherwise():
+    for words, otherwise in measured._read_otherwise():
         yield Mistake(words, q, otherwise)
 
 
@@ -184,7 +184,7 @@ def check_result(found: Calibration, vary: Collection[str]) -> None:
     p, rest = nominal(found.robot), left(found)
     tried = _tried(found.robot, found.q, p, found.measurements)
     for _, mistake in sorted(tried, key=_misfit)[:_TRIED]:
-        start = mistake.measurements.start(found.robot.fk_p(mistake.q, p))
+        start = mistake.measurements._start(found.robot.fk_p(mistake.q, p))
         problem = problem_at(found.robot, mistake.q, start, vary)
         try:
             without = left(problem.solved(problem.x0, robust=True)) / mistake.factor
@@ -199,7 +199,7 @@ def _tried(
 ) -> list[tuple[float, Mistake]]:
     """Return the misfit of the nominal robot after each correction, frequent mistakes first."""
     return [
-        (m.measurements.start(robot.fk_p(m.q, p)).misfit / m.factor, m)
+        (m.measurements._start(robot.fk_p(m.q, p)).misfit / m.factor, m)
         for m in mistakes(robot, q, measurements)
     ]
 

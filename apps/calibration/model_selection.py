@@ -106,7 +106,7 @@ def select_model(
         problem = problem_at(robot, at, start, model.vary, model.parameter_std)
         found[model.name] = problem.solved(problem.x0, robust=robust)
         held = _held_back(problem, found[model.name], FOLDS, robust=robust)
-        errors[model.name] = float(np.median(problem.measurements.lengths(held)))
+        errors[model.name] = float(np.median(problem.measurements._lengths(held)))
     good = EQUAL * min(errors.values())
     model = next(model for model in models if errors[model.name] <= good)
     check_result(found[model.name], model.vary)
@@ -158,5 +158,5 @@ def _held_back(problem: Problem, whole: Calibration, folds: int, *, robust: bool
         start = Fit(whole.values, whole.used[used != fold], whole.noise)
         x = problem.at(others).settled(start, robust=robust).x
         T = problem.poses(problem.q[held], x)
-        errors[part == fold] = measured.at(held).errors(T, problem.unknowns(x))
+        errors[part == fold] = measured.at(held)._errors(T, problem.unknowns(x))
     return errors

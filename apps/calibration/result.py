@@ -126,8 +126,8 @@ class Calibration(StudyResult):
             q: (N, n) coordinates [rad or m].
             measurements: The measurements at these configurations, with the same setup.
         """
-        frames = measurements.placed_as(self.measurements)
-        return frames.errors(self.poses(q), self.unknowns)
+        frames = measurements._placed_as(self.measurements)
+        return frames._errors(self.poses(q), self.unknowns)
 
     @property
     def std(self) -> FloatArray:
@@ -282,7 +282,7 @@ def _rms(errors: FloatArray) -> float:
 
 def _report(found: Calibration) -> str:
     """Return the report as text: errors, parameters with 95 % intervals, excluded rows."""
-    lengths, used = found.measurements.lengths, found.used
+    lengths, used = found.measurements._lengths, found.used
     before, after = (lengths(e)[used].mean() for e in (found.nominal_errors, found.errors))
     units = {item.name: item.unit for item in found.robot.geometry}
     lines = [
@@ -290,7 +290,7 @@ def _report(found: Calibration) -> str:
         "measured values",
         f"mean distance before {1e3 * before:.4g} mm, after {1e3 * after:.4g} mm",
         f"error before {found.rms_before:.4g}, after {found.rms_after:.4g} standard deviations",
-        f"noise {found.noise:.3g} times the stated one, sigma = {found.measurements.stated}",
+        f"noise {found.noise:.3g} times the stated one, sigma = {found.measurements._stated}",
         "",
         f"{'frame':<46}{'x':>12}{'y':>12}{'z mm':>12}{'roll':>12}{'pitch':>12}{'yaw deg':>12}",
         *(f"{name:<46}{''.join(f'{x:>12}' for x in shown_numbers(T))}" for name, T in found.frames),

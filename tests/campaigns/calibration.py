@@ -164,7 +164,7 @@ def judged(robot, measure: Callable, random: np.random.Generator) -> Judged:
     bound, limit = least_error(robot, drawn, found, random, LEVEL)
     # Poses without noise at the true geometry.
     known = identify(robot, drawn.q, measurements, T_W_base=drawn.T_W_base)
-    exact = SOUND.get(measure, measure)(robot, drawn, random, 0.0).placed_as(known.measurements)
+    exact = SOUND.get(measure, measure)(robot, drawn, random, 0.0)._placed_as(known.measurements)
     inside, probability = _intervals(robot, drawn, known, exact)
     return Judged(before / after, after / bound, after <= NEAR * limit, inside, probability)
 
@@ -177,7 +177,7 @@ def _intervals(
     The probability is that of smaller errors. Many geometries are equivalent, so a Newton step on
     noise-free measurements expresses the true geometry in the identified parameters.
     """
-    apart = exact.errors(known.poses(drawn.q), known.unknowns)
+    apart = exact._errors(known.poses(drawn.q), known.unknowns)
     J = derivative(robot, known, exact, drawn.q, known.T_W_base, known.p, known.unknowns)
     true = known.values - np.linalg.lstsq(J, apart)[0]
     axes = [k for k, name in enumerate(known.names) if "_shift_" in name or "_tilt_" in name]

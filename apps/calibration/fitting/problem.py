@@ -194,7 +194,7 @@ def _candidates(
     # The device frame is never known exactly. Free axes absorb it, otherwise base corrections do.
     if has_deviations or "axis" not in words or robot.kind != "serial":
         words.add("base")
-    if measurements.fixes_tool:
+    if measurements._fixes_tool:
         words.add("tool")
     return chosen(robot, words)
 
@@ -278,13 +278,13 @@ class Problem:
         return self._derivative_at(self.poses(self.q, x), x)
 
     def _errors_at(self, T: FloatArray, x: FloatArray) -> FloatArray:
-        return np.asarray(self._roots * self.measurements.errors(T, self.unknowns(x)))
+        return np.asarray(self._roots * self.measurements._errors(T, self.unknowns(x)))
 
     def _derivative_at(self, T: FloatArray, x: FloatArray) -> FloatArray:
         J = self.robot.identification_jacobian(self.q, self.geometry(x))[..., self.sought]
         R = self.T_W_base[:3, :3]
         J = np.concatenate([R @ J[:, :3], R @ J[:, 3:]], 1)
-        by_p, by_unknowns = self.measurements.derivatives(T, J, self.unknowns(x))
+        by_p, by_unknowns = self.measurements._derivatives(T, J, self.unknowns(x))
         found = np.concatenate([by_p, by_unknowns[:, self.open_unknowns]], 1)
         return np.asarray(self._roots[:, None] * found)
 

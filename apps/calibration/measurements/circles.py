@@ -78,15 +78,15 @@ class CirclePoints(Positions):
             for k in self._numbers()
         )
 
-    def start(self, T: FloatArray) -> Start:
+    def _start(self, T: FloatArray) -> Start:
         """Estimate the base frame from the axes; from positions if all axes are parallel."""
         nominal = [_turned(T[self.circle == k], k)[0] for k in self._numbers()]
         T_W_base = register_axes(_lines(nominal), _lines(self.axes(T)))
         if T_W_base is None:
-            return super().start(T)
+            return super()._start(T)
         points = targets_at(T_W_base @ T, self.points)
         apart = np.linalg.norm(points_on_tool(T_W_base @ T, points) - self.points, axis=-1)
-        misfit = float(np.sqrt(np.mean(apart[self.seen] ** 2)))
+        misfit = float(np.sqrt(np.mean(apart[self._seen] ** 2)))
         return Start(T_W_base, points.ravel(), self, misfit)
 
     def _numbers(self) -> list[int]:

@@ -44,10 +44,10 @@ class _OneNumber(Measurements):
 
     values: FloatArray
     sigma: float = SMALL
-    fixes_tool: ClassVar[bool] = False
+    _fixes_tool: ClassVar[bool] = False
 
     @property
-    def stated(self) -> str:
+    def _stated(self) -> str:
         """The standard deviation of a measured value, as text."""
         return stated(self.sigma)
 
@@ -66,7 +66,7 @@ class _OneNumber(Measurements):
         """Configuration index of each row."""
         return self.rows
 
-    def lengths(self, errors: FloatArray) -> FloatArray:
+    def _lengths(self, errors: FloatArray) -> FloatArray:
         """Absolute error of each measurement."""
         return np.asarray(self.sigma * np.abs(errors))
 
@@ -74,11 +74,11 @@ class _OneNumber(Measurements):
         """Return the measurements at some configurations."""
         return replace(self, values=self.values[index])
 
-    def scaled(self, factor: float) -> Self:
+    def _scaled(self, factor: float) -> Self:
         """Return the measurements with all lengths multiplied by a factor."""
         return replace(self, values=factor * self.values)
 
-    def placed_as(self, other: Self) -> Self:
+    def _placed_as(self, other: Self) -> Self:
         """Return the measurements unchanged: they contain no estimated frame."""
         del other
         return self
@@ -88,10 +88,10 @@ class _OneNumber(Measurements):
         still = np.zeros((len(T), 6, 0))
 
         def errors(y: FloatArray) -> Errors:
-            return Errors(self.errors(T, y), lambda: self.derivatives(T, still, y)[1])
+            return Errors(self._errors(T, y), lambda: self._derivatives(T, still, y)[1])
 
         x = least_squares(errors, x, SMALL, step=_STEP, evaluations=_EVALUATIONS)
-        misfit = float(self.sigma * np.sqrt(np.mean(self.errors(T, x) ** 2)))
+        misfit = float(self.sigma * np.sqrt(np.mean(self._errors(T, x) ** 2)))
         return Start(np.eye(4), x, self, misfit)
 
 
@@ -109,7 +109,7 @@ class Distances(_OneNumber):
         """Names of the target in the tool frame and the fixed point in the base frame."""
         return (*_point("target"), *_point("centre"))
 
-    def start(self, T: FloatArray) -> Start:
+    def _start(self, T: FloatArray) -> Start:
         """Start with the target at the tool origin and the fixed point from a linear fit."""
         # d^2 = |p|^2 - 2 p . c + |c|^2
         p = T[:, :3, 3] - T[:, :3, 3].mean(0)
@@ -118,12 +118,12 @@ class Distances(_OneNumber):
         c += np.sqrt(max(-rest - c @ c, (_HEIGHT * np.abs(p).max()) ** 2)) * across
         return self._refined(T, np.concatenate([np.zeros(3), c + T[:, :3, 3].mean(0)]))
 
-    def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
+    def _errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
         """Return computed minus measured distances, in standard deviations."""
         apart = points_on_tool(T, x[None, :3])[:, 0] - x[3:6]
         return np.asarray((np.linalg.norm(apart, axis=-1) - self.values) / self.sigma)
 
-    def derivatives(
+    def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """The velocity of the target along the line to the centre."""
@@ -151,7 +151,7 @@ class SphereContacts(_OneNumber):
         """Names of the target in the tool frame, the center in the base frame, and the radius."""
         return (*_point("target"), *_point("centre"), "radius")
 
-    def start(self, T: FloatArray) -> Start:
+    def _start(self, T: FloatArray) -> Start:
         """Start with the target at the tool origin and the sphere from a linear fit."""
         # |p|^2 = 2 p . c + r^2 - |c|^2
         p = T[:, :3, 3] - T[:, :3, 3].mean(0)
@@ -159,15 +159,15 @@ class SphereContacts(_OneNumber):
         centre, radius = c + T[:, :3, 3].mean(0), np.sqrt(rest + c @ c)
         return self._refined(T, np.concatenate([np.zeros(3), centre, [radius]]))
 
-    def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
+    def _errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
         """Return computed minus measured distances from the surface, in standard deviations."""
-        return self._bar(x).errors(T, x)
+        return self._bar(x)._errors(T, x)
 
-    def derivatives(
+    def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """The velocity of the target along the line to the centre."""
-        by_p, by_x = self._bar(x).derivatives(T, J, x)
+        by_p, by_x = self._bar(x)._derivatives(T, J, x)
         return by_p, np.column_stack([by_x, np.full(len(T), -1 / self.sigma)])
 
     def _bar(self, x: FloatArray) -> Distances:
@@ -192,7 +192,7 @@ class PlaneContacts(_OneNumber):
         """Names of the target in the tool frame, and of the slopes and height of the plane."""
         return (*_point("target"), "plane_slope_1", "plane_slope_2", "plane_height")
 
-    def start(self, T: FloatArray) -> Start:
+    def _start(self, T: FloatArray) -> Start:
         """Start with the target at the tool origin and the least-squares plane."""
         p = T[:, :3, 3]
         normal = np.linalg.svd(p - p.mean(0))[2][2]
@@ -201,16 +201,16 @@ class PlaneContacts(_OneNumber):
         x[5] = normal @ p.mean(0)
         return found._refined(T, x)
 
-    def placed_as(self, other: Self) -> Self:
+    def _placed_as(self, other: Self) -> Self:
         """Return the measurements with the normal of other measurements."""
         return replace(self, normal=other.normal)
 
-    def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
+    def _errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
         """Return computed minus measured distances from the plane, in standard deviations."""
         height = points_on_tool(T, x[None, :3])[:, 0] @ self._direction(x) - x[5]
         return np.asarray((height - self.values) / self.sigma)
 
-    def derivatives(
+    def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Return the derivatives from the velocity of the target along the normal."""

@@ -56,7 +56,7 @@ class StationPositions(Measurements):
     station: IntArray
     sigma: float = SMALL
     T_W_station: FloatArray = field(default_factory=lambda: np.eye(4)[None])
-    fixes_tool: ClassVar[bool] = False
+    _fixes_tool: ClassVar[bool] = False
 
     @property
     def count(self) -> int:
@@ -64,7 +64,7 @@ class StationPositions(Measurements):
         return max(int(np.max(self.station)) + 1, len(self.T_W_station))
 
     @property
-    def stated(self) -> str:
+    def _stated(self) -> str:
         """The standard deviation of each position coordinate, as text."""
         return stated(self.sigma)
 
@@ -95,9 +95,9 @@ class StationPositions(Measurements):
         """Target of each row, counted from 1."""
         return self._placed.targets
 
-    def lengths(self, errors: FloatArray) -> FloatArray:
+    def _lengths(self, errors: FloatArray) -> FloatArray:
         """Distance between the computed and the measured position of each target."""
-        return self._placed.lengths(errors)
+        return self._placed._lengths(errors)
 
     def at(self, index: IntArray) -> Self:
         """Return the measurements at some configurations."""
@@ -106,18 +106,18 @@ class StationPositions(Measurements):
             self, points=self.points[index], station=self.station[index], T_W_station=every
         )
 
-    def placed_as(self, other: Self) -> Self:
+    def _placed_as(self, other: Self) -> Self:
         """Return the measurements with the station frames of other measurements."""
         return replace(self, T_W_station=other.T_W_station)
 
-    def scaled(self, factor: float) -> Self:
+    def _scaled(self, factor: float) -> Self:
         """Return the measurements with all lengths multiplied by a factor."""
         scale = np.ones((4, 4))
         scale[:3, 3] = factor
         frames = scale * self.T_W_station
         return replace(self, points=factor * self.points, T_W_station=frames)
 
-    def read_otherwise(self) -> Iterator[tuple[str, Self]]:
+    def _read_otherwise(self) -> Iterator[tuple[str, Self]]:
         """Yield mirrored device frames: swapping two axes is a reflection, up to a rotation."""
         yield LEFT_HANDED, replace(self, points=self.points * [-1.0, 1.0, 1.0])
 
@@ -126,7 +126,7 @@ class StationPositions(Measurements):
         known = np.broadcast_to(self.T_W_station, (self.count, 4, 4))
         return np.asarray(se3.exp(self._steps(x)) @ known)
 
-    def start(self, T: FloatArray) -> Start:
+    def _start(self, T: FloatArray) -> Start:
         """Estimate the frames, beginning with the station that measured most targets.
 
         :func:`register_points` estimates the targets from this station. With known targets, the
@@ -141,10 +141,11 @@ class StationPositions(Measurements):
         T_W_station = of_base[0] @ se3.inverse(np.stack(of_base))
         measurements = replace(self, T_W_station=T_W_station)
         x = np.concatenate([found.points.ravel(), np.zeros(6 * (self.count - 1))])
-        misfit = np.sqrt(np.mean(measurements.lengths(measurements.errors(of_base[0] @ T, x)) ** 2))
+        errors = measurements._errors(of_base[0] @ T, x)
+        misfit = np.sqrt(np.mean(measurements._lengths(errors) ** 2))
         return Start(of_base[0], x, measurements, float(misfit))
 
-    def from_frame(self, T: FloatArray, start: Start) -> Start:
+    def _from_frame(self, T: FloatArray, start: Start) -> Start:
         """Estimate targets by their mean from the first station, then the other stations."""
         first = self.station == 0
         targets = targets_at(T[first], self.points[first])
@@ -154,16 +155,16 @@ class StationPositions(Measurements):
         measurements = replace(self, T_W_station=np.stack([np.eye(4), *others]))
         return start._replace(unknowns=x, measurements=measurements)
 
-    def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
+    def _errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
         """Return computed minus measured positions in W, in standard deviations."""
-        return replace(self._placed, points=self._in_W(x)).errors(T, self._targets(x))
+        return replace(self._placed, points=self._in_W(x))._errors(T, self._targets(x))
 
-    def derivatives(
+    def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Return the derivatives for positions, and -(v + omega x y) for small station motions."""
-        by_p, by_x = self._placed.derivatives(T, J, self._targets(x))
-        seen = self._placed.seen
+        by_p, by_x = self._placed._derivatives(T, J, self._targets(x))
+        seen = self._placed._seen
         y, at = self._in_W(x)[seen], self.station[self.configurations]
         moved = np.zeros((len(y), 3, 6 * (self.count - 1)))
         for k, axis in enumerate(np.eye(3)):
@@ -193,7 +194,7 @@ class StationPositions(Measurements):
 
     def _between(self, placed: FloatArray, s: int) -> FloatArray:
         """Return the pose that transforms points (N, m, 3) to the points measured by station s."""
-        own = (self.station == s)[:, None] & self._placed.seen
+        own = (self.station == s)[:, None] & self._placed._seen
         apart = placed[own] - placed[own].mean(0) if own.any() else np.zeros((1, 3))
         if np.linalg.svd(apart, compute_uv=False)[1:2].sum() < _LINE:
             raise InputValueError(

@@ -52,18 +52,14 @@ class Start(NamedTuple):
 
 
 class Measurements(ABC):
-    """Measurements at N configurations.
+    """Measurements at N configurations."""
 
-    Attributes:
-        fixes_tool: Whether the tool orientation is measured too. Then the six tool corrections are
-            identified instead of targets.
-    """
-
-    fixes_tool: ClassVar[bool]
+    _fixes_tool: ClassVar[bool]
+    """Whether the tool orientation is measured too: identifies tool corrections, not targets."""
 
     @property
     @abstractmethod
-    def stated(self) -> str:
+    def _stated(self) -> str:
         """The standard deviations of the measurements, as text."""
 
     @property
@@ -92,14 +88,14 @@ class Measurements(ABC):
         return ("probe",) * len(self.configurations)
 
     @abstractmethod
-    def lengths(self, errors: FloatArray) -> FloatArray:
+    def _lengths(self, errors: FloatArray) -> FloatArray:
         """Convert errors (M,) to the distance error of each row (rows,) [m]."""
 
     @abstractmethod
-    def start(self, T: FloatArray) -> Start:
+    def _start(self, T: FloatArray) -> Start:
         """Estimate frames and unknowns from nominal tool poses (N, 4, 4) in the base frame."""
 
-    def from_frame(self, T: FloatArray, start: Start) -> Start:  # noqa: ARG002
+    def _from_frame(self, T: FloatArray, start: Start) -> Start:  # noqa: ARG002
         """Update the start for a known base frame, from tool poses T (N, 4, 4) in W.
 
         Subclasses that can estimate an ambiguous base frame estimate their unknowns again from T.
@@ -111,23 +107,23 @@ class Measurements(ABC):
         """Return the measurements at some configurations, with the same frames."""
 
     @abstractmethod
-    def placed_as(self, other: Self) -> Self:
+    def _placed_as(self, other: Self) -> Self:
         """Return the measurements with the frames of other measurements of the same setup."""
 
     @abstractmethod
-    def scaled(self, factor: float) -> Self:
+    def _scaled(self, factor: float) -> Self:
         """Return the measurements with all lengths multiplied by a factor."""
 
-    def read_otherwise(self) -> Iterator[tuple[str, Self]]:
+    def _read_otherwise(self) -> Iterator[tuple[str, Self]]:
         """Yield possible mistakes in the conventions, and the corrected measurements."""
         return iter(())
 
     @abstractmethod
-    def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
+    def _errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
         """Return the (M,) errors for tool poses T (N, 4, 4) in W and unknowns x."""
 
     @abstractmethod
-    def derivatives(
+    def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Return the derivatives of the errors with respect to parameters and unknowns.
@@ -168,10 +164,10 @@ class Positions(Measurements):
 
     points: FloatArray
     sigma: float = SMALL
-    fixes_tool: ClassVar[bool] = False
+    _fixes_tool: ClassVar[bool] = False
 
     @property
-    def stated(self) -> str:
+    def _stated(self) -> str:
         """The standard deviation of each position coordinate, as text."""
         return stated(self.sigma)
 
@@ -181,31 +177,31 @@ class Positions(Measurements):
         return tuple(f"target{j + 1}_{axis}" for j in range(self.points.shape[1]) for axis in "xyz")
 
     @property
-    def seen(self) -> BoolArray:
+    def _seen(self) -> BoolArray:
         """(N, m) whether a target was visible."""
         return np.asarray(np.isfinite(self.points).all(-1))
 
     @property
     def rows(self) -> IntArray:
         """Row index of each error; each visible target is a row with three errors."""
-        return np.repeat(np.arange(int(self.seen.sum())), 3)
+        return np.repeat(np.arange(int(self._seen.sum())), 3)
 
     @property
     def labels(self) -> tuple[str, ...]:
         """Measurement and target of each row, counted from 1."""
-        return tuple(f"measurement {i + 1}, target {j + 1}" for i, j in np.argwhere(self.seen))
+        return tuple(f"measurement {i + 1}, target {j + 1}" for i, j in np.argwhere(self._seen))
 
     @property
     def configurations(self) -> IntArray:
         """Configuration index of each visible target."""
-        return np.argwhere(self.seen)[:, 0]
+        return np.argwhere(self._seen)[:, 0]
 
     @property
     def targets(self) -> tuple[str, ...]:
         """Target of each row, counted from 1."""
-        return tuple(f"target {j + 1}" for j in np.argwhere(self.seen)[:, 1])
+        return tuple(f"target {j + 1}" for j in np.argwhere(self._seen)[:, 1])
 
-    def lengths(self, errors: FloatArray) -> FloatArray:
+    def _lengths(self, errors: FloatArray) -> FloatArray:
         """Distance between the computed and the measured position of each target."""
         return np.asarray(self.sigma * np.linalg.norm(errors.reshape(-1, 3), axis=-1))
 
@@ -213,34 +209,34 @@ class Positions(Measurements):
         """Return the measurements at some configurations."""
         return replace(self, points=self.points[index])
 
-    def placed_as(self, other: Self) -> Self:
+    def _placed_as(self, other: Self) -> Self:
         """Return the measurements unchanged: they contain no estimated frame."""
         del other
         return self
 
-    def scaled(self, factor: float) -> Self:
+    def _scaled(self, factor: float) -> Self:
         """Return the measurements with all lengths multiplied by a factor."""
         return replace(self, points=factor * self.points)
 
-    def read_otherwise(self) -> Iterator[tuple[str, Self]]:
+    def _read_otherwise(self) -> Iterator[tuple[str, Self]]:
         """Yield a mirrored device frame: swapping two axes is a reflection, up to a rotation."""
         yield LEFT_HANDED, replace(self, points=self.points * [-1.0, 1.0, 1.0])
 
-    def start(self, T: FloatArray) -> Start:
+    def _start(self, T: FloatArray) -> Start:
         """Estimate the base frame and targets by :func:`register_points`."""
         found = register_points(T, self.points)
         return Start(found.T_W_base, found.points.ravel(), self, found.error)
 
-    def from_frame(self, T: FloatArray, start: Start) -> Start:
+    def _from_frame(self, T: FloatArray, start: Start) -> Start:
         """Estimate the targets by their mean positions in the tool frame."""
         return start._replace(unknowns=targets_at(T, self.points).ravel())
 
-    def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
+    def _errors(self, T: FloatArray, x: FloatArray) -> FloatArray:
         """Return computed minus measured positions, in standard deviations."""
         apart = points_on_tool(T, x.reshape(-1, 3)) - self.points
-        return np.asarray((apart / self.sigma)[self.seen].ravel())
+        return np.asarray((apart / self.sigma)[self._seen].ravel())
 
-    def derivatives(
+    def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Return v + omega x (R x_j) for parameters and R for targets x_j."""
@@ -250,7 +246,7 @@ class Positions(Measurements):
         for j in range(m):
             by_x[:, j, :, 3 * j : 3 * j + 3] = T[:, :3, :3]
         parts = (
-            (part / self.sigma)[self.seen].reshape(-1, part.shape[-1]) for part in (by_p, by_x)
+            (part / self.sigma)[self._seen].reshape(-1, part.shape[-1]) for part in (by_p, by_x)
         )
         by_p, by_x = parts
         return by_p, by_x
@@ -269,10 +265,10 @@ class Poses(Measurements):
     T: FloatArray
     sigma: tuple[float, float] = (SMALL, SMALL)
     T_tool_probe: FloatArray = field(default_factory=lambda: np.eye(4))
-    fixes_tool: ClassVar[bool] = True
+    _fixes_tool: ClassVar[bool] = True
 
     @property
-    def stated(self) -> str:
+    def _stated(self) -> str:
         """The standard deviations of position and orientation, as text."""
         return f"{stated(self.sigma[0])} and {1e3 * self.sigma[1]:.3g} mrad"
 
@@ -296,7 +292,7 @@ class Poses(Measurements):
         """Configuration index of each row."""
         return np.arange(len(self.T))
 
-    def lengths(self, errors: FloatArray) -> FloatArray:
+    def _lengths(self, errors: FloatArray) -> FloatArray:
         """Distance between the computed and the measured probe origin."""
         return np.asarray(self.sigma[0] * np.linalg.norm(errors.reshape(-1, 6)[:, :3], axis=-1))
 
@@ -304,17 +300,17 @@ class Poses(Measurements):
         """Return the measurements at some configurations."""
         return replace(self, T=self.T[index])
 
-    def placed_as(self, other: Self) -> Self:
+    def _placed_as(self, other: Self) -> Self:
         """Return the measurements with the probe frame of other measurements."""
         return replace(self, T_tool_probe=other.T_tool_probe)
 
-    def scaled(self, factor: float) -> Self:
+    def _scaled(self, factor: float) -> Self:
         """Return the measurements with all lengths multiplied by a factor."""
         scale = np.ones((4, 4))
         scale[:3, 3] = factor
         return replace(self, T=scale * self.T)
 
-    def read_otherwise(self) -> Iterator[tuple[str, Self]]:
+    def _read_otherwise(self) -> Iterator[tuple[str, Self]]:
         """Yield quaternions with reordered components, and inverse rotations."""
         R = self.T[:, :3, :3]
         for words, turned in (
@@ -326,25 +322,25 @@ class Poses(Measurements):
             T[:, :3, :3] = turned
             yield words, replace(self, T=T)
 
-    def start(self, T: FloatArray) -> Start:
+    def _start(self, T: FloatArray) -> Start:
         """Estimate the base and probe frames by :func:`register_poses`."""
         T_W_base, T_tool_probe = register_poses(T, self.T)
         apart = (T_W_base @ T @ T_tool_probe - self.T)[:, :3, 3]
         misfit = float(np.sqrt((apart**2).sum(-1).mean()))
         return Start(T_W_base, np.zeros(0), replace(self, T_tool_probe=T_tool_probe), misfit)
 
-    def from_frame(self, T: FloatArray, start: Start) -> Start:
+    def _from_frame(self, T: FloatArray, start: Start) -> Start:
         """Estimate the probe frame by its mean pose in the tool frame."""
         return start._replace(measurements=replace(self, T_tool_probe=mean_pose(T, self.T)))
 
-    def errors(self, T: FloatArray, x: FloatArray) -> FloatArray:  # noqa: ARG002
+    def _errors(self, T: FloatArray, x: FloatArray) -> FloatArray:  # noqa: ARG002
         """Return position errors, and rotation vectors from measured to computed axes in W."""
         found = T @ self.T_tool_probe
         apart = found[:, :3, 3] - self.T[:, :3, 3]
         turned = so3.log(found[:, :3, :3] @ self.T[:, :3, :3].swapaxes(-1, -2))
         return np.concatenate([apart / self.sigma[0], turned / self.sigma[1]], -1).ravel()
 
-    def derivatives(
+    def _derivatives(
         self, T: FloatArray, J: FloatArray, x: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Return the twist of the probe origin, valid for small orientation errors."""

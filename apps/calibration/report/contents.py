@@ -68,7 +68,7 @@ def contents(found: Calibration) -> Contents:
         f"after; largest {MM * before[used].max():.3f} mm before, {MM * after[used].max():.3f} mm "
         "after.",
         f"The noise is {found.noise:.3g} times the stated noise, sigma = "
-        f"{found.measurements.stated}.",
+        f"{found.measurements._stated}.",
     )
     tables = [_of_targets(found, before, after), _of_frames(found)]
     if found.model_errors:
@@ -92,7 +92,7 @@ def contents(found: Calibration) -> Contents:
 def lengths(found: Calibration) -> tuple[FloatArray, FloatArray]:
     """Return the errors of all rows before and after the calibration [m]."""
     measured = found.measurements
-    return measured.lengths(found.nominal_errors), measured.lengths(found.errors)
+    return measured._lengths(found.nominal_errors), measured._lengths(found.errors)
 
 
 def _of_targets(found: Calibration, before: FloatArray, after: FloatArray) -> Table:

@@ -66,20 +66,19 @@ class MotionSequence:
     Attributes:
         robot: The robot.
         q_start: (n,) coordinates at the start [rad or m].
-        stages: The stages so far.
     """
 
     robot: Robot
     q_start: FloatArray
-    stages: tuple[Stage, ...] = ()
+    _stages: tuple[Stage, ...] = ()
 
     def __repr__(self) -> str:
         """Summary with the main figures."""
-        names = ", ".join(stage.name for stage in self.stages)
+        names = ", ".join(stage.name for stage in self._stages)
         return summary_repr(
             self,
             self.robot.name,
-            f"{len(self.stages)} stages in {self.duration:.6g} s",
+            f"{len(self._stages)} stages in {self.duration:.6g} s",
             names if len(names) < _LONG else "",
             methods="move, pause, follow, sample(frequency), jumps()",
         )
@@ -91,12 +90,12 @@ class MotionSequence:
     @property
     def q_end(self) -> FloatArray:
         """(n,) coordinates at the end [rad or m]."""
-        return self.stages[-1].q_end if self.stages else np.asarray(self.q_start, dtype=np.float64)
+        return self._stages[-1].q_end if self._stages else np.asarray(self.q_start, np.float64)
 
     @property
     def duration(self) -> float:
         """The time of all stages [s]."""
-        return sum(stage.motion.duration for stage in self.stages)
+        return sum(stage.motion.duration for stage in self._stages)
 
     def move(
         self,
@@ -216,29 +215,29 @@ class MotionSequence:
             InputValueError: There is no stage.
             OutOfReachError: A curve leaves the reach, the branch or the limits.
         """
-        if not self.stages:
+        if not self._stages:
             raise InputValueError(
                 "MotionSequence.sample: there is no stage yet; call move, pause or follow"
             )
-        return concatenate([stage.motion.sample(frequency) for stage in self.stages])
+        return concatenate([stage.motion.sample(frequency) for stage in self._stages])
 
     def jumps(self) -> list[tuple[int, str, float, float]]:
         """List jumps of derivatives: stage, derivative, time in the sequence [s], step."""
         found, begin = [], 0.0
-        for index, stage in enumerate(self.stages):
+        for index, stage in enumerate(self._stages):
             timed = stage.motion.time_scaling
             found += [(index, name, begin + time, step) for name, time, step in timed.jumps()]
             begin += timed.duration
         return found
 
     def _with(self, motion: Motion, name: str) -> Self:
-        own = name or f"stage {len(self.stages) + 1}"
+        own = name or f"stage {len(self._stages) + 1}"
         ends = motion.sample(_CHECKS / motion.duration) if motion.time_scaling.length else None
         q_end = self.q_end if ends is None else ends.q[-1]
         if not np.isfinite(q_end).all():
             raise OutOfReachError(f"{self.robot.name}: the loops do not close at the end of {own}")
         stage = Stage(motion, q_end, own)
-        return replace(self, stages=(*self.stages, stage))
+        return replace(self, _stages=(*self._stages, stage))
 
 
 _CHECKS = 100

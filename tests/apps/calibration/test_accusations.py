@@ -121,7 +121,7 @@ def test_ball_bar_start_explains_tool_that_moves_in_a_plane(seed):
     if seed % 2:
         centre[2] = target[2]
     points = T[:, :3, 3] + T[:, :3, :3] @ target
-    start = Distances(np.linalg.norm(points - centre, axis=-1), SIGMA).start(T)
+    start = Distances(np.linalg.norm(points - centre, axis=-1), SIGMA)._start(T)
     assert start.misfit < 1e-5
 
 

@@ -141,7 +141,7 @@ def test_identification_explains_randomly_perturbed_loop_robot(seed):
     assert before / after > LEAST
     assert 0.8 < found.noise < 1.2
     # Random noise may exceed the outlier limit in some rows; only such rows may be excluded.
-    drawn_noise = np.abs(measured.errors(T, np.zeros(0))).reshape(-1, 6).max(1)
+    drawn_noise = np.abs(measured._errors(T, np.zeros(0))).reshape(-1, 6).max(1)
     beyond = np.array(measured.labels)[drawn_noise > OUTLYING]
     assert found.outliers == tuple(beyond)
 
@@ -149,7 +149,7 @@ def test_identification_explains_randomly_perturbed_loop_robot(seed):
 def test_rows_whose_loops_do_not_close_are_left_out_of_the_fit():
     robot, random = parametric("four_bar"), np.random.default_rng(5)
     q = everywhere(robot, random, 60)
-    start = Poses(robot.fk(q), SIGMA).start(robot.fk(q))
+    start = Poses(robot.fk(q), SIGMA)._start(robot.fk(q))
     problem = problem_at(robot, q, start, ("loop",))
     x = problem.x0.copy()
     x[problem.names.index("rocker_pin_a_x")] = 0.24

@@ -75,5 +75,5 @@ def derivative(
     sought = [names.index(name) for name in found.names if name in names]
     J, R = robot.identification_jacobian(q, p)[..., sought], T_W_base[:3, :3]
     J = np.concatenate([R @ J[:, :3], R @ J[:, 3:]], 1)
-    by_p, by_x = measured.derivatives(T_W_base @ robot.fk_p(q, p), J, unknowns)
+    by_p, by_x = measured._derivatives(T_W_base @ robot.fk_p(q, p), J, unknowns)
     return np.concatenate([by_p, by_x], 1)

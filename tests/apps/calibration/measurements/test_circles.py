@@ -44,7 +44,7 @@ def test_circle_axes_and_start_frame_match_true_arm(loaded, name):
         point = truth.T_W_base @ [*(tool + np.cross(omega, v)), 1]
         assert np.linalg.norm(np.cross(direction, axis.point - point[:3])) < 1e-3
         assert axis.error < 3 * NOISE
-    start = measurements.start(robot.fk(q))
+    start = measurements._start(robot.fk(q))
     assert np.abs(se3.log(se3.inverse(truth.T_W_base) @ start.T_W_base)).max() < 5e-3
     found = identify(robot, q, measurements)
     assert 0.9 < found.noise < 1.1
@@ -62,5 +62,5 @@ def test_circles_of_parallel_axes_give_accurate_start(arm, truth):
     q[:9, 1] += np.linspace(-1, 1, 9)
     q[9:, 2] += np.linspace(-1, 1, 9)
     points = truth.positions(arm, q)
-    start = CirclePoints(points, NOISE, np.repeat([0, 1], 9)).start(arm.fk(q))
+    start = CirclePoints(points, NOISE, np.repeat([0, 1], 9))._start(arm.fk(q))
     assert start.misfit < 0.01

@@ -38,19 +38,19 @@ def test_observation_derivatives_match_central_differences(name):
         probe = se3.exp([0.2, -0.1, 0.3, 0.4, 0.2, 0.1])
         measurements = Poses(T @ probe, (0.1, 0.2), probe)
     twists = np.broadcast_to(np.eye(6), (len(T), 6, 6))
-    by_p, by_x = measurements.derivatives(T, twists, x)
+    by_p, by_x = measurements._derivatives(T, twists, x)
 
     def moved(k, step):
         turned = so3.exp(step * np.eye(6)[k, 3:]) @ T[:, :3, :3]
         found = T.copy()
         found[:, :3, :3], found[:, :3, 3] = turned, T[:, :3, 3] + step * np.eye(6)[k, :3]
-        return measurements.errors(found, x)
+        return measurements._errors(found, x)
 
     differences = [(moved(k, h) - moved(k, -h)) / (2 * h) for k in range(6)]
     assert_allclose(by_p, np.array(differences).T, atol=1e-7)
     unit = np.eye(len(x)) * h
     differences = [
-        (measurements.errors(T, x + e) - measurements.errors(T, x - e)) / (2 * h) for e in unit
+        (measurements._errors(T, x + e) - measurements._errors(T, x - e)) / (2 * h) for e in unit
     ]
     assert_allclose(by_x, np.array(differences).reshape(len(x), len(by_x)).T, atol=1e-7)
 

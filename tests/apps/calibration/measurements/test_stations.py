@@ -57,13 +57,13 @@ def test_station_frames_and_robot_are_identified_together(arm, truth, stations):
 def test_station_derivatives_match_central_differences(arm, truth):
     random = np.random.default_rng(5)
     measured, _ = seen_from(arm, truth, random, 3)
-    start = measured.start(arm.fk(truth.q))
+    start = measured._start(arm.fk(truth.q))
     T, x = start.T_W_base @ arm.fk(truth.q), start.unknowns
     J = np.zeros((len(T), 6, 1))
-    _, by_x = start.measurements.derivatives(T, J, x)
+    _, by_x = start.measurements._derivatives(T, J, x)
     step = 1e-6
     differences = [
-        (start.measurements.errors(T, x + e) - start.measurements.errors(T, x - e)) / (2 * step)
+        (start.measurements._errors(T, x + e) - start.measurements._errors(T, x - e)) / (2 * step)
         for e in step * np.eye(len(x))
     ]
     assert_allclose(by_x, np.transpose(differences), atol=1e-3, rtol=1e-7)

@@ -123,7 +123,7 @@ CORNERS = np.array(
 def test_followed_plan_stops_at_its_corners():
     arm, plan = chasles.load("ur5e"), plan_along(CORNERS, 0)
     sequence = MotionSequence(arm, CORNERS[0]).follow(plan, "quintic", duration=3, name="away")
-    assert [stage.name for stage in sequence.stages] == ["away 1", "away 2"]
+    assert [stage.name for stage in sequence._stages] == ["away 1", "away 2"]
     assert sequence.duration == pytest.approx(3)
     found = sequence.sample(1000)
     for corner in CORNERS:

@@ -86,4 +86,4 @@ def test_tool_stays_above_laid_bricks(laying):
 
 def test_brick_laying_jumps_only_in_jerk(laying):
     assert {name for _, name, _, _ in laying.jumps()} == {"jerk"}
-    assert laying.duration == pytest.approx(sum(s.motion.duration for s in laying.stages))
+    assert laying.duration == pytest.approx(sum(s.motion.duration for s in laying._stages))
