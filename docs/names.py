@@ -7,7 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
-from chasles.call.capabilities import OtherName
+from chasles.call.capabilities import Hint
 
 PAGE = Path(__file__).parent / "reference" / "names.md"
 MODULES = (
@@ -44,11 +44,11 @@ def names_of(module: ModuleType) -> list[str]:
 def members_of(kind: type) -> list[str]:
     """The public attributes of a class that chasles defines, inherited ones included.
 
-    Names of other libraries, whose lookup raises an error with a hint, are left out.
+    Names that exist only for the hint in their error, such as `fkine`, are left out.
     """
     own = [base for base in kind.__mro__ if base.__module__.startswith("chasles")]
     found = {name for base in own for name in (*vars(base), *vars(base).get("__annotations__", {}))}
-    hints = {name for base in own for name, v in vars(base).items() if isinstance(v, OtherName)}
+    hints = {name for base in own for name, v in vars(base).items() if isinstance(v, Hint)}
     return sorted(name for name in found - hints if not name.startswith("_"))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .call.capabilities import Capability, OtherName
+from .call.capabilities import Capability, Hint, OtherName
 
 _NAMES = """
     fk link_poses jacobian_space jacobian_body jacobian_mixed jacobian_space_dot
@@ -14,10 +14,10 @@ _NAMES = """
     swivel fk_p jacobian_p identification_jacobian
     identification_jacobian_space identification_jacobian_body chain_fk chain_link_poses
     chain_jacobian_space chain_jacobian_body chain_jacobian_mixed ik ik_position
-    ik_position_pitch ik_position_direction jacobian jacobian_dot hessian twist acceleration
+    ik_position_pitch ik_position_direction
 """
-
-
+_STEMS = "jacobian jacobian_dot hessian twist acceleration"
+"""Names that lack a representation."""
 _OTHER_NAMES = """
     fkine fkine_all jacob0 jacobe jacob0_dot hessian0 ikine ikine_LM ik_LM ikine_a
     inverse_kinematics get_position_ik setFromIK inverse solve IK qlim islimit qz qr vellipse
@@ -42,4 +42,5 @@ def _declare(names: str, kind: type[Capability]) -> None:
 
 
 _declare(_NAMES, Capability)
+_declare(_STEMS, Hint)
 _declare(_OTHER_NAMES, OtherName)

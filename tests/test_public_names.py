@@ -34,3 +34,7 @@ def test_reference_documents_every_listed_module_and_name_of_the_compiler():
     of_compiler = {f"chasles.derive.{name}" for name in derive.__all__}
     assert documented - of_compiler == {*SCRIPT["MODULES"]} - {"chasles.derive"}
     assert of_compiler <= documented
+
+
+def test_names_that_only_raise_a_hint_are_not_listed():
+    assert not {"chasles.Robot.fkine", "chasles.Robot.jacobian"} & listed(SCRIPT["page"]())

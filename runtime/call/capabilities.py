@@ -62,7 +62,11 @@ class Capability:
         raise MissingFunctionError(message, name=self.name, obj=robot)
 
 
-class OtherName(Capability):
+class Hint(Capability):
+    """A name that no robot has; the error states what to use instead."""
+
+
+class OtherName(Hint):
     """A name of another library; the error states the name here."""
 
     def __get__(self, robot: Any, owner: type) -> Any:
