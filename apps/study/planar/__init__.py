@@ -1,4 +1,4 @@
-"""Workspaces in a plane with exact borders, which consist of arcs of circles."""
+"""Planar workspaces with exact borders, which consist of circular arcs."""
 
 from .exact import ExactWorkspace, exact_workspace
 from .planar_platform import (

@@ -1,8 +1,8 @@
-"""Regions of a plane between circles: the area that several annuli have in common, by their arcs.
+"""Intersection of several annuli: border arcs and area.
 
-The border of the region consists of arcs of the circles. Each circle is cut where it crosses the
-others; an arc whose middle lies in all annuli belongs to the border. The area follows from these
-arcs by Green's theorem, exactly:
+The border of the intersection consists of circular arcs. Each circle is cut at its intersections
+with the other circles; an arc whose midpoint lies in all annuli belongs to the border. Green's
+theorem gives the exact area from these arcs:
 
     2 A = sum over arcs, counterclockwise around the region, of
           r^2 (b - a) + r (c_x (sin b - sin a) - c_y (cos b - cos a))
@@ -22,7 +22,7 @@ FloatArray = NDArray[np.float64]
 
 _TURN = 2 * math.pi
 _SAME = 1e-12
-"""Distance below which circles coincide and points lie on a circle, in parts of the radii."""
+"""Distance relative to the radii below which circles coincide and points lie on a circle."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,9 +30,9 @@ class Annulus:
     """All points of a plane whose distance from a center lies between two radii.
 
     Attributes:
-        center: (2,) [m].
-        inner: The lesser radius [m]; 0 for a disk.
-        outer: The larger radius [m].
+        center: (2,) center [m].
+        inner: Inner radius [m]; 0 for a disk.
+        outer: Outer radius [m].
     """
 
     center: FloatArray
@@ -40,20 +40,20 @@ class Annulus:
     outer: float
 
     def contains(self, points: FloatArray, slack: float = 0.0) -> NDArray[np.bool_]:
-        """Whether points (m, 2) lie in it, up to a slack [m]."""
+        """Return whether points (m, 2) lie in the annulus, up to a tolerance [m]."""
         d = np.linalg.norm(points - self.center, axis=-1)
         return np.asarray((d >= self.inner - slack) & (d <= self.outer + slack))
 
 
 @dataclass(frozen=True, eq=False)
 class BorderArc:
-    """An arc of the border, with the region to its left.
+    """A circular arc of a border, with the region on its left.
 
     Attributes:
-        center: (2,) [m].
-        radius: [m].
-        start: Angle at its start [rad].
-        end: Angle at its end [rad]; less than the start where it runs clockwise.
+        center: (2,) center [m].
+        radius: Radius [m].
+        start: Angle at the start [rad].
+        end: Angle at the end [rad]; less than the start for a clockwise arc.
     """
 
     center: FloatArray
@@ -62,7 +62,7 @@ class BorderArc:
     end: float
 
     def points(self, count: int = 60) -> FloatArray:
-        """(count, 2) points on it [m]."""
+        """Return points (count, 2) on the arc [m]."""
         angle = np.linspace(self.start, self.end, count)
         return np.asarray(
             self.center + self.radius * np.column_stack([np.cos(angle), np.sin(angle)])
@@ -70,14 +70,14 @@ class BorderArc:
 
     @property
     def twice_area(self) -> float:
-        """Its part of twice the area by Green's theorem [m^2]."""
+        """Return the contribution to twice the area, by Green's theorem [m^2]."""
         a, b, r, (x, y) = self.start, self.end, self.radius, self.center
         shift = x * (math.sin(b) - math.sin(a)) - y * (math.cos(b) - math.cos(a))
         return float(r * r * (b - a) + r * shift)
 
 
 def border(annuli: Sequence[Annulus]) -> list[BorderArc]:
-    """The arcs that bound what all annuli have in common; none where that is empty."""
+    """Return the border arcs of the intersection of annuli; none if it is empty."""
     found = []
     for k, own in enumerate(annuli):
         for radius, outward in ((own.outer, True), (own.inner, False)):
@@ -94,12 +94,12 @@ def border(annuli: Sequence[Annulus]) -> list[BorderArc]:
 
 
 def area(annuli: Sequence[Annulus]) -> float:
-    """The area that annuli have in common [m^2]."""
+    """Return the area of the intersection of annuli [m^2]."""
     return sum(arc.twice_area for arc in border(annuli)) / 2
 
 
 def _cuts(center: FloatArray, radius: float, others: Sequence[Annulus]) -> list[float]:
-    """Angles over one turn at which a circle crosses circles, from one of them to the same one."""
+    """Return the angles at which a circle crosses others, over one turn; the first repeats last."""
     angles: list[float] = []
     for other in others:
         step = other.center - center

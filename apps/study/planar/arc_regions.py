@@ -1,9 +1,9 @@
-"""Regions of a plane bounded by arcs of circles, and what they sweep when they turn about a point.
+"""Planar regions bounded by circular arcs, and the regions that they sweep in a rotation.
 
-All borders here are found the same way: candidates are arcs on which the border must lie; they are
-cut where they cross each other, and a piece belongs to the border if the region is on one side of
-it alone. Where a region turns about a point by angles from a to b, the candidates are its border
-turned by a and by b, and the circles about the point that touch its border or pass its corners.
+All borders are computed from candidates, arcs that contain the border. The candidates are cut at
+their intersections. A piece belongs to the border if the region lies on exactly one of its sides.
+If a region rotates about a point by angles from a to b, the candidates are its border rotated by a
+and by b, and the circles about the point that are tangent to the border or pass through corners.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ BoolArray = NDArray[np.bool_]
 
 _TURN = 2 * math.pi
 _BLOCK = 20_000
-"""Points times arcs that are held at once: they stay in the processor's cache."""
+"""Maximum number of point-arc pairs processed at once, so that they fit in the processor cache."""
 _RAY = 0.7548776662466927
-"""Angle of the rays that count crossings [rad]: an odd one, so that no ray touches an arc."""
+"""Angle of the rays for counting crossings [rad], chosen so that rays are not tangent to arcs."""
 
 
 @dataclass(frozen=True, eq=False)
 class ArcRegion:
-    """A region bounded by arcs, or only the points on arcs, or a point: an arc of radius 0.
+    """A region bounded by arcs, or a curve of arcs, or a point, which is an arc of radius 0.
 
     Attributes:
-        arcs: The arcs of its border, with the region to their left.
-        solid: Whether the points between the arcs belong to it.
+        arcs: The border arcs, with the region on their left.
+        solid: Whether the points enclosed by the arcs belong to the region.
     """
 
     arcs: tuple[BorderArc, ...]
@@ -54,7 +54,7 @@ class ArcRegion:
 
     @property
     def area(self) -> float:
-        """Its area [m^2], exact to rounding."""
+        """The area [m^2], exact up to rounding."""
         return sum(arc.twice_area for arc in self.arcs) / 2 if self.solid else 0.0
 
     @property
@@ -64,7 +64,7 @@ class ArcRegion:
         return np.array([points.min(0), points.max(0)])
 
     def contains(self, points: FloatArray) -> BoolArray:
-        """Whether points (m, 2) lie between the arcs: rays from inside cross them oddly often."""
+        """Return whether points (m, 2) are enclosed by the arcs: rays cross them an odd number."""
         if not self.arcs:
             return np.zeros(len(points), dtype=bool)
         parts = np.array_split(points, max(1, len(points) * len(self.arcs) // _BLOCK))
@@ -86,20 +86,20 @@ class ArcRegion:
 
     @cached_property
     def _rows(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Centres (k, 2), radii, least angles and widths (k,) of the arcs."""
+        """Centers (k, 2), radii, smallest angles and angular widths (k,) of the arcs."""
         rows = [(*a.center, a.radius, min(a.start, a.end), abs(a.end - a.start)) for a in self.arcs]
         table = np.array(rows, dtype=np.float64).reshape(-1, 5)
         return table[:, :2], table[:, 2], table[:, 3], table[:, 4]
 
     def moment(self) -> float:
-        """The integral of x over the part with x > 0 [m^3], by Green's theorem.
+        """The integral of x over the part with x > 0 [m^3].
 
-        It is that of max(x, 0)^2 / 2 dy along the border.
+        By Green's theorem, it is the integral of max(x, 0)^2 / 2 dy along the border.
         """
         return sum(_moment(arc) for arc in self.arcs)
 
     def mirrored(self) -> ArcRegion:
-        """The region with x and -x exchanged."""
+        """Return the region reflected at x = 0."""
         arcs = [
             BorderArc(arc.center * [-1, 1], arc.radius, math.pi - arc.end, math.pi - arc.start)
             for arc in self.arcs
@@ -108,13 +108,13 @@ class ArcRegion:
 
 
 def swept(region: ArcRegion, center: FloatArray, lower: float, upper: float) -> ArcRegion:
-    """What a region passes while it turns about a point.
+    """Return the region that a region sweeps in a rotation about a point.
 
     Args:
         region: The region.
         center: (2,) the point [m].
-        lower: The least angle [rad].
-        upper: The largest angle [rad]; infinite or a turn above the least one: all angles.
+        lower: The smallest angle [rad].
+        upper: The largest angle [rad]; for a full turn or more, all angles.
     """
     whole = not upper - lower < _TURN
     if len(region.arcs) == 1 and region.arcs[0].radius == 0:
@@ -145,11 +145,11 @@ def swept(region: ArcRegion, center: FloatArray, lower: float, upper: float) -> 
 def bounded(
     candidates: Sequence[BorderArc], inside: Callable[[FloatArray], BoolArray]
 ) -> ArcRegion:
-    """The region whose border lies on candidates.
+    """Return the region whose border lies on candidate arcs.
 
     Args:
-        candidates: Arcs on which the whole border lies; pieces of them need not belong to it.
-        inside: Whether points (m, 2) beside the arcs belong to the region.
+        candidates: Arcs that contain the whole border.
+        inside: Test whether points (m, 2) next to the arcs belong to the region.
     """
     size = max(arc.radius + float(np.abs(arc.center).max()) for arc in candidates)
     circles = _circles(candidates, size)
@@ -179,13 +179,13 @@ def bounded(
 
 
 def united(first: ArcRegion, second: ArcRegion) -> ArcRegion:
-    """What belongs to one of two regions at least."""
+    """Return the union of two regions."""
     arcs = [*first.arcs, *second.arcs]
     return bounded(arcs, lambda p: first.contains(p) | second.contains(p)) if arcs else first
 
 
 def common(first: ArcRegion, second: ArcRegion) -> ArcRegion:
-    """What two regions have in common."""
+    """Return the intersection of two regions."""
     arcs = [*first.arcs, *second.arcs]
     if not arcs:
         return first
@@ -193,7 +193,7 @@ def common(first: ArcRegion, second: ArcRegion) -> ArcRegion:
 
 
 def _swept_point(step: FloatArray, center: FloatArray, lower: float, upper: float) -> ArcRegion:
-    """The arc of a point about a center."""
+    """Return the arc that a point sweeps about a center."""
     radius, angle = math.hypot(*step), math.atan2(step[1], step[0])
     ends = (angle + lower, angle + upper) if upper - lower < _TURN else (0.0, _TURN)
     return ArcRegion((BorderArc(center, radius, *ends),), solid=False)
@@ -206,7 +206,7 @@ def _turned(arc: BorderArc, center: FloatArray, by: float) -> BorderArc:
 
 
 def _touching(arc: BorderArc, center: FloatArray) -> Iterable[tuple[float, float]]:
-    """Radius of circles about a center that touch an arc or meet its ends, and the angle there."""
+    """Yield radius and angle of circles about a center that touch an arc or contain its ends."""
     away = arc.center - center
     outward = math.atan2(away[1], away[0])
     angles = [arc.start, arc.end]
@@ -219,7 +219,7 @@ def _touching(arc: BorderArc, center: FloatArray) -> Iterable[tuple[float, float
 def _angles(
     region: ArcRegion, center: FloatArray, radii: FloatArray
 ) -> list[list[tuple[float, float]]]:
-    """The angles at which each of several circles about a center lies in a region."""
+    """Return the angle intervals in which each of several concentric circles lies in a region."""
     centers, own, starts, widths = region._rows
     angles, on_arcs = _crossings(center, radii[:, None], centers, own)
     with np.errstate(invalid="ignore"):
@@ -240,9 +240,9 @@ def _angles(
 def _crossings(
     center: FloatArray, radius: float | FloatArray, centers: FloatArray, radii: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Angles (2, ..., k) at which a circle crosses k others: on it, and on them.
+    """Return angles (2, ..., k) at which a circle crosses k others, on the circle and the others.
 
-    NaN where it does not. Circles that touch do not cross: rounding would decide.
+    NaN without an intersection. Tangent circles do not count, since rounding would decide.
     """
     step = centers - center
     d = np.hypot(step[:, 0], step[:, 1])
@@ -256,7 +256,7 @@ def _crossings(
 
 
 def _circles(arcs: Iterable[BorderArc], size: float) -> list[list[BorderArc]]:
-    """Arcs by their circles; circles that differ by rounding are one."""
+    """Group arcs by circle; circles that differ by rounding are equal."""
     found: list[list[BorderArc]] = []
     for arc in arcs:
         if arc.radius <= SAME_ARC * size:
@@ -274,9 +274,9 @@ def _circles(arcs: Iterable[BorderArc], size: float) -> list[list[BorderArc]]:
 def _cuts(
     arcs: list[BorderArc], others: tuple[FloatArray, FloatArray], ends: FloatArray, slack: float
 ) -> list[float]:
-    """Angles over one turn at which other circles cross a circle, or arcs end on it.
+    """Return the angles over one turn at which other circles cross a circle or arcs end on it.
 
-    Where two arcs touch, rounding decides whether they cross; but one of them ends there.
+    For tangent arcs, rounding decides whether they cross; but one of the arcs ends there.
     """
     own = arcs[0]
     angles = [angle for arc in arcs for angle in (arc.start, arc.end)]
@@ -290,26 +290,26 @@ def _cuts(
 
 
 def _ends(arc: BorderArc) -> FloatArray:
-    """(2, 2) where an arc starts and ends."""
+    """Return the start and end points (2, 2) of an arc."""
     angles = np.array([arc.start, arc.end])
     return np.asarray(arc.center + arc.radius * np.column_stack([np.cos(angles), np.sin(angles)]))
 
 
 def _covers(arc: BorderArc, angle: Any) -> Any:
-    """Whether an arc has points at an angle [rad]; false for NaN."""
+    """Return whether an arc includes an angle [rad]; False for NaN."""
     start, end = min(arc.start, arc.end), max(arc.start, arc.end)
     return (angle - start) % _TURN <= end - start
 
 
 def _extremes(arc: BorderArc) -> FloatArray:
-    """(k, 2) ends of an arc and its points with extreme coordinates."""
+    """Return the ends of an arc and its points with extreme coordinates (k, 2)."""
     angles = [arc.start, arc.end]
     angles += [k * math.pi / 2 for k in range(4) if _covers(arc, k * math.pi / 2)]
     return np.asarray(arc.center + arc.radius * np.column_stack([np.cos(angles), np.sin(angles)]))
 
 
 def _moment(arc: BorderArc) -> float:
-    """The integral of max(x, 0)^2 / 2 dy along an arc, with x = c + r cos t, dy = r cos t dt."""
+    """Integrate max(x, 0)^2 / 2 dy along an arc, with x = c + r cos t and dy = r cos t dt."""
     c, r = float(arc.center[0]), arc.radius
     least, most = min(arc.start, arc.end), max(arc.start, arc.end)
     cuts = [least, most]

@@ -1,7 +1,7 @@
-"""The axes that move a point of a serial arm, as lines at one posture.
+"""The joint axes of a serial arm that move a point, as lines at one configuration.
 
-Where two successive axes meet, neither moves the point: the center of a spherical wrist, or of arms
-like a UR the place where axes 5 and 6 meet.
+Two consecutive intersecting axes do not move their intersection point, such as the center of a
+spherical wrist, or the intersection of axes 5 and 6 of a UR arm.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from ..tolerances import SAME_ARC
 FloatArray = NDArray[np.float64]
 
 _POSTURES = 8
-"""Postures at which a joint that does not move the point leaves it at rest."""
+"""Number of configurations to test whether a joint moves the point."""
 
 
 @dataclass(frozen=True, eq=False)
 class MovingAxes:
-    """The joints that move a point, at one posture; limits are counted from there.
+    """The joints that move a point, at one configuration.
 
     Attributes:
-        names: The names of the joints.
+        names: Names of the joints.
         directions: (m, 3) directions of the axes in the base frame.
-        points: (m, 3) the point of each axis nearest to the base's origin [m].
-        turns: (m,) whether a joint turns; the others slide.
-        limits: (m, 2) least and largest way of each joint [rad or m].
+        points: (m, 3) the point of each axis nearest to the base origin [m].
+        turns: (m,) whether a joint is revolute; the others are prismatic.
+        limits: (m, 2) limits of each joint relative to the configuration [rad or m].
         place: (3,) the point [m].
     """
 
@@ -44,7 +44,7 @@ class MovingAxes:
 
     @property
     def parallel(self) -> bool:
-        """Whether all axes are parallel, and there are two that turn."""
+        """Whether all axes are parallel, with two or more revolute joints."""
         if self.turns.sum() < 2:  # noqa: PLR2004 - one turns a point on a circle
             return False
         n = self.directions[self.turns][0]
@@ -52,7 +52,7 @@ class MovingAxes:
 
     @property
     def upright(self) -> bool:
-        """Whether the first one turns about a vertical axis, and the others in a plane with it."""
+        """Whether the first axis is vertical and the others move the point in a vertical plane."""
         rest = self.without_first()
         if not (self.turns.all() and rest.parallel):
             return False
@@ -60,7 +60,7 @@ class MovingAxes:
         return bool(abs(abs(first[2]) - 1) <= SAME_ARC and abs(first @ n) <= SAME_ARC)
 
     def without_first(self) -> MovingAxes:
-        """The axes from the second one on."""
+        """The axes without the first axis."""
         rest = slice(1, None)
         return MovingAxes(
             self.names[rest],
@@ -73,17 +73,17 @@ class MovingAxes:
 
 
 def of_tool(robot: Robot) -> MovingAxes:
-    """The axes that move the tool's origin, with each joint in the middle of its limits."""
+    """Return the axes that move the tool origin, with each joint in the middle of its limits."""
     postures = _postures(robot)
     places = robot.fk(postures)[:, :3, 3]
     return _moving(robot, robot.jacobian_space(postures), places)
 
 
 def of_meetings(robot: Robot) -> Iterator[MovingAxes]:
-    """The axes that move each place where two successive axes meet, from the tool to the base.
+    """Yield the axes that move each intersection of consecutive axes, from the tool to the base.
 
-    The point of an axis nearest to another one is p + s a: from p + s a - p' - s' a' normal to
-    both a and a'.
+    The point of an axis nearest to another axis is p + s a, from the condition that
+    p + s a - p' - s' a' is normal to a and a'.
     """
     S = robot.jacobian_space(_postures(robot))
     for j in range(robot.n - 1, 0, -1):
@@ -100,7 +100,7 @@ def of_meetings(robot: Robot) -> Iterator[MovingAxes]:
 
 
 def _postures(robot: Robot) -> FloatArray:
-    """The middle of the limits, and random postures about it."""
+    """Return the middle of the limits, and random configurations around it."""
     bounded = np.isfinite(robot.lower) & np.isfinite(robot.upper)
     inside = (np.where(bounded, robot.lower, 0) + np.where(bounded, robot.upper, 0)) / 2
     some = inside + np.random.default_rng(0).uniform(-1, 1, (_POSTURES, robot.n))
@@ -108,7 +108,7 @@ def _postures(robot: Robot) -> FloatArray:
 
 
 def _moving(robot: Robot, S: FloatArray, places: FloatArray) -> MovingAxes:
-    """The axes out of space Jacobians (m, 6, k) that move a point, at places (m, 3)."""
+    """Return the axes that move a point at positions (m, 3), from space Jacobians (m, 6, k)."""
     speeds = S[:, :3] + np.cross(S[:, 3:], places[..., None], axis=1)
     moving = np.flatnonzero(np.abs(speeds).max((0, 1)) > SAME_ARC)
     v, omega = S[0, :3, moving], S[0, 3:, moving]

@@ -1,11 +1,10 @@
-"""Workspaces with exact borders: arms whose joints move a point of the tool in a plane.
+"""Workspaces with exact borders, for arms that move a point in a plane.
 
-Where the axes that move the point are parallel, it stays in a plane, or in a prism with slides
-along the axes. Where the first axis is vertical and the others are normal to a plane that it turns,
-the workspace is a body of revolution, and its section by that plane is found; the plane may pass
-beside the axis. In both cases the section is what a point sweeps by turning about one axis after
-the other, from the point to the base, each within its limits; its border consists of arcs. Volumes
-are in `meridian.py`.
+If the axes that move the point are parallel, the workspace is planar, or a prism if prismatic
+joints move along the axes. If the first axis is vertical and the others are normal to a plane that
+the first joint rotates, the workspace is a body of revolution. The plane may be offset from the
+axis. In both cases, the point sweeps the section by rotating about one axis after the other, from
+the tip to the base, within limits; its border consists of arcs. `meridian.py` computes volumes.
 """
 
 from __future__ import annotations
@@ -37,20 +36,20 @@ _TURN = 2 * math.pi
 
 @dataclass(frozen=True, eq=False)
 class ExactWorkspace(StudyResult):
-    """The exact workspace of the tool's origin, or of the center of the wrist.
+    """The exact workspace of the tool origin or the wrist center.
 
     Attributes:
         robot: The robot's name.
         point: "tool" or "wrist".
-        joints: The names of the joints that move it.
-        section: The region in the plane; of a body of revolution, in (u, z) where u is counted from
-            the place of the plane nearest to the first axis, u < 0 behind it.
+        joints: The names of the joints that move the point.
+        section: The region in the plane. For a body of revolution, its coordinates are (u, z); u is
+            0 at the points nearest to the first axis and negative behind the axis.
         origin: (3,) origin of the plane [m], on the first axis for a body of revolution.
-        axes: (2, 3) directions of the plane's two axes in the base frame, with the base at 0.
-        offset: The distance of the plane from the first axis [m], positive along axes[0] x axes[1];
-            0 where the tool stays in a plane.
-        turn: (2,) least and largest angle of the base [rad]; None where the tool stays in a plane.
-        height: (2,) least and largest way of slides normal to the plane [m].
+        axes: (2, 3) directions of the two axes of the plane, with the first joint at 0.
+        offset: Distance of the plane from the first axis [m], positive along axes[0] x axes[1]; 0
+            for a planar workspace.
+        turn: (2,) limits of the first joint [rad]; None for a planar workspace.
+        height: (2,) limits of the prismatic motion normal to the plane [m].
     """
 
     _parts = (ArcRegion, BorderArc)
@@ -78,37 +77,37 @@ class ExactWorkspace(StudyResult):
 
     @property
     def area(self) -> float:
-        """The area of the section [m^2], exact to rounding."""
+        """The area of the section [m^2], exact up to rounding."""
         return self.section.area
 
     @cached_property
     def volume(self) -> float:
-        """The volume [m^3], to 1e-12 relative; 0 of a flat workspace."""
+        """The volume [m^3] with relative error 1e-12; 0 for a planar workspace."""
         if self.turn is None:
             return self.area * float(np.ptp(self.height))
         return swept_volume(self.section, self.offset, float(np.ptp(self.turn)))
 
     @cached_property
     def meridian(self) -> Meridian:
-        """Distances from the first axis and heights that are reached at some angle of the base.
+        """Return the reached distances from the first axis and heights.
 
         Raises:
-            InputValueError: The tool stays in a plane.
+            InputValueError: The workspace is planar.
         """
         if self.turn is None:
-            raise InputValueError(f"{self.robot}: its point stays in a plane, nothing turns that")
+            raise InputValueError(f"{self.robot}: the workspace is planar and has no meridian")
         return meridian(self.section, self.offset)
 
     @property
     def bounds(self) -> FloatArray:
-        """(2, 3) smallest and largest x, y and z [m], exact to rounding."""
+        """(2, 3) smallest and largest x, y and z [m], exact up to rounding."""
         (u_0, v_0), (u_1, v_1) = self.section.bounds
         if self.turn is None:
             normal = np.cross(*self.axes)
             p = self.origin + np.array([_along(self.section, axis) for axis in self.axes.T]).T
             slides = np.sort(np.outer(self.height, normal), axis=0)
             return np.asarray(p + slides)
-        # At each angle of the base x and y are linear in u: their ends are those of u.
+        # At each angle of the first joint, x and y are linear in u: extremes are at extreme u.
         towards = math.atan2(self.axes[0, 1], self.axes[0, 0])
         ends = []
         for u in (u_0, u_1):
@@ -137,17 +136,17 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
     """Return the exact workspace of an arm whose joints move a point in a plane.
 
     Args:
-        robot: A serial arm. Joints that leave the point at rest, such as a roll about the tool, do
-            not count. The others are parallel revolute joints and slides along them; or a vertical
-            first axis, and revolute ones normal to a plane that it turns.
-        point: "tool": the tool's origin; "wrist": the last intersection of two successive axes that
-            the joints before them move in this way, such as the center of a spherical wrist.
+        robot: A serial arm. Joints that do not move the point, such as a roll about the tool, are
+            ignored. The others must be parallel revolute joints and prismatic joints along them; or
+            a vertical first axis and revolute joints normal to a plane that the first one rotates.
+        point: "tool": the tool origin; "wrist": the last intersection of consecutive axes that the
+            previous joints move in this way, such as the center of a spherical wrist.
 
     Raises:
-        InputValueError: The arm is of another kind.
+        InputValueError: The arm has another structure.
     """
     if robot.loops:
-        raise InputValueError(f"{robot.name}: exact_workspace takes serial arms, this has loops")
+        raise InputValueError(f"{robot.name}: exact_workspace requires a serial arm, got loops")
     if point not in ("tool", "wrist"):
         raise InputValueError(f"exact_workspace: expected point 'tool' or 'wrist', got {point!r}")
     candidates = [of_tool(robot)] if point == "tool" else of_meetings(robot)
@@ -156,8 +155,8 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
         other = "; that of point='wrist' may be" if point == "tool" else ""
         raise InputValueError(
             f"{robot.name}: the axes that move its {point} are neither parallel, nor a vertical "
-            f"first one and parallel ones normal to it, so its border is not made of arcs{other}; "
-            "workspace() takes any arm"
+            f"first axis and parallel axes normal to it, so the border is not made of arcs{other}; "
+            "use workspace(), which accepts any arm"
         )
     flat = chain.parallel
     rest = chain if flat else chain.without_first()
@@ -179,7 +178,7 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
 
 
 def _section(rest: MovingAxes, n: FloatArray, axes: FloatArray, origin: FloatArray) -> ArcRegion:
-    """What the point passes in the plane by turning about parallel axes of direction n."""
+    """Return the region that the point sweeps in the plane by rotations about axes along n."""
     section = ArcRegion((BorderArc(axes @ (rest.place - origin), 0.0, 0.0, 0.0),), solid=False)
     for k in np.flatnonzero(rest.turns)[::-1]:
         by = np.sort(rest.limits[k] * (rest.directions[k] @ n))
@@ -188,7 +187,7 @@ def _section(rest: MovingAxes, n: FloatArray, axes: FloatArray, origin: FloatArr
 
 
 def _plane(n: FloatArray) -> FloatArray:
-    """Two directions normal to a third one: x and y of the base where it is z."""
+    """Return two directions normal to n; the x and y axes of the base if n is z."""
     least = np.eye(3)[int(np.argmin(np.abs(n)))]
     u = least - (least @ n) * n
     u /= np.linalg.norm(u)
@@ -196,7 +195,7 @@ def _plane(n: FloatArray) -> FloatArray:
 
 
 def _along(section: ArcRegion, direction: FloatArray) -> FloatArray:
-    """(2,) least and largest value of direction @ (u, v) over a section."""
+    """Return the extremes (2,) of direction @ (u, v) over a section."""
     size = math.hypot(*direction)
     if size <= SAME_ARC:
         return np.zeros(2)
@@ -210,7 +209,7 @@ def _along(section: ArcRegion, direction: FloatArray) -> FloatArray:
 
 
 def _cosine_ends(angles: FloatArray) -> tuple[float, float]:
-    """Least and largest cosine between two angles [rad]."""
+    """Return the smallest and largest cosine between two angles [rad]."""
     lower, upper = angles
     values = [math.cos(lower), math.cos(upper)] if np.isfinite(angles).all() else []
     for k, value in ((0, 1.0), (1, -1.0)):

@@ -1,21 +1,22 @@
-"""Bodies of revolution that a plane sweeps by turning about an axis beside it.
+"""Bodies of revolution swept by a planar region that rotates about an axis outside its plane.
 
-A plane at a distance d from a vertical axis carries a region of places (u, v), with u = 0 nearest
-to the axis. Turned about the axis, (u, v) is a circle of radius rho = sqrt(u^2 + d^2) at height v,
-the same one as of (-u, v). As rho d(rho) = u du, volumes follow from the region itself (Pappus).
+The plane has the distance d from a vertical axis and contains a region of points (u, v), with u = 0
+nearest to the axis. In a full turn, (u, v) describes a circle of radius rho = sqrt(u^2 + d^2) at
+height v; (-u, v) describes the same circle. As rho d(rho) = u du, the volume is an integral over
+the region (Pappus).
 
-A base that turns by s less than a whole turn covers an arc of s of that circle from u, and one
-from -u, which begins pi - 2 a(u) later, a(u) = atan2(d, u). Where both belong to the region, they
-have
+In a rotation by s, less than a full turn, u describes an arc of angle s. The arc of -u begins
+pi - 2 a(u) later, with a(u) = atan2(d, u). If both points belong to the region, the arcs overlap by
 
     max(0, s - pi + 2 a) + max(0, s - pi - 2 a)
 
-in common, which counts once: with m+ and m- the integrals of |u| in front and behind, and C what
-the region and its mirror image have in common,
+The overlap counts once. m+ and m- are the integrals of |u| over u > 0 and u < 0, and C is the
+intersection of the region with its reflection at u = 0:
 
     V = s (m+ + m-) - integral over C, u > 0, of u (max(0, s - pi + 2 a) + max(0, s - pi - 2 a))
 
-By Green's theorem, integrals of f(u) over a region are those of F(u) dv along its border, F' = f.
+By Green's theorem, the integral of f(u) over a region is the integral of F(u) dv along its border,
+with F' = f.
 """
 
 from __future__ import annotations
@@ -39,16 +40,16 @@ BoolArray = NDArray[np.bool_]
 
 _TURN = 2 * math.pi
 _EXACT = 1e-13
-"""Error at which an integral along an arc ends, in parts of its value or of the radius times the
-largest integrand: near rounding."""
+"""Tolerance of an integral along an arc, relative to its value or to the radius times the largest
+integrand."""
 
 
 @dataclass(frozen=True, eq=False)
 class Meridian:
-    """Distances from an axis and heights (rho, z) that are reached at some angle about the axis.
+    """The meridian section of a body of revolution: distances from the axis and heights (rho, z).
 
     Attributes:
-        both: The region of the plane together with its mirror image.
+        both: The union of the planar region with its reflection at u = 0.
         offset: The distance of the plane from the axis [m].
     """
 
@@ -67,7 +68,7 @@ class Meridian:
 
     @property
     def area(self) -> float:
-        """The area in (rho, z) [m^2], to 1e-12 relative."""
+        """The area in (rho, z) [m^2], with relative error 1e-12."""
         if not self.both.solid:
             return 0.0
         d = self.offset
@@ -77,7 +78,7 @@ class Meridian:
 
     @property
     def bounds(self) -> FloatArray:
-        """(2, 2) least and largest rho and z [m], exact to rounding."""
+        """(2, 2) smallest and largest rho and z [m], exact up to rounding."""
         (_, v_0), (u_1, v_1) = self.both.bounds
         nearest = [np.abs(u).min() for u, _ in self._pieces()]
         return np.array(
@@ -85,23 +86,23 @@ class Meridian:
         )
 
     def contains(self, points: FloatArray) -> BoolArray:
-        """Whether (rho, z) (m, 2) are reached at some angle."""
+        """Return whether points (rho, z) (m, 2) are reached at some angle."""
         rho, z = np.moveaxis(np.asarray(points, dtype=np.float64), -1, 0)
         u = np.sqrt(np.maximum((rho - self.offset) * (rho + self.offset), 0))
         inside = self.both.contains(np.column_stack([u, z]))
         return np.asarray(inside & (rho >= self.offset))
 
     def curves(self) -> list[FloatArray]:
-        """The border: curves of points (k, 2) in (rho, z) [m].
+        """Return the border as curves of points (k, 2) in (rho, z) [m].
 
-        Nothing is nearer to the axis than the plane: where the region goes on behind its place
-        nearest to the axis, a straight line is part of the border.
+        If the region crosses u = 0, the border includes straight lines at the distance of the
+        plane, since no point of the plane is nearer to the axis.
         """
         found = [np.column_stack([np.hypot(u, self.offset), v]) for u, v in self._pieces()]
         return found + (self._nearest() if self.offset else [])
 
     def _nearest(self) -> list[FloatArray]:
-        """The pieces of the line u = 0 in the region."""
+        """Return the segments of the line u = 0 inside the region."""
         at = [
             arc.center[1] + arc.radius * math.sin(t)
             for arc in self.both.arcs
@@ -116,7 +117,7 @@ class Meridian:
         return found
 
     def _pieces(self) -> list[tuple[FloatArray, FloatArray]]:
-        """The arcs of the border as far as u >= 0."""
+        """Return the border arcs with u >= 0."""
         pieces = []
         for arc in self.both.arcs:
             for a, b in itertools.pairwise(_cuts(arc, (0.0,))):
@@ -127,7 +128,7 @@ class Meridian:
 
 
 def meridian(section: ArcRegion, offset: float) -> Meridian:
-    """What a region of a plane beside an axis reaches by turning about the axis.
+    """Return the meridian section of a planar region that rotates about an axis.
 
     Args:
         section: The region in (u, v).
@@ -138,15 +139,15 @@ def meridian(section: ArcRegion, offset: float) -> Meridian:
 
 
 def swept_volume(section: ArcRegion, offset: float, turn: float) -> float:
-    """The volume that a region of a plane sweeps about an axis beside the plane [m^3].
+    """Return the volume that a planar region sweeps by rotating about an axis.
 
     Args:
         section: The region in (u, v).
         offset: The distance of the plane from the axis [m].
-        turn: The angle by which it turns [rad]; more than a turn counts as one.
+        turn: The angle of rotation [rad], at most a full turn.
 
     Returns:
-        The volume [m^3], to 1e-12 relative; 0 of a region without an area.
+        The volume [m^3] with relative error 1e-12; 0 for a region without area.
     """
     mirrored = section.mirrored()
     if not section.solid:
@@ -156,14 +157,14 @@ def swept_volume(section: ArcRegion, offset: float, turn: float) -> float:
     d, beyond = abs(offset), turn - math.pi
 
     def half_turns(u: float) -> float:
-        """The integral of u a(u) from 0 to u."""
+        """Return the integral of u a(u) from 0 to u."""
         return u * u / 2 * math.atan2(d, u) + d / 2 * (u - d * math.atan2(u, d)) if d else 0.0
 
-    # Between two arcs on either side of the plane, both gaps close where u passes these places.
+    # The overlap of the two arcs begins or ends at these values of u.
     turned = d / math.tan(abs(beyond) / 2) if beyond else math.inf
 
     def shared(u: float) -> float:
-        """The integral of u (max(0, s - pi + 2 a) + max(0, s - pi - 2 a)) from 0 to u."""
+        """Return the integral of u (max(0, s - pi + 2 a) + max(0, s - pi - 2 a)) from 0 to u."""
         near = min(u, turned) if beyond < 0 else u
         total = beyond * near * near / 2 + 2 * half_turns(near)
         if beyond > 0 and u > turned:
@@ -179,7 +180,7 @@ def swept_volume(section: ArcRegion, offset: float, turn: float) -> float:
 def _along(
     arcs: Sequence[BorderArc], value: Callable[[float], float], at: Sequence[float]
 ) -> float:
-    """The integral of value(max(u, 0)) dv along arcs; its derivative jumps at places `at`."""
+    """Integrate value(max(u, 0)) dv along arcs; the derivative of value jumps at `at`."""
     from scipy.integrate import quad  # noqa: PLC0415
 
     total = 0.0
@@ -197,7 +198,7 @@ def _along(
 
 
 def _cuts(arc: BorderArc, places: Sequence[float]) -> list[float]:
-    """The angles of an arc's ends, in its order, and those between at which u takes a value."""
+    """Return the angles of an arc's ends, and the angles between at which u has given values."""
     least, most = sorted((arc.start, arc.end))
     cuts = [least, most]
     for place in places:

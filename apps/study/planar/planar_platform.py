@@ -1,10 +1,9 @@
-"""Workspaces of planar platforms on three legs, by circles.
+"""Workspaces of planar platforms with three legs, bounded by circles.
 
-At a constant orientation a leg of two links reaches all points of an annulus, and a leg with a
-cylinder those between its limits. Neither is read from a description: the leg's margin, and the
-square of the cylinder's length, is a polynomial in the square of the distance d from the annulus's
-center, so that samples give center and radii exactly; other legs do not fit such a polynomial and
-are refused.
+At a constant orientation, a two-link leg or a cylinder with limits reaches an annulus. Its center
+and radii are fitted to samples: the margin of a two-link leg and the squared length of a cylinder
+are polynomials in the squared distance from the center, so the fit is exact. Other legs do not fit
+such a polynomial and raise an error.
 """
 
 from __future__ import annotations
@@ -29,13 +28,13 @@ FloatArray = NDArray[np.float64]
 
 _SAMPLES = 200
 _FITS = 1e-9
-"""Relative residual of the polynomial up to which a leg's border is taken as circles."""
+"""Maximum relative residual of the polynomial for which the border of a leg counts as circles."""
 _AXES = ("prismatic", "prismatic", "revolute")
 
 
 @dataclass(frozen=True, eq=False)
 class PlanarRegion(StudyResult):
-    """Positions of a platform's tool in the plane.
+    """A region of tool positions of a planar platform.
 
     Attributes:
         robot: The robot's name.
@@ -59,25 +58,25 @@ class PlanarRegion(StudyResult):
 
     @property
     def area(self) -> float:
-        """Its area [m^2], exact to rounding."""
+        """The area [m^2], exact up to rounding."""
         return sum(area(piece) for piece in self.pieces)
 
     @property
     def arcs(self) -> list[BorderArc]:
-        """The arcs of its border, with the region to their left."""
+        """The border arcs, with the region on their left."""
         return [arc for piece in self.pieces for arc in border(piece)]
 
     def contains(self, points: FloatArray) -> NDArray[np.bool_]:
-        """Whether points (m, 2) [m] belong to it."""
+        """Return whether points (m, 2) [m] belong to the region."""
         inside = [np.all([own.contains(points) for own in piece], axis=0) for piece in self.pieces]
         return np.asarray(np.any(inside, axis=0))
 
     def plot(self, ax: Any = None, singular: SingularityCurves | None = None) -> Any:
-        """Draw the region, the circles of the legs and curves of singular places.
+        """Plot the region, the circles of the legs and singularity curves.
 
         Args:
             ax: The matplotlib axes; None: a new figure.
-            singular: Curves inside, from `robot.singularity_curves`.
+            singular: Singularity curves, from `robot.singularity_curves`.
 
         Returns:
             The axes.
@@ -91,11 +90,11 @@ def constant_orientation_workspace(robot: Robot, phi: float) -> PlanarRegion:
     """Return the positions of a planar platform's tool at one angle.
 
     Args:
-        robot: A planar platform on three legs, each of two links, or of a cylinder with limits.
+        robot: A planar platform with three legs, each with two links or a cylinder with limits.
         phi: The angle [rad].
 
     Raises:
-        InputValueError: The robot is another one, or the angle is not finite.
+        InputValueError: The robot has another structure, or the angle is not finite.
 
     Source:
         J.-P. Merlet, C. Gosselin, N. Mouly, Workspaces of planar parallel manipulators, 1998.
@@ -103,23 +102,23 @@ def constant_orientation_workspace(robot: Robot, phi: float) -> PlanarRegion:
     finite("constant_orientation_workspace: phi", phi, ())
     annuli = tuple(_annulus(robot, leg, phi) for leg in range(robot.n)) if _is_planar(robot) else ()
     if not annuli:
-        raise InputValueError(f"{robot.name}: expected a planar platform on three legs")
+        raise InputValueError(f"{robot.name}: expected a planar platform with three legs")
     return PlanarRegion(robot.name, f"at {np.degrees(phi):.4g}°", (annuli,))
 
 
 def dexterous_workspace(robot: Robot) -> PlanarRegion:
     """Return the positions of a planar platform's tool at which every angle is possible.
 
-    While the platform turns, the center of a leg's annulus moves on a circle of radius r about a
-    point. A tool at the distance t from that point is between |t - r| and t + r from the center:
-    it stays in the annulus if t is at most outer - r, and either at least inner + r or, where the
-    hole of the annulus moves around the tool, at most r - inner.
+    While the platform rotates, the center of a leg's annulus moves on a circle of radius r about a
+    point. A tool at the distance t from that point has a distance between |t - r| and t + r from
+    the center. It stays in the annulus if t <= outer - r, and either t >= inner + r or, if the hole
+    of the annulus moves around the tool, t <= r - inner.
 
     Args:
         robot: As for `constant_orientation_workspace`.
 
     Raises:
-        InputValueError: The robot is another one.
+        InputValueError: The robot has another structure.
     """
     legs = []
     turned = (constant_orientation_workspace(robot, phi).pieces[0] for phi in (0.0, np.pi))
@@ -169,16 +168,16 @@ class OrientationGrid(StudyResult):
 
     @property
     def total(self) -> float:
-        """Area where all angles are possible [m^2], to about a cell along its border."""
+        """Area in which all angles are possible [m^2], with an error of a cell at its border."""
         return float(self.possible.all(-1).sum() * self.grid.side**2)
 
     @property
     def inclusive(self) -> float:
-        """Area where some angle is possible [m^2], to about a cell along its border."""
+        """Area in which some angle is possible [m^2], with an error of a cell at its border."""
         return float(self.possible.any(-1).sum() * self.grid.side**2)
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw the fraction of the angles that are possible in each cell.
+        """Plot the fraction of the angles that are possible in each cell.
 
         Args:
             ax: The matplotlib axes; None: a new figure.
@@ -192,7 +191,7 @@ class OrientationGrid(StudyResult):
 
 
 def orientation_grid(robot: Robot, phi: ArrayLike, *, resolution: int = 200) -> OrientationGrid:
-    """Return which of some angles a planar platform can have, cell by cell.
+    """Return which angles are possible for a planar platform at each cell of a grid.
 
     Args:
         robot: As for `constant_orientation_workspace`.
@@ -200,7 +199,7 @@ def orientation_grid(robot: Robot, phi: ArrayLike, *, resolution: int = 200) -> 
         resolution: Number of cells along the longest side.
 
     Raises:
-        InputValueError: The robot is another one, or there is no angle.
+        InputValueError: The robot has another structure, or there is no angle.
     """
     angles = np.atleast_1d(finite("orientation_grid: phi", phi))
     if not len(angles):
@@ -222,7 +221,7 @@ def _is_planar(robot: Robot) -> bool:
 
 
 def _annulus(robot: Robot, leg: int, phi: float) -> Annulus:
-    """What a leg reaches, from samples of its margin or its length."""
+    """Return the annulus that a leg reaches, fitted to samples of its margin or length."""
     coordinate = robot.coordinates[leg]
     if coordinate.kind == "prismatic":
         c, (a, b) = _of_distance(robot, leg, lambda x: robot.actuators(x)[:, leg] ** 2, phi, 1)
@@ -240,7 +239,7 @@ def _annulus(robot: Robot, leg: int, phi: float) -> Annulus:
 def _of_distance(
     robot: Robot, leg: int, value: Callable[[FloatArray], FloatArray], phi: float, degree: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Centre and coefficients by powers of d^2 of a polynomial in d^2 that samples determine."""
+    """Fit the center and the coefficients of a polynomial in d^2 to samples."""
     size = robot.unit_length
     p = np.random.default_rng(0).uniform(-size, size, (_SAMPLES, 2))
     found = value(np.column_stack([p, np.full(len(p), phi)]))
@@ -253,14 +252,14 @@ def _of_distance(
     residual = np.abs(powers @ coefficients - found).max()
     if not residual <= _FITS * np.abs(found).max():
         raise InputValueError(
-            f"{robot.name}: the border of leg {leg + 1} does not consist of circles, it is off by "
-            f"{residual:.3g} of {np.abs(found).max():.3g}"
+            f"{robot.name}: the border of leg {leg + 1} does not consist of circles; the residual "
+            f"is {residual:.3g} of {np.abs(found).max():.3g}"
         )
     return center, coefficients / size ** (2.0 * np.arange(degree + 1))
 
 
 def _centre(p: FloatArray, value: FloatArray, degree: int) -> FloatArray:
-    """The center, from the two leading orders of a polynomial in x and y.
+    """Return the center, from the two leading orders of a polynomial in x and y.
 
     a d^2m = a (x^2 + y^2)^m - 2 m a (x^2 + y^2)^(m - 1) (c_x x + c_y y) + lower orders.
     """

@@ -1,16 +1,15 @@
-"""Workspaces of planar platforms that must turn through a range of angles.
+"""Workspaces of planar platforms for a range of angles.
 
-At the angle phi a leg reaches the annulus about c(phi) between the radii a and b, and c(phi) moves
-on an arc of radius r about a point m. A leg reaches a place at all angles where the place is at
-most b from the farthest point of this arc and at least a from the nearest one. Both borders consist
-of circles: about the arc's ends with radii a and b, about m with b - r, r + a and |r - a|. So the
-total workspace is bounded by arcs, exactly.
+At the angle phi, a leg reaches the annulus about c(phi) with radii a and b; c(phi) moves on an arc
+of radius r about a point m. A leg reaches a position at all angles if its distance is at most b
+from the farthest point of this arc and at least a from the nearest point. Both borders consist of
+circles: about the ends of the arc with radii a and b, about m with radii b - r, r + a and |r - a|.
+So the total workspace is bounded by arcs.
 
-The places that are reached at some angle have no such border, since two legs end there together. A
-square of half diagonal d belongs to them if all legs have a distance of d to spare at its middle at
-one angle, and lies outside if at each angle a leg misses its middle by d: distances change by no
-more than places do. Both are decided in closed form. Squares between are divided; what is left of
-them is the error.
+The border of the inclusive workspace contains other curves, where two legs reach their limits. A
+square of half diagonal d belongs to the inclusive workspace if, at one angle, all legs reach its
+center with a margin of d. It is outside if, at each angle, a leg misses its center by d. Both tests
+have a closed form. Other squares are subdivided; the remaining undecided area is the error.
 """
 
 from __future__ import annotations
@@ -35,18 +34,18 @@ FloatArray = NDArray[np.float64]
 
 _TURN = 2 * math.pi
 _ACROSS = 16
-"""Squares across the box at the start."""
+"""Initial number of squares along a side of the box."""
 
 
 @dataclass(frozen=True, eq=False)
 class OrientationRangeWorkspace(StudyResult):
-    """Positions of a planar platform's tool for a range of angles.
+    """Tool positions of a planar platform for a range of angles.
 
     Attributes:
         robot: The robot's name.
         angles: (2,) the range [rad].
-        total: The region where every angle of the range is possible; its area is exact.
-        inclusive: The area where some angle of the range is possible [m^2]; its error is a bound.
+        total: The region in which every angle of the range is possible; its area is exact.
+        inclusive: The area in which some angle is possible [m^2]; its error is a bound.
     """
 
     _parts = (ArcRegion, BorderArc, SizeEstimate)
@@ -69,7 +68,7 @@ class OrientationRangeWorkspace(StudyResult):
         )
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw the border of the region where every angle is possible.
+        """Plot the border of the region in which every angle is possible.
 
         Args:
             ax: The matplotlib axes; None: a new figure.
@@ -91,12 +90,11 @@ def orientation_range_workspace(
         robot: As for `constant_orientation_workspace`.
         phi_min: The smallest angle [rad].
         phi_max: The largest angle [rad].
-        tolerance: The error of the inclusive area, in parts of the area, at which squares are no
-            longer divided.
+        tolerance: Relative error of the inclusive area at which the subdivision stops.
 
     Raises:
-        InputValueError: The robot is another one, the angles do not ascend, or the tolerance is not
-            positive.
+        InputValueError: The robot has another structure, the angles are not ascending, or the
+            tolerance is not positive.
 
     Source:
         J.-P. Merlet, C. Gosselin, N. Mouly, Workspaces of planar parallel manipulators, 1998, for
@@ -125,13 +123,13 @@ class _Leg:
     outer: float
 
     def centers(self, turned: FloatArray) -> FloatArray:
-        """(k, 2) centers at angles (k,) from the start of the range."""
+        """Return the centers (k, 2) at angles (k,) relative to the start of the range."""
         angle = self.start + turned
         along = np.column_stack([np.cos(angle), np.sin(angle)])
         return np.asarray(self.middle + self.radius * along)
 
     def always(self, point: FloatArray) -> bool:
-        """Whether a point is in the annulus at every angle."""
+        """Return whether a point is in the annulus at every angle."""
         x, y = point - self.middle
         d, angle = math.hypot(x, y), math.atan2(y, x)
         ends = np.hypot(*(point - self.centers(np.array([0.0, self.width]))).T)
@@ -140,7 +138,7 @@ class _Leg:
         return bool(nearest >= self.inner and farthest <= self.outer)
 
     def circles(self) -> list[tuple[FloatArray, float]]:
-        """Circles that the border of the points in `always` lies on."""
+        """Return the circles that contain the border of the points in `always`."""
         ends = self.centers(np.array([0.0, self.width]))
         found = [(end, radius) for end in ends for radius in (self.inner, self.outer)]
         about_middle = (
@@ -180,7 +178,7 @@ def _total(legs: list[_Leg]) -> ArcRegion:
 
 
 def _inclusive(legs: list[_Leg], tolerance: float) -> SizeEstimate:
-    """The area of the places that are reached at some angle."""
+    """Return the area of the positions that are reached at some angle."""
     lower = np.max([leg.middle - leg.radius - leg.outer for leg in legs], axis=0)
     upper = np.min([leg.middle + leg.radius + leg.outer for leg in legs], axis=0)
     side = float((upper - lower).max()) / _ACROSS
@@ -203,17 +201,17 @@ def _inclusive(legs: list[_Leg], tolerance: float) -> SizeEstimate:
 def _judged(
     legs: list[_Leg], middles: FloatArray, side: float
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Squares that belong to the region whole, and those that may belong to it in part."""
+    """Return masks of the squares inside the region, and of the undecided squares."""
     half = side / math.sqrt(2)
     whole = _at_some_angle(legs, middles, -half)
     return whole, ~whole & _at_some_angle(legs, middles, half)
 
 
 def _at_some_angle(legs: list[_Leg], points: FloatArray, slack: float) -> NDArray[np.bool_]:
-    """Whether points (m, 2) lie in all annuli, made wider by a slack, at an angle of the range.
+    """Return whether points (m, 2) lie in all annuli, widened by a slack, at some angle.
 
-    The angles at which a leg reaches a point end where the range or the leg's annulus ends, so it
-    is enough to ask these.
+    The angle intervals in which a leg reaches a point end at the border of its annulus or of the
+    range, so it is sufficient to test these angles.
     """
     first = np.zeros(len(points))
     found = _all_reach(legs, points, first, slack)
@@ -234,7 +232,7 @@ def _at_some_angle(legs: list[_Leg], points: FloatArray, slack: float) -> NDArra
 def _all_reach(
     legs: list[_Leg], points: FloatArray, turned: FloatArray, slack: float
 ) -> NDArray[np.bool_]:
-    """Whether points (m, 2) lie in all annuli at angles (m,) from the start of the range."""
+    """Return whether points (m, 2) lie in all annuli at angles (m,) from the start of the range."""
     reached = np.ones(len(points), dtype=bool)
     for leg in legs:
         d = np.linalg.norm(points - leg.centers(turned), axis=1)

@@ -198,7 +198,7 @@ def test_total_area_over_full_rotation_equals_dexterous_area(dexterous_platform)
 
 def test_robots_without_three_planar_legs_are_rejected():
     for name in ("ur5e", "five_bar", "stewart_gough"):
-        with pytest.raises(InputValueError, match="expected a planar platform on three legs"):
+        with pytest.raises(InputValueError, match="expected a planar platform with three legs"):
             constant_orientation_workspace(chasles.load(name), 0)
 
 

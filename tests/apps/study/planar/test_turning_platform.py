@@ -141,5 +141,5 @@ def test_invalid_orientation_range_arguments_are_rejected():
         InputValueError, match="orientation_range_workspace: expected phi_min < phi_max"
     ):
         orientation_range_workspace(platform, 1, 0)
-    with pytest.raises(InputValueError, match="expected a planar platform on three legs"):
+    with pytest.raises(InputValueError, match="expected a planar platform with three legs"):
         orientation_range_workspace(chasles.load("ur5e"), 0, 1)
