@@ -9,7 +9,7 @@ from tests.campaigns.losses import losses_of
 from tests.support.generators.drawn_arms import cases_of
 
 SEEDS = (1, 2)
-"""Axes along the base's axes with round lengths, and axes in any direction."""
+"""Random geometries: axes along the base axes with round lengths, and axes in any direction."""
 ROW = "joints that a pose determines one by one"
 PLANE = "parallel axes"
 POSITION = "three joints that position the tool"
@@ -59,7 +59,7 @@ def test_arms_with_decoupled_joints_solve_every_pose(kinds):
         directions = [(turns if kind == "R" else slides).pop() for kind in kinds]
         cases = cases_of(robot(kinds, directions, seed))
         titles = {case.inverses.classification.found.title for case in cases}
-        # Three joints that move the tool's origin in all directions determine its position.
+        # Three joints that move the tool point in all directions determine its position.
         assert titles == {ROW} or (len(kinds) == 3 and titles == {POSITION})
         assert not lost_of(cases)
 
@@ -105,7 +105,7 @@ def test_planar_arms_with_prismatic_joint_solve_every_pose(kinds):
 
 
 def test_rprr_arm_has_no_closed_form_inverse():
-    """If the first and third axis are parallel, the position would have to separate them."""
+    """If the first and third axes are parallel, no structure separates the position."""
     directions = [[0, 0, 1], [0, 0, 1], [0, 1, 0], [1, 0, 0]]
     found = explain(robot("RPRR", directions, 0))
     assert found.line.startswith("no closed-form inverse")

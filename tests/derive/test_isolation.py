@@ -1,4 +1,4 @@
-"""Work in a separate process: limits on time and memory hold, and errors arrive as they are."""
+"""Functions in a separate process: limits on time and memory hold, and errors are passed on."""
 
 from functools import partial
 
@@ -20,7 +20,7 @@ SHORT = Limits(seconds=2.0, memory=1 << 30)
 
 @pytest.fixture(params=["forked", "started"])
 def run(request, monkeypatch):
-    """Isolated work as on Linux, and as on other systems."""
+    """Runs isolated functions as on Linux, and as on other systems."""
     if request.param == "started":
         monkeypatch.setattr(isolation, "_forked", isolation._started)
     return isolated

@@ -1,4 +1,4 @@
-"""The chain in its smallest form: summed angles and groups of parallel axes."""
+"""The chain after simplification: summed angles, and groups of parallel axes."""
 
 import sympy as sp
 
@@ -13,7 +13,7 @@ ZERO, ONE = sp.Integer(0), sp.Integer(1)
 
 
 def shaped(robot):
-    """Returns the groups, with every angle in terms of q alone."""
+    """Returns the groups, with every angle expressed in q."""
     terms = Terms({p.symbol: p.value for p in robot.parameters})
     found = groups(robot, terms, robot.joint_values(q[: len(robot.coordinates)]))
     definitions = {}
@@ -105,7 +105,7 @@ def test_prismatic_joint_after_antiparallel_axis_is_reversed():
 
 
 def test_shipped_robots_have_parallel_axis_groups_of_data_sheet():
-    """Joints by runs of parallel axes, taken from the drawings."""
+    """Each row lists the joints in runs of parallel axes, as in the data sheets."""
     runs = {
         "bricklaying_planar": [[0, 1, 2]],
         "iiwa14": [[0], [1], [2], [3], [4], [5], [6]],
@@ -127,7 +127,7 @@ def test_shipped_robots_have_parallel_axis_groups_of_data_sheet():
 
 
 def test_the_groups_multiply_to_the_orientation_of_the_tool():
-    """R_0_ee = Rz Rx Rz Rx ... R_tool, the form that the module promises, at 30 digits."""
+    """R_0_ee = Rz Rx Rz Rx ... R_tool, the form documented in the module, at 30 digits."""
     checked = 0
     for name in NAMES:
         robot = read(ROBOTS / f"{name}.toml")
@@ -160,7 +160,7 @@ def test_the_groups_multiply_to_the_orientation_of_the_tool():
 
 
 def test_axis_rotated_back_joins_parallel_group():
-    """Two tilts cancel over a URDF detour; their product is recognized."""
+    """Two tilts cancel across fixed URDF frames, and the chain recognizes their product."""
     half = sp.pi / 2
     first = urdf("revolute", xyz=(ZERO, ZERO, ZERO), rpy=(half, ZERO, ZERO), axis=(ZERO, ONE, ZERO))
     second = urdf(

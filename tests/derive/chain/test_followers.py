@@ -19,7 +19,7 @@ CHAINS = (
 
 
 def followed(chain, laws):
-    """Returns a random chain of a given structure with mimic joints."""
+    """Returns a random chain with a given structure and mimic joints."""
     robot = robot_of(chain)
     joints = (
         replace(j, mimic=Mimic(*laws[j.name]) if j.name in laws else None) for j in robot.joints

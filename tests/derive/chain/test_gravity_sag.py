@@ -1,4 +1,4 @@
-"""Joints that deflect under gravity: torques from Pinocchio, derivatives from CasADi, files."""
+"""Joints that deflect under gravity: torques (Pinocchio), derivatives (CasADi), and files."""
 
 import numpy as np
 import pytest

@@ -29,7 +29,7 @@ UNITS = {
 
 
 class Numbers(dict):
-    """Values by (part of the robot, quantity); 0 for quantities that are not parameters."""
+    """Values keyed by (part of the robot, quantity); quantities that are not parameters are 0."""
 
     def __init__(self, parameters, p):
         super().__init__(

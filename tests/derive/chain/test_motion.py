@@ -1,4 +1,4 @@
-"""Rates of named terms against SymPy, CasADi and mpmath differentiation."""
+"""Rates of named terms against differentiation by SymPy, CasADi and mpmath."""
 
 import casadi as ca
 import mpmath
@@ -54,7 +54,7 @@ def test_repeated_rates_reuse_named_terms():
 
 
 def test_solved_angle_is_differentiated_through_its_loop_rate():
-    """Its cosine and sine, and sums with the angle, follow; the atan2 is not differentiated."""
+    """Cosine, sine and angle sums use the loop rate; the atan2 itself is not differentiated."""
     terms = Terms({})
     angle = terms.solved_angle(
         *(terms.let(part) for part in (a / sp.sqrt(a**2 + b**2), b / sp.sqrt(a**2 + b**2)))
@@ -115,7 +115,7 @@ def test_first_and_second_loop_derivatives_match_casadi(name):
 
 
 def test_four_bar_derivatives_match_freudenstein_in_mpmath():
-    """The rocker angle from Freudenstein's half-angle formula, differentiated by mpmath."""
+    """The oracle is the derivative of Freudenstein's half-angle formula in mpmath."""
     h = Hybrid(four_bar())
     loops = h.forward.loops
     (q,) = h.q

@@ -1,4 +1,4 @@
-"""Parametric functions agree with the robot at nominal parameters, derivatives with CasADi."""
+"""Parametric functions equal the nominal robot at nominal parameters; CasADi checks derivatives."""
 
 from functools import cache
 
@@ -19,7 +19,7 @@ RANDOM = np.random.default_rng(5)
 SAMPLE = ("scara", "stanford", "bricklaying_planar")
 """Parallel axes, a spherical wrist after a prismatic joint, and a planar arm."""
 IN_TOOL_FRAME = ("fk_p", "jacobian_p", "identification_jacobian")
-"""Functions in one of three frames; the others cost two thirds of a derivation."""
+"""Functions in a single frame; deriving all frames takes three times as long."""
 
 
 def functions_of(robot, parametric=PARAMETRIC):

@@ -42,7 +42,7 @@ def coordinates(robot):
 
 
 def in_numbers(robot, expression):
-    """Returns a numerical function of the coordinates, at the parameters' values."""
+    """Returns a numerical function of the coordinates for the nominal parameters."""
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     return sp.lambdify([list(coordinates(robot))], expression.xreplace(values), "numpy")
 
@@ -54,7 +54,7 @@ def minors(name):
 
 @cache
 def found_conditions(name):
-    """Returns the singularity conditions of an arm, at the parameters' values."""
+    """Returns the singularity conditions of an arm for the nominal parameters."""
     robot = loaded(name)
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     return conditions(minors(name), coordinates(robot), values)
@@ -168,7 +168,7 @@ def test_determinant_factors_with_arbitrary_exact_twist_angles(angles):
 
 
 def test_iiwa14_has_four_textbook_singularity_conditions():
-    """Kreutz-Delgado, Long and Seraji 1992, for seven joints."""
+    """The oracle is Kreutz-Delgado, Long and Seraji 1992, for seven joints."""
     robot = loaded("iiwa14")
     q = coordinates(robot)
     found = conditions(minors("iiwa14"), q, {})
@@ -178,7 +178,7 @@ def test_iiwa14_has_four_textbook_singularity_conditions():
 
 
 def on_conditions(robot, found):
-    """Returns random configurations on each condition."""
+    """Returns random configurations that satisfy each condition."""
     q = coordinates(robot)
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     for condition in found:
@@ -199,7 +199,7 @@ def test_jacobian_loses_rank_only_on_singularity_conditions(name):
 
 @pytest.mark.parametrize("name", SEVERAL)
 def test_numerically_found_singularities_satisfy_a_condition(name):
-    """Newton's iteration finds no singular configuration that the conditions miss."""
+    """Newton's method searches singular configurations that satisfy no condition."""
     robot = loaded(name)
     q = coordinates(robot)
     found = found_conditions(name)
@@ -227,7 +227,7 @@ def test_arms_without_short_factors_print_singular_configurations(name):
 
 @pytest.mark.parametrize("name", ["panda", "xarm7"])
 def test_determinant_with_last_joint_fixed_matches_six_columns(name):
-    """The numerical determinant of the other six columns; one factor has half the angle twice."""
+    """The oracle is the determinant of the other six columns."""
     robot = loaded(name)
     page = Page.of(chasles.derive.derive(robot, functions=["ik"]))
     found, notation = page.singular, page.equations.notation
@@ -307,7 +307,8 @@ def test_arms_with_singularities_are_not_reported_as_regular(name):
 def test_singularity_text_numbers_axes_of_the_whole_arm():
     page = Page.of(chasles.derive.derive(loaded("photo_robot"), functions=["ik"]))
     assert [k for k, q in enumerate(page.equations.notation.q) if q in page.singular.held] == [0, 3]
-    # Joints 1 and 4 are fixed: the first revolute joint is axis 2, the wrist has axes 6, 7 and 8.
+    # Joints 1 and 4 are fixed, so the first revolute joint is axis 2, and the wrist is axes 6, 7
+    # and 8.
     assert {condition.words for condition in page.singular.conditions} == {
         "the wrist's centre is on axis 2",
         "the wrist's centre is in the plane of axes 3 and 5; the arm is stretched or folded",

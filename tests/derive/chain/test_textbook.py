@@ -37,7 +37,7 @@ def matrix(derived, name):
 
 
 def vanishes(expression):
-    """Whether a polynomial in cosines and sines is 0, using c^2 + s^2 = 1 for each angle."""
+    """Tests whether a polynomial in cosines and sines is 0, using c^2 + s^2 = 1 for each angle."""
     rest = sp.expand(sp.expand(expression), trig=True)
     for q in (q1, q2, q3):
         c, s = sp.symbols("c s")
@@ -47,7 +47,7 @@ def vanishes(expression):
 
 
 def test_planar_arm_fk_and_jacobians_match_spong():
-    """Spong, Hutchinson and Vidyasagar: the planar elbow manipulator."""
+    """The oracle is the planar elbow manipulator of Spong, Hutchinson and Vidyasagar."""
     derived = derive(planar_arm())
     c1, s1, c12, s12 = sp.cos(q1), sp.sin(q1), sp.cos(q1 + q2), sp.sin(q1 + q2)
     T = sp.Matrix(
@@ -127,7 +127,7 @@ def test_a_screw_arm_is_the_product_of_its_exponentials():
 
 
 def test_ur5e_position_matches_hawkins_closed_form():
-    """Hawkins, Analytic inverse kinematics for the UR, 2013: the closed-form position."""
+    """The oracle is the closed form of Hawkins, Analytic inverse kinematics for the UR, 2013."""
     derived = derivation("ur5e")
     d1, la2, la3, d4, d5, d6 = (p.symbol for p in derived.robot.parameters)
     q = sp.symbols("q1:7", real=True)

@@ -1,4 +1,4 @@
-"""Robots from files with rounded values: the change list, its bound, and unit warnings."""
+"""Robots from files with rounded values: list of changes, error bound, unit warnings."""
 
 import random
 
@@ -230,7 +230,7 @@ def test_pose_error_bound_holds_and_is_tight_in_every_convention():
             conventions |= {joint.convention.name for joint in robot.joints}
     assert len(shares) > 12
     assert conventions == {convention.name for convention in CONVENTIONS}
-    # Several errors rarely add up in one direction, but the bound has the right order.
+    # Errors rarely add up in one direction, but the bound has the right order of magnitude.
     assert np.median(shares) > 0.2
 
 

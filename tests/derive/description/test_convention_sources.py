@@ -1,4 +1,4 @@
-"""Every convention against the matrices printed in its source."""
+"""Every convention agrees with the matrices printed in its source."""
 
 import pytest
 import sympy as sp
@@ -89,12 +89,12 @@ def test_hayati_matches_product_of_rotations_in_its_source():
 
 
 def test_photo_robot_fk_equals_product_of_printed_matrices():
-    """The shipped robot is the product of the printed matrices, including A0; (11) rotates back."""
+    """The shipped robot equals the product of the printed matrices, A0 included."""
     q = sp.symbols("q1:9", real=True)
     r10, r2, l3, r40, r6 = (p.symbol for p in read(ROBOTS / "photo_robot.toml").parameters)
 
     def turned(angle, tilt, reach=0, rise=0):
-        """The printed pattern of (5)-(10): cosines and sines of the angle, tilt +1 or -1."""
+        """Returns the pattern of (5)-(10): cosines and sines of the angle, tilt +1 or -1."""
         c, s = sp.cos(angle), sp.sin(angle)
         rows = [[c, 0, tilt * s, reach * c], [s, 0, -tilt * c, reach * s]]
         return sp.Matrix([*rows, [0, tilt, 0, rise], [0, 0, 0, 1]])
@@ -141,7 +141,7 @@ def test_urdf_origin_and_axis_follow_specification():
 
 
 def test_poe_joint_matches_rodrigues_formula():
-    """A rotation about any axis through any point: Rodrigues' formula, Lynch and Park, 3.2."""
+    """The oracle is Rodrigues' formula for a rotation about any axis through any point."""
     theta = sp.Symbol("theta", real=True)
     checked = 0
     for axis in ((1, 0, 0), (0, -1, 0), (0, 0, -1), (0, 0, 1), (1, 2, 2), (-3, 0, 4), (1, 1, 1)):
@@ -159,7 +159,7 @@ def test_poe_joint_matches_rodrigues_formula():
 
 @pytest.mark.parametrize("convention", BY_NAME)
 def test_prismatic_joint_translates_along_axis_of_its_convention(convention):
-    """For generic angles, the derivative with respect to the coordinate is the joint axis."""
+    """For generic angles, the tool moves along the joint axis."""
     angles = iter(sp.symbols("u v w", real=True))
     fields = BY_NAME[convention].fields
     given = {field.name: next(angles) for field in fields if field.kind == "angle"}

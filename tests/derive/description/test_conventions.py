@@ -101,7 +101,7 @@ def test_mixed_conventions_give_the_same_fk():
 
 
 def test_derived_fk_equals_product_with_symbolic_tilts():
-    """With symbolic tilts there is no structure, and the product is unchanged."""
+    """Symbolic tilts prevent structure detection, and the product stays the same."""
     alpha, beta = sp.symbols("alpha beta", real=True)
     angles = (Parameter("alpha", HALF / 3, "angle"), Parameter("beta", HALF / 5, "angle"))
     chain = (
@@ -328,7 +328,7 @@ def test_product_of_exponentials_with_helical_joint_equals_pose():
 
 
 def test_screw_axis_at_zero_matches_hand_calculation():
-    """Hand calculation of the second axis, through (a1, 0, d1) along (0, -sin, cos)."""
+    """By hand: the second axis passes through (a1, 0, d1) along (0, -sin, cos)."""
     S, _ = product_of_exponentials(spatial("dh", "revolute"))
     a1, d1 = sp.symbols("a1 d1", real=True)
     direction = sp.Matrix([0, -sp.sqrt(3) / 2, sp.Rational(1, 2)])
@@ -337,7 +337,7 @@ def test_screw_axis_at_zero_matches_hand_calculation():
 
 
 def test_conventions_agree_with_symbolic_tilt_parameter():
-    """The axes of `poe` are numerical; other conventions use a symbolic tilt."""
+    """The axes of `poe` are numerical; the other conventions use a symbolic tilt."""
     found = {}
     for name, joints in SPATIAL.items():
         if name in BY_NAME and name != "poe":

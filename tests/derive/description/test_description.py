@@ -335,7 +335,7 @@ def test_unit_check_rarely_divides_by_zero():
 
 
 MAX_CALLS_A_CHARACTER = 80
-"""Twice the maximum over the densest of these files."""
+"""Limit of calls per character: twice the maximum for the densest of these files."""
 
 
 def test_long_files_are_refused_in_linear_time():

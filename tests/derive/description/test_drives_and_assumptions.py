@@ -147,7 +147,7 @@ def test_floating_rail_is_solved_by_a_guides_step():
 
 
 def test_bearings_with_repeated_axis_are_not_guides():
-    # The axes are independent for roll and yaw, but not for two rolls.
+    # Roll and yaw axes are independent, but two roll axes are not.
     twice = FLOATING.replace("axis = [0, 1, 0]", "axis = [1, 0, 0]")
     assert Hybrid(read_text(bridge(twice))).forward.open
 

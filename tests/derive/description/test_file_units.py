@@ -1,4 +1,4 @@
-"""Units of robot files: conversion, and values that suggest another unit."""
+"""Units of robot files: conversion, and errors for values that suggest another unit."""
 
 from dataclasses import replace
 
@@ -106,7 +106,7 @@ xyz = ["25.4", 0, 0]
 
 
 def test_meter_and_millimeter_files_give_equal_robots():
-    """Mixed sums, functions of angles, pitches, mixed mimic joints: identical except for names."""
+    """The files mix sums, functions of angles, pitches and mimic joints; only names may differ."""
     metric, same = read_text(METRIC), read_text(MILLIMETRES)
     for one, other in zip(metric.joints, same.joints, strict=True):
         assert one == other
@@ -117,7 +117,7 @@ def test_meter_and_millimeter_files_give_equal_robots():
 
 
 def test_roots_and_arctangents_of_lengths_are_unit_independent():
-    """The texts differ, so values are compared; h has no unit and is a length by its context."""
+    """The texts differ, so values are compared; h has no unit, but is a length in its context."""
     text = """\
 name = "r"
 convention = "dh"
@@ -147,7 +147,7 @@ d = "sqrt(l**2 - h**2) + %s"
 def test_parameter_kind_is_inferred_from_first_use(value, kind):
     text = f'{HEAD}[parameters]\nx = 1\n[[joints]]\nalpha = "{value}"\n'
     if kind == "length":
-        # Its ratio to a plain number changes with the length unit.
+        # The ratio of the expression to a plain number depends on the length unit.
         with pytest.raises(
             DescriptionError, match="with length parameters, this expression has another unit"
         ):

@@ -1,4 +1,4 @@
-"""Malformed robot files give a clear error, without a traceback, a hang or output files."""
+"""Malformed robot files raise a clear error, without a traceback, a hang or output files."""
 
 import random
 

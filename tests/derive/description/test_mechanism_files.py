@@ -92,7 +92,7 @@ def test_mechanism_file_fields_are_read_with_units():
     assert jack.limits == (sp.Rational(-1, 10), sp.Rational(1, 20))
     motor, extension, slide = robot.coordinates
     assert (motor.kind, motor.moves, motor.unit) == ("revolute", "turn", "rad")
-    # The motor rotates opposite to the joint, fifty times as far.
+    # The motor rotates opposite to the joint, by fifty times the joint angle.
     assert motor.limits == (-50 * sp.pi / 4, 50 * sp.pi / 2)
     assert (extension.name, extension.unit, slide.unit) == ("jack", "m", "m")
     assert (robot.tool_body, robot.tool_frame, robot.base_frame) == ("arm", "tcp", "ground")

@@ -35,7 +35,7 @@ AT_A_METRE = Fraction(1, 10**9)
         ("0.20000000298023224", "0.2"),
         ("0.3332999944686890", "0.3333"),
         ("0.20010000610351562", "0.2001"),
-        # Intended values stay: short numbers, calibrated values, small lengths.
+        # Intended values stay unchanged: short numbers, calibrated values, small lengths.
         ("0.0009765625", "0.0009765625"),
         ("123456.7890625", "123456.7890625"),
         ("0.0001", "0.0001"),
@@ -96,7 +96,7 @@ def test_long_decimals_are_rarely_changed():
         ("1.570796325", sp.pi / 2),
         ("0.7853975", sp.pi / 4),
         ("-2.0943933333333335", -2 * sp.pi / 3),
-        # Too few decimal places to decide, a calibrated angle, and small angles.
+        # These values stay: too few decimal places to decide, a calibrated angle, and small angles.
         ("0.79", R("0.79")),
         ("1.6", R("1.6")),
         ("3", R(3)),
@@ -154,7 +154,7 @@ def test_random_angles_are_rarely_snapped(places):
     dice = random.Random(places)
     angles = [R(f"{dice.uniform(-6, 6):.{places}f}") for _ in range(600)]
     taken = [angle for angle in angles if exact_angle(angle) != angle]
-    # Truncated and rounded angles together span one and a half units of the last place; fractions
+    # Truncated and rounded angles together cover one and a half units in the last place; fractions
     # of a rounded pi are rare.
     assert len(taken) <= 2 * CHANCE * len(angles)
     assert places < 6 or not taken
@@ -175,7 +175,7 @@ def vector(text):
         ("0.707 0.5 0.5", (sp.sqrt(2) / 2, R(1, 2), R(1, 2))),
         ("0.5 0.5 0.7071067690849304", (R(1, 2), R(1, 2), sp.sqrt(2) / 2)),
         ("0.9659258127212524 0 0.258819043636322", (C15, 0, S15)),
-        # Exact proportions, or intended values.
+        # Exact proportions become exact, and intended values stay.
         ("0.7071068 0.7071068 0", vector("0.7071068 0.7071068 0")),
         ("1 2 3", (1, 2, 3)),
         ("0.6 0 0.8", (R(3, 5), 0, R(4, 5))),
@@ -191,7 +191,7 @@ def test_rounded_directions_snap_to_exact_unit_vectors(found, taken):
 
 @pytest.mark.parametrize(("digits", "third"), [(4, 0), (7, 1), (16, 2)])
 def test_exact_directions_are_recovered_from_digits(digits, third):
-    """Each number of digits accepts another third of the directions."""
+    """With each number of digits, another third of the directions is recognized."""
     checked = 0
     for named, numbers in exact_directions()[third::3]:
         direction = named.exact

@@ -1,4 +1,4 @@
-"""Robots with loops and rounded values: structure, poses and the change list."""
+"""Robots with loops and rounded values: structure, poses and the list of changes."""
 
 from dataclasses import replace
 
@@ -38,7 +38,7 @@ PAIRS = (
     ((45.3108891325, 8.4807621135), (15.3108891325, -43.4807621135)),
 )
 POSE = (0.00946701, 0.15328673, 0.08513579)
-"""The exact delta's tool position (metre) at ``AT``."""
+"""Tool position (metre) of the exact delta at ``AT``."""
 AT = (0.3224862, 0.1265808, 0.0596154)
 
 
@@ -75,7 +75,7 @@ def test_delta_in_decimals_has_closed_form_and_states_change_of_pose():
 
 
 def rod_length(tower, end, across, T):
-    """Returns the distance between a rod's ends (metre) from the decimals of the file."""
+    """Returns the distance (metre) between the ends of a rod with the decimals of the file."""
     x, y, yaw = TOWERS[tower]
     c, s = np.cos(np.deg2rad(yaw)), np.sin(np.deg2rad(yaw))
     a = np.array([x - 20 * c - across * s, y - 20 * s + across * c, 1000 * AT[tower]]) / 1000
@@ -126,7 +126,7 @@ def test_rounded_numbers_on_turned_base_keep_form(name):
 
 
 def test_pose_of_turned_delta_is_pose_in_its_decimals_within_stated_change():
-    """The file's decimals, closed by Newton's method, against the closed form."""
+    """Newton's method closes the loops with the file's decimals; the closed form must agree."""
     written = rounded(mechanisms.delta(), 6, awkward_turn(np.random.default_rng(1)))
     derivation = derive(cleaned(written), functions=["fk"])
     assert not derivation.hybrid.forward.open

@@ -1,4 +1,4 @@
-"""Shipped robots with loops, closed numerically without the compiler's equations."""
+"""Shipped robots with loops against a numerical model that is independent of the compiler."""
 
 import tomllib
 from functools import cache
@@ -100,7 +100,7 @@ def swing(m, strut, q, u):
 
 WITHOUT_LIMITS = {"planar_3rrr", "planar_3rrr_170"}
 HELD_BOX = np.radians([[50, 170, -70], [92, 212, -28]])
-"""Platforms without printed limits, and a box for their crank angles."""
+"""Box of crank angles for platforms without printed limits."""
 
 
 @pytest.mark.parametrize("name", SHIPPED)
@@ -149,7 +149,7 @@ def test_well_manipulator_passive_joints_match_printed_states(angles, lengths, s
     q = np.array([0, l1, l2, 0, l3, 0, l4])
     u, _ = m.followed(q)
     assert m.unknown == ["theta2", "theta3", "theta5", "theta7"]
-    # Printed to 1e-7 mm and, away from dead points, 1e-6 degrees.
+    # The source prints 1e-7 mm and, away from dead points, 1e-6 degrees.
     assert np.degrees(u) == pytest.approx(angles, abs=1e-6)
     found = [np.degrees(swing(m, strut, q, u)) for strut in m.mechanism.struts]
     assert found == pytest.approx(swings, abs=1e-6)
@@ -245,12 +245,12 @@ def test_gantry_motor_angles_give_expected_tool_position():
 
 
 def test_gantry_link_joint_and_freedom_counts_match_paper():
-    """N = 14, j = 15, sum f = 15, two loops: no redundant constraint, and three freedoms."""
+    """N = 14, j = 15, sum f = 15, two loops: no redundant constraint, three degrees of freedom."""
     robot, m = mechanism("bricklaying_gantry"), model("bricklaying_gantry")
     bodies, joints = len(robot.bodies), len(robot.joints) + len(robot.closures)
     assert (bodies, joints, joints - bodies + 1) == (14, 15, 2)
     assert kutzbach(bodies, joints, joints) == 3
-    # The oracle does not use the compiler's equations.
+    # The oracle is independent of the compiler's equations.
     assert len(m.unknown) == np.linalg.matrix_rank(m.jacobian(m.q, m.u), tol=1e-6) == 10
     counted = mobility(robot)
     assert (counted.kutzbach, counted.by_loops, counted.true) == (3, 3, 3)

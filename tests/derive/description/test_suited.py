@@ -1,4 +1,4 @@
-"""Converting joints to suitable conventions preserves the kinematics to all digits."""
+"""Conversion of joints to suitable conventions preserves the kinematics to all digits."""
 
 import numpy as np
 import pytest

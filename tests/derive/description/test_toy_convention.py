@@ -1,7 +1,7 @@
-"""A convention added from outside, unknown to the project.
+"""A convention added by a test, unknown to the compiler.
 
-The toy is the Denavit-Hartenberg link in another order, Rx(alpha) Tx(a) Tz(d) Rz(theta), with other
-field names. A formula selected by name would be wrong.
+It is the Denavit-Hartenberg link in another order, Rx(alpha) Tx(a) Tz(d) Rz(theta), with other
+field names. A formula selected by its name would be wrong.
 """
 
 import pytest
@@ -131,7 +131,7 @@ def test_joint_motion_must_be_rotation_or_translation_along_z():
 
 
 def test_custom_convention_with_vector_fields_is_derived_and_printed():
-    """Euler angles z, y, x and a position, then the motion along a numerical direction."""
+    """The convention has Euler angles z, y, x, a position, and a numerical motion direction."""
 
     def place(kind, *, at, zyx, along):
         z, y, x = zyx

@@ -22,7 +22,7 @@ RIGHT = (
 AXES = ("1 0 0", "0 1 0", "0 0 1", "0 0 -1", "0.6 0 0.8", "1 2 3", "-0.57735 0.57735 0.57735")
 TYPES = ("revolute", "continuous", "prismatic", "fixed")
 ROBOTS, POSES = (0, 1, 2, 3, 5, 12, 16, 23, 27, 34), 2
-"""Seeds of the random robots; in the last six, a follower follows another follower."""
+"""Seeds of the random robots; in the last six, a mimic joint follows another mimic joint."""
 
 TWO_LINKS = """\
 <robot name="two-links">
@@ -50,7 +50,7 @@ def vector(dice, digits=3):
 
 
 def random_urdf(dice):
-    """Returns a chain with side branches, fixed joints, nested followers and various axes."""
+    """Returns a random URDF with side branches, fixed joints and nested mimic joints."""
     count = dice.randint(2, 9)
     parts = ['<robot name="random">', '<link name="l0"/>']
     movers = []
@@ -115,7 +115,7 @@ def test_random_urdf_robots_match_pinocchio_link_poses(tmp_path):
 
 
 def followed(text, values):
-    """Returns the value of every joint, including nested followers, from the file itself."""
+    """Returns the value of every joint, including nested mimic joints, from the file itself."""
     leaders = {
         joint.get("name"): joint.find("mimic")
         for joint in ElementTree.fromstring(text).findall("joint")
@@ -290,7 +290,7 @@ def test_robot_names_are_made_valid_identifiers(path, given, name):
 
 
 def test_byte_order_mark_encoding_and_rounding_noise_are_accepted(path):
-    """Rounding noise, a byte order mark, Windows line ends, and another declared encoding."""
+    """The file has rounding noise, a byte order mark, Windows line ends, or another encoding."""
     noisy = TWO_LINKS.replace('"0.1 0 0.2"', '"1.2246467991473532E-16 -6.1e-33 0.2"')
     content = '\ufeff<?xml version="1.0" encoding="ISO-8859-1"?>\n' + noisy.replace("\n", "\r\n")
     path.write_bytes(content.replace("two-links", "Gerät").encode())

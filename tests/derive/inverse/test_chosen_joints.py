@@ -12,7 +12,7 @@ from tests.support.generators.drawn_arms import cases_for_given, random_arm
 from tests.support.oracles.verdict import judged
 
 SEEDS = (22, 155)
-"""Random arms, some with fixed revolute joints between others."""
+"""Random arms, some with a fixed revolute joint between others."""
 
 
 def test_ik_with_random_fixed_joints_solves_every_random_pose():

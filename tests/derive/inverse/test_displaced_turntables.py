@@ -1,4 +1,4 @@
-"""Turntables with errors in every parameter: a nominal arm recovers all solutions."""
+"""Turntables with errors in every parameter: refinement from a nominal arm finds all solutions."""
 
 import numpy as np
 
@@ -18,7 +18,7 @@ SEEDS = range(2)
 TRUE = 1e-8
 """Pose error (metre, or entry of a rotation) above which a solution is wrong."""
 SAME = 1e-6
-"""Difference (radian) below which coordinates are the same solution."""
+"""Difference (radian) below which two solutions are equal."""
 REGULAR = 1e-5
 """Minimum singular value (metre or radian per radian) of the tested configurations."""
 

@@ -1,4 +1,4 @@
-"""Equations as data: solutions solve them, and mirror images have opposite solutions."""
+"""Equations as data: solutions satisfy them, and mirrored equations have mirrored solutions."""
 
 import pytest
 import sympy as sp

@@ -1,4 +1,4 @@
-"""Explanations of inverses: structure and steps, or the deviation from a structure."""
+"""Explanations of inverses state structure and steps, or the deviation from a structure."""
 
 import re
 from functools import cache
@@ -24,7 +24,7 @@ def explained(name):
 
 
 def arm(lifts):
-    """Returns six revolute joints at equal heights above each other, with perpendicular axes."""
+    """Returns six revolute joints at the given height differences, with perpendicular axes."""
     joints = "\n".join(
         f'[[joints]]\nd = "{lift}"\na = "0.1"\nalpha = "{angle}"\n'
         for lift, angle in zip(lifts, (1.1, 0.7, 1.3, 0.9, 1.2, 0.4), strict=True)
@@ -152,7 +152,7 @@ def test_explanation_measures_deviation_from_nearest_structure():
 
 
 def test_deviation_of_nearly_meeting_axes_is_a_length():
-    """Axes 5 and 6 are 100 mm apart, each 50 mm from the point nearest to both."""
+    """Axes 5 and 6 are 100 mm apart, and the point nearest to both is 50 mm from each."""
     text = str(explain(arm((0.2, 0.1, 0.3, 0.1, 0.0, 0.1))))
     rows = [line for line in text.splitlines() if line.startswith("  axes joint5 and joint6 ")]
     assert rows
@@ -189,7 +189,7 @@ def test_command_line_explains_and_writes_nothing(tmp_path):
 
 
 def general_arm(last):
-    """Returns an arm without a structure; axis 6 is ``last`` metres from axis 5 and parallel."""
+    """Returns an arm without a structure; axis 6 is parallel to axis 5, ``last`` metres away."""
     rows = [(0.3, 0.1, -90), (0.05, 0.4, 20), (0.02, 0.1, 70), (0.4, 0.05, -60), (0.1, last, 0)]
     joints = "".join(
         f"[[joints]]\nd = {d}\na = {a}\nalpha = {alpha}\n" for d, a, alpha in [*rows, (0.1, 0, 0)]

@@ -1,8 +1,8 @@
-"""A family unknown to the project, added by this file alone: a cylindrical arm.
+"""A new family of inverses, added by this file alone: a cylindrical arm.
 
 The arm has a revolute column, a prismatic joint along it, a prismatic joint normal to it, and a
-revolute joint of the tool about the vertical. It precedes the listed families, one of which also
-has such axes.
+revolute joint of the tool about the vertical. The new family precedes the listed families, of which
+one also matches such axes.
 """
 
 import re
@@ -76,7 +76,7 @@ def requires(lines):
 
 
 def to_position(work, lines, start, wanted):
-    """Solves lift, boom and column, which move a point to a position."""
+    """Solves lift, boom and column so that a point reaches a position."""
     terms, (column, lift, boom, _) = work.terms, lines.axes
     V, reach = subtracted(terms, wanted, column.p), subtracted(terms, start, column.p)
     height = dot(terms, column.h, V)
@@ -225,7 +225,7 @@ def test_family_with_other_joint_count_is_not_evaluated():
 
 @pytest.mark.parametrize("given", [True, False])
 def test_family_option_decides_whether_joints_may_be_fixed(given):
-    """A second lift is one joint too many; it is fixed if the family allows fixed joints."""
+    """A second lift is one joint too many; the family decides whether it may be fixed."""
     text = """
 name = "two_lifts"
 convention = "dh"

@@ -1,4 +1,4 @@
-"""Calibrated arms near folds, where two solutions meet: all are found, none is spurious."""
+"""Calibrated arms near folds, where two solutions merge: no solution is missed or spurious."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ STARTS, STEPS = 150, 40
 TRUE = 1e-8
 """Pose error (metre, or entry of a rotation) above which a solution is wrong."""
 KNOWN = 1e-4
-"""Minimum singular value (metre, radian) at which the search separates solutions."""
+"""Minimum singular value (metre, radian) at which the reference search separates solutions."""
 
 
 @pytest.fixture(scope="module")

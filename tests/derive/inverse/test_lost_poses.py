@@ -1,4 +1,4 @@
-"""Inverses that miss right-angled poses: reported at derivation, or replaced by others.
+"""Inverses that miss right-angle poses: the derivation reports them or selects others.
 
 All arms are random with fixed seeds. Poses come from the product of exponentials of their screws.
 """
@@ -26,7 +26,7 @@ from tests.support.oracles.verdict import judged
 
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 OTHER_JOINT_GIVEN = {1462: (1,), 5388: (0, 3)}
-"""Arms that miss poses with the first choice of fixed joints, but none with these."""
+"""Arms whose first choice of fixed joints misses poses, with the fixed joints that miss none."""
 SEARCHED = (4220,)
 """Arms that miss poses with every choice of fixed joints."""
 
@@ -37,7 +37,7 @@ def pose_case(seed):
 
 
 def lost(case, solve, count=400):
-    """Returns the number of right-angled poses that no valid slot reaches."""
+    """Returns the number of right-angle poses that no valid slot reaches."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(losses, "RIGHT", count)
         q = right_angles(case, np.random.default_rng(3))
@@ -77,7 +77,7 @@ def test_shipped_serial_robots_need_no_numeric_search():
     """Robots that need no search have none, because a search is slow for unreachable poses.
 
     The test covers all shipped serial robots; ``python -m bench inverse`` tests all their
-    right-angled poses.
+    right-angle poses.
     """
     checked = 0
     for file in sorted(ROBOTS.glob("*.toml")):
@@ -105,7 +105,7 @@ def test_numeric_arm_pose_matches_product_of_exponentials():
 
 @pytest.mark.parametrize("seed", SEARCHED)
 def test_estimate_of_unsolved_poses_matches_their_count(seed):
-    """Independent code counts the missed poses; rounding decides some of them."""
+    """Independent code counts the missed poses; rounding decides about some poses."""
     case = pose_case(seed)
     arm = NumericArm.of(case.described, case.inverses.classification.lines)
     q = configurations(arm, ())

@@ -1,4 +1,4 @@
-"""A robot with loops as built, whose file names the designed robot."""
+"""As-built robots with loops whose file names a nominal robot."""
 
 import re
 from dataclasses import replace
@@ -18,7 +18,7 @@ from tests.support.generators.as_built import BOARD_INSTALLER, as_built
 
 TEXT = (ROBOTS / "board_installer.toml").read_text()
 VALUES = {"L1": "1003.37", "L2": "1198.21", "k": "4.53", "r": "161.77", "p": "118.43"}
-"""Values off any grid, so the pantograph's lengths are not proportional."""
+"""Unrelated values, so that the pantograph's lengths are not proportional."""
 
 
 def with_values(values):
@@ -98,7 +98,7 @@ def test_nominal_key_accepts_installed_robot_name(files, is_beside):
     text = (files / "built.toml").read_text()
     (files / "built.toml").write_text(text.replace('"design.toml"', '"board_installer"'))
     if is_beside:
-        # As on the command line, the name refers to the installed robot.
+        # A name refers to the installed robot, as on the command line.
         (files / "board_installer").write_text("")
     assert read(files / "built.toml").nominal == read(ROBOTS / "board_installer.toml")
 
@@ -136,7 +136,7 @@ def test_change_of_design_file_makes_output_stale(files):
 
 
 def displacement(rng, length=1.27):
-    """Returns a displacement with lengths of this size and quarter turns."""
+    """Returns a displacement with lengths of the given size and quarter turns."""
     angles = (sp.pi / 2 * int(k) for k in rng.integers(0, 4, 3))
     shift = Translation(tuple(sp.Rational(f"{x:.6f}") for x in rng.uniform(-length, length, 3)))
     return (shift, *(Rotation(axis, angle) for axis, angle in zip("xyz", angles, strict=True)))
@@ -190,7 +190,7 @@ def test_design_difference_measures_length_errors():
     design = read(ROBOTS / "board_installer.toml")
     spoilt = as_built(design, BOARD_INSTALLER, 5e-4, np.random.default_rng(0))
     moved, turned = apart(spoilt, design)
-    # A body position is off by up to 0.5 mm along three axes, and these errors add up.
+    # Each body position has errors of up to 0.5 mm along three axes, which add up.
     assert 2e-4 < moved < 1.2e-3
     assert turned < 1e-3
     again = apart(in_other_frames(spoilt), design)
@@ -210,7 +210,7 @@ def test_design_difference_detects_axis_and_zero_errors():
         )
         return replace(design, joints=joints)
 
-    # The zero of a motor matters; the zero of a passive joint is arbitrary.
+    # The zero of a motor matters, but the zero of a passive joint is arbitrary.
     assert apart(with_joint("crank", before=off), design)[1] == pytest.approx(2e-3, rel=0.05)
     tilted = with_joint("yaw", before=Rotation("x", sp.Rational(2, 1000)))
     assert 5e-4 < apart(tilted, design)[1] < 3e-3

@@ -24,7 +24,7 @@ NEAR_AXIS = (0.0, 1e-12, 1e-10, 1e-9, 3e-9, 1e-8, 3e-8, 1e-7, 1e-6, 1e-5, 1e-4, 
 
 @pytest.fixture(scope="module")
 def compiled(tmp_path_factory):
-    """Compiles values to a function of a vector and two signs, faster than CasADi."""
+    """Compiles values to a function of a vector and two signs; compiled C is faster than CasADi."""
 
     def compile_values(terms, symbols, values):
         folder = tmp_path_factory.mktemp("sp")
@@ -99,12 +99,12 @@ def solve6(compiled):
 
 
 def rows_of(X):
-    """Returns both equations' coefficients (N, 2, 4)."""
+    """Returns the coefficients (N, 2, 4) of both equations."""
     return np.stack([X[:, [0, 1, 4, 5]], X[:, [2, 3, 6, 7]]], 1)
 
 
 def planted6(A, angles):
-    """Appends the right sides for given coefficients and angles."""
+    """Appends right sides such that the given angles are solutions."""
     x = np.stack([f(t) for t in angles for f in (np.sin, np.cos)], -1)
     return np.concatenate([A, np.einsum("nij,nj->ni", rows_of(A), x)], 1)
 
@@ -142,7 +142,7 @@ def test_sp6_solution_count_matches_real_roots(solve6):
 
 
 def real_roots(X):
-    """Counts the real solutions from the roots in exp(i theta2), theta1 eliminated."""
+    """Counts the real solutions from the roots in exp(i theta2), with theta1 eliminated."""
     with mpmath.workdps(30):
         a, b, c, d = (mpmath.mpf(x) for x in X[:4])
         adjugate = mpmath.matrix([[d, -b], [-c, a]])

@@ -1,4 +1,4 @@
-"""Subproblems 1 to 4 and slides: planted solutions, both signs, and boundary behavior."""
+"""Subproblems 1 to 4 and prismatic joints: planted solutions, both signs, and boundary behavior."""
 
 import itertools
 
@@ -233,7 +233,7 @@ def test_sp2_is_accurate_near_the_second_axis(solve2):
 
 def test_sp2_out_of_reach_has_negative_margin(solve2):
     k, m = np.array([[0, 0, 1.0]]), np.array([[1.0, 0, 0]])
-    # The second rotation keeps x at 1, the first keeps z at 0: no rotation moves x up.
+    # The second rotation keeps x at 1, and the first keeps z at 0, so no rotation moves x up.
     y = solve2(1, k, m, m, np.array([[0, 0.6, 0.8]]))
     assert y[0, 4] < 0
     assert np.isfinite(y).all()

@@ -1,8 +1,8 @@
-"""``python tests/derive/latex/read_all.py [ARM ...]``: tests the inverse printed in articles.
+"""``python tests/derive/latex/read_all.py [ARM ...]`` tests the inverse printed in articles.
 
-The printed text is parsed and evaluated at random poses, and compared with the function ``ik``.
-Default arms are all shipped and shelf arms. The output is the number of agreeing solutions, or why
-an article cannot be evaluated.
+The script parses the printed text, evaluates it at random poses, and compares it with ``ik``. The
+default is all shipped and shelf arms. The output is the number of agreeing solutions, or the reason
+why an article cannot be evaluated.
 """
 
 import sys
@@ -15,7 +15,7 @@ POSES = 10
 
 
 def told(name):
-    """Returns the result for an arm as text, and whether its article is wrong."""
+    """Returns the result for an arm as text, and whether the article of the arm is wrong."""
     from chasles.derive import SerialRobot, derive, read
     from tests.support.derivations import description
     from tests.support.read_back import read_back, without_formula

@@ -14,7 +14,7 @@ from tests.support.derivations import article, derivation, shaped
 DRAWN = ("ur5e", "scara", "iiwa14", "lynxmotion", "photo_robot", "puma560")
 """Arms with four to seven joints, with and without prismatic joints and limits."""
 TRUE = 1e-8
-"""Drawn points and directions have nine digits relative to the robot's size."""
+"""Tolerance of drawn points and directions: nine digits relative to the robot's size."""
 EDGE = 1
 """Total free margin of a picture on both sides (mm)."""
 LARGEST = 8000

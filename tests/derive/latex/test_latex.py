@@ -1,4 +1,4 @@
-"""Printed formulas are correct, have unambiguous names, and repeat on every run."""
+"""Printed formulas are correct, have unambiguous names, and are reproducible."""
 
 import hashlib
 import os
@@ -113,7 +113,7 @@ def test_product_of_exponentials_of_printed_screws_equals_pose(name):
 
 
 def _exponential(screw, theta):
-    """Returns the exponential of a numerical screw, unit up to the last digit."""
+    """Returns the exponential of a numerical screw, a unit screw up to the last digit."""
     symbols = sp.Matrix(sp.symbols("v1:4 w1:4", real=True))
     if all(abs(entry) < TRUE for entry in screw[3:]):
         symbols[3:, 0] = sp.zeros(3, 1)
@@ -157,7 +157,7 @@ def digest(name):
 
 
 def test_article_is_independent_of_hash_seed():
-    """The article is equal for this process's hash seed and for another seed."""
+    """Another hash seed gives the same article as the hash seed of this process."""
     names = ("scara", "awkward")
     program = f"import test_latex\nfor name in {names}:\n    print(test_latex.digest(name))\n"
     here = os.path.dirname(__file__)
@@ -334,7 +334,7 @@ def test_two_conventions_are_printed_as_parameter_tables():
 
 
 def urdf(folder, *joints):
-    """Returns a chain of URDF joints; each has name, type, axis, roll and further elements."""
+    """Writes a chain of URDF joints; each has name, type, axis, roll and further elements."""
     parts = ['<robot name="chain"><link name="l0"/>']
     for k, (name, kind, axis, roll, more) in enumerate(joints, 1):
         parts.append(

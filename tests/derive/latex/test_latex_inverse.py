@@ -1,4 +1,4 @@
-"""The printed inverse evaluates to the generated inverse, and is readable."""
+"""The printed inverse agrees with the generated inverse, and is readable."""
 
 import itertools
 import re
@@ -30,13 +30,13 @@ from tests.support.printed_robots import named_wrist
 TRUE = 1e-10
 """Tolerance of textbook formulas, which do not preserve the last digits."""
 INSIDE = 1e-3
-"""Margin from which angles have this accuracy."""
+"""Margin above which angles have this accuracy."""
 SOLVED = [name for name in NAMES if name != "jaco2"]
 EVALUATED = ("ur5e", "iiwa14", "puma560", "lynxmotion", "photo_robot", "scara")
 """One arm of each structure; ``read_all.py`` tests all arms."""
 PRINTED = ("ur5e", "jaco2", "lynxmotion", "five_bar", "planar_3rrr", "bricklaying_gantry")
 PRINTED += ("slider_crank", "well_manipulator")
-"""Arms with and without a formula, loops with and without their own inverse."""
+"""Arms with and without a closed form, loops with and without their own inverse."""
 
 
 class Reader:
@@ -105,13 +105,13 @@ class Reader:
 
 
 def target_of(name, function, rng):
-    """Returns reachable values for a task's inputs, by symbol."""
+    """Returns reachable values of a task's inputs, keyed by symbol."""
     q = rng.uniform(-1.2, 1.2, len(derivation(name).robot.moving))
     T = np.array(kernels(name)["fk"](q)).reshape(4, 4)
     p, z = T[:3, 3], T[:3, 2]
     given = dict(zip((f"q{k + 1}" for k in range(len(q))), q, strict=True))
     if function.name == "ik_position":
-        # Joints that the task leaves free are 0.
+        # Joints that the task does not determine are 0.
         q[3:] = 0.0
         p = np.array(kernels(name)["fk"](q)).reshape(4, 4)[:3, 3]
     known = {
@@ -136,7 +136,7 @@ def page_and_tasks(name):
 
 
 def check(page, tasks, name, function_of, target):
-    """Compares every slot inside the boundary with the generated function; counts them."""
+    """Compares every slot inside the boundary with the generated function, and counts the slots."""
     compared = 0
     for task in tasks.values():
         function = task.solved.function
@@ -195,7 +195,7 @@ def test_printed_multi_angle_equations_reproduce_the_inverse(kind):
 
 
 def test_printed_inverse_with_named_tilts_matches_and_stays_short():
-    """Constants of six named tilts are printed with the names of their parts."""
+    """Constants of six named tilts are printed with the names of their components."""
     found = derive(named_wrist(), functions=["fk", "ik"])
     page = Page.of(found)
     tasks = printed_tasks(page, page.inverse, {})
@@ -291,7 +291,7 @@ def test_article_measures_deviation_from_nearest_structure():
 
 
 def test_angle_sums_respect_axis_sense_and_direction():
-    """Sums contain each joint with the sense of its axis and of its coordinate."""
+    """Each joint in a sum has the sense of its axis and of its coordinate."""
     arm = read_text(
         """name = "arm"
 convention = "dh"

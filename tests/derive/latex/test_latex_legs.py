@@ -1,4 +1,4 @@
-"""Printed eliminations of platforms on all kinds of legs agree with compiled functions."""
+"""Printed eliminations of platforms on legs of all types agree with compiled functions."""
 
 from functools import cache
 
@@ -107,7 +107,7 @@ def test_printed_leg_elimination_equals_assembly_polynomial(name):
 
 
 def _check_position(platform, shown, numbers, vectors, residual, phi):
-    """At any angle, w solves the linear pair, or the first two lines."""
+    """Checks that w solves the linear pair, or the first two lines, at any angle."""
     found, tex = shown.equations, shown.page.chain.equations.notation.tex
     (cross,) = found.solution.atoms(Cross)
     a, b = (vectors[tex[symbol]] for symbol in cross.args)

@@ -1,4 +1,4 @@
-"""Printed loop equations evaluate to the derived functions."""
+"""Printed loop equations agree with the derived functions."""
 
 import re
 from dataclasses import replace
@@ -105,7 +105,7 @@ class Reader:
             self.known[symbol] = self(found.of(part))
         unknowns = list(dict.fromkeys(s for rate, _ in equations for s, _ in rate.left))
         rows = np.zeros((len(equations), len(unknowns)))
-        # An equation may use the rate solved by the equation before it.
+        # An equation may use the rate from the preceding equation.
         for k, (rate, total) in enumerate(equations):
             for symbol, weight in rate.left:
                 rows[k, unknowns.index(symbol)] = float(self(weight))
@@ -210,7 +210,7 @@ def test_printed_rates_match_actuator_rates(name):
     steps = page.backward_steps
     read, thetad = Reader(page), random(len(theta), 7)
     if name == "board_installer":
-        # The chain has more joints than freedoms, so its rates must belong to closed loops.
+        # The chain has more joints than degrees of freedom, so its rates must satisfy closed loops.
         thetad = array(name, "chain_rates", some_q(name), random(6, 7))
     read.give(page.theta, theta)
     found = Rates(page, {symbol: k for k, symbol in enumerate(page.theta)})

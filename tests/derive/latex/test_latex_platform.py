@@ -1,4 +1,4 @@
-"""Printed equations of platforms on legs evaluate to the derived functions."""
+"""Printed equations of platforms on legs agree with the derived functions."""
 
 from dataclasses import replace
 from functools import cache
@@ -107,7 +107,7 @@ def test_printed_pins_are_constant_in_platform_frame(name):
     numbers, found = Numbers(name, theta, q), printed(name)
     b, pins = (numbers.array([getattr(rod, of) for rod in found.rods]) for of in ("b", "pin"))
     p = numbers.array([found.tool])
-    # A rotation of that position, equal at another pose because the pins are constant.
+    # The product is invariant under rotation, and the pins are constant.
     gram = (b - p) @ (b - p).T
     np.testing.assert_allclose(pins @ pins.T, gram, rtol=0, atol=TRUE)
     other = Numbers(name, *somewhere(name, seed=1))
@@ -149,7 +149,7 @@ def eliminated(numbers, triad, length, phi):
     solution = triad.equations.solution
     vectors = solution.atoms(Cross).pop().args
     axes = (dict(zip(vectors, (u2[k], u3[k]), strict=True)) for k in (0, 1))
-    # J in the formula is the quarter turn; as a number it is 1, and the rotation follows.
+    # J in the formula is the quarter turn. As a number J is 1, and the rotation follows.
     one = {next(s for s in solution.free_symbols if str(s) == "J"): 1}
     cross = dict.fromkeys(solution.atoms(Cross), area)
     x, y = (numbers(solution.xreplace(cross).xreplace(one | axis)) for axis in axes)

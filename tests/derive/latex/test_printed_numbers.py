@@ -72,7 +72,7 @@ def test_long_limits_are_cut_and_fractions_are_kept():
 
 
 def test_no_literal_of_an_article_is_longer_than_a_double():
-    """An arm within measured errors; its nominal arm has exact values of doubles."""
+    """The arm has measured errors; its nominal arm has exact values of doubles."""
     text = """
     name = "measured"
     convention = "dh"

@@ -1,4 +1,4 @@
-"""The LaTeX text of an inverse, parsed and evaluated, equals the generated inverse."""
+"""The LaTeX text of an inverse, parsed and evaluated, agrees with the generated inverse."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ CHAINS = ("R=R/R/RxrxR", "R/RLP/RxrxR")
 
 
 def count_read_back(found, texts):
-    """Returns the number of agreeing solutions of an article with a formula."""
+    """Returns the number of agreeing solutions of an article that contains a formula."""
     assert not without_formula(found, texts)
     return read_back(found, texts=texts)
 

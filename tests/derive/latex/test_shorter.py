@@ -1,4 +1,4 @@
-"""Shorter forms have the same value as the long forms."""
+"""Shortened expressions have the same value as the long expressions."""
 
 import pytest
 import sympy as sp

@@ -1,4 +1,4 @@
-"""Outline of the workspace: known areas, inside samples, and repeatable bytes."""
+"""Outline of the workspace: known areas, samples inside, and reproducible bytes."""
 
 import math
 import re
@@ -21,11 +21,11 @@ from tests.support.derivations import derivation
 from tests.support.printed_robots import derived
 
 AREA = 0.02
-"""Relative error of an area; the outline is accurate to a fraction of one of ninety cells."""
+"""Relative error of an area; the outline is accurate to a fraction of one of 90 cells."""
 CELL = 0.011
 """Side of a cell, relative to the region's longer side."""
 ALMOST = 0.998
-"""Minimum fraction of random configurations inside the outline, which rounds its corners."""
+"""Minimum fraction of random configurations inside the outline, whose corners are rounded."""
 MOST_BYTES = 3000
 SMALL_FIGURES = ("ur5e", "iiwa14", "bricklaying_planar", "awkward", "tilted", "random3")
 """Upright and horizontal arms, redundant arms, prismatic joints and odd angles."""
@@ -66,7 +66,7 @@ def test_two_link_arms_reach_rings_and_half_rings():
 
 
 def test_joint_limits_reduce_the_area_to_a_ring_sector():
-    # The elbow angle sets the distance, the shoulder sweeps an arc: a sector of a ring.
+    # The elbow angle determines the distance, and the shoulder sweeps an arc: a ring sector.
     rng = np.random.default_rng(2)
     for _ in range(3):
         low, bend, turn = (
@@ -80,7 +80,7 @@ def test_joint_limits_reduce_the_area_to_a_ring_sector():
 
 
 def inside(loops, points):
-    """Whether points lie in polygons, from the edges that a ray to the right crosses."""
+    """Tests whether points are in polygons, by counting edges that a ray to the right crosses."""
     count = np.zeros(len(points), dtype=int)
     x, y = points.T
     for loop in loops:

@@ -1,4 +1,4 @@
-"""A step kind from outside: one class in a list, solved and printed like the others."""
+"""A new kind of step, added by one class in a list, is solved and printed like the others."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -36,7 +36,7 @@ HALF = sp.Rational(1, 2)
 
 @dataclass(frozen=True, kw_only=True)
 class Isosceles(PlanarStep):
-    """Three pins with arms of equal constant length: C = D/2 + k J D, J the quarter turn."""
+    """Three pins with arms of equal constant length: C = D/2 + k J D, with J the quarter turn."""
 
     base: Arm
     arms: tuple[Arm, Arm]
@@ -111,13 +111,13 @@ class Isosceles(PlanarStep):
 
 
 def above(terms, D, half, k):
-    """Returns the vector from an end of D to the far pin."""
+    """Returns the vector from one end of D to the third pin."""
     x, y = D
     return terms.let(half * x - k * y), terms.let(half * y + k * x)
 
 
 def rate(d, there, half, k):
-    """Returns the rate of an arm's rotation."""
+    """Returns the rotation rate of an arm."""
 
     def loop(tangent):
         terms, (x, y) = tangent.terms, d.vector
@@ -155,7 +155,7 @@ FUNCTIONS = ["configuration", "chain", "chain_rates", "margin", "chain_all"]
 
 
 def numbers():
-    """Returns the functions' results at some coordinates, one row per function and coordinate."""
+    """Evaluates the functions at some coordinates, one row per function and coordinate."""
     found = []
     for f in lower(derive(rocker(), functions=FUNCTIONS).functions, "test"):
         for q in np.linspace(-1.5, 1.5, 31):

@@ -1,4 +1,4 @@
-"""More main-chain joints than freedoms: the all-branch function reports which values agree."""
+"""The all-branch function rejects inconsistent values of surplus main-chain joints."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from tests.support.loops.mechanisms import delta, rsur
 from tests.support.oracles.multi_start import Multistart
 
 OFF = 1e-4
-"""Deviation (radian, or relative to the size) above rounding, but too small to notice."""
+"""Deviation (radian, or relative to the size) above rounding, but too small to be visible."""
 FAMILIES = {"four-bar": 0, "Watt": 2, "parallelograms": 7}
 
 

@@ -1,4 +1,4 @@
-"""Planar loops by Assur groups: closed on the intended branch with a minimum of roots."""
+"""Planar loops by Assur groups close on the intended branch, with a minimum of square roots."""
 
 from dataclasses import replace
 from functools import cache
@@ -63,7 +63,7 @@ def oldham():
 
 
 def crank_slider_offset():
-    """A slider that drives a crank through a rod: the slide is known, the crank is not."""
+    """A slider drives a crank through a rod; the prismatic joint is known, the crank is not."""
     return Mechanism(
         "press",
         (
@@ -78,7 +78,7 @@ def crank_slider_offset():
 
 
 def cylinder_and_rod():
-    """A cylinder on a rocker that a rod connects to a lever, as on an excavator's bucket."""
+    """A rocker with a cylinder and a rod to a lever, as on an excavator bucket."""
     return Mechanism(
         "bucket",
         (pin("rocker", BASE, "rocker", -1), pin("bucket", BASE, "bucket")),
@@ -140,7 +140,7 @@ KINDS = {
 }
 BUILDERS = {build.__name__: build for build in KINDS}
 SINGLE = ("slotted_rocker", "oldham", "parallelogram")
-"""Mechanisms whose loops close in a single way."""
+"""Mechanisms whose loops have a single solution."""
 
 
 @cache
@@ -193,7 +193,7 @@ def test_solved_configurations_close_all_loops(name):
 
 @pytest.mark.parametrize("name", BUILDERS)
 def test_newton_from_reference_converges_to_the_solved_branch(name):
-    """From the described configuration, Newton's method converges to the same solution."""
+    """Newton's method, started at the described configuration, converges to the same solution."""
     h = hybrid(name)
     given = dict(h.mechanism.reference)
     model = Model(BUILDERS[name]())
@@ -245,7 +245,7 @@ def test_slider_crank_branches_are_named_far_and_near():
 
 
 def test_slotted_rocker_with_unit_crank_inverts_and_differentiates():
-    """The offset from the line is then itself the sine of the solved angle."""
+    """With a unit crank, the offset from the line is the sine of the solved angle."""
     derived = derive(slotted_rocker(), functions=["chain", "actuators", "actuators_D_chain"])
     chain, actuators, slope = lower(derived.functions, "test")
     for q in (0.3, 0.5, 0.9):
@@ -323,14 +323,14 @@ def test_class_iii_mechanism_has_only_a_closed_form_inverse():
     h = made.hybrid
     assert {"x", "y", "roll", "pitch", "yaw"} & set(h.forward.open)
     assert not set(h.backward.open) & {c.moves for c in mechanism.coordinates}
-    # The chain is iterated, so its statements follow a call of the solver.
+    # The chain is iterated, so its statements follow a solver call.
     called = {f.name: [call.entry for call in f.calls] for f in made.functions}
     assert called["chain"] == ["at"]
     assert {called[name] == [] for name in INVERSE} == {True}
 
 
 def test_undriven_parts_stay_open_without_blocking_other_loops():
-    """An undriven pendulum on the coupler stays open, and the report names it."""
+    """An undriven pendulum on the coupler remains open, and the report names it."""
     whole = four_bar()
     loose = Joint("loose", "revolute", before=at("1/2"), link="pendulum", parent="coupler")
     second = Joint("second", "revolute", before=at("1/2"), link="bob", parent="pendulum")
@@ -350,7 +350,7 @@ def test_reference_is_converted_through_drive_with_named_radius():
 
 
 def test_parallelogram_angles_are_solved_without_square_root():
-    """Vectors identify equal and parallel arms, for all parameter values."""
+    """For all parameter values, vectors identify equal and parallel arms."""
     L, M = (Parameter(name, value) for name, value in (("L", "6/5"), ("M", "1/2")))
     l, m = L.symbol, M.symbol  # noqa: E741
     mechanism = Mechanism(
@@ -366,7 +366,7 @@ def test_parallelogram_angles_are_solved_without_square_root():
     assert type(step) is Parallelogram
     assert sp.expand(h.forward.values["shade"] + h.q[0]) == 0
     assert h.forward.values["stay_swing"] == h.q[0]
-    # The crossed assembly is another branch, also without a root.
+    # The crossed assembly is another branch, which also needs no square root.
     crossed = replace(
         mechanism, reference=near(("arm", 1), ("shade", "-14/5"), ("stay_swing", "1/3"))
     )

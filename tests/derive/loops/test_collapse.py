@@ -1,4 +1,4 @@
-"""Chains whose rotations cancel become translations, detected from the loops."""
+"""Chains whose rotations cancel are replaced by translations, detected from the loops."""
 
 from dataclasses import replace
 
@@ -39,7 +39,7 @@ def test_board_installer_collapse_leaves_a_single_solved_angle(board):
     full = [s for group in board.groups for s in group.stations]
     solved = [s for s in full if board.terms.is_solved(s.angle)]
     kept = [s for s in stations(board) if board.terms.is_solved(s.angle)]
-    # The shoulder and elbow terms vanish, the pitch term remains; the wrist compensates both.
+    # The shoulder and elbow terms vanish, and the pitch term remains; the wrist compensates both.
     assert len(solved) == 3
     assert len(kept) == 1
     (push_rod,) = kept
@@ -53,7 +53,7 @@ def test_board_installer_translation_matches_crank_formula(board):
     values = board.kinematics.motion.values
     named = [v for v in values if v.free_symbols <= board.terms.definitions.keys()]
     translations = [v for v in named if not board.terms.is_solved(v)]
-    # The term that makes them NaN for open loops is 0 for closed loops.
+    # The term that turns open loops into NaN is 0 for closed loops.
     closed = dict.fromkeys(board.forward.loops.keys() - board.terms.solved.keys(), 0)
     found = []
     for value in translations:
@@ -69,13 +69,13 @@ def test_board_installer_translation_matches_crank_formula(board):
     for value in found:
         rest = [sp.expand(value - sign * e) for e in expected for sign in (1, -1)]
         assert any(not e.free_symbols for e in rest)
-    # They contain no solved terms.
+    # The translations contain no solved terms.
     for value in translations:
         assert not solved_terms(board, [board.terms.definitions[value].xreplace(closed)])
 
 
 def test_collapsed_chain_matches_full_chain_pose_and_rates(board):
-    """The collapsed chain and the open main chain at equal joints, with all derivatives."""
+    """The collapsed chain equals the open main chain at equal joints, with all derivatives."""
     kinds = ["fk", "jacobian_mixed", "twist_mixed"]
     short = derive(
         read(ROBOTS / "board_installer.toml"), functions=[*kinds, "chain", "chain_rates"]

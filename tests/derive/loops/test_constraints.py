@@ -1,4 +1,4 @@
-"""Loop equations: their spatial meaning, their textbook form, and their derivatives."""
+"""Loop equations: geometric meaning, textbook form, and derivatives."""
 
 from dataclasses import replace
 from functools import cache
@@ -25,7 +25,7 @@ from tests.support.loops.mechanisms import BASE, at, body_poses, pin
 from tests.support.tolerances import DERIVATIVES
 
 CLOSED = 1e-11
-"""Residual tolerance of configurations from a formula: rounding, and a square root."""
+"""Residual tolerance for configurations from a formula: rounding through a square root."""
 
 
 class Case:
@@ -103,7 +103,7 @@ BUILT = {
     "stewart": mechanisms.stewart,
 }
 WITHOUT_DELTA = [name for name in BUILT if name != "delta"]
-"""The delta's loops are ball-ended rods, as in ``rssr`` and ``stewart``."""
+"""The delta is omitted: its ball-ended rods also occur in ``rssr`` and ``stewart``."""
 PLANAR = (
     *("four_bar", "four_bar_rod", "slider_crank", "five_bar", "arm", "parallelogram", "trammel"),
     *("slotted_rocker", "welded", "planar_3rrr"),
@@ -214,7 +214,7 @@ def test_identically_satisfied_equations_are_omitted():
 
 
 def test_equations_satisfied_by_cancellation_are_omitted():
-    """A screw and a slider on one skew axis: their parallelism is cos^2 + sin^2 - 1 = 0."""
+    """A helical and a prismatic joint share an axis, so parallelism is cos^2 + sin^2 - 1 = 0."""
     skew = (1, 2, 3, ("z", sp.Rational(1, 3)), ("x", sp.Rational(2, 7)))
     screw = replace(pin("screw", BASE, "nut", *skew), kind="helical", pitch="1/100")
     ram = replace(pin("ram", BASE, "rod", *skew), kind="prismatic")
@@ -250,7 +250,7 @@ def open_ends(c, loop, z, poses):
         given = {p.symbol: p.value for p in c.mechanism.parameters}
         length = float(closer.length.subs(given)) + z.get(closer.name, 0)
         return abs(np.linalg.norm(T[:3, 3]) - length)
-    # In a plane a pin may join opposite axes.
+    # A planar pin joint may connect opposite axes.
     turn = abs(abs(T[2, 2]) - 1) if loop.kind == "planar" else np.linalg.norm(T[:2, 2])
     return {
         "pin": np.linalg.norm(T[:3, 3]) + turn,
@@ -277,7 +277,7 @@ def test_residuals_vanish_only_at_closed_configurations(name):
             own = residual[offset : offset + len(loop.residual)]
             offset += len(own)
             gap = open_ends(c, loop, off, poses)
-            # A swing can be wrong while the ends are correct, but not the other way round.
+            # A swing angle may be wrong while the rod ends are correct, but not vice versa.
             assert np.linalg.norm(own) > gap / 20
             assert np.linalg.norm(own) > 1e-6
 
@@ -336,7 +336,7 @@ def test_planar_3rrr_residual_vanishes_at_published_inverse(cranks):
         out = np.exp(1j * np.radians(leg))
         rod = 0.020 + 0.050j + 0.13 * out - (0.29 * out + 0.17 * np.exp(1j * crank))
         z |= {f"crank{k}": crank, f"rod{k}_swing": np.angle(rod) - crank}
-    # Printed with eight decimal places of a degree.
+    # The source prints eight decimal places of a degree.
     assert np.max(np.abs(c.at("residual", z))) < 1e-10
 
 
@@ -361,7 +361,7 @@ def exponential(screw, value):
 
 
 def value_along(screw, T):
-    """Returns the value at which a revolute or prismatic screw is nearest to a motion."""
+    """Returns the value at which a revolute or prismatic screw comes closest to a motion."""
     v, w = screw[:3], screw[3:]
     if not np.any(w):
         return v @ T[:3, 3]
@@ -386,7 +386,7 @@ def across_closer(c, loop, z):
 
 
 def centre(screws):
-    """Returns the point in which revolute axes meet: v = p x omega for all."""
+    """Returns the common point of revolute axes: v = p x omega for all."""
     A = np.vstack([-cross_matrix(screw[3:]) for screw in screws])
     return np.linalg.lstsq(A, np.concatenate([screw[:3] for screw in screws]), rcond=None)[0]
 
@@ -398,7 +398,8 @@ def test_loop_product_of_exponentials_is_identity(name):
         rest, free = across_closer(c, loop, z)
         turning = [screw for _, screw in free if np.any(screw[3:])]
         if len(turning) >= 3:
-            # One ball keeps its center; two balls keep their distance, or the cylinder's length.
+            # One ball joint keeps its center; two ball joints keep their distance, or the cylinder
+            # length.
             begin, end = centre(turning[:3]), centre(turning[-3:])
             moved = rest[:3, :3] @ end + rest[:3, 3]
             length = np.linalg.norm(end - begin) + z.get(loop.name, 0)

@@ -1,4 +1,4 @@
-"""Functions through iterated loops: statements after the required solver calls."""
+"""Functions through iterated loops: the required solver calls come first."""
 
 import pytest
 
@@ -24,7 +24,7 @@ CALLED = {
 }
 """The twist needs one linear system, the Jacobian one system per coordinate."""
 COUNTED = {"fk": 25, "jacobian_mixed": 54, "jacobian_space_dot": 379, "twist_mixed": 14}
-"""Operations after the calls; dense products with Jacobians would need 440 and 983."""
+"""Operations after the solver calls; dense products with Jacobians would need 440 and 983."""
 
 
 @pytest.mark.parametrize("name", CALLED)

@@ -141,6 +141,6 @@ def test_jansen_leg_traces_a_closed_path_with_flat_stance():
         assert points[-1] == pytest.approx(model.tip(np.array([crank]), u)[:3, 3], abs=1e-10)
     x, y, _ = 1000 * np.array(points).T
     assert points[0] == pytest.approx(points[-1], abs=1e-12)
-    # The foot is on the ground, straight to a few millimetres, for more than a third of the turn.
+    # For more than a third of the turn the foot is on the ground, straight to a few millimetres.
     assert np.mean(y < y.min() + 3) > 0.35
     assert np.ptp(x) > 60

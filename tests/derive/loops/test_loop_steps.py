@@ -1,4 +1,4 @@
-"""Every kind of step solves the equations that it prints."""
+"""Steps of every kind satisfy the equations that they print."""
 
 from dataclasses import replace
 from functools import cache, reduce
@@ -39,7 +39,7 @@ TRUE = 1e-10
 
 
 def crossed():
-    """Returns a parallelogram's bars in crossed assembly."""
+    """Returns the bars of a parallelogram in crossed assembly."""
     return Mechanism(
         "crossed",
         (pin("crank", BASE, "arm"), pin("bar", "arm", "coupler", 1)),
@@ -200,5 +200,5 @@ def test_step_without_equations_states_a_reason():
 def test_two_branch_steps_have_a_name_and_a_remark():
     for _, step in steps():
         assert bool(step.branch) is step.is_choice
-        # A step without equations has a sentence in their place.
+        # A step without equations has a remark instead.
         assert bool(step.remark) is bool(step.branch and step.equations().vectors)

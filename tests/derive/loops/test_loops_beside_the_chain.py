@@ -40,8 +40,8 @@ brace_u = 55
 brace_l = -21
 """
 OPEN = 0.184935
-"""Stroke [m] within the limits at which the brace is too short. From 400 starts, Newton's iteration
-only finds the other configuration of the leg."""
+"""Stroke [m] within the limits at which the brace is too short. From 400 start values, Newton's
+method only finds the other configuration of the leg."""
 FUNCTIONS = ("fk", "link_poses", "jacobian_mixed", "chain", "chain_D_q", "passive", "margin", "ik")
 
 
@@ -80,7 +80,7 @@ def test_finite_poses_are_exactly_those_that_newton_closes(gear, description):
     assert np.array_equal(finite, gear.loops_close(q))
     for k in np.flatnonzero(finite):
         assert min(abs(mode["leg"] - theta[k, 0]) for mode in modes[k]) < 1e-9
-    # On the reference's side of the leg the loop never closes there.
+    # On the reference branch of the leg, the loop is open there.
     leg = np.arccos(gear.fk(q)[:, 2, 2])
     for k in np.flatnonzero(~finite):
         assert np.isnan(leg[k])

@@ -1,4 +1,4 @@
-"""Degrees of freedom as in textbooks, and closed configurations against formulas."""
+"""Degrees of freedom against textbooks, and closed configurations against formulas."""
 
 from dataclasses import replace
 
@@ -158,7 +158,8 @@ def test_full_crank_rotation_keeps_the_branch():
 
 
 def test_redundant_constraints_keep_configuration_accuracy():
-    # A residual of 1e-12 alone would leave 1e-12 over the smallest singular value.
+    # A residual of 1e-12 alone would allow an error of 1e-12 divided by the smallest singular
+    # value.
     for q in np.linspace(0.2, 2.8, 4):
         z = closed_configuration(mechanisms.parallelogram(5), (q,))
         found = [z[f"crank{k}"] for k in range(5)]

@@ -1,4 +1,4 @@
-"""Which loops are planar, and whether a linkage's edges agree with spatial poses."""
+"""Detection of planar loops, and linkage edges against spatial poses."""
 
 from dataclasses import replace
 
@@ -41,7 +41,7 @@ def numbers(mechanism, values):
 
 
 class InSpace:
-    """The plane's points and directions of every body as vectors of the base frame."""
+    """Points and directions of every body in the plane, as vectors of the base frame."""
 
     def __init__(self, mechanism, linkage, z):
         self.mechanism, self.z = mechanism, z
@@ -59,7 +59,7 @@ class InSpace:
         return self.poses[body][:3, 3] + self.direction(body, value)
 
     def along(self, body, vector):
-        """Returns a base-frame vector in a body's planar axes, and its height above the plane."""
+        """Returns the planar coordinates of a base-frame vector, and its height above the plane."""
         x, y, n = (self.poses[body][:3, :3] @ self.axes[body]).T
         return complex(vector @ x, vector @ y), vector @ n
 

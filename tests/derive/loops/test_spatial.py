@@ -23,7 +23,7 @@ CLOSED = 1e-12
 
 
 def crank_and_slider():
-    """A crank about z and a slider along a skew line, connected by a ball-ended rod."""
+    """A crank about z and a slider along a skew line, connected by a rod with ball joints."""
     return Mechanism(
         "rssp",
         (
@@ -40,7 +40,7 @@ def crank_and_slider():
 
 
 def lift():
-    """A ball-ended cylinder that rotates a lever about a skew axis."""
+    """A cylinder with ball joints that rotates a lever about a skew axis."""
     return Mechanism(
         "lift",
         (pin("lever", BASE, "lever", 1, 0, 0, ("x", sp.Rational(4, 5))),),
@@ -69,7 +69,7 @@ def from_the_platform():
 
 
 def tripod():
-    """A platform on three sliders, with three ball-ended cylinders below it."""
+    """A platform on three sliders, with three cylinders with ball joints below it."""
     legs = [
         Strut(f"leg{k}", Frame(BASE, at(*foot)), Frame("platform", at()), 1, True, "ball")
         for k, foot in enumerate(((1, 0, 0), (-1, 1, 0), (-1, -1, "1/5")))
@@ -240,7 +240,7 @@ def test_actuators_and_their_rates_invert_the_chain(name):
 
 
 def test_delta_pose_beyond_rod_length_has_negative_margin():
-    """Farther from the plane of the arm than the rod is long: the margin is negative."""
+    """The pose is farther from the arm's plane than the rod length: the margin is negative."""
     f = kernels("delta")
     for y in (0.9, 1.5, 4.0):
         theta = np.array([0.0, y, -0.3, 0, 0, 0])

@@ -1,4 +1,4 @@
-"""The branch of a loop whose joints the reference does not state by name."""
+"""The branch of a loop whose joints are missing in the stated reference."""
 
 import cmath
 
@@ -66,7 +66,7 @@ def ram_length(ram, angle):
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("ram", [(("a0", 0.2), ("b1", -0.2)), (("b1", 0.1), ("a0", 0.3))])
 def test_reference_selects_branch_of_ring_without_stated_joint(ram, sign):
-    """The ring of ram, a0 and b1 contains the ram's swing and closures, but no tree joint."""
+    """The loop of ram, a0 and b1 contains the ram's swing and closures, but no tree joint."""
     hybrid = Hybrid(scissor_lift(sign, ram))
     assert not hybrid.forward.open
     chain = hybrid.forward.values
@@ -76,7 +76,7 @@ def test_reference_selects_branch_of_ring_without_stated_joint(ram, sign):
 
 
 def lower_values(hybrid, entries, length):
-    """Returns numerical values of terms in the actuated coordinate."""
+    """Evaluates terms numerically as functions of the actuated coordinate."""
     result = Result("values", tuple(entries), (len(entries),), "rad", "joints")
     q = hybrid.arguments["q"]
     function = SymbolicFunction("values", "Values.", "", (q,), (result,), hybrid.terms)

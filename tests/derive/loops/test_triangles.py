@@ -71,7 +71,8 @@ def test_two_circles_intersection_matches_mpmath(sign):
         expected = [part for z in (C, W, turn_v, turn_w) for part in (z.real, z.imag)]
         expected = np.array([float(part) for part in (*expected, height, margin)])
         result = np.array(f([*v, *w, *d])).ravel()
-        # Thin triangles lose as many digits as their height, short bases or arms a few more.
+        # Thin triangles lose digits in proportion to their height; short bases or arms lose a few
+        # more.
         thin = 1 / min(1.0, *(math.hypot(*pair) for pair in (v, w, d))) ** 3
         assert np.abs(result - expected).max() < 50 * EPS * thin / math.sqrt(float(margin))
 
@@ -91,7 +92,7 @@ def area(kind):
 @pytest.mark.parametrize("kind", ["base", "arm"])
 @pytest.mark.parametrize("dead", [0.4, 1.0])
 def test_triangle_height_is_accurate_near_dead_points(kind, dead):
-    """Heron's product keeps the digits that a difference of squares would lose."""
+    """Heron's product keeps the digits that a difference of squares loses."""
     f = area(kind)
     checked = 0
     for exponent in range(-2, -15, -1):

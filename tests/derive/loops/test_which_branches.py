@@ -1,4 +1,4 @@
-"""Branches of maps: their existence, their names, and notes on omitted branches."""
+"""Branches of maps: number, names, and notes about omitted branches."""
 
 import json
 from dataclasses import replace
@@ -14,7 +14,7 @@ from tests.support.loops.mechanisms import BASE, at, excavator_arm, near, parall
 
 
 def in_a_row(count):
-    """Returns four-bars in series, each on the previous rocker."""
+    """Returns a series of four-bars, each mounted on the preceding rocker."""
     joints, closures, reference, on = [], [], [], BASE
     for k in range(count):
         joints += [
@@ -108,7 +108,7 @@ def test_loops_that_do_not_move_the_tool_add_no_branch():
 
 
 def scissor_lift():
-    """Two pairs of crossed bars; a crank moves the first bar, and its other foot slides."""
+    """Two pairs of crossed bars; a crank rotates the first bar, whose other foot slides."""
     along_x = ("y", sp.pi / 2)
     joints = (
         pin("crank", BASE, "right"),
@@ -140,7 +140,7 @@ def scissor_lift():
 
 
 def test_folded_scissor_lift_has_no_branch():
-    """If both feet coincide, the upper bars share one point and may rotate together."""
+    """If both feet coincide, the upper bars share one point, and may rotate together."""
     assert labels(scissor_lift(), "chain_all") == (
         "cross far, upper right",
         "cross far, upper left",

@@ -1,4 +1,4 @@
-"""Exact numbers: accepted text is read to the last digit, other text is rejected quickly."""
+"""Exact numbers: valid text is read to the last digit, and other text is rejected quickly."""
 
 from decimal import Decimal
 from itertools import pairwise
@@ -14,7 +14,7 @@ from tests.support.counting import calls_of
 NAMES = {name: sp.Symbol(name, real=True) for name in ("a", "b", "d1")}
 A, B = NAMES["a"], NAMES["b"]
 MAX_CALLS = 50_000
-"""Maximum number of Python calls to reject a text, however malformed."""
+"""Maximum number of Python calls for rejecting any malformed text."""
 
 READ = {
     "pi/2": sp.pi / 2,
@@ -123,7 +123,7 @@ def test_decimals_and_integers_are_exact() -> None:
 def test_invalid_expressions_are_rejected_quickly(kind: str) -> None:
     refused = 0
     for text in REFUSED[kind]:
-        # A run of signs is a number only if a number follows.
+        # A sequence of signs is a number only if digits follow.
         message = ""
 
         def attempt(text: str = text) -> None:

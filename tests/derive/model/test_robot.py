@@ -1,4 +1,4 @@
-"""Models built in Python: inputs become exact, or are rejected on entry."""
+"""Models built in Python: inputs are converted to exact values, or rejected at once."""
 
 from decimal import Decimal
 from fractions import Fraction

@@ -1,4 +1,4 @@
-"""Values of constants against SymPy's evaluation, at exact zeros, and without a value."""
+"""Values of constants against SymPy's evaluation, also for exact zeros and undefined values."""
 
 import math
 import random
@@ -139,6 +139,6 @@ def test_negated_constant_reuses_the_negated_name():
     x, terms = sp.Rational("0.08241032710889370320000001"), Terms({})
     assert terms.let(-sp.sin(x)) == -terms.let(sp.sin(x))
     assert terms.let(-x) == -terms.let(x)
-    # A sum that is exactly zero has no sign, so it must not be searched under both signs.
+    # A sum that is exactly zero has no sign, so a search under both signs must not start.
     one = sp.sin(x) * sp.cos(2 * x) + sp.cos(x) * sp.sin(2 * x) - sp.sin(3 * x)
     assert terms.let(one) == terms.let(-one) == 0

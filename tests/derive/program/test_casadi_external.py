@@ -1,4 +1,4 @@
-"""CasADi's own C of a robot: casadi.external loads it, and its results equal the robot's."""
+"""casadi.external loads the C of a robot, and returns the same results as the robot."""
 
 import ctypes
 import subprocess

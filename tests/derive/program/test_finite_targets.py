@@ -1,4 +1,4 @@
-"""An inverse whose residual loses an input by cancellation does not accept NaN."""
+"""An inverse rejects NaN even if an input cancels from its residual."""
 
 import numpy as np
 import pytest

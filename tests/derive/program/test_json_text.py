@@ -1,4 +1,4 @@
-"""The text of manifests: unchanged data in readable lines."""
+"""The text of manifests preserves the data in readable lines."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""A language from outside: plain Python with ``math``, written, run, and compared with C."""
+"""A new output language, plain Python with ``math``, is written, run and compared with C."""
 
 import json
 import runpy
@@ -56,7 +56,7 @@ def text(program, operand):
 
 
 def printed(name, program):
-    """Returns one Python function with flat input and output sequences."""
+    """Prints one Python function with flat input and output sequences."""
     sizes = [
         1 + max(s.entry for s in program.stored if s.output == k)
         for k in range(len(program.results))
@@ -80,7 +80,7 @@ def plain_python(derivation, programs):
 
 EMITTER = Emitter("plain python", plain_python)
 RUN = ("c", "python")
-"""The executable languages; the others take most of the time of a derivation."""
+"""The executable languages; the other languages take most of the derivation time."""
 
 
 @cache

@@ -1,4 +1,4 @@
-"""Strength reduction: which statements become cheaper, and which must stay."""
+"""Strength reduction: statements that become cheaper, and statements that must stay."""
 
 import re
 
@@ -33,7 +33,7 @@ SYMBOLS = {operation: name for name, operation in NAMES.items()}
 
 
 def operand(text):
-    """``v1`` is a variable, ``x2`` an input, anything else a number."""
+    """Parses an operand: ``v1`` is a variable, ``x2`` an input, anything else a number."""
     if found := re.fullmatch(r"([vx])(\d+)", text):
         number = int(found[2])
         return Variable(number) if found[1] == "v" else Input(0, number)
@@ -51,7 +51,7 @@ def shown(value):
 
 
 def computed(number, text):
-    """Returns a statement from its operation and operands: ``* x1 v2``."""
+    """Parses a statement with operation and operands: ``* x1 v2``."""
     name, *operands = text.split()
     return Compute(Variable(number), NAMES[name], tuple(map(operand, operands)))
 
@@ -67,12 +67,12 @@ def program(given, stored):
 
 
 def all_stored(*given):
-    """Reduces statements that are all results except the first."""
+    """Reduces statements; all except the first are results."""
     return texts(reduced(program(given, range(2, len(given) + 1))))
 
 
 def after(*given, sign=None):
-    """Reduces statements of which only the last is a result."""
+    """Reduces statements; only the last is a result."""
     return texts(reduced(program(given, [len(given)]), sign))
 
 

@@ -1,4 +1,4 @@
-"""All branches in one program equal the single branches bit for bit, and share terms."""
+"""A program with all branches equals the single branches bit for bit, and shares terms."""
 
 import re
 
@@ -53,7 +53,7 @@ SIGNED = [
         rf"^static void {name}_(\w+)_branch\(", (GENERATED / name / f"{name}.c").read_text(), re.M
     )
 ]
-"""Functions with signs, taken from the C because deriving all robots is slow."""
+"""Functions with signs, read from the C because derivation of all robots is slow."""
 SAMPLE = ("ur5e", "iiwa14", "lynxmotion", "five_bar", "slider_crank")
 """Arms with branches, a redundant arm, position tasks, and planar loops."""
 SAMPLED = [pair for pair in SIGNED if pair[0] in SAMPLE]
@@ -106,7 +106,7 @@ def test_unrolled_branches_equal_single_branches_bit_for_bit(name, function):
         choice = np.repeat(np.array(signs, float)[:, None], POSES, 1)
         for every, one in zip(whole, run(programs.branch[function], [*given, choice]), strict=True):
             n = len(one)
-            # A zero may have another sign.
+            # A zero may have the other sign.
             np.testing.assert_array_equal(every[b * n : (b + 1) * n] + 0.0, one + 0.0)
 
 

@@ -1,4 +1,4 @@
-"""Model reports: determinants from their definition, ranks, and missed displacements."""
+"""Model reports: determinants from their definition, ranks, and missing displacements."""
 
 from functools import cache
 
@@ -45,7 +45,7 @@ def test_convention_determinants_match_papers(convention, own, whole):
 
 
 def by_definition(product, symbols, values):
-    """Returns det(D^T D) with the derivative D of the entries of the link's matrix."""
+    """Returns det(D^T D), with D the derivative of the entries of the link's matrix."""
     A = placement_matrix(product)
     D = sp.Matrix.hstack(*(A.diff(symbol).reshape(16, 1) for symbol in symbols))
     D = np.array(D.xreplace(values).evalf(), dtype=float)
@@ -114,8 +114,8 @@ def test_printed_report_names_displacements_missed_by_dh():
 
 TURNS, MIXED = ("revolute",) * 4, ("revolute", "prismatic", "revolute", "revolute", "prismatic")
 INCOMPLETE = {"poe": (TURNS, MIXED), "s_model": (MIXED,)}
-"""Conventions that miss displacements, with the joint kinds where they do. A direction has no free
-parameters. The parameters of an S-model follow a rotation but precede a translation, so none
+"""Conventions that miss displacements, and the affected pairs of joint types. A direction has no
+free parameters. The parameters of an S-model follow a rotation but precede a translation, so none
 remains between a prismatic and a revolute joint."""
 
 

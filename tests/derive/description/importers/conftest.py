@@ -1,4 +1,4 @@
-"""A cache of the package robot_descriptions with its original layout."""
+"""A robot_descriptions cache with the layout of the original package."""
 
 import subprocess
 import sys

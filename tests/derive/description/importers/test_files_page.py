@@ -1,4 +1,4 @@
-"""The commands of the page on imported files run."""
+"""The commands on the page about imported files run."""
 
 import re
 import shlex

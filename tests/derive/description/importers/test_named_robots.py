@@ -1,4 +1,4 @@
-"""Names of robot_descriptions, from folders with its cache layout."""
+"""Robots loaded by robot_descriptions name, from folders with the layout of its cache."""
 
 import importlib
 

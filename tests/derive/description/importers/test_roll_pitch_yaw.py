@@ -1,4 +1,4 @@
-"""Roll, pitch and yaw: products of rotations as oracle, and exact values at right angles."""
+"""Roll, pitch and yaw against products of rotations, with exact values at right angles."""
 
 import itertools
 import random

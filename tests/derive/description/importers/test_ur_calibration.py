@@ -27,8 +27,9 @@ FORUM = {
     "alpha": "-0.00032142399895862539, -0.00565024518540147101, -0.00378922621833689211, "
     "-0.00106533274011644252, 0.000999586303470856308, 0",
 }
-"""A controller's file that its owner published:
-https://forum.universal-robots.com/t/calibrated-kinamatics-info/18921."""
+"""A controller's file, published by its owner at
+https://forum.universal-robots.com/t/calibrated-kinamatics-info/18921.
+"""
 DRIVER = {
     "theta": "-7.290070070824746e-05, -0.01713897289704999, -0.03707159413492756, "
     "0.054279462160583214, 1.488984257025741e-07, 1.551499479707493e-05",
@@ -213,7 +214,7 @@ def factory(tmp_path):
 
 
 def test_driver_calibration_matches_pinocchio_pose_of_urdf(factory):
-    """The pose agrees in the controller's base frame (DH parameters) and in the URDF's frame."""
+    """The pose agrees in the controller's base frame (DH parameters) and in the URDF frame."""
     text = urdf_of(yaml.safe_load(FACTORY)["kinematics"])
     nominal = factory.with_name("ur.urdf")
     nominal.write_text(text.replace("0.08920113858084797", "0.089159"))

@@ -1,4 +1,4 @@
-"""Xacro expressions: the documented ones have Python's values, and none runs a command."""
+"""Documented xacro expressions evaluate as in Python, and no expression runs a command."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Error messages state what is missing in shared xacro files."""
+"""Error messages name the files that an incomplete xacro file misses."""
 
 import pytest
 

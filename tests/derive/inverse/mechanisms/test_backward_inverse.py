@@ -1,4 +1,4 @@
-"""Robots without a closed-form forward solution: actuators at a pose, leg by leg."""
+"""Robots without a closed-form forward solution: actuator values at a pose, leg by leg."""
 
 from functools import cache
 from itertools import product
@@ -78,7 +78,7 @@ b = {{ body = "platform", xyz = ["200*cos({at})", "200*sin({at})", 0] }}
 
 
 def tripod():
-    """Returns a tube tilted and pushed by three unequal cylinders."""
+    """Returns a tube that three unequal cylinders tilt and push."""
     sizes = enumerate(((520, 0, 10), (480, 128, -20), (505, 236, 35)))
     return read_text(
         TRIPOD.format(
@@ -128,7 +128,7 @@ def solved(make):
 
 
 def poses_at(mechanism, q):
-    """Returns the platform's poses (m, 4, 4) at coordinates (n,), by Newton's iteration."""
+    """Returns platform poses (m, 4, 4) at coordinates (n,) by Newton's method."""
     numbers = Multistart(mechanism)
     (modes,) = numbers.modes(q[None], numbers.actuated)
     return np.array([body_poses(mechanism, mode)["platform"] for mode in modes])

@@ -1,4 +1,4 @@
-"""Numerical dead points of loops against the triangle of the three pins."""
+"""Numerical dead points of loops against the triangle formed by the three pins."""
 
 import math
 

@@ -86,7 +86,7 @@ def offers(text):
 
 
 def closes(robot, name, value):
-    """Whether the oracle closes the loops at a value of a parameter or coordinate."""
+    """Tests whether the oracle closes the loops at a value of a parameter or coordinate."""
     if name in robot.actuated:
         reference = dict(robot.reference) | {name: sp.nsimplify(round(value, 9))}
         robot = replace(robot, reference=tuple(reference.items()))
@@ -112,7 +112,7 @@ SPOILT = [
 
 @pytest.mark.parametrize(("name", "parameter", "value"), SPOILT)
 def test_proposed_parameter_values_close_the_loop(name, parameter, value):
-    """A wrong length is also not reported as swapped ends of a rod."""
+    """A wrong length is not reported as swapped rod ends, either."""
     whole = mechanism(name)
     # The reference as numerical values; a platform's reference depends on its parameters.
     robot = with_parameter(whole, parameter, value)
@@ -129,7 +129,7 @@ def test_proposed_parameter_values_close_the_loop(name, parameter, value):
 
 
 def test_four_bar_gap_and_proposed_ranges_are_correct():
-    # The crank's pin is at (0, 100), the rocker's at (350, 0): 364.0 mm apart.
+    # The crank pin is at (0, 100) and the rocker pin at (350, 0): 364.0 mm apart.
     apart = 1000 * np.hypot(0.1, 0.35)
     text = spoilt_message("four_bar", "b", "0.08")
     assert f"are at best {apart - 330:.4g} mm apart" in text
@@ -189,7 +189,7 @@ def test_ambiguous_reference_error_proposes_a_configuration():
     text = message(replace(mechanism("five_bar"), reference=level))
     assert "The loops close at left_elbow = " in text
     assert "write values close to these in [reference]" in text
-    # These loops close in the middle of the limits.
+    # These loops close at the middle of the limits.
     for name in ("slider_crank", "five_bar"):
         assert message(replace(mechanism(name), reference=())) == ""
 
@@ -233,7 +233,7 @@ gas_strut = 20
 
 def test_default_swing_angle_points_along_its_strut():
     robot = read_text(BONNET)
-    # At zero joints the strut is 1.8 mm too short; it is upright, far from a zero swing.
+    # At zero joint values the strut is 1.8 mm too short; it is upright, far from a zero swing.
     assert message(robot) == ""
     z = closed_configuration(robot)
     assert max(abs(z[name]) for name in ("front", "hinge", "rear")) < 0.1
@@ -292,7 +292,7 @@ def test_error_on_pin_with_wrong_axis_proposes_a_rotation():
 
 
 def spoilt_actuation():
-    """Yields robots with an actuator removed, with each other joint actuated, or less a member."""
+    """Yields robots with an actuator removed, with another joint actuated, or without a member."""
     for name in LOOPED:
         robot = mechanism(name)
         taken = {c.moves for c in robot.coordinates}
@@ -316,19 +316,19 @@ def spoilt_actuation():
 
 
 CASES = list(spoilt_actuation())[::2]
-"""Every second case: each kind of mistake in several robots."""
+"""Every second case, which covers each kind of mistake in several robots."""
 
 
 @pytest.mark.parametrize(("robot", "words"), [c[1:] for c in CASES], ids=[c[0] for c in CASES])
 def test_error_states_mismatch_of_actuators_and_freedoms(robot, words):
     text = message(robot)
     model = Model(robot)
-    # The message lists the unknown joints that the oracle's Jacobian leaves free.
+    # The message lists the unknown joints that are free in the oracle's Jacobian.
     assert f"robot {robot.name!r} has " in text
     assert f"{len(robot.actuated)} actuated coordinate" in text
     assert words in text
     passive_cylinder = any(s.is_cylinder and s.name not in robot.actuated for s in robot.struts)
-    # The oracle assigns no freedom to unconnected cylinders.
+    # The oracle gives unconnected cylinders no degree of freedom.
     if words == "can still move" and not passive_cylinder:
         free = len(model.unknown) - np.linalg.matrix_rank(
             model.jacobian(model.q, model.u), tol=1e-6
@@ -363,7 +363,7 @@ def test_dependent_actuators_are_rejected():
 
 
 def swapped(rod):
-    """Returns a rod with its end placements exchanged between the bodies."""
+    """Returns a rod with swapped end placements on its two bodies."""
     a, b = rod.a, rod.b
     return replace(rod, a=replace(a, placement=b.placement), b=replace(b, placement=a.placement))
 
@@ -373,7 +373,7 @@ def test_rod_with_swapped_ends_is_named(k):
     robot = mechanism("delta")
     struts = tuple(swapped(s) if i == k else s for i, s in enumerate(robot.struts))
     spoilt = replace(robot, struts=struts)
-    # The second and third arm's rods still close, with the platform rotated by 5 degrees.
+    # The rods of the second and third arm also close if the platform rotates by 5 degrees.
     text = message(spoilt) if k < 2 else doubtful_ends(spoilt, closed_configuration(spoilt))
     assert f"the ends of rod {robot.struts[k].name!r} seem swapped" in text
     assert text.count("rod_") == (2 if k < 2 else 1)
@@ -394,7 +394,7 @@ def test_shipped_mechanisms_have_no_swapped_rod_diagnostics():
 
 
 def with_a_tilted_rocker(kind, closure):
-    """Returns a four-bar whose rocker axis is 0.05 degrees out of parallel."""
+    """Returns a four-bar whose rocker axis is tilted by 0.05 degrees."""
     tilt = ("x", sp.pi / 3600)
     return Mechanism(
         "tilted",
@@ -444,7 +444,7 @@ def test_error_names_the_redundant_third_crank():
     told = message(with_a_third_crank("exact"))
     assert "0.2 mm too long" in told
     assert "1 constraint is redundant" in told
-    # The gap directions are (1, -2): the rod's lever about the crank is twice the third's lever.
+    # The gap directions are (1, -2), since the rod's lever arm is twice the third crank's.
     assert "'third' 0.16 mm in length, 'rod' 0.08 mm in length" in told
     assert "omitting 'rod' or 'third' adds no freedom" in told
     (note,) = Hybrid(with_a_third_crank("least squares")).mechanism.notes

@@ -1,7 +1,7 @@
-"""Platforms on random legs with a ball: three RPS, PRS, RRS legs, six UPS, PUS, RUS legs.
+"""Platforms on random legs with a ball joint: three RPS, PRS, RRS legs, six UPS, PUS, RUS legs.
 
-A leg with two joints before its ball keeps the ball in a plane. Three such legs leave the platform
-three freedoms. Six legs with three joints leave all six freedoms.
+A leg with two joints before its ball joint keeps the ball in a plane. Three such legs leave three
+degrees of freedom. Six legs with three joints constrain nothing.
 """
 
 from dataclasses import replace
@@ -20,10 +20,10 @@ from tests.support.loops.legs_of_joints import agile_eye, drawn, led_by_a_leg
 
 POSES = 12
 KINDS = {1: ("RPS", "PRS", "RRS"), 10: ("UPS", "PUS", "UPS", "RUS", "UPS", "UPS")}
-"""Platform seeds with the kinds of their legs: planar legs, then spatial legs."""
+"""Platform seeds with the types of their legs: planar legs, then spatial legs."""
 SLOTS = 4
-"""Two sides of a rail and two of an arm. Lengths keep their sign, and no coordinate depends on the
-side of a fork."""
+"""Two branches of a prismatic joint and two of an arm. Lengths keep their sign, and no coordinate
+depends on the branch of a universal joint."""
 FOUND = 1e-8
 MAPS = ("actuators", "actuator_rates")
 
@@ -67,7 +67,7 @@ def test_leg_inverse_recovers_actuators_and_their_rates(seed, kinds):
     assert len(arms) == SLOTS
     assert ((turned_apart(arms, q) < FOUND) & (residual < FOUND)).any(0).all()
     maps, rates = lower([derivation.function(name) for name in MAPS], "drawn")
-    # The reference's branch is among the slots, and its rates are the slot's derivative.
+    # A slot contains the reference branch, and the rates of the branch are the slot's derivative.
     theta = z[:, model.chain]
     own = np.array(maps(theta.T)).T
     assert (turned_apart(arms, own) < FOUND).any(0).all()
@@ -79,7 +79,7 @@ def test_leg_inverse_recovers_actuators_and_their_rates(seed, kinds):
 
 
 def test_legs_with_tilted_hinge_have_no_closed_form_inverse():
-    """Two crank angles satisfy the length, but one of them does not close the loop."""
+    """Two crank angles match the length, but one of them does not close the loop."""
     flat = drawn(3, ("RRS", "RRS", "PRS"))
     angle = sp.Rational(3, 10)
     joints = tuple(
@@ -105,7 +105,7 @@ def test_explanation_names_the_leg_steps():
 
 @pytest.mark.parametrize(("make", "modes"), [(led_by_a_leg, 2), (agile_eye, 8)])
 def test_leg_inverse_returns_distinct_working_modes(make, modes):
-    """Both slides that close the 3-RPS keep the sign of their lengths."""
+    """Both prismatic solutions of the 3-RPS keep the sign of their lengths."""
     mechanism = make()
     model, z = closed_configurations(mechanism, 0)
     assert len(z) > POSES / 2

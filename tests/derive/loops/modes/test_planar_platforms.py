@@ -1,4 +1,4 @@
-"""Planar platforms on all kinds of legs: modes against Newton's iteration."""
+"""Planar platforms on legs of all types: modes against Newton's method."""
 
 import sys
 
@@ -61,7 +61,7 @@ def reference(pose, ends, pins, q):
 
 
 def newton(ends, pins, lengths, generator, count=400):
-    """Returns the poses of three circles from random starts."""
+    """Finds the poses of three circles from random starts by Newton's method."""
     size = np.abs(pins).max() + np.max(lengths)
     x = generator.uniform([-size, -size, -np.pi], [size, size, np.pi], (count, 3))
     for _ in range(60):
@@ -160,7 +160,7 @@ MAX_QUERIES = 5_000
 
 @pytest.fixture
 def queries(monkeypatch):
-    """Counts SymPy's queries for properties of expressions, such as their sign."""
+    """Counts SymPy's queries of expression properties, such as signs."""
     assumptions = sys.modules["sympy.core.assumptions"]
     search, counted = assumptions._ask, []
 
@@ -176,7 +176,7 @@ def queries(monkeypatch):
 def test_legs_with_prismatic_joints_are_derived_quickly_with_long_decimals(
     first, monkeypatch, queries
 ):
-    """SymPy does not query the signs of products of sines between prismatic joints."""
+    """SymPy does not query the sign of products of sines between prismatic joints."""
     monkeypatch.setattr(planar_platforms, "_rounded", lambda place: tuple(map(float, place)))
     platform = drawn_platform(np.random.default_rng(first), LEGS[first : first + 3])
     names = {

@@ -1,4 +1,4 @@
-"""The polynomial of a platform on three rods: elimination, degree and zeros."""
+"""The polynomial of a platform on three rods: elimination, degree and roots."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def harmonics(coefficients, c, s):
 
 
 def expanded(terms, expressions):
-    """Returns expressions in points and parameters alone."""
+    """Expands expressions until they contain only points and parameters."""
     argument = Argument("p", NAMES, (6,), "m", "points")
     result = Result("y", tuple(expressions), (len(expressions),), "1", "")
     return SymbolicFunction("f", "", "", (argument,), (result,), terms).expanded()[0]
@@ -52,7 +52,7 @@ def test_triad_polynomial_equals_elimination_of_the_position():
         one.coeff(x, 1).subs(y, 0) * X + one.coeff(y, 1).subs(x, 0) * Y
     )
     left += D**2 * one.subs({x: 0, y: 0})
-    # They agree up to a constant factor for all points, if c^2 + s^2 = 1.
+    # Up to a constant factor, the polynomials agree for all points if c^2 + s^2 = 1.
     ratio = None
     rng = np.random.default_rng(0)
     for _ in range(6):
@@ -128,12 +128,12 @@ def test_every_pose_is_a_root_and_its_position_is_recovered(compiled):
 def test_collinear_centers_give_double_root_and_both_positions(compiled):
     polynomial, position, mirror = compiled
     pose = np.array([0.3, -0.2, 0.7])
-    # The centers A_i - R b_i are on the platform's x axis; all rods reach the same point of it.
+    # The centers A_i - R b_i are on the platform's x axis, and all rods reach the same point of it.
     heights = np.arcsin(0.25 / np.array(RODS, float))
     p = held(pose, heights)
     a = polynomial(p)
     values = [harmonics(a, np.cos(0.7 + d), np.sin(0.7 + d)) for d in (-1e-4, 0, 1e-4)]
-    # A double zero.
+    # The polynomial has a double root.
     assert abs(values[1]) < 1e-14
     assert values[0] * values[2] > 0
     assert 1e-12 < abs(values[0]) < 1e-4

@@ -19,7 +19,7 @@ from tests.support.loops.parametric import EVERY, RODS, loops_of, nominal, refer
 
 
 def closed(loops, functions, w, p):
-    """Solves the unknown variables of w by Newton's iteration."""
+    """Solves the unknown variables of w by Newton's method."""
     w, n = w.copy(), len(loops.hybrid.q)
     for _ in range(20):
         c, D = (np.array(part) for part in functions["closure_p"](w, p))

@@ -1,4 +1,4 @@
-"""A rod between a universal joint and a ball, in closed form."""
+"""A rod between a universal joint and a ball joint, in closed form."""
 
 from dataclasses import replace
 from functools import cache
@@ -22,7 +22,7 @@ FUNCTIONS = ["chain", "chain_rates", "configuration", "margin", "chain_all", "ac
 
 
 def turned_round():
-    """Returns the same rod, described from the ball on the rocker to the cross on the crank."""
+    """Returns the same rod, described from the ball joint on the rocker to the universal joint."""
     return Mechanism(
         "turned_round",
         (
@@ -81,7 +81,7 @@ def test_solution_lies_on_the_branch_of_the_reference(name):
     at_reference = Hybrid(mechanism).at_reference
     for joint, value in at_reference.items():
         assert np.cos(value - float(mechanism.reference_of(joint))) > 0.8
-    # A flipped fork: its angles belong to the other branch.
+    # The flipped universal joint belongs to the other branch.
     over = {"yoke": at_reference["yoke"] + np.pi, "swing": np.pi - at_reference["swing"]}
     if name == "turned_round":
         values = [(n, sp.Rational(f"{over.get(n, v):.3f}")) for n, v in at_reference.items()]
