@@ -1,4 +1,4 @@
-"""Arms as lines through the frames of their links, at rest and as animations."""
+"""Arms drawn as lines through their link frames, at rest and in animations."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ import numpy as np
 from panels import COLOURS, FONT, PALE, solid
 
 FRAMES = 48
-"""Pictures of an animation."""
+"""Number of pictures in an animation."""
 PER_SECOND = 12
 DOTS_PER_INCH = 220
 COLOURS_IN_GIF = 200
 SLIMMEST = 0.45
-"""Least part of the longest side that a side of the box has, so that its numbers fit."""
+"""Minimum side of the box relative to its longest side, so that tick labels fit."""
 ZOOM = 0.95
-"""Part of the axes that a box fills, so that its labels are inside the picture."""
+"""Fraction of the axes that a box fills, so that its labels are inside the picture."""
 
 
 def points(robot: Any, q: Any) -> Any:
-    """(..., links + 2, 3) the base, the origins of the links' frames, and the tool [m]."""
+    """Returns base, link origins and tool, (..., links + 2, 3) [m]."""
     links, tool = robot.link_poses(q)[..., :3, 3], robot.fk(q)[..., None, :3, 3]
     return np.concatenate([np.zeros_like(tool), links, tool], axis=-2)
 
@@ -33,7 +33,7 @@ def drawn(axes: Any, line: Any, colour: str = COLOURS[0], **style: Any) -> Any:
 
 
 def boxed(axes: Any, cloud: Any, margin: float = 0.05) -> None:
-    """Equal scales around all points (..., 3), and labels in metres."""
+    """Sets equal scales around all points (..., 3), and labels in metres."""
     flat = np.asarray(cloud).reshape(-1, 3)
     low, high = flat.min(0), flat.max(0)
     pad = margin * (high - low).max()
@@ -48,7 +48,7 @@ def boxed(axes: Any, cloud: Any, margin: float = 0.05) -> None:
 
 
 def in_space(figure: Any, place: Any) -> Any:
-    """Axes in perspective at a place of a figure's grid, with the letters of the other panels."""
+    """Returns perspective axes in a cell of a figure's grid, labelled like the other panels."""
     import matplotlib.pyplot as plt  # noqa: PLC0415
 
     with plt.rc_context(FONT):
@@ -60,7 +60,7 @@ def in_space(figure: Any, place: Any) -> Any:
 
 
 def frame(axes: Any, T: Any, length: float, **style: Any) -> None:
-    """The three axes of a pose (4, 4): x, y and z in three colours."""
+    """Draws the axes of a pose (4, 4), with x, y and z in three colors."""
     for k, colour in enumerate((COLOURS[3], COLOURS[2], COLOURS[0])):
         ends = np.array([T[:3, 3], T[:3, 3] + length * T[:3, k]])
         axes.plot(*ends.T, color=colour, **({"linewidth": 1.2} | style))
@@ -74,13 +74,13 @@ def animation(
     view: tuple[float, float],
     count: int = FRAMES,
 ) -> Callable[[Path], None]:
-    """A function that writes the arm's motion as GIF.
+    """Returns a function that writes the arm's motion as GIF.
 
     Args:
         robot: The arm.
         q: (m, n) coordinates at equal times.
-        height: Of the picture [inch].
-        extra: Draws what stands still.
+        height: Height of the picture [inch].
+        extra: Draws the stationary objects.
         view: Elevation and azimuth [deg].
         count: Number of pictures.
     """

@@ -1,8 +1,8 @@
-"""Board installer: a hybrid robot by screws, its workspace and its errors.
+"""Board installer: a hybrid robot in screw theory, its workspace and its errors.
 
-The paper is on the kinematics of a hybrid robot for high-altitude board installation by screw
-theory; its lengths, equations and figures are lost. The robot is `board_installer`, whose lengths
-are a reconstruction that agrees with every sentence that is left.
+The paper derives the kinematics of a hybrid robot for board installation at height by screw theory.
+Its lengths, equations and figures are lost. The robot `board_installer` has reconstructed lengths,
+which agree with all remaining sentences of the paper.
 """
 
 from __future__ import annotations
@@ -45,21 +45,21 @@ CASES = {
     "T1": np.array([20 * DEG, 0.03, 10 * DEG, -20 * DEG, 0.02, 0]),
     "T2": np.array([-35 * DEG, -0.06, -15 * DEG, 25 * DEG, -0.03, 12 * DEG]),
 }
-"""Postures: waist, slider, crank, yaw, push rod, roll [rad, m]."""
+"""Configurations: waist, slider, crank, yaw, push rod, roll [rad, m]."""
 BOX = np.array([[1.2, -0.715, 0.93], [1.55, 0.715, 1.55]])
-"""Least and largest x, y, z of the required box [m]; the paper does not say where its x is."""
+"""Lower and upper corner of the required box [m]; the paper does not state the x coordinates."""
 LABOUR = np.array([1.0, 1.5])
-"""Heights between which installing boards saves labour [m]."""
+"""Range of heights at which board installation saves labor [m]."""
 SAMPLES = 1_000_000
 LONGER = 1e-4
-"""Error of a length in the study of table 2 [m]."""
+"""Length error in the study of table 2 [m]."""
 EQUATION_27 = (
     "x = rho cos q1 + (e4 + t cos th7) cos(q1 + q4), "
     "y = rho sin q1 + (e4 + t cos th7) sin(q1 + q4), z = z_G + L1 - h4 + k r sin q3 + t sin th7 "
     "with rho = g0 + L2 + a_w + k r (cos q3 - 1) - "
     "(k - 1) q2 and cos(gamma0 + th7) = (a^2 + b^2 - (l0 + q5)^2)/(2 a b)"
 )
-"""The position of the tool in active variables, as `equation_27` computes it."""
+"""The tool position as a function of the active variables, as in `equation_27`."""
 LENGTHS = (
     "rod_KH_length",
     "rod_FH_length",
@@ -69,11 +69,11 @@ LENGTHS = (
     "rod_KH_b_x",
     "rod_FH_b_x",
 )
-"""Lengths that are made wrong one by one."""
+"""Lengths that the error study changes, one at a time."""
 
 
 def rows() -> list[Row]:
-    """Every printed number beside ours."""
+    """Compares every printed value with ours."""
     printed = read("board_installer")
     return [
         *mobility_rows(printed),
@@ -87,17 +87,17 @@ def rows() -> list[Row]:
 
 @cache
 def robot() -> Any:
-    """The robot, by its active joints."""
+    """Loads the robot, whose coordinates are its active joints."""
     return chasles.load("board_installer")
 
 
 def parameters() -> dict[str, float]:
-    """Its lengths [m] and angle [rad]."""
+    """Returns the lengths [m] and the angle [rad] of the robot."""
     return {name: parameter.value for name, parameter in robot().parameters.items()}
 
 
 def postures(count: int) -> FloatArray:
-    """(count, 6) random coordinates within the limits."""
+    """Returns random coordinates (count, 6) within the limits."""
     found = np.random.default_rng(0).uniform(robot().lower, robot().upper, (count, 6))
     return np.asarray(found)
 
@@ -106,7 +106,7 @@ def postures(count: int) -> FloatArray:
 
 
 def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Six coordinates are free, although counting finds fewer: planar loops repeat constraints."""
+    """The mobility is six. The counting formula gives less, because planar loops are redundant."""
     mechanism = chasles.derive.read(ROBOT_FILES / "board_installer.toml")
     if not isinstance(mechanism, Mechanism):
         raise TypeError("the board installer has loops")
@@ -116,34 +116,34 @@ def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
         lost(
             printed["mobility"],
             counted.true,
-            f"six motors; {counted.coordinates} coordinates less the rank {counted.rank} of the "
-            f"loops' equations",
+            f"six motors; {counted.coordinates} coordinates minus the rank {counted.rank} of the "
+            f"loop equations",
         ),
         lost(
             printed["by_counting"],
             counted.kutzbach,
-            f"n = {n}, j = {j}, lambda = 6: the five loops move in planes, so that the count in "
-            f"space is short by 15",
+            f"n = {n}, j = {j}, lambda = 6: the five loops are planar, so the spatial formula "
+            f"is 15 too low",
         ),
     ]
 
 
 def length_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Lengths and limits, all of them ours."""
+    """Lengths and limits, all of them assumed."""
     value = parameters()
-    reason = "so that every loop closes and the required box is reached"
+    reason = "chosen so that all loops close and the tool reaches the required box"
     push_rod = np.linalg.norm(triangle(0.0)[1] - triangle(0.0)[0])
     found = [assumed(printed[name], size, reason) for name, size in value.items()]
-    found.append(assumed(printed["l0"], push_rod, "by a, b and gamma0"))
+    found.append(assumed(printed["l0"], push_rod, "from a, b and gamma0"))
     for coordinate in robot().coordinates:
         limits = np.array([coordinate.lower, coordinate.upper])
         item = printed[f"limits_{coordinate.name}"]
-        found.append(assumed(item, limits, "so that the required box is reached"))
+        found.append(assumed(item, limits, "chosen so that the tool reaches the required box"))
     return found
 
 
 def triangle(extension: float) -> tuple[FloatArray, FloatArray]:
-    """Both pins M and N of the push rod at an extension [m], in the frame of the base [m]."""
+    """Returns both pins M and N of the push rod in the base frame [m] for an extension [m]."""
     value = parameters()
     q = np.zeros(6)
     q[4] = extension
@@ -154,11 +154,11 @@ def triangle(extension: float) -> tuple[FloatArray, FloatArray]:
     return M[:3], N[:3]
 
 
-# Three postures, and equation (27)
+# Three configurations, and equation (27)
 
 
 def case_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Joints, poses and derivatives at three postures."""
+    """Joints, poses and derivatives at three configurations."""
     found = []
     for name, q in CASES.items():
         theta = robot().chain(q)
@@ -176,7 +176,7 @@ def case_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def screw_rows(printed: dict[str, Printed]) -> list[Row]:
-    """The arm only translates, and the tool in active variables."""
+    """The arm only translates; the tool position depends on active variables."""
     q = postures(300)
     arm, shift = arm_exponentials(q), arm_shift(q)
     turned = np.abs(arm[:, :3, :3] - np.eye(3)).max()
@@ -187,18 +187,18 @@ def screw_rows(printed: dict[str, Printed]) -> list[Row]:
             printed["translation"],
             off,
             "exp(xi2 th2) ... exp(xi5 th5) = Trans(k r (cos q3 - 1) - (k - 1) q2, 0, k r sin q3), "
-            "at 300 postures",
+            "at 300 configurations",
         ),
         lost(
             printed["equation_27"],
             np.abs(equation_27(q) - tool).max(),
-            f"at 300 postures; {EQUATION_27}",
+            f"at 300 configurations; {EQUATION_27}",
         ),
     ]
 
 
 def arm_exponentials(q: FloatArray) -> FloatArray:
-    """(m, 4, 4) the product of the exponentials of slider, shoulder, elbow and wrist."""
+    """Returns the product (m, 4, 4) of the exponentials of slider, shoulder, elbow and wrist."""
     value = parameters()
     z_G, g0 = value["z_G"], value["g0"]
     z_W, x_W = z_G + value["L1"], g0 + value["L2"]
@@ -216,7 +216,7 @@ def arm_exponentials(q: FloatArray) -> FloatArray:
 
 
 def arm_shift(q: FloatArray) -> FloatArray:
-    """(m, 3) the translation to which the arm's exponentials reduce [m]."""
+    """Returns the translation (m, 3) to which the exponentials of the arm reduce [m]."""
     value = parameters()
     k, r = value["k"], value["r"]
     along = k * r * (np.cos(q[:, 2]) - 1) - (k - 1) * q[:, 1]
@@ -224,7 +224,7 @@ def arm_shift(q: FloatArray) -> FloatArray:
 
 
 def equation_27(q: FloatArray) -> FloatArray:
-    """(m, 3) the position of the tool [m], as the picture of (27) has it."""
+    """Returns the tool position (m, 3) [m] by equation (27)."""
     value = parameters()
     a, b, gamma0, t = (value[name] for name in ("a", "b", "gamma0", "t"))
     l0 = np.sqrt(a**2 + b**2 - 2 * a * b * np.cos(gamma0))
@@ -249,19 +249,19 @@ def equation_27(q: FloatArray) -> FloatArray:
 
 @cache
 def cloud() -> Any:
-    """Figure 5: places of the tool over a million postures."""
+    """Samples the workspace in figure 5 with a million configurations."""
     return workspace(robot(), samples=SAMPLES, resolution=40)
 
 
 def box_rows(printed: dict[str, Printed]) -> list[Row]:
-    """The tool faces the wall everywhere in the required box, within all limits."""
+    """The tool, facing the wall, reaches the whole required box within all limits."""
     T = box_poses()
     reached = robot().ik(T).within_limits().count > 0
     inside = T[reached, :3, 3]
     heights = [z for z in LABOUR if reached[T[:, 2, 3] == z].all()]
     least, largest = inside.min(0), inside.max(0)
     forward, sideways, _ = largest - least
-    note = "lengths and limits were assumed so that the tool reaches it, facing the wall"
+    note = "lengths and limits are assumed such that the tool, facing the wall, reaches it"
     return [
         consistent(printed["lowest"], least[2], note),
         consistent(printed["highest"], largest[2], note),
@@ -269,13 +269,13 @@ def box_rows(printed: dict[str, Printed]) -> list[Row]:
         consistent(printed["sideways"], sideways, note),
         consistent(printed["labour"], np.array(heights), note),
         not_printed(printed["box"], reached.mean(), f"{len(T)} poses; {note}"),
-        assumed(printed["box_x"], BOX[0, 0], "the paper does not say where the box is"),
-        lost(printed["extents"], cloud().bounds, "by optimisation from the best samples"),
+        assumed(printed["box_x"], BOX[0, 0], "the paper does not state the position of the box"),
+        lost(printed["extents"], cloud().bounds, "from optimization, started at the best samples"),
     ]
 
 
 def box_poses() -> FloatArray:
-    """(m, 4, 4) poses of the tool that fill the required box, its borders included."""
+    """Returns tool poses (m, 4, 4) on a grid in the required box, including its boundary."""
     x, y, z = (np.linspace(*BOX[:, k], count) for k, count in enumerate((8, 15, 8)))
     places = np.array(list(product(x, y, np.union1d(z, LABOUR))))
     T = np.tile(np.eye(4), (len(places), 1, 1))
@@ -291,9 +291,9 @@ class Errors:
     """The effect of one wrong length.
 
     Attributes:
-        name: The length.
-        largest: (3,) largest error of the tool along x, y and z [m].
-        distance: Its largest distance from the tool of the right robot [m].
+        name: Name of the length.
+        largest: (3,) largest tool errors along x, y and z [m].
+        distance: Largest distance from the correct tool position [m].
     """
 
     name: str
@@ -302,7 +302,7 @@ class Errors:
 
 
 def grid(built: Any) -> FloatArray:
-    """(m, 6) coordinates that fill the limits, finest in those that move the pantograph."""
+    """Returns coordinates (m, 6) on a grid within the limits, finest for the pantograph."""
     counts = (3, 7, 7, 3, 3, 3)
     sides = [np.linspace(*ends) for ends in zip(built.lower, built.upper, counts, strict=True)]
     return np.array(list(product(*sides)))
@@ -310,7 +310,7 @@ def grid(built: Any) -> FloatArray:
 
 @cache
 def errors() -> tuple[Errors, ...]:
-    """The loops as built: each length 0.1 mm too long, over a grid of 3969 postures."""
+    """Computes tool errors for each length 0.1 mm too long, on a grid of 3969 configurations."""
     built = chasles.load("board_installer", parametric=True)
     p = np.array([number.value for number in built.geometry])
     names = [number.name for number in built.geometry]
@@ -326,7 +326,7 @@ def errors() -> tuple[Errors, ...]:
 
 
 def error_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Table 2 is lost; one rod of the pantograph explains the 0.5 mm that are printed."""
+    """Table 2 is lost; an error of one pantograph rod explains the printed 0.5 mm."""
     worst = max(errors(), key=lambda own: own.distance)
     least = LONGER * 0.5e-3 / worst.distance
     return [
@@ -334,22 +334,22 @@ def error_rows(printed: dict[str, Printed]) -> list[Row]:
             lost(
                 printed[f"error_{own.name}"],
                 own.largest,
-                f"{1e3 * own.distance:.3f} mm at most; loops as built, over the limits",
+                f"at most {1e3 * own.distance:.3f} mm within the limits; the loops are closed",
             )
             for own in errors()
         ),
         not_reproducible(
             printed["error"],
             worst.distance,
-            "measured on one robot; ours is the largest error by one length that is 0.1 mm off, "
-            "a rod or crank of the pantograph",
+            "measured on one robot; ours is the largest error from a 0.1 mm error of one rod or "
+            "crank of the pantograph",
         ),
-        not_printed(printed["tolerance"], least, "in proportion to the row before"),
+        not_printed(printed["tolerance"], least, "proportional to the preceding row"),
     ]
 
 
 def figures() -> Figures:
-    """Figures 2, 3 and 5, equation (27), and the study of errors."""
+    """Draws figures 2, 3 and 5, equation (27), and the error study."""
     return board_pictures.drawn(cloud(), BOX, errors())
 
 

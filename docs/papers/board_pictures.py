@@ -1,4 +1,4 @@
-"""Pictures of the board installer: figures 2, 3 and 5, equation (27), and errors of lengths."""
+"""Pictures of the board installer: figures 2, 3 and 5, equation (27), and length errors."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 MOVED = np.array([0.5, -0.06, 0.3, -0.9, 0.03, 0.0])
-"""Posture of figure 2: waist, slider, crank, yaw, push rod, roll [rad, m]."""
+"""Configuration of figure 2: waist, slider, crank, yaw, push rod, roll [rad, m]."""
 EQUATION = (
     r"$x = \rho\,\cos q_1 + (e_4 + t\cos\theta_7)\,\cos(q_1 + q_4)$",
     r"$y = \rho\,\sin q_1 + (e_4 + t\cos\theta_7)\,\sin(q_1 + q_4)$",
@@ -40,7 +40,7 @@ SHORT = {
 
 
 def drawn(found: Any, box: FloatArray, errors: Sequence[Errors]) -> dict[str, Any]:
-    """Every picture by its caption."""
+    """Returns all pictures, keyed by caption."""
     return {
         "Figure 2: the robot at the reference, pale, and at another posture": in_space(),
         "Figure 3: structure and reference configuration, seen from the side": structure(),
@@ -55,17 +55,17 @@ def drawn(found: Any, box: FloatArray, errors: Sequence[Errors]) -> dict[str, An
 
 @dataclass(frozen=True)
 class Skeleton:
-    """Pins of the robot at a posture, by their letters, (3,) each in the base frame [m]."""
+    """Pins of the robot in a configuration, keyed by letter, (3,) each in the base frame [m]."""
 
     pins: dict[str, FloatArray]
 
     def line(self, letters: str | Sequence[str]) -> FloatArray:
-        """(m, 3) the pins in this order."""
+        """Returns the pins (m, 3) in this order."""
         return np.array([self.pins[letter] for letter in letters])
 
 
 def skeleton(q: FloatArray) -> Skeleton:
-    """Where the pins are: of the main chain by its poses, of crank and plates by their lengths."""
+    """Computes pin positions: chain pins from link poses, crank and plate pins from lengths."""
     robot = chasles.load("board_installer")
     size = {name: parameter.value for name, parameter in robot.parameters.items()}
     T = dict(zip(robot.link_names, robot.link_poses(q), strict=True))
@@ -116,11 +116,11 @@ MEMBERS = (
     ("", ["E'", 'E"'], 2, 1.0),
     ("push rod", ["M", "N", "C"], 4, 1.4),
 )
-"""Name, pins, colour and width of each group of members."""
+"""Name, pins, color and line width of each group of members."""
 
 
 def structure() -> Any:
-    """The reference from the side: what is parallel stays so, and the wrist follows H."""
+    """Draws the reference from the side: parallel members, and the wrist that follows H."""
     found = skeleton(np.zeros(6))
     figure, axes = panels(3.5)
     for name, letters, k, width in MEMBERS:
@@ -155,11 +155,11 @@ NUDGES = {
     "C": (0.0, 0.04),
     "T": (0.03, 0.03),
 }
-"""Where letters stand beside their pins [m]."""
+"""Offsets of the letters from their pins [m]."""
 
 
 def in_space() -> Any:
-    """The robot at the reference, pale, and at another posture."""
+    """Draws the robot at the reference, in a pale color, and in another configuration."""
     figure, axes = solid(3.2)
     for q, alpha in ((np.zeros(6), 0.3), (MOVED, 1.0)):
         found = skeleton(q)
@@ -177,7 +177,7 @@ def in_space() -> Any:
 
 
 def equation() -> Any:
-    """The equations as text."""
+    """Draws the equations as text."""
     figure, axes = panels(0.21 * len(EQUATION))
     axes.axis("off")
     for k, words in enumerate(EQUATION):
@@ -187,7 +187,7 @@ def equation() -> Any:
 
 
 def cloud(found: Any, box: FloatArray) -> Any:
-    """Figure 5 (a): cells with the tool in them, coloured by height."""
+    """Draws figure 5 (a): cells that the tool reaches, colored by height."""
     figure, axes = solid(3.0)
     cells = np.argwhere(found.hits > 0)
     centres = np.stack([own[cells[:, k]] for k, own in enumerate(found.grid.centers())], axis=1)
@@ -204,7 +204,7 @@ def cloud(found: Any, box: FloatArray) -> Any:
 
 
 def view(found: Any, box: FloatArray, normal: int) -> Any:
-    """Figure 5 (b) to (d): shares of the postures in columns of cells, and the required box."""
+    """Draws figure 5 (b) to (d): sample density in columns of cells, and the required box."""
     across, up = {2: (0, 1), 1: (0, 2), 0: (1, 2)}[normal]
     shares = 1000 * found.hits.sum(normal) / found.hits.sum()
     lower, upper = found.grid.lower, found.grid.upper
@@ -228,7 +228,7 @@ def view(found: Any, box: FloatArray, normal: int) -> Any:
 
 
 def bars(errors: Sequence[Errors]) -> Any:
-    """Largest errors along x, y and z, a group of bars a length; the paper's 0.5 mm as a line."""
+    """Draws the largest errors along x, y and z as bars for each length; 0.5 mm is a line."""
     figure, axes = panels(2.6)
     place = np.arange(len(errors))
     for k in range(3):

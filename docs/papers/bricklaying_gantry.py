@@ -1,9 +1,9 @@
 """Bricklaying gantry: forward tables, the 7-5-5 chain, and a wall.
 
 Ibrahim, Umar and Olatunde, Forward and inverse kinematic analyses of a developed and evaluated
-bricklaying gantry-based parallel robot manipulator. The gantry is `bricklaying_gantry`, the link of
-length r at the angle theta that stands for it in (3)-(6) is `robots/bricklaying_polar.toml` here,
-and the chain of section 2.3 is `bricklaying_planar`.
+bricklaying gantry-based parallel robot manipulator. The gantry is `bricklaying_gantry`.
+In (3)-(6) a link of length r at the angle theta replaces it: `robots/bricklaying_polar.toml` in
+this folder. The chain of section 2.3 is `bricklaying_planar`.
 """
 
 from __future__ import annotations
@@ -43,72 +43,72 @@ FloatArray = NDArray[np.float64]
 INCH, MM = 0.0254, 1e-3
 ROBOT_FILES = Path(__file__).parents[2] / "derive" / "robots"
 PICK_TO_DROP = 20.0
-"""Time from the pick spot to a drop spot [s]; section 2.2 prints it."""
+"""Time from the pick spot to a drop spot [s], printed in section 2.2."""
 TARGET = np.array([11.0, 8.0]) * INCH
 BRICK = np.array([0.08, 0.04, 0.03])
-"""Length, width and height of a brick [m], so that a wall fits into the strokes."""
+"""Length, width and height of a brick [m], chosen so that a wall fits into the strokes."""
 PICK_SPOT = np.array([0.04, 0.05, 0.03])
-"""The guide where it picks a brick by its upper face [m]."""
+"""Guide position at which it grips a brick by its upper face [m]."""
 ABOVE = 0.03
-"""How far bricks are lifted before they travel [m]."""
+"""Height by which bricks are lifted before they travel [m]."""
 SPEED = {"speed": 0.12, "acceleration": 0.4, "jerk": 4.0}
-"""Limits of the guide on its lines [m/s, m/s^2, m/s^3]."""
+"""Limits of the guide along its lines [m/s, m/s^2, m/s^3]."""
 GRIP = 0.4
 """Time to close or open the gripper [s]."""
 
 
 def deg(angle: float) -> float:
-    """An angle in degrees [rad]."""
+    """Converts an angle in degrees to radians."""
     return float(np.radians(angle))
 
 
 def exchanged(value: float) -> str:
-    """A number to two decimals, with both decimals exchanged."""
+    """Formats a number to two decimals, with both decimals swapped."""
     text = f"{value:.2f}"
     return text[:-2] + text[:-3:-1]
 
 
 def rounded_twice(value: float, digits: int) -> float:
-    """A number rounded to one digit more than wanted, and again, halves up."""
+    """Rounds a number to one digit more than wanted, and then again, halves upward."""
     unit = 10.0**-digits
     return float(np.floor(round(value, digits + 1) / unit + 0.5 + 1e-9) * unit)
 
 
 CORRECTED = {
-    "table_4_row_1_theta_rad": ("1.35", "78 deg for 77.63", deg(78)),
+    "table_4_row_1_theta_rad": ("1.35", "78 deg used for 77.63 deg", deg(78)),
     "table_4_row_1_r": (
         "5.09",
-        "1.09/cos 78 deg = 5.24 with its digits exchanged",
+        "1.09/cos 78 deg = 5.24, with swapped digits",
         exchanged(1.09 / np.cos(deg(78))),
     ),
-    "table_4_row_2_theta_rad": ("1.18", "68 deg for 67.88", deg(68)),
+    "table_4_row_2_theta_rad": ("1.18", "68 deg used for 67.88 deg", deg(68)),
     "table_4_row_2_r": ("5.42", "5.02/sin 68 deg", 5.02 / np.sin(deg(68)) * INCH),
     "table_4_row_3_r": ("5.83", "2.99/cos 59 deg", 2.99 / np.cos(deg(59)) * INCH),
     "table_4_row_5_theta": (
         "44",
-        "44.49 rounded to 44.5, and again",
+        "44.49 rounded twice, via 44.5",
         deg(rounded_twice(44.493, 0)),
     ),
     "table_4_row_5_theta_rad": (
         "0.78",
-        "45 deg = 0.79 rad, as the text has it, with its digits exchanged",
+        "45 deg = 0.79 rad, as in the text, with swapped digits",
         exchanged(deg(45)),
     ),
     "table_4_row_5_r": ("7.19", "5.13/cos 45 deg with 0.707 for the cosine", 5.13 / 0.707 * INCH),
-    "table_5_row_1_theta_rad": ("0.800", "46 deg for 45.84", deg(46)),
-    "table_5_row_2_theta_rad": ("0.795", "46 deg for 45.57", deg(46)),
+    "table_5_row_1_theta_rad": ("0.800", "46 deg used for 45.84 deg", deg(46)),
+    "table_5_row_2_theta_rad": ("0.795", "46 deg used for 45.57 deg", deg(46)),
     "table_5_row_2_r": ("2.84", "2.03/sin 46 deg", 2.03 / np.sin(deg(46)) * INCH),
-    "table_5_row_4_theta_rad": ("0.790", "45.3 deg for 45.287", deg(45.3)),
-    "table_5_row_5_theta_rad": ("0.790", "45.3 deg for 45.284", deg(45.3)),
+    "table_5_row_4_theta_rad": ("0.790", "45.3 deg used for 45.287 deg", deg(45.3)),
+    "table_5_row_5_theta_rad": ("0.790", "45.3 deg used for 45.284 deg", deg(45.3)),
     "text_1_row_1_r": ("5.09", "1.09/cos 78 deg", 1.09 / np.cos(deg(78)) * INCH),
-    "text_1_row_1_omega": ("0.068", "1.36/20 rounded to 0.07, and a zero", f"{1.36 / 20:.2f}0"),
-    "text_1_row_2_omega": ("0.059", "1.19/20 rounded to 0.06, and a zero", f"{1.19 / 20:.2f}0"),
+    "text_1_row_1_omega": ("0.068", "1.36/20 rounded to 0.07, then a zero", f"{1.36 / 20:.2f}0"),
+    "text_1_row_2_omega": ("0.059", "1.19/20 rounded to 0.06, then a zero", f"{1.19 / 20:.2f}0"),
     "text_1_row_2_numerator": ("5.02", "", None),
-    "text_1_row_5_theta_rad": ("0.78", "45 deg for 44.49", deg(45)),
+    "text_1_row_5_theta_rad": ("0.78", "45 deg used for 44.49 deg", deg(45)),
     "text_1_row_5_omega": ("0.039", "0.79/20, with 0.79 for 0.777", 0.79 / 20),
     "range_1_theta": (
         "0.58",
-        "1.36 - 0.89: row 5 of table 4, misprinted, was left out",
+        "1.36 - 0.89, without the misprinted row 5 of table 4",
         1.36 - 0.89,
     ),
     "range_2_theta": ("0.013", "0.803 - 0.787, both rounded", 0.803 - 0.787),
@@ -119,7 +119,7 @@ CORRECTED = {
     ),
     "distance": (
         "8.60",
-        "8.6049 by the rounded wrist centre, rounded to 8.605 and again",
+        "8.6049 from the rounded wrist center, rounded twice, via 8.605",
         rounded_twice(np.hypot(6.96, 5.06), 2) * INCH,
     ),
     "cosine_A": ("0.8137", "(74.13 + 49 - 25)/120.54, with 8.61^2", (74.13 + 49 - 25) / 120.54),
@@ -129,19 +129,19 @@ CORRECTED = {
     "A_prime": ("71.57", "35.50 + 36.03", deg(35.50 + 36.03)),
     "C_prime": ("125.53", "180 - 54.39", deg(180 - 54.39)),
 }
-"""What the paper should print, and how it came to its value: in words, and as a value."""
-NUMERATOR = "45.02/2.04 is printed for 5.02/2.04"
+"""Correct value of each misprint, and the cause of the printed value in words and as a number."""
+NUMERATOR = "the paper prints 45.02/2.04 for 5.02/2.04"
 
 
 INPUTS = ("_x", "_y", "_time", "target", "lengths")
-"""Endings of the keys whose values chasles takes from the paper."""
-PARTS = "counted in our list of parts, which follows the paper's counts"
+"""Endings of the keys whose values are inputs."""
+PARTS = "counted in our parts list, which follows the paper"
 IN_INCHES = {1: (4,), 2: (1, 3, 4, 5)}
-"""Spots of each set-up whose r is printed right, but for its unit."""
+"""Spots of each set-up whose r is correct except for its unit."""
 
 
 def rows() -> list[Row]:
-    """Every printed number beside ours."""
+    """Compares every printed value with ours."""
     printed = read("bricklaying_gantry")
     return [
         *mobility_rows(printed),
@@ -153,7 +153,7 @@ def rows() -> list[Row]:
 
 
 def judged(printed: dict[str, Printed], key: str, ours: Any) -> Row:
-    """An erratum where `CORRECTED` names one, else agreement; both are asserted."""
+    """Returns an erratum if `CORRECTED` has the key, or else asserts agreement."""
     if key in CORRECTED:
         corrected, words, value = CORRECTED[key]
         if value is None:
@@ -168,13 +168,13 @@ def judged(printed: dict[str, Printed], key: str, ours: Any) -> Row:
 
 
 def mobility_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Section 2.1: the counts, of the numbers and of the mechanism."""
+    """Section 2.1: the mobility formula with the printed counts, and the mechanism's own counts."""
     mechanism = chasles.derive.read(ROBOT_FILES / "bricklaying_gantry.toml")
     if not isinstance(mechanism, Mechanism):
         raise TypeError("the gantry has loops")
     counted = mobility(mechanism)
     by_numbers = kutzbach(links=14, joints=15, freedom=15)
-    note = f"(1) with lambda = 6, n = 14, j = 15, f = 15; by the rank of the loops {counted.true}"
+    note = f"(1) with lambda = 6, n = 14, j = 15, f = 15; by the rank of the loops: {counted.true}"
     found = {
         "links": counted.bodies,
         "joints": counted.joints,
@@ -202,9 +202,9 @@ class Spot:
     Attributes:
         xy: (2,) position of the gantry's guide [m].
         theta: Angle of the polar arm [rad].
-        r: Its length [m].
-        omega: Its angular rate from the pick spot [rad/s].
-        duration: The time that it takes [s].
+        r: Length of the polar arm [m].
+        omega: Angular rate of the polar arm from the pick spot [rad/s].
+        duration: Duration of the motion [s].
     """
 
     xy: FloatArray
@@ -216,13 +216,13 @@ class Spot:
 
 @cache
 def polar_arm() -> Any:
-    """The link of length r at the angle theta."""
+    """Loads the arm with a link of length r at the angle theta."""
     return chasles.load(Path(__file__).parent / "robots" / "bricklaying_polar.toml")
 
 
 @cache
 def spots(setup: int) -> tuple[Spot, ...]:
-    """The five drop spots of a set-up."""
+    """Returns the five drop spots of a set-up."""
     printed = read("bricklaying_gantry")
     keys = [(f"setup_{setup}_row_{k}_x", f"setup_{setup}_row_{k}_y") for k in range(1, 6)]
     return tuple(
@@ -232,7 +232,7 @@ def spots(setup: int) -> tuple[Spot, ...]:
 
 
 def spot(xy: FloatArray) -> Spot:
-    """The motors bring the guide to a spot; the polar arm reaches it in 20 s at constant rates."""
+    """Solves a spot for the gantry motors, and for the polar arm in 20 s at constant rates."""
     gantry = chasles.load("bricklaying_gantry")
     q = gantry.actuators(chain_of(gantry, [*xy, 0]))
     guide = gantry.fk(q)[:3, 3]
@@ -245,7 +245,7 @@ def spot(xy: FloatArray) -> Spot:
 
 
 def chain_of(gantry: Any, xyz: Any) -> FloatArray:
-    """The slides of a position [m], in the order of the main chain."""
+    """Returns the prismatic joints for a position [m], in the order of the main chain."""
     return np.array([xyz["xyz".index(joint.name)] for joint in gantry.chain_joints])
 
 
@@ -277,16 +277,16 @@ def drop_spot_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def positions(item: Printed, own: tuple[Spot, ...]) -> Row:
-    """The matrix X_wi of section 3.1 with the polar coordinates of a set-up."""
+    """Compares the matrix X_wi of section 3.1 with the polar coordinates of a set-up."""
     values = {f"r{k}": spot.r for k, spot in enumerate(own, 1)}
     values |= {f"t{k}": spot.theta for k, spot in enumerate(own, 1)}
     guide = np.array([[*spot.xy, 0] for spot in own])
-    words = "a table of positions, beside the guide's; no orientation is in it"
+    words = "the table contains only positions, and agrees with the guide positions"
     return agrees(item, guide, words, evaluated=at(**values))
 
 
 def unit_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Tables 4 and 5 and the abstract head inches with mm."""
+    """Tables 4 and 5 and the abstract label inches as mm."""
     chain = chasles.load("bricklaying_planar")
     lengths = {"lengths_mm": [chain.parameters[name].value for name in ("l3", "l1")]}
     for setup, right in IN_INCHES.items():
@@ -298,9 +298,9 @@ def unit_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def in_inches(item: Printed, ours: FloatArray) -> Row:
-    """Lengths that agree in inches and not in the printed unit."""
-    cause = ("inches, as in section 2.2", ours / INCH * MM)
-    return erratum(item, ours, ours, "read in for mm", cause=cause)
+    """Compares lengths that agree in inches, but not in the printed unit."""
+    cause = ("values in inches, as in section 2.2", ours / INCH * MM)
+    return erratum(item, ours, ours, "correct: in, not mm", cause=cause)
 
 
 # The 7-5-5 chain
@@ -308,11 +308,11 @@ def in_inches(item: Printed, ours: FloatArray) -> Row:
 
 @dataclass(frozen=True)
 class Triangle:
-    """The chain to the target with its last link on the line from the origin to the target.
+    """The chain at the target; its last link lies on the line from the origin to the target.
 
     Attributes:
-        q: (2, 3) both solutions, the elbow above the line first [rad].
-        wrist: (2,) the wrist centre [m].
+        q: (2, 3) both solutions, elbow above the line first [rad].
+        wrist: (2,) the wrist center [m].
         line: Angle of the line [rad].
     """
 
@@ -323,7 +323,7 @@ class Triangle:
 
 @cache
 def triangle() -> Triangle:
-    """Both elbows, and the triangle of shoulder, elbow and wrist."""
+    """Solves both elbow configurations, and the triangle of shoulder, elbow and wrist."""
     (on_line,) = polar_arm().ik_position([*TARGET, 0]).within_limits().valid_q()
     chain = chasles.load("bricklaying_planar")
     q = chain.ik_planar([*TARGET, on_line[0]]).valid_q()
@@ -332,7 +332,7 @@ def triangle() -> Triangle:
 
 
 def inverse_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Section 2.3."""
+    """Compares the values of section 2.3."""
     found = triangle()
     chain, arm = chasles.load("bricklaying_planar"), polar_arm()
     shoulder, elbow, wrist = found.q[0]
@@ -357,14 +357,14 @@ def inverse_rows(printed: dict[str, Printed]) -> list[Row]:
     return [
         *quadratic_rows(printed, found.line, np.array([found.wrist[0], beyond[0, 3]]) / INCH),
         *(judged(printed, key, value) for key, value in ours.items()),
-        lost(printed["other_elbow"], found.q[1], "named, but not calculated in the paper"),
+        lost(printed["other_elbow"], found.q[1], "named in the paper, but not calculated"),
     ]
 
 
 def quadratic_rows(printed: dict[str, Printed], line: float, roots: FloatArray) -> list[Row]:
-    """(12) to (17): the circle about the target, on the line from the origin to it [in].
+    """(12) to (17): intersections of the circle around the target with the line through it [in].
 
-    A quadratic equation follows from its roots, which are x of both points that chasles finds.
+    Both roots, the x coordinates that chasles finds, determine the quadratic equation.
     """
     slope = np.tan(line)
     a = 1 + slope**2
@@ -375,15 +375,15 @@ def quadratic_rows(printed: dict[str, Printed], line: float, roots: FloatArray) 
         agrees(
             printed["squares"],
             np.array([(x - 11) ** 2, (y - 8) ** 2]),
-            "left sides, at the wrist centre",
+            "left sides at the wrist center",
             evaluated=at(x=x, y=y),
         ),
         erratum(
             printed["circle"],
             c,
             "160",
-            f"(13) and (14) print 25 each; 25 is the sum of both left sides, which are "
-            f"{(x - 11) ** 2:.3f} and {(y - 8) ** 2:.3f} at the wrist centre. (16) is right",
+            f"both (13) and (14) print 25, which is the sum of their left sides: "
+            f"{(x - 11) ** 2:.3f} and {(y - 8) ** 2:.3f} at the wrist center. (16) is right",
             evaluated=at(),
         ),
         agrees(
@@ -391,7 +391,9 @@ def quadratic_rows(printed: dict[str, Printed], line: float, roots: FloatArray) 
             np.array([slope**2, 2 * 8 * slope, 8**2]),
             evaluated=at(),
         ),
-        agrees(printed["quadratic"], np.array([a, b, c]), "by the two points of circle and line"),
+        agrees(
+            printed["quadratic"], np.array([a, b, c]), "from the intersections of circle and line"
+        ),
         erratum(
             printed["discriminant"],
             root,
@@ -409,8 +411,8 @@ class Wall:
     """A wall laid by the gantry.
 
     Attributes:
-        places: (m, 3) positions of the guide where bricks are released [m].
-        released: (m, 3) where the motors bring it [m].
+        places: (m, 3) planned guide positions at which bricks are released [m].
+        released: (m, 3) guide positions from the motor angles [m].
         sampled: The motion of the motors.
     """
 
@@ -420,7 +422,7 @@ class Wall:
 
 
 def bond() -> FloatArray:
-    """Places of the guide for three courses of 4, 3 and 2 bricks, each on two bricks below."""
+    """Returns guide positions for courses of 4, 3 and 2 bricks; each brick rests on two."""
     length, _, height = BRICK
     return np.array(
         [
@@ -433,7 +435,7 @@ def bond() -> FloatArray:
 
 @cache
 def wall() -> Wall:
-    """Pick, lift, travel, lower, release, and back, for every brick."""
+    """For every brick: pick, lift, travel, lower, release, and return."""
     gantry = chasles.load("bricklaying_gantry")
     laying = MotionSequence(gantry, gantry.actuators(chain_of(gantry, PICK_SPOT)))
     released = []
@@ -447,7 +449,7 @@ def wall() -> Wall:
 
 
 def over(laying: MotionSequence, place: FloatArray, height: float, name: str) -> MotionSequence:
-    """Up to a height, across, and down to a place, on straight lines of the guide."""
+    """Adds straight guide lines up to a height, across, and down to a position."""
     for stop in ([None, None, height], [place[0], place[1], height], place):
         start = laying.robot.fk(laying.q_end)
         end = start.copy()
@@ -459,38 +461,38 @@ def over(laying: MotionSequence, place: FloatArray, height: float, name: str) ->
 
 
 def wall_rows(printed: dict[str, Printed]) -> list[Row]:
-    """The wall, of bricks and speeds that we chose."""
+    """The wall, with bricks and speeds of our choice."""
     built = wall()
     beyond = limit_violations(chasles.load("bricklaying_gantry"), built.sampled)
     if beyond:
         raise ValueError(f"the wall leaves the strokes: {beyond[0]}")
     missed = np.linalg.norm(built.released - built.places, axis=1).max()
-    speeds = "at 0.12 m/s, 0.4 m/s² and 4 m/s³ at most; within all strokes"
+    speeds = "limits of 0.12 m/s, 0.4 m/s² and 4 m/s³; within all strokes"
     return [
         assumed(printed["brick"], BRICK, "our choice: three courses fit into the strokes"),
         assumed(
-            printed["bricks"], len(built.places), "four, three and two, each on two bricks below"
+            printed["bricks"], len(built.places), "four, three and two; each brick rests on two"
         ),
         lost(
             printed["flow_chart"],
-            f"{(built.sampled.stage[-1] + 1) / len(built.places):.0f} stages a brick",
-            "the text has: switch on, feed design data, define pick and drop spot, go to the next "
-            "working area; ours grips, lifts, travels, lowers, releases, and goes back in three",
+            f"{(built.sampled.stage[-1] + 1) / len(built.places):.0f} stages per brick",
+            "the paper lists: switch on, feed design data, define pick and drop spot, go to the "
+            "next working area; ours grips, lifts, travels, lowers, releases, and returns in 3",
         ),
         not_printed(
-            printed["laying"], built.sampled.t[-1], f"{speeds}, 0.4 s to grip and to release"
+            printed["laying"], built.sampled.t[-1], f"{speeds}; 0.4 s each to grip and release"
         ),
         not_printed(
             printed["motors"],
             np.abs(built.sampled.qd).max(0),
             "pulleys of 10 mm for x and y and a sprocket of 15 mm are assumed",
         ),
-        not_printed(printed["placed"], missed, "by forward kinematics of the motors' angles"),
+        not_printed(printed["placed"], missed, "from forward kinematics of the motor angles"),
     ]
 
 
 def figures() -> Figures:
-    """The paper's figures, and the wall."""
+    """Draws the figures of the paper, and the wall."""
     return bricklaying_pictures.drawn({setup: spots(setup) for setup in (1, 2)}, triangle(), wall())
 
 

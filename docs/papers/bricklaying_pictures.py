@@ -26,7 +26,7 @@ STAGES = 8
 
 
 def drawn(spots: dict[int, Sequence[Spot]], found: Triangle, built: Wall) -> dict[str, Any]:
-    """Every picture by its caption."""
+    """Returns all pictures, keyed by caption."""
     return {
         "Figure 1: frame, platforms and guide of the gantry, by the poses of its links": gantry(),
         "Figure 3: drop spots of both set-ups in polar coordinates": drop_spots(spots),
@@ -41,7 +41,7 @@ def drawn(spots: dict[int, Sequence[Spot]], found: Triangle, built: Wall) -> dic
 
 
 def box(axes: Any, lower: Any, upper: Any, **style: Any) -> None:
-    """The edges of a box along the axes, or its faces where a face colour is given."""
+    """Draws the edges of an axis-aligned box, or its faces if a face color is given."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # noqa: PLC0415
 
     corner = np.array([lower, upper], dtype=float)
@@ -58,7 +58,7 @@ def box(axes: Any, lower: Any, upper: Any, **style: Any) -> None:
 
 
 def gantry() -> Any:
-    """The frame, and the platforms and the guide where their links are."""
+    """Draws the frame, the platforms and the guide at the poses of their links."""
     robot = chasles.load("bricklaying_gantry")
     at = dict(zip("xyz", POSTURE, strict=True))
     q = robot.actuators([at[joint.name] for joint in robot.chain_joints])
@@ -89,7 +89,7 @@ def gantry() -> Any:
 
 
 def inches(height: float, width: float, up: float, **given: Any) -> tuple[Any, Any]:
-    """A figure with a plane in inches."""
+    """Returns a figure of a plane in inches."""
     figure, axes = panels(height, **given)
     for own in np.atleast_1d(axes).ravel():
         plane(own, "x [inch]", "y [inch]")
@@ -98,7 +98,7 @@ def inches(height: float, width: float, up: float, **given: Any) -> tuple[Any, A
 
 
 def drop_spots(spots: dict[int, Sequence[Spot]]) -> Any:
-    """Both set-ups, a ray to each spot."""
+    """Draws both set-ups with a ray to each spot."""
     figure, both = inches(2.2, 6.4, 6.9, columns=2, sharey=True)
     for (setup, own), axes in zip(spots.items(), both, strict=True):
         for spot in own:
@@ -115,14 +115,14 @@ def drop_spots(spots: dict[int, Sequence[Spot]]) -> Any:
 
 
 def target() -> Any:
-    """Figure 4: the plane with the target."""
+    """Draws figure 4: the plane with the target."""
     figure, axes = inches(2.2, 14, 9.5)
     goal(axes)
     return figure
 
 
 def goal(axes: Any) -> None:
-    """The pick-up spot and the target."""
+    """Draws the pick-up spot and the target."""
     axes.plot(0, 0, "s", color="#000000", markersize=4, clip_on=False)
     axes.plot(11, 8, "*", color=COLOURS[3], markersize=8)
     axes.annotate("target (11, 8)", (11, 8), (9.6, 8.7), fontsize=7)
@@ -130,7 +130,7 @@ def goal(axes: Any) -> None:
 
 
 def line_to(axes: Any, found: Triangle) -> None:
-    """The line from the origin to the target."""
+    """Draws the line from the origin to the target."""
     axes.plot([0, 11], [0, 8], color=GREY, linewidth=0.8, linestyle="--")
     axes.annotate(f"P = {np.degrees(found.line):.2f}°", (2.6, 0.55), fontsize=7, color="#404040")
     angle = np.linspace(0, found.line, 40)
@@ -138,7 +138,7 @@ def line_to(axes: Any, found: Triangle) -> None:
 
 
 def chain_length(found: Triangle) -> Any:
-    """Figure 5: the hypotenuse."""
+    """Draws figure 5: the hypotenuse."""
     figure, axes = inches(2.2, 14, 9.5)
     line_to(axes, found)
     goal(axes)
@@ -149,7 +149,7 @@ def chain_length(found: Triangle) -> Any:
 
 
 def perimeters(found: Triangle) -> Any:
-    """Figure 6: circles about the origin, the wrist centre and the target."""
+    """Draws figure 6: circles around the origin, the wrist center and the target."""
     from matplotlib.patches import Circle  # noqa: PLC0415
 
     figure, axes = inches(2.9, 17, 13.9)
@@ -174,7 +174,7 @@ def perimeters(found: Triangle) -> Any:
 
 
 def arm(axes: Any, q: FloatArray, colour: str, style: str, name: str) -> FloatArray:
-    """The chain 7-5-5 at its joints; returns the four points [inch]."""
+    """Draws the 7-5-5 chain, and returns its four points [inch]."""
     poses = chasles.load("bricklaying_planar").link_poses(q)
     points = np.vstack([[0, 0], poses[:, :2, 3] / INCH])
     axes.plot(*points.T, style, color=colour, marker="o", markersize=3.5, label=name)
@@ -182,7 +182,7 @@ def arm(axes: Any, q: FloatArray, colour: str, style: str, name: str) -> FloatAr
 
 
 def angles(found: Triangle) -> Any:
-    """Figure 7: sides and angles of the triangle."""
+    """Draws figure 7: sides and angles of the triangle."""
     figure, axes = inches(2.6, 14, 10.5)
     line_to(axes, found)
     points = arm(axes, found.q[0], COLOURS[0], "-", "")
@@ -201,7 +201,7 @@ def angles(found: Triangle) -> Any:
 
 
 def both_elbows(found: Triangle) -> Any:
-    """Figure 8: both solutions with their joint angles."""
+    """Draws figure 8: both solutions with their joint angles."""
     figure, axes = inches(2.9, 14, 10.5)
     for k, (q, side) in enumerate(zip(found.q, ("above", "below"), strict=True)):
         words = ", ".join(f"{value:.2f}°" for value in np.degrees(q))
@@ -212,12 +212,12 @@ def both_elbows(found: Triangle) -> Any:
 
 
 def wall_of_bricks(built: Wall) -> Any:
-    """The wall, the pick-up spot and the way of the guide."""
+    """Draws the wall, the pick-up spot and the path of the guide."""
     from bricklaying_gantry import BRICK  # noqa: PLC0415
 
     figure, axes = solid(2.9)
     half = np.array([BRICK[0], BRICK[1], 0]) / 2
-    # Drawn from behind to the front, which the projection does not find by itself.
+    # The drawing order is from back to front, which the projection does not find by itself.
     axes.computed_zorder = False
     way = built.sampled.T[:, :3, 3]
     axes.plot(*way.T, color=COLOURS[0], linewidth=0.6, zorder=0, label="way of the guide")
@@ -237,7 +237,7 @@ def wall_of_bricks(built: Wall) -> Any:
 
 
 def motor_rates(built: Wall) -> Any:
-    """The rates of the three motors until the guide is back at the pick-up spot."""
+    """Draws the rates of the three motors until the guide returns to the pick-up spot."""
     sampled = built.sampled
     first = sampled.stage < STAGES
     figure, axes = panels(2.2)

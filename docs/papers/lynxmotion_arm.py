@@ -38,49 +38,49 @@ VIA = np.array(
 POSTURES = np.radians(
     [[50, -25, 45, -60, 0], [60, -30, 50, -55, 0], [70, -35, 55, -50, 0], [80, -40, 60, -45, 0]]
 )
-"""Postures of table 1.2, with theta5 = 0."""
+"""Configurations of table 1.2, with theta5 = 0."""
 SAMPLES, FINEST = 2_000_000, 30
-"""Postures of the workspace, and cells along its longest side."""
+"""Number of workspace samples, and number of cells along its longest side."""
 D1 = 0.05
-"""Height of the shoulder in the motions [m]; robots/lynxmotion_low.toml has it."""
+"""Height of the shoulder in the motions [m], as in robots/lynxmotion_low.toml."""
 BALL, RADIUS = np.array([0.2, 0.075, 0.075]), 0.012
-"""The ball in the middle between points 3 and 4 [m]: ours, figure 1.10 is lost."""
+"""Sphere midway between points 3 and 4 [m]; our choice, since figure 1.10 is lost."""
 DETOUR = np.array([0.2, 0.075, 0.14])
-"""The via point above the ball [m]."""
+"""The via point above the sphere [m]."""
 THIN, THICK = 1e-4, 0.012
-"""Radii of links [m]: nearly lines, and those with which part 3 plans."""
+"""Radii of links [m]: nearly lines, and the radius in part 3."""
 RATE = 100.0
-"""Samples per second: the paper's interval is 0.01 s."""
+"""Samples per second; the paper's interval is 0.01 s."""
 FINE = 600.0
-"""Samples per second of maxima; a multiple of three, as phases end at thirds of a second."""
+"""Samples per second for maxima; a multiple of three, since phases end at thirds of a second."""
 GENERIC = "with lengths d1 70, a2 120, a3 90 and d5 50 mm"
 ROUNDING = 1e-9
-"""Lengths [m] and angles [rad] that count as 0."""
+"""Lengths [m] and angles [rad] below this value count as 0."""
 PHASES = 3
-"""Accelerated, uniform and decelerated."""
+"""Number of phases: acceleration, uniform speed, and deceleration."""
 BISECTIONS = 40
 
 
 @cache
 def arm() -> Any:
-    """The arm with all lengths of 0.1 m."""
+    """Loads the arm with all lengths 0.1 m."""
     return chasles.load("lynxmotion")
 
 
 @cache
 def generic() -> Any:
-    """The arm with four different lengths, at which equations are tested."""
+    """Loads the arm with four different lengths, for tests of equations."""
     return chasles.load(HERE / "robots" / "lynxmotion_generic.toml")
 
 
 @cache
 def low() -> Any:
-    """The arm with its shoulder lower, so that all via points are within its limits."""
+    """Loads the arm with a lower shoulder, so that all via points are within its limits."""
     return chasles.load(HERE / "robots" / "lynxmotion_low.toml")
 
 
 def rows(printed: dict[str, Printed]) -> list[Row]:
-    """Every number of part 1 beside ours."""
+    """Compares every number of part 1 with ours."""
     return [
         *model(printed),
         *forward(printed),
@@ -95,7 +95,7 @@ def rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def model(printed: dict[str, Printed]) -> list[Row]:
-    """(1.2) at generic values, table 1.1 by it, and the lengths."""
+    """Compares (1.2) at generic values, table 1.1 evaluated with (1.2), and the lengths."""
     robot, q = arm(), np.array([0.3, 0.7, -0.4, 0.5, -0.6])
     joint = chasles.load(HERE / "robots" / "mdh_row.toml")
     row = {name: own.value for name, own in joint.parameters.items()} | {"theta": 0.7}
@@ -123,7 +123,7 @@ def model(printed: dict[str, Printed]) -> list[Row]:
         consistent(
             printed["table_1_1"],
             np.linalg.solve(T[:-1], T[1:]),
-            "an input of chasles, by (1.2) at q = (0.3, 0.7, -0.4, 0.5, -0.6)",
+            "an input, copied from the paper; by (1.2) at q = (0.3, 0.7, -0.4, 0.5, -0.6)",
             evaluated=by_rows,
         ),
         agrees(
@@ -135,7 +135,7 @@ def model(printed: dict[str, Printed]) -> list[Row]:
 
 
 def forward(printed: dict[str, Printed]) -> list[Row]:
-    """The tool at the postures of table 1.2, and these beside the limits of table 1.3."""
+    """Compares the tool poses of table 1.2, and checks the limits of table 1.3."""
     robot = arm()
     T = robot.fk(POSTURES)
     pitch = np.arctan2(T[:, 2, 2], np.hypot(T[:, 0, 2], T[:, 1, 2]))
@@ -151,32 +151,32 @@ def forward(printed: dict[str, Printed]) -> list[Row]:
     upright = POSTURES + np.array([0, np.pi / 2, 0, 0, 0])
     mirrored = POSTURES * [1, -1, -1, -1, 1]
     counts = [within(q) for q in (POSTURES, mirrored, upright)]
-    words = f"{counts[1]} of 4 with the signs of q2 to q4 reversed; {counts[2]} of 4 with q2 from"
+    words = f"{counts[1]} of 4 with reversed signs of q2 to q4; {counts[2]} of 4 with q2 from"
     return [
         *found,
         not_printed(
             printed["within_limits"],
             f"{counts[0]} of 4",
-            f"the report does not compare its tables: every q2 is negative, and its lower limit "
+            f"the report does not compare its tables: every q2 is negative, but its lower limit "
             f"is 30 deg; {words} the vertical",
         ),
     ]
 
 
 def within(q: Any) -> int:
-    """How many postures lie within the arm's limits."""
+    """Counts configurations within the limits of the arm."""
     robot = arm()
     return int(((q > robot.lower) & (q < robot.upper)).all(-1).sum())
 
 
 @cache
 def found_workspace() -> Workspace:
-    """The workspace within table 1.3."""
+    """Computes the workspace within the limits of table 1.3."""
     return workspace(arm(), SAMPLES, resolution=FINEST, threads=2, progress=False)
 
 
 def few_samples() -> Any:
-    """(5000, 3) the tool at as many random postures as the paper has [m]."""
+    """Returns tool positions (5000, 3) at as many random configurations as in the paper [m]."""
     robot = arm()
     some = samples_of(robot, 5000, "uniform", key=0)
     q = np.concatenate([block.copy() for block in some.blocks(0)])
@@ -184,7 +184,7 @@ def few_samples() -> Any:
 
 
 def reach(printed: dict[str, Printed]) -> list[Row]:
-    """The workspace: extents, volume, and what 5000 samples see of it."""
+    """The workspace: extents, volume, and the fraction that 5000 samples cover."""
     robot, whole, p = arm(), found_workspace(), few_samples()
     cells = np.unique(indices(whole.grid, p))
     share = len(cells) / np.count_nonzero(whole.hits)
@@ -194,9 +194,9 @@ def reach(printed: dict[str, Printed]) -> list[Row]:
         np.abs(p.min(0) - whole.bounds[0]).max(), (whole.bounds[1] - p.max(0)).max()
     )
     measure = whole.size
-    sampled = f"{measure.value:.4f} ± {measure.error:.4f} m³ from {SAMPLES} postures"
-    note = f"by the arcs of its border; {sampled}; the figure is lost"
-    tried = f"cells of {side}, of which {SAMPLES} postures hit {np.count_nonzero(whole.hits)}"
+    sampled = f"{measure.value:.4f} ± {measure.error:.4f} m³ from {SAMPLES} samples"
+    note = f"from its boundary arcs; {sampled}; the figure is lost"
+    tried = f"{SAMPLES} samples hit {np.count_nonzero(whole.hits)} cells of {side}"
     return [
         consistent(printed["limits"], limits),
         consistent(printed["samples"], len(p)),
@@ -204,15 +204,15 @@ def reach(printed: dict[str, Printed]) -> list[Row]:
         not_printed(
             printed["cover"],
             share,
-            f"“{printed['cover'].text}” has no number to compare; {tried}; 5000 miss the extents "
-            f"by {missed:.1f} mm",
+            f"“{printed['cover'].text}” states no number; {tried}; the extents of 5000 samples are "
+            f"{missed:.1f} mm too small",
         ),
         lost(printed["volume"], exact_workspace(robot).volume, note),
     ]
 
 
 def solutions(robot: Any, points: Any) -> Any:
-    """(m, 2, 5) postures with a horizontal tool: the base faces the point, elbow up and down."""
+    """Returns configurations (m, 2, 5): level tool, base facing the point, elbow up first."""
     x = np.column_stack([points, np.zeros(len(points))])
     found = robot.ik_position_pitch(x)
     facing = np.abs(found.q[..., 0]) <= np.pi / 2
@@ -221,7 +221,7 @@ def solutions(robot: Any, points: Any) -> Any:
 
 
 def inverse(printed: dict[str, Printed]) -> list[Row]:
-    """(1.11) to (1.14) at generic lengths, and the postures at the via points."""
+    """Compares (1.11) to (1.14) at generic lengths, and the configurations at the via points."""
     q = solutions(arm(), VIA)
     found = []
     for name, k in {1: 0, 3: 2, 5: 4}.items():
@@ -247,7 +247,7 @@ def inverse(printed: dict[str, Printed]) -> list[Row]:
 
 
 def inverse_equations(printed: dict[str, Printed]) -> list[Row]:
-    """(1.11) to (1.14) with four different lengths, at point 2."""
+    """Evaluates (1.11) to (1.14) with four different lengths at point 2."""
     robot = generic()
     q = solutions(robot, VIA[1:2])[0]
     T = robot.link_poses(q[0])
@@ -275,7 +275,7 @@ def inverse_equations(printed: dict[str, Printed]) -> list[Row]:
             printed["theta4"],
             q4,
             evaluated(right, **angles),
-            "theta1 rotates about the vertical and does not count: phi - theta2 - theta3, "
+            "theta1 rotates about the vertical, so it does not count: phi - theta2 - theta3, "
             f"theta1 = atan2(y, x); phi = -90 deg; {GENERIC}",
             evaluated=at(**angles),
         ),
@@ -283,15 +283,15 @@ def inverse_equations(printed: dict[str, Printed]) -> list[Row]:
 
 
 def limits(printed: dict[str, Printed]) -> list[Row]:
-    """The height of the shoulder with which the arm reaches all via points within its limits."""
+    """The range of shoulder heights for which all via points are within the limits."""
     count = reached(0.1).sum()
     numbers = [f"{k + 1}" for k in np.flatnonzero(reached(0.1))]
     least, largest = (bisected(D1, end) for end in (0.0, 0.1))
     words = (
-        f"the report does not compare its tables: with d1 = 0.1 m and both elbows points "
-        f"{' and '.join(numbers)} alone, although its motions pass all five; see the range of d1"
+        f"the report does not compare its tables: with d1 = 0.1 m only points "
+        f"{' and '.join(numbers)} are reachable, but its motions pass all five; see the range of d1"
     )
-    reason = "d1 = 0.1 m leaves out three points; the middle of the range, in round numbers"
+    reason = "d1 = 0.1 m misses three points; ours is the rounded middle of the range"
     return [
         not_printed(printed["via_within"], f"{int(count)} of 5", words),
         consistent(printed["least_d1"], least, TWICE),
@@ -301,9 +301,9 @@ def limits(printed: dict[str, Printed]) -> list[Row]:
 
 
 def reached(d1: float) -> Any:
-    """(5,) whether the arm reaches each via point within limits.
+    """Tests (5,) whether the arm reaches each via point within its limits.
 
-    A shoulder that is lower by some length is the same as points that are higher by it.
+    Lowering the shoulder is equivalent to raising the points.
     """
     lift = np.array([0, 0, arm().parameters["d1"].value - d1])
     x = np.column_stack([VIA + lift, np.zeros(len(VIA))])
@@ -311,7 +311,7 @@ def reached(d1: float) -> Any:
 
 
 def bisected(inside: float, outside: float) -> float:
-    """The height between both at which the first via point leaves the limits [m]."""
+    """Finds by bisection the height at which the first via point violates the limits [m]."""
     for _ in range(BISECTIONS):
         middle = (inside + outside) / 2
         inside, outside = (middle, outside) if reached(middle).all() else (inside, middle)
@@ -319,18 +319,18 @@ def bisected(inside: float, outside: float) -> float:
 
 
 def start() -> MotionSequence:
-    """At the first via point, elbow up."""
+    """Starts a motion at the first via point, elbow up."""
     return MotionSequence(low(), solutions(low(), VIA[:1])[0, 0])
 
 
 def task(point: Any) -> Any:
-    """A point with a horizontal tool, as the inverse takes it."""
+    """Returns a point with a horizontal tool in the input format of the inverse."""
     return np.r_[point, 0.0]
 
 
 @cache
 def free() -> Trajectory:
-    """The motion of figure 1.6: two parabolas through points 1-2-3 and 3-4-5."""
+    """Returns the motion of figure 1.6: two parabolas through points 1-2-3 and 3-4-5."""
     found = start()
     for k in (0, 2):
         curve = task_curve("position_pitch", parabola(VIA[k : k + 3]))
@@ -340,18 +340,18 @@ def free() -> Trajectory:
 
 @cache
 def lines(rate: float = RATE) -> Trajectory:
-    """The motion of figures 1.7 to 1.9: straight lines with trapezoidal speed, 1 s each."""
+    """Returns the motion of figures 1.7 to 1.9: straight lines, trapezoidal speed, 1 s each."""
     return along(VIA, rate)
 
 
 @cache
 def around(rate: float = RATE) -> Trajectory:
-    """The motion of figure 1.10: the third line goes over a point above the ball."""
+    """Returns the motion of figure 1.10, whose third line passes a point above the sphere."""
     return along(np.vstack([VIA[:3], DETOUR, VIA[3:]]), rate)
 
 
 def along(points: Any, rate: float) -> Trajectory:
-    """The motion on straight lines between points, 1 s each."""
+    """Returns the motion along straight lines between points, 1 s each."""
     found = start()
     for a, b in pairwise(points):
         curve = task_line("position_pitch", task(a), task(b))
@@ -361,7 +361,7 @@ def along(points: Any, rate: float) -> Trajectory:
 
 @cache
 def polynomials() -> Trajectory:
-    """The motion of figure 1.11: quintic polynomials of the joints, 1 s between via points."""
+    """Returns the motion of figure 1.11: quintic joint polynomials, 1 s between via points."""
     found = start()
     for q in solutions(low(), VIA)[1:, 0]:
         found = found.move(q, "quintic", duration=1.0)
@@ -369,13 +369,13 @@ def polynomials() -> Trajectory:
 
 
 def free_motion(printed: dict[str, Printed]) -> list[Row]:
-    """The steps of the free motion, and how near it comes to the via points."""
+    """The steps of the free motion, and its distance from the via points."""
     made = free()
     p = made.T[:, :3, 3]
     miss = np.linalg.norm(p[None] - VIA[:, None], axis=-1).min(1).max()
     inner = [np.linalg.norm(p[None] - VIA[[k], None], axis=-1).min() for k in (0, 2, 4)]
     speed = np.linalg.norm(made.V[:, :3], axis=1)
-    words = "three points leave a conic open: parabolas through 1-2-3 and 3-4-5"
+    words = "three points do not determine a conic; ours are parabolas through 1-2-3 and 3-4-5"
     return [
         assumed(printed["free_curve"], "parabolas", words),
         consistent(printed["free_steps"], (len(made.t) - 1) // 2),
@@ -383,19 +383,19 @@ def free_motion(printed: dict[str, Printed]) -> list[Row]:
         consistent(
             printed["free_error"],
             max(inner),
-            f"{TWICE}; points 1, 3, 5; the nearest of the steps is {1000 * miss:.2f} mm off "
+            f"{TWICE}; points 1, 3, 5; the nearest step is within {1000 * miss:.2f} mm of "
             "points 2 and 4",
         ),
         lost(
             printed["free_speed"],
             [speed.min(), speed.max()],
-            "the figure is lost; the parameter of each parabola grows uniformly, the speed varies",
+            "the figure is lost; the parabola parameter is linear in time, so the speed varies",
         ),
     ]
 
 
 def straight_lines(printed: dict[str, Printed]) -> list[Row]:
-    """Straight lines in three phases: speeds, rates, and how straight they are."""
+    """Straight lines in three phases: speeds, rates, and straightness."""
     made = lines()
     speed = np.linalg.norm(made.V[:, :3], axis=1)
     peaks = [speed[made.stage == k].max() for k in range(4)]
@@ -410,20 +410,26 @@ def straight_lines(printed: dict[str, Printed]) -> list[Row]:
             "counted in the sampled speed of the first line",
         ),
         assumed(
-            printed["line_time"], 1.0, "as between the via points of figure 1.11; no axis left"
+            printed["line_time"],
+            1.0,
+            "the axis is lost; ours as between the via points of figure 1.11",
         ),
-        lost(printed["line_speed"], peaks, "the curve of figure 1.7 is lost; 1.5 length by time"),
+        lost(
+            printed["line_speed"],
+            peaks,
+            "the curve of figure 1.7 is lost; ours is 1.5 times length divided by time",
+        ),
         lost(
             printed["line_rates"],
             np.abs(lines(FINE).qd).max(0)[:4],
-            f"the curves are lost; from {FINE:.0f} samples a second, {RATE:.0f} miss the maxima",
+            f"the curves are lost; ours from {FINE:.0f} samples/s, as {RATE:.0f} miss the maxima",
         ),
         consistent(printed["line_error"], off_lines(made), TWICE),
     ]
 
 
 def off_lines(made: Trajectory) -> float:
-    """The largest distance of the tool from its straight lines [m]."""
+    """Returns the largest distance of the tool from its straight lines [m]."""
     a, b = VIA[made.stage], VIA[made.stage + 1]
     along = (b - a) / np.linalg.norm(b - a, axis=1, keepdims=True)
     p = made.T[:, :3, 3] - a
@@ -431,35 +437,35 @@ def off_lines(made: Trajectory) -> float:
 
 
 def detour(printed: dict[str, Printed]) -> list[Row]:
-    """The ball between points 3 and 4, and the motion around it."""
-    reason = "the figure is lost; a ball in the middle between points 3 and 4"
+    """The sphere between points 3 and 4, and the motion around it."""
+    reason = "the figure is lost; ours is a sphere midway between points 3 and 4"
     clear = clearance(around(FINE))
     return [
         assumed(printed["ball"], RADIUS, reason),
-        assumed(printed["detour"], DETOUR, "above the middle between points 3 and 4"),
+        assumed(printed["detour"], DETOUR, "above the midpoint of points 3 and 4"),
         not_printed(
             printed["blocked"],
             clearance(lines()),
-            "the axes of the arm; negative: the line goes through the ball",
+            "distance of the arm's axes; negative, because the line intersects the sphere",
         ),
         not_printed(
             printed["clearance"],
             clear,
-            f"the axes of the arm on all five lines; links of {1000 * THICK:.0f} mm radius, as in "
-            f"part 3, would enter the ball by {1000 * (THICK - clear):.1f} mm",
+            f"for the arm's axes on all five lines; links of {1000 * THICK:.0f} mm radius, as in "
+            f"part 3, would penetrate the sphere by {1000 * (THICK - clear):.1f} mm",
         ),
     ]
 
 
 def clearance(made: Trajectory) -> float:
-    """The least distance of the arm's axes from the ball [m]."""
+    """Returns the smallest distance of the arm's axes from the sphere [m]."""
     space = configuration_space(low(), [sphere(BALL, RADIUS)], radius=THIN)
     own = [k for k, (_, other) in enumerate(space.checks) if other == 0]
     return float(min(space.distances(q)[own].min() for q in made.q)) + THIN
 
 
 def quintics(printed: dict[str, Printed]) -> list[Row]:
-    """Quintic polynomials: times, ends at rest, and peaks."""
+    """Quintic polynomials: durations, rest at the ends, and peaks."""
     made = polynomials()
     ends = np.isin(made.t.round(6), range(5))
     step = np.abs(np.diff(made.q[ends], axis=0))[:, :4]

@@ -1,4 +1,4 @@
-"""Pictures of part 1: the arm's frames, postures, workspace and five motions."""
+"""Pictures of part 1: the arm's frames, configurations, workspace and five motions."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from chasles.study.motion import Trajectory
 
 JOINTS = ("q1", "q2", "q3", "q4")
 NAMES = ("1, 2", "3", "4", "5")
-"""Frames at each origin; 1 and 2 have the same one."""
+"""Frame labels at each origin; frames 1 and 2 share an origin."""
 VIEW = (22.0, -60.0)
 
 
 def figures() -> Figures:
-    """Figures 1.1 to 1.11 by caption; the report's own are lost."""
+    """Returns figures 1.1 to 1.11, keyed by caption; the report's own figures are lost."""
     horizontal = arm.solutions(arm.arm(), arm.VIA[:1])[0, 0]
     found: Figures = {
         "figure 1.1 drawn: the arm at point 1": chasles.draw(arm.arm(), horizontal),
@@ -47,7 +47,7 @@ def figures() -> Figures:
 
 
 def frames() -> Any:
-    """The frames of table 1.1 at a posture."""
+    """Draws the frames of table 1.1 in a configuration."""
     figure, axes = solid(2.9)
     q = np.array([0.4, 1.0, -0.8, -0.6, 0.0])
     line, T = points(arm.arm(), q), arm.arm().link_poses(q)
@@ -65,7 +65,7 @@ def frames() -> Any:
 
 
 def postures() -> Any:
-    """The arm at the postures of table 1.2."""
+    """Draws the arm in the configurations of table 1.2."""
     figure, axes = solid(3.1)
     lines = points(arm.arm(), arm.POSTURES)
     for k, line in enumerate(lines):
@@ -77,7 +77,7 @@ def postures() -> Any:
 
 
 def workspace() -> Any:
-    """The cells that the tool reaches, in space and seen along z and y."""
+    """Draws the cells that the tool reaches, in space and seen along z and y."""
     found = arm.found_workspace()
     figure, axes = panels(5.0, 2, 2, height_ratios=[1.7, 1])
     for own in axes[0]:
@@ -102,7 +102,7 @@ def workspace() -> Any:
 
 
 def triangle() -> Any:
-    """Both elbows at point 1, and the angles of (1.11) to (1.13)."""
+    """Draws both elbow configurations at point 1, and the angles of (1.11) to (1.13)."""
     figure, axes = panels(2.6)
     robot = arm.arm()
     q = arm.solutions(robot, arm.VIA[:1])[0]
@@ -122,7 +122,7 @@ def triangle() -> Any:
 
 
 def via_points() -> Any:
-    """The arm at the via points."""
+    """Draws the arm at the via points."""
     figure, axes = solid(3.2)
     q = arm.solutions(arm.low(), arm.VIA)
     lines = points(arm.low(), q)
@@ -137,14 +137,14 @@ def via_points() -> Any:
 
 
 def marks(axes: Any) -> None:
-    """The via points with their numbers."""
+    """Draws the via points with their numbers."""
     axes.scatter(*arm.VIA.T, color=COLOURS[5], s=9, depthshade=False, label="via points")
     for k, p in enumerate(arm.VIA):
         axes.text(*(p + np.array([0.004, -0.006, 0.008])), str(k + 1), fontsize=7)
 
 
 def around_ball(axes: Any) -> None:
-    """The via points, the ball and the point above it."""
+    """Draws the via points, the sphere and the point above it."""
     marks(axes)
     u, v = np.meshgrid(np.linspace(0, 2 * np.pi, 19), np.linspace(0, np.pi, 10))
     ball = np.array([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)]) * arm.RADIUS
@@ -153,7 +153,7 @@ def around_ball(axes: Any) -> None:
 
 
 def path(made: Trajectory, extra: Callable[[Any], None]) -> Any:
-    """The tool's path with six postures on it."""
+    """Draws the tool path with six configurations along it."""
     figure, axes = solid(3.0)
     chosen = np.linspace(0, len(made.q) - 1, 6).astype(int)
     lines = points(arm.low(), made.q)
@@ -171,7 +171,7 @@ def path(made: Trajectory, extra: Callable[[Any], None]) -> Any:
 
 
 def speeds() -> Any:
-    """The tool's speed over time."""
+    """Plots the tool speed over time."""
     figure, axes = panels(1.9)
     made = arm.lines()
     speed = np.linalg.norm(made.V[:, :3], axis=1)
@@ -180,7 +180,7 @@ def speeds() -> Any:
 
 
 def joint_curves(made: Trajectory) -> Any:
-    """Joints and their rates over time."""
+    """Plots joint angles and their rates over time."""
     figure, axes = panels(3.4, 2, 1, sharex=True)
     curves(axes[0], made.t, np.degrees(made.q[:, :4]), JOINTS, "angle [deg]")
     curves(axes[1], made.t, np.degrees(made.qd[:, :4]), JOINTS, "rate [deg/s]")

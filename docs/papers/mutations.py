@@ -1,4 +1,4 @@
-"""Changed digits: a verdict is worth what refutes it, so each printed digit is changed in turn."""
+"""Mutation tests of verdicts: each printed digit is changed in turn, and the verdict must fail."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from report import Row
 
 _NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?![\w.])")
-"""A number in an equation; the 2 of the symbol t2 is none."""
+"""Matches a number in an equation, but not the 2 of the symbol t2."""
 NOTHING = "the paper prints no value"
 WORDS = "words, or an equation without digits"
-WRONG = "the printed value fails, and no cause of it is known"
+WRONG = "the printed value is wrong, and its cause is unknown"
 EXEMPTIONS = (NOTHING, WORDS, WRONG)
 
 
@@ -37,7 +37,7 @@ class Digit:
 
 
 def exemption(row: Row) -> str:
-    """Why no changed digit can refute the verdict of a row; empty where each digit does."""
+    """Returns why no changed digit can refute a verdict, or "" if every digit can."""
     if row.source is None or row.source.value is None:
         return NOTHING
     if not digits(row):
@@ -48,17 +48,17 @@ def exemption(row: Row) -> str:
 
 
 def has_cause(row: Row) -> bool:
-    """Whether the row of a wrong value states how the paper came to it."""
+    """Tests whether the row of a wrong value states the cause."""
     return "cause: " in row.note
 
 
 def exempt(rows: Sequence[Row]) -> Counter[str]:
-    """How many rows each exemption has."""
+    """Counts the rows of each exemption."""
     return Counter(reason for row in rows if (reason := exemption(row)))
 
 
 def digits(row: Row) -> list[Digit]:
-    """All digits of the numbers that a row prints."""
+    """Lists all digits of the numbers in the printed value of a row."""
     value = row.source.value if row.source else None
     return [] if value is None else list(_digits(value, ()))
 
@@ -75,7 +75,7 @@ def _digits(value: Text, path: tuple[int, ...]) -> Iterator[Digit]:
 
 
 def _is_expression(text: str) -> bool:
-    """Whether a text is a number or an equation; words are no expression."""
+    """Tests whether a text is a number or an equation; words are neither."""
     try:
         ast.parse(text.strip(), mode="eval")
     except SyntaxError:
@@ -84,10 +84,10 @@ def _is_expression(text: str) -> bool:
 
 
 def survives(row: Row, digit: Digit) -> bool:
-    """Whether the verdict of a row holds although a digit is wrong.
+    """Tests whether the verdict of a row holds although a digit is wrong.
 
-    A number is moved by units of the digit: away from ours by the first step beyond the tolerance,
-    and to both sides by the first step beyond twice the tolerance.
+    The number changes by units of the digit: away from ours by the first step beyond the tolerance,
+    and in both directions by the first step beyond twice the tolerance.
     """
     if row.source is None or row.judge is None:
         raise ValueError(f"{row.item} does not keep how it was judged")
@@ -101,11 +101,11 @@ def _holds(row: Row, changed: Printed) -> bool:
     try:
         return row.judge(changed).verdict == row.verdict
     except (AssertionError, ArithmeticError, ValueError):
-        return False  # refuted, or an equation that has no value
+        return False  # refuted, or an equation without a value
 
 
 def _changes(printed: Printed, digit: Digit) -> tuple[list[Printed], list[Printed]]:
-    """The item with the digit moved by the first step, and by the second, to both sides."""
+    """Returns the item with a digit moved in both directions by the first and the second step."""
     text = _text(printed.value, digit.path)
     number = decimal(text)
     if number is None:
@@ -123,7 +123,7 @@ def _changes(printed: Printed, digit: Digit) -> tuple[list[Printed], list[Printe
 
 
 def _exponent(text: str, index: int) -> int:
-    """The power of ten of a digit."""
+    """Returns the power of ten of a digit."""
     point = text.find(".")
     if point < 0:
         return len(text) - 1 - index

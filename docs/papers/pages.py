@@ -1,4 +1,4 @@
-"""The report of all papers: pictures, one HTML page that holds them, and the pages in docs."""
+"""The report of all papers: pictures, one HTML page with all pictures, and the pages in docs."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 HERE = Path(__file__).resolve().parent
 PAGE = HERE.parent / "papers.md"
-"""The page with the verdicts of all papers. Each paper has a page of its own in this folder."""
+"""The page with the verdicts of all papers; each paper has its own page in this folder."""
 BUILD = HERE.parents[1] / "build" / "reproduce"
 PAPERS = (
     "board_installer",
@@ -35,40 +35,40 @@ PROCESSES = 2
 DOTS_PER_INCH = 320
 HEAD = ("item", "printed", "ours", "unit", "verdict", "where", "note")
 MEANINGS = {
-    "agrees": "to half a unit of the last printed digit, or, where the paper says “about”, to the "
-    "tolerance in the note, which quotes its words.",
-    "erratum": "the printed value fails, and the corrected one in the note holds. Where the note "
-    "names a cause, the printed value follows from it.",
-    "one reading": "the value follows in the reading of the note, which the paper does not state "
-    "and which other rows contradict.",
-    "not reproducible": "the printed value does not follow from what the paper states; the note "
-    "says what was tried.",
-    "consistency": "an input of chasles beside the number from which it was copied, or two "
-    "computations of one model. It shows that nothing was mistyped, and proves nothing of the "
+    "agrees": "ours equals the printed value to half a unit of its last digit. If the paper "
+    "says “about”, the note quotes it and states the tolerance.",
+    "erratum": "the printed value is wrong, and ours agrees with the corrected value in the note. "
+    "If the note states a cause, this cause reproduces the printed value.",
+    "one reading": "the value follows if the text is read as the note states. The paper does not "
+    "say so, and other rows contradict this reading.",
+    "not reproducible": "the printed value does not follow from the paper; the note lists what we "
+    "tried.",
+    "consistency": "an input of chasles is compared with the printed value, or one model is "
+    "computed twice. Agreement shows that nothing was mistyped, but proves nothing about the "
     "paper.",
     "assumed": "the paper needs the value and does not print it; the note gives our reason.",
-    "lost": "the text no longer has the value or the curve; ours stands in its place.",
-    "not printed": "the paper neither prints the value nor needs it; ours adds to the paper.",
+    "lost": "the value or curve is missing in the available text; ours replaces it.",
+    "not printed": "the paper neither prints nor needs the value; ours is an addition.",
 }
 VERDICTS = tuple(MEANINGS)
 DIGITS = (
-    "rows that a digit refutes",
-    "their digits",
-    "no value printed",
+    "rows with tested digits",
+    "tested digits",
+    "no printed value",
     "words, or no digits",
     "wrong, cause unknown",
 )
 VERDICT_LIST = "\n".join(f"- **{name}**: {meaning}" for name, meaning in MEANINGS.items())
 EVALUATED = """\
 Numbers in brackets are not printed. They were evaluated from the paper's equations independently
-of chasles. The equations of the board installer are lost; its numbers come from the model that we
-reconstructed. Statements in words are quoted, next to the numbers that confirm or refute them. A
-word is never compared with a number. Printed equations are written in Python's notation, followed
-by their value; they are tested at generic values."""
+of chasles. The equations of the board installer are lost, so its numbers come from a reconstructed
+model. Statements in words are quoted next to the numbers that confirm or refute them; a word is
+never compared with a number. Printed equations are in Python notation, followed by their value at
+generic arguments."""
 CHANGED = """\
-A test changes printed digits by the smallest number of units that leaves the tolerance: the verdict
-must then fail. No digit can refute a row without a printed value, with words or equations without
-digits, or with a wrong value whose cause is not known. The second table counts these rows."""
+A test changes each printed digit by the smallest step that exceeds the tolerance, and the verdict
+must then fail. This test does not apply to rows without a printed value, to words and equations
+without digits, and to wrong values of unknown cause. The second table counts these rows."""
 TITLE = "Five papers, number by number"
 INTRODUCTION = f"""\
 # {TITLE}
@@ -98,7 +98,7 @@ figure img { max-width: 100%; }
 
 @dataclass(frozen=True)
 class Chapter:
-    """One paper: its title and source, its rows, and its pictures by caption."""
+    """One paper: title and source, rows, and pictures keyed by caption."""
 
     paper: str
     title: str
@@ -109,7 +109,7 @@ class Chapter:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Writes the report; returns 1 if a page in docs is not current."""
+    """Writes the report; returns 1 if a page in docs is out of date."""
     with ProcessPoolExecutor(PROCESSES, mp_context=get_context("spawn")) as pool:
         chapters = list(pool.map(reproduced, present()))
     BUILD.mkdir(parents=True, exist_ok=True)
@@ -138,24 +138,24 @@ def _holds(path: Path, text: str) -> bool:
 
 
 def page_of(paper: str) -> Path:
-    """The page of a paper."""
+    """Returns the page of a paper."""
     return HERE / f"{paper}.md"
 
 
 def present() -> list[str]:
-    """The papers whose script is here, in the order of the report."""
+    """Lists the papers with a script in this folder, in the order of the report."""
     return [paper for paper in PAPERS if (HERE / f"{paper}.py").exists()]
 
 
 def reproduced(paper: str) -> Chapter:
-    """Runs a paper's script: its rows, and its pictures in the folder of the build."""
+    """Runs the script of a paper, and writes its pictures to the build folder."""
     import matplotlib as mpl  # noqa: PLC0415
 
     mpl.use("Agg")
-    mpl.rcParams["figure.max_open_warning"] = 0  # each is closed once it is written
+    mpl.rcParams["figure.max_open_warning"] = 0  # each figure is closed after it is written
     start = time.perf_counter()
     script = importlib.import_module(paper)
-    rows = tuple(replace(row, judge=None) for row in script.rows())  # functions do not travel
+    rows = tuple(replace(row, judge=None) for row in script.rows())  # functions cannot be pickled
     folder = BUILD / paper
     folder.mkdir(parents=True, exist_ok=True)
     drawn = script.figures()
@@ -169,13 +169,13 @@ def reproduced(paper: str) -> Chapter:
 
 
 def words(script: Any) -> tuple[str, str]:
-    """The first line of a script's docstring, and the paragraph after it."""
+    """Returns the first line of a script's docstring, and the next paragraph."""
     title, _, rest = script.__doc__.partition("\n\n")
     return title.strip().removesuffix("."), " ".join(rest.split("\n\n")[0].split())
 
 
 def slug(caption: str) -> str:
-    """The name of a picture's file, made of the words before the colon of its caption."""
+    """Returns the file name of a picture: the words before the colon of its caption."""
     return re.sub(r"\W+", "_", caption.partition(":")[0].lower()).strip("_")
 
 
@@ -194,14 +194,14 @@ def written(stem: Path, picture: Any) -> Path:
 
 
 def summary(rows: dict[str, Sequence[Row]]) -> str:
-    """The text of docs/papers.md: tables of verdicts and of digits."""
+    """Returns the text of docs/papers.md: tables of verdicts and of digits."""
     lines = [INTRODUCTION, *table(("paper", *VERDICTS), map(_counts, rows.items())), ""]
     lines += table(("paper", *DIGITS), map(_digit_counts, rows.items()))
     return "\n".join([*lines, ""])
 
 
 def section(paper: str, rows: Sequence[Row]) -> str:
-    """The text of the page of a paper."""
+    """Returns the text of the page of a paper."""
     title, source = words(importlib.import_module(paper))
     lines = [f"# {title}", "", source, ""]
     lines += [f"`python docs/papers/{paper}.py`", "", *table(HEAD, map(cells, rows))]
@@ -209,7 +209,7 @@ def section(paper: str, rows: Sequence[Row]) -> str:
 
 
 def counted(paper: str, rows: Sequence[Row]) -> list[str]:
-    """The lines of a paper in the tables of verdicts and of digits."""
+    """Returns the lines of a paper in the tables of verdicts and of digits."""
     own = (paper, rows)
     return [table(VERDICTS, [found(own)])[-1] for found in (_counts, _digit_counts)]
 
@@ -234,18 +234,18 @@ def _link(paper: str) -> str:
 
 
 def cells(row: Row) -> tuple[str, ...]:
-    """The cells of a row in the order of `HEAD`."""
+    """Returns the cells of a row in the order of `HEAD`."""
     return (row.item, *row.shown, row.unit, row.verdict, row.where, row.note)
 
 
 def table(head: Sequence[str], rows: Any) -> list[str]:
-    """A table in Markdown."""
+    """Returns a table in Markdown."""
     lines = [head, ["---"] * len(head), *rows]
     return ["| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines]
 
 
 def html_page(chapters: Sequence[Chapter]) -> str:
-    """The report as one file: style and pictures are part of it."""
+    """Returns the report as one file that includes style and pictures."""
     verdicts = _html_counts(chapters, VERDICTS, _counts)
     digits = _html_counts(chapters, DIGITS, _digit_counts)
     meanings = [

@@ -1,4 +1,4 @@
-"""Axes of the papers' pictures: 8 cm wide, with colours that all kinds of sight tell apart."""
+"""Axes of the papers' pictures: 8 cm wide, in colors that color-blind readers can distinguish."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 COLOURS = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#000000")
-"""Okabe and Ito, 2008; they differ in lightness, too."""
+"""Colors of Okabe and Ito (2008), which also differ in lightness."""
 STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1)), (0, (1, 1)))
 WIDTH = 3.15
 """Width of a column [inch]: 8 cm."""
@@ -25,12 +25,12 @@ PALE = "#e8e8e8"
 
 
 def panels(height: float, rows: int = 1, columns: int = 1, **given: Any) -> tuple[Any, Any]:
-    """A figure of a column's width and its axes, in the style of this file.
+    """Returns a figure of column width and its axes, in the style of this file.
 
     Args:
-        height: Of the figure [inch].
-        rows: Of axes.
-        columns: Of axes.
+        height: Height of the figure [inch].
+        rows: Number of rows of axes.
+        columns: Number of columns of axes.
         given: Further arguments of `matplotlib.pyplot.subplots`.
     """
     import matplotlib.pyplot as plt  # noqa: PLC0415
@@ -40,7 +40,7 @@ def panels(height: float, rows: int = 1, columns: int = 1, **given: Any) -> tupl
 
 
 def solid(height: float) -> tuple[Any, Any]:
-    """A figure of a column's width with one axes in perspective."""
+    """Returns a figure of column width with axes in perspective."""
     figure, axes = panels(height, subplot_kw={"projection": "3d"})
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_tick_params(pad=-2)
@@ -49,14 +49,14 @@ def solid(height: float) -> tuple[Any, Any]:
 
 
 def curves(axes: Any, t: Any, values: Any, names: Sequence[str], label: str) -> None:
-    """Columns of values over time, each in a colour and a style of its own.
+    """Plots columns of values over time, each with its own color and style.
 
     Args:
-        axes: Where to draw.
+        axes: Axes of the plot.
         t: (m,) times [s].
         values: (m, n) values.
         names: n names of the columns.
-        label: Of the vertical axis, with the unit.
+        label: Label of the vertical axis, with the unit.
     """
     for k, (column, name) in enumerate(zip(np.asarray(values).T, names, strict=True)):
         axes.plot(t, column, color=COLOURS[k % 6], linestyle=STYLES[k % 6], label=name)
@@ -67,7 +67,7 @@ def curves(axes: Any, t: Any, values: Any, names: Sequence[str], label: str) -> 
 
 
 def legend_below(figure: Any, axes: Any, columns: int) -> None:
-    """The legend of the axes under the figure."""
+    """Places the legend of the axes under the figure."""
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(
         handles, labels, loc="outside lower center", ncols=columns, fontsize=7, frameon=False
@@ -75,7 +75,7 @@ def legend_below(figure: Any, axes: Any, columns: int) -> None:
 
 
 def plane(axes: Any, across: str = "x [m]", up: str = "y [m]") -> None:
-    """Equal scales, a grid and labels."""
+    """Sets equal scales, a grid and labels."""
     axes.set_aspect("equal")
     axes.set_xlabel(across)
     axes.set_ylabel(up)
@@ -84,7 +84,7 @@ def plane(axes: Any, across: str = "x [m]", up: str = "y [m]") -> None:
 
 
 def edges(axes: Any, lower: Any, upper: Any, **style: Any) -> None:
-    """The twelve edges of a box along the axes, as lines."""
+    """Draws the twelve edges of an axis-aligned box as lines."""
     corners = np.array(list(product(*zip(lower, upper, strict=True))))
     for a, b in combinations(corners, 2):
         if np.count_nonzero(a != b) == 1:

@@ -13,17 +13,17 @@ from chasles.study.motion import Trajectory
 
 VIEW = (18.0, -52.0)
 PICTURES = 128
-"""Pictures of the animation, 16 for each axis."""
+"""Number of pictures in the animation, 16 for each axis."""
 EVERY = 8
-"""Samples between the pictures of the animation."""
+"""Number of samples between pictures of the animation."""
 LENGTH = 0.18
-"""Length of the axes of a frame [m]."""
+"""Length of the axes of a drawn frame [m]."""
 START = 1.7
-"""Length of the axes of the frame at the start, in lengths of others."""
+"""Axis length of the start frame, relative to other frames."""
 
 
 def frames(robot: Any) -> Any:
-    """The frames of the links at zero: x, y and z in three colours."""
+    """Draws the link frames at zero, with x, y and z in three colors."""
     figure, axes = solid(2.7)
     T, line = robot.link_poses(np.zeros(8)), points(robot, np.zeros(8))
     drawn(axes, line, GREY)
@@ -43,7 +43,7 @@ def frames(robot: Any) -> Any:
 
 
 def axis_moved(robot: Any, made: Trajectory) -> Any:
-    """The arm at zero and at the end state, and the way of the tool."""
+    """Draws the arm at zero and at the end state, and the path of the tool."""
     figure, axes = solid(2.7)
     lines = points(robot, made.q)
     drawn(axes, lines[0], COLOURS[2], linestyle=":", linewidth=2.6, label="zero")
@@ -60,6 +60,6 @@ def axis_moved(robot: Any, made: Trajectory) -> Any:
 
 
 def all_axes(robot: Any, motions: Sequence[Trajectory]) -> Any:
-    """Each axis from zero to its end state and back, as an animation."""
+    """Animates each axis from zero to its end state and back."""
     ways = [np.concatenate([made.q[::EVERY], made.q[::-EVERY]]) for made in motions]
     return animation(robot, np.concatenate(ways), 3.0, lambda _: None, VIEW, PICTURES)

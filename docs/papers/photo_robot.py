@@ -39,16 +39,16 @@ HERE = Path(__file__).parent
 POSTURE = np.array([0.4, 0.3, -0.5, 0.2, 0.6, -0.7, 0.8, -0.9])
 MATRICES = ("A0", "A1", "A2", "A3", "A4", "A5", "A6", "A7", "Aee")
 ENDS = {"a": 1.0, "b": np.pi / 2, "c": np.pi / 2, "d": 0.5} | dict.fromkeys("efgh", np.pi / 2)
-"""End states of figure 3 [m, rad]: the paper moves "as much as possible" and prints no limits."""
+"""End states of figure 3 [m, rad]: the paper says "as much as possible" and prints no limits."""
 AXES = dict(zip("abcdefgh", (0, 2, 1, 3, 4, 5, 6, 7), strict=True))
-"""The axis that moves in each part of figure 3; its caption names the ring top first."""
+"""The moving axis of each panel of figure 3; the caption lists the ring top first."""
 SLIDES = (0, 3)
 ROUNDING = 1e-12
-"""Distance [m] below which points are the same."""
+"""Distance [m] below which points coincide."""
 
 
 def rows() -> list[Row]:
-    """Every number of the paper beside ours."""
+    """Compares every number of the paper with ours."""
     printed, robot = read("photo_robot"), chasles.load("photo_robot")
     return [
         *structure(printed, robot),
@@ -62,7 +62,7 @@ def rows() -> list[Row]:
 
 
 def structure(printed: dict[str, Printed], robot: Any) -> list[Row]:
-    """How many axes there are, and of which kind; S are three that meet in a point."""
+    """Number and types of the axes; S stands for three axes that intersect in a point."""
     letters = "".join("P" if axis.unit == "m" else "R" for axis in robot.coordinates)
     wrist = robot.link_poses(POSTURE)[6:, :3, 3]
     meet = "S" if np.ptp(wrist, axis=0).max() < ROUNDING else "RRR"
@@ -70,36 +70,38 @@ def structure(printed: dict[str, Printed], robot: Any) -> list[Row]:
     reached = robot.ik(robot.fk(POSTURE), fixed={"r1": POSTURE[0], "r4": POSTURE[3]})
     return [
         consistent(printed["freedoms"], robot.n),
-        agrees(printed["kinds"], f"{letters[:5]}-{meet}", "the last three axes meet in a point"),
-        agrees(printed["redundancy"], robot.n - int(rank), "8 less the rank of the Jacobian"),
+        agrees(
+            printed["kinds"], f"{letters[:5]}-{meet}", "the last three axes intersect in a point"
+        ),
+        agrees(printed["redundancy"], robot.n - int(rank), "8 minus the rank of the Jacobian"),
         not_printed(
             printed["inverse"],
             int(reached.count),
-            "closed form; number of solutions at the posture below, with its slides given",
+            "closed form; number of solutions at the configuration below",
         ),
     ]
 
 
 def parameters(printed: dict[str, Printed], robot: Any) -> list[Row]:
-    """The lengths below (12), which prints r1 = 0 twice."""
+    """Compares the lengths below (12), which prints r1 = 0 twice."""
     names = ("r10", "r2", "l3", "r40", "r6")
     ring_top = robot.link_poses(np.zeros(8))[2, 2, 3]
     below = evaluated(printed["r20"]) - 1e3 * ring_top
     return [
-        assumed(printed["unit"], "mm", "none is printed; the arm then reaches some metres"),
+        assumed(printed["unit"], "mm", "no unit is printed; in mm the arm reaches a few metres"),
         *(consistent(printed[name], robot.parameters[name].value) for name in names),
         not_reproducible(
             printed["r20"],
             ring_top,
-            "no equation has r20; ours is the height of the ring's top in the world frame by (3) "
+            "no equation contains r20; ours is the ring top's height in the world frame from (3) "
             f"to (5), which is r2. With r20 the track's upper surface lies {below:.0f} mm "
-            "below this frame, although the text first takes it as the frame's height",
+            "below this frame, although the text first defines the frame at this surface",
         ),
     ]
 
 
 def matrices(printed: dict[str, Printed], robot: Any) -> list[Row]:
-    """(1) at generic values, and table 1 and (3) to (11) at a posture, beside the links' poses."""
+    """Compares (1) at generic values, and table 1 and (3) to (11) at a configuration."""
     joint, theta = chasles.load(HERE / "robots" / "dh_row.toml"), 0.7
     T, own = joint.fk([theta]), steps(robot, POSTURE)
     values, symbols = lengths(joint) | {"theta": theta}, at_posture(robot)
@@ -115,30 +117,30 @@ def matrices(printed: dict[str, Printed], robot: Any) -> list[Row]:
             printed["dh_22"],
             T[1, 1],
             evaluated(right, **values),
-            "cos(theta) for sin(theta); at the same values. Each alpha of table 1 is ±90 deg, "
-            "where the entry vanishes",
+            "correct: cos(theta) for sin(theta); at the same values. Each alpha of table 1 is "
+            "±90 deg, where the entry vanishes",
             evaluated=at(**values),
         ),
         consistent(
             printed["table_1"],
             own[:8],
-            "an input of chasles, by (1) with its erratum corrected, at the posture below",
+            "an input, copied from the paper; by the corrected (1), at the configuration below",
             evaluated=lambda item: by_corrected_dh(item, symbols),
         ),
         *(
-            agrees(printed[name], step, "at the posture below", evaluated=at(**symbols))
+            agrees(printed[name], step, "at the configuration below", evaluated=at(**symbols))
             for name, step in zip(MATRICES, own, strict=True)
         ),
     ]
 
 
 def by_corrected_dh(table: Printed, symbols: dict[str, float]) -> Any:
-    """(8, 4, 4) the rows of table 1 as matrices."""
+    """Returns the rows of table 1 as matrices (8, 4, 4)."""
     return np.array([dh_matrix(*row) for row in evaluated(table, **symbols)])
 
 
 def dh_matrix(theta: float, r: float, length: float, alpha: float) -> Any:
-    """(1) with its erratum corrected."""
+    """Returns the matrix of (1) with its erratum corrected."""
     c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
     return [
         [c, -ca * s, s * sa, length * c],
@@ -149,24 +151,24 @@ def dh_matrix(theta: float, r: float, length: float, alpha: float) -> Any:
 
 
 def lengths(robot: Any) -> dict[str, float]:
-    """The parameters of the robot by name [m]."""
+    """Returns the parameters of the robot, keyed by name [m]."""
     return {name: parameter.value for name, parameter in robot.parameters.items()}
 
 
 def at_posture(robot: Any) -> dict[str, float]:
-    """The symbols of table 1 and of (3) to (11) at the posture."""
+    """Returns the symbols of table 1 and of (3) to (11) at the configuration."""
     symbols = ("r1", "t2", "t3", "r4", "t5", "t6", "t7", "tee")
     return dict(zip(symbols, map(float, POSTURE), strict=True)) | lengths(robot)
 
 
 def steps(robot: Any, q: Any) -> Any:
-    """(9, 4, 4) the pose of each link's frame in the frame before it."""
+    """Returns the pose (9, 4, 4) of each link frame relative to the preceding frame."""
     T = np.concatenate([np.eye(4)[None], robot.link_poses(q)])
     return np.linalg.solve(T[:-1], T[1:])
 
 
 def s_model(printed: dict[str, Printed]) -> list[Row]:
-    """(2) beside a joint with six numbers other than zero, and (11) beside (2)."""
+    """Compares (2) with a joint that has six nonzero parameters, and (11) with (2)."""
     joint, theta = chasles.load(HERE / "robots" / "s_model.toml"), 0.7
     T = joint.fk([theta])
     numbers = lengths(joint)
@@ -187,7 +189,7 @@ def s_model(printed: dict[str, Printed]) -> list[Row]:
             printed["s_model_y"],
             T[1, 3],
             evaluated(right, **symbols),
-            "cos(beta) for cos(theta): y multiplies cos(alpha) cos(theta) + sin sin sin",
+            "correct: cos(theta) for cos(beta); y multiplies cos(alpha) cos(theta) + sin sin sin",
             evaluated=at(**symbols),
         ),
         erratum(
@@ -202,13 +204,13 @@ def s_model(printed: dict[str, Printed]) -> list[Row]:
 
 
 def evaluated_rows(printed: Printed, symbols: dict[str, float]) -> Any:
-    """Printed equations in rows of different lengths, one after the other."""
+    """Evaluates printed equations in rows of different lengths, and concatenates the values."""
     texts = [text for row in printed.value or () for text in row]
     return np.array([evaluated(Printed("", text, "", ""), **symbols) for text in texts])
 
 
 def poses(printed: dict[str, Printed], robot: Any) -> list[Row]:
-    """(12), and poses evaluated from (3) to (11)."""
+    """Compares (12), and poses evaluated from (3) to (11)."""
     found = []
     for name, q in (("zero", np.zeros(8)), ("posture", POSTURE)):
         T_w_ee, T_w_0 = robot.fk(q), robot.link_poses(q)[0]
@@ -218,7 +220,7 @@ def poses(printed: dict[str, Printed], robot: Any) -> list[Row]:
     first, *others = (evaluated(printed[name], **symbols) for name in MATRICES)
     product = np.linalg.multi_dot(others)
     whole = first @ product
-    note = "A0 is missing although the text says world frame: read A0 A1 ... A7 Aee; at the posture"
+    note = "correct: A0 A1 ... A7 Aee, as the text says world frame; at the configuration below"
     return [
         erratum(
             printed["world"],
@@ -232,7 +234,7 @@ def poses(printed: dict[str, Printed], robot: Any) -> list[Row]:
 
 
 def columns(pose: Printed, ours: Any) -> list[Row]:
-    """A row for each axis of a pose, and for its position."""
+    """Returns a row for each axis of a pose, and for its position."""
     table = np.array(pose.value)
     return [
         consistent(
@@ -245,7 +247,7 @@ def columns(pose: Printed, ours: Any) -> list[Row]:
 
 
 def calibration(printed: dict[str, Printed]) -> list[Row]:
-    """Section 5's claims on the model: complete and continuous."""
+    """Checks the claims of section 5 that the model is complete and continuous."""
     folder = Path(chasles.derive.__file__).parent / "robots"
     report = chasles.derive.model_report(chasles.derive.read(folder / "photo_robot.toml"))
     complete = report.rank == report.identifiable
@@ -260,43 +262,43 @@ def calibration(printed: dict[str, Printed]) -> list[Row]:
             printed["continuous"],
             Finding(
                 all(row.is_continuous for row in rows) and min(values) > 0,
-                f"least det(D^T D) {min(values):.1f}",
+                f"smallest det(D^T D) {min(values):.1f}",
             ),
-            f"{rows[0].completed} by DH, and each alpha between two axes is ±90 deg; "
-            f"{by_ee} by the S-model, and row 7-EE is 0",
+            f"{rows[0].completed} for DH, and each alpha between two axes is ±90 deg; "
+            f"{by_ee} for the S-model, and beta of row 7-EE is 0",
         ),
         not_printed(
             printed["numbers"],
             report.identifiable,
-            f"of {report.numbers} numbers in the paper's conventions, base and tool included",
+            f"of {report.numbers} parameters in the paper's conventions, with base and tool",
         ),
     ]
 
 
 def quality(joint: Any, convention: str) -> Any:
-    """The quality of a convention at a joint."""
+    """Returns the quality of a convention at a joint."""
     return next(own for own in joint.conventions if own.convention == convention)
 
 
 def figure_3(printed: dict[str, Printed], robot: Any) -> list[Row]:
-    """The way of the tool while one axis moves from zero to an end state of our own."""
+    """Tool path lengths while one axis moves from zero to an end state of our choice."""
     found = []
     for part in AXES:
         p = moved(robot, part).T[:, :3, 3]
         way = float(np.linalg.norm(np.diff(p, axis=0), axis=1).sum())
-        reason = "no end state is printed; the tool lies on the wrist's centre" * (way < ROUNDING)
+        reason = "no end state is printed; the tool is at the wrist center" * (way < ROUNDING)
         reason = reason or f"no end state is printed; the tool ends at {place(p[-1])} m"
         found.append(assumed(printed[part], way, reason))
     return found
 
 
 def place(p: Any) -> str:
-    """A position [m] in words."""
+    """Formats a position [m]."""
     return f"({', '.join(f'{value + 0.0:.3f}' for value in np.round(p, 3))})"
 
 
 def moved(robot: Any, part: str) -> Trajectory:
-    """The motion of a part of figure 3: one axis, the others at zero."""
+    """Returns the motion of a panel of figure 3: one axis moves, and the others stay at zero."""
     end = np.zeros(8)
     end[AXES[part]] = ENDS[part]
     curve = joint_line(np.zeros(8), end)
@@ -304,7 +306,7 @@ def moved(robot: Any, part: str) -> Trajectory:
 
 
 def figures() -> Figures:
-    """Figures 1 and 2, figure 3 a to h, and all eight axes one after the other."""
+    """Draws figures 1 and 2, figure 3 a to h, and all eight axes in sequence."""
     from photo_pictures import all_axes, axis_moved, frames  # noqa: PLC0415
 
     robot = chasles.load("photo_robot")
@@ -322,7 +324,7 @@ def figures() -> Figures:
 
 
 def end_state(part: str) -> str:
-    """The end state of a part of figure 3, which we chose."""
+    """Formats the end state of a panel of figure 3, which we chose."""
     return f"{ENDS[part]:g} m" if AXES[part] in SLIDES else f"{np.degrees(ENDS[part]):.0f} deg"
 
 

@@ -26,15 +26,15 @@ from chasles.study import PlanarRegion, constant_orientation_workspace
 POSES = {"2.3": (0.02, 0.05, 0.0), "2.4": (0.045, 0.02, np.radians(10)), "2.5": (0.075, 0.0, 0.0)}
 """Poses (x, y, phi) of figures 2.3 to 2.5 [m, rad]."""
 POSE, TURNED = np.array(POSES["2.3"]), np.array(POSES["2.4"])
-"""The pose of figure 2.3, and the one of figure 2.4 at which equations are tested."""
+"""The pose of figure 2.3, and the pose of figure 2.4, at which equations are evaluated."""
 ANGLES = (15, 30, 45, 60)
-"""OrientationGrid of figures 2.6 and 2.7 [deg]."""
+"""Orientations of figures 2.6 and 2.7 [deg]."""
 ORDER = (2, 0, 1)
-"""Our legs in the order of table 2.2, which starts at 90 deg."""
+"""Indices of our legs in the order of table 2.2, which starts at 90 deg."""
 AHEAD = np.array([0.0, 0.3, 0.0])
-"""The straight way on which singularities are sought [m]."""
+"""Straight displacement along which singularities are searched [m]."""
 INWARDS = 1e-10
-"""Part of a position by which a point of the border is moved inside, where legs reach it."""
+"""Relative displacement that moves a boundary point inside, where the legs reach it."""
 BISECTIONS = 50
 LEG = "the lower left leg at (45 mm, 20 mm, 10 deg)"
 MM2 = 1e-6
@@ -45,12 +45,12 @@ SPEED = np.array([0.1, 0.0, 0.0])
 
 @cache
 def platform(lower_links: int = 130) -> Any:
-    """The platform with lower links of 130 mm (table 2.1) or 170 mm (the text)."""
+    """Loads the platform with lower links of 130 mm (table 2.1) or 170 mm (the text)."""
     return chasles.load({130: "planar_3rrr", 170: "planar_3rrr_170"}[lower_links])
 
 
 def rows(printed: dict[str, Printed]) -> list[Row]:
-    """Every number of part 2 beside ours."""
+    """Compares every number of part 2 with ours."""
     return [
         *dimensions(printed),
         *joints(printed),
@@ -63,7 +63,7 @@ def rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def dimensions(printed: dict[str, Printed]) -> list[Row]:
-    """Table 2.1, and the L of the text."""
+    """Compares table 2.1 and the L of the text."""
     values = {name: parameter.value for name, parameter in platform().parameters.items()}
     return [
         consistent(printed["S_A"], values["S_A"]),
@@ -74,22 +74,22 @@ def dimensions(printed: dict[str, Printed]) -> list[Row]:
             printed["L_text"],
             values["L"],
             "130",
-            "table 2.1 and the conclusion have 130 mm; numbers for 170 mm are below too",
-            cause=("S_A, of the line above it", values["S_A"]),
+            "table 2.1 and the conclusion state 130 mm; values for 170 mm also follow below",
+            cause=("S_A from the line above", values["S_A"]),
         ),
     ]
 
 
 @cache
 def region(angle: float, lower_links: int = 130) -> PlanarRegion:
-    """The positions that the platform reaches at an angle [deg]."""
+    """Returns the positions that the platform reaches at an angle [deg]."""
     return constant_orientation_workspace(platform(lower_links), np.radians(angle))
 
 
 def base_and_platform() -> tuple[Any, Any]:
-    """(3, 2) base joints, and platform joints in the platform's frame [m].
+    """Returns the base joints (3, 2), and the platform joints in the platform frame [m].
 
-    The circles that bound the workspace are centred at b - R(phi) p.
+    The circles that bound the workspace have their centers at b - R(phi) p.
     """
     here, turned = (
         np.array([ring.center for ring in region(angle).pieces[0]]) for angle in (0, 180)
@@ -98,18 +98,20 @@ def base_and_platform() -> tuple[Any, Any]:
 
 
 def joints(printed: dict[str, Printed]) -> list[Row]:
-    """Table 2.2 and (B.1.1) to (B.1.4)."""
+    """Compares table 2.2 and (B.1.1) to (B.1.4)."""
     b, p = base_and_platform()
     found = []
     for name, points, words in (("PB", b, "base"), ("PP", p, "platform")):
         angle = np.mod(np.arctan2(points[:, 1], points[:, 0]), 2 * np.pi)[list(ORDER)]
         found += [
-            consistent(printed[name], angle[:2], "an input of chasles: 90, 210", evaluated=at()),
+            consistent(
+                printed[name], angle[:2], "an input, copied from the paper: 90, 210", evaluated=at()
+            ),
             erratum(
                 printed[f"{name}3"],
                 angle[2],
                 2 * np.pi - np.pi / 6,
-                f"read 2 pi - pi/6, 330 deg: else the {words} joints form no equilateral triangle",
+                f"correct: 2 pi - pi/6, 330 deg; else the {words} triangle is not equilateral",
                 evaluated=at(),
             ),
         ]
@@ -128,26 +130,26 @@ def joints(printed: dict[str, Printed]) -> list[Row]:
             printed["base_joints"],
             b,
             -on_base(printed["base_joints"]),
-            "without the minus signs; (B.2.7) takes them back",
+            "correct: without the minus signs, which (B.2.7) removes again",
             evaluated=on_base,
         ),
     ]
 
 
 def at_each_leg(**values: float) -> Callable[[Printed], Any]:
-    """A function that evaluates equations for the legs i = 1, 2, 3, a row for each."""
+    """Returns a function that evaluates equations for the legs i = 1, 2, 3, one row per leg."""
     return lambda item: np.array([evaluated(item, i=i, **values) for i in (1, 2, 3)])
 
 
 def on_platform() -> Any:
-    """(3, 2) the platform joints at the pose of figure 2.4 [m]."""
+    """Returns the platform joints (3, 2) at the pose of figure 2.4 [m]."""
     _, p = base_and_platform()
     a = TURNED[2]
     return TURNED[:2] + p @ np.array([[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]])
 
 
 def leg(k: int) -> dict[str, float]:
-    """The symbols of leg k at the pose of figure 2.4, first branch."""
+    """Returns the symbols of leg k at the pose of figure 2.4, first branch."""
     robot = platform()
     b, _ = base_and_platform()
     q = robot.ik_planar(TURNED).q[0]
@@ -158,12 +160,12 @@ def leg(k: int) -> dict[str, float]:
 
 
 def in_mm(values: dict[str, float]) -> dict[str, float]:
-    """Lengths in millimetres, for an equation that adds lengths to areas."""
+    """Converts lengths to millimetres, for an equation that adds lengths to areas."""
     return {name: 1000 * values[name] for name in ("X", "Y", "S_A", "L")}
 
 
 def legs(printed: dict[str, Printed]) -> list[Row]:
-    """(B.1.5) to (B.2.8) at the pose of figure 2.4, of the lower left leg."""
+    """Compares (B.1.5) to (B.2.8) for the lower left leg at the pose of figure 2.4."""
     values = leg(0)
     X, Y, theta, psi, S_A, L = (values[name] for name in ("X", "Y", "theta", "psi", "S_A", "L"))
     square = X**2 + Y**2 - 2 * S_A * (X * np.cos(theta) + Y * np.sin(theta)) + S_A**2 - L**2
@@ -178,14 +180,14 @@ def legs(printed: dict[str, Printed]) -> list[Row]:
             printed["leg_square"],
             0.0,
             square,
-            f"read X^2 + Y^2 - 2 S_A (X cos(theta) + Y sin(theta)) + S_A^2 - L^2; {LEG}",
+            f"correct: X^2 + Y^2 - 2 S_A (X cos(theta) + Y sin(theta)) + S_A^2 - L^2; {LEG}",
             evaluated=at(**values),
         ),
         erratum(
             printed["e3"],
             -e1 * np.sin(theta) - e2 * np.cos(theta),
             e3,
-            "read X^2 + Y^2 + S_A^2 - L^2; as printed, in millimetres",
+            "correct: X^2 + Y^2 + S_A^2 - L^2; the printed formula is evaluated in millimetres",
             evaluated=lambda item: at(**in_mm(values))(item) * MM2,
         ),
         agrees(
@@ -197,21 +199,21 @@ def legs(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["node_x"],
             node[0],
-            "with the base joints of (B.1.3); ours from the platform's side",
+            "with the base joints of (B.1.3); ours starts at the platform joint",
             evaluated=at(**sides),
         ),
         erratum(
             printed["node_y"],
             node[1],
             b[0, 1] + S_A * np.sin(theta),
-            "read -Y_PB + S_A sin(theta)",
+            "correct: -Y_PB + S_A sin(theta)",
             evaluated=at(**sides),
         ),
     ]
 
 
 def inverse(printed: dict[str, Printed]) -> list[Row]:
-    """Both solutions of each leg, and their number."""
+    """Compares both solutions of each leg, and the number of solutions."""
     found = []
     for length in (130, 170):
         q = platform(length).ik_planar(POSE).q[[0, -1]]
@@ -220,18 +222,18 @@ def inverse(printed: dict[str, Printed]) -> list[Row]:
     for figure in ("2.4", "2.5"):
         q = platform().ik_planar(POSES[figure]).q[[0, -1]].T
         item = printed[f"pose_{figure.replace('.', '_')}"]
-        found.append(lost(item, wrapped(q), "the figure is lost; both solutions, leg by leg"))
+        found.append(lost(item, wrapped(q), "the figure is lost; both solutions of each leg"))
     count = int(platform().ik_planar(POSE).valid.sum())
     return [*found, consistent(printed["branches"], count, TWICE)]
 
 
 def wrapped(angle: Any) -> Any:
-    """Angles between -pi and pi."""
+    """Wraps angles to the range from -pi to pi."""
     return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
 def modes(printed: dict[str, Printed]) -> list[Row]:
-    """The poses in which the platform can be assembled."""
+    """Compares the assembly modes of the platform."""
     robot = platform()
     x, valid = robot.fk_planar_all(robot.ik_planar(POSE).q)
     first = x[0][valid[0]]
@@ -241,11 +243,9 @@ def modes(printed: dict[str, Printed]) -> list[Row]:
         consistent(printed["other_mode"], other[:2], TWICE),
         consistent(printed["other_angle"], other[2], TWICE),
         consistent(
-            printed["modes"], x.shape[1], f"{TWICE}: slots of the solution, degree of (B.1.7)"
+            printed["modes"], x.shape[1], f"{TWICE}: number of slots, and degree of (B.1.7)"
         ),
-        not_printed(
-            printed["modes_found"], counts, "the paper does not ask; ours for all branches"
-        ),
+        not_printed(printed["modes_found"], counts, "not part of the paper; ours for all branches"),
     ]
 
 
@@ -255,7 +255,7 @@ def areas(printed: dict[str, Printed]) -> list[Row]:
     for length, ending in ((130, ""), (170, "_170")):
         for angle in ANGLES:
             item, area = printed[f"area_{angle}{ending}"], region(angle, length).area
-            words = "pictures alone, which are lost; exact by the arcs of circles"
+            words = "only in figures, which are lost; ours is exact, from circular arcs"
             ours = consistent(item, area, TWICE) if item.value else lost(item, area, words)
             found.append(ours)
     return found
@@ -265,24 +265,28 @@ def singularities(printed: dict[str, Printed]) -> list[Row]:
     """The three kinds of singularity of J_x x' = J_q q', and the rates of one motion."""
     robot = platform()
     way = robot.distance_to_singularity(POSE, AHEAD)
-    words = "the paper does not ask"
+    words = "not part of the paper"
     return [
         not_printed(printed["type_1"], way.type_1 * AHEAD[1], f"{words}; a leg is stretched"),
         not_printed(
-            printed["type_2"], way.type_2 * AHEAD[1], f"{words}; the platform gains a freedom"
+            printed["type_2"],
+            way.type_2 * AHEAD[1],
+            f"{words}; the platform gains a degree of freedom",
         ),
-        not_printed(printed["type_3"], third_kind()[:2], f"{words}; both at once, on the border"),
+        not_printed(
+            printed["type_3"], third_kind()[:2], f"{words}; types 1 and 2 coincide on the boundary"
+        ),
         not_printed(
             printed["velocity"],
             robot.actuator_rates(POSE, SPEED),
-            f"{words}; first branches, from J_x x' = J_q q'",
+            f"{words}; for the first branches, from J_x x' = J_q q'",
         ),
     ]
 
 
 @cache
 def third_kind() -> Any:
-    """A pose (x, y, phi) on the border of the workspace at 0 deg where J_x is singular too."""
+    """Returns a boundary pose (x, y, phi) at 0 deg at which J_x is also singular."""
     for arc in region(0).arcs:
         along = np.linspace(0, 1, 181)
         sign = np.sign([determinant(on(arc, u)) for u in along])
@@ -297,7 +301,7 @@ def third_kind() -> Any:
 
 
 def on(arc: Any, part: float) -> Any:
-    """The pose at a part of an arc of the border, moved inside by rounding."""
+    """Returns the pose at a fraction of a boundary arc, moved inside by rounding."""
     points = arc.points()
     at = np.linspace(0, 1, len(points))
     p = np.array([np.interp(part, at, column) for column in points.T])
@@ -307,6 +311,6 @@ def on(arc: Any, part: float) -> Any:
 
 
 def determinant(pose: Any) -> float:
-    """The determinant of J_x on the first branches."""
+    """Returns the determinant of J_x on the first branches."""
     robot = platform()
     return float(robot.determinants(pose, robot.ik_planar(pose).q[0]).J_x)

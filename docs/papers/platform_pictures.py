@@ -23,7 +23,7 @@ MM = 1000.0
 
 
 def figures() -> Figures:
-    """Figures 2.1 to 3.4 by caption; the report's own are lost."""
+    """Returns figures 2.1 to 3.4, keyed by caption; the report's own figures are lost."""
     robot = platform.platform()
     found: Figures = {
         "figure 2.1 drawn: the platform in the pose of figure 2.3": chasles.draw(
@@ -52,7 +52,7 @@ def figures() -> Figures:
 
 
 def leg_lines(pose: Any, q: Any) -> Any:
-    """(3, 3, 2) base joint, elbow and platform joint of each leg [mm]."""
+    """Returns base joint, elbow and platform joint of each leg, (3, 3, 2) [mm]."""
     b, p = platform.base_and_platform()
     c, s = np.cos(pose[2]), np.sin(pose[2])
     ends = np.asarray(pose[:2]) + p @ np.array([[c, s], [-s, c]])
@@ -71,7 +71,7 @@ def posed(axes: Any, pose: Any, q: Any, colour: str, **style: Any) -> None:
 
 
 def base(axes: Any) -> None:
-    """The base joints and the triangle between them."""
+    """Draws the base joints and their triangle."""
     b = MM * platform.base_and_platform()[0]
     axes.fill(*b.T, facecolor="none", edgecolor=GREY, linestyle=":", linewidth=0.8)
     axes.plot(*b.T, "s", color=COLOURS[5], markersize=4)
@@ -79,7 +79,7 @@ def base(axes: Any) -> None:
 
 
 def model() -> Any:
-    """The platform at the centre with the dimensions of table 2.1."""
+    """Draws the platform at the center with the dimensions of table 2.1."""
     figure, axes = panels(3.1)
     pose = np.zeros(3)
     q = platform.platform().ik_planar(pose).q[0]
@@ -101,11 +101,11 @@ def model() -> Any:
 
 
 SHIFTS = (np.array([-10, -38]), np.array([-10, -38]), np.array([14, 4]))
-"""From each base joint to its name [mm]."""
+"""Offset of the label of each base joint [mm]."""
 
 
 def flow_chart() -> Any:
-    """The steps from a pose to the cranks."""
+    """Draws the steps from a pose to the crank angles."""
     figure, axes = panels(3.3)
     steps = (
         "pose $x, y, a$; table 2.1",
@@ -133,7 +133,7 @@ def flow_chart() -> Any:
 
 
 def posture(pose: Any) -> Any:
-    """The platform in a pose: first branches, and the other solution of each leg in grey."""
+    """Draws the platform in a pose: first branches, and the other leg solutions in gray."""
     figure, axes = panels(3.2)
     q = platform.platform().ik_planar(pose).q[[0, -1]]
     posed(axes, pose, q[1], "#9a9a9a", linestyle="--", label="other solution")
@@ -144,7 +144,7 @@ def posture(pose: Any) -> Any:
 
 
 def workspace(angle: int) -> Any:
-    """The positions that the platform reaches, with lower links of 130 and 170 mm."""
+    """Draws the positions that the platform reaches, with lower links of 130 and 170 mm."""
     figure, axes = panels(3.0)
     for k, length in enumerate((130, 170)):
         found = platform.region(angle, length)
@@ -158,7 +158,7 @@ def workspace(angle: int) -> Any:
 
 
 def modes() -> Any:
-    """Both poses in which the platform can be assembled with the same cranks."""
+    """Draws both assembly modes with the same crank angles."""
     figure, axes = panels(3.2)
     q = platform.platform().ik_planar(platform.POSE).q[0]
     x, valid = platform.platform().fk_planar_all(q)
@@ -171,7 +171,7 @@ def modes() -> Any:
 
 
 def singular() -> Any:
-    """The singular positions at 0 deg."""
+    """Draws the singular positions at 0 deg."""
     figure, axes = panels(3.3)
     bounds = (-0.2, 0.2)
     found = platform.platform().singularity_curves(0.0, x=bounds, y=bounds, resolution=161)
@@ -186,7 +186,7 @@ def singular() -> Any:
 
 
 def the_map() -> Any:
-    """Our map with start and goal."""
+    """Draws our map with start and goal."""
     figure, axes = panels(3.0)
     on_map(axes)
     legend_below(figure, axes, 2)
@@ -194,7 +194,7 @@ def the_map() -> Any:
 
 
 def on_map(axes: Any) -> None:
-    """The occupied cells, the start and the goal."""
+    """Draws the occupied cells, the start and the goal."""
     side = roadmaps.SIDE
     occupied = roadmaps.workshop().occupied.T
     axes.imshow(~occupied, origin="lower", extent=(0, side, 0, side), cmap="gray", vmin=-0.4)
@@ -205,7 +205,7 @@ def on_map(axes: Any) -> None:
 
 
 def roads(samples: int, step: float) -> Any:
-    """A roadmap in both readings of the step, its free edges, and the path if there is one."""
+    """Draws roadmaps for both meanings of the step, with free edges and the path, if any."""
     figure, axes = panels(5.6, 2, 1)
     for own, given, reading in (
         (axes[0], {"max_step": step}, "longest way"),
@@ -226,7 +226,7 @@ def roads(samples: int, step: float) -> Any:
 
 
 def success() -> Any:
-    """The rate of success over points and steps."""
+    """Plots the success rate over points and steps."""
     figure, axes = panels(2.5)
     roadmaps.trials().plot(axes)
     axes.set_xscale("log")
@@ -238,7 +238,7 @@ def success() -> Any:
 
 
 def arm() -> Any:
-    """The arm on its path, with the ball."""
+    """Draws the arm along its path, with the sphere."""
     figure, axes = solid(3.2)
     space, plan = roadmaps.arm_plan()
     lines = points(space.robot, plan.at(np.linspace(0, 1, 40)))

@@ -1,20 +1,20 @@
-"""What a paper prints: its items with their digits, units and words, and its equations evaluated.
+"""Printed items of a paper with their digits, units and words, and evaluation of its equations.
 
-The items of a paper stand in `printed/<paper>.toml`, a table an item:
+The items of a paper are in `printed/<paper>.toml`, one table per item:
 
     [theta_of_row_5]
     item = "angle of row 5"         # name in the tables; default: the key
-    value = "0.97"                  # copied from the paper: a string, so that its digits count; a
-                                    # list of strings, nested too; words or an equation; left out
-                                    # where the paper prints nothing, or where it is lost
-    evaluated = "0.7854"            # in place of value: a number that the paper does not print,
+    value = "0.97"                  # copied from the paper, as a string to preserve its digits; a
+                                    # (nested) list of strings; words or an equation; omitted if
+                                    # the paper prints no value, or if the value is lost
+    evaluated = "0.7854"            # instead of value: a number that the paper does not print,
                                     # evaluated from its equations independently of chasles
     unit = "rad"                    # a unit of UNITS; default: none
     where = "table 4, row 5"
     digits = 4                      # decimals of ours; default: one more than printed, and more
-                                    # where ours would stand just at the edge of agreement
+                                    # if ours would fall on the limit of agreement
     about = "0.1"                   # the paper's "about" as a tolerance in the unit
-    text = "an angle of about 1"    # the paper's words, "about" among them; obligatory with it
+    text = "an angle of about 1"    # the paper's words; required with "about"
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 
 Value = Any
-"""A number, an array, or words; numbers in metres, radians and seconds."""
+"""A number, an array, or words. Numbers are in metres, radians and seconds."""
 Text = str | tuple["Text", ...]
 """A printed value: the string of a number or word, or rows of them."""
 
@@ -58,24 +58,24 @@ UNITS = {
     "deg/s²": pi / 180,
     "mm/s²": 1e-3,
 }
-"""What a printed unit is in metres, radians and seconds."""
+"""Factors from printed units to metres, radians and seconds."""
 _FUNCTIONS = {"pi": pi, "cos": cos, "sin": sin, "atan2": atan2, "acos": acos, "sqrt": sqrt}
 
 
 @dataclass(frozen=True)
 class Printed:
-    """An item as a paper prints it.
+    """A printed item of a paper.
 
     Attributes:
-        item: Its name.
-        value: The number or the words as printed, or rows of them; None: not printed, or lost.
-        unit: Its unit, one of `UNITS`.
-        where: Where it stands in the paper.
-        about: The tolerance [unit] that the paper's words leave; None: half a unit of the last
-            printed digit.
+        item: Name of the item.
+        value: The printed number or words, or rows of them; None if not printed, or lost.
+        unit: The unit, one of `UNITS`.
+        where: Position in the paper.
+        about: The tolerance [unit] implied by the paper's words; None means half a unit of the
+            last printed digit.
         text: The paper's words.
-        digits: Decimals to which ours is shown; None: one more than printed.
-        is_evaluated: Whether the paper does not print the value: it was evaluated independently.
+        digits: Decimals of ours in the table; None means one more than printed.
+        is_evaluated: Whether the value is not printed, but was evaluated independently.
     """
 
     item: str
@@ -89,10 +89,10 @@ class Printed:
 
 
 def read(paper: str) -> dict[str, Printed]:
-    """What a paper prints, by key.
+    """Reads the printed items of a paper, by key.
 
     Args:
-        paper: The name of the file in `printed/`, without its ending.
+        paper: Name of the file in `printed/`, without its suffix.
 
     Raises:
         ValueError: A unit is unknown, or an "about" lacks the paper's words.
@@ -127,14 +127,14 @@ def _frozen(value: Any) -> Text:
 
 
 def evaluated(printed: Printed, **values: float) -> Any:
-    """What printed equations give, in the shape in which they are printed.
+    """Evaluates printed equations, in their printed shape.
 
     Args:
-        printed: The item; its value is an equation in Python's notation, or rows of them.
-        values: The symbols in them, in metres and radians; cos, sin and the like are known.
+        printed: The item; its value is an equation in Python notation, or rows of equations.
+        values: Values of the symbols in metres and radians; cos, sin and so on are known.
 
     Returns:
-        A number or an array. An item without numbers left in it evaluates to its numbers.
+        A number or an array.
     """
 
     def value(text: Text | None) -> Any:
@@ -147,12 +147,12 @@ def evaluated(printed: Printed, **values: float) -> Any:
 
 
 def at(**values: float) -> Callable[[Printed], Any]:
-    """A function that evaluates the equations of an item at these values of their symbols."""
+    """Returns a function that evaluates the equations of an item at these symbol values."""
     return lambda printed: evaluated(printed, **values)
 
 
 def decimal(value: str) -> Decimal | None:
-    """The number that a text is; None for words and equations."""
+    """Converts a text to a number, or returns None for words and equations."""
     try:
         return Decimal(value.replace(",", ""))
     except InvalidOperation:
@@ -160,15 +160,15 @@ def decimal(value: str) -> Decimal | None:
 
 
 def half_unit(number: Decimal) -> Decimal:
-    """Half a unit of the last digit."""
+    """Returns half a unit of the last digit."""
     return Decimal(5).scaleb(int(number.as_tuple().exponent) - 1)
 
 
 def tolerance(printed: Printed, number: Decimal) -> Decimal:
-    """How far from a printed number [unit] ours may lie."""
+    """Returns how far ours may be from a printed number [unit]."""
     return half_unit(number) if printed.about is None else Decimal(printed.about)
 
 
 def texts(value: Text) -> str:
-    """A printed value in one line."""
+    """Formats a printed value in one line."""
     return value if isinstance(value, str) else f"({', '.join(map(texts, value))})"

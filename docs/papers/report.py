@@ -1,12 +1,12 @@
-"""Papers beside chasles: each printed number next to ours, with a verdict that is asserted.
+"""Tables of printed numbers next to ours, with a verdict that is asserted.
 
-Each script of this folder has two functions. `rows()` returns a list of `Row`, `figures()` a dict
-from the caption of a figure to the matplotlib figure, or to a function that writes an animation to
-the GIF that it is given. `printed_items.py` reads what a paper prints.
+The script of each paper has two functions. `rows()` returns a list of `Row`. `figures()` returns a
+dict from caption to matplotlib figure, or to a function that writes an animation to a GIF path.
+`printed_items.py` reads the printed values of a paper.
 
     $ python docs/papers/photo_robot.py       # the table of one paper
     $ python docs/papers/report.py            # all tables and pictures in build/reproduce
-    $ python docs/papers/report.py --write    # the same, and the pages in docs anew
+    $ python docs/papers/report.py --write    # the same, and writes the pages in docs
 """
 
 from __future__ import annotations
@@ -65,28 +65,28 @@ Verdict = Literal[
 ]
 Equation = Callable[[Printed], Value]
 """Evaluates the equations of an item."""
-ECHO = "an input of chasles"
-"""Reason of rows that compare an input with the number from which it was copied."""
-TWICE = "two computations of one model"
-"""Reason of rows that compare chasles with other computations by the paper's equations."""
+ECHO = "an input, copied from the paper"
+"""Note on inputs, which are compared with the printed values that they copy."""
+TWICE = "the same model, computed twice"
+"""Note on values that chasles and an independent program compute from the paper's equations."""
 
 ROUNDING = 1e-9
-"""Part of a value that the arithmetic of an equation may lose."""
+"""Relative rounding error that an equation may have."""
 EDGE = 1e-12
-"""Part of a number by which the edge of agreement is widened: a printed 0.65 stands for numbers up
-to 0.655, which no float is exactly."""
+"""Relative widening of the agreement interval: a printed 0.65 stands for numbers up to 0.655, which
+has no exact float."""
 _MAX_DECIMALS = 12
 _MAX_SHOWN = 6
-"""Entries of equations whose values the tables show."""
+"""Maximum number of equation entries that the tables show."""
 
 
 class Refuted(AssertionError):
-    """A verdict that the numbers do not bear out."""
+    """The numbers contradict a verdict."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What chasles finds on a statement in words.
+    """The result of chasles for a statement in words.
 
     Attributes:
         holds: Whether the statement is true.
@@ -99,20 +99,20 @@ class Finding:
 
 @dataclass(frozen=True)
 class Row:
-    """A line of a paper's table.
+    """A row in the table of a paper.
 
     Attributes:
-        item: Its name.
-        printed: The value as printed [unit], in brackets where it was evaluated; None: not
-            printed, or lost.
-        ours: The value by chasles [unit]; None where there is none.
-        unit: The unit of both.
-        verdict: What comparing them gave.
-        where: Where the item stands in the paper.
+        item: Name of the item.
+        printed: The printed value [unit], in brackets if it was evaluated, or None if it is not
+            printed or lost.
+        ours: The value of chasles [unit], or None.
+        unit: The unit of both values.
+        verdict: The result of the comparison.
+        where: Position of the item in the paper.
         note: The corrected value, the paper's "about", what was tried or assumed.
-        digits: Decimals to which `ours` is shown where it is a number.
-        source: The item that was judged.
-        judge: Asserts the verdict of another item in its place.
+        digits: Decimals of `ours` in the table, if it is a number.
+        source: The compared item.
+        judge: Asserts the same verdict for another printed value.
     """
 
     item: str
@@ -128,13 +128,13 @@ class Row:
 
     @property
     def shown(self) -> tuple[str, str]:
-        """The printed value and ours as the tables show them."""
+        """Formats the printed value and ours for the tables."""
         printed = _number(self.printed, self.digits) if self.printed is not None else "-"
         return printed, _number(self.ours, self.digits) if self.ours is not None else "-"
 
 
 def _repeatable(verdict: Callable[..., Row]) -> Callable[..., Row]:
-    """Keeps with the row how its verdict is asserted, so that other digits can be judged."""
+    """Stores with the row how its verdict is asserted, so that changed digits can be tested."""
 
     @wraps(verdict)
     def judged(printed: Printed, *values: Any, **named: Any) -> Row:
@@ -148,18 +148,17 @@ def _repeatable(verdict: Callable[..., Row]) -> Callable[..., Row]:
 def agrees(
     printed: Printed, ours: Value, note: str = "", *, evaluated: Equation | None = None
 ) -> Row:
-    """The value agrees with the printed one to half a unit of its last digit, or to its "about".
+    """Asserts that ours agrees to half a unit of the last printed digit, or to its "about".
 
     Args:
         printed: The item; its value is a number, words or rows of them.
-        ours: The value by chasles in metres, radians and seconds, shaped like the printed one; a
-            `Finding` for a statement.
+        ours: The value of chasles in metres, radians and seconds, with the shape of the printed
+            value; a `Finding` for a statement.
         note: What a reader should know.
-        evaluated: Evaluates the printed equations, where the item is one: ours is the same to
-            rounding.
+        evaluated: Evaluates the item if it is an equation; ours must agree to rounding.
 
     Raises:
-        Refuted: It does not agree, or the paper does not print the value.
+        Refuted: The values differ, or the paper does not print the value.
     """
     if printed.is_evaluated:
         raise Refuted(f"{printed.item}: the paper does not print the value; it is consistent")
@@ -170,10 +169,10 @@ def agrees(
 def consistent(
     printed: Printed, ours: Value, reason: str = ECHO, *, evaluated: Equation | None = None
 ) -> Row:
-    """The value agrees, and proves nothing of the paper: an input, or one model computed twice.
+    """Asserts an agreement that proves nothing: an input, or one model computed twice.
 
     Raises:
-        Refuted: It does not agree, or the reason is empty.
+        Refuted: The values differ, or the reason is empty.
     """
     if not reason:
         raise Refuted(f"{printed.item}: no reason is given")
@@ -182,10 +181,10 @@ def consistent(
 
 @_repeatable
 def in_one_reading(printed: Printed, ours: Value, reading: str) -> Row:
-    """The value agrees in a reading that the paper does not state.
+    """Asserts agreement under an interpretation that the paper does not state.
 
     Raises:
-        Refuted: It does not agree, or the reading is not named.
+        Refuted: The values differ, or the interpretation is not stated.
     """
     if not reading:
         raise Refuted(f"{printed.item}: the reading is not named")
@@ -218,21 +217,21 @@ def erratum(
     evaluated: Equation | None = None,
     cause: tuple[str, Value] | None = None,
 ) -> Row:
-    """The printed value is wrong, and a corrected one right.
+    """Asserts that the printed value is wrong, and a corrected value right.
 
     Args:
         printed: The item.
-        ours: The value by chasles in metres, radians and seconds; a `Finding` for a statement.
-        corrected: The value that should be printed: a string in the item's unit, to half a unit of
-            its last digit; or a number or array in metres, radians and seconds that follows from a
-            corrected equation, to rounding; a `Finding` on the corrected statement.
+        ours: The value of chasles in metres, radians and seconds; a `Finding` for a statement.
+        corrected: The correct value: a string in the item's unit, accurate to half a unit of its
+            last digit; or a number or array in metres, radians and seconds from a corrected
+            equation, accurate to rounding; or a `Finding` for the corrected statement.
         note: What is wrong.
-        evaluated: Evaluates the printed equation, where the item is an equation, as `ours`.
-        cause: How the paper came to its value, in words, and that value, as `ours` or as a string.
+        evaluated: Evaluates the printed equation in the units of `ours`, if the item is one.
+        cause: How the printed value arose, in words, and that value, like `ours` or as a string.
 
     Raises:
-        Refuted: The printed value agrees with ours, or the corrected one does not, or the cause
-            does not give the printed value.
+        Refuted: The printed value agrees with ours, or the corrected value does not, or the cause
+            does not reproduce the printed value.
     """
     value = _equation_value(printed, evaluated)
     wrong = printed.value if value is None else value
@@ -248,7 +247,7 @@ def erratum(
         raise _refuted(printed, cause[1], f"does not follow from {cause[0]},")
     right = corrected.evidence if isinstance(corrected, Finding) else corrected
     right = right if isinstance(right, str) else ""
-    read_instead = f"read {right} {printed.unit}".strip() if right else ""
+    read_instead = f"correct: {right} {printed.unit}".strip() if right else ""
     words = (read_instead, note, f"cause: {cause[0]}" if cause else "")
     row = _row(printed, ours, "erratum", "; ".join(filter(None, words)))
     return _with_value(row, printed, value)
@@ -259,7 +258,7 @@ def _equation_value(printed: Printed, evaluated: Equation | None) -> Value:
 
 
 def _with_value(row: Row, printed: Printed, value: Value) -> Row:
-    """The row of an equation, with its value behind it."""
+    """Adds the value of an equation to its row."""
     if value is None:
         return row
     shown = _number(_shown(value, printed, row.digits), row.digits)
@@ -268,7 +267,7 @@ def _with_value(row: Row, printed: Printed, value: Value) -> Row:
 
 @_repeatable
 def assumed(printed: Printed, ours: Value, reason: str) -> Row:
-    """A value that the paper needs and does not print: the one that we chose, and why.
+    """States a value that the paper needs but does not print, and why we chose it.
 
     Raises:
         Refuted: The paper prints a value, or the reason is empty.
@@ -278,7 +277,7 @@ def assumed(printed: Printed, ours: Value, reason: str) -> Row:
 
 @_repeatable
 def lost(printed: Printed, ours: Value, reason: str) -> Row:
-    """A value or a curve that the text of the paper no longer has, with ours in its place.
+    """States a value or curve that is missing in the available text, with ours.
 
     Raises:
         Refuted: The paper prints a value, or the reason is empty.
@@ -288,7 +287,7 @@ def lost(printed: Printed, ours: Value, reason: str) -> Row:
 
 @_repeatable
 def not_printed(printed: Printed, ours: Value, reason: str) -> Row:
-    """A value that the paper neither prints nor needs: ours adds to the paper.
+    """States a value that the paper neither prints nor needs.
 
     Raises:
         Refuted: The paper prints a value, or the reason is empty.
@@ -306,16 +305,16 @@ def _without_value(printed: Printed, ours: Value, verdict: Verdict, reason: str)
 def not_reproducible(
     printed: Printed, ours: Value, note: str = "", *, readings: Mapping[str, Value] | None = None
 ) -> Row:
-    """The printed value does not follow from what the paper states.
+    """Asserts that the printed value does not follow from the paper.
 
     Args:
         printed: The item.
-        ours: The value by chasles in metres, radians and seconds.
+        ours: The value of chasles in metres, radians and seconds.
         note: What a reader should know.
-        readings: Other readings that were tried, each with its value.
+        readings: Other interpretations that were tried, each with its value.
 
     Raises:
-        Refuted: The value agrees after all, or a reading does, or nothing was tried.
+        Refuted: The value or an interpretation agrees, or nothing was tried.
     """
     readings = readings or {}
     if printed.value is None or not (note or readings):
@@ -333,7 +332,7 @@ def not_reproducible(
 
 
 def _same(value: Value, ours: Value, printed: Printed) -> bool:
-    """Whether ours is a printed value (texts in its unit), or a computed one (to rounding)."""
+    """Tests whether ours agrees with a printed text, or with a computed value to rounding."""
     if isinstance(ours, Finding):
         if not isinstance(value, str) or decimal(value) is not None:
             raise Refuted(f"{printed.item}: expected words for a finding, got {value}")
@@ -371,9 +370,9 @@ def _row(printed: Printed, ours: Value, verdict: Verdict, note: str) -> Row:
 
 
 def _at_the_edge(value: Text | None, ours: Value, printed: Printed, digits: int) -> bool:
-    """Whether a number, rounded for the table, stands just at the edge of agreement and is not it.
+    """Tests whether a number, rounded for the table, falls on the limit of agreement.
 
-    There a reader cannot see on which side it is.
+    A reader could then not see whether the number agrees.
     """
     if isinstance(ours, Finding | str):
         return False
@@ -392,7 +391,7 @@ def _at_the_edge(value: Text | None, ours: Value, printed: Printed, digits: int)
 
 
 def _decimals(value: Text | None) -> int:
-    """Decimals of the printed number with the most; 3 where none is printed, 5 of equations."""
+    """Returns the largest number of printed decimals; 3 without a value, 5 for equations."""
     if value is None:
         return 3
     if isinstance(value, tuple):
@@ -419,7 +418,7 @@ def _joined(values: Any, digits: int) -> str:
 
 
 def _number(value: float | str, digits: int) -> str:
-    """A number with its decimals; never a negative zero."""
+    """Formats a number with its decimals, without negative zero."""
     if isinstance(value, str):
         return value
     shown = f"{value:.{digits}f}"
@@ -434,7 +433,7 @@ def _refuted(printed: Printed, ours: Value, words: str) -> Refuted:
 
 
 def show(rows: Sequence[Row]) -> None:
-    """Prints a paper's table."""
+    """Prints the table of a paper."""
     lines = [
         (row.verdict, row.item, *row.shown, row.unit, f"{row.where}. {row.note}") for row in rows
     ]
@@ -445,7 +444,7 @@ def show(rows: Sequence[Row]) -> None:
 
 
 Picture = Any
-"""A matplotlib figure, or a function that writes an animation to the path of a GIF."""
+"""A matplotlib figure, or a function that writes an animation as GIF to a path."""
 Figures = dict[str, "Picture | Callable[[Path], None]"]
 
 

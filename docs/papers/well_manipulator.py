@@ -1,8 +1,8 @@
 """Well manipulator: a working process of 49 s, and the quality of two models.
 
 Closed chain cascade manipulator with an improved kinematic model, Mathematical Problems in
-Engineering. The robot is `well_manipulator`; `robots/well_first_cylinder.toml` here is its first
-cylinder with pin B where (64) prints it.
+Engineering. The robot is `well_manipulator`; `robots/well_first_cylinder.toml` in this
+folder is its first cylinder, with pin B as printed in (64).
 """
 
 from __future__ import annotations
@@ -51,18 +51,18 @@ __all__ = ["ARMS", "CYLINDERS", "OVER_THE_WELL", "RATE", "Process", "process", "
 
 FloatArray = NDArray[np.float64]
 
-BY_LAW = "with the law assumed for 39-49 s"
-"""Note on what depends on the last stage, for which the paper names no law."""
+BY_LAW = "with our assumption for 39-49 s"
+"""Note on values that depend on the last stage, whose motion the paper does not define."""
 SHIFT = np.radians([0.0049, -0.0045, -0.0049, -0.0049])
 """Shifts of theta2, 3, 5 and 7 of (63), within half a unit of its last digit [rad]."""
 HALF_UNIT = np.radians(0.005)
 """Half a unit of the last digit of (63) [rad]."""
 JUMP = 0.2
-"""The step over which a jump of a rate would give the printed angular acceleration [s]."""
+"""Time step for which a rate jump would give the printed angular acceleration [s]."""
 
 
 def rows() -> list[Row]:
-    """Every printed number beside ours."""
+    """Compares every printed value with ours."""
     printed = read("well_manipulator")
     return [
         *constant_rows(printed),
@@ -79,7 +79,7 @@ def rows() -> list[Row]:
 
 
 def constant_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Every constant of (64); B is right as r_AB."""
+    """Compares every constant of (64); B is correct as r_AB."""
     value = {name: parameter.value for name, parameter in robot().parameters.items()}
     vectors = {
         "p_AD": (0, 0, value["l_AD"]),
@@ -99,14 +99,14 @@ def constant_rows(printed: dict[str, Printed]) -> list[Row]:
             printed["r_B"],
             np.array(vectors["r_AB"]),
             right,
-            "y and z are exchanged, as the triangle of (39) shows",
-            cause=("r_AB with y and z exchanged", right[[0, 2, 1]]),
+            "y and z are swapped, as the triangle of (39) shows",
+            cause=("r_AB with y and z swapped", right[[0, 2, 1]]),
         ),
     ]
 
 
 def stage_rows(printed: dict[str, Printed]) -> list[Row]:
-    """What section 5 prints of each stage."""
+    """Compares the printed values of each stage in section 5."""
     found = process()
     T, V = found.sampled.T, found.sampled.V
     tool = {time: T[found.at(time), :3, 3] for time in (0, 5, 25, 37, 39)}
@@ -128,28 +128,28 @@ def stage_rows(printed: dict[str, Printed]) -> list[Row]:
             printed["R_object"],
             at_the_object(),
             f"theta2, 3, 5, 7 of (63) shifted by {shifts} deg, within half a unit of their last "
-            f"digit, which moves R by up to {1e3 * digits_of_start():.2f} mm; (63) as it stands "
+            f"digit, which moves R by up to {1e3 * digits_of_start():.2f} mm; (63) as printed "
             f"gives {shown_mm(tool[5])}",
         ),
         erratum(
             printed["R_39"],
             tool[39][2],
             1.02 - DESCENT,
-            "read 1020 - 2166 - 216.6 (t - 39), which goes on from 37 s; evaluated at 39 s",
+            "correct: 1020 - 2166 - 216.6 (t - 39), which continues from 37 s; evaluated at 39 s",
             evaluated=lambda item: at(t=39.0)(item) * 1e-3,
         ),
         assumed(
             printed["law"],
             "minimum norm",
-            "four joints face three conditions and the paper names no law: each pose is solved "
-            "anew from the posture of 37 s by steps of minimum norm in the joint angles. No law "
-            "that was tried gives all amplitudes; this one gives those of figures 6 and 9",
+            "four joints satisfy three conditions, and the paper does not state how: each pose is "
+            "solved from the configuration at 37 s by minimum-norm steps of the joint angles. No "
+            "rule that we tried gives all amplitudes; this rule gives figures 6 and 9",
         ),
     ]
 
 
 def at_the_object() -> FloatArray:
-    """(3,) R after 5 s from a start that (63) rounds to its digits [m]."""
+    """Returns R (3,) after 5 s from a start that rounds to the digits of (63) [m]."""
     if np.abs(SHIFT).max() >= HALF_UNIT:
         raise ValueError("the shifted start leaves the digits of (63)")
     theta = initial()
@@ -159,19 +159,19 @@ def at_the_object() -> FloatArray:
 
 
 def shown_mm(p: FloatArray) -> str:
-    """A position [m] in millimetres."""
+    """Formats a position [m] in millimetres."""
     return f"({', '.join(f'{1e3 * value:.2f}' for value in p)}) mm"
 
 
 def digits_of_start() -> float:
-    """How far half a unit of the last digits of (63) moves R, at most along an axis [m]."""
+    """Returns the largest shift of R along an axis for half-unit changes of (63) [m]."""
     well, start = robot(), initial()
     J = well.jacobian_mixed(well.actuators(start)) @ well.actuators_D_chain(start)
     return float(np.abs(J[:3, ARMS]).sum(1).max() * HALF_UNIT)
 
 
 def state_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Postures and rates, evaluated from the paper's equations apart from chasles."""
+    """Configurations and rates, evaluated from the paper's equations independently of chasles."""
     well, found = robot(), process()
     first = well.chain(well.actuators(initial()))
     values = {"upright": elevation(found.sampled.T[0])}
@@ -191,21 +191,21 @@ def state_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def elevation(T: FloatArray) -> float:
-    """Angle of the fifth arm above the horizontal [rad]."""
+    """Returns the angle of the fifth arm above the horizontal [rad]."""
     return float(np.arctan2(T[2, 0], np.hypot(T[0, 0], T[1, 0])))
 
 
 # Amplitudes of figures 6 to 10
 
 LAWS = {
-    "joint rates of minimum norm": joint_norm,
-    "cylinder speeds of minimum norm": cylinder_norm,
+    "minimum-norm joint rates": joint_norm,
+    "minimum-norm cylinder speeds": cylinder_norm,
 }
-"""Other laws of the last stage, integrated from 39 s."""
+"""Other assumptions for the last stage, integrated from 39 s."""
 
 
 def amplitude_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Largest less least value over the 49 s."""
+    """Amplitudes: largest minus smallest value over the 49 s."""
     found = process()
     return [
         *angle_rows(printed, found),
@@ -216,7 +216,7 @@ def amplitude_rows(printed: dict[str, Printed]) -> list[Row]:
 
 
 def angle_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
-    """Figures 6 and 8; the printed amplitudes of the cylinders' angles have no reading."""
+    """Compares figures 6 and 8; no reading reproduces the cylinder angle amplitudes."""
     joints, swings = np.ptp(found.theta[:, TURNING], axis=0), np.ptp(found.swings, axis=0)
     on_arm = np.ptp(found.swings - found.theta[:, ARMS], axis=0)
     other = {name: np.ptp(integrated(norm).swings, axis=0) for name, norm in LAWS.items()}
@@ -230,8 +230,8 @@ def angle_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
             not_reproducible(
                 printed[f"amplitude_theta{8 + k}"],
                 swings[k],
-                "ours is the angle on the arm before, as (38) defines it",
-                readings={"angle on the arm behind": on_arm[k]}
+                "ours is the angle relative to the preceding arm, as in (38)",
+                readings={"angle relative to the following arm": on_arm[k]}
                 | {name: values[k] for name, values in other.items()},
             )
             for k in range(4)
@@ -240,11 +240,11 @@ def angle_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
 
 
 def length_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
-    """Figure 9; that of cylinder 1 as printed follows from the misprinted pin B."""
+    """Compares figure 9; the amplitude of cylinder 1 follows from the misprinted pin B."""
     first, *others = np.ptp(found.sampled.q[:, CYLINDERS], axis=0)
     misprinted = chasles.load(Path(__file__).parent / "robots" / "well_first_cylinder.toml")
     lengths = np.ptp(misprinted.actuators(found.theta[:, :2])[:, 1])
-    cause = (f"r_B as (64) prints it, which gives {1e3 * lengths:.2f} mm", lengths)
+    cause = (f"r_B as printed in (64), which gives {1e3 * lengths:.2f} mm", lengths)
     return [
         erratum(printed["amplitude_l1"], first, "349", BY_LAW, cause=cause),
         *(agrees(printed[f"amplitude_l{k}"], own, BY_LAW) for k, own in enumerate(others, 2)),
@@ -252,21 +252,20 @@ def length_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
 
 
 def speed_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
-    """Figures 7 and 10: rates of joints, and speeds of cylinders that were read in mm deg/s."""
+    """Compares figures 7 and 10: joint rates, and cylinder speeds in the assumed unit mm deg/s."""
     others = {name: integrated(norm) for name, norm in LAWS.items()}
     rates = np.ptp(found.rates[:, TURNING], axis=0)
     by_law = {name: np.ptp(own.rates[:, TURNING], axis=0) for name, own in others.items()}
-    least_speeds = by_law["cylinder speeds of minimum norm"]
-    angle = np.degrees(np.ptp(others["cylinder speeds of minimum norm"].theta[:, 4]))
+    least_speeds = by_law["minimum-norm cylinder speeds"]
+    angle = np.degrees(np.ptp(others["minimum-norm cylinder speeds"].theta[:, 4]))
     return [
         agrees(printed["amplitude_rate1"], rates[0]),
         agrees(printed["amplitude_rate2"], rates[1], BY_LAW),
         in_one_reading(
             printed["amplitude_rate3"],
             least_speeds[2],
-            f"with cylinder speeds of minimum norm in 39-49 s; the law of figure 6 gives "
-            f"{np.degrees(rates[2]):.1f}, and this law gives {angle:.0f} deg for theta5, printed "
-            f"132",
+            f"with minimum-norm cylinder speeds in 39-49 s, for which theta5 is {angle:.0f} deg, "
+            f"not 132 as printed; the rule of figure 6 gives {np.degrees(rates[2]):.1f}",
         ),
         not_reproducible(
             printed["amplitude_rate5"],
@@ -281,17 +280,17 @@ def speed_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
 def cylinder_speed_rows(
     printed: dict[str, Printed], found: Process, others: dict[str, Process]
 ) -> list[Row]:
-    """Figure 10, which has no value in mm/s that any law gives."""
+    """Compares figure 10, whose values in mm/s follow from no assumption."""
     speeds = np.ptp(found.sampled.qd[:, CYLINDERS], axis=0)
     by_law = {name: np.ptp(own.sampled.qd[:, CYLINDERS], axis=0) for name, own in others.items()}
     in_mm = [replace(printed[f"amplitude_v{k}"], unit="mm·deg/s") for k in range(1, 5)]
-    unit = "mm deg/s read for the printed mm/s, the rates not converted from degrees"
+    unit = "in mm deg/s for the printed mm/s, without conversion of the rates from degrees"
     own = np.degrees(1e3 * speeds)
     return [
         in_one_reading(
             in_mm[0],
-            by_law["joint rates of minimum norm"][0],
-            f"{unit}, with joint rates of minimum norm in 39-49 s; the law of figure 6 gives "
+            by_law["minimum-norm joint rates"][0],
+            f"{unit}, with minimum-norm joint rates in 39-49 s; the rule of figure 6 gives "
             f"{own[0]:.0f}, in mm/s {1e3 * speeds[0]:.1f}",
         ),
         *(
@@ -306,36 +305,37 @@ def cylinder_speed_rows(
         in_one_reading(
             in_mm[3],
             speeds[2],
-            f"{unit}, of cylinder 3 by the law of figure 6; cylinder 4 has {own[3]:.0f}",
+            f"{unit}, for cylinder 3 with the rule of figure 6; cylinder 4 has {own[3]:.0f}",
         ),
     ]
 
 
 def acceleration_rows(printed: dict[str, Printed], found: Process) -> list[Row]:
-    """Rates jump where stages meet, so that no acceleration at 39 s is finite."""
+    """Rates jump between stages, so no acceleration at 39 s is finite."""
     k = found.at(39)
     theta3, l2 = abs(found.rates[k, 2]), abs(found.sampled.qd[k, 2])
     return [
         in_one_reading(
             printed["jump_theta3"],
             theta3 / JUMP,
-            f"the rate jumps by {np.degrees(theta3):.2f} deg/s, and the paper names no step: ours "
-            f"is over {JUMP} s; over 1/{RATE:.0f} s it is {np.degrees(theta3 * RATE):.0f}",
+            f"the rate jumps by {np.degrees(theta3):.2f} deg/s, and the paper states no time "
+            f"step: ours is {JUMP} s; for 1/{RATE:.0f} s the value is "
+            f"{np.degrees(theta3 * RATE):.0f}",
         ),
         not_reproducible(
             printed["jump_l2"],
             l2 * RATE,
-            f"the speed jumps by {1e3 * l2:.2f} mm/s; ours is over 1/{RATE:.0f} s",
+            f"the speed jumps by {1e3 * l2:.2f} mm/s; ours is for a time step of 1/{RATE:.0f} s",
             readings={
-                f"over {JUMP} s": l2 / JUMP,
-                f"over {JUMP} s, with mm deg/s": np.degrees(l2) / JUMP,
+                f"time step {JUMP} s": l2 / JUMP,
+                f"time step {JUMP} s, in mm deg/s": np.degrees(l2) / JUMP,
             },
         ),
     ]
 
 
 def figures() -> Figures:
-    """Figures 6 to 10, and the arm over the well."""
+    """Draws figures 6 to 10, and the arm over the well."""
     return well_pictures.drawn(process())
 
 

@@ -1,4 +1,4 @@
-"""The well manipulator's Lie groups, the quality of its two models, and errors of its equations."""
+"""The well manipulator: Lie groups, quality of its two models, and errors in its equations."""
 
 from __future__ import annotations
 
@@ -23,30 +23,30 @@ A, B = np.array([0.3, -0.7, 1.1]), np.array([-0.4, 0.9, 0.2])
 AXIS, V, THETA = np.array([2.0, -1.0, 2.0]) / 3, np.array([0.3, -0.2, 0.5]), 0.7
 """A screw with a unit vector omega, and an angle [rad]."""
 EXTENDED = np.array([0.4, 0, 0, 0.11, 0, 0.07, 0])
-"""Change of the joints from (63) at which (36) is tested, both telescopes extended [rad, m]."""
+"""Change of the joints from (63) for tests of (36), with both telescopes extended [rad, m]."""
 TILT = 1e-6
 """The tilt of a parallel axis [rad]."""
 STEP = 1e-5
 """Half the step of a difference quotient [rad]."""
 SMALL = 1e-9
-"""Entries of matrices that count as 0."""
+"""Matrix entries below this value count as 0."""
 
 
 # The Lie groups (1) to (5)
 
 
 def hat(a: FloatArray) -> FloatArray:
-    """(3, 3) the matrix of the cross product, (3)."""
+    """Returns the cross-product matrix (3, 3) of (3)."""
     return np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
 
 
 def exp(theta: float) -> FloatArray:
-    """(4, 4) the pose of the screw by chasles."""
+    """Returns the pose (4, 4) of the screw, computed by chasles."""
     return np.asarray(se3.exp(theta * np.r_[V, AXIS]))
 
 
 def by_equation_5(theta: float) -> FloatArray:
-    """(4, 4) the pose of the screw by (5), the rotation by chasles."""
+    """Returns the pose (4, 4) of the screw by (5), with the rotation of chasles."""
     T = exp(theta)
     R = T[:3, :3]
     T[:3, 3] = (np.eye(3) - R) @ np.cross(AXIS, V) + np.outer(AXIS, AXIS) @ V * theta
@@ -54,7 +54,7 @@ def by_equation_5(theta: float) -> FloatArray:
 
 
 def lie_group_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Section 2 at generic values."""
+    """Evaluates section 2 at generic values."""
     first, other = exp(THETA), exp(-2 * THETA) @ exp(0.3)
     values = {f"a{k}": value for k, value in enumerate(A, 1)}
     slope = (exp(THETA + STEP) - exp(THETA - STEP))[:3, :3] / (2 * STEP)
@@ -63,16 +63,16 @@ def lie_group_rows(printed: dict[str, Printed]) -> list[Row]:
     return [
         agrees(
             printed["rotation"],
-            Finding(is_rotation(first[:3, :3]), "by the exponential of a screw"),
+            Finding(is_rotation(first[:3, :3]), "from the exponential of a screw"),
         ),
         agrees(
             printed["pose"],
-            Finding(is_rotation((first @ other)[:3, :3]), "by the product of two poses"),
+            Finding(is_rotation((first @ other)[:3, :3]), "from the product of two poses"),
         ),
         agrees(
             printed["hat"],
             np.cross(A, B),
-            "times b, at generic a and b",
+            "multiplied by b, for generic a and b",
             evaluated=lambda item: at(**values)(item) @ B,
         ),
         agrees(
@@ -85,21 +85,21 @@ def lie_group_rows(printed: dict[str, Printed]) -> list[Row]:
             printed["series"],
             third_coefficient(),
             1 / 6,
-            "read theta^3/3!, unless the text lost the sign of the factorial",
+            "correct: theta^3/3!, unless the text lost the factorial sign",
             evaluated=at(theta=1.0),
         ),
-        agrees(printed["rate"], Finding(is_rate, "by a quotient of differences")),
+        agrees(printed["rate"], Finding(is_rate, "from a difference quotient")),
     ]
 
 
 def is_rotation(R: FloatArray) -> bool:
-    """Whether a matrix is orthogonal, of determinant 1."""
+    """Tests whether a matrix is orthogonal with determinant 1."""
     pairs = ((R @ R.T, np.eye(3)), (R.T @ R, np.eye(3)), (np.linalg.det(R), 1))
     return all(np.allclose(own, value, atol=SMALL) for own, value in pairs)
 
 
 def third_coefficient() -> float:
-    """The factor of theta^3 omega^3 in the exponential of omega theta, by a polynomial."""
+    """Returns the coefficient of theta^3 omega^3 in exp(omega theta), from a polynomial fit."""
     theta = np.cos(np.linspace(0, np.pi, 24))
     W = hat(AXIS)
     along = [np.vdot(W, exp(value)[:3, :3]) / np.vdot(W, W) for value in theta]
@@ -112,18 +112,18 @@ def third_coefficient() -> float:
 
 @cache
 def quality() -> ModelReport:
-    """The report on conventions at the manipulator's joints."""
+    """Returns the report on conventions at the manipulator's joints."""
     return model_report(read(ROBOT_FILES / "well_manipulator.toml"))
 
 
 def convention(name: str, joint: int = 0) -> ConventionQuality:
-    """A convention between two axes: 0 the first pair."""
+    """Returns the quality of a convention between two axes; joint 0 is the first pair."""
     (found,) = [c for c in quality().joints[joint].conventions if c.convention == name]
     return found
 
 
 def model_rows(printed: dict[str, Printed]) -> list[Row]:
-    """Section 3: model (6) is `mdh5`, model (8) `hayati5`."""
+    """Compares section 3: model (6) is `mdh5`, and model (8) is `hayati5`."""
     report = quality()
     numbers = {"r": report.revolute, "t": report.prismatic}
     six, whole = convention("mdh5").determinant, convention("mdh5").completed
@@ -140,9 +140,9 @@ def model_rows(printed: dict[str, Printed]) -> list[Row]:
             Finding(bool(six.free_symbols), f"det = {plain(six)} everywhere"),
             Finding(
                 whole.subs(zeros) == 0,
-                f"det with the rotation of the joint before, {plain(whole)}",
+                f"det with the rotation of the preceding joint, {plain(whole)}",
             ),
-            "by the parameters of (6) alone there is no zero; with it the zeros are those of (7)",
+            "the parameters of (6) alone give no zero; with this rotation the zeros are (7)",
         ),
         agrees(
             printed["only_parallel"],
@@ -161,34 +161,34 @@ def model_rows(printed: dict[str, Printed]) -> list[Row]:
         agrees(
             printed["complete"],
             report.suitable_rank,
-            "the rank over random postures, r = 5 and t = 2",
+            "the rank over random configurations, r = 5 and t = 2",
             evaluated=at(**numbers),
         ),
         erratum(
             printed["parameters"],
             report.suitable_rank,
             at(**numbers)(printed["complete"]),
-            "a fifth number places the frame along its axis, which no pose of the tool shows",
+            "a fifth parameter shifts the frame along its axis, which no tool pose reveals",
             evaluated=at(**numbers),
         ),
     ]
 
 
 def jump_of_theta() -> float:
-    """How far theta of model (6) jumps when a parallel axis tilts towards the axis before [rad].
+    """Returns the jump of theta in model (6) if a parallel axis tilts to the preceding axis [rad].
 
-    X of the frame before lies along the common normal, so that the rotation between both axes is
-    Rz Rx(alpha) Rz(theta); the first Rz belongs to the joint before.
+    X of the preceding frame is along the common normal. So the rotation between both axes is
+    Rz Rx(alpha) Rz(theta), and the first Rz belongs to the preceding joint.
     """
     tilted = Rotation.from_euler("Y", TILT) * Rotation.from_euler("Z", THETA)
     return float(abs(tilted.as_euler("ZXZ")[2] - THETA))
 
 
-# Errors of equations
+# Errors in equations
 
 
 def equation_rows(printed: dict[str, Printed]) -> list[Row]:
-    """(25), (33) and (36) against the poses of the links."""
+    """Compares (25), (33) and (36) with the link poses."""
     well = robot()
     poses = well.link_poses(well.actuators(initial() + EXTENDED))
     T = dict(zip(well.link_names, poses, strict=True))
@@ -204,14 +204,14 @@ def equation_rows(printed: dict[str, Printed]) -> list[Row]:
             printed["figure_3"],
             Finding(max(map(abs, y)) < SMALL, f"y {1e3 * y[0]:.1f} and {1e3 * y[1]:.1f} mm"),
             Finding(max(tilt) < SMALL, "Figure 1 and model (6) for systems 5 and 7"),
-            "(64) prints these y for (25) and (33); model (8) shifts along x and z alone where "
-            "axes are parallel",
+            "(64) prints these y for (25) and (33); for parallel axes, model (8) shifts only along "
+            "x and z",
         ),
         erratum(
             printed["equation_36"],
             own,
             others + value["l_LM"] * four,
-            "read l_LM, as (32) has it; at (63) with theta1 0.4 rad, l_HI 110 and l_MN 70 mm",
+            "correct: l_LM, as in (32); at (63) with theta1 0.4 rad, l_HI 110 and l_MN 70 mm",
             evaluated=lambda _: others + l_MN * four,
         ),
     ]

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 STAGES = (0, 5, 10, 15, 25, 27, 37, 39, 49)
-"""Times between which the stages of section 5 run [s]."""
+"""Start and end times of the stages in section 5 [s]."""
 SHOWN = (0, 25, 37, 49)
 """Times at which the arm is drawn [s]."""
 FRAMES = 50
@@ -33,7 +33,7 @@ PISTONS = ("cylinder 1", "cylinder 2", "cylinder 3", "cylinder 4")
 
 
 def drawn(process: Process) -> dict[str, Any]:
-    """Every picture by its caption."""
+    """Returns all pictures, keyed by caption."""
     sampled = process.sampled
     q, qd = sampled.q[:, CYLINDERS], sampled.qd[:, CYLINDERS]
     angles, rates = process.theta[:, TURNING], process.rates[:, TURNING]
@@ -60,7 +60,7 @@ def drawn(process: Process) -> dict[str, Any]:
 
 
 def over_time(process: Process, values: FloatArray, names: tuple[str, ...], label: str) -> Any:
-    """Curves over the eight stages, which pale stripes tell apart and numbers name."""
+    """Plots curves over the eight stages, which pale stripes separate and numbers label."""
     figure, axes = panels(2.5)
     curves(axes, process.sampled.t, values, names, label)
     for stage, (begin, end) in enumerate(pairwise(STAGES), 1):
@@ -80,7 +80,7 @@ def over_time(process: Process, values: FloatArray, names: tuple[str, ...], labe
 
 
 def postures(process: Process) -> Any:
-    """The arm from the side, its cylinders, and the pipe."""
+    """Draws the arm from the side, its cylinders, and the pipe."""
     figure, axes = panels(3.6)
     for k, time in enumerate(SHOWN):
         arms, cylinders = side(process.sampled.q[process.at(time)])
@@ -96,7 +96,7 @@ def postures(process: Process) -> Any:
 
 
 def working(process: Process) -> Callable[[Path], None]:
-    """A function that writes the 49 s as GIF: the arm in its own plane, R at its place."""
+    """Returns a function that writes the 49 s as GIF: the arm in its plane, with R in place."""
 
     def write(path: Path) -> None:
         import matplotlib.pyplot as plt  # noqa: PLC0415
@@ -129,7 +129,7 @@ def working(process: Process) -> Callable[[Path], None]:
 
 
 def side(q: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Joints of the arm (8, 2) and ends of the cylinders (4, 2, 2) in the plane of x and z [m]."""
+    """Returns arm joints (8, 2) and cylinder ends (4, 2, 2) in the plane of x and z [m]."""
     well = chasles.load("well_manipulator")
     value = {name: parameter.value for name, parameter in well.parameters.items()}
     T = dict(zip(well.link_names, well.link_poses(q), strict=True))

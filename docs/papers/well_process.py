@@ -1,4 +1,4 @@
-"""The well manipulator's working process of 49 s, and three laws for its last stage."""
+"""The 49 s working process of the well manipulator, and three assumptions for its last stage."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from chasles.study.motion import MotionSequence, Trajectory, line
 FloatArray = NDArray[np.float64]
 
 TURNING = [0, 1, 2, 4, 6]
-"""theta1, 2, 3, 5 and 7 among the joints of the main chain."""
+"""Indices of theta1, 2, 3, 5 and 7 among the joints of the main chain."""
 ARMS = TURNING[1:]
 CYLINDERS = [1, 2, 4, 6]
-"""The four cylinders among the coordinates."""
+"""Indices of the four cylinders among the coordinates."""
 TELESCOPES = ["l_HI", "l_MN"]
 OVER_THE_WELL = np.array([[0, 1, 0, 1.237], [0, 0, -1, 0], [-1, 0, 0, 1.02], [0, 0, 0, 1]])
 """Pose of R after 25 s [m], (4) of section 5."""
 DESCENT = 2.166
-"""Way down in each of the last two stages [m]: 216.6 mm/s for 10 s."""
+"""Downward distance in each of the last two stages [m]: 216.6 mm/s for 10 s."""
 RATE = 50.0
 """Samples per second."""
 IN_PLANE = [0, 2, 4]
-"""x, z and the pitch of R, which four joints move."""
+"""Indices of x, z and pitch of R, which four joints move."""
 
 
 @cache
 def robot() -> Any:
-    """The manipulator."""
+    """Loads the manipulator."""
     return chasles.load("well_manipulator")
 
 
@@ -44,7 +44,7 @@ class Process:
     Attributes:
         sampled: The motion of the coordinates and of R.
         theta: (m, 7) joints of the main chain [rad or m].
-        rates: (m, 7) their rates [rad/s or m/s].
+        rates: (m, 7) joint rates of the main chain [rad/s or m/s].
         swings: (m, 4) angles theta8 to theta11 of the cylinders [rad].
     """
 
@@ -54,19 +54,19 @@ class Process:
     swings: FloatArray
 
     def at(self, time: float) -> int:
-        """The index of the sample at a time [s]; where stages meet, the first of the later."""
+        """Returns the sample index at a time [s]; between stages, the first of the later one."""
         return int(np.searchsorted(self.sampled.t, time - 0.5 / RATE))
 
 
 def initial() -> FloatArray:
-    """(7,) joints of the main chain at the start, (63), telescopes retracted [rad or m]."""
+    """Returns the main-chain joints (7,) at the start, (63), telescopes retracted [rad or m]."""
     theta = np.zeros(7)
     theta[TURNING] = np.radians([0, 88.79, -49.2, -86.76, -40.62])
     return theta
 
 
 def over_the_well(down: float) -> FloatArray:
-    """The pose of R on its vertical line, a distance [m] below the one after 25 s."""
+    """Returns the pose of R on its vertical line, a distance [m] below its pose after 25 s."""
     pose = OVER_THE_WELL.copy()
     pose[2, 3] -= down
     return pose
@@ -74,9 +74,9 @@ def over_the_well(down: float) -> FloatArray:
 
 @cache
 def process() -> Process:
-    """All eight stages; in the last one four joints face three conditions.
+    """Returns all eight stages; in the last stage four joints satisfy three conditions.
 
-    There each pose is solved anew from the posture of 37 s by steps of minimum norm.
+    There each pose is solved from the configuration at 37 s by minimum-norm steps.
     """
     well, start = robot(), initial()
     q_start = well.actuators(start)
@@ -110,22 +110,22 @@ def process() -> Process:
 
 
 def joint_norm(_: FloatArray) -> FloatArray:
-    """(4, 4) what rates of minimum norm in the joints minimise."""
+    """Returns the weight matrix (4, 4) of minimum-norm joint rates."""
     return np.eye(len(ARMS))
 
 
 def cylinder_norm(by_chain: FloatArray) -> FloatArray:
-    """(4, 4) what rates of minimum norm in the cylinders minimise."""
+    """Returns the weight matrix (4, 4) of minimum-norm cylinder speeds."""
     return by_chain[np.ix_(CYLINDERS, ARMS)]
 
 
 @cache
 def integrated(norm: Callable[[FloatArray], FloatArray]) -> Process:
-    """The process with rates of minimum norm in its last stage.
+    """Returns the process with minimum-norm rates in its last stage.
 
     Args:
-        norm: The (4, 4) matrix whose product with the rates of the arms is made least, from the
-            (7, 7) derivatives of the coordinates by the main chain.
+        norm: Computes the (4, 4) weight matrix of the arm rates from the (7, 7) derivatives of the
+            coordinates with respect to the main chain.
     """
     found = process()
     first = found.at(39)
@@ -144,7 +144,7 @@ def integrated(norm: Callable[[FloatArray], FloatArray]) -> Process:
 def runge_kutta(
     theta: FloatArray, step: float, norm: Callable[[FloatArray], FloatArray]
 ) -> FloatArray:
-    """The change of the joints over a step [s], to fourth order."""
+    """Returns the joint change over a time step [s], by a fourth-order Runge-Kutta method."""
     a = least_rates(theta, norm)
     b = least_rates(theta + step / 2 * a, norm)
     c = least_rates(theta + step / 2 * b, norm)
@@ -153,7 +153,7 @@ def runge_kutta(
 
 
 def least_rates(theta: FloatArray, norm: Callable[[FloatArray], FloatArray]) -> FloatArray:
-    """(7,) the rates of minimum norm with which R moves down [rad/s]."""
+    """Returns the minimum-norm rates (7,) with which R moves down [rad/s]."""
     by_chain = robot().actuators_D_chain(theta)
     J = (robot().jacobian_mixed(robot().actuators(theta)) @ by_chain)[np.ix_(IN_PLANE, ARMS)]
     inverse = np.linalg.inv(norm(by_chain))
