@@ -1,7 +1,7 @@
-"""Solutions of loops without a closed form, by Newton's iteration in C.
+"""Loop configurations without a closed form, by Newton's iteration in C.
 
-The generated functions start at the reference configuration and follow the straight line in q, or
-start at a configuration nearby.
+The generated functions follow the straight line in q from the reference configuration, or start at
+a given configuration.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from ..facts import RobotFacts
 
 
 class LoopSolution(NamedTuple):
-    """Configurations that close the loops, found from the reference or from a configuration nearby.
+    """Configurations with closed loops.
 
     Attributes:
-        z: (..., n_z) configurations, NaN where the iteration did not converge.
-        valid: (...,) whether it converged.
-        residual: (...,) largest entry of the constraint [m, rad], NaN where it did not.
+        z: (..., n_z) configurations, NaN without convergence.
+        valid: (...,) whether the iteration converged.
+        residual: (...,) largest constraint residual [m, rad], NaN without convergence.
     """
 
     z: FloatArray
@@ -31,12 +31,12 @@ class LoopSolution(NamedTuple):
 
     @property
     def n_failed(self) -> int:
-        """The number of vectors q without a solution."""
+        """The number of coordinate vectors q without a solution."""
         return int(np.size(self.valid) - np.count_nonzero(self.valid))
 
 
 class NewtonMethods(RobotFacts):
-    """The methods of a robot whose loops have no closed-form solution."""
+    """Methods of robots whose loops have no closed-form solution."""
 
     @needs("configuration_near", "constraint", when=lambda robot: robot.manifest.is_iterated)
     def solve_loops(self, q: ArrayLike, z_seed: ArrayLike | None = None) -> LoopSolution:
@@ -44,16 +44,16 @@ class NewtonMethods(RobotFacts):
 
         Args:
             q: (..., n) actuated coordinates [rad or m].
-            z_seed: (..., n_z) configurations nearby, such as the previous ones. Each solution is
-                then on the branch of its seed, after at most eight linear systems. If None, the
+            z_seed: (..., n_z) nearby configurations, such as the previous solutions. Each solution
+                is then on the branch of its seed, after at most eight linear systems. If None, the
                 iteration follows the straight line in q from the reference configuration.
 
         Returns:
-            `z (..., n_z)`, `valid (...,)` and `residual (...,)`, and `n_failed`, the number of
-            vectors q without a solution. They raise no error.
+            `z (..., n_z)`, `valid (...,)`, `residual (...,)` and `n_failed`. Missing solutions do
+            not raise an error.
         """
         q = np.asarray(q)
-        # One dimension more, since a single q without a solution would raise.
+        # A batch of one, as a single q without a solution would raise.
         rows = q[None]
         z = self.configuration(rows) if z_seed is None else self.configuration_near(rows, z_seed)
         return self._solution(z[0])
@@ -64,10 +64,10 @@ class NewtonMethods(RobotFacts):
 
         Args:
             q: (k, n) actuated coordinates [rad or m], in order.
-            z_seed: (n_z,) a configuration near the first one; None: as in `solve_loops`.
+            z_seed: (n_z,) a configuration near the first solution; None: see `solve_loops`.
 
         Returns:
-            As in `solve_loops`; after a step without a solution, no further step has one.
+            The result of `solve_loops`. After a failed step, all further steps fail.
         """
         rows = np.asarray(q, dtype=np.float64)
         (size,) = self.configuration.outputs[0].shape

@@ -1,7 +1,7 @@
-"""Inverse kinematics by iteration: for every robot, within its limits, for weighted poses.
+"""Iterative inverse kinematics for every robot, within its limits, for weighted poses.
 
-The iteration is written in C (_numeric.c) and calls the robot's own compiled functions. It starts
-from a table of configurations within the limits, made once for each robot, nearest pose first.
+The iteration in C (_numeric.c) calls the compiled robot functions. It starts from a table of
+configurations within the limits, in the order of their distance from the pose.
 
 Source:
     Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, 2011.
@@ -36,24 +36,24 @@ _TOOL = ("fk_jacobian_mixed", "hessian_mixed")
 """The generated functions that a solver for the tool calls."""
 _STARTS = 256
 _FEWEST = 32
-"""Fewest starts at which the loops close; sampling goes on until so many are found."""
+"""Minimum number of starts with closed loops; sampling continues until they are found."""
 _MAX_SOLVERS = 64
-"""Solvers kept for a robot, one for each tip and set of starts; the next one clears them."""
+"""Maximum number of cached solvers of a robot; the cache is cleared when it is full."""
 _MAX_EVALUATIONS = 2**31 - 1
 
 
 class NumericSolution(NamedTuple):
-    """The result of an iteration for each pose.
+    """The results of iterative inverse kinematics.
 
     Attributes:
-        q: (..., n) coordinates [rad or m], within the limits; NaN where a pose is not finite.
-        residual: (...,) the larger of the distance [m] from the pose and of the angle times the
-            robot's `unit_length`, in the components that have a weight.
-        valid: (...,) whether the residual is at most the tolerance, or is the least one and at
-            most, of a pose that rounding has moved off a rigid one, 10 `unit_length` times its
-            `se3.deviation`, or half a unit of the last decimal of its rotation if that is more.
-        ending: (...,) reason for the end, as an index into `REASONS`; see `reason`.
-        iterations: (...,) number of evaluations of forward kinematics.
+        q: (..., n) coordinates [rad or m], within the limits; NaN if a pose is not finite.
+        residual: (...,) the larger of the distance [m] and the angle times `unit_length`, over
+            components with a weight.
+        valid: (...,) whether the residual is at most the tolerance. For rounded poses, a minimum
+            residual is valid up to 10 `unit_length` times the rounding: the `se3.deviation`, or
+            half a unit of the last decimal of the rotation if that is larger.
+        ending: (...,) reason for termination, as an index into `REASONS`; see `reason`.
+        iterations: (...,) number of forward kinematics evaluations.
         restarts: (...,) number of starts after the first.
     """
 
@@ -66,18 +66,18 @@ class NumericSolution(NamedTuple):
 
     @property
     def reason(self) -> Any:
-        """Why there is no solution: a str for a single pose, else an array of them (...,).
+        """The reason for a missing solution: a str for a single pose, else an array (...,).
 
-        "": there is one. "limits": a local minimum of the residual with coordinates at their
-        limits. "stalled": a local minimum within the limits. "max_evaluations": all evaluations
-        were spent before. "not a pose": the matrix is not finite, or off a rigid pose by more than
-        `se3.NEARLY_RIGID`; `se3.project` names the reason.
+        "": solved. "limits": a local minimum of the residual with coordinates at their limits.
+        "stalled": a local minimum within the limits. "max_evaluations": the evaluation limit was
+        reached. "not a pose": the matrix is not finite, or deviates from a rigid pose by more than
+        `se3.NEARLY_RIGID`; `se3.project` reports the reason.
         """
         reasons = np.array(REASONS)[self.ending]
         return reasons if reasons.ndim else str(reasons)
 
     def __str__(self) -> str:
-        """The result in a sentence."""
+        """Return a summary in a sentence."""
         if self.valid.ndim == 0:
             steps = f"{self.iterations} iteration{'' if self.iterations == 1 else 's'}"
             return f"{self.reason or 'solved'} after {steps}, residual {self.residual:.3g}"
@@ -88,16 +88,16 @@ class NumericSolution(NamedTuple):
 
 
 def _can_reach_links(robot: RobotFacts) -> bool:
-    """Whether a link can be the tip: its poses must be a compiled function of q."""
+    """Test whether links can be the tip, which needs the function `link_poses`."""
     return ("link poses", "actuators", "") in robot._roles and robot.manifest.skeleton is not None
 
 
 class NumericMethods(RobotFacts):
-    """The methods of a robot that solve inverses by iteration."""
+    """Robot methods for iterative inverse kinematics."""
 
     @functools.cached_property
     def _solvers(self) -> dict[tuple[str | None, int], Solver]:
-        """The solvers that were made, by tip and number of the set of starts."""
+        """The cached solvers, by tip and start set."""
         return {}
 
     @needs("fk", *_TOOL)
@@ -115,36 +115,34 @@ class NumericMethods(RobotFacts):
         rng: int | np.random.Generator | None = 0,
         threads: int | Literal["all"] = 1,
     ) -> NumericSolution:
-        """Coordinates within the limits at which the tip is at a pose, or nearest to it.
+        """Solve inverse kinematics by iteration within the limits.
 
-        Levenberg-Marquardt with lambda proportional to the squared error; the factor falls after
-        each step that reduces the error and rises after each step that does not; no step passes a
-        limit. If a start ends at another pose, further starts follow. For a pose out of reach the
-        result is the nearest pose found, at its least error, with `valid` False.
+        Levenberg-Marquardt with lambda proportional to the squared error. The factor decreases
+        after successful steps and increases after failed steps; no step exceeds a limit. If the
+        iteration ends at another pose, it restarts from other configurations. For a pose out of
+        reach, the result is the minimum residual found, with `valid` False.
 
         Args:
-            T: (..., 4, 4) poses of the tip measured and expressed in the base frame. The rigid pose
-                nearest to T is taken where T is off by at most `se3.NEARLY_RIGID`; a matrix
-                further off gives NaN.
-            q_seed: (..., n) coordinates at the start [rad or m]; leading dimensions broadcast.
-                Values beyond a limit are moved to it. Without `q_seed`, the start with the nearest
-                pose comes first.
+            T: (..., 4, 4) poses of the tip measured and expressed in the base frame. Deviations
+                from rigid poses up to `se3.NEARLY_RIGID` are corrected; larger deviations result in
+                NaN.
+            q_seed: (..., n) start coordinates [rad or m], clipped to the limits. Without `q_seed`,
+                the iteration starts from the table configuration with the nearest pose.
             tip: The link to be moved to the pose, one of `link_names`; the tool by default. Robots
-                derived without `link_poses` accept the tool alone.
-            task_weights: Six factors on the components of the error (v, omega), 0 for a free
-                component: (1, 1, 1, 0, 0, 0) for a position alone. All 1 by default, so that
-                `unit_length` (1 m for robots of 0.03 m to 30 m) counts as much as a radian.
-            frame: Whether these components are expressed in the axes of the "tool" (the tip) or of
-                the "base".
-            fixed: Coordinates that keep their values exactly, also beyond a limit: names or indices
-                keep the values at `q_seed`, a mapping sets values (...). A joint of the main chain
-                stands for the coordinate that moves it.
-            tolerance: Largest residual of a solution [m]; 1e-9 `unit_length` if None.
-            max_evaluations: Greatest number of evaluations of forward kinematics for a pose, about
-                0.4 microseconds each for an arm with six joints.
-            rng: Selects the starts: a number, a generator, or None for other starts in each call.
-                A number gives the same results for every number of threads.
-            threads: The number of threads over which poses are split, "all": one per core.
+                without `link_poses` accept the tool only.
+            task_weights: Six weights of the error components (v, omega), 0 for a free component:
+                (1, 1, 1, 0, 0, 0) for a position. By default all weights are 1, so that
+                `unit_length` is equivalent to 1 rad.
+            frame: The axes of these components: "tool" (the tip) or "base".
+            fixed: Coordinates that keep their values exactly, even outside the limits: names or
+                indices keep the values at `q_seed`, a mapping sets values (...). A joint of the
+                main chain stands for the coordinate that moves it.
+            tolerance: Maximum residual of a solution [m]; 1e-9 `unit_length` if None.
+            max_evaluations: Maximum number of forward kinematics evaluations per pose, of about
+                0.4 microseconds each for a six-joint arm.
+            rng: Seed of the start table, a generator, or None for new starts per call. With a seed,
+                results do not depend on the number of threads.
+            threads: Number of threads, "all": one per core.
 
         Returns:
             `q (..., n)`, `residual`, `valid`, `ending`, `iterations` and `restarts (...,)`, with
@@ -153,8 +151,8 @@ class NumericMethods(RobotFacts):
         Raises:
             ShapeError: If a shape is wrong, or the leading dimensions do not broadcast.
             InputTypeError: If `fixed` is neither a mapping nor names.
-            InputValueError: If there is no such link or coordinate, a weight is negative, all
-                weights are 0, fixed names come without `q_seed`, or an option is unknown.
+            InputValueError: If a link, coordinate or option is unknown, if a weight is negative or
+                all weights are 0, or if fixed names have no values and no `q_seed`.
         """
         method = f"{self.name}.ik_numeric"
         if frame not in ("tool", "base"):
@@ -180,7 +178,7 @@ class NumericMethods(RobotFacts):
         if q_seed is not None:
             poses, begin = self._with_seeds(poses, q_seed, locked)
         task = _WHOLE if task_weights is None else _weights(method, task_weights)
-        # With equal weights in all directions the frame makes no difference.
+        # With equal weights the result does not depend on the frame.
         in_tool_axes = frame == "tool" and task is not _WHOLE
         return NumericSolution._make(
             solver.solve(
@@ -191,11 +189,11 @@ class NumericMethods(RobotFacts):
     def _with_fixed(
         self, method: str, items: Mapping[str | int, ArrayLike | None], q_seed: ArrayLike | None
     ) -> FloatArray:
-        """The seeds (..., n) with the values of fixed coordinates and joints."""
+        """Return the seeds (..., n) with the values of fixed coordinates and joints."""
         if q_seed is None and None in items.values():
             raise InputValueError(
-                f"{method}: fixed names keep their values at q_seed; pass q_seed, or map the names "
-                "to values"
+                f"{method}: fixed names keep their values at q_seed; pass q_seed, or a mapping of "
+                "names to values"
             )
         begin = real_array(method, "q_seed", self.q_reference if q_seed is None else q_seed)
         names = [coordinate.name for coordinate in self.coordinates]
@@ -222,7 +220,7 @@ class NumericMethods(RobotFacts):
         return begin
 
     def _new_solver(self, tip: str | None, start_set: int) -> Solver:
-        """Makes the solver once: its table takes as long as a thousand poses."""
+        """Create and cache a solver: its start table takes as long as a thousand poses."""
         if len(self._solvers) >= _MAX_SOLVERS:
             self._solvers.clear()
         return self._solvers.setdefault((tip, start_set), _solver(self, tip, start_set))
@@ -230,7 +228,7 @@ class NumericMethods(RobotFacts):
     def _with_seeds(
         self, poses: FloatArray, q_seed: ArrayLike, locked: BoolArray
     ) -> tuple[FloatArray, FloatArray]:
-        """As many poses as seeds, and as many seeds as poses."""
+        """Broadcast poses and seeds, clipped to the limits unless locked."""
         method = f"{self.name}.ik_numeric"
         begin = real_array(method, "q_seed", q_seed)
         if begin.shape[-1:] != (self.n,):
@@ -274,7 +272,7 @@ def _weights(method: str, given: Sequence[float]) -> FloatArray:
 
 
 def _solver(robot: RobotFacts, tip: str | None, start_set: int) -> Solver:
-    """The solver of a robot."""
+    """Return a new solver for a tip."""
     limits, q = (robot.lower, robot.upper), starts(robot, start_set)
     if tip is None or tip == robot.tip_frame:
         return Solver(_kernels(robot, _TOOL), *limits, q, _entries(robot.fk(q)))
@@ -295,12 +293,12 @@ def _kernels(robot: RobotFacts, names: Sequence[str]) -> tuple[object, ...]:
 
 
 def _entries(T: FloatArray) -> FloatArray:
-    """Poses (m, 4, 4) as (12, m)."""
+    """Return the first three rows of poses (m, 4, 4) as (12, m)."""
     return np.ascontiguousarray(T[:, :3].reshape(-1, 12).T)
 
 
 def starts(robot: RobotFacts, start_set: int) -> FloatArray:
-    """(m, n) coordinates that fill the limits and close the loops; the number selects them."""
+    """Return coordinates (m, n) with closed loops that fill the limits, for a seed."""
     lower, upper = ranges(robot.coordinates, robot.reference)
     first = np.random.default_rng(start_set).random(robot.n)
     found = np.empty((0, robot.n))
@@ -315,12 +313,10 @@ def starts(robot: RobotFacts, start_set: int) -> FloatArray:
 
 
 def screws_up_to(manifest: Manifest, link: int) -> FloatArray:
-    """(s, 8) the joints up to a link: link, coordinate or chain's joint, axis (v, omega).
+    """Return rows (s, 8) for the joints up to a link: link, joint, axis (v, omega).
 
-    The axis is measured at and expressed in the frame of the link that the joint carries.
-
-    Raises:
-        InputValueError: If a link follows a joint that is not in the main chain.
+    The axis is measured at and expressed in the frame of the link that the joint moves. A joint
+    outside the main chain raises an InputValueError.
     """
     assert manifest.skeleton is not None
     bodies = {body.name: body.joint for body in manifest.skeleton.bodies}

@@ -1,16 +1,15 @@
-"""The characteristic length of a robot: one number that makes metres and radians comparable.
+"""The characteristic length of a robot, which scales radians to metres.
 
-It is the root mean square distance of the tip from the axes about which the coordinates turn it,
+It is the root mean square distance L of the tip from the rotation axes of the coordinates,
 
     L^2 = mean over configurations and coordinates k of |v_k|^2 / |omega_k|^2
 
 with (v_k, omega_k) column k of the Jacobian at the tip, over 256 configurations that fill the
-limits. For a cylinder or a crank the ratio of linear to angular rate stands for the distance. Where
-no coordinate turns the tool, L is the root mean square of the linear rate, and 1 m without any.
+limits. If no coordinate rotates the tool, L is the root mean square of the linear rates of revolute
+coordinates, or 1 m without such rates.
 
 Source:
-    Angeles, Fundamentals of Robotic Mechanical Systems: where all singular values can be made
-    equal, the characteristic length does it.
+    Angeles, Fundamentals of Robotic Mechanical Systems, for isotropic Jacobians.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ from ..tolerances import TURNS
 
 
 def length_of(J: FloatArray, turning: BoolArray) -> float:
-    """The characteristic length [m] from Jacobians."""
+    """Return the characteristic length [m] of Jacobians."""
     squared = (J**2).mean(0)
     linear, angular = squared[:3].sum(0), squared[3:].sum(0)
     turns_tool = angular > TURNS**2 * linear
@@ -41,17 +40,16 @@ def _has_jacobian(robot: RobotFacts) -> bool:
 
 
 class LengthMethods(RobotFacts):
-    """The characteristic length of a robot, and the Jacobians behind it."""
+    """The characteristic length of a robot, and its sampled Jacobians."""
 
     @needs(when=_has_jacobian)  # type: ignore[prop-decorator]
     @functools.cached_property
     def characteristic_length(self) -> float:
-        """The length [m] that makes metres and radians comparable where none is given.
+        """The default length [m] that scales radians to metres.
 
-        The root mean square distance of the tip from the axes about which the coordinates turn it,
-        over 256 configurations within the limits (a turn where there are none); the head of
-        `characteristic_length.py` has the definition. A platform that was derived without its
-        Jacobian takes the reference configuration alone.
+        It is the root mean square distance of the tip from the rotation axes, over 256
+        configurations within the limits, or at the reference configuration alone if the robot has
+        no function `jacobian_mixed`.
         """
         turning = np.array([c.kind == "revolute" for c in self.coordinates])
         return length_of(self._samples, turning)
@@ -59,7 +57,7 @@ class LengthMethods(RobotFacts):
     @needs(when=_has_jacobian)  # type: ignore[prop-decorator]
     @functools.cached_property
     def _samples(self) -> FloatArray:
-        """Jacobians (m, 6, n) at configurations that fill the limits."""
+        """Return Jacobians (m, 6, n) at configurations that fill the limits."""
         if "jacobian_mixed" not in self.functions:
             return self._jacobian_at_reference()
         J = self.jacobian_mixed(configurations(self.coordinates, self.reference))
@@ -70,13 +68,13 @@ class LengthMethods(RobotFacts):
         return self.jacobian_mixed(middle)[None]
 
     def _reference_theta(self) -> FloatArray:
-        """Return the joints of the main chain (n_theta,) at the reference configuration."""
+        """Return the main-chain joints (n_theta,) at the reference configuration."""
         assert self.reference is not None
         z = {v.name: k for k, v in enumerate(self.configuration_variables)}
         return np.array([self.reference.z[z[joint.name]] for joint in self.chain_joints])
 
     def _jacobian_at_reference(self) -> FloatArray:
-        """(1, 6, n) from the velocity relation J_x x' = J_q q', least squares."""
+        """Return the least-squares Jacobian (1, 6, n) of the velocity relation J_x x' = J_q q'."""
         relation = self.manifest.with_role("velocity relation", "chain")
         assert relation is not None and self.reference is not None  # noqa: PT018
         at = self._reference_theta(), self.reference.q
@@ -86,7 +84,7 @@ class LengthMethods(RobotFacts):
         return J
 
     def _checked_length(self, method: str, length: float | None) -> float:
-        """The characteristic length, the robot's own if None."""
+        """Return a checked characteristic length, the default length if None."""
         if length is None:
             return self.characteristic_length
         if not (np.isfinite(length) and length > 0):

@@ -1,4 +1,4 @@
-"""The curves on which a function of the plane is zero, as polylines."""
+"""Zero curves of a function on a plane, as polylines."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ import numpy as np
 from ..arrays import BoolArray, FloatArray, IntArray
 
 Values = Callable[[FloatArray], FloatArray]
-"""From points (..., 2) to values (...), NaN where there is none."""
+"""A function from points (..., 2) to values (...), NaN outside its domain."""
 
 HALVINGS = 48
-"""Halvings of an interval, to 4e-15 of its length."""
+"""Number of bisections, to 4e-15 of the interval."""
 
 
 def zero_curves(values: Values, x: FloatArray, y: FloatArray) -> tuple[FloatArray, ...]:
-    """The curves of zeros on a grid, of which each side of a cell holds one zero at most.
+    """Return the zero curves of a function on a grid with at most one zero on each cell edge.
 
-    A zero on a side is found by halving, to rounding; between sides a curve is a straight line.
-    Where the values change sign by way of infinity there is no curve.
+    Zeros on edges are bisected to rounding and connected by straight segments. A sign change at a
+    pole is not a zero.
     """
     grid = np.stack(np.meshgrid(x, y, indexing="ij"), -1)
     f = values(grid)
@@ -28,7 +28,7 @@ def zero_curves(values: Values, x: FloatArray, y: FloatArray) -> tuple[FloatArra
 
 
 def _zeros(values: Values, grid: FloatArray, f: FloatArray) -> tuple[IntArray, FloatArray]:
-    """The sides with a zero, numbered (2, n, m) with -1 for all others, and the zeros."""
+    """Return zero indices (2, n, m) of the cell edges, -1 for none, and the zeros (k, 2)."""
     sides = np.full((2, *f.shape), -1)
     starts: list[FloatArray] = []
     ends: list[FloatArray] = []
@@ -48,7 +48,7 @@ def _zeros(values: Values, grid: FloatArray, f: FloatArray) -> tuple[IntArray, F
         return low + s[:, None] * (high - low)
 
     points = at(bisected(lambda s: values(at(s)) > 0, np.zeros(len(low)), np.ones(len(low))))
-    # At a pole the values grow instead.
+    # Near a pole the absolute values increase.
     poles = ~(np.abs(values(points)) < size)
     points[poles] = np.nan
     return sides, points
@@ -57,7 +57,7 @@ def _zeros(values: Values, grid: FloatArray, f: FloatArray) -> tuple[IntArray, F
 def bisected(
     is_on: Callable[[FloatArray], BoolArray], low: FloatArray, high: FloatArray
 ) -> FloatArray:
-    """Return the last values (N,) at which a condition is as at the lower ends of intervals."""
+    """Bisect intervals (N,) at which a condition changes; return the ends on the lower side."""
     before = is_on(low)
     for _ in range(HALVINGS):
         middle = (low + high) / 2
@@ -67,12 +67,12 @@ def bisected(
 
 
 def _changes(first: FloatArray, second: FloatArray) -> BoolArray:
-    """Whether values have different signs; False beside NaN."""
+    """Test whether values have different signs; False for NaN."""
     return np.asarray(((first > 0) & (second <= 0)) | ((first <= 0) & (second > 0)))
 
 
 def _segments(f: FloatArray, sides: IntArray) -> list[tuple[int, int]]:
-    """Pairs of zeros that a curve joins through a cell."""
+    """Return pairs of zeros that a curve connects within a cell."""
     along_x, along_y = sides
     around = np.stack([along_x[:-1, :-1], along_y[1:, :-1], along_x[:-1, 1:], along_y[:-1, :-1]])
     count = (around >= 0).sum(0)
@@ -80,7 +80,7 @@ def _segments(f: FloatArray, sides: IntArray) -> list[tuple[int, int]]:
     for i, k in zip(*np.nonzero(count), strict=True):
         found = [int(n) for n in around[:, i, k] if n >= 0]
         if len(found) == 4:  # noqa: PLR2004
-            # A saddle: the middle of the cell tells which corners belong together.
+            # A saddle: the value at the cell centre selects the pairs.
             middle = f[i : i + 2, k : k + 2].mean()
             turn = (middle > 0) == (f[i, k] > 0)
             bottom, right, top, left = found
@@ -91,7 +91,7 @@ def _segments(f: FloatArray, sides: IntArray) -> list[tuple[int, int]]:
 
 
 def _joined(pairs: list[tuple[int, int]], points: FloatArray) -> tuple[FloatArray, ...]:
-    """Polylines through the zeros."""
+    """Return polylines through the zeros."""
     neighbours: dict[int, list[int]] = {}
     for one, other in pairs:
         if np.isfinite(points[[one, other]]).all():

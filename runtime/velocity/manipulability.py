@@ -1,11 +1,9 @@
-"""Manipulability: Yoshikawa's measure, conditioning, and ellipsoids of velocity and force.
+"""Manipulability: Yoshikawa's measure, conditioning, and velocity and force ellipsoids.
 
-The characteristic length L makes metres and radians, revolute and prismatic joints comparable:
-linear rates [m/s] and the rates of prismatic joints [m/s] are divided by it. Then the Jacobian
+Linear rates and the rates of prismatic joints [m/s] are divided by the characteristic length L. The
+Jacobian J at the tip becomes dimensionless, and so do its singular values:
 
-    J' = D J U,   D = diag(1/L, 1/L, 1/L, 1, 1, 1),   U = diag(1 revolute, L prismatic)
-
-and its singular values are pure numbers. J is the Jacobian at the tip; the axes make no difference.
+    J' = D J U,   D = diag(1/L, 1/L, 1/L, 1, 1, 1),   U = diag(1 revolute, L prismatic).
 
 Source:
     Yoshikawa, Manipulability of robotic mechanisms, 1985.
@@ -35,15 +33,15 @@ PART: Mapping[Part, slice] = {"all": slice(0, 6), "linear": slice(0, 3), "angula
 
 @dataclass(frozen=True, slots=True)
 class Manipulability:
-    """The distance of a configuration from singular ones, in pure numbers.
+    """Dimensionless measures of the distance from singularities.
 
     Attributes:
-        measure: (...,) Yoshikawa's w, the product of the singular values: sqrt(det J' J'^T) where
-            the tool has as many freedoms as components count, sqrt(det J'^T J') with fewer joints.
-        min_singular_value: (...,) the smallest singular value: tool rate by joint rate in the worst
-            direction.
-        condition: (...,) ratio of the largest to the smallest, 1 at best, inf at a singularity.
-        singular_values: (..., r) the largest first, with r the number of freedoms of the tool.
+        measure: (...,) Yoshikawa's w, the product of the singular values: sqrt(det J' J'^T), or
+            sqrt(det J'^T J') with fewer joints than components.
+        min_singular_value: (...,) the smallest singular value: the ratio of tool rate to joint rate
+            in the worst direction.
+        condition: (...,) ratio of largest to smallest singular value, inf at a singularity.
+        singular_values: (..., r) the largest first, with r the degrees of freedom of the tool.
     """
 
     measure: FloatArray
@@ -54,11 +52,11 @@ class Manipulability:
 
 @dataclass(frozen=True, slots=True)
 class Ellipsoid:
-    """Velocities or forces of the tool while the joints give a vector of unit norm.
+    """Ellipsoid of the tool velocities or forces for joint rates or torques of unit norm.
 
     Attributes:
-        axes: (..., k, r) principal axes as columns, expressed in base axes: unit vectors; for all
-            components, of twists (v / length, omega) or wrenches.
+        axes: (..., k, r) principal axes as columns, unit vectors in base axes. For "all"
+            components, these are twists (v / length, omega) or wrenches.
         lengths: (..., r) semi-axes, the longest first.
     """
 
@@ -67,7 +65,7 @@ class Ellipsoid:
 
 
 class Metric(NamedTuple):
-    """Factors that turn a Jacobian into pure numbers, row[:, None] * J * unit, and its rank."""
+    """Scale factors of the dimensionless Jacobian, row[:, None] * J * unit, and its rank."""
 
     unit: FloatArray
     row: FloatArray
@@ -76,27 +74,26 @@ class Metric(NamedTuple):
 
 
 class ManipulabilityMethods(LengthMethods):
-    """The methods of a robot that measure manipulability."""
+    """Robot methods for manipulability."""
 
     @needs("jacobian_mixed")
     def manipulability(
         self, q: ArrayLike, *, components: Part = "all", characteristic_length: float | None = None
     ) -> Manipulability:
-        """Yoshikawa's measure, the smallest singular value and the condition number.
+        """Return Yoshikawa's measure, the singular values and the condition number.
 
-        All refer to J' = D J U, see the module: for a planar arm with two links,
+        They belong to the dimensionless Jacobian J'. For a planar two-link arm,
         `components="linear"` and `characteristic_length=1`, the measure is a1 a2 |sin q2|.
-        Directions in which no configuration moves the tool, such as out of the plane of that arm,
-        do not count.
+        Directions in which the tool can never move, such as out of the plane, do not count.
 
         Args:
             q: (..., n) coordinates [rad or m].
-            components: The components of the twist that count: "all", "linear" or "angular".
-            characteristic_length: The length [m]; `robot.characteristic_length` if None. 1 gives
-                the values of the Jacobian itself, in metre and radian.
+            components: The twist components: "all", "linear" or "angular".
+            characteristic_length: The length [m]; `robot.characteristic_length` if None. A length
+                of 1 selects the unscaled Jacobian in metre and radian.
 
         Returns:
-            The measures; NaN where q is not finite or a loop is open.
+            The measures; NaN if q is not finite or a loop is open.
 
         Raises:
             ShapeError: If q is not (..., n).
@@ -119,23 +116,12 @@ class ManipulabilityMethods(LengthMethods):
     def manipulability_gradient(
         self, q: ArrayLike, *, components: Part = "all", characteristic_length: float | None = None
     ) -> FloatArray:
-        """The gradient of the measure w by q, in closed form from the Hessian.
+        """Return the gradient (..., n) of the measure w with respect to q, per radian or metre.
 
-        dw/dq_k is the sum over i of u_i^T (dJ'/dq_k) v_i times all singular values but the i-th;
-        away from singularities it equals w tr(J'^+ dJ'/dq_k). At a singularity w has a kink, like
-        |x| at 0, and the gradient is that of one side.
-
-        Args:
-            q: (..., n) coordinates [rad or m].
-            components: As in `manipulability`.
-            characteristic_length: As in `manipulability`.
-
-        Returns:
-            (..., n) per radian or metre; NaN where q is not finite or a loop is open.
-
-        Raises:
-            ShapeError: If q is not (..., n).
-            InputValueError: If the components are unknown or the length is not positive.
+        dw/dq_k is the sum over i of u_i^T (dJ'/dq_k) v_i times all singular values except the
+        i-th; away from singularities it equals w tr(J'^+ dJ'/dq_k). At a singularity w has a kink,
+        like |x| at 0, and the gradient is one-sided. It is NaN if q is not finite or a loop is
+        open. Arguments and errors are those of `manipulability`.
         """
         metric = self._metric("manipulability_gradient", components, characteristic_length)
         J, H = self.jacobian_mixed(q), self.hessian_mixed(q)
@@ -146,17 +132,17 @@ class ManipulabilityMethods(LengthMethods):
     def velocity_ellipsoid(
         self, q: ArrayLike, *, components: Part = "all", characteristic_length: float | None = None
     ) -> Ellipsoid:
-        """Ellipsoid of the twists of the tip, in base axes, at joint rates of unit norm.
+        """Return the ellipsoid of tip twists, in base axes, for joint rates of unit norm.
 
         Args:
             q: (..., n) coordinates [rad or m].
-            components: "linear" gives semi-axes in metre per radian, "angular" pure numbers; "all"
-                gives the ellipsoid of (v / length, omega), pure numbers as well.
-            characteristic_length: The length [m]; `robot.characteristic_length` if None. It weights
-                prismatic against revolute joints, and distances against angles.
+            components: "linear" (semi-axes in metre per radian), "angular" (dimensionless) or "all"
+                (the dimensionless ellipsoid of (v / length, omega)).
+            characteristic_length: The length [m] that scales prismatic joints and distances;
+                `robot.characteristic_length` if None.
 
         Returns:
-            Axes `(..., k, r)`, k 3 or 6, and semi-axes `(..., r)`; NaN where q is not finite.
+            Axes `(..., k, r)`, k 3 or 6, and semi-axes `(..., r)`; NaN if q is not finite.
 
         Raises:
             ShapeError: If q is not (..., n).
@@ -169,24 +155,12 @@ class ManipulabilityMethods(LengthMethods):
     def force_ellipsoid(
         self, q: ArrayLike, *, components: Part = "all", characteristic_length: float | None = None
     ) -> Ellipsoid:
-        """Ellipsoid of forces and torques at the tip, in base axes, at joint torques of unit norm.
+        """Return the ellipsoid of tip forces and torques, in base axes, for unit joint torques.
 
-        It has the axes of the velocity ellipsoid and the reciprocal semi-axes: where the tool is
-        slow it is strong. For "linear" components these are forces without a torque, in 1/metre
-        (newton per newton metre), inf at a singularity; for "all" components, wrenches (force *
-        length, torque).
-
-        Args:
-            q: (..., n) coordinates [rad or m].
-            components: As in `velocity_ellipsoid`.
-            characteristic_length: As in `velocity_ellipsoid`.
-
-        Returns:
-            Axes `(..., k, r)` and semi-axes `(..., r)`, the longest first.
-
-        Raises:
-            ShapeError: If q is not (..., n).
-            InputValueError: If the components are unknown or the length is not positive.
+        Its axes are those of the velocity ellipsoid, with reciprocal semi-axes. "linear" components
+        are forces without a torque, in 1/metre (newton per newton metre), inf at a singularity.
+        "all" components are wrenches (force * length, torque). Arguments, result and errors are
+        those of `velocity_ellipsoid`.
 
         Source:
             Yoshikawa, Manipulability of robotic mechanisms, 1985, section 5.
@@ -216,7 +190,7 @@ class ManipulabilityMethods(LengthMethods):
         return metric_of(self, components, self._checked_length(method, length), fixed)
 
     def _limits(self, method: str, name: str, given: ArrayLike | None) -> FloatArray:
-        """Limits (..., n) in an array of their own, infinite where none are given."""
+        """Return limits (..., n) in a new array, infinite if None."""
         if given is None:
             return np.full(self.n, np.inf)
         limits = np.asarray(given)
@@ -234,7 +208,7 @@ class ManipulabilityMethods(LengthMethods):
 def metric_of(
     robot: LengthMethods, components: Part, length: float, fixed: tuple[int, ...] = ()
 ) -> Metric:
-    """The factors that turn the Jacobian into pure numbers, and its rank without fixed columns."""
+    """Return the scale factors of the Jacobian, and its rank without fixed columns."""
     unit = np.array([1.0 if c.kind == "revolute" else length for c in robot.coordinates])
     row = np.zeros(6)
     row[PART[components]] = np.repeat([1 / length, 1.0], 3)[PART[components]]
@@ -250,7 +224,7 @@ def metric_of(
 def _decomposed(
     J: FloatArray, metric: Metric, components: Part
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Left singular vectors (..., k, r), singular values (..., r), and whether J is finite."""
+    """Return left singular vectors (..., k, r), singular values (..., r), and if J is finite."""
     part = PART[components]
     scaled = metric.row[part, None] * J[..., part, :] * metric.unit
     sound = np.asarray(np.isfinite(scaled).all((-2, -1)))

@@ -1,12 +1,11 @@
-"""Motion in velocity space: joint rates from a twist, joint accelerations from its derivative.
+"""Joint rates from a twist, and joint accelerations from the derivative of the twist.
 
-The twist is reached by damped least squares: with J' = sum sigma_i u_i v_i^T the Jacobian in pure
-numbers (`manipulability`),
+The damped least-squares solution, with the dimensionless Jacobian J' = sum sigma_i u_i v_i^T, is
 
     qd = sum of sigma_i / (sigma_i^2 + lambda_i^2) v_i u_i^T V,
     lambda_i^2 = epsilon^2 - sigma_i^2  if sigma_i < epsilon = `damping_threshold`, else 0.
 
-The twist is reached exactly in all directions that are not close to singular.
+The twist is exact in all directions that are not nearly singular.
 
 Source:
     Nakamura and Hanafusa 1986 (damping); Maciejewski and Klein 1988 (single directions);
@@ -38,20 +37,20 @@ _SPATIAL = 6
 
 @dataclass(frozen=True, slots=True)
 class Rates:
-    """Joint rates, and the twist that they give.
+    """Joint rates with the resulting twist.
 
     Attributes:
         qd: (..., n) joint rates [rad/s or m/s].
-        twist: (..., 6) the twist that they give, in the requested representation.
-        scale: (...,) s in [0, 1]: the share of the twist that the limits allow. The result is s
-            times the result without limits, in the same direction; where acceleration limits
-            exclude this direction, as in a sharp turn, s belongs to the nearest allowed twist.
-        limited: (..., n) whether a rate, acceleration or joint limit held the joint.
-        min_singular_value: (...,) the smallest singular value, a pure number.
+        twist: (..., 6) resulting twist, in the requested representation.
+        scale: (...,) s in [0, 1], the fraction of the twist within the limits. The resulting twist
+            keeps its direction, unless acceleration limits exclude this direction (a sharp turn);
+            s then belongs to the nearest allowed twist.
+        limited: (..., n) whether a rate, acceleration or joint limit is active.
+        min_singular_value: (...,) the smallest singular value, dimensionless.
         damping_squared: (...,) lambda^2 of the smallest singular value, 0 without damping.
-        singular_direction: (..., 6) twist of the smallest singular value, the direction that a
-            singularity removes first, in the requested representation; (v / length, omega) has
-            unit norm, with length the characteristic length. Its sign is arbitrary.
+        singular_direction: (..., 6) twist for the smallest singular value, in the requested
+            representation: the direction that a singularity removes first. The vector
+            (v / characteristic length, omega) has unit norm and an arbitrary sign.
     """
 
     qd: FloatArray
@@ -65,14 +64,14 @@ class Rates:
 
 @dataclass(frozen=True, slots=True)
 class Accelerations:
-    """Joint accelerations, and the derivative of the twist that they give.
+    """Joint accelerations with the resulting derivative of the twist.
 
     Attributes:
         qdd: (..., n) joint accelerations [rad/s^2 or m/s^2].
-        acceleration: (..., 6) the time derivative of the twist that they give, in the requested
+        acceleration: (..., 6) resulting time derivative of the twist, in the requested
             representation.
-        scale: (...,) s in [0, 1]: the fraction of J qdd that the limits allow.
-        limited, min_singular_value, damping_squared, singular_direction: As in `Rates`.
+        scale: (...,) s in [0, 1], the fraction of J qdd within the limits.
+        limited, min_singular_value, damping_squared, singular_direction: See `Rates`.
     """
 
     qdd: FloatArray
@@ -85,7 +84,7 @@ class Accelerations:
 
 
 class VelocityMethods(ManipulabilityMethods):
-    """The methods of a robot in velocity space."""
+    """Robot methods for joint rates and accelerations."""
 
     @needs("jacobian_mixed", "jacobian_body")
     def joint_rates(
@@ -105,56 +104,54 @@ class VelocityMethods(ManipulabilityMethods):
         damping_threshold: float = _rates.DAMPING_THRESHOLD,
         characteristic_length: float | None = None,
     ) -> Rates:
-        """Joint rates that give the tool a twist: J qd = V, damped, and within all limits.
+        """Return damped joint rates within all limits for a twist of the tool, J qd = V.
 
-        Away from singularities and limits J qd = V to rounding. Near a singularity the law at the
-        head of `rates.py` damps the direction that is being lost, and qd stays finite and bounded:
-        its norm is at most the norm of (v / length, omega) divided by `damping_threshold`, with
-        length the characteristic length, which also divides the rates of prismatic joints.
+        Away from singularities and limits, J qd = V to rounding. Near a singularity, damped least
+        squares bounds qd: the norm of qd is at most the norm of (v / length, omega) divided by
+        `damping_threshold`. The characteristic length also divides the rates of prismatic joints.
 
-        Limits hold exactly for every twist. A joint that would pass its bound is held there, and
-        the other joints take over as long as they can do so undamped; where they cannot, as in
-        every arm without redundancy, the twist is scaled down and keeps its direction. Where
-        acceleration limits exclude that direction, the result is the nearest allowed twist. The
-        page "Motion in velocity space" of the manual has limits and fixed joints in detail.
+        The result never exceeds a limit. A joint that would exceed its bound stays at the bound,
+        and the other joints compensate if they can do so without damping. Otherwise, and for every
+        arm without redundancy, the twist is scaled down in its direction. If acceleration limits
+        exclude this direction, the result is the nearest allowed twist. See the manual page
+        "Motion in velocity space" for limits and fixed joints.
 
         Args:
             q: (..., n) coordinates [rad or m].
-            V: (..., 6) twist, linear first [m/s, rad/s]; or (..., 3), its linear or angular part
-                alone, as `components` says.
+            V: (..., 6) twist, linear first [m/s, rad/s]; or (..., 3), the linear or angular part
+                that `components` selects.
             representation: The representation of V: "space", "body" or "mixed".
-            components: The components of the twist that count, at the tip: "all", "linear" (the
-                angular part of V is ignored) or "angular". The linear velocity at the tip follows
-                from a spatial twist of six components only.
-            redundancy: How surplus freedom is used, by rates in the null space. "minimum_norm": the
-                smallest rates; "limits": towards the middle between the limits, down half the sum
-                of squares of (q - middle) / half range over the joints with limits;
-                "manipulability": up Yoshikawa's measure; a configuration (..., n): towards it.
-            gain: Gain of this objective [1/s]: for a configuration, the fraction of the remaining
+            components: The controlled components of the twist at the tip: "all", "linear" (the
+                angular part of V is ignored) or "angular". With a spatial twist, "linear" needs
+                all six components of V.
+            redundancy: The objective for null-space motion. "minimum_norm": the smallest rates;
+                "limits": towards the mid-range, by the gradient of half the sum of squares of
+                (q - middle) / half range over the joints with limits; "manipulability": increase
+                Yoshikawa's measure; a configuration (..., n): towards this configuration.
+            gain: Gain of this objective [1/s]; for a configuration, the fraction of the remaining
                 difference per second.
-            rate_limits: (..., n) or () greatest |qd| [rad/s or m/s].
-            acceleration_limits: (..., n) or () greatest |qdd| [rad/s^2 or m/s^2]; requires
+            rate_limits: (..., n) or () maximum |qd| [rad/s or m/s].
+            acceleration_limits: (..., n) or () maximum |qdd| [rad/s^2 or m/s^2]; requires
                 `qd_previous` and `dt`.
-            qd_previous: (..., n) joint rates of the previous tick [rad/s or m/s].
-            dt: (...) duration of the rates [s].
-            fixed: Coordinates that do not move, by names or indices; a joint of the main chain
-                stands for the coordinate that moves it.
-            damping_threshold: The singular value below which a direction is damped, a pure number.
-            characteristic_length: The length [m] that makes metres and radians comparable;
+            qd_previous: (..., n) joint rates of the previous time step [rad/s or m/s].
+            dt: (...) time step [s].
+            fixed: Fixed coordinates, by names or indices; a joint of the main chain stands for the
+                coordinate that moves it.
+            damping_threshold: The dimensionless singular value below which a direction is damped.
+            characteristic_length: The length [m] that scales radians to metres;
                 `robot.characteristic_length` if None.
 
         Returns:
-            The rates, the twist that they give, damping and limits; NaN where an input is not
-            finite or a loop is open.
+            Rates, resulting twist, damping and limits; NaN if an input is not finite or a loop is
+            open.
 
         Raises:
             ShapeError: If a shape is wrong, or the leading dimensions do not broadcast.
-            InputError: If an argument is not as described above.
+            InputError: If an argument is invalid.
 
         Source:
-            The head of `rates.py`; Flacco, De Luca and Khatib, Motion control of redundant robots
-            under joint constraints: saturation in the null space, 2012 (limits); Liegeois, 1977
-            (secondary objective).
+            Flacco, De Luca and Khatib, Motion control of redundant robots under joint constraints:
+            saturation in the null space, 2012 (limits); Liegeois, 1977 (secondary objective).
         """
         method = "joint_rates"
         rate, kept = self._fixed_limits(method, "rate_limits", rate_limits, fixed)
@@ -162,7 +159,7 @@ class VelocityMethods(ManipulabilityMethods):
         metric = self._metric(method, components, characteristic_length, kept)
         if not (isinstance(gain, int | float) and 0 <= gain < np.inf):
             raise InputValueError(
-                f"{self.name}.{method}: gain must be a number that is not negative, got {gain!r}"
+                f"{self.name}.{method}: gain must be a nonnegative number, got {gain!r}"
             )
         twist = self._twist(method, "V", V, components, representation)
         posed = self._at_tip(q, representation)
@@ -187,33 +184,31 @@ class VelocityMethods(ManipulabilityMethods):
         damping_threshold: float = _rates.DAMPING_THRESHOLD,
         characteristic_length: float | None = None,
     ) -> Accelerations:
-        """Joint accelerations that give the tool's twist a time derivative: J qdd = A - J_dot qd.
+        """Return damped joint accelerations for a derivative of the twist, J qdd = A - J_dot qd.
 
-        Damped and limited in the same way as `joint_rates`. The result is the smallest
-        acceleration, so that a redundant robot keeps its self-motion.
-
-        A fixed coordinate has the acceleration 0 exactly and keeps its rate, which is 0 if
-        `joint_rates` fixes it too. An acceleration limit of 0 has the same effect.
+        Damping and limits are those of `joint_rates`. The acceleration has minimum norm, so that a
+        redundant robot continues its self-motion. A fixed coordinate, or an acceleration limit of
+        0, results in an acceleration of exactly 0: the coordinate keeps its rate.
 
         Args:
             q: (..., n) coordinates [rad or m].
             qd: (..., n) joint rates [rad/s or m/s].
-            A: (..., 6) time derivative of the twist's components, linear first [m/s^2, rad/s^2]; or
-                (..., 3), as V of `joint_rates`.
+            A: (..., 6) time derivative of the twist components, linear first [m/s^2, rad/s^2]; or
+                (..., 3), like V of `joint_rates`.
             representation: The representation of A: "space", "body" or "mixed".
-            components: As in `joint_rates`.
-            acceleration_limits: (..., n) or () greatest |qdd| [rad/s^2 or m/s^2].
-            fixed: As in `joint_rates`.
-            damping_threshold: As in `joint_rates`.
-            characteristic_length: As in `joint_rates`.
+            acceleration_limits: (..., n) or () maximum |qdd| [rad/s^2 or m/s^2].
+            components: See `joint_rates`.
+            fixed: See `joint_rates`.
+            damping_threshold: See `joint_rates`.
+            characteristic_length: See `joint_rates`.
 
         Returns:
-            The accelerations, the derivative that they give, damping and limits; NaN where an input
-            is not finite or a loop is open.
+            Accelerations, resulting derivative of the twist, damping and limits; NaN if an input is
+            not finite or a loop is open.
 
         Raises:
             ShapeError: If a shape is wrong, or the leading dimensions do not broadcast.
-            InputError: If an argument is not as described above.
+            InputError: If an argument is invalid.
         """
         method = "joint_accelerations"
         limits, kept = self._fixed_limits(method, "acceleration_limits", acceleration_limits, fixed)
@@ -241,7 +236,7 @@ class VelocityMethods(ManipulabilityMethods):
         metric: Metric,
         threshold: float,
     ) -> tuple[Any, ...]:
-        """The fields of `Rates`."""
+        """Return the fields of `Rates`."""
         origin, J = posed
         try:
             at_tip = twist if origin is None else _shifted(twist, origin)
@@ -260,10 +255,7 @@ class VelocityMethods(ManipulabilityMethods):
     def _at_tip(
         self, q: ArrayLike, representation: Representation
     ) -> tuple[FloatArray | None, FloatArray]:
-        """The Jacobian at the tip, whose singular values are the same in all axes.
-
-        Spatial twists refer to another point: the position of the tip comes with them, else None.
-        """
+        """Return the tip position for spatial twists, else None, and a Jacobian at the tip."""
         if representation == "mixed":
             return None, self.jacobian_mixed(q)
         if representation == "body":
@@ -302,7 +294,7 @@ class VelocityMethods(ManipulabilityMethods):
     def _null_space_rates(
         self, q: FloatArray, redundancy: object, gain: float, metric: Metric, fixed: tuple[int, ...]
     ) -> FloatArray:
-        """Return joint rates down the gradient of the objective, in pure numbers."""
+        """Return joint rates along the dimensionless gradient of the secondary objective."""
         weight = gain * metric.unit**2
         if isinstance(redundancy, str):
             if redundancy == "minimum_norm":
@@ -310,8 +302,8 @@ class VelocityMethods(ManipulabilityMethods):
             if redundancy == "manipulability":
                 if ("hessian", "actuators", "") not in self._roles:
                     raise InputValueError(
-                        f"{self.name}.joint_rates: its loops are solved by iteration, without the "
-                        "derivative that manipulability needs; redundancy can be a configuration"
+                        f"{self.name}.joint_rates: loops solved by iteration have no Hessian for "
+                        'redundancy="manipulability"; redundancy can be a configuration'
                     )
                 J, H = self.jacobian_mixed(q), self.hessian_mixed(q)
                 J[..., list(fixed)] = H[..., list(fixed), :] = 0
@@ -346,7 +338,7 @@ class VelocityMethods(ManipulabilityMethods):
     def _fixed_limits(
         self, method: str, name: str, given: ArrayLike | None, fixed: Fixed | None
     ) -> tuple[FloatArray, tuple[int, ...]]:
-        """Limits (..., n), 0 for fixed coordinates, and the coordinates with 0 in every row."""
+        """Return limits (..., n), and the coordinates whose limit is 0 in every row."""
         limits = self._limits(method, name, given)
         if fixed is None and given is None:
             return limits, ()
@@ -356,7 +348,7 @@ class VelocityMethods(ManipulabilityMethods):
     def _twist(
         self, method: str, name: str, given: ArrayLike, components: Part, representation: str
     ) -> FloatArray:
-        """Return a twist (..., 6) from its six components, or from the three that count."""
+        """Return a twist (..., 6) from six components or from the three selected components."""
         part = self._reals(method, name, given, ())
         has_three = components != "all" and (components, representation) != ("linear", "space")
         if not has_three or part.shape[-1:] != (3,):
@@ -371,7 +363,7 @@ class VelocityMethods(ManipulabilityMethods):
 
 
 def _shifted(V: FloatArray, p: FloatArray) -> FloatArray:
-    """The twist of the body point displaced by p, in the same axes: v + omega x p."""
+    """Return the twist at a body point displaced by p: v + omega x p."""
     omega = V[..., 3:]
     v = V[..., :3] + np.cross(omega, p)
     return np.concatenate(np.broadcast_arrays(v, omega), -1)

@@ -1,4 +1,4 @@
-"""Parallel singularities: determinants, the distance to the next one, and curves in a plane."""
+"""Parallel singularities: determinants, distances along lines, and curves in a plane."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from .singularity import SingularityMethods
 _SAMPLES = 512
 _RAYS, _RADII = 128, np.geomspace(1e-3, 1e3, 281)
 _PAD = 0.05
-"""Step from a radius to the next, and from a ray to the next, as a fraction of the radius."""
+"""Spacing of the sampled radii and rays, relative to the radius."""
 
 
 class Determinants(NamedTuple):
-    """Determinants of the velocity relation J_x x' = J_q q', pure numbers.
+    """Dimensionless determinants of the velocity relation J_x x' = J_q q'.
 
     Attributes:
-        J_x: (...,) of the forward Jacobian; it changes sign at a singularity of type 2.
-        J_q: (...,) of the inverse Jacobian; where it is no square matrix, the root of
-            det(J_q^T J_q). It is 0 at a singularity of type 1.
+        J_x: (...,) determinant of J_x, which changes sign at a singularity of type 2.
+        J_q: (...,) determinant of J_q, or sqrt(det(J_q^T J_q)) for a rectangular J_q. It is 0 at a
+            singularity of type 1.
     """
 
     J_x: FloatArray
@@ -36,11 +36,11 @@ class Determinants(NamedTuple):
 
 
 class SingularityDistance(NamedTuple):
-    """How far a pose can move in a direction; inf if it meets no singularity.
+    """Distances from a pose to singularities, as multiples of a direction; inf if there are none.
 
     Attributes:
-        type_1: (...,) multiple of the direction at which a leg is stretched or folded.
-        type_2: (...,) multiple at which the platform gains a freedom.
+        type_1: (...,) distance at which a leg is stretched or folded.
+        type_2: (...,) distance at which the platform gains a degree of freedom.
     """
 
     type_1: FloatArray
@@ -48,43 +48,32 @@ class SingularityDistance(NamedTuple):
 
 
 class SingularityCurves(NamedTuple):
-    """Curves of singular positions at one orientation, polylines (k, 2) of x and y [m].
+    """Polylines (k, 2) of singular positions x, y [m] at one orientation.
 
     Attributes:
         type_1: Curves on which a leg is stretched or folded.
-        type_2: Curves on which the platform gains a freedom.
+        type_2: Curves on which the platform gains a degree of freedom.
     """
 
     type_1: tuple[FloatArray, ...]
     type_2: tuple[FloatArray, ...]
 
     def __repr__(self) -> str:
-        """In words, with the figures that matter."""
+        """Return the number of curves of each type."""
         facts = (f"{len(self.type_1)} of type 1", f"{len(self.type_2)} of type 2")
         return summary_repr(self, "", *facts, methods="type_1, type_2")
 
 
 class SingularWayMethods(LoopMethods, SingularityMethods):
-    """The methods of a robot with a velocity relation and the map from its poses to actuators."""
+    """Methods of robots with a velocity relation and a leg inverse."""
 
     @needs("velocity_relation")
     def determinants(
         self, theta: ArrayLike, q: ArrayLike, *, characteristic_length: float | None = None
     ) -> Determinants:
-        """Determinants of the forward and the inverse Jacobian.
+        """Return the determinants `J_x (...,)` and `J_q (...,)`; NaN if a loop is open.
 
-        As in `singularity`, columns of angular directions are divided by the characteristic length.
-
-        Args:
-            theta: (..., n_theta) main-chain joints [rad or m].
-            q: (..., n) actuated coordinates [rad or m], of the same pose.
-            characteristic_length: The length [m]; `robot.characteristic_length` if None.
-
-        Returns:
-            `J_x (...,)` and `J_q (...,)`; NaN where a loop is open.
-
-        Raises:
-            InputValueError: If the length is not positive.
+        The Jacobians, the arguments and the errors are those of `singularity`.
         """
         J_x, J_q = self._pure_relation("determinants", theta, q, characteristic_length)
         return Determinants(_determinant(J_x)[()], _determinant(J_q)[()])
@@ -93,21 +82,21 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
     def distance_to_singularity(
         self, theta: ArrayLike, direction: ArrayLike, q: ArrayLike | None = None
     ) -> SingularityDistance:
-        """Return how far the main chain can move along a straight line until it is singular.
+        """Return the distances to the first singularities along a line theta + s direction.
 
-        The line theta + s direction, 0 < s <= 1, is sampled in 512 intervals. The first interval in
-        which a determinant changes sign, or a leg ceases to reach, is halved to rounding. Two
-        singularities in one interval are missed. The legs stay on their branches.
+        The range 0 < s <= 1 is sampled in 512 intervals. The first interval in which a determinant
+        changes sign, or the end of leg reach, is bisected to rounding. Two singularities in one
+        interval are missed. The legs stay on their branches.
 
         Args:
-            theta: (..., n_theta) main-chain joints [rad or m] to start from.
-            direction: (..., n_theta) the largest motion [rad or m].
-            q: (..., n) actuated coordinates at the start, which choose the branch of the legs; the
-                reference's branch if None.
+            theta: (..., n_theta) main-chain joints at the start [rad or m].
+            direction: (..., n_theta) displacement for s = 1 [rad or m].
+            q: (..., n) actuated coordinates at the start, which select the leg branches; the
+                branches of the reference configuration if None.
 
         Returns:
-            `type_1 (...,)` and `type_2 (...,)`: the least s, inf where there is none up to 1; NaN
-            where the start is out of reach.
+            `type_1 (...,)` and `type_2 (...,)`: the smallest s, inf without a singularity up to
+            s = 1; NaN if the start is out of reach.
         """
         method, n = "distance_to_singularity", len(self.chain_joints)
         start = self._reals(method, "theta", theta, (n,))
@@ -131,14 +120,14 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
         type_1 = np.full(len(start), np.inf)
         low, high, at = _brackets(leaves, s)
         type_1[at] = bisected(lambda x: f(x, at)[0] >= 0, low, high)
-        # The last part may hold both singularities.
+        # The last interval may contain both singularities.
         turned = (determinant[:, 1:] > 0) != (determinant[:, :-1] > 0)
         turned[at, leaves[at].argmax(1)] = (f(type_1[at], at)[1] > 0) != (f(low, at)[1] > 0)
         type_2 = np.full(len(start), np.inf)
         low, high, at = _brackets(turned, s)
         high = np.minimum(high, type_1[at])
         type_2[at] = bisected(lambda x: f(x, at)[1] > 0, low, high)
-        # Behind the place where a leg ceases to reach there is no pose.
+        # No pose exists beyond the boundary of leg reach.
         type_2[type_2 > type_1] = np.inf
         for found in (type_1, type_2):
             found[~reached[:, 0]] = np.nan
@@ -154,24 +143,24 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
         slot: int = 0,
         resolution: int = 201,
     ) -> SingularityCurves:
-        """The singular positions of a planar platform at one orientation.
+        """Return the singular positions of a planar platform at one orientation.
 
-        Zeros are found on the lines of a grid, to rounding, and joined by straight lines.
+        The curves connect zeros of the determinants on grid lines by straight segments.
 
         Args:
-            phi: The platform's angle [rad].
-            x: Lower and upper bound of x [m]; None: of the positions that all legs reach.
-            y: Lower and upper bound of y [m]; None: as for x.
-            slot: The branch of the legs, a slot of `ik_planar`; 0 is the reference's.
-            resolution: Number of grid lines each way.
+            phi: The platform angle [rad].
+            x: Lower and upper bound of x [m]; by default the bounds of the common leg reach.
+            y: Lower and upper bound of y [m]; by default as for x.
+            slot: The leg branches, a slot of `ik_planar`; 0 is the reference branch.
+            resolution: Number of grid lines per axis.
 
         Returns:
-            `type_1` and `type_2`, polylines (k, 2) of x and y [m]; curves of type 2 end where a leg
-            ceases to reach.
+            `type_1` and `type_2`, polylines (k, 2) of x and y [m]; type-2 curves end at the
+            boundary of leg reach.
 
         Raises:
-            InputValueError: If bounds do not ascend, if there are no two grid lines, or if x or y
-                is None and the legs reach everywhere.
+            InputValueError: If bounds do not ascend, if the resolution is below 2, or if x or y is
+                None and the leg reach is unbounded.
         """
         if x is None or y is None:
             reach = self._reach(phi, slot)
@@ -197,7 +186,7 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
         return SingularityCurves(tuple(curve for found in type_1 for curve in found), type_2)
 
     def _reach(self, phi: float, slot: int) -> list[tuple[float, float]]:
-        """Return bounds of x and y for the positions that all legs reach, [] if there are none."""
+        """Return bounds of x and y for the common leg reach, [] if it is empty."""
         angle = np.linspace(0, 2 * np.pi, _RAYS, endpoint=False)
         radius = self.unit_length * _RADII[:, None]
         away = np.stack([radius * np.cos(angle), radius * np.sin(angle)], -1).reshape(-1, 2)
@@ -207,7 +196,7 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
         within = turns | (q >= self.lower) & (q <= self.upper)
         reached = np.asarray((margin >= 0).all(-1) & within.all(-1))
         if reached[-_RAYS:].any():
-            raise InputValueError(f"{self.name}.singularity_curves: unbounded reach: state x and y")
+            raise InputValueError(f"{self.name}.singularity_curves: unbounded reach: pass x and y")
         if not reached.any():
             return []
         pad = _PAD * np.linalg.norm(away[reached], axis=1).max()
@@ -215,7 +204,7 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
         return list(zip(found.min(0) - pad, found.max(0) + pad, strict=True))
 
     def _branches(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """(N, k, n) actuated coordinates of all branches, and (N, k, legs) margins."""
+        """Return actuated coordinates (N, k, n) and margins (N, k, legs) of all branches."""
         q, margin = self._leg_branches(theta)
         return q, margin if margin.ndim == q.ndim else margin[..., None]
 
@@ -229,7 +218,7 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
         return np.asarray(size.argmin(-1))
 
     def _values(self, theta: FloatArray, slots: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Return margins of the legs (N, legs), and determinants of J_x (N,)."""
+        """Return leg margins (N, legs) and determinants of J_x (N,)."""
         q, margin = self._branches(theta)
         rows = np.arange(len(theta))
         J_x, _ = self._pure_relation("determinants", theta, q[rows, slots], None)
@@ -237,7 +226,7 @@ class SingularWayMethods(LoopMethods, SingularityMethods):
 
 
 def _determinant(J: FloatArray) -> FloatArray:
-    """Determinants; for matrices with more rows than columns the root of det(J^T J)."""
+    """Return det(J), or sqrt(det(J^T J)) for more rows than columns; NaN if J is not finite."""
     sound = np.asarray(np.isfinite(J).all((-2, -1)))
     J = np.where(sound[..., None, None], J, 0.0)
     if J.shape[-2] == J.shape[-1]:
@@ -248,7 +237,7 @@ def _determinant(J: FloatArray) -> FloatArray:
 
 
 def _brackets(changes: BoolArray, s: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Both ends of the first part with a change, and the rows that have one."""
+    """Return both ends of the first interval with a change, and the indices of such rows."""
     rows = np.flatnonzero(changes.any(1))
     part = changes[rows].argmax(1)
     return s[part], s[part + 1], rows

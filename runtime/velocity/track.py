@@ -1,4 +1,4 @@
-"""Paths of poses followed by joint rates: through singularities, and without an inverse."""
+"""Path tracking by joint rates, without an inverse and through singularities."""
 
 from __future__ import annotations
 
@@ -23,24 +23,22 @@ from .manipulability import ManipulabilityMethods
 
 @dataclass(frozen=True, slots=True)
 class Track:
-    """The result of following a path of poses.
+    """The result of path tracking. Step k leads from pose k to pose k + 1.
 
     Attributes:
-        q: (m, n) coordinates [rad or m], within the limits exactly.
-        qd: (m - 1, n) rates [rad/s or m/s] of each step, `np.diff(q, axis=0) / dt`, within the rate
-            limits exactly.
-        error: (m, 2) error of the tool at each pose: distance [m] and angle [rad].
-        singular_value: (m,) the smallest singular value of the Jacobian at each pose, a pure
-            number: 0 at a singularity, of order 1 far from all singularities.
-        max_distance, max_distance_index: The largest distance [m] and the index of its pose.
-        max_angle, max_angle_index: The largest angle [rad] and the index of its pose.
-        min_singular_value, min_singular_value_index: The smallest singular value, with its index.
-        at_rate_limit: The steps in which a coordinate was held at its rate limit, by its name.
-            Fixed coordinates and coordinates without such steps are left out. Step k leads from
-            pose k to pose k + 1.
-        at_limit: The steps in which a coordinate was held at one of its limits, by its name.
-        shortened_steps: The steps that were shortened because the robot's forward kinematics is not
-            defined at their ends (a loop does not close).
+        q: (m, n) coordinates [rad or m], exactly within the limits.
+        qd: (m - 1, n) rates [rad/s or m/s] of each step, `np.diff(q, axis=0) / dt`, exactly within
+            the rate limits.
+        error: (m, 2) tool error at each pose: distance [m] and angle [rad].
+        singular_value: (m,) the smallest singular value of the Jacobian at each pose,
+            dimensionless: 0 at a singularity, of order 1 far from singularities.
+        max_distance, max_distance_index: The largest distance [m] and its pose index.
+        max_angle, max_angle_index: The largest angle [rad] and its pose index.
+        min_singular_value, min_singular_value_index: The smallest singular value, its pose index.
+        at_rate_limit: For each coordinate name, the steps with an active rate limit, if any; fixed
+            coordinates are not listed.
+        at_limit: For each coordinate name, the steps with an active position limit, if any.
+        shortened_steps: The steps that were shortened because a loop does not close at their ends.
     """
 
     q: FloatArray
@@ -58,7 +56,7 @@ class Track:
     shortened_steps: IntArray
 
     def __str__(self) -> str:
-        """The result in sentences."""
+        """Return a summary in sentences."""
         sentences = [
             f"{len(self.q)} poses followed within {self.max_distance:.3g} m (pose "
             f"{self.max_distance_index}) and {self.max_angle:.3g} rad (pose "
@@ -75,7 +73,7 @@ class Track:
 
 
 class TrackMethods(ManipulabilityMethods):
-    """The methods of a robot that follow paths by rates."""
+    """Robot methods for path tracking."""
 
     @needs("fk_jacobian_mixed")
     def track(
@@ -89,46 +87,42 @@ class TrackMethods(ManipulabilityMethods):
         gain: float | None = None,
         characteristic_length: float | None = None,
     ) -> Track:
-        """Follows a path of poses by resolved rates, with closed-loop correction.
+        """Track a path of poses by resolved rates with closed-loop error correction.
 
-        In each step the tool should move from pose k to pose k + 1 and correct a fraction `gain dt`
-        of its error. The step taken is the one within rate limits and limits that comes nearest to
-        this motion in least squares, over distance and the characteristic length times angle; small
-        singular values are damped. So the tool leaves the path only where a singularity or a limit
-        prevents it from following, and joins it again afterwards. Where several configurations
-        reach a pose, the joints move least.
+        Each step combines the motion from pose k to pose k + 1 with a correction by the fraction
+        `gain dt` of the tool error. The step is the damped least-squares solution within all
+        limits; angles are multiplied by the characteristic length. The tool deviates from the path
+        only at singularities and limits, and returns to the path afterwards. A redundant robot
+        takes the smallest joint motion.
 
-        The singular values belong to the Jacobian with angles of the tool times this length, and
-        each column divided by the motion of the tool at `q_start` per unit of that coordinate.
-        Where a wrist has to turn over, its joints turn at their greatest rates to bring the tool
-        back: give rate limits for such a path. The page "Following a path" of the manual has the
-        damping and an estimate of the error.
+        The singular values are those of a scaled Jacobian: its angular rows are multiplied by the
+        characteristic length, and each column is divided by the tool motion at `q_start` per unit
+        of the coordinate. At a wrist singularity, joints rotate at their maximum rates: set rate
+        limits for such a path. The manual page "Following a path" describes damping and errors.
 
         Args:
-            T: (m, 4, 4) poses of the tool measured and expressed in the base frame, dt apart;
-                the nearest rigid pose is taken where one is off by at most `se3.NEARLY_RIGID`.
+            T: (m, 4, 4) poses of the tool measured and expressed in the base frame, dt apart.
+                Deviations from rigid poses up to `se3.NEARLY_RIGID` are corrected.
             q_start: (n,) coordinates at the start [rad or m], within the limits. They need not
                 reach the first pose.
-            dt: Time from pose to pose [s].
-            rate_limits: () or (n,) largest rates [rad/s or m/s]; none if None. A limit of 0
+            dt: Time between poses [s].
+            rate_limits: () or (n,) maximum rates [rad/s or m/s]; none if None. A limit of 0
                 fixes the coordinate.
             fixed: Coordinates that keep their values of `q_start` exactly, by names or indices; a
                 joint of the main chain stands for the coordinate that moves it. Singular values and
-                damping are those of the robot without them.
-            gain: The rate at which errors are corrected [1/s], above 0, at most 1 / dt; 0.5 / dt if
-                None.
-            characteristic_length: The length [m] that compares angles with distances: with a
-                smaller length, the tool deviates less in position and more in orientation.
+                damping do not include them.
+            gain: The gain of the error correction [1/s], above 0, at most 1 / dt; 0.5 / dt if None.
+            characteristic_length: The length [m] that scales angles to distances; a smaller length
+                reduces position errors and increases orientation errors.
                 `robot.characteristic_length` if None.
 
         Returns:
-            Coordinates, rates and errors, and the steps in which limits held coordinates.
+            Coordinates, rates, errors, and the steps with active limits.
 
         Raises:
-            ShapeError: If T is not a list of poses, or q_start or rate_limits not n values.
-            InputValueError: If a pose is not nearly rigid, with the reason; if q_start lies outside
-                the limits or forward kinematics is not defined there, or if a number is not as
-                described above.
+            ShapeError: If the shape of T, q_start or rate_limits is wrong.
+            InputValueError: If a pose is not nearly rigid, if q_start is outside the limits or a
+                loop is open at q_start, or if an argument is out of range.
 
         Source:
             D. E. Whitney, Resolved motion rate control of manipulators and human prostheses, 1969;
@@ -187,7 +181,7 @@ class TrackMethods(ManipulabilityMethods):
         return rates
 
     def _units(self, q: FloatArray, length: float) -> FloatArray:
-        """Motion of the tool [m] per unit of each coordinate, which depends on gears."""
+        """Return the tool motion [m] per unit of each coordinate, which depends on gear ratios."""
         J = self.fk_jacobian_mixed(q)[1]
         moved = np.hypot(np.linalg.norm(J[:3], axis=0), length * np.linalg.norm(J[3:], axis=0))
         return np.where(moved > 0, moved, length)
@@ -229,13 +223,13 @@ def _require(condition: bool, message: str) -> None:
 
 
 def _held(limit: str, by_name: Mapping[str, IntArray]) -> str:
-    """The sentence that names the coordinates held at a limit, "" if there are none."""
+    """Return a sentence on the coordinates at a limit, "" if there are none."""
     parts = [f"{name} in {_steps(at)}" for name, at in by_name.items()]
     return f"Held at {limit}: {', '.join(parts)}." if parts else ""
 
 
 def _steps(at: IntArray) -> str:
-    """The number of steps, with the first and the last."""
+    """Return the number of steps with the first and the last step."""
     if len(at) == 1:
         return f"step {at[0]}"
     return f"{len(at)} steps from {at[0]} to {at[-1]}"
