@@ -42,14 +42,14 @@ SHORT = {
 def drawn(found: Any, box: FloatArray, errors: Sequence[Errors]) -> dict[str, Any]:
     """Returns all pictures, keyed by caption."""
     return {
-        "Figure 2: the robot at the reference, pale, and at another posture": in_space(),
+        "Figure 2: the robot at the reference (pale) and in another configuration": in_space(),
         "Figure 3: structure and reference configuration, seen from the side": structure(),
         "Equation 27: the tool in active variables": equation(),
-        "Figure 5a: cloud of the tool's places, and the required box": cloud(found, box),
+        "Figure 5a: cloud of tool positions, and the required box": cloud(found, box),
         "Figure 5b: cloud and required box seen from above": view(found, box, 2),
         "Figure 5c: cloud and required box seen from the side": view(found, box, 1),
         "Figure 5d: cloud and required box seen along x": view(found, box, 0),
-        "Table 2: largest error of the tool if one length is 0.1 mm too long": bars(errors),
+        "Table 2: largest tool error if one length is 0.1 mm too long": bars(errors),
     }
 
 
@@ -221,7 +221,7 @@ def view(found: Any, box: FloatArray, normal: int) -> Any:
     axes.plot(*corners, color=COLOURS[3], linewidth=1.4, label="required box")
     plane(axes, f"{'xyz'[across]} [m]", f"{'xyz'[up]} [m]")
     bar = figure.colorbar(image, ax=axes, shrink=0.9)
-    bar.set_label("postures in 1000", fontsize=7)
+    bar.set_label("samples per 1000", fontsize=7)
     bar.ax.tick_params(labelsize=7)
     legend_below(figure, axes, 1)
     return figure
@@ -237,7 +237,7 @@ def bars(errors: Sequence[Errors]) -> Any:
     axes.axhline(0.5, color=GREY, linestyle="--", linewidth=0.9, label="printed 0.5 mm")
     names = [SHORT[own.name] for own in errors]
     axes.set_xticks(place, names, rotation=35, ha="right", rotation_mode="anchor", fontsize=7)
-    axes.set_ylabel("error of the tool [mm]")
+    axes.set_ylabel("tool error [mm]")
     axes.grid(axis="y", color=PALE)
     axes.set_axisbelow(True)
     legend_below(figure, axes, 2)

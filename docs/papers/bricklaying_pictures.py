@@ -28,14 +28,14 @@ STAGES = 8
 def drawn(spots: dict[int, Sequence[Spot]], found: Triangle, built: Wall) -> dict[str, Any]:
     """Returns all pictures, keyed by caption."""
     return {
-        "Figure 1: frame, platforms and guide of the gantry, by the poses of its links": gantry(),
+        "Figure 1: frame, platforms and guide of the gantry, from its link poses": gantry(),
         "Figure 3: drop spots of both set-ups in polar coordinates": drop_spots(spots),
         "Figure 4: the target (11, 8)": target(),
         "Figure 5: the length of the chain to the target": chain_length(found),
         "Figure 6: circles of shoulder, elbow and wrist": perimeters(found),
         "Figure 7: the triangle of shoulder, elbow and wrist": angles(found),
         "Figure 8: the chain at the target, elbow above and below the line": both_elbows(found),
-        "Wall: three courses laid by the gantry, and the way of its guide": wall_of_bricks(built),
+        "Wall: three courses laid by the gantry, and the path of its guide": wall_of_bricks(built),
         "Rates: motors of the gantry while it lays the first brick": motor_rates(built),
     }
 
@@ -220,7 +220,7 @@ def wall_of_bricks(built: Wall) -> Any:
     # The drawing order is from back to front, which the projection does not find by itself.
     axes.computed_zorder = False
     way = built.sampled.T[:, :3, 3]
-    axes.plot(*way.T, color=COLOURS[0], linewidth=0.6, zorder=0, label="way of the guide")
+    axes.plot(*way.T, color=COLOURS[0], linewidth=0.6, zorder=0, label="path of the guide")
     style = {"facecolor": "#c8783c", "edgecolor": "#303030", "linewidth": 0.4}
     behind_first = sorted(built.places, key=lambda own: (own[2], own[0]))
     for k, place in enumerate(behind_first, 1):

@@ -26,17 +26,17 @@ def figures() -> Figures:
     found: Figures = {
         "figure 1.1 drawn: the arm at point 1": chasles.draw(arm.arm(), horizontal),
         "figure 1.1: frames of the links, modified DH": frames(),
-        "figure 1.2: the postures of table 1.2": postures(),
+        "figure 1.2: the configurations of table 1.2": postures(),
         "figure 1.3: workspace within table 1.3, cells of the tool's positions": workspace(),
         "figure 1.4: inverse at point 1, in the plane of the arm": triangle(),
-        "figure 1.5: postures at the via points, elbow up (lines) and down (pale)": via_points(),
+        "figure 1.5: arm at the via points, elbow up (lines) and down (pale)": via_points(),
         "figure 1.7: speed of the tool on the straight lines": speeds(),
     }
     for number, name, made in (
         ("1.6", "free motion on two parabolas", arm.free()),
         ("1.8", "straight lines", arm.lines()),
-        ("1.10", "detour around the ball", arm.around()),
-        ("1.11", "quintic polynomials of the joints", arm.polynomials()),
+        ("1.10", "detour around the sphere", arm.around()),
+        ("1.11", "quintic joint polynomials", arm.polynomials()),
     ):
         extra = around_ball if number == "1.10" else marks
         found[f"figure {number}: {name}"] = path(made, extra)
@@ -69,7 +69,7 @@ def postures() -> Any:
     figure, axes = solid(3.1)
     lines = points(arm.arm(), arm.POSTURES)
     for k, line in enumerate(lines):
-        drawn(axes, line, COLOURS[k], linestyle=STYLES[k], label=f"posture {k + 1}")
+        drawn(axes, line, COLOURS[k], linestyle=STYLES[k], label=f"configuration {k + 1}")
     boxed(axes, lines)
     axes.view_init(*VIEW)
     legend_below(figure, axes, 2)
@@ -97,7 +97,7 @@ def workspace() -> Any:
         own.locator_params(nbins=3)
     bar = figure.colorbar(image, ax=axes[1], location="bottom", extend="max", shrink=0.7)
     bar.ax.tick_params(labelsize=7)
-    bar.set_label("postures in 1000, in a column of cells", fontsize=7)
+    bar.set_label("samples per 1000, in a column of cells", fontsize=7)
     return figure
 
 

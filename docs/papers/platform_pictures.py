@@ -30,7 +30,7 @@ def figures() -> Figures:
             robot, robot.ik_planar(platform.POSE).q[0]
         ),
         "figure 2.1: the platform and its dimensions": model(),
-        "figure 2.2: the way to the angles of the cranks": flow_chart(),
+        "figure 2.2: steps to the crank angles": flow_chart(),
     }
     for number, pose in platform.POSES.items():
         x, y, phi = MM * pose[0], MM * pose[1], np.degrees(pose[2])
@@ -39,15 +39,17 @@ def figures() -> Figures:
     for number, angle in ANGLES.items():
         found[f"figure {number}: workspace at {angle} deg, L = 130 and 170 mm"] = workspace(angle)
     found["assembly modes: both poses with the cranks of figure 2.3"] = modes()
-    found["singularities: kinds 1 and 2 at 0 deg, first branches, and a place of both"] = singular()
+    found["singularities: types 1 and 2 at 0 deg, first branches, and a position of both"] = (
+        singular()
+    )
     found["figure 3.1: our map; start and goal"] = the_map()
     for number, (samples, step) in roadmaps.CASES.items():
         caption = (
-            f"figure {number}: {samples} points, step {step}; as longest way and least distance"
+            f"figure {number}: {samples} points, step {step}; as largest and smallest distance"
         )
         found[caption] = roads(samples, step)
-    found["roadmap success: rate of paths, step as longest way, 95 % intervals"] = success()
-    found["roadmap arm: path from point 1 to 5 around a ball, above a table"] = arm()
+    found["roadmap success: success rate, step as largest distance, 95 % intervals"] = success()
+    found["roadmap arm: path from point 1 to 5 around a sphere, above a table"] = arm()
     return found
 
 
@@ -208,8 +210,8 @@ def roads(samples: int, step: float) -> Any:
     """Draws roadmaps for both meanings of the step, with free edges and the path, if any."""
     figure, axes = panels(5.6, 2, 1)
     for own, given, reading in (
-        (axes[0], {"max_step": step}, "longest way"),
-        (axes[1], {"dispersion": step}, "least distance"),
+        (axes[0], {"max_step": step}, "largest distance"),
+        (axes[1], {"dispersion": step}, "smallest distance"),
     ):
         made = prm(roadmaps.workshop(), samples, rng=RNG, **given)
         plan: Plan = made.plan(roadmaps.START, roadmaps.GOAL, algorithm="dijkstra")

@@ -106,7 +106,7 @@ def _printed(place: str, key: str, table: dict[str, Any]) -> Printed:
     if unit not in UNITS:
         raise ValueError(f"{place}: expected a unit of {', '.join(UNITS)}, got {unit}")
     if about is not None and "about" not in table.get("text", ""):
-        raise ValueError(f"{place}: about = {about} stands without the paper's words in text")
+        raise ValueError(f"{place}: about = {about} needs the paper's words in text")
     if "value" in table and "evaluated" in table:
         raise ValueError(f"{place}: expected value or evaluated, got both")
     found = table.get("value", table.get("evaluated"))

@@ -161,7 +161,7 @@ def agrees(
         Refuted: The values differ, or the paper does not print the value.
     """
     if printed.is_evaluated:
-        raise Refuted(f"{printed.item}: the paper does not print the value; it is consistent")
+        raise Refuted(f"{printed.item}: the paper does not print the value; use `consistent`")
     return _agreeing(printed, ours, "agrees", note, evaluated)
 
 
@@ -175,7 +175,7 @@ def consistent(
         Refuted: The values differ, or the reason is empty.
     """
     if not reason:
-        raise Refuted(f"{printed.item}: no reason is given")
+        raise Refuted(f"{printed.item}: the reason is missing")
     return _agreeing(printed, ours, "consistency", reason, evaluated)
 
 
@@ -187,7 +187,7 @@ def in_one_reading(printed: Printed, ours: Value, reading: str) -> Row:
         Refuted: The values differ, or the interpretation is not stated.
     """
     if not reading:
-        raise Refuted(f"{printed.item}: the reading is not named")
+        raise Refuted(f"{printed.item}: the interpretation is not stated")
     return _agreeing(printed, ours, "one reading", reading, None)
 
 
@@ -195,7 +195,7 @@ def _agreeing(
     printed: Printed, ours: Value, verdict: Verdict, note: str, evaluated: Equation | None
 ) -> Row:
     if printed.value is None:
-        raise Refuted(f"{printed.item}: nothing is printed that could agree")
+        raise Refuted(f"{printed.item}: the paper prints no value")
     value = _equation_value(printed, evaluated)
     if not _same(printed.value if value is None else value, ours, printed):
         raise _refuted(printed, ours, "does not agree with")
@@ -297,7 +297,7 @@ def not_printed(printed: Printed, ours: Value, reason: str) -> Row:
 
 def _without_value(printed: Printed, ours: Value, verdict: Verdict, reason: str) -> Row:
     if printed.value is not None or not reason:
-        raise Refuted(f"{printed.item}: {printed.value} is printed, or no reason is given")
+        raise Refuted(f"{printed.item}: {printed.value} is printed, or the reason is missing")
     return _row(printed, ours, verdict, reason)
 
 

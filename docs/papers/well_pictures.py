@@ -39,7 +39,7 @@ def drawn(process: Process) -> dict[str, Any]:
     angles, rates = process.theta[:, TURNING], process.rates[:, TURNING]
     swings = np.degrees(process.swings)
     return {
-        "Postures: the arm after 0, 25, 37 and 49 s, its cylinders pale": postures(process),
+        "Configurations: the arm after 0, 25, 37 and 49 s, its cylinders pale": postures(process),
         "Process: the arm over 49 s, cylinders in orange": working(process),
         "Figure 6: joint angles over 49 s": over_time(
             process, np.degrees(angles), JOINTS, "joint angle [deg]"

@@ -8,7 +8,7 @@ import pytest
 import chasles
 from chasles.velocity import _rates
 
-pin = pytest.importorskip("pinocchio", reason="the oracle, in the extra `crosscheck`")
+pin = pytest.importorskip("pinocchio", reason="the oracle needs the extra `crosscheck`")
 
 SERIAL = ["ur5e", "puma560", "panda", "iiwa14", "stanford", "scara", "lynxmotion", "photo_robot"]
 BORDER = 0.05

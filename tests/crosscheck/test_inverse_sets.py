@@ -52,7 +52,7 @@ def test_no_reachable_configuration_is_missed(case):
 
 def test_solution_count_matches_multi_start_newton(case):
     if case.robot.loops:
-        pytest.skip("Newton stays within the limits of loops, slots do not")
+        pytest.skip("only Newton's method respects the limits of loops")
     rng = np.random.default_rng(2)
     q = some(case, TARGETS)
     assert counts(case, own_answers(case, q)).tolist() == [len(newton(case, row, rng)) for row in q]

@@ -15,7 +15,9 @@ from chasles.derive.model.placements import Rotation
 from chasles.derive.terms.casadi_graph import lower
 from tests.support.derivations import ROBOTS
 
-pin = pytest.importorskip("pinocchio", reason="Pinocchio, the oracle of this file, is not there")
+pin = pytest.importorskip(
+    "pinocchio", reason="Pinocchio, the oracle of this file, is not installed"
+)
 
 SHELF = sorted(
     path.stem

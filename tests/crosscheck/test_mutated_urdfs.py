@@ -7,7 +7,7 @@ import pytest
 from tests.campaigns.mutants import classified, excess, findings, read_mutant, serial_robots
 from tests.support.generators.mutated_urdfs import MUTATIONS, arm_of_robot, arm_of_urdf, mutated
 
-pytest.importorskip("pinocchio", reason="the oracle, in the extra `crosscheck`")
+pytest.importorskip("pinocchio", reason="the oracle needs the extra `crosscheck`")
 MUTANTS = 8
 
 

@@ -17,7 +17,7 @@ from tests.support.oracles.numeric_tasks import (
 from tests.support.oracles.screws import screws
 from tests.support.tolerances import AGREEMENT
 
-optimize = pytest.importorskip("scipy.optimize", reason="an oracle, in the extra `crosscheck`")
+optimize = pytest.importorskip("scipy.optimize", reason="an oracle needs the extra `crosscheck`")
 rtb = OptionalPackage("roboticstoolbox")
 
 POSES = 1000

@@ -6,7 +6,7 @@ import pytest
 import chasles
 from tests.support.tolerances import EXACT_CODE, ORACLE, ORACLE_RATES
 
-pin = pytest.importorskip("pinocchio", reason="the oracle, in the extra `crosscheck`")
+pin = pytest.importorskip("pinocchio", reason="the oracle needs the extra `crosscheck`")
 
 POSES = 2_000
 P = np.pi / 2

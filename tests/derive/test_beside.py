@@ -10,7 +10,7 @@ import pytest
 from chasles.derive import DescriptionError
 from chasles.derive.beside import beside
 
-is_forked = pytest.mark.skipif(sys.platform != "linux", reason="forks on Linux alone")
+is_forked = pytest.mark.skipif(sys.platform != "linux", reason="processes are forked only on Linux")
 
 
 @pytest.fixture

@@ -12,7 +12,9 @@ import pytest
 from . import lie
 from .oracles import ANGLES, LAW_TOLERANCE, PRINCIPAL_ANGLES, few_twists, random_twists, wide
 
-pin = pytest.importorskip("pinocchio", reason="Pinocchio, the oracle of this file, is not there")
+pin = pytest.importorskip(
+    "pinocchio", reason="Pinocchio, the oracle of this file, is not installed"
+)
 
 
 def numbers(M: lie.Matrix) -> np.ndarray:

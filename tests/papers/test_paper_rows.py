@@ -27,15 +27,17 @@ def test_paper_rows_are_consistent_and_cover_printed_items(paper, request):
     assert all(row.note for row in rows if row.verdict != "agrees")
     begins = {row.item.partition(":")[0] for row in rows} | {row.item for row in rows}
     assert {item.item for item in read(paper).values()} <= begins
-    assert len({(row.item, row.where) for row in rows}) == len(rows), "items are named twice"
+    assert len({(row.item, row.where) for row in rows}) == len(rows), "duplicate items"
     for row in rows:
-        assert borne_out(row), f"a reader with a calculator refutes {row}"
+        assert borne_out(row), f"the displayed numbers contradict the verdict: {row}"
     hint = "run python docs/papers/report.py --write"
     assert pages.page_of(paper).read_text(encoding="utf-8") == pages.section(paper, rows), hint
     for line in pages.counted(paper, rows):
         assert line in pages.PAGE.read_text(encoding="utf-8"), hint
     for row, digit in sampled_digits(rows):
-        assert not mutations.survives(row, digit), f"{row} holds with another digit at {digit}"
+        assert not mutations.survives(row, digit), (
+            f"{row} also agrees with a changed digit at {digit}"
+        )
 
 
 def sampled_digits(rows):

@@ -25,7 +25,7 @@ def driven(arm):
 
 @pytest.fixture(scope="module")
 def mine(arm, driven, tmp_path_factory):
-    """The robot in the file that describes this arm."""
+    """The robot that loads from the file of the calibrated arm."""
     folder = tmp_path_factory.mktemp("mine")
     path = folder / "mine.toml"
     path.write_text(robot_file(arm, driven[0], "mine", "a test"))

@@ -9,7 +9,7 @@ from tests.support.tools import path_of
 def browser(tmp_path_factory):
     """A Chromium with software rendering; tests are skipped if no Chromium is installed."""
     program = path_of("chromium")
-    pytest.importorskip("websockets", reason="no viser, which brings websockets")
+    pytest.importorskip("websockets", reason="websockets comes with viser, which is not installed")
     from tests.support.chromium import Chromium
 
     found = Chromium(program, tmp_path_factory.mktemp("chromium"))

@@ -65,7 +65,7 @@ def numbers(placement, values):
 
 def generalized_gravity(robot, q):
     """Returns the gravity torques on the joints from Pinocchio."""
-    pin = pytest.importorskip("pinocchio", reason="Pinocchio, the oracle, is not there")
+    pin = pytest.importorskip("pinocchio", reason="Pinocchio, the oracle, is not installed")
     values = {p.symbol: p.value for p in robot.parameters}
     model, parent, before = pin.Model(), 0, numbers(robot.base, values)
     model.gravity.linear = np.array([float(g) for g in robot.load.gravity])

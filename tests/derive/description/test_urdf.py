@@ -76,7 +76,7 @@ def random_urdf(dice):
 
 
 def test_random_urdf_robots_match_pinocchio_link_poses(tmp_path):
-    pin = pytest.importorskip("pinocchio", reason="the oracle, in the extra `crosscheck`")
+    pin = pytest.importorskip("pinocchio", reason="the oracle needs the extra `crosscheck`")
     checked = 0
     seen = dict.fromkeys((*TYPES, "mimic", "mimic of a mimic"), 0)
     for seed in ROBOTS:

@@ -54,7 +54,7 @@ def found(arm, solutions, q):
 
 
 def right_angles(n, count, seed=1):
-    """Random configurations at right angles, half of them exactly at right angles."""
+    """Random configurations near right angles, half of them exactly at right angles."""
     rng = np.random.default_rng(seed)
     q = rng.integers(-2, 3, (count, n)) * np.pi / 2
     size = 10 ** rng.uniform(-9, -3, (count // 2, 1))
@@ -133,7 +133,7 @@ def test_batch_equals_single_pose_calls(case):
 def test_standalone_c_agrees_with_python(case, tmp_path):
     arm, fk = case
     if arm.n > 6:
-        pytest.skip("one arm without further inputs is enough")
+        pytest.skip("the test needs only one arm without further inputs")
     library = tmp_path / "alone.so"
     source = arm.folder / f"{arm.name}.c"
     command = ["cc", "-std=c99", "-O0", "-Wall", "-Wextra", "-Werror", "-fPIC", "-shared"]

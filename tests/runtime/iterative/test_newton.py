@@ -123,7 +123,7 @@ def followed(robot, q, steps):
 
 def test_newton_keeps_branch_far_outside_limits(robot):
     if robot.name == "redundant":
-        pytest.skip("without a determinant")
+        pytest.skip("the robot has no determinant")
     q = coordinates(robot, 60, wide=3.0)
     expected, own = followed(robot, q, 1000)
     z = robot.solve_loops(q).z[:, own]
@@ -138,7 +138,7 @@ def test_newton_keeps_branch_far_outside_limits(robot):
 def test_newton_never_crosses_singularity(robot):
     """Near a singularity, as at many targets here, Newton's method may reach another branch."""
     if robot.name == "redundant":
-        pytest.skip("without a determinant")
+        pytest.skip("the robot has no determinant")
     names = [v.name for v in robot.configuration_variables]
     actuated = [names.index(c.name) for c in robot.coordinates]
     unknown = np.setdiff1d(np.arange(len(names)), actuated)

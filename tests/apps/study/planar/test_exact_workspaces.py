@@ -13,8 +13,7 @@ from chasles.study.planar.arc_regions import ArcRegion, swept
 from chasles.study.planar.meridian import meridian, swept_volume
 
 NEAR = 0.01
-"""Distance [m] from the boundary beyond which a position is reached by more than isolated
-configurations."""
+"""Distance [m] from the boundary beyond which many configurations reach a point."""
 
 
 def chains(count, seed=0):

@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 from chasles.derive.cli import app
 
-pytest.importorskip("robot_descriptions", reason="the package whose names are read")
+pytest.importorskip("robot_descriptions", reason="robot_descriptions is not installed")
 
 
 def run(*words):

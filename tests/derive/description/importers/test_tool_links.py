@@ -309,7 +309,7 @@ def test_two_arm_urdf_requires_a_tip(tmp_path):
     ids=["irb140", "kr10", "al5d", "panda", "dual panda", "wx250s", "puma560"],
 )
 def test_ends_of_published_urdf_files_are_inferred(file, base, tips):
-    data = pytest.importorskip("rtbdata", reason="files of real robots, in the extra `crosscheck`")
+    data = pytest.importorskip("rtbdata", reason="files of real robots need the extra `crosscheck`")
     path = Path(next(iter(data.__path__))) / "xacro" / file
     found = opened(path).ends(None, None)
     assert [(ends.base, ends.tip) for ends in found] == [(base, tip) for tip in tips]

@@ -193,7 +193,7 @@ def urdf_of(kinematics):
 
 
 def pinocchio_forward(text, base, tip):
-    pin = pytest.importorskip("pinocchio", reason="the oracle, in the extra `crosscheck`")
+    pin = pytest.importorskip("pinocchio", reason="the oracle needs the extra `crosscheck`")
     model = pin.buildModelFromXML(text)
     data = model.createData()
 

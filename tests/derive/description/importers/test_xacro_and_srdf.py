@@ -11,7 +11,7 @@ from chasles.derive.cli import app
 from chasles.derive.description.importers.chains import chains
 from chasles.derive.description.importers.xacro_file import expanded
 
-pytest.importorskip("xacro", reason="the reader of xacro files")
+pytest.importorskip("xacro", reason="xacro is not installed")
 
 ARM = """\
 <?xml version="1.0"?>

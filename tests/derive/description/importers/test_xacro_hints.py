@@ -6,7 +6,7 @@ from chasles.derive import DescriptionError
 from chasles.derive.description.importers.xacro_file import expanded
 from chasles.derive.description.importers.xacro_hints import missing
 
-pytest.importorskip("xacro", reason="the reader of xacro files")
+pytest.importorskip("xacro", reason="xacro is not installed")
 
 OPEN = '<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">'
 MACRO = """
