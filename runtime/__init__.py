@@ -19,7 +19,7 @@ from .closed_form.assembly_modes import AssemblyModes, PlanarAssemblyModes
 from .closed_form.closures import ActuatorBranches, ChainBranches
 from .closed_form.nearest_solution import NearestSolution
 from .closed_form.paths import JointPath
-from .closed_form.solutions import Solutions
+from .closed_form.solutions import LeastSquares, Solutions
 from .contract import ChaslesError, ManifestError, UnknownRobotError, read_manifest
 from .errors import (
     CacheError,
@@ -68,6 +68,7 @@ __all__ = [
     "InputValueError",
     "JointPath",
     "KernelError",
+    "LeastSquares",
     "LoopError",
     "LoopSolution",
     "ManifestError",

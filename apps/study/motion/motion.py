@@ -9,7 +9,7 @@ clipped to limits: `limit_violations` reports them.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -63,6 +63,7 @@ class Motion:
     curve: PoseCurve | TaskLine | TaskCurve | JointLine
     time_scaling: TimeScaling
     q_seed: FloatArray
+    _: KW_ONLY
     fixed: Fixed | Mapping[str | int, float] | None = None
     redundancy: Redundancy = "fixed"
 

@@ -44,14 +44,14 @@ class Case:
     Attributes:
         kinds: One letter per joint: r (revolute) or p (prismatic).
         title: Description of the structure.
-        most_solutions: The maximum number of solutions.
+        max_solutions: The maximum number of solutions.
         requires: Returns the conditions on the axes.
         solve: Solves the three joints.
     """
 
     kinds: str
     title: str
-    most_solutions: int
+    max_solutions: int
     requires: Callable[[Lines], list[Requirement]]
     solve: Solver
 
