@@ -1,4 +1,4 @@
-"""Every assembly mode of a platform on legs, at given actuators."""
+"""All assembly modes of parallel platforms at given actuated coordinates."""
 
 from __future__ import annotations
 
@@ -14,13 +14,12 @@ from .closures import is_planar
 
 
 class PlanarAssemblyModes(NamedTuple):
-    """The assembly modes of a planar platform, in the order of phi.
+    """The assembly modes of a planar platform, sorted by phi; unused slots are last.
 
     Attributes:
-        x: (..., 6, 3) poses (x, y [m], phi [rad] in (-pi, pi]) of the platform; unused slots, which
-            are the last, are NaN.
-        valid: (..., 6) whether a slot holds a mode: all rods then have their lengths to 1e-12 of
-            the platform's size.
+        x: (..., 6, 3) poses (x, y [m], phi [rad] in (-pi, pi]) of the platform; NaN if unused.
+        valid: (..., 6) whether a slot holds a mode. Rod lengths are accurate to 1e-12 of the
+            platform size.
     """
 
     x: FloatArray
@@ -28,16 +27,16 @@ class PlanarAssemblyModes(NamedTuple):
 
 
 class AssemblyModes(NamedTuple):
-    """The assembly modes of a platform on legs, in slots, of which the last are unused.
+    """The assembly modes of a parallel platform, in k slots; unused slots are last.
 
     Attributes:
         T: (..., k, 4, 4) poses of the tool; NaN in unused slots.
         theta: (..., k, n_theta) joints of the main chain [rad or m].
-        valid: (..., k) whether a slot holds a mode: all rods then have their lengths to 1e-12 of
-            the platform's size.
-        margin: (..., k) the determinant of J_x over the lengths of its rows, a pure number: 0 where
-            the platform is singular and two modes meet.
-        complete: (...,) whether no mode can be missing: every complex solution is accounted for.
+        valid: (..., k) whether a slot holds a mode. Rod lengths are accurate to 1e-12 of the
+            platform size.
+        margin: (..., k) the determinant of J_x divided by its row norms, dimensionless: 0 where the
+            platform is singular and two modes meet.
+        complete: (...,) whether all modes were found, as all complex solutions are known.
     """
 
     T: FloatArray
@@ -52,13 +51,13 @@ def _has_chain_pose(robot: RobotFacts) -> bool:
 
 
 class PlatformMethods(RobotFacts):
-    """The methods of a platform on legs whose modes are all known."""
+    """Methods of platforms with a function for all assembly modes."""
 
     @needs("modes", when=_has_chain_pose)
     def fk_all(self, q: ArrayLike, *, threads: int | Literal["all"] = 1) -> AssemblyModes:
-        """Every pose of the tool in which the platform can be assembled at given actuators.
+        """Return all assembly modes of the platform, as poses of the tool.
 
-        Where the poses are not isolated, as at some singularities of type 2, some of them are
+        If the poses are not isolated, as at some singularities of type 2, only some modes are
         found, and `complete` is False.
 
         Args:
@@ -67,8 +66,7 @@ class PlatformMethods(RobotFacts):
 
         Returns:
             `T (..., k, 4, 4)`, `theta (..., k, n_theta)`, `valid (..., k)`, `margin (..., k)` and
-            `complete (...,)`. The modes of a planar platform are in the order of phi, all other
-            modes from the highest downwards.
+            `complete (...,)`. Planar modes are sorted by phi, other modes by descending height.
 
         Source:
             Planar: Gosselin, Sefrioui and Richard 1992. Six rods: Wampler, Forward displacement
@@ -83,17 +81,11 @@ class PlatformMethods(RobotFacts):
 
     @needs("modes", when=is_planar)
     def fk_planar_all(self, q: ArrayLike) -> PlanarAssemblyModes:
-        """Every pose in which a planar platform can be assembled at given actuators.
+        """Return all assembly modes `x (..., 6, 3)`, `valid (..., 6)` of a planar platform at q.
 
-        Two modes less than 1e-7 of the platform's size, and 1e-7 rad, apart count as one; where
-        they meet the platform is at a singularity of type 2. Where the three rods turn in parallel,
-        a whole circle of poses is possible and the method finds none of them.
-
-        Args:
-            q: (..., n) actuated coordinates [rad or m].
-
-        Returns:
-            `x (..., 6, 3)` and `valid (..., 6)`.
+        Modes closer than 1e-7 of the platform size and 1e-7 rad count as one: the platform is at a
+        singularity of type 2. If the three rods remain parallel on a circle of poses, no mode is
+        found.
 
         Source:
             Gosselin, Sefrioui and Richard, Solutions polynomiales au probleme de la cinematique des

@@ -1,8 +1,8 @@
-"""All branches of an inverse at once, in fixed slots, and the filters that choose among them.
+"""Inverse kinematics solutions in fixed slots, and filters for them.
 
-A slot keeps its branch from pose to pose, whether or not the arm reaches the pose on it, and
-`labels` names the branches. So filters leave the slots in place and clear `valid`. Each filter
-returns solutions, and filters can be chained:
+Each slot belongs to one branch of the inverse, for every pose, even if the pose is out of reach on
+that branch. `labels` describes the branches. Therefore filters clear `valid` and do not move slots.
+Each filter returns Solutions, so filters can be chained:
 
     robot.ik(T).within_limits().distinct().sorted_by_distance(q_seed)
 """
@@ -30,7 +30,7 @@ MAX_WINDINGS, _FREEDOMS = 100_000, 6
 
 
 class Fields(NamedTuple):
-    """The fields of all solutions, and of the nearest one."""
+    """The common fields of Solutions and NearestSolution."""
 
     q: FloatArray
     residual: FloatArray
@@ -39,11 +39,11 @@ class Fields(NamedTuple):
 
 
 class LeastSquares(NamedTuple):
-    """Coordinates that come nearest to poses.
+    """Least-squares coordinates for poses.
 
     Attributes:
         q: (..., n) coordinates [rad or m].
-        residual: (...,) error of the tool [m], as in Solutions.
+        residual: (...,) tool error [m], as in Solutions.
     """
 
     q: FloatArray
@@ -51,31 +51,30 @@ class LeastSquares(NamedTuple):
 
 
 class Solutions(Fields):
-    """All branches of an inverse, in k fixed slots a pose.
+    """Solutions on all branches of an inverse, in k fixed slots per pose.
 
-    A tuple of four arrays, `q, residual, margin, valid = robot.ik(T)`, and iterating over it gives
-    these arrays; the solutions of one pose are the rows of `valid_q()`.
+    A tuple of four arrays, `q, residual, margin, valid = robot.ik(T)`. The solutions of one pose
+    are the rows of `valid_q()`.
 
     Attributes:
         q: (..., k, n) coordinates [rad or m]: a solution where `valid`, else the least-squares
-            answer on that branch; NaN where an input is NaN.
-        residual: (..., k) error of the tool by forward kinematics [m]: the larger of the distance
-            from the pose and of the angle times `unit_length`. A nearly rigid pose counts as the
-            rigid pose nearest to it. Infinite in another assembly mode, see `other_mode`.
-        margin: (..., k) least margin of the steps of the branch: 0 at the border of reach, negative
-            beyond it.
+            result on that branch; NaN if an input is NaN.
+        residual: (..., k) tool error [m] by forward kinematics: the larger of the distance from the
+            (projected) pose and the angle times `unit_length`. Infinite in another assembly mode,
+            see `other_mode`.
+        margin: (..., k) smallest margin over the solution steps of the branch: 0 at the workspace
+            boundary, negative outside.
         valid: (..., k) whether the slot holds a solution that no filter has removed: its residual
-            is at most `tolerance`, or of a pose that rounding has moved off a rigid one 10
-            `unit_length` times its `se3.deviation`, or half a unit of the last decimal of its
-            rotation if that is more.
-        unit_length: The length [m] that counts as much as a radian, as of the robot.
-        tolerance: Largest residual of a solution [m], 1e-9 `unit_length`.
+            is at most `tolerance`. For rounded poses, the limit is 10 `unit_length` times the
+            rounding: `se3.deviation`, or half a unit of the last decimal of the rotation if that
+            is larger.
+        unit_length: The length [m] that is equivalent to 1 rad, as for the robot.
+        tolerance: Maximum residual of a solution [m], 1e-9 `unit_length`.
         coordinates: The elements of q.
-        wraps: (n,) whether a full turn of the coordinate leaves the pose unchanged: true for
-            turning joints until `within_limits` lists their turns separately.
-        labels: (k,) the branch in each slot, "shoulder_pan +, elbow -": the joints whose angle the
-            branch chooses, and the choice; () once `sorted_by_distance` has reordered the slots of
-            each pose.
+        wraps: (n,) whether a rotation by 2 pi leaves the pose unchanged: true for revolute joints
+            until `within_limits` lists their windings separately.
+        labels: (k,) the branch in each slot, as "shoulder_pan +, elbow -", with the joints and
+            signs that select the branch; () after `sorted_by_distance` has reordered the slots.
         windings: Number of consecutive slots that `within_limits` lists for each branch.
     """
 
@@ -90,35 +89,32 @@ class Solutions(Fields):
 
     @classmethod
     def _judged(cls, q: Any, residual: Any, margin: Any) -> Self:
-        """Solutions from slots, valid where the residual is at most `tolerance`."""
+        """Return solutions from slots, valid if the residual is at most `tolerance`."""
         return cls(q, residual, margin, residual <= cls.tolerance)
 
     @property
     def count(self) -> IntArray:  # type: ignore[override]
-        """(...,) number of valid slots; replaces the method `count` of tuples."""
+        """(...,) number of valid slots."""
         counted: IntArray = self.valid.sum(-1)
         return counted
 
     @property
     def other_mode(self) -> BoolArray:
-        """(..., k) whether the loops close at the pose with q, but `fk(q)` is not the pose.
+        """(..., k) whether the pose belongs to another assembly mode: loops close, but not by `fk`.
 
-        At the same actuated coordinates, the loops of a platform close in several assembly modes.
-        `fk` follows the mode of the reference configuration: it ends in another pose, or before a
-        singularity on its way. Such a slot is not valid. `fk_all(q)` has all modes of some
-        platforms. False for robots whose loops have a closed form. Filters do not change it.
+        With the same actuated coordinates, a platform can have several assembly modes. `fk` follows
+        the mode of the reference configuration: it ends at another pose, or at a singularity. Such
+        a slot is not valid. `fk_all(q)` has all modes of some platforms. The result is False for
+        robots whose loops have a closed form. Filters do not change it.
         """
         is_other: BoolArray = np.isposinf(self.residual) & np.isfinite(self.q).all(-1)
         return is_other
 
     def at(self, *index: int) -> Self:
-        """The solutions of one pose of a batch.
-
-        Args:
-            index: Its index, an integer for each leading dimension.
+        """Return the solutions of one pose of a batch, with one index per leading dimension.
 
         Raises:
-            InputValueError: If there are more or fewer leading dimensions.
+            InputValueError: If the number of indices is wrong.
         """
         batch = self.valid.shape[:-1]
         if len(index) != len(batch):
@@ -126,13 +122,10 @@ class Solutions(Fields):
         return type(self)(*(field[index] for field in self))
 
     def valid_q(self) -> FloatArray:
-        """The valid solutions of one pose, without the other slots.
-
-        Returns:
-            (count, n) coordinates [rad or m], in the order of the slots.
+        """Return the valid solutions (count, n) [rad or m] of one pose, in slot order.
 
         Raises:
-            InputValueError: If there are several poses: they may differ in count.
+            InputValueError: If there are several poses, whose counts may differ.
         """
         if self.valid.ndim != 1:
             raise InputValueError(
@@ -144,33 +137,29 @@ class Solutions(Fields):
     def within_limits(
         self, limits: Literal["robot"] | ArrayLike | None = "robot", *, windings: bool = True
     ) -> Self:
-        """Keeps the solutions within limits, with every turn within them.
+        """Keep the solutions within limits, with all windings (values that differ by 2 pi).
 
-        A joint whose limits are more than a turn apart has the same orientation at several values.
-        Each value gets a slot of its own: a joint with limits `w` turns apart, rounded up,
-        multiplies the slots by `w`, and the slots of a branch follow each other, the last joint
-        varying fastest, from the lower turn to the upper. Turns are counted down from the upper
-        limit, which is included; a value at both limits at once is listed at the upper one. Joints
-        without limits keep their value, whatever its turn, and joints with one limit are moved
-        within it by as few turns as possible. From then on each turn is a value of its own:
-        distances from a seed are no longer wrapped, except for joints without limits.
+        A joint with a range of `w` turns, rounded up, multiplies the slots by `w`. The slots of a
+        branch are consecutive, in ascending order, and the last joint varies fastest. Windings are
+        counted down from the upper limit, which is included; of values at both limits, only the
+        upper is listed. Joints without limits keep their value. Joints with one limit are moved
+        within it by the fewest turns. Afterwards each winding is a separate solution: distances
+        from a seed wrap only for joints without limits.
 
-        A joint that rounding has put outside a limit (1e-12 rad, or 1e-12 `unit_length`) is set to
-        the limit.
+        A joint that exceeds a limit by rounding (1e-12 rad, or `unit_length`) is set to the limit.
 
         Args:
             limits: "robot", None for no limits, or (n, 2) lower and upper limits [rad or m], -inf
                 and inf for none.
-            windings: False keeps the k slots, each moved into the limits by as few turns as
-                possible: all windings of a large batch need much memory for an arm with six joints
-                of two turns each.
+            windings: False keeps the k slots, each moved into the limits by the fewest turns. All
+                windings of a large batch can need much memory.
 
         Returns:
-            Solutions with k times as many slots as there are windings, the others not valid.
+            Solutions with k slots times the number of windings.
 
         Raises:
-            InputValueError: If a lower limit is above the upper one, or the limits are so wide that
-                a solution has more than 100,000 windings.
+            InputValueError: If a lower limit is above the upper limit, or a solution has more than
+                100,000 windings.
             ShapeError: If the limits are not (n, 2).
         """
         listing = _own_listing(cast("Any", type(self)), windings)
@@ -181,21 +170,18 @@ class Solutions(Fields):
         return tuple.__new__(kind, _filtered(_filters.windings, self, listing.limits, AT_LIMIT))
 
     def sorted_by_distance(self, q_seed: ArrayLike, *, weights: ArrayLike | None = None) -> Self:
-        """The slots in the order of the largest weighted move of a joint, invalid slots last.
+        """Sort the slots of each pose by their distance from a seed, invalid slots last.
 
-        Moves of prismatic joints count in `unit_length`.
+        The distance is the largest weighted joint displacement, the shorter way for joints that
+        wrap; prismatic joints are scaled by `unit_length`.
 
         Args:
-            q_seed: (..., n) coordinates of the robot [rad or m]; joints that wrap may turn either
-                way.
-            weights: (n,) factors of the moves; a coordinate with the factor 0 does not count.
-
-        Returns:
-            Solutions with the slots of each pose in an order of its own.
+            q_seed: (..., n) coordinates of the robot [rad or m].
+            weights: (n,) weights of the displacements; weight 0 excludes a coordinate.
 
         Raises:
-            InputValueError: If a weight is negative, or all are 0.
-            ShapeError: If `q_seed` does not fit the poses.
+            InputValueError: If a weight is negative, or all weights are 0.
+            ShapeError: If `q_seed` does not match the poses.
         """
         facts, units = facts_of(type(self)), self._weighted("sorted_by_distance", weights)
         start = self._seeds("sorted_by_distance", q_seed)
@@ -209,14 +195,10 @@ class Solutions(Fields):
         return cast(Self, _unlabelled(cast("Any", type(self)))._make((q, *fields)))
 
     def distinct(self, tolerance: float = SAME_SOLUTION) -> Self:
-        """Keeps the first of slots with the same solution, as they occur at singularities.
+        """Keep the first of equal solutions, which occur at singularities.
 
         Args:
-            tolerance: Radians, and parts of `unit_length`; slots are equal if no coordinate differs
-                by more.
-
-        Returns:
-            Solutions with the repetitions not valid.
+            tolerance: Maximum coordinate difference of equal solutions [rad or `unit_length`].
         """
         facts = facts_of(type(self))
         same = facts.same if tolerance == SAME_SOLUTION else tolerance * facts.units
@@ -226,13 +208,7 @@ class Solutions(Fields):
         return self._remade(self.q, self.residual, self.margin, found)
 
     def on_branch(self, branch: str) -> Self:
-        """Keeps the solutions on a branch.
-
-        Args:
-            branch: Parts of a label: "elbow +", or "shoulder -, elbow +".
-
-        Returns:
-            Solutions with the slots of other labels not valid.
+        """Keep the solutions on branches whose label contains "elbow +" or "shoulder -, elbow +".
 
         Raises:
             InputValueError: If no label has such a part, or sorting has removed the labels.
@@ -249,16 +225,10 @@ class Solutions(Fields):
         return self._remade(*self[:-1], self.valid & kept)
 
     def within_tolerance(self, tolerance: float) -> Self:
-        """Counts every slot that comes so near to the pose as a solution, whatever filters removed.
+        """Mark all slots with a residual of at most the tolerance [m] as valid.
 
-        For poses that are less exact than their digits: an arm of fewer than six joints reaches no
-        measured pose.
-
-        Args:
-            tolerance: Largest residual of a valid slot [m], as `residual`.
-
-        Returns:
-            Solutions with the same slots.
+        Earlier filters are ignored. A tolerance is necessary for measured poses, which an arm with
+        fewer than six joints cannot reach exactly.
 
         Raises:
             InputValueError: If the tolerance is not positive.
@@ -271,26 +241,22 @@ class Solutions(Fields):
         return type(self)(*self[:-1], near)
 
     def nearest(self, q_seed: ArrayLike, *, weights: ArrayLike | None = None) -> FloatArray:
-        """The solution that moves the joints least, by the largest weighted move of a joint.
+        """Return the valid solution nearest to a seed, by the distance of `sorted_by_distance`.
 
-        Moves of prismatic joints count in `unit_length`.
-
-        Of several slots the lowest is taken, and of the turns of its solution that `within_limits`
-        lists, the one whose joints move least in sum.
+        Among equal distances the lowest slot wins; among windings of its solution, the smallest sum
+        of displacements.
 
         Args:
-            q_seed: (..., n) coordinates of the robot [rad or m]; joints that wrap may turn either
-                way.
-            weights: (n,) factors of the moves; a coordinate with the factor 0 does not count.
+            q_seed: (..., n) coordinates of the robot [rad or m].
+            weights: (n,) weights of the displacements; weight 0 excludes a coordinate.
 
         Returns:
-            (..., n) coordinates [rad or m], a row of q; NaN for a pose of a batch without a valid
-            slot.
+            (..., n) coordinates [rad or m]; NaN for a pose of a batch without a valid slot.
 
         Raises:
             OutOfReachError: If a single pose has no valid slot.
-            InputValueError: If a weight is negative, or all are 0.
-            ShapeError: If `q_seed` does not fit the poses.
+            InputValueError: If a weight is negative, or all weights are 0.
+            ShapeError: If `q_seed` does not match the poses.
         """
         facts, units = facts_of(type(self)), self._weighted("nearest", weights)
         slots, start = (self.q, self.valid), self._seeds("nearest", q_seed)
@@ -300,14 +266,10 @@ class Solutions(Fields):
         return found
 
     def least_squares(self) -> LeastSquares:
-        """The coordinates that come nearest to poses out of reach, and their errors.
+        """Return the slots with the smallest residual for poses out of reach.
 
-        Filters play no part: limits are ignored, and a pose whose solutions were all removed is not
-        out of reach.
-
-        Returns:
-            `q (..., n)` and `residual (...,)`, the slot with the smallest residual; both are NaN
-            where the pose has solutions.
+        Filters and limits are ignored. `q (..., n)` and `residual (...,)` are NaN for poses with
+        solutions, even if filters have removed all of them.
         """
         residual = np.where(np.isnan(self.residual), np.inf, self.residual)
         best = np.argmin(residual, -1)[..., None]
@@ -319,26 +281,22 @@ class Solutions(Fields):
         )
 
     def distances_from(self, q_seed: ArrayLike) -> FloatArray:
-        """The signed distance of each coordinate of each slot from a configuration.
+        """Return the displacements (..., k, n) [rad or m] of all slots from q_seed (..., n).
 
-        Args:
-            q_seed: (..., n) coordinates of the robot [rad or m].
-
-        Returns:
-            (..., k, n) [rad or m], in [-pi, pi] for joints that wrap.
+        Displacements of joints that wrap are in [-pi, pi].
 
         Raises:
-            ShapeError: If `q_seed` does not fit the poses.
+            ShapeError: If `q_seed` does not match the poses.
         """
         return self._wrapped(self.q - self._read_seed("distances_from", q_seed)[..., None, :])
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickles the facts of its class and the tuple."""
+        """Pickle the class attributes and the tuple."""
         facts = (self.coordinates, self.wraps, self.labels, self.unit_length)
         return _restore, (facts + (self.windings,) * (self.windings > 1), tuple(self))
 
     def _weighted(self, method: str, weights: ArrayLike | None) -> FloatArray:
-        """(n,) the moves that count as much as a radian; infinite for a weight of 0."""
+        """Return displacements (n,) that are equivalent to 1 rad; infinite for a weight of 0."""
         units = facts_of(type(self)).units
         if weights is None:
             return units
@@ -346,7 +304,7 @@ class Solutions(Fields):
             return np.asarray(units / read_weights(len(units), f"Solutions.{method}", weights))
 
     def _read_seed(self, method: str, q_seed: ArrayLike) -> FloatArray:
-        """A seed (n,) or (..., n) of the right shape."""
+        """Return a seed (n,) or (..., n) after a check of its shape."""
         start, n = real_array("Solutions", "q_seed", q_seed), self.q.shape[-1]
         if start.shape == (n,):
             return start
@@ -362,7 +320,7 @@ class Solutions(Fields):
         return start
 
     def _seeds(self, method: str, given: ArrayLike) -> FloatArray:
-        """A seed (n,), or a dense row for each pose."""
+        """Return a seed (n,), or a dense row for each pose."""
         if type(given) is np.ndarray and given.dtype == float and given.shape == self.q.shape[-1:]:
             return given if given.flags.c_contiguous else given.copy()
         start = self._read_seed(method, given)
@@ -371,11 +329,11 @@ class Solutions(Fields):
         return start if start.flags.c_contiguous else np.ascontiguousarray(start)
 
     def _remade(self, *fields: Any) -> Self:
-        """Solutions of the same class; lighter than a call of the class."""
+        """Return solutions of the same class, faster than a call of the class."""
         return tuple.__new__(type(self), fields)
 
     def _wrapped(self, difference: FloatArray) -> FloatArray:
-        """Differences by the shorter way round for coordinates that wrap; works in place."""
+        """Wrap differences to [-pi, pi] in place, for coordinates that wrap."""
         turns = difference * np.where(self.wraps, 1 / TURN, 0.0)
         np.round(turns, out=turns)
         turns *= TURN
@@ -389,14 +347,14 @@ class Solutions(Fields):
         others = int(self.other_mode.sum())
         if others:
             return (
-                "no valid solution: the loops close at the pose in another assembly mode than that "
-                f"of fk, in {others} of {self.valid.size} slots; other_mode marks them"
+                "no valid solution: fk does not follow the assembly mode of "
+                f"{others} of {self.valid.size} slots; other_mode marks these slots"
             )
         least = self.least_squares().residual
         if np.isposinf(self.residual).any():
             return "no valid solution: no branch reaches the pose"
         if np.isnan(least):
-            return "no valid solution: the pose is not finite, or is no pose"
+            return "no valid solution: the input is not a finite rigid pose"
         size = self.unit_length
         if least > FAR * size:
             return (
@@ -406,13 +364,13 @@ class Solutions(Fields):
         n = len(self.coordinates)
         if n < _FREEDOMS and least <= TILTED * size:
             return (
-                f"no valid solution: {n} joints reach no pose that rounding has tilted, here by "
-                f"{least:.4g} (m, rad); within_tolerance({2 * least:.0e}) counts what comes so near"
+                f"no valid solution: an arm with {n} joints cannot reach a rounded pose, residual "
+                f"{least:.4g} (m, rad); within_tolerance({2 * least:.0e}) accepts it"
             )
         measured = "(m, rad)" if size == 1 else f"m, angles times {size:g} m"
         return (
             f"no valid solution: the pose is out of reach, by {least:.4g} {measured} at least; "
-            "least_squares() has the coordinates that come so near"
+            "least_squares() returns the nearest coordinates"
         )
 
 
@@ -424,15 +382,7 @@ def solutions_of(
     unit_length: float = 1.0,
     windings: int = 1,
 ) -> type[Solutions]:
-    """The class of solutions in given coordinates, which filters need to know.
-
-    Args:
-        coordinates: The elements of q.
-        wraps: Whether a full turn of each of them leaves the pose unchanged.
-        labels: The branch in each slot, () where slots have none.
-        unit_length: The robot's unit of length [m].
-        windings: Number of consecutive slots that are turns of the same solution.
-    """
+    """Return the subclass of Solutions with these class attributes."""
     facts: dict[str, Any] = {"coordinates": coordinates, "wraps": wraps, "labels": labels}
     facts |= {"unit_length": unit_length, "windings": windings, "tolerance": SOLVED * unit_length}
     about = {"__slots__": (), "__module__": __name__, "__doc__": Solutions.__doc__}
@@ -445,11 +395,9 @@ def _restore(facts: tuple[Any, ...], fields: tuple[Any, ...]) -> Solutions:
 
 @dataclass(frozen=True)
 class _Listing:
-    """How slots are listed within limits.
+    """The class of solutions within limits, and the limits.
 
-    Attributes:
-        kind: The class of the result.
-        limits: Lower and upper limits, turns, rounding and numbers of windings, (n,) each.
+    The limits are lower and upper limits, periods, rounding and numbers of windings, (n,) each.
     """
 
     kind: type[Solutions]
@@ -469,7 +417,7 @@ def _listing(kind: type[Solutions], low: FloatArray, high: FloatArray, windings:
     if count > MAX_WINDINGS:
         raise InputValueError(
             f"Solutions.within_limits: these limits allow {count:.2g} "
-            "windings of each solution; are they in degrees? windings=False takes one of each"
+            "windings of each solution; are they in degrees? windings=False keeps one winding"
         )
     listed = solutions_of(
         kind.coordinates,
@@ -483,7 +431,7 @@ def _listing(kind: type[Solutions], low: FloatArray, high: FloatArray, windings:
 
 
 def _filtered(compiled: Callable[..., Any], fields: Iterable[Any], *rest: Any) -> Any:
-    """The result of a compiled filter, which refuses fields that are not dense: they are copied."""
+    """Call a compiled filter, with copies of the fields if they are not dense."""
     try:
         return compiled(*fields, *rest)
     except TypeError:

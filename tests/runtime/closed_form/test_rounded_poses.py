@@ -331,7 +331,7 @@ def test_out_of_reach_error_explains_rounding_for_few_joints():
         found = arm.ik(pose)
         if found.count:
             continue
-        with pytest.raises(chasles.OutOfReachError, match=r"tilted.*within_tolerance\("):
+        with pytest.raises(chasles.OutOfReachError, match=r"rounded pose.*within_tolerance\("):
             found.nearest(there)
         assert np.abs(arm.fk(found.least_squares().q) - pose).max() < TILTED
         near = found.within_tolerance(3 * found.least_squares().residual)

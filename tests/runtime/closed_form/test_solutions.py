@@ -433,7 +433,7 @@ def test_nearest_recovers_seed_and_explains_failure(arm, q):
         arm.ik(T[7]).nearest(q[7])
     with pytest.raises(chasles.OutOfReachError, match="filters removed all 2"):
         arm.ik(T[0]).within_limits([[5.0, 5.1]] * 4).nearest(q[0])
-    with pytest.raises(chasles.OutOfReachError, match="not finite"):
+    with pytest.raises(chasles.OutOfReachError, match="not a finite rigid pose"):
         arm.ik(np.full((4, 4), np.nan)).nearest(q[0])
 
 
