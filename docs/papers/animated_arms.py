@@ -48,7 +48,7 @@ def boxed(axes: Any, cloud: Any, margin: float = 0.05) -> None:
 
 
 def in_space(figure: Any, place: Any) -> Any:
-    """Returns perspective axes in a cell of a figure's grid, labelled like the other panels."""
+    """Returns perspective axes in a cell of a figure's grid, labeled like the other panels."""
     import matplotlib.pyplot as plt  # noqa: PLC0415
 
     with plt.rc_context(FONT):

@@ -36,7 +36,7 @@ FUNCTIONS = (
 )
 C_ALONE = ("c", "python")
 POSES, JUDGED = 100, 10
-"""Number of configurations per mechanism, and of those checked by minimization."""
+"""Numbers of configurations and of minimizations per mechanism."""
 STEP = 1e-6
 """Step of central differences (radian or metre)."""
 BARS = {"closure": 1e-9, "slope": 1e-6, "rate": 1e-6, "back": 1e-9, "lost": 0.0, "open": 0.0}

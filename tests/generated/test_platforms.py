@@ -38,7 +38,7 @@ def twists(m, z, rates):
     return np.concatenate([Td[:, :3, 3], np.stack([W[:, 2, 1], W[:, 0, 2], W[:, 1, 0]], -1)], -1)
 
 
-# --- three planar legs: all modes, both ways ---
+# --- three planar legs: all modes, forward and inverse ---
 
 
 @pytest.mark.parametrize("name", PLANAR)
@@ -115,7 +115,7 @@ def test_assembly_modes_contain_reference_mode(name):
     assert np.nanmin(np.abs(modes - r.chain(q)[:, None]).max(-1), axis=-1).max() < 1e-9
 
 
-# --- forward by Newton's method ---
+# --- forward kinematics by Newton's method ---
 
 
 @pytest.mark.parametrize("name", ITERATED)

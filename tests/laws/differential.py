@@ -26,9 +26,9 @@ from .coefficients import (
 
 
 def dexp_left_so3(omega: Matrix) -> Matrix:
-    """Left-trivialised differential of exp on SO(3).
+    """Left-trivialized differential of exp on SO(3).
 
-    `d/dt exp(hat x) exp(-hat x) = hat(dexp_left(x) x')`: takes the rate of a rotation vector to the
+    `d/dt exp(hat x) exp(-hat x) = hat(dexp_left(x) x')`: maps the rate of a rotation vector to the
     angular velocity in the fixed frame. Equals the sum of `hat(x)^k / (k + 1)!`,
     `I + (1 - cos t)/t^2 W + (t - sin t)/t^3 W^2`, and `exp(hat x) dexp_right(x)`. Singular at
     |omega| = 2 pi k, k > 0.
@@ -50,9 +50,9 @@ def dexp_left_so3(omega: Matrix) -> Matrix:
 
 
 def dexp_right_so3(omega: Matrix) -> Matrix:
-    """Right-trivialised differential of exp on SO(3), `dexp_left_so3(-omega)`.
+    """Right-trivialized differential of exp on SO(3), `dexp_left_so3(-omega)`.
 
-    `exp(-hat x) d/dt exp(hat x) = hat(dexp_right(x) x')`: takes the rate of a rotation vector to
+    `exp(-hat x) d/dt exp(hat x) = hat(dexp_right(x) x')`: maps the rate of a rotation vector to
     the angular velocity in the moving frame. Domain, result and errors as for `dexp_left_so3`.
     """
     return dexp_left_so3(-omega)
@@ -70,8 +70,8 @@ def dexp_left_inverse_so3(omega: Matrix) -> Matrix:
         (3, 3) matrix, without unit.
 
     Raises:
-        ValueError: The shape is not (3, 1), or |omega| is a positive multiple of 2 pi, where there
-            is no inverse (detected for exact numbers; a Float nearby gives large numbers).
+        ValueError: The shape is not (3, 1), or |omega| is a positive multiple of 2 pi, where no
+            inverse exists (detected for exact numbers; a nearby Float gives large entries).
 
     Source: Mueller, section 2.
     """
@@ -82,16 +82,16 @@ def dexp_left_inverse_so3(omega: Matrix) -> Matrix:
 def dexp_right_inverse_so3(omega: Matrix) -> Matrix:
     """Inverse of `dexp_right_so3`, `dexp_left_inverse_so3(-omega)`.
 
-    Takes the angular velocity in the moving frame to the rate of the rotation vector. Domain,
+    Maps the angular velocity in the moving frame to the rate of the rotation vector. Domain,
     result and errors as for `dexp_left_inverse_so3`.
     """
     return dexp_left_inverse_so3(-omega)
 
 
 def dexp_left_se3(x: Matrix) -> Matrix:
-    """Left-trivialised differential of exp on SE(3), [[J, Q], [0, J]], with J of SO(3).
+    """Left-trivialized differential of exp on SE(3), [[J, Q], [0, J]], with J of SO(3).
 
-    `d/dt exp(hat x) exp(-hat x) = hat(dexp_left(x) x')`: takes the rate of x to the spatial twist.
+    `d/dt exp(hat x) exp(-hat x) = hat(dexp_left(x) x')`: maps the rate of x to the spatial twist.
     Equals the sum of `ad(x)^k / (k + 1)!` and `Ad(exp x) dexp_right(x)`. Q is the derivative of
     J = `dexp_left_so3(omega)` in direction v. Singular at |omega| = 2 pi k, k > 0.
 
@@ -105,7 +105,7 @@ def dexp_left_se3(x: Matrix) -> Matrix:
     Raises:
         ValueError: The shape is not (6, 1).
 
-    Source: Mueller, section 2. se(3) is so(3) over the dual numbers omega + eps v, which gives Q in
+    Source: Mueller, section 2. se(3) is so(3) over the dual numbers omega + eps v, so Q needs only
     five products.
     """
     v, omega = halves(x)
@@ -119,9 +119,9 @@ def dexp_left_se3(x: Matrix) -> Matrix:
 
 
 def dexp_right_se3(x: Matrix) -> Matrix:
-    """Right-trivialised differential of exp on SE(3), `dexp_left_se3(-x)`.
+    """Right-trivialized differential of exp on SE(3), `dexp_left_se3(-x)`.
 
-    `exp(-hat x) d/dt exp(hat x) = hat(dexp_right(x) x')`: takes the rate of x to the body twist.
+    `exp(-hat x) d/dt exp(hat x) = hat(dexp_right(x) x')`: maps the rate of x to the body twist.
     Domain, result and errors as for `dexp_left_se3`.
     """
     return dexp_left_se3(-x)
@@ -141,8 +141,8 @@ def dexp_left_inverse_se3(x: Matrix) -> Matrix:
         (6, 6) matrix on twists (v, omega).
 
     Raises:
-        ValueError: The shape is not (6, 1), or |omega| is a positive multiple of 2 pi, where there
-            is no inverse (detected for exact numbers; a Float nearby gives large numbers).
+        ValueError: The shape is not (6, 1), or |omega| is a positive multiple of 2 pi, where no
+            inverse exists (detected for exact numbers; a nearby Float gives large entries).
 
     Source: Mueller, section 2.
     """
@@ -170,7 +170,7 @@ def _dual_quadratic(
 ) -> Matrix:
     """[[J, Q], [0, J]], with J = I + b W + c W^2 and Q the derivative of J in direction v.
 
-    `rates` holds b'(t)/t and c'(t)/t at t = |omega|; t changes at the rate omega.v / t.
+    `rates` contains b'(t)/t and c'(t)/t at t = |omega|; the rate of t is omega.v / t.
     """
     b, c = coefficients
     P, W = hat_so3(v), hat_so3(omega)

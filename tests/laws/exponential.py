@@ -55,12 +55,12 @@ def log_so3(R: Matrix) -> Matrix:
 
     The angle is `atan2(s, c)` with s = |vee(R - R')| / 2 and c = (trace R - 1) / 2. A `Float`
     matrix with c < 0 has its axis from the symmetric part of R, which keeps its digits near a half
-    turn. At a half turn (s is zero; for Floats, zero to rounding) the axis and its opposite are
-    equally good: the one whose first nonzero component is positive is returned.
+    turn. At a half turn (s is zero; for Floats, zero to rounding) the axis has either sign; its
+    first nonzero component is then positive.
 
-    Symbols are assumed to stand for a rotation that is neither the identity nor a half turn. For a
-    rotation about a fixed axis the result is then regular again: the logarithm of a rotation about
-    z by q is (0, 0, atan2(sin q, cos q)).
+    A symbolic rotation is assumed to be neither the identity nor a half turn. For a fixed axis the
+    result is regular nevertheless: the logarithm of a rotation about z by q is
+    (0, 0, atan2(sin q, cos q)).
 
     Args:
         R: (3, 3) rotation. Orthogonality is assumed.
@@ -127,13 +127,13 @@ def exp_screw(screw: Matrix, theta: Expr) -> Matrix:
     `R = a a' + cos(theta) (I - a a') + sin(theta) hat(a)` and
     `p = sin(theta) (v - h a) + (1 - cos(theta)) (a x v) + theta h a`; for a prismatic joint R = I
     and `p = theta v`.
-    There is no degenerate angle, and what is structurally zero does not appear: constants are
-    expanded, never simplified.
+    There is no degenerate angle. Structurally zero terms vanish, because constants are expanded
+    (never simplified).
 
     Args:
         screw: (6, 1) twist (v, omega), with omega of unit length (revolute, helical), or zero
-            (prismatic). Symbols in omega are taken to be of unit length.
-        theta: Joint variable: radian, or metre where omega is zero and v of unit length.
+            (prismatic). A symbolic omega is assumed to have unit length.
+        theta: Joint variable: radian, or metre if omega is zero and v has unit length.
 
     Returns:
         (4, 4) pose.

@@ -31,7 +31,7 @@ OPTIONAL = ("margin", "actuators", "ik")
 C_ALONE = ("c", "python")
 LEAST_SQUARES = "least squares"
 POSES, SHARPENED = 200, 5
-"""Number of configurations, and of those compared with the least-squares minimum."""
+"""Numbers of tested configurations, and of comparisons with the least-squares minimum."""
 AROUND = 0.05
 """Maximum distance from the reference, relative to the limit range or to pi."""
 BARS = {"open": 0, "gap": 1e-12, "least": 1e-9, "lost": 0}

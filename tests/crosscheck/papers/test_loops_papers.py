@@ -134,7 +134,7 @@ def check_rates(r, angles, rates):
     return qd[[2, 4, 6]] / MM
 
 
-# --- the board installer: the paper's screws with lengths of a reconstruction ---
+# --- the board installer: the paper's screws with reconstructed lengths ---
 
 BOARDS = {
     "R0": (

@@ -238,7 +238,7 @@ def test_equations_satisfied_by_cancellation_are_omitted():
     assert loop.units == ("m", "m", "m", "1", "1")
 
 
-# --- spatial meaning ---
+# --- geometric meaning ---
 
 
 def open_ends(c, loop, z, poses):

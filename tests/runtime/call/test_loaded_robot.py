@@ -287,7 +287,7 @@ def test_info_command_prints_robot_facts(shipped, capsys):
         assert part in text
 
 
-# ------------------------------------------------------------- the walls
+# ---------------------------------------------- imports between packages
 
 
 EXTRAS = {

@@ -270,7 +270,7 @@ def test_threaded_calls_leak_no_references_or_memory(eager, robot, few_objects):
         assert sys.getallocatedblocks() - blocks < 200
 
 
-# ------------------------------------------------- processes, their ends
+# ---------------------------------------------- processes and their exit
 
 
 def run_python(code):
@@ -325,7 +325,7 @@ def test_call_succeeds_if_no_thread_can_start(monkeypatch):
     np.testing.assert_array_equal(arm.fk(q, threads=4), arm.fk(q))
 
 
-# ------------------------------------------------------ from many threads
+# ------------------------------------------------ calls from many threads
 
 
 def at_once(n, work):

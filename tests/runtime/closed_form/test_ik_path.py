@@ -148,7 +148,7 @@ def test_wrong_arguments_are_rejected(arm, T, seed, more, message):
         arm.ik_path(T, seed, **more)
 
 
-# --------------------------------------------------------- what an inverse takes
+# --------------------------------------------------------- inputs of an inverse
 
 
 def test_redundancy_parameters_are_reported(arm, tmp_path, cache, monkeypatch):

@@ -288,7 +288,7 @@ def test_error_on_pin_with_wrong_axis_proposes_a_rotation():
     assert message(read_text(good)) == ""
 
 
-# --- freedoms and actuators ---
+# --- degrees of freedom and actuators ---
 
 
 def spoilt_actuation():
