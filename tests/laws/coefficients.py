@@ -17,7 +17,7 @@ class _Coefficient:
     """An even function of the angle: a closed form, and a Taylor series in the angle squared.
 
     Attributes:
-        closed: The function, for angles other than zero.
+        closed: The function for nonzero angles.
         taylor: Its Taylor coefficient of theta^(2k), for k = 0, 1, ...
     """
 
