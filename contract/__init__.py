@@ -2,6 +2,7 @@
 
 from .bodies import Body, BodyJoint, HeldFrames, PlacedTip, Shape, SkeletonFacts, Span
 from .errors import ChaslesError, ManifestError, MismatchError, UnknownRobotError
+from .extras import requires
 from .manifest import (
     FORMAT,
     SUPPORT,
@@ -61,4 +62,5 @@ __all__ = [
     "Variable",
     "manifest_entries",
     "read_manifest",
+    "requires",
 ]

@@ -8,22 +8,25 @@
 Calibration needs SciPy: `pip install 'chasles[calibration]'`.
 """
 
-from .design import Design, optimal_design
-from .identify import identify
-from .measurements.circles import CirclePoints, MeasuredAxis
-from .measurements.contacts import Distances, PlaneContacts, SphereContacts
-from .measurements.measurement_table import MeasurementTable, read_measurements
-from .measurements.stations import StationPositions
-from .measurements.tool_measurements import Measurements, Poses, Positions
-from .model_selection import (
-    CALIBRATION_MODELS,
-    CalibrationModel,
-    ModelSelection,
-    cross_validate,
-    select_model,
-)
-from .result import Calibration
-from .tool_errors import FirstOrderErrors, MonteCarloErrors, first_order_errors, monte_carlo
+from chasles.contract import requires
+
+with requires("chasles[calibration]"):
+    from .design import Design, optimal_design
+    from .identify import identify
+    from .measurements.circles import CirclePoints, MeasuredAxis
+    from .measurements.contacts import Distances, PlaneContacts, SphereContacts
+    from .measurements.measurement_table import MeasurementTable, read_measurements
+    from .measurements.stations import StationPositions
+    from .measurements.tool_measurements import Measurements, Poses, Positions
+    from .model_selection import (
+        CALIBRATION_MODELS,
+        CalibrationModel,
+        ModelSelection,
+        cross_validate,
+        select_model,
+    )
+    from .result import Calibration
+    from .tool_errors import FirstOrderErrors, MonteCarloErrors, first_order_errors, monte_carlo
 
 __all__ = [
     "CALIBRATION_MODELS",

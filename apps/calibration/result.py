@@ -13,6 +13,7 @@ import scipy.special
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, Robot, load, se3
+from chasles.contract import requires
 from chasles.summaries import summary_repr
 
 from ..study.results import StudyResult, by_suffix
@@ -170,7 +171,8 @@ class Calibration(StudyResult):
         Returns:
             The axes.
         """
-        from .report.plots import plot_residuals  # noqa: PLC0415 - Matplotlib is an extra
+        with requires("chasles[calibration]"):
+            from .report.plots import plot_residuals  # noqa: PLC0415
 
         return plot_residuals(self, ax)
 
@@ -183,7 +185,8 @@ class Calibration(StudyResult):
         Returns:
             The axes.
         """
-        from .report.plots import plot_parameters  # noqa: PLC0415 - Matplotlib is an extra
+        with requires("chasles[calibration]"):
+            from .report.plots import plot_parameters  # noqa: PLC0415
 
         return plot_parameters(self, ax)
 
@@ -218,7 +221,8 @@ class Calibration(StudyResult):
             path.write_text(text, encoding="utf-8")
 
         def write_report(path: Path) -> None:
-            from .report import page, tex_page  # noqa: PLC0415 - Matplotlib is an extra
+            with requires("chasles[calibration]"):
+                from .report import page, tex_page  # noqa: PLC0415
 
             if path.suffix == ".tex":
                 tex_page.write_tex(self, path)

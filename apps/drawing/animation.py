@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chasles import ChaslesError, InputValueError, NotInstalledError, Robot
+from chasles.contract import requires
 
 from .figure import figure_of, rows_of
 from .scene import Scene, scenes
@@ -52,7 +53,7 @@ def animate(
         NotInstalledError: If ffmpeg is needed but not installed.
         ChaslesError: If ffmpeg fails.
         OutOfReachError: If loops do not close at a configuration.
-        ImportError: If matplotlib or Pillow is not installed: `pip install 'chasles[draw]'`.
+        NotInstalledError: If matplotlib or Pillow is not installed: `pip install 'chasles[draw]'`.
     """
     target = Path(file)
     if target.suffix not in (".gif", ".mp4"):
@@ -142,7 +143,8 @@ def _write_film(ffmpeg: str, target: Path, pictures: list[NDArray[np.uint8]], fp
 
 
 def _write_gif(target: Path, pictures: list[NDArray[np.uint8]], fps: float) -> None:
-    from PIL import Image  # noqa: PLC0415
+    with requires("chasles[draw]"):
+        from PIL import Image  # noqa: PLC0415
 
     images = [Image.fromarray(picture) for picture in pictures]
     # One palette for all images prevents flickering colors.

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, Robot, ShapeError, Solutions
+from chasles.contract import requires
 from chasles.tolerances import SAME_SOLUTION
 
 from .assembly import assembly_modes, has_modes, others
@@ -99,7 +100,7 @@ def draw(
             another robot; if `ghosts` needs a closed-form inverse or assembly modes that the robot
             does not have.
         ShapeError: If q, ghosts or path has a wrong number of coordinates.
-        ImportError: If matplotlib is not installed: `pip install 'chasles[draw]'`.
+        NotInstalledError: If matplotlib is not installed: `pip install 'chasles[draw]'`.
     """
     bodies = skeleton(robot)
     chosen = bodies.posture if q is None else _row(robot, q)
@@ -229,8 +230,9 @@ def figure_of(
         has_path: Whether the legend lists the tool path.
         boxes: Lower and upper corner of each view; None: the bounding box of each scene.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
-    from matplotlib.figure import Figure  # noqa: PLC0415
+    with requires("chasles[draw]"):
+        from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
+        from matplotlib.figure import Figure  # noqa: PLC0415
 
     entries = len(labels) + has_path
     below = _ENTRY * entries + (0.04 if entries else 0.0)
@@ -288,7 +290,8 @@ def _limit(ax: Any, box: tuple[FloatArray, FloatArray], size: tuple[float, float
 
 
 def _label_axes(ax: Any, view: View, *, is_low: bool, is_left: bool) -> None:
-    from matplotlib.ticker import MaxNLocator  # noqa: PLC0415
+    with requires("chasles[draw]"):
+        from matplotlib.ticker import MaxNLocator  # noqa: PLC0415
 
     for side in ("top", "right", "bottom", "left"):
         ax.spines[side].set(linewidth=0.4, color="#aaaaaa")
@@ -313,8 +316,9 @@ def _label_axes(ax: Any, view: View, *, is_low: bool, is_left: bool) -> None:
 
 def _paint(ax: Any, scene: Scene) -> None:
     """Draw a scene on axes whose limits are already set."""
-    from matplotlib.lines import Line2D  # noqa: PLC0415
-    from matplotlib.patches import Polygon  # noqa: PLC0415
+    with requires("chasles[draw]"):
+        from matplotlib.lines import Line2D  # noqa: PLC0415
+        from matplotlib.patches import Polygon  # noqa: PLC0415
 
     order = 10.0
     for k, ghost in enumerate(scene.ghosts):
@@ -358,7 +362,8 @@ def _arrow(ax: Any, origin: FloatArray, tip: FloatArray, colour: str) -> None:
 
 
 def _legend(figure: Any, labels: tuple[str, ...], *, has_path: bool) -> None:
-    from matplotlib.lines import Line2D  # noqa: PLC0415
+    with requires("chasles[draw]"):
+        from matplotlib.lines import Line2D  # noqa: PLC0415
 
     handles = [
         Line2D([], [], color=_GHOSTS[k % len(_GHOSTS)], linewidth=1.3, alpha=0.6, label=label)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chasles import InputValueError, Robot
+from chasles.contract import requires
 
 from .samples import Samples
 
@@ -57,7 +58,8 @@ def bounds_of(robot: Robot, points: Samples) -> FloatArray:
 
 def _least(robot: Robot, start: FloatArray, points: Samples, axis: int, sign: int) -> float:
     """Minimize the coordinate along an axis, or its negative for sign -1, from a start."""
-    from scipy.optimize import minimize  # noqa: PLC0415
+    with requires("chasles[study]"):
+        from scipy.optimize import minimize  # noqa: PLC0415
 
     def value(q: FloatArray) -> tuple[float, FloatArray]:
         T, J = robot.fk_jacobian_mixed(q[None])

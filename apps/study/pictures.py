@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chasles.contract import requires
+
 _COLORS = "cividis"
 """Color map that is safe for color-blind readers and in print."""
 _EMPTY = "#ffffff00"
@@ -31,7 +33,8 @@ def plot_workspace(found: Any, ax: Any = None) -> Any:
     if ax is not None:
         _view(found, thin, ax)
         return ax
-    import matplotlib.pyplot as plt  # noqa: PLC0415
+    with requires("chasles[study]"):
+        import matplotlib.pyplot as plt  # noqa: PLC0415
 
     normals = [thin] if found.grid.dimension < 3 else [2, 1]  # noqa: PLR2004 - a solid has three
     figure, axes = plt.subplots(
@@ -47,7 +50,8 @@ def plot_workspace(found: Any, ax: Any = None) -> Any:
 
 
 def _view(found: Any, normal: int, ax: Any, most: float | None = None) -> Any:
-    from matplotlib import colormaps  # noqa: PLC0415
+    with requires("chasles[study]"):
+        from matplotlib import colormaps  # noqa: PLC0415
 
     across, up = (k for k in range(3) if k != normal)
     shares = _shares(found.hits.sum(normal, dtype=np.uint64))
@@ -81,7 +85,8 @@ def plot_trajectory(found: Any, ax: Any = None) -> Any:
     Returns:
         The three axes.
     """
-    import matplotlib.pyplot as plt  # noqa: PLC0415
+    with requires("chasles[study]"):
+        import matplotlib.pyplot as plt  # noqa: PLC0415
 
     axes = ax
     if axes is None:
@@ -175,7 +180,8 @@ def plot_region(found: Any, ax: Any = None, singular: Any = None) -> Any:
     Returns:
         The axes.
     """
-    from matplotlib.patches import Circle  # noqa: PLC0415
+    with requires("chasles[study]"):
+        from matplotlib.patches import Circle  # noqa: PLC0415
 
     axes = _axes(ax, (4.2, 4.2))
     for k, own in enumerate(found.pieces[0] if found.pieces else ()):
@@ -233,7 +239,8 @@ def plot_positions(found: Any, ax: Any = None) -> Any:
     Returns:
         The axes.
     """
-    import matplotlib.pyplot as plt  # noqa: PLC0415
+    with requires("chasles[study]"):
+        import matplotlib.pyplot as plt  # noqa: PLC0415
 
     axes = ax
     if axes is None:
@@ -269,7 +276,8 @@ def plot_reach(found: Any, ax: Any = None) -> Any:
     Returns:
         The axes.
     """
-    import matplotlib.pyplot as plt  # noqa: PLC0415
+    with requires("chasles[study]"):
+        import matplotlib.pyplot as plt  # noqa: PLC0415
 
     share = np.ma.masked_equal(found.fraction_grid(), 0)
     axes = ax
@@ -351,6 +359,7 @@ def plot_total(found: Any, ax: Any = None) -> Any:
 
 def _axes(ax: Any, size: tuple[float, float]) -> Any:
     """Return the axes passed, or the axes of a new figure of a size [inch]."""
-    import matplotlib.pyplot as plt  # noqa: PLC0415
+    with requires("chasles[study]"):
+        import matplotlib.pyplot as plt  # noqa: PLC0415
 
     return plt.subplots(layout="constrained", figsize=size)[1] if ax is None else ax

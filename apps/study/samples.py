@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chasles import InputValueError, Robot
+from chasles.contract import requires
 from chasles.summaries import short_repr
 
 from .arguments import whole
@@ -171,7 +172,8 @@ def _side(count: int, n: int) -> int:
 @lru_cache(maxsize=4)
 def _net(n: int, key: int) -> IntArray:
     """Return the (2^16, n) points of a scrambled Sobol net, as integers of `_BITS` bits."""
-    from scipy.stats import qmc  # noqa: PLC0415
+    with requires("chasles[study]"):
+        from scipy.stats import qmc  # noqa: PLC0415
 
     digits = np.random.default_rng([key, _NET_KEY])
     points = qmc.Sobol(n, scramble=True, bits=_BITS, rng=digits).random(PIECE)

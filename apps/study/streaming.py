@@ -14,6 +14,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Literal, Protocol, Self, TypeVar
 
 from chasles import InputValueError, count_cores
+from chasles.contract import requires
 
 from .progress import progress_of
 
@@ -128,7 +129,8 @@ def _on_threads(
 def _on_workers(
     work: Work[T], pieces: int, threads: int, client: Any, advance: Callable[[int], None]
 ) -> T:
-    from distributed import as_completed  # noqa: PLC0415
+    with requires("chasles[cluster]"):
+        from distributed import as_completed  # noqa: PLC0415
 
     begins = range(0, pieces, _PIECES_A_TASK)
     tasks = iter([range(k, min(k + _PIECES_A_TASK, pieces)) for k in begins])

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import InputValueError, NotInstalledError, Robot
+from chasles import InputValueError, Robot
+from chasles.contract import requires
 
 from .display import COLOURS, Display, Ghosts, Posture, quaternions
 from .escaping import markdown
@@ -373,12 +374,8 @@ def _pose(wxyz: FloatArray, position: FloatArray) -> FloatArray:
 
 
 def _viser() -> Any:
-    try:
-        import viser  # noqa: PLC0415 - an extra
-    except ImportError as error:
-        raise NotInstalledError(
-            "chasles view needs viser: pip install 'chasles[view]'; --html needs nothing more"
-        ) from error
+    with requires("chasles[view]"):
+        import viser  # noqa: PLC0415
     return viser
 
 

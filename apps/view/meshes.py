@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chasles import InputValueError, NotInstalledError
+from chasles import InputValueError
+from chasles.contract import requires
 
 from ..drawing import Skeleton
 
@@ -43,7 +44,8 @@ def body_meshes(file: Path, skeleton: Skeleton) -> tuple[BodyMesh, ...]:
         A mesh for each link with a shape whose files are there; () for files other than .urdf.
 
     Raises:
-        InputValueError: yourdfpy is not installed, or cannot read the file.
+        NotInstalledError: yourdfpy is not installed.
+        InputValueError: yourdfpy cannot read the file.
     """
     if file.suffix != ".urdf":
         return ()
@@ -76,12 +78,8 @@ def _base(skeleton: Skeleton, urdf: Any) -> str:
 
 
 def _read(file: Path) -> Any:
-    try:
-        import yourdfpy  # noqa: PLC0415 - an extra
-    except ImportError as error:
-        raise NotInstalledError(
-            f"{file}: meshes need yourdfpy: pip install 'chasles[view]'"
-        ) from error
+    with requires("chasles[view]"):
+        import yourdfpy  # noqa: PLC0415
     try:
         return yourdfpy.URDF.load(str(file), load_meshes=True, build_scene_graph=True)
     except (OSError, ValueError, KeyError) as error:

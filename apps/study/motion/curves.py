@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError, ShapeError, so3
+from chasles.contract import requires
 from chasles.summaries import short_repr
 
 from ..arguments import finite
@@ -382,7 +383,8 @@ def spline(poses: ArrayLike) -> Spline:
         ShapeError: These are not three poses or more.
         InputValueError: Two successive poses have the same position.
     """
-    from scipy.interpolate import CubicSpline  # noqa: PLC0415
+    with requires("chasles[study]"):
+        from scipy.interpolate import CubicSpline  # noqa: PLC0415
 
     T, s = waypoints("spline", poses)
     return Spline(CubicSpline(s, T[:, :3, 3]), turns_through(T, s), float(s[-1]))
@@ -399,7 +401,8 @@ def parabola(poses: ArrayLike) -> Spline:
         ShapeError: These are not three poses.
         InputValueError: Two successive poses have the same position.
     """
-    from scipy.interpolate import PPoly  # noqa: PLC0415
+    with requires("chasles[study]"):
+        from scipy.interpolate import PPoly  # noqa: PLC0415
 
     T, s = waypoints("parabola", poses)
     if len(T) != 3:  # noqa: PLR2004 - three points determine a parabola
@@ -427,7 +430,8 @@ def blend(poses: ArrayLike, radius: float) -> Spline:
         ShapeError: These are not three poses or more.
         InputValueError: Two successive poses have the same position, or the radius does not fit.
     """
-    from scipy.interpolate import PPoly  # noqa: PLC0415
+    with requires("chasles[study]"):
+        from scipy.interpolate import PPoly  # noqa: PLC0415
 
     T, s = waypoints("blend", poses)
     p, chords = T[:, :3, 3], np.diff(s)
@@ -478,6 +482,7 @@ def waypoints(name: str, poses: ArrayLike) -> tuple[FloatArray, FloatArray]:
 
 def turns_through(T: FloatArray, s: FloatArray) -> Any:
     """The smooth orientation through those of poses (m, 4, 4), as a function of s."""
-    from scipy.spatial.transform import Rotation, RotationSpline  # noqa: PLC0415
+    with requires("chasles[study]"):
+        from scipy.spatial.transform import Rotation, RotationSpline  # noqa: PLC0415
 
     return RotationSpline(s, Rotation.from_matrix(T[:, :3, :3]))

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError
+from chasles.contract import requires
 
 from ..arguments import above_0, finite, whole
 from .limits import per_coordinate
@@ -117,12 +118,13 @@ def _fastest(
     motion: Motion, limits: list[FloatArray], tool_speed: float | None, s: FloatArray
 ) -> TimeScaling:
     """The time scaling whose acceleration is constant between the nodes of a grid, at lengths s."""
-    import toppra  # noqa: PLC0415
-    from toppra.algorithm import TOPPRA  # noqa: PLC0415
-    from toppra.constraint import (  # noqa: PLC0415
-        JointAccelerationConstraint,
-        JointVelocityConstraint,
-    )
+    with requires("chasles[study]"):
+        import toppra  # noqa: PLC0415
+        from toppra.algorithm import TOPPRA  # noqa: PLC0415
+        from toppra.constraint import (  # noqa: PLC0415
+            JointAccelerationConstraint,
+            JointVelocityConstraint,
+        )
 
     path = _on_grid(motion, s, tool_speed)
     rate, acceleration = limits
@@ -158,7 +160,8 @@ def _nodes(motion: Motion, count: int) -> FloatArray:
 
 def _on_grid(motion: Motion, s: FloatArray, tool_speed: float | None) -> Any:
     """The curve in the coordinates as toppra reads it; the way of the tool is one more of them."""
-    from toppra.interpolator import AbstractGeometricPath  # noqa: PLC0415
+    with requires("chasles[study]"):
+        from toppra.interpolator import AbstractGeometricPath  # noqa: PLC0415
 
     orders = list(motion.on_curve(s))
     if tool_speed is not None:

@@ -29,6 +29,7 @@ from numpy.polynomial import polynomial
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError
+from chasles.contract import requires
 from chasles.summaries import summary_repr
 
 FloatArray = NDArray[np.float64]
@@ -247,7 +248,8 @@ def _trapezoid(length: float, limits: dict[str, float]) -> TimeScaling:
 
 
 def _s_curve(length: float, limits: dict[str, float]) -> TimeScaling:
-    import ruckig  # noqa: PLC0415
+    with requires("chasles[study]"):
+        import ruckig  # noqa: PLC0415
 
     asked = ruckig.InputParameter(1)
     asked.target_position = [length]

@@ -29,6 +29,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from chasles.contract import requires
 from chasles.summaries import summary_repr
 
 from ..tolerances import SAME_ARC
@@ -181,7 +182,8 @@ def _along(
     arcs: Sequence[BorderArc], value: Callable[[float], float], at: Sequence[float]
 ) -> float:
     """Integrate value(max(u, 0)) dv along arcs; the derivative of value jumps at `at`."""
-    from scipy.integrate import quad  # noqa: PLC0415
+    with requires("chasles[study]"):
+        from scipy.integrate import quad  # noqa: PLC0415
 
     total = 0.0
     for arc in arcs:

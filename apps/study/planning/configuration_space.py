@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chasles import InputValueError, Robot, ShapeError
+from chasles.contract import requires
 from chasles.summaries import summary_repr
 
 from ..samples import box_of
@@ -156,7 +157,8 @@ class ConfigurationSpace:
 
     def _distances_at(self, z: FloatArray) -> FloatArray:
         """(m, checks) distances at configurations (m, n_z) of all joints [m]."""
-        import coal  # noqa: PLC0415
+        with requires("coal"):
+            import coal  # noqa: PLC0415
 
         radii, resting, first = self._radii, self.obstacles, len(self.obstacles)
         fixed = [coal.Transform3s(o.T_0_shape[:3, :3], o.T_0_shape[:3, 3]) for o in resting]

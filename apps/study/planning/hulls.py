@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chasles import Robot
-from chasles.contract import Body
+from chasles.contract import Body, requires
 from chasles.summaries import short_repr, summary_repr
 
 from ...drawing.skeleton import Skeleton, skeleton
@@ -89,7 +89,8 @@ class Hulls:
 
     def shapes(self, radii: FloatArray) -> list[Any]:
         """The shape of each hull in coal, rounded by radii (hulls,); None of a strut's."""
-        import coal  # noqa: PLC0415
+        with requires("coal"):
+            import coal  # noqa: PLC0415
 
         made: list[Any] = []
         for hull, radius in zip(self.hulls, radii, strict=True):
@@ -286,7 +287,8 @@ def joined(bones: Skeleton) -> list[set[str]]:
 
 def _rounded(corners: FloatArray, radius: float) -> Any:
     """The hull of corners (m, 3), rounded, in coal."""
-    import coal  # noqa: PLC0415
+    with requires("coal"):
+        import coal  # noqa: PLC0415
 
     points, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
     for corner in corners:

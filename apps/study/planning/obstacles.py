@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError
+from chasles.contract import requires
 from chasles.summaries import summary_repr
 
 from ..arguments import above_0, finite
@@ -49,7 +50,8 @@ class Obstacle:
 
 def sphere(center: ArrayLike, radius: float, name: str = "sphere") -> Obstacle:
     """Return a sphere: center (3,) and radius [m] in the base frame."""
-    import coal  # noqa: PLC0415
+    with requires("coal"):
+        import coal  # noqa: PLC0415
 
     T = np.eye(4)
     T[:3, 3] = finite("sphere: center", center, (3,))
@@ -58,7 +60,8 @@ def sphere(center: ArrayLike, radius: float, name: str = "sphere") -> Obstacle:
 
 def box(T_0_box: ArrayLike, size: ArrayLike, name: str = "box") -> Obstacle:
     """Return a box: pose (4, 4) of its center in the base frame, and side lengths (3,) [m]."""
-    import coal  # noqa: PLC0415
+    with requires("coal"):
+        import coal  # noqa: PLC0415
 
     lengths = [above_0("box: size", side) for side in finite("box: size", size, (3,))]
     return Obstacle(coal.Box(*lengths), finite("box: T_0_box", T_0_box, (4, 4)), name)
@@ -66,7 +69,8 @@ def box(T_0_box: ArrayLike, size: ArrayLike, name: str = "box") -> Obstacle:
 
 def capsule(start: ArrayLike, end: ArrayLike, radius: float, name: str = "capsule") -> Obstacle:
     """Return the points within a radius [m] of a line between two points (3,) of the base frame."""
-    import coal  # noqa: PLC0415
+    with requires("coal"):
+        import coal  # noqa: PLC0415
 
     a, b = finite("capsule: start", start, (3,)), finite("capsule: end", end, (3,))
     length, T = capsules_along(a[None], b[None])
@@ -78,7 +82,8 @@ def mesh(
     path: str | os.PathLike[str], T_0_mesh: ArrayLike | None = None, name: str = ""
 ) -> Obstacle:
     """Return the surface in a file (.stl, .obj, .dae) in meters: pose (4, 4) in the base frame."""
-    import coal  # noqa: PLC0415
+    with requires("coal"):
+        import coal  # noqa: PLC0415
 
     if not Path(path).is_file():
         raise InputValueError(f"mesh: there is no file {os.fspath(path)}")

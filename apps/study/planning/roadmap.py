@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chasles import InputValueError
+from chasles.contract import requires
 from chasles.summaries import summary_repr
 
 from ..arguments import Rng, key_of
@@ -71,7 +72,8 @@ class Roadmap:
             ShapeError: Start or goal is not (n,).
             InputValueError: The algorithm is unknown.
         """
-        import networkx as nx  # noqa: PLC0415
+        with requires("chasles[study]"):
+            import networkx as nx  # noqa: PLC0415
 
         if algorithm not in ("dijkstra", "astar"):
             raise InputValueError(f"plan: expected dijkstra or astar, got {algorithm!r}")
@@ -100,8 +102,9 @@ class Roadmap:
 
     def _graph(self, points: FloatArray) -> Any:
         """The roadmap with start and goal, the last two points, and no edge checked."""
-        import networkx as nx  # noqa: PLC0415
-        from scipy.spatial import cKDTree  # noqa: PLC0415
+        with requires("chasles[study]"):
+            import networkx as nx  # noqa: PLC0415
+            from scipy.spatial import cKDTree  # noqa: PLC0415
 
         edges = [tuple(pair) for pair in self.edges.tolist()]
         if len(self.q):
@@ -130,7 +133,8 @@ class Roadmap:
         return False, checked
 
     def _why_none(self, graph: Any, first: int, last: int) -> str:
-        import networkx as nx  # noqa: PLC0415
+        with requires("chasles[study]"):
+            import networkx as nx  # noqa: PLC0415
 
         for end, name in ((first, "start"), (last, "goal")):
             if graph.degree(end) == 0:
@@ -165,7 +169,8 @@ def prm(
     Raises:
         InputValueError: A number is not positive.
     """
-    from scipy.spatial import cKDTree  # noqa: PLC0415
+    with requires("chasles[study]"):
+        from scipy.spatial import cKDTree  # noqa: PLC0415
 
     if samples < 1 or neighbors < 1 or not max_step > 0 or not dispersion >= 0:
         raise InputValueError(

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import NotInstalledError
+from chasles.contract import requires
 
 from ..arguments import Rng, above_0, key_of
 from .plan import Plan, Space, ends_of, no_plan, plan_along
@@ -49,10 +49,8 @@ def rrt_connect(
         InputValueError: The time limit is not above 0.
         NotInstalledError: ompl is not installed.
     """
-    try:
+    with requires("ompl"):
         from ompl import base, geometric, util  # noqa: PLC0415
-    except ImportError as error:
-        raise NotInstalledError("rrt_connect needs ompl: pip install ompl") from error
     above_0("rrt_connect: time_limit", time_limit)
     ends = ends_of(space, q_start, q_goal)
     if isinstance(ends, Plan):
